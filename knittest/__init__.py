@@ -1,0 +1,3 @@
+"""knittest: virtual material tests of biaxial weft-knitted fabrics."""
+
+__version__ = "0.1.0"

@@ -1,0 +1,92 @@
+"""The base of all config models: strict fields with a unit, hard bounds and a plausibility band."""
+
+from typing import Any, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator, model_validator
+
+from knittest.units import to_kernel
+
+Source = Literal["measured", "derived", "tuned", "assumed", "user"]
+
+
+class Strict(BaseModel):
+    """A config model: unknown keys are errors, instances are immutable, units live beside the fields."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, validate_default=True, allow_inf_nan=False, strict=False)
+
+    @field_validator("*", mode="after")
+    @classmethod
+    def _within_bounds(cls, value: Any, info: ValidationInfo) -> Any:
+        if info.field_name is None:
+            return value
+        meta = field_meta(cls, info.field_name)
+        for direction in ("warp", "weft"):
+            if isinstance(value, Strict) and isinstance(quantity := getattr(value, direction, None), Quantity):
+                check_bounds(quantity.value, meta, f"{direction}: ")
+        number = value.value if isinstance(value, Quantity) else value
+        if isinstance(number, int | float) and not isinstance(number, bool):
+            check_bounds(number, meta)
+        return value
+
+    def kernel(self, name: str, direction: str | None = None) -> float:
+        """Value of field ``name`` (of its ``direction``, if it has one) in kernel units (mm, ms, g, N, MPa)."""
+        value = getattr(self, name)
+        if direction is not None:
+            value = getattr(value, direction)
+        number = value.value if isinstance(value, Quantity) else value
+        return to_kernel(float(number), field_meta(type(self), name)["unit"])
+
+
+class Quantity(BaseModel):
+    """A number with its scatter and where it comes from; a bare number means ``source: user``."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    value: float = Field(description="the number, in the unit of the field")
+    sd: float | None = Field(None, ge=0, description="standard deviation, same unit")
+    source: Source = Field(description="measured, derived, tuned, assumed, or user (given on the command line)")
+    ref: str = Field("", description="table, equation or reasoning behind the number")
+    tuned_on: list[str] = Field(default_factory=list, description="rows a tuned number was fitted to")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_number(cls, data: Any) -> Any:
+        if isinstance(data, int | float) and not isinstance(data, bool):
+            return {"value": data, "source": "user", "ref": "given by the user"}
+        return data
+
+    @model_validator(mode="after")
+    def _tuned_says_on_what(self) -> Self:
+        if self.source == "tuned" and not self.tuned_on:
+            raise ValueError("a tuned value must say in tuned_on which rows it was fitted to")
+        return self
+
+
+def field_meta(model: type[BaseModel], name: str) -> dict[str, Any]:
+    """Unit, bounds and plausibility band of a field; empty for fields without."""
+    extra = model.model_fields[name].json_schema_extra
+    return dict(extra) if isinstance(extra, dict) else {}
+
+
+def check_bounds(number: float, meta: dict[str, Any], where: str = "") -> None:
+    """Raise ``ValueError`` when ``number`` breaks the hard bounds or the plausibility band in ``meta``."""
+    unit = meta.get("unit", "")
+    if "gt" in meta and not number > meta["gt"]:
+        raise ValueError(f"{where}must be greater than {meta['gt']:g} {unit}".rstrip())
+    if "ge" in meta and not number >= meta["ge"]:
+        raise ValueError(f"{where}must be at least {meta['ge']:g} {unit}".rstrip())
+    if "le" in meta and not number <= meta["le"]:
+        raise ValueError(f"{where}must be at most {meta['le']:g} {unit}".rstrip())
+    if "band" in meta and not meta["band"][0] <= number <= meta["band"][1]:
+        low, high = meta["band"]
+        raise ValueError(f"{where}implausible: expected {low:g} to {high:g} {unit}; is the unit right?")
+
+
+def measure(unit: str, description: str, **meta: Any) -> Any:
+    """Field of a required :class:`Quantity` in ``unit``; ``meta``: gt, ge, le, band."""
+    return Field(description=description, json_schema_extra={"unit": unit, **meta})
+
+
+def number(default: float | None, unit: str, description: str, **meta: Any) -> Any:
+    """Field of a plain number with a default, in ``unit``; ``meta``: gt, ge, le, band."""
+    return Field(default, description=description, json_schema_extra={"unit": unit, **meta})

@@ -1,0 +1,124 @@
+"""A fabric: densities, loop length, mass and thickness, its two yarns, its contact and its macro material."""
+
+from typing import Literal, Self
+
+from pydantic import Field, model_validator
+
+from knittest.config.base import Quantity, Strict, measure
+
+Direction = Literal["warp", "weft"]
+
+
+class PerDirection(Strict):
+    """One quantity for each direction; the unit is that of the field which holds it."""
+
+    warp: Quantity
+    weft: Quantity
+
+
+class YarnLaw(Strict):
+    """Axial law of a yarn: linear, linear after a parabolic toe, or a table."""
+
+    kind: Literal["linear", "toe", "table"] = Field("linear", description="shape of the axial stress-strain law")
+    toe_strain: float = Field(
+        0.0, ge=0, le=2, description="strain at which the toe ends (kind toe)", json_schema_extra={"unit": "%"}
+    )
+    points: list[tuple[float, float]] = Field(
+        default_factory=list, description="strain [%] and stress [MPa] pairs, rising, first (0, 0) (kind table)"
+    )
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if self.kind == "toe" and self.toe_strain <= 0:
+            raise ValueError("kind toe needs toe_strain > 0 %")
+        if self.kind == "table":
+            strains = [p[0] for p in self.points]
+            stresses = [p[1] for p in self.points]
+            if len(self.points) < 2 or self.points[0] != (0.0, 0.0):
+                raise ValueError("kind table needs at least two points, the first [0, 0]")
+            if any(b <= a for a, b in zip(strains, strains[1:], strict=False)):
+                raise ValueError("table strains must rise strictly")
+            if any(b < a for a, b in zip(stresses, stresses[1:], strict=False)):
+                raise ValueError("table stresses must not fall (failure is set by fracture_strain)")
+        return self
+
+
+class Yarn(Strict):
+    """What both yarn systems share."""
+
+    description: str = Field("", description="make of the yarn")
+    linear_density: Quantity = measure("tex", "mass per length", gt=0, band=(1, 20000))
+    beam_diameter: Quantity = measure("mm", "diameter of the circular beam in contact", gt=0, band=(0.05, 10))
+    youngs_modulus: Quantity = measure("GPa", "axial modulus on the load area", gt=0, band=(0.1, 1000))
+    load_area: Quantity = measure("mm2", "area that carries the modulus", gt=0, band=(1e-3, 50))
+    fracture_strain: Quantity = measure("%", "axial strain at failure; sd is the yarn-to-yarn scatter", gt=0, le=50)
+    law: YarnLaw = Field(default_factory=YarnLaw, description="shape of the axial law")
+
+
+class ReinforcingYarn(Yarn):
+    """The straight (slightly wavy) warp and weft inlays."""
+
+    bending_stiffness: PerDirection = measure("N mm2", "EI of one yarn, by the section integration rule", gt=0)
+    crimp: PerDirection = measure("%", "extra length of the harmonic wave", ge=0, le=5)
+    crimp_scatter: PerDirection = measure("1", "sd of the wave amplitude, relative, yarn to yarn", ge=0, le=0.5)
+    slack: PerDirection = measure("%", "scale of the half-normal slack of a yarn before it carries load", ge=0, le=2)
+
+
+class KnittingYarn(Yarn):
+    """The yarn of the loops."""
+
+    bending_stiffness: Quantity = measure("N mm2", "EI of the yarn", gt=0, band=(1e-4, 100))
+
+
+class YarnContact(Strict):
+    """Penalty contact between yarns with Coulomb friction."""
+
+    friction_coefficient: Quantity = measure("1", "yarn-yarn Coulomb coefficient", ge=0, le=2)
+    normal_stiffness: Quantity = measure("N/mm", "penalty stiffness of one crossing", gt=0, band=(1, 1e6))
+    tangential_ratio: Quantity = measure("1", "sticking stiffness over normal stiffness", gt=0, le=1)
+
+
+class MacroMaterial(Strict):
+    """Input curves and stiffnesses of the shell laminate."""
+
+    tension: dict[Direction, str] = Field(
+        description="CSV (strain_pct, force_n of a 50 mm strip) per direction, relative to the data folder"
+    )
+    fracture_strain: PerDirection = measure("%", "element deletion strain", gt=0, le=50)
+    bending_stiffness: PerDirection = measure("N mm", "bending stiffness per width", gt=0, band=(1e-3, 1e4))
+    shear_stiffness: Quantity = measure("N/mm", "initial shear force per length and radian", gt=0, band=(1e-4, 1e3))
+    compression_ratio: Quantity = measure("1", "compressive over largest tensile tangent", gt=0, le=1)
+
+    @model_validator(mode="after")
+    def _both(self) -> Self:
+        if set(self.tension) != {"warp", "weft"}:
+            raise ValueError("tension needs a curve for warp and for weft")
+        return self
+
+
+class Fabric(Strict):
+    """A biaxial weft-knitted fabric."""
+
+    name: str = Field(description="short name, used in file names", pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,39}$")
+    title: str = Field("", description="one line for reports")
+    warp_density: Quantity = measure("yarn/100 mm", "warp yarns (wales) per width", gt=0, band=(2, 200))
+    weft_density: Quantity = measure("yarn/100 mm", "weft yarns (courses) per length", gt=0, band=(2, 200))
+    loop_length: Quantity = measure("mm", "knitting yarn in one loop", gt=0, band=(1, 100))
+    area_mass: Quantity = measure("g/m2", "mass per area", gt=0, band=(20, 20000))
+    thickness: Quantity = measure("mm", "thickness of the fabric", gt=0, band=(0.1, 30))
+    reinforcing: ReinforcingYarn = Field(description="warp and weft inlay yarn")
+    knitting: KnittingYarn = Field(description="yarn of the loops")
+    contact: YarnContact = Field(description="yarn-yarn contact")
+    macro: MacroMaterial = Field(description="shell material of the macro scale")
+    experiment: str | None = Field(None, description="folder of the measured results, relative to the data folder")
+    experiment_variant: str | None = Field(None, description="variant key in the experiment's tables")
+
+    @property
+    def wale_spacing(self) -> float:
+        """Distance of the wales, which is that of the warp yarns [mm]."""
+        return 1.0 / self.kernel("warp_density")
+
+    @property
+    def course_spacing(self) -> float:
+        """Distance of the courses, which is that of the weft yarns [mm]."""
+        return 1.0 / self.kernel("weft_density")

@@ -1,0 +1,96 @@
+"""A run: rig, model, solver, variability and output. The fully resolved config of a run folder is one of these."""
+
+from typing import Literal
+
+from pydantic import Field
+
+from knittest.config.base import Strict, number
+from knittest.config.fabric import Direction, Fabric
+
+Scale = Literal["macro", "meso"]
+Preset = Literal["quick", "standard", "paper"]
+
+
+class TensileRig(Strict):
+    """Strip tensile test after DIN EN ISO 13934-1: one clamp fixed, one pulled to failure."""
+
+    kind: Literal["tensile"] = "tensile"
+    direction: Direction = Field("warp", description="yarn system along the strip")
+    gauge_length: float = number(200.0, "mm", "distance of the clamps", gt=0, band=(5, 2000))
+    width: float = number(50.0, "mm", "width of the strip", gt=0, band=(5, 1000))
+    jaw_length: float = number(10.0, "mm", "length modelled inside each clamp", gt=0, le=200)
+    max_strain: float = number(4.0, "%", "stop at this engineering strain", gt=0, le=100)
+    stop_force_ratio: float = number(0.2, "1", "stop when the force has fallen to this share of its peak", ge=0, le=1)
+    yarn_rounding: Literal["down", "up"] = Field(
+        "down", description="whole yarns when width times density is fractional; ensembles alternate"
+    )
+
+
+class MesoModel(Strict):
+    """Discretisation of the yarns."""
+
+    elements_per_loop: int = Field(32, ge=16, le=256, description="beams in one knitting loop")
+    elements_per_wave: int = Field(8, ge=4, le=64, description="beams in one wave of a reinforcing yarn")
+    contact: bool = Field(True, description="yarn-yarn contact")
+    knitting: bool = Field(True, description="model the knitting yarn")
+
+
+class MacroModel(Strict):
+    """Discretisation of the shell model."""
+
+    element_size: float = number(5.0, "mm", "side of a square shell", gt=0, band=(0.2, 100))
+    imperfection: float = number(0.0, "mm", "seeded out-of-plane imperfection amplitude", ge=0, le=5)
+
+
+class Model(Strict):
+    """Scale and its discretisation."""
+
+    scale: Scale = Field("meso", description="macro: shells; meso: one beam chain a yarn")
+    preset: Preset = Field("standard", description="element counts; paper is Table 4's")
+    meso: MesoModel = Field(default_factory=MesoModel)
+    macro: MacroModel = Field(default_factory=MacroModel)
+
+
+class Solver(Strict):
+    """Explicit time integration and its guards."""
+
+    speed: float = number(1.0, "m/s", "clamp speed after the ramp", gt=0, band=(1e-3, 50))
+    ramp: float = number(0.5, "ms", "smooth start of the motion", ge=0, le=1000)
+    safety: float = number(0.9, "1", "share of the critical time step", gt=0, le=0.99)
+    damping: float = number(0.5, "1/ms", "mass-proportional damping", ge=0, le=100)
+    target_step: float | None = number(None, "us", "raise masses to reach this time step (mass scaling)", gt=0)
+    max_added_mass: float = number(5.0, "%", "refuse more added mass than this", ge=0, le=1000)
+    max_kinetic_ratio: float = number(5.0, "%", "kinetic energy over work above which comparison is refused", gt=0)
+    max_energy_error: float = number(2.0, "%", "energy error above which comparison is refused; 10 stops", gt=0)
+    max_penetration: float = number(25.0, "%", "penetration over radius above which comparison is refused", gt=0)
+
+
+class Variability(Strict):
+    """Yarn-to-yarn scatter of fracture strain, slack and wave amplitude."""
+
+    mode: Literal["uniform", "representative", "random"] = Field(
+        "representative",
+        description="uniform: every yarn the mean; representative: the quantiles of the distributions in seeded order; "
+        "random: independent draws",
+    )
+    seed: int = Field(1, ge=0, le=2**32 - 1, description="seed of all draws")
+    specimens: int = Field(1, ge=1, le=1000, description="specimens of an ensemble (more than one: random draws)")
+
+
+class Output(Strict):
+    """What a run keeps."""
+
+    samples: int = Field(400, ge=20, le=100000, description="rows of curve.csv and energies.csv, about")
+    frames: int = Field(12, ge=0, le=2000, description="VTU frames over the run")
+
+
+class Run(Strict):
+    """One virtual test, fully described."""
+
+    rig: TensileRig = Field(default_factory=TensileRig)
+    fabric: Fabric
+    parameters: str = Field("calibrated", description="parameter set of the fabric file that was applied")
+    model: Model = Field(default_factory=Model)
+    solver: Solver = Field(default_factory=Solver)
+    variability: Variability = Field(default_factory=Variability)
+    output: Output = Field(default_factory=Output)

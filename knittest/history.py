@@ -1,0 +1,86 @@
+"""What a simulation leaves behind: mesh, frames, curves, energies, quality and cost. Numpy only."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Elements of a model as a viewer needs them.
+
+    ``kind`` is ``beams`` (cells (n_el, 2)) or ``shells`` (cells (n_el, 4)); ``part`` (n_el,) indexes ``part_names``
+    (``warp``, ``weft``, ``knit`` or ``fabric``); ``yarn`` (n_el,) numbers the yarn of a beam; ``radius`` [mm], (n_el,),
+    is the beam radius or half the shell thickness. ``width`` and ``length`` [mm] describe the specimen.
+    """
+
+    kind: str
+    cells: NDArray[np.int64]
+    part: NDArray[np.int64]
+    part_names: tuple[str, ...]
+    yarn: NDArray[np.int64]
+    radius: Array
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Positions [mm], (n_nodes, 3), and element fields, each (n_el,), at one time.
+
+    Beams: ``axial_force`` [N], ``axial_strain`` [-], ``alive``. Shells: ``force_warp``, ``force_weft`` [N/mm],
+    ``strain_warp``, ``strain_weft`` [-], ``shear_angle`` [rad], ``alive``.
+    """
+
+    time: float
+    strain: float  # engineering strain of the rig [-]
+    force: float  # force of the rig [N]
+    position: Array
+    fields: dict[str, Array]
+
+
+@dataclass
+class History:
+    """Sampled channels: ``curve`` and ``energies`` map a column name with unit to an array (n_samples,).
+
+    Tensile ``curve`` columns: time_ms, displacement_mm, strain_pct, force_n (moving clamp), force_fixed_n,
+    failed_warp, failed_weft, failed_knit (counts; shells: failed_fabric).
+    ``energies`` columns: time_ms, kinetic_mj, internal_<part>_mj, hourglass_mj, contact_mj, friction_mj, damping_mj,
+    eroded_mj, external_mj, balance_error_mj, kinetic_ratio, energy_error.
+    """
+
+    mesh: Mesh
+    curve: dict[str, Array] = field(default_factory=dict)
+    energies: dict[str, Array] = field(default_factory=dict)
+    frames: list[Frame] = field(default_factory=list)
+    first_failure: int | None = None  # sample index of the first failed element
+
+
+@dataclass(frozen=True)
+class Quality:
+    """Gates of a run; ratios are fractions, ``failures`` lists the gates that refuse the comparison."""
+
+    ke_over_ie_max: float
+    energy_error_max: float
+    penetration_over_radius_max: float
+    penetration_over_radius_mean: float
+    added_mass_pct: float
+    quasi_static: bool
+    failures: tuple[str, ...]
+    warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What a run cost."""
+
+    wall_s: float
+    cpu_s: float
+    compile_s: float
+    geometry_s: float
+    steps: int
+    elements: int
+    element_steps_per_s: float
+    threads: int
+    time_step_us: float
