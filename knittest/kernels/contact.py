@@ -1,0 +1,78 @@
+"""Yarn-yarn contact on quadratic B-spline centre-lines: closest points, penalty, Coulomb friction.
+
+Beam nodes are the control points of the centre-line. Piece i of a chain is
+c(s) = (P[i-1] + P[i])/2 + s (P[i] - P[i-1]) + s^2/2 (P[i-1] - 2 P[i] + P[i+1]), s in [0, 1), C1 between pieces, so
+a contact sliding along a yarn keeps a smooth force (the clamped segment-segment distance does not).
+"""
+
+from math import sqrt
+
+from numba import njit
+
+from knittest.kernels.options import INLINE
+
+#: share of the tangent's square that a curvature term may take from the Hessian: keeps every step a descent
+CURVATURE_LIMIT = 0.5
+#: largest move of a contact parameter in one step
+PARAMETER_STEP = 0.2
+
+
+@njit(**INLINE)
+def spline_weights(s):
+    """Weights of the three control points of a piece at parameter ``s``."""
+    last = 0.5 * s * s
+    first = 0.5 * (1.0 - s) * (1.0 - s)
+    return first, 1.0 - first - last, last
+
+
+@njit(**INLINE)
+def closest_step(wx, wy, wz, ux, uy, uz, vx, vy, vz, ax, ay, az, bx, by, bz, line):
+    """One safeguarded Newton step for the closest points of two curves.
+
+    ``w`` offset from curve B to A, ``u``, ``v`` tangents and ``a``, ``b`` second derivatives at the present
+    parameters. ``line`` = 1 holds s (near-parallel contact). Returns (ds, dt) to subtract.
+    """
+    f = wx * ux + wy * uy + wz * uz
+    h = wx * vx + wy * vy + wz * vz
+    uu = ux * ux + uy * uy + uz * uz
+    vv = vx * vx + vy * vy + vz * vz
+    ss = uu + max(wx * ax + wy * ay + wz * az, -CURVATURE_LIMIT * uu)
+    tt = vv - min(wx * bx + wy * by + wz * bz, CURVATURE_LIMIT * vv)
+    crossing = 1.0 - line
+    uv = (ux * vx + uy * vy + uz * vz) * crossing
+    inv = 1.0 / max(ss * tt - uv * uv, 0.02 * ss * tt)
+    ds = (f * tt - h * uv) * inv * crossing
+    dt = (f * uv - h * ss) * inv
+    return (
+        min(max(ds, -PARAMETER_STEP), PARAMETER_STEP),
+        min(max(dt, -PARAMETER_STEP), PARAMETER_STEP),
+    )
+
+
+@njit(**INLINE)
+def contact_force(gx, gy, gz, before, reach, ex, ey, ez, normal, tangential, friction, viscous, inv_dt):
+    """Penalty and friction of one contact.
+
+    ``g`` offset from B to A [mm], ``before`` its length one step ago, ``reach`` the sum of radii, ``e`` the trial
+    stretch of the sticking spring [mm]. Returns force on A (3) [N], returned spring (3) and the energy lost in this
+    step [mJ] by slip and by the viscous part.
+    """
+    distance = sqrt(gx * gx + gy * gy + gz * gz)
+    inv = 1.0 / max(distance, 1e-9)
+    nx, ny, nz = gx * inv, gy * inv, gz * inv
+    depth = max(reach - distance, 0.0)
+    touching = 1.0 if depth > 0.0 else 0.0
+    rate = (before - distance) * inv_dt
+    elastic = normal * depth
+    pressure = max(elastic + touching * viscous * rate, 0.0)
+    along = ex * nx + ey * ny + ez * nz
+    ex, ey, ez = ex - along * nx, ey - along * ny, ez - along * nz
+    stretch2 = ex * ex + ey * ey + ez * ez
+    trial = tangential * sqrt(stretch2)
+    share = min(1.0, friction * pressure / max(trial, 1e-30))
+    lost = tangential * stretch2 * share * (1.0 - share) + (pressure - elastic) * (before - distance)
+    ex, ey, ez = ex * share, ey * share, ez * share
+    fx = pressure * nx - tangential * ex
+    fy = pressure * ny - tangential * ey
+    fz = pressure * nz - tangential * ez
+    return fx, fy, fz, ex, ey, ez, lost

@@ -1,0 +1,166 @@
+"""Blocked evaluation of tracked contacts: scalar gather, vectorised physics, scalar store; then scatter by owner.
+
+Forces are first stored by contact, then every partition adds those on its own chains in the fixed order of
+``Contacts.half``: no races and the same bits at any thread count.
+"""
+
+import numpy as np
+from numba import njit
+
+from knittest.kernels.contact import closest_step, contact_force, spline_weights
+from knittest.kernels.options import INLINE, KERNEL, U
+from knittest.kernels.rows import rows3
+
+BLOCK = 128
+N = np.uintp(BLOCK)
+# rows of the scratch: control points of A and B (9 + 9), parameters, line flag, reach, spring, offset, force, loss
+P = tuple(np.uintp(BLOCK * k) for k in range(18))
+S, T, LINE, REACH = (np.uintp(BLOCK * k) for k in range(18, 22))
+EX, EY, EZ = (np.uintp(BLOCK * k) for k in range(22, 25))
+GX, GY, GZ = (np.uintp(BLOCK * k) for k in range(25, 28))
+PX, PY, PZ = (np.uintp(BLOCK * k) for k in range(28, 31))
+LOST = np.uintp(BLOCK * 31)
+SCRATCH = BLOCK * 32
+P0, P1, P2, P3, P4, P5, P6, P7, P8 = P[:9]
+R0, R1, R2, R3, R4, R5, R6, R7, R8 = P[9:]
+
+
+@njit(**KERNEL)
+def walk(first, last, contacts, chain):
+    """Move contacts whose parameter left [0, 1) to the neighbouring piece of the same chain.
+
+    ``chain`` (n_nodes,) numbers the chains; a piece needs both neighbours on its chain, so contacts stay at a chain's
+    last piece with a parameter outside [0, 1), where they carry no force.
+    """
+    n = chain.size
+    piece, parameter = contacts.piece, contacts.parameter
+    for c in range(first, last):
+        for side in range(2):
+            i, s = piece[side, c], parameter[side, c]
+            if s >= 1.0 and i + 2 < n and chain[i + 2] == chain[i]:
+                piece[side, c], parameter[side, c] = i + 1, s - 1.0
+            elif s < 0.0 and i >= 2 and chain[i - 2] == chain[i]:
+                piece[side, c], parameter[side, c] = i - 1, s + 1.0
+
+
+@njit(**INLINE)
+def _gather(first, count, nodes, contacts, w):
+    x, y, z = rows3(nodes.position)
+    ex, ey, ez = rows3(contacts.spring)
+    gx, gy, gz = rows3(contacts.offset)
+    for k in range(count):
+        c, m = first + k, U(k)
+        i, j = contacts.piece[0, c], contacts.piece[1, c]
+        w[P0 + m], w[P1 + m], w[P2 + m] = x[i - 1], y[i - 1], z[i - 1]
+        w[P3 + m], w[P4 + m], w[P5 + m] = x[i], y[i], z[i]
+        w[P6 + m], w[P7 + m], w[P8 + m] = x[i + 1], y[i + 1], z[i + 1]
+        w[R0 + m], w[R1 + m], w[R2 + m] = x[j - 1], y[j - 1], z[j - 1]
+        w[R3 + m], w[R4 + m], w[R5 + m] = x[j], y[j], z[j]
+        w[R6 + m], w[R7 + m], w[R8 + m] = x[j + 1], y[j + 1], z[j + 1]
+        w[S + m], w[T + m] = contacts.parameter[0, c], contacts.parameter[1, c]
+        w[LINE + m], w[REACH + m] = contacts.line[c], contacts.reach[c]
+        w[EX + m], w[EY + m], w[EZ + m] = ex[c], ey[c], ez[c]
+        w[GX + m], w[GY + m], w[GZ + m] = gx[c], gy[c], gz[c]
+
+
+@njit(**INLINE)
+def _evaluate(count, normal, tangential, friction, viscous, inv_dt, w):
+    for m in range(U(count)):
+        # spline coefficients: c(s) = c0 + s (c1 + s c2)
+        ux1, uy1, uz1 = w[P3 + m] - w[P0 + m], w[P4 + m] - w[P1 + m], w[P5 + m] - w[P2 + m]
+        vx1, vy1, vz1 = w[R3 + m] - w[R0 + m], w[R4 + m] - w[R1 + m], w[R5 + m] - w[R2 + m]
+        ux2, uy2, uz2 = (
+            0.5 * (w[P6 + m] - w[P3 + m] - ux1),
+            0.5 * (w[P7 + m] - w[P4 + m] - uy1),
+            0.5 * (w[P8 + m] - w[P5 + m] - uz1),
+        )
+        vx2, vy2, vz2 = (
+            0.5 * (w[R6 + m] - w[R3 + m] - vx1),
+            0.5 * (w[R7 + m] - w[R4 + m] - vy1),
+            0.5 * (w[R8 + m] - w[R5 + m] - vz1),
+        )
+        cx = 0.5 * (w[P0 + m] + w[P3 + m] - w[R0 + m] - w[R3 + m])
+        cy = 0.5 * (w[P1 + m] + w[P4 + m] - w[R1 + m] - w[R4 + m])
+        cz = 0.5 * (w[P2 + m] + w[P5 + m] - w[R2 + m] - w[R5 + m])
+        s, t = w[S + m], w[T + m]
+        # offset of the same material points now: its change since the last step is the relative motion
+        ox = cx + s * (ux1 + s * ux2) - t * (vx1 + t * vx2)
+        oy = cy + s * (uy1 + s * uy2) - t * (vy1 + t * vy2)
+        oz = cz + s * (uz1 + s * uz2) - t * (vz1 + t * vz2)
+        ex, ey, ez = w[EX + m] + ox - w[GX + m], w[EY + m] + oy - w[GY + m], w[EZ + m] + oz - w[GZ + m]
+        gx, gy, gz = w[GX + m], w[GY + m], w[GZ + m]
+        before = np.sqrt(gx * gx + gy * gy + gz * gz)
+        ds, dt = closest_step(
+            ox, oy, oz,
+            ux1 + 2.0 * s * ux2, uy1 + 2.0 * s * uy2, uz1 + 2.0 * s * uz2,
+            vx1 + 2.0 * t * vx2, vy1 + 2.0 * t * vy2, vz1 + 2.0 * t * vz2,
+            2.0 * ux2, 2.0 * uy2, 2.0 * uz2, 2.0 * vx2, 2.0 * vy2, 2.0 * vz2, w[LINE + m],
+        )  # fmt: skip
+        s, t = s - ds, t - dt
+        gx = cx + s * (ux1 + s * ux2) - t * (vx1 + t * vx2)
+        gy = cy + s * (uy1 + s * uy2) - t * (vy1 + t * vy2)
+        gz = cz + s * (uz1 + s * uz2) - t * (vz1 + t * vz2)
+        # a contact beyond the end of its chain carries nothing
+        on_yarns = 1.0 if (s > -0.5) & (s < 1.5) & (t > -0.5) & (t < 1.5) else 0.0
+        fx, fy, fz, ex, ey, ez, lost = contact_force(
+            gx, gy, gz, before, w[REACH + m] * on_yarns, ex, ey, ez, normal, tangential, friction, viscous, inv_dt
+        )
+        w[S + m], w[T + m] = s, t
+        w[EX + m], w[EY + m], w[EZ + m] = ex, ey, ez
+        w[GX + m], w[GY + m], w[GZ + m] = gx, gy, gz
+        w[PX + m], w[PY + m], w[PZ + m] = fx, fy, fz
+        w[LOST + m] = lost
+
+
+@njit(**INLINE)
+def _store(first, count, contacts, w):
+    ex, ey, ez = rows3(contacts.spring)
+    gx, gy, gz = rows3(contacts.offset)
+    fx, fy, fz = rows3(contacts.force)
+    for k in range(count):
+        c, m = first + k, U(k)
+        contacts.parameter[0, c], contacts.parameter[1, c] = w[S + m], w[T + m]
+        ex[c], ey[c], ez[c] = w[EX + m], w[EY + m], w[EZ + m]
+        gx[c], gy[c], gz[c] = w[GX + m], w[GY + m], w[GZ + m]
+        fx[c], fy[c], fz[c] = w[PX + m], w[PY + m], w[PZ + m]
+
+
+@njit(**KERNEL)
+def contact_forces(first, last, nodes, contacts, chain, law, inv_dt, w):
+    """Evaluate contacts first..last; returns the energy lost to friction and contact damping [mJ]."""
+    walk(first, last, contacts, chain)
+    lost = 0.0
+    block = first
+    while block < last:
+        count = min(BLOCK, last - block)
+        _gather(block, count, nodes, contacts, w)
+        _evaluate(count, law.normal, law.tangential, law.friction, law.viscous, inv_dt, w)
+        _store(block, count, contacts, w)
+        for k in range(count):
+            lost += w[LOST + U(k)]
+        block += count
+    return lost
+
+
+@njit(**KERNEL)
+def scatter_contacts(partition, nodes, contacts):
+    """Add the contact forces on the chains of one partition to nodes.force."""
+    fx, fy, fz = rows3(nodes.force)
+    px, py, pz = rows3(contacts.force)
+    for h in range(contacts.half_start[partition], contacts.half_start[partition + 1]):
+        c, side = contacts.half[h] >> 1, contacts.half[h] & 1
+        sign = 1.0 - 2.0 * side
+        gx, gy, gz = sign * px[c], sign * py[c], sign * pz[c]
+        if gx == 0.0 and gy == 0.0 and gz == 0.0:
+            continue
+        i = contacts.piece[side, c]
+        before, at, after = spline_weights(contacts.parameter[side, c])
+        fx[i - 1] += before * gx
+        fy[i - 1] += before * gy
+        fz[i - 1] += before * gz
+        fx[i] += at * gx
+        fy[i] += at * gy
+        fz[i] += at * gz
+        fx[i + 1] += after * gx
+        fy[i + 1] += after * gy
+        fz[i + 1] += after * gz

@@ -1,0 +1,89 @@
+"""Sums over the whole model, in a fixed order: energies, largest speed and displacement, penetration."""
+
+from math import sqrt
+
+import numpy as np
+from numba import njit
+
+from knittest.kernels.beam_blocks import beam_energy
+from knittest.kernels.options import KERNEL
+from knittest.kernels.rows import rows3
+
+
+@njit(**KERNEL)
+def kinetic_energy(nodes, mass, inertia):
+    """Translational and rotary kinetic energy [mJ]; ``mass`` [g], ``inertia`` [g mm^2] are 0 for clamped nodes."""
+    total = 0.0
+    vx, vy, vz = rows3(nodes.velocity)
+    wx, wy, wz = rows3(nodes.spin)
+    for i in range(mass.size):
+        total += mass[i] * (vx[i] ** 2 + vy[i] ** 2 + vz[i] ** 2)
+        total += inertia[i] * (wx[i] ** 2 + wy[i] ** 2 + wz[i] ** 2)
+    return 0.5 * total
+
+
+@njit(**KERNEL)
+def reach(nodes, start):
+    """Largest displacement from ``start`` (3, n) [mm] and largest speed [mm/ms]."""
+    distance2, speed2 = 0.0, 0.0
+    x, y, z = rows3(nodes.position)
+    x0, y0, z0 = rows3(start)
+    vx, vy, vz = rows3(nodes.velocity)
+    for i in range(x0.size):
+        dx, dy, dz = x[i] - x0[i], y[i] - y0[i], z[i] - z0[i]
+        distance2 = max(distance2, dx * dx + dy * dy + dz * dz)
+        speed2 = max(speed2, vx[i] ** 2 + vy[i] ** 2 + vz[i] ** 2)
+    return sqrt(distance2), sqrt(speed2)
+
+
+@njit(**KERNEL)
+def section_energies(nodes, parts, beams):
+    """Elastic energy [mJ] of the living beams of each section, (n_sections,)."""
+    total = np.zeros(beams.stiffness.shape[0])
+    for k in range(parts.span.shape[0]):
+        section = parts.span[k, 2]
+        if section >= 0:
+            for i in range(parts.span[k, 0], parts.span[k, 1]):
+                if beams.alive[i] > 0.0:
+                    total[section] += beam_energy(i, section, nodes, beams)
+    return total
+
+
+@njit(**KERNEL)
+def contact_statistics(contacts, count, normal, tangential, radius):
+    """Elastic contact energy [mJ], largest and mean penetration over the smaller radius of touching contacts."""
+    energy, largest, total, touching = 0.0, 0.0, 0.0, 0
+    fx, fy, fz = rows3(contacts.force)
+    gx, gy, gz = rows3(contacts.offset)
+    ex, ey, ez = rows3(contacts.spring)
+    for c in range(count):
+        if fx[c] != 0.0 or fy[c] != 0.0 or fz[c] != 0.0:
+            depth = contacts.reach[c] - sqrt(gx[c] ** 2 + gy[c] ** 2 + gz[c] ** 2)
+            stretch2 = ex[c] ** 2 + ey[c] ** 2 + ez[c] ** 2
+            energy += 0.5 * normal * depth * depth + 0.5 * tangential * stretch2
+            share = depth / min(radius[contacts.piece[0, c]], radius[contacts.piece[1, c]])
+            largest = max(largest, share)
+            total += share
+            touching += 1
+    return energy, largest, total / max(touching, 1)
+
+
+@njit(**KERNEL)
+def axial_state(nodes, parts, beams):
+    """Axial strain [-] and force [N] of every beam slot, (n_nodes,) each; 0 where no living beam is."""
+    x, y, z = rows3(nodes.position)
+    from_law = np.zeros((2, beams.alive.size))
+    for k in range(parts.span.shape[0]):
+        section = parts.span[k, 2]
+        if section < 0:
+            continue
+        for i in range(parts.span[k, 0], parts.span[k, 1]):
+            if beams.alive[i] > 0.0:
+                rx, ry, rz = x[i + 1] - x[i], y[i + 1] - y[i], z[i + 1] - z[i]
+                strain = sqrt(rx * rx + ry * ry + rz * rz) * beams.inv_length[i] - 1.0
+                force = beams.stiffness[section, 0] * min(strain, 0.0)
+                for h in range(beams.hinge_strain.shape[1]):
+                    over = max(strain - beams.slack[i] - beams.hinge_strain[section, h], 0.0)
+                    force += beams.hinge_slope[section, h] * over
+                from_law[0, i], from_law[1, i] = strain, force
+    return from_law

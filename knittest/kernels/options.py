@@ -1,0 +1,35 @@
+"""Compiler options shared by all kernels.
+
+``nnan`` and ``ninf`` stay out of the fast-math flags so that NaN and Inf remain detectable. Loop indices in blocked
+loops are unsigned (:data:`U`): a signed ``start + k`` keeps LLVM from vectorising.
+"""
+
+import numpy as np
+
+FASTMATH = {"contract", "reassoc", "arcp", "nsz"}
+U = np.uintp
+ONE = np.uintp(1)
+
+#: a kernel called from Python or from another kernel
+KERNEL = {"cache": True, "error_model": "numpy", "fastmath": FASTMATH, "nogil": True}
+#: a pure function of scalars, inlined into the blocked loops by LLVM
+INLINE = {**KERNEL, "forceinline": True}
+#: a kernel with prange; only prange loops are made parallel, which spares compile time
+PARALLEL = {
+    "cache": True,
+    "error_model": "numpy",
+    "fastmath": FASTMATH,
+    "parallel": {
+        "comprehension": False,
+        "fusion": False,
+        "inplace_binop": False,
+        "numpy": False,
+        "prange": True,
+        "reduction": False,
+        "setitem": False,
+        "stencil": False,
+    },
+}
+
+#: partitions of the nodes; fixed, so that sums have the same order at any thread count
+PARTITIONS = 16

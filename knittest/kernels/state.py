@@ -1,0 +1,113 @@
+"""Arrays of the explicit solver as NamedTuples, the form in which Numba takes them."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+class Nodes(NamedTuple):
+    """Node state, structure of arrays; the last column is padding for element n - 1.
+
+    position [mm], rotation from the start as unit quaternion (w, x, y, z), velocity [mm/ms], spin (global angular
+    velocity) [rad/ms], force [N] and moment [N mm] sums of the last step: (3 or 4, n_nodes + 1); inverse mass [1/g] and
+    inverse rotary inertia [1/(g mm^2)], 0 for clamped nodes: (n_nodes + 1,).
+    """
+
+    position: Array
+    rotation: Array
+    velocity: Array
+    spin: Array
+    force: Array
+    moment: Array
+    inv_mass: Array
+    inv_inertia: Array
+
+
+class Partitions(NamedTuple):
+    """Fixed partitions of the nodes, cut at chain ends: partition p owns nodes node[p] to node[p + 1].
+
+    ``span`` (n_spans, 3) holds (first node, stop node, beam section), partition p owns spans span_start[p] to
+    span_start[p + 1]; section -1 means nodes without beams.
+    """
+
+    node: Index
+    span_start: Index
+    span: Index
+
+
+class Beams(NamedTuple):
+    """One slot a node: element i joins nodes i and i + 1; chain ends and failed elements have alive = 0.
+
+    Initial unit ``tangent`` (3, n_nodes); inverse rest length [1/mm], alive, strain at failure [-], slack strain [-]
+    below which the law carries nothing, time of failure [ms] (inf while alive, nan for chain ends), all (n_nodes,).
+    ``stiffness`` (n_sections, 4): compressive EA, GA [N], GJ, EI [N mm^2]. Axial law as hinge tables, (n_sections,
+    n_hinges): N(e) = compression min(e, 0) + sum_k slope[k] max(e - slack - strain[k], 0).
+    """
+
+    tangent: Array
+    inv_length: Array
+    alive: Array
+    fail_strain: Array
+    slack: Array
+    fail_time: Array
+    stiffness: Array
+    hinge_strain: Array
+    hinge_slope: Array
+
+
+class Contacts(NamedTuple):
+    """Tracked yarn crossings in the first ``count`` columns.
+
+    ``piece`` (2, n) spline pieces i, j (node index of the middle control point) with ``parameter`` s, t in [0, 1);
+    tangential ``spring`` stretch and ``offset`` vector of the last step [mm], (3, n); ``reach`` sum of radii [mm];
+    ``line`` = 1 for near-parallel contacts, whose s is held; ``force`` on piece i [N], (3, n). ``half``: contact number
+    and side (2 c + side) sorted by the partition that owns the side, half_start (PARTITIONS + 1,).
+    """
+
+    piece: Index
+    parameter: Array
+    spring: Array
+    offset: Array
+    reach: Array
+    line: Array
+    force: Array
+    half: Index
+    half_start: Index
+
+
+class ContactLaw(NamedTuple):
+    """Penalty stiffness [N/mm], sticking stiffness [N/mm], Coulomb coefficient, viscous coefficient [N ms/mm]."""
+
+    normal: float
+    tangential: float
+    friction: float
+    viscous: float
+
+
+class Motions(NamedTuple):
+    """Prescribed velocities: node and translation (0-2: x, y, z) follow ``motion``; sorted by partition.
+
+    start (PARTITIONS + 1,); node, dof, motion (n,). Velocity tables of each motion: time [ms], velocity [mm/ms],
+    (n_motions, n_knots), joined by smooth steps.
+    """
+
+    start: Index
+    node: Index
+    dof: Index
+    motion: Index
+    time: Array
+    velocity: Array
+
+
+class Tally(NamedTuple):
+    """Accumulators: reaction (PARTITIONS, n_motions) [N, summed over steps]; energies (PARTITIONS, 3) [mJ].
+
+    Energy columns: work of the motions, friction and contact damping loss, energy of eroded elements.
+    """
+
+    reaction: Array
+    energy: Array

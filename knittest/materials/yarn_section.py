@@ -1,0 +1,96 @@
+"""Yarn cards to section constants: cross-section integration rule and axial law as hinge tables."""
+
+from dataclasses import dataclass
+from math import pi, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knittest.config.fabric import Fabric, Yarn, YarnLaw
+from knittest.units import to_kernel
+
+Array = NDArray[np.float64]
+
+#: Poisson-like ratio that links the shear modulus of a section to its axial modulus (assumed, isotropic value)
+POISSON = 0.3
+#: segments that replace the parabola of a toe; the area error is 1 / (2 n^2) of the toe's
+TOE_SEGMENTS = 8
+SYSTEMS = ("warp", "weft", "knit")
+
+
+@dataclass(frozen=True)
+class Section:
+    """Constants of one yarn system: EA, GA [N], GJ, EI [N mm^2], radius [mm], mass per length [g/mm].
+
+    The axial law is N(e) = compression * min(e, 0) + sum_k slope[k] max(e - strain[k], 0). ``offset_factor`` is the
+    ring radius of the integration rule over the one that gives the solid circle's EI.
+    """
+
+    axial: float
+    shear: float
+    torsion: float
+    bending: float
+    radius: float
+    linear_density: float
+    hinge_strain: Array
+    hinge_slope: Array
+    compression: float
+    offset_factor: float
+
+
+def ring_rule(area: float, second_moment: float, points: int = 8) -> tuple[Array, Array, Array]:
+    """Integration points y, z [mm] and areas [mm^2] on a ring with the given area and second moment [mm^4].
+
+    Hughes-Liu section rule: EA = E sum a, EI = E sum a z^2; the ring radius sqrt(2 I / A) sets bending apart from
+    tension (the solid circle needs d / sqrt(8)).
+    """
+    angle = 2.0 * pi * np.arange(points) / points
+    radius = sqrt(2.0 * second_moment / area)
+    return radius * np.cos(angle), radius * np.sin(angle), np.full(points, area / points)
+
+
+def hinges(law: YarnLaw, modulus: float) -> tuple[Array, Array]:
+    """Knee strains [-] and slope changes [MPa] of an axial law; the slopes sum to the tangent of the last piece."""
+    if law.kind == "linear":
+        return np.zeros(1), np.full(1, modulus)
+    if law.kind == "toe":
+        # stress E e^2 / (2 e_t) up to e_t, then E (e - e_t / 2): tangents at the middles of equal pieces
+        toe = to_kernel(law.toe_strain, "%")
+        middle = (np.arange(TOE_SEGMENTS) + 0.5) / TOE_SEGMENTS
+        tangent = np.append(modulus * middle, modulus)
+        return toe * np.arange(TOE_SEGMENTS + 1) / TOE_SEGMENTS, np.diff(tangent, prepend=0.0)
+    strain = to_kernel(1.0, "%") * np.array([p[0] for p in law.points])
+    stress = np.array([p[1] for p in law.points])
+    return strain[:-1], np.diff(np.diff(stress) / np.diff(strain), prepend=0.0)
+
+
+def section(yarn: Yarn, bending: float) -> Section:
+    """Section constants of ``yarn`` with bending stiffness EI ``bending`` [N mm^2]."""
+    modulus, area, diameter = yarn.kernel("youngs_modulus"), yarn.kernel("load_area"), yarn.kernel("beam_diameter")
+    y, z, a = ring_rule(area, bending / modulus)
+    strain, slope = hinges(yarn.law, modulus)
+    tangent = float(np.max(np.cumsum(slope)))
+    shear_modulus = modulus / (2.0 * (1.0 + POISSON))
+    ring = float(np.hypot(y[0], z[0]))
+    return Section(
+        axial=tangent * float(a.sum()),
+        shear=5.0 / 6.0 * shear_modulus * float(a.sum()),
+        torsion=shear_modulus * float((a * (y**2 + z**2)).sum()),
+        bending=modulus * float((a * z**2).sum()),
+        radius=0.5 * diameter,
+        linear_density=yarn.kernel("linear_density"),
+        hinge_strain=strain,
+        hinge_slope=slope * float(a.sum()),
+        compression=float(slope[0]) * float(a.sum()),
+        offset_factor=ring * sqrt(8.0) / diameter,
+    )
+
+
+def sections(fabric: Fabric) -> tuple[Section, Section, Section]:
+    """Sections of warp, weft and knitting yarn."""
+    reinforcing = fabric.reinforcing
+    return (
+        section(reinforcing, reinforcing.kernel("bending_stiffness", "warp")),
+        section(reinforcing, reinforcing.kernel("bending_stiffness", "weft")),
+        section(fabric.knitting, fabric.knitting.kernel("bending_stiffness")),
+    )

@@ -1,0 +1,148 @@
+"""The meso model: one beam chain a yarn, on the control points of its centre-line spline."""
+
+from math import sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knittest.config.run import Run
+from knittest.errors import InputError
+from knittest.fabric.strip import YarnPath
+from knittest.fabric.variability import YarnDraws
+from knittest.history import Mesh
+from knittest.kernels.beam import rotary_inertia_factor
+from knittest.kernels.state import Beams, ContactLaw
+from knittest.materials.yarn_section import SYSTEMS, Section, sections
+from knittest.models.explicit_model import ExplicitModel, YarnContactGroup, make_nodes, make_partitions
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+#: pieces of one yarn closer along it than this share of half a bend plus a margin [mm] never touch
+BEND_MARGIN = 0.2
+#: share of critical damping of a touching pair of nodes
+CONTACT_DAMPING = 0.1
+#: share of an average crossing's penalty that one node can feel, times two for two contacts on a piece
+CONTACT_STEP_SHARE = 2.0
+
+
+def build_meso(run: Run, paths: list[YarnPath], draws: dict[str, YarnDraws]) -> ExplicitModel:
+    """Build chains for ``paths``; ``draws`` holds the scatter of each system, indexed by ``YarnPath.index``."""
+    cards = sections(run.fabric)
+    paths = sorted(paths, key=lambda p: (SYSTEMS.index(p.system), p.index))
+    count = np.array([len(p.points) for p in paths])
+    start = np.concatenate([[0], np.cumsum(count)]).astype(np.int64)
+    system = np.array([SYSTEMS.index(p.system) for p in paths], np.int64)
+    chain = np.repeat(np.arange(len(paths)), count).astype(np.int64)
+    position = np.concatenate([p.points for p in paths])
+    chord = np.diff(position, axis=0, append=position[-1:] + 1.0)
+    joined = np.append(chain[1:] == chain[:-1], False)
+    length = np.where(joined, np.linalg.norm(chord, axis=1), 1.0)
+    mass, inertia, stiffness = _lump(cards, system[chain], joined, length, _true_length(run, paths, length, joined, start))
+    step, mass, inertia, added = _scale_mass(run, mass, inertia, stiffness)
+    beams = _beams(cards, paths, draws, chord, length, joined, chain)
+    cells = np.flatnonzero(joined)
+    mesh = Mesh(
+        "beams",
+        np.column_stack([cells, cells + 1]),
+        system[chain[cells]],
+        SYSTEMS,
+        chain[cells],
+        np.array([c.radius for c in cards])[system[chain[cells]]],
+    )
+    contact = _contact_group(run, cards, system[chain], joined, length, mass) if run.model.meso.contact else None
+    return ExplicitModel(
+        make_nodes(position, mass, inertia), make_partitions(start, system), beams, mass, inertia, chain, SYSTEMS, mesh,
+        cells, step, added, contact,
+    )  # fmt: skip
+
+
+def _true_length(run: Run, paths: list[YarnPath], length: Array, joined: NDArray[np.bool_], start: Index) -> Array:
+    """Ratio of real yarn length to control polygon for each node's chain, so that the yarn's mass is exact."""
+    ratio = np.ones(len(length))
+    for path, a, b in zip(paths, start[:-1], start[1:], strict=True):
+        if path.system == "knit":
+            polygon = float(length[a:b][joined[a:b]].sum())
+            loops = (b - a - 1) / run.model.meso.elements_per_loop
+            ratio[a:b] = loops * run.fabric.kernel("loop_length") / polygon
+    return ratio
+
+
+def _lump(
+    cards: tuple[Section, ...], system: Index, joined: NDArray[np.bool_], length: Array, ratio: Array
+) -> tuple[Array, Array, Array]:
+    """Nodal mass [g], rotary inertia [g mm^2] and the sum of adjoining axial stiffnesses [N/mm]."""
+    density = np.array([c.linear_density for c in cards])[system]
+    axial = np.array([c.axial for c in cards])[system]
+    half = np.where(joined, 0.5 * density * length * ratio, 0.0)
+    stretch = np.where(joined, axial / length, 0.0)
+    mass, stiffness = half.copy(), stretch.copy()
+    mass[1:] += half[:-1]
+    stiffness[1:] += stretch[:-1]
+    spread = np.empty(len(length))
+    for s, card in enumerate(cards):
+        of = (system == s) & joined
+        if of.any():
+            mean = float(length[of].mean())
+            alpha = rotary_inertia_factor(card.axial, card.shear, card.torsion, card.bending, mean)
+            spread[system == s] = alpha * float(length[of].max()) ** 2
+    return mass, spread * mass, stiffness
+
+
+def _scale_mass(run: Run, mass: Array, inertia: Array, stiffness: Array) -> tuple[float, Array, Array, float]:
+    """Critical step [ms] by nodes (omega^2 <= (2 k_sum + contact) / m) and mass scaling to the target step."""
+    penalty = CONTACT_STEP_SHARE * run.fabric.contact.kernel("normal_stiffness") if run.model.meso.contact else 0.0
+    load = 2.0 * stiffness + penalty
+    interior = mass > 0.0
+    step = float(np.min(2.0 * np.sqrt(mass[interior] / load[interior])))
+    if run.solver.target_step is None:
+        return step, mass, inertia, 0.0
+    wanted = run.solver.kernel("target_step") / run.solver.safety
+    scaled = np.maximum(mass, 0.25 * wanted**2 * load)
+    added = float(scaled.sum() / mass.sum() - 1.0)
+    if 100.0 * added > run.solver.max_added_mass:
+        raise InputError(
+            f"solver.target_step = {run.solver.target_step:g} us adds {100 * added:.1f} % mass, more than "
+            f"solver.max_added_mass = {run.solver.max_added_mass:g} %; the unscaled step is {1e3 * run.solver.safety * step:.4f} us"
+        )
+    return wanted, scaled, inertia * scaled / mass, added
+
+
+def _beams(
+    cards: tuple[Section, ...], paths: list[YarnPath], draws: dict[str, YarnDraws], chord: Array, length: Array,
+    joined: NDArray[np.bool_], chain: Index,
+) -> Beams:  # fmt: skip
+    tangent = np.where(joined[:, None], chord / length[:, None], [1.0, 0.0, 0.0])
+    fail = np.array([draws[p.system].fracture_strain[p.index] for p in paths])[chain]
+    slack = np.array([draws[p.system].slack[p.index] for p in paths])[chain]
+    n_hinges = max(len(c.hinge_strain) for c in cards)
+    knees, slopes = np.zeros((len(cards), n_hinges)), np.zeros((len(cards), n_hinges))
+    for s, card in enumerate(cards):
+        knees[s, : len(card.hinge_strain)] = card.hinge_strain
+        slopes[s, : len(card.hinge_slope)] = card.hinge_slope
+    stiffness = np.array([[c.compression, c.shear, c.torsion, c.bending] for c in cards])
+    return Beams(
+        tangent.T.copy(), 1.0 / length, joined.astype(float), fail, slack, np.where(joined, np.inf, np.nan),
+        stiffness, knees, slopes,
+    )  # fmt: skip
+
+
+def _contact_group(
+    run: Run, cards: tuple[Section, ...], system: Index, joined: NDArray[np.bool_], length: Array, mass: Array
+) -> YarnContactGroup:
+    n = len(system)
+    radius = np.array([c.radius for c in cards])[system]
+    before = np.concatenate([[False], joined[:-1]])
+    is_piece = joined & before
+    half_piece = np.full(n, 0.0)
+    half_piece[1:] = 0.25 * (length[1:] + length[:-1])
+    mean = np.array([length[(system == s) & joined].mean() if (system == s).any() else 1.0 for s in range(len(cards))])
+    bend = 1.2 * (0.5 * np.pi * 2.0 * radius + BEND_MARGIN)
+    normal = run.fabric.contact.kernel("normal_stiffness")
+    law = ContactLaw(
+        normal,
+        normal * run.fabric.contact.kernel("tangential_ratio"),
+        run.fabric.contact.kernel("friction_coefficient"),
+        2.0 * CONTACT_DAMPING * sqrt(normal * 0.5 * float(mass[is_piece].min())),
+    )
+    return YarnContactGroup(radius, half_piece, np.ceil(bend / mean[system]).astype(np.int64), is_piece, law)
