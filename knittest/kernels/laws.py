@@ -1,8 +1,20 @@
 """Tabulated laws as sums of hinges: exactly piecewise linear, without a table search."""
 
+import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from knittest.kernels.options import INLINE
+
+Array = NDArray[np.float64]
+
+
+def hinge_table(strain: Array, force: Array) -> tuple[Array, Array]:
+    """Knees [-] and slopes of the hinges whose sum joins the points ``strain``, ``force`` (n,), the first (0, 0).
+
+    Both results are (n - 1,); beyond the last point the last tangent goes on.
+    """
+    return strain[:-1].copy(), np.diff(np.diff(force) / np.diff(strain), prepend=0.0)
 
 
 @njit(**INLINE)
@@ -16,3 +28,15 @@ def hinge_energy(strain, knee, slope):
     """Integral of :func:`hinge_force` over strain."""
     over = max(strain - knee, 0.0)
     return 0.5 * slope * over * over
+
+
+@njit(**INLINE)
+def odd_hinge_force(strain, knee, slope):
+    """A hinge at ``knee`` >= 0 and its mirror image, so that the law is odd; a knee of 0 gives slope * strain."""
+    return slope * (max(strain - knee, 0.0) + min(strain + knee, 0.0))
+
+
+@njit(**INLINE)
+def odd_hinge_energy(strain, knee, slope):
+    """Integral of :func:`odd_hinge_force` over strain."""
+    return hinge_energy(abs(strain), knee, slope)

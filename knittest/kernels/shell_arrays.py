@@ -1,0 +1,65 @@
+"""Builds the arrays of the shells from a mesh: element constants in blocks, and who touches which node."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knittest.kernels.shell_state import BLOCK, CORNER_ROWS, STATE_ROWS, Array, Index, Shells
+
+
+def build_shells(position: Array, conn: NDArray[np.integer], warp: Array, weft: Array) -> Shells:
+    """Shells at rest in ``position`` (n_nodes, 3) [mm] with corners ``conn`` (n_el, 4).
+
+    ``warp`` and ``weft`` are fibre directions, (3,) or (n_el, 3), projected onto each element.
+    """
+    n_el, n_blocks = len(conn), -(-len(conn) // BLOCK)
+    rows = np.zeros((n_blocks * BLOCK, STATE_ROWS))
+    rows[:n_el] = _element_constants(position[conn], warp, weft)
+    rows[n_el:, :-1] = rows[n_el - 1, :-1]
+    padded = np.concatenate([conn, np.repeat(conn[-1:], len(rows) - n_el, axis=0)]).astype(np.int32)
+    node_start, node_entry = _incidence(np.asarray(conn), len(position))
+    return Shells(
+        conn=np.ascontiguousarray(padded),
+        state=np.ascontiguousarray(rows.reshape(n_blocks, BLOCK, STATE_ROWS).transpose(0, 2, 1)).ravel(),
+        corner=np.zeros(n_blocks * CORNER_ROWS * BLOCK),
+        node_start=node_start,
+        node_entry=node_entry,
+        fail_time=np.where(np.arange(len(rows)) < n_el, np.inf, np.nan),
+    )
+
+
+def _element_constants(corners: Array, warp: Array, weft: Array) -> Array:
+    """Rows ALPHA_A to ALIVE of elements with ``corners`` (n_el, 4, 3), (n_el, 13)."""
+    x31, x42 = corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]
+    pattern = corners[:, 0] - corners[:, 1] + corners[:, 2] - corners[:, 3]
+    normal = np.cross(x31, x42)
+    area = 0.5 * np.linalg.norm(normal, axis=1)
+    normal /= 2.0 * area[:, None]
+    warp_a, weft_b = (_unit_in_plane(np.broadcast_to(f, normal.shape), normal) for f in (warp, weft))
+    shape = (np.sum(x31**2, axis=1) + np.sum(x42**2, axis=1)) / (4.0 * area)
+    columns = [*(_on_diagonals(v, x31, x42, normal) for v in (warp_a, weft_b, pattern))]
+    initial_warp = np.sum(normal * pattern, axis=1)
+    return np.column_stack([*columns, initial_warp, area, shape, normal, np.ones(len(area))])
+
+
+def _unit_in_plane(vector: Array, normal: Array) -> Array:
+    """Unit vectors (n, 3) of ``vector`` less its part along ``normal``."""
+    flat = vector - np.sum(vector * normal, axis=1)[:, None] * normal
+    return flat / np.linalg.norm(flat, axis=1)[:, None]
+
+
+def _on_diagonals(vector: Array, x31: Array, x42: Array, normal: Array) -> Array:
+    """Components (n, 2) with vector = alpha x31 + beta x42 in the plane across ``normal``."""
+    double_area = np.sum(np.cross(x31, x42) * normal, axis=1)
+    alpha = np.sum(np.cross(vector, x42) * normal, axis=1) / double_area
+    beta = np.sum(np.cross(x31, vector) * normal, axis=1) / double_area
+    return np.column_stack([alpha, beta])
+
+
+def _incidence(conn: NDArray[np.integer], n_nodes: int) -> tuple[Index, Index]:
+    """For each node, where in ``corner`` its entries begin, in the order of elements (compressed rows)."""
+    element, corner = np.divmod(np.arange(conn.size), 4)
+    block, lane = np.divmod(element, BLOCK)
+    entry = (block * CORNER_ROWS + corner * 6) * BLOCK + lane
+    order = np.argsort(conn.ravel(), kind="stable")
+    start = np.concatenate([[0], np.cumsum(np.bincount(conn.ravel(), minlength=n_nodes))])
+    return start.astype(np.int64), entry[order].astype(np.int64)

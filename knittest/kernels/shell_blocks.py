@@ -1,0 +1,228 @@
+"""Shell forces block by block, and their deterministic gather at the nodes; the only place that knows about blocking.
+
+A block of 64 elements is gathered into a flat scratch with compile-time strides, then the loops over its lanes
+vectorise: directors and strains, the tabulated laws, the forces. Corner forces are stored for each element, and every
+node collects its own in a fixed order, so the bits do not depend on the number of threads.
+"""
+
+import numpy as np
+from numba import njit
+
+from knittest.kernels.laws import hinge_force, odd_hinge_force
+from knittest.kernels.options import INLINE, KERNEL, U
+from knittest.kernels.rows import rows3, rows4
+from knittest.kernels.shell import (
+    arcsine,
+    fibre_frame,
+    fibre_pair,
+    fibre_strain,
+    hourglass,
+    hourglass_gradients,
+    laminate_gradients,
+    moment_of,
+    spread,
+    transverse_gradients,
+    transverse_shears,
+)
+from knittest.kernels.shell_output import element_energy
+from knittest.kernels.shell_state import (
+    ALIVE,
+    AREA,
+    BLOCK,
+    CORNER_ROWS,
+    SHAPE,
+    STATE_ROWS,
+    WARP,
+    distortion_of,
+    fibres_of,
+    normal_of,
+    state_index,
+)
+from knittest.kernels.vec import add, rotate, scale
+
+LANES = np.uintp(BLOCK)
+ROW2, ROW3 = np.uintp(2 * BLOCK), np.uintp(3 * BLOCK)
+# Rows of the scratch: four rows a corner for positions (the last unused), four for rotations, the first three of which
+# become the director; strains of warp and weft, shear angle, forces of the middle layer in warp and weft, shear force.
+X, D, STRAIN_A, STRAIN_B, ANGLE, MIDDLE_A, MIDDLE_B, SHEAR = (np.uintp(BLOCK * k) for k in (0, 16, *range(32, 38)))
+CORNERS = tuple(np.uintp(4 * BLOCK * k) for k in range(4))
+SCRATCH = BLOCK * 38
+#: first row of each corner in the output
+OUT = tuple(np.uintp(6 * BLOCK * k) for k in range(4))
+
+
+@njit(**INLINE)
+def _load(w, i):
+    return w[i], w[i + LANES], w[i + ROW2]
+
+
+@njit(**INLINE)
+def _store(w, i, v):
+    w[i], w[i + LANES], w[i + ROW2] = v
+
+
+@njit(**INLINE)
+def _corners(w, i):
+    """Positions or directors of the four corners of a lane."""
+    return _load(w, i + CORNERS[0]), _load(w, i + CORNERS[1]), _load(w, i + CORNERS[2]), _load(w, i + CORNERS[3])
+
+
+@njit(**INLINE)
+def _gather(block, nodes, conn, w):
+    """Positions and rotations of the corners of a block."""
+    x, y, z = rows3(nodes.position)
+    qw, qx, qy, qz = rows4(nodes.rotation)
+    for k in range(BLOCK):
+        for c in range(4):
+            n = U(conn[block * BLOCK + k, c])
+            i = U(c) * CORNERS[1] + U(k)
+            _store(w, X + i, (x[n], y[n], z[n]))
+            _store(w, D + i, (qw[n], qx[n], qy[n]))
+            w[D + i + ROW3] = qz[n]
+
+
+@njit(**INLINE)
+def _director(w, i, normal):
+    """Replace the rotation at ``i`` by the director into which it turns the initial normal."""
+    _store(w, i, rotate(w[i], w[i + LANES], w[i + ROW2], w[i + ROW3], normal))
+
+
+@njit(**INLINE)
+def _strains(at, state, w):
+    """Directors, fibre strains and shear angle of a block."""
+    for k in range(LANES):
+        normal = normal_of(state, at + k)
+        _director(w, D + CORNERS[0] + k, normal)
+        _director(w, D + CORNERS[1] + k, normal)
+        _director(w, D + CORNERS[2] + k, normal)
+        _director(w, D + CORNERS[3] + k, normal)
+    for k in range(LANES):
+        a, b, _, _ = fibre_frame(_corners(w, X + k), _corners(w, D + k), fibres_of(state, at + k))
+        inv_a, inv_b, sine = fibre_pair(a, b)
+        w[STRAIN_A + k], w[STRAIN_B + k] = fibre_strain(a, inv_a), fibre_strain(b, inv_b)
+        w[ANGLE + k] = arcsine(sine)
+
+
+@njit(**INLINE)
+def _middle_layer(strain, force, direction, laminate, w):
+    """Tabulated force per width of the middle layer, row ``strain`` to row ``force``."""
+    for k in range(LANES):
+        w[force + k] = laminate.compression[direction] * min(w[strain + k], 0.0)
+    for h in range(laminate.knee.shape[1]):
+        knee, slope = laminate.knee[direction, h], laminate.slope[direction, h]
+        for k in range(LANES):
+            w[force + k] += hinge_force(w[strain + k], knee, slope)
+
+
+@njit(**INLINE)
+def _shear(laminate, w):
+    for k in range(LANES):
+        w[SHEAR + k] = 0.0
+    for h in range(laminate.shear_knee.size):
+        knee, slope = laminate.shear_knee[h], laminate.shear_slope[h]
+        for k in range(LANES):
+            w[SHEAR + k] += odd_hinge_force(w[ANGLE + k], knee, slope)
+
+
+@njit(**INLINE)
+def _delete(at, state, laminate, w):
+    """Delete elements whose membrane strain exceeds the limit of a direction; returns how many."""
+    limit_a, limit_b = laminate.fail_strain[0], laminate.fail_strain[1]
+    failed = 0.0
+    for k in range(LANES):
+        alive = state[at + ALIVE + k]
+        stays = 0.0 if max(w[STRAIN_A + k] - limit_a, w[STRAIN_B + k] - limit_b) > 0.0 else alive
+        failed += alive - stays
+        state[at + ALIVE + k] = stays
+    return failed
+
+
+@njit(**INLINE)
+def _store_corner(corner, i, grad_x, grad_d, director):
+    _store(corner, i, scale(-1.0, grad_x))
+    _store(corner, i + ROW3, moment_of(grad_d, director))
+
+
+@njit(**INLINE)
+def _forces(at, out, state, laminate, corner, w):
+    """Corner forces and moments of a block: minus the gradient of the element's energy."""
+    for k in range(LANES):
+        s = at + k
+        x, d, fibres, distortion = _corners(w, X + k), _corners(w, D + k), fibres_of(state, s), distortion_of(state, s)
+        area, shape = state[s + ALIVE] * state[s + AREA], state[s + ALIVE] * state[s + SHAPE]
+        hold_x, hold_d = shape * laminate.hourglass_membrane, shape * laminate.hourglass_bending
+        hold_edge = shape * laminate.hourglass_transverse
+        frame = fibre_frame(x, d, fibres)
+        strains, middle = (w[STRAIN_A + k], w[STRAIN_B + k]), (w[MIDDLE_A + k], w[MIDDLE_B + k])
+        stiffness = (laminate.lever, laminate.outer[0], laminate.outer[1], laminate.twist)
+        grad_a, grad_b, grad_az, grad_bz = laminate_gradients(frame, area, strains, middle, w[SHEAR + k], stiffness)
+        grad_x, add_a, add_b = hourglass_gradients(frame, hourglass(x, distortion), hold_x)
+        grad_d, add_az, add_bz = hourglass_gradients(frame, hourglass(d, distortion), hold_d)
+        grad_a, grad_b = add(grad_a, add(add_a, add_az)), add(grad_b, add(add_b, add_bz))
+        f = spread(grad_a, grad_b, grad_x, fibres, distortion)
+        g = spread(grad_az, grad_bz, grad_d, fibres, distortion)
+        shear_a, shear_b, along, across = transverse_shears(x, d, fibres, state[s + WARP])
+        forces = (
+            area * laminate.transverse[0] * shear_a,
+            area * laminate.transverse[1] * shear_b,
+            hold_edge * along,
+            hold_edge * across,
+        )
+        ft, gt = transverse_gradients(x, d, fibres, forces)
+        _store_corner(corner, out + OUT[0] + k, add(f[0], ft[0]), add(g[0], gt[0]), d[0])
+        _store_corner(corner, out + OUT[1] + k, add(f[1], ft[1]), add(g[1], gt[1]), d[1])
+        _store_corner(corner, out + OUT[2] + k, add(f[2], ft[2]), add(g[2], gt[2]), d[2])
+        _store_corner(corner, out + OUT[3] + k, add(f[3], ft[3]), add(g[3], gt[3]), d[3])
+
+
+@njit(**KERNEL)
+def _erode(block, time, nodes, shells, laminate):
+    """Stamp newly failed elements of a block with the time; returns their lost energy [mJ]."""
+    lost = 0.0
+    for e in range(block * BLOCK, (block + 1) * BLOCK):
+        if shells.fail_time[e] == np.inf and shells.state[state_index(e) + ALIVE] == 0.0:
+            shells.fail_time[e] = time
+            internal, control = element_energy(e, nodes, shells, laminate)
+            lost += internal + control
+    return lost
+
+
+@njit(**KERNEL)
+def shell_forces(block_start, block_stop, time, nodes, shells, laminate, w):
+    """Corner forces and moments of the blocks from block_start up to block_stop at ``time`` [ms].
+
+    Positions and rotations in, ``shells.corner`` out; elements beyond the fracture strain are deleted. Blocks are
+    independent of each other. ``w`` is work space of ``SCRATCH`` numbers. Returns the energy of deleted elements [mJ].
+    """
+    lost = 0.0
+    for block in range(block_start, block_stop):
+        at, out = U(block) * U(STATE_ROWS * BLOCK), U(block) * U(CORNER_ROWS * BLOCK)
+        _gather(block, nodes, shells.conn, w)
+        _strains(at, shells.state, w)
+        if _delete(at, shells.state, laminate, w) > 0.0:
+            lost += _erode(block, time, nodes, shells, laminate)
+        _middle_layer(STRAIN_A, MIDDLE_A, 0, laminate, w)
+        _middle_layer(STRAIN_B, MIDDLE_B, 1, laminate, w)
+        _shear(laminate, w)
+        _forces(at, out, shells.state, laminate, shells.corner, w)
+    return lost
+
+
+@njit(**KERNEL)
+def gather_shells(node_start, node_stop, nodes, shells):
+    """Add the corner forces and moments of the shells to nodes node_start up to node_stop, in a fixed order."""
+    corner = shells.corner
+    fx, fy, fz = rows3(nodes.force)
+    mx, my, mz = rows3(nodes.moment)
+    for n in range(node_start, node_stop):
+        force, moment = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+        for i in range(shells.node_start[n], shells.node_start[n + 1]):
+            e = U(shells.node_entry[i])
+            force = add(force, _load(corner, e))
+            moment = add(moment, _load(corner, e + ROW3))
+        fx[n] += force[0]
+        fy[n] += force[1]
+        fz[n] += force[2]
+        mx[n] += moment[0]
+        my[n] += moment[1]
+        mz[n] += moment[2]

@@ -1,0 +1,97 @@
+"""Energies and element fields of the shells, from positions and rotations; scalar loops in a fixed order."""
+
+import numpy as np
+from numba import njit
+
+from knittest.kernels.laws import hinge_energy, hinge_force, odd_hinge_energy
+from knittest.kernels.options import KERNEL
+from knittest.kernels.shell import (
+    arcsine,
+    fibre_frame,
+    fibre_pair,
+    fibre_strain,
+    hourglass,
+    hourglass_energy,
+    layers_energy,
+    transverse_shears,
+)
+from knittest.kernels.shell_state import ALIVE, AREA, SHAPE, WARP, distortion_of, fibres_of, normal_of, state_index
+from knittest.kernels.vec import dot, rotate
+
+
+@njit(**KERNEL)
+def _corner(n, normal, nodes):
+    x, q = nodes.position, nodes.rotation
+    return (x[0, n], x[1, n], x[2, n]), rotate(q[0, n], q[1, n], q[2, n], q[3, n], normal)
+
+
+@njit(**KERNEL)
+def _corners(e, nodes, shells):
+    """Positions and directors of the corners of element ``e``."""
+    normal = normal_of(shells.state, state_index(e))
+    x1, d1 = _corner(shells.conn[e, 0], normal, nodes)
+    x2, d2 = _corner(shells.conn[e, 1], normal, nodes)
+    x3, d3 = _corner(shells.conn[e, 2], normal, nodes)
+    x4, d4 = _corner(shells.conn[e, 3], normal, nodes)
+    return (x1, x2, x3, x4), (d1, d2, d3, d4)
+
+
+@njit(**KERNEL)
+def _layers_energy(strain, bend, direction, laminate):
+    middle = 0.5 * laminate.compression[direction] * min(strain, 0.0) ** 2
+    for h in range(laminate.knee.shape[1]):
+        middle += hinge_energy(strain, laminate.knee[direction, h], laminate.slope[direction, h])
+    return layers_energy(strain, bend, middle, laminate.outer[direction], laminate.lever)
+
+
+@njit(**KERNEL)
+def element_energy(e, nodes, shells, laminate):
+    """Elastic energy and energy of the hourglass control [mJ] of element ``e``, whether alive or not."""
+    s = state_index(e)
+    fibres, distortion = fibres_of(shells.state, s), distortion_of(shells.state, s)
+    x, d = _corners(e, nodes, shells)
+    frame = fibre_frame(x, d, fibres)
+    a, b, a_z, b_z = frame
+    inv_a, inv_b, sine = fibre_pair(a, b)
+    density = _layers_energy(fibre_strain(a, inv_a), dot(a, a_z) * inv_a, 0, laminate)
+    density += _layers_energy(fibre_strain(b, inv_b), dot(b, b_z) * inv_b, 1, laminate)
+    for h in range(laminate.shear_knee.size):
+        density += odd_hinge_energy(arcsine(sine), laminate.shear_knee[h], laminate.shear_slope[h])
+    density += 0.5 * laminate.twist * (dot(a, b_z) + dot(b, a_z)) ** 2
+    shear_a, shear_b, along, across = transverse_shears(x, d, fibres, shells.state[s + WARP])
+    density += 0.5 * (laminate.transverse[0] * shear_a**2 + laminate.transverse[1] * shear_b**2)
+    control = hourglass_energy(frame, hourglass(x, distortion), laminate.hourglass_membrane)
+    control += hourglass_energy(frame, hourglass(d, distortion), laminate.hourglass_bending)
+    control += 0.5 * laminate.hourglass_transverse * (along**2 + across**2)
+    return shells.state[s + AREA] * density, shells.state[s + SHAPE] * control
+
+
+@njit(**KERNEL)
+def shell_energies(nodes, shells, laminate):
+    """Elastic energy and energy of the hourglass control of all living shells [mJ]."""
+    internal, control = 0.0, 0.0
+    for e in range(shells.fail_time.size):
+        if shells.state[state_index(e) + ALIVE] > 0.0:
+            elastic, hourglass_part = element_energy(e, nodes, shells, laminate)
+            internal += elastic
+            control += hourglass_part
+    return internal, control
+
+
+@njit(**KERNEL)
+def shell_fields(n_el, nodes, shells, laminate):
+    """Membrane strain warp, weft [-], shear angle [rad], force per width warp, weft [N/mm] of each shell, (5, n_el)."""
+    fields = np.zeros((5, n_el))
+    for e in range(n_el):
+        s = state_index(e)
+        x, d = _corners(e, nodes, shells)
+        a, b, _, _ = fibre_frame(x, d, fibres_of(shells.state, s))
+        inv_a, inv_b, sine = fibre_pair(a, b)
+        fields[0, e], fields[1, e], fields[2, e] = fibre_strain(a, inv_a), fibre_strain(b, inv_b), arcsine(sine)
+        for i in range(2):
+            strain = fields[i, e]
+            force = 2.0 * laminate.outer[i] * strain + laminate.compression[i] * min(strain, 0.0)
+            for h in range(laminate.knee.shape[1]):
+                force += hinge_force(strain, laminate.knee[i, h], laminate.slope[i, h])
+            fields[3 + i, e] = force * shells.state[s + ALIVE]
+    return fields

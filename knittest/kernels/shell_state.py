@@ -1,0 +1,89 @@
+"""Arrays of the shells as NamedTuples: laminate, element constants in blocks, incidence of nodes and corners."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from knittest.kernels.options import INLINE, U
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+#: elements of a block; one row of a block is one quantity of its elements
+BLOCK = 64
+# rows of the element constants: fibres from diagonals (warp alpha, beta; weft alpha, beta), distortion (c31, c42),
+# initial warp [mm], reference area [mm^2], hourglass shape factor [-], initial unit normal (3), 1 while alive
+ALPHA_A, BETA_A, ALPHA_B, BETA_B, C31, C42, WARP, AREA, SHAPE, NORMAL_X, NORMAL_Y, NORMAL_Z, ALIVE = (
+    np.uintp(BLOCK * k) for k in range(13)
+)
+STATE_ROWS = 13
+CORNER_ROWS = 24
+
+
+class Laminate(NamedTuple):
+    """Three layers at -lever, 0 and +lever [mm]; warp and weft are entries 0 and 1.
+
+    ``outer`` (2,): stiffness E t of each outer layer [N/mm]. Middle layer: force per width
+    compression min(e, 0) + sum_k slope[k] max(e - knee[k], 0) [N/mm], ``compression`` (2,), ``knee``, ``slope``
+    (2, n_hinges). Shear S(gamma), odd: sum_k shear_slope[k] (max(g - shear_knee[k], 0) + min(g + shear_knee[k], 0))
+    [N/mm], (n_shear,). ``twist`` [N mm] for twisting, ``transverse`` (2,) for transverse shear [N/mm], hourglass
+    stiffnesses of the membrane [N/mm], bending [N mm] and transverse shear [N/mm], ``fail_strain`` (2,) of the
+    membrane.
+    """
+
+    lever: float
+    outer: Array
+    compression: Array
+    knee: Array
+    slope: Array
+    shear_knee: Array
+    shear_slope: Array
+    twist: float
+    transverse: Array
+    hourglass_membrane: float
+    hourglass_bending: float
+    hourglass_transverse: float
+    fail_strain: Array
+
+
+class Shells(NamedTuple):
+    """Shells in blocks of 64, padded with dead copies of the last one.
+
+    ``conn`` (n_blocks * 64, 4) node numbers; ``state`` (n_blocks * 13 * 64,) the rows above, block by block; ``corner``
+    (n_blocks * 24 * 64,) force (3) [N] and moment (3) [N mm] of corner 1, 2, 3, 4; ``node_start`` (n_nodes + 1,) and
+    ``node_entry`` say where in ``corner`` the entries of a node begin; ``fail_time`` (n_blocks * 64,) [ms], inf while
+    alive, nan for padding.
+    """
+
+    conn: NDArray[np.int32]
+    state: Array
+    corner: Array
+    node_start: Index
+    node_entry: Index
+    fail_time: Array
+
+
+@njit(**INLINE)
+def state_index(e):
+    """Index of the first state row of element ``e``; add a row constant to it."""
+    return U(e // BLOCK) * U(STATE_ROWS * BLOCK) + U(e % BLOCK)
+
+
+@njit(**INLINE)
+def fibres_of(state, s):
+    """Fibres on the diagonals (alpha_a, beta_a, alpha_b, beta_b) [1/mm] of the element at state index ``s``."""
+    return state[s + ALPHA_A], state[s + BETA_A], state[s + ALPHA_B], state[s + BETA_B]
+
+
+@njit(**INLINE)
+def distortion_of(state, s):
+    """Distortion (c31, c42) [-]."""
+    return state[s + C31], state[s + C42]
+
+
+@njit(**INLINE)
+def normal_of(state, s):
+    """Initial unit normal."""
+    return state[s + NORMAL_X], state[s + NORMAL_Y], state[s + NORMAL_Z]
