@@ -1,0 +1,150 @@
+"""Macro material to the three-layer laminate of the shells.
+
+The outer layers are linear and set the bending, D = 2 (E t) z^2 in each direction; the middle layer carries the tension
+curve less their share, so that the membrane force is the curve and independent of D. In tension the middle layer must
+not push back: the curve's smallest tangent must exceed the outer layers' D / z^2. Layers at half the thickness satisfy
+that for a fabric; a curve with a softer toe moves them out. In compression only the sum of the layers is given.
+"""
+
+from collections.abc import Mapping
+from math import sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knittest.config.fabric import Direction, Fabric
+from knittest.errors import InputError
+from knittest.kernels.laws import hinge_table
+from knittest.kernels.shell_state import Laminate
+from knittest.units import to_kernel
+
+Array = NDArray[np.float64]
+
+DIRECTIONS: tuple[Direction, Direction] = ("warp", "weft")
+#: width of the strip whose force the tension curves give [mm] (DIN EN ISO 13934-1)
+STRIP_WIDTH = 50.0
+#: points of a tension curve are dropped while it moves by less than this share of its peak
+CURVE_TOLERANCE = 2e-4
+#: a curve may end this share before the fracture strain; its last tangent then goes on
+CURVE_MARGIN = 0.02
+#: outer layers may move out to this multiple of the thickness
+LARGEST_LEVER = 5.0
+#: share of each layer in the shear stiffness; the outer two resist twisting
+SHEAR_SHARE = 1.0 / 3.0
+#: transverse shear of the plate of same bending stiffness and thickness: (5/6) G t = 5 D / t^2 with G = E / 2
+TRANSVERSE = 5.0
+#: hourglass control as a share of the fully integrated bilinear element (size after Belytschko et al., 1984)
+HOURGLASS = 0.05
+
+
+def laminate(fabric: Fabric, curves: Mapping[Direction, tuple[Array, Array]]) -> Laminate:
+    """Laminate of ``fabric`` with tension ``curves``: strain [%] and force [N] of a 50 mm strip, (n,) each.
+
+    Raises :class:`InputError` for a curve that does not start at the origin, does not rise up to the fracture strain,
+    ends before it, or is too soft for the bending stiffness.
+    """
+    macro, thickness = fabric.macro, fabric.kernel("thickness")
+    fail = np.array([macro.kernel("fracture_strain", d) for d in DIRECTIONS])
+    bending = np.array([macro.kernel("bending_stiffness", d) for d in DIRECTIONS])
+    points = [_tension_points(fabric, d, curves[d], fail[i]) for i, d in enumerate(DIRECTIONS)]
+    tangents = [np.diff(force) / np.diff(strain) for strain, force in points]
+    lever = _lever(fabric, bending, tangents)
+    outer = bending / (2.0 * lever**2)
+    largest = np.array([t.max() for t in tangents])
+    knee, slope = _tables(points)
+    slope[:, 0] -= 2.0 * outer
+    shear = macro.kernel("shear_stiffness")
+    transverse = TRANSVERSE * bending / thickness**2
+    return Laminate(
+        lever=lever,
+        outer=outer,
+        compression=macro.kernel("compression_ratio") * largest - 2.0 * outer,
+        knee=knee,
+        slope=slope,
+        shear_knee=np.zeros(1),
+        shear_slope=np.full(1, shear),
+        twist=2.0 * SHEAR_SHARE * shear * (0.5 * thickness) ** 2,
+        transverse=transverse,
+        # hourglass patterns of a square in bilinear membrane, bending and transverse shear store k h^2 / 24
+        hourglass_membrane=HOURGLASS * float(largest.mean()) / 12.0,
+        hourglass_bending=HOURGLASS * float(bending.mean()) / 12.0,
+        hourglass_transverse=HOURGLASS * float(transverse.mean()) / 12.0,
+        fail_strain=fail,
+    )
+
+
+def _tension_points(
+    fabric: Fabric, direction: Direction, curve: tuple[Array, Array], fail: float
+) -> tuple[Array, Array]:
+    """Strain [-] and force per width [N/mm] from the origin to the fracture strain ``fail``."""
+    strain, force = to_kernel(1.0, "%") * np.asarray(curve[0], float), np.asarray(curve[1], float) / STRIP_WIDTH
+    where = f"fabric {fabric.name}, macro.tension.{direction} ({fabric.macro.tension[direction]})"
+    limit = f"macro.fracture_strain.{direction} = {100 * fail:g} %"
+    if strain.shape != force.shape or strain.size < 2 or not np.isfinite(np.append(strain, force)).all():
+        raise InputError(f"{where}: expected at least two rows of finite strain_pct and force_n")
+    if strain[0] > 0.0:
+        strain, force = np.append(0.0, strain), np.append(0.0, force)
+    start = STRIP_WIDTH * force[0]
+    if strain[0] != 0.0 or abs(force[0]) > CURVE_TOLERANCE * force.max():
+        raise InputError(f"{where}: the first row is {100 * strain[0]:g} %, {start:g} N; expected 0 %, 0 N")
+    if (back := np.flatnonzero(np.diff(strain) <= 0.0)).size:
+        raise InputError(f"{where}: strain_pct does not rise after {100 * strain[back[0]]:g} %; expected rising rows")
+    if strain[-1] < (1.0 - CURVE_MARGIN) * fail:
+        raise InputError(f"{where}: the curve ends at {100 * strain[-1]:g} %; expected it to reach {limit}")
+    strain, force = _cut(strain, np.append(0.0, force[1:]), fail)
+    if (fall := np.flatnonzero(np.diff(force) <= 0.0)).size:
+        raise InputError(
+            f"{where}: force_n does not rise after {100 * strain[fall[0]]:g} %; expected a rising curve up to {limit}"
+        )
+    return _thin(strain, force, CURVE_TOLERANCE * force[-1])
+
+
+def _cut(strain: Array, force: Array, end: float) -> tuple[Array, Array]:
+    """The curve up to the strain ``end``, or all of it when it ends before."""
+    if strain[-1] <= end:
+        return strain, force
+    keep = strain < end
+    return np.append(strain[keep], end), np.append(force[keep], np.interp(end, strain, force))
+
+
+def _thin(strain: Array, force: Array, tolerance: float) -> tuple[Array, Array]:
+    """Fewest halvings after Douglas & Peucker (1973): kept points whose chords stay within ``tolerance`` of all."""
+    keep = {0, len(strain) - 1}
+    spans = [(0, len(strain) - 1)]
+    while spans:
+        a, b = spans.pop()
+        inside = slice(a + 1, b)
+        if b - a < 2:
+            continue
+        gap = np.abs(force[inside] - np.interp(strain[inside], strain[[a, b]], force[[a, b]]))
+        if gap.max() > tolerance:
+            worst = a + 1 + int(gap.argmax())
+            keep.add(worst)
+            spans += [(a, worst), (worst, b)]
+    index = sorted(keep)
+    return strain[index], force[index]
+
+
+def _lever(fabric: Fabric, bending: Array, tangents: list[Array]) -> float:
+    """Distance of the outer layers from the middle [mm]: half the thickness, or more where the curve is soft."""
+    thickness = fabric.kernel("thickness")
+    needed = [sqrt(bending[i] / t.min()) for i, t in enumerate(tangents)]
+    if max(needed) > LARGEST_LEVER * thickness:
+        worst = int(np.argmax(needed))
+        d, soft = DIRECTIONS[worst], STRIP_WIDTH * float(tangents[worst].min()) * to_kernel(1.0, "%")
+        raise InputError(
+            f"fabric {fabric.name}, macro.tension.{d} ({fabric.macro.tension[d]}): smallest tangent {soft:.3g} N per % "
+            f"of strain, too soft for macro.bending_stiffness.{d} = {bending[worst]:g} N mm; expected a curve "
+            f"without a force-free start"
+        )
+    return max(0.5 * thickness, *needed)
+
+
+def _tables(points: list[tuple[Array, Array]]) -> tuple[Array, Array]:
+    """Hinge tables of both directions, (2, n_hinges) each, the shorter one filled with hinges of no slope."""
+    tables = [hinge_table(strain, force) for strain, force in points]
+    n = max(len(knee) for knee, _ in tables)
+    knees, slopes = np.zeros((2, n)), np.zeros((2, n))
+    for i, (knee, slope) in enumerate(tables):
+        knees[i, : len(knee)], slopes[i, : len(slope)] = knee, slope
+    return knees, slopes
