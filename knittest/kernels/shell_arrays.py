@@ -6,14 +6,15 @@ from numpy.typing import NDArray
 from knittest.kernels.shell_state import BLOCK, CORNER_ROWS, STATE_ROWS, Array, Index, Shells
 
 
-def build_shells(position: Array, conn: NDArray[np.integer], warp: Array, weft: Array) -> Shells:
+def build_shells(position: Array, conn: NDArray[np.integer], warp: Array) -> Shells:
     """Shells at rest in ``position`` (n_nodes, 3) [mm] with corners ``conn`` (n_el, 4).
 
-    ``warp`` and ``weft`` are fibre directions, (3,) or (n_el, 3), projected onto each element.
+    ``warp`` is the direction of the warp, (3,) or (n_el, 3), projected onto each element; the weft crosses it at a
+    right angle, so that warped elements are free of shear.
     """
     n_el, n_blocks = len(conn), -(-len(conn) // BLOCK)
     rows = np.zeros((n_blocks * BLOCK, STATE_ROWS))
-    rows[:n_el] = _element_constants(position[conn], warp, weft)
+    rows[:n_el] = _element_constants(position[conn], warp)
     rows[n_el:, :-1] = rows[n_el - 1, :-1]
     padded = np.concatenate([conn, np.repeat(conn[-1:], len(rows) - n_el, axis=0)]).astype(np.int32)
     node_start, node_entry = _incidence(np.asarray(conn), len(position))
@@ -27,24 +28,20 @@ def build_shells(position: Array, conn: NDArray[np.integer], warp: Array, weft: 
     )
 
 
-def _element_constants(corners: Array, warp: Array, weft: Array) -> Array:
+def _element_constants(corners: Array, warp: Array) -> Array:
     """Rows ALPHA_A to ALIVE of elements with ``corners`` (n_el, 4, 3), (n_el, 13)."""
     x31, x42 = corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]
     pattern = corners[:, 0] - corners[:, 1] + corners[:, 2] - corners[:, 3]
     normal = np.cross(x31, x42)
     area = 0.5 * np.linalg.norm(normal, axis=1)
     normal /= 2.0 * area[:, None]
-    warp_a, weft_b = (_unit_in_plane(np.broadcast_to(f, normal.shape), normal) for f in (warp, weft))
+    along = np.broadcast_to(warp, normal.shape)
+    along = along - np.sum(along * normal, axis=1)[:, None] * normal
+    along /= np.linalg.norm(along, axis=1)[:, None]
     shape = (np.sum(x31**2, axis=1) + np.sum(x42**2, axis=1)) / (4.0 * area)
-    columns = [*(_on_diagonals(v, x31, x42, normal) for v in (warp_a, weft_b, pattern))]
+    columns = [*(_on_diagonals(v, x31, x42, normal) for v in (along, np.cross(normal, along), pattern))]
     initial_warp = np.sum(normal * pattern, axis=1)
     return np.column_stack([*columns, initial_warp, area, shape, normal, np.ones(len(area))])
-
-
-def _unit_in_plane(vector: Array, normal: Array) -> Array:
-    """Unit vectors (n, 3) of ``vector`` less its part along ``normal``."""
-    flat = vector - np.sum(vector * normal, axis=1)[:, None] * normal
-    return flat / np.linalg.norm(flat, axis=1)[:, None]
 
 
 def _on_diagonals(vector: Array, x31: Array, x42: Array, normal: Array) -> Array:

@@ -61,8 +61,7 @@ def build_strip(
     fixed, moving = (np.flatnonzero(s * position[:, 1] >= edge) for s in (-1.0, 1.0))
     free = np.abs(position[:, 1]) < edge
     position[free, 2] = np.random.default_rng(seed).uniform(-imperfection, imperfection, int(free.sum()))
-    warp, weft = (ALONG, -ACROSS) if direction == "warp" else (ACROSS, ALONG)
-    shells = build_shells(position, conn, warp, weft)
+    shells = build_shells(position, conn, ALONG if direction == "warp" else ACROSS)
     mass, inertia, step = lump(fabric, laminate, position, conn, shells)
     return ShellStrip(
         position, conn, mass, inertia, shells, laminate, fixed, moving, 0.5 * fabric.kernel("thickness"), step

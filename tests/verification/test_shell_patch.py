@@ -1,0 +1,87 @@
+"""Patch tests on the irregular mesh of MacNeal & Harder (1985): constant strain states are met exactly."""
+
+import numpy as np
+import pytest
+from shell_cases import PATCH, PATCH_CONN, Solid, X, grid, linear_laminate, solve
+
+from knittest.kernels.shell_arrays import build_shells
+from knittest.kernels.shell_output import shell_fields
+
+INNER = np.arange(4, 8)
+
+
+def patch(**changes) -> Solid:
+    return Solid(PATCH, build_shells(PATCH, PATCH_CONN, X), linear_laminate(**changes))
+
+
+def dofs(*columns: int) -> np.ndarray:
+    """Free degrees of freedom of the inner nodes."""
+    free = np.zeros((len(PATCH), 6), bool)
+    free[np.ix_(INNER, columns)] = True
+    return free
+
+
+def test_membrane_patch():
+    """Boundary on x -> F x: inner nodes follow, strains and forces are those of F (round-off of the Newton steps)."""
+    gradient = np.array([[1.01, 0.006, 0.0], [0.02, 0.995, 0.0], [0.0, 0.0, 1.0]])
+    exact = np.zeros((len(PATCH), 6))
+    exact[:, :3] = PATCH @ gradient.T - PATCH
+    start = exact.copy()
+    start[INNER] = 0.0
+    solid = patch()
+    found = solve(solid, dofs(0, 1), start, np.zeros_like(start))
+    assert np.abs(found - exact).max() < 1e-8
+    warp, weft = gradient[:, 0], gradient[:, 1]
+    strain_a, strain_b = np.linalg.norm(warp) - 1.0, np.linalg.norm(weft) - 1.0
+    angle = np.arcsin(warp @ weft / ((1.0 + strain_a) * (1.0 + strain_b)))
+    expected = [strain_a, strain_b, angle, 900.0 * strain_a, 600.0 * strain_b]
+    fields = shell_fields(len(PATCH_CONN), solid.nodes, solid.shells, solid.laminate)
+    assert fields == pytest.approx(np.repeat(np.array(expected)[:, None], 5, axis=1), rel=1e-7)
+    area = 24.0 * 12.0
+    energy = area * 0.5 * (900.0 * strain_a**2 + 600.0 * strain_b**2 + 0.5 * angle**2)
+    assert solid.energy() == pytest.approx(energy, rel=1e-9)
+
+
+@pytest.mark.parametrize("curvature", [(1e-6, 0.0, 0.0), (0.0, 1e-6, 0.0), (0.0, 0.0, 1e-6), (1e-6, -5e-7, 8e-7)])
+def test_bending_patch(curvature):
+    """Boundary on w = (kx x^2 + ky y^2) / 2 + kxy x y with its normals: inner nodes follow.
+
+    Energy area (Da kx^2 + Db ky^2 + T (2 kxy)^2) / 2: twisting changes the angle of a layer by 2 kxy z. What is left is
+    the stretch by the slopes, here below 3e-5, squared.
+    """
+    kx, ky, kxy = curvature
+    x, y = PATCH[:, 0], PATCH[:, 1]
+    exact = np.zeros((len(PATCH), 6))
+    exact[:, 2] = 0.5 * (kx * x**2 + ky * y**2) + kxy * x * y
+    exact[:, 3] = ky * y + kxy * x  # rotation about x is dw/dy, about y is -dw/dx
+    exact[:, 4] = -(kx * x + kxy * y)
+    start = exact.copy()
+    start[INNER] = 0.0
+    solid = patch()
+    found = solve(solid, dofs(2, 3, 4), start, np.zeros_like(start))
+    assert np.abs(found - exact).max() < 1e-6 * np.abs(exact).max()
+    bending = 2.0 * solid.laminate.outer * solid.laminate.lever**2
+    energy = 24.0 * 12.0 * 0.5 * (bending[0] * kx**2 + bending[1] * ky**2 + solid.laminate.twist * 4.0 * kxy**2)
+    assert solid.energy() == pytest.approx(energy, rel=1e-4)
+
+
+def test_no_hidden_mechanism():
+    """A free square of 3 x 3 shells has exactly the rigid motions and the turns about the normals at zero stiffness."""
+    position, conn = grid(3, 3, 15.0, 15.0)
+    solid = Solid(position, build_shells(position, conn, X), linear_laminate())
+    n = 6 * solid.n
+    stiffness = np.empty((n, n))
+    for k in range(n):
+        part = []
+        for step in (1e-6, -1e-6):
+            u = np.zeros(n)
+            u[k] = step
+            u = u.reshape(-1, 6)
+            solid.place(u[:, :3], u[:, 3:])
+            part.append(np.hstack(solid.forces()).ravel())
+        stiffness[:, k] = -(part[0] - part[1]) / 2e-6
+    assert np.abs(stiffness - stiffness.T).max() < 1e-6 * np.abs(stiffness).max()
+    values = np.sort(np.linalg.eigvalsh(0.5 * (stiffness + stiffness.T)))
+    zero = solid.n + 6  # turns about the normal, which directors do not feel, are counted once in the rigid motions
+    assert np.abs(values[:zero]).max() < 1e-5
+    assert values[zero] > 1e-4
