@@ -1,0 +1,151 @@
+"""curve.png: force over strain, beside what it is compared with."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from knittest.export.figure import BLACK, BLUE, GREY, ORANGE, RED, SKY, dress, new_figure, save
+from knittest.history import Array
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A curve to compare with: strain [%] and force [N], (n,), and how it came about, which style and legend say."""
+
+    strain_pct: Array
+    force_n: Array
+    kind: Literal["measured", "digitised", "reconstructed", "input"]
+    source: str = ""  # "Table 3", a file name
+
+
+@dataclass(frozen=True)
+class EndPoint:
+    """Measured peak force [N] over fracture strain [%], mean and standard deviation."""
+
+    strain_mean: float
+    strain_sd: float
+    force_mean: float
+    force_sd: float
+    source: str = "Table 3"
+
+
+@dataclass(frozen=True)
+class Corridor:
+    """Mean and standard deviation of specimens' forces [N] on a common strain grid [%], each (n,)."""
+
+    strain_pct: Array
+    mean_n: Array
+    sd_n: Array
+
+
+# Dashes tell a measured curve from what was made of an end point or fed into the model.
+_STYLE = {
+    "measured": (RED, "-", "measured"),
+    "digitised": (RED, (0, (6, 2)), "digitised"),
+    "reconstructed": (RED, (0, (4, 2)), "reconstructed from {source} end point"),
+    "input": (ORANGE, (0, (1, 1.2)), "input of the model"),
+}
+
+
+def curve_picture(
+    path: Path,
+    specimens: Sequence[Mapping[str, Array]],
+    *,
+    title: str,
+    references: Sequence[Reference] = (),
+    end_point: EndPoint | None = None,
+    corridor: Corridor | None = None,
+    yarns: tuple[int, str] | None = None,
+) -> None:
+    """Draw the force-strain curve of one run, or of an ensemble with its mean and sd ``corridor``, to ``path`` (PNG).
+
+    ``specimens`` are ``History.curve`` mappings with ``strain_pct`` and ``force_n``; ``yarns`` (count along the
+    strip, name) adds a scale of force per yarn. Raises :class:`ResourceError`.
+    """
+    figure = new_figure(8.0, 6.0)
+    axes = figure.add_axes((0.1, 0.25, 0.79 if yarns else 0.86, 0.69))
+    dress(axes)
+    for reference in references:
+        _reference(axes, reference)
+    if end_point is not None:
+        _end_point(axes, end_point)
+    if len(specimens) == 1:
+        strain, force = specimens[0]["strain_pct"], specimens[0]["force_n"]
+        axes.plot(strain, force, color=BLUE, linewidth=2.0, label="simulated", zorder=4)
+        top = int(np.nanargmax(force))
+        label = f"simulated peak, {force[top]:.0f} N at {strain[top]:.2f} %"
+        axes.plot(
+            strain[top], force[top], "o", color=BLUE, markeredgecolor="white", markersize=8, label=label, zorder=5
+        )
+    else:
+        _ensemble(axes, specimens, corridor)
+    axes.set(xlabel="strain [%]", ylabel="force [N]")
+    axes.set_xlim(left=0)
+    axes.set_ylim(0, axes.get_ylim()[1] * 1.06)
+    if yarns:
+        _force_per_yarn(axes, *yarns)
+    axes.set_title(title, loc="left", fontsize=12)
+    figure.legend(*axes.get_legend_handles_labels(), loc="lower center", ncols=2, frameon=False, fontsize=9)
+    save(figure, path)
+
+
+def _reference(axes: "Axes", reference: Reference) -> None:
+    colour, dashes, text = _STYLE[reference.kind]
+    label = text.format(source=reference.source or "the published")
+    if reference.source and "{" not in text:
+        label += f" ({reference.source})"
+    axes.plot(reference.strain_pct, reference.force_n, color=colour, linestyle=dashes, linewidth=1.6, label=label)
+
+
+def _end_point(axes: "Axes", point: EndPoint) -> None:
+    from matplotlib.patches import Rectangle
+
+    corner = (point.strain_mean - point.strain_sd, point.force_mean - point.force_sd)
+    label = f"experiment, mean ± sd ({point.source})"
+    box = Rectangle(
+        corner, 2 * point.strain_sd, 2 * point.force_sd, facecolor=RED, alpha=0.13, edgecolor=RED, label=label, zorder=2
+    )
+    axes.add_patch(box)
+    axes.plot(point.strain_mean, point.force_mean, marker="D", color=RED, markersize=5, linestyle="none", zorder=3)
+
+
+def _ensemble(axes: "Axes", specimens: Sequence[Mapping[str, Array]], corridor: Corridor | None) -> None:
+    for number, curve in enumerate(specimens):
+        label = f"{len(specimens)} simulated specimens" if number == 0 else None
+        axes.plot(curve["strain_pct"], curve["force_n"], color=SKY, linewidth=0.8, alpha=0.8, label=label, zorder=2.5)
+    if corridor is not None:
+        low, high = corridor.mean_n - corridor.sd_n, corridor.mean_n + corridor.sd_n
+        axes.fill_between(corridor.strain_pct, low, high, color=BLUE, alpha=0.16, linewidth=0, label="simulated, ± sd")
+        axes.plot(corridor.strain_pct, corridor.mean_n, color=BLUE, linewidth=2.4, label="simulated, mean", zorder=4)
+    peaks = np.array([[c["strain_pct"][np.nanargmax(c["force_n"])], np.nanmax(c["force_n"])] for c in specimens])
+    mean, sd = peaks.mean(axis=0), peaks.std(axis=0, ddof=1)
+    axes.errorbar(
+        mean[0],
+        mean[1],
+        xerr=sd[0],
+        yerr=sd[1],
+        fmt="o",
+        color=BLACK,
+        markersize=5,
+        capsize=3,
+        label=f"simulated peaks {mean[1]:.0f} ± {sd[1]:.0f} N at {mean[0]:.2f} ± {sd[0]:.2f} %",
+        zorder=6,
+    )
+
+
+def _force_per_yarn(axes: "Axes", count: int, name: str) -> None:
+    def shared(force: Any) -> Any:
+        return force / count
+
+    def whole(force: Any) -> Any:
+        return force * count
+
+    right = axes.secondary_yaxis("right", functions=(shared, whole))
+    right.set_ylabel(f"force per {name} yarn [N] ({count} yarns)", color=GREY)
+    right.tick_params(colors=GREY)

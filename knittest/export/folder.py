@@ -1,0 +1,261 @@
+"""The run folder: everything a run leaves behind, and a manifest that always says how it ended."""
+
+import os
+import re
+import socket
+import unicodedata
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from datetime import datetime
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import knittest
+from knittest.config.run import Run
+from knittest.errors import InputError, KnittestError, OutOfTolerance
+from knittest.export import provenance
+from knittest.export.atomic import resource_error, write_atomic
+from knittest.export.jsonfile import json_text
+from knittest.export.lock import LOCK_NAME, RunLock
+from knittest.export.summary import Status
+
+INTERRUPTED = 75
+# What only a completed run may show; a failed one keeps its tables under a name that says so.
+_RESULTS = ("summary.json", "comparison.json", "curve.png", "energies.png", "deformed.png", "report.html")
+_TABLES = ("curve.csv", "energies.csv", "yarns.csv")
+_OWN = ("manifest.json", "config.yaml", "log.jsonl", "frames.pvd", LOCK_NAME, *_RESULTS, *_TABLES)
+
+
+class RunFolder:
+    """A locked folder with a manifest; a context manager that ends the manifest with the right status.
+
+    Leaving the block without an exception completes the run (exit code 0) unless :meth:`finish` was called; a failed
+    or interrupted run keeps no file that looks like a result.
+    """
+
+    def __init__(self, path: Path, lock: RunLock, manifest: dict[str, Any]) -> None:
+        self.path = path
+        self.frames = path / "frames"
+        self._lock = lock
+        self._manifest = manifest
+        #: why a dead run's folder was taken over, for the user; empty otherwise
+        self.notice = _notice(path, lock)
+
+    @classmethod
+    def create(
+        cls,
+        out: Path | None,
+        run: Run,
+        *,
+        config_text: str,
+        threads: int,
+        data_files: Iterable[Path] = (),
+    ) -> Self:
+        """Make and lock the folder ``out`` (default ``runs/<name>-<time>``), write manifest.json, then config.yaml.
+
+        ``config_text`` is the resolved config, ``data_files`` are those the run reads (hashed into the manifest).
+        Raises :class:`InputError` when ``out`` is a file or holds something else, :class:`ResourceError` when it
+        cannot be written or another run is using it.
+        """
+        path = _fresh_folder(Path("runs") / run_name(run)) if out is None else _chosen_folder(out)
+        lock = RunLock(path)
+        try:
+            _clear_dead_run(path, lock)
+            folder = cls(path, lock, _first_manifest(run, config_text, threads, data_files))
+            folder._write_manifest()
+            folder.write_text("config.yaml", config_text)
+            folder.log("started", **({"notice": folder.notice} if folder.notice else {}))
+        except BaseException:
+            lock.release()
+            raise
+        return folder
+
+    def write_text(self, name: str, text: str) -> Path:
+        """Write a text file of the folder, whole or not at all."""
+        write_atomic(self.path / name, text)
+        return self.path / name
+
+    def write_table(self, name: str, columns: Mapping[str, Sequence[Any]]) -> Path:
+        """Write ``columns`` (name with unit to values of equal length) as a CSV with one header line."""
+        import pandas as pd
+
+        return self.write_text(name, pd.DataFrame(dict(columns)).to_csv(index=False, float_format="%.10g"))
+
+    def write_curve(self, columns: Mapping[str, Any]) -> Path:
+        """Write curve.csv, the rig's sampled channels (``History.curve``)."""
+        return self.write_table("curve.csv", columns)
+
+    def write_energies(self, columns: Mapping[str, Any]) -> Path:
+        """Write energies.csv, energies and ratios by time (``History.energies``)."""
+        return self.write_table("energies.csv", columns)
+
+    def write_yarns(self, columns: Mapping[str, Any]) -> Path:
+        """Write yarns.csv, one row a yarn."""
+        return self.write_table("yarns.csv", columns)
+
+    def write_comparison(self, comparison: Mapping[str, Any]) -> Path:
+        """Write comparison.json, the metrics for each reference."""
+        return self.write_text("comparison.json", json_text(comparison))
+
+    def write_summary(self, summary: Mapping[str, Any]) -> Path:
+        """Write summary.json (see :func:`knittest.export.summary.build_summary`)."""
+        return self.write_text("summary.json", json_text(summary))
+
+    def log(self, event: str, **fields: Any) -> None:
+        """Append one line to log.jsonl: time, event and its fields."""
+        line = json_text({"time": _now(), "event": event, **fields}, indent=None)
+        path = self.path / "log.jsonl"
+        try:
+            with path.open("a", encoding="utf-8") as stream:
+                stream.write(line)
+        except OSError as error:
+            raise resource_error(path, error) from error
+
+    def finish(self, status: Status, exit_code: int, message: str = "") -> None:
+        """End the run: sweep what must not look like a result, write the last manifest, free the lock."""
+        if status != "completed":
+            self._sweep()
+        self._manifest |= {"status": status, "ended": _now(), "exit_code": exit_code, "message": message}
+        self._lock.give_room()
+        try:
+            self._write_manifest()
+        finally:
+            self._lock.release()
+
+    @property
+    def finished(self) -> bool:
+        """True after :meth:`finish`."""
+        return self._manifest["status"] != "running"
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self.finished:
+            return
+        try:
+            self.finish(*_ending(error))
+        except KnittestError:
+            # The first error is the one to report; a second, from the full disk, adds nothing.
+            if error is None:
+                raise
+
+    def _write_manifest(self) -> None:
+        self.write_text("manifest.json", json_text(self._manifest))
+
+    def _sweep(self) -> None:
+        for name in _RESULTS:
+            with suppress(OSError):
+                (self.path / name).unlink(missing_ok=True)
+        for name in _TABLES:
+            with suppress(OSError):
+                (self.path / name).replace(self.path / name.replace(".csv", ".incomplete.csv"))
+
+
+def run_name(run: Run, *, direction: str | None = None, at: datetime | None = None) -> str:
+    """``<rig>-<variant>-<scale>-<direction>-<time>``, safe as a file name; ``direction`` replaces the rig's own."""
+    moment = (at or datetime.now()).strftime("%Y%m%d-%H%M%S")
+    parts = (run.rig.kind, run.fabric.name, run.model.scale, direction or run.rig.direction, moment)
+    return "-".join(slug(part) for part in parts)
+
+
+def slug(text: str) -> str:
+    """``text`` as letters, digits, dot, dash and underscore, never hidden, never empty, 60 characters at most."""
+    plain = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode()
+    return re.sub(r"[^A-Za-z0-9._-]+", "-", plain).strip("-.")[:60] or "unnamed"
+
+
+def _fresh_folder(path: Path) -> Path:
+    """Make ``path``, or ``path-2``, ``path-3``... when runs of the same second got there first."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        candidate, number = path, 1
+        while True:
+            try:
+                candidate.mkdir()
+                return candidate
+            except FileExistsError:
+                number += 1
+                candidate = path.with_name(f"{path.name}-{number}")
+    except OSError as error:
+        raise resource_error(path, error) from error
+
+
+def _chosen_folder(path: Path) -> Path:
+    """Make the folder the user chose, or check that it is empty or a dead run's."""
+    if path.exists() and not path.is_dir():
+        raise InputError(f"--out {path}: is a file, expected a new or empty folder")
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        names = [file.name for file in path.iterdir()]
+    except OSError as error:
+        raise resource_error(path, error) from error
+    if names and LOCK_NAME not in names:
+        raise InputError(f"--out {path}: not empty; choose a new folder, or remove this one if it is not needed")
+    return path
+
+
+def _clear_dead_run(path: Path, lock: RunLock) -> None:
+    """Remove the files of the dead run whose lock was taken over; refuse when there are others among them."""
+    names = {file.name for file in path.iterdir()} - {LOCK_NAME}
+    if not names:
+        return
+    leftover = [name for name in names if re.fullmatch(r"\..*\.tmp(\.\w+)?", name)]
+    strange = sorted(names - set(_OWN) - {"frames", *leftover})
+    if strange:
+        raise InputError(
+            f"--out {path}: left by {lock.stale_owner or 'a run'}, which is no longer running, and holds {strange[0]}; "
+            "choose a new folder, or remove this one if it is not needed"
+        )
+    try:
+        for file in [*(path / name for name in names - {"frames"}), *(path / "frames").glob("frame-*.vtu")]:
+            file.unlink()
+    except OSError as error:
+        raise resource_error(path, error) from error
+
+
+def _notice(path: Path, lock: RunLock) -> str:
+    if lock.stale_owner is None:
+        return ""
+    return f"{path}: {lock.stale_owner} died without finishing here; its files were replaced"
+
+
+def _first_manifest(run: Run, config_text: str, threads: int, data_files: Iterable[Path]) -> dict[str, Any]:
+    return {
+        "status": "running",
+        "version": knittest.__version__,
+        "git_commit": provenance.git_commit(),
+        "config_sha256": provenance.sha256_text(config_text),
+        "data_sha256": provenance.sha256_files(data_files),
+        "seed": run.variability.seed,
+        "cpu": provenance.cpu_model(),
+        "cores": provenance.cores(),
+        "threads": threads,
+        "libraries": provenance.library_versions(),
+        "pid": os.getpid(),
+        "host": socket.gethostname(),
+        "started": _now(),
+        "ended": None,
+        "exit_code": None,
+        "message": "",
+    }
+
+
+def _ending(error: BaseException | None) -> tuple[Status, int, str]:
+    """Status, exit code and message for the exception that ended a run."""
+    if error is None:
+        return "completed", 0, ""
+    if isinstance(error, OutOfTolerance):
+        return "completed", error.exit_code, str(error)
+    if isinstance(error, KnittestError):
+        return "failed", error.exit_code, str(error)
+    if isinstance(error, KeyboardInterrupt) or (isinstance(error, SystemExit) and error.code == INTERRUPTED):
+        return "interrupted", INTERRUPTED, "stopped by a signal"
+    return "failed", 1, f"{type(error).__name__}: {error}"
+
+
+def _now() -> str:
+    return datetime.now().astimezone().isoformat(timespec="seconds")

@@ -1,0 +1,203 @@
+"""deformed.png: the strip just before its peak and broken, from the technical face, coloured by force."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knittest.config.fabric import Direction
+from knittest.export.figure import new_figure, save
+from knittest.export.tubes import View, render_tubes
+from knittest.history import Array, Frame, History, Mesh
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.colors import Colormap, Normalize
+    from matplotlib.figure import Figure
+
+_COLOURS = ("#7b828a", "#f4cf6a", "#f08c3a", "#d3322f", "#7c0f36")
+_GROUND = "#23282e"
+_MARK = "#19e3ff"
+_KNIT = np.array([0.88, 0.91, 0.94])
+_NEGLIGIBLE = 0.02  # of the colour scale: below it the knitting yarn stays pale
+_ORDER = ("left strip", "right strip")
+_ZOOM_MM = 20.0
+_STRIP_PIXELS = 1_000_000
+_FINEST_PIXEL = 0.03  # mm
+_ZOOM_PIXELS = 800
+
+
+@dataclass(frozen=True)
+class Scale:
+    """Colour of a force: ``cmap`` of ``norm``, which ends at ``largest`` [N] or [N/mm]."""
+
+    cmap: "Colormap"
+    norm: "Normalize"
+    label: str
+    largest: float
+
+    def rgb(self, force: Array) -> Array:
+        """Colours (n, 3), 0 to 1, of forces (n,)."""
+        return self.cmap(self.norm(force))[:, :3]
+
+
+def strip_picture(path: Path, history: History, *, direction: Direction, title: str) -> None:
+    """Draw the frame of the largest force and the last one, side by side and to scale, to ``path`` (PNG).
+
+    Beams are tubes of their own diameter, failed ones are left out, and two windows of 20 x 20 mm show the fracture;
+    shells are quads with deleted ones left out. ``direction`` is that of the pull. Raises :class:`ResourceError`.
+    """
+    before = max(history.frames, key=lambda frame: frame.force)
+    frames = (before, history.frames[-1])
+    positions = [_upright(frame.position, history.frames[0].position) for frame in frames]
+    force = "axial_force" if history.mesh.kind == "beams" else f"force_{direction}"
+    scale = _scale(force, before)
+    box = _bounds(*positions)
+    zooms = history.mesh.kind == "beams"
+    figure, strips, windows = _layout(box, zooms)
+    for number, (axes, frame, position) in enumerate(zip(strips, frames, positions, strict=True)):
+        colour = _colours(history.mesh, frame.fields[force], scale)
+        _draw(axes, history.mesh, frame, position, colour, box)
+        axes.set_title(_caption(frame, broken=number == 1), fontsize=9.5)
+        axes.set_xlabel("across [mm]", fontsize=9)
+        if zooms:
+            window = _window(_fracture(history.mesh, frames[1], position), box)
+            _draw(windows[number], history.mesh, frame, position, colour, window)
+            _mark_window(axes, windows[number], window, _ORDER[number])
+            _mark_breaks(axes, history.mesh, frame, position)
+    strips[0].set_ylabel("along the strip [mm]", fontsize=9)
+    _colour_bar(figure, scale)
+    figure.text(0.02, 0.975, title, fontsize=12, va="top")
+    save(figure, path)
+
+
+def _upright(position: Array, reference: Array) -> Array:
+    """Turn the strip so that its long side stands, seen from the technical face (+z), its first corner at (0, 0)."""
+    low, high = reference.min(axis=0), reference.max(axis=0)
+    extent = high - low
+    if extent[0] > extent[1]:
+        return np.stack([high[1] - position[:, 1], position[:, 0] - low[0], position[:, 2]], axis=1)
+    return position - [low[0], low[1], 0.0]
+
+
+def _scale(force: str, before: Frame) -> Scale:
+    from matplotlib.colors import LinearSegmentedColormap, Normalize
+
+    alive = before.fields["alive"] > 0
+    largest = float(np.nanmax(np.abs(before.fields[force][alive]), initial=0.0)) or 1.0
+    label = "axial force of the yarn [N]" if force == "axial_force" else "fibre force per width [N/mm]"
+    colours = LinearSegmentedColormap.from_list("load", _COLOURS)
+    return Scale(colours, Normalize(0.0, largest, clip=True), label, largest)
+
+
+def _bounds(before: Array, broken: Array) -> View:
+    """A window around both states; what a fracture threw further than the margin is cut off."""
+    low, high = before[:, :2].min(axis=0), before[:, :2].max(axis=0)
+    margin = 0.1 * (high - low).min()
+    low = np.maximum(np.fmin(low, broken[:, :2].min(axis=0)), low - margin) - 1.5
+    high = np.minimum(np.fmax(high, broken[:, :2].max(axis=0)), high + margin) + 1.5
+    pixel = max(float(np.sqrt((high - low).prod() / _STRIP_PIXELS)), _FINEST_PIXEL)
+    return View(low[0], high[0], low[1], high[1], pixel)
+
+
+def _layout(box: View, zooms: bool) -> tuple["Figure", list["Axes"], list["Axes"]]:
+    """Axes whose sides have the very aspect of what they show [inch]: two strips, and two square windows."""
+    aspect = (box.right - box.left) / (box.top - box.bottom)
+    tall = min(9.0, 5.0 / aspect)
+    wide, side = tall * aspect, (tall - 0.8) / 2
+    left, gap, bottom = 0.75, 0.3, 1.15
+    width = left + 2 * wide + gap + (gap + side + 0.55 if zooms else 0.55)
+    figure = new_figure(max(width, 5.2), bottom + tall + 0.95)
+    total_w, total_h = figure.get_size_inches()
+
+    def axes_at(x: float, y: float, w: float, h: float) -> "Axes":
+        return figure.add_axes((x / total_w, y / total_h, w / total_w, h / total_h))
+
+    strips = [axes_at(left + k * (wide + gap), bottom, wide, tall) for k in (0, 1)]
+    strips[1].tick_params(labelleft=False)
+    right = left + 2 * (wide + gap)
+    windows = [axes_at(right, bottom + (tall - side) * (1 - k), side, side) for k in (0, 1)] if zooms else []
+    return figure, strips, windows
+
+
+def _colours(mesh: Mesh, force: Array, scale: Scale) -> Array:
+    """Colour of each element, (n_el, 3); a knitting yarn without load worth naming stays pale."""
+    colour = scale.rgb(force)
+    if "knit" in mesh.part_names:
+        slack = (mesh.part == mesh.part_names.index("knit")) & (np.abs(force) < _NEGLIGIBLE * scale.largest)
+        colour[slack] = _KNIT
+    return colour
+
+
+def _draw(axes: "Axes", mesh: Mesh, frame: Frame, position: Array, colour: Array, view: View) -> None:
+    alive = (frame.fields["alive"] > 0) & np.isfinite(position[mesh.cells]).all(axis=(1, 2))
+    axes.set_facecolor(_GROUND)
+    if mesh.kind == "beams":
+        ends = position[mesh.cells[alive]]
+        image = render_tubes(ends[:, 0], ends[:, 1], mesh.radius[alive], colour[alive], view)
+        axes.imshow(image, origin="lower", extent=view.extent, interpolation="antialiased")
+    else:
+        from matplotlib.collections import PolyCollection
+
+        quads = position[mesh.cells[alive]][:, :, :2]
+        axes.add_collection(PolyCollection(list(quads), facecolors=colour[alive], edgecolors="#33383d", linewidths=0.3))
+    axes.set(xlim=(view.left, view.right), ylim=(view.bottom, view.top))
+    axes.tick_params(labelsize=8)
+
+
+def _broken_inlays(mesh: Mesh, frame: Frame) -> NDArray[np.bool_]:
+    """Failed elements of warp and weft, (n_el,)."""
+    dead = frame.fields["alive"] <= 0
+    return dead & (mesh.part != mesh.part_names.index("knit")) if "knit" in mesh.part_names else dead
+
+
+def _fracture(mesh: Mesh, broken: Frame, position: Array) -> Array:
+    """Where to look, (2,) [mm]: the failed inlay element with most others near, of these the most central one."""
+    centre = (position[:, :2].min(axis=0) + position[:, :2].max(axis=0)) / 2
+    middle = position[mesh.cells[_broken_inlays(mesh, broken)]].mean(axis=1)[:, :2]
+    if not len(middle):
+        return centre
+    near = (np.abs(middle[:, None, :] - middle[None, :, :]).max(axis=2) < _ZOOM_MM / 2).sum(axis=1)
+    best = middle[near == near.max()]
+    return best[np.argmin(np.hypot(*(best - centre).T))]
+
+
+def _window(centre: Array, box: View) -> View:
+    """A square of 20 mm around ``centre``, moved inside the picture of the strip where it fits."""
+    half = _ZOOM_MM / 2
+    low, high = np.array([box.left, box.bottom]) + half, np.array([box.right, box.top]) - half
+    x, y = np.where(low < high, np.clip(centre, low, np.maximum(low, high)), (low + high) / 2)
+    return View(x - half, x + half, y - half, y + half, _ZOOM_MM / _ZOOM_PIXELS)
+
+
+def _mark_window(strip: "Axes", window: "Axes", view: View, name: str) -> None:
+    from matplotlib.patches import Rectangle
+
+    corner = (view.left, view.bottom)
+    strip.add_patch(Rectangle(corner, _ZOOM_MM, _ZOOM_MM, facecolor="none", edgecolor=_MARK, linewidth=1.6))
+    window.set_title(f"{name}, {_ZOOM_MM:g} x {_ZOOM_MM:g} mm of it", fontsize=9.5)
+    window.yaxis.tick_right()
+
+
+def _mark_breaks(strip: "Axes", mesh: Mesh, frame: Frame, position: Array) -> None:
+    """A cross on each break of an inlay: a gap of a millimetre is hard to find in a whole strip."""
+    middle = position[mesh.cells[_broken_inlays(mesh, frame)]].mean(axis=1)
+    strip.plot(middle[:, 0], middle[:, 1], "x", color=_MARK, markersize=4.5, markeredgewidth=1.3)
+
+
+def _colour_bar(figure: "Figure", scale: Scale) -> None:
+    from matplotlib.cm import ScalarMappable
+
+    total_w, total_h = figure.get_size_inches()
+    axes = figure.add_axes((0.75 / total_w, 0.45 / total_h, 1 - 1.3 / total_w, 0.13 / total_h))
+    bar = figure.colorbar(ScalarMappable(scale.norm, scale.cmap), cax=axes, orientation="horizontal")
+    bar.set_label(scale.label, fontsize=9)
+    bar.ax.tick_params(labelsize=8)
+
+
+def _caption(frame: Frame, *, broken: bool) -> str:
+    failed = int(np.count_nonzero(frame.fields["alive"] <= 0))
+    state = ("broken" if failed else "end, unbroken") if broken else "at the largest force"
+    return f"{state}\n{frame.strain * 100:.2f} %, {frame.force:.0f} N, {failed} failed elements"

@@ -1,0 +1,99 @@
+"""summary.json: the one file other programs read; its keys are a contract."""
+
+import statistics
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal, TypedDict
+
+from knittest.config.run import Run
+from knittest.history import Cost, Quality
+
+Status = Literal["running", "completed", "failed", "interrupted"]
+Results = Mapping[str, float]
+
+
+class ComparisonRow(TypedDict):
+    """One result against one published number.
+
+    ``simulated``, the experiment's mean and sd are in the unit that ``quantity`` ends with; ``deviation_sd`` is
+    (simulated - mean) / sd; ``kind`` says whether the simulated number is a prediction, was tuned on this row, or
+    only reproduces its input.
+    """
+
+    quantity: str
+    simulated: float
+    experiment_mean: float
+    experiment_sd: float
+    deviation_sd: float
+    kind: Literal["predicted", "tuned", "input"]
+    source: str
+
+
+class Spread(TypedDict):
+    """A result of an ensemble: mean, sample standard deviation (n - 1) and the value of each specimen."""
+
+    mean: float
+    sd: float
+    values: list[float]
+
+
+def ensemble_results(specimens: Sequence[Results]) -> dict[str, Spread]:
+    """Mean, sd and values of each result over the specimens, all of which have the same keys; sd is 0 for one."""
+    spreads = {}
+    for key in specimens[0]:
+        values = [float(specimen[key]) for specimen in specimens]
+        sd = statistics.stdev(values) if len(values) > 1 else 0.0
+        spreads[key] = Spread(mean=statistics.fmean(values), sd=sd, values=values)
+    return spreads
+
+
+def build_summary(
+    run: Run,
+    specimens: Sequence[Results],
+    quality: Quality,
+    cost: Cost,
+    comparison: Sequence[ComparisonRow],
+    status: Status = "completed",
+) -> dict[str, Any]:
+    """Build ``summary.json`` from the results of one specimen or, as mean, sd and values, of several.
+
+    A run that fails a quality gate has its comparison refused: the list stays empty, whatever was compared.
+    """
+    refused = bool(quality.failures)
+    return {
+        "rig": run.rig.kind,
+        "variant": run.fabric.name,
+        "scale": run.model.scale,
+        "direction": run.rig.direction,
+        "status": status,
+        "results": dict(specimens[0]) if len(specimens) == 1 else ensemble_results(specimens),
+        "quality": _quality(quality),
+        "cost": _cost(cost),
+        "comparison": [] if refused else [_row(row) for row in comparison],
+    }
+
+
+def _quality(quality: Quality) -> dict[str, Any]:
+    return {
+        "ke_over_ie_max": quality.ke_over_ie_max,
+        "energy_error_max": quality.energy_error_max,
+        "penetration_over_radius_max": quality.penetration_over_radius_max,
+        "added_mass_pct": quality.added_mass_pct,
+        "quasi_static": quality.quasi_static,
+    }
+
+
+def _cost(cost: Cost) -> dict[str, Any]:
+    return {
+        "wall_s": cost.wall_s,
+        "cpu_s": cost.cpu_s,
+        "compile_s": cost.compile_s,
+        "steps": cost.steps,
+        "elements": cost.elements,
+        "element_steps_per_s": cost.element_steps_per_s,
+        "threads": cost.threads,
+    }
+
+
+def _row(row: ComparisonRow) -> dict[str, Any]:
+    """The row with the contract's keys only, in its order; a missing one is a ``KeyError`` here, not at a reader."""
+    return {key: row[key] for key in ComparisonRow.__annotations__}  # type: ignore[literal-required]

@@ -1,0 +1,286 @@
+"""The run folder: manifest, lock, atomic files, and nothing half-written that looks like a result."""
+
+import errno
+import hashlib
+import json
+import os
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+import numpy as np
+import pytest
+from export_sample import cost, curve, quality
+
+from knittest.config.run import Run
+from knittest.errors import InputError, NumericalError, OutOfTolerance, ResourceError
+from knittest.export import atomic, lock
+from knittest.export.folder import RunFolder, run_name, slug
+from knittest.export.summary import build_summary, ensemble_results
+
+ROW = {
+    "quantity": "peak_force_n",
+    "simulated": 5820.0,
+    "experiment_mean": 5800.0,
+    "experiment_sd": 367.0,
+    "deviation_sd": 0.054,
+    "kind": "tuned",
+    "source": "Table 3",
+}
+RESULTS = {"peak_force_n": 5820.0, "fracture_strain_pct": 1.6, "force_per_yarn_n": 415.7}
+
+
+@pytest.fixture
+def run() -> Run:
+    """A run of a fabric whose details the export layer does not read."""
+    from knittest.config.fabric import Fabric
+
+    return Run.model_construct(**{**Run.model_construct().__dict__, "fabric": Fabric.model_construct(name="2")})
+
+
+def make(out: Path | None, run: Run) -> RunFolder:
+    return RunFolder.create(out, run, config_text="rig: {kind: tensile}\n", threads=2)
+
+
+def manifest(path: Path) -> dict:
+    return json.loads((path / "manifest.json").read_text())
+
+
+def test_manifest_is_first_and_running_then_completed(tmp_path: Path, run: Run) -> None:
+    data = tmp_path / "pham2019" / "table3.csv"
+    data.parent.mkdir()
+    data.write_text("a\n1\n")
+    with RunFolder.create(tmp_path / "r", run, config_text="x: 1\n", threads=2, data_files=[data]) as folder:
+        first = manifest(folder.path)
+        assert first["status"] == "running" and first["exit_code"] is None and first["ended"] is None
+        assert (folder.path / "config.yaml").read_text() == "x: 1\n"
+    last = manifest(tmp_path / "r")
+    assert last["status"] == "completed" and last["exit_code"] == 0 and last["ended"] >= last["started"]
+    assert last["config_sha256"] == hashlib.sha256(b"x: 1\n").hexdigest()
+    assert list(last["data_sha256"]) == ["pham2019/table3.csv"]
+    assert {"numpy", "numba", "python"} <= set(last["libraries"]) and last["threads"] == 2 and last["cpu"]
+    assert not (tmp_path / "r" / lock.LOCK_NAME).exists()
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "code"),
+    [
+        (NumericalError("NaN in beam 12 at 1.3 ms"), "failed", 3),
+        (ResourceError("disk full"), "failed", 4),
+        (OutOfTolerance("peak out of tolerance"), "completed", 5),
+        (KeyboardInterrupt(), "interrupted", 75),
+        (SystemExit(75), "interrupted", 75),
+        (ValueError("a defect"), "failed", 1),
+    ],
+)
+def test_how_a_run_ends(tmp_path: Path, run: Run, error: BaseException, status: str, code: int) -> None:
+    with pytest.raises(type(error)), make(tmp_path / "r", run) as folder:
+        folder.write_curve(curve(10.0))
+        folder.write_summary({"results": RESULTS})
+        folder.write_comparison({})
+        raise error
+    ended = manifest(tmp_path / "r")
+    assert (ended["status"], ended["exit_code"]) == (status, code)
+    kept = {file.name for file in (tmp_path / "r").iterdir()}
+    if status == "completed":
+        assert {"summary.json", "comparison.json", "curve.csv"} <= kept
+    else:
+        assert not {"summary.json", "comparison.json", "curve.csv"} & kept
+        assert "curve.incomplete.csv" in kept
+        assert isinstance(error, KeyboardInterrupt | SystemExit) or str(error) in ended["message"]
+
+
+def test_tables_read_back_with_their_units(tmp_path: Path, run: Run) -> None:
+    import pandas as pd
+
+    columns = curve(5800.0)
+    with make(tmp_path / "r", run) as folder:
+        path = folder.write_curve(columns)
+        folder.write_yarns({"yarn": [0, 1], "system": ["warp", "knit"], "fracture_strain_pct": [1.0, 2.69]})
+    table = pd.read_csv(path)
+    assert list(table) == list(columns)
+    np.testing.assert_allclose(table["force_n"], columns["force_n"], rtol=1e-9)
+    assert (tmp_path / "r" / "yarns.csv").read_text().splitlines()[2] == "1,knit,2.69"
+
+
+def test_log_is_one_object_a_line(tmp_path: Path, run: Run) -> None:
+    with make(tmp_path / "r", run) as folder:
+        folder.log("failure", element=np.int64(7), strain=np.float64("nan"))
+    events = [json.loads(line) for line in (tmp_path / "r" / "log.jsonl").read_text().splitlines()]
+    assert [event["event"] for event in events] == ["started", "failure"]
+    assert events[1]["element"] == 7 and events[1]["strain"] is None
+
+
+def test_default_folder_names(tmp_path: Path, run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("knittest.export.folder.run_name", lambda run: "tensile-2-meso-warp-20260101-120000")
+    with make(None, run) as first, make(None, run) as second:
+        assert first.path == Path("runs/tensile-2-meso-warp-20260101-120000")
+        assert second.path.name == first.path.name + "-2"
+    monkeypatch.undo()
+    assert run_name(run, direction="both").startswith("tensile-2-meso-both-2")
+
+
+@pytest.mark.parametrize("text", ["../../etc/passwd", "<script>", "a b", "", "...", "ü" * 90])
+def test_slug_is_a_plain_file_name(text: str) -> None:
+    name = slug(text)
+    assert name and not name.startswith((".", "-")) and not set(name) & set("/\\<>& ") and len(name) <= 60
+
+
+def test_a_used_folder_is_refused(tmp_path: Path, run: Run) -> None:
+    (tmp_path / "thesis.txt").write_text("years of work")
+    with pytest.raises(InputError, match="not empty"):
+        make(tmp_path, run)
+    with pytest.raises(InputError, match="is a file"):
+        make(tmp_path / "thesis.txt", run)
+    assert [file.name for file in tmp_path.iterdir()] == ["thesis.txt"]
+
+
+def test_two_runs_cannot_share_a_folder(tmp_path: Path, run: Run) -> None:
+    with make(tmp_path / "r", run):
+        with pytest.raises(ResourceError, match=f"in use by process {os.getpid()} on "):
+            make(tmp_path / "r", run)
+        assert manifest(tmp_path / "r")["status"] == "running"
+
+
+def _killed_run(path: Path) -> int:
+    """Leave ``path`` as a process does that is killed while it runs there; return its id."""
+    script = f"""
+        import os, signal
+        from pathlib import Path
+        from knittest.export.lock import RunLock
+        path = Path({str(path)!r})
+        path.mkdir()
+        lock = RunLock(path)
+        (path / "manifest.json").write_text('{{"status": "running"}}')
+        (path / "frames").mkdir()
+        (path / "frames" / "frame-0000.vtu").write_text("half")
+        (path / ".curve.1.tmp.csv").write_text("half")
+        os.kill(os.getpid(), signal.SIGKILL)
+    """
+    done = subprocess.Popen([sys.executable, "-c", textwrap.dedent(script)])
+    assert done.wait(30) == -9
+    return done.pid
+
+
+def test_a_killed_runs_folder_is_taken_over_and_explained(tmp_path: Path, run: Run) -> None:
+    dead = _killed_run(tmp_path / "r")
+    with make(tmp_path / "r", run) as folder:
+        assert f"process {dead} on" in folder.notice and "died without finishing" in folder.notice
+    kept = {str(file.relative_to(tmp_path / "r")) for file in (tmp_path / "r").rglob("*") if file.is_file()}
+    assert kept == {"manifest.json", "config.yaml", "log.jsonl"}
+
+
+def test_a_killed_runs_folder_with_a_checkpoint_is_kept(tmp_path: Path, run: Run) -> None:
+    _killed_run(tmp_path / "r")
+    (tmp_path / "r" / "checkpoint-0001.npz").write_bytes(b"hours of work")
+    with pytest.raises(InputError, match=r"checkpoint-0001\.npz"):
+        make(tmp_path / "r", run)
+    assert (tmp_path / "r" / "frames" / "frame-0000.vtu").exists()
+
+
+@pytest.mark.parametrize(
+    ("code", "says"),
+    [(errno.EROFS, "read-only"), (errno.EACCES, "no permission"), (errno.EDQUOT, "quota"), (errno.EIO, "Input/output")],
+)
+@pytest.mark.parametrize("out", ["r", None])
+def test_a_place_one_cannot_write_to(
+    tmp_path: Path, run: Run, monkeypatch: pytest.MonkeyPatch, out: str | None, code: int, says: str
+) -> None:
+    def refuse(*_: object, **__: object) -> None:
+        raise OSError(code, os.strerror(code))
+
+    monkeypatch.setattr(Path, "mkdir", refuse)
+    with pytest.raises(ResourceError, match=says):
+        make(out and tmp_path / out, run)
+
+
+def test_unwritable_place_is_a_resource_error(run: Run) -> None:
+    with pytest.raises(ResourceError, match="cannot write"):
+        make(Path("/proc/knittest-run"), run)
+
+
+WRITES = ("write_curve", "write_energies", "write_yarns", "write_comparison", "write_summary")
+
+
+@pytest.mark.parametrize("call", ["write", "fsync", "replace"])
+@pytest.mark.parametrize("name", WRITES)
+def test_full_disk_at_any_write_leaves_no_result(
+    tmp_path: Path, run: Run, monkeypatch: pytest.MonkeyPatch, name: str, call: str
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with pytest.raises(ResourceError, match="disk is full"), make(tmp_path / "r", run) as folder:
+        for earlier in WRITES[: WRITES.index(name)]:
+            getattr(folder, earlier)({"a": [1.0]})
+        with monkeypatch.context() as broken:
+            target = {"write": (Path, "write_bytes"), "fsync": (os, "fsync"), "replace": (Path, "replace")}[call]
+            broken.setattr(*target, full)
+            getattr(folder, name)({"a": [1.0]})
+    ended = manifest(tmp_path / "r")
+    assert ended["status"] == "failed" and ended["exit_code"] == 4 and "disk is full" in ended["message"]
+    kept = {file.name for file in (tmp_path / "r").iterdir()}
+    assert not kept & {"summary.json", "comparison.json", "curve.csv", "energies.csv", "yarns.csv", lock.LOCK_NAME}
+    assert not [file for file in kept if ".tmp" in file]
+
+
+@pytest.mark.parametrize("call", ["write", "fsync", "replace"])
+def test_full_disk_leaves_the_old_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, call: str) -> None:
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    path = tmp_path / "manifest.json"
+    atomic.write_atomic(path, "old")
+    with monkeypatch.context() as broken:
+        broken.setattr(
+            *{"write": (Path, "write_bytes"), "fsync": (os, "fsync"), "replace": (Path, "replace")}[call], full
+        )
+        with pytest.raises(ResourceError):
+            atomic.write_atomic(path, "new")
+    assert path.read_text() == "old" and list(tmp_path.iterdir()) == [path]
+
+
+def test_a_disk_that_stays_full_reports_the_first_error(
+    tmp_path: Path, run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with pytest.raises(NumericalError, match="NaN"), make(tmp_path / "r", run):
+        monkeypatch.setattr(Path, "write_bytes", full)
+        raise NumericalError("NaN in beam 12")
+    assert manifest(tmp_path / "r")["status"] == "running"
+    assert not (tmp_path / "r" / lock.LOCK_NAME).exists()
+
+
+def test_summary_has_the_contracts_keys(tmp_path: Path, run: Run) -> None:
+    summary = build_summary(run, [RESULTS], quality(), cost(), [ROW])
+    with make(tmp_path / "r", run) as folder:
+        written = json.loads(folder.write_summary(summary).read_text())
+    top = ["rig", "variant", "scale", "direction", "status", "results", "quality", "cost", "comparison"]
+    assert list(written) == top
+    assert [written[key] for key in top[:5]] == ["tensile", "2", "meso", "warp", "completed"]
+    assert list(written["results"]) == ["peak_force_n", "fracture_strain_pct", "force_per_yarn_n"]
+    gates = ["ke_over_ie_max", "energy_error_max", "penetration_over_radius_max", "added_mass_pct", "quasi_static"]
+    assert list(written["quality"]) == gates and written["quality"]["quasi_static"] is True
+    costs = ["wall_s", "cpu_s", "compile_s", "steps", "elements", "element_steps_per_s", "threads"]
+    assert list(written["cost"]) == costs
+    assert written["comparison"] == [ROW] and list(written["comparison"][0]) == list(ROW)
+
+
+def test_a_failed_gate_refuses_the_comparison(run: Run) -> None:
+    summary = build_summary(run, [RESULTS], quality(("kinetic energy 9 % of the work",)), cost(), [ROW])
+    assert summary["comparison"] == [] and summary["quality"]["quasi_static"] is False
+
+
+def test_ensemble_results() -> None:
+    spread = ensemble_results([{"peak_force_n": value} for value in (5000.0, 5500.0, 6000.0)])["peak_force_n"]
+    assert spread == {"mean": 5500.0, "sd": 500.0, "values": [5000.0, 5500.0, 6000.0]}
+
+
+def test_json_has_no_nan(tmp_path: Path, run: Run) -> None:
+    with make(tmp_path / "r", run) as folder:
+        path = folder.write_summary({"results": {"fracture_strain_pct": float("nan")}, "n": np.int64(3)})
+    assert json.loads(path.read_text()) == {"results": {"fracture_strain_pct": None}, "n": 3}

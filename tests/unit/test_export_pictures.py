@@ -1,0 +1,154 @@
+"""Pictures: the renderer against geometry, and what the figures say."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from export_sample import beam_history, curve, shell_history
+
+from knittest.export import curve_picture as curves
+from knittest.export import energy_picture, strip_picture
+from knittest.export.tubes import View, render_tubes
+
+VIEW = View(-2.0, 2.0, -1.0, 1.0, 0.01)
+RED, BLUE = [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]
+
+
+def tubes(start, end, radius, colour) -> np.ndarray:
+    return render_tubes(np.array(start, float), np.array(end, float), np.array(radius), np.array(colour), VIEW)
+
+
+def test_a_tube_covers_the_area_of_a_capsule() -> None:
+    image = tubes([[-1, 0, 0]], [[1, 0.2, 0.5]], [0.3], [RED])
+    length = np.hypot(2, 0.2)
+    assert image[..., 3].sum() * 0.01**2 == pytest.approx(2 * 0.3 * length + np.pi * 0.3**2, rel=0.01)
+
+
+def test_the_upper_yarn_hides_the_lower_whatever_the_order() -> None:
+    start, end = [[-1, 0, 0.5], [0, -1, 0]], [[1, 0, 0.5], [0, 1, 0]]
+    for order in (slice(None), slice(None, None, -1)):
+        image = tubes(start[order], end[order], [0.2, 0.2], [RED, BLUE][order])
+        centre, below = image[100, 200], image[30, 200]
+        assert centre[0] > 0.5 and centre[2] == 0 and below[2] > 0.5 and below[0] == 0
+
+
+def test_crossing_tubes_interpenetrate_by_height() -> None:
+    image = tubes([[-1, 0, -0.5], [-1, 0, 0.5]], [[1, 0, 0.5], [1, 0, -0.5]], [0.2, 0.2], [RED, BLUE])
+    assert image[100, 120, 2] > image[100, 120, 0] and image[100, 280, 0] > image[100, 280, 2]
+
+
+def test_many_chunks_draw_what_one_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    generator = np.random.default_rng(3)
+    start = generator.uniform(-2, 2, (40, 3))
+    end, radius, colour = start + generator.uniform(-0.4, 0.4, (40, 3)), np.full(40, 0.1), generator.random((40, 3))
+    whole = render_tubes(start, end, radius, colour, VIEW)
+    monkeypatch.setattr("knittest.export.tubes._CHUNK_PIXELS", 1)
+    np.testing.assert_array_equal(render_tubes(start, end, radius, colour, VIEW), whole)
+
+
+def test_light_comes_from_the_upper_left() -> None:
+    image = tubes([[0, 0, 0]], [[0, 0, 0]], [0.8], [RED])
+    assert image[150, 150, 0] > image[50, 250, 0] + 0.3
+
+
+def saved(monkeypatch: pytest.MonkeyPatch, module) -> list:
+    """Figures handed to ``save`` by ``module``."""
+    kept: list = []
+    monkeypatch.setattr(module, "save", lambda figure, path: kept.append(figure))
+    return kept
+
+
+def test_broken_yarns_leave_gaps_and_crosses(monkeypatch: pytest.MonkeyPatch) -> None:
+    kept = saved(monkeypatch, strip_picture)
+    history = beam_history()
+    strip_picture.strip_picture(Path("x.png"), history, direction="warp", title="t")
+    left, right, *windows = kept[0].axes[:4]
+    assert len(windows) == 2
+    assert len(left.lines[0].get_xdata()) == 0 and len(right.lines[0].get_xdata()) == 4
+    history.frames[2].fields["alive"][:] = 1.0
+    strip_picture.strip_picture(Path("x.png"), history, direction="warp", title="t")
+    broken, whole = (figure.axes[1].images[0].get_array()[..., 3].sum() for figure in kept)
+    assert broken < whole
+    assert "broken" in right.get_title() and "unbroken" in kept[1].axes[1].get_title()
+
+
+def test_the_aspect_is_true(monkeypatch: pytest.MonkeyPatch) -> None:
+    kept = saved(monkeypatch, strip_picture)
+    strip_picture.strip_picture(Path("x.png"), beam_history(), direction="warp", title="t")
+    for axes in kept[0].axes[:4]:
+        box = axes.get_window_extent()
+        wide, tall = np.ptp(axes.get_xlim()) / box.width, np.ptp(axes.get_ylim()) / box.height
+        assert wide == pytest.approx(tall, rel=1e-6)
+
+
+def test_deleted_shells_are_not_drawn_and_the_strip_stands(monkeypatch: pytest.MonkeyPatch) -> None:
+    kept = saved(monkeypatch, strip_picture)
+    strip_picture.strip_picture(Path("x.png"), shell_history(), direction="warp", title="t")
+    left, right = kept[0].axes[:2]
+    assert len(left.collections[0].get_paths()) == 40 and len(right.collections[0].get_paths()) == 36
+    assert np.ptp(left.get_ylim()) > np.ptp(left.get_xlim())  # pulled along x, drawn upright
+
+
+def labels(figure) -> list[str]:
+    return [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+@pytest.mark.parametrize(
+    ("kind", "says"),
+    [
+        ("measured", "measured (lab.csv)"),
+        ("digitised", "digitised (lab.csv)"),
+        ("reconstructed", "reconstructed from lab.csv end point"),
+        ("input", "input of the model (lab.csv)"),
+    ],
+)
+def test_the_legend_says_what_a_reference_is(monkeypatch: pytest.MonkeyPatch, kind: str, says: str) -> None:
+    kept = saved(monkeypatch, curves)
+    line = np.linspace(0, 1.6, 5)
+    reference = curves.Reference(line, 3600 * line, kind, "lab.csv")
+    curves.curve_picture(Path("x.png"), [curve(5820.0)], title="t", references=[reference], yarns=(14, "warp"))
+    assert labels(kept[0]) == [says, "simulated", "simulated peak, 5820 N at 1.60 %"]
+
+
+def test_the_box_is_one_sd_each_way(monkeypatch: pytest.MonkeyPatch) -> None:
+    kept = saved(monkeypatch, curves)
+    point = curves.EndPoint(1.6, 0.2, 7332.0, 380.0)
+    curves.curve_picture(Path("x.png"), [curve(7000.0)], title="t", end_point=point)
+    box = kept[0].axes[0].patches[0].get_bbox()
+    np.testing.assert_allclose([box.x0, box.x1, box.y0, box.y1], [1.4, 1.8, 6952, 7712])
+
+
+def test_an_ensemble_shows_specimens_corridor_and_its_spread(monkeypatch: pytest.MonkeyPatch) -> None:
+    kept = saved(monkeypatch, curves)
+    grid = np.linspace(0, 1.5, 10)
+    corridor = curves.Corridor(grid, 3000 * grid, 100 * grid)
+    specimens = [curve(peak) for peak in (5000.0, 5500.0, 6000.0)]
+    curves.curve_picture(Path("x.png"), specimens, title="t", corridor=corridor)
+    assert labels(kept[0]) == [
+        "3 simulated specimens",
+        "simulated, ± sd",
+        "simulated, mean",
+        "simulated peaks 5500 ± 500 N at 1.60 ± 0.00 %",
+    ]
+
+
+def test_limits_and_first_failure_are_marked(monkeypatch: pytest.MonkeyPatch) -> None:
+    kept = saved(monkeypatch, energy_picture)
+    history = beam_history()
+    energy_picture.energy_picture(Path("x.png"), history, kinetic_limit=0.05, energy_limit=0.02, title="t")
+    upper, lower = kept[0].axes
+    said = [text.get_text() for axes in (upper, lower) for text in axes.get_legend().get_texts()]
+    assert {"first failure", "its limit, 5 %", "its limit, 2 %", "internal, knit", "external work"} <= set(said)
+    assert "hourglass" not in said  # nothing to see for beams
+    marks = [line.get_xdata()[0] for line in upper.lines if line.get_label() == "first failure"]
+    assert marks == [history.energies["time_ms"][160]]
+
+
+def test_files_are_pictures_and_no_window_system_is_touched(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    import sys
+
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delitem(sys.modules, "matplotlib.pyplot", raising=False)
+    strip_picture.strip_picture(tmp_path / "deformed.png", beam_history(), direction="warp", title="t")
+    assert (tmp_path / "deformed.png").read_bytes().startswith(b"\x89PNG")
+    assert "matplotlib.pyplot" not in sys.modules
