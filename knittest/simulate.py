@@ -11,8 +11,7 @@ from knittest.config.run import Output, Solver
 from knittest.errors import NumericalError
 from knittest.history import Frame, History
 from knittest.kernels import monitor
-from knittest.kernels.beam_blocks import SCRATCH
-from knittest.kernels.explicit import advance
+from knittest.kernels.explicit import SCRATCH, advance
 from knittest.kernels.options import PARTITIONS
 from knittest.kernels.state import ContactLaw, Motions, Tally
 from knittest.models.contact_tracker import ContactTracker
@@ -37,8 +36,19 @@ class SimulationCost:
     time_step: float = 0.0
     advance_s: float = 0.0
     search_s: float = 0.0
+    overlap_at_start: float = 0.0
     penetration_max: float = 0.0
     penetration_mean: float = 0.0
+
+
+@dataclass(frozen=True)
+class Stored:
+    """Elastic energies [mJ]: beams by section, contact; largest and mean penetration over radius."""
+
+    internal: Array
+    contact: float
+    deepest: float
+    mean_depth: float
 
 
 @dataclass
@@ -52,9 +62,12 @@ class Simulation:
     tracker: ContactTracker
     tally: Tally
     dt: float
+    keep: float
+    law: ContactLaw
     time: float = 0.0
     damping_loss: float = 0.0
     kinetic: float = 0.0
+    fine: list[tuple[float, Array]] = field(default_factory=list)
     rows: list[dict[str, float]] = field(default_factory=list)
     energy_rows: list[dict[str, float]] = field(default_factory=list)
     frames: list[Frame] = field(default_factory=list)
@@ -74,16 +87,17 @@ def simulate(
     n_motions = motions.time.shape[0]
     tally = Tally(np.zeros((PARTITIONS, n_motions)), np.zeros((PARTITIONS, 3)))
     dt = solver.safety * model.critical_step
-    run = Simulation(model, rig, solver, motions, ContactTracker(model), tally, dt)
+    law = model.contact.law if model.contact is not None else NO_CONTACT
+    run = Simulation(model, rig, solver, motions, ContactTracker(model), tally, dt, float(np.exp(-solver.damping * dt)), law)
     run.cost.time_step = dt
+    run.cost.overlap_at_start = run.tracker.settle()
     row_steps = max(CHUNK, round(rig.duration / dt / output.samples))
     frame_strains = iter(np.linspace(0.0, 1.0, output.frames + 1)[1:]) if output.frames else iter(())
     scratch = np.zeros((PARTITIONS, SCRATCH))
     run.frames.append(_frame(run, {"strain_pct": 0.0, "force_n": 0.0}))
     next_frame = next(frame_strains, np.inf)
     while run.time < rig.duration:
-        _advance_row(run, row_steps, scratch)
-        row = _record(run, row_steps)
+        row = _record(run, _advance_row(run, row_steps, scratch))
         fraction = run.time / rig.duration
         if fraction >= next_frame:
             run.frames.append(_frame(run, row))
@@ -97,31 +111,49 @@ def simulate(
     return _history(run), run.cost
 
 
-def _advance_row(run: Simulation, steps: int, scratch: Array) -> None:
-    """Advance to the next sample, looking at contacts, energy and finiteness every chunk."""
-    model, tracker = run.model, run.tracker
-    keep = float(np.exp(-run.solver.damping * run.dt))
-    law = model.contact.law if model.contact is not None else NO_CONTACT
+def _advance_row(run: Simulation, steps: int, scratch: Array) -> Stored:
+    """Advance to the next sample; returns the elastic energies one step before, where the kinetic energy is taken."""
     done = 0
-    while done < steps:
-        chunk = min(CHUNK, steps - done)
-        start = clock.perf_counter()
-        tracker.update(chunk * run.dt)
-        middle = clock.perf_counter()
-        advance(
-            chunk, run.time, run.dt, keep, model.nodes, model.parts, model.beams, tracker.contacts, tracker.count,
-            model.chain, law, run.motions, run.tally, scratch,
-        )  # fmt: skip
-        run.time += chunk * run.dt
+    while done < steps - 1:
+        chunk = min(run.tracker.safe_steps(run.dt, CHUNK), steps - 1 - done)
+        _advance_chunk(run, chunk, scratch)
         done += chunk
-        run.cost.steps += chunk
-        kinetic = monitor.kinetic_energy(model.nodes, model.mass, model.inertia)
-        run.damping_loss += run.solver.damping * (run.kinetic + kinetic) * chunk * run.dt
-        run.kinetic = kinetic
-        run.cost.search_s += middle - start
-        run.cost.advance_s += clock.perf_counter() - middle
-        if not np.isfinite(kinetic):
-            _blame(run)
+    stored = _stored(run)
+    _advance_chunk(run, 1, scratch)
+    return stored
+
+
+def _advance_chunk(run: Simulation, steps: int, scratch: Array) -> None:
+    """Look at the contacts, advance, book damping, check that the state is finite."""
+    model, tracker, dt = run.model, run.tracker, run.dt
+    start = clock.perf_counter()
+    tracker.update(steps * dt)
+    middle = clock.perf_counter()
+    advance(
+        steps, run.time, dt, run.keep, model.nodes, model.parts, model.beams, tracker.contacts, tracker.count,
+        run.law, run.motions, run.tally, scratch,
+    )  # fmt: skip
+    run.time += steps * dt
+    run.cost.steps += steps
+    kinetic = monitor.kinetic_energy(model.nodes, model.mass, model.inertia, dt, run.keep)
+    run.damping_loss += run.solver.damping * (run.kinetic + kinetic) * steps * dt
+    run.kinetic = kinetic
+    reaction = run.tally.reaction.sum(axis=0)
+    run.fine.append((run.time - 0.5 * steps * dt, reaction / steps))
+    run.tally.reaction[:] = 0.0
+    run.cost.search_s += middle - start
+    run.cost.advance_s += clock.perf_counter() - middle
+    if not np.isfinite(kinetic):
+        _blame(run)
+
+
+def _stored(run: Simulation) -> Stored:
+    model, tracker = run.model, run.tracker
+    radius = model.contact.radius if model.contact is not None else np.ones(model.n_nodes)
+    contact, deepest, mean = monitor.contact_statistics(
+        tracker.contacts, tracker.count, run.law.normal, run.law.tangential, radius
+    )
+    return Stored(monitor.section_energies(model.nodes, model.parts, model.beams), contact, deepest, mean)
 
 
 def _blame(run: Simulation) -> None:
@@ -132,58 +164,41 @@ def _blame(run: Simulation) -> None:
     raise NumericalError(f"the state is not finite at {run.time:.5f} ms, first at {where}; reduce solver.safety or speed")
 
 
-def _record(run: Simulation, steps: int) -> dict[str, float]:
-    """Append one row of the curve and of the energies."""
-    model, tracker = run.model, run.tracker
-    reactions = run.tally.reaction.sum(axis=0) / steps
-    run.tally.reaction[:] = 0.0
-    row = {"time_ms": run.time, **run.rig.channels(run.time - 0.5 * steps * run.dt, reactions)}
-    failed = np.isfinite(model.beams.fail_time)
-    part_of = np.full(model.n_nodes, -1)
-    part_of[model.element_node] = model.mesh.part
-    for k, name in enumerate(model.part_names):
-        row[f"failed_{name}"] = float(np.count_nonzero(failed & (part_of == k)))
-    law = model.contact.law if model.contact is not None else NO_CONTACT
-    radius = model.contact.radius if model.contact is not None else np.ones(model.n_nodes)
-    contact, deepest, mean = monitor.contact_statistics(
-        tracker.contacts, tracker.count, law.normal, law.tangential, radius
-    )
-    internal = monitor.section_energies(model.nodes, model.parts, model.beams)
-    external, friction, eroded = (float(v) for v in run.tally.energy.sum(axis=0))
-    _book(run, internal, contact, friction, eroded, external)
-    unbroken = not failed.any()
-    if unbroken:
-        run.cost.penetration_max = max(run.cost.penetration_max, deepest)
-        run.cost.penetration_mean = mean
+def _record(run: Simulation, stored: Stored) -> dict[str, float]:
+    """Append one row of the energies; returns the newest curve row with the counts of failed elements."""
+    model = run.model
+    failed = np.isfinite(model.beams.fail_time)[model.element_node]
+    counts = np.bincount(model.mesh.part[failed], minlength=len(model.part_names))
+    row = {"time_ms": run.time, **run.rig.channels(*run.fine[-1])}
+    row |= {f"failed_{name}": float(n) for name, n in zip(model.part_names, counts, strict=True)}
+    if not failed.any():
+        run.cost.penetration_max = max(run.cost.penetration_max, stored.deepest)
+        run.cost.penetration_mean = stored.mean_depth
+    run.energy_rows.append(_balance(run, stored))
     run.rows.append(row)
     return row
 
 
-def _book(
-    run: Simulation, internal: Array, contact: float, friction: float, eroded: float, external: float
-) -> None:
-    stored = float(internal.sum()) + contact
-    spent = friction + eroded + run.damping_loss
-    error = external - stored - spent - run.kinetic
-    largest = max([abs(external)] + [abs(r["external_mj"]) for r in run.energy_rows[-1:]])
-    parts = {f"internal_{name}_mj": float(v) for name, v in zip(run.model.part_names, internal, strict=True)}
-    work = stored + friction
-    run.energy_rows.append(
-        {
-            "time_ms": run.time,
-            "kinetic_mj": run.kinetic,
-            **parts,
-            "hourglass_mj": 0.0,
-            "contact_mj": contact,
-            "friction_mj": friction,
-            "damping_mj": run.damping_loss,
-            "eroded_mj": eroded,
-            "external_mj": external,
-            "balance_error_mj": error,
-            "kinetic_ratio": run.kinetic / max(work, 1e-9),
-            "energy_error": abs(error) / max(largest, 1e-9),
-        }
-    )
+def _balance(run: Simulation, stored: Stored) -> dict[str, float]:
+    external, friction, eroded = (float(v) for v in run.tally.energy.sum(axis=0))
+    elastic = float(stored.internal.sum()) + stored.contact
+    error = external - elastic - friction - eroded - run.damping_loss - run.kinetic
+    largest = max([abs(external), *(abs(r["external_mj"]) for r in run.energy_rows[-1:])])
+    parts = {f"internal_{name}_mj": float(v) for name, v in zip(run.model.part_names, stored.internal, strict=True)}
+    return {
+        "time_ms": run.time,
+        "kinetic_mj": run.kinetic,
+        **parts,
+        "hourglass_mj": 0.0,
+        "contact_mj": stored.contact,
+        "friction_mj": friction,
+        "damping_mj": run.damping_loss,
+        "eroded_mj": eroded,
+        "external_mj": external,
+        "balance_error_mj": error,
+        "kinetic_ratio": run.kinetic / max(elastic + friction, 1e-9),
+        "energy_error": abs(error) / max(largest, 1e-9),
+    }
 
 
 def _frame(run: Simulation, row: dict[str, float]) -> Frame:
@@ -197,11 +212,20 @@ def _frame(run: Simulation, row: dict[str, float]) -> Frame:
     return Frame(run.time, row["strain_pct"] / 100.0, row["force_n"], model.position(), fields)
 
 
+def _fine_curve(run: Simulation, coarse: dict[str, Array]) -> dict[str, Array]:
+    """Curve at chunk resolution, so that sudden drops do not blunt the peak; failure counts from the samples."""
+    rows = [run.rig.channels(*f) for f in run.fine]
+    time = np.array([t for t, _ in run.fine])
+    curve = {"time_ms": time} | {k: np.array([r[k] for r in rows]) for k in rows[0]}
+    last = np.searchsorted(coarse["time_ms"], time).clip(max=len(coarse["time_ms"]) - 1)
+    return curve | {k: v[last] for k, v in coarse.items() if k.startswith("failed_")}
+
+
 def _history(run: Simulation) -> History:
-    curve = {k: np.array([r[k] for r in run.rows]) for k in run.rows[0]}
+    coarse = {k: np.array([r[k] for r in run.rows]) for k in run.rows[0]}
+    curve = _fine_curve(run, coarse)
     energies = {k: np.array([r[k] for r in run.energy_rows]) for k in run.energy_rows[0]}
-    failed = sum(curve[f"failed_{name}"] for name in run.model.part_names)
-    broken = np.flatnonzero(failed > 0)
+    broken = np.flatnonzero(sum(coarse[f"failed_{name}"] for name in run.model.part_names))
     if run.peak_frame is not None:
         run.frames.append(run.peak_frame)
     run.frames.append(_frame(run, run.rows[-1]))

@@ -20,7 +20,7 @@ from knittest.kernels.laws import hinge_energy, hinge_force
 from knittest.kernels.options import INLINE, KERNEL, ONE, U
 from knittest.kernels.rows import rows3, rows4
 
-BLOCK = 256
+BLOCK = 192
 STRIDE = np.uintp(BLOCK + 16)
 # rows of the scratch: element force (3), moment on node 1 and 2 (3 + 3), then axis (3), curvature (3), factor, strain,
 # axial force
@@ -31,7 +31,7 @@ TX, TY, TZ = (np.uintp(STRIDE * k) for k in range(9, 12))
 CX, CY, CZ = (np.uintp(STRIDE * k) for k in range(12, 15))
 INV, STRAIN, AXIAL = (np.uintp(STRIDE * k) for k in range(15, 18))
 FORCE_ROWS = 9
-SCRATCH = int(STRIDE) * 18
+SCRATCH = int(STRIDE) * 18  # size of the flat scratch
 
 
 @njit(**INLINE)
@@ -120,27 +120,39 @@ def _translate(start, count, dt, keep, nodes, w):
 
 
 @njit(**INLINE)
-def _rotate(start, count, dt, keep, nodes, w):
-    """Angular velocities and rotations; leaves the total moment of each node in nodes.moment."""
-    qw_, qx_, qy_, qz_ = rows4(nodes.rotation)
+def _spin(start, count, dt, keep, nodes, w):
+    """Angular velocities of nodes that carry beams, from the moments in the scratch."""
+    wx_, wy_, wz_ = rows3(nodes.spin)
+    for k in range(U(count)):
+        i = U(start) + k
+        factor = nodes.inv_inertia[i] * dt
+        wx_[i] = wx_[i] * keep + factor * (w[AX + k + ONE] - w[BX + k])
+        wy_[i] = wy_[i] * keep + factor * (w[AY + k + ONE] - w[BY + k])
+        wz_[i] = wz_[i] * keep + factor * (w[AZ + k + ONE] - w[BZ + k])
+
+
+@njit(**INLINE)
+def _spin_free(start, count, dt, keep, nodes):
+    """Angular velocities of nodes without beams, from nodes.moment."""
     wx_, wy_, wz_ = rows3(nodes.spin)
     mx_, my_, mz_ = rows3(nodes.moment)
     for k in range(U(count)):
         i = U(start) + k
         factor = nodes.inv_inertia[i] * dt
-        mx = mx_[i] + w[AX + k + ONE] - w[BX + k]
-        my = my_[i] + w[AY + k + ONE] - w[BY + k]
-        mz = mz_[i] + w[AZ + k + ONE] - w[BZ + k]
-        mx_[i], my_[i], mz_[i] = mx, my, mz
-        wx_[i] = wx_[i] * keep + factor * mx
-        wy_[i] = wy_[i] * keep + factor * my
-        wz_[i] = wz_[i] * keep + factor * mz
+        wx_[i] = wx_[i] * keep + factor * mx_[i]
+        wy_[i] = wy_[i] * keep + factor * my_[i]
+        wz_[i] = wz_[i] * keep + factor * mz_[i]
+
+
+@njit(**INLINE)
+def _rotate(start, count, dt, nodes):
+    qw_, qx_, qy_, qz_ = rows4(nodes.rotation)
+    wx_, wy_, wz_ = rows3(nodes.spin)
     half = 0.5 * dt
     for k in range(U(count)):
         i = U(start) + k
         qw, qx, qy, qz = quaternion_step(
-            qw_[i], qx_[i], qy_[i], qz_[i],
-            half * wx_[i], half * wy_[i], half * wz_[i],
+            qw_[i], qx_[i], qy_[i], qz_[i], half * wx_[i], half * wy_[i], half * wz_[i]
         )  # fmt: skip
         qw_[i], qx_[i], qy_[i], qz_[i] = qw, qx, qy, qz
 
@@ -186,8 +198,8 @@ def _erode(start, count, section, time, nodes, beams):
 def advance_beams(start, stop, section, time, dt, keep, nodes, beams, w):
     """One step of nodes start..stop, which hold whole chains of one section; returns eroded energy [mJ].
 
-    ``keep`` is the share of velocity left by mass-proportional damping. On entry nodes.force and nodes.moment hold the forces
-    from contacts, shells and loads; on return the totals.
+    ``keep`` is the share of velocity left by mass-proportional damping. On entry nodes.force holds the forces from
+    contacts and loads; on return the totals. Moments on beam nodes come from beams alone.
     """
     lost = 0.0
     for row in range(FORCE_ROWS):
@@ -200,7 +212,8 @@ def advance_beams(start, stop, section, time, dt, keep, nodes, beams, w):
             lost += _erode(block, count, section, time, nodes, beams)
         _forces(block, count, nodes, beams, section, w)
         _translate(block, count, dt, keep, nodes, w)
-        _rotate(block, count, dt, keep, nodes, w)
+        _spin(block, count, dt, keep, nodes, w)
+        _rotate(block, count, dt, nodes)
         for row in range(FORCE_ROWS):
             w[U(row) * STRIDE] = w[U(row) * STRIDE + U(count)]
         block += count
@@ -217,5 +230,6 @@ def advance_free(start, stop, dt, keep, nodes, w):
     while block < stop:
         count = min(BLOCK, stop - block)
         _translate(block, count, dt, keep, nodes, w)
-        _rotate(block, count, dt, keep, nodes, w)
+        _spin_free(block, count, dt, keep, nodes)
+        _rotate(block, count, dt, nodes)
         block += count

@@ -26,25 +26,24 @@ R0, R1, R2, R3, R4, R5, R6, R7, R8 = P[9:]
 
 
 @njit(**KERNEL)
-def walk(first, last, contacts, chain):
-    """Move contacts whose parameter left [0, 1) to the neighbouring piece of the same chain.
+def walk(first, last, contacts, alive):
+    """Move contacts whose parameter left [0, 1) to the neighbouring piece of the same yarn.
 
-    ``chain`` (n_nodes,) numbers the chains; a piece needs both neighbours on its chain, so contacts stay at a chain's
-    last piece with a parameter outside [0, 1), where they carry no force.
+    Piece i spans elements i - 1 and i, so it exists where both are alive; at a yarn's end or break a contact stays,
+    with a parameter outside [0, 1), where it carries no force.
     """
-    n = chain.size
     piece, parameter = contacts.piece, contacts.parameter
     for c in range(first, last):
         for side in range(2):
             i, s = piece[side, c], parameter[side, c]
-            if s >= 1.0 and i + 2 < n and chain[i + 2] == chain[i]:
+            if s >= 1.0 and alive[i] > 0.0 and alive[i + 1] > 0.0:
                 piece[side, c], parameter[side, c] = i + 1, s - 1.0
-            elif s < 0.0 and i >= 2 and chain[i - 2] == chain[i]:
+            elif s < 0.0 and i >= 2 and alive[i - 1] > 0.0 and alive[i - 2] > 0.0:
                 piece[side, c], parameter[side, c] = i - 1, s + 1.0
 
 
 @njit(**INLINE)
-def _gather(first, count, nodes, contacts, w):
+def _gather(first, count, nodes, contacts, alive, w):
     x, y, z = rows3(nodes.position)
     ex, ey, ez = rows3(contacts.spring)
     gx, gy, gz = rows3(contacts.offset)
@@ -58,7 +57,9 @@ def _gather(first, count, nodes, contacts, w):
         w[R3 + m], w[R4 + m], w[R5 + m] = x[j], y[j], z[j]
         w[R6 + m], w[R7 + m], w[R8 + m] = x[j + 1], y[j + 1], z[j + 1]
         w[S + m], w[T + m] = contacts.parameter[0, c], contacts.parameter[1, c]
-        w[LINE + m], w[REACH + m] = contacts.line[c], contacts.reach[c]
+        # a piece with a broken element does not touch
+        whole = alive[i - 1] * alive[i] * alive[j - 1] * alive[j]
+        w[LINE + m], w[REACH + m] = contacts.line[c], contacts.reach[c] * whole
         w[EX + m], w[EY + m], w[EZ + m] = ex[c], ey[c], ez[c]
         w[GX + m], w[GY + m], w[GZ + m] = gx[c], gy[c], gz[c]
 
@@ -126,14 +127,14 @@ def _store(first, count, contacts, w):
 
 
 @njit(**KERNEL)
-def contact_forces(first, last, nodes, contacts, chain, law, inv_dt, w):
+def contact_forces(first, last, nodes, contacts, alive, law, inv_dt, w):
     """Evaluate contacts first..last; returns the energy lost to friction and contact damping [mJ]."""
-    walk(first, last, contacts, chain)
+    walk(first, last, contacts, alive)
     lost = 0.0
     block = first
     while block < last:
         count = min(BLOCK, last - block)
-        _gather(block, count, nodes, contacts, w)
+        _gather(block, count, nodes, contacts, alive, w)
         _evaluate(count, law.normal, law.tangential, law.friction, law.viscous, inv_dt, w)
         _store(block, count, contacts, w)
         for k in range(count):

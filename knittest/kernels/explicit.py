@@ -8,10 +8,15 @@ depend on the number of threads.
 import numpy as np
 from numba import njit, prange
 
+from knittest.kernels import beam_blocks, contact_blocks
 from knittest.kernels.beam_blocks import advance_beams, advance_free
 from knittest.kernels.contact_blocks import contact_forces, scatter_contacts
 from knittest.kernels.motion import impose_motions
 from knittest.kernels.options import KERNEL, PARALLEL, PARTITIONS
+
+
+#: work space of one partition, in floats
+SCRATCH = max(beam_blocks.SCRATCH, contact_blocks.SCRATCH)
 
 
 @njit(**KERNEL)
@@ -19,13 +24,12 @@ def _clear(start, stop, nodes):
     for k in range(3):
         for i in range(start, stop):
             nodes.force[k, i] = 0.0
-            nodes.moment[k, i] = 0.0
 
 
 @njit(**KERNEL)
-def _contact_partition(p, count, dt, nodes, contacts, chain, law, tally, scratch):
+def _contact_partition(p, count, dt, nodes, contacts, alive, law, tally, scratch):
     first, last = count * p // PARTITIONS, count * (p + 1) // PARTITIONS
-    tally.energy[p, 1] += contact_forces(first, last, nodes, contacts, chain, law, 1.0 / dt, scratch[p])
+    tally.energy[p, 1] += contact_forces(first, last, nodes, contacts, alive, law, 1.0 / dt, scratch[p])
 
 
 @njit(**KERNEL)
@@ -42,15 +46,15 @@ def _advance_partition(p, time, dt, keep, nodes, parts, beams, contacts, motions
 
 
 @njit(**PARALLEL)
-def advance(steps, time, dt, keep, nodes, parts, beams, contacts, count, chain, law, motions, tally, scratch):
+def advance(steps, time, dt, keep, nodes, parts, beams, contacts, count, law, motions, tally, scratch):
     """Advance ``steps`` time steps of ``dt`` [ms] from ``time``.
 
-    ``keep`` share of velocity that mass-proportional damping leaves in a step; ``count`` contacts in use; ``chain``
-    (n_nodes,) chain numbers; ``scratch`` (PARTITIONS, n) work space. State is updated in place.
+    ``keep`` share of velocity that mass-proportional damping leaves in a step; ``count`` contacts in use; ``scratch``
+    (PARTITIONS, n) work space. State is updated in place.
     """
     for step in range(steps):
         now = time + step * dt
         for p in prange(PARTITIONS):
-            _contact_partition(np.int64(p), count, dt, nodes, contacts, chain, law, tally, scratch)
+            _contact_partition(np.int64(p), count, dt, nodes, contacts, beams.alive, law, tally, scratch)
         for p in prange(PARTITIONS):
             _advance_partition(np.int64(p), now, dt, keep, nodes, parts, beams, contacts, motions, tally, scratch)

@@ -1,15 +1,25 @@
-"""Neighbour search for yarn contact: candidate pairs by a cell grid, then crossings tracked from step to step."""
+"""Neighbour search for yarn contact: crossings found with a cell grid and tracked from step to step.
+
+Only pieces that moved by half the skin since they were last looked at are searched again, so a few recoiling yarns do
+not cost a search over the whole fabric.
+"""
+
+from math import sqrt
 
 import numpy as np
 from numba import njit
 
 from knittest.kernels.contact import closest_step
 from knittest.kernels.options import KERNEL
+from knittest.kernels.rows import rows3
 
 #: pieces within this angle of parallel (14 degrees) are line contacts: sin^2
 PARALLEL_SIN2 = 0.06
 #: Newton steps that place a new crossing
 NEWTON_STEPS = 4
+#: distance along both yarns [elements] within which a found crossing is the tracked one, and two tracked ones merge
+SAME = 0.9
+MERGE = 0.25
 
 
 @njit(**KERNEL)
@@ -36,36 +46,22 @@ def fill_cells(x, y, z, is_piece, cell, origin, shape, head, order):
 
 
 @njit(**KERNEL)
-def candidate_pairs(x, y, z, radius, half_piece, chain, exclude, cell_of, shape, head, order, skin, start, partner):
-    """Pairs i < j of spline pieces whose bounding spheres come within ``skin`` [mm].
+def flag_moved(nodes, since, ahead, limit, moved):
+    """Flag nodes that moved, or will within ``ahead`` [ms], by ``limit`` [mm] from ``since`` (3, n).
 
-    ``half_piece`` (n,) [mm] half the length of a piece, ``exclude`` (n,) pieces along the same yarn that never touch.
-    Fills CSR ``start`` (n + 1,), ``partner``; returns the number needed, which may exceed the capacity.
+    Fills ``moved`` (n,); returns their number and the largest speed [mm/ms].
     """
-    n = radius.size
-    needed = 0
-    for i in range(n):
-        start[i] = min(needed, partner.size)
-        if cell_of[i] < 0:
-            continue
-        c = cell_of[i] % shape[2]
-        b = (cell_of[i] // shape[2]) % shape[1]
-        a = cell_of[i] // (shape[2] * shape[1])
-        for aa in range(max(a - 1, 0), min(a + 2, shape[0])):
-            for bb in range(max(b - 1, 0), min(b + 2, shape[1])):
-                row = (aa * shape[1] + bb) * shape[2]
-                for q in range(head[row + max(c - 1, 0)], head[row + min(c + 2, shape[2])]):
-                    j = order[q]
-                    if j <= i or (chain[j] == chain[i] and j - i <= exclude[i]):
-                        continue
-                    near = radius[i] + radius[j] + half_piece[i] + half_piece[j] + skin
-                    dx, dy, dz = x[i] - x[j], y[i] - y[j], z[i] - z[j]
-                    if dx * dx + dy * dy + dz * dz < near * near:
-                        if needed < partner.size:
-                            partner[needed] = j
-                        needed += 1
-    start[n] = min(needed, partner.size)
-    return needed
+    x, y, z = rows3(nodes.position)
+    x0, y0, z0 = rows3(since)
+    vx, vy, vz = rows3(nodes.velocity)
+    count, fastest2 = 0, 0.0
+    for i in range(moved.size):
+        speed2 = vx[i] ** 2 + vy[i] ** 2 + vz[i] ** 2
+        distance = sqrt((x[i] - x0[i]) ** 2 + (y[i] - y0[i]) ** 2 + (z[i] - z0[i]) ** 2)
+        moved[i] = distance + sqrt(speed2) * ahead >= limit
+        count += moved[i]
+        fastest2 = max(fastest2, speed2)
+    return count, sqrt(fastest2)
 
 
 @njit(**KERNEL)
@@ -115,23 +111,8 @@ def _copy(source, a, target, b):
 
 
 @njit(**KERNEL)
-def keep_contacts(old, count, skin, new):
-    """Copy tracked crossings that are still near into ``new``; returns how many."""
-    kept = 0
-    for c in range(count):
-        s, t = old.parameter[0, c], old.parameter[1, c]
-        if old.line[c] == 1.0 or s < -0.5 or s > 1.5 or t < -0.5 or t > 1.5:
-            continue
-        near = old.reach[c] + skin
-        if old.offset[0, c] ** 2 + old.offset[1, c] ** 2 + old.offset[2, c] ** 2 < near * near:
-            _copy(old, c, new, kept)
-            kept += 1
-    return kept
-
-
-@njit(**KERNEL)
-def _tracked(contacts, head, following, chain, i, j, s, t, line):
-    """Number of the contact in the lists ``head`` that is the crossing (i + s, j + t), or -1."""
+def _tracked(contacts, head, following, chain, i, j, s, t, line, near):
+    """Number of the contact in the lists ``head`` within ``near`` elements of the crossing (i + s, j + t), or -1."""
     for ii in range(max(i - 1, 0), min(i + 2, chain.size)):
         c = head[ii]
         while c >= 0:
@@ -139,8 +120,8 @@ def _tracked(contacts, head, following, chain, i, j, s, t, line):
                 contacts.line[c] == line
                 and chain[contacts.piece[0, c]] == chain[i]
                 and chain[contacts.piece[1, c]] == chain[j]
-                and abs(contacts.piece[0, c] + contacts.parameter[0, c] - i - s) < 0.9
-                and abs(contacts.piece[1, c] + contacts.parameter[1, c] - j - t) < 0.9
+                and abs(contacts.piece[0, c] + contacts.parameter[0, c] - i - s) < near
+                and abs(contacts.piece[1, c] + contacts.parameter[1, c] - j - t) < near
             ):
                 return c
             c = following[c]
@@ -148,49 +129,109 @@ def _tracked(contacts, head, following, chain, i, j, s, t, line):
 
 
 @njit(**KERNEL)
-def _link(contacts, count, head, following):
-    head[:] = -1
-    for c in range(count):
-        following[c] = head[contacts.piece[0, c]]
-        head[contacts.piece[0, c]] = c
+def _push(contacts, c, head, following):
+    following[c] = head[contacts.piece[0, c]]
+    head[contacts.piece[0, c]] = c
 
 
 @njit(**KERNEL)
-def find_contacts(x, y, z, radius, chain, start, partner, skin, old, old_count, new):
+def keep_contacts(old, count, radius, chain, alive, moved, skin, new, head, following):
+    """Copy tracked contacts that are still near into ``new`` and its lists; returns how many.
+
+    Two contacts that ran into the same crossing become one. A reach that was cut when the contact was found inside
+    (see :func:`find_contacts`) grows back as the gap opens.
+    """
+    kept = 0
+    for c in range(count):
+        s, t = old.parameter[0, c], old.parameter[1, c]
+        i, j, line = old.piece[0, c], old.piece[1, c], old.line[c]
+        if s < -0.5 or s > 1.5 or t < -0.5 or t > 1.5 or (line == 1.0 and (moved[i] or moved[j])):
+            continue
+        if alive[i - 1] * alive[i] * alive[j - 1] * alive[j] == 0.0:
+            continue
+        gap = sqrt(old.offset[0, c] ** 2 + old.offset[1, c] ** 2 + old.offset[2, c] ** 2)
+        if gap >= old.reach[c] + skin:
+            continue
+        reach = min(radius[i] + radius[j], max(old.reach[c], gap))
+        same = _tracked(new, head, following, chain, i, j, s, t, line, MERGE)
+        if same >= 0:
+            new.reach[same] = max(new.reach[same], reach)
+            continue
+        _copy(old, c, new, kept)
+        new.reach[kept] = reach
+        _push(new, kept, head, following)
+        kept += 1
+    return kept
+
+
+@njit(**KERNEL)
+def _add_contact(i, j, s, t, wx, wy, wz, line, touch, old, before, new, c):
+    """Write contact ``c``; it inherits the spring of ``before`` in ``old`` unless that is -1."""
+    reach = min(touch, sqrt(wx * wx + wy * wy + wz * wz))
+    if before >= 0:
+        _copy(old, before, new, c)
+        reach = min(touch, max(reach, new.reach[c]))
+    else:
+        new.spring[:, c] = 0.0
+        new.force[:, c] = 0.0
+    new.piece[0, c], new.piece[1, c] = i, j
+    new.parameter[0, c], new.parameter[1, c] = s, t
+    new.offset[0, c], new.offset[1, c], new.offset[2, c] = wx, wy, wz
+    new.reach[c], new.line[c] = reach, line
+
+
+@njit(**KERNEL)
+def _separate(x, y, z, i, j, near):
+    dx, dy, dz = x[i] - x[j], y[i] - y[j], z[i] - z[j]
+    return dx * dx + dy * dy + dz * dz > near * near
+
+
+@njit(**KERNEL)
+def find_contacts(x, y, z, group, chain, alive, moved, cell_of, shape, head, order, skin, old, old_count, new):
     """Crossings and line contacts with a gap below ``skin`` [mm]; tracked ones keep parameters and springs.
 
-    Returns the number needed, which may exceed the capacity of ``new``; nothing is dropped silently.
+    ``group`` holds radius and half piece length [mm] and the pieces along a yarn that never touch, each (n_nodes,);
+    ``cell_of``, ``shape``, ``head``, ``order`` the grid of :func:`fill_cells`. A pair found overlapping (at the start,
+    or where a broken end slid in) touches from its present gap on, so that it brings no energy. Returns the number
+    needed, which may exceed the capacity of ``new``; nothing is dropped.
     """
-    kept = keep_contacts(old, old_count, skin, new)
-    needed = kept
-    head, old_head = np.empty(chain.size, np.int64), np.empty(chain.size, np.int64)
+    radius, half_piece, exclude = group
+    n = chain.size
+    lists, old_lists = np.full(n, -1), np.full(n, -1)
     following, old_following = np.empty(new.reach.size, np.int64), np.empty(old.reach.size, np.int64)
-    _link(new, kept, head, following)
-    _link(old, old_count, old_head, old_following)
-    for i in range(chain.size):
-        for q in range(start[i], start[i + 1]):
-            j = partner[q]
-            near = radius[i] + radius[j] + skin
-            s, t, wx, wy, wz, line = crossing(x, y, z, i, j)
-            if s < 0.0 or s >= 1.0 or t < 0.0 or t >= 1.0 or wx * wx + wy * wy + wz * wz > near * near:
-                continue
-            if line == 0.0 and _tracked(new, head, following, chain, i, j, s, t, line) >= 0:
-                continue
-            if needed < new.reach.size:
-                c = needed
-                before = _tracked(old, old_head, old_following, chain, i, j, s, t, line)
-                if before >= 0:
-                    _copy(old, before, new, c)
-                else:
-                    new.spring[:, c] = 0.0
-                    new.force[:, c] = 0.0
-                new.piece[0, c], new.piece[1, c] = i, j
-                new.parameter[0, c], new.parameter[1, c] = s, t
-                new.offset[0, c], new.offset[1, c], new.offset[2, c] = wx, wy, wz
-                new.reach[c], new.line[c] = radius[i] + radius[j], line
-                following[c] = head[i]
-                head[i] = c
-            needed += 1
+    for c in range(old_count):
+        _push(old, c, old_lists, old_following)
+    needed = keep_contacts(old, old_count, radius, chain, alive, moved, skin, new, lists, following)
+    for q in range(n):
+        if not moved[q] or cell_of[q] < 0 or alive[q - 1] * alive[q] == 0.0:
+            continue
+        c2 = cell_of[q] % shape[2]
+        c1 = (cell_of[q] // shape[2]) % shape[1]
+        c0 = cell_of[q] // (shape[2] * shape[1])
+        for a in range(max(c0 - 1, 0), min(c0 + 2, shape[0])):
+            for b in range(max(c1 - 1, 0), min(c1 + 2, shape[1])):
+                row = (a * shape[1] + b) * shape[2]
+                for k in range(head[row + max(c2 - 1, 0)], head[row + min(c2 + 2, shape[2])]):
+                    i, j = min(q, order[k]), max(q, order[k])
+                    # a pair of two moved pieces is looked at once, from the lower one
+                    if i == j or (i != q and moved[i]) or (chain[j] == chain[i] and j - i <= exclude[i]):
+                        continue
+                    touch = radius[i] + radius[j]
+                    if _separate(x, y, z, i, j, touch + half_piece[i] + half_piece[j] + skin):
+                        continue
+                    if alive[i - 1] * alive[i] * alive[j - 1] * alive[j] == 0.0:
+                        continue
+                    s, t, wx, wy, wz, line = crossing(x, y, z, i, j)
+                    inside = s >= 0.0 and s < 1.0 and t >= 0.0 and t < 1.0
+                    if not inside or wx * wx + wy * wy + wz * wz > (touch + skin) ** 2:
+                        continue
+                    if line == 0.0 and _tracked(new, lists, following, chain, i, j, s, t, line, SAME) >= 0:
+                        continue
+                    if needed < new.reach.size:
+                        before = _tracked(old, old_lists, old_following, chain, i, j, s, t, line, SAME)
+                        _add_contact(i, j, s, t, wx, wy, wz, line, touch, old, before, new, needed)
+                        _push(new, needed, lists, following)
+                    needed += 1
     return needed
 
 

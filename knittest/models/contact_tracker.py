@@ -1,15 +1,19 @@
-"""Keeps the list of yarn contacts current: candidate pairs with a wide skin, tracked contacts with a narrow one."""
+"""Keeps the list of yarn contacts current as the yarns move."""
 
 import numpy as np
 
-from knittest.kernels import monitor, search
+from knittest.errors import InputError
+from knittest.kernels import search
 from knittest.kernels.options import PARTITIONS
 from knittest.kernels.state import Contacts
 from knittest.models.explicit_model import ExplicitModel
 
-#: gap up to which candidate pairs are listed and contacts are tracked [mm]
-PAIR_SKIN = 0.25
-CONTACT_SKIN = 0.06
+#: gap up to which contacts are tracked [mm]
+CONTACT_SKIN = 0.1
+#: fewest steps between two looks at the contacts, however fast yarns recoil
+LEAST_STEPS = 5
+#: overlap at the start, over the smaller radius, above which the geometry is refused
+MAX_OVERLAP = 0.10
 
 
 def _empty(capacity: int) -> Contacts:
@@ -29,58 +33,76 @@ class ContactTracker:
         self.count = 0
         self._spare = _empty(64)
         n = model.n_nodes
-        self._pair_start = np.zeros(n + 1, np.int64)
-        self._partner = np.zeros(8 * n, np.int64)
         self._order = np.zeros(n, np.int64)
-        self._since_pairs = np.full((3, n), np.inf)
-        self._since_contacts = np.full((3, n), np.inf)
-        self.pair_builds = self.contact_builds = 0
+        self._since = np.full((3, n), np.inf)
+        self._moved = np.zeros(n, np.bool_)
+        self.speed = 0.0
+        self.searches = 0
 
-    def update(self, ahead: float) -> tuple[float, float]:
-        """Renew lists whose skin could be used up within ``ahead`` [ms]; returns (displacement, speed) seen."""
+    def settle(self) -> float:
+        """Find the first contacts; returns the largest overlap over the smaller radius, which starts free of force.
+
+        Raises :class:`InputError` listing the worst pairs when an overlap exceeds :data:`MAX_OVERLAP`.
+        """
         if self.model.contact is None:
-            return 0.0, monitor.reach(self.model.nodes, self._since_contacts)[1]
-        moved, speed = monitor.reach(self.model.nodes, self._since_contacts)
-        if not 2.0 * (moved + speed * ahead) < CONTACT_SKIN:
-            far, _ = monitor.reach(self.model.nodes, self._since_pairs)
-            if not 2.0 * far + CONTACT_SKIN < PAIR_SKIN:
-                self._list_pairs()
-            self._find_contacts()
-        return moved, speed
+            return 0.0
+        self._moved[:] = True
+        self._find_contacts()
+        c, n = self.contacts, self.count
+        gap = np.linalg.norm(c.offset[:, :n], axis=0)
+        radius = self.model.contact.radius[c.piece[:, :n]]
+        share = (radius.sum(axis=0) - gap) / radius.min(axis=0)
+        worst = np.argsort(-share)[:5]
+        if n and share[worst[0]] > MAX_OVERLAP:
+            raise InputError(
+                f"yarns overlap at the start by more than {100 * MAX_OVERLAP:g} % of a radius; worst first: "
+                + "; ".join(self._describe(int(k), float(share[k])) for k in worst if share[k] > MAX_OVERLAP)
+            )
+        return max(float(share[worst[0]]), 0.0) if n else 0.0
 
-    def _list_pairs(self) -> None:
-        group, chain = self.model.contact, self.model.chain
+    def _describe(self, contact: int, share: float) -> str:
+        nodes = self.contacts.piece[:, contact]
+        names = [self.model.yarn_name(int(i)) for i in nodes]
+        x, y, z = self.model.nodes.position[:, nodes[0]]
+        return f"{names[0]} and {names[1]} at ({x:.1f}, {y:.1f}, {z:.1f}) mm by {100 * share:.0f} %"
+
+    def safe_steps(self, dt: float, most: int) -> int:
+        """Steps, at most ``most``, in which no gap can close by more than the contact skin at the last speed seen."""
+        if self.model.contact is None:
+            return most
+        return int(np.clip(0.4 * CONTACT_SKIN / max(self.speed * dt, 1e-12), LEAST_STEPS, most))
+
+    def update(self, ahead: float) -> None:
+        """Renew contacts whose skin could be used up within ``ahead`` [ms]."""
+        if self.model.contact is None:
+            return
+        count, self.speed = search.flag_moved(
+            self.model.nodes, self._since, ahead, 0.5 * CONTACT_SKIN, self._moved
+        )  # fmt: skip
+        if count:
+            self._find_contacts()
+
+    def _find_contacts(self) -> None:
+        """Search around the moved pieces and renew the list; it grows when it overflows."""
+        group, model = self.model.contact, self.model
         assert group is not None
-        x, y, z = position = self.model.nodes.position[:, : self.model.n_nodes].copy()
-        cell = 2.0 * (float(group.radius.max()) + float(group.half_piece.max())) + PAIR_SKIN
+        x, y, z = position = model.nodes.position[:, : model.n_nodes]
+        cell = 2.0 * (float(group.radius.max()) + float(group.half_piece.max())) + CONTACT_SKIN
         low = position.min(axis=1)
         shape = ((position.max(axis=1) - low) / cell).astype(np.int64) + 1
         head = np.zeros(int(shape.prod()) + 1, np.int64)
         cell_of = search.fill_cells(x, y, z, group.is_piece, cell, low, shape, head, self._order)
-        while True:
-            needed = search.candidate_pairs(
-                x, y, z, group.radius, group.half_piece, chain, group.exclude, cell_of, shape, head, self._order,
-                PAIR_SKIN, self._pair_start, self._partner,
-            )  # fmt: skip
-            if needed <= self._partner.size:
-                break
-            self._partner = np.zeros(needed + needed // 4, np.int64)
-        self._since_pairs = position
-        self.pair_builds += 1
-
-    def _find_contacts(self) -> None:
-        group, chain = self.model.contact, self.model.chain
-        assert group is not None
-        x, y, z = position = self.model.nodes.position[:, : self.model.n_nodes].copy()
+        if self._spare.reach.size < self.count:
+            self._spare = _empty(self.contacts.reach.size)
         while True:
             needed = search.find_contacts(
-                x, y, z, group.radius, chain, self._pair_start, self._partner, CONTACT_SKIN,
-                self.contacts, self.count, self._spare,
+                x, y, z, (group.radius, group.half_piece, group.exclude), model.chain, model.beams.alive, self._moved,
+                cell_of, shape, head, self._order, CONTACT_SKIN, self.contacts, self.count, self._spare,
             )  # fmt: skip
             if needed <= self._spare.reach.size:
                 break
             self._spare = _empty(needed + needed // 4)
         self.contacts, self._spare, self.count = self._spare, self.contacts, needed
-        search.assign_halves(self.contacts, self.count, self.model.parts.node)
-        self._since_contacts = position
-        self.contact_builds += 1
+        search.assign_halves(self.contacts, self.count, model.parts.node)
+        self._since[:, self._moved] = position[:, self._moved]
+        self.searches += 1

@@ -50,6 +50,13 @@ class ExplicitModel:
         """Number of nodes."""
         return self.mass.size
 
+    def yarn_name(self, node: int) -> str:
+        """System and number of the yarn that owns ``node``, for messages."""
+        yarn = int(self.chain[node])
+        of_part = self.mesh.part[self.mesh.yarn == yarn]
+        first = int(self.mesh.yarn[self.mesh.part == of_part[0]].min())
+        return f"{self.part_names[int(of_part[0])]} {yarn - first + 1}"
+
     def position(self) -> Array:
         """Copy of the node positions [mm], (n_nodes, 3)."""
         return np.ascontiguousarray(self.nodes.position[:, : self.n_nodes].T)

@@ -20,6 +20,8 @@ Index = NDArray[np.int64]
 
 #: pieces of one yarn closer along it than this share of half a bend plus a margin [mm] never touch
 BEND_MARGIN = 0.2
+#: strength of a yarn away from its weakest place, above its drawn strength, relative
+STRENGTH_MARGIN = 0.15
 #: share of critical damping of a touching pair of nodes
 CONTACT_DAMPING = 0.1
 #: share of an average crossing's penalty that one node can feel, times two for two contacts on a piece
@@ -113,7 +115,7 @@ def _beams(
     joined: NDArray[np.bool_], chain: Index,
 ) -> Beams:  # fmt: skip
     tangent = np.where(joined[:, None], chord / length[:, None], [1.0, 0.0, 0.0])
-    fail = np.array([draws[p.system].fracture_strain[p.index] for p in paths])[chain]
+    fail = _fail_strains(paths, draws)
     slack = np.array([draws[p.system].slack[p.index] for p in paths])[chain]
     n_hinges = max(len(c.hinge_strain) for c in cards)
     knees, slopes = np.zeros((len(cards), n_hinges)), np.zeros((len(cards), n_hinges))
@@ -125,6 +127,20 @@ def _beams(
         tangent.T.copy(), 1.0 / length, joined.astype(float), fail, slack, np.where(joined, np.inf, np.nan),
         stiffness, knees, slopes,
     )  # fmt: skip
+
+
+def _fail_strains(paths: list[YarnPath], draws: dict[str, YarnDraws]) -> Array:
+    """Failure strain of each element: the drawn one at the yarn's weakest place, more elsewhere.
+
+    A yarn breaks once. With equal strength everywhere its elements, which share one force, would all go in one step.
+    """
+    strains = []
+    for path in paths:
+        drawn, n = draws[path.system], len(path.points)
+        strain = np.full(n, (1.0 + STRENGTH_MARGIN) * drawn.fracture_strain[path.index])
+        strain[int(drawn.weakest[path.index] * (n - 1))] = drawn.fracture_strain[path.index]
+        strains.append(strain)
+    return np.concatenate(strains)
 
 
 def _contact_group(
