@@ -11,11 +11,10 @@ from knittest.config.run import Output, Solver
 from knittest.errors import NumericalError
 from knittest.history import Frame, History
 from knittest.kernels import monitor
-from knittest.kernels.explicit import SCRATCH, advance
+from knittest.kernels.explicit import SCRATCH
 from knittest.kernels.options import PARTITIONS
-from knittest.kernels.state import ContactLaw, Motions, Tally
-from knittest.models.contact_tracker import ContactTracker
-from knittest.models.explicit_model import ExplicitModel
+from knittest.kernels.state import Motions, Tally
+from knittest.models.explicit_model import ExplicitModel, Stored
 from knittest.rigs.base import Rig
 
 Array = NDArray[np.float64]
@@ -25,30 +24,18 @@ ProgressCall = Callable[[float, float, float, float], None]
 CHUNK = 20
 #: energy error that stops a run, and the work [mJ] below which the error is not judged
 STOP_ENERGY_ERROR = 0.10
-NO_CONTACT = ContactLaw(0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass
 class SimulationCost:
-    """Time spent [s] by the compiled steps and by the contact lists; steps and time step [ms]."""
+    """Steps, time step [ms], time spent advancing [s]; overlap and penetration over radius before failure."""
 
     steps: int = 0
     time_step: float = 0.0
     advance_s: float = 0.0
-    search_s: float = 0.0
     overlap_at_start: float = 0.0
     penetration_max: float = 0.0
     penetration_mean: float = 0.0
-
-
-@dataclass(frozen=True)
-class Stored:
-    """Elastic energies [mJ]: beams by section, contact; largest and mean penetration over radius."""
-
-    internal: Array
-    contact: float
-    deepest: float
-    mean_depth: float
 
 
 @dataclass
@@ -59,11 +46,9 @@ class Simulation:
     rig: Rig
     solver: Solver
     motions: Motions
-    tracker: ContactTracker
     tally: Tally
     dt: float
     keep: float
-    law: ContactLaw
     time: float = 0.0
     damping_loss: float = 0.0
     kinetic: float = 0.0
@@ -87,10 +72,9 @@ def simulate(
     n_motions = motions.time.shape[0]
     tally = Tally(np.zeros((PARTITIONS, n_motions)), np.zeros((PARTITIONS, 3)))
     dt = solver.safety * model.critical_step
-    law = model.contact.law if model.contact is not None else NO_CONTACT
-    run = Simulation(model, rig, solver, motions, ContactTracker(model), tally, dt, float(np.exp(-solver.damping * dt)), law)
+    run = Simulation(model, rig, solver, motions, tally, dt, float(np.exp(-solver.damping * dt)))
     run.cost.time_step = dt
-    run.cost.overlap_at_start = run.tracker.settle()
+    run.cost.overlap_at_start = model.prepare()
     row_steps = max(CHUNK, round(rig.duration / dt / output.samples))
     frame_strains = iter(np.linspace(0.0, 1.0, output.frames + 1)[1:]) if output.frames else iter(())
     scratch = np.zeros((PARTITIONS, SCRATCH))
@@ -115,62 +99,44 @@ def _advance_row(run: Simulation, steps: int, scratch: Array) -> Stored:
     """Advance to the next sample; returns the elastic energies one step before, where the kinetic energy is taken."""
     done = 0
     while done < steps - 1:
-        chunk = min(run.tracker.safe_steps(run.dt, CHUNK), steps - 1 - done)
+        chunk = min(run.model.safe_steps(run.dt, CHUNK), steps - 1 - done)
         _advance_chunk(run, chunk, scratch)
         done += chunk
-    stored = _stored(run)
+    stored = run.model.stored()
     _advance_chunk(run, 1, scratch)
     return stored
 
 
 def _advance_chunk(run: Simulation, steps: int, scratch: Array) -> None:
-    """Look at the contacts, advance, book damping, check that the state is finite."""
-    model, tracker, dt = run.model, run.tracker, run.dt
+    """Advance, book damping and reactions, check that the state is finite."""
+    model, dt = run.model, run.dt
     start = clock.perf_counter()
-    tracker.update(steps * dt)
-    middle = clock.perf_counter()
-    advance(
-        steps, run.time, dt, run.keep, model.nodes, model.parts, model.beams, tracker.contacts, tracker.count,
-        run.law, run.motions, run.tally, scratch,
-    )  # fmt: skip
+    model.advance(steps, run.time, dt, run.keep, run.motions, run.tally, scratch)
     run.time += steps * dt
     run.cost.steps += steps
     kinetic = monitor.kinetic_energy(model.nodes, model.mass, model.inertia, dt, run.keep)
     run.damping_loss += run.solver.damping * (run.kinetic + kinetic) * steps * dt
     run.kinetic = kinetic
-    reaction = run.tally.reaction.sum(axis=0)
-    run.fine.append((run.time - 0.5 * steps * dt, reaction / steps))
+    run.fine.append((run.time - 0.5 * steps * dt, run.tally.reaction.sum(axis=0) / steps))
     run.tally.reaction[:] = 0.0
-    run.cost.search_s += middle - start
-    run.cost.advance_s += clock.perf_counter() - middle
+    run.cost.advance_s += clock.perf_counter() - start
     if not np.isfinite(kinetic):
         _blame(run)
-
-
-def _stored(run: Simulation) -> Stored:
-    model, tracker = run.model, run.tracker
-    radius = model.contact.radius if model.contact is not None else np.ones(model.n_nodes)
-    contact, deepest, mean = monitor.contact_statistics(
-        tracker.contacts, tracker.count, run.law.normal, run.law.tangential, radius
-    )
-    return Stored(monitor.section_energies(model.nodes, model.parts, model.beams), contact, deepest, mean)
 
 
 def _blame(run: Simulation) -> None:
     """Name the first entity whose state is not finite."""
     position = run.model.position()
     bad = np.flatnonzero(~np.isfinite(position).all(axis=1) | ~np.isfinite(run.model.nodes.velocity[0, : len(position)]))
-    where = f"node {bad[0]} of yarn {run.model.chain[bad[0]]}" if len(bad) else "a rotation"
+    where = f"node {bad[0]} of {run.model.name_of(int(bad[0]))}" if len(bad) else "a rotation"
     raise NumericalError(f"the state is not finite at {run.time:.5f} ms, first at {where}; reduce solver.safety or speed")
 
 
 def _record(run: Simulation, stored: Stored) -> dict[str, float]:
     """Append one row of the energies; returns the newest curve row with the counts of failed elements."""
-    model = run.model
-    failed = np.isfinite(model.beams.fail_time)[model.element_node]
-    counts = np.bincount(model.mesh.part[failed], minlength=len(model.part_names))
+    failed = run.model.failed()
     row = {"time_ms": run.time, **run.rig.channels(*run.fine[-1])}
-    row |= {f"failed_{name}": float(n) for name, n in zip(model.part_names, counts, strict=True)}
+    row |= {f"failed_{name}": float(n) for name, n in zip(run.model.mesh.part_names, failed, strict=True)}
     if not failed.any():
         run.cost.penetration_max = max(run.cost.penetration_max, stored.deepest)
         run.cost.penetration_mean = stored.mean_depth
@@ -181,15 +147,15 @@ def _record(run: Simulation, stored: Stored) -> dict[str, float]:
 
 def _balance(run: Simulation, stored: Stored) -> dict[str, float]:
     external, friction, eroded = (float(v) for v in run.tally.energy.sum(axis=0))
-    elastic = float(stored.internal.sum()) + stored.contact
+    elastic = float(stored.internal.sum()) + stored.contact + stored.hourglass
     error = external - elastic - friction - eroded - run.damping_loss - run.kinetic
     largest = max([abs(external), *(abs(r["external_mj"]) for r in run.energy_rows[-1:])])
-    parts = {f"internal_{name}_mj": float(v) for name, v in zip(run.model.part_names, stored.internal, strict=True)}
+    parts = {f"internal_{name}_mj": float(v) for name, v in zip(run.model.mesh.part_names, stored.internal, strict=True)}
     return {
         "time_ms": run.time,
         "kinetic_mj": run.kinetic,
         **parts,
-        "hourglass_mj": 0.0,
+        "hourglass_mj": stored.hourglass,
         "contact_mj": stored.contact,
         "friction_mj": friction,
         "damping_mj": run.damping_loss,
@@ -202,14 +168,7 @@ def _balance(run: Simulation, stored: Stored) -> dict[str, float]:
 
 
 def _frame(run: Simulation, row: dict[str, float]) -> Frame:
-    model = run.model
-    state = monitor.axial_state(model.nodes, model.parts, model.beams)[:, model.element_node]
-    fields = {
-        "axial_strain": state[0],
-        "axial_force": state[1],
-        "alive": model.beams.alive[model.element_node].copy(),
-    }
-    return Frame(run.time, row["strain_pct"] / 100.0, row["force_n"], model.position(), fields)
+    return Frame(run.time, row["strain_pct"] / 100.0, row["force_n"], run.model.position(), run.model.fields())
 
 
 def _fine_curve(run: Simulation, coarse: dict[str, Array]) -> dict[str, Array]:
@@ -225,7 +184,7 @@ def _history(run: Simulation) -> History:
     coarse = {k: np.array([r[k] for r in run.rows]) for k in run.rows[0]}
     curve = _fine_curve(run, coarse)
     energies = {k: np.array([r[k] for r in run.energy_rows]) for k in run.energy_rows[0]}
-    broken = np.flatnonzero(sum(coarse[f"failed_{name}"] for name in run.model.part_names))
+    broken = np.flatnonzero(sum(coarse[f"failed_{name}"] for name in run.model.mesh.part_names))
     if run.peak_frame is not None:
         run.frames.append(run.peak_frame)
     run.frames.append(_frame(run, run.rows[-1]))

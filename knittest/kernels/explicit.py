@@ -1,60 +1,85 @@
 """The one explicit driver: central differences with lumped masses, in two parallel sweeps a step.
 
-Sweep 1 evaluates contacts and shells, each storing its own result; sweep 2 lets every partition of the nodes collect
-what acts on it in a fixed order, adds its beams and integrates. The number of partitions is fixed, so the bits do not
-depend on the number of threads.
+Sweep 1 evaluates contacts or shells, each storing its own result; sweep 2 lets every partition of the nodes collect
+what acts on it in a fixed order and integrates. The number of partitions is fixed, so the bits do not depend on the
+number of threads. Yarns and shells have an entry each, so that a run compiles only what it uses.
 """
 
 import numpy as np
 from numba import njit, prange
 
-from knittest.kernels import beam_blocks, contact_blocks
+from knittest.kernels import beam_blocks, contact_blocks, shell_blocks
 from knittest.kernels.beam_blocks import advance_beams, advance_free
 from knittest.kernels.contact_blocks import contact_forces, scatter_contacts
 from knittest.kernels.motion import impose_motions
 from knittest.kernels.options import KERNEL, PARALLEL, PARTITIONS
-
+from knittest.kernels.shell_blocks import gather_shells, shell_forces
 
 #: work space of one partition, in floats
-SCRATCH = max(beam_blocks.SCRATCH, contact_blocks.SCRATCH)
+SCRATCH = max(beam_blocks.SCRATCH, contact_blocks.SCRATCH, shell_blocks.SCRATCH)
 
 
 @njit(**KERNEL)
-def _clear(start, stop, nodes):
+def _clear(start, stop, rows):
     for k in range(3):
         for i in range(start, stop):
-            nodes.force[k, i] = 0.0
+            rows[k, i] = 0.0
 
 
 @njit(**KERNEL)
-def _contact_partition(p, count, dt, nodes, contacts, alive, law, tally, scratch):
+def _contact_share(p, count, dt, nodes, contacts, alive, law, tally, w):
     first, last = count * p // PARTITIONS, count * (p + 1) // PARTITIONS
-    tally.energy[p, 1] += contact_forces(first, last, nodes, contacts, alive, law, 1.0 / dt, scratch[p])
+    tally.energy[p, 1] += contact_forces(first, last, nodes, contacts, alive, law, 1.0 / dt, w)
 
 
 @njit(**KERNEL)
-def _advance_partition(p, time, dt, keep, nodes, parts, beams, contacts, motions, tally, scratch):
-    _clear(parts.node[p], parts.node[p + 1], nodes)
+def _shell_share(p, time, nodes, shells, laminate, tally, w):
+    blocks = shells.conn.shape[0] // shell_blocks.BLOCK
+    first, last = blocks * p // PARTITIONS, blocks * (p + 1) // PARTITIONS
+    tally.energy[p, 2] += shell_forces(first, last, time, nodes, shells, laminate, w)
+
+
+@njit(**KERNEL)
+def _yarn_share(p, time, dt, keep, nodes, parts, beams, contacts, motions, tally, w):
+    _clear(parts.node[p], parts.node[p + 1], nodes.force)
     scatter_contacts(p, nodes, contacts)
     for k in range(parts.span_start[p], parts.span_start[p + 1]):
         start, stop, section = parts.span[k, 0], parts.span[k, 1], parts.span[k, 2]
-        if section >= 0:
-            tally.energy[p, 2] += advance_beams(start, stop, section, time, dt, keep, nodes, beams, scratch[p])
-        else:
-            advance_free(start, stop, dt, keep, nodes, scratch[p])
+        tally.energy[p, 2] += advance_beams(start, stop, section, time, dt, keep, nodes, beams, w)
+    impose_motions(p, time + 0.5 * dt, dt, nodes, motions, tally)
+
+
+@njit(**KERNEL)
+def _fabric_share(p, time, dt, keep, nodes, parts, shells, motions, tally, w):
+    start, stop = parts.node[p], parts.node[p + 1]
+    _clear(start, stop, nodes.force)
+    _clear(start, stop, nodes.moment)
+    gather_shells(start, stop, nodes, shells)
+    advance_free(start, stop, dt, keep, nodes, w)
     impose_motions(p, time + 0.5 * dt, dt, nodes, motions, tally)
 
 
 @njit(**PARALLEL)
-def advance(steps, time, dt, keep, nodes, parts, beams, contacts, count, law, motions, tally, scratch):
-    """Advance ``steps`` time steps of ``dt`` [ms] from ``time``.
+def advance_yarns(steps, time, dt, keep, nodes, parts, beams, contacts, count, law, motions, tally, scratch):
+    """Advance a model of beam chains by ``steps`` time steps of ``dt`` [ms] from ``time``.
 
     ``keep`` share of velocity that mass-proportional damping leaves in a step; ``count`` contacts in use; ``scratch``
-    (PARTITIONS, n) work space. State is updated in place.
+    (PARTITIONS, SCRATCH). State is updated in place.
     """
     for step in range(steps):
         now = time + step * dt
         for p in prange(PARTITIONS):
-            _contact_partition(np.int64(p), count, dt, nodes, contacts, beams.alive, law, tally, scratch)
+            _contact_share(np.int64(p), count, dt, nodes, contacts, beams.alive, law, tally, scratch[p])
         for p in prange(PARTITIONS):
-            _advance_partition(np.int64(p), now, dt, keep, nodes, parts, beams, contacts, motions, tally, scratch)
+            _yarn_share(np.int64(p), now, dt, keep, nodes, parts, beams, contacts, motions, tally, scratch[p])
+
+
+@njit(**PARALLEL)
+def advance_fabric(steps, time, dt, keep, nodes, parts, shells, laminate, motions, tally, scratch):
+    """Advance a model of shells; arguments as in :func:`advance_yarns`."""
+    for step in range(steps):
+        now = time + step * dt
+        for p in prange(PARTITIONS):
+            _shell_share(np.int64(p), now, nodes, shells, laminate, tally, scratch[p])
+        for p in prange(PARTITIONS):
+            _fabric_share(np.int64(p), now, dt, keep, nodes, parts, shells, motions, tally, scratch[p])

@@ -1,12 +1,19 @@
 """Keeps the list of yarn contacts current as the yarns move."""
 
+import time as clock
+from collections.abc import Callable
+from dataclasses import dataclass
+
 import numpy as np
+from numpy.typing import NDArray
 
 from knittest.errors import InputError
 from knittest.kernels import search
 from knittest.kernels.options import PARTITIONS
-from knittest.kernels.state import Contacts
-from knittest.models.explicit_model import ExplicitModel
+from knittest.kernels.state import ContactLaw, Contacts, Nodes
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 #: gap up to which contacts are tracked [mm]
 CONTACT_SKIN = 0.1
@@ -24,33 +31,44 @@ def _empty(capacity: int) -> Contacts:
     )  # fmt: skip
 
 
+@dataclass
+class YarnContactGroup:
+    """What the search needs, each (n_nodes,): radius and half piece length [mm], pieces along the same yarn that never
+    touch, where a spline piece is, chain numbers; ``node_cut`` first nodes of the partitions; ``law`` of all pairs.
+    """
+
+    radius: Array
+    half_piece: Array
+    exclude: Index
+    is_piece: NDArray[np.bool_]
+    chain: Index
+    node_cut: Index
+    law: ContactLaw
+
+
 class ContactTracker:
     """Contacts of one model, renewed by displacement; lists grow when they overflow, nothing is dropped."""
 
-    def __init__(self, model: ExplicitModel) -> None:
-        self.model = model
-        self.contacts = _empty(64)
-        self.count = 0
-        self._spare = _empty(64)
-        n = model.n_nodes
+    def __init__(self, nodes: Nodes, alive: Array, group: YarnContactGroup, name_of: Callable[[int], str]) -> None:
+        n = group.radius.size
+        self.nodes, self.alive, self.group, self.name_of = nodes, alive, group, name_of
+        self.contacts, self._spare, self.count = _empty(64), _empty(64), 0
         self._order = np.zeros(n, np.int64)
         self._since = np.full((3, n), np.inf)
         self._moved = np.zeros(n, np.bool_)
         self.speed = 0.0
-        self.searches = 0
+        self.searches, self.seconds = 0, 0.0
 
     def settle(self) -> float:
         """Find the first contacts; returns the largest overlap over the smaller radius, which starts free of force.
 
         Raises :class:`InputError` listing the worst pairs when an overlap exceeds :data:`MAX_OVERLAP`.
         """
-        if self.model.contact is None:
-            return 0.0
         self._moved[:] = True
         self._find_contacts()
         c, n = self.contacts, self.count
         gap = np.linalg.norm(c.offset[:, :n], axis=0)
-        radius = self.model.contact.radius[c.piece[:, :n]]
+        radius = self.group.radius[c.piece[:, :n]]
         share = (radius.sum(axis=0) - gap) / radius.min(axis=0)
         worst = np.argsort(-share)[:5]
         if n and share[worst[0]] > MAX_OVERLAP:
@@ -62,31 +80,28 @@ class ContactTracker:
 
     def _describe(self, contact: int, share: float) -> str:
         nodes = self.contacts.piece[:, contact]
-        names = [self.model.yarn_name(int(i)) for i in nodes]
-        x, y, z = self.model.nodes.position[:, nodes[0]]
+        names = [self.name_of(int(i)) for i in nodes]
+        x, y, z = self.nodes.position[:, nodes[0]]
         return f"{names[0]} and {names[1]} at ({x:.1f}, {y:.1f}, {z:.1f}) mm by {100 * share:.0f} %"
 
     def safe_steps(self, dt: float, most: int) -> int:
         """Steps, at most ``most``, in which no gap can close by more than the contact skin at the last speed seen."""
-        if self.model.contact is None:
-            return most
         return int(np.clip(0.4 * CONTACT_SKIN / max(self.speed * dt, 1e-12), LEAST_STEPS, most))
 
     def update(self, ahead: float) -> None:
         """Renew contacts whose skin could be used up within ``ahead`` [ms]."""
-        if self.model.contact is None:
-            return
+        start = clock.perf_counter()
         count, self.speed = search.flag_moved(
-            self.model.nodes, self._since, ahead, 0.5 * CONTACT_SKIN, self._moved
+            self.nodes, self._since, ahead, 0.5 * CONTACT_SKIN, self._moved
         )  # fmt: skip
         if count:
             self._find_contacts()
+        self.seconds += clock.perf_counter() - start
 
     def _find_contacts(self) -> None:
         """Search around the moved pieces and renew the list; it grows when it overflows."""
-        group, model = self.model.contact, self.model
-        assert group is not None
-        x, y, z = position = model.nodes.position[:, : model.n_nodes]
+        group = self.group
+        x, y, z = position = self.nodes.position[:, : group.radius.size]
         cell = 2.0 * (float(group.radius.max()) + float(group.half_piece.max())) + CONTACT_SKIN
         low = position.min(axis=1)
         shape = ((position.max(axis=1) - low) / cell).astype(np.int64) + 1
@@ -96,13 +111,13 @@ class ContactTracker:
             self._spare = _empty(self.contacts.reach.size)
         while True:
             needed = search.find_contacts(
-                x, y, z, (group.radius, group.half_piece, group.exclude), model.chain, model.beams.alive, self._moved,
+                x, y, z, (group.radius, group.half_piece, group.exclude), group.chain, self.alive, self._moved,
                 cell_of, shape, head, self._order, CONTACT_SKIN, self.contacts, self.count, self._spare,
             )  # fmt: skip
             if needed <= self._spare.reach.size:
                 break
             self._spare = _empty(needed + needed // 4)
         self.contacts, self._spare, self.count = self._spare, self.contacts, needed
-        search.assign_halves(self.contacts, self.count, model.parts.node)
+        search.assign_halves(self.contacts, self.count, group.node_cut)
         self._since[:, self._moved] = position[:, self._moved]
         self.searches += 1

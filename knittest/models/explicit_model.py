@@ -1,5 +1,6 @@
-"""A model ready for the explicit driver: state arrays, masses, contact group, parts and a viewer's mesh."""
+"""A model ready for the explicit driver: node arrays, masses, parts and a viewer's mesh."""
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,59 +8,77 @@ from numpy.typing import NDArray
 
 from knittest.history import Mesh
 from knittest.kernels.options import PARTITIONS
-from knittest.kernels.state import Beams, ContactLaw, Nodes, Partitions
+from knittest.kernels.state import Motions, Nodes, Partitions, Tally
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 
+@dataclass(frozen=True)
+class Stored:
+    """Elastic energies [mJ] by part, of contact and of hourglass control; largest and mean penetration over radius."""
+
+    internal: Array
+    contact: float = 0.0
+    hourglass: float = 0.0
+    deepest: float = 0.0
+    mean_depth: float = 0.0
+
+
 @dataclass
-class YarnContactGroup:
-    """What the neighbour search needs: radius and half piece length [mm], exclusion along the yarn, pieces."""
+class ExplicitModel(ABC):
+    """What the simulation needs of a model.
 
-    radius: Array
-    half_piece: Array
-    exclude: Index
-    is_piece: NDArray[np.bool_]
-    law: ContactLaw
-
-
-@dataclass
-class ExplicitModel:
-    """Arrays of one model.
-
-    ``mass`` [g], ``inertia`` [g mm^2], ``chain`` (n_nodes,) chain number of each node; ``critical_step`` [ms] before
-    the safety factor; ``added_mass`` [-] share added by mass scaling; ``parts`` names the energy groups.
+    ``mass`` [g], ``inertia`` [g mm^2] (n_nodes,), 0 where clamped; ``critical_step`` [ms] before the safety factor;
+    ``added_mass`` [-] share added by mass scaling; ``mesh.part_names`` are the groups of energies and failures.
     """
 
     nodes: Nodes
     parts: Partitions
-    beams: Beams
     mass: Array
     inertia: Array
-    chain: Index
-    part_names: tuple[str, ...]
     mesh: Mesh
-    element_node: Index
     critical_step: float
     added_mass: float
-    contact: YarnContactGroup | None
 
     @property
     def n_nodes(self) -> int:
         """Number of nodes."""
         return self.mass.size
 
-    def yarn_name(self, node: int) -> str:
-        """System and number of the yarn that owns ``node``, for messages."""
-        yarn = int(self.chain[node])
-        of_part = self.mesh.part[self.mesh.yarn == yarn]
-        first = int(self.mesh.yarn[self.mesh.part == of_part[0]].min())
-        return f"{self.part_names[int(of_part[0])]} {yarn - first + 1}"
-
     def position(self) -> Array:
         """Copy of the node positions [mm], (n_nodes, 3)."""
         return np.ascontiguousarray(self.nodes.position[:, : self.n_nodes].T)
+
+    @abstractmethod
+    def prepare(self) -> float:
+        """Find what touches at the start; returns the largest overlap over radius. Raises InputError if too large."""
+
+    @abstractmethod
+    def safe_steps(self, dt: float, most: int) -> int:
+        """Steps, at most ``most``, after which the model wants to be looked at again."""
+
+    @abstractmethod
+    def advance(
+        self, steps: int, time: float, dt: float, keep: float, motions: Motions, tally: Tally, scratch: Array
+    ) -> None:
+        """Advance ``steps`` steps; see :mod:`knittest.kernels.explicit`."""
+
+    @abstractmethod
+    def stored(self) -> Stored:
+        """Elastic energies and penetration now."""
+
+    @abstractmethod
+    def failed(self) -> Index:
+        """Failed elements by part, (n_parts,)."""
+
+    @abstractmethod
+    def fields(self) -> dict[str, Array]:
+        """Element fields of a frame, as in :class:`knittest.history.Frame`."""
+
+    @abstractmethod
+    def name_of(self, node: int) -> str:
+        """What ``node`` belongs to, for messages."""
 
 
 def make_nodes(position: Array, mass: Array, inertia: Array) -> Nodes:

@@ -13,7 +13,9 @@ from knittest.history import Mesh
 from knittest.kernels.beam import rotary_inertia_factor
 from knittest.kernels.state import Beams, ContactLaw
 from knittest.materials.yarn_section import SYSTEMS, Section, sections
-from knittest.models.explicit_model import ExplicitModel, YarnContactGroup, make_nodes, make_partitions
+from knittest.models.contact_tracker import YarnContactGroup
+from knittest.models.explicit_model import make_nodes, make_partitions
+from knittest.models.yarn_model import YarnModel
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -28,7 +30,7 @@ CONTACT_DAMPING = 0.1
 CONTACT_STEP_SHARE = 2.0
 
 
-def build_meso(run: Run, paths: list[YarnPath], draws: dict[str, YarnDraws]) -> ExplicitModel:
+def build_meso(run: Run, paths: list[YarnPath], draws: dict[str, YarnDraws]) -> YarnModel:
     """Build chains for ``paths``; ``draws`` holds the scatter of each system, indexed by ``YarnPath.index``."""
     cards = sections(run.fabric)
     paths = sorted(paths, key=lambda p: (SYSTEMS.index(p.system), p.index))
@@ -52,10 +54,11 @@ def build_meso(run: Run, paths: list[YarnPath], draws: dict[str, YarnDraws]) -> 
         chain[cells],
         np.array([c.radius for c in cards])[system[chain[cells]]],
     )
-    contact = _contact_group(run, cards, system[chain], joined, length, mass) if run.model.meso.contact else None
-    return ExplicitModel(
-        make_nodes(position, mass, inertia), make_partitions(start, system), beams, mass, inertia, chain, SYSTEMS, mesh,
-        cells, step, added, contact,
+    parts = make_partitions(start, system)
+    group = _contact_group(run, cards, system[chain], joined, length, mass, chain, parts.node)
+    return YarnModel(
+        make_nodes(position, mass, inertia), parts, mass, inertia, mesh, step, added, beams, cells, group,
+        run.model.meso.contact,
     )  # fmt: skip
 
 
@@ -144,8 +147,9 @@ def _fail_strains(paths: list[YarnPath], draws: dict[str, YarnDraws]) -> Array:
 
 
 def _contact_group(
-    run: Run, cards: tuple[Section, ...], system: Index, joined: NDArray[np.bool_], length: Array, mass: Array
-) -> YarnContactGroup:
+    run: Run, cards: tuple[Section, ...], system: Index, joined: NDArray[np.bool_], length: Array, mass: Array,
+    chain: Index, node_cut: Index,
+) -> YarnContactGroup:  # fmt: skip
     n = len(system)
     radius = np.array([c.radius for c in cards])[system]
     before = np.concatenate([[False], joined[:-1]])
@@ -161,4 +165,4 @@ def _contact_group(
         run.fabric.contact.kernel("friction_coefficient"),
         2.0 * CONTACT_DAMPING * sqrt(normal * 0.5 * float(mass[is_piece].min())),
     )
-    return YarnContactGroup(radius, half_piece, np.ceil(bend / mean[system]).astype(np.int64), is_piece, law)
+    return YarnContactGroup(radius, half_piece, np.ceil(bend / mean[system]).astype(np.int64), is_piece, chain, node_cut, law)

@@ -1,0 +1,75 @@
+"""The shell strip as a model of the explicit driver."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from knittest.history import Mesh
+from knittest.kernels.explicit import advance_fabric
+from knittest.kernels.shell_output import shell_energies, shell_fields
+from knittest.kernels.shell_state import Laminate, Shells
+from knittest.kernels.state import Motions, Tally
+from knittest.models.explicit_model import Array, ExplicitModel, Index, Stored, make_nodes, make_partitions
+from knittest.models.macro import ShellStrip
+
+
+@dataclass
+class FabricModel(ExplicitModel):
+    """Shells without contact."""
+
+    shells: Shells
+    laminate: Laminate
+
+    def prepare(self) -> float:
+        """Nothing touches."""
+        return 0.0
+
+    def safe_steps(self, dt: float, most: int) -> int:
+        """Shells need no attention between samples."""
+        return most
+
+    def advance(
+        self, steps: int, time: float, dt: float, keep: float, motions: Motions, tally: Tally, scratch: Array
+    ) -> None:
+        """See :func:`knittest.kernels.explicit.advance_fabric`."""
+        advance_fabric(
+            steps, time, dt, keep, self.nodes, self.parts, self.shells, self.laminate, motions, tally, scratch
+        )
+
+    def stored(self) -> Stored:
+        """Energies of the living shells."""
+        internal, hourglass = shell_energies(self.nodes, self.shells, self.laminate)
+        return Stored(np.array([internal]), hourglass=hourglass)
+
+    def failed(self) -> Index:
+        """Deleted shells."""
+        return np.array([np.count_nonzero(np.isfinite(self.shells.fail_time))])
+
+    def fields(self) -> dict[str, Array]:
+        """Force per width [N/mm], strain [-], shear angle [rad] and alive flag of every shell."""
+        n_el = len(self.mesh.cells)
+        names = ("strain_warp", "strain_weft", "shear_angle", "force_warp", "force_weft")
+        values = dict(zip(names, shell_fields(n_el, self.nodes, self.shells, self.laminate), strict=True))
+        return values | {"alive": np.isinf(self.shells.fail_time[:n_el]).astype(float)}
+
+    def name_of(self, node: int) -> str:
+        """The shells around ``node``."""
+        return f"shell {int(np.flatnonzero((self.mesh.cells == node).any(axis=1))[0])}"
+
+
+def build_fabric_model(strip: ShellStrip) -> FabricModel:
+    """Wrap a strip of shells for the driver."""
+    n, n_el = len(strip.position), len(strip.conn)
+    zeros = np.zeros(n_el, np.int64)
+    mesh = Mesh("shells", strip.conn, zeros, ("fabric",), zeros, np.full(n_el, strip.half_thickness))
+    return FabricModel(
+        make_nodes(strip.position, strip.mass, strip.inertia),
+        make_partitions(np.arange(n + 1), np.full(n, -1)),
+        strip.mass,
+        strip.inertia,
+        mesh,
+        strip.critical_step,
+        0.0,
+        strip.shells,
+        strip.laminate,
+    )

@@ -1,0 +1,72 @@
+"""Beam chains with yarn contact as a model of the explicit driver."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from knittest.kernels import monitor
+from knittest.kernels.explicit import advance_yarns
+from knittest.kernels.state import Beams, ContactLaw, Motions, Tally
+from knittest.models.contact_tracker import ContactTracker, YarnContactGroup
+from knittest.models.explicit_model import Array, ExplicitModel, Index, Stored
+
+NO_CONTACT = ContactLaw(0.0, 0.0, 0.0, 0.0)
+
+
+@dataclass
+class YarnModel(ExplicitModel):
+    """``element_node`` (n_el,) first node of each element of the mesh; ``contact`` False leaves yarns blind."""
+
+    beams: Beams
+    element_node: Index
+    group: YarnContactGroup
+    contact: bool = True
+    tracker: ContactTracker = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.tracker = ContactTracker(self.nodes, self.beams.alive, self.group, self.name_of)
+        self.law = self.group.law if self.contact else NO_CONTACT
+
+    def prepare(self) -> float:
+        """See :meth:`ContactTracker.settle`."""
+        return self.tracker.settle() if self.contact else 0.0
+
+    def safe_steps(self, dt: float, most: int) -> int:
+        """See :meth:`ContactTracker.safe_steps`."""
+        return self.tracker.safe_steps(dt, most) if self.contact else most
+
+    def advance(
+        self, steps: int, time: float, dt: float, keep: float, motions: Motions, tally: Tally, scratch: Array
+    ) -> None:
+        """Renew contacts that may come near, then advance."""
+        if self.contact:
+            self.tracker.update(steps * dt)
+        advance_yarns(
+            steps, time, dt, keep, self.nodes, self.parts, self.beams, self.tracker.contacts, self.tracker.count,
+            self.law, motions, tally, scratch,
+        )  # fmt: skip
+
+    def stored(self) -> Stored:
+        """Energies of the living beams by yarn system and of the contacts."""
+        contact, deepest, mean = monitor.contact_statistics(
+            self.tracker.contacts, self.tracker.count, self.law.normal, self.law.tangential, self.group.radius
+        )
+        internal = monitor.section_energies(self.nodes, self.parts, self.beams)
+        return Stored(internal, contact, 0.0, deepest, mean)
+
+    def failed(self) -> Index:
+        """Broken beams by yarn system."""
+        broken = np.isfinite(self.beams.fail_time[self.element_node])
+        return np.bincount(self.mesh.part[broken], minlength=len(self.mesh.part_names))
+
+    def fields(self) -> dict[str, Array]:
+        """Axial strain [-], axial force [N] and alive flag of every beam."""
+        strain, force = monitor.axial_state(self.nodes, self.parts, self.beams)[:, self.element_node]
+        return {"axial_strain": strain, "axial_force": force, "alive": self.beams.alive[self.element_node]}
+
+    def name_of(self, node: int) -> str:
+        """System and number of the yarn that owns ``node``."""
+        yarn = int(self.group.chain[node])
+        part = int(self.mesh.part[self.mesh.yarn == yarn][0])
+        first = int(self.mesh.yarn[self.mesh.part == part].min())
+        return f"{self.mesh.part_names[part]} yarn {yarn - first + 1}"
