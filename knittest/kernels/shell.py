@@ -143,9 +143,9 @@ def spread(grad_a, grad_b, pattern, fibres, distortion):
 
 
 @njit(**INLINE)
-def line_shear(x, d, i, j):
-    """Transverse shear times length along the segment from corner i to j [mm]; zero in constant curvature."""
-    return 0.5 * dot(sub(x[j], x[i]), add(d[i], d[j]))
+def line_shear(x1, x2, d1, d2):
+    """Transverse shear times length along the segment from corner 1 to 2 [mm]; zero in constant curvature."""
+    return 0.5 * dot(sub(x2, x1), add(d1, d2))
 
 
 @njit(**INLINE)
@@ -154,9 +154,11 @@ def transverse_shears(x, d, fibres, warp):
 
     ``warp`` is the initial out-of-plane pattern of the element [mm], which shall not count.
     """
-    s31, s42 = line_shear(x, d, 0, 2), line_shear(x, d, 1, 3)
-    along = line_shear(x, d, 0, 1) + line_shear(x, d, 2, 3) + warp
-    across = line_shear(x, d, 1, 2) + line_shear(x, d, 3, 0) - warp
+    x1, x2, x3, x4 = x
+    d1, d2, d3, d4 = d
+    s31, s42 = line_shear(x1, x3, d1, d3), line_shear(x2, x4, d2, d4)
+    along = line_shear(x1, x2, d1, d2) + line_shear(x3, x4, d3, d4) + warp
+    across = line_shear(x2, x3, d2, d3) + line_shear(x4, x1, d4, d1) - warp
     return fibres[0] * s31 + fibres[1] * s42, fibres[2] * s31 + fibres[3] * s42, along, across
 
 
