@@ -58,7 +58,7 @@ class RunFolder:
         Raises :class:`InputError` when ``out`` is a file or holds something else, :class:`ResourceError` when it
         cannot be written or another run is using it.
         """
-        path = _fresh_folder(Path("runs") / run_name(run)) if out is None else _chosen_folder(out)
+        path = fresh_folder(Path("runs") / run_name(run)) if out is None else _chosen_folder(out)
         lock = RunLock(path)
         try:
             _clear_dead_run(path, lock)
@@ -168,7 +168,7 @@ def slug(text: str) -> str:
     return re.sub(r"[^A-Za-z0-9._-]+", "-", plain).strip("-.")[:60] or "unnamed"
 
 
-def _fresh_folder(path: Path) -> Path:
+def fresh_folder(path: Path) -> Path:
     """Make ``path``, or ``path-2``, ``path-3``... when runs of the same second got there first."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

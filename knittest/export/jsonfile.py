@@ -23,4 +23,4 @@ def json_ready(value: Any) -> Any:
 
 def json_text(value: Any, indent: int | None = 2) -> str:
     """``value`` as JSON text with a closing newline; raise ``TypeError`` for what JSON cannot hold."""
-    return json.dumps(json_ready(value), indent=indent, allow_nan=False, ensure_ascii=False) + "\n"
+    return json.dumps(json_ready(value), indent=indent, allow_nan=False, ensure_ascii=True) + "\n"

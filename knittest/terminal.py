@@ -1,0 +1,196 @@
+"""What a run shows while it runs: a bar on a terminal, plain lines in a pipe, nothing when quiet."""
+
+import math
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Protocol, Self, TextIO
+
+_REFRESH_S = 0.1
+
+
+@dataclass(frozen=True)
+class Status:
+    """Where a simulation stands: share done, simulated time [ms], step [us], kinetic energy over work, seconds left."""
+
+    fraction: float
+    time_ms: float
+    step_us: float
+    kinetic_ratio: float
+    eta_s: float
+
+    def text(self) -> str:
+        """One line, without the share done."""
+        return (
+            f"ETA {duration(self.eta_s)}  time {self.time_ms:.3f} ms  step {self.step_us:.3g} us  "
+            f"kinetic/work {self.kinetic_ratio * 100:.2g} %"
+        )
+
+
+class _Display(Protocol):
+    interval: float
+
+    def begin(self, text: str) -> None: ...
+    def show(self, text: str, status: Status) -> None: ...
+    def end(self, text: str, seconds: float) -> None: ...
+    def close(self) -> None: ...
+
+
+class Progress:
+    """Phases of a run and the progress within one; a context manager.
+
+    :meth:`phase` ends the phase before it and names the next one, ``compiling kernels (once, about 20 s)``;
+    :meth:`update` turns the phase into one with a known end. A closed stream silences it, never the run.
+    """
+
+    def __init__(
+        self,
+        *,
+        quiet: bool = False,
+        stream: TextIO | None = None,
+        interval: float = 5.0,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        """Show on ``stream`` (standard error); ``interval`` [s] lies between plain lines."""
+        stream = stream or sys.stderr
+        self._clock = clock
+        self._display: _Display | None = None
+        if not quiet and stream is not None:
+            self._display = _Bar(stream) if stream.isatty() else _Lines(stream, interval)
+        self._phase: str | None = None
+        self._began = 0.0
+        self._first: tuple[float, float] | None = None  # clock and fraction of the phase's first update
+        self._shown = -math.inf
+
+    def phase(self, text: str) -> None:
+        """Begin a phase; the one before it ends with the time it took."""
+        self._end_phase()
+        self._phase, self._began, self._first, self._shown = text, self._clock(), None, -math.inf
+        self._safely(lambda display: display.begin(text))
+
+    def update(self, fraction: float, time_ms: float, step_us: float, kinetic_ratio: float) -> None:
+        """Report the share done (0 to 1), simulated time [ms], time step [us] and kinetic energy over work [-]."""
+        now = self._clock()
+        if self._first is None:
+            self._first = (now, fraction)
+        if self._display is None or now - self._shown < self._display.interval:
+            return
+        self._shown = now
+        status = Status(fraction, time_ms, step_us, kinetic_ratio, self._eta(now, fraction))
+        self._safely(lambda display: display.show(self._phase or "running", status))
+
+    def done(self) -> None:
+        """End the last phase and take the bar away."""
+        self._end_phase()
+        self._safely(lambda display: display.close())
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if error is not None:
+            self._phase = None  # it did not end, so it is not reported as ended
+        self.done()
+
+    def _end_phase(self) -> None:
+        if self._phase is not None:
+            text, seconds = self._phase, self._clock() - self._began
+            self._phase = None
+            self._safely(lambda display: display.end(text, seconds))
+
+    def _eta(self, now: float, fraction: float) -> float:
+        began, first = self._first or (now, fraction)
+        gained = fraction - first
+        return (now - began) * (1.0 - fraction) / gained if gained > 0 else math.nan
+
+    def _safely(self, act: Callable[[_Display], None]) -> None:
+        if self._display is None:
+            return
+        try:
+            act(self._display)
+        except (OSError, ValueError):  # a closed pipe, a closed file
+            self._display = None
+
+
+class _Lines:
+    """Plain lines, for a pipe, a log or CI."""
+
+    def __init__(self, stream: TextIO, interval: float) -> None:
+        self._stream = stream
+        self.interval = interval
+
+    def begin(self, text: str) -> None:
+        self._line(text)
+
+    def show(self, text: str, status: Status) -> None:
+        self._line(f"{status.fraction * 100:4.0f} %  {status.text()}")
+
+    def end(self, text: str, seconds: float) -> None:
+        self._line(f"{text}: done in {seconds:.1f} s")
+
+    def close(self) -> None:
+        pass
+
+    def _line(self, text: str) -> None:
+        self._stream.write(text + "\n")
+        self._stream.flush()
+
+
+class _Bar:
+    """A live bar of rich; drawn by the calls only, without a thread that could fail on its own."""
+
+    interval = _REFRESH_S
+
+    def __init__(self, stream: TextIO) -> None:
+        from rich.console import Console
+        from rich.progress import BarColumn, TextColumn
+        from rich.progress import Progress as RichProgress
+
+        self._console = Console(file=stream, highlight=False, markup=False)
+        columns = (
+            TextColumn("{task.description}", markup=False),
+            BarColumn(bar_width=30),
+            TextColumn("{task.fields[share]}", markup=False),
+            TextColumn("{task.fields[status]}", markup=False),
+        )
+        self._bar = RichProgress(*columns, console=self._console, auto_refresh=False, transient=True)
+        self._task = self._bar.add_task("", total=None, share="", status="", visible=False)
+
+    def begin(self, text: str) -> None:
+        self._bar.start()
+        self._bar.reset(self._task, description=text, total=None, visible=True, start=True, share="", status="")
+        self._bar.refresh()
+
+    def show(self, text: str, status: Status) -> None:
+        self._bar.start()
+        share = f"{status.fraction * 100:3.0f} %"
+        self._bar.update(
+            self._task,
+            description=text,
+            total=1.0,
+            completed=status.fraction,
+            share=share,
+            status=status.text(),
+            visible=True,
+        )
+        self._bar.refresh()
+
+    def end(self, text: str, seconds: float) -> None:
+        self._bar.update(self._task, visible=False)
+        self._console.print(f"{text}: done in {seconds:.1f} s")
+
+    def close(self) -> None:
+        self._bar.stop()
+
+
+def duration(seconds: float) -> str:
+    """``0:07``, ``12:30`` or ``2:03:00``; ``-:--`` while unknown."""
+    if not math.isfinite(seconds):
+        return "-:--"
+    minutes, rest = divmod(round(max(seconds, 0.0)), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d}"

@@ -1,0 +1,233 @@
+"""Progress on a terminal, in a pipe and quiet; the table of results."""
+
+import io
+import json
+import math
+import re
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+from export_sample import quality
+
+from knittest.history import Quality
+from knittest.terminal import Progress, duration
+from knittest.terminal_results import HEADER, aligned, print_json, print_results, quality_lines, results_table
+
+COMPILING = "compiling kernels (once, about 20 s)"
+
+
+class Clock:
+    """A clock that the test moves."""
+
+    now = 100.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+class Terminal(io.StringIO):
+    """A stream that says it is a terminal."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+class Broken(io.StringIO):
+    """A pipe whose reader has gone."""
+
+    def write(self, text: str) -> int:
+        raise BrokenPipeError(32, "Broken pipe")
+
+
+def drive(stream: io.StringIO, **options: Any) -> None:
+    """A compilation of 18 s and a simulation of 20 s, reported each 0.25 s."""
+    clock = Clock()
+    with Progress(stream=stream, clock=clock, **options) as progress:
+        progress.phase(COMPILING)
+        clock.now += 18.0
+        progress.phase("warp: simulating")
+        for step in range(81):
+            progress.update(step / 80, 0.05 * step, 0.112, 0.003)
+            clock.now += 0.25
+
+
+def test_a_pipe_gets_plain_lines_every_few_seconds() -> None:
+    stream = io.StringIO()
+    drive(stream)
+    lines = stream.getvalue().splitlines()
+    assert lines[0] == COMPILING and lines[1] == f"{COMPILING}: done in 18.0 s" and lines[2] == "warp: simulating"
+    shown = [line for line in lines if "%  ETA" in line]
+    assert len(shown) == 5  # at 0, 5, 10, 15 and 20 s
+    assert shown[2] == "  50 %  ETA 0:10  time 2.000 ms  step 0.112 us  kinetic/work 0.3 %"
+    assert lines[-1] == "warp: simulating: done in 20.2 s" and "\x1b" not in stream.getvalue()
+
+
+def test_a_terminal_gets_a_bar(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TERM", "xterm-256color")
+    monkeypatch.setenv("COLUMNS", "140")
+    stream = Terminal()
+    drive(stream)
+    text = stream.getvalue()
+    plain = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", text)
+    assert f"{COMPILING}: done in 18.0 s" in plain
+    assert re.search(r"warp: simulating .* 50 % +ETA 0:10 +time 2\.000 ms +step 0\.112 us +kinetic/work 0\.3 %", plain)
+    assert "\x1b[2K" in text  # redrawn in place
+    assert text.count("\x1b[?25h") == text.count("\x1b[?25l")
+
+
+@pytest.mark.parametrize("stream", [io.StringIO(), Terminal()])
+def test_quiet_prints_nothing(stream: io.StringIO) -> None:
+    drive(stream, quiet=True)
+    assert stream.getvalue() == ""
+
+
+@pytest.mark.parametrize("kind", [io.StringIO, Terminal])
+def test_an_interrupted_phase_is_not_reported_as_done(kind: type[io.StringIO]) -> None:
+    stream = kind()
+    with pytest.raises(KeyboardInterrupt), Progress(stream=stream) as progress:
+        progress.phase("warp: simulating")
+        progress.update(0.1, 0.1, 0.1, 0.1)
+        raise KeyboardInterrupt
+    assert "done" not in stream.getvalue()
+    assert stream.getvalue().count("\x1b[?25l") == stream.getvalue().count("\x1b[?25h")  # the cursor is back
+
+
+def test_a_broken_or_closed_stream_does_not_stop_the_run() -> None:
+    drive(Broken())
+    stream = io.StringIO()
+    with Progress(stream=stream) as progress:
+        stream.close()
+        progress.phase("x")
+        progress.update(0.5, 1.0, 0.1, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"), [(6.6, "0:07"), (59.7, "1:00"), (750, "12:30"), (7380, "2:03:00"), (math.nan, "-:--")]
+)
+def test_duration(seconds: float, text: str) -> None:
+    assert duration(seconds) == text
+
+
+@dataclass(frozen=True)
+class Done:
+    """A finished run as the table takes it."""
+
+    summary: dict[str, Any]
+    quality: Quality
+    folder: Path = Path("runs/tensile-2-meso-both-20260101-120000/weft")
+
+
+def row(quantity: str, simulated: float, mean: float, sd: float, kind: str = "predicted") -> dict[str, Any]:
+    deviation = (simulated - mean) / sd
+    return {
+        "quantity": quantity,
+        "simulated": simulated,
+        "experiment_mean": mean,
+        "experiment_sd": sd,
+        "deviation_sd": deviation,
+        "kind": kind,
+        "source": "Table 3",
+    }
+
+
+def weft(gates: Quality | None = None, **changes: Any) -> Done:
+    comparison = [row("peak_force_n", 8300.0, 7332.0, 380.0), row("fracture_strain_pct", 1.6, 1.6, 0.2, "tuned")]
+    results = {"peak_force_n": 8300.0, "fracture_strain_pct": 1.6, "force_per_yarn_n": 415.0}
+    summary = {"direction": "weft", "results": results, "comparison": comparison} | changes
+    return Done(summary, gates or quality())
+
+
+def test_table_rows() -> None:
+    assert results_table([weft()]) == [
+        ("weft", "peak force [N]", "8300", "7332 ± 380", "+2.55 sd", "predicted", "outside 1 sd"),
+        ("weft", "fracture strain [%]", "1.60", "1.60 ± 0.20", "+0.00 sd", "tuned", "within 1 sd"),
+    ]
+
+
+def test_an_ensemble_shows_mean_and_sd() -> None:
+    spread = {"mean": 7345.6, "sd": 401.2, "values": [7000.0, 7345.6, 7700.0]}
+    table = results_table([weft(results={"peak_force_n": spread})], plus_minus="+-")
+    assert [line[2] for line in table] == ["7346 +- 401 (n 3)"]
+
+
+def test_a_refused_comparison_shows_no_deviation() -> None:
+    table = results_table([weft(quality(("kinetic energy 9 %",)))])
+    assert [line[3:] for line in table] == [("-", "-", "-", "refused")] * 2
+    lines = quality_lines(weft(quality(("kinetic energy 9 %",))))
+    assert "FAILED, comparison refused" in lines[0] and lines[1] == "  failed: kinetic energy 9 %"
+
+
+def test_no_experiment_is_said() -> None:
+    assert {line[-1] for line in results_table([weft(comparison=[])])} == {"no reference"}
+    unscattered = row("peak_force_n", 8300.0, 7332.0, 380.0) | {"experiment_sd": None, "deviation_sd": None}
+    table = results_table([weft(comparison=[unscattered])])
+    assert table[0][3:] == ("7332 ± -", "-", "predicted", "not comparable")
+
+
+def test_gates_in_one_line_without_what_a_shell_has_not() -> None:
+    gates = Quality(0.008, 0.0012, math.nan, math.nan, 0.0, True, (), ("kinetic energy 3 %",))
+    assert quality_lines(weft(gates)) == [
+        "quality gates, weft: passed (kinetic energy/work 0.8 %, energy error 0.12 %, added mass 0 %)",
+        "  warning: kinetic energy 3 %",
+    ]
+
+
+def test_a_pipe_gets_an_aligned_table() -> None:
+    stream = io.StringIO()
+    print_results([weft()], stream)
+    lines = stream.getvalue().splitlines()
+    columns = [lines[0].index(name) for name in ("kind", "verdict")]
+    assert lines[0].split("  ")[0] == "direction"
+    assert [line[columns[0] :].split()[0] for line in lines[1:3]] == ["predicted", "tuned"]
+    assert [line[columns[1] :] for line in lines[1:3]] == ["outside 1 sd", "within 1 sd"]
+    assert any(line.startswith("tuned: ") for line in lines) and not any(line.startswith("input: ") for line in lines)
+    assert lines[-1] == f"run folder: {weft().folder}" and "\x1b" not in stream.getvalue()
+
+
+def test_a_narrow_terminal_keeps_the_folder_in_one_piece(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TERM", "xterm-256color")
+    monkeypatch.setenv("COLUMNS", "40")
+    stream = Terminal()
+    print_results([weft()], stream)
+    assert f"run folder: {weft().folder}\n" in stream.getvalue()
+    monkeypatch.setenv("COLUMNS", "120")
+    stream = Terminal()
+    print_results([weft()], stream)
+    plain = re.sub(r"\x1b\[[0-9;]*m", "", stream.getvalue())
+    assert "outside 1 sd" in plain and "7332 ± 380" in plain and plain != stream.getvalue()
+
+
+def test_an_ascii_stream_gets_ascii() -> None:
+    raw = io.BytesIO()
+    stream = io.TextIOWrapper(raw, encoding="ascii")
+    print_results([weft()], stream)
+    assert b"7332 +- 380" in raw.getvalue()
+
+
+def test_numbers_are_aligned_to_the_right() -> None:
+    lines = aligned([HEADER, ("warp", "q", "5", "1", "2", "k", "v"), ("weft", "q", "5000", "1", "2", "k", "v")])
+    assert lines[1].index("5") == lines[2].index("5000") + 3
+
+
+def test_json_is_one_object_without_nan() -> None:
+    stream = io.StringIO()
+    print_json({"a": math.nan, "b": [1.5]}, stream)
+    assert json.loads(stream.getvalue()) == {"a": None, "b": [1.5]}
+
+
+def test_a_closed_standard_output_ends_in_silence() -> None:
+    script = (
+        "from knittest.terminal_results import print_json\n"
+        "print_json({'a': list(range(200000))})\n"
+        "print_json({'a': 1})\n"
+        "import sys; print('end', file=sys.stderr)"
+    )
+    process = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    assert process.stdout is not None and process.stderr is not None
+    process.stdout.close()
+    assert process.wait(60) == 0 and process.stderr.read() == b"end\n"
+    process.stderr.close()
