@@ -14,7 +14,7 @@ class Mesh:
 
     ``kind`` is ``beams`` (cells (n_el, 2)) or ``shells`` (cells (n_el, 4)); ``part`` (n_el,) indexes ``part_names``
     (``warp``, ``weft``, ``knit`` or ``fabric``); ``yarn`` (n_el,) numbers the yarn of a beam; ``radius`` [mm], (n_el,),
-    is the beam radius or half the shell thickness. ``width`` and ``length`` [mm] describe the specimen.
+    is the beam radius or half the shell thickness.
     """
 
     kind: str
@@ -46,6 +46,7 @@ class History:
 
     Tensile ``curve`` columns: time_ms, displacement_mm, strain_pct, force_n (moving clamp), force_fixed_n,
     failed_warp, failed_weft, failed_knit (counts; shells: failed_fabric).
+    The first of ``frames`` is the unloaded state (displacements count from it), the last the end of the run.
     ``energies`` columns: time_ms, kinetic_mj, internal_<part>_mj, hourglass_mj, contact_mj, friction_mj, damping_mj,
     eroded_mj, external_mj, balance_error_mj, kinetic_ratio, energy_error.
     """
