@@ -2,17 +2,27 @@
 
 from typing import Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    GetJsonSchemaHandler,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
+from pydantic_core import CoreSchema
 
+from knittest.config.unit_slips import likely_unit
 from knittest.units import to_kernel
 
 Source = Literal["measured", "derived", "tuned", "assumed", "user"]
 
 
 class Strict(BaseModel):
-    """A config model: unknown keys are errors, instances are immutable, units live beside the fields."""
+    """A config model: no unknown keys, no coerced types (``true`` is no number), immutable, units beside the fields."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, validate_default=True, allow_inf_nan=False, strict=False)
+    model_config = ConfigDict(extra="forbid", frozen=True, validate_default=True, allow_inf_nan=False, strict=True)
 
     @field_validator("*", mode="after")
     @classmethod
@@ -22,7 +32,7 @@ class Strict(BaseModel):
         meta = field_meta(cls, info.field_name)
         for direction in ("warp", "weft"):
             if isinstance(value, Strict) and isinstance(quantity := getattr(value, direction, None), Quantity):
-                check_bounds(quantity.value, meta, f"{direction}: ")
+                check_bounds(quantity.value, meta, direction)
         number = value.value if isinstance(value, Quantity) else value
         if isinstance(number, int | float) and not isinstance(number, bool):
             check_bounds(number, meta)
@@ -40,13 +50,19 @@ class Strict(BaseModel):
 class Quantity(BaseModel):
     """A number with its scatter and where it comes from; a bare number means ``source: user``."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=True)
 
     value: float = Field(description="the number, in the unit of the field")
     sd: float | None = Field(None, ge=0, description="standard deviation, same unit")
     source: Source = Field(description="measured, derived, tuned, assumed, or user (given on the command line)")
     ref: str = Field("", description="table, equation or reasoning behind the number")
     tuned_on: list[str] = Field(default_factory=list, description="rows a tuned number was fitted to")
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """A bare number or the full mapping, as the validator reads it."""
+        mapping = handler.resolve_ref_schema(handler(core))
+        return {"title": "Quantity", "anyOf": [{"type": "number"}, mapping]}
 
     @model_validator(mode="before")
     @classmethod
@@ -68,18 +84,29 @@ def field_meta(model: type[BaseModel], name: str) -> dict[str, Any]:
     return dict(extra) if isinstance(extra, dict) else {}
 
 
-def check_bounds(number: float, meta: dict[str, Any], where: str = "") -> None:
-    """Raise ``ValueError`` when ``number`` breaks the hard bounds or the plausibility band in ``meta``."""
+class OutOfBounds(ValueError):
+    """A number breaks a hard bound or its plausibility band; ``part`` names the direction or field inside, if any."""
+
+    def __init__(self, message: str, part: str | None = None) -> None:
+        super().__init__(message if part is None else f"{part}: {message}")
+        self.expected = message
+        self.part = part
+
+
+def check_bounds(number: float, meta: dict[str, Any], part: str | None = None) -> None:
+    """Raise :class:`OutOfBounds` when ``number`` breaks the hard bounds or the plausibility band in ``meta``."""
     unit = meta.get("unit", "")
+    unit = "" if unit == "1" else f" {unit}"
     if "gt" in meta and not number > meta["gt"]:
-        raise ValueError(f"{where}must be greater than {meta['gt']:g} {unit}".rstrip())
+        raise OutOfBounds(f"must be greater than {meta['gt']:g}{unit}", part)
     if "ge" in meta and not number >= meta["ge"]:
-        raise ValueError(f"{where}must be at least {meta['ge']:g} {unit}".rstrip())
+        raise OutOfBounds(f"must be at least {meta['ge']:g}{unit}", part)
     if "le" in meta and not number <= meta["le"]:
-        raise ValueError(f"{where}must be at most {meta['le']:g} {unit}".rstrip())
+        raise OutOfBounds(f"must be at most {meta['le']:g}{unit}", part)
     if "band" in meta and not meta["band"][0] <= number <= meta["band"][1]:
         low, high = meta["band"]
-        raise ValueError(f"{where}implausible: expected {low:g} to {high:g} {unit}; is the unit right?")
+        guess = likely_unit(number, meta.get("unit", ""), meta["band"])
+        raise OutOfBounds(f"implausible, expected {low:g} to {high:g}{unit}{guess}", part)
 
 
 def measure(unit: str, description: str, **meta: Any) -> Any:

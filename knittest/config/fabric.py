@@ -1,10 +1,11 @@
 """A fabric: densities, loop length, mass and thickness, its two yarns, its contact and its macro material."""
 
-from typing import Literal, Self
+import math
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from knittest.config.base import Quantity, Strict, measure
+from knittest.config.base import OutOfBounds, Quantity, Strict, measure
 
 Direction = Literal["warp", "weft"]
 
@@ -23,7 +24,7 @@ class YarnLaw(Strict):
     toe_strain: float = Field(
         0.0, ge=0, le=2, description="strain at which the toe ends (kind toe)", json_schema_extra={"unit": "%"}
     )
-    points: list[tuple[float, float]] = Field(
+    points: list[Annotated[tuple[float, float], Field(strict=False)]] = Field(
         default_factory=list, description="strain [%] and stress [MPa] pairs, rising, first (0, 0) (kind table)"
     )
 
@@ -51,7 +52,7 @@ class Yarn(Strict):
     beam_diameter: Quantity = measure("mm", "diameter of the circular beam in contact", gt=0, band=(0.05, 10))
     youngs_modulus: Quantity = measure("GPa", "axial modulus on the load area", gt=0, band=(0.1, 1000))
     load_area: Quantity = measure("mm2", "area that carries the modulus", gt=0, band=(1e-3, 50))
-    fracture_strain: Quantity = measure("%", "axial strain at failure; sd is the yarn-to-yarn scatter", gt=0, le=50)
+    fracture_strain: Quantity = measure("%", "axial strain at failure; sd is the yarn-to-yarn scatter", gt=0, band=(0.1, 50))
     law: YarnLaw = Field(default_factory=YarnLaw, description="shape of the axial law")
 
 
@@ -84,7 +85,7 @@ class MacroMaterial(Strict):
     tension: dict[Direction, str] = Field(
         description="CSV (strain_pct, force_n of a 50 mm strip) per direction, relative to the data folder"
     )
-    fracture_strain: PerDirection = measure("%", "element deletion strain", gt=0, le=50)
+    fracture_strain: PerDirection = measure("%", "element deletion strain", gt=0, band=(0.1, 50))
     bending_stiffness: PerDirection = measure("N mm", "bending stiffness per width", gt=0, band=(1e-3, 1e4))
     shear_stiffness: Quantity = measure("N/mm", "initial shear force per length and radian", gt=0, band=(1e-4, 1e3))
     compression_ratio: Quantity = measure("1", "compressive over largest tensile tangent", gt=0, le=1)
@@ -101,8 +102,8 @@ class Fabric(Strict):
 
     name: str = Field(description="short name, used in file names", pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,39}$")
     title: str = Field("", description="one line for reports")
-    warp_density: Quantity = measure("yarn/100 mm", "warp yarns (wales) per width", gt=0, band=(2, 200))
-    weft_density: Quantity = measure("yarn/100 mm", "weft yarns (courses) per length", gt=0, band=(2, 200))
+    warp_density: Quantity = measure("yarn/100 mm", "warp yarns (wales) per width", gt=0, band=(5, 200))
+    weft_density: Quantity = measure("yarn/100 mm", "weft yarns (courses) per length", gt=0, band=(5, 200))
     loop_length: Quantity = measure("mm", "knitting yarn in one loop", gt=0, band=(1, 100))
     area_mass: Quantity = measure("g/m2", "mass per area", gt=0, band=(20, 20000))
     thickness: Quantity = measure("mm", "thickness of the fabric", gt=0, band=(0.1, 30))
@@ -112,6 +113,14 @@ class Fabric(Strict):
     macro: MacroMaterial = Field(description="shell material of the macro scale")
     experiment: str | None = Field(None, description="folder of the measured results, relative to the data folder")
     experiment_variant: str | None = Field(None, description="variant key in the experiment's tables")
+
+    @model_validator(mode="after")
+    def _loop_spans_its_cell(self) -> Self:
+        """Each half loop rises a course and crosses half a wale, whatever its shape: a bound from below."""
+        shortest = math.hypot(self.wale_spacing, 2.0 * self.course_spacing)
+        if self.loop_length.value < shortest:
+            raise OutOfBounds(f"at these densities a loop needs more than {shortest:.3g} mm to span its cell", "loop_length")
+        return self
 
     @property
     def wale_spacing(self) -> float:

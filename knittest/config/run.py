@@ -29,8 +29,8 @@ class TensileRig(Strict):
 class MesoModel(Strict):
     """Discretisation of the yarns."""
 
-    elements_per_loop: int = Field(32, ge=16, le=256, description="beams in one knitting loop")
-    elements_per_wave: int = Field(8, ge=4, le=64, description="beams in one wave of a reinforcing yarn")
+    elements_per_loop: int = Field(32, ge=16, le=256, multiple_of=2, description="beams in one knitting loop")
+    elements_per_wave: int = Field(6, ge=4, le=64, multiple_of=2, description="beams in one wave of a reinforcing yarn")
     contact: bool = Field(True, description="yarn-yarn contact")
     knitting: bool = Field(True, description="model the knitting yarn")
 

@@ -32,7 +32,11 @@ class Crossing:
 
 
 def crossings(cell: "Cell") -> list[Crossing]:
-    """All crossings of one period in the xy projection."""
+    """Crossings of different yarns in one period of the xy projection.
+
+    A course's crossings with itself are left out: legs of neighbouring loops overlap in the projection of wide loops,
+    exactly over the warp by symmetry, and say nothing of the interlacing.
+    """
     curves = [getattr(cell, s) for s in SYSTEMS]
     starts = [c[:, :2] for c in curves]
     chords = [np.roll(c, -1, axis=0) - c for c in curves]
@@ -44,7 +48,7 @@ def crossings(cell: "Cell") -> list[Crossing]:
         for b in range(a, 3):
             for image in np.ndindex(7, 7):
                 shift = np.array(image) - 3
-                if a == b and tuple(shift) <= (0, 0):
+                if a == b and shift[1] <= 0:
                     continue
                 found += _pair(a, b, tuple(int(v) for v in shift), shift * spacing, starts, chords, curves)
     return found
@@ -82,8 +86,7 @@ def sequences(found: list[Crossing]) -> list[list[tuple[int, bool]]]:
 
 
 def reduced(found: list[Crossing]) -> list[Crossing]:
-    """Drop kinks, where a strand crosses itself, and pairs of neighbouring crossings of the same two strands with one
-    over the other in both (Reidemeister I and II): pulling the yarns straight would undo them."""
+    """Drop pairs of neighbouring crossings of the same two strands, one over the other in both (Reidemeister II)."""
     while True:
         lines = sequences(found)
         removable = _removable(found, lines)
@@ -98,8 +101,6 @@ def _removable(found: list[Crossing], lines: list[list[tuple[int, bool]]]) -> se
         n = len(line)
         for m in range(n if n > 2 else n - 1):
             (k, over), (k2, over2) = line[m], line[(m + 1) % n]
-            if k == k2:
-                return {k}
             if over == over2:
                 pair = frozenset((k, k2))
                 same_yarns = (found[k].over, found[k].under) == (found[k2].over, found[k2].under)

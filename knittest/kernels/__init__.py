@@ -18,8 +18,13 @@ def _source_digest() -> str:
     return digest.hexdigest()[:16]
 
 
+def cache_folder() -> Path:
+    """Folder of the compiled kernels of this very source."""
+    return cache_root() / "numba" / _source_digest()
+
+
 def _configure_numba() -> None:
-    folder = cache_root() / "numba" / _source_digest()
+    folder = cache_folder()
     os.environ["NUMBA_CACHE_DIR"] = str(folder)
     import numba
 

@@ -12,7 +12,7 @@ from numba import njit
 from knittest.kernels.options import INLINE
 
 #: share of the tangent's square that a curvature term may take from the Hessian: keeps every step a descent
-CURVATURE_LIMIT = 0.5
+CURVATURE_LIMIT = 0.9
 #: largest move of a contact parameter in one step
 PARAMETER_STEP = 0.2
 
@@ -50,11 +50,12 @@ def closest_step(wx, wy, wz, ux, uy, uz, vx, vy, vz, ax, ay, az, bx, by, bz, lin
 
 
 @njit(**INLINE)
-def contact_force(gx, gy, gz, before, reach, ex, ey, ez, normal, tangential, friction, viscous, inv_dt):
+def contact_force(gx, gy, gz, closing, reach, ex, ey, ez, normal, tangential, friction, viscous, inv_dt):
     """Penalty and friction of one contact.
 
-    ``g`` offset from B to A [mm], ``before`` its length one step ago, ``reach`` the sum of radii, ``e`` the trial
-    stretch of the sticking spring [mm]. Returns force on A (3) [N], returned spring (3) and the energy lost in this
+    ``g`` offset from B to A [mm], ``closing`` approach of the material points in this step [mm] (not of the closest
+    points, which also slide along the yarns), ``reach`` the sum of radii, ``e`` the trial stretch of the sticking
+    spring [mm]. Returns force on A (3) [N], returned spring (3) and the energy lost in this
     step [mJ] by slip and by the viscous part.
     """
     distance = sqrt(gx * gx + gy * gy + gz * gz)
@@ -62,15 +63,14 @@ def contact_force(gx, gy, gz, before, reach, ex, ey, ez, normal, tangential, fri
     nx, ny, nz = gx * inv, gy * inv, gz * inv
     depth = max(reach - distance, 0.0)
     touching = 1.0 if depth > 0.0 else 0.0
-    rate = (before - distance) * inv_dt
     elastic = normal * depth
-    pressure = max(elastic + touching * viscous * rate, 0.0)
+    pressure = max(elastic + touching * viscous * closing * inv_dt, 0.0)
     along = ex * nx + ey * ny + ez * nz
     ex, ey, ez = ex - along * nx, ey - along * ny, ez - along * nz
     stretch2 = ex * ex + ey * ey + ez * ez
     trial = tangential * sqrt(stretch2)
     share = min(1.0, friction * pressure / max(trial, 1e-30))
-    lost = tangential * stretch2 * share * (1.0 - share) + (pressure - elastic) * (before - distance)
+    lost = tangential * stretch2 * share * (1.0 - share) + (pressure - elastic) * closing
     ex, ey, ez = ex * share, ey * share, ez * share
     fx = pressure * nx - tangential * ex
     fy = pressure * ny - tangential * ey

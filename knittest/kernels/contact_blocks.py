@@ -90,7 +90,7 @@ def _evaluate(count, normal, tangential, friction, viscous, inv_dt, w):
         oz = cz + s * (uz1 + s * uz2) - t * (vz1 + t * vz2)
         ex, ey, ez = w[EX + m] + ox - w[GX + m], w[EY + m] + oy - w[GY + m], w[EZ + m] + oz - w[GZ + m]
         gx, gy, gz = w[GX + m], w[GY + m], w[GZ + m]
-        before = np.sqrt(gx * gx + gy * gy + gz * gz)
+        closing = np.sqrt(gx * gx + gy * gy + gz * gz) - np.sqrt(ox * ox + oy * oy + oz * oz)
         ds, dt = closest_step(
             ox, oy, oz,
             ux1 + 2.0 * s * ux2, uy1 + 2.0 * s * uy2, uz1 + 2.0 * s * uz2,
@@ -104,7 +104,7 @@ def _evaluate(count, normal, tangential, friction, viscous, inv_dt, w):
         # a contact beyond the end of its chain carries nothing
         on_yarns = 1.0 if (s > -0.5) & (s < 1.5) & (t > -0.5) & (t < 1.5) else 0.0
         fx, fy, fz, ex, ey, ez, lost = contact_force(
-            gx, gy, gz, before, w[REACH + m] * on_yarns, ex, ey, ez, normal, tangential, friction, viscous, inv_dt
+            gx, gy, gz, closing, w[REACH + m] * on_yarns, ex, ey, ez, normal, tangential, friction, viscous, inv_dt
         )
         w[S + m], w[T + m] = s, t
         w[EX + m], w[EY + m], w[EZ + m] = ex, ey, ez

@@ -1,7 +1,8 @@
 """Static relaxation of a periodic cell of yarns: stretching, bending about a rest shape, penalty contact, FIRE.
 
-Yarns are closed polylines over the periods of the cell. FIRE: Bitzek et al., Phys. Rev. Lett. 97 (2006) 170201.
-Units mm and N; the pseudo-time has no physical meaning.
+Yarns are polylines, each continued in the next cell. FIRE: Bitzek et al., Phys. Rev. Lett. 97 (2006) 170201. Units mm
+and N; pseudo-masses equal to the largest stiffness a node can see make the pseudo-time dimensionless, so that a step
+of 2 is the limit of stability whatever the yarns are made of.
 """
 
 from math import sqrt
@@ -12,25 +13,30 @@ from numba import njit
 from numpy.typing import NDArray
 
 from knittest.kernels.options import INLINE, KERNEL
+from knittest.kernels.vec import add, combine, dot, scale, sub
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-#: images of the cell that are searched in each direction
-IMAGES = 2
+#: images of the cell that are searched in each direction: a loop is at most three courses high
+IMAGES = 3
 #: FIRE: mixing at the start and its decay, growth and cut of the step, steps before growth
 MIX, MIX_DECAY, GROW, CUT, PATIENCE = 0.1, 0.99, 1.1, 0.5, 5
-#: a node moves at most this far in one iteration [mm]
+#: pseudo-time step: at the start, largest and smallest
+FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.1, 1.0, 0.002
+#: contacts that a node feels at once, in its pseudo-mass
+CONTACTS = 4.0
+#: a node moves at most this far along an axis in one iteration [mm]
 LARGEST_MOVE = 0.01
 
 
 class Yarns(NamedTuple):
     """Periodic chains. Node i is followed by ``after[i]`` shifted by ``after_shift[i]`` (likewise before).
 
-    ``chain`` (n,), ``arc`` (n,) [mm] rest arc length of the middle of segment i, ``rest`` (n, 3) rest value of
-    x[before] - 2 x + x[after]; of each chain: ``length`` rest length of a segment, ``total`` of the chain [mm],
-    stretching EA [N], bending EI [N mm^2], line ``tension`` [N], ``radius`` [mm], ``exclude`` [mm] arc along which
-    it does not touch itself, ``period`` (n_chains, 2) cells between its ends.
+    Of each node: ``chain`` (n,), ``arc`` (n,) [mm] rest arc length of the middle of segment i, ``rest`` (n, 3) [mm] rest
+    value of x[before] - 2 x + x[after]. Of each chain: rest ``length`` of a segment and of the ``total`` period [mm],
+    stretching EA [N], bending EI [N mm^2], ``radius`` [mm], ``exclude`` [mm] arc along which it does not touch itself,
+    ``period`` (n_chains, 2) cells between its ends. ``spacing`` (2,) [mm] of the cells along x and y.
     """
 
     after: Index
@@ -44,20 +50,16 @@ class Yarns(NamedTuple):
     total: Array
     stretching: Array
     bending: Array
-    tension: Array
     radius: Array
     exclude: Array
     period: Index
+    spacing: Array
 
 
 @njit(**INLINE)
-def segment_closest(rx, ry, rz, ux, uy, uz, vx, vy, vz):
-    """Parameters s, t in [0, 1] of the closest points of segments P + s u and Q + t v with r = P - Q (Ericson, 2005)."""
-    a = ux * ux + uy * uy + uz * uz
-    e = vx * vx + vy * vy + vz * vz
-    f = vx * rx + vy * ry + vz * rz
-    c = ux * rx + uy * ry + uz * rz
-    b = ux * vx + uy * vy + uz * vz
+def segment_closest(r, u, v):
+    """Parameters s, t in [0, 1] of the closest points of segments P + s u and Q + t v, r = P - Q (Ericson 2005, 5.1.9)."""
+    a, b, c, e, f = dot(u, u), dot(u, v), dot(u, r), dot(v, v), dot(v, r)
     det = a * e - b * b
     s = min(max((b * f - c * e) / det, 0.0), 1.0) if det > 1e-9 * a * e else 0.5
     t = (b * s + f) / e
@@ -66,6 +68,24 @@ def segment_closest(rx, ry, rz, ux, uy, uz, vx, vy, vz):
     if t > 1.0:
         return min(max((b - c) / a, 0.0), 1.0), 1.0
     return s, t
+
+
+@njit(**INLINE)
+def _row(array, i):
+    return array[i, 0], array[i, 1], array[i, 2]
+
+
+@njit(**INLINE)
+def _push(array, i, factor, u):
+    array[i, 0] += factor * u[0]
+    array[i, 1] += factor * u[1]
+    array[i, 2] += factor * u[2]
+
+
+@njit(**INLINE)
+def _chord(x, yarns, i):
+    """Vector of segment i [mm]."""
+    return sub(add(_row(x, yarns.after[i]), _row(yarns.after_shift, i)), _row(x, i))
 
 
 @njit(**KERNEL)
@@ -82,31 +102,22 @@ def _excluded(yarns, i, j, a, b):
 
 
 @njit(**KERNEL)
-def periodic_pairs(x, yarns, scale, wale, course, skin, pairs):
+def periodic_pairs(x, yarns, skin, pairs):
     """Segments that may touch: rows (i, j, image x, image y); returns the number, which may exceed the capacity."""
-    n = len(x)
-    middle, half = np.empty((n, 3)), np.empty(n)
+    n, count = len(x), 0
     for i in range(n):
-        square = 0.0
-        for k in range(3):
-            d = x[yarns.after[i], k] + yarns.after_shift[i, k] - x[i, k]
-            middle[i, k] = x[i, k] + 0.5 * d
-            square += d * d
-        half[i] = 0.5 * sqrt(square)
-    count = 0
-    for i in range(n):
+        u = _chord(x, yarns, i)
         for j in range(i, n):
-            near = scale * (yarns.radius[yarns.chain[i]] + yarns.radius[yarns.chain[j]]) + half[i] + half[j] + skin
+            v = _chord(x, yarns, j)
+            reach = yarns.radius[yarns.chain[i]] + yarns.radius[yarns.chain[j]] + skin
+            reach += 0.5 * (sqrt(dot(u, u)) + sqrt(dot(v, v)))
+            between = sub(add(_row(x, j), scale(0.5, v)), add(_row(x, i), scale(0.5, u)))
             for a in range(-IMAGES, IMAGES + 1):
-                dx = middle[j, 0] + a * wale - middle[i, 0]
-                if abs(dx) > near:
-                    continue
                 for b in range(-IMAGES, IMAGES + 1):
                     if i == j and (a < 0 or (a == 0 and b <= 0)):
                         continue
-                    dy = middle[j, 1] + b * course - middle[i, 1]
-                    dz = middle[j, 2] - middle[i, 2]
-                    if dx * dx + dy * dy + dz * dz > near * near or _excluded(yarns, i, j, a, b):
+                    d = add(between, (a * yarns.spacing[0], b * yarns.spacing[1], 0.0))
+                    if dot(d, d) > reach * reach or _excluded(yarns, i, j, a, b):
                         continue
                     if count < len(pairs):
                         pairs[count, 0], pairs[count, 1], pairs[count, 2], pairs[count, 3] = i, j, a, b
@@ -116,96 +127,109 @@ def periodic_pairs(x, yarns, scale, wale, course, skin, pairs):
 
 @njit(**KERNEL)
 def _yarn_forces(x, yarns, force):
+    """Adds the forces [N] of the energies EA/2 l (strain)^2 and EI/(2 l^3) |x[before] - 2 x + x[after] - rest|^2."""
     for i in range(len(x)):
-        c, j, h = yarns.chain[i], yarns.after[i], yarns.before[i]
-        square = 0.0
-        for k in range(3):
-            d = x[j, k] + yarns.after_shift[i, k] - x[i, k]
-            square += d * d
-        length = sqrt(square)
-        pull = (yarns.tension[c] + yarns.stretching[c] * (length / yarns.length[c] - 1.0)) / length
+        c, h, j = yarns.chain[i], yarns.before[i], yarns.after[i]
+        ahead = _chord(x, yarns, i)
+        length = sqrt(dot(ahead, ahead))
+        pull = yarns.stretching[c] * (length / yarns.length[c] - 1.0) / length
+        _push(force, i, pull, ahead)
+        _push(force, j, -pull, ahead)
+        back = sub(add(_row(x, h), _row(yarns.before_shift, i)), _row(x, i))
+        bend = sub(add(back, ahead), _row(yarns.rest, i))
         stiff = yarns.bending[c] / yarns.length[c] ** 3
-        for k in range(3):
-            d = x[j, k] + yarns.after_shift[i, k] - x[i, k]
-            force[i, k] += pull * d
-            force[j, k] -= pull * d
-            bend = x[h, k] + yarns.before_shift[i, k] - 2.0 * x[i, k] + x[j, k] + yarns.after_shift[i, k]
-            bend = stiff * (bend - yarns.rest[i, k])
-            force[i, k] += 2.0 * bend
-            force[h, k] -= bend
-            force[j, k] -= bend
+        _push(force, i, 2.0 * stiff, bend)
+        _push(force, h, -stiff, bend)
+        _push(force, j, -stiff, bend)
 
 
 @njit(**KERNEL)
-def _contact_forces(x, yarns, scale, pairs, count, wale, course, penalty, force):
-    """Adds penalty forces; returns the largest penetration over the smaller radius."""
+def _contact_forces(x, yarns, pairs, count, penalty, force):
+    """Adds penalty forces [N]; returns the largest penetration over the smaller radius."""
     deepest = 0.0
     for m in range(count):
         i, j = pairs[m, 0], pairs[m, 1]
-        i2, j2 = yarns.after[i], yarns.after[j]
-        ux, uy, uz = (
-            x[i2, 0] + yarns.after_shift[i, 0] - x[i, 0],
-            x[i2, 1] + yarns.after_shift[i, 1] - x[i, 1],
-            x[i2, 2] + yarns.after_shift[i, 2] - x[i, 2],
-        )
-        vx, vy, vz = (
-            x[j2, 0] + yarns.after_shift[j, 0] - x[j, 0],
-            x[j2, 1] + yarns.after_shift[j, 1] - x[j, 1],
-            x[j2, 2] + yarns.after_shift[j, 2] - x[j, 2],
-        )
-        rx, ry, rz = x[i, 0] - x[j, 0] - pairs[m, 2] * wale, x[i, 1] - x[j, 1] - pairs[m, 3] * course, x[i, 2] - x[j, 2]
-        s, t = segment_closest(rx, ry, rz, ux, uy, uz, vx, vy, vz)
-        gx, gy, gz = rx + s * ux - t * vx, ry + s * uy - t * vy, rz + s * uz - t * vz
-        gap = sqrt(gx * gx + gy * gy + gz * gz)
-        ri, rj = scale * yarns.radius[yarns.chain[i]], scale * yarns.radius[yarns.chain[j]]
+        u, v = _chord(x, yarns, i), _chord(x, yarns, j)
+        image = (pairs[m, 2] * yarns.spacing[0], pairs[m, 3] * yarns.spacing[1], 0.0)
+        r = sub(sub(_row(x, i), _row(x, j)), image)
+        s, t = segment_closest(r, u, v)
+        g = add(r, combine(s, u, -t, v))
+        gap = sqrt(dot(g, g))
+        ri, rj = yarns.radius[yarns.chain[i]], yarns.radius[yarns.chain[j]]
         depth = ri + rj - gap
         if depth <= 0.0 or gap < 1e-9:
             continue
         deepest = max(deepest, depth / min(ri, rj))
         push = penalty * depth / gap
-        for k in range(3):
-            g = push * (gx if k == 0 else gy if k == 1 else gz)
-            force[i, k] += (1.0 - s) * g
-            force[i2, k] += s * g
-            force[j, k] -= (1.0 - t) * g
-            force[j2, k] -= t * g
+        _push(force, i, push * (1.0 - s), g)
+        _push(force, yarns.after[i], push * s, g)
+        _push(force, j, -push * (1.0 - t), g)
+        _push(force, yarns.after[j], -push * t, g)
     return deepest
 
 
 @njit(**KERNEL)
-def relax(x, yarns, scale, pairs, count, wale, course, penalty, step, largest_step, tolerance, iterations, skin):
-    """FIRE until the largest force component is below ``tolerance`` [N] or a node moved by a quarter of ``skin``.
+def _power(yarns, mass, force, velocity):
+    """Power F v, and the squared norms m v^2 and F^2 / m, summed over nodes; the largest force component [N]."""
+    power, motion, drive, largest = 0.0, 0.0, 0.0, 0.0
+    for i in range(len(force)):
+        f, v, m = _row(force, i), _row(velocity, i), mass[yarns.chain[i]]
+        power += dot(f, v)
+        motion += m * dot(v, v)
+        drive += dot(f, f) / m
+        largest = max(largest, abs(f[0]), abs(f[1]), abs(f[2]))
+    return power, motion, drive, largest
 
-    Moves ``x`` (n, 3) [mm] in place. Returns (iterations done, largest force [N], largest penetration over radius
-    seen, the same at the end).
+
+@njit(**KERNEL)
+def _move(x, yarns, mass, force, velocity, keep, turn, step):
+    """Semi-implicit Euler step of v = ``keep`` v + ``turn`` F / m, with a limited displacement."""
+    limit = LARGEST_MOVE / step
+    for i in range(len(x)):
+        m = mass[yarns.chain[i]]
+        for k in range(3):
+            v = keep * velocity[i, k] + (turn + step) * force[i, k] / m
+            velocity[i, k] = min(max(v, -limit), limit)
+            x[i, k] += step * velocity[i, k]
+
+
+@njit(**KERNEL)
+def _farthest(x, start):
+    far = 0.0
+    for i in range(len(x)):
+        d = sub(_row(x, i), _row(start, i))
+        far = max(far, dot(d, d))
+    return sqrt(far)
+
+
+@njit(**KERNEL)
+def relax(x, yarns, pairs, count, penalty, tolerance, iterations, skin):
+    """FIRE until the largest force component is below ``tolerance`` [N] or a node moved by half of ``skin`` [mm].
+
+    Moves ``x`` (n, 3) [mm] in place; ``penalty`` [N/mm]. Returns (iterations done, largest force [N], largest
+    penetration over radius seen, the same at the end).
     """
     velocity, force, start = np.zeros_like(x), np.zeros_like(x), x.copy()
-    mix, good, worst, residual, deepest = MIX, 0, 0.0, np.inf, 0.0
-    first_step = step
+    length = yarns.length
+    mass = 4.0 * yarns.stretching / length + 16.0 * yarns.bending / length**3 + CONTACTS * penalty
+    mix, good, step, worst, largest, deepest = MIX, 0, FIRST_STEP, 0.0, np.inf, 0.0
     for iteration in range(iterations):
         force[:] = 0.0
         _yarn_forces(x, yarns, force)
-        deepest = _contact_forces(x, yarns, scale, pairs, count, wale, course, penalty, force)
+        deepest = _contact_forces(x, yarns, pairs, count, penalty, force)
         worst = max(worst, deepest)
-        residual = np.abs(force).max()
-        if residual < tolerance:
-            return iteration, residual, worst, deepest
-        if (force * velocity).sum() > 0.0:
-            ratio = mix * sqrt((velocity**2).sum() / (force**2).sum())
-            velocity[:] = (1.0 - mix) * velocity + ratio * force
+        power, motion, drive, largest = _power(yarns, mass, force, velocity)
+        if largest < tolerance:
+            return iteration, largest, worst, deepest
+        if power > 0.0:
+            keep, turn = 1.0 - mix, mix * sqrt(motion / drive)
             good += 1
             if good > PATIENCE:
-                step, mix = min(step * GROW, largest_step), mix * MIX_DECAY
+                step, mix = min(step * GROW, LARGEST_STEP), mix * MIX_DECAY
         else:
-            velocity[:] = 0.0
-            step, mix, good = max(step * CUT, 0.02 * first_step), MIX, 0
-        farthest = 0.0
-        for i in range(len(x)):
-            for k in range(3):
-                velocity[i, k] += step * force[i, k]
-                velocity[i, k] = min(max(velocity[i, k], -LARGEST_MOVE / step), LARGEST_MOVE / step)
-                x[i, k] += step * velocity[i, k]
-                farthest = max(farthest, abs(x[i, k] - start[i, k]))
-        if farthest > 0.25 * skin:
-            return iteration + 1, residual, worst, deepest
-    return iterations, residual, worst, deepest
+            keep, turn, good = 0.0, 0.0, 0
+            step, mix = max(step * CUT, SMALLEST_STEP), MIX
+        _move(x, yarns, mass, force, velocity, keep, turn, step)
+        if _farthest(x, start) > 0.5 * skin:
+            return iteration + 1, largest, worst, deepest
+    return iterations, largest, worst, deepest

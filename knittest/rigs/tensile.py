@@ -17,11 +17,10 @@ EDGE = 1e-6
 
 
 class TensileTest:
-    """Pulls the strip along ``axis`` (0: x, weft; 1: y, warp)."""
+    """Pulls the strip along ``axis`` (0: x, 1: y) over a ``gauge`` length [mm]."""
 
-    def __init__(self, run: Run, axis: int) -> None:
-        self.axis = axis
-        self.gauge = run.rig.kernel("gauge_length")
+    def __init__(self, run: Run, axis: int, gauge: float) -> None:
+        self.axis, self.gauge = axis, gauge
         self.speed, self.ramp = run.solver.kernel("speed"), max(run.solver.kernel("ramp"), 1e-6)
         self.max_strain = run.rig.kernel("max_strain")
         self.stop_ratio = run.rig.stop_force_ratio

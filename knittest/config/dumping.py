@@ -1,0 +1,44 @@
+"""Writes a run as YAML that the loader reads back to an equal run, with the unit of every number beside it."""
+
+from typing import Any
+
+import yaml
+
+from knittest import __version__
+from knittest.config.fields import place
+from knittest.config.run import Run
+from knittest.config.scalars import CORE_SCHEMA
+from knittest.config.yaml_loader import KeyPath, parse_document
+
+LINE_WIDTH = 10_000  # no folding: a value stays in the line of its key
+
+
+class _CoreDumper(yaml.SafeDumper):
+    """Quotes what YAML 1.2, not 1.1, would read as something else than text."""
+
+    yaml_implicit_resolvers: dict[str, Any] = {}  # noqa: RUF012 - PyYAML's own class-level registry
+
+    def ignore_aliases(self, data: Any) -> bool:
+        """Write equal values out instead of pointing at the first."""
+        return True
+
+
+for _tag, (_pattern, _first) in CORE_SCHEMA.items():
+    _CoreDumper.add_implicit_resolver(_tag, _pattern, [*_first])
+
+
+def dump(run: Run) -> str:
+    """YAML of the fully resolved ``run``; ``knittest tensile --config`` with it repeats the run."""
+    head = f"# One virtual test, fully resolved by knittest {__version__}. Repeat it with --config THIS_FILE.\n"
+    return head + dump_mapping(run.model_dump(mode="json"))
+
+
+def dump_mapping(data: dict[str, Any], at: KeyPath = ()) -> str:
+    """YAML of settings rooted at ``at`` of a run, each field with its unit as a comment."""
+    text = yaml.dump(data, Dumper=_CoreDumper, sort_keys=False, allow_unicode=True, width=LINE_WIDTH)
+    lines = text.splitlines()
+    for path, line in parse_document(text, "dump").lines.items():
+        field = place(at + path)
+        if field and field.unit and path[-1] not in ("value", "sd", "warp", "weft"):
+            lines[line - 1] += f"  # {field.unit if field.unit != '1' else 'dimensionless'}"
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,75 @@
+"""What the models say about a key path of a run: its fields, unit and description."""
+
+import difflib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, get_args, get_origin
+
+from pydantic import BaseModel
+
+from knittest.config.base import Quantity, field_meta
+from knittest.config.run import Run
+from knittest.config.yaml_loader import KeyPath
+
+
+@dataclass(frozen=True)
+class Place:
+    """A field of the config: the model it holds, if any, its unit (``""`` without) and its description."""
+
+    model: type[BaseModel] | None
+    unit: str
+    description: str
+
+    @property
+    def is_quantity(self) -> bool:
+        """Whether the field holds a number with its source."""
+        return self.model is Quantity
+
+    @property
+    def names(self) -> list[str]:
+        """Fields inside."""
+        return list(self.model.model_fields) if self.model else []
+
+
+def place(path: KeyPath) -> Place | None:
+    """The field at ``path`` (rooted at :class:`Run`), ``None`` where the models have none."""
+    here = Place(Run, "", "the run")
+    for part in path:
+        if here.model is None or part not in here.model.model_fields:
+            return None
+        info = here.model.model_fields[str(part)]
+        unit = field_meta(here.model, str(part)).get("unit", "")
+        if here.unit and str(part) in ("warp", "weft", "value", "sd"):  # these carry the unit of their holder
+            unit = here.unit
+        here = Place(_model_in(info.annotation), unit, info.description or here.description)
+    return here
+
+
+def nearest(name: str, names: list[str]) -> str | None:
+    """The most similar of ``names``, if any is similar."""
+    lower = {n.lower(): n for n in reversed(names)}
+    close = difflib.get_close_matches(name.lower(), list(lower), 1, 0.6)
+    return lower[close[0]] if close else None
+
+
+@cache
+def all_paths() -> tuple[str, ...]:
+    """Dotted path of every field of a run, as ``--set`` takes it."""
+    return tuple(_paths_below(Run, ""))
+
+
+def _paths_below(model: type[BaseModel], prefix: str) -> Iterator[str]:
+    for name, info in model.model_fields.items():
+        yield prefix + name
+        inner = _model_in(info.annotation)
+        if inner is not None and inner is not Quantity:
+            yield from _paths_below(inner, f"{prefix}{name}.")
+
+
+def _model_in(annotation: Any) -> type[BaseModel] | None:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    if get_origin(annotation) in (list, dict, tuple):
+        return None
+    return next((m for m in map(_model_in, get_args(annotation)) if m is not None), None)

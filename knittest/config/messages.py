@@ -1,0 +1,109 @@
+"""Turns what pydantic found into one message: file:line, field, value, what was expected, the nearest valid name."""
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from pydantic import ValidationError
+
+from knittest.config.base import OutOfBounds
+from knittest.config.fields import Place, all_paths, nearest, place
+from knittest.config.layers import Layers
+from knittest.config.yaml_loader import KeyPath, describe, dotted, shown
+from knittest.errors import InputError
+
+MOST_SHOWN = 20
+_DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?$")
+_NUMBER_AND_UNIT = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*[A-Za-z%/]")
+_NUMBER_TYPES = ("float_type", "float_parsing", "int_type", "int_parsing", "int_from_float", "finite_number")
+
+
+def input_error(error: ValidationError, layers: Layers) -> InputError:
+    """One :class:`InputError` that lists every finding of ``error`` with the place it came from."""
+    found = error.errors(include_url=False)
+    lines = [_line(item, layers) for item in found[:MOST_SHOWN]]
+    if len(found) > MOST_SHOWN:
+        lines.append(f"... and {len(found) - MOST_SHOWN} more")
+    return InputError("\n".join(lines))
+
+
+def unknown(name: str, names: list[str], kind: str = "field") -> str:
+    """Say that ``name`` is none of ``names``, with the nearest one, else all of them."""
+    close = nearest(name, names)
+    return f"unknown {kind} " + (f'(did you mean "{close}"?)' if close else f"(known: {', '.join(names)})")
+
+
+def _line(item: Mapping[str, Any], layers: Layers) -> str:
+    path: KeyPath = tuple(part for part in item["loc"] if part != "[key]")
+    cause = item.get("ctx", {}).get("error")
+    if isinstance(cause, OutOfBounds) and cause.part:
+        path = (*path, cause.part)
+    where = layers.where(path) or "defaults"
+    value = layers.get(path)
+    if item["type"] == "missing":
+        return f"{where}: {dotted(path)}: missing: {_required(place(path))}"
+    if item["type"] == "extra_forbidden":
+        return f"{where}: {dotted(path)}: {_unknown_field(path)}"
+    if isinstance(value, dict) and "value" in value:
+        value = value["value"]
+    stated = "" if value is None or isinstance(value, dict) else f" = {shown(value)}"
+    return f"{where}: {dotted(path)}{stated}: {_expected(item, value, place(path))}"
+
+
+def _required(field: Place | None) -> str:
+    if field is None:
+        return "the field is required"
+    return f"{field.description}{f' [{field.unit}]' if field.unit else ''}"
+
+
+def _unknown_field(path: KeyPath) -> str:
+    holder, name = place(path[:-1]), str(path[-1])
+    names = holder.names if holder else []
+    elsewhere = [p for p in all_paths() if p.rpartition(".")[2] == name]
+    if nearest(name, names) is None and elsewhere:
+        return f'unknown field (did you mean "{elsewhere[0]}"?)'
+    return unknown(name, names)
+
+
+def _expected(item: Mapping[str, Any], value: object, field: Place | None) -> str:
+    kind, context = item["type"], item.get("ctx", {})
+    if isinstance(cause := context.get("error"), OutOfBounds):
+        return cause.expected
+    if kind == "value_error":
+        return str(context["error"])
+    if kind in _NUMBER_TYPES or (kind == "model_type" and field and field.is_quantity):
+        return _number_expected("whole number" if kind.startswith("int") else "number", value, field)
+    if kind == "model_type":
+        return f"expected a mapping with {', '.join(field.names) if field else 'fields'}, found {describe(value)}"
+    if kind == "literal_error":
+        return _choice_expected(context["expected"], value)
+    if kind == "string_type":
+        return f"expected text, found {describe(value)} (put it in quotes if text is meant)"
+    if kind == "string_pattern_mismatch":
+        return "expected letters, digits, '.', '_' or '-', at most 40, the first a letter or digit"
+    unit = f" {field.unit}" if field and field.unit not in ("", "1") else ""
+    return f"{str(item['msg']).replace('Input should be', 'must be')}{unit}"
+
+
+def _number_expected(number: str, value: object, field: Place | None) -> str:
+    unit = f" in {field.unit}" if field and field.unit not in ("", "1") else ""
+    mapping = ", or a mapping of value, sd, source, ref" if field and field.is_quantity else ""
+    return f"expected a {number}{unit}{mapping}, found {describe(value)}{_number_hint(value)}"
+
+
+def _number_hint(value: object) -> str:
+    if not isinstance(value, str):
+        return ""
+    if _DECIMAL_COMMA.match(value):
+        return f" (decimal comma? write {value.replace(',', '.')})"
+    if stated := _NUMBER_AND_UNIT.match(value):
+        return f" (write the number alone: {stated[1]})"
+    return ""
+
+
+def _choice_expected(expected: str, value: object) -> str:
+    names = re.findall(r"'([^']*)'", expected)
+    close = nearest(value, names) if isinstance(value, str) else None
+    return f"expected {', '.join(names[:-1])} or {names[-1]}".replace("expected  or", "expected") + (
+        f' (did you mean "{close}"?)' if close else ""
+    )

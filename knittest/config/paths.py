@@ -1,0 +1,53 @@
+"""Data paths of a config: relative to the data folder, the config's own folder or the working folder, and never out of them."""
+
+import stat
+from pathlib import Path
+
+from knittest.config.layers import Layers
+from knittest.config.run import Run
+from knittest.config.yaml_loader import KeyPath, dotted, shown
+from knittest.errors import InputError
+from knittest.resources import data_dir
+
+
+def settle_data_paths(run: Run, layers: Layers, folder: Path) -> Run:
+    """Check the data paths of ``run`` and make those outside the data folder absolute.
+
+    ``folder`` is that of the fabric's file. Raises :class:`InputError` for a path that leaves these folders, is no
+    regular file (or folder, for ``experiment``) or, where the run needs it, does not exist.
+    """
+    roots = [data_dir().resolve(), folder.resolve(), Path.cwd().resolve()]
+    fabric = run.fabric
+    tension: dict[str, str] = {}
+    for direction, text in fabric.macro.tension.items():
+        path: KeyPath = ("fabric", "macro", "tension", direction)
+        tension[direction] = _settled(text, path, layers, roots, needed=run.model.scale == "macro")
+    experiment = fabric.experiment
+    if experiment is not None:
+        experiment = _settled(experiment, ("fabric", "experiment"), layers, roots, needed=True, is_folder=True)
+    macro = fabric.macro.model_copy(update={"tension": tension})
+    return run.model_copy(update={"fabric": fabric.model_copy(update={"macro": macro, "experiment": experiment})})
+
+
+def _settled(
+    text: str, path: KeyPath, layers: Layers, roots: list[Path], needed: bool, is_folder: bool = False
+) -> str:
+    def refuse(expectation: str) -> InputError:
+        return InputError(f"{layers.where(path) or 'defaults'}: {dotted(path)} = {shown(text)}: {expectation}")
+
+    if not text or "\0" in text:
+        raise refuse("expected a path")
+    for root in roots:
+        found = (root / text).resolve()
+        if not any(found.is_relative_to(allowed) for allowed in roots):
+            raise refuse("the path leaves the data folder, the folder of the config and the working folder")
+        try:
+            mode = found.stat().st_mode
+        except OSError:
+            continue
+        if not (stat.S_ISDIR(mode) if is_folder else stat.S_ISREG(mode)):
+            raise refuse(f"expected a {'folder' if is_folder else 'regular file'}")
+        return found.relative_to(roots[0]).as_posix() if found.is_relative_to(roots[0]) else str(found)
+    if needed:
+        raise refuse(f"no such {'folder' if is_folder else 'file'} in {', '.join(map(str, dict.fromkeys(roots)))}")
+    return text

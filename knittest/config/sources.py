@@ -1,0 +1,85 @@
+"""Finds the fabric file of a run and applies one of its parameter sets."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from knittest.config.layers import Layers
+from knittest.config.messages import unknown
+from knittest.config.yaml_loader import Document, KeyPath, describe, load_yaml
+from knittest.errors import InputError
+from knittest.resources import configs_dir
+
+#: the paper's two variants by number
+NUMBERED = {"1": "pham2019-v1", "2": "pham2019-v2"}
+DEFAULT_SET = "calibrated"
+SETS = "parameter_sets"
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,39}$")
+
+
+@dataclass(frozen=True)
+class FabricSource:
+    """A mapping of fabric fields at ``root`` of ``document``; ``inline`` when a run config holds it."""
+
+    document: Document
+    root: KeyPath
+    folder: Path
+    inline: bool
+
+    @property
+    def fields(self) -> Any:
+        """The fabric fields as written, parameter sets included."""
+        return self.document.data["fabric"] if self.inline else self.document.data
+
+
+def fabric_file(path: Path) -> FabricSource:
+    """The fabric in a file of its own."""
+    return FabricSource(load_yaml(path), (), path.resolve().parent, inline=False)
+
+
+def variant_path(variant: str) -> Path:
+    """File of a shipped fabric or of one in ``./configs`` or ``./configs/fabrics``; :class:`InputError` if none."""
+    name = NUMBERED.get(variant, variant)
+    if not NAME.match(name):
+        raise InputError(f"--variant {variant!r}: expected 1, 2 or a name of letters, digits, '.', '_', '-'; "
+                         "give a path with --fabric")
+    folders = (configs_dir() / "fabrics", Path("configs"), Path("configs/fabrics"))
+    for folder in folders:
+        if (path := folder / f"{name}.yaml").is_file():
+            return path
+    known = [*NUMBERED, *sorted({p.stem for folder in folders for p in folder.glob("*.yaml")})]
+    raise InputError(f"--variant {variant}: {unknown(variant, known, 'fabric')}; give a path with --fabric")
+
+
+def lay_fabric(layers: Layers, source: FabricSource, wanted: str | None) -> str:
+    """Lay the fabric with its parameter set ``wanted`` (default ``calibrated``); return the name of the set.
+
+    A fabric without sets is taken as it stands and called ``base``.
+    """
+    document, fields = source.document, source.fields
+    if not isinstance(fields, dict):
+        raise InputError(f"{document.where(source.root)}: fabric: expected a mapping of fields, found {describe(fields)}")
+    base = {key: value for key, value in fields.items() if key != SETS}
+    layers.lay(base, lambda path: document.where(source.root + path[1:]), ("fabric",))
+    if SETS not in fields:
+        if wanted is not None and not source.inline:
+            raise InputError(f"{document.source}: it has no {SETS}, so none can be chosen (asked for: {wanted})")
+        return wanted or "base"
+    at = (*source.root, SETS)
+    name = _chosen_set(document, fields[SETS], at, wanted)
+    at = (*at, name)
+    overrides = fields[SETS][name]
+    if not isinstance(overrides, dict | None):
+        raise InputError(f"{document.where(at)}: {name}: expected a mapping of fabric fields, found {describe(overrides)}")
+    layers.lay(overrides or {}, lambda path: document.where(at + path[1:]), ("fabric",))
+    return name
+
+
+def _chosen_set(document: Document, sets: Any, at: KeyPath, wanted: str | None) -> str:
+    if not isinstance(sets, dict) or not sets:
+        raise InputError(f"{document.where(at)}: {SETS}: expected a mapping of named sets, found {describe(sets)}")
+    name = wanted or DEFAULT_SET
+    if name not in sets:
+        raise InputError(f"{document.where(at)}: parameters = {name}: {unknown(name, list(sets), 'parameter set')}")
+    return name

@@ -1,0 +1,204 @@
+"""The one YAML reader: YAML 1.2 scalars, line numbers, and none of the constructs that make a config file dangerous.
+
+It walks the events of PyYAML's SafeLoader, so that nothing is constructed before it was judged: duplicate keys, anchors,
+aliases, merge keys, tags, several documents, deep nesting, huge files and non-finite numbers are refused.
+"""
+
+import os
+import stat
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from knittest.config.scalars import Scalar, read_plain
+from knittest.errors import InputError
+
+MAX_BYTES = 1_000_000
+MAX_DEPTH = 24
+MAX_NODES = 20_000
+
+KeyPath = tuple[str | int, ...]
+
+
+@dataclass
+class Document:
+    """A parsed file: plain ``data`` (a mapping) and the ``lines`` (from 1) of every key path in it."""
+
+    source: str
+    data: dict[str, Any]
+    lines: dict[KeyPath, int] = field(default_factory=dict)
+
+    def where(self, path: KeyPath) -> str:
+        """``file:line`` of ``path``, or of the nearest ancestor that the file holds."""
+        while path and path not in self.lines:
+            path = path[:-1]
+        return f"{self.source}:{self.lines.get(path, 1)}"
+
+
+def load_yaml(path: Path) -> Document:
+    """Read a config file; raise :class:`InputError` naming file and line for anything but one plain mapping."""
+    return parse_document(_read_text(path), str(path))
+
+
+def parse_document(text: str, source: str) -> Document:
+    """Parse YAML text whose top level is a mapping; ``source`` is the name shown in messages."""
+    builder = _Builder(text, source)
+    data = builder.document()
+    if data is None:
+        raise InputError(f"{source}:1: the file is empty: expected a mapping of fields")
+    if not isinstance(data, dict):
+        raise InputError(f"{source}:1: expected a mapping of fields (name: value), found {describe(data)}")
+    return Document(source, data, builder.lines)
+
+
+def parse_value(text: str, source: str) -> Any:
+    """Parse one YAML value, as given on the command line; an empty text is null."""
+    return _Builder(text, source).document()
+
+
+def describe(value: object) -> str:
+    """Name a value's YAML kind for a message."""
+    if isinstance(value, dict):
+        return "a mapping"
+    if isinstance(value, list):
+        return "a list"
+    if value is None:
+        return "nothing"
+    return f"{'text ' if isinstance(value, str) else ''}{shown(value)}"
+
+
+def shown(value: object, limit: int = 60) -> str:
+    """A value as a short single line for a message."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    text = ascii(value) if isinstance(value, str) and not value.isprintable() else repr(value)
+    return text if len(text) <= limit else f"{text[: limit - 3]}..."
+
+
+def _read_text(path: Path) -> str:
+    try:
+        # non-blocking, so that opening a pipe without a writer returns
+        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
+        with open(handle, "rb") as stream:  # noqa: PTH123 - a descriptor
+            if not stat.S_ISREG(os.fstat(handle).st_mode):
+                raise InputError(f"{path}: not a regular file")
+            raw = stream.read(MAX_BYTES + 1)
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file") from None
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    if len(raw) > MAX_BYTES:
+        raise InputError(f"{path}: larger than {MAX_BYTES // 1000} kB: not a config file")
+    try:
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = raw.count(b"\n", 0, error.start) + 1
+        raise InputError(f"{path}:{line}: not UTF-8 text (byte {error.start}): save the file as UTF-8") from None
+
+
+class _Builder:
+    """Builds plain data from parser events, and notes the line of every key path."""
+
+    def __init__(self, text: str, source: str) -> None:
+        self.source = source
+        self.text = text
+        self.lines: dict[KeyPath, int] = {}
+        self.nodes = 0
+
+    def document(self) -> Any:
+        """The one document of the text; ``None`` if there is none."""
+        try:
+            events = yaml.parse(self.text, Loader=yaml.SafeLoader)
+            return self._only_document(events)
+        except yaml.MarkedYAMLError as error:
+            mark = error.problem_mark or error.context_mark
+            problem = error.problem or error.context or "invalid"
+            raise self._refuse(mark, f"not valid YAML: {problem}") from None
+        except yaml.reader.ReaderError as error:
+            line = self.text.count("\n", 0, error.position) + 1
+            message = f"{self.source}:{line}: not valid YAML: the character U+{error.character:04X} is not allowed"
+            raise InputError(message) from None
+        except (ValueError, OverflowError):  # PyYAML lets these through from \U escapes and %YAML directives
+            raise InputError(f"{self.source}: not valid YAML: a bad escape or directive") from None
+
+    def _only_document(self, events: Iterator[Any]) -> Any:
+        data, seen = None, False
+        for event in events:
+            if isinstance(event, yaml.DocumentStartEvent):
+                if seen:
+                    raise self._refuse(event.start_mark, "expected one YAML document, found another")
+                if event.tags or event.version not in (None, (1, 2)):
+                    raise self._refuse(event.start_mark, "expected YAML 1.2 without directives")
+                seen = True
+                data = self._value(next(events), events, ())
+        return data
+
+    def _value(self, event: Any, events: Iterator[Any], path: KeyPath) -> Any:
+        self._judge(event, path)
+        self.lines.setdefault(path, event.start_mark.line + 1)
+        if isinstance(event, yaml.ScalarEvent):
+            return self._scalar(event)
+        return self._mapping(events, path) if isinstance(event, yaml.MappingStartEvent) else self._list(events, path)
+
+    def _judge(self, event: Any, path: KeyPath) -> None:
+        if isinstance(event, yaml.AliasEvent) or event.anchor is not None:
+            sign = "*" if isinstance(event, yaml.AliasEvent) else "&"
+            raise self._refuse(event.start_mark, f"aliases are not read: write the value out instead of {sign}{event.anchor}")
+        if event.tag is not None:
+            raise self._refuse(event.start_mark, f"tags are not read: remove {shown(event.tag)}")
+        self.nodes += 1
+        if self.nodes > MAX_NODES:
+            raise self._refuse(event.start_mark, f"more than {MAX_NODES} values: not a config file")
+        if len(path) > MAX_DEPTH:
+            raise self._refuse(event.start_mark, f"nested deeper than {MAX_DEPTH} levels")
+
+    def _mapping(self, events: Iterator[Any], path: KeyPath) -> dict[str, Any]:
+        data: dict[str, Any] = {}
+        while not isinstance(event := next(events), yaml.MappingEndEvent):
+            key = self._key(event, path)
+            place = (*path, key)
+            if key in data:
+                first = self.lines[place]
+                raise self._refuse(event.start_mark, f"{dotted(place)}: duplicate key, first given in line {first}")
+            self.lines[place] = event.start_mark.line + 1
+            data[key] = self._value(next(events), events, place)
+        return data
+
+    def _key(self, event: Any, path: KeyPath) -> str:
+        self._judge(event, path)
+        if not isinstance(event, yaml.ScalarEvent):
+            raise self._refuse(event.start_mark, "expected a field name before ':', found a mapping or list")
+        if event.implicit[0] and event.value == "<<":
+            raise self._refuse(event.start_mark, "merge keys (<<) are not read: write the fields out")
+        key = self._scalar(event)
+        if not isinstance(key, str):
+            raise self._refuse(event.start_mark, f"expected a field name before ':', found {describe(key)}")
+        return key
+
+    def _list(self, events: Iterator[Any], path: KeyPath) -> list[Any]:
+        data: list[Any] = []
+        while not isinstance(event := next(events), yaml.SequenceEndEvent):
+            data.append(self._value(event, events, (*path, len(data))))
+        return data
+
+    def _scalar(self, event: Any) -> Scalar:
+        if any("\ud800" <= c <= "\udfff" for c in event.value):
+            raise self._refuse(event.start_mark, "half of a surrogate pair is no character")
+        if not event.implicit[0]:
+            return str(event.value)
+        try:
+            return read_plain(event.value)
+        except ValueError as error:
+            raise self._refuse(event.start_mark, f"{shown(event.value)}: {error}") from None
+
+    def _refuse(self, mark: Any, problem: str) -> InputError:
+        place = self.source if mark is None else f"{self.source}:{mark.line + 1}"
+        return InputError(f"{place}: {problem}")
+
+
+def dotted(path: KeyPath) -> str:
+    """A key path as it is written with ``--set``: ``law.points[2]``."""
+    return "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path).lstrip(".")

@@ -1,0 +1,33 @@
+"""Says of a compared row whether the simulated number is a prediction, was tuned on it, or repeats its input."""
+
+from collections.abc import Iterator
+from typing import Literal
+
+from pydantic import BaseModel
+
+from knittest.config.base import Quantity
+from knittest.config.run import Run
+
+RowKind = Literal["predicted", "tuned", "input"]
+
+#: names of Table 3's rows as ``tuned_on`` writes them, after variant and direction: "V1 warp max. tensile force"
+ROW_NAMES = {"peak_force_n": "max. tensile force", "fracture_strain_pct": "fracture strain"}
+
+
+def row_kind(run: Run, quantity: str) -> RowKind:
+    """Kind of ``quantity`` in the direction of ``run``; the macro scale is fed the curve that ends in Table 3's row."""
+    if run.model.scale == "macro":
+        return "input"
+    row = f"V{run.fabric.experiment_variant} {run.rig.direction} {ROW_NAMES.get(quantity, quantity)}"
+    tuned = {name for q in quantities(run.fabric) for name in q.tuned_on}
+    return "tuned" if row in tuned else "predicted"
+
+
+def quantities(model: BaseModel) -> Iterator[Quantity]:
+    """All quantities below ``model``."""
+    for name in type(model).model_fields:
+        value = getattr(model, name)
+        if isinstance(value, Quantity):
+            yield value
+        elif isinstance(value, BaseModel):
+            yield from quantities(value)

@@ -1,0 +1,241 @@
+"""A run end to end: specimens of one direction, their folder, comparison and report; and the tensile command."""
+
+import time as clock
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from knittest.compare import compare_curves, compare_results
+from knittest.config.dumping import dump
+from knittest.config.run import Run
+from knittest.errors import NumericalError
+from knittest.experiment.curves import ReferenceCurve, load_curve
+from knittest.experiment.tables import PublishedValue, published
+from knittest.export import curve_picture, energy_picture, strip_picture, vtu
+from knittest.export.folder import RunFolder, run_name
+from knittest.export.summary import build_summary, ensemble_results
+from knittest.history import Cost, Quality
+from knittest.options import RunOptions
+from knittest.row_kind import row_kind
+from knittest.resources import data_dir
+from knittest.specimen import Specimen, run_specimen
+from knittest.terminal import Progress, print_json, results_table
+
+EXIT_REFUSED = NumericalError.exit_code
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A finished run: folder, summary as written, quality of its worst specimen."""
+
+    run: Run
+    folder: Path
+    summary: dict[str, Any]
+    quality: Quality
+
+
+def tensile_command(runs: list[Run], options: RunOptions) -> int:
+    """Run every direction into its own folder, print one table; returns the exit code."""
+    set_threads(options.threads)
+    folders = _folders(runs, options.out)
+    outcomes = []
+    with Progress(quiet=options.quiet, json=options.json) as progress:
+        for run, folder in zip(runs, folders, strict=True):
+            outcomes.append(execute(run, folder, options, progress))
+    if options.json:
+        summaries = [o.summary | {"folder": str(o.folder)} for o in outcomes]
+        print_json(summaries[0] if len(summaries) == 1 else {"runs": summaries})
+    elif not options.quiet:
+        results_table([(o.summary, o.quality, o.folder) for o in outcomes])
+    return EXIT_REFUSED if any(o.quality.failures for o in outcomes) else 0
+
+
+def set_threads(threads: int | None) -> None:
+    """Use ``threads`` threads (default: all cores), one if the threading layer is too slow for small steps."""
+    import numba
+
+    from knittest.kernels.threading import best_threads
+
+    numba.set_num_threads(best_threads(threads))
+
+
+def _folders(runs: Sequence[Run], out: Path | None) -> list[Path | None]:
+    if len(runs) == 1:
+        return [out]
+    parent = out or Path("runs") / run_name(runs[0], direction="both", at=datetime.now())
+    return [parent / run.rig.direction for run in runs]
+
+
+def execute(run: Run, out: Path | None, options: RunOptions, progress: Progress) -> Outcome:
+    """Run all specimens of ``run`` and write its folder."""
+    references = _references(run)
+    files = [data_dir() / name for name in run.fabric.macro.tension.values()]
+    with RunFolder.create(
+        out, run, config_text=dump(run), threads=_threads(), data_files=[f for f in files if f.is_file()]
+    ) as folder:
+        specimens = _specimens(run, progress, folder)
+        summary, comparison, quality = _judge(run, specimens, references)
+        _write(run, specimens, references, summary, comparison, folder, options)
+        if quality.failures:
+            folder.finish("completed", EXIT_REFUSED, "comparison refused: " + "; ".join(quality.failures))
+        path = folder.path
+    return Outcome(run, path, summary, quality)
+
+
+def _threads() -> int:
+    import numba
+
+    return int(numba.get_num_threads())
+
+
+def _specimens(run: Run, progress: Progress, folder: RunFolder) -> list[Specimen]:
+    count = run.variability.specimens
+    if count > 1:
+        run = run.model_copy(update={"variability": run.variability.model_copy(update={"mode": "random"})})
+    done = []
+    for k in range(count):
+        label = f"{run.rig.direction} {k + 1}/{count}" if count > 1 else run.rig.direction
+        start = clock.perf_counter()
+        done.append(
+            run_specimen(run, k, phase=lambda text, label=label: progress.phase(f"{label}: {text}"), update=progress.update)
+        )
+        folder.log("specimen", number=k, seconds=round(clock.perf_counter() - start, 3), **done[-1].results)
+    progress.done()
+    return done
+
+
+def _references(run: Run) -> tuple[list[PublishedValue], ReferenceCurve | None]:
+    """Published rows and the reference curve of the fabric's experiment, if it names one."""
+    fabric = run.fabric
+    if fabric.experiment is None or fabric.experiment_variant is None:
+        return [], None
+    rows = published(data_dir() / fabric.experiment, fabric.experiment_variant, run.rig.direction)
+    path = data_dir() / fabric.macro.tension[run.rig.direction]
+    return rows, load_curve(path) if path.is_file() else None
+
+
+def _judge(
+    run: Run, specimens: list[Specimen], references: tuple[list[PublishedValue], ReferenceCurve | None]
+) -> tuple[dict[str, Any], dict[str, Any], Quality]:
+    """Summary, comparison and the quality of the worst specimen."""
+    quality, cost = _worst([s.quality for s in specimens]), _total([s.cost for s in specimens])
+    results = [s.results for s in specimens]
+    means = {k: v["mean"] for k, v in ensemble_results(results).items()}
+    rows, curve = references
+    kinds = {row.quantity: row_kind(run, row.quantity) for row in rows}
+    compared = compare_results(means, rows, kinds)
+    comparison: dict[str, Any] = {"refused": list(quality.failures), "rows": [], "curves": []}
+    if not quality.failures:
+        comparison["rows"] = compared
+        if curve is not None:
+            reference = replace(curve, kind="input") if run.model.scale == "macro" else curve
+            comparison["curves"] = [compare_curves(*mean_curve(specimens), reference)]
+    return build_summary(run, results, quality, cost, compared), comparison, quality
+
+
+def mean_curve(specimens: list[Specimen]) -> tuple[np.ndarray, np.ndarray]:
+    """Strain [%] and force [N] of one specimen up to its peak, or the mean over the strains all of them reach."""
+    curves = [_to_peak(s) for s in specimens]
+    if len(curves) == 1:
+        return curves[0]
+    grid = np.linspace(0.0, min(x[-1] for x, _ in curves), 400)
+    return grid, np.mean([np.interp(grid, x, y) for x, y in curves], axis=0)
+
+
+def _to_peak(specimen: Specimen) -> tuple[np.ndarray, np.ndarray]:
+    curve = specimen.history.curve
+    end = int(np.argmax(curve["force_n"])) + 1
+    return curve["strain_pct"][:end], curve["force_n"][:end]
+
+
+def _worst(qualities: list[Quality]) -> Quality:
+    """The largest of every measure, and all distinct failures and warnings."""
+    names = ("ke_over_ie_max", "energy_error_max", "penetration_over_radius_max", "penetration_over_radius_mean")
+    return Quality(
+        *(max(getattr(q, n) for q in qualities) for n in names),
+        added_mass_pct=max(q.added_mass_pct for q in qualities),
+        quasi_static=all(q.quasi_static for q in qualities),
+        failures=tuple(dict.fromkeys(f for q in qualities for f in q.failures)),
+        warnings=tuple(dict.fromkeys(w for q in qualities for w in q.warnings)),
+    )
+
+
+def _total(costs: list[Cost]) -> Cost:
+    """Sums of times and steps over the specimens."""
+    seconds = sum(c.steps * c.elements / c.element_steps_per_s for c in costs)
+    return replace(
+        costs[0],
+        **{n: sum(getattr(c, n) for c in costs) for n in ("wall_s", "cpu_s", "compile_s", "geometry_s", "steps")},
+        element_steps_per_s=sum(c.steps * c.elements for c in costs) / max(seconds, 1e-9),
+    )
+
+
+def _write(
+    run: Run,
+    specimens: list[Specimen],
+    references: tuple[list[PublishedValue], ReferenceCurve | None],
+    summary: dict[str, Any],
+    comparison: dict[str, Any],
+    folder: RunFolder,
+    options: RunOptions,
+) -> None:
+    """Everything of the run folder; pictures and frames show the first specimen."""
+    first = specimens[0]
+    title = f"{run.fabric.name}, tensile {run.rig.direction}, {run.model.scale} ({run.parameters})"
+    folder.write_curve(first.history.curve if len(specimens) == 1 else _corridor_columns(specimens))
+    folder.write_energies(first.history.energies)
+    if first.yarns:
+        folder.write_yarns(first.yarns)
+    if options.frames:
+        vtu.write_frames(folder.path, first.history)
+    _curve_picture(run, specimens, references, folder.path / "curve.png", title)
+    energy_picture.energy_picture(
+        folder.path / "energies.png", first.history, title=title,
+        kinetic_limit=0.01 * run.solver.max_kinetic_ratio, energy_limit=0.01 * run.solver.max_energy_error,
+    )  # fmt: skip
+    strip_picture.strip_picture(
+        folder.path / "deformed.png", first.history, direction=run.rig.direction, title=title
+    )
+    folder.write_comparison(comparison)
+    folder.write_summary(summary)
+
+
+def _corridor_columns(specimens: list[Specimen]) -> dict[str, np.ndarray]:
+    strain, mean, sd = corridor(specimens)
+    return {"strain_pct": strain, "force_mean_n": mean, "force_sd_n": sd}
+
+
+def corridor(specimens: list[Specimen]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Strain [%], mean and sd of the force [N] up to the smallest fracture strain, so that all specimens count."""
+    grid, mean = mean_curve(specimens)
+    forces = [np.interp(grid, *_to_peak(s)) for s in specimens]
+    return grid, mean, np.std(forces, axis=0, ddof=1)
+
+
+def _curve_picture(
+    run: Run,
+    specimens: list[Specimen],
+    references: tuple[list[PublishedValue], ReferenceCurve | None],
+    path: Path,
+    title: str,
+) -> None:
+    rows, curve = references
+    by_name = {row.quantity: row for row in rows}
+    end_point = None
+    if {"peak_force_n", "fracture_strain_pct"} <= set(by_name):
+        force, strain = by_name["peak_force_n"], by_name["fracture_strain_pct"]
+        end_point = curve_picture.EndPoint(strain.mean, strain.sd, force.mean, force.sd, force.table)
+    shown = []
+    if curve is not None:
+        kind = "input" if run.model.scale == "macro" else curve.kind
+        shown = [curve_picture.Reference(curve.x, curve.mean, kind, "Table 3")]
+    count = round(specimens[0].results["peak_force_n"] / specimens[0].results["force_per_yarn_n"])
+    curve_picture.curve_picture(
+        path, [s.history.curve for s in specimens], title=title, references=shown, end_point=end_point,
+        corridor=curve_picture.Corridor(*corridor(specimens)) if len(specimens) > 1 else None,
+        yarns=(count, run.rig.direction) if run.model.scale == "meso" else None,
+    )  # fmt: skip
