@@ -1,8 +1,9 @@
-"""Start curve of a knitted loop: harmonic in the loop angle, right topology, length tuned by its width.
+"""Start curve of a knitted loop: harmonic in the loop angle, right topology, length set by its bulge.
 
 theta = 0 is the middle of the sinker arc, pi that of the needle arc; x across the wales, y along them, z to the
-technical face. It has the topology of Choi & Lo (2003), Text. Res. J. 73, 739, whose cubic with its full constraint
-set cannot be as short as the loops measured in variant 1 (14.78 against 14.4 mm).
+technical face. It has the topology of Choi & Lo (2003), Text. Res. J. 73, 739-748, whose half loop
+x = a t^3 - 1.5 a t^2 + (a + w) t / 2, y = (c + 2 e)(1 - cos pi t) / 2, z = h (1 - cos 2 pi t) / 2 cannot, with its full
+constraint set, be as short as the loops measured in variant 1 (14.78 against 14.4 mm); relaxation decides the shape.
 """
 
 from dataclasses import dataclass
@@ -11,20 +12,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.errors import InputError
+from knittest.fabric.spline import polyline_length
 
 Array = NDArray[np.float64]
 
-#: height, sinker, needle and leg levels and weft height [mm] of the two studied cells (0.75 and 0.50 mm yarns, wale
-#: spacing 3.5714 mm) at course over wale spacing 1.0 and 0.6829: overlap H - C, zs, zn, zl, y_w
-STUDIED = np.array([[1.0, 1.1161, -0.458, -0.1604, 1.1979, 0.0955], [0.6829, 1.2317, -0.6414, -0.0317, 1.3655, 0.1238]])
+#: the two cells whose start curves were studied (0.75 and 0.50 mm yarns, wale spacing 3.5714 mm), from dense to open:
+#: course over wale spacing [-]; overlap H - C, zs, zn, zl, y_w [mm]
+STUDIED_RATIO = (0.6829, 1.0)
+STUDIED_SHAPE = np.array([[1.2317, -0.6414, -0.0317, 1.3655, 0.1238], [1.1161, -0.458, -0.1604, 1.1979, 0.0955]])
 STUDIED_REACH = 0.625  # half the sum of the studied diameters [mm]
-#: bulge of the loop over the wale spacing, searched for the loop length
-BULGE = (0.0, 0.45)
+#: bulge over wale spacing: with less than the first the loops hardly interlace, with more than the last legs collide
+BULGE = (0.2, 0.45)
 
 
 @dataclass(frozen=True)
 class Loop:
-    """Harmonic loop: wale spacing, height, bulge, levels of sinker arc, needle arc and legs, height of the weft [mm]."""
+    """Harmonic loop [mm]: wale spacing, height, bulge, levels z of sinker arc, needle arc and legs, y of the weft."""
 
     wale: float
     height: float
@@ -47,31 +50,26 @@ class Loop:
         return polyline_length(self.points(np.linspace(0.0, 2.0 * np.pi, 2001)))
 
 
-def polyline_length(points: Array) -> float:
-    """Length [mm] of a polyline (n, 3)."""
-    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
-
-
 def start_loop(wale: float, course: float, loop_length: float, reach: float) -> Loop:
-    """Loop of ``loop_length`` on ``wale`` x ``course`` spacing; ``reach`` half the sum of both diameters [mm].
+    """Loop on ``wale`` x ``course`` spacing, of ``loop_length`` or, if that interlaces badly, longer; all [mm].
 
-    Shape parameters are interpolated between the two studied cells by course over wale spacing and scaled with the
-    yarns. Raises :class:`InputError` naming the possible lengths.
+    ``reach`` is half the sum of both diameters [mm]. Shape parameters are interpolated between the two studied cells by
+    course over wale spacing and scaled with ``reach``. Raises :class:`InputError` for a loop too long for its cell.
     """
     from scipy.optimize import brentq
 
-    ratio = float(np.clip(course / wale, STUDIED[1, 0], STUDIED[0, 0]))
-    share = (ratio - STUDIED[1, 0]) / (STUDIED[0, 0] - STUDIED[1, 0])
-    overlap, sinker, needle, leg, weft = STUDIED[1, 1:] + share * (STUDIED[0, 1:] - STUDIED[1, 1:])
-    scale = reach / STUDIED_REACH
+    shape = [np.interp(course / wale, STUDIED_RATIO, column) for column in STUDIED_SHAPE.T]
+    overlap, sinker, needle, leg, weft = (float(v) * reach / STUDIED_REACH for v in shape)
 
     def loop(bulge: float) -> Loop:
-        return Loop(wale, course + scale * overlap, bulge, scale * sinker, scale * needle, scale * leg, scale * weft)
+        return Loop(wale, course + overlap, bulge, sinker, needle, leg, weft)
 
-    low, high = (loop(b * wale).length() for b in BULGE)
-    if not low < loop_length < high:
+    tight, wide = (loop(share * wale) for share in BULGE)
+    if loop_length <= tight.length():
+        return tight
+    if loop_length >= wide.length():
         raise InputError(
-            f"fabric.loop_length = {loop_length:g} mm does not fit {wale:.3f} x {course:.3f} mm spacing and these "
-            f"yarn diameters: expected {low:.2f} to {high:.2f} mm"
+            f"fabric.loop_length = {loop_length:g} mm is too long for {wale:.3f} x {course:.3f} mm spacing: "
+            f"expected less than {wide.length():.2f} mm"
         )
-    return loop(brentq(lambda b: loop(b).length() - loop_length, BULGE[0] * wale, BULGE[1] * wale, xtol=1e-12))
+    return loop(float(brentq(lambda b: loop(b).length() - loop_length, tight.bulge, wide.bulge, xtol=1e-12)))

@@ -1,23 +1,24 @@
 """Checks that relaxed yarns are interlaced as a biaxial weft-knit: over/under codes of the periodic projection."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from knittest.errors import NumericalError
+from knittest.fabric.cell import SYSTEMS
 
 if TYPE_CHECKING:
-    from knittest.fabric.relax import Cell
+    from knittest.fabric.cell import Cell
 
 Array = NDArray[np.float64]
 
-#: codes from the sinker arc on: over (O) or under (U) the warp, the weft, the course before (-) or after (+)
-KNIT_CODE = "Uwarp U- O- Oweft O+ U+ U+ O+ Oweft O- U-".split()
-#: what the inlays see, in any order
-INLAY_CODES = {"warp": ["Oknit", "Uweft"], "weft": ["Owarp", "Uknit", "Uknit"]}
-SYSTEMS = ("knit", "warp", "weft")
+#: plain knit, from the sinker arc on: over (O) or under (U) the course before (-) or after (+)
+KNIT_CODE = ["U-", "O-", "O+", "U+", "U+", "O+", "O-", "U-"]
+#: images of the cell that are searched in each direction
+IMAGES = 3
 
 
 @dataclass(frozen=True)
@@ -34,23 +35,19 @@ class Crossing:
 def crossings(cell: "Cell") -> list[Crossing]:
     """Crossings of different yarns in one period of the xy projection.
 
-    A course's crossings with itself are left out: legs of neighbouring loops overlap in the projection of wide loops,
+    A yarn's crossings with itself are left out: legs of neighbouring loops overlap in the projection of wide loops,
     exactly over the warp by symmetry, and say nothing of the interlacing.
     """
     curves = [getattr(cell, s) for s in SYSTEMS]
     starts = [c[:, :2] for c in curves]
-    chords = [np.roll(c, -1, axis=0) - c for c in curves]
-    for k, s in enumerate(SYSTEMS):
-        chords[k][-1] += cell.periods[s]
+    chords = [np.diff(cell.closed(s), axis=0) for s in SYSTEMS]
     spacing = np.array([cell.spec.wale, cell.spec.course])
     found = []
-    for a in range(3):
-        for b in range(a, 3):
-            for image in np.ndindex(7, 7):
-                shift = np.array(image) - 3
-                if a == b and shift[1] <= 0:
-                    continue
-                found += _pair(a, b, tuple(int(v) for v in shift), shift * spacing, starts, chords, curves)
+    for a, b in ((0, 0), (0, 1), (0, 2), (1, 2)):
+        for across, along in np.ndindex(2 * IMAGES + 1, 2 * IMAGES + 1):
+            image = (across - IMAGES, along - IMAGES)
+            if a != b or image[1] > 0:
+                found += _pair(a, b, image, np.array(image) * spacing, starts, chords, curves)
     return found
 
 
@@ -76,65 +73,62 @@ def _pair(
     return out
 
 
-def sequences(found: list[Crossing]) -> list[list[tuple[int, bool]]]:
-    """For each yarn, its crossings (number, over) in order along it."""
-    along: list[list[tuple[float, int, bool]]] = [[], [], []]
-    for k, c in enumerate(found):
-        along[c.over].append((c.over_place, k, True))
-        along[c.under].append((c.under_place, k, False))
-    return [[(k, over) for _, k, over in sorted(line)] for line in along]
+def sequence(found: list[Crossing]) -> list[tuple[int, bool]]:
+    """Crossings (number, over) of a course with its neighbours, in order along the yarn."""
+    along = [(c.over_place, k, True) for k, c in enumerate(found)]
+    along += [(c.under_place, k, False) for k, c in enumerate(found)]
+    return [(k, over) for _, k, over in sorted(along)]
 
 
 def reduced(found: list[Crossing]) -> list[Crossing]:
     """Drop pairs of neighbouring crossings of the same two strands, one over the other in both (Reidemeister II)."""
-    while True:
-        lines = sequences(found)
-        removable = _removable(found, lines)
-        if removable is None:
-            return found
-        found = [c for k, c in enumerate(found) if k not in removable]
+    while (slack := _slack_pair(found)) is not None:
+        found = [c for k, c in enumerate(found) if k not in slack]
+    return found
 
 
-def _removable(found: list[Crossing], lines: list[list[tuple[int, bool]]]) -> set[int] | None:
+def _slack_pair(found: list[Crossing]) -> frozenset[int] | None:
+    """Two crossings that follow each other along both of their strands, with the same one over."""
+    line = sequence(found)
     neighbours = set()
-    for line in lines:
-        n = len(line)
-        for m in range(n if n > 2 else n - 1):
-            (k, over), (k2, over2) = line[m], line[(m + 1) % n]
-            if over == over2:
-                pair = frozenset((k, k2))
-                same_yarns = (found[k].over, found[k].under) == (found[k2].over, found[k2].under)
-                if same_yarns and (pair, not over) in neighbours:
-                    return set(pair)
-                neighbours.add((pair, over))
+    for (k, over), (k2, over2) in pairwise([*line, *line[:1]]):
+        pair = frozenset((k, k2))
+        if over == over2 and found[k].image[1] == found[k2].image[1]:
+            if (pair, not over) in neighbours:
+                return pair
+            neighbours.add((pair, over))
     return None
 
 
-def knit_code(found: list[Crossing], line: list[tuple[int, bool]]) -> list[str]:
-    """Code of the loop along ``line``, in the notation of :data:`KNIT_CODE`."""
+def knit_code(cell: "Cell") -> list[str]:
+    """Code of a course along its yarn, in the notation of :data:`KNIT_CODE`, without pairs that are only slack."""
+    found = reduced([c for c in crossings(cell) if c.over == c.under == 0])
     code = []
-    for k, over in line:
-        crossing = found[k]
-        other = crossing.under if over else crossing.over
-        name = SYSTEMS[other]
-        if other == 0:
-            course = crossing.image[1] if over else -crossing.image[1]
-            name = "+" if course == 1 else "-" if course == -1 else f"({course:+d})"
-        code.append(("O" if over else "U") + name)
+    for k, over in sequence(found):
+        course = found[k].image[1] if over else -found[k].image[1]
+        sign = {1: "+", -1: "-"}.get(course, f"({course:+d})")
+        code.append(("O" if over else "U") + sign)
     return code
 
 
 def check_topology(cell: "Cell") -> None:
-    """Raise :class:`NumericalError` naming the yarn whose interlacing is wrong."""
-    found = reduced(crossings(cell))
-    lines = sequences(found)
-    code = knit_code(found, lines[0])
-    turns = [code[k:] + code[:k] for k in range(len(code))]
-    if KNIT_CODE not in turns:
-        raise NumericalError(f"the loop is not interlaced as plain knit: {' '.join(code)}, expected {' '.join(KNIT_CODE)}")
-    for number, system in ((1, "warp"), (2, "weft")):
-        seen = sorted(
-            ("O" if over else "U") + SYSTEMS[found[k].under if over else found[k].over] for k, over in lines[number]
+    """Raise :class:`NumericalError` naming the yarn whose interlacing is wrong.
+
+    From back to face: sinker arcs, warp, weft, loop legs; the loops interlace as plain knit. Where a slack sinker arc
+    dips behind the weft of the course below, the weft lies in front of it, and the order of the layers holds.
+    """
+    code = knit_code(cell)
+    if KNIT_CODE not in [code[k:] + code[:k] for k in range(len(code))]:
+        raise NumericalError(
+            f"the knitting yarn is not interlaced as plain knit: {' '.join(code)}, expected {' '.join(KNIT_CODE)}"
         )
-        if seen != INLAY_CODES[system]:
-            raise NumericalError(f"the {system} does not lie in its layer: {' '.join(seen)}")
+    pairs = [(SYSTEMS[c.over], SYSTEMS[c.under], c.image[1]) for c in crossings(cell)]
+    if [p[:2] for p in pairs if set(p[:2]) == {"warp", "weft"}] != [("weft", "warp")]:
+        raise NumericalError("the weft does not lie in front of the warp")
+    if {p[:2] for p in pairs if set(p[:2]) == {"warp", "knit"}} != {("warp", "knit")}:
+        raise NumericalError("the warp does not lie in front of the sinker arcs")
+    own = [over for over, under, course in pairs if {over, under} == {"weft", "knit"} and course == 0]
+    if set(own) != {"knit"} or len(own) < 2:
+        raise NumericalError("the weft does not lie behind the legs of its loops")
+    if any(over == "knit" and under == "weft" and course != 0 for over, under, course in pairs):
+        raise NumericalError("the weft lies behind loops of another course")

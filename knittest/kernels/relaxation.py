@@ -33,10 +33,10 @@ LARGEST_MOVE = 0.01
 class Yarns(NamedTuple):
     """Periodic chains. Node i is followed by ``after[i]`` shifted by ``after_shift[i]`` (likewise before).
 
-    Of each node: ``chain`` (n,), ``arc`` (n,) [mm] rest arc length of the middle of segment i, ``rest`` (n, 3) [mm] rest
-    value of x[before] - 2 x + x[after]. Of each chain: rest ``length`` of a segment and of the ``total`` period [mm],
-    stretching EA [N], bending EI [N mm^2], ``radius`` [mm], ``exclude`` [mm] arc along which it does not touch itself,
-    ``period`` (n_chains, 2) cells between its ends. ``spacing`` (2,) [mm] of the cells along x and y.
+    Of each node: ``chain`` (n,), ``arc`` (n,) [mm] rest arc length of the middle of segment i, ``rest`` (n, 3) [mm]
+    rest value of x[before] - 2 x + x[after]. Of each chain: rest ``length`` of a segment and of the ``total`` period
+    [mm], stretching EA [N], bending EI [N mm^2], ``radius`` [mm], ``exclude`` [mm] arc along which it does not touch
+    itself, ``period`` (n_chains, 2) cells between its ends. ``spacing`` (2,) [mm] of the cells along x and y.
     """
 
     after: Index
@@ -58,7 +58,7 @@ class Yarns(NamedTuple):
 
 @njit(**INLINE)
 def segment_closest(r, u, v):
-    """Parameters s, t in [0, 1] of the closest points of segments P + s u and Q + t v, r = P - Q (Ericson 2005, 5.1.9)."""
+    """Parameters s, t in [0, 1] of the closest points of segments P + s u, Q + t v; r = P - Q (Ericson 2005, 5.1.9)."""
     a, b, c, e, f = dot(u, u), dot(u, v), dot(u, r), dot(v, v), dot(v, r)
     det = a * e - b * b
     s = min(max((b * f - c * e) / det, 0.0), 1.0) if det > 1e-9 * a * e else 0.5
