@@ -16,14 +16,15 @@ from knittest.errors import NumericalError
 from knittest.experiment.curves import ReferenceCurve, load_curve
 from knittest.experiment.tables import PublishedValue, published
 from knittest.export import curve_picture, energy_picture, strip_picture, vtu
-from knittest.export.folder import RunFolder, run_name
+from knittest.export.folder import RunFolder, fresh_folder, run_name
 from knittest.export.summary import build_summary, ensemble_results
 from knittest.history import Cost, Quality
 from knittest.options import RunOptions
 from knittest.row_kind import row_kind
 from knittest.resources import data_dir
 from knittest.specimen import Specimen, run_specimen
-from knittest.terminal import Progress, print_json, results_table
+from knittest.terminal import Progress
+from knittest.terminal_results import print_json, print_results
 
 EXIT_REFUSED = NumericalError.exit_code
 
@@ -43,14 +44,14 @@ def tensile_command(runs: list[Run], options: RunOptions) -> int:
     set_threads(options.threads)
     folders = _folders(runs, options.out)
     outcomes = []
-    with Progress(quiet=options.quiet, json=options.json) as progress:
+    with Progress(quiet=options.quiet) as progress:
         for run, folder in zip(runs, folders, strict=True):
             outcomes.append(execute(run, folder, options, progress))
     if options.json:
         summaries = [o.summary | {"folder": str(o.folder)} for o in outcomes]
         print_json(summaries[0] if len(summaries) == 1 else {"runs": summaries})
     elif not options.quiet:
-        results_table([(o.summary, o.quality, o.folder) for o in outcomes])
+        print_results(outcomes)
     return EXIT_REFUSED if any(o.quality.failures for o in outcomes) else 0
 
 
@@ -66,7 +67,7 @@ def set_threads(threads: int | None) -> None:
 def _folders(runs: Sequence[Run], out: Path | None) -> list[Path | None]:
     if len(runs) == 1:
         return [out]
-    parent = out or Path("runs") / run_name(runs[0], direction="both", at=datetime.now())
+    parent = out or fresh_folder(Path("runs") / run_name(runs[0], direction="both", at=datetime.now()))
     return [parent / run.rig.direction for run in runs]
 
 

@@ -22,6 +22,8 @@ ProgressCall = Callable[[float, float, float, float], None]
 
 #: steps between looks at displacement, kinetic energy and damping loss
 CHUNK = 20
+#: energy error before any failure that stops a run, judged once this work [mJ] is done
+STOP_ENERGY_ERROR, LEAST_WORK = 0.10, 1.0
 #: energy error that stops a run, and the work [mJ] below which the error is not judged
 STOP_ENERGY_ERROR = 0.10
 
@@ -141,6 +143,12 @@ def _record(run: Simulation, stored: Stored) -> dict[str, float]:
         run.cost.penetration_max = max(run.cost.penetration_max, stored.deepest)
         run.cost.penetration_mean = stored.mean_depth
     run.energy_rows.append(_balance(run, stored))
+    error, work = run.energy_rows[-1]["energy_error"], abs(run.energy_rows[-1]["external_mj"])
+    if error > STOP_ENERGY_ERROR and work > LEAST_WORK and not failed.any():
+        raise NumericalError(
+            f"the energy balance is off by {100.0 * error:.0f} % at {run.time:.4f} ms, before anything failed; "
+            "reduce solver.safety or solver.speed"
+        )
     run.rows.append(row)
     return row
 

@@ -11,7 +11,7 @@ from knittest.config.fabric import Direction
 from knittest.config.run import Run
 from knittest.experiment.curves import load_curve
 from knittest.fabric.relax import relaxed_cell
-from knittest.fabric.strip import strip, wave_scale
+from knittest.fabric.strip import strip, wave_elements, wave_scale
 from knittest.fabric.variability import YarnDraws, draw
 from knittest.history import Cost, History, Quality
 from knittest.materials.laminate import laminate
@@ -98,10 +98,11 @@ def _prepare_meso(run: Run, specimen: int, phase: Phase | None) -> Prepared:
     n_wales, n_courses = (across, along + 2 * JAW_PITCHES) if direction == "warp" else (along + 2 * JAW_PITCHES, across)
     counts = {"warp": n_wales, "weft": n_courses, "knit": n_courses}
     draws = {s: draw(run.fabric, run.variability, s, n, specimen) for s, n in counts.items()}
-    amplitude = {s: wave_scale(cell, s, run.model.meso.elements_per_wave) * draws[s].amplitude for s in AXIS}
-    paths = strip(
-        cell, n_wales, n_courses, run.model.meso.elements_per_loop, run.model.meso.elements_per_wave, amplitude
-    )
+    mesh = run.model.meso
+    amplitude = {
+        s: wave_scale(cell, s, wave_elements(cell, s, mesh.elements_per_wave)) * draws[s].amplitude for s in AXIS
+    }
+    paths = strip(cell, n_wales, n_courses, mesh.elements_per_loop, mesh.elements_per_wave, amplitude)
     if not run.model.meso.knitting:
         paths = [p for p in paths if p.system != "knit"]
     rig = TensileTest(run, AXIS[direction], gauge=along * pitch)

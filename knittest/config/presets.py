@@ -19,9 +19,9 @@ class PresetValues:
 
 
 PRESETS: dict[Preset, PresetValues] = {
-    "quick": PresetValues(element_size=10.0, elements_per_loop=32, elements_per_wave=8, meso_gauge_length=50.0),
-    "standard": PresetValues(element_size=5.0, elements_per_loop=32, elements_per_wave=8, meso_gauge_length=100.0),
-    "paper": PresetValues(element_size=5.0, elements_per_loop=32, elements_per_wave=8, meso_gauge_length=FULL_GAUGE),
+    "quick": PresetValues(element_size=10.0, elements_per_loop=32, elements_per_wave=6, meso_gauge_length=50.0),
+    "standard": PresetValues(element_size=5.0, elements_per_loop=32, elements_per_wave=6, meso_gauge_length=100.0),
+    "paper": PresetValues(element_size=5.0, elements_per_loop=32, elements_per_wave=6, meso_gauge_length=FULL_GAUGE),
 }
 
 

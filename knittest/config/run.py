@@ -18,7 +18,7 @@ class TensileRig(Strict):
     direction: Direction = Field("warp", description="yarn system along the strip")
     gauge_length: float = number(200.0, "mm", "distance of the clamps", gt=0, band=(5, 2000))
     width: float = number(50.0, "mm", "width of the strip", gt=0, band=(5, 1000))
-    jaw_length: float = number(10.0, "mm", "length modelled inside each clamp", gt=0, le=200)
+    jaw_length: float = number(10.0, "mm", "length modelled inside each clamp (meso: always one pitch)", gt=0, le=200)
     max_strain: float = number(4.0, "%", "stop at this engineering strain", gt=0, le=100)
     stop_force_ratio: float = number(0.2, "1", "stop when the force has fallen to this share of its peak", ge=0, le=1)
     yarn_rounding: Literal["down", "up"] = Field(
@@ -30,7 +30,7 @@ class MesoModel(Strict):
     """Discretisation of the yarns."""
 
     elements_per_loop: int = Field(32, ge=16, le=256, multiple_of=2, description="beams in one knitting loop")
-    elements_per_wave: int = Field(6, ge=4, le=64, multiple_of=2, description="beams in one wave of a reinforcing yarn")
+    elements_per_wave: int = Field(6, ge=4, le=64, multiple_of=2, description="beams in the longer wave of the reinforcing yarns; the shorter one gets beams of the same length")
     contact: bool = Field(True, description="yarn-yarn contact")
     knitting: bool = Field(True, description="model the knitting yarn")
 

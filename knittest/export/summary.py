@@ -61,7 +61,7 @@ def build_summary(
     refused = bool(quality.failures)
     return {
         "rig": run.rig.kind,
-        "variant": run.fabric.name,
+        "variant": run.fabric.experiment_variant or run.fabric.name,
         "scale": run.model.scale,
         "direction": run.rig.direction,
         "status": status,

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.kernels.shell_state import BLOCK, CORNER_ROWS, STATE_ROWS, Array, Index, Shells
+from knittest.kernels.shell_state import BLOCK, CORNER_ROWS, STATE_ROWS, STRENGTH, Array, Index, Shells
 
 
 def build_shells(position: Array, conn: NDArray[np.integer], warp: Array) -> Shells:
@@ -28,8 +28,16 @@ def build_shells(position: Array, conn: NDArray[np.integer], warp: Array) -> She
     )
 
 
+def set_strength(shells: Shells, strength: Array) -> None:
+    """Set the strength of each element over the laminate's fracture strains [-], (n_el,)."""
+    blocks = shells.state.reshape(-1, STATE_ROWS, BLOCK)
+    rows = blocks[:, int(STRENGTH) // BLOCK]
+    block, lane = np.divmod(np.arange(len(strength)), BLOCK)
+    rows[block, lane] = strength
+
+
 def _element_constants(corners: Array, warp: Array) -> Array:
-    """Rows ALPHA_A to ALIVE of elements with ``corners`` (n_el, 4, 3), (n_el, 13)."""
+    """Rows ALPHA_A to ALIVE of elements with ``corners`` (n_el, 4, 3), (n_el, 14)."""
     x31, x42 = corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]
     pattern = corners[:, 0] - corners[:, 1] + corners[:, 2] - corners[:, 3]
     normal = np.cross(x31, x42)
@@ -41,7 +49,7 @@ def _element_constants(corners: Array, warp: Array) -> Array:
     shape = (np.sum(x31**2, axis=1) + np.sum(x42**2, axis=1)) / (4.0 * area)
     columns = [*(_on_diagonals(v, x31, x42, normal) for v in (along, np.cross(normal, along), pattern))]
     initial_warp = np.sum(normal * pattern, axis=1)
-    return np.column_stack([*columns, initial_warp, area, shape, normal, np.ones(len(area))])
+    return np.column_stack([*columns, initial_warp, area, shape, normal, np.ones(len(area)), np.ones(len(area))])
 
 
 def _on_diagonals(vector: Array, x31: Array, x42: Array, normal: Array) -> Array:

@@ -32,6 +32,7 @@ from knittest.kernels.shell_state import (
     CORNER_ROWS,
     SHAPE,
     STATE_ROWS,
+    STRENGTH,
     WARP,
     distortion_of,
     fibres_of,
@@ -131,7 +132,9 @@ def _delete(at, state, laminate, w):
     failed = 0.0
     for k in range(LANES):
         alive = state[at + ALIVE + k]
-        stays = 0.0 if max(w[STRAIN_A + k] - limit_a, w[STRAIN_B + k] - limit_b) > 0.0 else alive
+        strength = state[at + STRENGTH + k]
+        over = max(w[STRAIN_A + k] - strength * limit_a, w[STRAIN_B + k] - strength * limit_b)
+        stays = 0.0 if over > 0.0 else alive
         failed += alive - stays
         state[at + ALIVE + k] = stays
     return failed

@@ -14,11 +14,12 @@ Index = NDArray[np.int64]
 #: elements of a block; one row of a block is one quantity of its elements
 BLOCK = 64
 # rows of the element constants: fibres from diagonals (warp alpha, beta; weft alpha, beta), distortion (c31, c42),
-# initial warp [mm], reference area [mm^2], hourglass shape factor [-], initial unit normal (3), 1 while alive
-ALPHA_A, BETA_A, ALPHA_B, BETA_B, C31, C42, WARP, AREA, SHAPE, NORMAL_X, NORMAL_Y, NORMAL_Z, ALIVE = (
-    np.uintp(BLOCK * k) for k in range(13)
+# initial warp [mm], reference area [mm^2], hourglass shape factor [-], initial unit normal (3), strength over the
+# laminate's [-], 1 while alive
+ALPHA_A, BETA_A, ALPHA_B, BETA_B, C31, C42, WARP, AREA, SHAPE, NORMAL_X, NORMAL_Y, NORMAL_Z, STRENGTH, ALIVE = (
+    np.uintp(BLOCK * k) for k in range(14)
 )
-STATE_ROWS = 13
+STATE_ROWS = 14
 CORNER_ROWS = 24
 
 

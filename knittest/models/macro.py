@@ -6,13 +6,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.config.fabric import Direction, Fabric
-from knittest.kernels.shell_arrays import build_shells
+from knittest.kernels.shell_arrays import build_shells, set_strength
 from knittest.kernels.shell_state import Laminate, Shells
 from knittest.models.shell_step import highest_stiffness, rotary_inertia
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
+#: strength of a shell above that of the weakest one, relative
+STRENGTH_MARGIN = 0.03
 ALONG, ACROSS = np.array([0.0, 1.0, 0.0]), np.array([1.0, 0.0, 0.0])
 
 
@@ -62,10 +64,22 @@ def build_strip(
     free = np.abs(position[:, 1]) < edge
     position[free, 2] = np.random.default_rng(seed).uniform(-imperfection, imperfection, int(free.sum()))
     shells = build_shells(position, conn, ALONG if direction == "warp" else ACROSS)
+    set_strength(shells, _strength(position, conn, edge, seed))
     mass, inertia, step = lump(fabric, laminate, position, conn, shells)
     return ShellStrip(
         position, conn, mass, inertia, shells, laminate, fixed, moving, 0.5 * fabric.kernel("thickness"), step
     )
+
+
+def _strength(position: Array, conn: Index, edge: float, seed: int) -> Array:
+    """Strength of each shell over the fracture strain: 1 for the weakest, seeded, in the middle of the gauge, else more.
+
+    Under even tension all shells would reach one limit in the same step and the strip would vanish instead of tearing.
+    """
+    centre = np.abs(position[conn, 1].mean(axis=1))
+    strength = np.full(len(conn), 1.0 + STRENGTH_MARGIN)
+    strength[np.random.default_rng(seed).choice(np.flatnonzero(centre < 0.8 * edge))] = 1.0
+    return strength
 
 
 def _rows(gauge: float, jaw: float, size: float) -> Array:

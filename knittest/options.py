@@ -1,0 +1,15 @@
+"""Options of a command that are not part of the test itself."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """Where and how to report: output folder, threads, JSON on stdout, silence, VTU frames."""
+
+    out: Path | None = None
+    threads: int | None = None
+    json: bool = False
+    quiet: bool = False
+    frames: bool = True
