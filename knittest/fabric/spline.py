@@ -31,21 +31,28 @@ def arc_at(curve: Array, period: Array, axis: int, plane: float) -> float:
     return float(at[np.argmin(np.abs(at - 0.5 * length))])
 
 
-def control_points(curve: Array, period: Array, n: int, start: float = 0.0) -> Array:
-    """``n`` control points [mm], (n, 3), of the periodic quadratic B-spline that follows ``curve`` over ``period``.
+def points_on(curve: Array, period: Array, n: int, start: float = 0.0) -> Array:
+    """``n`` points [mm], (n, 3), on ``curve`` over one ``period``, equally spaced by arc from ``start`` [mm] on.
 
-    The middles of the pieces are set on the curve, equally spaced by arc from ``start`` [mm] on, by solving the
-    circulant system for the deviation from the straight line; between its points (m, 3) the curve is a cubic spline.
+    Between its points (m, 3) the curve is a periodic cubic spline.
     """
     from scipy.interpolate import CubicSpline
 
     closed = np.vstack([curve, curve[:1] + period])
     arc = _arc(closed)
-    length = arc[-1]
-    smooth = CubicSpline(arc, closed - arc[:, None] / length * period, bc_type="periodic")
-    at = start + length * np.arange(n) / n
+    smooth = CubicSpline(arc, closed - arc[:, None] / arc[-1] * period, bc_type="periodic")
+    at = start + arc[-1] * np.arange(n) / n
+    return np.asarray(smooth(at) + at[:, None] / arc[-1] * period)
+
+
+def control_points(curve: Array, period: Array, n: int, start: float = 0.0) -> Array:
+    """``n`` control points [mm], (n, 3), of the periodic quadratic B-spline that follows ``curve`` over ``period``.
+
+    The middles of the pieces are :func:`points_on` the curve; the circulant system is solved for the deviation from the
+    straight line, which is periodic.
+    """
     straight = np.arange(n)[:, None] / n * period
-    deviation = smooth(at) + start / length * period
+    deviation = points_on(curve, period, n, start) - straight
     weights = (6.0 + 2.0 * np.cos(2.0 * np.pi * np.arange(n) / n)) / 8.0
     solved = np.fft.ifft(np.fft.fft(deviation, axis=0) / weights[:, None], axis=0).real
     return np.asarray(solved + straight)

@@ -6,16 +6,17 @@ knitting yarns run along x. All yarns are cut at the edges: knitting yarns in th
 between two crossings.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from knittest.fabric.cell import Cell
-from knittest.fabric.spline import arc_at, control_points, polyline_length
+from knittest.fabric.spline import arc_at, control_points, points_on, polyline_length
 
 Array = NDArray[np.float64]
+Place = Callable[[Array, Array, int, float], Array]
 
 
 @dataclass(frozen=True)
@@ -71,29 +72,42 @@ def strip(
     ``amplitude`` scales the wave of each warp (n_wales,) and weft (n_courses,); loops stay as they are. For
     ``elements_per_wave`` see :func:`wave_elements`.
     """
-    wale, course = cell.spec.wale, cell.spec.course
-    knit = _cut(cell, "knit", 0.0, elements_per_loop, n_wales)
-    warp = _cut(cell, "warp", -0.5 * course, wave_elements(cell, "warp", elements_per_wave), n_courses)
-    weft = _cut(cell, "weft", 0.0, wave_elements(cell, "weft", elements_per_wave), n_wales)
-    across, along = np.array([wale, 0.0, 0.0]), np.array([0.0, course, 0.0])
-    paths = [YarnPath("knit", c, knit + (c + 0.5) * along) for c in range(n_courses)]
+    across, along = cell.periods["weft"], cell.periods["warp"]
+    pieces = {s: wave_elements(cell, s, elements_per_wave) for s in ("warp", "weft")}
+    knit = _cut(cell, "knit", elements_per_loop, n_wales, control_points)
+    warp = _cut(cell, "warp", pieces["warp"], n_courses, control_points)
+    weft = _cut(cell, "weft", pieces["weft"], n_wales, control_points)
+    paths = [YarnPath("knit", c, knit + c * along) for c in range(n_courses)]
     for w in range(n_wales):
-        points = _scaled(warp, along, float(amplitude["warp"][w]))
-        paths.append(YarnPath("warp", w, points + w * across + 0.5 * along))
+        paths.append(YarnPath("warp", w, _scaled(warp, along, float(amplitude["warp"][w])) + w * across))
     for c in range(n_courses):
-        points = _scaled(weft, across, float(amplitude["weft"][c]))
-        paths.append(YarnPath("weft", c, points + (c + 0.5) * along))
+        paths.append(YarnPath("weft", c, _scaled(weft, across, float(amplitude["weft"][c])) + c * along))
     return paths
 
 
-def _cut(cell: Cell, system: str, plane: float, n: int, periods: int) -> Array:
-    """Control points over ``periods`` periods, both ends included, from the ``plane`` [mm] across the yarn on."""
+def centre_lines(cell: Cell, n_wales: int, n_courses: int, finer: int = 1) -> list[YarnPath]:
+    """The same yarns with points on their centre-lines instead of control points, ``finer`` times those relaxed."""
+    across, along = cell.periods["weft"], cell.periods["warp"]
+    paths = []
+    for system, periods, copies, step in (
+        ("knit", n_wales, n_courses, along),
+        ("warp", n_courses, n_wales, across),
+        ("weft", n_wales, n_courses, along),
+    ):
+        line = _cut(cell, system, finer * len(getattr(cell, system)), periods, points_on)
+        paths += [YarnPath(system, k, line + k * step) for k in range(copies)]
+    return paths
+
+
+def _cut(cell: Cell, system: str, n: int, periods: int, place: Place) -> Array:
+    """First yarn of ``system`` over ``periods`` periods by ``place``, both ends included: (n * periods + 1, 3)."""
     curve, period = getattr(cell, system), cell.periods[system]
     axis = int(np.argmax(period))
-    points = control_points(curve, period, n, arc_at(curve, period, axis, plane))
+    origin = np.array([0.0, -0.5 * cell.spec.course, 0.0])  # the strip's lower-left corner in the cell
+    points = place(curve, period, n, arc_at(curve, period, axis, origin[axis])) - origin
     number = np.arange(n * periods + 1)
     tiled = points[number % n] + (number // n)[:, None] * period
-    tiled[:, axis] += plane - tiled[0, axis]  # a control point lies a little off the curve
+    tiled[:, axis] -= tiled[0, axis]  # a control point lies a little off the curve
     return tiled
 
 

@@ -1,0 +1,108 @@
+"""``knittest fabric``: the relaxed geometry of a fabric, its picture and its centre-lines."""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from knittest.config.fabric import Fabric
+    from knittest.fabric.cell import Cell
+
+Command = Callable[..., Any]
+
+
+def _which_fabric(command: Command) -> Command:
+    """Options that choose a fabric."""
+    for option in (
+        click.option("--set", "sets", multiple=True, metavar="KEY=VALUE", help="Change a field: fabric.loop_length=14"),
+        click.option("--parameters", metavar="SET", help="Parameter set of the fabric; default: calibrated."),
+        click.option("--fabric", type=click.Path(path_type=Path), metavar="FILE", help="Fabric file of one's own."),
+        click.option("--variant", metavar="NAME", help="Shipped fabric: 1, 2 or a name."),
+    ):
+        command = option(command)
+    return command
+
+
+@click.group()
+def fabric() -> None:
+    """Relax, show and export the yarn geometry of a fabric."""
+
+
+@fabric.command()
+@_which_fabric
+def relax(**which: Any) -> None:
+    """Relax one cell, check its interlacing and keep it for the simulations.
+
+    Example: knittest fabric relax --variant 1
+    """
+    from knittest.fabric.cell_cache import cell_path
+
+    chosen, cell, seconds = _relaxed(**which)
+    measured, sd = chosen.thickness.value, chosen.thickness.sd
+    rows = (
+        ("fabric", chosen.name),
+        ("cell", f"{cell.spec.wale:.4f} x {cell.spec.course:.4f} mm"),
+        ("thickness", f"{cell.thickness:.3f} mm (measured {measured:g}{f' ± {sd:g}' if sd else ''} mm)"),
+        ("loop length", f"{cell.spec.loop_length:g} mm, met within {100 * abs(cell.length_error):.3f} %"),
+        ("crimp warp, weft", f"{100 * cell.crimp('warp'):.3f} %, {100 * cell.crimp('weft'):.3f} %"),
+        ("penetration / radius", f"{100 * cell.deepest:.2f} % at rest, {100 * cell.worst:.0f} % on the way"),
+        ("residual force", f"{cell.residual:.1e} N after {cell.iterations} iterations"),
+        ("interlacing", "checked: layers and loops in order"),
+        ("time", "from the cache" if seconds is None else f"{seconds:.2f} s"),
+        ("kept in", str(cell_path(cell.spec))),
+    )
+    for name, text in rows:
+        click.echo(f"{name:22}{text}")
+
+
+@fabric.command()
+@_which_fabric
+@click.option("--out", type=click.Path(path_type=Path, dir_okay=False), default=Path("fabric.png"), show_default=True)
+def show(out: Path, **which: Any) -> None:
+    """Draw 4 x 4 cells from the face, from the back and obliquely (PNG).
+
+    Example: knittest fabric show --variant 2 --out variant2.png
+    """
+    from knittest.export.cell_picture import cell_picture
+
+    chosen, cell, _ = _relaxed(**which)
+    cell_picture(out, cell, chosen.name)
+    click.echo(str(out))
+
+
+@fabric.command()
+@_which_fabric
+@click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
+@click.option("--wales", type=click.IntRange(1, 500), default=4, show_default=True, help="Cells across.")
+@click.option("--courses", type=click.IntRange(1, 500), default=4, show_default=True, help="Cells along the wales.")
+def export(file: Path, wales: int, courses: int, **which: Any) -> None:
+    """Write the centre-lines of the yarns [mm] to FILE.vtu or FILE.csv.
+
+    Example: knittest fabric export --variant 1 loops.vtu --wales 8
+    """
+    from knittest.export.centre_lines import export_centre_lines
+
+    _, cell, _ = _relaxed(**which)
+    export_centre_lines(file, cell, wales, courses)
+    click.echo(str(file))
+
+
+def _relaxed(
+    variant: str | None, fabric: Path | None, parameters: str | None, sets: tuple[str, ...]
+) -> tuple["Fabric", "Cell", float | None]:
+    """Fabric, its cell and the seconds the relaxation took; ``None`` if the cache had it."""
+    from knittest.config.loading import resolve
+    from knittest.fabric.relax import relaxed_cell
+
+    chosen = resolve(variant=variant, fabric=fabric, parameters=parameters, sets=sets).fabric
+    started: list[float] = []
+
+    def note() -> None:
+        click.echo("relaxing geometry", err=True)
+        started.append(time.perf_counter())
+
+    cell = relaxed_cell(chosen, note)
+    return chosen, cell, time.perf_counter() - started[0] if started else None
