@@ -1,0 +1,1 @@
+"""Config models, the hardened YAML reader and the loading of a run."""

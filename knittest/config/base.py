@@ -84,7 +84,7 @@ def field_meta(model: type[BaseModel], name: str) -> dict[str, Any]:
     return dict(extra) if isinstance(extra, dict) else {}
 
 
-class OutOfBounds(ValueError):
+class BoundsError(ValueError):
     """A number breaks a hard bound or its plausibility band; ``part`` names the direction or field inside, if any."""
 
     def __init__(self, message: str, part: str | None = None) -> None:
@@ -94,19 +94,19 @@ class OutOfBounds(ValueError):
 
 
 def check_bounds(number: float, meta: dict[str, Any], part: str | None = None) -> None:
-    """Raise :class:`OutOfBounds` when ``number`` breaks the hard bounds or the plausibility band in ``meta``."""
+    """Raise :class:`BoundsError` when ``number`` breaks the hard bounds or the plausibility band in ``meta``."""
     unit = meta.get("unit", "")
     unit = "" if unit == "1" else f" {unit}"
     if "gt" in meta and not number > meta["gt"]:
-        raise OutOfBounds(f"must be greater than {meta['gt']:g}{unit}", part)
+        raise BoundsError(f"must be greater than {meta['gt']:g}{unit}", part)
     if "ge" in meta and not number >= meta["ge"]:
-        raise OutOfBounds(f"must be at least {meta['ge']:g}{unit}", part)
+        raise BoundsError(f"must be at least {meta['ge']:g}{unit}", part)
     if "le" in meta and not number <= meta["le"]:
-        raise OutOfBounds(f"must be at most {meta['le']:g}{unit}", part)
+        raise BoundsError(f"must be at most {meta['le']:g}{unit}", part)
     if "band" in meta and not meta["band"][0] <= number <= meta["band"][1]:
         low, high = meta["band"]
         guess = likely_unit(number, meta.get("unit", ""), meta["band"])
-        raise OutOfBounds(f"implausible, expected {low:g} to {high:g}{unit}{guess}", part)
+        raise BoundsError(f"implausible, expected {low:g} to {high:g}{unit}{guess}", part)
 
 
 def measure(unit: str, description: str, **meta: Any) -> Any:

@@ -24,7 +24,7 @@ class _CoreDumper(yaml.SafeDumper):
 
 
 for _tag, (_pattern, _first) in CORE_SCHEMA.items():
-    _CoreDumper.add_implicit_resolver(_tag, _pattern, [*_first])
+    _CoreDumper.add_implicit_resolver(_tag, _pattern, [*_first] + ([""] if _pattern.match("") else []))
 
 
 def dump(run: Run) -> str:

@@ -1,11 +1,12 @@
 """A fabric: densities, loop length, mass and thickness, its two yarns, its contact and its macro material."""
 
 import math
+from itertools import pairwise
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from knittest.config.base import OutOfBounds, Quantity, Strict, measure
+from knittest.config.base import BoundsError, Quantity, Strict, measure
 
 Direction = Literal["warp", "weft"]
 
@@ -37,9 +38,9 @@ class YarnLaw(Strict):
             stresses = [p[1] for p in self.points]
             if len(self.points) < 2 or self.points[0] != (0.0, 0.0):
                 raise ValueError("kind table needs at least two points, the first [0, 0]")
-            if any(b <= a for a, b in zip(strains, strains[1:], strict=False)):
+            if any(b <= a for a, b in pairwise(strains)):
                 raise ValueError("table strains must rise strictly")
-            if any(b < a for a, b in zip(stresses, stresses[1:], strict=False)):
+            if any(b < a for a, b in pairwise(stresses)):
                 raise ValueError("table stresses must not fall (failure is set by fracture_strain)")
         return self
 
@@ -52,7 +53,9 @@ class Yarn(Strict):
     beam_diameter: Quantity = measure("mm", "diameter of the circular beam in contact", gt=0, band=(0.05, 10))
     youngs_modulus: Quantity = measure("GPa", "axial modulus on the load area", gt=0, band=(0.1, 1000))
     load_area: Quantity = measure("mm2", "area that carries the modulus", gt=0, band=(1e-3, 50))
-    fracture_strain: Quantity = measure("%", "axial strain at failure; sd is the yarn-to-yarn scatter", gt=0, band=(0.1, 50))
+    fracture_strain: Quantity = measure(
+        "%", "axial strain at failure; sd is the yarn-to-yarn scatter", gt=0, band=(0.1, 50)
+    )
     law: YarnLaw = Field(default_factory=YarnLaw, description="shape of the axial law")
 
 
@@ -119,7 +122,9 @@ class Fabric(Strict):
         """Each half loop rises a course and crosses half a wale, whatever its shape: a bound from below."""
         shortest = math.hypot(self.wale_spacing, 2.0 * self.course_spacing)
         if self.loop_length.value < shortest:
-            raise OutOfBounds(f"at these densities a loop needs more than {shortest:.3g} mm to span its cell", "loop_length")
+            raise BoundsError(
+                f"at these densities a loop needs more than {shortest:.3g} mm to span its cell", "loop_length"
+            )
         return self
 
     @property

@@ -20,7 +20,8 @@ class Layers:
         """Lay ``value`` over what is at ``at``: mappings merge, all else replaces; ``where`` tells a path's origin."""
         old = self.get(at)
         if isinstance(value, dict) and isinstance(old, dict) and not (_is_quantity(value) and _is_quantity(old)):
-            self.origin.setdefault(at, where(at))
+            if at:
+                self.origin.setdefault(at, where(at))
             for key, inner in value.items():
                 self.lay(inner, where, (*at, key))
         else:

@@ -4,31 +4,21 @@ What comes later goes over what comes before: defaults of the models, preset, fa
 file, options, ``--set``.
 """
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, get_args
 
 from pydantic import ValidationError
 
 from knittest.config.fabric import Direction
-from knittest.config.fields import place
 from knittest.config.layers import Layers
 from knittest.config.messages import input_error, unknown
 from knittest.config.paths import settle_data_paths
-from knittest.config.presets import preset_settings
+from knittest.config.presets import PRESET_PATHS, preset_settings
 from knittest.config.run import Model, Preset, Run, Scale
+from knittest.config.settings import Setting, lay_setting, parse_set, refuse_contradictions
 from knittest.config.sources import FabricSource, fabric_file, lay_fabric, variant_path
-from knittest.config.yaml_loader import Document, KeyPath, describe, dotted, load_yaml, parse_value, shown
+from knittest.config.yaml_loader import Document, KeyPath, describe, dotted, load_yaml, shown
 from knittest.errors import InputError
-
-
-@dataclass(frozen=True)
-class Setting:
-    """One value given on the command line, with the text to name it by."""
-
-    path: KeyPath
-    value: Any
-    said: str
 
 
 def resolve(
@@ -62,7 +52,7 @@ def resolve(
         }
     )
     given = [parse_set(text) for text in sets]
-    _refuse_contradictions(options, given)
+    refuse_contradictions(options, given)
     source = _fabric_source(variant, fabric, document, config)
     layers = _layers(document, source, options + given)
     try:
@@ -84,30 +74,12 @@ def planned_directions(
     return list(get_args(Direction))
 
 
-def parse_set(text: str) -> Setting:
-    """Read one ``key.path=value``; the value is YAML."""
-    name, equals, value = text.partition("=")
-    path: KeyPath = tuple(part.strip() for part in name.split("."))
-    if not equals or not all(path):
-        raise InputError(f"--set {shown(text)}: expected key.path=value, for example rig.width=50")
-    return Setting(path, parse_value(value, f"--set {name}"), f"--set {name.strip()}")
-
-
 def _run_document(config: Path | str | None) -> Document:
     return Document("defaults", {}) if config is None else load_yaml(Path(config))
 
 
 def _options(asked: dict[KeyPath, tuple[str, Any]]) -> list[Setting]:
     return [Setting(path, value, flag) for path, (flag, value) in asked.items() if value is not None]
-
-
-def _refuse_contradictions(options: list[Setting], given: list[Setting]) -> None:
-    for option in options:
-        for setting in given:
-            if setting.path == option.path and setting.value != option.value:
-                raise InputError(
-                    f"{setting.said}={shown(setting.value)} contradicts {option.said} {option.value}: give one of them"
-                )
 
 
 def _fabric_source(
@@ -138,14 +110,12 @@ def _layers(document: Document, source: FabricSource, settings: list[Setting]) -
     wanted = _stated(("parameters",), document, settings)
     if wanted is not None and not isinstance(wanted, str):
         raise InputError(f"{document.where(('parameters',))}: parameters: expected a name, found {describe(wanted)}")
-    if source.inline and "parameter_sets" not in (source.fields or {}) and wanted != document.data.get("parameters"):
-        raise InputError(f"{document.where(('fabric',))}: the fabric has no parameter_sets, so {wanted} cannot be chosen")
     chosen = lay_fabric(layers, source, wanted)
     _refuse_shadowed_preset(document, layers, preset)
     rest = {key: value for key, value in document.data.items() if key != "fabric"}
     layers.lay(rest, document.where)
     for setting in settings:
-        _lay_setting(layers, setting)
+        lay_setting(layers, setting)
     layers.lay(chosen, lambda path: source.document.source, ("parameters",))
     return layers
 
@@ -175,38 +145,10 @@ def _refuse_shadowed_preset(document: Document, layers: Layers, preset: str) -> 
     written = Layers(document.data)
     if written.get(("model", "preset")) in (None, preset):
         return
-    for path in (("rig", "gauge_length"), ("model", "macro", "element_size"), *_MESO_COUNTS):
+    for path in PRESET_PATHS:
         value = written.get(path)
         if value is not None and value != layers.get(path):
             raise InputError(
                 f"{document.where(path)}: {dotted(path)} = {shown(value)}: the file states it, so preset {preset} "
                 f"({shown(layers.get(path))}) would not apply: remove it from the file, or change it with --set"
             )
-
-
-_MESO_COUNTS: tuple[KeyPath, ...] = (("model", "meso", "elements_per_loop"), ("model", "meso", "elements_per_wave"))
-
-
-def _lay_setting(layers: Layers, setting: Setting) -> None:
-    value, field = setting.value, place(setting.path)
-    old = layers.get(setting.path)
-    if field and field.is_quantity and isinstance(old, dict) and not isinstance(value, dict):
-        value = _given_by_user(old, value)
-    holder = place(setting.path[:-1])
-    if holder and holder.is_quantity and setting.path[-1] in ("value", "sd"):
-        number = layers.get(setting.path[:-1])
-        stated = dict(number) if isinstance(number, dict) else {"value": number}
-        layers.lay(_given_by_user(stated, stated.get("value")), lambda path: setting.said, setting.path[:-1])
-    layers.lay(value, lambda path: setting.said, setting.path)
-
-
-def _given_by_user(old: dict[str, Any], value: Any) -> dict[str, Any]:
-    """A quantity with another value: its scatter stays, its source is now the user."""
-    kept = {key: old[key] for key in ("sd",) if key in old}
-    return {"value": value, **kept, "source": "user", "ref": f"given by the user; the fabric's own is {_cited(old)}"}
-
-
-def _cited(old: dict[str, Any]) -> str:
-    if old.get("source") == "user":
-        return str(old.get("ref", "")).rpartition("the fabric's own is ")[2]
-    return f"{old.get('value')} ({old.get('source')})"

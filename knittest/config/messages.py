@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from knittest.config.base import OutOfBounds
+from knittest.config.base import BoundsError
 from knittest.config.fields import Place, all_paths, nearest, place
 from knittest.config.layers import Layers
 from knittest.config.yaml_loader import KeyPath, describe, dotted, shown
@@ -21,6 +21,8 @@ _NUMBER_TYPES = ("float_type", "float_parsing", "int_type", "int_parsing", "int_
 def input_error(error: ValidationError, layers: Layers) -> InputError:
     """One :class:`InputError` that lists every finding of ``error`` with the place it came from."""
     found = error.errors(include_url=False)
+    bad_keys = {item["loc"][:-1] for item in found if item["loc"][-1:] == ("[key]",)}
+    found = [item for item in found if item["loc"] not in bad_keys]  # a wrong key makes its value no second finding
     lines = [_line(item, layers) for item in found[:MOST_SHOWN]]
     if len(found) > MOST_SHOWN:
         lines.append(f"... and {len(found) - MOST_SHOWN} more")
@@ -36,18 +38,23 @@ def unknown(name: str, names: list[str], kind: str = "field") -> str:
 def _line(item: Mapping[str, Any], layers: Layers) -> str:
     path: KeyPath = tuple(part for part in item["loc"] if part != "[key]")
     cause = item.get("ctx", {}).get("error")
-    if isinstance(cause, OutOfBounds) and cause.part:
+    if isinstance(cause, BoundsError) and cause.part:
         path = (*path, cause.part)
-    where = layers.where(path) or "defaults"
-    value = layers.get(path)
-    if item["type"] == "missing":
-        return f"{where}: {dotted(path)}: missing: {_required(place(path))}"
-    if item["type"] == "extra_forbidden":
-        return f"{where}: {dotted(path)}: {_unknown_field(path)}"
+    value, at = layers.get(path), path
+    if item["type"] in ("missing", "extra_forbidden") or "[key]" in item["loc"]:
+        return f"{layers.where(path) or 'defaults'}: {dotted(path)}: {_misplaced(item, path)}"
     if isinstance(value, dict) and "value" in value:
-        value = value["value"]
+        value, at = value["value"], (*path, "value")
     stated = "" if value is None or isinstance(value, dict) else f" = {shown(value)}"
-    return f"{where}: {dotted(path)}{stated}: {_expected(item, value, place(path))}"
+    return f"{layers.where(at) or 'defaults'}: {dotted(path)}{stated}: {_expected(item, value, place(path))}"
+
+
+def _misplaced(item: Mapping[str, Any], path: KeyPath) -> str:
+    if item["type"] == "missing":
+        return f"missing: {_required(place(path))}"
+    if item["type"] == "extra_forbidden":
+        return _unknown_field(path)
+    return f"unknown field, {_choice_expected(item['ctx']['expected'], path[-1])}"
 
 
 def _required(field: Place | None) -> str:
@@ -67,7 +74,7 @@ def _unknown_field(path: KeyPath) -> str:
 
 def _expected(item: Mapping[str, Any], value: object, field: Place | None) -> str:
     kind, context = item["type"], item.get("ctx", {})
-    if isinstance(cause := context.get("error"), OutOfBounds):
+    if isinstance(cause := context.get("error"), BoundsError):
         return cause.expected
     if kind == "value_error":
         return str(context["error"])

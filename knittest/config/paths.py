@@ -1,4 +1,4 @@
-"""Data paths of a config: relative to the data folder, the config's own folder or the working folder, and never out of them."""
+"""Data paths of a config: in the data folder, the config's own folder or the working folder, and never out of them."""
 
 import stat
 from pathlib import Path
@@ -29,9 +29,7 @@ def settle_data_paths(run: Run, layers: Layers, folder: Path) -> Run:
     return run.model_copy(update={"fabric": fabric.model_copy(update={"macro": macro, "experiment": experiment})})
 
 
-def _settled(
-    text: str, path: KeyPath, layers: Layers, roots: list[Path], needed: bool, is_folder: bool = False
-) -> str:
+def _settled(text: str, path: KeyPath, layers: Layers, roots: list[Path], needed: bool, is_folder: bool = False) -> str:
     def refuse(expectation: str) -> InputError:
         return InputError(f"{layers.where(path) or 'defaults'}: {dotted(path)} = {shown(text)}: {expectation}")
 

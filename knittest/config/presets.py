@@ -24,6 +24,14 @@ PRESETS: dict[Preset, PresetValues] = {
     "paper": PresetValues(element_size=5.0, elements_per_loop=32, elements_per_wave=6, meso_gauge_length=FULL_GAUGE),
 }
 
+#: what a preset decides, unless a file or an option says it
+PRESET_PATHS: tuple[tuple[str, ...], ...] = (
+    ("rig", "gauge_length"),
+    ("model", "macro", "element_size"),
+    ("model", "meso", "elements_per_loop"),
+    ("model", "meso", "elements_per_wave"),
+)
+
 
 def preset_settings(preset: Preset, scale: Scale) -> dict[str, Any]:
     """Nested run settings of ``preset``; anything a file or an option says goes over them."""

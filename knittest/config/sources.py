@@ -42,8 +42,10 @@ def variant_path(variant: str) -> Path:
     """File of a shipped fabric or of one in ``./configs`` or ``./configs/fabrics``; :class:`InputError` if none."""
     name = NUMBERED.get(variant, variant)
     if not NAME.match(name):
-        raise InputError(f"--variant {variant!r}: expected 1, 2 or a name of letters, digits, '.', '_', '-'; "
-                         "give a path with --fabric")
+        raise InputError(
+            f"--variant {variant!r}: expected 1, 2 or a name of letters, digits, '.', '_', '-'; "
+            "give a path with --fabric"
+        )
     folders = (configs_dir() / "fabrics", Path("configs"), Path("configs/fabrics"))
     for folder in folders:
         if (path := folder / f"{name}.yaml").is_file():
@@ -55,23 +57,29 @@ def variant_path(variant: str) -> Path:
 def lay_fabric(layers: Layers, source: FabricSource, wanted: str | None) -> str:
     """Lay the fabric with its parameter set ``wanted`` (default ``calibrated``); return the name of the set.
 
-    A fabric without sets is taken as it stands and called ``base``.
+    A fabric without sets is taken as it stands; its set is called ``base``, or what the resolved run that holds it says.
     """
     document, fields = source.document, source.fields
     if not isinstance(fields, dict):
-        raise InputError(f"{document.where(source.root)}: fabric: expected a mapping of fields, found {describe(fields)}")
+        raise InputError(
+            f"{document.where(source.root)}: fabric: expected a mapping of fields, found {describe(fields)}"
+        )
     base = {key: value for key, value in fields.items() if key != SETS}
     layers.lay(base, lambda path: document.where(source.root + path[1:]), ("fabric",))
     if SETS not in fields:
-        if wanted is not None and not source.inline:
-            raise InputError(f"{document.source}: it has no {SETS}, so none can be chosen (asked for: {wanted})")
+        label_only = source.inline and wanted == document.data.get("parameters")
+        if wanted is not None and not label_only:
+            where = document.where(source.root)
+            raise InputError(f"{where}: the fabric has no {SETS}, so {wanted} cannot be chosen")
         return wanted or "base"
     at = (*source.root, SETS)
     name = _chosen_set(document, fields[SETS], at, wanted)
     at = (*at, name)
     overrides = fields[SETS][name]
     if not isinstance(overrides, dict | None):
-        raise InputError(f"{document.where(at)}: {name}: expected a mapping of fabric fields, found {describe(overrides)}")
+        raise InputError(
+            f"{document.where(at)}: {name}: expected a mapping of fabric fields, found {describe(overrides)}"
+        )
     layers.lay(overrides or {}, lambda path: document.where(at + path[1:]), ("fabric",))
     return name
 

@@ -2,7 +2,7 @@
 
 #: field unit -> other units it is often given in, each with its factor to the field unit; the commonest first
 ALTERNATIVES: dict[str, tuple[tuple[str, float], ...]] = {
-    "GPa": (("MPa", 1e-3), ("Pa", 1e-9), ("cN/tex", 1e-2)),
+    "GPa": (("MPa", 1e-3), ("Pa", 1e-9)),
     "mm": (("m", 1e3), ("cm", 10.0), ("um", 1e-3)),
     "mm2": (("um2", 1e-6), ("cm2", 100.0), ("m2", 1e6)),
     "%": (("a fraction", 100.0),),
@@ -21,6 +21,9 @@ ALTERNATIVES: dict[str, tuple[tuple[str, float], ...]] = {
 def likely_unit(number: float, unit: str, band: tuple[float, float]) -> str:
     """Name the unit in which ``number`` would fall into ``band`` (given in ``unit``), or say nothing ("")."""
     low, high = band
-    guesses = [f"{name}: {number * factor:.6g} {unit}" for name, factor in ALTERNATIVES.get(unit, ())
-               if low <= number * factor <= high]
+    guesses = [
+        f"{name}: {number * factor:.6g} {unit}"
+        for name, factor in ALTERNATIVES.get(unit, ())
+        if low <= number * factor <= high
+    ]
     return f" (it looks like {' or '.join(guesses[:2])})" if guesses else ""

@@ -1,7 +1,7 @@
 """The one YAML reader: YAML 1.2 scalars, line numbers, and none of the constructs that make a config file dangerous.
 
-It walks the events of PyYAML's SafeLoader, so that nothing is constructed before it was judged: duplicate keys, anchors,
-aliases, merge keys, tags, several documents, deep nesting, huge files and non-finite numbers are refused.
+It walks the events of PyYAML's SafeLoader, so that nothing is constructed before it was judged: duplicate keys,
+anchors, aliases, merge keys, tags, several documents, deep nesting, huge files and non-finite numbers are refused.
 """
 
 import os
@@ -145,8 +145,8 @@ class _Builder:
 
     def _judge(self, event: Any, path: KeyPath) -> None:
         if isinstance(event, yaml.AliasEvent) or event.anchor is not None:
-            sign = "*" if isinstance(event, yaml.AliasEvent) else "&"
-            raise self._refuse(event.start_mark, f"aliases are not read: write the value out instead of {sign}{event.anchor}")
+            found = shown(f"{'*' if isinstance(event, yaml.AliasEvent) else '&'}{event.anchor}")
+            raise self._refuse(event.start_mark, f"aliases are not read: write the value out instead of {found}")
         if event.tag is not None:
             raise self._refuse(event.start_mark, f"tags are not read: remove {shown(event.tag)}")
         self.nodes += 1
