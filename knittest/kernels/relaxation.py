@@ -126,7 +126,7 @@ def periodic_pairs(x, yarns, skin, pairs):
 
 
 @njit(**KERNEL)
-def _yarn_forces(x, yarns, force):
+def yarn_forces(x, yarns, force):
     """Adds the forces [N] of the energies EA/2 l (strain)^2 and EI/(2 l^3) |x[before] - 2 x + x[after] - rest|^2."""
     for i in range(len(x)):
         c, h, j = yarns.chain[i], yarns.before[i], yarns.after[i]
@@ -144,7 +144,7 @@ def _yarn_forces(x, yarns, force):
 
 
 @njit(**KERNEL)
-def _contact_forces(x, yarns, pairs, count, penalty, force):
+def contact_forces(x, yarns, pairs, count, penalty, force):
     """Adds penalty forces [N]; returns the largest penetration over the smaller radius."""
     deepest = 0.0
     for m in range(count):
@@ -215,8 +215,8 @@ def relax(x, yarns, pairs, count, penalty, tolerance, iterations, skin):
     mix, good, step, worst, largest, deepest = MIX, 0, FIRST_STEP, 0.0, np.inf, 0.0
     for iteration in range(iterations):
         force[:] = 0.0
-        _yarn_forces(x, yarns, force)
-        deepest = _contact_forces(x, yarns, pairs, count, penalty, force)
+        yarn_forces(x, yarns, force)
+        deepest = contact_forces(x, yarns, pairs, count, penalty, force)
         worst = max(worst, deepest)
         power, motion, drive, largest = _power(yarns, mass, force, velocity)
         if largest < tolerance:

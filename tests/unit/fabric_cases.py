@@ -1,0 +1,21 @@
+"""Cells of the two studied variants, relaxed once for all tests."""
+
+from functools import cache
+
+from knittest.fabric.cell import Cell, CellSpec
+from knittest.fabric.relax import relax_cell
+
+WALE = 100 / 28
+COURSE = {"V1": 100 / 28, "V2": 100 / 41}
+LOOP_LENGTH = {"V1": 14.4, "V2": 13.4}
+BENDING = {"V1": (18.1, 12.4), "V2": (29.6, 26.2)}
+
+
+def spec(variant: str, crimp: float = 0.006, loop_length: float | None = None) -> CellSpec:
+    length = LOOP_LENGTH[variant] if loop_length is None else loop_length
+    return CellSpec(WALE, COURSE[variant], length, 0.75, 0.5, crimp, crimp, *BENDING[variant], 0.05)
+
+
+@cache
+def relaxed(variant: str, crimp: float = 0.006, loop_length: float | None = None) -> Cell:
+    return relax_cell(spec(variant, crimp, loop_length))

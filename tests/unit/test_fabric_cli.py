@@ -1,0 +1,82 @@
+"""``knittest fabric``: what it prints and writes, and that asking for help loads nothing heavy."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pandas as pd
+import pytest
+from click.testing import CliRunner, Result
+from matplotlib.image import imread
+
+from knittest.cli.fabric import fabric
+from knittest.errors import InputError
+
+
+@pytest.fixture(scope="module", autouse=True)
+def own_cache(tmp_path_factory: pytest.TempPathFactory):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("KNITTEST_CACHE_DIR", str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
+def run(*arguments: str) -> Result:
+    return CliRunner().invoke(fabric, arguments)
+
+
+def test_relax_prints_the_cell_and_keeps_it() -> None:
+    first, second = run("relax", "--variant", "1"), run("relax", "--variant", "1")
+    assert first.exit_code == second.exit_code == 0
+    rows = {line[:22].strip(): line[22:] for line in second.stdout.splitlines()}
+    assert rows["fabric"] == "pham2019-v1"
+    assert 2.0 < float(rows["thickness"].split()[0]) < 2.4
+    assert "measured 2.22 ± 0.08 mm" in rows["thickness"]
+    assert rows["time"] == "from the cache"
+    assert Path(rows["kept in"]).is_file()
+    assert "relaxing geometry" in first.stderr and not second.stderr
+
+
+def test_a_loop_too_short_is_named() -> None:
+    result = run("relax", "--variant", "1", "--set", "fabric.loop_length=13")
+    assert isinstance(result.exception, InputError)
+    assert "fabric.loop_length = 13 mm is too short" in str(result.exception)
+
+
+def test_show_draws_all_yarn_systems(tmp_path: Path) -> None:
+    out = tmp_path / "v2.png"
+    assert run("show", "--variant", "2", "--out", str(out)).exit_code == 0
+    image = imread(out)[..., :3]
+    red, green, blue = image[..., 0], image[..., 1], image[..., 2]
+    shares = [((blue > red + 0.2).mean()), ((red > blue + 0.2).mean()), ((image.max(axis=2) < 0.45).mean())]
+    assert min(shares) > 0.03, "weft, loops or warp are missing"
+    assert green.std() > 0.1
+
+
+def test_export_vtu_and_csv_hold_the_same_points(tmp_path: Path) -> None:
+    for name in ("c.vtu", "c.csv"):
+        assert run("export", "--variant", "1", str(tmp_path / name), "--wales", "3", "--courses", "2").exit_code == 0
+    table, mesh = pd.read_csv(tmp_path / "c.csv"), meshio.read(tmp_path / "c.vtu")
+    np.testing.assert_allclose(mesh.points, table[["x_mm", "y_mm", "z_mm"]], atol=1e-6)
+    yarns = table.groupby(["system", "yarn"]).size()
+    assert yarns["warp"].size == 3 and yarns["weft"].size == 2 and yarns["knit"].size == 2
+    cells = mesh.cells_dict["line"]
+    assert len(cells) == len(table) - len(yarns)
+    assert np.linalg.norm(mesh.points[cells[:, 1]] - mesh.points[cells[:, 0]], axis=1).max() < 0.3
+    assert set(mesh.point_data["radius"]) == {0.25, 0.375}
+
+
+def test_an_unknown_suffix_is_refused(tmp_path: Path) -> None:
+    result = run("export", "--variant", "1", str(tmp_path / "loops.obj"))
+    assert isinstance(result.exception, InputError)
+    assert ".vtu or .csv" in str(result.exception)
+
+
+def test_help_loads_nothing_heavy() -> None:
+    heavy = "{'numba', 'numpy', 'pydantic', 'matplotlib', 'pandas'}"
+    code = f"import sys, knittest.cli.fabric; print({heavy} & set(sys.modules))"
+    assert (
+        subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip()
+        == "set()"
+    )
