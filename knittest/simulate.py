@@ -50,10 +50,11 @@ class Simulation:
     motions: Motions
     tally: Tally
     dt: float
-    keep: float
     time: float = 0.0
     damping_loss: float = 0.0
     kinetic: float = 0.0
+    loss_rate: float = 0.0  # energy that damping takes in one step [mJ]
+    eroded: float = 0.0
     fine: list[tuple[float, Array]] = field(default_factory=list)
     rows: list[dict[str, float]] = field(default_factory=list)
     energy_rows: list[dict[str, float]] = field(default_factory=list)
@@ -74,7 +75,8 @@ def simulate(
     n_motions = motions.time.shape[0]
     tally = Tally(np.zeros((PARTITIONS, n_motions)), np.zeros((PARTITIONS, 3)))
     dt = solver.safety * model.critical_step
-    run = Simulation(model, rig, solver, motions, tally, dt, float(np.exp(-solver.damping * dt)))
+    run = Simulation(model, rig, solver, motions, tally, dt)
+    model.nodes.keep[:] = np.exp(-solver.damping * dt)
     run.cost.time_step = dt
     run.cost.overlap_at_start = model.prepare()
     row_steps = max(CHUNK, round(rig.duration / dt / output.samples))
@@ -113,12 +115,16 @@ def _advance_chunk(run: Simulation, steps: int, scratch: Array) -> None:
     """Advance, book damping and reactions, check that the state is finite."""
     model, dt = run.model, run.dt
     start = clock.perf_counter()
-    model.advance(steps, run.time, dt, run.keep, run.motions, run.tally, scratch)
+    model.advance(steps, run.time, dt, run.motions, run.tally, scratch)
     run.time += steps * dt
     run.cost.steps += steps
-    kinetic = monitor.kinetic_energy(model.nodes, model.mass, model.inertia, dt, run.keep)
-    run.damping_loss += run.solver.damping * (run.kinetic + kinetic) * steps * dt
-    run.kinetic = kinetic
+    kinetic, loss = monitor.kinetic_energy(model.nodes, model.mass, model.inertia, dt)
+    run.damping_loss += 0.5 * (run.loss_rate + loss) * steps
+    run.kinetic, run.loss_rate = kinetic, loss
+    eroded = float(run.tally.energy[:, 2].sum())
+    if eroded > run.eroded:
+        run.eroded = eroded
+        model.nodes.keep[model.broken_nodes()] = np.exp(-run.solver.break_damping * dt)
     run.fine.append((run.time - 0.5 * steps * dt, run.tally.reaction.sum(axis=0) / steps))
     run.tally.reaction[:] = 0.0
     run.cost.advance_s += clock.perf_counter() - start

@@ -57,7 +57,7 @@ def variant_path(variant: str) -> Path:
 def lay_fabric(layers: Layers, source: FabricSource, wanted: str | None) -> str:
     """Lay the fabric with its parameter set ``wanted`` (default ``calibrated``); return the name of the set.
 
-    A fabric without sets is taken as it stands; its set is called ``base``, or what the resolved run that holds it says.
+    A fabric without sets is taken as it stands: the set is called ``base``, or as the resolved run around it says.
     """
     document, fields = source.document, source.fields
     if not isinstance(fields, dict):

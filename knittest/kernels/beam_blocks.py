@@ -94,7 +94,7 @@ def _forces(start, count, nodes, beams, section, w):
 
 
 @njit(**INLINE)
-def _translate(start, count, dt, keep, nodes, w):
+def _translate(start, count, dt, nodes, w):
     """Velocities and positions; leaves the total force of each node in nodes.force."""
     x, y, z = rows3(nodes.position)
     vx_, vy_, vz_ = rows3(nodes.velocity)
@@ -102,46 +102,46 @@ def _translate(start, count, dt, keep, nodes, w):
     for k in range(U(count)):
         i = U(start) + k
         force = fx_[i] + w[FX + k + ONE] - w[FX + k]
-        velocity = vx_[i] * keep + nodes.inv_mass[i] * force * dt
+        velocity = vx_[i] * nodes.keep[i] + nodes.inv_mass[i] * force * dt
         fx_[i], vx_[i] = force, velocity
         x[i] += dt * velocity
     for k in range(U(count)):
         i = U(start) + k
         force = fy_[i] + w[FY + k + ONE] - w[FY + k]
-        velocity = vy_[i] * keep + nodes.inv_mass[i] * force * dt
+        velocity = vy_[i] * nodes.keep[i] + nodes.inv_mass[i] * force * dt
         fy_[i], vy_[i] = force, velocity
         y[i] += dt * velocity
     for k in range(U(count)):
         i = U(start) + k
         force = fz_[i] + w[FZ + k + ONE] - w[FZ + k]
-        velocity = vz_[i] * keep + nodes.inv_mass[i] * force * dt
+        velocity = vz_[i] * nodes.keep[i] + nodes.inv_mass[i] * force * dt
         fz_[i], vz_[i] = force, velocity
         z[i] += dt * velocity
 
 
 @njit(**INLINE)
-def _spin(start, count, dt, keep, nodes, w):
+def _spin(start, count, dt, nodes, w):
     """Angular velocities of nodes that carry beams, from the moments in the scratch."""
     wx_, wy_, wz_ = rows3(nodes.spin)
     for k in range(U(count)):
         i = U(start) + k
         factor = nodes.inv_inertia[i] * dt
-        wx_[i] = wx_[i] * keep + factor * (w[AX + k + ONE] - w[BX + k])
-        wy_[i] = wy_[i] * keep + factor * (w[AY + k + ONE] - w[BY + k])
-        wz_[i] = wz_[i] * keep + factor * (w[AZ + k + ONE] - w[BZ + k])
+        wx_[i] = wx_[i] * nodes.keep[i] + factor * (w[AX + k + ONE] - w[BX + k])
+        wy_[i] = wy_[i] * nodes.keep[i] + factor * (w[AY + k + ONE] - w[BY + k])
+        wz_[i] = wz_[i] * nodes.keep[i] + factor * (w[AZ + k + ONE] - w[BZ + k])
 
 
 @njit(**INLINE)
-def _spin_free(start, count, dt, keep, nodes):
+def _spin_free(start, count, dt, nodes):
     """Angular velocities of nodes without beams, from nodes.moment."""
     wx_, wy_, wz_ = rows3(nodes.spin)
     mx_, my_, mz_ = rows3(nodes.moment)
     for k in range(U(count)):
         i = U(start) + k
         factor = nodes.inv_inertia[i] * dt
-        wx_[i] = wx_[i] * keep + factor * mx_[i]
-        wy_[i] = wy_[i] * keep + factor * my_[i]
-        wz_[i] = wz_[i] * keep + factor * mz_[i]
+        wx_[i] = wx_[i] * nodes.keep[i] + factor * mx_[i]
+        wy_[i] = wy_[i] * nodes.keep[i] + factor * my_[i]
+        wz_[i] = wz_[i] * nodes.keep[i] + factor * mz_[i]
 
 
 @njit(**INLINE)
@@ -195,10 +195,10 @@ def _erode(start, count, section, time, nodes, beams):
 
 
 @njit(**KERNEL)
-def advance_beams(start, stop, section, time, dt, keep, nodes, beams, w):
+def advance_beams(start, stop, section, time, dt, nodes, beams, w):
     """One step of nodes start..stop, which hold whole chains of one section; returns eroded energy [mJ].
 
-    ``keep`` is the share of velocity left by mass-proportional damping. On entry nodes.force holds the forces from
+    On entry nodes.force holds the forces from
     contacts and loads; on return the totals. Moments on beam nodes come from beams alone.
     """
     lost = 0.0
@@ -211,8 +211,8 @@ def advance_beams(start, stop, section, time, dt, keep, nodes, beams, w):
         if _axial_law(block, count, beams, section, w) > 0.0:
             lost += _erode(block, count, section, time, nodes, beams)
         _forces(block, count, nodes, beams, section, w)
-        _translate(block, count, dt, keep, nodes, w)
-        _spin(block, count, dt, keep, nodes, w)
+        _translate(block, count, dt, nodes, w)
+        _spin(block, count, dt, nodes, w)
         _rotate(block, count, dt, nodes)
         for row in range(FORCE_ROWS):
             w[U(row) * STRIDE] = w[U(row) * STRIDE + U(count)]
@@ -221,7 +221,7 @@ def advance_beams(start, stop, section, time, dt, keep, nodes, beams, w):
 
 
 @njit(**KERNEL)
-def advance_free(start, stop, dt, keep, nodes, w):
+def advance_free(start, stop, dt, nodes, w):
     """One step of nodes start..stop that carry no beams."""
     for row in range(FORCE_ROWS):
         for k in range(BLOCK + 1):
@@ -229,7 +229,7 @@ def advance_free(start, stop, dt, keep, nodes, w):
     block = start
     while block < stop:
         count = min(BLOCK, stop - block)
-        _translate(block, count, dt, keep, nodes, w)
-        _spin_free(block, count, dt, keep, nodes)
+        _translate(block, count, dt, nodes, w)
+        _spin_free(block, count, dt, nodes)
         _rotate(block, count, dt, nodes)
         block += count

@@ -40,46 +40,45 @@ def _shell_share(p, time, nodes, shells, laminate, tally, w):
 
 
 @njit(**KERNEL)
-def _yarn_share(p, time, dt, keep, nodes, parts, beams, contacts, motions, tally, w):
+def _yarn_share(p, time, dt, nodes, parts, beams, contacts, motions, tally, w):
     _clear(parts.node[p], parts.node[p + 1], nodes.force)
     scatter_contacts(p, nodes, contacts)
     for k in range(parts.span_start[p], parts.span_start[p + 1]):
         start, stop, section = parts.span[k, 0], parts.span[k, 1], parts.span[k, 2]
-        tally.energy[p, 2] += advance_beams(start, stop, section, time, dt, keep, nodes, beams, w)
+        tally.energy[p, 2] += advance_beams(start, stop, section, time, dt, nodes, beams, w)
     impose_motions(p, time + 0.5 * dt, dt, nodes, motions, tally)
 
 
 @njit(**KERNEL)
-def _fabric_share(p, time, dt, keep, nodes, parts, shells, motions, tally, w):
+def _fabric_share(p, time, dt, nodes, parts, shells, motions, tally, w):
     start, stop = parts.node[p], parts.node[p + 1]
     _clear(start, stop, nodes.force)
     _clear(start, stop, nodes.moment)
     gather_shells(start, stop, nodes, shells)
-    advance_free(start, stop, dt, keep, nodes, w)
+    advance_free(start, stop, dt, nodes, w)
     impose_motions(p, time + 0.5 * dt, dt, nodes, motions, tally)
 
 
 @njit(**PARALLEL)
-def advance_yarns(steps, time, dt, keep, nodes, parts, beams, contacts, count, law, motions, tally, scratch):
+def advance_yarns(steps, time, dt, nodes, parts, beams, contacts, count, law, motions, tally, scratch):
     """Advance a model of beam chains by ``steps`` time steps of ``dt`` [ms] from ``time``.
 
-    ``keep`` share of velocity that mass-proportional damping leaves in a step; ``count`` contacts in use; ``scratch``
-    (PARTITIONS, SCRATCH). State is updated in place.
+    ``count`` contacts in use; ``scratch`` (PARTITIONS, SCRATCH). State is updated in place.
     """
     for step in range(steps):
         now = time + step * dt
         for p in prange(PARTITIONS):
             _contact_share(np.int64(p), count, dt, nodes, contacts, beams.alive, law, tally, scratch[p])
         for p in prange(PARTITIONS):
-            _yarn_share(np.int64(p), now, dt, keep, nodes, parts, beams, contacts, motions, tally, scratch[p])
+            _yarn_share(np.int64(p), now, dt, nodes, parts, beams, contacts, motions, tally, scratch[p])
 
 
 @njit(**PARALLEL)
-def advance_fabric(steps, time, dt, keep, nodes, parts, shells, laminate, motions, tally, scratch):
+def advance_fabric(steps, time, dt, nodes, parts, shells, laminate, motions, tally, scratch):
     """Advance a model of shells; arguments as in :func:`advance_yarns`."""
     for step in range(steps):
         now = time + step * dt
         for p in prange(PARTITIONS):
             _shell_share(np.int64(p), now, nodes, shells, laminate, tally, scratch[p])
         for p in prange(PARTITIONS):
-            _fabric_share(np.int64(p), now, dt, keep, nodes, parts, shells, motions, tally, scratch[p])
+            _fabric_share(np.int64(p), now, dt, nodes, parts, shells, motions, tally, scratch[p])

@@ -11,22 +11,23 @@ from knittest.kernels.rows import rows3
 
 
 @njit(**KERNEL)
-def kinetic_energy(nodes, mass, inertia, dt, keep):
-    """Kinetic energy [mJ] at the last force evaluation, as the product of the velocities before and after it.
+def kinetic_energy(nodes, mass, inertia, dt):
+    """Kinetic energy at the last force evaluation [mJ] and what damping takes of it in one step [mJ].
 
-    With the elastic energy at that instant this is the quantity that central differences conserve (exactly, if the
-    system is linear); squares of the half-step velocity are off by up to a factor 5 for element-size waves. The small rotary part is
-    taken at the half step. ``mass``
-    [g], ``inertia`` [g mm^2] are 0 for clamped nodes; ``keep`` as in the driver.
+    The product of the velocities before and after it, with the elastic energy at that instant, is what central
+    differences conserve (exactly, if the system is linear); squares of the half-step velocity are off by up to a
+    factor 5 for element-size waves. The small rotary part is taken at the half step. ``mass`` [g], ``inertia``
+    [g mm^2] are 0 for clamped nodes.
     """
-    total = 0.0
+    total, lost = 0.0, 0.0
     for k in range(3):
-        v, f = nodes.velocity[k], nodes.force[k]
-        w = nodes.spin[k]
+        v, f, w = nodes.velocity[k], nodes.force[k], nodes.spin[k]
         for i in range(mass.size):
-            total += mass[i] * v[i] * (v[i] - dt * nodes.inv_mass[i] * f[i])
-            total += inertia[i] * w[i] * w[i]
-    return 0.5 * total / keep
+            keep = nodes.keep[i]
+            moving = mass[i] * v[i] * (v[i] - dt * nodes.inv_mass[i] * f[i]) / keep + inertia[i] * w[i] * w[i]
+            total += moving
+            lost += (1.0 - keep * keep) * moving
+    return 0.5 * total, 0.5 * lost
 
 
 @njit(**KERNEL)

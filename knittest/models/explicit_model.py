@@ -60,7 +60,7 @@ class ExplicitModel(ABC):
 
     @abstractmethod
     def advance(
-        self, steps: int, time: float, dt: float, keep: float, motions: Motions, tally: Tally, scratch: Array
+        self, steps: int, time: float, dt: float, motions: Motions, tally: Tally, scratch: Array
     ) -> None:
         """Advance ``steps`` steps; see :mod:`knittest.kernels.explicit`."""
 
@@ -80,6 +80,14 @@ class ExplicitModel(ABC):
     def name_of(self, node: int) -> str:
         """What ``node`` belongs to, for messages."""
 
+    def search_seconds(self) -> float:
+        """Time spent so far in the search for contacts [s]."""
+        return 0.0
+
+    def broken_nodes(self) -> Index:
+        """Nodes of yarns that have broken; none for shells."""
+        return np.zeros(0, np.int64)
+
 
 def make_nodes(position: Array, mass: Array, inertia: Array) -> Nodes:
     """Node arrays at rest at ``position`` [mm], (n, 3), with lumped ``mass`` [g] and ``inertia`` [g mm^2]."""
@@ -88,7 +96,7 @@ def make_nodes(position: Array, mass: Array, inertia: Array) -> Nodes:
     rotation = np.zeros((4, n + 1))
     rotation[0] = 1.0
     inverse = [np.append(np.divide(1.0, a, out=np.zeros(n), where=a > 0.0), 0.0) for a in (mass, inertia)]
-    return Nodes(padded, rotation, *(np.zeros((3, n + 1)) for _ in range(4)), *inverse)
+    return Nodes(padded, rotation, *(np.zeros((3, n + 1)) for _ in range(4)), *inverse, np.ones(n + 1))
 
 
 def make_partitions(chain_start: Index, chain_section: Index) -> Partitions:

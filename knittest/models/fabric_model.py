@@ -29,11 +29,11 @@ class FabricModel(ExplicitModel):
         return most
 
     def advance(
-        self, steps: int, time: float, dt: float, keep: float, motions: Motions, tally: Tally, scratch: Array
+        self, steps: int, time: float, dt: float, motions: Motions, tally: Tally, scratch: Array
     ) -> None:
         """See :func:`knittest.kernels.explicit.advance_fabric`."""
         advance_fabric(
-            steps, time, dt, keep, self.nodes, self.parts, self.shells, self.laminate, motions, tally, scratch
+            steps, time, dt, self.nodes, self.parts, self.shells, self.laminate, motions, tally, scratch
         )
 
     def stored(self) -> Stored:

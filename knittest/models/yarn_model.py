@@ -36,13 +36,13 @@ class YarnModel(ExplicitModel):
         return self.tracker.safe_steps(dt, most) if self.contact else most
 
     def advance(
-        self, steps: int, time: float, dt: float, keep: float, motions: Motions, tally: Tally, scratch: Array
+        self, steps: int, time: float, dt: float, motions: Motions, tally: Tally, scratch: Array
     ) -> None:
         """Renew contacts that may come near, then advance."""
         if self.contact:
             self.tracker.update(steps * dt)
         advance_yarns(
-            steps, time, dt, keep, self.nodes, self.parts, self.beams, self.tracker.contacts, self.tracker.count,
+            steps, time, dt, self.nodes, self.parts, self.beams, self.tracker.contacts, self.tracker.count,
             self.law, motions, tally, scratch,
         )  # fmt: skip
 
@@ -63,6 +63,15 @@ class YarnModel(ExplicitModel):
         """Axial strain [-], axial force [N] and alive flag of every beam."""
         strain, force = monitor.axial_state(self.nodes, self.parts, self.beams)[:, self.element_node]
         return {"axial_strain": strain, "axial_force": force, "alive": self.beams.alive[self.element_node]}
+
+    def search_seconds(self) -> float:
+        """See :class:`ContactTracker`."""
+        return self.tracker.seconds
+
+    def broken_nodes(self) -> Index:
+        """Nodes of all chains with a broken beam."""
+        broken = np.unique(self.group.chain[np.isfinite(self.beams.fail_time)])
+        return np.flatnonzero(np.isin(self.group.chain, broken))
 
     def name_of(self, node: int) -> str:
         """System and number of the yarn that owns ``node``."""

@@ -38,7 +38,7 @@ class Driver:
 
     def __init__(self, model: YarnModel, damping: float = 0.0, safety: float = 0.9) -> None:
         self.model, self.dt, self.time = model, safety * model.critical_step, 0.0
-        self.keep = float(np.exp(-damping * self.dt))
+        model.nodes.keep[:] = np.exp(-damping * self.dt)
         self.tally = Tally(np.zeros((PARTITIONS, 1)), np.zeros((PARTITIONS, 3)))
         self.scratch = np.zeros((PARTITIONS, SCRATCH))
         self.load = np.zeros((3, model.n_nodes + 1))
@@ -50,14 +50,14 @@ class Driver:
             if loaded:
                 self.model.nodes.velocity[:] += self.dt * self.load * self.model.nodes.inv_mass
             n = 1 if loaded else steps
-            self.model.advance(n, self.time, self.dt, self.keep, NO_MOTION, self.tally, self.scratch)
+            self.model.advance(n, self.time, self.dt, NO_MOTION, self.tally, self.scratch)
             self.time += n * self.dt
 
     def energy(self) -> float:
         """Kinetic, elastic and dissipated energy [mJ], taken over one step as central differences conserve it."""
         stored = self.model.stored()
         self.step(1)
-        kinetic = monitor.kinetic_energy(self.model.nodes, self.model.mass, self.model.inertia, self.dt, self.keep)
+        kinetic, _ = monitor.kinetic_energy(self.model.nodes, self.model.mass, self.model.inertia, self.dt)
         return float(kinetic + stored.internal.sum() + stored.contact + self.tally.energy[:, 1].sum())
 
 

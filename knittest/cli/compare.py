@@ -1,0 +1,35 @@
+"""``knittest compare``."""
+
+from pathlib import Path
+
+import click
+
+
+@click.command()
+@click.argument("run", type=click.Path(path_type=Path))
+@click.option("--against", type=click.Path(path_type=Path), required=True, help="Curve CSV: strain_pct,force_n.")
+def compare(run: Path, against: Path) -> int:
+    """Compare the curve of a run folder with a curve of your own; prints JSON.
+
+    Example: knittest compare runs/tensile-... --against mean.csv
+    """
+    import json
+
+    import pandas as pd
+
+    from knittest.compare import compare_curves
+    from knittest.errors import InputError
+    from knittest.experiment.curves import load_curve
+
+    try:
+        manifest = json.loads((run / "manifest.json").read_text(encoding="utf-8"))
+        table = pd.read_csv(run / "curve.csv")
+    except (OSError, ValueError) as error:
+        raise InputError(f"{run}: not a run folder with a curve: {error}") from None
+    if manifest.get("status") != "completed" or manifest.get("exit_code"):
+        raise InputError(f"{run}: comparison refused: {manifest.get('message') or manifest.get('status')}")
+    name = "force_n" if "force_n" in table else "force_mean_n"
+    end = int(table[name].to_numpy().argmax()) + 1
+    columns = table[["strain_pct", name]].to_numpy(float)[:end]
+    click.echo(json.dumps(compare_curves(columns[:, 0], columns[:, 1], load_curve(against)), indent=2))
+    return 0

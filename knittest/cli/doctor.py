@@ -1,0 +1,37 @@
+"""``knittest doctor``."""
+
+import click
+
+
+@click.command()
+def doctor() -> None:
+    """Report versions, cores, threading layer and cache folder.
+
+    Example: knittest doctor
+    """
+    import os
+    import sys
+
+    from knittest import __version__
+    from knittest.cache import cache_root
+    from knittest.export.provenance import cpu_model, library_versions
+    from knittest.kernels.threading import best_threads, threading_layer
+    from knittest.resources import configs_dir, data_dir
+
+    layer = threading_layer()
+    slow = " (slow: a fork costs 55 us; install libgomp or tbb, one thread is used until then)"
+    rows = {
+        "knittest": __version__,
+        "python": sys.version.split()[0],
+        **library_versions(),
+        "processor": cpu_model(),
+        "cores": str(os.cpu_count()),
+        "threads used": str(best_threads(None)),
+        "threading layer": layer + (slow if layer == "workqueue" else ""),
+        "cache folder": str(cache_root()),
+        "configs": str(configs_dir()),
+        "data": str(data_dir()),
+    }
+    width = max(map(len, rows))
+    for name, value in rows.items():
+        click.echo(f"{name:<{width}}  {value}")

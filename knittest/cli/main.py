@@ -1,0 +1,104 @@
+"""The ``knittest`` command: a table of subcommands, loaded when used, and the one place that ends a process."""
+
+import importlib
+import os
+import sys
+import tempfile
+import traceback
+from pathlib import Path
+
+import click
+
+from knittest import __version__
+from knittest.errors import KnittestError
+
+#: name of a command: module that holds it under the same name, and what ``--help`` says of it
+COMMANDS = {
+    "tensile": ("knittest.cli.tensile", "Strip tensile test to failure, macro or meso."),
+    "check": ("knittest.cli.check", "Show what a run would do; --convergence repeats it at half the speed."),
+    "compare": ("knittest.cli.compare", "Compare a finished run with a curve of your own."),
+    "fabric": ("knittest.cli.fabric", "Show, export or relax the yarn geometry."),
+    "data": ("knittest.cli.data", "Import and summarise a laboratory's CSV files."),
+    "new": ("knittest.cli.new", "Write a commented fabric and rig to start from."),
+    "schema": ("knittest.cli.schema", "Print the JSON schema of a run."),
+    "warmup": ("knittest.cli.warmup", "Compile all kernels now."),
+    "bench": ("knittest.cli.bench", "Measure throughput by kernel and the parts of a real run."),
+    "doctor": ("knittest.cli.doctor", "Report versions, threads and cache."),
+}
+INTERRUPTED = 75
+
+
+class LazyGroup(click.Group):
+    """Imports a command's module only when the command is used, so that ``--help`` is quick."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Names in the order of the table."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """The command itself."""
+        if cmd_name not in COMMANDS:
+            return None
+        command: click.Command = getattr(importlib.import_module(COMMANDS[cmd_name][0]), cmd_name)
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the commands without importing them."""
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, text) for name, (_, text) in COMMANDS.items()])
+
+
+@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.version_option(__version__, prog_name="knittest")
+def cli() -> None:
+    """Virtual material tests of biaxial weft-knitted fabrics.
+
+    Example: knittest tensile --variant 2 --scale meso
+    """
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run the command line and exit with its code; no traceback reaches the user."""
+    sys.exit(run(arguments))
+
+
+def run(arguments: list[str] | None = None) -> int:
+    """Run the command line; returns the exit code."""
+    try:
+        result = cli.main(args=arguments, standalone_mode=False)
+        sys.stdout.flush()
+        return result if isinstance(result, int) else 0
+    except click.exceptions.Abort:
+        return _say("interrupted", INTERRUPTED)
+    except KeyboardInterrupt:
+        return _say("interrupted", INTERRUPTED)
+    except click.ClickException as error:
+        error.show()
+        return 2
+    except KnittestError as error:
+        return _say(f"error: {error}", error.exit_code)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except MemoryError:
+        return _say("error: out of memory; use a smaller preset", 4)
+    except Exception as error:
+        if os.environ.get("KNITTEST_DEBUG"):
+            raise
+        return _say(f"internal error: {error or type(error).__name__}; please report it with {_log()}", 1)
+
+
+def _say(text: str, code: int) -> int:
+    click.echo(f"knittest: {text}", err=True)
+    return code
+
+
+def _log() -> Path:
+    """Keep the traceback in a file for a bug report."""
+    with tempfile.NamedTemporaryFile("w", prefix="knittest-", suffix=".log", delete=False, encoding="utf-8") as stream:
+        stream.write(traceback.format_exc())
+    return Path(stream.name)
+
+
+if __name__ == "__main__":
+    main()

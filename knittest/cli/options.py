@@ -1,0 +1,37 @@
+"""Options that several commands share."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+
+
+def describes_run(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options that choose fabric, scale, preset and settings."""
+    for option in reversed(
+        (
+            click.option("--variant", help="Shipped fabric: 1, 2, or a name of configs/NAME.yaml."),
+            click.option("--fabric", type=click.Path(path_type=Path), help="A fabric file of your own."),
+            click.option("--config", type=click.Path(path_type=Path), help="A rig file, or config.yaml of a run folder."),
+            click.option("--parameters", help="Parameter set of the fabric: calibrated (default) or as-measured."),
+            click.option("--scale", type=click.Choice(["macro", "meso"]), help="Shells or yarns.  [default: meso]"),
+            click.option("--preset", type=click.Choice(["quick", "standard", "paper"]), help="Size.  [default: standard]"),
+            click.option("--set", "sets", multiple=True, metavar="KEY=VALUE", help="Any field, such as rig.width=25."),
+            click.option("--specimens", type=int, help="An ensemble of this many specimens with random yarns."),
+            click.option("--seed", type=int, help="Seed of all draws.  [default: 1]"),
+        )
+    ):
+        command = option(command)
+    return command
+
+
+def resolve_runs(direction: str, chosen: dict[str, Any]) -> list[Any]:
+    """The runs that the options describe, one a direction."""
+    from knittest.config.loading import planned_directions, resolve
+
+    if not any(chosen.get(name) for name in ("variant", "fabric", "config")):
+        raise click.UsageError("which fabric? Give --variant 1, --variant 2 or --fabric FILE")
+    asked = None if direction == "default" else direction
+    directions = planned_directions(asked, chosen["config"], chosen["sets"])
+    return [resolve(direction=d, **chosen) for d in directions]

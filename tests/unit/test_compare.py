@@ -1,0 +1,70 @@
+"""Metrics against closed forms: equal curves, pure scale, pure shift, curves that cannot be compared."""
+
+import numpy as np
+import pytest
+
+from knittest.compare import compare_curves, compare_results
+from knittest.experiment.curves import ReferenceCurve
+from knittest.experiment.tables import PublishedValue
+from knittest.rating import best_shift, corridor_score, grade, magnitude_score, rate, slope_score
+
+X = np.linspace(0.0, 1.6, 201)
+Y = 5800.0 * (X / 1.6) ** 2
+
+
+def reference(x=X, y=Y, kind="measured"):
+    return ReferenceCurve(kind, x, y, None, "strain_pct", "force_n", "test")
+
+
+def test_equal_curves_are_excellent():
+    scores = rate(Y, Y)
+    assert all(score == pytest.approx(1.0) for score in scores.values())
+    assert grade(scores["overall"]) == "excellent"
+
+
+@pytest.mark.parametrize("factor", [1.1, 0.8])
+def test_pure_scale_on_a_constant_magnitude(factor):
+    """A constant reference T and a curve f T: corridor ((0.5 - |f-1|)/0.45)^2, magnitude 1 - |f-1|/0.5."""
+    flat = np.full(101, 7.0)
+    assert corridor_score(factor * flat, flat) == pytest.approx(((0.5 - abs(factor - 1.0)) / 0.45) ** 2)
+    assert magnitude_score(factor * flat, flat) == pytest.approx(1.0 - abs(factor - 1.0) / 0.5)
+
+
+def test_slope_of_a_scaled_line():
+    line = np.linspace(0.0, 3.0, 101)
+    assert slope_score(1.5 * line, line) == pytest.approx(1.0 - 0.5 / 2.0)
+
+
+@pytest.mark.parametrize("shift", [12, -7])
+def test_pure_shift_is_found_and_costs_only_phase(shift):
+    t = np.arange(300)
+    pulse = lambda at: np.exp(-(((t - at) / 20.0) ** 2))  # noqa: E731
+    assert best_shift(pulse(150 + shift), pulse(150)) == shift
+    scores = rate(pulse(150 + shift), pulse(150))
+    assert scores["phase"] == pytest.approx(1.0 - abs(shift) / 60.0)
+    assert scores["magnitude"] == pytest.approx(1.0, abs=1e-6)
+
+
+def test_peak_and_rmse_of_a_scaled_curve():
+    result = compare_curves(X, 1.1 * Y, reference(kind="reconstructed"))
+    assert result["peak_error_pct"] == pytest.approx(10.0)
+    assert result["fracture_strain_error_pct"] == pytest.approx(0.0)
+    assert result["rmse"] == pytest.approx(0.1 * np.sqrt(np.mean(Y**2)))
+    assert result["reference_kind"] == "reconstructed"
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "words"),
+    [(X[:1], Y[:1], "1 points"), (X, np.full_like(Y, 3.0), "constant"), (X + 5.0, Y, "no range")],
+)
+def test_not_comparable_is_said_and_never_scored(x, y, words):
+    result = compare_curves(x, y, reference())
+    assert result["comparable"] is False
+    assert words in result["reason"]
+    assert "rating" not in result
+
+
+def test_results_are_counted_in_standard_deviations():
+    rows = [PublishedValue("peak_force_n", 5820.0, 461.0, 16, "N", "Table 3")]
+    (row,) = compare_results({"peak_force_n": 6281.0}, rows, {"peak_force_n": "predicted"})
+    assert row["deviation_sd"] == pytest.approx(1.0)
