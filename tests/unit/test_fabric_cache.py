@@ -1,5 +1,6 @@
 """Relaxed cells come back from the cache bit by bit; what cannot be trusted is relaxed again."""
 
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -70,11 +71,22 @@ def test_a_damaged_file_is_relaxed_again(damage: str, monkeypatch: pytest.Monkey
     assert calls == [cell.spec]
 
 
-def test_pickles_are_not_read() -> None:
+class Hostile:
+    """Makes a folder when it is unpickled."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    def __reduce__(self) -> tuple[object, tuple[str]]:
+        return os.mkdir, (str(self.folder),)
+
+
+def test_pickles_are_not_read(tmp_path: Path) -> None:
     cell = relaxed("V1")
     save_cell(cell)
-    np.savez(cell_path(cell.spec), knit=np.array([{"a": 1}], dtype=object), warp=cell.warp, weft=cell.weft)
+    np.savez(cell_path(cell.spec), knit=np.array([Hostile(tmp_path / "trap")], dtype=object), warp=cell.warp)
     assert load_cell(cell.spec) is None
+    assert not (tmp_path / "trap").exists()
 
 
 def test_a_cache_that_cannot_be_written_is_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
