@@ -49,7 +49,8 @@ def _fields(model: BaseModel, level: int, commented_out: dict[str, str], ref: st
         value = getattr(model, name)
         if name == "kind" and len(get_args(info.annotation)) == 1:
             continue  # no choice to make
-        yield f"{indent}# {_comment(type(model), name)}"
+        if info.description:
+            yield f"{indent}# {_comment(type(model), name)}"
         if isinstance(value, BaseModel) and not isinstance(value, Quantity):
             yield f"{indent}{name}:"
             yield from _fields(value, level + 1, {}, ref)
@@ -67,7 +68,7 @@ def _comment(model: type[BaseModel], name: str) -> str:
     choices = [str(a) for a in get_args(info.annotation) if isinstance(a, str)]
     if choices:
         notes.append(" | ".join(choices))
-    return (info.description or name) + (f" [{', '.join(notes)}]" if notes else "")
+    return str(info.description) + (f" [{', '.join(notes)}]" if notes else "")
 
 
 def _flow(value: Any, ref: str) -> str:

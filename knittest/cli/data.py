@@ -1,0 +1,55 @@
+"""``knittest data``: laboratory files in, specimens and corridor out."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+
+@click.group()
+def data() -> None:
+    """Import and summarise the CSV files of a testing machine."""
+
+
+def _reading(command: Any) -> Any:
+    for option in (
+        click.option("--gauge-length", type=click.FloatRange(min=0, min_open=True), required=True, help="mm"),
+        click.option("--decimal", type=click.Choice([",", "."]), help="Decimal mark, if it cannot be told."),
+        click.option("--delimiter", help="Delimiter, if not ';', tab or ','."),
+        click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path)),
+    ):
+        command = option(command)
+    return command
+
+
+@data.command("import")
+@_reading
+@click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for the imported data.")
+def import_(files: tuple[Path, ...], gauge_length: float, decimal: str | None, delimiter: str | None, out: Path) -> None:
+    """Read testing-machine exports; write specimens, corridor (mean and sd), statistics and a plot.
+
+    Example: knittest data import warp-*.csv --gauge-length 200 --out data/mine/warp
+    """
+    from knittest.experiment.lab_report import summary_lines, write_import
+
+    specimens = _read(files, gauge_length, decimal, delimiter)
+    write_import(specimens, out, [f.name for f in files])
+    click.echo("\n".join([*summary_lines(specimens), f"wrote {out}"]))
+
+
+@data.command()
+@_reading
+def stats(files: tuple[Path, ...], gauge_length: float, decimal: str | None, delimiter: str | None) -> None:
+    """Print maximum force and strain at maximum force of every specimen, mean and sd.
+
+    Example: knittest data stats warp-*.csv --gauge-length 200
+    """
+    from knittest.experiment.lab_report import summary_lines
+
+    click.echo("\n".join(summary_lines(_read(files, gauge_length, decimal, delimiter))))
+
+
+def _read(files: tuple[Path, ...], gauge_length: float, decimal: str | None, delimiter: str | None) -> list[Any]:
+    from knittest.experiment.lab_csv import read_lab
+
+    return [s for path in files for s in read_lab(path, gauge_length, decimal, delimiter)]

@@ -1,0 +1,50 @@
+"""Mean, standard deviation and corridor of tested specimens."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knittest.errors import InputError
+from knittest.experiment.lab_csv import Specimen
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Corridor:
+    """Mean and sd (n - 1) of the force [N] over strain [%], (points,) each, of ``n`` specimens."""
+
+    strain: Array
+    mean: Array
+    sd: Array
+    n: int
+
+
+def peaks(specimens: Sequence[Specimen]) -> tuple[Array, Array]:
+    """Maximum force [N] and strain at maximum force [%] (ISO 13934-1) of each specimen."""
+    tops = [int(np.argmax(s.force)) for s in specimens]
+    force = np.array([s.force[k] for s, k in zip(specimens, tops, strict=True)])
+    return force, np.array([s.strain[k] for s, k in zip(specimens, tops, strict=True)])
+
+
+def mean_sd(values: Array) -> tuple[float, float]:
+    """Mean and sample standard deviation, 0 for one value."""
+    return float(np.mean(values)), float(np.std(values, ddof=1)) if len(values) > 1 else 0.0
+
+
+def corridor(specimens: Sequence[Specimen], points: int = 201) -> Corridor:
+    """Corridor on a common grid up to the smallest strain at maximum force.
+
+    Beyond it fewer specimens than all would carry the mean, and a broken one would pull it down; the end points are
+    reported apart (:func:`peaks`). Raises :class:`InputError` when the specimens share no range.
+    """
+    force, strain = peaks(specimens)
+    start, end = max(float(s.strain[0]) for s in specimens), float(strain.min())
+    if not end > start:
+        raise InputError("the specimens share no range of strain up to their maximum forces")
+    grid = np.linspace(start, end, points)
+    values = np.array([np.interp(grid, s.strain, s.force) for s in specimens])
+    sd = values.std(axis=0, ddof=1) if len(specimens) > 1 else np.zeros(points)
+    return Corridor(grid, values.mean(axis=0), sd, len(force))

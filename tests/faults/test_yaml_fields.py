@@ -1,0 +1,148 @@
+"""Reliability cases 1, 5, 6, 11 to 14: what a config says is judged with file, line, field, value and expectation."""
+
+import pytest
+
+from knittest.config.loading import resolve
+from knittest.errors import InputError
+from knittest.resources import configs_dir
+
+V1 = (configs_dir() / "fabrics" / "pham2019-v1.yaml").read_text(encoding="utf-8")
+
+
+def refused(**asked) -> str:
+    with pytest.raises(InputError) as error:
+        resolve(**({"variant": "1"} | asked))
+    return str(error.value)
+
+
+def refused_rig(tmp_path, text) -> str:
+    path = tmp_path / "rig.yaml"
+    path.write_text(text, encoding="utf-8")
+    return refused(config=path)
+
+
+def refused_fabric(tmp_path, old, new) -> str:
+    assert old in V1
+    path = tmp_path / "fabric.yaml"
+    path.write_text(V1.replace(old, new, 1), encoding="utf-8")
+    return refused(variant=None, fabric=path)
+
+
+def line_of(text: str) -> int:
+    return V1[: V1.index(text)].count("\n") + 1
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("rig:\n  widht: 50", 'rig.yaml:2: rig.widht: unknown field (did you mean "width"?)'),
+        ("rigg:\n  width: 50", 'rig.yaml:1: rigg: unknown field (did you mean "rig"?)'),
+        ("gauge_length: 50", 'rig.yaml:1: gauge_length: unknown field (did you mean "rig.gauge_length"?)'),
+        ("rig:\n  width: true", "rig.yaml:2: rig.width = true: expected a number in mm, found true"),
+        ("rig:\n  width: 3,5", "(decimal comma? write 3.5)"),
+        ("rig:\n  width: 50 mm", "(write the number alone: 50)"),
+        ("rig:\n  width: 12:30", "expected a number in mm, found text '12:30'"),
+        ("rig:\n  width: '50'", "expected a number in mm, found text '50'"),
+        ("rig:\n  width: [50]", "rig.width = [50]: expected a number in mm, found a list"),
+        ("rig:\n  width:", "expected a number in mm, found nothing"),
+        ("rig:\n  width: -5", "rig.yaml:2: rig.width = -5: must be greater than 0 mm"),
+        ("rig:\n  yarn_rounding: Up", 'rig.yaml:2: rig.yarn_rounding = \'Up\': expected down or up (did you mean "up"?)'),
+        ("rig: 3", "rig.yaml:1: rig = 3: expected a mapping with"),
+        ("rig:\n  gauge_length: 0.2", "implausible, expected 5 to 2000 mm (it looks like m: 200 mm)"),
+        ("solver:\n  speed: 100", "it looks like mm/s: 0.1 m/s or mm/min: 0.00166667 m/s"),
+        ("model:\n  meso:\n    elements_per_loop: 32.5", "elements_per_loop = 32.5: expected a whole number"),
+        ("model:\n  meso:\n    contact: 'no'", "must be a valid boolean"),
+        ("variability:\n  seed: -1", "variability.seed = -1: must be greater than or equal to 0"),
+        ("model:\n  scale: mesoo", 'rig.yaml:2: model.scale = \'mesoo\': unknown choice (did you mean "meso"?)'),
+        ("parameters: 3", "rig.yaml:1: parameters: expected a name, found 3"),
+    ],
+)
+def test_rig_file(tmp_path, text, expected):
+    assert expected in refused_rig(tmp_path, text)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ("value: 59.3", "value: 59300", "= 59300: implausible, expected 0.1 to 1000 GPa (it looks like MPa: 59.3 GPa)"),
+        ("value: 824.2", "value: 0.8242", "(it looks like kg/m2: 824.2 g/m2)"),
+        ("value: 2.69", "value: 0.0269", "(it looks like a fraction: 2.69 %)"),
+        ("value: 14.4", "value: 0.0144", "(it looks like m: 14.4 mm)"),
+        ("value: 14.4", "value: 5", "a loop needs more than 7.99 mm"),
+        ("warp_density: {value: 28", "warp_density: {value: 2.8", "(it looks like yarns/cm: 28 yarn/100 mm)"),
+        ("value: 0.784", "value: 0", "must be greater than 0 mm2"),
+        ("value: 59.3", "value: -59.3", "must be greater than 0 GPa"),
+        ("value: 0.3,", "value: -0.1,", "must be at least 0"),
+        ("sd: 17.7", "sd: -17.7", "youngs_modulus.sd = -17.7: must be greater than or equal to 0 GPa"),
+        ("source: measured", "source: mesured", '(did you mean "measured"?)'),
+        ("name: pham2019-v1", "name: ../<b>", "expected letters, digits"),
+        ("name: pham2019-v1", "name: 12", "expected text, found 12"),
+        ("loop_length:", "loop_lenght:", 'loop_lenght: unknown field (did you mean "loop_length"?)'),
+        ("loop_length:", "loop_lenght:", "fabric.loop_length: missing: knitting yarn in one loop [mm]"),
+        ("  law: {kind: linear}", "  law: {kind: toe}", "kind toe needs toe_strain > 0 %"),
+        ("  law: {kind: linear}", "  law: {kind: table, points: [[0, 0], [1, 5], [1, 6]]}", "strains must rise strictly"),
+        ("  law: {kind: linear}", "  law: {kind: table, points: [[0, 0], [1, 5], [2, 4]]}", "stresses must not fall"),
+        ("  law: {kind: linear}", "  law: {kind: table, points: [[0, 0], [1, true]]}", "points[1][1] = true: expected a num"),
+        ("as-measured: {}", "as-measured: 3", None),
+    ],
+)
+def test_fabric_file(tmp_path, old, new, expected):
+    if expected is None:
+        path = tmp_path / "fabric.yaml"
+        path.write_text(V1.replace(old, new, 1), encoding="utf-8")
+        message = refused(variant=None, fabric=path, parameters="as-measured")
+        assert "as-measured: expected a mapping of fabric fields, found 3" in message
+        return
+    message = refused_fabric(tmp_path, old, new)
+    assert expected in message
+    assert f"fabric.yaml:{line_of(old)}: " in message or "missing" in expected or "_density" in new
+
+
+def test_tuned_value_must_say_on_what(tmp_path):
+    message = refused_fabric(tmp_path, "value: 0.136, source: derived", "value: 0.136, source: tuned")
+    assert "must say in tuned_on" in message
+
+
+def test_all_findings_come_in_one_message(tmp_path):
+    message = refused_rig(tmp_path, "rig:\n  widht: 1\n  width: true\nsolver:\n  speed: -1\n")
+    assert [line.split(": ")[0].rpartition(":")[2] for line in message.splitlines()] == ["3", "2", "5"]
+
+
+@pytest.mark.parametrize("target", ["/etc/passwd", "../../../../etc/passwd", "/dev/zero"])
+def test_curve_path_may_not_leave_its_folders(tmp_path, target):
+    curve = "pham2019/curves/tensile-v1-warp.csv"
+    message = refused_fabric(tmp_path, curve, target)
+    assert f"fabric.yaml:{line_of(curve)}: fabric.macro.tension.warp = {target!r}: the path leaves" in message
+
+
+def test_curve_path_may_not_leave_through_a_link(tmp_path):
+    (tmp_path / "link.csv").symlink_to("/etc/passwd")
+    assert "the path leaves" in refused_fabric(tmp_path, "pham2019/curves/tensile-v1-warp.csv", "link.csv")
+
+
+def test_curve_must_be_a_file(tmp_path):
+    (tmp_path / "curve.csv").mkdir()
+    assert "expected a regular file" in refused_fabric(tmp_path, "pham2019/curves/tensile-v1-warp.csv", "curve.csv")
+
+
+@pytest.mark.parametrize("name", ["../configs/x", "a/b", "", "x" * 60, "<b>", "a\0b"])
+def test_variant_is_a_name_not_a_path(name):
+    assert "--variant" in refused(variant=name)
+
+
+@pytest.mark.parametrize(
+    ("setting", "expected"),
+    [
+        ("rig", "expected key.path=value"),
+        ("rig..width=3", "expected key.path=value"),
+        ("rig.width=[", "--set rig.width:1: not valid YAML"),
+        ("rig.width=*a", "aliases are not read"),
+        ("rig.widht=3", '--set rig.widht: rig.widht: unknown field (did you mean "width"?)'),
+        ("rig.width.x=3", "rig.width: expected a number in mm, found a mapping"),
+        ("fabric.loop_length=3,5", "(decimal comma? write 3.5)"),
+        ("fabric.reinforcing.crimp=1", "fabric.reinforcing.crimp = 1: expected a mapping with warp, weft"),
+        ("fabric.macro.tension.wrap=a", 'unknown field, expected warp or weft (did you mean "warp"?)'),
+    ],
+)
+def test_set(setting, expected):
+    assert expected in refused(sets=[setting])
