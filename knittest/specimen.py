@@ -2,7 +2,7 @@
 
 import time as clock
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil, floor
 
 import numpy as np
@@ -98,6 +98,9 @@ def _prepare_meso(run: Run, specimen: int, phase: Phase | None) -> Prepared:
     n_wales, n_courses = (across, along + 2 * JAW_PITCHES) if direction == "warp" else (along + 2 * JAW_PITCHES, across)
     counts = {"warp": n_wales, "weft": n_courses, "knit": n_courses}
     draws = {s: draw(run.fabric, run.variability, s, n, specimen) for s, n in counts.items()}
+    # a yarn's weakest place lies between the clamps
+    grip = (JAW_PITCHES + 0.5) / (along + 2 * JAW_PITCHES)
+    draws[direction] = replace(draws[direction], weakest=grip + (1.0 - 2.0 * grip) * draws[direction].weakest)
     mesh = run.model.meso
     amplitude = {
         s: wave_scale(cell, s, wave_elements(cell, s, mesh.elements_per_wave)) * draws[s].amplitude for s in AXIS

@@ -64,9 +64,6 @@ class Solver(Strict):
     ramp: float = number(0.5, "ms", "smooth start of the motion", ge=0, le=1000)
     safety: float = number(0.9, "1", "share of the critical time step", gt=0, le=0.99)
     damping: float = number(0.5, "1/ms", "mass-proportional damping", ge=0, le=100)
-    break_damping: float = number(
-        40.0, "1/ms", "mass-proportional damping of a yarn once it is broken: friction among its fibres", ge=0, le=1000
-    )
     target_step: float | None = number(None, "us", "raise masses to reach this time step (mass scaling)", gt=0)
     max_added_mass: float = number(5.0, "%", "refuse more added mass than this", ge=0, le=1000)
     max_kinetic_ratio: float = number(5.0, "%", "kinetic energy over work above which comparison is refused", gt=0)

@@ -12,14 +12,12 @@ Array = NDArray[np.float64]
 
 #: a drawn fracture strain is not taken below this share of its mean: a yarn that weak would not survive knitting
 WEAKEST = 0.2
-#: middle share of a yarn in which its weakest place lies: a break in a clamp is not counted in the laboratory either
-FLAW_SPAN = 0.9
 
 
 @dataclass(frozen=True)
 class YarnDraws:
     """Yarns of one system, each (n,): fracture strain [-], slack [-], relative wave amplitude [-], place of the
-    weakest element along the yarn [0, 1]."""
+    weakest element along the yarn, from 0 to 1."""
 
     fracture_strain: Array
     slack: Array
@@ -50,7 +48,7 @@ def draw(fabric: Fabric, variability: Variability, system: str, n: int, specimen
         slack = fabric.reinforcing.kernel("slack", system)
         amplitude = fabric.reinforcing.kernel("crimp_scatter", system)
     rng = np.random.default_rng([variability.seed, specimen, ("warp", "weft", "knit").index(system)])
-    weakest = 0.5 + FLAW_SPAN * (rng.random(n) - 0.5)
+    weakest = rng.random(n)
     if variability.mode == "uniform":
         return YarnDraws(np.full(n, mean), np.full(n, slack * float(halfnorm.ppf(0.5))), np.ones(n), weakest)
     strength, looseness, wave = (_uniforms(variability.mode, n, rng) for _ in range(3))

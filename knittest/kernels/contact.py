@@ -50,13 +50,14 @@ def closest_step(wx, wy, wz, ux, uy, uz, vx, vy, vz, ax, ay, az, bx, by, bz, lin
 
 
 @njit(**INLINE)
-def contact_force(gx, gy, gz, closing, reach, ex, ey, ez, normal, tangential, friction, viscous, inv_dt):
+def contact_force(gx, gy, gz, closing, reach, ex, ey, ez, dx, dy, dz, normal, tangential, friction, viscous, inv_dt):
     """Penalty and friction of one contact.
 
     ``g`` offset from B to A [mm], ``closing`` approach of the material points in this step [mm] (not of the closest
-    points, which also slide along the yarns), ``reach`` the sum of radii, ``e`` the trial stretch of the sticking
-    spring [mm]. Returns force on A (3) [N], returned spring (3) and the energy lost in this
-    step [mJ] by slip and by the viscous part.
+    points, which also slide along the yarns), ``reach`` the sum of radii, ``e`` the stretch of the sticking spring and
+    ``d`` the relative motion of the material points in this step [mm]. Returns force on A (3) [N], returned spring (3)
+    and the energy lost in this step [mJ] by slip (mean spring force times slip, as central differences see it) and by
+    the viscous part.
     """
     distance = sqrt(gx * gx + gy * gy + gz * gz)
     inv = 1.0 / max(distance, 1e-9)
@@ -65,14 +66,15 @@ def contact_force(gx, gy, gz, closing, reach, ex, ey, ez, normal, tangential, fr
     touching = 1.0 if depth > 0.0 else 0.0
     elastic = normal * depth
     pressure = max(elastic + touching * viscous * closing * inv_dt, 0.0)
-    along = ex * nx + ey * ny + ez * nz
-    ex, ey, ez = ex - along * nx, ey - along * ny, ez - along * nz
-    stretch2 = ex * ex + ey * ey + ez * ez
-    trial = tangential * sqrt(stretch2)
+    tx, ty, tz = ex + dx, ey + dy, ez + dz
+    along = tx * nx + ty * ny + tz * nz
+    sx, sy, sz = tx - along * nx, ty - along * ny, tz - along * nz
+    trial = tangential * sqrt(sx * sx + sy * sy + sz * sz)
     share = min(1.0, friction * pressure / max(trial, 1e-30))
-    lost = tangential * stretch2 * share * (1.0 - share) + (pressure - elastic) * closing
-    ex, ey, ez = ex * share, ey * share, ez * share
-    fx = pressure * nx - tangential * ex
-    fy = pressure * ny - tangential * ey
-    fz = pressure * nz - tangential * ez
-    return fx, fy, fz, ex, ey, ez, lost
+    sx, sy, sz = sx * share, sy * share, sz * share
+    slip = (ex + sx) * (tx - sx) + (ey + sy) * (ty - sy) + (ez + sz) * (tz - sz)
+    lost = 0.5 * tangential * slip + (pressure - elastic) * closing
+    fx = pressure * nx - tangential * sx
+    fy = pressure * ny - tangential * sy
+    fz = pressure * nz - tangential * sz
+    return fx, fy, fz, sx, sy, sz, lost

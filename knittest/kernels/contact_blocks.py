@@ -13,6 +13,8 @@ from knittest.kernels.rows import rows3
 
 BLOCK = 128
 N = np.uintp(BLOCK)
+#: closest-point steps a time step: a contact that lags behind the closest points makes energy out of friction
+NEWTON_STEPS = 2
 # rows of the scratch: control points of A and B (9 + 9), parameters, line flag, reach, spring, offset, force, loss
 P = tuple(np.uintp(BLOCK * k) for k in range(18))
 S, T, LINE, REACH = (np.uintp(BLOCK * k) for k in range(18, 22))
@@ -88,24 +90,27 @@ def _evaluate(count, normal, tangential, friction, viscous, inv_dt, w):
         ox = cx + s * (ux1 + s * ux2) - t * (vx1 + t * vx2)
         oy = cy + s * (uy1 + s * uy2) - t * (vy1 + t * vy2)
         oz = cz + s * (uz1 + s * uz2) - t * (vz1 + t * vz2)
-        ex, ey, ez = w[EX + m] + ox - w[GX + m], w[EY + m] + oy - w[GY + m], w[EZ + m] + oz - w[GZ + m]
+        dx, dy, dz = ox - w[GX + m], oy - w[GY + m], oz - w[GZ + m]
         gx, gy, gz = w[GX + m], w[GY + m], w[GZ + m]
         closing = np.sqrt(gx * gx + gy * gy + gz * gz) - np.sqrt(ox * ox + oy * oy + oz * oz)
-        ds, dt = closest_step(
-            ox, oy, oz,
-            ux1 + 2.0 * s * ux2, uy1 + 2.0 * s * uy2, uz1 + 2.0 * s * uz2,
-            vx1 + 2.0 * t * vx2, vy1 + 2.0 * t * vy2, vz1 + 2.0 * t * vz2,
-            2.0 * ux2, 2.0 * uy2, 2.0 * uz2, 2.0 * vx2, 2.0 * vy2, 2.0 * vz2, w[LINE + m],
-        )  # fmt: skip
-        s, t = s - ds, t - dt
-        gx = cx + s * (ux1 + s * ux2) - t * (vx1 + t * vx2)
-        gy = cy + s * (uy1 + s * uy2) - t * (vy1 + t * vy2)
-        gz = cz + s * (uz1 + s * uz2) - t * (vz1 + t * vz2)
+        gx, gy, gz = ox, oy, oz
+        for _ in range(NEWTON_STEPS):
+            ds, dt = closest_step(
+                gx, gy, gz,
+                ux1 + 2.0 * s * ux2, uy1 + 2.0 * s * uy2, uz1 + 2.0 * s * uz2,
+                vx1 + 2.0 * t * vx2, vy1 + 2.0 * t * vy2, vz1 + 2.0 * t * vz2,
+                2.0 * ux2, 2.0 * uy2, 2.0 * uz2, 2.0 * vx2, 2.0 * vy2, 2.0 * vz2, w[LINE + m],
+            )  # fmt: skip
+            s, t = s - ds, t - dt
+            gx = cx + s * (ux1 + s * ux2) - t * (vx1 + t * vx2)
+            gy = cy + s * (uy1 + s * uy2) - t * (vy1 + t * vy2)
+            gz = cz + s * (uz1 + s * uz2) - t * (vz1 + t * vz2)
         # a contact beyond the end of its chain carries nothing
         on_yarns = 1.0 if (s > -0.5) & (s < 1.5) & (t > -0.5) & (t < 1.5) else 0.0
         fx, fy, fz, ex, ey, ez, lost = contact_force(
-            gx, gy, gz, closing, w[REACH + m] * on_yarns, ex, ey, ez, normal, tangential, friction, viscous, inv_dt
-        )
+            gx, gy, gz, closing, w[REACH + m] * on_yarns, w[EX + m], w[EY + m], w[EZ + m], dx, dy, dz,
+            normal, tangential, friction, viscous, inv_dt,
+        )  # fmt: skip
         w[S + m], w[T + m] = s, t
         w[EX + m], w[EY + m], w[EZ + m] = ex, ey, ez
         w[GX + m], w[GY + m], w[GZ + m] = gx, gy, gz

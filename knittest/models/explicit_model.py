@@ -30,7 +30,7 @@ class ExplicitModel(ABC):
     """What the simulation needs of a model.
 
     ``mass`` [g], ``inertia`` [g mm^2] (n_nodes,), 0 where clamped; ``critical_step`` [ms] before the safety factor;
-    ``added_mass`` [-] share added by mass scaling; ``mesh.part_names`` are the groups of energies and failures.
+    ``added_mass`` [-] share added by mass scaling; ``wave_speed`` [mm/ms] of the pulled yarn; ``mesh.part_names`` are the groups of energies and failures.
     """
 
     nodes: Nodes
@@ -40,6 +40,7 @@ class ExplicitModel(ABC):
     mesh: Mesh
     critical_step: float
     added_mass: float
+    wave_speed: float
 
     @property
     def n_nodes(self) -> int:
@@ -84,8 +85,8 @@ class ExplicitModel(ABC):
         """Time spent so far in the search for contacts [s]."""
         return 0.0
 
-    def broken_nodes(self) -> Index:
-        """Nodes of yarns that have broken; none for shells."""
+    def broken_nodes(self, since: float) -> Index:
+        """Nodes of yarns that broke after ``since`` [ms]; none for shells."""
         return np.zeros(0, np.int64)
 
 

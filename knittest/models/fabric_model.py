@@ -70,6 +70,7 @@ def build_fabric_model(strip: ShellStrip) -> FabricModel:
         mesh,
         strip.critical_step,
         0.0,
+        strip.wave_speed,
         strip.shells,
         strip.laminate,
     )

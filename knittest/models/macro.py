@@ -23,7 +23,8 @@ class ShellStrip:
     """A strip along y, its gauge centred on the origin.
 
     ``position`` (n, 3) [mm], ``conn`` (n_el, 4), ``mass`` (n,) [g], ``inertia`` (n,) [g mm^2], nodes of both jaws,
-    ``half_thickness`` [mm] for contact and viewers, ``critical_step`` [ms] before the safety factor.
+    ``half_thickness`` [mm] for contact and viewers, ``critical_step`` [ms] before the safety factor, ``wave_speed``
+    [mm/ms] along the steepest part of the tension curves.
     """
 
     position: Array
@@ -36,6 +37,7 @@ class ShellStrip:
     jaw_moving: Index
     half_thickness: float
     critical_step: float
+    wave_speed: float
 
 
 def build_strip(
@@ -67,7 +69,8 @@ def build_strip(
     set_strength(shells, _strength(position, conn, edge, seed))
     mass, inertia, step = lump(fabric, laminate, position, conn, shells)
     return ShellStrip(
-        position, conn, mass, inertia, shells, laminate, fixed, moving, 0.5 * fabric.kernel("thickness"), step
+        position, conn, mass, inertia, shells, laminate, fixed, moving, 0.5 * fabric.kernel("thickness"), step,
+        float(np.sqrt(laminate.slope.sum(axis=1).max() / fabric.kernel("area_mass"))),
     )
 
 

@@ -10,7 +10,7 @@ from knittest.errors import InputError
 from knittest.fabric.strip import YarnPath
 from knittest.fabric.variability import YarnDraws
 from knittest.history import Mesh
-from knittest.kernels.beam import rotary_inertia_factor
+from knittest.kernels.beam import rotary_inertia_factor, wave_speed
 from knittest.kernels.state import Beams, ContactLaw
 from knittest.materials.yarn_section import SYSTEMS, Section, sections
 from knittest.models.contact_tracker import YarnContactGroup
@@ -57,7 +57,7 @@ def build_meso(run: Run, paths: list[YarnPath], draws: dict[str, YarnDraws]) -> 
     parts = make_partitions(start, system)
     group = _contact_group(run, cards, system[chain], joined, length, mass, chain, parts.node)
     return YarnModel(
-        make_nodes(position, mass, inertia), parts, mass, inertia, mesh, step, added, beams, cells, group,
+        make_nodes(position, mass, inertia), parts, mass, inertia, mesh, step, added, wave_speed(cards[0].axial, cards[0].linear_density), beams, cells, group,
         run.model.meso.contact,
     )  # fmt: skip
 
@@ -141,7 +141,7 @@ def _fail_strains(paths: list[YarnPath], draws: dict[str, YarnDraws]) -> Array:
     for path in paths:
         drawn, n = draws[path.system], len(path.points)
         strain = np.full(n, (1.0 + STRENGTH_MARGIN) * drawn.fracture_strain[path.index])
-        strain[int(drawn.weakest[path.index] * (n - 1))] = drawn.fracture_strain[path.index]
+        strain[min(int(drawn.weakest[path.index] * (n - 1)), n - 2)] = drawn.fracture_strain[path.index]
         strains.append(strain)
     return np.concatenate(strains)
 

@@ -68,9 +68,10 @@ class YarnModel(ExplicitModel):
         """See :class:`ContactTracker`."""
         return self.tracker.seconds
 
-    def broken_nodes(self) -> Index:
-        """Nodes of all chains with a broken beam."""
-        broken = np.unique(self.group.chain[np.isfinite(self.beams.fail_time)])
+    def broken_nodes(self, since: float) -> Index:
+        """Nodes of all chains with a beam that broke after ``since`` [ms]."""
+        time = self.beams.fail_time
+        broken = np.unique(self.group.chain[np.isfinite(time) & (time > since)])
         return np.flatnonzero(np.isin(self.group.chain, broken))
 
     def name_of(self, node: int) -> str:

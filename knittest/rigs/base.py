@@ -21,6 +21,9 @@ class Rig(Protocol):
     def constrain(self, model: ExplicitModel) -> Motions:
         """Clamp nodes of ``model`` and return the prescribed motions."""
 
+    def ring_time(self, wave_speed: float) -> float:
+        """Time [ms] a wave of ``wave_speed`` [mm/ms] needs along the specimen."""
+
     def channels(self, time: float, reactions: Array) -> dict[str, float]:
         """Curve columns at ``time`` [ms] from the mean reactions [N] of the motions; needs strain_pct and force_n."""
 

@@ -46,6 +46,10 @@ class TensileTest:
         ramped = self.ramp * self.speed * (2.5 * u**4 - 3.0 * u**5 + u**6)
         return ramped + self.speed * max(time - self.ramp, 0.0)
 
+    def ring_time(self, wave_speed: float) -> float:
+        """Time [ms] a wave needs along the gauge length."""
+        return self.gauge / wave_speed
+
     def channels(self, time: float, reactions: Array) -> dict[str, float]:
         """Displacement, engineering strain of the gauge and force at both clamps."""
         travel = self.travel(time)
