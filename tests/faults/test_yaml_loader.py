@@ -1,5 +1,6 @@
 """Reliability cases 2 to 10 on the reader itself: each refused with its line, or read by YAML 1.2."""
 
+import contextlib
 import os
 import time
 
@@ -91,7 +92,9 @@ def test_what_pyyaml_itself_trips_over_is_refused(text):
 
 
 def test_alias_bomb_is_refused_at_its_first_anchor():
-    bomb = "a: &a [x, x]\n" + "".join(f"{chr(98 + i)}: &{chr(98 + i)} [*{chr(97 + i)}, *{chr(97 + i)}]\n" for i in range(20))
+    bomb = "a: &a [x, x]\n" + "".join(
+        f"{chr(98 + i)}: &{chr(98 + i)} [*{chr(97 + i)}, *{chr(97 + i)}]\n" for i in range(20)
+    )
     assert "aliases" in refused(bomb)
 
 
@@ -173,13 +176,18 @@ def test_any_bytes_are_read_or_refused(tmp_path_factory, raw):
 
 @pytest.mark.parametrize(
     "text",
-    ["[" * 900_000, "{" * 900_000, "a: |\n" + " x\n" * 300_000, "- a\n" * 240_000, "a: '" + "x\n" * 400_000, "\n" * 900_000],
+    [
+        "[" * 900_000,
+        "{" * 900_000,
+        "a: |\n" + " x\n" * 300_000,
+        "- a\n" * 240_000,
+        "a: '" + "x\n" * 400_000,
+        "\n" * 900_000,
+    ],
     ids=["lists", "mappings", "block", "items", "open quote", "blank"],
 )
 def test_a_full_size_file_takes_bounded_time(text):
     start = time.perf_counter()
-    try:
+    with contextlib.suppress(InputError):
         parse_document(text, "f.yaml")
-    except InputError:
-        pass
     assert time.perf_counter() - start < 20.0
