@@ -11,8 +11,8 @@ from knittest.kernels.explicit import SCRATCH
 from knittest.kernels.options import PARTITIONS
 from knittest.kernels.state import Tally
 from knittest.kernels.threading import best_threads
-from knittest.specimen import prepare
 from knittest.simulate import simulate
+from knittest.specimen import prepare
 from knittest.warmup import warm
 
 STEPS, REPEATS = 50, 5
@@ -67,7 +67,8 @@ def run_lines(run: Run) -> Iterator[str]:
     end = clock.perf_counter()
     search = prepared.model.search_seconds()
     elements = len(prepared.model.mesh.cells)
-    yield f"run: {run.fabric.name} {run.rig.direction}, preset {run.model.preset}, {elements} elements, {cost.steps} steps"
+    what = f"{run.fabric.name} {run.rig.direction}, preset {run.model.preset}"
+    yield f"run: {what}, {elements} elements, {cost.steps} steps"
     whole = end - start
     for name, seconds in (
         ("geometry and arrays", built - start),

@@ -38,8 +38,8 @@ def compare_results(
 def compare_curves(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> dict[str, Any]:
     """Peak, fracture strain, RMSE and ISO/TS 18571-type rating of y(x) on the range both curves cover.
 
-    ``x``, ``y`` (n,) in the units of the reference. Says what it was judged against; curves that share no range, have one
-    point or are constant are "not comparable", with the reason, and get no numbers.
+    ``x``, ``y`` (n,) in the units of the reference. Says what it was judged against. Curves that share no
+    range, have too few points or are constant are "not comparable", with the reason, and get no numbers.
     """
     judged = {"judged_against": reference.source, "reference_kind": reference.kind}
     reason = _hindrance(x, y, reference)

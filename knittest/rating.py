@@ -92,7 +92,9 @@ def _warping_path(a: Array, b: Array) -> tuple[list[int], list[int]]:
 
 def slope_score(curve: Array, reference: Array) -> float:
     """Score of the difference of slopes, each averaged over nine points."""
-    slopes = [np.convolve(np.gradient(v), np.full(SLOPE_WINDOW, 1.0 / SLOPE_WINDOW), "valid") for v in (curve, reference)]
+    slopes = [
+        np.convolve(np.gradient(v), np.full(SLOPE_WINDOW, 1.0 / SLOPE_WINDOW), "valid") for v in (curve, reference)
+    ]
     total = float(np.abs(slopes[1]).sum())
     error = float(np.abs(slopes[0] - slopes[1]).sum()) / total if total > 0.0 else np.inf
     return float(np.clip((MAX_SLOPE - error) / MAX_SLOPE, 0.0, 1.0))

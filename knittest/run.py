@@ -4,8 +4,9 @@ import time as clock
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -17,11 +18,11 @@ from knittest.experiment.curves import ReferenceCurve, load_curve
 from knittest.experiment.tables import PublishedValue, published
 from knittest.export import curve_picture, energy_picture, strip_picture, vtu
 from knittest.export.folder import RunFolder, fresh_folder, run_name
-from knittest.export.summary import build_summary, ensemble_results
+from knittest.export.summary import ComparisonRow, build_summary, ensemble_results
 from knittest.history import Cost, Quality
 from knittest.options import RunOptions
-from knittest.row_kind import row_kind
 from knittest.resources import data_dir
+from knittest.row_kind import row_kind
 from knittest.specimen import Specimen, run_specimen
 from knittest.terminal import Progress
 from knittest.terminal_results import print_json, print_results
@@ -101,12 +102,15 @@ def _specimens(run: Run, progress: Progress, folder: RunFolder) -> list[Specimen
     for k in range(count):
         label = f"{run.rig.direction} {k + 1}/{count}" if count > 1 else run.rig.direction
         start = clock.perf_counter()
-        done.append(
-            run_specimen(run, k, phase=lambda text, label=label: progress.phase(f"{label}: {text}"), update=progress.update)
-        )
+        phase = partial(_announce, progress, label)
+        done.append(run_specimen(run, k, phase=phase, update=progress.update))
         folder.log("specimen", number=k, seconds=round(clock.perf_counter() - start, 3), **done[-1].results)
     progress.done()
     return done
+
+
+def _announce(progress: Progress, label: str, text: str) -> None:
+    progress.phase(f"{label}: {text}")
 
 
 def _references(run: Run) -> tuple[list[PublishedValue], ReferenceCurve | None]:
@@ -135,7 +139,7 @@ def _judge(
         if curve is not None:
             reference = replace(curve, kind="input") if run.model.scale == "macro" else curve
             comparison["curves"] = [compare_curves(*mean_curve(specimens), reference)]
-    return build_summary(run, results, quality, cost, compared), comparison, quality
+    return build_summary(run, results, quality, cost, cast("list[ComparisonRow]", compared)), comparison, quality
 
 
 def mean_curve(specimens: list[Specimen]) -> tuple[np.ndarray, np.ndarray]:
@@ -155,9 +159,11 @@ def _to_peak(specimen: Specimen) -> tuple[np.ndarray, np.ndarray]:
 
 def _worst(qualities: list[Quality]) -> Quality:
     """The largest of every measure, and all distinct failures and warnings."""
-    names = ("ke_over_ie_max", "energy_error_max", "penetration_over_radius_max", "penetration_over_radius_mean")
     return Quality(
-        *(max(getattr(q, n) for q in qualities) for n in names),
+        ke_over_ie_max=max(q.ke_over_ie_max for q in qualities),
+        energy_error_max=max(q.energy_error_max for q in qualities),
+        penetration_over_radius_max=max(q.penetration_over_radius_max for q in qualities),
+        penetration_over_radius_mean=max(q.penetration_over_radius_mean for q in qualities),
         added_mass_pct=max(q.added_mass_pct for q in qualities),
         quasi_static=all(q.quasi_static for q in qualities),
         failures=tuple(dict.fromkeys(f for q in qualities for f in q.failures)),
@@ -198,9 +204,7 @@ def _write(
         folder.path / "energies.png", first.history, title=title,
         kinetic_limit=0.01 * run.solver.max_kinetic_ratio, energy_limit=0.01 * run.solver.max_energy_error,
     )  # fmt: skip
-    strip_picture.strip_picture(
-        folder.path / "deformed.png", first.history, direction=run.rig.direction, title=title
-    )
+    strip_picture.strip_picture(folder.path / "deformed.png", first.history, direction=run.rig.direction, title=title)
     folder.write_comparison(comparison)
     folder.write_summary(summary)
 

@@ -150,9 +150,13 @@ def _damp_recoil(run: Simulation) -> None:
 def _blame(run: Simulation) -> None:
     """Name the first entity whose state is not finite."""
     position = run.model.position()
-    bad = np.flatnonzero(~np.isfinite(position).all(axis=1) | ~np.isfinite(run.model.nodes.velocity[0, : len(position)]))
+    bad = np.flatnonzero(
+        ~np.isfinite(position).all(axis=1) | ~np.isfinite(run.model.nodes.velocity[0, : len(position)])
+    )
     where = f"node {bad[0]} of {run.model.name_of(int(bad[0]))}" if len(bad) else "a rotation"
-    raise NumericalError(f"the state is not finite at {run.time:.5f} ms, first at {where}; reduce solver.safety or speed")
+    raise NumericalError(
+        f"the state is not finite at {run.time:.5f} ms, first at {where}; reduce solver.safety or speed"
+    )
 
 
 def _record(run: Simulation, stored: Stored) -> dict[str, float]:
@@ -181,7 +185,9 @@ def _balance(run: Simulation, stored: Stored) -> dict[str, float]:
     elastic = float(stored.internal.sum()) + stored.contact + stored.hourglass
     error = external - elastic - friction - eroded - run.damping_loss - run.kinetic
     largest = max([abs(external), *(abs(r["external_mj"]) for r in run.energy_rows[-1:])])
-    parts = {f"internal_{name}_mj": float(v) for name, v in zip(run.model.mesh.part_names, stored.internal, strict=True)}
+    parts = {
+        f"internal_{name}_mj": float(v) for name, v in zip(run.model.mesh.part_names, stored.internal, strict=True)
+    }
     return {
         "time_ms": run.time,
         "kinetic_mj": run.kinetic,

@@ -70,7 +70,8 @@ def prepare(run: Run, specimen: int = 0, phase: Phase | None = None) -> Prepared
 
 
 def _prepare_macro(run: Run, specimen: int) -> Prepared:
-    curves = {d: _tension_curve(run, d) for d in ("warp", "weft")}
+    directions: tuple[Direction, Direction] = ("warp", "weft")
+    curves = {d: _tension_curve(run, d) for d in directions}
     direction = run.rig.direction
     shells = build_strip(
         run.fabric, laminate(run.fabric, curves), direction, run.rig.kernel("gauge_length"), run.rig.kernel("width"),

@@ -25,7 +25,9 @@ def _reading(command: Any) -> Any:
 @data.command("import")
 @_reading
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for the imported data.")
-def import_(files: tuple[Path, ...], gauge_length: float, decimal: str | None, delimiter: str | None, out: Path) -> None:
+def import_(
+    files: tuple[Path, ...], gauge_length: float, decimal: str | None, delimiter: str | None, out: Path
+) -> None:
     """Read testing-machine exports; write specimens, corridor (mean and sd), statistics and a plot.
 
     Example: knittest data import warp-*.csv --gauge-length 200 --out data/mine/warp

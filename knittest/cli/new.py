@@ -12,20 +12,21 @@ def new(name: str) -> None:
 
     Example: knittest new my-fabric && knittest tensile --variant my-fabric --config configs/my-fabric-tensile.yaml
     """
+    from knittest.config.loading import resolve
+    from knittest.config.sources import NAME, NUMBERED
+    from knittest.config.templates import fabric_template, rig_template
     from knittest.errors import InputError, ResourceError
     from knittest.export.atomic import write_atomic
-    from knittest.export.folder import slug
     from knittest.resources import configs_dir
 
-    if slug(name) != name or len(name) > 40:
-        raise InputError(f"NAME {name!r}: expected up to 40 letters, digits, '.', '_', '-', such as {slug(name)}")
-    shipped = configs_dir()
-    fabric = (shipped / "fabrics" / "pham2019-v1.yaml").read_text(encoding="utf-8")
-    fabric = fabric.replace("name: pham2019-v1", f"name: {name}", 1)
-    note = f"# {name}: a copy of the shipped variant 1. Replace the values; state for each where it comes from.\n"
+    if not NAME.match(name):
+        raise InputError(f"NAME {name!r}: expected letters, digits, '.', '_', '-', at most 40, first a letter or digit")
+    if name in NUMBERED or (configs_dir() / "fabrics" / f"{name}.yaml").exists():
+        raise InputError(f"NAME {name}: a shipped fabric is called so; choose another name")
+    like = resolve(variant="1", parameters="as-measured").fabric
     files = {
-        Path("configs") / f"{name}.yaml": note + fabric,
-        Path("configs") / f"{name}-tensile.yaml": (shipped / "rigs" / "tensile.yaml").read_text(encoding="utf-8"),
+        Path("configs") / f"{name}.yaml": fabric_template(name, like),
+        Path("configs") / f"{name}-tensile.yaml": rig_template(),
     }
     for path in files:
         if path.exists():

@@ -13,10 +13,14 @@ def describes_run(command: Callable[..., Any]) -> Callable[..., Any]:
         (
             click.option("--variant", help="Shipped fabric: 1, 2, or a name of configs/NAME.yaml."),
             click.option("--fabric", type=click.Path(path_type=Path), help="A fabric file of your own."),
-            click.option("--config", type=click.Path(path_type=Path), help="A rig file, or config.yaml of a run folder."),
+            click.option(
+                "--config", type=click.Path(path_type=Path), help="A rig file, or config.yaml of a run folder."
+            ),
             click.option("--parameters", help="Parameter set of the fabric: calibrated (default) or as-measured."),
             click.option("--scale", type=click.Choice(["macro", "meso"]), help="Shells or yarns.  [default: meso]"),
-            click.option("--preset", type=click.Choice(["quick", "standard", "paper"]), help="Size.  [default: standard]"),
+            click.option(
+                "--preset", type=click.Choice(["quick", "standard", "paper"]), help="Size.  [default: standard]"
+            ),
             click.option("--set", "sets", multiple=True, metavar="KEY=VALUE", help="Any field, such as rig.width=25."),
             click.option("--specimens", type=int, help="An ensemble of this many specimens with random yarns."),
             click.option("--seed", type=int, help="Seed of all draws.  [default: 1]"),

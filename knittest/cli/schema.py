@@ -11,6 +11,6 @@ def schema() -> None:
     """
     import json
 
-    from knittest.config.run import Run
+    from knittest.config.schema import run_schema
 
-    click.echo(json.dumps(Run.model_json_schema(), indent=2))
+    click.echo(json.dumps(run_schema(), indent=2))

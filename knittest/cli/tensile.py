@@ -17,7 +17,13 @@ from knittest.cli.options import describes_run, resolve_runs
 @click.option("--quiet", is_flag=True, help="No progress, no table.")
 @click.option("--no-frames", is_flag=True, help="No VTU frames.")
 def tensile(
-    direction: str | None, out: Path | None, threads: int | None, as_json: bool, quiet: bool, no_frames: bool, **chosen: Any
+    direction: str | None,
+    out: Path | None,
+    threads: int | None,
+    as_json: bool,
+    quiet: bool,
+    no_frames: bool,
+    **chosen: Any,
 ) -> int:
     """Pull a strip (200 x 50 mm, DIN EN ISO 13934-1) to failure and compare with the experiment.
 

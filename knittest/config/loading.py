@@ -66,12 +66,12 @@ def planned_directions(
     direction: str | None, config: Path | str | None = None, sets: tuple[str, ...] | list[str] = ()
 ) -> list[Direction]:
     """Directions to run: the one asked for, else the one the config or ``--set`` states, else both."""
-    if direction in get_args(Direction):
-        return [direction]  # type: ignore[list-item]
-    stated = _stated(("rig", "direction"), _run_document(config), [parse_set(text) for text in sets])
-    if direction is None and stated in get_args(Direction):
-        return [stated]
-    return list(get_args(Direction))
+    both: tuple[Direction, ...] = get_args(Direction)
+    if direction is not None:
+        return [d for d in both if direction in (d, "both")]
+    given = [parse_set(text) for text in sets]
+    stated = _choice(("rig", "direction"), both, None, _run_document(config), given)
+    return [stated] if stated else list(both)
 
 
 def _run_document(config: Path | str | None) -> Document:

@@ -35,7 +35,7 @@ def read_lab(
 ) -> list[Specimen]:
     """Specimens in one export; several are told apart by repeated pairs of columns.
 
-    Columns are found by name (force or Kraft; displacement, Weg, strain or Dehnung) and unit (row or brackets); a travel
+    Columns are found by name (force or Kraft; displacement, Weg, strain or Dehnung) and unit (row or brackets); travel
     in mm becomes strain by ``gauge_length`` [mm]. Raises :class:`InputError` with the row for text, gaps, a travel that
     does not rise, or numbers whose decimal mark cannot be told (pass ``decimal``).
     """
@@ -54,7 +54,9 @@ def read_lab(
     specimens = []
     for number, (travel, force) in enumerate(pairs, 1):
         name = path.stem if len(pairs) == 1 else f"{path.stem}-{number}"
-        specimens.append(_specimen(path, name, body, (travel, units[travel]), (force, units[force]), mark, gauge_length))
+        specimens.append(
+            _specimen(path, name, body, (travel, units[travel]), (force, units[force]), mark, gauge_length)
+        )
     return specimens
 
 
@@ -78,10 +80,8 @@ def _rows(path: Path, delimiter: str | None) -> list[tuple[int, list[str]]]:
 
 
 def _decode(path: Path, raw: bytes) -> str:
-    if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
-        encodings = ["utf-16"]
-    else:
-        encodings = ["utf-8-sig", "cp1252"]
+    marked = raw.startswith((b"\xff\xfe", b"\xfe\xff"))
+    encodings = ["utf-16"] if marked else ["utf-8-sig", "cp1252"]
     for encoding in encodings:
         try:
             text = raw.decode(encoding)
@@ -128,13 +128,15 @@ def _decimal_mark(path: Path, cells: list[str]) -> str:
         return "."
     mark = marks.pop()
     if all(re.fullmatch(rf"[+-]?[1-9]\d{{0,2}}(\{mark}\d{{3}})+", c) for c in numbers):
-        raise InputError(f"{path}: {numbers[0]!r} could be a thousand or a decimal; say which with --decimal . or --decimal ,")
+        raise InputError(
+            f"{path}: {numbers[0]!r} could be a thousand or a decimal; say which with --decimal . or --decimal ,"
+        )
     return mark
 
 
 def _specimen(
-    path: Path, name: str, body: list[tuple[int, list[str]]], travel: tuple[int, str], force: tuple[int, str], mark: str,
-    gauge_length: float,
+    path: Path, name: str, body: list[tuple[int, list[str]]], travel: tuple[int, str], force: tuple[int, str],
+    mark: str, gauge_length: float,
 ) -> Specimen:  # fmt: skip
     rows = []
     ended = 0

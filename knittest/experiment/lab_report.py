@@ -23,7 +23,7 @@ def summary_lines(specimens: Sequence[Specimen]) -> list[str]:
 
 
 def write_import(specimens: Sequence[Specimen], out: Path, sources: Sequence[str]) -> None:
-    """Write ``specimen-*.csv``, ``corridor.csv`` (kind: measured), ``statistics.json`` and ``curves.png`` to ``out``."""
+    """Write ``specimen-*.csv``, ``corridor.csv`` (kind: measured), ``statistics.json``, ``curves.png`` to ``out``."""
     band = corridor(specimens)
     try:
         out.mkdir(parents=True, exist_ok=True)
@@ -40,7 +40,9 @@ def write_import(specimens: Sequence[Specimen], out: Path, sources: Sequence[str
     for name, values in (("peak_force_n", force), ("fracture_strain_pct", strain)):
         mean, sd = mean_sd(values)
         results[name] = {"mean": mean, "sd": sd, "n": len(values), "values": [float(v) for v in values]}
-    write_atomic(out / "statistics.json", json.dumps({"kind": "measured", "sources": list(sources), **results}, indent=2))
+    write_atomic(
+        out / "statistics.json", json.dumps({"kind": "measured", "sources": list(sources), **results}, indent=2)
+    )
     _plot(specimens, band, out / "curves.png")
 
 

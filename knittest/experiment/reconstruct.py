@@ -16,7 +16,12 @@ from knittest.resources import data_dir
 
 AXIAL = 59.3e3 * 0.784  # EA of a yarn [N]
 #: yarns in 50 mm and straightening force T* of one [N], by variant and direction
-CASES = {("1", "warp"): (14.0, 56.0), ("1", "weft"): (14.0, 39.0), ("2", "warp"): (14.0, 196.0), ("2", "weft"): (20.5, 81.0)}
+CASES = {
+    ("1", "warp"): (14.0, 56.0),
+    ("1", "weft"): (14.0, 39.0),
+    ("2", "warp"): (14.0, 196.0),
+    ("2", "weft"): (20.5, 81.0),
+}
 POINTS = 61
 
 
@@ -36,7 +41,7 @@ def text(variant: str, direction: str) -> str:
         "# kind: reconstructed",
         f"# source: Table 3 of Pham et al. 2019, variant {variant}, {direction}",
         "# method: wavy-yarn closed form through Table 3's mean end point (knittest/experiment/reconstruct.py)",
-        "# note: only the end point is measured; feeding this to the macro model makes agreement an input, not a result",
+        "# note: only the end point is measured; a macro model fed with this repeats an input",
         "strain_pct,force_n",
     ]
     rows = [f"{e:.6f},{f:.3f}" for e, f in zip(*curve(variant, direction), strict=True)]

@@ -4,6 +4,8 @@
 loops are unsigned (:data:`U`): a signed ``start + k`` keeps LLVM from vectorising.
 """
 
+from typing import Any
+
 import numpy as np
 
 FASTMATH = {"contract", "reassoc", "arcp", "nsz"}
@@ -11,11 +13,11 @@ U = np.uintp
 ONE = np.uintp(1)
 
 #: a kernel called from Python or from another kernel
-KERNEL = {"cache": True, "error_model": "numpy", "fastmath": FASTMATH, "nogil": True}
+KERNEL: dict[str, Any] = {"cache": True, "error_model": "numpy", "fastmath": FASTMATH, "nogil": True}
 #: a pure function of scalars, inlined into the blocked loops by LLVM
-INLINE = {**KERNEL, "forceinline": True}
+INLINE: dict[str, Any] = {**KERNEL, "forceinline": True}
 #: a kernel with prange; only prange loops are made parallel, which spares compile time
-PARALLEL = {
+PARALLEL: dict[str, Any] = {
     "cache": True,
     "error_model": "numpy",
     "fastmath": FASTMATH,

@@ -3,6 +3,7 @@
 import os
 
 import numba
+from numba import config
 from numba import njit, prange
 
 from knittest.kernels.options import PARALLEL
@@ -24,6 +25,6 @@ def threading_layer() -> str:
 
 def best_threads(wanted: int | None) -> int:
     """Threads to use: ``wanted`` or all cores this process may use, one if only the slow workqueue layer is there."""
-    available = min(numba.config.NUMBA_NUM_THREADS, len(os.sched_getaffinity(0)))
-    threads = min(wanted or available, numba.config.NUMBA_NUM_THREADS)
+    available = min(int(config.NUMBA_NUM_THREADS), len(os.sched_getaffinity(0)))
+    threads = min(wanted or available, int(config.NUMBA_NUM_THREADS))
     return threads if threads == 1 or threading_layer() != "workqueue" else 1

@@ -26,8 +26,8 @@ MAX_OVERLAP = 0.10
 def _empty(capacity: int) -> Contacts:
     pair, triple = (np.zeros((2, capacity)), [np.zeros((3, capacity)) for _ in range(3)])
     return Contacts(
-        np.zeros((2, capacity), np.int64), pair, triple[0], triple[1], np.zeros(capacity), np.zeros(capacity), triple[2],
-        np.zeros(2 * capacity, np.int64), np.zeros(PARTITIONS + 1, np.int64),
+        np.zeros((2, capacity), np.int64), pair, triple[0], triple[1], np.zeros(capacity), np.zeros(capacity),
+        triple[2], np.zeros(2 * capacity, np.int64), np.zeros(PARTITIONS + 1, np.int64),
     )  # fmt: skip
 
 

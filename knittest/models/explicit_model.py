@@ -30,7 +30,8 @@ class ExplicitModel(ABC):
     """What the simulation needs of a model.
 
     ``mass`` [g], ``inertia`` [g mm^2] (n_nodes,), 0 where clamped; ``critical_step`` [ms] before the safety factor;
-    ``added_mass`` [-] share added by mass scaling; ``wave_speed`` [mm/ms] of the pulled yarn; ``mesh.part_names`` are the groups of energies and failures.
+    ``added_mass`` [-] share added by mass scaling; ``wave_speed`` [mm/ms] of the pulled yarn;
+    ``mesh.part_names`` are the groups of energies and failures.
     """
 
     nodes: Nodes
@@ -60,9 +61,7 @@ class ExplicitModel(ABC):
         """Steps, at most ``most``, after which the model wants to be looked at again."""
 
     @abstractmethod
-    def advance(
-        self, steps: int, time: float, dt: float, motions: Motions, tally: Tally, scratch: Array
-    ) -> None:
+    def advance(self, steps: int, time: float, dt: float, motions: Motions, tally: Tally, scratch: Array) -> None:
         """Advance ``steps`` steps; see :mod:`knittest.kernels.explicit`."""
 
     @abstractmethod
@@ -96,8 +95,9 @@ def make_nodes(position: Array, mass: Array, inertia: Array) -> Nodes:
     padded = np.vstack([position, position[-1:] + 1.0]).T.copy()
     rotation = np.zeros((4, n + 1))
     rotation[0] = 1.0
-    inverse = [np.append(np.divide(1.0, a, out=np.zeros(n), where=a > 0.0), 0.0) for a in (mass, inertia)]
-    return Nodes(padded, rotation, *(np.zeros((3, n + 1)) for _ in range(4)), *inverse, np.ones(n + 1))
+    inv_mass, inv_inertia = (np.append(np.divide(1.0, a, out=np.zeros(n), where=a > 0.0), 0.0) for a in (mass, inertia))
+    velocity, spin, force, moment = (np.zeros((3, n + 1)) for _ in range(4))
+    return Nodes(padded, rotation, velocity, spin, force, moment, inv_mass, inv_inertia, np.ones(n + 1))
 
 
 def make_partitions(chain_start: Index, chain_section: Index) -> Partitions:
@@ -110,7 +110,8 @@ def make_partitions(chain_start: Index, chain_section: Index) -> Partitions:
     targets = np.arange(PARTITIONS + 1) * n // PARTITIONS
     cut = np.searchsorted(chain_start, targets)
     cut[0], cut[-1] = 0, len(chain_start) - 1
-    spans, span_start = [], [0]
+    spans: list[list[int]] = []
+    span_start = [0]
     for p in range(PARTITIONS):
         for c in range(cut[p], cut[p + 1]):
             begin, end, section = int(chain_start[c]), int(chain_start[c + 1]), int(chain_section[c])

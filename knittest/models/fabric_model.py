@@ -28,13 +28,9 @@ class FabricModel(ExplicitModel):
         """Shells need no attention between samples."""
         return most
 
-    def advance(
-        self, steps: int, time: float, dt: float, motions: Motions, tally: Tally, scratch: Array
-    ) -> None:
+    def advance(self, steps: int, time: float, dt: float, motions: Motions, tally: Tally, scratch: Array) -> None:
         """See :func:`knittest.kernels.explicit.advance_fabric`."""
-        advance_fabric(
-            steps, time, dt, self.nodes, self.parts, self.shells, self.laminate, motions, tally, scratch
-        )
+        advance_fabric(steps, time, dt, self.nodes, self.parts, self.shells, self.laminate, motions, tally, scratch)
 
     def stored(self) -> Stored:
         """Energies of the living shells."""

@@ -69,13 +69,22 @@ def build_strip(
     set_strength(shells, _strength(position, conn, edge, seed))
     mass, inertia, step = lump(fabric, laminate, position, conn, shells)
     return ShellStrip(
-        position, conn, mass, inertia, shells, laminate, fixed, moving, 0.5 * fabric.kernel("thickness"), step,
+        position,
+        conn,
+        mass,
+        inertia,
+        shells,
+        laminate,
+        fixed,
+        moving,
+        0.5 * fabric.kernel("thickness"),
+        step,
         float(np.sqrt(laminate.slope.sum(axis=1).max() / fabric.kernel("area_mass"))),
     )
 
 
 def _strength(position: Array, conn: Index, edge: float, seed: int) -> Array:
-    """Strength of each shell over the fracture strain: 1 for the weakest, seeded, in the middle of the gauge, else more.
+    """Strength of each shell over the fracture strain: 1 for the weakest one, seeded, inside the gauge, else more.
 
     Under even tension all shells would reach one limit in the same step and the strip would vanish instead of tearing.
     """

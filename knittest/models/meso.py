@@ -42,7 +42,9 @@ def build_meso(run: Run, paths: list[YarnPath], draws: dict[str, YarnDraws]) -> 
     chord = np.diff(position, axis=0, append=position[-1:] + 1.0)
     joined = np.append(chain[1:] == chain[:-1], False)
     length = np.where(joined, np.linalg.norm(chord, axis=1), 1.0)
-    mass, inertia, stiffness = _lump(cards, system[chain], joined, length, _true_length(run, paths, length, joined, start))
+    mass, inertia, stiffness = _lump(
+        cards, system[chain], joined, length, _true_length(run, paths, length, joined, start)
+    )
     step, mass, inertia, added = _scale_mass(run, mass, inertia, stiffness)
     beams = _beams(cards, paths, draws, chord, length, joined, chain)
     cells = np.flatnonzero(joined)
@@ -57,7 +59,8 @@ def build_meso(run: Run, paths: list[YarnPath], draws: dict[str, YarnDraws]) -> 
     parts = make_partitions(start, system)
     group = _contact_group(run, cards, system[chain], joined, length, mass, chain, parts.node)
     return YarnModel(
-        make_nodes(position, mass, inertia), parts, mass, inertia, mesh, step, added, wave_speed(cards[0].axial, cards[0].linear_density), beams, cells, group,
+        make_nodes(position, mass, inertia), parts, mass, inertia, mesh, step, added,
+        wave_speed(cards[0].axial, cards[0].linear_density), beams, cells, group,
         run.model.meso.contact,
     )  # fmt: skip
 
@@ -108,7 +111,8 @@ def _scale_mass(run: Run, mass: Array, inertia: Array, stiffness: Array) -> tupl
     if 100.0 * added > run.solver.max_added_mass:
         raise InputError(
             f"solver.target_step = {run.solver.target_step:g} us adds {100 * added:.1f} % mass, more than "
-            f"solver.max_added_mass = {run.solver.max_added_mass:g} %; the unscaled step is {1e3 * run.solver.safety * step:.4f} us"
+            f"solver.max_added_mass = {run.solver.max_added_mass:g} %; "
+            f"the unscaled step is {1e3 * run.solver.safety * step:.4f} us"
         )
     return wanted, scaled, inertia * scaled / mass, added
 
@@ -165,4 +169,6 @@ def _contact_group(
         run.fabric.contact.kernel("friction_coefficient"),
         2.0 * CONTACT_DAMPING * sqrt(normal * 0.5 * float(mass[is_piece].min())),
     )
-    return YarnContactGroup(radius, half_piece, np.ceil(bend / mean[system]).astype(np.int64), is_piece, chain, node_cut, law)
+    return YarnContactGroup(
+        radius, half_piece, np.ceil(bend / mean[system]).astype(np.int64), is_piece, chain, node_cut, law
+    )

@@ -35,9 +35,7 @@ class YarnModel(ExplicitModel):
         """See :meth:`ContactTracker.safe_steps`."""
         return self.tracker.safe_steps(dt, most) if self.contact else most
 
-    def advance(
-        self, steps: int, time: float, dt: float, motions: Motions, tally: Tally, scratch: Array
-    ) -> None:
+    def advance(self, steps: int, time: float, dt: float, motions: Motions, tally: Tally, scratch: Array) -> None:
         """Renew contacts that may come near, then advance."""
         if self.contact:
             self.tracker.update(steps * dt)

@@ -77,7 +77,7 @@ def test_binary_and_missing_files(tmp_path):
 @given(
     st.one_of(
         st.binary(max_size=300),
-        st.lists(st.lists(st.text("0123456789.,;-eE naWegKraft\t\"", max_size=8), max_size=5), max_size=8).map(
+        st.lists(st.lists(st.text('0123456789.,;-eE naWegKraft\t"', max_size=8), max_size=5), max_size=8).map(
             lambda rows: "\n".join(["Weg;Kraft", *(";".join(r) for r in rows)]).encode()
         ),
     )

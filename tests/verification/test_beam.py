@@ -1,6 +1,6 @@
 """Beams against closed forms: elastica, rigid rotation, bar wave, wavy yarn, bundle.
 
-Tolerances follow the method: second order in the element length; at the meshes used below that is some tenths of a percent.
+Tolerances follow the method: second order in the element length, some tenths of a percent at these meshes.
 """
 
 import numpy as np
@@ -12,7 +12,7 @@ from knittest.fabric.variability import YarnDraws, bundle_peak
 from knittest.kernels.monitor import axial_state
 from knittest.materials.yarn_section import sections
 
-# Cantilever under an end force, P L^2 / EI, transverse and axial tip displacement over length: Mattiasson (1981), table 1
+# Cantilever under an end force: P L^2 / EI, transverse and axial tip displacement over length (Mattiasson, 1981)
 ELASTICA = [(1.0, 0.30172, 0.05643), (5.0, 0.71379, 0.38763)]
 
 
@@ -86,7 +86,9 @@ def test_a_wavy_yarn_straightens_in_closed_form():
 
 
 def test_tabulated_law_and_slack_carry_what_the_table_says():
-    run = card("model.meso.contact=false", "fabric.reinforcing.law={kind: table, points: [[0, 0], [0.4, 80], [1.2, 500]]}")
+    run = card(
+        "model.meso.contact=false", "fabric.reinforcing.law={kind: table, points: [[0, 0], [0.4, 80], [1.2, 500]]}"
+    )
     area = run.fabric.reinforcing.kernel("load_area")
     line = np.column_stack([np.zeros(5), np.arange(5.0), np.zeros(5)])
     loose = {"warp": YarnDraws(np.full(1, 1.0), np.full(1, 0.001), np.ones(1), np.full(1, 0.5))}
