@@ -1,16 +1,18 @@
 """The ``knittest`` command: a table of subcommands, loaded when used, and the one place that ends a process."""
 
+import errno
 import importlib
 import os
 import sys
 import tempfile
 import traceback
 from pathlib import Path
+from typing import Any
 
 import click
 
 from knittest import __version__
-from knittest.errors import KnittestError
+from knittest.errors import KnittestError, ResourceError
 
 #: name of a command: module that holds it under the same name, and what ``--help`` says of it
 COMMANDS = {
@@ -26,6 +28,8 @@ COMMANDS = {
     "doctor": ("knittest.cli.doctor", "Report versions, threads and cache."),
 }
 INTERRUPTED = 75
+#: full disk, quota, read-only place, missing permission: the machine's trouble, not the program's
+NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES)
 
 
 class LazyGroup(click.Group):
@@ -41,6 +45,13 @@ class LazyGroup(click.Group):
             return None
         command: click.Command = getattr(importlib.import_module(COMMANDS[cmd_name][0]), cmd_name)
         return command
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the command; a reader who closed the pipe has seen enough (click would exit with 1)."""
+        try:
+            return super().invoke(ctx)
+        except BrokenPipeError:
+            return _closed_pipe()
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the commands without importing them."""
@@ -78,14 +89,22 @@ def run(arguments: list[str] | None = None) -> int:
     except KnittestError as error:
         return _say(f"error: {error}", error.exit_code)
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
+        return _closed_pipe()
     except MemoryError:
-        return _say("error: out of memory; use a smaller preset", 4)
+        return _say("error: out of memory; use a smaller preset", ResourceError.exit_code)
     except Exception as error:
+        if isinstance(error, OSError) and error.errno in NO_ROOM:
+            place = f"{error.filename}: " if error.filename else ""
+            return _say(f"error: {place}{error.strerror}", ResourceError.exit_code)
         if os.environ.get("KNITTEST_DEBUG"):
             raise
         return _say(f"internal error: {error or type(error).__name__}; please report it with {_log()}", 1)
+
+
+def _closed_pipe() -> int:
+    """Let nothing more be written to the closed pipe, not even when the process ends."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return 0
 
 
 def _say(text: str, code: int) -> int:

@@ -3,8 +3,7 @@
 import os
 
 import numba
-from numba import config
-from numba import njit, prange
+from numba import config, njit, prange
 
 from knittest.kernels.options import PARALLEL
 
