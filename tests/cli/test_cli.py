@@ -1,0 +1,186 @@
+"""The command line as a process sees it: exit codes, streams, what it imports, what a closed or full stdout does."""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from knittest.cli import main as cli_main
+from knittest.cli.main import COMMANDS, run
+from knittest.config.loading import resolve
+from knittest.errors import InputError, NumericalError, OutOfTolerance, ResourceError
+
+HEAVY = ("numba", "pandas", "matplotlib", "pydantic", "rich", "scipy", "numpy", "yaml")
+ROOT = Path(cli_main.__file__).resolve().parents[2]
+
+
+def knittest(*arguments, cwd=None, **options):
+    command = [sys.executable, "-m", "knittest.cli.main", *arguments]
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    return subprocess.run(command, cwd=cwd, env=environment, capture_output=True, text=True, timeout=120, **options)
+
+
+def imported_by(*arguments) -> set[str]:
+    """Heavy packages that a command imports."""
+    code = f"import sys; from knittest.cli.main import run; run({list(arguments)!r}); print('\\n', *sys.modules)"
+    output = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, timeout=60).stdout
+    assert "knittest.cli.main" in output
+    return set(HEAVY) & set(output.splitlines()[-1].split())
+
+
+@pytest.mark.parametrize(
+    "arguments", [["--help"], ["--version"], ["tensile", "--help"], ["check", "--help"], ["new", "--help"]]
+)
+def test_help_imports_nothing_heavy(arguments):
+    assert imported_by(*arguments) == set()
+
+
+def test_config_errors_and_schema_import_no_numba_pandas_or_matplotlib():
+    slow = {"numba", "pandas", "matplotlib", "scipy"}
+    assert slow.isdisjoint(imported_by("tensile", "--variant", "1", "--set", "rig.widht=3"))
+    assert slow.isdisjoint(imported_by("schema"))
+
+
+def test_help_is_quick():
+    seconds = []
+    for _ in range(3):
+        start = time.perf_counter()
+        assert knittest("--help").returncode == 0
+        seconds.append(time.perf_counter() - start)
+    assert min(seconds) < 0.6  # 0.1 s measured; a busy machine may take longer
+
+
+@pytest.mark.parametrize("name", list(COMMANDS))
+def test_every_command_of_the_table_has_help_with_an_example(name, capsys):
+    assert run([name, "--help"]) == 0
+    text = capsys.readouterr().out
+    assert "Usage:" in text
+    if "COMMAND" not in text.splitlines()[0]:
+        assert "Example: knittest" in text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "phrase"),
+    [
+        (["tensil"], "No such command 'tensil'"),
+        (["tensile"], "which fabric?"),
+        (["tensile", "--variant", "1", "--scale", "x"], "'x' is not one of"),
+        (["tensile", "--variant", "7"], "unknown fabric"),
+        (["tensile", "--variant", "1", "--set", "rig.widht=3"], 'did you mean "width"'),
+        (["tensile", "--variant", "1", "--set", "rig.gauge_length=3,5"], "write 3.5"),
+        (["tensile", "--variant", "1", "--config", "none.yaml"], "none.yaml: no such file"),
+        (["tensile", "--fabric", "/dev/zero"], "not a regular file"),
+        (["new", "../x"], "expected letters"),
+        (["new", "1"], "shipped fabric"),
+    ],
+)
+def test_bad_input_exits_2_with_a_message_and_nothing_else(tmp_path, arguments, phrase):
+    result = knittest(*arguments, cwd=tmp_path)
+    assert result.returncode == 2
+    assert phrase in result.stderr
+    assert "Traceback" not in result.stderr
+    assert result.stdout == ""
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("raised", "code"),
+    [
+        (InputError("bad"), 2),
+        (NumericalError("bad"), 3),
+        (ResourceError("bad"), 4),
+        (OutOfTolerance("bad"), 5),
+        (KeyboardInterrupt(), 75),
+        (MemoryError(), 4),
+        (OSError(28, "No space left on device", "runs/x"), 4),
+    ],
+)
+def test_exit_codes(monkeypatch, capsys, raised, code):
+    def fail(*_, **__):
+        raise raised
+
+    monkeypatch.setattr("knittest.config.schema.run_schema", fail)
+    assert run(["schema"]) == code
+    error = capsys.readouterr().err
+    assert "knittest: " in error or code == 75
+    assert "Traceback" not in error
+
+
+def test_unexpected_error_leaves_its_traceback_in_a_file(monkeypatch, capsys):
+    monkeypatch.delenv("KNITTEST_DEBUG", raising=False)
+    monkeypatch.setattr("knittest.config.schema.run_schema", lambda: 1 / 0)
+    assert run(["schema"]) == 1
+    error = capsys.readouterr().err
+    assert len(error.splitlines()) == 1
+    log = Path(error.split()[-1])
+    assert "ZeroDivisionError" in log.read_text()
+    log.unlink()
+    monkeypatch.setenv("KNITTEST_DEBUG", "1")
+    with pytest.raises(ZeroDivisionError):
+        run(["schema"])
+
+
+def test_schema_is_json_on_stdout():
+    result = knittest("schema")
+    assert json.loads(result.stdout)["title"] == "Run"
+    assert result.stderr == ""
+
+
+def test_closed_pipe_ends_quietly():
+    reader, writer = os.pipe()
+    os.close(reader)
+    with os.fdopen(writer, "w") as stdout:
+        command = [sys.executable, "-m", "knittest.cli.main", "schema"]
+        result = subprocess.run(command, stdout=stdout, stderr=subprocess.PIPE, text=True, cwd=ROOT, timeout=60)
+    assert (result.returncode, result.stderr) == (0, "")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full")
+def test_full_disk_exits_4():
+    with Path("/dev/full").open("w") as stdout:
+        command = [sys.executable, "-m", "knittest.cli.main", "schema"]
+        result = subprocess.run(command, stdout=stdout, stderr=subprocess.PIPE, text=True, cwd=ROOT, timeout=60)
+    assert result.returncode == 4
+    assert "No space left on device" in result.stderr
+    assert "Traceback" not in result.stderr
+
+
+def test_new_writes_a_start_that_resolves_and_overwrites_nothing(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert run(["new", "mine"]) == 0
+    written = {path.name: path.read_text() for path in (tmp_path / "configs").iterdir()}
+    assert set(written) == {"mine.yaml", "mine-tensile.yaml"}
+    for scale in ("macro", "meso"):
+        assert resolve(variant="mine", config="configs/mine-tensile.yaml", scale=scale).fabric.name == "mine"
+    (tmp_path / "configs" / "mine.yaml").write_text("own work")
+    assert run(["new", "mine"]) == 2
+    assert (tmp_path / "configs" / "mine.yaml").read_text() == "own work"
+
+
+def test_tensile_hands_runs_and_options_on(monkeypatch, tmp_path):
+    handed = {}
+
+    def record(runs, options):
+        handed.update(runs=runs, options=options)
+        return 3
+
+    monkeypatch.setattr("knittest.run.tensile_command", record)
+    arguments = ["--variant", "2", "--scale", "macro", "--preset", "quick", "--set", "rig.width=25", "--seed", "5"]
+    options = ["--out", str(tmp_path / "o"), "--threads", "1", "--json", "--quiet", "--no-frames"]
+    assert run(["tensile", *arguments, *options]) == 3
+    assert [r.rig.direction for r in handed["runs"]] == ["warp", "weft"]
+    assert all((r.rig.width, r.variability.seed, r.model.scale) == (25.0, 5, "macro") for r in handed["runs"])
+    options = handed["options"]
+    assert (options.out, options.threads, options.json, options.quiet, options.frames) == (
+        tmp_path / "o",
+        1,
+        True,
+        True,
+        False,
+    )
+    assert run(["tensile", *arguments, "--direction", "weft"]) == 3
+    assert [r.rig.direction for r in handed["runs"]] == ["weft"]

@@ -1,0 +1,73 @@
+"""The shipped fabrics against the paper's tables and the arithmetic behind the derived numbers."""
+
+import pandas as pd
+import pytest
+
+from knittest.config.base import Quantity
+from knittest.config.loading import resolve
+from knittest.resources import data_dir
+
+GRAVITY = 9.81  # m/s2
+OVERHANG = {("1", "warp"): 171, ("1", "weft"): 151, ("2", "warp"): 178, ("2", "weft"): 194}  # mm, Table 3
+DIRECTIONS = ("warp", "weft")
+
+
+@pytest.fixture(params=["1", "2"])
+def variant(request):
+    return request.param
+
+
+@pytest.fixture
+def fabric(variant):
+    return resolve(variant=variant, parameters="as-measured").fabric
+
+
+def quantities(model, path=""):
+    for name in type(model).model_fields:
+        value = getattr(model, name)
+        if isinstance(value, Quantity):
+            yield f"{path}{name}", value
+        elif hasattr(type(value), "model_fields"):
+            yield from quantities(value, f"{path}{name}.")
+
+
+def test_every_number_states_source_and_reference(variant):
+    for parameters in ("as-measured", "calibrated"):
+        for path, quantity in quantities(resolve(variant=variant, parameters=parameters).fabric):
+            assert quantity.source in ("measured", "derived", "tuned", "assumed"), path
+            assert quantity.ref, path
+
+
+def test_nothing_is_tuned_in_as_measured(fabric):
+    assert [path for path, quantity in quantities(fabric) if quantity.source == "tuned"] == []
+
+
+def test_table_2(variant, fabric):
+    table = pd.read_csv(data_dir() / "pham2019" / "table2-fabrics.csv", comment="#", dtype={"variant": str})
+    rows = table[table.variant == variant]
+    printed = sorted(rows["mean"].astype(float))
+    ours = (fabric.warp_density, fabric.weft_density, fabric.loop_length, fabric.area_mass, fabric.thickness)
+    assert sorted(q.value for q in ours) == printed
+
+
+def test_load_areas_follow_from_tex_and_densities(fabric):
+    carbon_and_polyamide = 800e-6 / 1.76e-3 + 376e-6 / 1.14e-3  # g/mm over g/mm3
+    glass_and_polyamide = 136e-6 / 2.55e-3 + 94e-6 / 1.14e-3
+    assert fabric.reinforcing.load_area.value == pytest.approx(carbon_and_polyamide, rel=2e-3)
+    assert fabric.knitting.load_area.value == pytest.approx(glass_and_polyamide, rel=2e-3)
+
+
+@pytest.mark.parametrize("direction", DIRECTIONS)
+def test_bending_stiffness_follows_from_overhang(variant, fabric, direction):
+    overhang = OVERHANG[variant, direction] * 1e-3
+    per_width = GRAVITY * fabric.area_mass.value * 1e-3 * (overhang / 2) ** 3 * 1e3  # N mm, Eq. 2
+    per_yarn = per_width / fabric.kernel(f"{direction}_density")
+    assert getattr(fabric.macro.bending_stiffness, direction).value == pytest.approx(per_width, rel=2e-3)
+    assert getattr(fabric.reinforcing.bending_stiffness, direction).value == pytest.approx(per_yarn, rel=5e-3)
+
+
+def test_fabric_strength_is_in_reach_of_its_yarns(fabric):
+    """facts.md's check of the load area: E A times 1.00 % gives 465 N a yarn, above the 410 to 416 N of Table 3."""
+    yarn = fabric.reinforcing
+    force = yarn.kernel("youngs_modulus") * yarn.kernel("load_area") * yarn.kernel("fracture_strain")
+    assert force == pytest.approx(465, abs=1)

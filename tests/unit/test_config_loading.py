@@ -1,0 +1,124 @@
+"""How fabric file, config file, preset, options and ``--set`` go over each other."""
+
+import pytest
+
+from knittest.config.loading import planned_directions, resolve
+from knittest.config.presets import PRESETS
+from knittest.errors import InputError
+from knittest.resources import configs_dir
+
+
+@pytest.fixture
+def rig(tmp_path):
+    def write(text):
+        path = tmp_path / "rig.yaml"
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return write
+
+
+@pytest.mark.parametrize("preset", list(PRESETS))
+def test_preset_sets_counts_and_the_meso_gauge(preset):
+    values = PRESETS[preset]
+    meso, macro = (resolve(variant="2", scale=scale, preset=preset) for scale in ("meso", "macro"))
+    assert meso.model.meso.elements_per_loop == values.elements_per_loop
+    assert meso.model.meso.elements_per_wave == values.elements_per_wave
+    assert meso.rig.gauge_length == values.meso_gauge_length
+    assert macro.model.macro.element_size == values.element_size
+    assert macro.rig.gauge_length == 200.0
+    assert meso.model.preset == macro.model.preset == preset
+
+
+def test_each_layer_goes_over_the_one_before(rig):
+    config = rig("rig: {gauge_length: 80, width: 30}\nvariability: {seed: 7}\n")
+    run = resolve(variant="1", config=config, preset="quick", seed=9, sets=["rig.width=25", "rig.width=20"])
+    assert (run.rig.gauge_length, run.rig.width, run.variability.seed) == (80.0, 20.0, 9)
+
+
+def test_config_chooses_scale_preset_and_parameters(rig):
+    run = resolve(variant="2", config=rig("model: {scale: macro, preset: quick}\nparameters: as-measured\n"))
+    assert run.model.macro.element_size == PRESETS["quick"].element_size
+    assert run.rig.gauge_length == 200.0
+    assert run.fabric.reinforcing.youngs_modulus.source == "measured"
+
+
+def test_parameter_set_replaces_whole_quantities():
+    measured = resolve(variant="2", parameters="as-measured").fabric.reinforcing
+    calibrated = resolve(variant="2").fabric.reinforcing
+    assert measured.youngs_modulus.source == "measured"
+    assert calibrated.youngs_modulus.source == "tuned"
+    assert calibrated.youngs_modulus.ref != measured.youngs_modulus.ref
+    assert calibrated.fracture_strain == measured.fracture_strain
+
+
+def test_fabric_without_sets_is_its_base(tmp_path):
+    text = (configs_dir() / "fabrics" / "pham2019-v1.yaml").read_text(encoding="utf-8")
+    path = tmp_path / "own.yaml"
+    path.write_text(text[: text.index("parameter_sets:")], encoding="utf-8")
+    assert resolve(fabric=path).parameters == "base"
+    with pytest.raises(InputError, match=r"own\.yaml:\d+: the fabric has no parameter_sets, so calibrated"):
+        resolve(fabric=path, parameters="calibrated")
+
+
+def test_set_number_is_the_users_and_keeps_the_stated_scatter():
+    strain = resolve(variant="1", sets=["fabric.reinforcing.fracture_strain=1.2"]).fabric.reinforcing.fracture_strain
+    assert (strain.value, strain.sd, strain.source) == (1.2, 0.15, "user")
+    assert "1.0 (measured)" in strain.ref
+    scatter = resolve(variant="1", sets=["fabric.reinforcing.fracture_strain.sd=0"]).fabric.reinforcing.fracture_strain
+    assert (scatter.value, scatter.sd, scatter.source) == (1.0, 0.0, "user")
+
+
+def test_set_replaces_a_tuned_number_and_forgets_what_it_was_tuned_on():
+    modulus = resolve(variant="1", sets=["fabric.reinforcing.youngs_modulus=60"]).fabric.reinforcing.youngs_modulus
+    assert (modulus.value, modulus.source, modulus.tuned_on) == (60.0, "user", [])
+
+
+def test_numbered_and_local_variants(tmp_path, monkeypatch):
+    assert resolve(variant="1") == resolve(variant="pham2019-v1")
+    text = (configs_dir() / "fabrics" / "pham2019-v1.yaml").read_text(encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    for folder, name in ((tmp_path / "configs", "here"), (tmp_path / "configs" / "fabrics", "there")):
+        folder.mkdir()
+        (folder / f"{name}.yaml").write_text(
+            text.replace("pham2019-v1", name, 1).replace("name: pham2019-v1", f"name: {name}")
+        )
+        assert resolve(variant=name).fabric.warp_density.value == 28.0
+    with pytest.raises(InputError, match='did you mean "there"'):
+        resolve(variant="thre")
+
+
+def test_curve_beside_the_fabric_file_becomes_absolute(tmp_path):
+    text = (configs_dir() / "fabrics" / "pham2019-v1.yaml").read_text(encoding="utf-8")
+    path = tmp_path / "own.yaml"
+    path.write_text(text.replace("pham2019/curves/tensile-v1-warp.csv", "mine.csv"), encoding="utf-8")
+    with pytest.raises(InputError, match=r"mine\.csv.*no such file"):
+        resolve(fabric=path, scale="macro")
+    (tmp_path / "mine.csv").write_text("strain_pct,force_n\n0,0\n1,100\n")
+    tension = resolve(fabric=path, scale="macro").fabric.macro.tension
+    assert tension == {"warp": str(tmp_path / "mine.csv"), "weft": "pham2019/curves/tensile-v1-weft.csv"}
+
+
+@pytest.mark.parametrize(
+    ("asked", "phrase"),
+    [
+        ({}, "no fabric is given"),
+        ({"variant": "1", "fabric": "x.yaml"}, "more than one fabric is given: --variant 1 and --fabric x.yaml"),
+        ({"variant": "1", "scale": "meso", "sets": ["model.scale=macro"]}, "contradicts --scale meso"),
+        ({"variant": "1", "parameters": "as-mesured"}, 'did you mean "as-measured"'),
+        ({"variant": "1", "preset": "papier"}, 'did you mean "paper"'),
+    ],
+)
+def test_contradictions_and_misses_are_refused(asked, phrase):
+    with pytest.raises(InputError, match=phrase):
+        resolve(**asked)
+
+
+def test_directions(rig):
+    assert planned_directions(None) == planned_directions("both") == ["warp", "weft"]
+    assert planned_directions("weft") == ["weft"]
+    assert planned_directions(None, rig("rig: {direction: weft}")) == ["weft"]
+    assert planned_directions("both", rig("rig: {direction: weft}")) == ["warp", "weft"]
+    assert planned_directions(None, None, ["rig.direction=weft"]) == ["weft"]
+    with pytest.raises(InputError, match=r'rig\.yaml:1: rig\.direction = \'wrap\'.*did you mean "warp"'):
+        planned_directions(None, rig("rig: {direction: wrap}"))
