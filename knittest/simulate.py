@@ -24,8 +24,9 @@ ProgressCall = Callable[[float, float, float, float], None]
 CHUNK = 20
 #: multiples of the time a wave needs along the specimen during which a fresh break is damped
 RINGING = 4.0
-#: energy error before any failure that stops a run, judged once this work [mJ] is done
-STOP_ENERGY_ERROR, LEAST_WORK = 0.10, 1.0
+#: energy error before any failure that stops a run, judged once the work is this many times the kinetic energy of the
+#: specimen at clamp speed
+STOP_ENERGY_ERROR, START_UP_WORK = 0.10, 20.0
 #: energy error that stops a run, and the work [mJ] below which the error is not judged
 STOP_ENERGY_ERROR = 0.10
 
@@ -55,6 +56,7 @@ class Simulation:
     time: float = 0.0
     damping_loss: float = 0.0
     kinetic: float = 0.0
+    kinetic_scale: float = 0.0  # of the specimen at clamp speed [mJ]
     loss_rate: float = 0.0  # energy that damping takes in one step [mJ]
     eroded: float = 0.0
     fine: list[tuple[float, Array]] = field(default_factory=list)
@@ -78,6 +80,7 @@ def simulate(
     tally = Tally(np.zeros((PARTITIONS, n_motions)), np.zeros((PARTITIONS, 3)))
     dt = solver.safety * model.critical_step
     run = Simulation(model, rig, solver, motions, tally, dt)
+    run.kinetic_scale = 0.5 * float(model.mass.sum()) * solver.kernel("speed") ** 2
     model.nodes.keep[:] = np.exp(-solver.damping * dt)
     run.cost.time_step = dt
     run.cost.overlap_at_start = model.prepare()
@@ -171,7 +174,7 @@ def _record(run: Simulation, stored: Stored) -> dict[str, float]:
         run.cost.penetration_mean = stored.mean_depth
     run.energy_rows.append(_balance(run, stored))
     error, work = run.energy_rows[-1]["energy_error"], abs(run.energy_rows[-1]["external_mj"])
-    if error > STOP_ENERGY_ERROR and work > LEAST_WORK and not failed.any():
+    if error > STOP_ENERGY_ERROR and work > START_UP_WORK * run.kinetic_scale and not failed.any():
         raise NumericalError(
             f"the energy balance is off by {100.0 * error:.0f} % at {run.time:.4f} ms, before anything failed; "
             "reduce solver.safety or solver.speed"
