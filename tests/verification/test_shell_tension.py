@@ -6,7 +6,7 @@ from shell_cases import CURVES, Solid, fabric, product, quaternion
 
 from knittest.kernels.shell_output import shell_energies, shell_fields
 from knittest.materials.laminate import laminate
-from knittest.models.macro import ShellStrip, build_strip
+from knittest.models.macro import STRENGTH_MARGIN, ShellStrip, build_strip
 
 FAIL = {"warp": 1.6, "weft": 1.5}
 
