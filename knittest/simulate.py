@@ -99,7 +99,7 @@ def simulate(
             run.peak, run.peak_frame = row["force_n"], _frame(run, row)
         if progress is not None:
             progress(fraction, run.time, 1e3 * dt, run.energy_rows[-1]["kinetic_ratio"])
-        if rig.finished(row["strain_pct"] / 100.0, row["force_n"], run.peak):
+        if rig.finished(row["force_n"], run.peak, run.eroded > 0.0):
             break
     return _history(run), run.cost
 

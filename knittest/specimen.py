@@ -102,6 +102,8 @@ def _prepare_meso(run: Run, specimen: int, phase: Phase | None) -> Prepared:
     # a yarn's weakest place lies between the clamps
     grip = (JAW_PITCHES + 0.5) / (along + 2 * JAW_PITCHES)
     draws[direction] = replace(draws[direction], weakest=grip + (1.0 - 2.0 * grip) * draws[direction].weakest)
+    table = _yarn_table(draws)
+    draws |= {s: _slack_as_wave(run, s, draws[s]) for s in AXIS}
     mesh = run.model.meso
     amplitude = {
         s: wave_scale(cell, s, wave_elements(cell, s, mesh.elements_per_wave)) * draws[s].amplitude for s in AXIS
@@ -111,7 +113,19 @@ def _prepare_meso(run: Run, specimen: int, phase: Phase | None) -> Prepared:
         paths = [p for p in paths if p.system != "knit"]
     rig = TensileTest(run, AXIS[direction], gauge=along * pitch)
     model = build_meso(run, paths, draws)
-    return Prepared(model, rig, across, clock.perf_counter() - start, _yarn_table(draws))
+    return Prepared(model, rig, across, clock.perf_counter() - start, table)
+
+
+def _slack_as_wave(run: Run, system: str, draws: YarnDraws) -> YarnDraws:
+    """Add the slack of wavy yarns to their wave, as length that straightens first; straight yarns keep it in their law.
+
+    A law that carries nothing up to the slack makes a yarn a row of loose links, which rattle when they are pulled.
+    """
+    crimp = run.fabric.reinforcing.kernel("crimp", system)
+    if crimp <= 0.0:
+        return draws
+    wider = np.sqrt(1.0 + draws.slack / crimp)
+    return replace(draws, amplitude=draws.amplitude * wider, slack=np.zeros_like(draws.slack))
 
 
 def _yarn_table(draws: dict[str, YarnDraws]) -> dict[str, np.ndarray]:

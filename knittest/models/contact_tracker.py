@@ -20,7 +20,7 @@ CONTACT_SKIN = 0.1
 #: fewest steps between two looks at the contacts, however fast yarns recoil
 LEAST_STEPS = 5
 #: overlap at the start, over the smaller radius, above which the geometry is refused
-MAX_OVERLAP = 0.10
+MAX_OVERLAP = 0.20
 
 
 def _empty(capacity: int) -> Contacts:

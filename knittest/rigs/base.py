@@ -27,8 +27,8 @@ class Rig(Protocol):
     def channels(self, time: float, reactions: Array) -> dict[str, float]:
         """Curve columns at ``time`` [ms] from the mean reactions [N] of the motions; needs strain_pct and force_n."""
 
-    def finished(self, strain: float, force: float, peak: float) -> bool:
-        """Whether the test is over."""
+    def finished(self, force: float, peak: float, broken: bool) -> bool:
+        """Whether the test is over, with the force and its peak [N] and whether anything has failed."""
 
 
 def clamp(model: ExplicitModel, nodes: Index) -> None:

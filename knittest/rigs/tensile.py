@@ -10,8 +10,6 @@ from knittest.rigs.base import clamp, make_motions
 
 Array = NDArray[np.float64]
 
-#: below this strain a low force is slack being taken up, not failure [-]
-STOP_STRAIN = 0.002
 #: a node this close to a clamp edge is gripped [mm]
 EDGE = 1e-6
 
@@ -60,6 +58,6 @@ class TensileTest:
             "force_fixed_n": -float(reactions[0]),
         }
 
-    def finished(self, strain: float, force: float, peak: float) -> bool:
-        """Over when the force has fallen to a share of its peak."""
-        return strain > STOP_STRAIN and force < self.stop_ratio * peak
+    def finished(self, force: float, peak: float, broken: bool) -> bool:
+        """Over when something has failed and the force has fallen to a share of its peak."""
+        return broken and force < self.stop_ratio * peak

@@ -2,6 +2,7 @@
 
 import pytest
 
+from knittest.config.layers import Layers
 from knittest.config.loading import planned_directions, resolve
 from knittest.config.presets import PRESETS
 from knittest.errors import InputError
@@ -50,6 +51,15 @@ def test_parameter_set_replaces_whole_quantities():
     assert calibrated.youngs_modulus.source == "tuned"
     assert calibrated.youngs_modulus.ref != measured.youngs_modulus.ref
     assert calibrated.fracture_strain == measured.fracture_strain
+
+
+def test_layers_merge_mappings_but_replace_quantities_and_know_where_from():
+    layers = Layers()
+    layers.lay({"a": {"value": 1, "sd": 2, "ref": "Table 1"}, "b": {"c": 1, "d": 2}}, lambda _: "base:1")
+    layers.lay({"a": {"value": 3}, "b": {"c": 4}}, lambda _: "over:9")
+    assert layers.data == {"a": {"value": 3}, "b": {"c": 4, "d": 2}}
+    assert layers.where(("a", "sd")) == layers.where(("b", "c")) == "over:9"
+    assert layers.where(("b", "d")) == "base:1"
 
 
 def test_fabric_without_sets_is_its_base(tmp_path):
