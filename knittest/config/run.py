@@ -60,7 +60,7 @@ class Model(Strict):
 class Solver(Strict):
     """Explicit time integration and its guards."""
 
-    speed: float = number(1.0, "m/s", "clamp speed after the ramp", gt=0, band=(1e-3, 50))
+    speed: float = number(2.0, "m/s", "clamp speed after the ramp", gt=0, band=(1e-3, 50))
     ramp: float = number(0.5, "ms", "smooth start of the motion", ge=0, le=1000)
     safety: float = number(0.9, "1", "share of the critical time step", gt=0, le=0.99)
     damping: float = number(0.5, "1/ms", "mass-proportional damping", ge=0, le=100)

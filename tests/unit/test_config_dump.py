@@ -39,7 +39,7 @@ def test_every_number_with_a_unit_says_it():
     lines = dump(resolve(variant="1")).splitlines()
     assert "  gauge_length: 100.0  # mm" in lines
     assert "    youngs_modulus:  # GPa" in lines
-    assert "  speed: 1.0  # m/s" in lines
+    assert "  speed: 2.0  # m/s" in lines
 
 
 def test_dumped_run_says_when_a_preset_or_set_could_not_apply(dumped):
