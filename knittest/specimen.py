@@ -22,7 +22,8 @@ from knittest.models.macro import build_strip
 from knittest.models.meso import build_meso
 from knittest.resources import data_dir
 from knittest.rigs.tensile import TensileTest
-from knittest.simulate import SimulationCost, simulate
+from knittest.simulate import simulate
+from knittest.simulation import SimulationCost
 from knittest.warmup import warm
 
 Phase = Callable[[str], None]

@@ -11,6 +11,7 @@ from knittest.errors import InputError
 from knittest.kernels import search
 from knittest.kernels.options import PARTITIONS
 from knittest.kernels.state import ContactLaw, Contacts, Nodes
+from knittest.snapshot import State, arrays_of, entry, put_back
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -29,6 +30,13 @@ def _empty(capacity: int) -> Contacts:
         np.zeros((2, capacity), np.int64), pair, triple[0], triple[1], np.zeros(capacity), np.zeros(capacity),
         triple[2], np.zeros(2 * capacity, np.int64), np.zeros(PARTITIONS + 1, np.int64),
     )  # fmt: skip
+
+
+def _used(contacts: Contacts, count: int) -> Contacts:
+    """Views of the columns in use."""
+    columns = {name: getattr(contacts, name)[..., :count] for name in Contacts._fields}
+    columns |= {"half": contacts.half[: 2 * count], "half_start": contacts.half_start}
+    return Contacts(**columns)
 
 
 @dataclass
@@ -97,6 +105,22 @@ class ContactTracker:
         if count:
             self._find_contacts()
         self.seconds += clock.perf_counter() - start
+
+    def state(self) -> State:
+        """Contacts in use, where every piece was last looked at, and the speed that sets the next look."""
+        counts = np.array([self.count, self.contacts.reach.size, self._spare.reach.size, self.searches])
+        return arrays_of("contacts", _used(self.contacts, self.count), Contacts._fields) | {
+            "since": self._since.copy(), "speed": np.array(self.speed), "counts": counts,
+        }  # fmt: skip
+
+    def restore(self, state: State) -> None:
+        """Put back what :meth:`state` gave; raises :class:`InputError` if it is another model's."""
+        self.count, capacity, spare, self.searches = (int(v) for v in entry(state, "counts", (4,)))
+        # the spare list holds nothing between two searches; its size only says when it must grow
+        self.contacts, self._spare = _empty(capacity), _empty(spare)
+        put_back(state, "contacts", _used(self.contacts, self.count), Contacts._fields)
+        self._since[:] = entry(state, "since", self._since.shape)
+        self.speed = float(entry(state, "speed", ()))
 
     def _find_contacts(self) -> None:
         """Search around the moved pieces and renew the list; it grows when it overflows."""

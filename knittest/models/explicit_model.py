@@ -9,9 +9,13 @@ from numpy.typing import NDArray
 from knittest.history import Mesh
 from knittest.kernels.options import PARTITIONS
 from knittest.kernels.state import Motions, Nodes, Partitions, Tally
+from knittest.snapshot import State, arrays_of, put_back
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+
+#: arrays of the model itself that clamping changes
+LUMPED = ("mass", "inertia")
 
 
 @dataclass(frozen=True)
@@ -79,6 +83,22 @@ class ExplicitModel(ABC):
     @abstractmethod
     def name_of(self, node: int) -> str:
         """What ``node`` belongs to, for messages."""
+
+    def complaint(self, dt: float) -> str:
+        """What makes the present state unusable at time step ``dt`` [ms], naming the entity; empty if nothing."""
+        return ""
+
+    def state(self) -> State:
+        """Everything that a run changes; with it in a freshly built model, a run goes on with the same bits.
+
+        A model with more that changes adds its entries here and in :meth:`restore`.
+        """
+        return arrays_of("nodes", self.nodes, Nodes._fields) | arrays_of("model", self, LUMPED)
+
+    def restore(self, state: State) -> None:
+        """Put back what :meth:`state` gave; raises :class:`InputError` if it is another model's."""
+        put_back(state, "nodes", self.nodes, Nodes._fields)
+        put_back(state, "model", self, LUMPED)
 
     def search_seconds(self) -> float:
         """Time spent so far in the search for contacts [s]."""

@@ -6,11 +6,18 @@ import numpy as np
 
 from knittest.history import Mesh
 from knittest.kernels.explicit import advance_fabric
+from knittest.kernels.health import smallest_shell
 from knittest.kernels.shell_output import shell_energies, shell_fields
 from knittest.kernels.shell_state import Laminate, Shells
 from knittest.kernels.state import Motions, Tally
 from knittest.models.explicit_model import Array, ExplicitModel, Index, Stored, make_nodes, make_partitions
 from knittest.models.macro import ShellStrip
+from knittest.snapshot import State, arrays_of, put_back
+
+#: arrays of the shells that a run changes
+CHANGING = ("state", "corner", "fail_time")
+#: area over reference area below which a shell has collapsed
+SMALLEST = 0.05
 
 
 @dataclass
@@ -47,6 +54,22 @@ class FabricModel(ExplicitModel):
         names = ("strain_warp", "strain_weft", "shear_angle", "force_warp", "force_weft")
         values = dict(zip(names, shell_fields(n_el, self.nodes, self.shells, self.laminate), strict=True))
         return values | {"alive": np.isinf(self.shells.fail_time[:n_el]).astype(float)}
+
+    def complaint(self, dt: float) -> str:
+        """Names a shell without area; the bound behind the time step holds at any other distortion."""
+        shell, ratio = smallest_shell(
+            self.nodes.position, self.shells.conn, self.shells.fail_time, self.shells.state
+        )  # fmt: skip
+        return f"shell {shell} has collapsed to {100.0 * ratio:.1f} % of its area" if ratio < SMALLEST else ""
+
+    def state(self) -> State:
+        """See :meth:`ExplicitModel.state`; adds living shells and corner forces."""
+        return super().state() | arrays_of("shells", self.shells, CHANGING)
+
+    def restore(self, state: State) -> None:
+        """See :meth:`ExplicitModel.restore`."""
+        super().restore(state)
+        put_back(state, "shells", self.shells, CHANGING)
 
     def name_of(self, node: int) -> str:
         """The shells around ``node``."""

@@ -9,8 +9,12 @@ from knittest.kernels.explicit import advance_yarns
 from knittest.kernels.state import Beams, ContactLaw, Motions, Tally
 from knittest.models.contact_tracker import ContactTracker, YarnContactGroup
 from knittest.models.explicit_model import Array, ExplicitModel, Index, Stored
+from knittest.models.yarn_health import YarnHealth
+from knittest.snapshot import State, arrays_of, prefixed, put_back, under
 
 NO_CONTACT = ContactLaw(0.0, 0.0, 0.0, 0.0)
+#: arrays of the beams that a run changes
+CHANGING = ("alive", "fail_time")
 
 
 @dataclass
@@ -26,6 +30,7 @@ class YarnModel(ExplicitModel):
     def __post_init__(self) -> None:
         self.tracker = ContactTracker(self.nodes, self.beams.alive, self.group, self.name_of)
         self.law = self.group.law if self.contact else NO_CONTACT
+        self.health = YarnHealth(self)
 
     def prepare(self) -> float:
         """See :meth:`ContactTracker.settle`."""
@@ -71,6 +76,20 @@ class YarnModel(ExplicitModel):
         time = self.beams.fail_time
         broken = np.unique(self.group.chain[np.isfinite(time) & (time > since)])
         return np.flatnonzero(np.isin(self.group.chain, broken))
+
+    def complaint(self, dt: float) -> str:
+        """See :class:`YarnHealth`."""
+        return self.health.complaint(dt)
+
+    def state(self) -> State:
+        """See :meth:`ExplicitModel.state`; adds living beams and contacts."""
+        return super().state() | arrays_of("beams", self.beams, CHANGING) | prefixed("tracker", self.tracker.state())
+
+    def restore(self, state: State) -> None:
+        """See :meth:`ExplicitModel.restore`."""
+        super().restore(state)
+        put_back(state, "beams", self.beams, CHANGING)
+        self.tracker.restore(under(state, "tracker"))
 
     def name_of(self, node: int) -> str:
         """System and number of the yarn that owns ``node``."""

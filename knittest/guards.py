@@ -1,0 +1,62 @@
+"""Stops a run whose numbers have gone wrong, within one chunk, naming what and when."""
+
+from math import isfinite
+
+import numpy as np
+
+from knittest.errors import NumericalError
+from knittest.simulation import Simulation
+
+#: kinetic energy over the work done, plus the second times the energy of the specimen at clamp speed, above which the
+#: state blows up: a specimen that tears turns at most all of the work into motion
+BLOW_UP, BLOW_UP_START = 2.0, 20.0
+#: energy error over work before any failure that stops a run, and the error that stops it when energy is made from
+#: nothing; judged once the work is this many times the kinetic energy of the specimen at clamp speed
+STOP_ENERGY_ERROR, STOP_ENERGY_GAIN, START_UP_WORK = 0.10, 0.05, 20.0
+
+
+def check_motion(run: Simulation, work: float) -> None:
+    """Raise :class:`NumericalError` if the motion is not finite, or holds much more than the ``work`` done [mJ]."""
+    if not isfinite(run.kinetic):
+        raise NumericalError(
+            f"the state is not finite at {run.time:.5f} ms, first at {_first_bad(run)}; reduce solver.safety or speed"
+        )
+    if run.kinetic > BLOW_UP * abs(work) + BLOW_UP_START * run.kinetic_scale:
+        raise NumericalError(
+            f"the motion blows up at {run.time:.5f} ms: {run.kinetic:.3g} mJ of kinetic energy from {work:.3g} mJ of "
+            f"work, most of it at {_fastest(run)}; reduce solver.safety or solver.speed"
+        )
+
+
+def check_entities(run: Simulation) -> None:
+    """Raise :class:`NumericalError` if the model complains of one of its entities."""
+    if complaint := run.model.complaint(run.dt):
+        raise NumericalError(f"{complaint} at {run.time:.5f} ms; reduce solver.safety or solver.speed")
+
+
+def check_balance(run: Simulation) -> None:
+    """Raise :class:`NumericalError` if, before anything failed, the newest row of the energies does not balance."""
+    newest = run.energy_rows[-1]
+    if abs(newest["external_mj"]) <= START_UP_WORK * run.kinetic_scale or run.model.failed().any():
+        return
+    made = newest["balance_error_mj"] < 0.0
+    if newest["energy_error"] > (STOP_ENERGY_GAIN if made else STOP_ENERGY_ERROR):
+        what = "energy is made from nothing" if made else "energy is lost"
+        raise NumericalError(
+            f"the energy balance is off by {100.0 * newest['energy_error']:.0f} % at {run.time:.4f} ms, before "
+            f"anything failed ({what}); reduce solver.safety or solver.speed"
+        )
+
+
+def _first_bad(run: Simulation) -> str:
+    """The first entity whose state is not finite."""
+    n = run.model.n_nodes
+    state = np.vstack([run.model.nodes.position[:, :n], run.model.nodes.velocity[:, :n], run.model.nodes.spin[:, :n]])
+    bad = np.flatnonzero(~np.isfinite(state).all(axis=0))
+    return f"node {bad[0]} of {run.model.name_of(int(bad[0]))}" if len(bad) else "a force"
+
+
+def _fastest(run: Simulation) -> str:
+    n = run.model.n_nodes
+    i = int(np.argmax(np.sum(run.model.nodes.velocity[:, :n] ** 2, axis=0) * run.model.mass))
+    return f"node {i} of {run.model.name_of(i)}"

@@ -1,0 +1,96 @@
+"""What makes a model of yarns unusable: a collapsed beam, a yarn that passes another, a node too stiff for the step."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knittest.kernels import health
+from knittest.kernels.state import Beams, Partitions
+from knittest.models.contact_tracker import LEAST_STEPS
+
+if TYPE_CHECKING:
+    from knittest.models.yarn_model import YarnModel
+
+Array = NDArray[np.float64]
+
+#: length over rest length below which a beam has collapsed
+SHORTEST = 0.1
+#: distance of the centre-lines of a crossing over its reach below which one yarn is about to pass the other
+NEAREST = 0.1
+#: the stiffness changes with the contacts on a node, slowly, and costs most to look at: every so many looks
+STIFFNESS_LOOKS = 4
+
+
+class YarnHealth:
+    """Looks at one model; the arrays that kernels renew are asked for each time."""
+
+    def __init__(self, model: "YarnModel") -> None:
+        self.model = model
+        self.own = _own_stiffness(model.parts, model.beams)
+        self.load = np.zeros(model.n_nodes)
+        self.looks = 0
+        # both yarns of a crossing may move, and contacts are looked at every LEAST_STEPS steps at the latest
+        self.farthest = float(model.group.radius.min()) / LEAST_STEPS
+
+    def complaint(self, dt: float) -> str:
+        """What is wrong with the present state at time step ``dt`` [ms]; empty if nothing."""
+        model = self.model
+        if health.count_short_beams(model.nodes.position, model.beams.alive, model.beams.inv_length, SHORTEST):
+            return self._collapsed()
+        if not model.contact:
+            return ""
+        self.looks += 1
+        stiff = self._too_stiff(dt) if self.looks % STIFFNESS_LOOKS == 0 else ""
+        return self._too_fast(dt) or self._pierced() or stiff
+
+    def _collapsed(self) -> str:
+        model = self.model
+        length = np.linalg.norm(np.diff(model.position(), axis=0, append=np.nan), axis=1)
+        ratio = np.where(model.beams.alive > 0.0, length * model.beams.inv_length, np.inf)
+        i = int(np.nanargmin(ratio))
+        return f"a beam of {model.name_of(i)} (node {i}) has collapsed to {100 * ratio[i]:.1f} % of its length"
+
+    def _too_fast(self, dt: float) -> str:
+        step = self.model.tracker.speed * dt
+        if not step > self.farthest:
+            return ""
+        i = int(np.argmax(np.sum(self.model.nodes.velocity[:, : self.model.n_nodes] ** 2, axis=0)))
+        return (
+            f"node {i} of {self.model.name_of(i)} moves {step:.3g} mm in one step: contacts could be passed by "
+            f"(limit {self.farthest:.3g} mm)"
+        )
+
+    def _pierced(self) -> str:
+        contacts, count = self.model.tracker.contacts, self.model.tracker.count
+        if not health.count_pierced(contacts.offset, contacts.reach, contacts.line, count, NEAREST):
+            return ""
+        share = np.linalg.norm(contacts.offset[:, :count], axis=0) / contacts.reach[:count]
+        c = int(np.argmin(np.where(contacts.line[:count] == 0.0, share, np.inf)))
+        names = " and ".join(self.model.name_of(int(i)) for i in contacts.piece[:, c])
+        return f"{names} pass through each other (node {int(contacts.piece[0, c])})"
+
+    def _too_stiff(self, dt: float) -> str:
+        model, contacts = self.model, self.model.tracker.contacts
+        i, bound = health.stiffest_node(
+            contacts.piece, contacts.parameter, contacts.force, model.tracker.count, model.law.normal, self.own,
+            model.nodes.inv_mass, self.load,
+        )  # fmt: skip
+        if bound * dt * dt <= 4.0:
+            return ""
+        return (
+            f"contacts on node {i} of {model.name_of(i)} bring the critical time step to {2e3 / bound**0.5:.3g} us, "
+            f"below the step of {1e3 * dt:.3g} us"
+        )
+
+
+def _own_stiffness(parts: Partitions, beams: Beams) -> Array:
+    """Twice the largest axial stiffness of the beams at each node [N/mm], (n_nodes,): a bound of the chain's."""
+    tangent = np.maximum(beams.stiffness[:, 0], np.cumsum(beams.hinge_slope, axis=1).max(axis=1))
+    stiffness = np.zeros(beams.alive.size)
+    for start, stop, section in parts.span:
+        if section >= 0:
+            here = np.where(beams.alive[start:stop] > 0.0, tangent[section] * beams.inv_length[start:stop], 0.0)
+            stiffness[start:stop] += here
+            stiffness[start + 1 : stop] += here[:-1]
+    return 2.0 * stiffness

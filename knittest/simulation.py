@@ -1,0 +1,125 @@
+"""State of a simulation between two chunks, and the same as arrays for a checkpoint."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knittest.config.run import Solver
+from knittest.history import Frame
+from knittest.kernels.state import Motions, Tally
+from knittest.models.explicit_model import ExplicitModel
+from knittest.rigs.base import Rig
+from knittest.snapshot import State, arrays_of, columns, entry, prefixed, put_back, rows_of, under
+
+Array = NDArray[np.float64]
+
+#: numbers of a run that change
+SCALARS = ("time", "damping_loss", "kinetic", "loss_rate", "eroded", "peak")
+COSTS = ("advance_s", "overlap_at_start", "penetration_max", "penetration_mean")
+
+
+@dataclass
+class SimulationCost:
+    """Steps, time step [ms], time spent advancing [s]; overlap and penetration over radius before failure."""
+
+    steps: int = 0
+    time_step: float = 0.0
+    advance_s: float = 0.0
+    overlap_at_start: float = 0.0
+    penetration_max: float = 0.0
+    penetration_mean: float = 0.0
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """State of a simulation without its frames, and the frames, oldest first; frames never change once taken."""
+
+    state: State
+    frames: list[State]
+
+
+class Keeper(Protocol):
+    """Keeps snapshots of a simulation; the simulation calls it, and it decides when to write."""
+
+    def resume_from(self) -> Snapshot | None:
+        """Where to go on; None to start."""
+
+    def visit(self, take: Callable[[], Snapshot]) -> None:
+        """Called after every chunk; may raise to stop the run."""
+
+    def failed(self, take: Callable[[], Snapshot]) -> None:
+        """Called when the numbers have gone wrong, with the state as it is."""
+
+
+@dataclass
+class Simulation:
+    """State of one run between chunks; ``row_steps`` steps of the present row are done."""
+
+    model: ExplicitModel
+    rig: Rig
+    solver: Solver
+    motions: Motions
+    tally: Tally
+    dt: float
+    time: float = 0.0
+    row_steps: int = 0
+    damping_loss: float = 0.0
+    kinetic: float = 0.0
+    kinetic_scale: float = 0.0  # of the specimen at clamp speed [mJ]
+    loss_rate: float = 0.0  # energy that damping takes in one step [mJ]
+    eroded: float = 0.0
+    fine: list[tuple[float, Array]] = field(default_factory=list)
+    rows: list[dict[str, float]] = field(default_factory=list)
+    energy_rows: list[dict[str, float]] = field(default_factory=list)
+    frames: list[Frame] = field(default_factory=list)
+    peak_frame: Frame | None = None
+    peak: float = 0.0
+    cost: SimulationCost = field(default_factory=SimulationCost)
+
+    @property
+    def rest_keep(self) -> float:
+        """Share of velocity that the configured damping leaves in one step."""
+        return float(np.exp(-self.solver.damping * self.dt))
+
+    def snapshot(self) -> Snapshot:
+        """Everything of this run that changes, as copies."""
+        state = prefixed("model", self.model.state()) | arrays_of("run", self, (*SCALARS, "row_steps", "rest_keep"))
+        state |= arrays_of("cost", self.cost, ("steps", *COSTS)) | arrays_of("tally", self.tally, Tally._fields)
+        state |= prefixed("rows", columns(self.rows)) | prefixed("energies", columns(self.energy_rows))
+        state["fine/time"] = np.array([t for t, _ in self.fine])
+        state["fine/reaction"] = np.array([r for _, r in self.fine])
+        state["n_frames"] = np.array(len(self.frames))
+        if self.peak_frame is not None:
+            state |= prefixed("peak_frame", frame_state(self.peak_frame))
+        return Snapshot(state, [frame_state(f) for f in self.frames])
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Put back what :meth:`snapshot` gave; raises :class:`InputError` if it is another model's."""
+        state = snapshot.state
+        self.model.restore(under(state, "model"))
+        put_back(state, "tally", self.tally, Tally._fields)
+        for name in SCALARS:
+            setattr(self, name, float(entry(state, f"run/{name}", ())))
+        for name in COSTS:
+            setattr(self.cost, name, float(entry(state, f"cost/{name}", ())))
+        self.row_steps, self.cost.steps = int(entry(state, "run/row_steps", ())), int(entry(state, "cost/steps", ()))
+        self.rows, self.energy_rows = rows_of(under(state, "rows")), rows_of(under(state, "energies"))
+        self.fine = list(zip(entry(state, "fine/time").tolist(), entry(state, "fine/reaction"), strict=True))
+        self.frames = [frame_of(f) for f in snapshot.frames]
+        peak = under(state, "peak_frame")
+        self.peak_frame = frame_of(peak) if peak else None
+
+
+def frame_state(frame: Frame) -> State:
+    """A frame as arrays."""
+    names = ("time", "strain", "force", "position")
+    return {f"frame/{name}": np.asarray(getattr(frame, name)) for name in names} | prefixed("field", frame.fields)
+
+
+def frame_of(state: State) -> Frame:
+    """What :func:`frame_state` was made of."""
+    time, strain, force = (float(entry(state, f"frame/{name}", ())) for name in ("time", "strain", "force"))
+    return Frame(time, strain, force, entry(state, "frame/position"), under(state, "field"))
