@@ -1,5 +1,7 @@
 """Errors that reach a user as a message and an exit code, never as a traceback."""
 
+from pathlib import Path
+
 
 class KnittestError(Exception):
     """Base of all expected failures; ``exit_code`` is the process status."""
@@ -20,9 +22,10 @@ class NumericalError(KnittestError):
 
 
 class ResourceError(KnittestError):
-    """Disk, memory, cache or a locked folder."""
+    """Disk, memory, cache or a locked folder; ``folder`` is that of the run it ended, if any."""
 
     exit_code = 4
+    folder: Path | None = None
 
 
 class OutOfTolerance(KnittestError):

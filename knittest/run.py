@@ -1,9 +1,7 @@
-"""A run end to end: specimens of one direction, their folder, comparison and report; and the tensile command."""
+"""A run end to end: specimens of one direction, their folder, comparison and report."""
 
 import time as clock
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from datetime import datetime
 from functools import partial
 from pathlib import Path
 from typing import Any, cast
@@ -11,21 +9,22 @@ from typing import Any, cast
 import numpy as np
 
 from knittest.compare import compare_curves, compare_results
-from knittest.config.dumping import dump
 from knittest.config.run import Run
-from knittest.errors import NumericalError
+from knittest.errors import NumericalError, ResourceError
 from knittest.experiment.curves import ReferenceCurve, load_curve
 from knittest.experiment.tables import PublishedValue, published
 from knittest.export import curve_picture, energy_picture, strip_picture, vtu
-from knittest.export.folder import RunFolder, fresh_folder, run_name
+from knittest.export.folder import RunFolder
 from knittest.export.summary import ComparisonRow, build_summary, ensemble_results
 from knittest.history import Cost, Quality
+from knittest.interrupts import Interrupted, Interrupts
+from knittest.opening import Opened, Opener
 from knittest.options import RunOptions
 from knittest.resources import data_dir
 from knittest.row_kind import row_kind
 from knittest.specimen import Specimen, run_specimen
+from knittest.specimen_store import specimen_of, specimen_state
 from knittest.terminal import Progress
-from knittest.terminal_results import print_json, print_results
 
 EXIT_REFUSED = NumericalError.exit_code
 
@@ -40,71 +39,42 @@ class Outcome:
     quality: Quality
 
 
-def tensile_command(runs: list[Run], options: RunOptions) -> int:
-    """Run every direction into its own folder, print one table; returns the exit code."""
-    set_threads(options.threads)
-    folders = _folders(runs, options.out)
-    outcomes = []
-    with Progress(quiet=options.quiet) as progress:
-        for run, folder in zip(runs, folders, strict=True):
-            outcomes.append(execute(run, folder, options, progress))
-    if options.json:
-        summaries = [o.summary | {"folder": str(o.folder)} for o in outcomes]
-        print_json(summaries[0] if len(summaries) == 1 else {"runs": summaries})
-    elif not options.quiet:
-        print_results(outcomes)
-    return EXIT_REFUSED if any(o.quality.failures for o in outcomes) else 0
-
-
-def set_threads(threads: int | None) -> None:
-    """Use ``threads`` threads (default: all cores), one if the threading layer is too slow for small steps."""
-    import numba
-
-    from knittest.kernels.threading import best_threads
-
-    numba.set_num_threads(best_threads(threads))
-
-
-def _folders(runs: Sequence[Run], out: Path | None) -> list[Path | None]:
-    if len(runs) == 1:
-        return [out]
-    parent = out or fresh_folder(Path("runs") / run_name(runs[0], direction="both", at=datetime.now()))
-    return [parent / run.rig.direction for run in runs]
-
-
-def execute(run: Run, out: Path | None, options: RunOptions, progress: Progress) -> Outcome:
-    """Run all specimens of ``run`` and write its folder."""
+def execute(run: Run, opener: Opener, interrupts: Interrupts, options: RunOptions, progress: Progress) -> Outcome:
+    """Run all specimens of ``run``, or those that are left, and write its folder."""
     references = _references(run)
     files = [data_dir() / name for name in run.fabric.macro.tension.values()]
-    with RunFolder.create(
-        out, run, config_text=dump(run), threads=_threads(), data_files=[f for f in files if f.is_file()]
-    ) as folder:
-        specimens = _specimens(run, progress, folder)
-        summary, comparison, quality = _judge(run, specimens, references)
-        _write(run, specimens, references, summary, comparison, folder, options)
-        if quality.failures:
-            folder.finish("completed", EXIT_REFUSED, "comparison refused: " + "; ".join(quality.failures))
-        path = folder.path
-    return Outcome(run, path, summary, quality)
+    opened = opener(run, [f for f in files if f.is_file()], interrupts)
+    folder = opened.folder
+    try:
+        with folder:
+            specimens = _specimens(run, progress, opened)
+            summary, comparison, quality = _judge(run, specimens, references)
+            _write(run, specimens, references, summary, comparison, folder, options)
+            if quality.failures:
+                folder.finish("completed", EXIT_REFUSED, "comparison refused: " + "; ".join(quality.failures))
+    except (Interrupted, ResourceError) as error:
+        error.folder = folder.path
+        raise
+    return Outcome(run, folder.path, summary, quality)
 
 
-def _threads() -> int:
-    import numba
-
-    return int(numba.get_num_threads())
-
-
-def _specimens(run: Run, progress: Progress, folder: RunFolder) -> list[Specimen]:
+def _specimens(run: Run, progress: Progress, opened: Opened) -> list[Specimen]:
     count = run.variability.specimens
     if count > 1:
         run = run.model_copy(update={"variability": run.variability.model_copy(update={"mode": "random"})})
     done = []
     for k in range(count):
+        kept = opened.checkpoints.finished(k)
+        if kept is not None:
+            done.append(specimen_of(kept))
+            continue
         label = f"{run.rig.direction} {k + 1}/{count}" if count > 1 else run.rig.direction
         start = clock.perf_counter()
         phase = partial(_announce, progress, label)
-        done.append(run_specimen(run, k, phase=phase, update=progress.update))
-        folder.log("specimen", number=k, seconds=round(clock.perf_counter() - start, 3), **done[-1].results)
+        with opened.checkpoints.keeping(k) as keeper:
+            done.append(run_specimen(run, k, phase=phase, update=progress.update, keeper=keeper))
+            keeper.finish(specimen_state(done[-1], frames=k == 0))  # pictures show the first specimen
+        opened.folder.log("specimen", number=k, seconds=round(clock.perf_counter() - start, 3), **done[-1].results)
     progress.done()
     return done
 

@@ -40,6 +40,11 @@ class Snapshot:
     state: State
     frames: list[State]
 
+    @property
+    def time(self) -> float:
+        """Simulated time [ms]."""
+        return float(self.state["run/time"])
+
 
 class Keeper(Protocol):
     """Keeps snapshots of a simulation; the simulation calls it, and it decides when to write."""

@@ -23,7 +23,7 @@ from knittest.models.meso import build_meso
 from knittest.resources import data_dir
 from knittest.rigs.tensile import TensileTest
 from knittest.simulate import simulate
-from knittest.simulation import SimulationCost
+from knittest.simulation import Keeper, SimulationCost
 from knittest.warmup import warm
 
 Phase = Callable[[str], None]
@@ -140,14 +140,20 @@ def _yarn_table(draws: dict[str, YarnDraws]) -> dict[str, np.ndarray]:
     }
 
 
-def run_specimen(run: Run, specimen: int = 0, phase: Phase | None = None, update: Update | None = None) -> Specimen:
-    """Build, compile, simulate and measure one specimen."""
+def run_specimen(
+    run: Run,
+    specimen: int = 0,
+    phase: Phase | None = None,
+    update: Update | None = None,
+    keeper: Keeper | None = None,
+) -> Specimen:
+    """Build, compile, simulate and measure one specimen; ``keeper`` keeps its checkpoints."""
     start, cpu = clock.perf_counter(), clock.process_time()
     prepared = prepare(run, specimen, phase)
     compile_s = warm(run, phase)
     if phase is not None:
         phase(f"pulling {run.rig.direction}")
-    history, cost = simulate(prepared.model, prepared.rig, run.solver, run.output, update)
+    history, cost = simulate(prepared.model, prepared.rig, run.solver, run.output, update, keeper)
     quality = assess(history, run.solver, cost.penetration_max, cost.penetration_mean, prepared.model.added_mass)
     elements = len(prepared.model.mesh.cells)
     return Specimen(

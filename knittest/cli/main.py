@@ -17,6 +17,7 @@ from knittest.errors import KnittestError, ResourceError
 #: name of a command: module that holds it under the same name, and what ``--help`` says of it
 COMMANDS = {
     "tensile": ("knittest.cli.tensile", "Strip tensile test to failure, macro or meso."),
+    "resume": ("knittest.cli.resume", "Go on with a run that was stopped, to the same result."),
     "check": ("knittest.cli.check", "Show what a run would do; --convergence repeats it at half the speed."),
     "compare": ("knittest.cli.compare", "Compare a finished run with a curve of your own."),
     "fabric": ("knittest.cli.fabric", "Show, export or relax the yarn geometry."),
@@ -79,10 +80,10 @@ def run(arguments: list[str] | None = None) -> int:
         result = cli.main(args=arguments, standalone_mode=False)
         sys.stdout.flush()
         return result if isinstance(result, int) else 0
-    except click.exceptions.Abort:
-        return _say("interrupted", INTERRUPTED)
-    except KeyboardInterrupt:
-        return _say("interrupted", INTERRUPTED)
+    except click.exceptions.Abort as error:  # click's word for a KeyboardInterrupt
+        return _say(str(error.__cause__ or "") or "interrupted", INTERRUPTED)
+    except KeyboardInterrupt as error:
+        return _say(str(error) or "interrupted", INTERRUPTED)
     except click.ClickException as error:
         error.show()
         return 2

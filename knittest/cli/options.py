@@ -30,6 +30,20 @@ def describes_run(command: Callable[..., Any]) -> Callable[..., Any]:
     return command
 
 
+def reports(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options on how a run computes and reports."""
+    for option in reversed(
+        (
+            click.option("--threads", type=click.IntRange(1), help="Threads.  [default: all cores]"),
+            click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout and nothing else there."),
+            click.option("--quiet", is_flag=True, help="No progress, no table."),
+            click.option("--no-frames", is_flag=True, help="No VTU frames."),
+        )
+    ):
+        command = option(command)
+    return command
+
+
 def resolve_runs(direction: str, chosen: dict[str, Any]) -> list[Any]:
     """The runs that the options describe, one a direction."""
     from knittest.config.loading import planned_directions, resolve

@@ -88,6 +88,9 @@ class Output(Strict):
 
     samples: int = Field(400, ge=20, le=100000, description="rows of curve.csv and energies.csv, about")
     frames: int = Field(12, ge=0, le=2000, description="VTU frames over the run")
+    checkpoint_interval: float = number(
+        60.0, "s", "time between checkpoints, by the clock on the wall; a signal writes one too", gt=0, le=86400
+    )
 
 
 class Run(Strict):

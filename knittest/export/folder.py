@@ -1,8 +1,6 @@
 """The run folder: everything a run leaves behind, and a manifest that always says how it ended."""
 
-import os
 import re
-import socket
 import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
@@ -11,19 +9,18 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-import knittest
 from knittest.config.run import Run
-from knittest.errors import InputError, KnittestError, OutOfTolerance
-from knittest.export import provenance
+from knittest.errors import InputError, KnittestError
 from knittest.export.atomic import resource_error, write_atomic
 from knittest.export.jsonfile import json_text
 from knittest.export.lock import LOCK_NAME, RunLock
+from knittest.export.manifest import ending, first_manifest, now, restarted_manifest
 from knittest.export.summary import Status
 
-INTERRUPTED = 75
 # What only a completed run may show; a failed one keeps its tables under a name that says so.
 _RESULTS = ("summary.json", "comparison.json", "curve.png", "energies.png", "deformed.png", "report.html")
 _TABLES = ("curve.csv", "energies.csv", "yarns.csv")
+CHECKPOINTS = "checkpoint-*.npz"
 _OWN = ("manifest.json", "config.yaml", "log.jsonl", "frames.pvd", LOCK_NAME, *_RESULTS, *_TABLES)
 
 
@@ -62,13 +59,26 @@ class RunFolder:
         lock = RunLock(path)
         try:
             _clear_dead_run(path, lock)
-            folder = cls(path, lock, _first_manifest(run, config_text, threads, data_files))
+            folder = cls(path, lock, first_manifest(run, config_text, threads, data_files))
             folder._write_manifest()
             folder.write_text("config.yaml", config_text)
             folder.log("started", **({"notice": folder.notice} if folder.notice else {}))
         except BaseException:
             lock.release()
             raise
+        return folder
+
+    @classmethod
+    def reopen(
+        cls, path: Path, lock: RunLock, manifest: dict[str, Any], *, threads: int, notes: dict[str, Any]
+    ) -> Self:
+        """The folder of a run that did not complete, which goes on under ``lock``; ``notes`` go into its manifest."""
+        folder = cls(path, lock, restarted_manifest(manifest, threads, notes))
+        folder.notice = ""
+        for name in _TABLES:
+            (path / _incomplete(name)).unlink(missing_ok=True)
+        folder._write_manifest()
+        folder.log("resumed", **notes)
         return folder
 
     def write_text(self, name: str, text: str) -> Path:
@@ -104,7 +114,7 @@ class RunFolder:
 
     def log(self, event: str, **fields: Any) -> None:
         """Append one line to log.jsonl: time, event and its fields."""
-        line = json_text({"time": _now(), "event": event, **fields}, indent=None)
+        line = json_text({"time": now(), "event": event, **fields}, indent=None)
         path = self.path / "log.jsonl"
         try:
             with path.open("a", encoding="utf-8") as stream:
@@ -116,10 +126,12 @@ class RunFolder:
         """End the run: sweep what must not look like a result, write the last manifest, free the lock."""
         if status != "completed":
             self._sweep()
-        self._manifest |= {"status": status, "ended": _now(), "exit_code": exit_code, "message": message}
+        self._manifest |= {"status": status, "ended": now(), "exit_code": exit_code, "message": message}
         self._lock.give_room()
         try:
             self._write_manifest()
+            if status == "completed":
+                self._remove_checkpoints()
         finally:
             self._lock.release()
 
@@ -137,7 +149,7 @@ class RunFolder:
         if self.finished:
             return
         try:
-            self.finish(*_ending(error))
+            self.finish(*ending(error))
         except KnittestError:
             # The first error is the one to report; a second, from the full disk, adds nothing.
             if error is None:
@@ -146,13 +158,22 @@ class RunFolder:
     def _write_manifest(self) -> None:
         self.write_text("manifest.json", json_text(self._manifest))
 
+    def _remove_checkpoints(self) -> None:
+        for path in self.path.glob(CHECKPOINTS):
+            with suppress(OSError):
+                path.unlink()
+
     def _sweep(self) -> None:
         for name in _RESULTS:
             with suppress(OSError):
                 (self.path / name).unlink(missing_ok=True)
         for name in _TABLES:
             with suppress(OSError):
-                (self.path / name).replace(self.path / name.replace(".csv", ".incomplete.csv"))
+                (self.path / name).replace(self.path / _incomplete(name))
+
+
+def _incomplete(table: str) -> str:
+    return table.replace(".csv", ".incomplete.csv")
 
 
 def run_name(run: Run, *, direction: str | None = None, at: datetime | None = None) -> str:
@@ -194,7 +215,11 @@ def _chosen_folder(path: Path) -> Path:
     except OSError as error:
         raise resource_error(path, error) from error
     if names and LOCK_NAME not in names:
-        raise InputError(f"--out {path}: not empty; choose a new folder, or remove this one if it is not needed")
+        resumable = "config.yaml" in names and any(name.startswith("checkpoint-") for name in names)
+        instead = f"continue the run in it with: knittest resume {path}, or " if resumable else ""
+        raise InputError(
+            f"--out {path}: not empty; {instead}choose a new folder, or remove this one if it is not needed"
+        )
     return path
 
 
@@ -221,41 +246,3 @@ def _notice(path: Path, lock: RunLock) -> str:
     if lock.stale_owner is None:
         return ""
     return f"{path}: {lock.stale_owner} died without finishing here; its files were replaced"
-
-
-def _first_manifest(run: Run, config_text: str, threads: int, data_files: Iterable[Path]) -> dict[str, Any]:
-    return {
-        "status": "running",
-        "version": knittest.__version__,
-        "git_commit": provenance.git_commit(),
-        "config_sha256": provenance.sha256_text(config_text),
-        "data_sha256": provenance.sha256_files(data_files),
-        "seed": run.variability.seed,
-        "cpu": provenance.cpu_model(),
-        "cores": provenance.cores(),
-        "threads": threads,
-        "libraries": provenance.library_versions(),
-        "pid": os.getpid(),
-        "host": socket.gethostname(),
-        "started": _now(),
-        "ended": None,
-        "exit_code": None,
-        "message": "",
-    }
-
-
-def _ending(error: BaseException | None) -> tuple[Status, int, str]:
-    """Status, exit code and message for the exception that ended a run."""
-    if error is None:
-        return "completed", 0, ""
-    if isinstance(error, OutOfTolerance):
-        return "completed", error.exit_code, str(error)
-    if isinstance(error, KnittestError):
-        return "failed", error.exit_code, str(error)
-    if isinstance(error, KeyboardInterrupt) or (isinstance(error, SystemExit) and error.code == INTERRUPTED):
-        return "interrupted", INTERRUPTED, "stopped by a signal"
-    return "failed", 1, f"{type(error).__name__}: {error}"
-
-
-def _now() -> str:
-    return datetime.now().astimezone().isoformat(timespec="seconds")

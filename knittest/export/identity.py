@@ -1,0 +1,51 @@
+"""What the bits of a run depend on, and what of it differs between a checkpoint and now."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import knittest
+from knittest.config.dumping import dump
+from knittest.config.run import Run
+from knittest.export import provenance
+from knittest.kernels import cache_folder
+
+#: libraries that do the arithmetic
+ARITHMETIC = ("numpy", "numba", "llvmlite", "scipy")
+#: settings without influence on the result
+FREE = ("output.checkpoint_interval",)
+
+Identity = dict[str, Any]
+
+
+def identity_of(run: Run, data_files: Iterable[Path]) -> Identity:
+    """Version, kernels, libraries, processor, config and data of ``run`` here and now."""
+    versions = provenance.library_versions()
+    return {
+        "version": knittest.__version__,
+        "kernels": cache_folder().name,
+        "libraries": {name: versions.get(name, "") for name in ARITHMETIC},
+        "cpu": provenance.cpu_model(),
+        "config_sha256": provenance.sha256_text(dump(run)),
+        "config": run.model_dump(mode="json"),
+        "data": provenance.sha256_files(data_files),
+    }
+
+
+def changes(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
+    """What changed, one text each: ``solver.damping was 0.5, is 0.6``; empty when the bits must come out the same."""
+    old, new = (dict(_leaves({k: v for k, v in i.items() if k != "config_sha256"})) for i in (before, now))
+    names = {k: k.removeprefix("config.") for k in sorted(old.keys() | new.keys())}
+    return [
+        f"{name} was {old.get(key, 'not there')}, is {new.get(key, 'not there')}"
+        for key, name in names.items()
+        if old.get(key) != new.get(key) and name not in FREE
+    ]
+
+
+def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+    if isinstance(value, Mapping) and value:
+        for key, item in value.items():
+            yield from _leaves(item, f"{path}.{key}" if path else str(key))
+    else:
+        yield path, value

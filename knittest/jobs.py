@@ -1,0 +1,116 @@
+"""What the commands that run tests do: a list of runs, one folder each, one table; started or gone on with."""
+
+import shlex
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from datetime import datetime
+from functools import partial
+from pathlib import Path
+
+from knittest.config.dumping import dump
+from knittest.config.loading import resolve
+from knittest.config.run import Run
+from knittest.errors import InputError, ResourceError
+from knittest.export.atomic import resource_error, write_atomic
+from knittest.export.checkpoints import PATTERN
+from knittest.export.folder import fresh_folder, run_name
+from knittest.interrupts import Interrupted, Interrupts
+from knittest.opening import Opener, manifest_of, open_again, open_new
+from knittest.options import RunOptions
+from knittest.run import EXIT_REFUSED, Outcome, execute
+from knittest.terminal import Progress
+from knittest.terminal_results import print_json, print_results
+
+Job = tuple[Run, Opener]
+
+
+def tensile_command(runs: list[Run], options: RunOptions) -> int:
+    """Run every direction into its own folder, print one table; returns the exit code."""
+    if len(runs) == 1:
+        return _run_jobs([(runs[0], partial(open_new, out=options.out))], options, None)
+    parent = options.out or fresh_folder(Path("runs") / run_name(runs[0], direction="both", at=datetime.now()))
+    _write_plan(parent, runs)
+    return _run_jobs([(run, partial(open_new, out=parent / run.rig.direction)) for run in runs], options, parent)
+
+
+def resume_command(folder: Path, options: RunOptions, force: bool = False) -> int:
+    """Go on with the run in ``folder``, or with all runs that were planned in it; returns the exit code.
+
+    Raises :class:`InputError` when it is no run folder, no checkpoint verifies, or something changed, unless ``force``.
+    """
+    if (folder / "config.yaml").is_file():
+        jobs = _jobs(folder / "config.yaml", folder, force)
+    else:
+        plans = sorted(folder.glob("config-*.yaml"))
+        if not plans:
+            raise InputError(f"{folder}: not a run folder: it has no config.yaml")
+        jobs = [job for plan in plans for job in _jobs(plan, folder / plan.stem.removeprefix("config-"), force)]
+    return _run_jobs(jobs, options, folder) if jobs else 0
+
+
+def _jobs(plan: Path, folder: Path, force: bool) -> list[Job]:
+    """The job that is left of the run in ``folder``, planned in ``plan``: none if it is complete."""
+    config = folder / "config.yaml"
+    if not config.is_file():
+        return [(resolve(config=plan), partial(open_new, out=folder))]
+    manifest = manifest_of(folder)
+    if manifest["status"] == "completed":
+        print(f"{folder}: completed on {manifest.get('ended')}; nothing to resume")
+        return []
+    return [(resolve(config=config), partial(open_again, path=folder, force=force))]
+
+
+def _write_plan(parent: Path, runs: Sequence[Run]) -> None:
+    """Keep what is to be run, for a resume before the later ones have a folder."""
+    if any(parent.glob("config-*.yaml")):
+        raise InputError(
+            f"--out {parent}: holds a run; continue it with: knittest resume {parent}, or choose a new folder"
+        )
+    try:
+        parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise resource_error(parent, error) from error
+    for run in runs:
+        write_atomic(parent / f"config-{run.rig.direction}.yaml", dump(run))
+
+
+def _run_jobs(jobs: Sequence[Job], options: RunOptions, parent: Path | None) -> int:
+    """Run the jobs one after the other; ``parent`` is what a user resumes, if not the folder of the run itself."""
+    _set_threads(options.threads)
+    outcomes: list[Outcome] = []
+    with Interrupts() as interrupts, Progress(quiet=options.quiet) as progress, _says_how_to_resume(parent):
+        for run, opener in jobs:
+            outcomes.append(execute(run, opener, interrupts, options, progress))
+    if options.json:
+        summaries = [o.summary | {"folder": str(o.folder)} for o in outcomes]
+        print_json(summaries[0] if len(summaries) == 1 else {"runs": summaries})
+    elif not options.quiet:
+        print_results(outcomes)
+    return EXIT_REFUSED if any(o.quality.failures for o in outcomes) else 0
+
+
+@contextmanager
+def _says_how_to_resume(parent: Path | None) -> Iterator[None]:
+    """Add the command to a signal's message, and to that of a full disk when there is something to go on from."""
+    try:
+        yield
+    except Interrupted as error:
+        path = parent or error.folder
+        raise Interrupted(f"{error}{_command(path)}" if path else str(error)) from None
+    except ResourceError as error:
+        path = parent or getattr(error, "folder", None)
+        kept = path is not None and any(path.rglob(PATTERN))
+        raise ResourceError(f"{error}{_command(path)}" if path and kept else str(error)) from error
+
+
+def _command(path: Path) -> str:
+    return f"; continue with: knittest resume {shlex.quote(str(path))}"
+
+
+def _set_threads(threads: int | None) -> None:
+    """Use ``threads`` threads (default: all cores), one if the threading layer is too slow for small steps."""
+    import numba
+
+    from knittest.kernels.threading import best_threads
+
+    numba.set_num_threads(best_threads(threads))
