@@ -5,6 +5,8 @@ from typing import Any
 
 from knittest.config.run import Preset, Scale
 
+#: clamp speed of a shell model [m/s]: the curve is an input and must come back within 1 %, which takes calm
+MACRO_SPEED = 0.5
 FULL_GAUGE = 200.0  # clamp distance of the paper [mm]; a shell model is cheap enough to keep it
 
 
@@ -36,7 +38,8 @@ PRESET_PATHS: tuple[tuple[str, ...], ...] = (
 def preset_settings(preset: Preset, scale: Scale) -> dict[str, Any]:
     """Nested run settings of ``preset``; anything a file or an option says goes over them."""
     values = PRESETS[preset]
-    return {
+    solver = {"solver": {"speed": MACRO_SPEED}} if scale == "macro" else {}
+    return solver | {
         "rig": {"gauge_length": values.meso_gauge_length if scale == "meso" else FULL_GAUGE},
         "model": {
             "preset": preset,

@@ -14,6 +14,7 @@ from knittest.config.run import Solver, TensileRig
 DECIDED_ELSEWHERE = {
     "direction": "--direction decides; both by default",
     "gauge_length": "--preset decides at the meso scale",
+    "speed": "2 at the meso scale, 0.5 at the macro scale",
 }
 
 
