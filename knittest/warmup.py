@@ -1,10 +1,16 @@
 """Compiles the kernels of a scale on a tiny model, so that a user sees compilation as such, once."""
 
+import os
+import subprocess
+import sys
 import time as clock
 from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
 
 import numpy as np
 
+from knittest.cache import VARIABLE, cache_root
 from knittest.config.run import Output, Run, Scale
 from knittest.fabric.strip import YarnPath
 from knittest.fabric.variability import YarnDraws
@@ -20,31 +26,63 @@ _warm: set[str] = set()
 
 
 def compiled_before(scale: Scale) -> bool:
-    """Whether the cache on disk already holds the driver of ``scale``."""
-    from knittest.kernels import cache_folder
-
-    entry = "advance_yarns" if scale == "meso" else "advance_fabric"
-    return any(cache_folder().rglob(f"*{entry}*.nbc"))
+    """Whether the cache on disk holds all kernels of ``scale``."""
+    return _marker(scale).is_file()
 
 
 def warm(run: Run, phase: Callable[[str], None] | None = None) -> float:
-    """Compile, or load from the cache, what ``run`` needs; returns the seconds it took (0 the second time)."""
+    """Compile, or load from the cache, what ``run`` needs; returns the seconds it took (0 the second time).
+
+    A process that compiles a kernel links other copies of its helpers than one that loads it from the cache, and its
+    results differ in the last bits. So a process of its own compiles, and every run, also a resumed one, loads.
+    """
     scale = run.model.scale
     if scale in _warm:
         return 0.0
+    ready = compiled_before(scale)
     if phase is not None:
-        phase("loading kernels" if compiled_before(scale) else "compiling kernels (once per installation)")
+        phase("loading kernels" if ready else "compiling kernels (once per installation)")
     start = clock.perf_counter()
-    model, axis = (_crossing_yarns(run), 1) if scale == "meso" else (_small_strip(run), 1)
+    if not ready:
+        _compile_apart(scale)
+    _exercise(run)
+    _warm.add(scale)
+    return clock.perf_counter() - start
+
+
+def _compile_apart(scale: Scale) -> None:
+    """Fill the cache from another process; if that fails, the kernels are compiled here, which says what is wrong."""
+    environment = os.environ | {VARIABLE: str(cache_root())}
+    command = [sys.executable, "-P", "-c", f"from knittest.warmup import fill_cache; fill_cache({scale!r})"]
+    with suppress(OSError, subprocess.SubprocessError):
+        subprocess.run(command, env=environment, check=True, stdin=subprocess.DEVNULL, capture_output=True)
+
+
+def fill_cache(scale: Scale) -> None:
+    """Compile all kernels of ``scale`` into the cache, then mark it as complete."""
+    from knittest.config.loading import resolve
+
+    _exercise(resolve(variant="1", scale=scale))
+    _marker(scale).touch()
+
+
+def _marker(scale: Scale) -> Path:
+    from knittest.kernels import cache_folder
+
+    return cache_folder() / f"{scale}.complete"
+
+
+def _exercise(run: Run) -> None:
+    """Simulate a tiny model with everything that a run calls."""
+    meso = run.model.scale == "meso"
     brief = run.model_copy(
         update={
             "rig": run.rig.model_copy(update={"max_strain": 1e-4}),
             "solver": run.solver.model_copy(update={"ramp": 1e-3, "target_step": None}),
         }
     )
-    simulate(model, TensileTest(brief, axis, gauge=5.0), brief.solver, Output(samples=20, frames=1))
-    _warm.add(scale)
-    return clock.perf_counter() - start
+    model = _crossing_yarns(run) if meso else _small_strip(run)
+    simulate(model, TensileTest(brief, 1, gauge=5.0), brief.solver, Output(samples=20, frames=1))
 
 
 def _crossing_yarns(run: Run) -> ExplicitModel:

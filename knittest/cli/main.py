@@ -3,6 +3,7 @@
 import errno
 import importlib
 import os
+import signal
 import sys
 import tempfile
 import traceback
@@ -71,7 +72,10 @@ def cli() -> None:
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line and exit with its code; no traceback reaches the user."""
-    sys.exit(run(arguments))
+    code = run(arguments)
+    if code == INTERRUPTED:
+        _ignore_signals()
+    sys.exit(code)
 
 
 def run(arguments: list[str] | None = None) -> int:
@@ -100,6 +104,14 @@ def run(arguments: list[str] | None = None) -> int:
         if os.environ.get("KNITTEST_DEBUG"):
             raise
         return _say(f"internal error: {error or type(error).__name__}; please report it with {_log()}", 1)
+
+
+def _ignore_signals() -> None:
+    """All is saved: a second Ctrl-C while the process ends must not change its exit code."""
+    from knittest.interrupts import STOPPING
+
+    for number in STOPPING:
+        signal.signal(number, signal.SIG_IGN)
 
 
 def _closed_pipe() -> int:
