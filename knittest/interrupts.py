@@ -8,6 +8,8 @@ from pathlib import Path
 from types import FrameType
 from typing import Any, Self
 
+from knittest.errors import KnittestError
+
 #: asked to stop by a user, a batch system or its warning before the time limit
 STOPPING = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGINT", "SIGUSR1") if hasattr(signal, name))
 
@@ -47,6 +49,18 @@ class Interrupts:
             yield
         finally:
             self._held = before
+
+    @contextmanager
+    def deciding(self) -> Iterator[None]:
+        """Let the signal be why the block ended, even where a library made an error of its own of it."""
+        try:
+            yield
+        except KnittestError:
+            raise
+        except Exception as error:
+            if self.asked:
+                raise Interrupted(f"stopped by {self.asked}") from error
+            raise
 
     def check(self) -> None:
         """Raise :class:`Interrupted` if a signal was noted."""

@@ -78,7 +78,12 @@ def _run_jobs(jobs: Sequence[Job], options: RunOptions, parent: Path | None) -> 
     """Run the jobs one after the other; ``parent`` is what a user resumes, if not the folder of the run itself."""
     _set_threads(options.threads)
     outcomes: list[Outcome] = []
-    with Interrupts() as interrupts, Progress(quiet=options.quiet) as progress, _says_how_to_resume(parent):
+    with (
+        Interrupts() as interrupts,
+        Progress(quiet=options.quiet) as progress,
+        _says_how_to_resume(parent),
+        interrupts.deciding(),
+    ):
         for run, opener in jobs:
             outcomes.append(execute(run, opener, interrupts, options, progress))
     if options.json:

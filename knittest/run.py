@@ -46,7 +46,7 @@ def execute(run: Run, opener: Opener, interrupts: Interrupts, options: RunOption
     opened = opener(run, [f for f in files if f.is_file()], interrupts)
     folder = opened.folder
     try:
-        with folder:
+        with folder, interrupts.deciding():
             specimens = _specimens(run, progress, opened)
             summary, comparison, quality = _judge(run, specimens, references)
             _write(run, specimens, references, summary, comparison, folder, options)

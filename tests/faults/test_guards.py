@@ -1,0 +1,198 @@
+"""Numbers that go wrong stop a run within one chunk, with the entity and the time; each is made to go wrong here."""
+
+import json
+import re
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from restart_cases import MACRO
+
+from knittest import simulate as simulation_loop
+from knittest.cli.main import run as knittest
+from knittest.config.loading import resolve
+from knittest.errors import NumericalError
+from knittest.export.npz import read_arrays
+from knittest.models import contact_tracker, yarn_health
+from knittest.simulate import simulate
+from knittest.specimen import prepare, run_specimen
+
+MESO = ["rig.width=10", "rig.gauge_length=10", "solver.ramp=0.1", "output.frames=1"]
+#: chunks before something goes wrong
+QUIET = 30
+
+
+def posed(scale):
+    run = resolve(variant="2", scale=scale, preset="quick", direction="warp", sets=MESO if scale == "meso" else [])
+    return run, prepare(run)
+
+
+class Watcher:
+    """A keeper that only notes the state of a failure."""
+
+    def __init__(self):
+        self.saved = None
+
+    def resume_from(self):
+        return None
+
+    def visit(self, take):
+        pass
+
+    def failed(self, take):
+        self.saved = take()
+
+
+def run_until_wrong(scale, spoil, every_chunk=False):
+    """Call ``spoil(model)`` after the chunk number :data:`QUIET`; returns the message and what was seen."""
+    run, prepared = posed(scale)
+    model, watcher = prepared.model, Watcher()
+    advance, calls = model.advance, []
+
+    def spoiling(steps, time, dt, motions, tally, scratch):
+        advance(steps, time, dt, motions, tally, scratch)
+        if steps > 1:
+            calls.append(time + steps * dt)
+            if len(calls) == QUIET or (every_chunk and len(calls) > QUIET):
+                spoil(model)
+
+    model.advance = spoiling
+    with pytest.raises(NumericalError) as caught:
+        simulate(model, prepared.rig, run.solver, run.output, keeper=watcher)
+    chunk = simulation_loop.CHUNK * 0.9 * model.critical_step
+    return str(caught.value), SimpleNamespace(
+        snapshot=watcher.saved, spoilt=calls[QUIET - 1], chunk=chunk, time=watcher.saved.time, calls=len(calls)
+    )
+
+
+def put_nan(model):
+    model.nodes.velocity[1, 40] = np.nan
+
+
+def put_infinity(model):
+    model.nodes.position[0, 40] = np.inf
+
+
+def free_node(model):
+    """A node in the middle that nothing holds."""
+    return int(np.flatnonzero(model.nodes.inv_mass[: model.n_nodes])[model.n_nodes // 3])
+
+
+def kick(model):
+    model.nodes.velocity[2, free_node(model)] = 1e5
+
+
+def collapse_beam(model):
+    i = int(np.flatnonzero(model.beams.alive)[20])
+    model.nodes.position[:, i + 1] = model.nodes.position[:, i] + 1e-4
+
+
+def collapse_shell(model):
+    model.nodes.position[:, model.mesh.cells[33]] = model.nodes.position[:, model.mesh.cells[33][:1]]
+
+
+def outrun(model):
+    model.tracker.speed = 1e4
+
+
+def pierce(model):
+    c = int(np.flatnonzero(model.tracker.contacts.line[: model.tracker.count] == 0.0)[3])
+    model.tracker.contacts.offset[:, c] = 1e-3
+
+
+@pytest.mark.parametrize(
+    ("scale", "spoil", "said"),
+    [
+        ("macro", put_nan, r"not finite at .* node 40 of shell \d+"),
+        ("meso", put_nan, r"not finite at .* node 40 of warp yarn 2"),
+        ("macro", put_infinity, r"not finite at .* node 40 of shell \d+"),
+        ("meso", put_infinity, r"not finite at .* node 40 of warp yarn 2"),
+        ("macro", kick, r"blows up at .* node \d+ of shell \d+"),
+        ("meso", kick, r"blows up at .* node \d+ of (warp|weft|knit) yarn \d+"),
+        ("meso", collapse_beam, r"a beam of warp yarn 1 \(node 20\) has collapsed to 0\.\d % of its length at"),
+        ("macro", collapse_shell, r"shell 33 has collapsed to 0\.0 % of its area at"),
+        ("meso", outrun, r"node \d+ of .* yarn \d+ moves .* mm in one step"),
+        ("meso", pierce, r"yarn \d+ and .* yarn \d+ pass through each other \(node \d+\) at"),
+    ],
+)
+def test_it_stops_in_the_same_chunk(scale, spoil, said):
+    message, wrong = run_until_wrong(scale, spoil)
+    assert re.search(said, message), message
+    assert wrong.calls == QUIET
+    assert wrong.time - wrong.spoilt < 1.01 * wrong.chunk
+    assert f"{wrong.time:.5f} ms" in message
+
+
+@pytest.mark.parametrize("scale", ["macro", "meso"])
+def test_too_large_a_step_blows_up_and_is_stopped(scale):
+    run, prepared = posed(scale)
+    prepared.model.critical_step *= 6.0
+    with pytest.raises(
+        NumericalError, match=r"(blows up|not finite|collapsed|in one step|critical time step).* (node|shell) \d+"
+    ):
+        simulate(prepared.model, prepared.rig, run.solver, run.output)
+
+
+def test_contacts_that_are_too_stiff_for_the_step():
+    def stiffen(model):
+        model.law = model.law._replace(normal=30.0 * model.law.normal)
+
+    message, wrong = run_until_wrong("meso", stiffen)
+    assert "bring the critical time step to" in message and "yarn" in message
+    assert wrong.calls <= QUIET + 3 * yarn_health.STIFFNESS_LOOKS  # some of it until a contact is loaded
+
+
+def test_energy_from_nothing_is_stopped_before_it_blows_up():
+    def push(model):
+        model.nodes.velocity[:] *= 1.1
+
+    message, wrong = run_until_wrong("macro", push, every_chunk=True)
+    assert "energy is made from nothing" in message and "the energy balance is off by" in message
+    assert wrong.snapshot.state["run/kinetic"] > 0.0
+
+
+def test_a_failed_run_leaves_its_state(tmp_path, monkeypatch, capsys):
+    from knittest.models.fabric_model import FabricModel
+
+    advance = FabricModel.advance
+
+    def spoiling(self, steps, time, *rest):
+        advance(self, steps, time, *rest)
+        if self.n_nodes > 50 and time > 0.2:
+            put_nan(self)
+
+    monkeypatch.setattr(FabricModel, "advance", spoiling)
+    folder = tmp_path / "run"
+    assert knittest(["tensile", *MACRO, "--quiet", "--threads", "1", "--out", str(folder)]) == 3
+    assert "not finite" in capsys.readouterr().err
+    state = read_arrays(folder / "checkpoint-failed.npz")
+    assert np.isnan(state["model/nodes/velocity"]).any() and state["run/time"] > 0.2
+    ended = json.loads((folder / "manifest.json").read_text())
+    assert (ended["status"], ended["exit_code"]) == ("failed", 3)
+
+
+def test_neighbour_lists_that_overflow_grow_and_give_the_same_bits(monkeypatch):
+    run, _ = posed("meso")
+    roomy = run_specimen(run).history.curve["force_n"]
+    make, sizes = contact_tracker._empty, []
+
+    def cramped(capacity):
+        sizes.append(capacity)
+        return make(1 if capacity == 64 else capacity)
+
+    monkeypatch.setattr(contact_tracker, "_empty", cramped)
+    assert run_specimen(run).history.curve["force_n"].tobytes() == roomy.tobytes()
+    assert max(sizes) > 64
+
+
+def test_healthy_runs_keep_their_distance_from_the_limits():
+    """A guard that is near its limit in a good run would stop good runs."""
+    run, prepared = posed("meso")
+    history, _ = simulate(prepared.model, prepared.rig, run.solver, run.output)
+    assert history.first_failure is not None
+    health = prepared.model.health
+    assert np.max(health.own[: prepared.model.n_nodes] * prepared.model.nodes.inv_mass[:-1]) > 0.0
+    assert prepared.model.complaint(prepared.model.critical_step * 0.9) == ""
+    assert "critical time step" in max(
+        (prepared.model.complaint(prepared.model.critical_step * 1.3) for _ in range(4)), key=len
+    )
