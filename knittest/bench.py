@@ -9,8 +9,8 @@ import numpy as np
 from knittest.config.run import Run
 from knittest.kernels.explicit import SCRATCH
 from knittest.kernels.options import PARTITIONS
-from knittest.kernels.state import Tally
 from knittest.kernels.threading import best_threads
+from knittest.models.boundary import Boundary, new_tally
 from knittest.simulate import simulate
 from knittest.specimen import prepare
 from knittest.warmup import warm
@@ -34,11 +34,12 @@ def _stepping(run: Run, contact: bool) -> tuple[Callable[[], object], int]:
     meso = run.model.meso.model_copy(update={"contact": contact})
     prepared = prepare(run.model_copy(update={"model": run.model.model_copy(update={"meso": meso})}))
     model = prepared.model
-    motions = prepared.rig.constrain(model)
-    model.prepare()
-    tally = Tally(np.zeros((PARTITIONS, 2)), np.zeros((PARTITIONS, 3)))
     scratch, dt = np.zeros((PARTITIONS, SCRATCH)), run.solver.safety * model.critical_step
-    return lambda: model.advance(STEPS, 0.0, dt, motions, tally, scratch), len(model.mesh.cells)
+    boundary = Boundary(model, dt)
+    prepared.rig.constrain(boundary)
+    drive, tally = boundary.drive(), new_tally(boundary)
+    model.prepare()
+    return lambda: model.advance(STEPS, 0.0, dt, drive, tally, scratch), len(model.mesh.cells)
 
 
 def kernel_lines(yarns: Run, shells: Run) -> Iterator[str]:

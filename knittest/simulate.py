@@ -2,6 +2,7 @@
 
 import time as clock
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,8 @@ from knittest.history import Frame, History
 from knittest.kernels import monitor
 from knittest.kernels.explicit import SCRATCH
 from knittest.kernels.options import PARTITIONS
-from knittest.kernels.state import Tally
+from knittest.kernels.tool_contact import tool_energies
+from knittest.models.boundary import Boundary, Readings, new_tally, take_readings
 from knittest.models.explicit_model import ExplicitModel, Stored
 from knittest.rigs.base import Rig
 from knittest.simulation import Keeper, Simulation, SimulationCost, Snapshot
@@ -65,10 +67,10 @@ def simulate(
 
 def _begin(model: ExplicitModel, rig: Rig, solver: Solver, keeper: Keeper) -> Simulation:
     """The state at the start, or the one to go on from."""
-    motions = rig.constrain(model)
-    n_motions = motions.time.shape[0]
-    tally = Tally(np.zeros((PARTITIONS, n_motions)), np.zeros((PARTITIONS, 3)))
-    run = Simulation(model, rig, solver, motions, tally, solver.safety * model.critical_step)
+    dt = solver.safety * model.critical_step
+    boundary = Boundary(model, dt)
+    rig.constrain(boundary)
+    run = Simulation(model, rig, solver, boundary.drive(), new_tally(boundary), dt)
     run.kinetic_scale = 0.5 * float(model.mass.sum()) * solver.kernel("speed") ** 2
     model.nodes.keep[:] = run.rest_keep
     run.cost.time_step = run.dt
@@ -111,17 +113,24 @@ def _advance_row(run: Simulation, steps: int, scratch: Array, keeper: Keeper) ->
         run.row_steps += chunk
         if run.row_steps < steps - 1:
             keeper.visit(run.snapshot)
-    stored = run.model.stored()
+    stored = _stored(run)
     _advance_chunk(run, 1, scratch)
     run.row_steps = 0
     return stored
+
+
+def _stored(run: Simulation) -> Stored:
+    """Elastic energies of the model and of its contacts with tools."""
+    drive = run.drive
+    elastic, kinetic, _ = tool_energies(run.model.nodes, drive.tools, drive.touch, run.model.n_nodes)
+    return replace(run.model.stored(), tools=elastic, tool_kinetic=kinetic)
 
 
 def _advance_chunk(run: Simulation, steps: int, scratch: Array) -> None:
     """Advance, book damping and reactions, check the state."""
     model, dt = run.model, run.dt
     start = clock.perf_counter()
-    model.advance(steps, run.time, dt, run.motions, run.tally, scratch)
+    model.advance(steps, run.time, dt, run.drive, run.tally, scratch)
     run.time += steps * dt
     run.cost.steps += steps
     kinetic, loss = monitor.kinetic_energy(model.nodes, model.mass, model.inertia, dt)
@@ -131,8 +140,7 @@ def _advance_chunk(run: Simulation, steps: int, scratch: Array) -> None:
     if eroded > run.eroded:
         run.eroded = eroded
         _damp_recoil(run)
-    run.fine.append((run.time - 0.5 * steps * dt, run.tally.reaction.sum(axis=0) / steps))
-    run.tally.reaction[:] = 0.0
+    run.fine.append((run.time - 0.5 * steps * dt, take_readings(run.tally, run.drive, steps)))
     run.cost.advance_s += clock.perf_counter() - start
     check_motion(run, work)
     if steps > 1:  # the single step of a sample follows a look at all entities
@@ -152,12 +160,16 @@ def _damp_recoil(run: Simulation) -> None:
         run.model.nodes.keep[fresh] = np.exp(-np.pi / ring * run.dt)
 
 
+def _channels(run: Simulation, time: float, row: Array) -> dict[str, float]:
+    return run.rig.channels(time, Readings.of(row, run.drive.tools.kind.size))
+
+
 def _record(run: Simulation, stored: Stored) -> dict[str, float]:
     """Append one row of the energies; returns the newest curve row with the counts of failed elements."""
     failed = run.model.failed()
     if failed.any():
         _damp_recoil(run)
-    row = {"time_ms": run.time, **run.rig.channels(*run.fine[-1])}
+    row = {"time_ms": run.time, **_channels(run, *run.fine[-1])}
     row |= {f"failed_{name}": float(n) for name, n in zip(run.model.mesh.part_names, failed, strict=True)}
     if not failed.any():
         run.cost.penetration_max = max(run.cost.penetration_max, stored.deepest)
@@ -170,24 +182,25 @@ def _record(run: Simulation, stored: Stored) -> dict[str, float]:
 
 def _balance(run: Simulation, stored: Stored) -> dict[str, float]:
     external, friction, eroded = (float(v) for v in run.tally.energy.sum(axis=0))
-    elastic = float(stored.internal.sum()) + stored.contact + stored.hourglass
-    error = external - elastic - friction - eroded - run.damping_loss - run.kinetic
+    contact, kinetic = stored.contact + stored.tools, run.kinetic + stored.tool_kinetic
+    elastic = float(stored.internal.sum()) + contact + stored.hourglass
+    error = external - elastic - friction - eroded - run.damping_loss - kinetic
     largest = max([abs(external), *(abs(r["external_mj"]) for r in run.energy_rows[-1:])])
     parts = {
         f"internal_{name}_mj": float(v) for name, v in zip(run.model.mesh.part_names, stored.internal, strict=True)
     }
     return {
         "time_ms": run.time,
-        "kinetic_mj": run.kinetic,
+        "kinetic_mj": kinetic,
         **parts,
         "hourglass_mj": stored.hourglass,
-        "contact_mj": stored.contact,
+        "contact_mj": contact,
         "friction_mj": friction,
         "damping_mj": run.damping_loss,
         "eroded_mj": eroded,
         "external_mj": external,
         "balance_error_mj": error,
-        "kinetic_ratio": run.kinetic / max(elastic + friction, 1e-9),
+        "kinetic_ratio": kinetic / max(elastic + friction, 1e-9),
         "energy_error": abs(error) / max(largest, 1e-9),
     }
 
@@ -198,7 +211,7 @@ def _frame(run: Simulation, row: dict[str, float]) -> Frame:
 
 def _fine_curve(run: Simulation, coarse: dict[str, Array]) -> dict[str, Array]:
     """Curve at chunk resolution, so that sudden drops do not blunt the peak; failure counts from the samples."""
-    rows = [run.rig.channels(*f) for f in run.fine]
+    rows = [_channels(run, *f) for f in run.fine]
     time = np.array([t for t, _ in run.fine])
     curve = {"time_ms": time} | {k: np.array([r[k] for r in rows]) for k in rows[0]}
     last = np.searchsorted(coarse["time_ms"], time).clip(max=len(coarse["time_ms"]) - 1)

@@ -9,13 +9,16 @@ from numpy.typing import NDArray
 
 from knittest.config.run import Solver
 from knittest.history import Frame
-from knittest.kernels.state import Motions, Tally
+from knittest.kernels.drive_state import Drive
+from knittest.kernels.state import Tally
 from knittest.models.explicit_model import ExplicitModel
 from knittest.rigs.base import Rig
 from knittest.snapshot import State, arrays_of, columns, entry, prefixed, put_back, rows_of, under
 
 Array = NDArray[np.float64]
 
+#: arrays of tools and their contacts that change
+MOVING, TOUCHING = ("position", "velocity"), ("spring", "slipping", "pressure")
 #: numbers of a run that change
 SCALARS = ("time", "damping_loss", "kinetic", "loss_rate", "eroded", "peak")
 COSTS = ("advance_s", "overlap_at_start", "penetration_max", "penetration_mean")
@@ -66,7 +69,7 @@ class Simulation:
     model: ExplicitModel
     rig: Rig
     solver: Solver
-    motions: Motions
+    drive: Drive
     tally: Tally
     dt: float
     time: float = 0.0
@@ -93,6 +96,7 @@ class Simulation:
         """Everything of this run that changes, as copies."""
         state = prefixed("model", self.model.state()) | arrays_of("run", self, (*SCALARS, "row_steps", "rest_keep"))
         state |= arrays_of("cost", self.cost, ("steps", *COSTS)) | arrays_of("tally", self.tally, Tally._fields)
+        state |= arrays_of("tools", self.drive.tools, MOVING) | arrays_of("touch", self.drive.touch, TOUCHING)
         state |= prefixed("rows", columns(self.rows)) | prefixed("energies", columns(self.energy_rows))
         state["fine/time"] = np.array([t for t, _ in self.fine])
         state["fine/reaction"] = np.array([r for _, r in self.fine])
@@ -106,6 +110,8 @@ class Simulation:
         state = snapshot.state
         self.model.restore(under(state, "model"))
         put_back(state, "tally", self.tally, Tally._fields)
+        put_back(state, "tools", self.drive.tools, MOVING)
+        put_back(state, "touch", self.drive.touch, TOUCHING)
         for name in SCALARS:
             setattr(self, name, float(entry(state, f"run/{name}", ())))
         for name in COSTS:

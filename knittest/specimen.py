@@ -17,7 +17,6 @@ from knittest.history import Cost, History, Quality
 from knittest.materials.laminate import laminate
 from knittest.measure import assess, tensile_results
 from knittest.models.explicit_model import ExplicitModel
-from knittest.models.fabric_model import build_fabric_model
 from knittest.models.macro import build_strip
 from knittest.models.meso import build_meso
 from knittest.resources import data_dir
@@ -74,13 +73,13 @@ def _prepare_macro(run: Run, specimen: int) -> Prepared:
     directions: tuple[Direction, Direction] = ("warp", "weft")
     curves = {d: _tension_curve(run, d) for d in directions}
     direction = run.rig.direction
-    shells = build_strip(
+    model = build_strip(
         run.fabric, laminate(run.fabric, curves), direction, run.rig.kernel("gauge_length"), run.rig.kernel("width"),
         run.rig.kernel("jaw_length"), run.model.macro.kernel("element_size"), run.model.macro.kernel("imperfection"),
         run.variability.seed + specimen,
     )  # fmt: skip
     rig = TensileTest(run, axis=1, gauge=run.rig.kernel("gauge_length"))
-    return Prepared(build_fabric_model(shells), rig, yarns_across(run, direction, specimen), 0.0, {})
+    return Prepared(model, rig, yarns_across(run, direction, specimen), 0.0, {})
 
 
 def _tension_curve(run: Run, direction: Direction) -> tuple[np.ndarray, np.ndarray]:

@@ -16,7 +16,6 @@ from knittest.fabric.strip import YarnPath
 from knittest.fabric.variability import YarnDraws
 from knittest.materials.laminate import laminate
 from knittest.models.explicit_model import ExplicitModel
-from knittest.models.fabric_model import build_fabric_model
 from knittest.models.macro import build_strip
 from knittest.models.meso import build_meso
 from knittest.rigs.tensile import TensileTest
@@ -99,4 +98,4 @@ def _crossing_yarns(run: Run) -> ExplicitModel:
 def _small_strip(run: Run) -> ExplicitModel:
     line = (np.array([0.0, 100.0]), np.array([0.0, 1e6]))
     card = laminate(run.fabric, {"warp": line, "weft": line})
-    return build_fabric_model(build_strip(run.fabric, card, "warp", 5.0, 5.0, 5.0, 5.0))
+    return build_strip(run.fabric, card, "warp", 5.0, 5.0, 5.0, 5.0)

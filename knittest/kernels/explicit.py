@@ -11,9 +11,12 @@ from numba import njit, prange
 from knittest.kernels import beam_blocks, contact_blocks, shell_blocks
 from knittest.kernels.beam_blocks import advance_beams, advance_free
 from knittest.kernels.contact_blocks import contact_forces, scatter_contacts
+from knittest.kernels.loads import apply_loads, book_loads
 from knittest.kernels.motion import impose_motions
 from knittest.kernels.options import KERNEL, PARALLEL, PARTITIONS
 from knittest.kernels.shell_blocks import gather_shells, shell_forces
+from knittest.kernels.tables import read_tables
+from knittest.kernels.tool_contact import move_tools, touch_tools
 
 #: work space of one partition, in floats
 SCRATCH = max(beam_blocks.SCRATCH, contact_blocks.SCRATCH, shell_blocks.SCRATCH)
@@ -40,45 +43,66 @@ def _shell_share(p, time, nodes, shells, laminate, tally, w):
 
 
 @njit(**KERNEL)
-def _yarn_share(p, time, dt, nodes, parts, beams, contacts, motions, tally, w):
-    _clear(parts.node[p], parts.node[p + 1], nodes.force)
-    scatter_contacts(p, nodes, contacts)
-    for k in range(parts.span_start[p], parts.span_start[p + 1]):
-        start, stop, section = parts.span[k, 0], parts.span[k, 1], parts.span[k, 2]
-        tally.energy[p, 2] += advance_beams(start, stop, section, time, dt, nodes, beams, w)
-    impose_motions(p, time + 0.5 * dt, dt, nodes, motions, tally)
+def _outside(p, dt, nodes, parts, tables, loads, tools, touch, tally):
+    """Forces of tools and loads on the nodes of one partition."""
+    touch_tools(p, parts.node[p], parts.node[p + 1], dt, nodes, tools, touch, tally)
+    apply_loads(p, dt, nodes, loads, tables, tally)
 
 
 @njit(**KERNEL)
-def _fabric_share(p, time, dt, nodes, parts, shells, motions, tally, w):
+def _yarn_share(p, time, dt, nodes, parts, beams, contacts, tables, motions, loads, tools, touch, tally, w):
+    _clear(parts.node[p], parts.node[p + 1], nodes.force)
+    scatter_contacts(p, nodes, contacts)
+    _outside(p, dt, nodes, parts, tables, loads, tools, touch, tally)
+    for k in range(parts.span_start[p], parts.span_start[p + 1]):
+        start, stop, section = parts.span[k, 0], parts.span[k, 1], parts.span[k, 2]
+        tally.energy[p, 2] += advance_beams(start, stop, section, time, dt, nodes, beams, w)
+    impose_motions(p, dt, nodes, motions, tables, tally)
+    book_loads(p, dt, nodes, loads, tables, tally)
+
+
+@njit(**KERNEL)
+def _fabric_share(p, dt, nodes, parts, shells, tables, motions, loads, tools, touch, tally, w):
     start, stop = parts.node[p], parts.node[p + 1]
     _clear(start, stop, nodes.force)
     _clear(start, stop, nodes.moment)
     gather_shells(start, stop, nodes, shells)
+    _outside(p, dt, nodes, parts, tables, loads, tools, touch, tally)
     advance_free(start, stop, dt, nodes, w)
-    impose_motions(p, time + 0.5 * dt, dt, nodes, motions, tally)
+    impose_motions(p, dt, nodes, motions, tables, tally)
+    book_loads(p, dt, nodes, loads, tables, tally)
 
 
 @njit(**PARALLEL)
-def advance_yarns(steps, time, dt, nodes, parts, beams, contacts, count, law, motions, tally, scratch):
+def advance_yarns(
+    steps, time, dt, nodes, parts, beams, contacts, count, law, tables, motions, loads, tools, touch, tally, scratch
+):
     """Advance a model of beam chains by ``steps`` time steps of ``dt`` [ms] from ``time``.
 
-    ``count`` contacts in use; ``scratch`` (PARTITIONS, SCRATCH). State is updated in place.
+    ``count`` contacts in use; ``tables`` to ``touch`` are the fields of :class:`Drive` (parallel loops take no nested
+    tuples); ``scratch`` (PARTITIONS, SCRATCH). State is updated in
+    place.
     """
     for step in range(steps):
         now = time + step * dt
+        read_tables(tables, now - 0.5 * dt, now + 0.5 * dt)
         for p in prange(PARTITIONS):
             _contact_share(np.int64(p), count, dt, nodes, contacts, beams.alive, law, tally, scratch[p])
         for p in prange(PARTITIONS):
-            _yarn_share(np.int64(p), now, dt, nodes, parts, beams, contacts, motions, tally, scratch[p])
+            _yarn_share(np.int64(p), now, dt, nodes, parts, beams, contacts, tables, motions, loads, tools, touch, tally, scratch[p])
+        move_tools(dt, tools, tables, tally)
 
 
 @njit(**PARALLEL)
-def advance_fabric(steps, time, dt, nodes, parts, shells, laminate, motions, tally, scratch):
+def advance_fabric(
+    steps, time, dt, nodes, parts, shells, laminate, tables, motions, loads, tools, touch, tally, scratch
+):
     """Advance a model of shells; arguments as in :func:`advance_yarns`."""
     for step in range(steps):
         now = time + step * dt
+        read_tables(tables, now - 0.5 * dt, now + 0.5 * dt)
         for p in prange(PARTITIONS):
             _shell_share(np.int64(p), now, nodes, shells, laminate, tally, scratch[p])
         for p in prange(PARTITIONS):
-            _fabric_share(np.int64(p), now, dt, nodes, parts, shells, motions, tally, scratch[p])
+            _fabric_share(np.int64(p), dt, nodes, parts, shells, tables, motions, loads, tools, touch, tally, scratch[p])
+        move_tools(dt, tools, tables, tally)

@@ -1,40 +1,42 @@
-"""Prescribed velocities: smooth-step tables, applied after the free step, with reaction and work."""
+"""Prescribed velocities: applied after the free step, with reaction and work."""
 
 from numba import njit
 
-from knittest.kernels.options import INLINE, KERNEL
-
-
-@njit(**INLINE)
-def smooth_step(u):
-    """Quintic 10 u^3 - 15 u^4 + 6 u^5 on [0, 1]: velocity without jumps in acceleration or its rate."""
-    u = min(max(u, 0.0), 1.0)
-    return u * u * u * (10.0 - u * (15.0 - 6.0 * u))
+from knittest.kernels.beam import quaternion_step
+from knittest.kernels.options import KERNEL
+from knittest.kernels.rows import rows4
 
 
 @njit(**KERNEL)
-def table_velocity(motions, m, time):
-    """Velocity [mm/ms] of motion ``m`` at ``time`` [ms]; constant outside its table."""
-    knots = motions.time[m]
-    values = motions.velocity[m]
-    for k in range(knots.size - 1):
-        if time < knots[k + 1]:
-            share = smooth_step((time - knots[k]) / (knots[k + 1] - knots[k]))
-            return values[k] + (values[k + 1] - values[k]) * share
-    return values[knots.size - 1]
+def impose_motions(partition, dt, nodes, motions, tables, tally):
+    """Replace free velocities by the prescribed ones of this step; tally reactions [N, N mm] and work [mJ].
 
-
-@njit(**KERNEL)
-def impose_motions(partition, time, dt, nodes, motions, tally):
-    """Replace free velocities by the prescribed ones at mid-step ``time``; tally reactions [N] and work [mJ]."""
+    ``nodes.force`` is made to hold the reaction too, so that it stays the force that changes the velocity.
+    """
     for k in range(motions.start[partition], motions.start[partition + 1]):
-        i, axis, m = motions.node[k], motions.dof[k], motions.motion[k]
-        target = table_velocity(motions, m, time)
-        before = table_velocity(motions, m, time - dt)
-        correction = target - nodes.velocity[axis, i]
-        nodes.velocity[axis, i] = target
-        nodes.position[axis, i] += dt * correction
-        inv_mass = nodes.inv_mass[i]
-        reaction = correction / (inv_mass * dt) if inv_mass > 0.0 else -nodes.force[axis, i]
-        tally.reaction[partition, m] += reaction
+        i, dof = motions.node[k], motions.dof[k]
+        target = motions.scale[k] * tables.now[1, motions.table[k]]
+        before = motions.scale[k] * tables.now[0, motions.table[k]]
+        if dof < 3:
+            correction = target - nodes.velocity[dof, i]
+            inv_mass = nodes.inv_mass[i]
+            reaction = correction / (inv_mass * dt) if inv_mass > 0.0 else -nodes.force[dof, i]
+            nodes.velocity[dof, i] = target
+            nodes.position[dof, i] += dt * correction
+            nodes.force[dof, i] += reaction
+        else:
+            correction = target - nodes.spin[dof - 3, i]
+            inv_inertia = nodes.inv_inertia[i]
+            reaction = correction / (inv_inertia * dt) if inv_inertia > 0.0 else -nodes.moment[dof - 3, i]
+            nodes.spin[dof - 3, i] = target
+            _turn(nodes, i, dof - 3, 0.5 * dt * correction)
+        tally.reaction[partition, motions.group[k]] += reaction
         tally.energy[partition, 0] += reaction * 0.5 * (target + before) * dt
+
+
+@njit(**KERNEL)
+def _turn(nodes, i, axis, half):
+    """Turn node ``i`` by the small angle 2 ``half`` about a global axis."""
+    qw, qx, qy, qz = rows4(nodes.rotation)
+    ax, ay, az = half * (axis == 0), half * (axis == 1), half * (axis == 2)
+    qw[i], qx[i], qy[i], qz[i] = quaternion_step(qw[i], qx[i], qy[i], qz[i], ax, ay, az)

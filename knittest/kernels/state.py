@@ -90,26 +90,14 @@ class ContactLaw(NamedTuple):
     viscous: float
 
 
-class Motions(NamedTuple):
-    """Prescribed velocities: node and translation (0-2: x, y, z) follow ``motion``; sorted by partition.
-
-    start (PARTITIONS + 1,); node, dof, motion (n,). Velocity tables of each motion: time [ms], velocity [mm/ms],
-    (n_motions, n_knots), joined by smooth steps.
-    """
-
-    start: Index
-    node: Index
-    dof: Index
-    motion: Index
-    time: Array
-    velocity: Array
-
-
 class Tally(NamedTuple):
-    """Accumulators: reaction (PARTITIONS, n_motions) [N, summed over steps]; energies (PARTITIONS, 3) [mJ].
+    """Accumulators: reaction (PARTITIONS, n_groups) [N or N mm, summed over steps]; energies (PARTITIONS, 3) [mJ].
 
-    Energy columns: work of the motions, friction and contact damping loss, energy of eroded elements.
+    Energy columns: work of motions, loads and tools; friction and contact damping loss; energy of eroded elements.
+    ``tool`` (PARTITIONS, n_tools, 3) forces on the tools in this step, ``tool_sum`` (n_tools, 3) summed over steps [N].
     """
 
     reaction: Array
     energy: Array
+    tool: Array
+    tool_sum: Array

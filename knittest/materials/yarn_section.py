@@ -18,7 +18,7 @@ TOE_SEGMENTS = 8
 SYSTEMS = ("warp", "weft", "knit")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Section:
     """Constants of one yarn system: EA, GA [N], GJ, EI [N mm^2], radius [mm], mass per length [g/mm].
 

@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.history import Mesh
+from knittest.kernels.drive_state import Drive
 from knittest.kernels.options import PARTITIONS
-from knittest.kernels.state import Motions, Nodes, Partitions, Tally
+from knittest.kernels.state import Nodes, Partitions, Tally
 from knittest.snapshot import State, arrays_of, put_back
 
 Array = NDArray[np.float64]
@@ -20,13 +21,18 @@ LUMPED = ("mass", "inertia")
 
 @dataclass(frozen=True)
 class Stored:
-    """Elastic energies [mJ] by part, of contact and of hourglass control; largest and mean penetration over radius."""
+    """Elastic energies [mJ] by part, of contact and of hourglass control; largest and mean penetration over radius.
+
+    ``tools`` is the elastic energy of contacts with tools, ``tool_kinetic`` the kinetic energy of free tools.
+    """
 
     internal: Array
     contact: float = 0.0
     hourglass: float = 0.0
     deepest: float = 0.0
     mean_depth: float = 0.0
+    tools: float = 0.0
+    tool_kinetic: float = 0.0
 
 
 @dataclass
@@ -65,7 +71,7 @@ class ExplicitModel(ABC):
         """Steps, at most ``most``, after which the model wants to be looked at again."""
 
     @abstractmethod
-    def advance(self, steps: int, time: float, dt: float, motions: Motions, tally: Tally, scratch: Array) -> None:
+    def advance(self, steps: int, time: float, dt: float, drive: Drive, tally: Tally, scratch: Array) -> None:
         """Advance ``steps`` steps; see :mod:`knittest.kernels.explicit`."""
 
     @abstractmethod

@@ -4,14 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knittest.history import Mesh
+from knittest.kernels.drive_state import Drive
 from knittest.kernels.explicit import advance_fabric
 from knittest.kernels.health import smallest_shell
 from knittest.kernels.shell_output import shell_energies, shell_fields
 from knittest.kernels.shell_state import Laminate, Shells
-from knittest.kernels.state import Motions, Tally
-from knittest.models.explicit_model import Array, ExplicitModel, Index, Stored, make_nodes, make_partitions
-from knittest.models.macro import ShellStrip
+from knittest.kernels.state import Tally
+from knittest.models.explicit_model import Array, ExplicitModel, Index, Stored
 from knittest.snapshot import State, arrays_of, put_back
 
 #: arrays of the shells that a run changes
@@ -35,9 +34,9 @@ class FabricModel(ExplicitModel):
         """Shells need no attention between samples."""
         return most
 
-    def advance(self, steps: int, time: float, dt: float, motions: Motions, tally: Tally, scratch: Array) -> None:
+    def advance(self, steps: int, time: float, dt: float, drive: Drive, tally: Tally, scratch: Array) -> None:
         """See :func:`knittest.kernels.explicit.advance_fabric`."""
-        advance_fabric(steps, time, dt, self.nodes, self.parts, self.shells, self.laminate, motions, tally, scratch)
+        advance_fabric(steps, time, dt, self.nodes, self.parts, self.shells, self.laminate, *drive, tally, scratch)
 
     def stored(self) -> Stored:
         """Energies of the living shells."""
@@ -74,22 +73,3 @@ class FabricModel(ExplicitModel):
     def name_of(self, node: int) -> str:
         """The shells around ``node``."""
         return f"shell {int(np.flatnonzero((self.mesh.cells == node).any(axis=1))[0])}"
-
-
-def build_fabric_model(strip: ShellStrip) -> FabricModel:
-    """Wrap a strip of shells for the driver."""
-    n, n_el = len(strip.position), len(strip.conn)
-    zeros = np.zeros(n_el, np.int64)
-    mesh = Mesh("shells", strip.conn, zeros, ("fabric",), zeros, np.full(n_el, strip.half_thickness))
-    return FabricModel(
-        make_nodes(strip.position, strip.mass, strip.inertia),
-        make_partitions(np.arange(n + 1), np.full(n, -1)),
-        strip.mass,
-        strip.inertia,
-        mesh,
-        strip.critical_step,
-        0.0,
-        strip.wave_speed,
-        strip.shells,
-        strip.laminate,
-    )

@@ -1,14 +1,12 @@
-"""The macro model: a strip of square shells with its masses, jaws and critical time step."""
-
-from dataclasses import dataclass
+"""The macro model: a strip of square shells between jaws."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from knittest.config.fabric import Direction, Fabric
-from knittest.kernels.shell_arrays import build_shells, set_strength
-from knittest.kernels.shell_state import Laminate, Shells
-from knittest.models.shell_step import highest_stiffness, rotary_inertia
+from knittest.kernels.shell_state import Laminate
+from knittest.models.fabric_model import FabricModel
+from knittest.models.sheet import build_sheet
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -16,28 +14,6 @@ Index = NDArray[np.int64]
 #: strength of a shell above that of the weakest one, relative
 STRENGTH_MARGIN = 0.03
 ALONG, ACROSS = np.array([0.0, 1.0, 0.0]), np.array([1.0, 0.0, 0.0])
-
-
-@dataclass
-class ShellStrip:
-    """A strip along y, its gauge centred on the origin.
-
-    ``position`` (n, 3) [mm], ``conn`` (n_el, 4), ``mass`` (n,) [g], ``inertia`` (n,) [g mm^2], nodes of both jaws,
-    ``half_thickness`` [mm] for contact and viewers, ``critical_step`` [ms] before the safety factor, ``wave_speed``
-    [mm/ms] along the steepest part of the tension curves.
-    """
-
-    position: Array
-    conn: Index
-    mass: Array
-    inertia: Array
-    shells: Shells
-    laminate: Laminate
-    jaw_fixed: Index
-    jaw_moving: Index
-    half_thickness: float
-    critical_step: float
-    wave_speed: float
 
 
 def build_strip(
@@ -50,7 +26,7 @@ def build_strip(
     element_size: float,
     imperfection: float = 0.0,
     seed: int = 1,
-) -> ShellStrip:
+) -> FabricModel:
     """Strip of ``direction`` yarns along y: gauge between two jaws [mm], shells of about ``element_size`` [mm].
 
     A row of nodes lies on each jaw edge. ``imperfection`` [mm] is the largest seeded out-of-plane offset of the nodes
@@ -62,25 +38,12 @@ def build_strip(
     corner = (np.arange(len(y) - 1)[:, None] * len(x) + np.arange(len(x) - 1)).ravel()
     conn = np.column_stack([corner, corner + 1, corner + len(x) + 1, corner + len(x)])
     edge = 0.5 * gauge_length * (1.0 - 1e-9)
-    fixed, moving = (np.flatnonzero(s * position[:, 1] >= edge) for s in (-1.0, 1.0))
     free = np.abs(position[:, 1]) < edge
     position[free, 2] = np.random.default_rng(seed).uniform(-imperfection, imperfection, int(free.sum()))
-    shells = build_shells(position, conn, ALONG if direction == "warp" else ACROSS)
-    set_strength(shells, _strength(position, conn, edge, seed))
-    mass, inertia, step = lump(fabric, laminate, position, conn, shells)
-    return ShellStrip(
-        position,
-        conn,
-        mass,
-        inertia,
-        shells,
-        laminate,
-        fixed,
-        moving,
-        0.5 * fabric.kernel("thickness"),
-        step,
-        float(np.sqrt(laminate.slope.sum(axis=1).max() / fabric.kernel("area_mass"))),
-    )
+    return build_sheet(
+        position, conn, laminate, fabric.kernel("area_mass"), fabric.kernel("thickness"),
+        ALONG if direction == "warp" else ACROSS, _strength(position, conn, edge, seed),
+    )  # fmt: skip
 
 
 def _strength(position: Array, conn: Index, edge: float, seed: int) -> Array:
@@ -99,19 +62,3 @@ def _rows(gauge: float, jaw: float, size: float) -> Array:
     n_gauge, n_jaw = max(1, round(gauge / size)), max(1, round(jaw / size))
     upper = 0.5 * gauge + jaw * np.arange(1, n_jaw + 1) / n_jaw
     return np.concatenate([-upper[::-1], np.linspace(-0.5 * gauge, 0.5 * gauge, n_gauge + 1), upper])
-
-
-def lump(
-    fabric: Fabric, laminate: Laminate, position: Array, conn: Index, shells: Shells
-) -> tuple[Array, Array, float]:
-    """Nodal mass [g] and rotary inertia [g mm^2] from the area mass, and the critical step [ms].
-
-    The frequency of the model is at most that of its worst element with a quarter of its mass on each corner.
-    """
-    translation, rotation, area = highest_stiffness(laminate, position, conn, shells)
-    share = 0.25 * fabric.kernel("area_mass") * area
-    spread = rotary_inertia(translation, rotation, fabric.kernel("thickness"))
-    mass = np.bincount(conn.ravel(), np.repeat(share, 4), len(position))
-    inertia = np.bincount(conn.ravel(), np.repeat(share * spread, 4), len(position))
-    frequency2 = float(np.max((translation + rotation / spread) / share))
-    return mass.astype(float), inertia.astype(float), 2.0 / frequency2**0.5

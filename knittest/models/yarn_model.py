@@ -5,8 +5,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from knittest.kernels import monitor
+from knittest.kernels.drive_state import Drive
 from knittest.kernels.explicit import advance_yarns
-from knittest.kernels.state import Beams, ContactLaw, Motions, Tally
+from knittest.kernels.state import Beams, ContactLaw, Tally
 from knittest.models.contact_tracker import ContactTracker, YarnContactGroup
 from knittest.models.explicit_model import Array, ExplicitModel, Index, Stored
 from knittest.models.yarn_health import YarnHealth
@@ -19,10 +20,13 @@ CHANGING = ("alive", "fail_time")
 
 @dataclass
 class YarnModel(ExplicitModel):
-    """``element_node`` (n_el,) first node of each element of the mesh; ``contact`` False leaves yarns blind."""
+    """``element_node`` (n_el,) first node of each element of the mesh; ``section_part`` (n_sections,) part of each beam
+    section; ``contact`` False leaves yarns blind.
+    """
 
     beams: Beams
     element_node: Index
+    section_part: Index
     group: YarnContactGroup
     contact: bool = True
     tracker: ContactTracker = field(init=False)
@@ -40,13 +44,13 @@ class YarnModel(ExplicitModel):
         """See :meth:`ContactTracker.safe_steps`."""
         return self.tracker.safe_steps(dt, most) if self.contact else most
 
-    def advance(self, steps: int, time: float, dt: float, motions: Motions, tally: Tally, scratch: Array) -> None:
+    def advance(self, steps: int, time: float, dt: float, drive: Drive, tally: Tally, scratch: Array) -> None:
         """Renew contacts that may come near, then advance."""
         if self.contact:
             self.tracker.update(steps * dt)
         advance_yarns(
             steps, time, dt, self.nodes, self.parts, self.beams, self.tracker.contacts, self.tracker.count,
-            self.law, motions, tally, scratch,
+            self.law, *drive, tally, scratch,
         )  # fmt: skip
 
     def stored(self) -> Stored:
@@ -54,7 +58,8 @@ class YarnModel(ExplicitModel):
         contact, deepest, mean = monitor.contact_statistics(
             self.tracker.contacts, self.tracker.count, self.law.normal, self.law.tangential, self.group.radius
         )
-        internal = monitor.section_energies(self.nodes, self.parts, self.beams)
+        sections = monitor.section_energies(self.nodes, self.parts, self.beams)
+        internal = np.bincount(self.section_part, sections, len(self.mesh.part_names))
         return Stored(internal, contact, 0.0, deepest, mean)
 
     def failed(self) -> Index:

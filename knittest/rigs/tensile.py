@@ -4,9 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.config.run import Run
-from knittest.kernels.state import Motions
-from knittest.models.explicit_model import ExplicitModel
-from knittest.rigs.base import clamp, make_motions
+from knittest.models.boundary import ALL, Boundary, Readings, ramp
 
 Array = NDArray[np.float64]
 
@@ -19,43 +17,34 @@ class TensileTest:
 
     def __init__(self, run: Run, axis: int, gauge: float) -> None:
         self.axis, self.gauge = axis, gauge
-        self.speed, self.ramp = run.solver.kernel("speed"), max(run.solver.kernel("ramp"), 1e-6)
+        self.speed = run.solver.kernel("speed")
+        self.pull = ramp(run.solver.kernel("ramp"), self.speed)
         self.max_strain = run.rig.kernel("max_strain")
         self.stop_ratio = run.rig.stop_force_ratio
-        self.duration = 0.5 * self.ramp + self.max_strain * self.gauge / self.speed
+        self.duration = 0.5 * run.solver.kernel("ramp") + self.max_strain * self.gauge / self.speed
 
-    def constrain(self, model: ExplicitModel) -> Motions:
+    def constrain(self, boundary: Boundary) -> None:
         """Grip all nodes outside the gauge length, which lies in the middle of the model."""
-        along = model.position()[:, self.axis]
+        along = boundary.model.position()[:, self.axis]
         middle = 0.5 * (along.min() + along.max())
         fixed = np.flatnonzero(along <= middle - 0.5 * self.gauge + EDGE)
         moving = np.flatnonzero(along >= middle + 0.5 * self.gauge - EDGE)
-        node = np.concatenate([fixed, moving])
-        clamp(model, node)
-        motion = np.repeat(np.array([0, 1]), [len(fixed), len(moving)])
-        dof = np.full(len(node), self.axis)
-        return make_motions(
-            model, node, dof, motion, [[0.0, self.ramp], [0.0, self.ramp]], [[0.0, 0.0], [0.0, self.speed]]
-        )
-
-    def travel(self, time: float) -> float:
-        """Clamp travel [mm] at ``time`` [ms]: the integral of the smooth start and the constant speed."""
-        u = min(time / self.ramp, 1.0)
-        ramped = self.ramp * self.speed * (2.5 * u**4 - 3.0 * u**5 + u**6)
-        return ramped + self.speed * max(time - self.ramp, 0.0)
+        axis = ALL[self.axis]
+        boundary.grip(fixed, axis)
+        boundary.grip(moving, axis, self.pull)
 
     def ring_time(self, wave_speed: float) -> float:
         """Time [ms] a wave needs along the gauge length."""
         return self.gauge / wave_speed
 
-    def channels(self, time: float, reactions: Array) -> dict[str, float]:
+    def channels(self, time: float, readings: Readings) -> dict[str, float]:
         """Displacement, engineering strain of the gauge and force at both clamps."""
-        travel = self.travel(time)
+        travel = self.pull.integral(time)
         return {
             "displacement_mm": travel,
             "strain_pct": 100.0 * travel / self.gauge,
-            "force_n": float(reactions[1]),
-            "force_fixed_n": -float(reactions[0]),
+            "force_n": float(readings.reaction[1]),
+            "force_fixed_n": -float(readings.reaction[0]),
         }
 
     def finished(self, force: float, peak: float, broken: bool) -> bool:

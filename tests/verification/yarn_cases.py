@@ -6,17 +6,10 @@ from knittest.config.loading import resolve
 from knittest.config.run import Run
 from knittest.fabric.strip import YarnPath
 from knittest.fabric.variability import YarnDraws
-from knittest.kernels import monitor
-from knittest.kernels.explicit import SCRATCH
-from knittest.kernels.options import PARTITIONS
-from knittest.kernels.state import Motions, Tally
+from knittest.kernels.state import Tally
 from knittest.models.meso import build_meso
 from knittest.models.yarn_model import YarnModel
-
-NO_MOTION = Motions(
-    np.zeros(PARTITIONS + 1, np.int64), *(np.zeros(0, np.int64) for _ in range(3)), np.zeros((0, 2)), np.zeros((0, 2))
-)
-
+from knittest.pose import Body
 
 def card(*sets: str) -> Run:
     """Variant 1 as measured at the meso scale, with settings."""
@@ -33,32 +26,29 @@ def yarns(run: Run, *points: np.ndarray, systems: tuple[str, ...] = ("warp", "we
     return build_meso(run, paths, draws or {s: unbreakable() for s in ("warp", "weft", "knit")})
 
 
-class Driver:
-    """Steps a model by hand: loads by a velocity kick, damping, energies."""
+class Driver(Body):
+    """A body with constant loads that can be set at any time, and its energy as one number."""
 
     def __init__(self, model: YarnModel, damping: float = 0.0, safety: float = 0.9) -> None:
-        self.model, self.dt, self.time = model, safety * model.critical_step, 0.0
-        model.nodes.keep[:] = np.exp(-damping * self.dt)
-        self.tally = Tally(np.zeros((PARTITIONS, 1)), np.zeros((PARTITIONS, 3)))
-        self.scratch = np.zeros((PARTITIONS, SCRATCH))
+        super().__init__(model, safety, damping)
         self.load = np.zeros((3, model.n_nodes + 1))
-        model.prepare()
+        self.start()
 
-    def step(self, steps: int, loaded: bool = False) -> None:
+    @property
+    def tally(self) -> Tally:
+        return self.start()[1]
+
+    def step(self, steps: int = 1, loaded: bool = False) -> None:
         """Advance; a constant load needs its impulse every step."""
         for _ in range(steps if loaded else 1):
             if loaded:
                 self.model.nodes.velocity[:] += self.dt * self.load * self.model.nodes.inv_mass
-            n = 1 if loaded else steps
-            self.model.advance(n, self.time, self.dt, NO_MOTION, self.tally, self.scratch)
-            self.time += n * self.dt
+            super().step(1 if loaded else steps)
 
     def energy(self) -> float:
-        """Kinetic, elastic and dissipated energy [mJ], taken over one step as central differences conserve it."""
-        stored = self.model.stored()
-        self.step(1)
-        kinetic, _ = monitor.kinetic_energy(self.model.nodes, self.model.mass, self.model.inertia, self.dt)
-        return float(kinetic + stored.internal.sum() + stored.contact + self.tally.energy[:, 1].sum())
+        """Kinetic, elastic and dissipated energy [mJ]."""
+        e = self.energies()
+        return e["kinetic"] + e["internal"] + e["contact"] + e["friction"]
 
 
 def clamp(model: YarnModel, node: int) -> None:

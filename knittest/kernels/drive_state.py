@@ -1,0 +1,104 @@
+"""What acts on a model from outside, as NamedTuples: motions, loads and rigid tools."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+#: shapes of tools
+PLANE, PLATE, CYLINDER, GRID = 0, 1, 2, 3
+#: columns of ``Tools.law``: penalty and sticking stiffness as multiples of each node's, static and kinetic coefficient
+NORMAL, TANGENTIAL, STATIC, KINETIC = 0, 1, 2, 3
+
+
+class Tables(NamedTuple):
+    """Piecewise linear functions of time: time [ms] and value, (n_tables, most knots), constant outside.
+
+    ``knots`` (n_tables,) of them count. ``now`` (2, n_tables) receives the values at the middles of the step before and
+    of this one.
+    """
+
+    knots: Index
+    time: Array
+    value: Array
+    now: Array
+
+
+class Motions(NamedTuple):
+    """Prescribed velocities, sorted by the partition that owns the node; start (PARTITIONS + 1,).
+
+    Degree of freedom ``dof`` (0-2 translations [mm/ms], 3-5 spins [rad/ms]) of ``node`` moves with ``scale`` times
+    table ``table``; all (n,). Reactions are summed by ``group`` (n,).
+    """
+
+    start: Index
+    node: Index
+    dof: Index
+    table: Index
+    scale: Array
+    group: Index
+
+
+class Loads(NamedTuple):
+    """Forces [N] and moments [N mm] that keep their direction, sorted by partition as in :class:`Motions`.
+
+    ``value`` times table ``table`` acts on ``dof`` of ``node``; all (n,).
+    """
+
+    start: Index
+    node: Index
+    dof: Index
+    table: Index
+    value: Array
+
+
+class Tools(NamedTuple):
+    """Rigid bodies that translate; (n_tools, ...) each.
+
+    ``kind``; ``size`` (4,): plate half lengths and edge radius, cylinder radius and half length [mm], grid spacing;
+    ``axes`` (3, 3) local axes as rows (a plane's outward normal is the third); ``position``, ``velocity`` (3,);
+    ``motion`` (3,) velocity table of each axis, -1 if held, -2 if free to follow the forces; ``load`` (3,) force table
+    or -1; ``mass`` [g] and ``drag`` [1/ms] of free axes; ``law`` (4,). ``grid`` (4,) offset in ``samples`` and counts of a
+    sampled signed distance [mm].
+    """
+
+    kind: Index
+    size: Array
+    axes: Array
+    position: Array
+    velocity: Array
+    motion: Index
+    load: Index
+    mass: Array
+    drag: Array
+    law: Array
+    grid: Index
+    samples: Array
+
+
+class Touch(NamedTuple):
+    """Contact of nodes with tools.
+
+    ``radius`` [mm] and penalty ``stiffness`` [N/mm] of each node, (n_nodes,); ``viscous`` [N ms/mm] (n_nodes,); sticking
+    ``spring`` [mm] (n_tools, 3, n_nodes), ``slipping`` flag and ``pressure`` normal force [N] (n_tools, n_nodes).
+    """
+
+    radius: Array
+    stiffness: Array
+    viscous: Array
+    spring: Array
+    slipping: Array
+    pressure: Array
+
+
+class Drive(NamedTuple):
+    """All that acts from outside."""
+
+    tables: Tables
+    motions: Motions
+    loads: Loads
+    tools: Tools
+    touch: Touch

@@ -1,0 +1,243 @@
+"""Collects what acts on a model from outside - motions, loads, rigid tools - and sorts it for the kernel."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from knittest.kernels.drive_state import CYLINDER, GRID, PLANE, PLATE, Drive, Loads, Motions, Tables, Tools, Touch
+from knittest.kernels.options import PARTITIONS
+from knittest.kernels.state import Tally
+from knittest.kernels.tool_contact import FREE, HELD
+from knittest.models.explicit_model import ExplicitModel
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+#: degrees of freedom by name
+DOFS = {"x": 0, "y": 1, "z": 2, "rx": 3, "ry": 4, "rz": 5}
+ALL = ("x", "y", "z", "rx", "ry", "rz")
+#: penalty of a node against tools over m / dt^2: 0.4 raises the highest frequency by a few percent at most
+TOOL_STIFFNESS = 0.4
+#: share of critical damping of a touching node
+TOOL_DAMPING = 0.05
+
+
+@dataclass(frozen=True)
+class Table:
+    """Piecewise linear function of time: ``time`` [ms] and ``value``, (n_knots,); constant outside."""
+
+    time: tuple[float, ...]
+    value: tuple[float, ...]
+
+    def integral(self, time: float) -> float:
+        """Integral from 0 to ``time`` [ms]: the travel of a velocity table."""
+        inside = [t for t in self.time if 0.0 < t < time]
+        knots = np.array([0.0, *inside, time])
+        return float(np.trapezoid(np.interp(knots, self.time, self.value), knots))
+
+
+def constant(value: float) -> Table:
+    """A function that does not change."""
+    return Table((0.0,), (value,))
+
+
+def ramp(duration: float, value: float, knots: int = 64) -> Table:
+    """From 0 to ``value`` over ``duration`` [ms] by the quintic 10 u^3 - 15 u^4 + 6 u^5, then constant."""
+    u = np.linspace(0.0, 1.0, knots + 1)
+    smooth = u**3 * (10.0 - u * (15.0 - 6.0 * u))
+    return Table(tuple(max(duration, 1e-9) * u), tuple(value * smooth))
+
+
+@dataclass
+class Tool:
+    """A rigid body as :class:`Tools` holds it; made by the functions below."""
+
+    kind: int
+    position: Array
+    axes: Array
+    size: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    friction: tuple[float, float] = (0.0, 0.0)
+    stiffness: float = 1.0
+    motion: list[int] = field(default_factory=lambda: [HELD, HELD, HELD])
+    load: list[int] = field(default_factory=lambda: [-1, -1, -1])
+    mass: float = 1.0
+    drag: float = 0.0
+    samples: Array = field(default_factory=lambda: np.zeros((0, 0, 0)))
+
+
+def axes_along(direction: ArrayLike) -> Array:
+    """Orthonormal axes as rows, the third along ``direction`` (3,)."""
+    third = np.asarray(direction, float) / np.linalg.norm(direction)
+    first = np.eye(3)[np.argmin(np.abs(third))]
+    first = first - (first @ third) * third
+    first /= np.linalg.norm(first)
+    return np.array([first, np.cross(third, first), third])
+
+
+def plane(point: ArrayLike, normal: ArrayLike) -> Tool:
+    """Half space below the plane through ``point`` [mm] with outward ``normal``."""
+    return Tool(PLANE, np.array(point, float), axes_along(normal))
+
+
+def plate(centre: ArrayLike, lengths: ArrayLike, edge_radius: float, axes: ArrayLike | None = None) -> Tool:
+    """Box of side ``lengths`` (3,) about ``centre`` with rounded edges [mm]."""
+    half = 0.5 * np.asarray(lengths, float)
+    return Tool(
+        PLATE, np.array(centre, float), np.eye(3) if axes is None else np.array(axes, float), (*half, edge_radius)
+    )
+
+
+def cylinder(centre: ArrayLike, axis: ArrayLike, radius: float, length: float) -> Tool:
+    """Cylinder about ``axis`` through ``centre`` [mm], without caps."""
+    return Tool(CYLINDER, np.array(centre, float), axes_along(axis), (radius, 0.5 * length, 0.0, 0.0))
+
+
+def sampled(origin: ArrayLike, spacing: float, samples: Array) -> Tool:
+    """A shape by its signed distance [mm] at a regular grid (nx, ny, nz) of ``spacing`` from ``origin``."""
+    return Tool(GRID, np.array(origin, float), np.eye(3), (spacing, 0.0, 0.0, 0.0), samples=np.asarray(samples, float))
+
+
+class Boundary:
+    """What acts on ``model``; :meth:`drive` gives it to the kernel. Time step ``dt`` [ms] sets the tools' penalty."""
+
+    def __init__(self, model: ExplicitModel, dt: float) -> None:
+        self.model, self.dt = model, dt
+        self.tables: list[Table] = [constant(0.0)]
+        self._motions: list[tuple[Array, ...]] = []
+        self._loads: list[tuple[Array, ...]] = []
+        self.groups = 0
+        self.tools: list[Tool] = []
+        self.radius = np.zeros(model.n_nodes)
+
+    def table(self, table: Table) -> int:
+        """Number of a table, for :class:`Tool`."""
+        self.tables.append(table)
+        return len(self.tables) - 1
+
+    def move(self, nodes: ArrayLike, dofs: Sequence[str], table: Table | None = None, scale: ArrayLike = 1.0) -> int:
+        """Prescribe velocities [mm/ms, rad/ms] of ``nodes``: ``scale`` (n,) times ``table`` (default: held).
+
+        Returns the number under which the reactions are summed.
+        """
+        number = 0 if table is None else self.table(table)
+        node = np.atleast_1d(np.asarray(nodes, np.int64))
+        for dof in dofs:
+            rows = np.broadcast_arrays(node, DOFS[dof], number, np.asarray(scale, float), self.groups)
+            self._motions.append(tuple(np.array(r) for r in rows))
+        self.groups += 1
+        return self.groups - 1
+
+    def grip(self, nodes: ArrayLike, dof: str, table: Table | None = None) -> int:
+        """Clamp all degrees of freedom of ``nodes`` in a massless jaw that moves along ``dof``, as :meth:`move` does.
+
+        Cheaper than moving six degrees of freedom; only the reactions along ``dof`` are summed.
+        """
+        for array in (self.model.nodes.inv_mass, self.model.nodes.inv_inertia, self.model.mass, self.model.inertia):
+            array[np.asarray(nodes)] = 0.0
+        return self.move(nodes, [dof], table)
+
+    def load(self, nodes: ArrayLike, dof: str, value: ArrayLike, table: Table | None = None) -> None:
+        """Force [N] or moment [N mm] ``value`` (n,) times ``table`` (default: constant 1) on ``nodes``."""
+        node = np.atleast_1d(np.asarray(nodes, np.int64))
+        number = self.table(table or constant(1.0))
+        rows = np.broadcast_arrays(node, DOFS[dof], number, np.asarray(value, float))
+        self._loads.append(tuple(np.array(r) for r in rows))
+
+    def gravity(self, weight: Array, direction: ArrayLike = (0.0, 0.0, -1.0), table: Table | None = None) -> None:
+        """Weight [N] of each node, (n_nodes,), along ``direction``."""
+        for dof, share in zip("xyz", np.asarray(direction, float), strict=True):
+            if share != 0.0:
+                self.load(np.arange(self.model.n_nodes), dof, share * weight, table)
+
+    def add_tool(self, tool: Tool) -> int:
+        """Add a rigid tool; returns its number."""
+        self.tools.append(tool)
+        return len(self.tools) - 1
+
+    def drive(self) -> Drive:
+        """All of it in the form of the kernel."""
+        knots = np.array([len(t.time) for t in self.tables])
+        time, value = np.zeros((2, len(self.tables), knots.max()))
+        for k, table in enumerate(self.tables):
+            time[k, : knots[k]], value[k, : knots[k]] = table.time, table.value
+        motions = self._sorted(self._motions, (np.int64, np.int64, np.int64, np.float64, np.int64))
+        loads = self._sorted(self._loads, (np.int64, np.int64, np.int64, np.float64))
+        tables = Tables(knots, time, value, np.zeros((2, len(self.tables))))
+        return Drive(tables, Motions(*motions), Loads(*loads), _tool_arrays(self.tools), self._touch())
+
+    def _sorted(self, groups: list[tuple[Array, ...]], kinds: tuple[type, ...]) -> list[NDArray]:
+        """Columns sorted by the partition of their node, then node, with the starts of the partitions first."""
+        columns = [np.concatenate([g[k] for g in groups] or [np.zeros(0)]).astype(t) for k, t in enumerate(kinds)]
+        owner = np.searchsorted(self.model.parts.node, columns[0], side="right") - 1
+        order = np.lexsort((columns[1], columns[0], owner))
+        start = np.searchsorted(owner[order], np.arange(PARTITIONS + 1))
+        return [start, *(np.ascontiguousarray(c[order]) for c in columns)]
+
+    def _touch(self) -> Touch:
+        n, n_tools = self.model.n_nodes, len(self.tools)
+        mass = np.where(self.model.mass > 0.0, self.model.mass, 0.0)
+        stiffness = TOOL_STIFFNESS * mass / self.dt**2
+        viscous = 2.0 * TOOL_DAMPING * np.sqrt(stiffness * mass)
+        return Touch(
+            self.radius, stiffness, viscous, np.zeros((n_tools, 3, n)), np.zeros((n_tools, n)), np.zeros((n_tools, n))
+        )
+
+
+def _tool_arrays(tools: list[Tool]) -> Tools:
+    counts = np.array([t.samples.shape for t in tools], np.int64).reshape(-1, 3)
+    offset = np.concatenate([[0], np.cumsum(counts.prod(axis=1))]).astype(np.int64)
+
+    def rows(values: list, width: tuple[int, ...], kind: type = float) -> NDArray:
+        return np.array(values, kind).reshape(len(tools), *width)
+
+    return Tools(
+        kind=rows([t.kind for t in tools], (), np.int64),
+        size=rows([t.size for t in tools], (4,)),
+        axes=rows([t.axes for t in tools], (3, 3)),
+        position=rows([t.position for t in tools], (3,)),
+        velocity=np.zeros((len(tools), 3)),
+        motion=rows([t.motion for t in tools], (3,), np.int64),
+        load=rows([t.load for t in tools], (3,), np.int64),
+        mass=rows([t.mass for t in tools], ()),
+        drag=rows([t.drag for t in tools], ()),
+        law=rows([[t.stiffness, 0.5 * t.stiffness, *t.friction] for t in tools], (4,)),
+        grid=np.column_stack([offset[:-1], counts]),
+        samples=np.concatenate([np.zeros(0), *(t.samples.ravel() for t in tools)]),
+    )
+
+
+def new_tally(boundary: Boundary) -> Tally:
+    """Empty accumulators for ``boundary``."""
+    n_tools = len(boundary.tools)
+    return Tally(
+        np.zeros((PARTITIONS, max(boundary.groups, 1))), np.zeros((PARTITIONS, 3)),
+        np.zeros((PARTITIONS, n_tools, 3)), np.zeros((n_tools, 3)),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Readings:
+    """Means over a few steps: ``reaction`` (n_groups,) [N or N mm], ``tool_force`` on each tool [N], (n_tools, 3), and
+    the tools' ``tool_position`` [mm], (n_tools, 3), at their end.
+    """
+
+    reaction: Array
+    tool_force: Array
+    tool_position: Array
+
+    @classmethod
+    def of(cls, row: Array, n_tools: int) -> "Readings":
+        """From the flat form that :func:`take_readings` gives."""
+        tools = row[len(row) - 6 * n_tools :].reshape(2, n_tools, 3)
+        return cls(row[: len(row) - 6 * n_tools], tools[0], tools[1])
+
+
+def take_readings(tally: Tally, drive: Drive, steps: int) -> Array:
+    """Flat means over ``steps`` of what ``tally`` has summed, which is reset."""
+    row = np.concatenate(
+        [tally.reaction.sum(axis=0) / steps, tally.tool_sum.ravel() / steps, drive.tools.position.ravel()]
+    )
+    tally.reaction[:], tally.tool_sum[:] = 0.0, 0.0
+    return row

@@ -1,0 +1,204 @@
+"""Assembles beam chains: one chain a yarn, lumped masses, critical step, contact group."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from math import sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knittest.errors import InputError
+from knittest.history import Mesh
+from knittest.kernels.beam import rotary_inertia_factor, wave_speed
+from knittest.kernels.state import Beams, ContactLaw
+from knittest.materials.yarn_section import Section
+from knittest.models.contact_tracker import YarnContactGroup
+from knittest.models.explicit_model import make_nodes, make_partitions
+from knittest.models.yarn_model import YarnModel
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+
+#: pieces of one yarn closer along it than 1.2 times half a bend plus this margin [mm] never touch
+BEND_MARGIN = 0.2
+#: share of critical damping of a touching pair of nodes
+CONTACT_DAMPING = 0.1
+#: share of an average crossing's penalty that one node can feel, times two for two contacts on a piece
+CONTACT_STEP_SHARE = 2.0
+
+
+@dataclass(frozen=True)
+class Chain:
+    """One yarn: ``points`` (n, 3) [mm], its stress-free shape and the control points of its centre-line; ``part`` of the
+    model. ``fail_strain`` and ``slack`` [-] of its elements, (n - 1,) or one for all. ``stretch`` is true length over
+    that of the polygon, for its mass.
+    """
+
+    points: Array
+    section: Section
+    part: int = 0
+    fail_strain: Array | float = np.inf
+    slack: Array | float = 0.0
+    stretch: float = 1.0
+
+
+@dataclass(frozen=True)
+class YarnContact:
+    """Contact between all chains: penalty and sticking stiffness [N/mm], Coulomb coefficient."""
+
+    normal: float
+    tangential: float
+    friction: float
+
+
+@dataclass(frozen=True)
+class MassScaling:
+    """Critical step [ms] to scale nodal masses to, before the safety factor, and the largest added share [-]."""
+
+    step: float
+    most: float
+
+
+@dataclass
+class _Layout:
+    """Arrays over the nodes of all chains, (n_nodes,): chain, section, length of the element behind (1 at ends).
+
+    ``cards`` are the sections, ``number`` (n_chains,) that of each chain.
+    """
+
+    chains: Sequence[Chain]
+    cards: list[Section]
+    number: Index
+    start: Index = field(init=False)
+    chain: Index = field(init=False)
+    section: Index = field(init=False)
+    position: Array = field(init=False)
+    chord: Array = field(init=False)
+    joined: Flags = field(init=False)
+    length: Array = field(init=False)
+
+    def __post_init__(self) -> None:
+        count = np.array([len(c.points) for c in self.chains])
+        self.start = np.concatenate([[0], np.cumsum(count)]).astype(np.int64)
+        self.chain = np.repeat(np.arange(len(self.chains)), count).astype(np.int64)
+        self.section = self.number[self.chain]
+        self.position = np.concatenate([np.asarray(c.points, float) for c in self.chains])
+        self.chord = np.diff(self.position, axis=0, append=self.position[-1:] + 1.0)
+        self.joined = np.append(self.chain[1:] == self.chain[:-1], False)
+        self.length = np.where(self.joined, np.linalg.norm(self.chord, axis=1), 1.0)
+
+    def of_card(self, name: str) -> Array:
+        """A constant of each node's section."""
+        return np.array([getattr(c, name) for c in self.cards])[self.section]
+
+    def of_elements(self, name: str) -> Array:
+        """A field of the chains that may be one number or one an element, on all nodes."""
+        return np.concatenate(
+            [
+                np.append(np.broadcast_to(np.asarray(getattr(c, name), float), len(c.points) - 1), np.inf)
+                for c in self.chains
+            ]
+        )
+
+    def mean_length(self, card: int) -> float:
+        """Mean element length of a section [mm]."""
+        of = (self.section == card) & self.joined
+        return float(self.length[of].mean()) if of.any() else 1.0
+
+
+def build_chains(
+    chains: Sequence[Chain],
+    part_names: tuple[str, ...],
+    contact: YarnContact | None = None,
+    scaling: MassScaling | None = None,
+) -> YarnModel:
+    """Model of ``chains``, whose nodes are numbered in their order; raises InputError if scaling adds too much mass."""
+    used = list(dict.fromkeys((c.section, c.part) for c in chains))
+    number = np.array([used.index((c.section, c.part)) for c in chains], np.int64)
+    lay = _Layout(chains, [card for card, _ in used], number)
+    mass, inertia, stiffness = _lump(lay)
+    step, mass, inertia, added = _scale_mass(lay, mass, inertia, stiffness, contact, scaling)
+    cells = np.flatnonzero(lay.joined)
+    part = np.array([c.part for c in chains], np.int64)[lay.chain]
+    mesh = Mesh(
+        "beams", np.column_stack([cells, cells + 1]), part[cells], part_names, lay.chain[cells],
+        lay.of_card("radius")[cells],
+    )  # fmt: skip
+    parts = make_partitions(lay.start, number)
+    return YarnModel(
+        make_nodes(lay.position, mass, inertia), parts, mass, inertia, mesh, step, added,
+        wave_speed(lay.cards[0].axial, lay.cards[0].linear_density), _beams(lay), cells,
+        np.array([part for _, part in used]), _contact_group(lay, mass, parts.node, contact), contact is not None,
+    )  # fmt: skip
+
+
+def _lump(lay: _Layout) -> tuple[Array, Array, Array]:
+    """Nodal mass [g], rotary inertia [g mm^2] and the sum of adjoining axial stiffnesses [N/mm]."""
+    stretch = np.array([c.stretch for c in lay.chains])[lay.chain]
+    half = np.where(lay.joined, 0.5 * lay.of_card("linear_density") * lay.length * stretch, 0.0)
+    axial = np.where(lay.joined, lay.of_card("axial") / lay.length, 0.0)
+    mass, stiffness = half.copy(), axial.copy()
+    mass[1:] += half[:-1]
+    stiffness[1:] += axial[:-1]
+    spread = np.empty(len(half))
+    for s, card in enumerate(lay.cards):
+        of = (lay.section == s) & lay.joined
+        alpha = rotary_inertia_factor(card.axial, card.shear, card.torsion, card.bending, lay.mean_length(s))
+        spread[lay.section == s] = alpha * float(lay.length[of].max()) ** 2 if of.any() else 1.0
+    return mass, spread * mass, stiffness
+
+
+def _scale_mass(
+    lay: _Layout,
+    mass: Array,
+    inertia: Array,
+    stiffness: Array,
+    contact: YarnContact | None,
+    scaling: MassScaling | None,
+) -> tuple[float, Array, Array, float]:
+    """Critical step [ms] by nodes (omega^2 <= (2 k_sum + contact) / m) and mass scaling to the target step."""
+    load = 2.0 * stiffness + (CONTACT_STEP_SHARE * contact.normal if contact else 0.0)
+    step = float(np.min(2.0 * np.sqrt(mass / load)))
+    if scaling is None:
+        return step, mass, inertia, 0.0
+    scaled = np.maximum(mass, 0.25 * scaling.step**2 * load)
+    added = float(scaled.sum() / mass.sum() - 1.0)
+    if added > scaling.most:
+        raise InputError(
+            f"solver.target_step adds {100 * added:.1f} % mass, more than solver.max_added_mass = "
+            f"{100 * scaling.most:g} %; the unscaled critical step is {1e3 * step:.4f} us"
+        )
+    return scaling.step, scaled, inertia * scaled / mass, added
+
+
+def _beams(lay: _Layout) -> Beams:
+    tangent = np.where(lay.joined[:, None], lay.chord / lay.length[:, None], [1.0, 0.0, 0.0])
+    n_hinges = max(len(c.hinge_strain) for c in lay.cards)
+    knees, slopes = np.zeros((len(lay.cards), n_hinges)), np.zeros((len(lay.cards), n_hinges))
+    for s, card in enumerate(lay.cards):
+        knees[s, : len(card.hinge_strain)] = card.hinge_strain
+        slopes[s, : len(card.hinge_slope)] = card.hinge_slope
+    stiffness = np.array([[c.compression, c.shear, c.torsion, c.bending] for c in lay.cards])
+    slack = np.where(lay.joined, lay.of_elements("slack"), 0.0)
+    return Beams(
+        tangent.T.copy(), 1.0 / lay.length, lay.joined.astype(float), lay.of_elements("fail_strain"), slack,
+        np.where(lay.joined, np.inf, np.nan), stiffness, knees, slopes,
+    )  # fmt: skip
+
+
+def _contact_group(lay: _Layout, mass: Array, node_cut: Index, contact: YarnContact | None) -> YarnContactGroup:
+    radius = lay.of_card("radius")
+    before = np.concatenate([[False], lay.joined[:-1]])
+    is_piece = lay.joined & before
+    half_piece = np.zeros(len(radius))
+    half_piece[1:] = 0.25 * (lay.length[1:] + lay.length[:-1])
+    mean = np.array([lay.mean_length(s) for s in range(len(lay.cards))])
+    bend = 1.2 * (0.5 * np.pi * 2.0 * radius + BEND_MARGIN)
+    law = ContactLaw(0.0, 0.0, 0.0, 0.0)
+    if contact is not None and is_piece.any():
+        damping = 2.0 * CONTACT_DAMPING * sqrt(contact.normal * 0.5 * float(mass[is_piece].min()))
+        law = ContactLaw(contact.normal, contact.tangential, contact.friction, damping)
+    return YarnContactGroup(
+        radius, half_piece, np.ceil(bend / mean[lay.section]).astype(np.int64), is_piece, lay.chain, node_cut, law
+    )

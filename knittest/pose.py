@@ -1,0 +1,248 @@
+"""Pose anything the kernel solves by hand: the public Python interface.
+
+Units everywhere: mm, ms, g, N, MPa (so mJ, N mm, mm/ms = m/s, N/mm). A cantilever under an end force::
+
+    from knittest.pose import Body, Chain, ramp, round_section
+    points = np.column_stack([np.linspace(0.0, 10.0, 21), np.zeros(21), np.zeros(21)])
+    body = Body.of_chains([Chain(points, round_section(modulus=60e3, diameter=0.75, density=2.5e-3))])
+    body.boundary.move([0], ALL)                      # hold all degrees of freedom of node 0
+    body.boundary.load([20], "z", 0.5, ramp(1.0, 1.0))
+    body.relax()
+    print(body.position[20], body.reaction(0))
+
+``body.boundary`` takes supports and motions of single degrees of freedom, point loads, moments that keep their direction,
+gravity and rigid tools (:func:`plane`, :func:`plate`, :func:`cylinder`, :func:`surface`; held, moved or loaded). The rigs
+of the laboratory are posed through the same class.
+"""
+
+from collections.abc import Callable, Sequence
+from math import pi
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from knittest.kernels import monitor
+from knittest.kernels.drive_state import Drive
+from knittest.kernels.explicit import SCRATCH
+from knittest.kernels.laws import hinge_table
+from knittest.kernels.options import PARTITIONS
+from knittest.kernels.shell_state import Laminate
+from knittest.kernels.state import Tally
+from knittest.kernels.tool_contact import tool_energies
+from knittest.materials.yarn_section import POISSON, Section
+from knittest.models.boundary import (
+    ALL,
+    Boundary,
+    Readings,
+    Table,
+    Tool,
+    constant,
+    cylinder,
+    new_tally,
+    plane,
+    plate,
+    ramp,
+    sampled,
+    take_readings,
+)
+from knittest.models.chains import Chain, YarnContact, build_chains
+from knittest.models.explicit_model import ExplicitModel
+from knittest.models.sheet import build_sheet
+from knittest.relaxation import Relaxation, relax
+
+__all__ = [
+    "ALL", "Body", "Boundary", "Chain", "Laminate", "Readings", "Relaxation", "Section", "Table", "Tool", "YarnContact",
+    "constant", "cylinder", "linear_laminate", "plane", "plate", "ramp", "round_section", "sampled", "section",
+]  # fmt: skip
+
+Array = NDArray[np.float64]
+
+#: steps between looks at displacement and damping loss
+CHUNK = 20
+
+
+def section(
+    axial: float,
+    bending: float,
+    radius: float,
+    linear_density: float,
+    *,
+    torsion: float | None = None,
+    shear: float | None = None,
+    law: tuple[ArrayLike, ArrayLike] | None = None,
+) -> Section:
+    """Section by its stiffnesses EA [N] and EI [N mm^2], contact ``radius`` [mm] and mass per length [g/mm].
+
+    GJ and GA default to those of an isotropic section with nu = 0.3. ``law`` is a table of axial strain [-] and force [N]
+    from (0, 0); its first tangent holds in compression.
+    """
+    knee, slope = (np.zeros(1), np.full(1, axial)) if law is None else hinge_table(*(np.asarray(v, float) for v in law))
+    tangent = float(np.cumsum(slope).max())
+    return Section(
+        axial=max(axial, tangent),
+        shear=5.0 / 12.0 / (1.0 + POISSON) * axial if shear is None else shear,
+        torsion=bending / (1.0 + POISSON) if torsion is None else torsion,
+        bending=bending,
+        radius=radius,
+        linear_density=linear_density,
+        hinge_strain=knee,
+        hinge_slope=slope,
+        compression=float(slope[0]),
+        offset_factor=1.0,
+    )
+
+
+def round_section(modulus: float, diameter: float, density: float) -> Section:
+    """Solid circle: ``modulus`` [MPa], ``diameter`` [mm], ``density`` [g/mm^3]."""
+    area = 0.25 * pi * diameter**2
+    return section(modulus * area, modulus * pi * diameter**4 / 64.0, 0.5 * diameter, density * area)
+
+
+def linear_laminate(
+    membrane: tuple[float, float],
+    bending: tuple[float, float],
+    shear: float,
+    thickness: float,
+    *,
+    hourglass: float = 0.05,
+    fail_strain: tuple[float, float] = (np.inf, np.inf),
+) -> Laminate:
+    """Linear laminate: ``membrane`` stiffness [N/mm] and ``bending`` stiffness [N mm] of warp and weft, ``shear`` [N/mm].
+
+    The outer layers lie at half the ``thickness`` [mm]; transverse shear is that of the plate, 5 D / t^2. ``hourglass``
+    control as a share of the fully integrated element.
+    """
+    stretch, bend = np.array(membrane, float), np.array(bending, float)
+    lever = 0.5 * thickness
+    outer = bend / (2.0 * lever**2)
+    transverse = 5.0 * bend / thickness**2
+    return Laminate(
+        lever=lever, outer=outer, compression=stretch - 2.0 * outer, knee=np.zeros((2, 1)),
+        slope=(stretch - 2.0 * outer)[:, None].copy(), shear_knee=np.zeros(1), shear_slope=np.full(1, float(shear)),
+        twist=2.0 / 3.0 * shear * lever**2, transverse=transverse,
+        hourglass_membrane=hourglass * float(stretch.mean()) / 12.0,
+        hourglass_bending=hourglass * float(bend.mean()) / 12.0,
+        hourglass_transverse=hourglass * float(transverse.mean()) / 12.0,
+        fail_strain=np.array(fail_strain, float),
+    )  # fmt: skip
+
+
+class Body:
+    """A model with what acts on it, advanced by hand.
+
+    ``boundary`` may be added to until the first advance. ``damping`` [1/ms] takes velocity in proportion to mass.
+    """
+
+    def __init__(self, model: ExplicitModel, safety: float = 0.9, damping: float = 0.0) -> None:
+        self.model, self.dt, self.time = model, safety * model.critical_step, 0.0
+        self.boundary = Boundary(model, self.dt)
+        self.damping = damping
+        self.damping_loss = 0.0
+        self._started: tuple[Drive, Tally] | None = None
+        self._scratch = np.zeros((PARTITIONS, SCRATCH))
+        self._row = np.zeros(0)
+        self._kinetic, self._loss = 0.0, 0.0
+
+    @classmethod
+    def of_chains(
+        cls,
+        chains: Sequence[Chain],
+        contact: YarnContact | None = None,
+        part_names: tuple[str, ...] = ("yarn",),
+        **options: float,
+    ) -> "Body":
+        """Beam chains, whose nodes are numbered in their order; yarns touch if ``contact`` says how."""
+        return cls(build_chains(chains, part_names, contact), **options)
+
+    @classmethod
+    def of_shells(
+        cls,
+        points: ArrayLike,
+        cells: ArrayLike,
+        laminate: Laminate,
+        area_mass: float,
+        thickness: float,
+        warp: ArrayLike = (0.0, 1.0, 0.0),
+        **options: float,
+    ) -> "Body":
+        """Shells at rest in ``points`` (n, 3) with corners ``cells`` (n_el, 4); ``area_mass`` [g/mm^2]."""
+        model = build_sheet(np.asarray(points, float), np.asarray(cells), laminate, area_mass, thickness, warp)
+        return cls(model, **options)
+
+    def start(self) -> tuple[Drive, Tally]:
+        """Fix what acts on the body; returns the kernel's arrays (called by :meth:`advance`)."""
+        if self._started is None:
+            self.model.nodes.keep[:] = np.exp(-self.damping * self.dt)
+            self.model.prepare()
+            self._started = self.boundary.drive(), new_tally(self.boundary)
+        return self._started
+
+    def advance(self, duration: float, watch: Callable[["Body"], None] | None = None) -> None:
+        """Integrate for ``duration`` [ms]; ``watch`` is called after every chunk of at most 20 steps."""
+        steps = max(round(duration / self.dt), 1)
+        while steps > 0:
+            chunk = min(self.model.safe_steps(self.dt, CHUNK), steps)
+            self.step(chunk)
+            steps -= chunk
+            if watch is not None:
+                watch(self)
+
+    def step(self, steps: int = 1) -> None:
+        """Advance by ``steps`` time steps."""
+        drive, tally = self.start()
+        self.model.advance(steps, self.time, self.dt, drive, tally, self._scratch)
+        self.time += steps * self.dt
+        self._row = take_readings(tally, drive, steps)
+        kinetic, loss = monitor.kinetic_energy(self.model.nodes, self.model.mass, self.model.inertia, self.dt)
+        self.damping_loss += 0.5 * (self._loss + loss) * steps
+        self._kinetic, self._loss = kinetic, loss
+
+    def relax(self, **options: float) -> Relaxation:
+        """Find the static state under what acts at the end of all tables; see :func:`knittest.relaxation.relax`."""
+        drive, tally = self.start()
+        return relax(self.model, drive, tally, self.dt, **options)
+
+    @property
+    def position(self) -> Array:
+        """Positions [mm], (n_nodes, 3)."""
+        return self.model.position()
+
+    @property
+    def velocity(self) -> Array:
+        """Velocities half a step ago [mm/ms], (n_nodes, 3); may be set before the first advance."""
+        return self.model.nodes.velocity[:, : self.model.n_nodes].T
+
+    @property
+    def spin(self) -> Array:
+        """Angular velocities in global axes [rad/ms], (n_nodes, 3)."""
+        return self.model.nodes.spin[:, : self.model.n_nodes].T
+
+    def readings(self) -> Readings:
+        """Mean reactions and forces on tools over the last chunk of steps."""
+        drive, _ = self.start()
+        return Readings.of(self._row, drive.tools.kind.size)
+
+    def reaction(self, group: int) -> float:
+        """Mean reaction [N or N mm] over the last chunk of what ``boundary.move`` numbered ``group``."""
+        return float(self.readings().reaction[group])
+
+    def energies(self) -> dict[str, float]:
+        """Energies [mJ]: kinetic, internal, contact, hourglass, friction, damping, eroded, external and their balance.
+
+        Takes one step, because central differences conserve the kinetic energy of the velocities around an instant.
+        """
+        drive, tally = self.start()
+        stored = self.model.stored()
+        elastic, moving, _ = tool_energies(self.model.nodes, drive.tools, drive.touch, self.model.n_nodes)
+        self.step(1)
+        external, friction, eroded = (float(v) for v in tally.energy.sum(axis=0))
+        found = {
+            "kinetic": self._kinetic + moving,
+            "internal": float(stored.internal.sum()),
+            "contact": stored.contact + elastic,
+            "hourglass": stored.hourglass,
+            "friction": friction,
+            "damping": self.damping_loss,
+            "eroded": eroded,
+        }
+        return found | {"external": external, "balance": external - sum(found.values())}

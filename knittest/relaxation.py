@@ -1,0 +1,106 @@
+"""Static states by dynamic relaxation, damped critically for the slowest mode that still moves.
+
+Underwood (1983), Dynamic relaxation, in: Computational Methods for Transient Analysis. The frequency of that mode is the
+Rayleigh quotient of the movement over a chunk of steps: the work of the change of force over the movement's inertia.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knittest.errors import NumericalError
+from knittest.kernels.drive_state import Drive
+from knittest.kernels.explicit import SCRATCH
+from knittest.kernels.options import PARTITIONS
+from knittest.kernels.state import Tally
+from knittest.models.explicit_model import ExplicitModel
+
+Array = NDArray[np.float64]
+
+#: steps between estimates of the slowest frequency
+CHUNK = 50
+#: time [ms] at which tables are read: their last value
+AT_THE_END = 1e12
+#: lowest circular frequency a step that damping follows down to
+SLOWEST = 1e-6
+
+
+@dataclass
+class Relaxation:
+    """How a static state was reached.
+
+    ``residual``: sum of out-of-balance forces over that of loads and reactions. ``history`` holds, a chunk, (steps,
+    residual, largest move [mm], circular frequency of the slowest mode a step).
+    """
+
+    steps: int = 0
+    converged: bool = False
+    residual: float = np.inf
+    history: list[tuple[int, float, float, float]] = field(default_factory=list)
+
+
+def relax(
+    model: ExplicitModel, drive: Drive, tally: Tally, dt: float, tolerance: float = 1e-4, most_steps: float = 2e6
+) -> Relaxation:
+    """Relax ``model`` under the last values of all tables; ``dt`` [ms] is a stable step.
+
+    Converged when the residual is below ``tolerance`` and the move in a period of the slowest mode below ``tolerance`` of
+    the largest displacement so far. Raises :class:`NumericalError` when the state is no longer finite.
+    """
+    nodes, n = model.nodes, model.n_nodes
+    found, start, free = Relaxation(), model.position(), _free(model, drive)
+    scratch, frequency = np.zeros((PARTITIONS, SCRATCH)), 0.05
+    nodes.velocity[:], nodes.spin[:] = 0.0, 0.0
+    last: Array | None = None
+    while found.steps < most_steps and not found.converged:
+        nodes.keep[:] = np.exp(-2.0 * frequency)
+        before = model.position()
+        chunk = min(model.safe_steps(dt, CHUNK), CHUNK)
+        tally.reaction[:] = 0.0
+        model.advance(chunk, AT_THE_END, dt, drive, tally, scratch)
+        found.steps += chunk
+        if not np.isfinite(nodes.velocity).all():
+            raise NumericalError(f"dynamic relaxation is no longer finite after {found.steps} steps")
+        force = nodes.force[:, :n].T * free
+        move = (model.position() - before) * free
+        if last is not None:
+            frequency = _slowest(move, force - last, model.mass, dt, frequency)
+        last = force
+        applied = _applied(drive) + np.abs(tally.reaction.sum(axis=0)).sum() / chunk
+        found.residual = float(np.abs(force).sum() / max(applied, 1e-12))
+        moved = float(np.abs(move).max())
+        found.history.append((found.steps, found.residual, moved, frequency))
+        reach = max(float(np.abs(model.position() - start).max()), 1e-6)
+        drift = moved * 2.0 * np.pi / (frequency * chunk)
+        found.converged = found.steps > 4 * CHUNK and found.residual < tolerance and drift < tolerance * reach
+    nodes.velocity[:], nodes.spin[:] = 0.0, 0.0
+    return found
+
+
+def _free(model: ExplicitModel, drive: Drive) -> Array:
+    """1 for translations that may move, else 0, (n_nodes, 3)."""
+    free = np.repeat((model.mass > 0.0).astype(float)[:, None], 3, axis=1)
+    translation = drive.motions.dof < 3
+    free[drive.motions.node[translation], drive.motions.dof[translation]] = 0.0
+    return free
+
+
+def _slowest(move: Array, change: Array, mass: Array, dt: float, frequency: float) -> float:
+    """Circular frequency a step of the mode that moves, between :data:`SLOWEST` and twice the last one."""
+    inertia = float((mass[:, None] * move**2).sum())
+    quotient = -float((move * change).sum()) / inertia if inertia > 0.0 else 0.0
+    return float(np.clip(dt * np.sqrt(max(quotient, 0.0)), max(SLOWEST, 0.5 * frequency), min(2.0 * frequency, 0.5)))
+
+
+def _applied(drive: Drive) -> float:
+    """Sum of all forces applied at the end of the tables [N]."""
+    loads = drive.loads
+    force = loads.dof < 3
+    return float(np.abs(loads.value[force] * _last(drive)[loads.table[force]]).sum())
+
+
+def _last(drive: Drive) -> Array:
+    """Last value of every table, (n_tables,)."""
+    tables = drive.tables
+    return tables.value[np.arange(len(tables.knots)), tables.knots - 1]
