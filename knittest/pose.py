@@ -10,9 +10,10 @@ Units everywhere: mm, ms, g, N, MPa (so mJ, N mm, mm/ms = m/s, N/mm). A cantilev
     body.relax()
     print(body.position[20], body.reaction(0))
 
-``body.boundary`` takes supports and motions of single degrees of freedom, point loads, moments that keep their direction,
-gravity and rigid tools (:func:`plane`, :func:`plate`, :func:`cylinder`, :func:`surface`; held, moved or loaded). The rigs
-of the laboratory are posed through the same class.
+``body.boundary`` takes supports and motions of single degrees of freedom, point loads, moments that keep their
+direction,
+gravity and rigid tools (:func:`plane`, :func:`plate`, :func:`cylinder`, :func:`surface`; held, moved or loaded). The
+rigs of the laboratory are posed through the same class.
 """
 
 from collections.abc import Callable, Sequence
@@ -73,8 +74,8 @@ def section(
 ) -> Section:
     """Section by its stiffnesses EA [N] and EI [N mm^2], contact ``radius`` [mm] and mass per length [g/mm].
 
-    GJ and GA default to those of an isotropic section with nu = 0.3. ``law`` is a table of axial strain [-] and force [N]
-    from (0, 0); its first tangent holds in compression.
+    GJ and GA default to those of an isotropic section with nu = 0.3. ``law`` is a table of axial strain [-] and force
+    [N] from (0, 0); its first tangent holds in compression.
     """
     knee, slope = (np.zeros(1), np.full(1, axial)) if law is None else hinge_table(*(np.asarray(v, float) for v in law))
     tangent = float(np.cumsum(slope).max())
@@ -107,7 +108,8 @@ def linear_laminate(
     hourglass: float = 0.05,
     fail_strain: tuple[float, float] = (np.inf, np.inf),
 ) -> Laminate:
-    """Linear laminate: ``membrane`` stiffness [N/mm] and ``bending`` stiffness [N mm] of warp and weft, ``shear`` [N/mm].
+    """Linear laminate: ``membrane`` stiffness [N/mm] and ``bending`` stiffness [N mm] of warp and weft, ``shear``
+    [N/mm].
 
     The outer layers lie at half the ``thickness`` [mm]; transverse shear is that of the plate, 5 D / t^2. ``hourglass``
     control as a share of the fully integrated element.

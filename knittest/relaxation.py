@@ -1,6 +1,7 @@
 """Static states by dynamic relaxation, damped critically for the slowest mode that still moves.
 
-Underwood (1983), Dynamic relaxation, in: Computational Methods for Transient Analysis. The frequency of that mode is the
+Underwood (1983), Dynamic relaxation, in: Computational Methods for Transient Analysis. The frequency of that mode is
+the
 Rayleigh quotient of the movement over a chunk of steps: the work of the change of force over the movement's inertia.
 """
 
@@ -45,7 +46,8 @@ def relax(
 ) -> Relaxation:
     """Relax ``model`` under the last values of all tables; ``dt`` [ms] is a stable step.
 
-    Converged when the residual is below ``tolerance`` and the move in a period of the slowest mode below ``tolerance`` of
+    Converged when the residual is below ``tolerance`` and the move in a period of the slowest mode below
+    ``tolerance`` of
     the largest displacement so far. Raises :class:`NumericalError` when the state is no longer finite.
     """
     nodes, n = model.nodes, model.n_nodes

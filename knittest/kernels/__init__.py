@@ -23,7 +23,8 @@ def cache_folder() -> Path:
     return cache_root() / "numba" / _source_digest()
 
 
-#: rounds a thread spins at a barrier before it sleeps, unless the user's environment says otherwise: long enough to cost
+#: rounds a thread spins at a barrier before it sleeps, unless the user's environment says otherwise: long enough to
+#: cost
 #: a lone run nothing (1000 costs a fifth), short enough to let others run: two runs side by side on two cores stood
 #: still, 30 times slower each, with the default
 SPIN_COUNT = "3000"

@@ -61,8 +61,8 @@ class Tools(NamedTuple):
     ``kind``; ``size`` (4,): plate half lengths and edge radius, cylinder radius and half length [mm], grid spacing;
     ``axes`` (3, 3) local axes as rows (a plane's outward normal is the third); ``position``, ``velocity`` (3,);
     ``motion`` (3,) velocity table of each axis, -1 if held, -2 if free to follow the forces; ``load`` (3,) force table
-    or -1; ``mass`` [g] and ``drag`` [1/ms] of free axes; ``law`` (4,). ``grid`` (4,) offset in ``samples`` and counts of a
-    sampled signed distance [mm].
+    or -1; ``mass`` [g] and ``drag`` [1/ms] of free axes; ``law`` (4,). ``grid`` (4,) offset in ``samples`` and counts
+    of a sampled signed distance [mm].
     """
 
     kind: Index
@@ -82,7 +82,8 @@ class Tools(NamedTuple):
 class Touch(NamedTuple):
     """Contact of nodes with tools.
 
-    ``radius`` [mm] and penalty ``stiffness`` [N/mm] of each node, (n_nodes,); ``viscous`` [N ms/mm] (n_nodes,); sticking
+    ``radius`` [mm] and penalty ``stiffness`` [N/mm] of each node, (n_nodes,); ``viscous`` [N ms/mm] (n_nodes,);
+    sticking
     ``spring`` [mm] (n_tools, 3, n_nodes), ``slipping`` flag and ``pressure`` normal force [N] (n_tools, n_nodes).
     """
 

@@ -89,7 +89,22 @@ def advance_yarns(
         for p in prange(PARTITIONS):
             _contact_share(np.int64(p), count, dt, nodes, contacts, beams.alive, law, tally, scratch[p])
         for p in prange(PARTITIONS):
-            _yarn_share(np.int64(p), now, dt, nodes, parts, beams, contacts, tables, motions, loads, tools, touch, tally, scratch[p])
+            _yarn_share(
+                np.int64(p),
+                now,
+                dt,
+                nodes,
+                parts,
+                beams,
+                contacts,
+                tables,
+                motions,
+                loads,
+                tools,
+                touch,
+                tally,
+                scratch[p],
+            )
         move_tools(dt, tools, tables, tally)
 
 
@@ -104,5 +119,7 @@ def advance_fabric(
         for p in prange(PARTITIONS):
             _shell_share(np.int64(p), now, nodes, shells, laminate, tally, scratch[p])
         for p in prange(PARTITIONS):
-            _fabric_share(np.int64(p), dt, nodes, parts, shells, tables, motions, loads, tools, touch, tally, scratch[p])
+            _fabric_share(
+                np.int64(p), dt, nodes, parts, shells, tables, motions, loads, tools, touch, tally, scratch[p]
+            )
         move_tools(dt, tools, tables, tally)

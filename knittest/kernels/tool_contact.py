@@ -62,7 +62,11 @@ def touch_tools(partition, first, last, dt, nodes, tools, touch, tally):
             lost += 0.5 * tangential * slip + (pressure - elastic) * closing
             spring[0, i], spring[1, i], spring[2, i] = sx, sy, sz
             touch.slipping[t, i], touch.pressure[t, i] = slips, pressure
-            gx, gy, gz = pressure * nx - tangential * sx, pressure * ny - tangential * sy, pressure * nz - tangential * sz
+            gx, gy, gz = (
+                pressure * nx - tangential * sx,
+                pressure * ny - tangential * sy,
+                pressure * nz - tangential * sz,
+            )
             fx[i], fy[i], fz[i] = fx[i] + gx, fy[i] + gy, fz[i] + gz
             sum_x, sum_y, sum_z = sum_x - gx, sum_y - gy, sum_z - gz
         tally.tool[partition, t, 0] += sum_x

@@ -30,7 +30,8 @@ CONTACT_STEP_SHARE = 2.0
 
 @dataclass(frozen=True)
 class Chain:
-    """One yarn: ``points`` (n, 3) [mm], its stress-free shape and the control points of its centre-line; ``part`` of the
+    """One yarn: ``points`` (n, 3) [mm], its stress-free shape and the control points of its centre-line; ``part`` of
+    the
     model. ``fail_strain`` and ``slack`` [-] of its elements, (n - 1,) or one for all. ``stretch`` is true length over
     that of the polygon, for its mass.
     """

@@ -38,9 +38,7 @@ def build_sheet(
     mesh = Mesh("shells", cells, zeros, ("fabric",), zeros, np.full(n_el, 0.5 * thickness))
     wave = float(np.sqrt(laminate.slope.sum(axis=1).max() / area_mass))
     parts = make_partitions(np.arange(n + 1), np.full(n, -1))
-    return FabricModel(
-        make_nodes(points, mass, inertia), parts, mass, inertia, mesh, step, 0.0, wave, shells, laminate
-    )
+    return FabricModel(make_nodes(points, mass, inertia), parts, mass, inertia, mesh, step, 0.0, wave, shells, laminate)
 
 
 def lump(

@@ -59,7 +59,7 @@ class YarnModel(ExplicitModel):
             self.tracker.contacts, self.tracker.count, self.law.normal, self.law.tangential, self.group.radius
         )
         sections = monitor.section_energies(self.nodes, self.parts, self.beams)
-        internal = np.bincount(self.section_part, sections, len(self.mesh.part_names))
+        internal = np.bincount(self.section_part, sections, len(self.mesh.part_names)).astype(float)
         return Stored(internal, contact, 0.0, deepest, mean)
 
     def failed(self) -> Index:

@@ -26,4 +26,3 @@ class Rig(Protocol):
 
     def finished(self, force: float, peak: float, broken: bool) -> bool:
         """Whether the test is over, with the force and its peak [N] and whether anything has failed."""
-

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from shell_cases import PATCH, PATCH_CONN, Solid, X, fabric, linear_laminate, product, quaternion, wavy
+from shell_cases import PATCH, PATCH_CONN, Solid, X, linear_laminate, product, quaternion, wavy
 
 from knittest.kernels.shell_arrays import build_shells
 from knittest.kernels.shell_blocks import SCRATCH, gather_shells, shell_forces

@@ -59,7 +59,9 @@ def jaws(model: FabricModel, gauge: float = 200.0) -> tuple[np.ndarray, np.ndarr
 def run(model: FabricModel, speed: float, start: float) -> dict[str, np.ndarray]:
     """Pull the jaw after a smooth start [ms] until elements fail."""
     body = Body(model, damping=0.5)
-    fixed, moving = (body.boundary.grip(jaw, "y", t) for jaw, t in zip(jaws(model), (None, ramp(start, speed)), strict=True))
+    fixed, moving = (
+        body.boundary.grip(jaw, "y", t) for jaw, t in zip(jaws(model), (None, ramp(start, speed)), strict=True)
+    )
     rows = []
     while np.isinf(model.shells.fail_time[:440]).all() and body.time < 10.0:
         body.advance(20 * body.dt)

@@ -11,6 +11,7 @@ from knittest.models.meso import build_meso
 from knittest.models.yarn_model import YarnModel
 from knittest.pose import Body
 
+
 def card(*sets: str) -> Run:
     """Variant 1 as measured at the meso scale, with settings."""
     return resolve(variant="1", scale="meso", parameters="as-measured", sets=list(sets))
