@@ -17,7 +17,7 @@ Pham et al. (2019), mean and standard deviation. *kind*: `predicted`; `tuned` (a
 COST = """
 ## Cost and quality of these runs
 
-| variant | scale | direction | preset | n | elements | steps | wall [s] | kin./work [%] | energy err. [%] | pen./r [%] |
+| variant | scale | direction | preset | n | elements | steps | wall [s] | KE/work [%] | energy err. [%] | pen./r [%] |
 |---|---|---|---|---|---|---|---|---|---|---|
 """
 

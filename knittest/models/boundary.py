@@ -169,10 +169,12 @@ class Boundary:
 
     def _sorted(self, groups: list[tuple[Array, ...]], kinds: tuple[type, ...]) -> list[NDArray]:
         """Columns sorted by the partition of their node, then node, with the starts of the partitions first."""
-        columns: list[NDArray] = [np.concatenate([g[k] for g in groups] or [np.zeros(0)]).astype(t) for k, t in
-        enumerate(kinds)] owner = np.searchsorted(self.model.parts.node, columns[0],
-        side="right") - 1 order = np.lexsort((columns[1], columns[0],
-        owner)) start = np.searchsorted(owner[order], np.arange(PARTITIONS + 1))
+        columns: list[NDArray] = [
+            np.concatenate([g[k] for g in groups] or [np.zeros(0)]).astype(kind) for k, kind in enumerate(kinds)
+        ]
+        owner = np.searchsorted(self.model.parts.node, columns[0], side="right") - 1
+        order = np.lexsort((columns[1], columns[0], owner))
+        start = np.searchsorted(owner[order], np.arange(PARTITIONS + 1))
         return [start, *(np.ascontiguousarray(c[order]) for c in columns)]
 
     def _touch(self) -> Touch:
