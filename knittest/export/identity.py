@@ -1,5 +1,7 @@
 """What the bits of a run depend on, and what of it differs between a checkpoint and now."""
 
+import importlib
+import os
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -8,7 +10,6 @@ import knittest
 from knittest.config.dumping import dump
 from knittest.config.run import Run
 from knittest.export import provenance
-from knittest.kernels import cache_folder
 
 #: libraries that do the arithmetic
 ARITHMETIC = ("numpy", "numba", "llvmlite", "scipy")
@@ -23,13 +24,19 @@ def identity_of(run: Run, data_files: Iterable[Path]) -> Identity:
     versions = provenance.library_versions()
     return {
         "version": knittest.__version__,
-        "kernels": cache_folder().name,
+        "kernels": kernel_digest(),
         "libraries": {name: versions.get(name, "") for name in ARITHMETIC},
         "cpu": provenance.cpu_model(),
         "config_sha256": provenance.sha256_text(dump(run)),
         "config": run.model_dump(mode="json"),
         "data": provenance.sha256_files(data_files),
     }
+
+
+def kernel_digest() -> str:
+    """Digest of the kernel sources that this process loaded; those on disk may have changed since."""
+    importlib.import_module("knittest.kernels")  # points numba's cache at a folder named after the digest
+    return Path(os.environ["NUMBA_CACHE_DIR"]).name
 
 
 def changes(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:

@@ -73,7 +73,7 @@ CHANGES = {
     "solver.damping was 0.5, is 0.6": change_config,
     "version was ": lambda folder, patch: patch.setattr("knittest.__version__", "9.9"),
     "cpu was ": lambda folder, patch: patch.setattr("knittest.export.provenance.cpu_model", lambda: "another"),
-    "kernels was ": lambda folder, patch: patch.setattr("knittest.export.identity.cache_folder", lambda: Path("new")),
+    "kernels was ": lambda folder, patch: patch.setattr("knittest.export.identity.kernel_digest", lambda: "new"),
 }
 
 

@@ -1,0 +1,65 @@
+"""The state of a simulation at any chunk, put into a freshly built model, goes on to the same bits."""
+
+import numpy as np
+import pytest
+
+from knittest.config.loading import resolve
+from knittest.simulate import simulate
+from knittest.specimen import prepare
+
+SETS = {
+    "macro": ["solver.speed=1", "output.frames=3", "output.samples=40"],
+    "meso": [
+        "rig.width=10",
+        "rig.gauge_length=10",
+        "solver.ramp=0.1",
+        "solver.speed=1",
+        "output.frames=3",
+        "output.samples=41",
+    ],
+}
+
+
+class Keeper:
+    """Takes a snapshot at the looks ``at``; goes on from ``snapshot``."""
+
+    def __init__(self, at=(), snapshot=None):
+        self.at, self.snapshot, self.looks, self.taken = set(at), snapshot, 0, []
+
+    def resume_from(self):
+        return self.snapshot
+
+    def visit(self, take):
+        self.looks += 1
+        if self.looks in self.at:
+            self.taken.append(take())
+
+    def failed(self, take):
+        raise AssertionError("the numbers went wrong")
+
+
+def simulated(scale, keeper):
+    run = resolve(variant="2", scale=scale, preset="quick", direction="warp", sets=SETS[scale])
+    prepared = prepare(run)
+    history, cost = simulate(prepared.model, prepared.rig, run.solver, run.output, keeper=keeper)
+    return history, cost.steps
+
+
+def bits(history):
+    arrays = [*history.curve.values(), *history.energies.values()]
+    arrays += [
+        a for f in history.frames for a in (f.position, *f.fields.values(), np.array([f.time, f.strain, f.force]))
+    ]
+    return [array.tobytes() for array in arrays], history.first_failure
+
+
+@pytest.mark.parametrize("scale", list(SETS))
+def test_it_goes_on_to_the_same_bits_from_anywhere(scale):
+    alone = Keeper()
+    history, steps = simulated(scale, alone)
+    watched = Keeper(at=[*np.linspace(1, alone.looks, 6, dtype=int), alone.looks - 1])
+    assert bits(simulated(scale, watched)[0]) == bits(history)  # looking changes nothing
+    assert sum(s.state["run/eroded"] > 0.0 for s in watched.taken) >= 1, "none of them after the first failure"
+    assert any(s.state["run/row_steps"] > 0 for s in watched.taken), "none of them inside a row"
+    for snapshot in watched.taken:
+        assert (bits(simulated(scale, Keeper(snapshot=snapshot))[0]), steps) == (bits(history), steps)
