@@ -68,7 +68,7 @@ def run_lines(run: Run) -> Iterator[str]:
     end = clock.perf_counter()
     search = prepared.model.search_seconds()
     elements = len(prepared.model.mesh.cells)
-    what = f"{run.fabric.name} {run.rig.direction}, preset {run.model.preset}"
+    what = f"{run.fabric.name} {run.direction}, preset {run.model.preset}"
     yield f"run: {what}, {elements} elements, {cost.steps} steps"
     whole = end - start
     for name, seconds in (

@@ -30,7 +30,7 @@ def tensile_command(runs: list[Run], options: RunOptions) -> int:
         return _run_jobs([(runs[0], partial(open_new, out=options.out))], options, None)
     parent = options.out or fresh_folder(Path("runs") / run_name(runs[0], direction="both", at=datetime.now()))
     _write_plan(parent, runs)
-    return _run_jobs([(run, partial(open_new, out=parent / run.rig.direction)) for run in runs], options, parent)
+    return _run_jobs([(run, partial(open_new, out=parent / run.direction)) for run in runs], options, parent)
 
 
 def resume_command(folder: Path, options: RunOptions, force: bool = False) -> int:
@@ -71,7 +71,7 @@ def _write_plan(parent: Path, runs: Sequence[Run]) -> None:
     except OSError as error:
         raise resource_error(parent, error) from error
     for run in runs:
-        write_atomic(parent / f"config-{run.rig.direction}.yaml", dump(run))
+        write_atomic(parent / f"config-{run.direction}.yaml", dump(run))
 
 
 def _run_jobs(jobs: Sequence[Job], options: RunOptions, parent: Path | None) -> int:

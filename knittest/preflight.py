@@ -18,7 +18,7 @@ def preflight(run: Run) -> list[str]:
     overlap = model.prepare()
     step = run.solver.safety * model.critical_step
     lines = [
-        f"{run.fabric.name} ({run.parameters}), tensile {run.rig.direction}, {run.model.scale}, {run.model.preset}",
+        f"{run.fabric.name} ({run.parameters}), tensile {run.direction}, {run.model.scale}, {run.model.preset}",
         f"  gauge length           {prepared.rig.gauge:.2f} mm, {prepared.n_yarns} yarns across {run.rig.width:g} mm",
         f"  elements, nodes        {len(model.mesh.cells)}, {model.n_nodes}",
         f"  mass                   {_mass(run, prepared)}",

@@ -18,7 +18,7 @@ def row_kind(run: Run, quantity: str) -> RowKind:
     """Kind of ``quantity`` in the direction of ``run``; the macro scale is fed the curve that ends in Table 3's row."""
     if run.model.scale == "macro":
         return "input"
-    row = f"V{run.fabric.experiment_variant} {run.rig.direction} {ROW_NAMES.get(quantity, quantity)}"
+    row = f"V{run.fabric.experiment_variant} {run.direction} {ROW_NAMES.get(quantity, quantity)}"
     tuned = {name for q in quantities(run.fabric) for name in q.tuned_on}
     return "tuned" if row in tuned else "predicted"
 

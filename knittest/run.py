@@ -68,7 +68,7 @@ def _specimens(run: Run, progress: Progress, opened: Opened) -> list[Specimen]:
         if kept is not None:
             done.append(specimen_of(kept))
             continue
-        label = f"{run.rig.direction} {k + 1}/{count}" if count > 1 else run.rig.direction
+        label = f"{run.direction} {k + 1}/{count}" if count > 1 else run.direction
         start = clock.perf_counter()
         phase = partial(_announce, progress, label)
         with opened.checkpoints.keeping(k) as keeper:
@@ -88,8 +88,8 @@ def _references(run: Run) -> tuple[list[PublishedValue], ReferenceCurve | None]:
     fabric = run.fabric
     if fabric.experiment is None or fabric.experiment_variant is None:
         return [], None
-    rows = published(data_dir() / fabric.experiment, fabric.experiment_variant, run.rig.direction)
-    path = data_dir() / fabric.macro.tension[run.rig.direction]
+    rows = published(data_dir() / fabric.experiment, fabric.experiment_variant, run.direction)
+    path = data_dir() / fabric.macro.tension[run.direction]
     return rows, load_curve(path) if path.is_file() else None
 
 
@@ -162,7 +162,7 @@ def _write(
 ) -> None:
     """Everything of the run folder; pictures and frames show the first specimen."""
     first = specimens[0]
-    title = f"{run.fabric.name}, tensile {run.rig.direction}, {run.model.scale} ({run.parameters})"
+    title = f"{run.fabric.name}, tensile {run.direction}, {run.model.scale} ({run.parameters})"
     folder.write_curve(first.history.curve if len(specimens) == 1 else _corridor_columns(specimens))
     folder.write_energies(first.history.energies)
     if first.yarns:
@@ -174,7 +174,7 @@ def _write(
         folder.path / "energies.png", first.history, title=title,
         kinetic_limit=0.01 * run.solver.max_kinetic_ratio, energy_limit=0.01 * run.solver.max_energy_error,
     )  # fmt: skip
-    strip_picture.strip_picture(folder.path / "deformed.png", first.history, direction=run.rig.direction, title=title)
+    strip_picture.strip_picture(folder.path / "deformed.png", first.history, direction=run.direction, title=title)
     folder.write_comparison(comparison)
     folder.write_summary(summary)
 
@@ -212,5 +212,5 @@ def _curve_picture(
     curve_picture.curve_picture(
         path, [s.history.curve for s in specimens], title=title, references=shown, end_point=end_point,
         corridor=curve_picture.Corridor(*corridor(specimens)) if len(specimens) > 1 else None,
-        yarns=(count, run.rig.direction) if run.model.scale == "meso" else None,
+        yarns=(count, run.direction) if run.model.scale == "meso" else None,
     )  # fmt: skip

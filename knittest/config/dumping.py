@@ -37,8 +37,9 @@ def dump_mapping(data: dict[str, Any], at: KeyPath = ()) -> str:
     """YAML of settings rooted at ``at`` of a run, each field with its unit as a comment."""
     text = yaml.dump(data, Dumper=_CoreDumper, sort_keys=False, allow_unicode=True, width=LINE_WIDTH)
     lines = text.splitlines()
+    kind = data.get("rig", {}).get("kind", "tensile") if not at else "tensile"
     for path, line in parse_document(text, "dump").lines.items():
-        field = place(at + path)
+        field = place(at + path, kind)
         if field and field.unit and path[-1] not in ("value", "sd", "warp", "weft"):
             lines[line - 1] += f"  # {field.unit if field.unit != '1' else 'dimensionless'}"
     return "\n".join(lines) + "\n"

@@ -9,7 +9,7 @@ from typing import Any, get_args, get_origin
 from pydantic import BaseModel
 
 from knittest.config.base import Quantity, field_meta
-from knittest.config.run import Run
+from knittest.config.run import RUNS
 from knittest.config.yaml_loader import KeyPath
 
 
@@ -32,9 +32,9 @@ class Place:
         return list(self.model.model_fields) if self.model else []
 
 
-def place(path: KeyPath) -> Place | None:
-    """The field at ``path`` (rooted at :class:`Run`), ``None`` where the models have none."""
-    here = Place(Run, "", "the run")
+def place(path: KeyPath, kind: object = "tensile") -> Place | None:
+    """The field at ``path`` of a run of ``kind``, ``None`` where its models have none."""
+    here = Place(RUNS.get(str(kind), RUNS["tensile"]), "", "the run")
     for part in path:
         if here.model is None or part not in here.model.model_fields:
             return None
@@ -54,9 +54,9 @@ def nearest(name: str, names: list[str]) -> str | None:
 
 
 @cache
-def all_paths() -> tuple[str, ...]:
-    """Dotted path of every field of a run, as ``--set`` takes it."""
-    return tuple(_paths_below(Run, ""))
+def all_paths(kind: object = "tensile") -> tuple[str, ...]:
+    """Dotted path of every field of a run of ``kind``, as ``--set`` takes it."""
+    return tuple(_paths_below(RUNS.get(str(kind), RUNS["tensile"]), ""))
 
 
 def _paths_below(model: type[BaseModel], prefix: str) -> Iterator[str]:

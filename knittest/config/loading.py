@@ -14,7 +14,7 @@ from knittest.config.layers import Layers
 from knittest.config.messages import input_error, unknown
 from knittest.config.paths import settle_data_paths
 from knittest.config.presets import PRESET_PATHS, preset_settings
-from knittest.config.run import Model, Preset, Run, Scale
+from knittest.config.run import RUNS, Model, Preset, Run, Scale
 from knittest.config.settings import Setting, lay_setting, parse_set, refuse_contradictions
 from knittest.config.sources import FabricSource, fabric_file, lay_fabric, variant_path
 from knittest.config.yaml_loader import Document, KeyPath, describe, dotted, load_yaml, shown
@@ -33,14 +33,16 @@ def resolve(
     sets: tuple[str, ...] | list[str] = (),
     specimens: int | None = None,
     seed: int | None = None,
+    test: str | None = None,
 ) -> Run:
     """The run that the arguments describe; ``None`` leaves the choice to the config file or the default.
 
     ``variant`` names a shipped fabric, ``fabric`` is a fabric file, ``config`` a rig file or a whole run (as
-    :func:`knittest.config.dumping.dump` writes it), ``sets`` are ``key.path=value`` texts. Raises
+    :func:`knittest.config.dumping.dump` writes it), ``sets`` are ``key.path=value`` texts, ``test`` is the kind of rig. Raises
     :class:`InputError` listing every finding.
     """
     document = _run_document(config)
+    kind = _kind(document, test)
     options = _options(
         {
             ("model", "scale"): ("--scale", scale),
@@ -54,9 +56,9 @@ def resolve(
     given = [parse_set(text) for text in sets]
     refuse_contradictions(options, given)
     source = _fabric_source(variant, fabric, document, config)
-    layers = _layers(document, source, options + given)
+    layers = _layers(document, source, options + given, kind)
     try:
-        run = Run.model_validate(layers.data)
+        run = RUNS[kind].model_validate(layers.data)
     except ValidationError as error:
         raise input_error(error, layers) from None
     return settle_data_paths(run, layers, source.folder)
@@ -72,6 +74,20 @@ def planned_directions(
     given = [parse_set(text) for text in sets]
     stated = _choice(("rig", "direction"), both, None, _run_document(config), given)
     return [stated] if stated else list(both)
+
+
+def _kind(document: Document, asked: str | None) -> str:
+    """Kind of test: the command's, which a config file may not contradict, else the file's, else tensile."""
+    stated = Layers(document.data).get(("rig", "kind"))
+    if stated is not None and stated not in RUNS:
+        names = unknown(str(stated), list(RUNS), "test")
+        raise InputError(f"{document.where(('rig', 'kind'))}: rig.kind = {shown(stated)}: {names}")
+    if stated is not None and asked is not None and stated != asked:
+        raise InputError(
+            f"{document.where(('rig', 'kind'))}: rig.kind = {stated}: the file describes another test; "
+            f"use knittest {stated}"
+        )
+    return str(stated or asked or "tensile")
 
 
 def _run_document(config: Path | str | None) -> Document:
@@ -102,11 +118,12 @@ def _fabric_source(
     raise InputError("no fabric is given: expected --variant 1, --variant 2, --variant NAME or --fabric FILE")
 
 
-def _layers(document: Document, source: FabricSource, settings: list[Setting]) -> Layers:
+def _layers(document: Document, source: FabricSource, settings: list[Setting], kind: str) -> Layers:
     scale = _choice(("model", "scale"), get_args(Scale), Model().scale, document, settings)
     preset = _choice(("model", "preset"), get_args(Preset), Model().preset, document, settings)
     layers = Layers()
-    layers.lay(preset_settings(preset, scale), lambda path: f"preset {preset}")
+    layers.lay({"rig": {"kind": kind}}, lambda path: "the command")
+    layers.lay(preset_settings(kind, preset, scale), lambda path: f"preset {preset}")
     wanted = _stated(("parameters",), document, settings)
     if wanted is not None and not isinstance(wanted, str):
         raise InputError(f"{document.where(('parameters',))}: parameters: expected a name, found {describe(wanted)}")

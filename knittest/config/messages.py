@@ -37,23 +37,24 @@ def unknown(name: str, names: list[str], kind: str = "field") -> str:
 
 def _line(item: Mapping[str, Any], layers: Layers) -> str:
     path: KeyPath = tuple(part for part in item["loc"] if part != "[key]")
+    kind = layers.get(("rig", "kind"))
     cause = item.get("ctx", {}).get("error")
     if isinstance(cause, BoundsError) and cause.part:
         path = (*path, cause.part)
     value, at = layers.get(path), path
     if item["type"] in ("missing", "extra_forbidden") or "[key]" in item["loc"]:
-        return f"{layers.where(path) or 'defaults'}: {dotted(path)}: {_misplaced(item, path)}"
+        return f"{layers.where(path) or 'defaults'}: {dotted(path)}: {_misplaced(item, path, kind)}"
     if isinstance(value, dict) and "value" in value:
         value, at = value["value"], (*path, "value")
     stated = "" if value is None or isinstance(value, dict) else f" = {shown(value)}"
-    return f"{layers.where(at) or 'defaults'}: {dotted(path)}{stated}: {_expected(item, value, place(path))}"
+    return f"{layers.where(at) or 'defaults'}: {dotted(path)}{stated}: {_expected(item, value, place(path, kind))}"
 
 
-def _misplaced(item: Mapping[str, Any], path: KeyPath) -> str:
+def _misplaced(item: Mapping[str, Any], path: KeyPath, kind: object) -> str:
     if item["type"] == "missing":
-        return f"missing: {_required(place(path))}"
+        return f"missing: {_required(place(path, kind))}"
     if item["type"] == "extra_forbidden":
-        return _unknown_field(path)
+        return _unknown_field(path, kind)
     return f"unknown field, {_choice_expected(item['ctx']['expected'], path[-1])}"
 
 
@@ -63,10 +64,10 @@ def _required(field: Place | None) -> str:
     return f"{field.description}{f' [{field.unit}]' if field.unit else ''}"
 
 
-def _unknown_field(path: KeyPath) -> str:
-    holder, name = place(path[:-1]), str(path[-1])
+def _unknown_field(path: KeyPath, kind: object) -> str:
+    holder, name = place(path[:-1], kind), str(path[-1])
     names = holder.names if holder else []
-    elsewhere = [p for p in all_paths() if p.rpartition(".")[2] == name]
+    elsewhere = [p for p in all_paths(kind) if p.rpartition(".")[2] == name]
     if nearest(name, names) is None and elsewhere:
         return f'unknown field (did you mean "{elsewhere[0]}"?)'
     return unknown(name, names)

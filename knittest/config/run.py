@@ -5,25 +5,11 @@ from typing import Literal
 from pydantic import Field
 
 from knittest.config.base import Strict, number
-from knittest.config.fabric import Direction, Fabric
+from knittest.config.fabric import Fabric
+from knittest.config.rigs import CantileverRig, FrictionRig, PictureFrameRig, Rig, TensileRig
 
 Scale = Literal["macro", "meso"]
 Preset = Literal["quick", "standard", "paper"]
-
-
-class TensileRig(Strict):
-    """Strip tensile test after DIN EN ISO 13934-1: one clamp fixed, one pulled to failure."""
-
-    kind: Literal["tensile"] = "tensile"
-    direction: Direction = Field("warp", description="yarn system along the strip")
-    gauge_length: float = number(200.0, "mm", "distance of the clamps", gt=0, band=(5, 2000))
-    width: float = number(50.0, "mm", "width of the strip", gt=0, band=(5, 1000))
-    jaw_length: float = number(10.0, "mm", "length modelled inside each clamp (meso: always one pitch)", gt=0, le=200)
-    max_strain: float = number(4.0, "%", "stop at this engineering strain", gt=0, le=100)
-    stop_force_ratio: float = number(0.2, "1", "stop when the force has fallen to this share of its peak", ge=0, le=1)
-    yarn_rounding: Literal["down", "up"] = Field(
-        "down", description="whole yarns when width times density is fractional; ensembles alternate"
-    )
 
 
 class MesoModel(Strict):
@@ -94,12 +80,50 @@ class Output(Strict):
 
 
 class Run(Strict):
-    """One virtual test, fully described."""
+    """One virtual test, fully described; a subclass narrows the rig."""
 
-    rig: TensileRig = Field(default_factory=TensileRig)
+    rig: Rig
     fabric: Fabric
     parameters: str = Field("calibrated", description="parameter set of the fabric file that was applied")
     model: Model = Field(default_factory=Model)
     solver: Solver = Field(default_factory=Solver)
     variability: Variability = Field(default_factory=Variability)
     output: Output = Field(default_factory=Output)
+
+    @property
+    def direction(self) -> str:
+        """Yarn system along the strip; empty for a test that has none."""
+        return getattr(self.rig, "direction", "")
+
+
+class TensileRun(Run):
+    """A tensile test."""
+
+    rig: TensileRig = Field(default_factory=TensileRig)
+
+
+class PictureFrameRun(Run):
+    """A picture frame test."""
+
+    rig: PictureFrameRig = Field(default_factory=PictureFrameRig)
+
+
+class CantileverRun(Run):
+    """A cantilever test."""
+
+    rig: CantileverRig = Field(default_factory=CantileverRig)
+
+
+class FrictionRun(Run):
+    """A friction test."""
+
+    rig: FrictionRig = Field(default_factory=FrictionRig)
+
+
+#: the run model of every kind of test
+RUNS: dict[str, type[Run]] = {
+    "tensile": TensileRun,
+    "picture-frame": PictureFrameRun,
+    "cantilever": CantileverRun,
+    "friction": FrictionRun,
+}

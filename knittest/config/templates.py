@@ -8,7 +8,8 @@ from pydantic import BaseModel
 
 from knittest.config.base import Quantity, field_meta
 from knittest.config.fabric import Fabric
-from knittest.config.run import Solver, TensileRig
+from knittest.config.rigs import TensileRig
+from knittest.config.run import Solver
 
 #: fields of the rig that something else decides unless the file does: written as comments
 DECIDED_ELSEWHERE = {

@@ -179,7 +179,7 @@ def _incomplete(table: str) -> str:
 def run_name(run: Run, *, direction: str | None = None, at: datetime | None = None) -> str:
     """``<rig>-<variant>-<scale>-<direction>-<time>``, safe as a file name; ``direction`` replaces the rig's own."""
     moment = (at or datetime.now()).strftime("%Y%m%d-%H%M%S")
-    parts = (run.rig.kind, run.fabric.name, run.model.scale, direction or run.rig.direction, moment)
+    parts = (run.rig.kind, run.fabric.name, run.model.scale, direction or run.direction, moment)
     return "-".join(slug(part) for part in parts)
 
 

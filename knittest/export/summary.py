@@ -63,7 +63,7 @@ def build_summary(
         "rig": run.rig.kind,
         "variant": run.fabric.experiment_variant or run.fabric.name,
         "scale": run.model.scale,
-        "direction": run.rig.direction,
+        "direction": run.direction,
         "status": status,
         "results": dict(specimens[0]) if len(specimens) == 1 else ensemble_results(specimens),
         "quality": _quality(quality),

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from knittest.config.dumping import dump, dump_mapping
 from knittest.config.loading import resolve
-from knittest.config.run import Run, Solver, TensileRig
+from knittest.config.rigs import TensileRig
+from knittest.config.run import Run, Solver
 from knittest.config.schema import run_schema
 from knittest.config.templates import fabric_template, rig_template
 from knittest.config.yaml_loader import parse_document

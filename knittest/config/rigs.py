@@ -1,0 +1,77 @@
+"""The tests of the laboratory: one model a rig, with the dimensions of the paper as defaults."""
+
+from typing import Literal
+
+from pydantic import Field
+
+from knittest.config.base import Strict, number
+from knittest.config.fabric import Direction
+
+
+class StripRig(Strict):
+    """A test on a strip cut along one yarn system."""
+
+    direction: Direction = Field("warp", description="yarn system along the strip")
+    width: float = number(50.0, "mm", "width of the strip", gt=0, band=(5, 1000))
+    yarn_rounding: Literal["down", "up"] = Field(
+        "down", description="whole yarns when width times density is fractional; ensembles alternate"
+    )
+
+
+class TensileRig(StripRig):
+    """Strip tensile test after DIN EN ISO 13934-1: one clamp fixed, one pulled to failure."""
+
+    kind: Literal["tensile"] = "tensile"
+    gauge_length: float = number(200.0, "mm", "distance of the clamps", gt=0, band=(5, 2000))
+    jaw_length: float = number(10.0, "mm", "length modelled inside each clamp (meso: always one pitch)", gt=0, le=200)
+    max_strain: float = number(4.0, "%", "stop at this engineering strain", gt=0, le=100)
+    stop_force_ratio: float = number(0.2, "1", "stop when the force has fallen to this share of its peak", ge=0, le=1)
+
+
+class PictureFrameRig(Strict):
+    """Picture frame: a square of fabric on needles along four hinged sides, sheared by the crosshead."""
+
+    kind: Literal["picture-frame"] = "picture-frame"
+    side: float = number(200.0, "mm", "side of the sheared square", gt=0, band=(10, 1000))
+    max_angle: float = number(45.0, "deg", "end of the test: shear angle of the frame", gt=0, le=80)
+    imperfection: float = number(0.05, "mm", "amplitude of the seeded unevenness from which wrinkles start", ge=0, le=5)
+
+
+class CantileverRig(StripRig):
+    """Cantilever after DIN 53362: a strip bends over an edge under its own weight."""
+
+    kind: Literal["cantilever"] = "cantilever"
+    mode: Literal["angle", "overhang"] = Field(
+        "angle",
+        description="angle: the overhang is given, the chord angle comes out (the paper's simulation); "
+        "overhang: the strip is advanced until its chord has the angle of the plane (the laboratory)",
+    )
+    overhang: float | None = number(
+        None, "mm", "overhang; none: the mean measured one of the fabric's experiment", gt=0, band=(5, 1000)
+    )
+    plane_angle: float = number(41.5, "deg", "angle of the plane", gt=0, le=80)
+    length: float = number(300.0, "mm", "length of the strip", gt=0, band=(10, 2000))
+    gravity: float = number(9.81, "m/s2", "gravity", gt=0, band=(0.1, 100))
+    membrane_share: float = number(
+        0.01, "1", "share of the membrane stiffness that is kept: bending decides, and the step grows", gt=0, le=1
+    )
+    tolerance: float = number(1e-4, "1", "residual force over weight, and drift over deflection, at rest", gt=0, le=0.1)
+
+
+class FrictionRig(StripRig):
+    """Friction: a strip is pulled out between two plates pressed together."""
+
+    kind: Literal["friction"] = "friction"
+    length: float = number(200.0, "mm", "length of the strip", gt=0, band=(10, 2000))
+    plate_length: float = number(150.0, "mm", "length of the plates", gt=0, band=(5, 1000))
+    plate_width: float = number(50.0, "mm", "width of the plates, at least that of the strip", gt=0, band=(5, 1000))
+    normal_force: float = number(2000.0, "N", "force that presses the plates together", gt=0, band=(0.1, 1e5))
+    travel: float = number(10.0, "mm", "pull of the clamp", gt=0, band=(0.5, 100))
+    static_coefficient: float = number(
+        0.075, "1", "Coulomb coefficient of each face before it slips; the paper's F_R/F_N = 0.15 is that of two faces",
+        ge=0, le=2,
+    )  # fmt: skip
+    kinetic_coefficient: float = number(0.075, "1", "Coulomb coefficient of each face while it slips", ge=0, le=2)
+
+
+Rig = TensileRig | PictureFrameRig | CantileverRig | FrictionRig
