@@ -35,11 +35,16 @@ def judged_rows(history: History) -> slice:
 
 
 def assess(
-    history: History, solver: Solver, penetration_max: float, penetration_mean: float, added_mass: float
+    history: History,
+    solver: Solver,
+    penetration_max: float,
+    penetration_mean: float,
+    added_mass: float,
+    to_failure: bool = False,
 ) -> Quality:
     """Judge a run: kinetic over internal energy and work, energy balance, penetration, added mass (ratios [-]).
 
-    A run that has no failure inside its strain range is not a tensile test to failure and is refused too.
+    A test ``to_failure`` in which nothing fails inside its strain range is refused too.
     """
     rows = judged_rows(history)
     kinetic = float(history.energies["kinetic_ratio"][rows].max())
@@ -55,7 +60,7 @@ def assess(
             failures.append(f"{name} {100.0 * value:.2f} % is above {limit:g} %")
         elif 100.0 * value > 0.5 * limit:
             warnings.append(f"{name} {100.0 * value:.2f} % is more than half of its limit {limit:g} %")
-    if history.first_failure is None:
+    if to_failure and history.first_failure is None:
         failures.append("nothing failed up to rig.max_strain: the peak is not a strength")
     return Quality(
         kinetic, error, penetration_max, penetration_mean, 100.0 * added_mass,

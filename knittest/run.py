@@ -6,20 +6,20 @@ from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
-import numpy as np
-
-from knittest.compare import compare_curves, compare_results
+from knittest.compare import compare_results
 from knittest.config.run import Run
 from knittest.errors import NumericalError, ResourceError
-from knittest.experiment.curves import ReferenceCurve, load_curve
-from knittest.experiment.tables import PublishedValue, published
-from knittest.export import curve_picture, energy_picture, strip_picture, vtu
+from knittest.experiment.tables import published
+from knittest.export import vtu
 from knittest.export.folder import RunFolder
 from knittest.export.summary import ComparisonRow, build_summary, ensemble_results
 from knittest.history import Cost, Quality
 from knittest.interrupts import Interrupted, Interrupts
+from knittest.laboratory.registry import TESTS
 from knittest.opening import Opened, Opener
 from knittest.options import RunOptions
+from knittest.reports.base import References
+from knittest.reports.registry import REPORTS
 from knittest.resources import data_dir
 from knittest.row_kind import row_kind
 from knittest.specimen import Specimen, run_specimen
@@ -83,48 +83,31 @@ def _announce(progress: Progress, label: str, text: str) -> None:
     progress.phase(f"{label}: {text}")
 
 
-def _references(run: Run) -> tuple[list[PublishedValue], ReferenceCurve | None]:
+def _references(run: Run) -> References:
     """Published rows and the reference curve of the fabric's experiment, if it names one."""
     fabric = run.fabric
     if fabric.experiment is None or fabric.experiment_variant is None:
-        return [], None
-    rows = published(data_dir() / fabric.experiment, fabric.experiment_variant, run.direction)
-    path = data_dir() / fabric.macro.tension[run.direction]
-    return rows, load_curve(path) if path.is_file() else None
+        return References()
+    quantities = TESTS[run.rig.kind].quantities
+    rows = published(data_dir() / fabric.experiment, fabric.experiment_variant, run.direction, quantities)
+    return References(rows, REPORTS[run.rig.kind].reference_curve(run))
 
 
 def _judge(
-    run: Run, specimens: list[Specimen], references: tuple[list[PublishedValue], ReferenceCurve | None]
+    run: Run, specimens: list[Specimen], references: References
 ) -> tuple[dict[str, Any], dict[str, Any], Quality]:
     """Summary, comparison and the quality of the worst specimen."""
     quality, cost = _worst([s.quality for s in specimens]), _total([s.cost for s in specimens])
     results = [s.results for s in specimens]
     means = {k: v["mean"] for k, v in ensemble_results(results).items()}
-    rows, curve = references
-    kinds = {row.quantity: row_kind(run, row.quantity) for row in rows}
-    compared = compare_results(means, rows, kinds)
+    kinds = {row.quantity: row_kind(run, row.quantity) for row in references.rows}
+    compared = compare_results(means, references.rows, kinds)
     comparison: dict[str, Any] = {"refused": list(quality.failures), "rows": [], "curves": []}
     if not quality.failures:
         comparison["rows"] = compared
-        if curve is not None:
-            reference = replace(curve, kind="input") if run.model.scale == "macro" else curve
-            comparison["curves"] = [compare_curves(*mean_curve(specimens), reference)]
+        if references.curve is not None:
+            comparison["curves"] = REPORTS[run.rig.kind].compare(run, specimens, references.curve)
     return build_summary(run, results, quality, cost, cast("list[ComparisonRow]", compared)), comparison, quality
-
-
-def mean_curve(specimens: list[Specimen]) -> tuple[np.ndarray, np.ndarray]:
-    """Strain [%] and force [N] of one specimen up to its peak, or the mean over the strains all of them reach."""
-    curves = [_to_peak(s) for s in specimens]
-    if len(curves) == 1:
-        return curves[0]
-    grid = np.linspace(0.0, min(x[-1] for x, _ in curves), 400)
-    return grid, np.mean([np.interp(grid, x, y) for x, y in curves], axis=0)
-
-
-def _to_peak(specimen: Specimen) -> tuple[np.ndarray, np.ndarray]:
-    curve = specimen.history.curve
-    end = int(np.argmax(curve["force_n"])) + 1
-    return curve["strain_pct"][:end], curve["force_n"][:end]
 
 
 def _worst(qualities: list[Quality]) -> Quality:
@@ -154,63 +137,20 @@ def _total(costs: list[Cost]) -> Cost:
 def _write(
     run: Run,
     specimens: list[Specimen],
-    references: tuple[list[PublishedValue], ReferenceCurve | None],
+    references: References,
     summary: dict[str, Any],
     comparison: dict[str, Any],
     folder: RunFolder,
     options: RunOptions,
 ) -> None:
     """Everything of the run folder; pictures and frames show the first specimen."""
-    first = specimens[0]
-    title = f"{run.fabric.name}, tensile {run.direction}, {run.model.scale} ({run.parameters})"
-    folder.write_curve(first.history.curve if len(specimens) == 1 else _corridor_columns(specimens))
+    first, report = specimens[0], REPORTS[run.rig.kind]
+    folder.write_curve(report.curve(specimens))
     folder.write_energies(first.history.energies)
     if first.yarns:
         folder.write_yarns(first.yarns)
     if options.frames:
         vtu.write_frames(folder.path, first.history)
-    _curve_picture(run, specimens, references, folder.path / "curve.png", title)
-    energy_picture.energy_picture(
-        folder.path / "energies.png", first.history, title=title,
-        kinetic_limit=0.01 * run.solver.max_kinetic_ratio, energy_limit=0.01 * run.solver.max_energy_error,
-    )  # fmt: skip
-    strip_picture.strip_picture(folder.path / "deformed.png", first.history, direction=run.direction, title=title)
+    report.pictures(run, specimens, references, folder.path)
     folder.write_comparison(comparison)
     folder.write_summary(summary)
-
-
-def _corridor_columns(specimens: list[Specimen]) -> dict[str, np.ndarray]:
-    strain, mean, sd = corridor(specimens)
-    return {"strain_pct": strain, "force_mean_n": mean, "force_sd_n": sd}
-
-
-def corridor(specimens: list[Specimen]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Strain [%], mean and sd of the force [N] up to the smallest fracture strain, so that all specimens count."""
-    grid, mean = mean_curve(specimens)
-    forces = [np.interp(grid, *_to_peak(s)) for s in specimens]
-    return grid, mean, np.std(forces, axis=0, ddof=1)
-
-
-def _curve_picture(
-    run: Run,
-    specimens: list[Specimen],
-    references: tuple[list[PublishedValue], ReferenceCurve | None],
-    path: Path,
-    title: str,
-) -> None:
-    rows, curve = references
-    by_name = {row.quantity: row for row in rows}
-    end_point = None
-    if {"peak_force_n", "fracture_strain_pct"} <= set(by_name):
-        force, strain = by_name["peak_force_n"], by_name["fracture_strain_pct"]
-        end_point = curve_picture.EndPoint(strain.mean, strain.sd, force.mean, force.sd, force.table)
-    shown = []
-    if curve is not None:
-        kind = "input" if run.model.scale == "macro" else curve.kind
-        shown = [curve_picture.Reference(curve.x, curve.mean, kind, "Table 3")]
-    count = round(specimens[0].results["peak_force_n"] / specimens[0].results["force_per_yarn_n"])
-    curve_picture.curve_picture(
-        path, [s.history.curve for s in specimens], title=title, references=shown, end_point=end_point,
-        corridor=curve_picture.Corridor(*corridor(specimens)) if len(specimens) > 1 else None,
-        yarns=(count, run.direction) if run.model.scale == "meso" else None,
-    )  # fmt: skip

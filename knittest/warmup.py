@@ -15,10 +15,10 @@ from knittest.config.run import Output, Run, Scale
 from knittest.fabric.strip import YarnPath
 from knittest.fabric.variability import YarnDraws
 from knittest.materials.laminate import laminate
+from knittest.models.boundary import Boundary, Readings, plane, ramp
 from knittest.models.explicit_model import ExplicitModel
 from knittest.models.macro import build_strip
 from knittest.models.meso import build_meso
-from knittest.rigs.tensile import TensileTest
 from knittest.simulate import simulate
 
 _warm: set[str] = set()
@@ -71,15 +71,31 @@ def _marker(scale: Scale) -> Path:
 
 def _exercise(run: Run) -> None:
     """Simulate a tiny model with everything that a run calls."""
-    meso = run.model.scale == "meso"
-    brief = run.model_copy(
-        update={
-            "rig": run.rig.model_copy(update={"max_strain": 1e-4}),
-            "solver": run.solver.model_copy(update={"ramp": 1e-3, "target_step": None}),
-        }
-    )
-    model = _crossing_yarns(run) if meso else _small_strip(run)
-    simulate(model, TensileTest(brief, 1, gauge=5.0), brief.solver, Output(samples=20, frames=1))
+    model = _crossing_yarns(run) if run.model.scale == "meso" else _small_strip(run)
+    brief = run.solver.model_copy(update={"target_step": None})
+    simulate(model, _Tug(), brief, Output(samples=20, frames=1))
+
+
+class _Tug:
+    """Pulls a little over a plane."""
+
+    duration = 0.02
+
+    def constrain(self, boundary: Boundary) -> None:
+        along = boundary.model.position()[:, 1]
+        boundary.grip(np.flatnonzero(along <= along.min() + 1e-6), "y")
+        boundary.grip(np.flatnonzero(along >= along.max() - 1e-6), "y", ramp(1e-3, 0.01))
+        boundary.load([0], "z", 0.0)
+        boundary.add_tool(plane((0.0, 0.0, -10.0), (0.0, 0.0, 1.0)))
+
+    def ring_time(self, wave_speed: float) -> float:
+        return 10.0 / wave_speed
+
+    def channels(self, time: float, readings: Readings) -> dict[str, float]:
+        return {"strain_pct": time, "force_n": float(readings.reaction[1])}
+
+    def finished(self, force: float, peak: float, broken: bool) -> bool:
+        return False
 
 
 def _crossing_yarns(run: Run) -> ExplicitModel:

@@ -38,8 +38,8 @@ def resolve(
     """The run that the arguments describe; ``None`` leaves the choice to the config file or the default.
 
     ``variant`` names a shipped fabric, ``fabric`` is a fabric file, ``config`` a rig file or a whole run (as
-    :func:`knittest.config.dumping.dump` writes it), ``sets`` are ``key.path=value`` texts, ``test`` is the kind of rig. Raises
-    :class:`InputError` listing every finding.
+    :func:`knittest.config.dumping.dump` writes it), ``sets`` are ``key.path=value`` texts,
+    ``test`` is the kind of rig. Raises :class:`InputError` listing every finding.
     """
     document = _run_document(config)
     kind = _kind(document, test)

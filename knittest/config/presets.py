@@ -27,8 +27,8 @@ PRESETS: dict[Preset, PresetValues] = {
     "paper": PresetValues(element_size=5.0, meso_gauge_length=FULL_GAUGE, meso_width=50.0, meso_side=200.0),
 }
 
-#: speed [m/s] of clamp or crosshead by test and scale, where it is not the solver's default. A tension curve is an input
-#: of the shells and must come back within 1 %, which takes calm; shear stores little energy but moves little mass fast
+#: speed [m/s] of clamp or crosshead by test and scale, where it is not the solver's default. A tension curve is an
+#: input of the shells and must come back within 1 %, which takes calm
 SPEEDS: dict[tuple[str, Scale], float] = {
     ("tensile", "macro"): 0.5,
     ("friction", "macro"): 1.0,

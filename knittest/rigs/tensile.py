@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.config.run import Run
+from knittest.config.run import TensileRun
 from knittest.models.boundary import ALL, Boundary, Readings, ramp
 
 Array = NDArray[np.float64]
@@ -15,7 +15,7 @@ EDGE = 1e-6
 class TensileTest:
     """Pulls the strip along ``axis`` (0: x, 1: y) over a ``gauge`` length [mm]."""
 
-    def __init__(self, run: Run, axis: int, gauge: float) -> None:
+    def __init__(self, run: TensileRun, axis: int, gauge: float) -> None:
         self.axis, self.gauge = axis, gauge
         self.speed = run.solver.kernel("speed")
         self.pull = ramp(run.solver.kernel("ramp"), self.speed)

@@ -6,9 +6,10 @@ import pytest
 from knittest.config.loading import resolve
 from knittest.experiment.curves import load_curve
 from knittest.fabric.variability import bundle_peak, draw
+from knittest.laboratory.strips import yarns_across
 from knittest.materials.yarn_section import sections
 from knittest.resources import data_dir
-from knittest.specimen import prepare, run_specimen, yarns_across
+from knittest.specimen import prepare, run_specimen
 
 SMALL = ["rig.width=18", "rig.gauge_length=18", "solver.ramp=0.1"]
 

@@ -1,0 +1,58 @@
+"""What the tests share: a prepared specimen, and what a test must offer."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+
+from knittest.config.run import Run
+from knittest.experiment.curves import load_curve
+from knittest.history import History, Quality
+from knittest.kernels.shell_state import Laminate
+from knittest.materials.laminate import laminate
+from knittest.models.explicit_model import ExplicitModel
+from knittest.resources import data_dir
+from knittest.rigs.base import Rig
+from knittest.simulation import Keeper, SimulationCost
+
+Phase = Callable[[str], None]
+Update = Callable[[float, float, float, float], None]
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A model with its rig; ``yarns`` is the table of drawn yarns, ``facts`` numbers that results need."""
+
+    model: ExplicitModel
+    rig: Rig
+    geometry_s: float = 0.0
+    yarns: dict[str, np.ndarray] = field(default_factory=dict)
+    facts: dict[str, float] = field(default_factory=dict)
+
+
+class Test(Protocol):
+    """A test of the laboratory."""
+
+    #: published quantities that it predicts
+    quantities: tuple[str, ...]
+
+    def prepare(self, run: Any, specimen: int = 0, phase: Phase | None = None) -> Prepared:
+        """Cut and mount specimen number ``specimen``."""
+
+    def solve(
+        self, prepared: Prepared, run: Any, update: Update | None, keeper: Keeper | None
+    ) -> tuple[History, SimulationCost]:
+        """Run it."""
+
+    def results(self, run: Any, prepared: Prepared, history: History) -> dict[str, float]:
+        """Numbers of summary.json, with their unit in the name."""
+
+    def assess(self, run: Any, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
+        """Quality gates."""
+
+
+def fabric_laminate(run: Run) -> Laminate:
+    """Laminate of the run's fabric with its tension curves."""
+    curves = {d: load_curve(data_dir() / path) for d, path in run.fabric.macro.tension.items()}
+    return laminate(run.fabric, {d: (c.x, c.mean) for d, c in curves.items()})

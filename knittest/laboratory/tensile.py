@@ -1,0 +1,72 @@
+"""Tensile test: a strip between two clamps."""
+
+import time as clock
+
+from knittest.config.run import TensileRun
+from knittest.history import History, Quality
+from knittest.laboratory.base import Phase, Prepared, Update, fabric_laminate
+from knittest.laboratory.strips import AXIS, cut, pitch, yarns_across
+from knittest.measure import assess, tensile_results
+from knittest.models.macro import build_strip
+from knittest.models.meso import build_meso
+from knittest.rigs.tensile import TensileTest
+from knittest.simulate import simulate
+from knittest.simulation import Keeper, SimulationCost
+
+#: pitches of the pattern inside each clamp of a meso model: enough to grip every yarn
+JAW_PITCHES = 1
+
+
+class Tensile:
+    """See :class:`knittest.laboratory.base.Test`."""
+
+    quantities = ("peak_force_n", "fracture_strain_pct")
+
+    def prepare(self, run: TensileRun, specimen: int = 0, phase: Phase | None = None) -> Prepared:
+        """Shells or yarns between the clamps."""
+        meso = run.model.scale == "meso"
+        return self._yarns(run, specimen, phase) if meso else self._shells(run, specimen)
+
+    def _shells(self, run: TensileRun, specimen: int) -> Prepared:
+        rig, macro = run.rig, run.model.macro
+        gauge = rig.kernel("gauge_length")
+        model = build_strip(
+            run.fabric, fabric_laminate(run), rig.direction, gauge, rig.kernel("width"), rig.kernel("jaw_length"),
+            macro.kernel("element_size"), macro.kernel("imperfection"), run.variability.seed + specimen,
+        )  # fmt: skip
+        facts = _facts(yarns_across(run, rig.direction, specimen), gauge, gauge + 2.0 * rig.kernel("jaw_length"), run)
+        return Prepared(model, TensileTest(run, axis=1, gauge=gauge), facts=facts)
+
+    def _yarns(self, run: TensileRun, specimen: int, phase: Phase | None) -> Prepared:
+        start = clock.perf_counter()
+        direction, period = run.rig.direction, pitch(run, run.rig.direction)
+        along = max(round(run.rig.kernel("gauge_length") / period), 1)
+        across, whole = yarns_across(run, direction, specimen), along + 2 * JAW_PITCHES
+        n_wales, n_courses = (across, whole) if direction == "warp" else (whole, across)
+        grip = (JAW_PITCHES + 0.5) / whole
+        piece = cut(run, n_wales, n_courses, specimen, phase, (direction, grip))
+        gauge = along * period
+        return Prepared(
+            build_meso(run, piece.paths, piece.draws), TensileTest(run, AXIS[direction], gauge),
+            clock.perf_counter() - start, piece.table, _facts(across, gauge, whole * period, run),
+        )  # fmt: skip
+
+    def solve(
+        self, prepared: Prepared, run: TensileRun, update: Update | None, keeper: Keeper | None
+    ) -> tuple[History, SimulationCost]:
+        """Pull to failure."""
+        return simulate(prepared.model, prepared.rig, run.solver, run.output, update, keeper)
+
+    def results(self, run: TensileRun, prepared: Prepared, history: History) -> dict[str, float]:
+        """Peak force, fracture strain, force per yarn."""
+        return tensile_results(history.curve, int(prepared.facts["yarns_across"]))
+
+    def assess(self, run: TensileRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
+        """The gates of every run; a strip must fail."""
+        return assess(
+            history, run.solver, cost.penetration_max, cost.penetration_mean, prepared.model.added_mass, to_failure=True
+        )
+
+
+def _facts(across: int, gauge: float, length: float, run: TensileRun) -> dict[str, float]:
+    return {"yarns_across": float(across), "gauge_mm": gauge, "area_mm2": length * run.rig.kernel("width")}

@@ -1,0 +1,83 @@
+"""Report of the tensile test: force over strain, and the strip at its largest force and broken."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from knittest.compare import compare_curves
+from knittest.config.run import TensileRun
+from knittest.experiment.curves import ReferenceCurve, load_curve
+from knittest.export import curve_picture, strip_picture
+from knittest.reports.base import Columns, References, draw_energies, title_of
+from knittest.resources import data_dir
+from knittest.specimen import Specimen
+
+
+class TensileReport:
+    """See :class:`knittest.reports.base.Report`."""
+
+    def reference_curve(self, run: TensileRun) -> ReferenceCurve | None:
+        """Curve of the fabric's experiment; the shells are fed with it."""
+        path = data_dir() / run.fabric.macro.tension[run.rig.direction]
+        if not path.is_file():
+            return None
+        curve = load_curve(path)
+        return replace(curve, kind="input") if run.model.scale == "macro" else curve
+
+    def compare(self, run: TensileRun, specimens: list[Specimen], curve: ReferenceCurve) -> list[dict[str, Any]]:
+        """Up to the peak."""
+        return [compare_curves(*mean_curve(specimens), curve)]
+
+    def curve(self, specimens: list[Specimen]) -> Columns:
+        """The channels of one specimen, or mean and sd of the force of several."""
+        if len(specimens) == 1:
+            return specimens[0].history.curve
+        strain, mean, sd = corridor(specimens)
+        return {"strain_pct": strain, "force_mean_n": mean, "force_sd_n": sd}
+
+    def pictures(self, run: TensileRun, specimens: list[Specimen], references: References, folder: Path) -> None:
+        """curve.png, energies.png, deformed.png."""
+        self._curve_picture(run, specimens, references, folder / "curve.png")
+        draw_energies(run, specimens, folder)
+        strip_picture.strip_picture(
+            folder / "deformed.png", specimens[0].history, direction=run.rig.direction, title=title_of(run)
+        )
+
+    def _curve_picture(self, run: TensileRun, specimens: list[Specimen], references: References, path: Path) -> None:
+        by_name = {row.quantity: row for row in references.rows}
+        end_point = None
+        if {"peak_force_n", "fracture_strain_pct"} <= set(by_name):
+            force, strain = by_name["peak_force_n"], by_name["fracture_strain_pct"]
+            end_point = curve_picture.EndPoint(strain.mean, strain.sd, force.mean, force.sd, force.table)
+        curve = references.curve
+        shown = [] if curve is None else [curve_picture.Reference(curve.x, curve.mean, curve.kind, "Table 3")]
+        count = round(specimens[0].results["peak_force_n"] / specimens[0].results["force_per_yarn_n"])
+        curve_picture.curve_picture(
+            path, [s.history.curve for s in specimens], title=title_of(run), references=shown, end_point=end_point,
+            corridor=curve_picture.Corridor(*corridor(specimens)) if len(specimens) > 1 else None,
+            yarns=(count, run.rig.direction) if run.model.scale == "meso" else None,
+        )  # fmt: skip
+
+
+def mean_curve(specimens: list[Specimen]) -> tuple[np.ndarray, np.ndarray]:
+    """Strain [%] and force [N] of one specimen up to its peak, or the mean over the strains all of them reach."""
+    curves = [_to_peak(s) for s in specimens]
+    if len(curves) == 1:
+        return curves[0]
+    grid = np.linspace(0.0, min(x[-1] for x, _ in curves), 400)
+    return grid, np.mean([np.interp(grid, x, y) for x, y in curves], axis=0)
+
+
+def corridor(specimens: list[Specimen]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Strain [%], mean and sd of the force [N] up to the smallest fracture strain, so that all specimens count."""
+    grid, mean = mean_curve(specimens)
+    forces = [np.interp(grid, *_to_peak(s)) for s in specimens]
+    return grid, mean, np.std(forces, axis=0, ddof=1)
+
+
+def _to_peak(specimen: Specimen) -> tuple[np.ndarray, np.ndarray]:
+    curve = specimen.history.curve
+    end = int(np.argmax(curve["force_n"])) + 1
+    return curve["strain_pct"][:end], curve["force_n"][:end]
