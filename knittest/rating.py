@@ -3,7 +3,14 @@
 Scores are 1 for equal curves and 0 beyond the standard's limits; the overall rating weighs them 0.4, 0.2, 0.2, 0.2. The
 standard is written for time histories sampled at 10 kHz; here the points of a common strain grid take that place, which
 is why the tool speaks of an ISO/TS 18571-type rating.
+
+Agrees to rounding with the package ``objective-rating-metrics`` of TU Graz (tests/verification/test_rating_outside.py),
+which also settles what the wording leaves open: where warping paths cost the same, the curve waits before the reference
+does, and both before they go together. One choice is our own: correlations that agree to 12 digits count as equal, so
+that the shift of straight lines, which fit at every shift, is zero and not left to rounding.
 """
+
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,15 +59,20 @@ def aligned(curve: Array, reference: Array, shift: int) -> tuple[Array, Array]:
 
 
 def best_shift(curve: Array, reference: Array) -> int:
-    """Shift [points], within a fifth of the range, at which the normalised cross-correlation is largest."""
+    """Shift [points], within a fifth of the range, at which the correlation coefficient of the overlap is largest.
+
+    The smallest shift of equally good ones, to the left before to the right.
+    """
     limit = int(MAX_SHIFT * len(curve))
-    order = sorted(range(-limit, limit + 1), key=lambda m: (abs(m), m))
+    order = sorted(range(-limit, limit + 1), key=lambda m: (abs(m), -m))
     return max(order, key=lambda m: round(_correlation(*aligned(curve, reference, m)), 12))
 
 
 def _correlation(a: Array, b: Array) -> float:
+    """Correlation coefficient; of a constant, which has none, -1: the worst."""
+    a, b = a - a.mean(), b - b.mean()
     norm = float(np.linalg.norm(a) * np.linalg.norm(b))
-    return float(a @ b) / norm if norm > 0.0 else 0.0
+    return float(a @ b) / norm if norm > 0.0 else -1.0
 
 
 def magnitude_score(curve: Array, reference: Array) -> float:
@@ -73,7 +85,7 @@ def magnitude_score(curve: Array, reference: Array) -> float:
 def _warping_path(a: Array, b: Array) -> tuple[list[int], list[int]]:
     """Indices of the cheapest warping path by squared difference, in a band around the diagonal."""
     n = len(a)
-    band = max(int(WARP_WINDOW * n), 1)
+    band = math.ceil(WARP_WINDOW * n) - 1
     cost = np.full((n + 1, n + 1), np.inf)
     cost[0, 0] = 0.0
     for i in range(1, n + 1):
@@ -85,16 +97,21 @@ def _warping_path(a: Array, b: Array) -> tuple[list[int], list[int]]:
     while i > 0 and j > 0:
         left.append(i - 1)
         right.append(j - 1)
-        steps = ((cost[i - 1, j - 1], i - 1, j - 1), (cost[i - 1, j], i - 1, j), (cost[i, j - 1], i, j - 1))
+        steps = ((cost[i - 1, j], i - 1, j), (cost[i, j - 1], i, j - 1), (cost[i - 1, j - 1], i - 1, j - 1))
         _, i, j = min(steps, key=lambda step: step[0])
     return left, right
 
 
 def slope_score(curve: Array, reference: Array) -> float:
-    """Score of the difference of slopes, each averaged over nine points."""
-    slopes = [
-        np.convolve(np.gradient(v), np.full(SLOPE_WINDOW, 1.0 / SLOPE_WINDOW), "valid") for v in (curve, reference)
-    ]
+    """Score of the difference of slopes, each averaged over nine points, over fewer towards the ends."""
+    slopes = _smoothed(np.gradient(curve)), _smoothed(np.gradient(reference))
     total = float(np.abs(slopes[1]).sum())
     error = float(np.abs(slopes[0] - slopes[1]).sum()) / total if total > 0.0 else np.inf
     return float(np.clip((MAX_SLOPE - error) / MAX_SLOPE, 0.0, 1.0))
+
+
+def _smoothed(values: Array) -> Array:
+    """Means over windows centred on each point; they shrink to 7, 5, 3 and 1 points at the ends."""
+    last = len(values) - 1
+    reach = [min(SLOPE_WINDOW // 2, k, last - k) for k in range(last + 1)]
+    return np.array([values[k - r : k + r + 1].mean() for k, r in enumerate(reach)])
