@@ -1,6 +1,6 @@
 """What a simulation leaves behind: mesh, frames, curves, energies, quality and cost. Numpy only."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +34,7 @@ class Frame:
     """
 
     time: float
-    strain: float  # engineering strain of the rig [-]
+    coordinate: float  # how far the test has come, in the unit of the rig's column (tensile: strain [%])
     force: float  # force of the rig [N]
     position: Array
     fields: dict[str, Array]
@@ -70,6 +70,10 @@ class Quality:
     quasi_static: bool
     failures: tuple[str, ...]
     warnings: tuple[str, ...] = ()
+
+    def refusing(self, reason: str) -> "Quality":
+        """The same with one more failure."""
+        return replace(self, failures=(*self.failures, reason))
 
 
 @dataclass(frozen=True)

@@ -32,12 +32,14 @@ class Relaxation:
     """How a static state was reached.
 
     ``residual``: sum of out-of-balance forces over that of loads and reactions. ``history`` holds, a chunk, (steps,
-    residual, largest move [mm], circular frequency of the slowest mode a step).
+    residual, largest move [mm], circular frequency of the slowest mode a step). ``reactions`` are those of the groups of
+    motions, means over the last chunk.
     """
 
     steps: int = 0
     converged: bool = False
     residual: float = np.inf
+    reactions: Array = field(default_factory=lambda: np.zeros(0))
     history: list[tuple[int, float, float, float]] = field(default_factory=list)
 
 
@@ -76,6 +78,7 @@ def relax(
         reach = max(float(np.abs(model.position() - start).max()), 1e-6)
         drift = moved * 2.0 * np.pi / (frequency * chunk)
         found.converged = found.steps > 4 * CHUNK and found.residual < tolerance and drift < tolerance * reach
+        found.reactions = tally.reaction.sum(axis=0) / chunk
     nodes.velocity[:], nodes.spin[:] = 0.0, 0.0
     return found
 

@@ -77,7 +77,7 @@ def _begin(model: ExplicitModel, rig: Rig, solver: Solver, keeper: Keeper) -> Si
     run.cost.overlap_at_start = model.prepare()
     snapshot = keeper.resume_from()
     if snapshot is None:
-        run.frames.append(_frame(run, {"strain_pct": 0.0, "force_n": 0.0}))
+        run.frames.append(_frame(run, {run.rig.coordinate: 0.0, run.rig.force: 0.0}))
         return run
     run.restore(snapshot)
     if float(snapshot.state["run/rest_keep"]) != run.rest_keep:  # a forced restart with another step or damping
@@ -89,18 +89,20 @@ def _run_rows(run: Simulation, output: Output, progress: ProgressCall | None, ke
     """Advance row by row to the end of the test."""
     row_steps = max(CHUNK, round(run.rig.duration / run.dt / output.samples))
     # the first frame is the start; one row takes one frame at most
-    marks = [*np.linspace(0.0, 1.0, output.frames + 1), np.inf]
+    even = np.linspace(0.0, 1.0, output.frames + 1)
+    marks = [*sorted({*even.tolist(), *run.rig.marks}), np.inf]
     scratch = np.zeros((PARTITIONS, SCRATCH))
     while run.time < run.rig.duration:
         row = _record(run, _advance_row(run, row_steps, scratch, keeper))
         fraction = run.time / run.rig.duration
         if fraction >= marks[len(run.frames)]:
             run.frames.append(_frame(run, row))
-        if row["force_n"] > run.peak:
-            run.peak, run.peak_frame = row["force_n"], _frame(run, row)
+        force = row[run.rig.force]
+        if force > run.peak:
+            run.peak, run.peak_frame = force, _frame(run, row)
         if progress is not None:
             progress(fraction, run.time, 1e3 * run.dt, run.energy_rows[-1]["kinetic_ratio"])
-        if run.rig.finished(row["force_n"], run.peak, run.eroded > 0.0):
+        if run.rig.finished(force, run.peak, run.eroded > 0.0):
             break
         keeper.visit(run.snapshot)
 
@@ -206,7 +208,7 @@ def _balance(run: Simulation, stored: Stored) -> dict[str, float]:
 
 
 def _frame(run: Simulation, row: dict[str, float]) -> Frame:
-    return Frame(run.time, row["strain_pct"] / 100.0, row["force_n"], run.model.position(), run.model.fields())
+    return Frame(run.time, row[run.rig.coordinate], row[run.rig.force], run.model.position(), run.model.fields())
 
 
 def _fine_curve(run: Simulation, coarse: dict[str, Array]) -> dict[str, Array]:

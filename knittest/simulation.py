@@ -126,11 +126,12 @@ class Simulation:
 
 def frame_state(frame: Frame) -> State:
     """A frame as arrays."""
-    names = ("time", "strain", "force", "position")
+    names = ("time", "coordinate", "force", "position")
     return {f"frame/{name}": np.asarray(getattr(frame, name)) for name in names} | prefixed("field", frame.fields)
 
 
 def frame_of(state: State) -> Frame:
     """What :func:`frame_state` was made of."""
-    time, strain, force = (float(entry(state, f"frame/{name}", ())) for name in ("time", "strain", "force"))
-    return Frame(time, strain, force, entry(state, "frame/position"), under(state, "field"))
+    names = ("time", "coordinate", "force")
+    time, coordinate, force = (float(entry(state, f"frame/{name}", ())) for name in names)
+    return Frame(time, coordinate, force, entry(state, "frame/position"), under(state, "field"))

@@ -20,6 +20,7 @@ FACTOR = {
     "mm2": 1.0,
     "yarn/100 mm": 1.0e-2,  # 1/mm
     "m/s": 1.0,  # mm/ms
+    "m/s2": 1.0e-3,  # mm/ms^2
     "ms": 1.0,
     "us": 1.0e-3,  # ms
     "s": 1.0e3,  # ms

@@ -80,6 +80,8 @@ class _Tug:
     """Pulls a little over a plane."""
 
     duration = 0.02
+    coordinate, force = "strain_pct", "force_n"
+    marks: tuple[float, ...] = ()
 
     def constrain(self, boundary: Boundary) -> None:
         along = boundary.model.position()[:, 1]

@@ -200,4 +200,4 @@ def _colour_bar(figure: "Figure", scale: Scale) -> None:
 def _caption(frame: Frame, *, broken: bool) -> str:
     failed = int(np.count_nonzero(frame.fields["alive"] <= 0))
     state = ("broken" if failed else "end, unbroken") if broken else "at the largest force"
-    return f"{state}\n{frame.strain * 100:.2f} %, {frame.force:.0f} N, {failed} failed elements"
+    return f"{state}\n{frame.coordinate:.2f} %, {frame.force:.0f} N, {failed} failed elements"

@@ -30,7 +30,8 @@ def impose_motions(partition, dt, nodes, motions, tables, tally):
             reaction = correction / (inv_inertia * dt) if inv_inertia > 0.0 else -nodes.moment[dof - 3, i]
             nodes.spin[dof - 3, i] = target
             _turn(nodes, i, dof - 3, 0.5 * dt * correction)
-        tally.reaction[partition, motions.group[k]] += reaction
+        # work-conjugate to the table, whatever the scale
+        tally.reaction[partition, motions.group[k]] += motions.scale[k] * reaction
         tally.energy[partition, 0] += reaction * 0.5 * (target + before) * dt
 
 

@@ -2,6 +2,9 @@
 
 from typing import Any
 
+from knittest.laboratory.cantilever import Cantilever
+from knittest.laboratory.friction import Friction
+from knittest.laboratory.picture_frame import PictureFrame
 from knittest.laboratory.tensile import Tensile
 
-TESTS: dict[str, Any] = {"tensile": Tensile()}
+TESTS: dict[str, Any] = {"tensile": Tensile(), "cantilever": Cantilever(), "friction": Friction(), "picture-frame": PictureFrame()}

@@ -32,11 +32,7 @@ def build_strip(
     A row of nodes lies on each jaw edge. ``imperfection`` [mm] is the largest seeded out-of-plane offset of the nodes
     in the gauge, free of stress.
     """
-    y = _rows(gauge_length, jaw_length, element_size)
-    x = np.linspace(-0.5 * width, 0.5 * width, max(1, round(width / element_size)) + 1)
-    position = np.column_stack([np.tile(x, len(y)), np.repeat(y, len(x)), np.zeros(len(x) * len(y))])
-    corner = (np.arange(len(y) - 1)[:, None] * len(x) + np.arange(len(x) - 1)).ravel()
-    conn = np.column_stack([corner, corner + 1, corner + len(x) + 1, corner + len(x)])
+    position, conn = rectangle(_rows(gauge_length, jaw_length, element_size), width, element_size)
     edge = 0.5 * gauge_length * (1.0 - 1e-9)
     free = np.abs(position[:, 1]) < edge
     position[free, 2] = np.random.default_rng(seed).uniform(-imperfection, imperfection, int(free.sum()))
@@ -44,6 +40,29 @@ def build_strip(
         position, conn, laminate, fabric.kernel("area_mass"), fabric.kernel("thickness"),
         ALONG if direction == "warp" else ACROSS, _strength(position, conn, edge, seed),
     )  # fmt: skip
+
+
+def build_rectangle(
+    fabric: Fabric, laminate: Laminate, direction: Direction, y: Array, width: float, element_size: float
+) -> FabricModel:
+    """Strip of ``direction`` yarns along y with node rows at ``y`` [mm]; all shells are equally strong."""
+    position, conn = rectangle(y, width, element_size)
+    return build_sheet(
+        position,
+        conn,
+        laminate,
+        fabric.kernel("area_mass"),
+        fabric.kernel("thickness"),
+        ALONG if direction == "warp" else ACROSS,
+    )
+
+
+def rectangle(y: Array, width: float, element_size: float) -> tuple[Array, Index]:
+    """Nodes (n, 3) [mm] in rows at ``y`` and quadrilaterals of about ``element_size``."""
+    x = np.linspace(-0.5 * width, 0.5 * width, max(1, round(width / element_size)) + 1)
+    position = np.column_stack([np.tile(x, len(y)), np.repeat(y, len(x)), np.zeros(len(x) * len(y))])
+    corner = (np.arange(len(y) - 1)[:, None] * len(x) + np.arange(len(x) - 1)).ravel()
+    return position, np.column_stack([corner, corner + 1, corner + len(x) + 1, corner + len(x)])
 
 
 def _strength(position: Array, conn: Index, edge: float, seed: int) -> Array:

@@ -1,19 +1,18 @@
 """What a rig is: boundary motion, stop rule and channels; it owns no time loop."""
 
+from collections.abc import Sequence
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
 from knittest.models.boundary import Boundary, Readings
-
-Array = NDArray[np.float64]
 
 
 class Rig(Protocol):
     """Boundary motion, stop rule and channels of a virtual test."""
 
     duration: float  # longest time [ms]
+    coordinate: str  # column of the curve that says how far the test has come
+    force: str  # column of the force whose peak is kept
+    marks: Sequence[float]  # shares of the duration at which frames are wanted besides even ones
 
     def constrain(self, boundary: Boundary) -> None:
         """Say what holds, moves and loads ``boundary.model``."""
@@ -22,7 +21,7 @@ class Rig(Protocol):
         """Time [ms] a wave of ``wave_speed`` [mm/ms] needs along the specimen."""
 
     def channels(self, time: float, readings: Readings) -> dict[str, float]:
-        """Curve columns at ``time`` [ms] from the means of the last steps; needs strain_pct and force_n."""
+        """Curve columns at ``time`` [ms] from the means of the last steps."""
 
     def finished(self, force: float, peak: float, broken: bool) -> bool:
         """Whether the test is over, with the force and its peak [N] and whether anything has failed."""

@@ -15,6 +15,9 @@ EDGE = 1e-6
 class TensileTest:
     """Pulls the strip along ``axis`` (0: x, 1: y) over a ``gauge`` length [mm]."""
 
+    coordinate, force = "strain_pct", "force_n"
+    marks: tuple[float, ...] = ()
+
     def __init__(self, run: TensileRun, axis: int, gauge: float) -> None:
         self.axis, self.gauge = axis, gauge
         self.speed = run.solver.kernel("speed")

@@ -76,7 +76,7 @@ def beam_history(wales: int = 4, courses: int = 6, points: int = 24) -> History:
         (2.6, 0.03, 12.0, broken, 0.03 * tension * broken_alive, broken_alive),
     ]
     frames = [
-        Frame(time, strain, force, position, {"axial_force": load, "axial_strain": load / 46500, "alive": living})
+        Frame(time, 100.0 * strain, force, position, {"axial_force": load, "axial_strain": load / 46500, "alive": living})
         for time, strain, force, position, load, living in states
     ]
     history = History(mesh, curve(380.0 * wales), energies(("warp", "weft", "knit")), frames, first_failure=160)
@@ -98,7 +98,7 @@ def shell_history(columns: int = 4, rows: int = 10) -> History:
     frames = [
         Frame(
             time,
-            0.008 * time,
+            0.8 * time,
             force,
             reference * [1 + 0.008 * time, 1.0, 1.0],
             {"force_warp": field, "force_weft": 0.1 * field, "strain_warp": field / 1e4, "alive": living},

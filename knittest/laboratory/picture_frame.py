@@ -1,0 +1,123 @@
+"""Picture frame: a square of fabric on needles along four hinged sides."""
+
+import time as clock
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knittest.config.run import PictureFrameRun
+from knittest.history import Frame, History, Quality
+from knittest.laboratory.base import Phase, Prepared, Update, fabric_laminate
+from knittest.laboratory.strips import cut
+from knittest.laboratory.wrinkles import measure_wrinkles
+from knittest.measure import assess
+from knittest.models.meso import build_meso
+from knittest.models.sheet import build_sheet
+from knittest.rigs.picture_frame import ANGLES, PictureFrameTest
+from knittest.simulate import simulate
+from knittest.simulation import Keeper, SimulationCost
+
+Array = NDArray[np.float64]
+
+#: wrinkles begin where their amplitude passes this share of the thickness
+ONSET = 0.5
+#: shear angle at which wrinkles are mapped [deg]: the paper scans the sample there
+MAPPED = 40.0
+
+
+class PictureFrame:
+    """See :class:`knittest.laboratory.base.Test`."""
+
+    quantities: tuple[str, ...] = ()
+
+    def prepare(self, run: PictureFrameRun, specimen: int = 0, phase: Phase | None = None) -> Prepared:
+        """The square, its diagonals along x and y."""
+        meso = run.model.scale == "meso"
+        return self._yarns(run, specimen, phase) if meso else self._shells(run, specimen)
+
+    def _shells(self, run: PictureFrameRun, specimen: int) -> Prepared:
+        side, size = run.rig.kernel("side"), run.model.macro.kernel("element_size")
+        n = max(round(side / size), 2)
+        u = np.linspace(-0.5 * side, 0.5 * side, n + 1)
+        points = np.column_stack([np.tile(u, n + 1), np.repeat(u, n + 1), np.zeros((n + 1) ** 2)])
+        corner = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).ravel()
+        cells = np.column_stack([corner, corner + 1, corner + n + 2, corner + n + 1])
+        edge = np.abs(points[:, :2]).max(axis=1) > 0.4999 * side
+        rng = np.random.default_rng(run.variability.seed + specimen)
+        height = run.rig.kernel("imperfection")
+        points[~edge, 2] = rng.uniform(-height, height, int((~edge).sum()))
+        fabric = run.fabric
+        warp = _turned(np.array([[0.0, 1.0, 0.0]]))[0]
+        model = build_sheet(
+            _turned(points), cells, fabric_laminate(run), fabric.kernel("area_mass"), fabric.kernel("thickness"), warp
+        )
+        test = PictureFrameTest(run, np.flatnonzero(edge))
+        return Prepared(model, test, facts={"side_mm": side, "area_mm2": side**2})
+
+    def _yarns(self, run: PictureFrameRun, specimen: int, phase: Phase | None) -> Prepared:
+        start = clock.perf_counter()
+        side, fabric = run.rig.kernel("side"), run.fabric
+        n_wales = round(side / fabric.wale_spacing) + 2
+        n_courses = round(side / fabric.course_spacing) + 2
+        piece = cut(run, n_wales, n_courses, specimen, phase)
+        low = np.min([p.points.min(axis=0) for p in piece.paths], axis=0)
+        high = np.max([p.points.max(axis=0) for p in piece.paths], axis=0)
+        middle = 0.5 * (low + high) * [1.0, 1.0, 0.0]
+        paths = [replace(p, points=_turned(p.points - middle)) for p in piece.paths]
+        model = build_meso(run, paths, piece.draws)
+        held = np.abs(_turned_back(model.position())[:, :2]).max(axis=1) >= 0.5 * side
+        facts = {"side_mm": side, "area_mm2": float(np.prod((high - low)[:2]))}
+        test = PictureFrameTest(run, np.flatnonzero(held))
+        return Prepared(model, test, clock.perf_counter() - start, piece.table, facts)
+
+    def solve(
+        self, prepared: Prepared, run: PictureFrameRun, update: Update | None, keeper: Keeper | None
+    ) -> tuple[History, SimulationCost]:
+        """Shear to the largest angle."""
+        return simulate(prepared.model, prepared.rig, run.solver, run.output, update, keeper)
+
+    def results(self, run: PictureFrameRun, prepared: Prepared, history: History) -> dict[str, float]:
+        """Force at the angles; wrinkles at 40 deg and where they begin."""
+        angle, force = history.curve["frame_shear_angle_deg"], history.curve["shear_force_n"]
+        found = {}
+        for a in (a for a in ANGLES if a <= run.rig.max_angle):
+            near = np.abs(angle - a) < 0.5
+            found[f"shear_force_n_at_{a:.0f}deg"] = float(force[near].mean())
+        side = run.rig.kernel("side")
+        amplitudes = [(f.coordinate, measure_wrinkles(f, history, side).amplitude) for f in history.frames]
+        limit = ONSET * run.fabric.kernel("thickness")
+        beyond = [a for a, amplitude in amplitudes if amplitude > limit]
+        mapped = frame_at(history, MAPPED)
+        wrinkles = measure_wrinkles(mapped, history, side)
+        return found | {
+            "wrinkle_onset_deg": min(beyond) if beyond else float("nan"),
+            "wrinkle_amplitude_mm_at_40deg": wrinkles.amplitude,
+            "wrinkle_count_at_40deg": float(wrinkles.count),
+        }
+
+    def assess(self, run: PictureFrameRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
+        """The gates of every run."""
+        return assess(history, run.solver, cost.penetration_max, cost.penetration_mean, prepared.model.added_mass)
+
+
+def frame_at(history: History, angle: float) -> Frame:
+    """The frame nearest to a shear angle [deg]."""
+    return min(history.frames, key=lambda f: abs(f.coordinate - angle))
+
+
+def _turned(points: Array) -> Array:
+    """Turn by 45 deg, so that the pulled diagonal of the square lies along y."""
+    return _about_z(points, np.pi / 4.0)
+
+
+def _turned_back(points: Array) -> Array:
+    return _about_z(points, -np.pi / 4.0)
+
+
+def _about_z(points: Array, angle: float) -> Array:
+    c, s = np.cos(angle), np.sin(angle)
+    turned: Array = points @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    return turned
+
+
