@@ -24,7 +24,7 @@ from knittest.terminal_results import print_json, print_results
 Job = tuple[Run, Opener]
 
 
-def tensile_command(runs: list[Run], options: RunOptions) -> int:
+def run_command(runs: list[Run], options: RunOptions) -> int:
     """Run every direction into its own folder, print one table; returns the exit code."""
     if len(runs) == 1:
         return _run_jobs([(runs[0], partial(open_new, out=options.out))], options, None)

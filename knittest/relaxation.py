@@ -32,8 +32,8 @@ class Relaxation:
     """How a static state was reached.
 
     ``residual``: sum of out-of-balance forces over that of loads and reactions. ``history`` holds, a chunk, (steps,
-    residual, largest move [mm], circular frequency of the slowest mode a step). ``reactions`` are those of the groups of
-    motions, means over the last chunk.
+    residual, largest move [mm], circular frequency of the slowest mode a step). ``reactions`` are those of the groups
+    of motions, means over the last chunk.
     """
 
     steps: int = 0

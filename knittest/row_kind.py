@@ -15,8 +15,10 @@ ROW_NAMES = {"peak_force_n": "max. tensile force", "fracture_strain_pct": "fract
 
 
 def row_kind(run: Run, quantity: str) -> RowKind:
-    """Kind of ``quantity`` in the direction of ``run``; the macro scale is fed the curve that ends in Table 3's row."""
-    if run.model.scale == "macro":
+    """Kind of ``quantity`` in the direction of ``run``; the macro scale is fed the curve that ends in Table 3's row,
+    bending follows from the overhang by Eq. 2, and the coefficient of a face from that of two.
+    """
+    if run.model.scale == "macro" or run.rig.kind != "tensile":
         return "input"
     row = f"V{run.fabric.experiment_variant} {run.direction} {ROW_NAMES.get(quantity, quantity)}"
     tuned = {name for q in quantities(run.fabric) for name in q.tuned_on}

@@ -15,7 +15,31 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 HEADER = ("direction", "quantity", "simulated", "experiment", "deviation", "kind", "verdict")
-_QUANTITIES = {"peak_force_n": ("peak force [N]", "{:.0f}"), "fracture_strain_pct": ("fracture strain [%]", "{:.2f}")}
+#: label and format of a result; an empty label leaves it to summary.json
+_QUANTITIES = {
+    "peak_force_n": ("peak force [N]", "{:.0f}"),
+    "fracture_strain_pct": ("fracture strain [%]", "{:.2f}"),
+    "force_per_yarn_n": ("", ""),
+    "pull_force_kinetic_n": ("pull force, kinetic [N]", "{:.1f}"),
+    "pull_force_static_n": ("pull force, largest [N]", "{:.1f}"),
+    "mu_paper": ("F_R/F_N, two faces [-]", "{:.4f}"),
+    "mu_per_face": ("F_R/(2 F_N), a face [-]", "{:.4f}"),
+    "normal_force_n": ("normal force [N]", "{:.1f}"),
+    "normal_force_error_pct": ("largest normal force error [%]", "{:.2f}"),
+    "compression_mm": ("plates closed by [mm]", "{:.3f}"),
+    "chord_angle_deg": ("chord angle [deg]", "{:.2f}"),
+    "overhang_mm": ("overhang [mm]", "{:.1f}"),
+    "bending_stiffness_mncm2": ("B by Eq. 2, 50 mm strip [mN cm2]", "{:.0f}"),
+    "bending_stiffness_n_mm_per_width": ("B, root moment/curvature [N mm]", "{:.2f}"),
+    "moment_error_pct": ("root moment off weight [%]", "{:.2f}"),
+    "shear_force_n_at_10deg": ("shear force at 10 deg [N]", "{:.2f}"),
+    "shear_force_n_at_20deg": ("shear force at 20 deg [N]", "{:.2f}"),
+    "shear_force_n_at_30deg": ("shear force at 30 deg [N]", "{:.2f}"),
+    "shear_force_n_at_40deg": ("shear force at 40 deg [N]", "{:.2f}"),
+    "wrinkle_onset_deg": ("wrinkle onset [deg]", "{:.1f}"),
+    "wrinkle_amplitude_mm_at_40deg": ("wrinkle amplitude at 40 deg [mm]", "{:.2f}"),
+    "wrinkle_count_at_40deg": ("wrinkles at 40 deg", "{:.0f}"),
+}
 _NUMBERS = (2, 3, 4)  # columns aligned to the right
 _KINDS = {
     "tuned": "tuned: a parameter was fitted to this row, which therefore proves nothing by itself",
@@ -44,11 +68,11 @@ def results_table(outcomes: Sequence[Outcome], plus_minus: str = "±") -> list[t
     rows: list[tuple[str, ...]] = []
     for outcome in outcomes:
         compared = {row["quantity"]: row for row in outcome.summary["comparison"]}
-        for quantity, (label, form) in _QUANTITIES.items():
-            if quantity in outcome.summary["results"]:
-                simulated = _simulated(outcome.summary["results"][quantity], form, plus_minus)
+        for quantity, value in outcome.summary["results"].items():
+            label, form = _QUANTITIES.get(quantity, (quantity.replace("_", " "), "{:.4g}"))
+            if label:
                 tail = _judged(compared.get(quantity), form, plus_minus, refused=bool(outcome.quality.failures))
-                rows.append((str(outcome.summary["direction"]), label, simulated, *tail))
+                rows.append((str(outcome.summary["direction"]), label, _simulated(value, form, plus_minus), *tail))
     return rows
 
 

@@ -9,14 +9,17 @@ from knittest.cli.options import describes_run, resolve_runs
 
 @click.command()
 @describes_run
+@click.argument("test", type=click.Choice(["tensile", "picture-frame", "cantilever", "friction"]), default="tensile")
 @click.option("--direction", type=click.Choice(["warp", "weft", "both"]), default=None, help="[default: both]")
 @click.option("--convergence", is_flag=True, help="Run the test at its speed and at half of it, and compare.")
-def check(direction: str | None, convergence: bool, **chosen: Any) -> int:
+def check(test: str, direction: str | None, convergence: bool, **chosen: Any) -> int:
     """Show sizes, masses, time step, steps and initial overlap; run nothing, unless --convergence is given.
 
-    Example: knittest check --variant 2 --scale meso --preset paper
+    TEST is tensile if not given.
+
+    Example: knittest check tensile --variant 2 --scale meso --preset paper
     """
-    runs = resolve_runs(direction or "default", chosen)
+    runs = resolve_runs(test, None if test == "picture-frame" else direction or "default", chosen)
     from knittest.preflight import preflight, speed_study
 
     code = 0

@@ -19,6 +19,9 @@ from knittest.errors import KnittestError, ResourceError
 COMMANDS = {
     "tensile": ("knittest.cli.tensile", "Strip tensile test to failure, macro or meso."),
     "resume": ("knittest.cli.resume", "Go on with a run that was stopped, to the same result."),
+    "picture-frame": ("knittest.cli.picture_frame", "Shear in a hinged frame, macro or meso."),
+    "cantilever": ("knittest.cli.cantilever", "Bending under its own weight, macro or meso."),
+    "friction": ("knittest.cli.friction", "Pull-out between two plates, macro or meso."),
     "check": ("knittest.cli.check", "Show what a run would do; --convergence repeats it at half the speed."),
     "compare": ("knittest.cli.compare", "Compare a finished run with a curve of your own."),
     "fabric": ("knittest.cli.fabric", "Show, export or relax the yarn geometry."),
@@ -45,7 +48,7 @@ class LazyGroup(click.Group):
         """The command itself."""
         if cmd_name not in COMMANDS:
             return None
-        command: click.Command = getattr(importlib.import_module(COMMANDS[cmd_name][0]), cmd_name)
+        command: click.Command = getattr(importlib.import_module(COMMANDS[cmd_name][0]), cmd_name.replace("-", "_"))
         return command
 
     def invoke(self, ctx: click.Context) -> Any:

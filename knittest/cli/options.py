@@ -44,12 +44,14 @@ def reports(command: Callable[..., Any]) -> Callable[..., Any]:
     return command
 
 
-def resolve_runs(direction: str, chosen: dict[str, Any]) -> list[Any]:
-    """The runs that the options describe, one a direction."""
+def resolve_runs(test: str | None, direction: str | None, chosen: dict[str, Any]) -> list[Any]:
+    """The runs that the options describe, one a direction; ``direction`` None where the test has none."""
     from knittest.config.loading import planned_directions, resolve
 
     if not any(chosen.get(name) for name in ("variant", "fabric", "config")):
         raise click.UsageError("which fabric? Give --variant 1, --variant 2 or --fabric FILE")
+    if direction is None:
+        return [resolve(test=test, **chosen)]
     asked = None if direction == "default" else direction
     directions = planned_directions(asked, chosen["config"], chosen["sets"])
-    return [resolve(direction=d, **chosen) for d in directions]
+    return [resolve(direction=d, test=test, **chosen) for d in directions]

@@ -27,8 +27,8 @@ PRESETS: dict[Preset, PresetValues] = {
     "paper": PresetValues(element_size=5.0, meso_gauge_length=FULL_GAUGE, meso_width=50.0, meso_side=200.0),
 }
 
-#: solver settings by test and scale, where they are not the solver's defaults. A tension curve is an input of the shells
-#: and must come back within 1 %, which takes calm. What slides must not be held back by damping: m c v is a force
+#: solver settings by test and scale, where they are not the solver's defaults. A tension curve is an input of the
+#: shells and must come back within 1 %, which takes calm. What slides must not be held back by damping: m c v is a force
 SOLVER: dict[tuple[str, Scale], dict[str, float]] = {
     ("tensile", "macro"): {"speed": 0.5},
     ("friction", "macro"): {"speed": 0.5, "ramp": 5.0, "damping": 0.1},

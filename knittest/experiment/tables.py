@@ -25,7 +25,9 @@ class PublishedValue:
 def published(
     folder: Path, variant: str, direction: str, quantities: tuple[str, ...] = TENSILE
 ) -> list[PublishedValue]:
-    """Rows of ``variant`` and ``direction`` in all tables of ``folder``, in the order of ``quantities``.
+    """Rows of ``variant`` and ``direction``, or of no direction, in all tables of ``folder``.
+
+    They are in the order of ``quantities``.
 
     Raises :class:`InputError` for a missing folder, a wrong header or a value that is no number.
     """
@@ -39,7 +41,7 @@ def published(
             if reader.fieldnames != COLUMNS:
                 raise InputError(f"{path}:1: expected the columns {','.join(COLUMNS)}")
             for row in reader:
-                if (row["variant"], row["direction"]) == (variant, direction) and row["quantity"] in quantities:
+                if row["variant"] == variant and row["direction"] in (direction, "") and row["quantity"] in quantities:
                     found[row["quantity"]] = _value(path, reader.line_num, row)
     return [found[q] for q in quantities if q in found]
 

@@ -18,7 +18,15 @@ from knittest.export.manifest import ending, first_manifest, now, restarted_mani
 from knittest.export.summary import Status
 
 # What only a completed run may show; a failed one keeps its tables under a name that says so.
-_RESULTS = ("summary.json", "comparison.json", "curve.png", "energies.png", "deformed.png", "report.html")
+_RESULTS = (
+    "summary.json",
+    "comparison.json",
+    "curve.png",
+    "energies.png",
+    "deformed.png",
+    "wrinkles.png",
+    "report.html",
+)
 _TABLES = ("curve.csv", "energies.csv", "yarns.csv")
 CHECKPOINTS = "checkpoint-*.npz"
 _OWN = ("manifest.json", "config.yaml", "log.jsonl", "frames.pvd", LOCK_NAME, *_RESULTS, *_TABLES)

@@ -1,8 +1,8 @@
 """Cantilever: a strip bends over an edge under its own weight; found at rest by dynamic relaxation.
 
 Loads of gravity are small against the membrane stiffness, which only limits the step: a share of it is kept. The strip
-starts flat, from its root on. Heavy elastica: w L^3 / B = 8.0042 at a chord angle of 41.5 deg, so that Eq. 2 of Pham et al.
-(2019), B = w (L / 2)^3, holds within 0.05 %.
+starts flat, from its root on. Heavy elastica: w L^3 / B = 8.0042 at a chord angle of 41.5 deg, so that Eq. 2 of Pham
+et al. (2019), B = w (L / 2)^3, holds within 0.05 %.
 """
 
 import time as clock
@@ -19,7 +19,7 @@ from knittest.history import Frame, History, Quality
 from knittest.kernels.shell_state import Laminate
 from knittest.laboratory.base import Phase, Prepared, Update, fabric_laminate
 from knittest.laboratory.strips import AXIS, cut, pitch, yarns_across
-from knittest.models.boundary import ALL, Boundary, Readings, new_tally
+from knittest.models.boundary import Boundary, Readings, new_tally
 from knittest.models.explicit_model import ExplicitModel
 from knittest.models.macro import build_rectangle
 from knittest.models.meso import build_meso
@@ -90,7 +90,7 @@ class Mounting:
 class Cantilever:
     """See :class:`knittest.laboratory.base.Test`."""
 
-    quantities = ("overhang_mm", "bending_stiffness_mncm2")
+    quantities = ("overhang_mm",)
 
     def prepare(self, run: CantileverRun, specimen: int = 0, phase: Phase | None = None) -> Prepared:
         """The strip flat over the edge, at the given or measured overhang."""
@@ -114,8 +114,8 @@ class Cantilever:
             longer = _next_overhang(rests, run.rig.plane_angle)
             if longer >= run.rig.length:
                 raise InputError(
-                    f"rig.length = {run.rig.length:g} mm: the strip does not reach the plane at {run.rig.plane_angle:g} deg; "
-                    "expected a longer or a softer one"
+                    f"rig.length = {run.rig.length:g} mm: the strip does not reach the plane at "
+                    f"{run.rig.plane_angle:g} deg; expected a longer or a softer one"
                 )
             rests.append(come_to_rest(mount(run, longer), run, cost))
             if update is not None:
@@ -201,7 +201,9 @@ def _softened(card: Laminate, share: float) -> Laminate:
     slope[:, 0] -= 2.0 * card.outer * (1.0 - share)
     total = 2.0 * card.outer + np.cumsum(slope, axis=1).min(axis=1)
     if (total <= 2.0 * card.outer).any():
-        raise InputError(f"rig.membrane_share = {share:g}: leaves less membrane stiffness than bending needs; expected more")
+        raise InputError(
+            f"rig.membrane_share = {share:g}: leaves less membrane stiffness than bending needs; expected more"
+        )
     return card._replace(slope=slope, compression=np.maximum(slope[:, 0], 0.0))
 
 

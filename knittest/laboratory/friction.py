@@ -37,8 +37,8 @@ class Friction:
             )
         if rig.plate_length + rig.travel >= rig.length:
             raise InputError(
-                f"rig.plate_length = {rig.plate_length:g} mm and rig.travel = {rig.travel:g} mm: expected their sum below "
-                f"rig.length = {rig.length:g} mm, so that the pulled end sticks out"
+                f"rig.plate_length = {rig.plate_length:g} mm and rig.travel = {rig.travel:g} mm: expected their sum "
+                f"below rig.length = {rig.length:g} mm, so that the pulled end sticks out"
             )
         meso = run.model.scale == "meso"
         return self._yarns(run, specimen, phase) if meso else self._shells(run, specimen)
@@ -47,8 +47,8 @@ class Friction:
         rig, size = run.rig, run.model.macro.kernel("element_size")
         # the model of the tensile strip, its clamps being its first and last row
         model = build_strip(
-            run.fabric, fabric_laminate(run), rig.direction, rig.kernel("length") - 2.0 * size, rig.kernel("width"), size,
-            size, 0.0, run.variability.seed + specimen,
+            run.fabric, fabric_laminate(run), rig.direction, rig.kernel("length") - 2.0 * size, rig.kernel("width"),
+            size, size, 0.0, run.variability.seed + specimen,
         )  # fmt: skip
         half = 0.5 * run.fabric.kernel("thickness")
         test = FrictionTest(run, 1, (-half, half), np.full(model.n_nodes, half))
@@ -85,7 +85,8 @@ class Friction:
             "mu_paper": kinetic / normal,
             "mu_per_face": kinetic / (2.0 * normal),
             "normal_force_n": float(curve["normal_force_n"][late].mean()),
-            "normal_force_error_pct": 100.0 * float(np.abs(_smooth(curve["normal_force_n"][late]) / normal - 1.0).max()),
+            "normal_force_error_pct": 100.0
+            * float(np.abs(_smooth(curve["normal_force_n"][late]) / normal - 1.0).max()),
             "compression_mm": -float(curve["plate_travel_mm"][late].mean()),
         }
 

@@ -119,5 +119,3 @@ def _about_z(points: Array, angle: float) -> Array:
     c, s = np.cos(angle), np.sin(angle)
     turned: Array = points @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
     return turned
-
-

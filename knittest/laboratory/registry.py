@@ -7,4 +7,9 @@ from knittest.laboratory.friction import Friction
 from knittest.laboratory.picture_frame import PictureFrame
 from knittest.laboratory.tensile import Tensile
 
-TESTS: dict[str, Any] = {"tensile": Tensile(), "cantilever": Cantilever(), "friction": Friction(), "picture-frame": PictureFrame()}
+TESTS: dict[str, Any] = {
+    "tensile": Tensile(),
+    "cantilever": Cantilever(),
+    "friction": Friction(),
+    "picture-frame": PictureFrame(),
+}

@@ -69,4 +69,6 @@ def _crests(profile: Array, amplitude: float) -> int:
 
     if not amplitude > 0.0:
         return 0
-    return len(find_peaks(np.concatenate([[profile.min()], profile, [profile.min()]]), prominence=PROMINENCE * amplitude)[0])
+    return len(
+        find_peaks(np.concatenate([[profile.min()], profile, [profile.min()]]), prominence=PROMINENCE * amplitude)[0]
+    )

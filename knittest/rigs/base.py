@@ -1,6 +1,5 @@
 """What a rig is: boundary motion, stop rule and channels; it owns no time loop."""
 
-from collections.abc import Sequence
 from typing import Protocol
 
 from knittest.models.boundary import Boundary, Readings
@@ -12,7 +11,7 @@ class Rig(Protocol):
     duration: float  # longest time [ms]
     coordinate: str  # column of the curve that says how far the test has come
     force: str  # column of the force whose peak is kept
-    marks: Sequence[float]  # shares of the duration at which frames are wanted besides even ones
+    marks: tuple[float, ...]  # shares of the duration at which frames are wanted besides even ones
 
     def constrain(self, boundary: Boundary) -> None:
         """Say what holds, moves and loads ``boundary.model``."""

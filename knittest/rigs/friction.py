@@ -17,7 +17,7 @@ THICKNESS, EDGE = 10.0, 1.0
 
 
 class FrictionTest:
-    """Plates at heights ``faces`` (lower, upper) [mm] about a strip along ``axis``, nodes of contact ``radius`` [mm]."""
+    """Plates at heights ``faces`` (lower, upper) [mm], a strip along ``axis``; contact ``radius`` [mm] of its nodes."""
 
     coordinate, force = "displacement_mm", "pull_force_n"
     marks: tuple[float, ...] = ()

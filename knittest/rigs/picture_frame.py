@@ -1,7 +1,7 @@
 """Picture frame: four hinged sides shear a square of fabric; the crosshead pulls one diagonal.
 
-The model lies with the pulled diagonal along y, the other along x. With stretches p = cos(gamma/2) + sin(gamma/2) along y and
-q = cos(gamma/2) - sin(gamma/2) along x every point of the frame moves as (x q, y p), and the crosshead by
+The model lies with the pulled diagonal along y, the other along x. With stretches p = cos(gamma/2) + sin(gamma/2) along y
+and q = cos(gamma/2) - sin(gamma/2) along x every point of the frame moves as (x q, y p), and the crosshead by
 d = sqrt(2) L (p - 1), which is Eq. 1 of Pham et al. (2019). Before that the sides close in by the slack of the mounting.
 """
 
@@ -61,7 +61,9 @@ class PictureFrameTest:
         p, q = np.array([self.stretches(t) for t in times]).T * open_share
         position = boundary.model.position()[self.held]
         for dof, stretch in (("y", p), ("x", q)):
-            boundary.move(self.held, dof, Table(tuple(times), tuple(np.gradient(stretch, times))), position[:, "xy".index(dof)])
+            boundary.move(
+                self.held, dof, Table(tuple(times), tuple(np.gradient(stretch, times))), position[:, "xy".index(dof)]
+            )
         boundary.move(self.held, "z")
 
     def ring_time(self, wave_speed: float) -> float:

@@ -76,7 +76,9 @@ def beam_history(wales: int = 4, courses: int = 6, points: int = 24) -> History:
         (2.6, 0.03, 12.0, broken, 0.03 * tension * broken_alive, broken_alive),
     ]
     frames = [
-        Frame(time, 100.0 * strain, force, position, {"axial_force": load, "axial_strain": load / 46500, "alive": living})
+        Frame(
+            time, 100.0 * strain, force, position, {"axial_force": load, "axial_strain": load / 46500, "alive": living}
+        )
         for time, strain, force, position, load, living in states
     ]
     history = History(mesh, curve(380.0 * wales), energies(("warp", "weft", "knit")), frames, first_failure=160)

@@ -1,0 +1,56 @@
+"""Makes the command of a test: the same options for all, a direction where the specimen is a strip."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from knittest.cli.options import describes_run, reports, resolve_runs
+
+_DIRECTION = click.option(
+    "--direction", type=click.Choice(["warp", "weft", "both"]), default=None, help="[default: both]"
+)
+_FOLDER = (
+    click.option("--out", type=click.Path(path_type=Path), help="Run folder.  [default: runs/<name>-<time>]"),
+    click.option("--resume", type=click.Path(path_type=Path), metavar="DIR", help="Go on with the run in DIR."),
+    click.option("--force", is_flag=True, help="With --resume: go on although config, version or processor changed."),
+)
+
+
+def test_command(kind: str, text: str, directional: bool = True) -> click.Command:
+    """The command ``knittest <kind>`` with help ``text``."""
+
+    def command(
+        out: Path | None,
+        resume: Path | None,
+        force: bool,
+        threads: int | None,
+        as_json: bool,
+        quiet: bool,
+        no_frames: bool,
+        direction: str | None = None,
+        **chosen: Any,
+    ) -> int:
+        from knittest.options import RunOptions
+
+        options = RunOptions(out, threads, as_json, quiet, not no_frames)
+        if resume is not None:
+            if direction or out or any(chosen.values()):
+                raise click.UsageError("--resume takes everything from the run folder: leave out what describes a run")
+            from knittest.jobs import resume_command
+
+            return resume_command(resume, options, force)
+        if force:
+            raise click.UsageError("--force goes with --resume")
+        runs = resolve_runs(kind, (direction or "default") if directional else None, chosen)
+        from knittest.jobs import run_command
+
+        return run_command(runs, options)
+
+    command.__doc__ = text
+    wrapped: Any = reports(command)
+    for option in reversed(_FOLDER):
+        wrapped = option(wrapped)
+    if directional:
+        wrapped = _DIRECTION(wrapped)
+    return click.command(name=kind)(describes_run(wrapped))

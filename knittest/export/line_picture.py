@@ -1,0 +1,56 @@
+"""Curves of one quantity over another, with levels and notes."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from knittest.export.figure import BLUE, GREEN, ORANGE, RED, SKY, dress, new_figure, save
+from knittest.history import Array
+
+_COLOURS = (BLUE, ORANGE, GREEN, RED, SKY)
+
+
+@dataclass(frozen=True)
+class Line:
+    """A curve, (n,) each, and what the legend says of it; ``style`` as matplotlib's."""
+
+    x: Array
+    y: Array
+    label: str
+    style: str = "-"
+
+
+@dataclass(frozen=True)
+class Level:
+    """A horizontal line."""
+
+    value: float
+    label: str
+
+
+def line_picture(
+    path: Path,
+    lines: Sequence[Line],
+    *,
+    title: str,
+    xlabel: str,
+    ylabel: str,
+    levels: Sequence[Level] = (),
+    logarithmic: bool = False,
+) -> None:
+    """Draw ``lines`` and ``levels`` to ``path`` (PNG). Raises :class:`ResourceError`."""
+    figure = new_figure(8.0, 5.4)
+    axes = figure.add_axes((0.1, 0.24, 0.86, 0.68))
+    dress(axes)
+    for number, line in enumerate(lines):
+        axes.plot(line.x, line.y, line.style, color=_COLOURS[number % len(_COLOURS)], label=line.label, linewidth=1.6)
+    for number, level in enumerate(levels):
+        axes.axhline(level.value, color=RED, linestyle=("--", ":")[number % 2], linewidth=1.3, label=level.label)
+    if logarithmic:
+        axes.set_yscale("log")
+    else:
+        axes.set_ylim(bottom=min(0.0, *(float(line.y.min()) for line in lines)))
+    axes.set(xlabel=xlabel, ylabel=ylabel)
+    axes.set_title(title, loc="left", fontsize=12)
+    figure.legend(loc="lower left", bbox_to_anchor=(0.09, 0.01), ncols=2, frameon=False, fontsize=9)
+    save(figure, path)

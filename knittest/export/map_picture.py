@@ -1,0 +1,39 @@
+"""A value over the plane, with contours and a scale."""
+
+from pathlib import Path
+
+import numpy as np
+
+from knittest.export.figure import GREY, new_figure, save
+from knittest.history import Array
+
+
+def height_picture(path: Path, x: Array, y: Array, height: Array, *, title: str, note: str) -> None:
+    """Height map [mm] over x, y [mm], (n, m) each, nan outside; ``note`` stands below. Raises ResourceError."""
+    figure = new_figure(7.0, 7.4)
+    axes = figure.add_axes((0.1, 0.12, 0.72, 0.8))
+    most = max(float(np.nanmax(np.abs(height))), 1e-6)
+    levels = np.linspace(-most, most, 17)
+    filled = axes.contourf(x, y, height, levels=levels, cmap="RdBu_r")
+    axes.contour(x, y, height, levels=levels[::2], colors=GREY, linewidths=0.5)
+    axes.set_aspect("equal")
+    axes.set(xlabel="across the pull [mm]", ylabel="along the pull [mm]")
+    axes.set_title(title, loc="left", fontsize=12)
+    bar = figure.colorbar(filled, cax=figure.add_axes((0.85, 0.2, 0.03, 0.64)))
+    bar.set_label("height over the frame's plane [mm]")
+    figure.text(0.1, 0.03, note, fontsize=9, color=GREY)
+    save(figure, path)
+
+
+def scatter_picture(
+    path: Path, x: Array, y: Array, value: Array, *, title: str, xlabel: str, ylabel: str, label: str
+) -> None:
+    """Values at points of the plane [mm], (n,) each. Raises :class:`ResourceError`."""
+    figure = new_figure(9.0, 4.0)
+    axes = figure.add_axes((0.08, 0.14, 0.78, 0.74))
+    drawn = axes.scatter(x, y, c=value, s=14, marker="s", cmap="viridis", vmin=0.0)
+    axes.set_aspect("equal")
+    axes.set(xlabel=xlabel, ylabel=ylabel)
+    axes.set_title(title, loc="left", fontsize=12)
+    figure.colorbar(drawn, cax=figure.add_axes((0.88, 0.2, 0.02, 0.6))).set_label(label)
+    save(figure, path)

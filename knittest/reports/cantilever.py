@@ -1,0 +1,54 @@
+"""Report of the cantilever: the strip from the side, and how it came to rest."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from knittest.config.run import CantileverRun
+from knittest.experiment.curves import ReferenceCurve
+from knittest.export.line_picture import Level, Line, line_picture
+from knittest.export.side_picture import side_picture
+from knittest.laboratory.strips import AXIS
+from knittest.reports.base import Columns, References, title_of
+from knittest.specimen import Specimen
+
+
+class CantileverReport:
+    """See :class:`knittest.reports.base.Report`."""
+
+    def reference_curve(self, run: CantileverRun) -> ReferenceCurve | None:
+        """There is no curve."""
+        return None
+
+    def compare(self, run: CantileverRun, specimens: list[Specimen], curve: ReferenceCurve) -> list[dict[str, Any]]:
+        """Nothing to compare."""
+        return []
+
+    def curve(self, specimens: list[Specimen]) -> Columns:
+        """Course of the relaxation of the first specimen."""
+        return specimens[0].history.curve
+
+    def pictures(self, run: CantileverRun, specimens: list[Specimen], references: References, folder: Path) -> None:
+        """deformed.png from the side, curve.png of the convergence."""
+        history, results = specimens[0].history, specimens[0].results
+        curve = history.curve
+        moves = curve["largest_move_mm"] / max(float(curve["largest_move_mm"].max()), 1e-12)
+        lines = [
+            Line(curve["steps"], curve["residual"], "out-of-balance force over weight and reactions"),
+            Line(curve["steps"], moves, "largest move a chunk over its largest"),
+        ]
+        line_picture(
+            folder / "curve.png", lines, title=f"{title_of(run)}: coming to rest", xlabel="relaxation steps",
+            ylabel="share", levels=[Level(run.rig.tolerance, "tolerance of the residual")], logarithmic=True,
+        )  # fmt: skip
+        first, last = history.frames[0].position, history.frames[-1].position
+        axis = AXIS[run.rig.direction] if history.mesh.kind == "beams" else 1
+        edge = float(first[:, axis].max()) - results["overhang_mm"]
+        cells = history.mesh.cells
+        segments = cells if history.mesh.kind == "beams" else np.vstack([cells[:, [0, 3]], cells[:, [1, 2]]])
+        side_picture(
+            folder / "deformed.png", last[:, axis] - edge, last[:, 2] - float(first[:, 2].mean()), segments,
+            overhang=results["overhang_mm"], angle=results["chord_angle_deg"], plane=run.rig.plane_angle,
+            title=title_of(run),
+        )  # fmt: skip

@@ -1,0 +1,44 @@
+"""Report of the friction test: pull force over travel, and the pressure between fabric and plates."""
+
+from pathlib import Path
+from typing import Any
+
+from knittest.config.run import FrictionRun
+from knittest.experiment.curves import ReferenceCurve
+from knittest.export.line_picture import Level, Line, line_picture
+from knittest.reports.base import Columns, References, draw_energies, title_of
+from knittest.specimen import Specimen
+
+
+class FrictionReport:
+    """See :class:`knittest.reports.base.Report`."""
+
+    def reference_curve(self, run: FrictionRun) -> ReferenceCurve | None:
+        """No curve is published."""
+        return None
+
+    def compare(self, run: FrictionRun, specimens: list[Specimen], curve: ReferenceCurve) -> list[dict[str, Any]]:
+        """Nothing to compare."""
+        return []
+
+    def curve(self, specimens: list[Specimen]) -> Columns:
+        """Channels of the first specimen."""
+        return specimens[0].history.curve
+
+    def pictures(self, run: FrictionRun, specimens: list[Specimen], references: References, folder: Path) -> None:
+        """curve.png with the Coulomb level, energies.png."""
+        rig = run.rig
+        lines = [
+            Line(s.history.curve["displacement_mm"], s.history.curve["pull_force_n"], f"simulated, specimen {k + 1}")
+            for k, s in enumerate(specimens)
+        ]
+        level = 2.0 * rig.kinetic_coefficient * rig.normal_force
+        levels = [Level(level, f"two faces, kinetic: 2 x {rig.kinetic_coefficient:g} x {rig.normal_force:g} N")]
+        if rig.static_coefficient != rig.kinetic_coefficient:
+            most = 2.0 * rig.static_coefficient * rig.normal_force
+            levels.append(Level(most, f"two faces, static: 2 x {rig.static_coefficient:g} x {rig.normal_force:g} N"))
+        line_picture(
+            folder / "curve.png", lines, title=title_of(run), xlabel="travel of the clamp [mm]",
+            ylabel="pull force [N]", levels=levels,
+        )  # fmt: skip
+        draw_energies(run, specimens, folder)
