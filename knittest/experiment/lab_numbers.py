@@ -1,0 +1,43 @@
+"""Numbers of laboratory files, with either decimal mark."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from knittest.errors import InputError
+
+NUMBER = re.compile(r"[+-]?[\d.,]*\d[\d.,]*(e[+-]?\d+)?$", re.I)
+
+
+def decimal_mark(path: Path, cells: list[str]) -> str:
+    """The decimal mark of an export; refuses to guess when every number could be in thousands."""
+    numbers = [c for c in cells if c and NUMBER.match(c) and re.search(r"[.,]", c)]
+    for mark, other in ((",", "."), (".", ",")):
+        if any(other in c and mark in c and c.rindex(mark) > c.rindex(other) for c in numbers):
+            return mark
+    marks = {m for c in numbers for m in ".," if m in c}
+    if len(marks) == 2:
+        raise InputError(f"{path}: both '.' and ',' appear as decimal marks; say which with --decimal")
+    if not marks:
+        return "."
+    mark = marks.pop()
+    if all(re.fullmatch(rf"[+-]?[1-9]\d{{0,2}}(\{mark}\d{{3}})+", c) for c in numbers):
+        raise InputError(
+            f"{path}: {numbers[0]!r} could be a thousand or a decimal; say which with --decimal . or --decimal ,"
+        )
+    return mark
+
+
+def read_number(path: Path, line: int, cell: str, mark: str) -> float:
+    """The number in ``cell`` of line ``line``; raises :class:`InputError`."""
+    plain = cell.replace("." if mark == "," else ",", "").replace(mark, ".")
+    if not NUMBER.match(cell) or plain.count(".") > 1:
+        raise InputError(f"{path}:{line}: {cell!r} is not a number with decimal mark {mark!r}")
+    try:
+        value = float(plain)
+    except ValueError:
+        value = np.nan
+    if not np.isfinite(value):
+        raise InputError(f"{path}:{line}: {cell!r} is not a finite number")
+    return value
