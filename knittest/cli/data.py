@@ -28,19 +28,31 @@ def _reading(command: Any) -> Any:
 
 @data.command("import")
 @_reading
-@click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for the imported data.")
+@click.option("--direction", type=click.Choice(["warp", "weft"]), required=True, help="Yarn system along the strips.")
+@click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder of the experiment, for both.")
 def import_(
-    files: tuple[Path, ...], gauge_length: float | None, decimal: str | None, delimiter: str | None, out: Path
+    files: tuple[Path, ...],
+    gauge_length: float | None,
+    decimal: str | None,
+    delimiter: str | None,
+    direction: str,
+    out: Path,
 ) -> None:
-    """Read testing-machine exports; write specimens, corridor (mean and sd), statistics and a plot.
+    """Read testing-machine exports; write an experiment that a fabric file can name.
 
-    Example: knittest data import warp-*.csv --gauge-length 200 --out data/mine/warp
+    Into OUT go a table of the peaks and a SOURCE.md, into OUT/<direction> specimens, corridor (mean and sd), mean
+    curve, statistics and a plot.
+
+    Example: knittest data import warp-*.csv --gauge-length 200 --direction warp --out data/mine
     """
     from knittest.experiment.lab_report import summary_lines, write_import
 
     specimens = _read(files, gauge_length, decimal, delimiter)
-    write_import(specimens, out, [f.name for f in files])
-    click.echo("\n".join([*summary_lines(specimens), f"wrote {out}"]))
+    variant = write_import(specimens, out, direction, [f.name for f in files])
+    named = Path(*out.parts[1:]) if out.parts[:1] == ("data",) else out
+    click.echo("\n".join([*summary_lines(specimens), f"wrote {out}; a fabric file names it so:"]))
+    click.echo(f'  experiment: {named}\n  experiment_variant: "{variant}"')
+    click.echo(f"  macro: {{tension: {{{direction}: {named / direction / 'tension.csv'}}}}}")
 
 
 @data.command()

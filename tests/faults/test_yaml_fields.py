@@ -160,3 +160,35 @@ def test_variant_is_a_name_not_a_path(name):
 )
 def test_set(setting, expected):
     assert expected in refused(sets=[setting])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ('experiment_variant: "1"', 'experiment_variant: "3"', "= '3': no rows of it in"),
+        ('experiment_variant: "1"', "# none", "fabric.experiment_variant: missing: which variant"),
+        ("experiment: pham2019", "experiment: empty", "no tables of an experiment"),
+        (
+            "experiment: pham2019",
+            "experiment: pham2019/curves",
+            "no table of an experiment: expected the columns variant",
+        ),
+    ],
+)
+def test_an_experiment_that_no_run_could_be_compared_with(tmp_path, old, new, expected):
+    (tmp_path / "empty").mkdir()
+    assert expected in refused_fabric(tmp_path, old, new)
+
+
+def test_imported_data_lie_under_the_data_folder_here(tmp_path, monkeypatch):
+    (tmp_path / "data" / "mine").mkdir(parents=True)
+    (tmp_path / "data" / "mine" / "t.csv").write_text(
+        "variant,direction,quantity,mean,sd,n,unit,table\nA,warp,q,1,,,N,T\n"
+    )
+    text = V1.replace("experiment: pham2019", "experiment: mine").replace('variant: "1"', "variant: A")
+    text = text.replace("pham2019/curves/tensile-v1-warp.csv", "mine/t.csv")
+    (tmp_path / "fabric.yaml").write_text(text, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    fabric = resolve(fabric="fabric.yaml").fabric
+    assert fabric.experiment == str(tmp_path / "data" / "mine")
+    assert fabric.macro.tension["warp"] == str(tmp_path / "data" / "mine" / "t.csv")
