@@ -32,12 +32,13 @@ def preflight(run: Run) -> list[str]:
 
 
 def _mass(run: Run, prepared: Prepared) -> str:
-    """Area mass of the model beside the measured one."""
+    """Area mass of the model beside that of the fabric file, with where the latter comes from."""
     model = prepared.model
     span = np.ptp(model.position(), axis=0)
     area = span[prepared.rig.axis] * run.rig.kernel("width")
     modelled = 1e6 * float(model.mass.sum()) / area
-    return f"{model.mass.sum():.3f} g, {modelled:.0f} g/m2 (measured {run.fabric.area_mass.value:g} g/m2)"
+    stated = run.fabric.area_mass
+    return f"{model.mass.sum():.3f} g, {modelled:.0f} g/m2 ({stated.source} {stated.value:g} g/m2)"
 
 
 def speed_study(run: Run) -> tuple[list[str], bool]:
