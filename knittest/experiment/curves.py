@@ -9,9 +9,11 @@ from numpy.typing import NDArray
 
 from knittest.errors import InputError
 from knittest.experiment.lab_csv import read_lab
+from knittest.reading import read_regular
 
 Array = NDArray[np.float64]
 Kind = Literal["measured", "digitised", "reconstructed", "input"]
+MAX_BYTES = 10_000_000
 
 
 @dataclass(frozen=True)
@@ -46,11 +48,9 @@ def load_curve(path: Path) -> ReferenceCurve:
     :class:`InputError` naming file and line for an unknown kind, text, NaN or an x that does not rise.
     """
     try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
+        lines = read_regular(path, MAX_BYTES, "a curve has fewer points").decode("utf-8-sig").splitlines()
     except UnicodeDecodeError:
         return _plain(path)
-    except OSError as error:
-        raise InputError(f"{path}: cannot read the curve: {error.strerror}") from None
     notes = {}
     for line in lines:
         if line.startswith("#"):

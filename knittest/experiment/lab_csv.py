@@ -3,20 +3,24 @@
 import csv
 import io
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from knittest.config.yaml_loader import shown
 from knittest.errors import InputError
 from knittest.experiment import lab_units
 from knittest.experiment.lab_gauge import agreed_gauge, stated_gauge
 from knittest.experiment.lab_numbers import NUMBER, decimal_mark, read_number
+from knittest.reading import read_regular
 
 Array = NDArray[np.float64]
 
-MAX_BYTES = 50_000_000
+#: what a table of a machine stays below; together they bound memory to some 0.6 GB
+MAX_BYTES, MAX_ROWS, MAX_ROW_LENGTH, MAX_HEAD = 20_000_000, 500_000, 20_000, 1000
 #: strain above which unit or gauge length must be wrong [%]
 MAX_STRAIN = 100.0
 #: names of columns in English and German
@@ -44,7 +48,7 @@ def read_lab(
     whose decimal mark cannot be told (pass ``decimal``).
     """
     rows = _rows(path, delimiter)
-    head = next((k for k, (_, cells) in enumerate(rows) if _pairs(cells)), None)
+    head = next((k for k, (_, cells) in enumerate(rows[:MAX_HEAD]) if _pairs(cells)), None)
     if head is None:
         raise InputError(f"{path}: no row names a force and a displacement or strain column")
     line, names = rows[head]
@@ -54,6 +58,7 @@ def read_lab(
         line, below = body[0]
         body = body[1:]
     below = _padded(below, len(names))
+    _refuse_ragged(path, body, len(names))
     mark = decimal or decimal_mark(path, [cell for _, cells in body for cell in cells])
     gauge = agreed_gauge(gauge_length, stated_gauge(path, rows[:head], mark))
     pairs = _pairs(names)
@@ -78,21 +83,37 @@ def _to_strain(unit: str, gauge: float | None, where: str) -> float:
 
 def _rows(path: Path, delimiter: str | None) -> list[tuple[int, list[str]]]:
     """Line number and stripped cells of every line that is not empty."""
-    try:
-        if path.stat().st_size > MAX_BYTES:
-            raise InputError(f"{path}: larger than {MAX_BYTES // 1_000_000} MB; export fewer points")
-        raw = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
-    text = _decode(path, raw)
+    text = _decode(path, read_regular(path, MAX_BYTES, "export fewer points"))
     if delimiter is None:
         counts = {mark: text.count(mark) for mark in ("\t", ";")}
         delimiter = max(counts, key=lambda mark: counts[mark]) if max(counts.values()) else ","
-    reader = csv.reader(io.StringIO(text), delimiter=delimiter)
+    if len(delimiter) != 1 or delimiter in '"\r\n':
+        raise InputError(f"--delimiter {shown(delimiter)}: expected one character")
+    rows: list[tuple[int, list[str]]] = []
+    pulled = 0
+
+    def lines() -> Iterator[str]:
+        nonlocal pulled
+        for line in io.StringIO(text):
+            pulled += len(line)
+            if pulled > MAX_ROW_LENGTH:
+                raise InputError(
+                    f"{path}:{reader.line_num + 1}: a row of more than {MAX_ROW_LENGTH} characters: not a table"
+                )
+            yield line
+
+    reader = csv.reader(lines(), delimiter=delimiter)
     try:
-        return [(reader.line_num, [c.strip() for c in cells]) for cells in reader if any(c.strip() for c in cells)]
+        for number, cells in enumerate(reader):
+            pulled = 0
+            stripped = [c.strip() for c in cells]
+            if any(stripped):
+                rows.append((reader.line_num, stripped))
+            if number > MAX_ROWS:
+                raise InputError(f"{path}: more than {MAX_ROWS} rows; export fewer points")
     except csv.Error as error:
         raise InputError(f"{path}:{reader.line_num}: not a table: {error}") from None
+    return rows
 
 
 def _decode(path: Path, raw: bytes) -> str:
@@ -117,6 +138,15 @@ def _pairs(cells: list[str]) -> list[tuple[int, int]]:
     return [(max([t for t in travels if t < f] or [min(travels)]), f) for f in forces]
 
 
+def _refuse_ragged(path: Path, body: list[tuple[int, list[str]]], columns: int) -> None:
+    """A number torn at its own decimal comma would be read as two."""
+    for line, cells in body:
+        if any(cells[columns:]):
+            raise InputError(
+                f"{path}:{line}: {len(cells)} cells below {columns} columns: is the delimiter also the decimal mark?"
+            )
+
+
 def _padded(cells: list[str], n: int) -> list[str]:
     return (cells + [""] * n)[:n]
 
@@ -128,7 +158,7 @@ def _specimen(
     rows = []
     ended = 0
     for line, cells in body:
-        pair = [_padded(cells, max(columns) + 1)[k] for k in columns]
+        pair = [cells[k] if k < len(cells) else "" for k in columns]
         if pair == ["", ""]:
             ended = ended or line
             continue
@@ -138,8 +168,9 @@ def _specimen(
     if len(rows) < 2:
         raise InputError(f"{path}: specimen {name} has {len(rows)} points; at least two are needed")
     values = np.array([v for _, v in rows])
-    strain, force = (values * factors).T
-    falls = np.flatnonzero(np.diff(strain) <= 0.0)
+    with np.errstate(over="ignore", invalid="ignore"):  # refused below
+        strain, force = (values * factors).T
+        falls = np.flatnonzero(np.diff(strain) <= 0.0)
     if len(falls):
         raise InputError(
             f"{path}:{rows[falls[0] + 1][0]}: specimen {name}: the travel repeats or goes back "
@@ -150,4 +181,6 @@ def _specimen(
             f"{path}:{rows[-1][0]}: specimen {name}: a travel of {values[-1, 0]:g} would be a strain of "
             f"{strain[-1]:.4g} %: check the unit of the travel and the gauge length"
         )
+    if not np.isfinite(force).all():
+        raise InputError(f"{path}:{rows[int(np.argmin(np.isfinite(force)))][0]}: specimen {name}: no finite force")
     return Specimen(name, strain, force)

@@ -14,7 +14,7 @@ from knittest.experiment.lab_numbers import read_number
 _NAME = re.compile(
     r"einspannl|klemml|anfangsl|ausgangsl|gau?ge[ _-]?length|grip sep|clamp(ing)? (dist|len)|\bL0\b", re.I
 )
-_VALUE = re.compile(r"([+-]?\d[\d.,]*)\s*(.*)$")
+_VALUE = re.compile(r"([+-]?\d[\d.,]*)\s*(.*)", re.S)
 #: difference [-] of two lengths that are meant to be the same
 _SAME = 0.005
 

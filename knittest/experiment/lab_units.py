@@ -13,7 +13,8 @@ STRAIN = {"%": 1.0, "mm/mm": 100.0}
 _SPELT = {"µm": "um", "μm": "um", "in": "inch", '"': "inch", "pct": "%"}  # both characters that look like a micro sign
 _STRAIN_NAME = re.compile(r"strain|dehnung", re.I)
 #: after these marks stands a unit; after an underscore, blank or comma only if it is a known one
-_BRACKETS = re.compile(r"\[([^\]]*)\]|\(([^)]*)\)")
+_BRACKETS = re.compile(r"\[([^\[\]]*)\]|\(([^()]*)\)")
+_UNIT_WITHIN = 100  # last characters of a name, so that a long one takes no quadratic time
 _MARKED = re.compile(r"(?:/|\bin\b)\s*(\S+)$")
 _LAST_WORD = re.compile(r"[_\s,]\s*([^_\s,]+)$")
 
@@ -56,7 +57,7 @@ def stated(name: str, below: str, units: dict[str, float], where: str) -> str:
 def _in_name(name: str, units: dict[str, float]) -> str:
     """What stands in the place of a unit in a column's name: a known unit, else what can be nothing else."""
     bracketed = [(square or round_).strip() for square, round_ in _BRACKETS.findall(name)]
-    bare = _BRACKETS.sub("", name).strip()
+    bare = _BRACKETS.sub("", name).strip()[-_UNIT_WITHIN:]
     marked = _MARKED.findall(bare)
     places = [*bracketed, *marked, *_LAST_WORD.findall(bare)]
     return next((p for p in places if known(p, units)), next(iter([*bracketed, *marked]), ""))
