@@ -1,16 +1,24 @@
 """Metrics of a simulated curve against a reference; knows nothing of models."""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from knittest.config.unit_slips import likely_unit
 from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.tables import PublishedValue
 from knittest.rating import grade, rate
 
 #: points of the common grid on the overlap
 GRID = 201
+#: a simulated peak or strain this many times the reference's, or the other way round, is in another unit
+FAR = 20.0
+#: units by column
+UNITS = {"strain_pct": "%", "force_n": "N"}
+#: digits kept behind the point
+DIGITS = 4
 
 
 def compare_results(
@@ -26,7 +34,7 @@ def compare_results(
             "simulated": results[row.quantity],
             "experiment_mean": row.mean,
             "experiment_sd": row.sd,
-            "deviation_sd": (results[row.quantity] - row.mean) / row.sd,
+            "deviation_sd": (results[row.quantity] - row.mean) / row.sd if row.sd > 0.0 else math.nan,
             "kind": kinds[row.quantity],
             "source": row.table,
         }
@@ -39,9 +47,11 @@ def compare_curves(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> d
     """Peak, fracture strain, RMSE and ISO/TS 18571-type rating of y(x) on the range both curves cover.
 
     ``x``, ``y`` (n,) in the units of the reference. Says what it was judged against. Curves that share no
-    range, have too few points or are constant are "not comparable", with the reason, and get no numbers.
+    range, have too few points, are constant or in other units are "not comparable", with the reason, without numbers.
     """
     judged = {"judged_against": reference.source, "reference_kind": reference.kind}
+    if reference.note:
+        judged["note"] = reference.note
     reason = _hindrance(x, y, reference)
     if reason:
         return judged | {"comparable": False, "reason": reason}
@@ -49,17 +59,27 @@ def compare_curves(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> d
     grid = np.linspace(low, high, GRID)
     simulated, measured = np.interp(grid, x, y), np.interp(grid, reference.x, reference.mean)
     scores = rate(simulated, measured)
-    top, end = int(np.argmax(reference.mean)), int(np.argmax(y))
-    rmse = float(np.sqrt(np.mean((simulated - measured) ** 2)))
+    end, peak = int(np.argmax(y)), reference.peak
+    rmse = np.sqrt(np.mean((simulated - measured) ** 2))
     return judged | {
         "comparable": True,
-        "range": [float(low), float(high)],
-        "peak_error_pct": 100.0 * float(y[end] / reference.mean[top] - 1.0),
-        "fracture_strain_error_pct": 100.0 * float(x[end] / reference.x[top] - 1.0),
-        "rmse": rmse,
-        "rmse_pct_of_peak": 100.0 * rmse / float(reference.mean[top]),
-        "rating": scores | {"grade": grade(scores["overall"])},
+        f"range_{reference.x_name}": [_rounded(low), _rounded(high)],
+        "simulated_peak": _point(reference, x[end], y[end]),
+        "reference_peak": _point(reference, *peak),
+        "peak_error_pct": _rounded(100.0 * (y[end] / peak[1] - 1.0)),
+        "fracture_strain_error_pct": _rounded(100.0 * (x[end] / peak[0] - 1.0)),
+        f"rmse_{reference.y_name}": _rounded(rmse),
+        "rmse_pct_of_peak": _rounded(100.0 * rmse / peak[1]),
+        "rating": {k: _rounded(v) for k, v in scores.items()} | {"grade": grade(scores["overall"])},
     }
+
+
+def _point(reference: ReferenceCurve, x: float, y: float) -> dict[str, float]:
+    return {reference.x_name: _rounded(x), reference.y_name: _rounded(y)}
+
+
+def _rounded(value: float) -> float:
+    return round(float(value), DIGITS) + 0.0  # no -0.0
 
 
 def _hindrance(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> str:
@@ -71,4 +91,20 @@ def _hindrance(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> str:
             return f"the {name} curve is constant"
     if min(x[-1], reference.x[-1]) <= max(x[0], reference.x[0]):
         return "the curves share no range"
-    return ""
+    return _other_units(x, y, reference)
+
+
+def _other_units(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> str:
+    """What of the peaks lies so far apart that one of them is in another unit."""
+    end = int(np.argmax(y))
+    found = []
+    for name, simulated, measured in zip(
+        (reference.x_name, reference.y_name), (x[end], y[end]), reference.peak, strict=True
+    ):
+        if not simulated / FAR < measured < simulated * FAR:
+            unit = UNITS.get(name, "")
+            guess = likely_unit(measured, unit, (simulated / 5.0, simulated * 5.0))
+            found.append(
+                f"{name} at the peak is {measured:g} {unit} in the reference{guess}, {simulated:.4g} simulated"
+            )
+    return f"in other units? {'; '.join(found)}" if found else ""

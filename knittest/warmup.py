@@ -1,5 +1,6 @@
 """Compiles the kernels of a scale on a tiny model, so that a user sees compilation as such, once."""
 
+import hashlib
 import os
 import subprocess
 import sys
@@ -25,7 +26,7 @@ _warm: set[str] = set()
 
 
 def compiled_before(scale: Scale) -> bool:
-    """Whether the cache on disk holds all kernels of ``scale``."""
+    """Whether the cache on disk holds all kernels of ``scale`` for this processor and these versions."""
     return _marker(scale).is_file()
 
 
@@ -40,7 +41,7 @@ def warm(run: Run, phase: Callable[[str], None] | None = None) -> float:
         return 0.0
     ready = compiled_before(scale)
     if phase is not None:
-        phase("loading kernels" if ready else "compiling kernels (once per installation)")
+        phase(f"loading the {scale} kernels" if ready else f"compiling the {scale} kernels (once per installation)")
     start = clock.perf_counter()
     if not ready:
         _compile_apart(scale)
@@ -66,7 +67,14 @@ def fill_cache(scale: Scale) -> None:
 
 
 def _marker(scale: Scale) -> Path:
-    return Path(os.environ["NUMBA_CACHE_DIR"]) / f"{scale}.complete"  # of the sources loaded, not of those on disk now
+    """Named after all that makes Numba compile anew, in the folder of the sources loaded, not of those on disk now."""
+    import numba
+    from llvmlite import binding
+
+    host = (binding.get_host_cpu_name(), binding.get_host_cpu_features().flatten())
+    key = repr((numba.__version__, binding.llvm_version_info, sys.version_info[:2], *host))
+    name = f"{scale}-{hashlib.sha256(key.encode()).hexdigest()[:16]}.complete"
+    return Path(os.environ["NUMBA_CACHE_DIR"]) / name
 
 
 def _exercise(run: Run) -> None:

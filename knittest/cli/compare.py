@@ -7,11 +7,19 @@ import click
 
 @click.command()
 @click.argument("run", type=click.Path(path_type=Path))
-@click.option("--against", type=click.Path(path_type=Path), required=True, help="Curve CSV: strain_pct,force_n.")
+@click.option(
+    "--against",
+    type=click.Path(path_type=Path),
+    required=True,
+    help="CSV with a header: strain_pct,force_n, or a laboratory's 'Dehnung [%];Kraft [kN]' with decimal comma.",
+)
 def compare(run: Path, against: Path) -> int:
     """Compare the curve of a run folder with a curve of your own; prints JSON.
 
-    Example: knittest compare runs/tensile-... --against mean.csv
+    The curve has a row of names and one of numbers a point, strain rising; lines such as "# kind: measured" may stand
+    above it. data import writes such curves (corridor.csv).
+
+    Example: knittest compare runs/tensile-.../warp --against mean.csv
     """
     import json
 
@@ -21,6 +29,11 @@ def compare(run: Path, against: Path) -> int:
     from knittest.errors import InputError
     from knittest.experiment.curves import load_curve
 
+    runs = sorted(path.parent.name for path in run.glob("*/manifest.json"))
+    if runs and not (run / "manifest.json").exists():
+        raise InputError(
+            f"{run}: holds the runs {' and '.join(runs)}: choose one of {', '.join(str(run / r) for r in runs)}"
+        )
     try:
         manifest = json.loads((run / "manifest.json").read_text(encoding="utf-8"))
         table = pd.read_csv(run / "curve.csv")

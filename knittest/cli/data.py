@@ -8,12 +8,16 @@ import click
 
 @click.group()
 def data() -> None:
-    """Import and summarise the CSV files of a testing machine."""
+    """Import and summarise the CSV files of a testing machine.
+
+    They hold a force (N, kN, daN, cN, mN, kgf, lbf; N if not stated) over a travel (mm, cm, m, um, inch; mm if not
+    stated) or a strain (%, mm/mm), the unit in the column's name or in the row below it.
+    """
 
 
 def _reading(command: Any) -> Any:
     for option in (
-        click.option("--gauge-length", type=click.FloatRange(min=0, min_open=True), required=True, help="mm"),
+        click.option("--gauge-length", type=float, help="Distance of the clamps [mm], if the files do not state it."),
         click.option("--decimal", type=click.Choice([",", "."]), help="Decimal mark, if it cannot be told."),
         click.option("--delimiter", help="Delimiter, if not ';', tab or ','."),
         click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path)),
@@ -24,24 +28,36 @@ def _reading(command: Any) -> Any:
 
 @data.command("import")
 @_reading
-@click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for the imported data.")
+@click.option("--direction", type=click.Choice(["warp", "weft"]), required=True, help="Yarn system along the strips.")
+@click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder of the experiment, for both.")
 def import_(
-    files: tuple[Path, ...], gauge_length: float, decimal: str | None, delimiter: str | None, out: Path
+    files: tuple[Path, ...],
+    gauge_length: float | None,
+    decimal: str | None,
+    delimiter: str | None,
+    direction: str,
+    out: Path,
 ) -> None:
-    """Read testing-machine exports; write specimens, corridor (mean and sd), statistics and a plot.
+    """Read testing-machine exports; write an experiment that a fabric file can name.
 
-    Example: knittest data import warp-*.csv --gauge-length 200 --out data/mine/warp
+    Into OUT go a table of the peaks and a SOURCE.md, into OUT/<direction> specimens, corridor (mean and sd), mean
+    curve, statistics and a plot.
+
+    Example: knittest data import warp-*.csv --gauge-length 200 --direction warp --out data/mine
     """
     from knittest.experiment.lab_report import summary_lines, write_import
 
     specimens = _read(files, gauge_length, decimal, delimiter)
-    write_import(specimens, out, [f.name for f in files])
-    click.echo("\n".join([*summary_lines(specimens), f"wrote {out}"]))
+    variant = write_import(specimens, out, direction, [f.name for f in files])
+    named = Path(*out.parts[1:]) if out.parts[:1] == ("data",) else out
+    click.echo("\n".join([*summary_lines(specimens), f"wrote {out}; a fabric file names it so:"]))
+    click.echo(f'  experiment: {named}\n  experiment_variant: "{variant}"')
+    click.echo(f"  macro: {{tension: {{{direction}: {named / direction / 'tension.csv'}}}}}")
 
 
 @data.command()
 @_reading
-def stats(files: tuple[Path, ...], gauge_length: float, decimal: str | None, delimiter: str | None) -> None:
+def stats(files: tuple[Path, ...], gauge_length: float | None, decimal: str | None, delimiter: str | None) -> None:
     """Print maximum force and strain at maximum force of every specimen, mean and sd.
 
     Example: knittest data stats warp-*.csv --gauge-length 200
@@ -51,7 +67,7 @@ def stats(files: tuple[Path, ...], gauge_length: float, decimal: str | None, del
     click.echo("\n".join(summary_lines(_read(files, gauge_length, decimal, delimiter))))
 
 
-def _read(files: tuple[Path, ...], gauge_length: float, decimal: str | None, delimiter: str | None) -> list[Any]:
+def _read(files: tuple[Path, ...], gauge_length: float | None, decimal: str | None, delimiter: str | None) -> list[Any]:
     from knittest.experiment.lab_csv import read_lab
 
     return [s for path in files for s in read_lab(path, gauge_length, decimal, delimiter)]

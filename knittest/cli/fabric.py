@@ -41,11 +41,12 @@ def relax(**which: Any) -> None:
     from knittest.fabric.cell_cache import cell_path
 
     chosen, cell, seconds = _relaxed(**which)
-    measured, sd = chosen.thickness.value, chosen.thickness.sd
+    stated = chosen.thickness
+    scatter = f" ± {stated.sd:g}" if stated.sd else ""
     rows = (
         ("fabric", chosen.name),
         ("cell", f"{cell.spec.wale:.4f} x {cell.spec.course:.4f} mm"),
-        ("thickness", f"{cell.thickness:.3f} mm (measured {measured:g}{f' ± {sd:g}' if sd else ''} mm)"),
+        ("thickness", f"{cell.thickness:.3f} mm ({stated.source} {stated.value:g}{scatter} mm)"),
         ("loop length", f"{cell.spec.loop_length:g} mm, met within {100 * abs(cell.length_error):.3f} %"),
         ("crimp warp, weft", f"{100 * cell.crimp('warp'):.3f} %, {100 * cell.crimp('weft'):.3f} %"),
         ("penetration / radius", f"{100 * cell.deepest:.2f} % at rest, {100 * cell.worst:.0f} % on the way"),

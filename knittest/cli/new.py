@@ -26,7 +26,9 @@ def new(name: str) -> None:
     like = resolve(variant="1", parameters="as-measured").fabric
     files = {
         Path("configs") / f"{name}.yaml": fabric_template(name, like),
-        Path("configs") / f"{name}-tensile.yaml": rig_template(),
+        Path("configs") / f"{name}-tensile.yaml": rig_template(
+            f"--variant {name} --config configs/{name}-tensile.yaml"
+        ),
     }
     for path in files:
         if path.exists():

@@ -86,7 +86,7 @@ class MacroMaterial(Strict):
     """Input curves and stiffnesses of the shell laminate."""
 
     tension: dict[Direction, str] = Field(
-        description="CSV (strain_pct, force_n of a 50 mm strip) per direction, relative to the data folder"
+        description="CSV (strain_pct, force_n of a 50 mm strip) per direction, in ./data or the shipped data"
     )
     fracture_strain: PerDirection = measure("%", "element deletion strain", gt=0, band=(0.1, 50))
     bending_stiffness: PerDirection = measure("N mm", "bending stiffness per width", gt=0, band=(1e-3, 1e4))
@@ -114,7 +114,7 @@ class Fabric(Strict):
     knitting: KnittingYarn = Field(description="yarn of the loops")
     contact: YarnContact = Field(description="yarn-yarn contact")
     macro: MacroMaterial = Field(description="shell material of the macro scale")
-    experiment: str | None = Field(None, description="folder of the measured results, relative to the data folder")
+    experiment: str | None = Field(None, description="folder of the measured results, in ./data or the shipped data")
     experiment_variant: str | None = Field(None, description="variant key in the experiment's tables")
 
     @model_validator(mode="after")
@@ -125,6 +125,12 @@ class Fabric(Strict):
             raise BoundsError(
                 f"at these densities a loop needs more than {shortest:.3g} mm to span its cell", "loop_length"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _experiment_says_which_rows(self) -> Self:
+        if self.experiment is not None and self.experiment_variant is None:
+            raise BoundsError("missing: which variant in the experiment's tables is this fabric?", "experiment_variant")
         return self
 
     @property

@@ -9,12 +9,13 @@ from pydantic import ValidationError
 from knittest.config.base import BoundsError
 from knittest.config.fields import Place, all_paths, nearest, place
 from knittest.config.layers import Layers
+from knittest.config.unit_slips import in_field_unit
 from knittest.config.yaml_loader import KeyPath, describe, dotted, shown
 from knittest.errors import InputError
 
 MOST_SHOWN = 20
 _DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?$")
-_NUMBER_AND_UNIT = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*[A-Za-z%/]")
+_NUMBER_AND_UNIT = re.compile(r"([-+]?(?:\d+[.,]?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\W\d].*|%.*)$")
 _NUMBER_TYPES = ("float_type", "float_parsing", "int_type", "int_parsing", "int_from_float", "finite_number")
 
 
@@ -96,16 +97,20 @@ def _expected(item: Mapping[str, Any], value: object, field: Place | None) -> st
 def _number_expected(number: str, value: object, field: Place | None) -> str:
     unit = f" in {field.unit}" if field and field.unit not in ("", "1") else ""
     mapping = ", or a mapping of value, sd, source, ref" if field and field.is_quantity else ""
-    return f"expected a {number}{unit}{mapping}, found {describe(value)}{_number_hint(value)}"
+    return (
+        f"expected a {number}{unit}{mapping}, found {describe(value)}{_number_hint(value, field.unit if field else '')}"
+    )
 
 
-def _number_hint(value: object) -> str:
+def _number_hint(value: object, unit: str) -> str:
     if not isinstance(value, str):
         return ""
     if _DECIMAL_COMMA.match(value):
         return f" (decimal comma? write {value.replace(',', '.')})"
     if stated := _NUMBER_AND_UNIT.match(value):
-        return f" (write the number alone: {stated[1]})"
+        number = in_field_unit(float(stated[1].replace(",", ".")), stated[2], unit)
+        alone = f", in {unit}" if unit not in ("", "1") else ""
+        return f" (write {number})" if number else f" (write the number alone{alone})"
     return ""
 
 

@@ -1,4 +1,4 @@
-"""Data paths of a config: in the data folder, the config's own folder or the working folder, and never out of them."""
+"""Data paths of a config: in the data folder, the config's own, ./data or the working folder, never out of them."""
 
 import stat
 from pathlib import Path
@@ -7,6 +7,7 @@ from knittest.config.layers import Layers
 from knittest.config.run import Run
 from knittest.config.yaml_loader import KeyPath, dotted, shown
 from knittest.errors import InputError
+from knittest.experiment.tables import variants
 from knittest.resources import data_dir
 
 
@@ -14,9 +15,12 @@ def settle_data_paths(run: Run, layers: Layers, folder: Path) -> Run:
     """Check the data paths of ``run`` and make those outside the data folder absolute.
 
     ``folder`` is that of the fabric's file. Raises :class:`InputError` for a path that leaves these folders, is no
-    regular file (or folder, for ``experiment``) or, where the run needs it, does not exist.
+    regular file (or folder, for ``experiment``) or, where the run needs it, does not exist, and for an experiment
+    without rows of the fabric's variant.
     """
-    roots = [data_dir().resolve(), folder.resolve(), Path.cwd().resolve()]
+    here = Path.cwd().resolve()
+    own = (here / "data").resolve()
+    roots = [data_dir().resolve(), folder.resolve(), *([own] if own.is_relative_to(here) else []), here]
     fabric = run.fabric
     tension: dict[str, str] = {}
     for direction, text in fabric.macro.tension.items():
@@ -25,8 +29,19 @@ def settle_data_paths(run: Run, layers: Layers, folder: Path) -> Run:
     experiment = fabric.experiment
     if experiment is not None:
         experiment = _settled(experiment, ("fabric", "experiment"), layers, roots, needed=True, is_folder=True)
+        _check_variant(str(fabric.experiment_variant), roots[0] / experiment, layers)
     macro = fabric.macro.model_copy(update={"tension": tension})
     return run.model_copy(update={"fabric": fabric.model_copy(update={"macro": macro, "experiment": experiment})})
+
+
+def _check_variant(variant: str, folder: Path, layers: Layers) -> None:
+    known = variants(folder)
+    if variant not in known:
+        path: KeyPath = ("fabric", "experiment_variant")
+        raise InputError(
+            f"{layers.where(path)}: {dotted(path)} = {shown(variant)}: no rows of it in {folder}, "
+            f"which has {', '.join(known)}"
+        )
 
 
 def _settled(text: str, path: KeyPath, layers: Layers, roots: list[Path], needed: bool, is_folder: bool = False) -> str:

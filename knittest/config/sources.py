@@ -50,8 +50,16 @@ def variant_path(variant: str) -> Path:
     for folder in folders:
         if (path := folder / f"{name}.yaml").is_file():
             return path
-    known = [*NUMBERED, *sorted({p.stem for folder in folders for p in folder.glob("*.yaml")})]
+    known = [*NUMBERED, *sorted({p.stem for folder in folders for p in folder.glob("*.yaml") if _is_fabric(p)})]
     raise InputError(f"--variant {variant}: {unknown(variant, known, 'fabric')}; give a path with --fabric")
+
+
+def _is_fabric(path: Path) -> bool:
+    """Whether a file holds a fabric, not a rig or a whole run; a broken one may."""
+    try:
+        return "name" in load_yaml(path).data
+    except InputError:
+        return True
 
 
 def lay_fabric(layers: Layers, source: FabricSource, wanted: str | None) -> str:
@@ -70,7 +78,10 @@ def lay_fabric(layers: Layers, source: FabricSource, wanted: str | None) -> str:
         label_only = source.inline and wanted == document.data.get("parameters")
         if wanted is not None and not label_only:
             where = document.where(source.root)
-            raise InputError(f"{where}: the fabric has no {SETS}, so {wanted} cannot be chosen")
+            raise InputError(
+                f"{where}: --parameters {wanted}: the fabric has no {SETS}, only one set of numbers: leave "
+                f"--parameters away, or add {SETS}: {{{wanted}: {{...}}}} to the file"
+            )
         return wanted or "base"
     at = (*source.root, SETS)
     name = _chosen_set(document, fields[SETS], at, wanted)

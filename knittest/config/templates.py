@@ -19,11 +19,11 @@ DECIDED_ELSEWHERE = {
 }
 
 
-def rig_template() -> str:
-    """Rig file of the tensile test with every default."""
+def rig_template(use: str = "--variant 1 --config THIS_FILE") -> str:
+    """Rig file of the tensile test with every default; ``use`` are the options of the command in its head."""
     head = [
         "# Tensile test: rig and solver with their defaults. Use it with",
-        "#   knittest tensile --variant 1 --config THIS_FILE",
+        f"#   knittest tensile {use}",
         "# What stands here goes over the preset; options and --set go over what stands here.",
     ]
     sections = (("rig", TensileRig.model_validate({})), ("solver", Solver.model_validate({})))
@@ -38,7 +38,13 @@ def fabric_template(name: str, like: Fabric) -> str:
         "#   measured, derived (ref: the formula), tuned (tuned_on: [rows it was fitted to]) or assumed.",
         "# sd is the standard deviation, in the unit of the value. Use it with",
         f"#   knittest tensile --variant {name}",
-        "# parameter_sets: {NAME: {fields}} can be added below; --parameters NAME lays one over these numbers.",
+        f"# They are {like.name}'s as-measured numbers, without parameter sets: leave --parameters away.",
+        "# Sets can be added; --parameters NAME lays one over these numbers, calibrated if it is not given:",
+        "#   parameter_sets:",
+        "#     as-measured: {}",
+        "#     calibrated:",
+        "#       reinforcing: {youngs_modulus: {value: 67.5, source: tuned, tuned_on: [warp max. tensile force]}}",
+        "# To compare with tests of your own, see knittest data import --help and experiment: at the end.",
         "",
     ]
     own = like.model_copy(update={"name": name, "title": "", "experiment": None, "experiment_variant": None})

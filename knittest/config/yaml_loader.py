@@ -4,8 +4,6 @@ It walks the events of PyYAML's SafeLoader, so that nothing is constructed befor
 anchors, aliases, merge keys, tags, several documents, deep nesting, huge files and non-finite numbers are refused.
 """
 
-import os
-import stat
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,6 +13,7 @@ import yaml
 
 from knittest.config.scalars import Scalar, read_plain
 from knittest.errors import InputError
+from knittest.reading import read_regular
 
 MAX_BYTES = 1_000_000
 MAX_DEPTH = 24
@@ -79,19 +78,7 @@ def shown(value: object, limit: int = 60) -> str:
 
 
 def _read_text(path: Path) -> str:
-    try:
-        # non-blocking, so that opening a pipe without a writer returns
-        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
-        with open(handle, "rb") as stream:  # noqa: PTH123 - a descriptor
-            if not stat.S_ISREG(os.fstat(handle).st_mode):
-                raise InputError(f"{path}: not a regular file")
-            raw = stream.read(MAX_BYTES + 1)
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
-    if len(raw) > MAX_BYTES:
-        raise InputError(f"{path}: larger than {MAX_BYTES // 1000} kB: not a config file")
+    raw = read_regular(path, MAX_BYTES, "not a config file")
     try:
         return raw.decode("utf-8")
     except UnicodeDecodeError as error:

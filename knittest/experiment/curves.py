@@ -8,14 +8,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.errors import InputError
+from knittest.experiment.lab_csv import read_lab
+from knittest.reading import read_regular
 
 Array = NDArray[np.float64]
 Kind = Literal["measured", "digitised", "reconstructed", "input"]
+MAX_BYTES = 10_000_000
 
 
 @dataclass(frozen=True)
 class ReferenceCurve:
-    """Curve ``mean`` over ``x``, (n,) each, with its scatter ``sd`` if known; names hold the units."""
+    """Curve ``mean`` over ``x``, (n,) each, with its scatter ``sd`` if known; names hold the units.
+
+    ``stated_peak`` is the mean of the specimens' own peaks (x, y), where the mean curve ends before it; ``note`` says
+    what was taken for granted.
+    """
 
     kind: Kind
     x: Array
@@ -24,35 +31,69 @@ class ReferenceCurve:
     x_name: str
     y_name: str
     source: str
+    stated_peak: tuple[float, float] | None = None
+    note: str = ""
+
+    @property
+    def peak(self) -> tuple[float, float]:
+        """Peak (x, y) to judge by: the stated one, or that of the curve."""
+        top = int(np.argmax(self.mean))
+        return self.stated_peak or (float(self.x[top]), float(self.mean[top]))
 
 
 def load_curve(path: Path) -> ReferenceCurve:
     """Read a curve CSV: ``# kind: ...`` comment lines, a header row, then x, y and optionally the sd of y.
 
-    Raises :class:`InputError` naming file and line for an unknown kind, text, NaN or an x that does not rise.
+    A file without ``# kind`` is read as a laboratory's, with either decimal mark, and taken as measured. Raises
+    :class:`InputError` naming file and line for an unknown kind, text, NaN or an x that does not rise.
     """
     try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: cannot read the curve: {error}") from None
+        lines = read_regular(path, MAX_BYTES, "a curve has fewer points").decode("utf-8-sig").splitlines()
+    except UnicodeDecodeError:
+        return _plain(path)
     notes = {}
     for line in lines:
         if line.startswith("#"):
             key, _, value = line[1:].partition(":")
             notes[key.strip()] = value.strip()
-    kind = notes.get("kind", "")
+    if "kind" not in notes:
+        return _plain(path)
+    kind = notes["kind"]
     if kind not in get_args(Kind):
-        raise InputError(f"{path}:1: # kind: {kind or 'missing'}; expected one of {', '.join(get_args(Kind))}")
+        raise InputError(f"{path}:1: # kind: {kind}; expected one of {', '.join(get_args(Kind))}")
     body = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
     if len(body) < 3:
         raise InputError(f"{path}: a curve needs a header and at least two points")
     names = body[0][1].split(",")
+    if len(names) < 2:
+        raise InputError(f"{path}:{body[0][0]}: {names[0]!r}: expected the names of two columns, separated by a comma")
     rows = np.array([_row(path, n, line, len(names)) for n, line in body[1:]])
     falls = np.flatnonzero(np.diff(rows[:, 0]) <= 0.0)
     if len(falls):
         raise InputError(f"{path}:{body[falls[0] + 2][0]}: {names[0]} must rise from row to row")
     sd = rows[:, 2] if rows.shape[1] > 2 else None
-    return ReferenceCurve(kind, rows[:, 0], rows[:, 1], sd, names[0], names[1], notes.get("source", path.name))  # type: ignore[arg-type]
+    peak = _stated_peak(path, notes)
+    return ReferenceCurve(
+        kind, rows[:, 0], rows[:, 1], sd, names[0], names[1], notes.get("source", path.name), peak  # type: ignore[arg-type]
+    )  # fmt: skip
+
+
+def _plain(path: Path) -> ReferenceCurve:
+    """A curve of a user's own: a column of strain and one of force."""
+    specimens = read_lab(path)
+    if len(specimens) > 1:
+        raise InputError(f"{path}: {len(specimens)} specimens; knittest data import makes one curve of them")
+    (one,) = specimens
+    note = "the file has no '# kind:' line: taken as measured"
+    return ReferenceCurve("measured", one.strain, one.force, None, "strain_pct", "force_n", path.name, note=note)
+
+
+def _stated_peak(path: Path, notes: dict[str, str]) -> tuple[float, float] | None:
+    texts = [notes.get(name) for name in ("fracture_strain_pct", "peak_force_n")]
+    if None in texts:
+        return None
+    strain, force = (_row(path, 1, str(text), 1)[0] for text in texts)
+    return strain, force
 
 
 def _row(path: Path, number: int, line: str, columns: int) -> list[float]:

@@ -3,22 +3,29 @@
 import csv
 import io
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from knittest.config.yaml_loader import shown
 from knittest.errors import InputError
+from knittest.experiment import lab_units
+from knittest.experiment.lab_gauge import agreed_gauge, stated_gauge
+from knittest.experiment.lab_numbers import NUMBER, decimal_mark, read_number
+from knittest.reading import read_regular
 
 Array = NDArray[np.float64]
 
-MAX_BYTES = 50_000_000
-#: names of columns in English and German, and units with the factor to N, mm and %
+#: what a table of a machine stays below; together they bound memory to some 0.6 GB
+MAX_BYTES, MAX_ROWS, MAX_ROW_LENGTH, MAX_HEAD = 20_000_000, 500_000, 20_000, 1000
+#: strain above which unit or gauge length must be wrong [%]
+MAX_STRAIN = 100.0
+#: names of columns in English and German
 FORCE = re.compile(r"force|kraft|load|last", re.I)
 TRAVEL = re.compile(r"strain|dehnung|displacement|travel|weg|extension|elongation|verl", re.I)
-UNITS = {"n": 1.0, "kn": 1e3, "cn": 1e-2, "mn": 1e-3, "mm": 1.0, "cm": 10.0, "um": 1e-3, "µm": 1e-3, "%": 1.0, "": 1.0}
-NUMBER = re.compile(r"[+-]?[\d.,]*\d[\d.,]*(e[+-]?\d+)?$", re.I)
 
 
 @dataclass(frozen=True)
@@ -31,52 +38,82 @@ class Specimen:
 
 
 def read_lab(
-    path: Path, gauge_length: float, decimal: str | None = None, delimiter: str | None = None
+    path: Path, gauge_length: float | None = None, decimal: str | None = None, delimiter: str | None = None
 ) -> list[Specimen]:
     """Specimens in one export; several are told apart by repeated pairs of columns.
 
     Columns are found by name (force or Kraft; displacement, Weg, strain or Dehnung) and unit (row or brackets); travel
-    in mm becomes strain by ``gauge_length`` [mm]. Raises :class:`InputError` with the row for text, gaps, a travel that
-    does not rise, or numbers whose decimal mark cannot be told (pass ``decimal``).
+    becomes strain by ``gauge_length`` [mm], by default that in the file's head. Raises :class:`InputError` with the row
+    for text, gaps, a travel that does not rise, an unknown unit, a gauge length that the head contradicts, or numbers
+    whose decimal mark cannot be told (pass ``decimal``).
     """
     rows = _rows(path, delimiter)
-    head = next((k for k, (_, cells) in enumerate(rows) if _pairs(cells)), None)
+    head = next((k for k, (_, cells) in enumerate(rows[:MAX_HEAD]) if _pairs(cells)), None)
     if head is None:
         raise InputError(f"{path}: no row names a force and a displacement or strain column")
-    names = rows[head][1]
+    line, names = rows[head]
     body = rows[head + 1 :]
-    units = [_unit_of(name) for name in names]
+    below: list[str] = []
     if body and not any(NUMBER.match(cell) for cell in body[0][1] if cell):
-        units = [_clean_unit(cell) or unit for cell, unit in zip(_padded(body[0][1], len(names)), units, strict=True)]
+        line, below = body[0]
         body = body[1:]
-    mark = decimal or _decimal_mark(path, [cell for _, cells in body for cell in cells])
+    below = _padded(below, len(names))
+    _refuse_ragged(path, body, len(names))
+    mark = decimal or decimal_mark(path, [cell for _, cells in body for cell in cells])
+    gauge = agreed_gauge(gauge_length, stated_gauge(path, rows[:head], mark))
     pairs = _pairs(names)
     specimens = []
     for number, (travel, force) in enumerate(pairs, 1):
         name = path.stem if len(pairs) == 1 else f"{path.stem}-{number}"
-        specimens.append(
-            _specimen(path, name, body, (travel, units[travel]), (force, units[force]), mark, gauge_length)
-        )
+        where = f"{path}:{line}"
+        unit = lab_units.travel_unit(names[travel], below[travel], where)
+        factors = _to_strain(unit, gauge, where), lab_units.force_factor(names[force], below[force], where)
+        specimens.append(_specimen(path, name, body, (travel, force), factors, mark))
     return specimens
+
+
+def _to_strain(unit: str, gauge: float | None, where: str) -> float:
+    """Factor from the travel's unit to %."""
+    if unit in lab_units.STRAIN:
+        return lab_units.STRAIN[unit]
+    if gauge is None:
+        raise InputError(f"{where}: travel in {unit}, and the file states no gauge length: give --gauge-length [mm]")
+    return 100.0 * lab_units.LENGTH[unit] / gauge
 
 
 def _rows(path: Path, delimiter: str | None) -> list[tuple[int, list[str]]]:
     """Line number and stripped cells of every line that is not empty."""
-    try:
-        if path.stat().st_size > MAX_BYTES:
-            raise InputError(f"{path}: larger than {MAX_BYTES // 1_000_000} MB; export fewer points")
-        raw = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
-    text = _decode(path, raw)
+    text = _decode(path, read_regular(path, MAX_BYTES, "export fewer points"))
     if delimiter is None:
         counts = {mark: text.count(mark) for mark in ("\t", ";")}
         delimiter = max(counts, key=lambda mark: counts[mark]) if max(counts.values()) else ","
-    reader = csv.reader(io.StringIO(text), delimiter=delimiter)
+    if len(delimiter) != 1 or delimiter in '"\r\n':
+        raise InputError(f"--delimiter {shown(delimiter)}: expected one character")
+    rows: list[tuple[int, list[str]]] = []
+    pulled = 0
+
+    def lines() -> Iterator[str]:
+        nonlocal pulled
+        for line in io.StringIO(text):
+            pulled += len(line)
+            if pulled > MAX_ROW_LENGTH:
+                raise InputError(
+                    f"{path}:{reader.line_num + 1}: a row of more than {MAX_ROW_LENGTH} characters: not a table"
+                )
+            yield line
+
+    reader = csv.reader(lines(), delimiter=delimiter)
     try:
-        return [(reader.line_num, [c.strip() for c in cells]) for cells in reader if any(c.strip() for c in cells)]
+        for number, cells in enumerate(reader):
+            pulled = 0
+            stripped = [c.strip() for c in cells]
+            if any(stripped):
+                rows.append((reader.line_num, stripped))
+            if number > MAX_ROWS:
+                raise InputError(f"{path}: more than {MAX_ROWS} rows; export fewer points")
     except csv.Error as error:
         raise InputError(f"{path}:{reader.line_num}: not a table: {error}") from None
+    return rows
 
 
 def _decode(path: Path, raw: bytes) -> str:
@@ -101,74 +138,49 @@ def _pairs(cells: list[str]) -> list[tuple[int, int]]:
     return [(max([t for t in travels if t < f] or [min(travels)]), f) for f in forces]
 
 
-def _unit_of(name: str) -> str:
-    found = re.search(r"[\[(]\s*([^\])]*?)\s*[\])]|\bin\s+(\S+)$", name)
-    return _clean_unit((found[1] or found[2]) if found else "")
-
-
-def _clean_unit(text: str) -> str:
-    unit = text.strip("[]() ").lower()
-    return unit if unit in UNITS else ""
+def _refuse_ragged(path: Path, body: list[tuple[int, list[str]]], columns: int) -> None:
+    """A number torn at its own decimal comma would be read as two."""
+    for line, cells in body:
+        if any(cells[columns:]):
+            raise InputError(
+                f"{path}:{line}: {len(cells)} cells below {columns} columns: is the delimiter also the decimal mark?"
+            )
 
 
 def _padded(cells: list[str], n: int) -> list[str]:
     return (cells + [""] * n)[:n]
 
 
-def _decimal_mark(path: Path, cells: list[str]) -> str:
-    """The decimal mark of an export; refuses to guess when every number could be in thousands."""
-    numbers = [c for c in cells if c and NUMBER.match(c) and re.search(r"[.,]", c)]
-    for mark, other in ((",", "."), (".", ",")):
-        if any(other in c and mark in c and c.rindex(mark) > c.rindex(other) for c in numbers):
-            return mark
-    marks = {m for c in numbers for m in ".," if m in c}
-    if len(marks) == 2:
-        raise InputError(f"{path}: both '.' and ',' appear as decimal marks; say which with --decimal")
-    if not marks:
-        return "."
-    mark = marks.pop()
-    if all(re.fullmatch(rf"[+-]?[1-9]\d{{0,2}}(\{mark}\d{{3}})+", c) for c in numbers):
-        raise InputError(
-            f"{path}: {numbers[0]!r} could be a thousand or a decimal; say which with --decimal . or --decimal ,"
-        )
-    return mark
-
-
 def _specimen(
-    path: Path, name: str, body: list[tuple[int, list[str]]], travel: tuple[int, str], force: tuple[int, str],
-    mark: str, gauge_length: float,
+    path: Path, name: str, body: list[tuple[int, list[str]]], columns: tuple[int, int],
+    factors: tuple[float, float], mark: str,
 ) -> Specimen:  # fmt: skip
     rows = []
     ended = 0
     for line, cells in body:
-        pair = [_padded(cells, max(travel[0], force[0]) + 1)[k] for k in (travel[0], force[0])]
+        pair = [cells[k] if k < len(cells) else "" for k in columns]
         if pair == ["", ""]:
             ended = ended or line
             continue
         if ended:
             raise InputError(f"{path}:{line}: specimen {name} goes on after a gap at line {ended}")
-        rows.append((line, [_number(path, line, cell, mark) for cell in pair]))
+        rows.append((line, [read_number(path, line, cell, mark) for cell in pair]))
     if len(rows) < 2:
         raise InputError(f"{path}: specimen {name} has {len(rows)} points; at least two are needed")
     values = np.array([v for _, v in rows])
-    strain = values[:, 0] * UNITS[travel[1]] * (1.0 if travel[1] == "%" else 100.0 / gauge_length)
-    falls = np.flatnonzero(np.diff(strain) <= 0.0)
+    with np.errstate(over="ignore", invalid="ignore"):  # refused below
+        strain, force = (values * factors).T
+        falls = np.flatnonzero(np.diff(strain) <= 0.0)
     if len(falls):
         raise InputError(
             f"{path}:{rows[falls[0] + 1][0]}: specimen {name}: the travel repeats or goes back "
             f"({values[falls[0], 0]:g} then {values[falls[0] + 1, 0]:g}); {len(falls)} such rows"
         )
-    return Specimen(name, strain, values[:, 1] * UNITS[force[1]])
-
-
-def _number(path: Path, line: int, cell: str, mark: str) -> float:
-    plain = cell.replace("." if mark == "," else ",", "").replace(mark, ".")
-    if not NUMBER.match(cell) or plain.count(".") > 1:
-        raise InputError(f"{path}:{line}: {cell!r} is not a number with decimal mark {mark!r}")
-    try:
-        value = float(plain)
-    except ValueError:
-        value = np.nan
-    if not np.isfinite(value):
-        raise InputError(f"{path}:{line}: {cell!r} is not a finite number")
-    return value
+    if strain[-1] > MAX_STRAIN:
+        raise InputError(
+            f"{path}:{rows[-1][0]}: specimen {name}: a travel of {values[-1, 0]:g} would be a strain of "
+            f"{strain[-1]:.4g} %: check the unit of the travel and the gauge length"
+        )
+    if not np.isfinite(force).all():
+        raise InputError(f"{path}:{rows[int(np.argmin(np.isfinite(force)))][0]}: specimen {name}: no finite force")
+    return Specimen(name, strain, force)

@@ -48,3 +48,14 @@ def corridor(specimens: Sequence[Specimen], points: int = 201) -> Corridor:
     values = np.array([np.interp(grid, s.strain, s.force) for s in specimens])
     sd = values.std(axis=0, ddof=1) if len(specimens) > 1 else np.zeros(points)
     return Corridor(grid, values.mean(axis=0), sd, len(force))
+
+
+def mean_curve(specimens: Sequence[Specimen], points: int = 201) -> tuple[Array, Array]:
+    """Mean strain [%] and force [N], (points,), at equal shares of each specimen's strain at maximum force.
+
+    Ends at the mean strain and force of the maxima, where :func:`corridor` is cut off before.
+    """
+    _, strain = peaks(specimens)
+    share = np.linspace(max(s.strain[0] / end for s, end in zip(specimens, strain, strict=True)), 1.0, points)
+    forces = [np.interp(share * end, s.strain, s.force) for s, end in zip(specimens, strain, strict=True)]
+    return share * float(strain.mean()), np.mean(forces, axis=0)

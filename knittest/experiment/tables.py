@@ -1,6 +1,7 @@
 """Published results: tidy tables of means and standard deviations."""
 
 import csv
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -25,25 +26,35 @@ class PublishedValue:
 def published(
     folder: Path, variant: str, direction: str, quantities: tuple[str, ...] = TENSILE
 ) -> list[PublishedValue]:
-    """Rows of ``variant`` and ``direction``, or of no direction, in all tables of ``folder``.
-
-    They are in the order of ``quantities``.
+    """Rows of ``variant`` and ``direction``, or of no direction, in all tables of ``folder``, in the order of
+    ``quantities``.
 
     Raises :class:`InputError` for a missing folder, a wrong header or a value that is no number.
     """
+    found = {}
+    for path, line, row in _rows(folder):
+        if row["variant"] == variant and row["direction"] in (direction, "") and row["quantity"] in quantities:
+            found[row["quantity"]] = _value(path, line, row)
+    return [found[q] for q in quantities if q in found]
+
+
+def variants(folder: Path) -> list[str]:
+    """Variants that the tables of ``folder`` have rows of; raises as :func:`published` does."""
+    return sorted({row["variant"] for _, _, row in _rows(folder)})
+
+
+def _rows(folder: Path) -> Iterator[tuple[Path, int, dict[str, str]]]:
+    """File, line and cells of every row in all tables of ``folder``."""
     files = sorted(folder.glob("*.csv"))
     if not files:
-        raise InputError(f"{folder}: no tables of an experiment (*.csv) here")
-    found = {}
+        raise InputError(f"{folder}: no tables of an experiment (*.csv) here; knittest data import writes some")
     for path in files:
         with path.open(encoding="utf-8", newline="") as stream:
             reader = csv.DictReader(stream)
             if reader.fieldnames != COLUMNS:
-                raise InputError(f"{path}:1: expected the columns {','.join(COLUMNS)}")
+                raise InputError(f"{path}:1: no table of an experiment: expected the columns {','.join(COLUMNS)}")
             for row in reader:
-                if row["variant"] == variant and row["direction"] in (direction, "") and row["quantity"] in quantities:
-                    found[row["quantity"]] = _value(path, reader.line_num, row)
-    return [found[q] for q in quantities if q in found]
+                yield path, reader.line_num, row
 
 
 def _value(path: Path, line: int, row: dict[str, str]) -> PublishedValue:

@@ -1,5 +1,6 @@
 """VTU frames and their .pvd collection, for ParaView."""
 
+import re
 from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import escape, quoteattr
@@ -62,7 +63,8 @@ def _nodal_radius(mesh: Mesh, n_nodes: int) -> Array:
 
 
 def _collection(entries: list[tuple[float, str]], mesh: Mesh) -> str:
-    parts = ", ".join(f"{number} {name}" for number, name in enumerate(mesh.part_names)).replace("--", "-")
+    parts = ", ".join(f"{number} {name}" for number, name in enumerate(mesh.part_names))
+    parts = re.sub("-+", "-", parts)  # two in a row may not stand in a comment
     rows = "".join(f'    <DataSet timestep="{time:.9g}" file={quoteattr(name)}/>\n' for time, name in entries)
     return (
         '<?xml version="1.0"?>\n'

@@ -6,7 +6,7 @@ et al. (2019), B = w (L / 2)^3, holds within 0.05 %.
 """
 
 import time as clock
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import atan2, degrees
 
 import numpy as np
@@ -213,9 +213,11 @@ def _yarns(run: CantileverRun, overhang: float, specimen: int, phase: Phase | No
     across, along = yarns_across(run, direction, specimen), round(overhang / period) + 1
     n_wales, n_courses = (across, along) if direction == "warp" else (along, across)
     piece = cut(run, n_wales, n_courses, specimen, phase)
-    model = build_meso(_soft_yarns(run), piece.paths, piece.draws)
+    # softened yarns stretch by more than the real ones, which do not break here
+    unbreakable = {s: replace(d, fracture_strain=np.full_like(d.fracture_strain, np.inf)) for s, d in piece.draws.items()}
+    model = build_meso(_soft_yarns(run), piece.paths, unbreakable)
     position = model.position()
-    edge = float(position[:, axis].max()) - overhang
+    edge = float(max(p.points[:, axis].max() for p in piece.paths if p.system == direction)) - overhang
     area = (position[:, axis].max() - position[:, axis].min()) * across * _spacing(run)
     facts = {"overhang_mm": overhang, "yarns_across": float(across), "area_mm2": area}
     test = Mounting(axis, edge, _weights(run, model, area))
@@ -255,7 +257,7 @@ def come_to_rest(prepared: Prepared, run: CantileverRun, cost: SimulationCost) -
     relaxation = relax(model, drive, tally, dt, run.rig.tolerance)
     cost.steps, cost.time_step = cost.steps + relaxation.steps, dt
     axis, edge, now = mounting.axis, mounting.edge, model.position()
-    tip = first[:, axis] >= first[:, axis].max() - 1e-6
+    tip = _tip(model, first, axis, run.rig.direction)
     drop, reach = -(now[tip, 2] - first[tip, 2]).mean(), (now[tip, axis] - edge).mean()
     free = first[:, axis] > edge + 1e-6
     angle = degrees(atan2(drop, reach))
@@ -264,6 +266,15 @@ def come_to_rest(prepared: Prepared, run: CantileverRun, cost: SimulationCost) -
     root = float(relaxation.reactions[:3].sum())
     curvature = _root_curvature(first[:, axis] - edge, first[:, 2] - now[:, 2])
     return Rest(prepared.facts["overhang_mm"], angle, root, moment, curvature, relaxation, frames)
+
+
+def _tip(model: ExplicitModel, first: Array, axis: int, direction: str) -> NDArray[np.int64]:
+    """Nodes at the free end: of shells the last row, of yarns the ends of those along the strip."""
+    mesh = model.mesh
+    nodes = np.unique(mesh.cells)
+    if mesh.kind == "beams":
+        nodes = np.unique(mesh.cells[mesh.part == mesh.part_names.index(direction)])
+    return nodes[first[nodes, axis] >= first[nodes, axis].max() - 1e-3]
 
 
 def _root_curvature(along: Array, drop: Array) -> float:

@@ -1,8 +1,8 @@
 """Picture frame: four hinged sides shear a square of fabric; the crosshead pulls one diagonal.
 
-The model lies with the pulled diagonal along y, the other along x. With stretches p = cos(gamma/2) + sin(gamma/2) along y
-and q = cos(gamma/2) - sin(gamma/2) along x every point of the frame moves as (x q, y p), and the crosshead by
-d = sqrt(2) L (p - 1), which is Eq. 1 of Pham et al. (2019). Before that the sides close in by the slack of the mounting.
+The model lies with the pulled diagonal along y, the other along x. With stretches p = cos(gamma/2) + sin(gamma/2) along
+y and q = cos(gamma/2) - sin(gamma/2) along x every point of the frame moves as (x q, y p), and the crosshead by
+d = sqrt(2) L (p - 1): Eq. 1 of Pham et al. (2019). Before that the sides close in by the slack of the mounting.
 """
 
 from math import pi, sqrt

@@ -126,7 +126,7 @@ def test_unexpected_error_leaves_its_traceback_in_a_file(monkeypatch, capsys):
 
 def test_schema_is_json_on_stdout():
     result = knittest("schema")
-    assert json.loads(result.stdout)["title"] == "Run"
+    assert json.loads(result.stdout)["title"] == "TensileRun"
     assert result.stderr == ""
 
 
@@ -154,6 +154,10 @@ def test_new_writes_a_start_that_resolves_and_overwrites_nothing(tmp_path, monke
     assert run(["new", "mine"]) == 0
     written = {path.name: path.read_text() for path in (tmp_path / "configs").iterdir()}
     assert set(written) == {"mine.yaml", "mine-tensile.yaml"}
+    assert "knittest tensile --variant mine --config configs/mine-tensile.yaml" in written["mine-tensile.yaml"]
+    with pytest.raises(InputError, match="mine") as unknown:
+        resolve(variant="7")
+    assert "mine-tensile" not in str(unknown.value)
     for scale in ("macro", "meso"):
         assert resolve(variant="mine", config="configs/mine-tensile.yaml", scale=scale).fabric.name == "mine"
     (tmp_path / "configs" / "mine.yaml").write_text("own work")

@@ -47,6 +47,70 @@ def test_several_specimens_side_by_side(tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("head", "newton", "percent"),
+    [
+        ("Weg;Kraft", 1.0, 0.05),
+        ("Weg;Kraft\nmm;daN", 10.0, 0.05),
+        ("Weg [cm];Kraft [lbf]", 4.4482216, 0.5),
+        ("Weg in mm;Kraft (Aufnehmer 1) [kgf]", 9.80665, 0.05),
+        ("Weg / m;Kraft / KN", 1000.0, 50.0),
+        ("travel, inch;force, mN", 0.001, 1.27),
+        ("weg_um;force_cn", 0.01, 5e-5),
+        ("Weg µm;Kraft N", 1.0, 5e-5),
+        ("strain_pct;force_n", 1.0, 0.1),
+        ("Dehnung [mm/mm];Kraft", 1.0, 10.0),
+    ],
+)
+def test_units_of_force_and_travel(tmp_path, head, newton, percent):
+    (specimen,) = read_lab(write(tmp_path, f"{head}\n0;0\n0.1;1\n"), 200.0)
+    assert specimen.force[1] == pytest.approx(newton)
+    assert specimen.strain[1] == pytest.approx(percent)
+
+
+@pytest.mark.parametrize(
+    ("head", "words"),
+    [
+        ("Weg;Kraft\nmm;MPa", ":2: column 'Kraft': unit 'MPa': expected one of N, kN, daN"),
+        ("Weg [ft];Kraft", ":1: column 'Weg [ft]': unit 'ft': expected one of mm, cm, m, um, inch, %"),
+        ("Weg;Kraft in MN", "unit 'MN'"),
+        ("Weg;Kraft [kN]\nmm;N", "which unit is it?"),
+        ("Dehnung;Kraft", "a strain without a unit"),
+    ],
+)
+def test_unknown_units_are_refused(tmp_path, head, words):
+    with pytest.raises(InputError, match=r"export\.csv") as caught:
+        read_lab(write(tmp_path, f"{head}\n0;0\n1;1\n"), 200.0)
+    assert words in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "row",
+    ['"Einspannlänge";"200,00";"mm"', "Gauge length: 20 cm", "L0 [m];0.2", "Einspannlänge bei Beginn;200"],
+)
+def test_the_gauge_length_of_the_head_is_used_and_may_be_repeated(tmp_path, row):
+    path = write(tmp_path, f"Zwick\n{row}\nWeg;Kraft\n0,0;0,0\n1,0;1,25\n")
+    for length in (None, 200.0):
+        assert read_lab(path, length)[0].strain[-1] == pytest.approx(0.5)
+    with pytest.raises(InputError, match=r":2: the file states a gauge length of 200 mm, --gauge-length says 100 mm"):
+        read_lab(path, 100.0)
+
+
+def test_no_or_implausible_gauge_lengths(tmp_path):
+    text = "Weg;Kraft\n0;0\n1,5;1\n3,5;2\n"
+    for head, length, words in (
+        ("", None, "give --gauge-length"),
+        ("", 0.2, r"--gauge-length 0.2: implausible, expected 5 to 2000 mm \(it looks like m: 200 mm\)"),
+        ("L0;0,2\n", None, r"L0 0.2: implausible.* \(it looks like m: 200 mm\)"),
+        ("L0;9;ft\n", None, "unit 'ft'"),
+    ):
+        with pytest.raises(InputError, match=words):
+            read_lab(write(tmp_path, head + text), length)
+    with pytest.raises(InputError, match="would be a strain of 1750 %"):
+        read_lab(write(tmp_path, text.replace("Weg", "Weg [m]")), 200.0)
+    read_lab(write(tmp_path, text.replace("Weg", "Dehnung [%]")))  # a strain needs no gauge length
+
+
+@pytest.mark.parametrize(
     ("text", "words"),
     [
         ("Weg;Kraft\n0;0\n1.234;5\n2.345;6\n", "--decimal"),

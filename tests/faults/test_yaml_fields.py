@@ -40,7 +40,13 @@ def line_of(text: str) -> int:
         ("gauge_length: 50", 'rig.yaml:1: gauge_length: unknown field (did you mean "rig.gauge_length"?)'),
         ("rig:\n  width: true", "rig.yaml:2: rig.width = true: expected a number in mm, found true"),
         ("rig:\n  width: 3,5", "(decimal comma? write 3.5)"),
-        ("rig:\n  width: 50 mm", "(write the number alone: 50)"),
+        ("rig:\n  width: 50 mm", "found text '50 mm' (write 50)"),
+        ("rig:\n  width: 25 cm", "(write 250)"),
+        ("rig:\n  width: 2,5 cm", "(write 25)"),
+        ("rig:\n  width: 3 furlongs", "(write the number alone, in mm)"),
+        ("rig:\n  stop_force_ratio: 20 %", "(write 0.2)"),
+        ("rig:\n  stop_force_ratio: 20 x", "(write the number alone)"),
+        ("solver:\n  speed: 20 mm/min", "expected a number in m/s, found text '20 mm/min' (write 0.000333333)"),
         ("rig:\n  width: 12:30", "expected a number in mm, found text '12:30'"),
         ("rig:\n  width: '50'", "expected a number in mm, found text '50'"),
         ("rig:\n  width: [50]", "rig.width = [50]: expected a number in mm, found a list"),
@@ -72,6 +78,9 @@ def test_rig_file(tmp_path, text, expected):
         ("value: 2.69", "value: 0.0269", "(it looks like a fraction: 2.69 %)"),
         ("value: 14.4", "value: 0.0144", "(it looks like m: 14.4 mm)"),
         ("value: 14.4", "value: 5", "a loop needs more than 7.99 mm"),
+        ("warp_density: {value: 28", "warp_density: {value: 3 yarn/cm", "found text '3 yarn/cm' (write 30)"),
+        ("warp_density: {value: 28", "warp_density: {value: 28 yarns / dm", "(write 28)"),
+        ("value: 824.2", "value: 0.8 kg/m²", "(write 800)"),
         ("warp_density: {value: 28", "warp_density: {value: 2.8", "(it looks like yarns/cm: 28 yarn/100 mm)"),
         ("value: 0.784", "value: 0", "must be greater than 0 mm2"),
         ("value: 59.3", "value: -59.3", "must be greater than 0 GPa"),
@@ -151,3 +160,35 @@ def test_variant_is_a_name_not_a_path(name):
 )
 def test_set(setting, expected):
     assert expected in refused(sets=[setting])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ('experiment_variant: "1"', 'experiment_variant: "3"', "= '3': no rows of it in"),
+        ('experiment_variant: "1"', "# none", "fabric.experiment_variant: missing: which variant"),
+        ("experiment: pham2019", "experiment: empty", "no tables of an experiment"),
+        (
+            "experiment: pham2019",
+            "experiment: pham2019/curves",
+            "no table of an experiment: expected the columns variant",
+        ),
+    ],
+)
+def test_an_experiment_that_no_run_could_be_compared_with(tmp_path, old, new, expected):
+    (tmp_path / "empty").mkdir()
+    assert expected in refused_fabric(tmp_path, old, new)
+
+
+def test_imported_data_lie_under_the_data_folder_here(tmp_path, monkeypatch):
+    (tmp_path / "data" / "mine").mkdir(parents=True)
+    (tmp_path / "data" / "mine" / "t.csv").write_text(
+        "variant,direction,quantity,mean,sd,n,unit,table\nA,warp,q,1,,,N,T\n"
+    )
+    text = V1.replace("experiment: pham2019", "experiment: mine").replace('variant: "1"', "variant: A")
+    text = text.replace("pham2019/curves/tensile-v1-warp.csv", "mine/t.csv")
+    (tmp_path / "fabric.yaml").write_text(text, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    fabric = resolve(fabric="fabric.yaml").fabric
+    assert fabric.experiment == str(tmp_path / "data" / "mine")
+    assert fabric.macro.tension["warp"] == str(tmp_path / "data" / "mine" / "t.csv")

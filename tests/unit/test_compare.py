@@ -49,7 +49,7 @@ def test_peak_and_rmse_of_a_scaled_curve():
     result = compare_curves(X, 1.1 * Y, reference(kind="reconstructed"))
     assert result["peak_error_pct"] == pytest.approx(10.0)
     assert result["fracture_strain_error_pct"] == pytest.approx(0.0)
-    assert result["rmse"] == pytest.approx(0.1 * np.sqrt(np.mean(Y**2)))
+    assert result["rmse_force_n"] == pytest.approx(0.1 * np.sqrt(np.mean(Y**2)))
     assert result["reference_kind"] == "reconstructed"
 
 
@@ -62,6 +62,39 @@ def test_not_comparable_is_said_and_never_scored(x, y, words):
     assert result["comparable"] is False
     assert words in result["reason"]
     assert "rating" not in result
+
+
+def test_a_stated_peak_is_judged_where_the_mean_curve_ends_before_it():
+    cut = ReferenceCurve("measured", X[:180], Y[:180], None, "strain_pct", "force_n", "test", (1.6, 5800.0))
+    result = compare_curves(X, Y, cut)
+    assert result["reference_peak"] == {"strain_pct": 1.6, "force_n": 5800.0}
+    assert (result["peak_error_pct"], result["fracture_strain_error_pct"], result["rmse_force_n"]) == (0.0, 0.0, 0.0)
+    assert result["range_strain_pct"] == pytest.approx([0.0, X[179]])
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "words"),
+    [
+        (
+            0.01 * X,
+            Y,
+            "strain_pct at the peak is 0.016 % in the reference (it looks like a fraction: 1.6 %), 1.6 simul",
+        ),
+        (X, 1e-3 * Y, "force_n at the peak is 5.8 N in the reference (it looks like kN: 5800 N), 5800 simulated"),
+        (0.01 * X, 1e-3 * Y, "kN: 5800 N"),
+        (X, 1e6 * Y, "force_n at the peak is 5.8e+09 N in the reference, 5800 simulated"),
+    ],
+)
+def test_other_units_are_not_comparable(x, y, words):
+    result = compare_curves(X, Y, reference(x, y))
+    assert result["comparable"] is False
+    assert words in result["reason"]
+
+
+def test_one_specimen_has_no_deviation_in_sd():
+    rows = [PublishedValue("peak_force_n", 5820.0, 0.0, 1, "N", "mine")]
+    (row,) = compare_results({"peak_force_n": 6281.0}, rows, {"peak_force_n": "predicted"})
+    assert np.isnan(row["deviation_sd"])
 
 
 def test_results_are_counted_in_standard_deviations():

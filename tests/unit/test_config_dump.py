@@ -101,7 +101,21 @@ def test_fabric_template_is_a_fabric_that_claims_nothing(tmp_path):
     assert (fabric.name, fabric.experiment) == ("mine", None)
     assert fabric.loop_length.value == like.loop_length.value
     assert fabric.loop_length.source == fabric.reinforcing.crimp.weft.source == "assumed"
-    assert not any(word in path.read_text() for word in ("source: measured", "source: tuned", "source: derived"))
+    lines = [line for line in path.read_text().splitlines() if not line.startswith("#")]
+    assert not any(word in "\n".join(lines) for word in ("source: measured", "source: tuned", "source: derived"))
+
+
+def test_the_parameter_sets_that_the_fabric_template_proposes_work(tmp_path):
+    text = fabric_template("mine", resolve(variant="2", parameters="as-measured").fabric)
+    path = tmp_path / "mine.yaml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match="has no parameter_sets, only one set of numbers: leave --parameters away"):
+        resolve(fabric=path, parameters="calibrated")
+    proposed = [line.removeprefix("#   ") for line in text.splitlines() if line.startswith("#   ")]
+    sets = proposed[proposed.index("parameter_sets:") :]
+    path.write_text(text + "\n".join(sets), encoding="utf-8")
+    assert resolve(fabric=path).fabric.reinforcing.youngs_modulus.source == "tuned"
+    assert resolve(fabric=path, parameters="as-measured").fabric.reinforcing.youngs_modulus.source == "assumed"
 
 
 def test_schema_states_units_and_bounds_of_every_number():

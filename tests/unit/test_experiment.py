@@ -5,7 +5,10 @@ import pytest
 
 from knittest.errors import InputError
 from knittest.experiment.curves import load_curve
+from knittest.experiment.lab_csv import Specimen
+from knittest.experiment.lab_report import write_import
 from knittest.experiment.reconstruct import CASES, curve, text
+from knittest.experiment.statistics import mean_curve
 from knittest.experiment.tables import published
 from knittest.resources import data_dir
 
@@ -38,7 +41,10 @@ def test_reconstructed_curve_ends_at_the_published_point_and_rises(case):
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        ("strain_pct,force_n\n0,0\n1,1\n", "kind"),
+        ("strain,force\n0,0\n1,1\n", "a strain without a unit"),
+        ("a,b\n0,0\n1,1\n", "no row names a force"),
+        ("Dehnung [%];Kraft;Dehnung [%];Kraft\n0;0;0;0\n1;1;1;1\n", "2 specimens; knittest data import"),
+        ("# kind: measured\n# peak_force_n: x\n# fracture_strain_pct: 1\nstrain_pct,force_n\n0,0\n1,1\n", "'x'"),
         ("# kind: guessed\nstrain_pct,force_n\n0,0\n1,1\n", "guessed"),
         ("# kind: measured\nstrain_pct,force_n\n0,0\n1,x\n", ":4:"),
         ("# kind: measured\nstrain_pct,force_n\n0,0\n0,1\n2,2\n", ":4: strain_pct must rise"),
@@ -51,3 +57,58 @@ def test_bad_curves_name_file_and_line(tmp_path, content, words):
     with pytest.raises(InputError, match=r"c\.csv") as caught:
         load_curve(path)
     assert words in str(caught.value)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "cp1252"])
+def test_a_plain_curve_is_read_as_a_laboratory_writes_it_and_taken_as_measured(tmp_path, encoding):
+    path = tmp_path / "c.csv"
+    path.write_bytes("Prüfung\nDehnung [%];Kraft [kN]\n0,0;0,0\n0,5;1,25\n1,5;5,8\n".encode(encoding))
+    loaded = load_curve(path)
+    assert (loaded.kind, loaded.x_name, loaded.y_name) == ("measured", "strain_pct", "force_n")
+    assert list(loaded.mean) == [0.0, 1250.0, 5800.0]
+    assert loaded.peak == (1.5, 5800.0)
+    assert "taken as measured" in loaded.note
+
+
+def specimens():
+    """Parabolas that end at 1.5 %, 5000 N and at 1.7 %, 6000 N."""
+    share = np.linspace(0.0, 1.0, 50)
+    return [Specimen(f"s{k}", end * share, peak * share**2) for k, (end, peak) in enumerate(((1.5, 5e3), (1.7, 6e3)))]
+
+
+def test_a_mean_curve_ends_at_the_mean_peak():
+    strain, force = mean_curve(specimens())
+    assert (strain[-1], force[-1]) == pytest.approx((1.6, 5500.0))
+    assert force == pytest.approx(5500.0 * (strain / 1.6) ** 2, abs=5500.0 * 3e-4)  # chords of 49 pieces
+
+
+def test_an_import_is_an_experiment_with_table_source_and_curves(tmp_path):
+    out = tmp_path / "mine"
+    for direction in ("warp", "weft"):
+        assert write_import(specimens(), out, direction, ["a.csv"]) == "mine"
+    peak, strain = published(out, "mine", "weft")
+    assert (peak.mean, peak.n, peak.table) == (5500.0, 2, "weft/statistics.json")
+    assert (strain.mean, strain.sd) == pytest.approx((1.6, np.std([1.5, 1.7], ddof=1)), rel=1e-5)
+    corridor, tension = (load_curve(out / "warp" / f"{name}.csv") for name in ("corridor", "tension"))
+    assert corridor.x[-1] == pytest.approx(1.5)
+    assert corridor.peak == tension.peak == (1.6, 5500.0)
+    assert "data import" in (out / "SOURCE.md").read_text(encoding="utf-8")
+
+
+def test_an_import_replaces_only_what_an_import_wrote(tmp_path):
+    out = tmp_path / "mine"
+    write_import(specimens(), out, "warp", ["a.csv"])
+    (out / "SOURCE.md").write_text("tested by me", encoding="utf-8")
+    write_import(specimens()[:1], out, "warp", ["b.csv"])
+    assert [p.name for p in sorted((out / "warp").glob("specimen-*"))] == ["specimen-01.csv"]
+    assert (out / "SOURCE.md").read_text(encoding="utf-8") == "tested by me"
+    for foreign in ("warp/notes.txt", "thesis.csv"):
+        (out / foreign).write_text("mine", encoding="utf-8")
+        with pytest.raises(InputError, match=f"holds {foreign}, which"):
+            write_import(specimens(), out, "warp", ["c.csv"])
+        (out / foreign).unlink()
+    (out / "warp" / "statistics.json").unlink()
+    with pytest.raises(InputError, match=r"holds warp/corridor\.csv"):
+        write_import(specimens(), out, "warp", ["c.csv"])
+    with pytest.raises(InputError, match="is a file"):
+        write_import(specimens(), out / "SOURCE.md", "warp", ["c.csv"])

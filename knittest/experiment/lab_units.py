@@ -1,0 +1,63 @@
+"""Units of force and travel in laboratory files: read from the name of a column or the row below it, or refused."""
+
+import re
+
+from knittest.errors import InputError
+
+#: factor to N
+FORCE = {"N": 1.0, "kN": 1e3, "daN": 10.0, "cN": 1e-2, "mN": 1e-3, "kgf": 9.80665, "lbf": 4.4482216152605}
+#: factor to mm
+LENGTH = {"mm": 1.0, "cm": 10.0, "m": 1e3, "um": 1e-3, "inch": 25.4}
+#: factor to %
+STRAIN = {"%": 1.0, "mm/mm": 100.0}
+_SPELT = {"µm": "um", "μm": "um", "in": "inch", '"': "inch", "pct": "%"}  # both characters that look like a micro sign
+_STRAIN_NAME = re.compile(r"strain|dehnung", re.I)
+#: after these marks stands a unit; after an underscore, blank or comma only if it is a known one
+_BRACKETS = re.compile(r"\[([^\[\]]*)\]|\(([^()]*)\)")
+_UNIT_WITHIN = 100  # last characters of a name, so that a long one takes no quadratic time
+_MARKED = re.compile(r"(?:/|\bin\b)\s*(\S+)$")
+_LAST_WORD = re.compile(r"[_\s,]\s*([^_\s,]+)$")
+
+
+def force_factor(name: str, below: str, where: str) -> float:
+    """Factor to N of the force column ``name``; ``below`` is its cell in the row of units; none stated means N."""
+    return FORCE[stated(name, below, FORCE, where) or "N"]
+
+
+def travel_unit(name: str, below: str, where: str) -> str:
+    """Unit of the travel column ``name``: a key of LENGTH or STRAIN; none stated means mm, for a strain it is refused.
+
+    Raises :class:`InputError`, as :func:`force_factor` does, for any unit that is not known.
+    """
+    unit = stated(name, below, LENGTH | STRAIN, where)
+    if not unit and _STRAIN_NAME.search(name):
+        raise InputError(f"{where}: column {name!r}: a strain without a unit: write '{name} [%]' or '{name} [mm/mm]'")
+    return unit or "mm"
+
+
+def known(text: str, units: dict[str, float]) -> str:
+    """The unit of ``units`` that ``text`` spells, in any case; ``""`` for none and for MN, which is not mN."""
+    text = text.strip("[]() ")
+    text = _SPELT.get(text.lower(), text)
+    return next((u for u in units if u == text or (u.lower() == text.lower() and text != "MN")), "")
+
+
+def stated(name: str, below: str, units: dict[str, float], where: str) -> str:
+    """Unit in the name of a column or in the cell ``below`` it; ``""`` for none; :class:`InputError` if not known."""
+    in_name = _in_name(name, units)
+    for text in (below.strip("[]() "), in_name):
+        if text and not known(text, units):
+            raise InputError(f"{where}: column {name!r}: unit {text!r}: expected one of {', '.join(units)}")
+    above, beneath = known(in_name, units), known(below, units)
+    if above and beneath and above != beneath:
+        raise InputError(f"{where}: column {name!r}: the row below says {below!r}: which unit is it?")
+    return beneath or above
+
+
+def _in_name(name: str, units: dict[str, float]) -> str:
+    """What stands in the place of a unit in a column's name: a known unit, else what can be nothing else."""
+    bracketed = [(square or round_).strip() for square, round_ in _BRACKETS.findall(name)]
+    bare = _BRACKETS.sub("", name).strip()[-_UNIT_WITHIN:]
+    marked = _MARKED.findall(bare)
+    places = [*bracketed, *marked, *_LAST_WORD.findall(bare)]
+    return next((p for p in places if known(p, units)), next(iter([*bracketed, *marked]), ""))

@@ -1,0 +1,40 @@
+"""What a user is told about compilation."""
+
+from pathlib import Path
+
+import pytest
+
+from knittest import warmup
+from knittest.config.loading import resolve
+from knittest.preflight import preflight
+
+
+@pytest.fixture
+def said(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
+    """What warming the macro kernels says, without compiling anything."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    for name in ("_exercise", "_compile_apart"):
+        monkeypatch.setattr(warmup, name, lambda _: None)
+
+    def say() -> str:
+        monkeypatch.setattr(warmup, "_warm", set())
+        phases: list[str] = []
+        warmup.warm(resolve(variant="1", scale="macro"), phases.append)
+        return phases[0]
+
+    return say
+
+
+def test_compilation_is_called_so_on_every_scale_and_processor(said, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert said() == "compiling the macro kernels (once per installation)"
+    warmup.fill_cache("meso")
+    assert said().startswith("compiling")
+    warmup.fill_cache("macro")
+    assert said() == "loading the macro kernels"
+    monkeypatch.setattr("llvmlite.binding.get_host_cpu_name", lambda: "another")  # Numba compiles anew for it
+    assert said().startswith("compiling")
+
+
+def test_preflight_says_where_the_area_mass_comes_from() -> None:
+    run = resolve(variant="1", scale="macro", preset="quick", sets=["fabric.area_mass=800"])
+    assert any("(user 800 g/m2)" in line for line in preflight(run))
