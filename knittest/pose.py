@@ -18,6 +18,7 @@ rigs of the laboratory are posed through the same class.
 
 from collections.abc import Callable, Sequence
 from math import pi
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,6 +30,7 @@ from knittest.kernels.laws import hinge_table
 from knittest.kernels.options import PARTITIONS
 from knittest.kernels.shell_state import Laminate
 from knittest.kernels.state import Tally
+from knittest.kernels.threading import best_threads, limited
 from knittest.kernels.tool_contact import tool_energies
 from knittest.materials.yarn_section import POISSON, Section
 from knittest.models.boundary import (
@@ -60,6 +62,8 @@ Array = NDArray[np.float64]
 
 #: steps between looks at displacement and damping loss
 CHUNK = 20
+#: nodes below which one thread is faster
+SMALL = 1000
 
 
 def section(
@@ -133,10 +137,14 @@ class Body:
     """A model with what acts on it, advanced by hand.
 
     ``boundary`` may be added to until the first advance. ``damping`` [1/ms] takes velocity in proportion to mass.
+    ``threads``: by default one for a body so small that threads would spend the step waiting for each other.
     """
 
-    def __init__(self, model: ExplicitModel, safety: float = 0.9, damping: float = 0.0) -> None:
+    def __init__(
+        self, model: ExplicitModel, safety: float = 0.9, damping: float = 0.0, threads: int | None = None
+    ) -> None:
         self.model, self.dt, self.time = model, safety * model.critical_step, 0.0
+        self.threads = threads or (1 if model.n_nodes < SMALL else best_threads(None))
         self.boundary = Boundary(model, self.dt)
         self.damping = damping
         self.damping_loss = 0.0
@@ -151,7 +159,7 @@ class Body:
         chains: Sequence[Chain],
         contact: YarnContact | None = None,
         part_names: tuple[str, ...] = ("yarn",),
-        **options: float,
+        **options: Any,
     ) -> "Body":
         """Beam chains, whose nodes are numbered in their order; yarns touch if ``contact`` says how."""
         return cls(build_chains(chains, part_names, contact), **options)
@@ -165,11 +173,22 @@ class Body:
         area_mass: float,
         thickness: float,
         warp: ArrayLike = (0.0, 1.0, 0.0),
-        **options: float,
+        **options: Any,
     ) -> "Body":
         """Shells at rest in ``points`` (n, 3) with corners ``cells`` (n_el, 4); ``area_mass`` [g/mm^2]."""
         model = build_sheet(np.asarray(points, float), np.asarray(cells), laminate, area_mass, thickness, warp)
         return cls(model, **options)
+
+    def place(self, position: ArrayLike, turn: ArrayLike = (0.0, 0.0, 0.0)) -> None:
+        """Put the nodes at ``position`` (n_nodes, 3), turned from the start by the rotation vectors ``turn`` (n_nodes,
+        3) or (3,) [rad].
+        """
+        n = self.model.n_nodes
+        vector = np.broadcast_to(np.asarray(turn, float), (n, 3))
+        angle = np.linalg.norm(vector, axis=1, keepdims=True)
+        self.model.nodes.position[:, :n] = np.asarray(position, float).T
+        self.model.nodes.rotation[0, :n] = np.cos(0.5 * angle[:, 0])
+        self.model.nodes.rotation[1:, :n] = (0.5 * np.sinc(0.5 * angle / pi) * vector).T
 
     def start(self) -> tuple[Drive, Tally]:
         """Fix what acts on the body; returns the kernel's arrays (called by :meth:`advance`)."""
@@ -192,7 +211,8 @@ class Body:
     def step(self, steps: int = 1) -> None:
         """Advance by ``steps`` time steps."""
         drive, tally = self.start()
-        self.model.advance(steps, self.time, self.dt, drive, tally, self._scratch)
+        with limited(self.threads):
+            self.model.advance(steps, self.time, self.dt, drive, tally, self._scratch)
         self.time += steps * self.dt
         self._row = take_readings(tally, drive, steps)
         kinetic, loss = monitor.kinetic_energy(self.model.nodes, self.model.mass, self.model.inertia, self.dt)
@@ -202,7 +222,8 @@ class Body:
     def relax(self, **options: float) -> Relaxation:
         """Find the static state under what acts at the end of all tables; see :func:`knittest.relaxation.relax`."""
         drive, tally = self.start()
-        return relax(self.model, drive, tally, self.dt, **options)
+        with limited(self.threads):
+            return relax(self.model, drive, tally, self.dt, **options)
 
     @property
     def position(self) -> Array:

@@ -4,7 +4,7 @@ import math
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import TracebackType
 from typing import Protocol, Self, TextIO
 
@@ -13,7 +13,10 @@ _REFRESH_S = 0.1
 
 @dataclass(frozen=True)
 class Status:
-    """Where a simulation stands: share done, simulated time [ms], step [us], kinetic energy over work, seconds left."""
+    """Where a simulation stands: share done, simulated time [ms], step [us], kinetic energy over work, seconds left.
+
+    Share and seconds count to the largest strain; a test ends when the specimen has failed, which is mostly before.
+    """
 
     fraction: float
     time_ms: float
@@ -23,10 +26,9 @@ class Status:
 
     def text(self) -> str:
         """One line, without the share done."""
-        return (
-            f"ETA {duration(self.eta_s)}  time {self.time_ms:.3f} ms  step {self.step_us:.3g} us  "
-            f"kinetic/work {self.kinetic_ratio * 100:.2g} %"
-        )
+        eta = f"ETA {duration(self.eta_s)} or until failure  " if self.fraction < 1.0 else ""
+        ratio = f"kinetic/work {self.kinetic_ratio * 100:.2g} %"
+        return f"{eta}time {self.time_ms:.3f} ms  step {self.step_us:.3g} us  {ratio}"
 
 
 class _Display(Protocol):
@@ -63,11 +65,13 @@ class Progress:
         self._began = 0.0
         self._first: tuple[float, float] | None = None  # clock and fraction of the phase's first update
         self._shown = -math.inf
+        self._last: Status | None = None  # of the phase
 
     def phase(self, text: str) -> None:
         """Begin a phase; the one before it ends with the time it took."""
         self._end_phase()
         self._phase, self._began, self._first, self._shown = text, self._clock(), None, -math.inf
+        self._last = None
         self._safely(lambda display: display.begin(text))
 
     def update(self, fraction: float, time_ms: float, step_us: float, kinetic_ratio: float) -> None:
@@ -75,10 +79,10 @@ class Progress:
         now = self._clock()
         if self._first is None:
             self._first = (now, fraction)
+        status = self._last = Status(fraction, time_ms, step_us, kinetic_ratio, self._eta(now, fraction))
         if self._display is None or now - self._shown < self._display.interval:
             return
         self._shown = now
-        status = Status(fraction, time_ms, step_us, kinetic_ratio, self._eta(now, fraction))
         self._safely(lambda display: display.show(self._phase or "running", status))
 
     def done(self) -> None:
@@ -100,6 +104,11 @@ class Progress:
         if self._phase is not None:
             text, seconds = self._phase, self._clock() - self._began
             self._phase = None
+            if (
+                self._last is not None and self._last.fraction < 1.0
+            ):  # the end of the test is 100 %, however far it went
+                whole = replace(self._last, fraction=1.0, eta_s=0.0)
+                self._safely(lambda display: display.show(text, whole))
             self._safely(lambda display: display.end(text, seconds))
 
     def _eta(self, now: float, fraction: float) -> float:
@@ -127,7 +136,8 @@ class _Lines:
         self._line(text)
 
     def show(self, text: str, status: Status) -> None:
-        self._line(f"{status.fraction * 100:4.0f} %  {status.text()}")
+        if math.isfinite(status.eta_s):
+            self._line(f"{status.fraction * 100:4.0f} %  {status.text()}")
 
     def end(self, text: str, seconds: float) -> None:
         self._line(f"{text}: done in {seconds:.1f} s")

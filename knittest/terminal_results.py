@@ -100,6 +100,17 @@ def print_results(outcomes: Sequence[Outcome], stream: TextIO | None = None) -> 
         stream.flush()
 
 
+def print_refused(outcomes: Sequence[Outcome], stream: TextIO | None = None) -> None:
+    """Say on ``stream`` (standard error) why a run was refused; for a quiet user, who sees no table."""
+    stream = stream or sys.stderr
+    with _pipe_may_close(stream):
+        for outcome in outcomes:
+            if outcome.quality.failures:
+                reasons = "; ".join(outcome.quality.failures)
+                stream.write(f"knittest: {outcome.folder}: comparison refused: {reasons}\n")
+        stream.flush()
+
+
 def print_json(payload: Mapping[str, Any], stream: TextIO | None = None) -> None:
     """Print one JSON object on ``stream`` (standard output); NaN becomes null, a closed pipe is harmless."""
     stream = stream or sys.stdout

@@ -7,6 +7,7 @@ import numpy as np
 
 from knittest.export.figure import BLACK, BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY, YELLOW, dress, new_figure, save
 from knittest.history import Array, History
+from knittest.measure import START_UP, judged_rows
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,6 +23,7 @@ _LINES: dict[str, tuple[str, Any, str]] = {
 }
 _PART_STYLES: tuple[tuple[str, Any], ...] = ((GREEN, "-"), (ORANGE, "-"), (GREEN, ":"), (ORANGE, ":"))
 _SMALLEST_PCT = 1e-3
+_SHADED = f"not judged: below {100 * START_UP:g} % of\nthe work, after the first failure"
 
 
 def energy_picture(path: Path, history: History, *, kinetic_limit: float, energy_limit: float, title: str) -> None:
@@ -29,28 +31,28 @@ def energy_picture(path: Path, history: History, *, kinetic_limit: float, energy
 
     ``kinetic_limit`` and ``energy_limit`` are fractions. Raises :class:`ResourceError`.
     """
-    figure = new_figure(8.0, 6.6)
-    upper = figure.add_axes((0.1, 0.43, 0.86, 0.5))
-    lower = figure.add_axes((0.1, 0.09, 0.86, 0.27), sharex=upper)
+    figure = new_figure(10.2, 6.6)
+    upper = figure.add_axes((0.08, 0.41, 0.67, 0.52))
+    lower = figure.add_axes((0.08, 0.09, 0.67, 0.28), sharex=upper)
     for axes in (upper, lower):
         dress(axes)
     time = history.energies["time_ms"]
     failure = None if history.first_failure is None else float(time[history.first_failure])
     _energies(upper, history.energies, time)
     _ratios(lower, history.energies, time, kinetic_limit, energy_limit)
-    if failure is not None:
-        for axes in (upper, lower):
+    judged = time[judged_rows(history)]
+    for axes in (upper, lower):
+        if failure is not None:
             axes.axvline(failure, color=RED, linewidth=1.1, label="first failure" if axes is upper else None)
-            axes.axvspan(failure, time[-1], color=GREY, alpha=0.08, linewidth=0)
-        note = "not judged after the first failure"
-        lower.text(failure, 1.02, note, transform=lower.get_xaxis_transform(), fontsize=8, color=GREY, ha="left")
+            axes.axvspan(failure, time[-1], color=GREY, alpha=0.12, linewidth=0)
+        axes.axvspan(time[0], judged[0], color=GREY, alpha=0.12, linewidth=0, label=None if axes is upper else _SHADED)
     upper.set_ylabel("energy [mJ]")
     upper.set_xlim(time[0], time[-1])
     upper.tick_params(labelbottom=False)
     lower.set(xlabel="time [ms]", ylabel="ratio [%]")
     upper.set_title(title, loc="left", fontsize=12)
     for axes in (upper, lower):
-        axes.legend(loc="best", fontsize=8.5, framealpha=0.9, edgecolor="none", ncols=2 if axes is upper else 1)
+        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.03), fontsize=8.5, frameon=False)
     save(figure, path)
 
 

@@ -27,6 +27,7 @@ _ZOOM_MM = 20.0
 _STRIP_PIXELS = 1_000_000
 _FINEST_PIXEL = 0.03  # mm
 _ZOOM_PIXELS = 800
+_SMALLEST_WINDOW = 2.2  # inch
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,9 @@ def strip_picture(path: Path, history: History, *, direction: Direction, title: 
     """
     before = max(history.frames, key=lambda frame: frame.force)
     frames = (before, history.frames[-1])
-    positions = [_upright(frame.position, history.frames[0].position) for frame in frames]
+    start = history.frames[0].position
+    along = _pulled_axis(start, before.position)
+    positions = [_upright(frame.position, start, along) for frame in frames]
     force = "axial_force" if history.mesh.kind == "beams" else f"force_{direction}"
     scale = _scale(force, before)
     box = _bounds(*positions)
@@ -73,11 +76,19 @@ def strip_picture(path: Path, history: History, *, direction: Direction, title: 
     save(figure, path)
 
 
-def _upright(position: Array, reference: Array) -> Array:
-    """Turn the strip so that its long side stands, seen from the technical face (+z), its first corner at (0, 0)."""
+def _pulled_axis(start: Array, pulled: Array) -> int:
+    """Axis of the plane along which one end of the strip moved away from the other."""
+    stretch = []
+    for axis in (0, 1):
+        at, moved = start[:, axis], pulled[:, axis] - start[:, axis]
+        stretch.append(moved[at == at.max()].mean() - moved[at == at.min()].mean())
+    return int(np.argmax(stretch))
+
+
+def _upright(position: Array, reference: Array, along: int) -> Array:
+    """Turn the strip so that the pull is upwards, seen from the technical face (+z), its first corner at (0, 0)."""
     low, high = reference.min(axis=0), reference.max(axis=0)
-    extent = high - low
-    if extent[0] > extent[1]:
+    if along == 0:
         return np.stack([high[1] - position[:, 1], position[:, 0] - low[0], position[:, 2]], axis=1)
     return position - [low[0], low[1], 0.0]
 
@@ -106,19 +117,20 @@ def _layout(box: View, zooms: bool) -> tuple["Figure", list["Axes"], list["Axes"
     """Axes whose sides have the very aspect of what they show [inch]: two strips, and two square windows."""
     aspect = (box.right - box.left) / (box.top - box.bottom)
     tall = min(9.0, 5.0 / aspect)
-    wide, side = tall * aspect, (tall - 0.8) / 2
+    wide, side = tall * aspect, max((tall - 0.8) / 2, _SMALLEST_WINDOW)
+    high = max(tall, 2 * side + 0.8) if zooms else tall
     left, gap, bottom = 0.75, 0.3, 1.15
     width = left + 2 * wide + gap + (gap + side + 0.55 if zooms else 0.55)
-    figure = new_figure(max(width, 5.2), bottom + tall + 0.95)
+    figure = new_figure(max(width, 5.2), bottom + high + 0.95)
     total_w, total_h = figure.get_size_inches()
 
     def axes_at(x: float, y: float, w: float, h: float) -> "Axes":
         return figure.add_axes((x / total_w, y / total_h, w / total_w, h / total_h))
 
-    strips = [axes_at(left + k * (wide + gap), bottom, wide, tall) for k in (0, 1)]
+    strips = [axes_at(left + k * (wide + gap), bottom + high - tall, wide, tall) for k in (0, 1)]
     strips[1].tick_params(labelleft=False)
     right = left + 2 * (wide + gap)
-    windows = [axes_at(right, bottom + (tall - side) * (1 - k), side, side) for k in (0, 1)] if zooms else []
+    windows = [axes_at(right, bottom + (high - side) * (1 - k), side, side) for k in (0, 1)] if zooms else []
     return figure, strips, windows
 
 

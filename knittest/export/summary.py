@@ -56,9 +56,8 @@ def build_summary(
 ) -> dict[str, Any]:
     """Build ``summary.json`` from the results of one specimen or, as mean, sd and values, of several.
 
-    A run that fails a quality gate has its comparison refused: the list stays empty, whatever was compared.
+    A run that fails a quality gate has its comparison refused: ``refused`` lists why, and ``comparison`` stays empty.
     """
-    refused = bool(quality.failures)
     return {
         "rig": run.rig.kind,
         "variant": run.fabric.experiment_variant or run.fabric.name,
@@ -68,7 +67,8 @@ def build_summary(
         "results": dict(specimens[0]) if len(specimens) == 1 else ensemble_results(specimens),
         "quality": _quality(quality),
         "cost": _cost(cost),
-        "comparison": [] if refused else [_row(row) for row in comparison],
+        "comparison": [] if quality.failures else [_row(row) for row in comparison],
+        "refused": list(quality.failures),
     }
 
 

@@ -1,6 +1,8 @@
 """Chooses threads: a step is short, so only a layer that forks and joins in microseconds pays."""
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import numba
 from numba import config, njit, prange
@@ -27,3 +29,14 @@ def best_threads(wanted: int | None) -> int:
     available = min(int(config.NUMBA_NUM_THREADS), len(os.sched_getaffinity(0)))
     threads = min(wanted or available, int(config.NUMBA_NUM_THREADS))
     return threads if threads == 1 or threading_layer() != "workqueue" else 1
+
+
+@contextmanager
+def limited(threads: int) -> Iterator[None]:
+    """Use ``threads`` inside, as many as before after."""
+    before = numba.get_num_threads()
+    numba.set_num_threads(min(threads, int(config.NUMBA_NUM_THREADS)))
+    try:
+        yield
+    finally:
+        numba.set_num_threads(before)

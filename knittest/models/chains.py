@@ -46,11 +46,14 @@ class Chain:
 
 @dataclass(frozen=True)
 class YarnContact:
-    """Contact between all chains: penalty and sticking stiffness [N/mm], Coulomb coefficient."""
+    """Contact between all chains: penalty and sticking stiffness [N/mm], Coulomb coefficient, share of critical
+    damping of a touching pair of nodes.
+    """
 
     normal: float
     tangential: float
     friction: float
+    damping: float = CONTACT_DAMPING
 
 
 @dataclass(frozen=True)
@@ -198,7 +201,7 @@ def _contact_group(lay: _Layout, mass: Array, node_cut: Index, contact: YarnCont
     bend = 1.2 * (0.5 * np.pi * 2.0 * radius + BEND_MARGIN)
     law = ContactLaw(0.0, 0.0, 0.0, 0.0)
     if contact is not None and is_piece.any():
-        damping = 2.0 * CONTACT_DAMPING * sqrt(contact.normal * 0.5 * float(mass[is_piece].min()))
+        damping = 2.0 * contact.damping * sqrt(contact.normal * 0.5 * float(mass[is_piece].min()))
         law = ContactLaw(contact.normal, contact.tangential, contact.friction, damping)
     return YarnContactGroup(
         radius, half_piece, np.ceil(bend / mean[lay.section]).astype(np.int64), is_piece, lay.chain, node_cut, law

@@ -259,7 +259,7 @@ def test_summary_has_the_contracts_keys(tmp_path: Path, run: Run) -> None:
     summary = build_summary(run, [RESULTS], quality(), cost(), [ROW])
     with make(tmp_path / "r", run) as folder:
         written = json.loads(folder.write_summary(summary).read_text())
-    top = ["rig", "variant", "scale", "direction", "status", "results", "quality", "cost", "comparison"]
+    top = ["rig", "variant", "scale", "direction", "status", "results", "quality", "cost", "comparison", "refused"]
     assert list(written) == top
     assert [written[key] for key in top[:5]] == ["tensile", "2", "meso", "warp", "completed"]
     assert list(written["results"]) == ["peak_force_n", "fracture_strain_pct", "force_per_yarn_n"]
@@ -272,6 +272,7 @@ def test_summary_has_the_contracts_keys(tmp_path: Path, run: Run) -> None:
 
 def test_a_failed_gate_refuses_the_comparison(run: Run) -> None:
     summary = build_summary(run, [RESULTS], quality(("kinetic energy 9 % of the work",)), cost(), [ROW])
+    assert summary["refused"] == ["kinetic energy 9 % of the work"]
     assert summary["comparison"] == [] and summary["quality"]["quasi_static"] is False
 
 

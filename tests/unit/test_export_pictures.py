@@ -9,6 +9,7 @@ from export_sample import beam_history, curve, shell_history
 from knittest.export import curve_picture as curves
 from knittest.export import energy_picture, strip_picture
 from knittest.export.tubes import View, render_tubes
+from knittest.measure import judged_rows
 
 VIEW = View(-2.0, 2.0, -1.0, 1.0, 0.01)
 RED, BLUE = [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]
@@ -89,6 +90,20 @@ def test_deleted_shells_are_not_drawn_and_the_strip_stands(monkeypatch: pytest.M
     assert np.ptp(left.get_ylim()) > np.ptp(left.get_xlim())  # pulled along x, drawn upright
 
 
+@pytest.mark.parametrize(("kind", "along"), [("beams", 1), ("shells", 0)])
+def test_the_pull_is_upright_though_the_strip_is_wider_than_long(monkeypatch: pytest.MonkeyPatch, kind, along) -> None:
+    kept = saved(monkeypatch, strip_picture)
+    history = beam_history(wales=9, courses=3) if kind == "beams" else shell_history(columns=10, rows=3)
+    start = history.frames[0].position
+    assert np.ptp(start[:, 1 - along]) > 1.5 * np.ptp(start[:, along])
+    strip_picture.strip_picture(Path("x.png"), history, direction="warp", title="t")
+    strip = kept[0].axes[0]
+    assert np.ptp(strip.get_xlim()) > 1.2 * np.ptp(strip.get_ylim())
+    for axes in kept[0].axes:
+        assert min(axes.get_window_extent().size) > 0
+        assert kept[0].bbox.contains(*axes.get_window_extent().max)
+
+
 def labels(figure) -> list[str]:
     return [text.get_text() for text in figure.legends[0].get_texts()]
 
@@ -142,6 +157,22 @@ def test_limits_and_first_failure_are_marked(monkeypatch: pytest.MonkeyPatch) ->
     assert "hourglass" not in said  # nothing to see for beams
     marks = [line.get_xdata()[0] for line in upper.lines if line.get_label() == "first failure"]
     assert marks == [history.energies["time_ms"][160]]
+
+
+def test_shaded_is_what_is_not_judged_and_nothing_lies_over_it_or_is_cut(monkeypatch: pytest.MonkeyPatch) -> None:
+    kept = saved(monkeypatch, energy_picture)
+    history = shell_history()
+    energy_picture.energy_picture(Path("x.png"), history, kinetic_limit=0.05, energy_limit=0.02, title="t")
+    figure, time = kept[0], history.energies["time_ms"]
+    figure.canvas.draw()
+    for axes in figure.axes:
+        spans = sorted((box.x0, box.x1) for box in (patch.get_extents() for patch in axes.patches))
+        edges = axes.transData.inverted().transform([(x, 0) for span in spans for x in span])[:, 0]
+        begin = time[judged_rows(history).start]
+        np.testing.assert_allclose(edges, [time[0], begin, time[160], time[-1]], atol=1e-9)
+        legend = axes.get_legend().get_window_extent()
+        assert legend.x0 >= axes.get_window_extent().x1 and legend.x1 <= figure.bbox.x1
+    assert "not judged" in figure.axes[1].get_legend().get_texts()[-1].get_text()
 
 
 def test_files_are_pictures_and_no_window_system_is_touched(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -15,7 +15,15 @@ from export_sample import quality
 
 from knittest.history import Quality
 from knittest.terminal import Progress, duration
-from knittest.terminal_results import HEADER, aligned, print_json, print_results, quality_lines, results_table
+from knittest.terminal_results import (
+    HEADER,
+    aligned,
+    print_json,
+    print_refused,
+    print_results,
+    quality_lines,
+    results_table,
+)
 
 COMPILING = "compiling kernels (once, about 20 s)"
 
@@ -60,10 +68,29 @@ def test_a_pipe_gets_plain_lines_every_few_seconds() -> None:
     drive(stream)
     lines = stream.getvalue().splitlines()
     assert lines[0] == COMPILING and lines[1] == f"{COMPILING}: done in 18.0 s" and lines[2] == "warp: simulating"
-    shown = [line for line in lines if "%  ETA" in line]
-    assert len(shown) == 5  # at 0, 5, 10, 15 and 20 s
-    assert shown[2] == "  50 %  ETA 0:10  time 2.000 ms  step 0.112 us  kinetic/work 0.3 %"
+    shown = [line for line in lines if "kinetic/work" in line]
+    assert [line[:6] for line in shown] == ["  25 %", "  50 %", "  75 %", " 100 %"]  # at 5, 10, 15 and 20 s
+    assert shown[1] == "  50 %  ETA 0:10 or until failure  time 2.000 ms  step 0.112 us  kinetic/work 0.3 %"
     assert lines[-1] == "warp: simulating: done in 20.2 s" and "\x1b" not in stream.getvalue()
+
+
+@pytest.mark.parametrize("kind", [io.StringIO, Terminal])
+def test_a_test_that_ends_at_failure_ends_at_100_percent(
+    kind: type[io.StringIO], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "140")
+    stream, clock = kind(), Clock()
+    with Progress(stream=stream, clock=clock) as progress:
+        for direction in ("warp", "weft"):
+            progress.phase(f"{direction}: simulating")
+            for step in range(53):
+                progress.update(step / 100, 0.05 * step, 0.112, 0.003)
+                clock.now += 0.25
+            progress.phase("writing")
+    text = stream.getvalue()
+    whole = text.index("100 %")
+    assert text.index(" 40 %") < whole < text.index("warp: simulating: done") and text.count("100 %") >= 2
+    assert "-:--" not in text or kind is Terminal  # a line is not worth it before the time is known
 
 
 def test_a_terminal_gets_a_bar(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -74,7 +101,10 @@ def test_a_terminal_gets_a_bar(monkeypatch: pytest.MonkeyPatch) -> None:
     text = stream.getvalue()
     plain = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", text)
     assert f"{COMPILING}: done in 18.0 s" in plain
-    assert re.search(r"warp: simulating .* 50 % +ETA 0:10 +time 2\.000 ms +step 0\.112 us +kinetic/work 0\.3 %", plain)
+    assert re.search(
+        r"warp: simulating .* 50 % +ETA 0:10 or until failure +time 2\.000 ms +step 0\.112 us +kinetic/work 0\.3 %",
+        plain,
+    )
     assert "\x1b[2K" in text  # redrawn in place
     assert text.count("\x1b[?25h") == text.count("\x1b[?25l")
 
@@ -159,6 +189,12 @@ def test_a_refused_comparison_shows_no_deviation() -> None:
     assert [line[3:] for line in table] == [("-", "-", "-", "refused")] * 2
     lines = quality_lines(weft(quality(("kinetic energy 9 %",))))
     assert "FAILED, comparison refused" in lines[0] and lines[1] == "  failed: kinetic energy 9 %"
+
+
+def test_a_quiet_user_is_told_why_a_run_was_refused() -> None:
+    stream = io.StringIO()
+    print_refused([weft(), weft(quality(("kinetic energy 9 %", "added mass 6 %")))], stream)
+    assert stream.getvalue() == f"knittest: {weft().folder}: comparison refused: kinetic energy 9 %; added mass 6 %\n"
 
 
 def test_no_experiment_is_said() -> None:
