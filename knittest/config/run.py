@@ -17,7 +17,7 @@ class MesoModel(Strict):
 
     elements_per_loop: int = Field(32, ge=16, le=256, multiple_of=2, description="beams in one knitting loop")
     elements_per_wave: int = Field(
-        6,
+        8,
         ge=4,
         le=64,
         multiple_of=2,

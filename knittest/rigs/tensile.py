@@ -41,12 +41,16 @@ class TensileTest:
         return self.gauge / wave_speed
 
     def channels(self, time: float, readings: Readings) -> dict[str, float]:
-        """Displacement, engineering strain of the gauge and force at both clamps."""
+        """Displacement, engineering strain of the gauge and force: the mean of both clamps, and each.
+
+        Right after a yarn breaks the moving clamp still feels what the fixed one has lost, by the inertia between them.
+        """
         travel = self.pull.integral(time)
         return {
             "displacement_mm": travel,
             "strain_pct": 100.0 * travel / self.gauge,
-            "force_n": float(readings.reaction[1]),
+            "force_n": 0.5 * float(readings.reaction[1] - readings.reaction[0]),
+            "force_moving_n": float(readings.reaction[1]),
             "force_fixed_n": -float(readings.reaction[0]),
         }
 

@@ -57,7 +57,7 @@ def test_a_small_strip_breaks_with_contact_and_closes_its_energy_balance():
     assert result.quality.penetration_over_radius_max < 0.1
     # both clamps feel the same force while nothing has failed
     until = np.argmax(result.history.curve["failed_warp"] > 0) - 50
-    ends = result.history.curve["force_n"][until], result.history.curve["force_fixed_n"][until]
+    ends = result.history.curve["force_moving_n"][until], result.history.curve["force_fixed_n"][until]
     assert ends[0] == pytest.approx(ends[1], rel=0.01)
 
 

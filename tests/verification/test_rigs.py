@@ -1,0 +1,84 @@
+"""Friction, cantilever and picture frame on shells against their closed forms, and their refusals."""
+
+import numpy as np
+import pytest
+
+from knittest.config.loading import resolve
+from knittest.errors import InputError
+from knittest.rigs.picture_frame import crosshead, frame_angle
+from knittest.specimen import prepare, run_specimen
+
+
+def specimen(test, *sets, variant="1", direction=None):
+    return run_specimen(
+        resolve(variant=variant, scale="macro", preset="quick", test=test, direction=direction, sets=list(sets))
+    )
+
+
+def test_a_strip_between_plates_is_held_by_twice_mu_normal_force():
+    """F_R = 2 mu F_N: both faces rub; 300 N at the paper's 2000 N with 0.075 a face."""
+    found = specimen("friction", "rig.travel=5")
+    assert found.results["pull_force_kinetic_n"] == pytest.approx(300.0, rel=0.01)
+    assert found.results["mu_paper"] == pytest.approx(0.15, rel=0.01)
+    assert found.results["normal_force_error_pct"] < 1.0
+    assert found.quality.failures == ()
+
+
+def test_a_larger_static_coefficient_shows_as_stick_slip():
+    """Sliding goes on at 2 mu_k F_N; the first peak lies above, below 2 mu_s F_N: the strip stretches and lets go in turn."""
+    sets = ("rig.travel=3", "rig.static_coefficient=0.15", "rig.kinetic_coefficient=0.05")
+    found = specimen("friction", *sets).results
+    assert found["pull_force_kinetic_n"] == pytest.approx(2.0 * 0.05 * 2000.0, rel=0.015)
+    assert 1.2 * 200.0 < found["pull_force_static_n"] < 2.0 * 0.15 * 2000.0
+
+
+@pytest.mark.parametrize(("variant", "direction"), [("1", "warp"), ("2", "weft")])
+def test_the_measured_overhang_meets_the_plane(variant, direction):
+    """Heavy elastica: w L^3 / B = 8.0042 at a chord angle of 41.5 deg, so B of Eq. 2 meets it at the measured overhang.
+
+    10 mm shells; tan(angle) goes with L^3, so 2 % of overhang are 2.4 deg.
+    """
+    found = specimen("cantilever", variant=variant, direction=direction)
+    assert found.results["chord_angle_deg"] == pytest.approx(41.5, abs=0.3)
+    assert found.results["moment_error_pct"] < 1.0
+    assert found.quality.failures == ()
+
+
+def test_bending_does_not_depend_on_the_membrane():
+    """Five times the membrane stiffness moves the chord angle by less than 0.5 %."""
+    sets = ("rig.overhang=80", "rig.gravity=50")
+    soft, stiff = (specimen("cantilever", *sets, f"rig.membrane_share={s}", direction="warp") for s in (0.01, 0.05))
+    assert stiff.results["chord_angle_deg"] == pytest.approx(soft.results["chord_angle_deg"], rel=0.005)
+
+
+def test_the_frame_force_of_a_linear_shear_law_is_the_closed_form():
+    """F = S L / sin(pi/4 - gamma/2) with S = k gamma, by virtual work; shells affine in a taut frame."""
+    sets = ("rig.side=50", "rig.mounting_slack=0", "rig.imperfection=0", "fabric.macro.shear_stiffness=0.5")
+    curve = specimen("picture-frame", *sets).history.curve
+    angle = np.deg2rad(curve["frame_shear_angle_deg"])
+    judged = (angle > np.deg2rad(8.0)) & (angle < np.deg2rad(44.0))
+    expected = 0.5 * angle * 50.0 / np.sin(np.pi / 4.0 - 0.5 * angle)
+    assert curve["shear_force_n"][judged] == pytest.approx(expected[judged], rel=0.01)
+
+
+def test_the_frame_angle_is_eq_1():
+    """gamma(0) = 0 and Eq. 1 is the inverse of the diagonal's length."""
+    assert frame_angle(0.0, 200.0) == pytest.approx(0.0, abs=1e-7)
+    for angle in (0.2, 0.7):
+        assert frame_angle(crosshead(angle, 200.0), 200.0) == pytest.approx(angle, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("test", "setting", "message"),
+    [
+        ("friction", "rig.plate_width=40", "smaller than the strip"),
+        ("friction", "rig.travel=60", "so that the pulled end sticks out"),
+        ("friction", "rig.normal_force=0", "must be greater than 0"),
+        ("cantilever", "rig.overhang=400", "longer than the strip"),
+        ("picture-frame", "rig.max_angle=85", "must be at most 80"),
+        ("picture-frame", "rig.direction=warp", "unknown field"),
+    ],
+)
+def test_bad_rigs_are_refused(test, setting, message):
+    with pytest.raises(InputError, match=message):
+        prepare(resolve(variant="1", scale="macro", test=test, sets=[setting]))
