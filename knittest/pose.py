@@ -223,7 +223,9 @@ class Body:
         """Find the static state under what acts at the end of all tables; see :func:`knittest.relaxation.relax`."""
         drive, tally = self.start()
         with limited(self.threads):
-            return relax(self.model, drive, tally, self.dt, **options)
+            found = relax(self.model, drive, tally, self.dt, **options)
+        self._row = take_readings(tally, drive, found.last_chunk)
+        return found
 
     @property
     def position(self) -> Array:

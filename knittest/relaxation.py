@@ -32,14 +32,14 @@ class Relaxation:
     """How a static state was reached.
 
     ``residual``: sum of out-of-balance forces over that of loads and reactions. ``history`` holds, a chunk, (steps,
-    residual, largest move [mm], circular frequency of the slowest mode a step). ``reactions`` are those of the groups
-    of motions, means over the last chunk.
+    residual, largest move [mm], circular frequency of the slowest mode a step). ``last_chunk``: steps whose reactions
+    and forces on tools the tally holds at the end.
     """
 
     steps: int = 0
+    last_chunk: int = 0
     converged: bool = False
     residual: float = np.inf
-    reactions: Array = field(default_factory=lambda: np.zeros(0))
     history: list[tuple[int, float, float, float]] = field(default_factory=list)
 
 
@@ -56,14 +56,15 @@ def relax(
     found, start, free = Relaxation(), model.position(), _free(model, drive)
     scratch, frequency = np.zeros((PARTITIONS, SCRATCH)), 0.05
     nodes.velocity[:], nodes.spin[:] = 0.0, 0.0
+    keep = nodes.keep.copy()
     last: Array | None = None
     while found.steps < most_steps and not found.converged:
         nodes.keep[:] = np.exp(-2.0 * frequency)
         before = model.position()
         chunk = min(model.safe_steps(dt, CHUNK), CHUNK)
-        tally.reaction[:] = 0.0
+        tally.reaction[:], tally.tool_sum[:] = 0.0, 0.0
         model.advance(chunk, AT_THE_END, dt, drive, tally, scratch)
-        found.steps += chunk
+        found.steps, found.last_chunk = found.steps + chunk, chunk
         if not np.isfinite(nodes.velocity).all():
             raise NumericalError(f"dynamic relaxation is no longer finite after {found.steps} steps")
         force = nodes.force[:, :n].T * free
@@ -78,8 +79,7 @@ def relax(
         reach = max(float(np.abs(model.position() - start).max()), 1e-6)
         drift = moved * 2.0 * np.pi / (frequency * chunk)
         found.converged = found.steps > 4 * CHUNK and found.residual < tolerance and drift < tolerance * reach
-        found.reactions = tally.reaction.sum(axis=0) / chunk
-    nodes.velocity[:], nodes.spin[:] = 0.0, 0.0
+    nodes.velocity[:], nodes.spin[:], nodes.keep[:] = 0.0, 0.0, keep
     return found
 
 

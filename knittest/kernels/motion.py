@@ -4,7 +4,7 @@ from numba import njit
 
 from knittest.kernels.beam import quaternion_step
 from knittest.kernels.options import KERNEL
-from knittest.kernels.rows import rows4
+from knittest.kernels.rows import rows3, rows4
 
 
 @njit(**KERNEL)
@@ -28,16 +28,21 @@ def impose_motions(partition, dt, nodes, motions, tables, tally):
             correction = target - nodes.spin[dof - 3, i]
             inv_inertia = nodes.inv_inertia[i]
             reaction = correction / (inv_inertia * dt) if inv_inertia > 0.0 else -nodes.moment[dof - 3, i]
+            _turn(nodes, i, -0.5 * dt)
             nodes.spin[dof - 3, i] = target
-            _turn(nodes, i, dof - 3, 0.5 * dt * correction)
+            _turn(nodes, i, 0.5 * dt)
         # work-conjugate to the table, whatever the scale
         tally.reaction[partition, motions.group[k]] += motions.scale[k] * reaction
         tally.energy[partition, 0] += reaction * 0.5 * (target + before) * dt
 
 
 @njit(**KERNEL)
-def _turn(nodes, i, axis, half):
-    """Turn node ``i`` by the small angle 2 ``half`` about a global axis."""
+def _turn(nodes, i, half):
+    """Turn node ``i`` by its spin for the time 2 ``half``; back and forth again leaves it as it was.
+
+    Rotations about different axes do not commute: corrections axis by axis would let a held node creep.
+    """
     qw, qx, qy, qz = rows4(nodes.rotation)
-    ax, ay, az = half * (axis == 0), half * (axis == 1), half * (axis == 2)
+    wx, wy, wz = rows3(nodes.spin)
+    ax, ay, az = half * wx[i], half * wy[i], half * wz[i]
     qw[i], qx[i], qy[i], qz[i] = quaternion_step(qw[i], qx[i], qy[i], qz[i], ax, ay, az)

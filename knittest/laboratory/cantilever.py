@@ -214,7 +214,9 @@ def _yarns(run: CantileverRun, overhang: float, specimen: int, phase: Phase | No
     n_wales, n_courses = (across, along) if direction == "warp" else (along, across)
     piece = cut(run, n_wales, n_courses, specimen, phase)
     # softened yarns stretch by more than the real ones, which do not break here
-    unbreakable = {s: replace(d, fracture_strain=np.full_like(d.fracture_strain, np.inf)) for s, d in piece.draws.items()}
+    unbreakable = {
+        s: replace(d, fracture_strain=np.full_like(d.fracture_strain, np.inf)) for s, d in piece.draws.items()
+    }
     model = build_meso(_soft_yarns(run), piece.paths, unbreakable)
     position = model.position()
     edge = float(max(p.points[:, axis].max() for p in piece.paths if p.system == direction)) - overhang
@@ -263,7 +265,7 @@ def come_to_rest(prepared: Prepared, run: CantileverRun, cost: SimulationCost) -
     angle = degrees(atan2(drop, reach))
     moment = float(np.sum(mounting.weight[free] * (now[free, axis] - edge)))
     frames = (Frame(0.0, 0.0, 0.0, first, {}), Frame(1.0, angle, moment, now, model.fields()))
-    root = float(relaxation.reactions[:3].sum())
+    root = float(tally.reaction[:, :3].sum()) / relaxation.last_chunk
     curvature = _root_curvature(first[:, axis] - edge, first[:, 2] - now[:, 2])
     return Rest(prepared.facts["overhang_mm"], angle, root, moment, curvature, relaxation, frames)
 

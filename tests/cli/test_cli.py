@@ -165,6 +165,38 @@ def test_new_writes_a_start_that_resolves_and_overwrites_nothing(tmp_path, monke
     assert (tmp_path / "configs" / "mine.yaml").read_text() == "own work"
 
 
+def test_compare_takes_a_plain_curve_and_names_the_runs_to_choose_from(tmp_path, capsys):
+    for direction in ("warp", "weft"):
+        folder = tmp_path / "both" / direction
+        folder.mkdir(parents=True)
+        (folder / "manifest.json").write_text('{"status": "completed", "exit_code": 0}')
+        (folder / "curve.csv").write_text("strain_pct,force_n\n0,0\n0.8,2000\n1.6,5800\n1.7,100\n")
+    plain = tmp_path / "mine.csv"
+    plain.write_text("Dehnung [%];Kraft [kN]\n0,0;0,0\n0,8;2,0\n1,6;5,8\n")
+    assert run(["compare", str(tmp_path / "both"), "--against", str(plain)]) == 2
+    said = capsys.readouterr().err
+    assert f"choose one of {tmp_path / 'both' / 'warp'}, {tmp_path / 'both' / 'weft'}" in said
+    assert run(["compare", str(tmp_path / "both" / "warp"), "--against", str(plain)]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert (said["peak_error_pct"], said["rmse_force_n"], said["rating"]["grade"]) == (0.0, 0.0, "excellent")
+    assert "taken as measured" in said["note"]
+
+
+def test_data_import_prints_what_a_fabric_file_needs(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    Path("a.csv").write_text("L0;200;mm\nWeg;Kraft\nmm;daN\n0;0\n1;100\n3;580\n")
+    assert run(["data", "import", "a.csv", "--direction", "weft", "--out", "data/mine"]) == 0
+    said = capsys.readouterr().out
+    assert all(
+        line in said for line in ("experiment: mine", 'experiment_variant: "mine"', "weft: mine/weft/tension.csv")
+    )
+    assert "5800.0             1.500" in said
+    Path("mine").mkdir()
+    Path("mine/thesis.txt").write_text("mine")
+    assert run(["data", "import", "a.csv", "--direction", "weft", "--out", "mine"]) == 2
+    assert [path.name for path in Path("mine").iterdir()] == ["thesis.txt"]
+
+
 def test_tensile_hands_runs_and_options_on(monkeypatch, tmp_path):
     handed = {}
 

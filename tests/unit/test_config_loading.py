@@ -67,7 +67,7 @@ def test_fabric_without_sets_is_its_base(tmp_path):
     path = tmp_path / "own.yaml"
     path.write_text(text[: text.index("parameter_sets:")], encoding="utf-8")
     assert resolve(fabric=path).parameters == "base"
-    with pytest.raises(InputError, match=r"own\.yaml:\d+: the fabric has no parameter_sets, so calibrated"):
+    with pytest.raises(InputError, match=r"own\.yaml:\d+: --parameters calibrated: the fabric has no parameter_sets"):
         resolve(fabric=path, parameters="calibrated")
 
 
