@@ -44,7 +44,8 @@ class Frame:
 class History:
     """Sampled channels: ``curve`` and ``energies`` map a column name with unit to an array (n_samples,).
 
-    Tensile ``curve`` columns: time_ms, displacement_mm, strain_pct, force_n (mean of both clamps), force_moving_n, force_fixed_n,
+    Tensile ``curve`` columns: time_ms, displacement_mm, strain_pct, force_n (mean of both clamps), force_moving_n,
+    force_fixed_n,
     failed_warp, failed_weft, failed_knit (counts; shells: failed_fabric).
     The first of ``frames`` is the unloaded state (displacements count from it), the last the end of the run.
     ``energies`` columns: time_ms, kinetic_mj, internal_<part>_mj, hourglass_mj, contact_mj, friction_mj, damping_mj,

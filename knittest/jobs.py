@@ -19,7 +19,7 @@ from knittest.opening import Opener, manifest_of, open_again, open_new
 from knittest.options import RunOptions
 from knittest.run import EXIT_REFUSED, Outcome, execute
 from knittest.terminal import Progress
-from knittest.terminal_results import print_json, print_results
+from knittest.terminal_results import print_json, print_refused, print_results
 
 Job = tuple[Run, Opener]
 
@@ -91,6 +91,8 @@ def _run_jobs(jobs: Sequence[Job], options: RunOptions, parent: Path | None) -> 
         print_json(summaries[0] if len(summaries) == 1 else {"runs": summaries})
     elif not options.quiet:
         print_results(outcomes)
+    if options.quiet:
+        print_refused(outcomes)
     return EXIT_REFUSED if any(o.quality.failures for o in outcomes) else 0
 
 

@@ -89,8 +89,9 @@ def _references(run: Run) -> References:
     if fabric.experiment is None or fabric.experiment_variant is None:
         return References()
     quantities = TESTS[run.rig.kind].quantities
+    report = REPORTS[run.rig.kind]
     rows = published(data_dir() / fabric.experiment, fabric.experiment_variant, run.direction, quantities)
-    return References(rows, REPORTS[run.rig.kind].reference_curve(run))
+    return References(report.scaled(run, rows), report.reference_curve(run))
 
 
 def _judge(

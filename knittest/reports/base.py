@@ -27,6 +27,9 @@ class References:
 class Report(Protocol):
     """How a test is compared and shown; pictures show the first specimen."""
 
+    def scaled(self, run: Any, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
+        """Published rows for the size of the run's specimen."""
+
     def reference_curve(self, run: Any) -> ReferenceCurve | None:
         """The curve that the run's curve is compared with."""
 

@@ -1,5 +1,6 @@
 """Report of the cantilever: the strip from the side, and how it came to rest."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -7,6 +8,7 @@ import numpy as np
 
 from knittest.config.run import CantileverRun
 from knittest.experiment.curves import ReferenceCurve
+from knittest.experiment.tables import PublishedValue
 from knittest.export.line_picture import Level, Line, line_picture
 from knittest.export.side_picture import side_picture
 from knittest.laboratory.strips import AXIS
@@ -16,6 +18,10 @@ from knittest.specimen import Specimen
 
 class CantileverReport:
     """See :class:`knittest.reports.base.Report`."""
+
+    def scaled(self, run: CantileverRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
+        """As they are: nothing of it grows with the specimen."""
+        return list(rows)
 
     def reference_curve(self, run: CantileverRun) -> ReferenceCurve | None:
         """There is no curve."""

@@ -1,10 +1,12 @@
 """Report of the friction test: pull force over travel, and the pressure between fabric and plates."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from knittest.config.run import FrictionRun
 from knittest.experiment.curves import ReferenceCurve
+from knittest.experiment.tables import PublishedValue
 from knittest.export.line_picture import Level, Line, line_picture
 from knittest.reports.base import Columns, References, draw_energies, title_of
 from knittest.specimen import Specimen
@@ -12,6 +14,10 @@ from knittest.specimen import Specimen
 
 class FrictionReport:
     """See :class:`knittest.reports.base.Report`."""
+
+    def scaled(self, run: FrictionRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
+        """As they are: nothing of it grows with the specimen."""
+        return list(rows)
 
     def reference_curve(self, run: FrictionRun) -> ReferenceCurve | None:
         """No curve is published."""

@@ -1,11 +1,13 @@
 """Report of the picture frame: force over shear angle, and the map of the wrinkles."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from knittest.compare import compare_curves
 from knittest.config.run import PictureFrameRun
 from knittest.experiment.curves import ReferenceCurve
+from knittest.experiment.tables import PublishedValue
 from knittest.export.line_picture import Line, line_picture
 from knittest.export.map_picture import height_picture
 from knittest.laboratory.picture_frame import MAPPED, frame_at
@@ -16,6 +18,10 @@ from knittest.specimen import Specimen
 
 class PictureFrameReport:
     """See :class:`knittest.reports.base.Report`."""
+
+    def scaled(self, run: PictureFrameRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
+        """As they are: nothing of it grows with the specimen."""
+        return list(rows)
 
     def reference_curve(self, run: PictureFrameRun) -> ReferenceCurve | None:
         """No shear force is published."""

@@ -1,5 +1,6 @@
 """Report of the tensile test: force over strain, and the strip at its largest force and broken."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,9 @@ import numpy as np
 from knittest.compare import compare_curves
 from knittest.config.run import TensileRun
 from knittest.experiment.curves import ReferenceCurve, load_curve
+from knittest.experiment.tables import PublishedValue
 from knittest.export import curve_picture, strip_picture
+from knittest.materials.laminate import STRIP_WIDTH
 from knittest.reports.base import Columns, References, draw_energies, title_of
 from knittest.resources import data_dir
 from knittest.specimen import Specimen
@@ -18,12 +21,24 @@ from knittest.specimen import Specimen
 class TensileReport:
     """See :class:`knittest.reports.base.Report`."""
 
+    def scaled(self, run: TensileRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
+        """Forces of the 50 mm strip for the width of the run, and said so."""
+        share = run.rig.width / STRIP_WIDTH
+        if share == 1.0:
+            return list(rows)
+        note = f", for {run.rig.width:g} instead of {STRIP_WIDTH:g} mm"
+        return [
+            replace(row, mean=share * row.mean, sd=share * row.sd, table=row.table + note) if row.unit == "N" else row
+            for row in rows
+        ]
+
     def reference_curve(self, run: TensileRun) -> ReferenceCurve | None:
-        """Curve of the fabric's experiment; the shells are fed with it."""
+        """Curve of the fabric's experiment for the width of the strip; the shells are fed with it."""
         path = data_dir() / run.fabric.macro.tension[run.rig.direction]
         if not path.is_file():
             return None
         curve = load_curve(path)
+        curve = replace(curve, mean=curve.mean * run.rig.width / STRIP_WIDTH)
         return replace(curve, kind="input") if run.model.scale == "macro" else curve
 
     def compare(self, run: TensileRun, specimens: list[Specimen], curve: ReferenceCurve) -> list[dict[str, Any]]:

@@ -25,7 +25,9 @@ def test_a_strip_between_plates_is_held_by_twice_mu_normal_force():
 
 
 def test_a_larger_static_coefficient_shows_as_stick_slip():
-    """Sliding goes on at 2 mu_k F_N; the first peak lies above, below 2 mu_s F_N: the strip stretches and lets go in turn."""
+    """Sliding goes on at 2 mu_k F_N; the peak before lies above, but below 2 mu_s F_N: a strip that
+    stretches lets go in turn.
+    """
     sets = ("rig.travel=3", "rig.static_coefficient=0.15", "rig.kinetic_coefficient=0.05")
     found = specimen("friction", *sets).results
     assert found["pull_force_kinetic_n"] == pytest.approx(2.0 * 0.05 * 2000.0, rel=0.015)
