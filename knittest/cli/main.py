@@ -20,7 +20,7 @@ COMMANDS = {
     "tensile": ("knittest.cli.tensile", "Strip tensile test to failure, macro or meso."),
     "resume": ("knittest.cli.resume", "Go on with a run that was stopped, to the same result."),
     "picture-frame": ("knittest.cli.picture_frame", "Shear in a hinged frame, macro or meso."),
-    "cantilever": ("knittest.cli.cantilever", "Bending under its own weight, macro or meso."),
+    "cantilever": ("knittest.cli.cantilever", "Bending under its own weight, macro."),
     "friction": ("knittest.cli.friction", "Pull-out between two plates, macro or meso."),
     "check": ("knittest.cli.check", "Show what a run would do; --convergence repeats it at half the speed."),
     "compare": ("knittest.cli.compare", "Compare a finished run with a curve of your own."),

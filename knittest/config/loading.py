@@ -13,7 +13,7 @@ from knittest.config.fabric import Direction
 from knittest.config.layers import Layers
 from knittest.config.messages import input_error, unknown
 from knittest.config.paths import settle_data_paths
-from knittest.config.presets import PRESET_PATHS, preset_settings
+from knittest.config.presets import PRESET_PATHS, default_scale, preset_settings
 from knittest.config.run import RUNS, Model, Preset, Run, Scale
 from knittest.config.settings import Setting, lay_setting, parse_set, refuse_contradictions
 from knittest.config.sources import FabricSource, fabric_file, lay_fabric, variant_path
@@ -119,7 +119,7 @@ def _fabric_source(
 
 
 def _layers(document: Document, source: FabricSource, settings: list[Setting], kind: str) -> Layers:
-    scale = _choice(("model", "scale"), get_args(Scale), Model().scale, document, settings)
+    scale = _choice(("model", "scale"), get_args(Scale), default_scale(kind), document, settings)
     preset = _choice(("model", "preset"), get_args(Preset), Model().preset, document, settings)
     layers = Layers()
     layers.lay({"rig": {"kind": kind}}, lambda path: "the command")

@@ -8,8 +8,6 @@ from knittest.config.run import Preset, Scale
 FULL_GAUGE = 200.0  # clamp distance of the paper [mm]; a shell model is cheap enough to keep it
 #: eight beams a wave: with six the one-point beam resists straightening by 22 % too much, with four by 62 %
 ELEMENTS_PER_LOOP, ELEMENTS_PER_WAVE = 32, 8
-#: share of axial and contact stiffness kept in the cantilever of yarns: their weight is some mN
-MESO_MEMBRANE_SHARE = 1e-4
 
 
 @dataclass(frozen=True)
@@ -52,6 +50,11 @@ PRESET_PATHS: tuple[tuple[str, ...], ...] = (
 )
 
 
+def default_scale(kind: str) -> Scale:
+    """Scale of a test unless one is asked for; the cantilever has shells only."""
+    return "macro" if kind == "cantilever" else "meso"
+
+
 def preset_settings(kind: str, preset: Preset, scale: Scale) -> dict[str, Any]:
     """Nested run settings of ``preset`` for a test of ``kind``; anything a file or an option says goes over them."""
     values = PRESETS[preset]
@@ -62,8 +65,6 @@ def preset_settings(kind: str, preset: Preset, scale: Scale) -> dict[str, Any]:
         "macro": {"element_size": values.element_size},
     }
     settings: dict[str, Any] = {"model": model, "rig": _dimensions(kind, values) if scale == "meso" else {}}
-    if kind == "cantilever" and scale == "meso":
-        settings["rig"]["membrane_share"] = MESO_MEMBRANE_SHARE
     if (kind, scale) in SOLVER:
         settings["solver"] = SOLVER[kind, scale]
     return settings

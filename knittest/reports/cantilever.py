@@ -11,7 +11,6 @@ from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.tables import PublishedValue
 from knittest.export.line_picture import Level, Line, line_picture
 from knittest.export.side_picture import side_picture
-from knittest.laboratory.strips import AXIS
 from knittest.reports.base import Columns, References, title_of
 from knittest.specimen import Specimen
 
@@ -49,12 +48,10 @@ class CantileverReport:
             ylabel="share", levels=[Level(run.rig.tolerance, "tolerance of the residual")], logarithmic=True,
         )  # fmt: skip
         first, last = history.frames[0].position, history.frames[-1].position
-        axis = AXIS[run.rig.direction] if history.mesh.kind == "beams" else 1
-        edge = float(first[:, axis].max()) - results["overhang_mm"]
         cells = history.mesh.cells
-        segments = cells if history.mesh.kind == "beams" else np.vstack([cells[:, [0, 3]], cells[:, [1, 2]]])
+        segments = np.vstack([cells[:, [0, 3]], cells[:, [1, 2]]])
         side_picture(
-            folder / "deformed.png", last[:, axis] - edge, last[:, 2] - float(first[:, 2].mean()), segments,
+            folder / "deformed.png", last[:, 1], last[:, 2] - float(first[:, 2].mean()), segments,
             overhang=results["overhang_mm"], angle=results["chord_angle_deg"], plane=run.rig.plane_angle,
             title=title_of(run),
         )  # fmt: skip

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from export_sample import cost, curve, quality
 
-from knittest.config.run import Run
+from knittest.config.run import Run, TensileRun
 from knittest.errors import InputError, NumericalError, OutOfTolerance, ResourceError
 from knittest.export import atomic, lock
 from knittest.export.folder import RunFolder, run_name, slug
@@ -36,7 +36,7 @@ def run() -> Run:
     """A run of a fabric whose details the export layer does not read."""
     from knittest.config.fabric import Fabric
 
-    return Run.model_construct(**{**Run.model_construct().__dict__, "fabric": Fabric.model_construct(name="2")})
+    return TensileRun.model_construct(**{**Run.model_construct().__dict__, "fabric": Fabric.model_construct(name="2")})
 
 
 def make(out: Path | None, run: Run) -> RunFolder:
