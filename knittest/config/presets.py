@@ -7,7 +7,7 @@ from knittest.config.run import Preset, Scale
 
 FULL_GAUGE = 200.0  # clamp distance of the paper [mm]; a shell model is cheap enough to keep it
 #: eight beams a wave: with six the one-point beam resists straightening by 22 % too much, with four by 62 %
-ELEMENTS_PER_LOOP, ELEMENTS_PER_WAVE = 32, 8
+ELEMENTS_PER_LOOP, ELEMENTS_PER_WAVE = 30, 8
 
 
 @dataclass(frozen=True)

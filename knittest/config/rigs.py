@@ -35,7 +35,7 @@ class PictureFrameRig(Strict):
     side: float = number(200.0, "mm", "side of the sheared square", gt=0, band=(10, 1000))
     max_angle: float = number(45.0, "deg", "end of the test: shear angle of the frame", gt=0, le=80)
     mounting_slack: float = number(
-        0.3, "%", "slack with which the yarns hang on the needles (assumed); taut yarns cannot wrinkle", ge=0, le=5
+        0.05, "%", "slack with which the yarns hang on the needles (assumed); taut yarns cannot wrinkle", ge=0, le=5
     )
     imperfection: float = number(0.05, "mm", "amplitude of the seeded unevenness from which wrinkles start", ge=0, le=5)
 

@@ -15,7 +15,7 @@ Preset = Literal["quick", "standard", "paper"]
 class MesoModel(Strict):
     """Discretisation of the yarns."""
 
-    elements_per_loop: int = Field(32, ge=16, le=256, multiple_of=2, description="beams in one knitting loop")
+    elements_per_loop: int = Field(30, ge=16, le=256, multiple_of=2, description="beams in one knitting loop")
     elements_per_wave: int = Field(
         8,
         ge=4,

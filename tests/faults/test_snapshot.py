@@ -48,7 +48,7 @@ def simulated(scale, keeper):
 def bits(history):
     arrays = [*history.curve.values(), *history.energies.values()]
     arrays += [
-        a for f in history.frames for a in (f.position, *f.fields.values(), np.array([f.time, f.strain, f.force]))
+        a for f in history.frames for a in (f.position, *f.fields.values(), np.array([f.time, f.coordinate, f.force]))
     ]
     return [array.tobytes() for array in arrays], history.first_failure
 

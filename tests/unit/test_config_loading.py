@@ -23,7 +23,7 @@ def rig(tmp_path):
 def test_preset_sets_counts_and_the_meso_gauge(preset):
     values = PRESETS[preset]
     meso, macro = (resolve(variant="2", scale=scale, preset=preset) for scale in ("meso", "macro"))
-    assert meso.model.meso.elements_per_loop == 32
+    assert meso.model.meso.elements_per_loop == 30
     assert meso.model.meso.elements_per_wave == 8
     assert meso.rig.gauge_length == values.meso_gauge_length
     assert macro.model.macro.element_size == values.element_size
