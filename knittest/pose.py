@@ -11,9 +11,8 @@ Units everywhere: mm, ms, g, N, MPa (so mJ, N mm, mm/ms = m/s, N/mm). A cantilev
     print(body.position[20], body.reaction(0))
 
 ``body.boundary`` takes supports and motions of single degrees of freedom, point loads, moments that keep their
-direction,
-gravity and rigid tools (:func:`plane`, :func:`plate`, :func:`cylinder`, :func:`surface`; held, moved or loaded). The
-rigs of the laboratory are posed through the same class.
+direction, gravity and rigid tools (:func:`plane`, :func:`plate`, :func:`cylinder`, :func:`surface`; held, moved or
+loaded). The rigs of the laboratory are posed through the same class.
 """
 
 from collections.abc import Callable, Sequence
@@ -51,11 +50,14 @@ from knittest.models.boundary import (
 from knittest.models.chains import Chain, YarnContact, build_chains
 from knittest.models.explicit_model import ExplicitModel
 from knittest.models.sheet import build_sheet
+from knittest.models.surface import read_surface, surface
 from knittest.relaxation import Relaxation, relax
 
 __all__ = [
     "ALL", "Body", "Boundary", "Chain", "Laminate", "Readings", "Relaxation", "Section", "Table", "Tool", "YarnContact",
-    "constant", "cylinder", "linear_laminate", "plane", "plate", "ramp", "round_section", "sampled", "section",
+    "constant", "cylinder", "linear_laminate", "plane", "plate", "ramp",
+    "read_surface", "round_section", "sampled",
+    "section", "surface",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
