@@ -5,6 +5,7 @@ from math import sqrt
 from numba import njit
 
 from knittest.kernels.drive_state import KINETIC, NORMAL, STATIC, TANGENTIAL
+from knittest.kernels.loads import load_now
 from knittest.kernels.options import KERNEL
 from knittest.kernels.rows import rows3
 from knittest.kernels.tool_shapes import tool_distance
@@ -95,7 +96,7 @@ def move_tools(dt, tools, tables, tally):
                 after = tables.now[1, motion]
                 tally.energy[0, 0] -= force * 0.5 * (before + after) * dt
             else:
-                applied = tables.now[1, load] if load >= 0 else 0.0
+                applied = load_now(1.0, load, tables) if load >= 0 else 0.0
                 slowed = 1.0 / (1.0 + 0.5 * tools.drag[t] * dt)
                 free = before * (1.0 - 0.5 * tools.drag[t] * dt) + (force + applied) * dt / tools.mass[t]
                 after = free * slowed
