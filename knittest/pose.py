@@ -261,10 +261,12 @@ class Body:
         drive, tally = self.start()
         stored = self.model.stored()
         elastic, moving, _ = tool_energies(self.model.nodes, drive.tools, drive.touch, self.model.n_nodes)
+        before, spinning = float(tally.energy[:, 0].sum()), self._spinning()
         self.step(1)
         external, friction, eroded = (float(v) for v in tally.energy.sum(axis=0))
+        external = 0.5 * (before + external)  # half of the work of this step is done after the instant of its forces
         found = {
-            "kinetic": self._kinetic + moving,
+            "kinetic": self._kinetic + 0.5 * (spinning - self._spinning()) + moving,
             "internal": float(stored.internal.sum()),
             "contact": stored.contact + elastic,
             "hourglass": stored.hourglass,
@@ -273,3 +275,7 @@ class Body:
             "eroded": eroded,
         }
         return found | {"external": external, "balance": external - sum(found.values())}
+
+    def _spinning(self) -> float:
+        """Rotary kinetic energy [mJ] half a step ago."""
+        return 0.5 * float((self.model.inertia[:, None] * self.spin**2).sum())

@@ -5,6 +5,7 @@ from math import sqrt
 from numba import njit
 
 from knittest.kernels.drive_state import KINETIC, NORMAL, STATIC, TANGENTIAL
+from knittest.kernels.loads import load_now
 from knittest.kernels.options import KERNEL
 from knittest.kernels.rows import rows3
 from knittest.kernels.tool_shapes import tool_distance
@@ -25,6 +26,18 @@ def coulomb(sx, sy, sz, tangential, pressure, static, kinetic, slipping):
         return sx, sy, sz, 0.0
     share = kinetic * pressure / trial
     return share * sx, share * sy, share * sz, 1.0
+
+
+@njit(**KERNEL)
+def damp_sticking(fx, fy, fz, dx, dy, dz, viscous, limit):
+    """Sticking force (3) [N] with ``viscous`` [N/mm] times the step's slide d (3) added, up to ``limit``.
+
+    Without it a node that stops swings about its sticking force and slips again below the static limit.
+    """
+    fx, fy, fz = fx + viscous * dx, fy + viscous * dy, fz + viscous * dz
+    size = sqrt(fx * fx + fy * fy + fz * fz)
+    share = limit / size if size > limit else 1.0
+    return share * fx, share * fy, share * fz
 
 
 @njit(**KERNEL)
@@ -49,24 +62,30 @@ def touch_tools(partition, first, last, dt, nodes, tools, touch, tally):
             dx, dy, dz = (vx[i] - ux) * dt, (vy[i] - uy) * dt, (vz[i] - uz) * dt
             closing = -(dx * nx + dy * ny + dz * nz)
             elastic = law[NORMAL] * touch.stiffness[i] * depth
-            pressure = max(elastic + touch.viscous[i] * closing / dt, 0.0)
+            pressure = max(elastic + touch.viscous[i] * sqrt(law[NORMAL]) * closing / dt, 0.0)
             tangential = law[TANGENTIAL] * touch.stiffness[i]
             ex, ey, ez = spring[0, i], spring[1, i], spring[2, i]
             tx, ty, tz = ex + dx, ey + dy, ez + dz
-            along = (tx * nx + ty * ny + tz * nz) / (nx * nx + ny * ny + nz * nz)
+            normal2 = nx * nx + ny * ny + nz * nz
+            along = (tx * nx + ty * ny + tz * nz) / normal2
             tx, ty, tz = tx - along * nx, ty - along * ny, tz - along * nz
             sx, sy, sz, slips = coulomb(
                 tx, ty, tz, tangential, pressure, law[STATIC], law[KINETIC], touch.slipping[t, i]
             )
             slip = (ex + sx) * (tx - sx) + (ey + sy) * (ty - sy) + (ez + sz) * (tz - sz)
             lost += 0.5 * tangential * slip + (pressure - elastic) * closing
+            rubs_x, rubs_y, rubs_z = tangential * sx, tangential * sy, tangential * sz
+            if slips == 0.0:
+                viscous, back = touch.viscous[i] * sqrt(law[TANGENTIAL]) / dt, closing / normal2
+                dx, dy, dz = dx + back * nx, dy + back * ny, dz + back * nz
+                rubs_x, rubs_y, rubs_z = damp_sticking(
+                    rubs_x, rubs_y, rubs_z, dx, dy, dz, viscous, law[STATIC] * pressure
+                )
+                lost += (rubs_x - tangential * sx) * dx + (rubs_y - tangential * sy) * dy
+                lost += (rubs_z - tangential * sz) * dz
             spring[0, i], spring[1, i], spring[2, i] = sx, sy, sz
             touch.slipping[t, i], touch.pressure[t, i] = slips, pressure
-            gx, gy, gz = (
-                pressure * nx - tangential * sx,
-                pressure * ny - tangential * sy,
-                pressure * nz - tangential * sz,
-            )
+            gx, gy, gz = pressure * nx - rubs_x, pressure * ny - rubs_y, pressure * nz - rubs_z
             fx[i], fy[i], fz[i] = fx[i] + gx, fy[i] + gy, fz[i] + gz
             sum_x, sum_y, sum_z = sum_x - gx, sum_y - gy, sum_z - gz
         tally.tool[partition, t, 0] += sum_x
@@ -95,7 +114,7 @@ def move_tools(dt, tools, tables, tally):
                 after = tables.now[1, motion]
                 tally.energy[0, 0] -= force * 0.5 * (before + after) * dt
             else:
-                applied = tables.now[1, load] if load >= 0 else 0.0
+                applied = load_now(1.0, load, tables) if load >= 0 else 0.0
                 slowed = 1.0 / (1.0 + 0.5 * tools.drag[t] * dt)
                 free = before * (1.0 - 0.5 * tools.drag[t] * dt) + (force + applied) * dt / tools.mass[t]
                 after = free * slowed
