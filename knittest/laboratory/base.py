@@ -7,6 +7,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from knittest.config.run import Run
+from knittest.errors import InputError
 from knittest.experiment.curves import load_curve
 from knittest.history import History, Quality
 from knittest.kernels.shell_state import Laminate
@@ -53,6 +54,10 @@ class Test(Protocol):
 
 
 def fabric_laminate(run: Run) -> Laminate:
-    """Laminate of the run's fabric with its tension curves."""
+    """Laminate of the run's fabric with its tension curves; raises InputError for mass scaling, which shells lack."""
+    if run.solver.target_step is not None:
+        raise InputError(
+            f"solver.target_step = {run.solver.target_step:g} us: shells are not mass-scaled; leave it out"
+        )
     curves = {d: load_curve(data_dir() / path) for d, path in run.fabric.macro.tension.items()}
     return laminate(run.fabric, {d: (c.x, c.mean) for d, c in curves.items()})
