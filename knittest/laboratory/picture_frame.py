@@ -58,15 +58,16 @@ class PictureFrame:
     def _yarns(self, run: PictureFrameRun, specimen: int, phase: Phase | None) -> Prepared:
         start = clock.perf_counter()
         side, fabric = run.rig.kernel("side"), run.fabric
-        n_wales = round(side / fabric.wale_spacing) + 2
-        n_courses = round(side / fabric.course_spacing) + 2
+        n_wales, n_courses = (max(round(side / s), 2) for s in (fabric.wale_spacing, fabric.course_spacing))
         piece = cut(run, n_wales, n_courses, specimen, phase)
         low = np.min([p.points.min(axis=0) for p in piece.paths], axis=0)
         high = np.max([p.points.max(axis=0) for p in piece.paths], axis=0)
         middle = 0.5 * (low + high) * [1.0, 1.0, 0.0]
         paths = [replace(p, points=_turned(p.points - middle)) for p in piece.paths]
         model = build_meso(run, paths, piece.draws)
-        held = np.abs(_turned_back(model.position())[:, :2]).max(axis=1) >= 0.5 * side
+        # needles hold the ends of the yarns, about which these may turn
+        chain = model.group.chain
+        held = np.append(True, chain[1:] != chain[:-1]) | np.append(chain[1:] != chain[:-1], True)
         facts = {"side_mm": side, "area_mm2": float(np.prod((high - low)[:2]))}
         test = PictureFrameTest(run, np.flatnonzero(held))
         return Prepared(model, test, clock.perf_counter() - start, piece.table, facts)
@@ -108,14 +109,6 @@ def frame_at(history: History, angle: float) -> Frame:
 
 def _turned(points: Array) -> Array:
     """Turn by 45 deg, so that the pulled diagonal of the square lies along y."""
-    return _about_z(points, np.pi / 4.0)
-
-
-def _turned_back(points: Array) -> Array:
-    return _about_z(points, -np.pi / 4.0)
-
-
-def _about_z(points: Array, angle: float) -> Array:
-    c, s = np.cos(angle), np.sin(angle)
-    turned: Array = points @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    c = np.sqrt(0.5)
+    turned: Array = points @ np.array([[c, c, 0.0], [-c, c, 0.0], [0.0, 0.0, 1.0]])
     return turned
