@@ -17,6 +17,8 @@ Pham et al. (2019), mean and standard deviation. *kind*: `predicted`; `tuned` (a
 COST = """
 ## Cost and quality of these runs
 
+Wall times depend on what else the machine does; docs/kernel.md has those of a quiet one.
+
 | variant | scale | direction | preset | n | elements | steps | wall [s] | KE/work [%] | energy err. [%] | pen./r [%] |
 |---|---|---|---|---|---|---|---|---|---|---|
 """
