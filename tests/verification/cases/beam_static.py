@@ -5,7 +5,7 @@ The element has one integration point: second order in its length, exact where s
 
 import numpy as np
 from cases.row import Row
-from cases.series import BEAM, beam, line, order, settle
+from cases.series import BEAM, beam, converging, line, order, settle
 from scipy.integrate import quad, solve_bvp
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
@@ -94,12 +94,9 @@ def elastica() -> list[Row]:
             body.boundary.load([n], "z", alpha * EI)
             x, _, z = settle(body).position[n]
             tips.append([z, 1.0 - x])
-        errors = np.array(tips) - exact
         for k, name in enumerate(("w / L", "u / L")):
             case, source = f"elastica, P L^2 / EI = {alpha:g}", "Bisshopp & Drucker 1945"
-            rows.append(
-                Row(case, source, f"tip {name} [-]", exact[k], tips[-1][k], "4, 8, 16", order(list(errors[:, k])))
-            )
+            rows.append(converging(case, source, f"tip {name} [-]", exact[k], [t[k] for t in tips], "4, 8, 16"))
     return rows
 
 
@@ -114,7 +111,7 @@ def roll_up() -> list[Row]:
         body = cantilever(n)
         body.boundary.load([n], "ry", -2.0 * np.pi * EI)
         gaps.append(float(np.linalg.norm(settle(body).position[n])))
-    return [Row("roll-up", "Simo & Vu-Quoc 1986", "gap over length [-]", 0.0, gaps[-1], "10, 20, 40", order(gaps))]
+    return [converging("roll-up", "Simo & Vu-Quoc 1986", "gap over length [-]", 0.0, gaps, "10, 20, 40")]
 
 
 #: 45 degree bend: a unit square with E = 1e7, nu = 0, whose torsion constant is 0.1406
@@ -179,9 +176,9 @@ def bend_45(load: float, published: tuple[float, ...] = ()) -> list[Row]:
         Row(case, "Bathe & Bolourchi 1979", f"tip {axis} [mm]", published[k], tips[0][k], "8", None)
         for k, axis in enumerate("xyz"[: len(published)])
     ]
-    rod = "Reissner's rod, collocation"
+    rod, series = "Reissner's rod, collocation", tuple(e / float(np.linalg.norm(exact)) for e in errors)
     return rows + [
-        Row(case, rod, f"tip {axis} [mm]", exact[k], tips[-1][k], "8, 16, 32", order(errors))
+        Row(case, rod, f"tip {axis} [mm]", exact[k], tips[-1][k], "8, 16, 32", order(errors), series)
         for k, axis in enumerate("xyz")
     ]
 
@@ -204,9 +201,8 @@ def buckling() -> list[Row]:
             body.boundary.load(np.arange(1, n), "z", 0.5 / n * np.sin(np.pi * np.arange(1, n) / n))
             sag.append(settle(body, 1e-5).position[:, 2].max())
         found.append(0.5 * critical / (1.0 - sag[0] / sag[1]))
-    rate = order([f - critical for f in found])
     return [
-        Row("Euler buckling", "Euler 1744; Southwell 1932", "critical load [N]", critical, found[-1], "4, 8, 16", rate)
+        converging("Euler buckling", "Euler 1744; Southwell 1932", "critical load [N]", critical, found, "4, 8, 16")
     ]
 
 
@@ -228,12 +224,11 @@ def post_buckling() -> list[Row]:
             np.column_stack([np.sin(bent), zero, 1.0 - np.cos(bent)]) / bent[-1], np.column_stack([zero, -bent, zero])
         )
         tips.append(settle(body, 1e-5).position[n, [0, 2]])
-    errors = np.array(tips) - exact
+    case, source = "buckled column", "Timoshenko & Gere 1961"
     return [
-        Row("buckled column", "Timoshenko & Gere 1961", f"tip {name} [-]", exact[i], tips[-1][i], "4, 8, 16",
-            order(list(errors[:, i])))
-        for i, name in enumerate(("x / L", "y / L"))
-    ]  # fmt: skip
+        converging(case, source, f"tip {name} [-]", exact[k], [t[k] for t in tips], "4, 8, 16")
+        for k, name in enumerate(("x / L", "y / L"))
+    ]
 
 
 def wavy_yarn() -> list[Row]:
@@ -258,8 +253,7 @@ def wavy_yarn() -> list[Row]:
         crimp = (np.pi * amplitude / wavelength) ** 2
         exact = share * star / axial + crimp * (1.0 - (1.0 + share) ** -2)
         case, source = f"wavy yarn, T = {share:g} T*", "Timoshenko & Gere 1961"
-        rate = order([s - exact for s in strains])
-        rows.append(Row(case, source, "strain [-]", exact, strains[-1], "8, 16, 32", rate))
+        rows.append(converging(case, source, "strain [-]", exact, strains, "8, 16, 32"))
     return rows
 
 
@@ -290,8 +284,7 @@ def heavy_elastica() -> list[Row]:
         body.boundary.gravity(weight)
         x, _, z = settle(body).position[n]
         angles.append(float(np.rad2deg(np.arctan2(-z, x))))
-    rate = order([a - chord_angle(gamma) for a in angles])
-    return [Row("heavy elastica", "elastica, collocation", "chord angle [deg]", exact, angles[-1], "5, 10, 20", rate)]
+    return [converging("heavy elastica", "elastica, collocation", "chord angle [deg]", exact, angles, "5, 10, 20")]
 
 
 def rows() -> list[Row]:

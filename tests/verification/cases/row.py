@@ -7,7 +7,8 @@ from dataclasses import dataclass
 class Row:
     """A ``quantity`` of ``case`` as computed on ``mesh`` against its ``reference`` from ``source``.
 
-    ``order`` is the observed order of convergence over the meshes named, None where the case has none.
+    ``order`` is the observed order of convergence over the meshes named, None where the case has none; ``series`` the
+    errors on them, for the plot.
     """
 
     case: str
@@ -17,6 +18,7 @@ class Row:
     result: float
     mesh: str
     order: float | None
+    series: tuple[float, ...] = ()
 
     @property
     def error(self) -> float:

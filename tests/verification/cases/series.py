@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
+from cases.row import Row
 
 from knittest.pose import Body, Chain, section
 
@@ -13,6 +14,14 @@ BEAM = {"axial": 1e5, "bending": 1.0, "radius": 0.01, "linear_density": 1e-3}
 def order(errors: Sequence[float]) -> float:
     """Observed order of the last two errors of a series in which the mesh width or step halves."""
     return float(np.log2(abs(errors[-2] / errors[-1])))
+
+
+def converging(case: str, source: str, quantity: str, reference: float, results: Sequence[float], mesh: str) -> Row:
+    """Row of the last of ``results``, on meshes whose width halves, with their errors and order."""
+    errors = [r - reference for r in results]
+    scale = abs(reference) or 1.0
+    series = tuple(abs(e) / scale for e in errors)
+    return Row(case, source, quantity, reference, float(results[-1]), mesh, order(errors), series)
 
 
 def order_without_reference(results: Sequence[float]) -> float:

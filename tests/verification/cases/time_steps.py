@@ -2,7 +2,7 @@
 
 import numpy as np
 from cases.row import Row
-from cases.series import beam, line, order, order_without_reference
+from cases.series import beam, converging, line, order, order_without_reference
 
 from knittest.pose import ALL, Body, Chain, YarnContact, ramp, section
 
@@ -28,7 +28,7 @@ def oscillator() -> list[Row]:
         ends.append(body.position[1, 0] - 1.0)
     case, source, quantity = "bar and mass", "Hughes 2000", "displacement after 2.4 periods [mm]"
     return [
-        Row(case, source, quantity, exact, ends[-1], "dt, dt/2, dt/4", order([e - exact for e in ends])),
+        converging(case, source, quantity, exact, ends, "dt, dt/2, dt/4"),
         Row(case, source, "the same, central differences [mm]", discrete, ends[-1], "dt/4", None),
     ]
 
@@ -51,8 +51,9 @@ def second_order() -> list[Row]:
     """
     tips = [float(swinging_beam(halving, 300).position[4, 2]) for halving in (1, 2, 4)]
     reference = tips[-1] + (tips[-1] - tips[-2]) / 3.0
-    rate = order_without_reference(tips)
-    return [Row("swinging beam", "Richardson's limit", "tip [mm]", reference, tips[-1], "dt, dt/2, dt/4", rate)]
+    rate, series = order_without_reference(tips), tuple(abs(t / reference - 1.0) for t in tips)
+    mesh = "dt, dt/2, dt/4"
+    return [Row("swinging beam", "Richardson's limit", "tip [mm]", reference, tips[-1], mesh, rate, series)]
 
 
 def energy_drift() -> list[Row]:
@@ -74,7 +75,7 @@ def energy_drift() -> list[Row]:
         drift.append(abs(float(np.mean(error[half:]) - np.mean(error[:half]))) / work)
     case, source = "energy of a swinging beam", "Hairer, Lubich & Wanner 2003"
     return [
-        Row(case, source, "largest error over work [-]", 0.0, spread[-1], "dt, dt/2", order(spread)),
+        Row(case, source, "largest error over work [-]", 0.0, spread[-1], "dt, dt/2", order(spread), tuple(spread)),
         Row(case, source, "second half less first half [-]", 0.0, drift[-1], "dt/2", None),
     ]
 

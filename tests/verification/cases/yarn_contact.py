@@ -2,7 +2,7 @@
 
 import numpy as np
 from cases.row import Row
-from cases.series import beam, order
+from cases.series import beam, converging, order
 
 from knittest.pose import ALL, Body, Chain, Table, YarnContact, cylinder, plane, ramp, section
 
@@ -60,8 +60,7 @@ def capstan() -> list[Row]:
         tension: list[float] = []
         body.advance(h / speed, lambda b, out=tension, group=pull: out.append(-b.reaction(group)))
         ratios.append(float(np.mean(tension)) / hold)
-    rate = order([r - exact for r in ratios])
-    return [Row("capstan", "Euler 1769; Eytelwein 1808", "T2 / T1 [-]", exact, ratios[-1], "6, 12, 24", rate)]
+    return [converging("capstan", "Euler 1769; Eytelwein 1808", "T2 / T1 [-]", exact, ratios, "6, 12, 24")]
 
 
 def incline() -> list[Row]:
@@ -136,7 +135,7 @@ def impact() -> list[Row]:
         Row(case, source, "velocity of the light yarn [mm/ms]", 0.5, mean[0], "dt/4", None),
         Row(case, source, "velocity of the heavy yarn [mm/ms]", -0.5, mean[1], "dt/4", None),
         Row(case, source, "change of momentum [-]", 0.0, change, "dt/4", None),
-        Row(case, source, "change of energy [-]", 0.0, errors[-1], mesh, order(errors)),
+        Row(case, source, "change of energy [-]", 0.0, errors[-1], mesh, order(errors), tuple(abs(e) for e in errors)),
         Row(
             f"impact with friction, {100.0 * lost:.0f} % lost", "balance", "change of energy [-]", 0.0,
             (rubbed[1]["balance"] - rubbed[0]["balance"]) / rubbed[0]["kinetic"], "dt/4", None,
