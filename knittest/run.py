@@ -68,7 +68,8 @@ def _specimens(run: Run, progress: Progress, opened: Opened) -> list[Specimen]:
         if kept is not None:
             done.append(specimen_of(kept))
             continue
-        label = f"{run.direction} {k + 1}/{count}" if count > 1 else run.direction
+        name = run.direction or run.rig.kind
+        label = f"{name} {k + 1}/{count}" if count > 1 else name
         start = clock.perf_counter()
         phase = partial(_announce, progress, label)
         with opened.checkpoints.keeping(k) as keeper:

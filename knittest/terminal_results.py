@@ -72,8 +72,13 @@ def results_table(outcomes: Sequence[Outcome], plus_minus: str = "±") -> list[t
             label, form = _QUANTITIES.get(quantity, (quantity.replace("_", " "), "{:.4g}"))
             if label:
                 tail = _judged(compared.get(quantity), form, plus_minus, refused=bool(outcome.quality.failures))
-                rows.append((str(outcome.summary["direction"]), label, _simulated(value, form, plus_minus), *tail))
+                rows.append((_name(outcome), label, _simulated(value, form, plus_minus), *tail))
     return rows
+
+
+def _name(outcome: Outcome) -> str:
+    """Direction of a strip, else the test."""
+    return str(outcome.summary["direction"] or outcome.summary["rig"])
 
 
 def quality_lines(outcome: Outcome) -> list[str]:
@@ -87,7 +92,7 @@ def quality_lines(outcome: Outcome) -> list[str]:
     )
     text = ", ".join(f"{name} {value:.2g} %" for name, value in numbers if math.isfinite(value))
     verdict = "FAILED, comparison refused" if quality.failures else "passed"
-    lines = [f"quality gates, {outcome.summary['direction']}: {verdict} ({text})"]
+    lines = [f"quality gates, {_name(outcome)}: {verdict} ({text})"]
     lines += [f"  failed: {reason}" for reason in quality.failures]
     return lines + [f"  warning: {reason}" for reason in quality.warnings]
 
