@@ -23,7 +23,7 @@ def test_bending_patch():
 
 @pytest.mark.parametrize("direction", ["warp", "weft"])
 def test_cantilever(direction):
-    """20 elements, soft by 1 / (4 n^2) = 6e-4 of bending and 2e-5 by shear; the tip feels at most twice that."""
+    """20 elements, off by 1 / (4 n^2) = 6e-4 of bending and 2e-5 of shear; the tip feels at most twice that."""
     for row in case.cantilever(direction):
         assert abs(row.error) < 2.0 / (4.0 * 20**2)
         assert row.order == pytest.approx(2.0, abs=0.15)

@@ -120,7 +120,7 @@ def cantilever(direction: str, alpha: float = 5.0) -> list[Row]:
     """Strip bent by an end force P L^2 / (D b) = 5: tip at w / L = 0.71379, u / L = 0.38763.
 
     Elastica: Bisshopp & Drucker (1945), Quart. Appl. Math. 3, 272; table of Mattiasson (1981), IJNME 17, 145. One-point
-    elements are soft by 1 / (4 n^2) of bending: order 2. Transverse shear adds 3 t^2 / (5 L^2), here 2e-5.
+    elements are off by 1 / (4 n^2) of bending: order 2. Transverse shear adds 3 t^2 / (5 L^2), here 2e-5.
     """
     length, width, stiffness = 100.0, 10.0, D[direction == "weft"]
     exact, tips = tip_of_elastica(alpha), []
