@@ -7,7 +7,7 @@ from cases import time_steps
 def test_bar_and_mass_follow_central_differences_exactly() -> None:
     """Second order to the closed form, rounding to what central differences give."""
     row, discrete = time_steps.oscillator()
-    assert row.order == pytest.approx(2.0, abs=0.3)  # omega dt = 1.1 is not small in the coarsest
+    assert row.order == pytest.approx(2.0, abs=0.1)
     assert abs(discrete.error) < 1e-11
 
 

@@ -58,7 +58,7 @@ def frequencies() -> list[Row]:
 def bar_wave() -> list[Row]:
     """A pulse P(t) on the free end of a bar: 2 P(t - L / c) at the clamp, back after 2 L / c with v = -2 P / (m c).
 
-    c = sqrt(EA / m); Graff (1975), Wave Motion in Elastic Solids, section 2.3. The fourth power of a sine, 0.5 L / c
+    c = sqrt(EA / m); Graff (1975), Wave Motion in Elastic Solids. The fourth power of a sine, 0.5 L / c
     long; order of the largest deviation of the reaction.
     """
     speed = np.sqrt(BEAM["axial"] / MASS)
@@ -83,7 +83,7 @@ def bar_wave() -> list[Row]:
         returns.append(float(velocity.min() * MASS * speed))
     case, source, mesh, rate = "bar wave", "Graff 1975", "50, 100, 200", order(errors)
     return [
-        Row(case, source, "speed [mm/ms]", speed, speeds[-1], mesh, order([s - speed for s in speeds])),
+        Row(case, source, "speed [mm/ms]", speed, speeds[-1], mesh, None),
         Row(
             case, source, "reaction at the clamp over P [-]", 2.0, peaks[-1], mesh, rate, tuple(0.5 * e for e in errors)
         ),

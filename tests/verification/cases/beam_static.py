@@ -209,7 +209,7 @@ def buckling() -> list[Row]:
 def post_buckling() -> list[Row]:
     """Clamped column, end slope 60 degrees: P = (K / L)^2 EI, tip at x / L = 2 E / K - 1, y / L = 2 p / K.
 
-    p = sin 30 degrees; 1.152 times the critical load, 0.741 and 0.593 in Timoshenko & Gere (1961), table 2-4.
+    p = sin 30 degrees; 1.152 times the critical load, 0.741 and 0.593 in Timoshenko & Gere (1961), section 2.7.
     """
     m = np.sin(np.deg2rad(30.0)) ** 2
     k, e = ellipk(m), ellipe(m)

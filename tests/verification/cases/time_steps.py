@@ -15,12 +15,12 @@ def oscillator() -> list[Row]:
     velocity, ends, exact, discrete = 1.0, [], 0.0, 0.0
     for halving in (1, 2, 4):
         body = beam(line(1), axial=1e3)
-        body.dt = 0.8 / halving * body.model.critical_step
+        body.dt = 0.2 / halving * body.model.critical_step
         body.boundary.move([0], ALL)
         body.boundary.move([1], ALL[1:])
         body.velocity[1, 0] = velocity
         omega = np.sqrt(1e3 / body.model.mass[1])
-        steps = 16 * halving
+        steps = 64 * halving
         body.step(steps)
         p = 2.0 * np.arcsin(0.5 * omega * body.dt)
         exact = velocity / omega * np.sin(omega * body.time)
