@@ -10,41 +10,15 @@ from typing import TYPE_CHECKING, Any, Protocol, TextIO
 
 from knittest.export.jsonfile import json_text
 from knittest.history import Quality
+from knittest.result_rows import KINDS, result_rows
 
 if TYPE_CHECKING:
     from rich.console import Console
 
 HEADER = ("direction", "quantity", "simulated", "experiment", "deviation", "kind", "verdict")
-#: label and format of a result; an empty label leaves it to summary.json
-_QUANTITIES = {
-    "peak_force_n": ("peak force [N]", "{:.0f}"),
-    "fracture_strain_pct": ("fracture strain [%]", "{:.2f}"),
-    "force_per_yarn_n": ("", ""),
-    "pull_force_kinetic_n": ("pull force, kinetic [N]", "{:.1f}"),
-    "pull_force_static_n": ("pull force, largest [N]", "{:.1f}"),
-    "mu_paper": ("F_R/F_N, two faces [-]", "{:.4f}"),
-    "mu_per_face": ("F_R/(2 F_N), a face [-]", "{:.4f}"),
-    "normal_force_n": ("normal force [N]", "{:.1f}"),
-    "normal_force_error_pct": ("largest normal force error [%]", "{:.2f}"),
-    "compression_mm": ("plates closed by [mm]", "{:.3f}"),
-    "chord_angle_deg": ("chord angle [deg]", "{:.2f}"),
-    "overhang_mm": ("overhang [mm]", "{:.1f}"),
-    "bending_stiffness_mncm2": ("B by Eq. 2, 50 mm strip [mN cm2]", "{:.0f}"),
-    "bending_stiffness_n_mm_per_width": ("B, root moment/curvature [N mm]", "{:.2f}"),
-    "moment_error_pct": ("root moment off weight [%]", "{:.2f}"),
-    "shear_force_n_at_10deg": ("shear force at 10 deg [N]", "{:.2f}"),
-    "shear_force_n_at_20deg": ("shear force at 20 deg [N]", "{:.2f}"),
-    "shear_force_n_at_30deg": ("shear force at 30 deg [N]", "{:.2f}"),
-    "shear_force_n_at_40deg": ("shear force at 40 deg [N]", "{:.2f}"),
-    "wrinkle_onset_deg": ("wrinkle onset [deg]", "{:.1f}"),
-    "wrinkle_amplitude_mm_at_40deg": ("wrinkle amplitude at 40 deg [mm]", "{:.2f}"),
-    "wrinkle_count_at_40deg": ("wrinkles at 40 deg", "{:.0f}"),
-}
 _NUMBERS = (2, 3, 4)  # columns aligned to the right
-_KINDS = {
-    "tuned": "tuned: a parameter was fitted to this row, which therefore proves nothing by itself",
-    "input": "input: the model was given this row and returns it",
-}
+#: results that only summary.json shows
+_LEFT_OUT = ("force_per_yarn_n",)
 
 
 class Outcome(Protocol):
@@ -65,15 +39,12 @@ class Outcome(Protocol):
 
 def results_table(outcomes: Sequence[Outcome], plus_minus: str = "±") -> list[tuple[str, ...]]:
     """Rows in the order of :data:`HEADER`, one a direction and quantity; nothing is left to colour."""
-    rows: list[tuple[str, ...]] = []
-    for outcome in outcomes:
-        compared = {row["quantity"]: row for row in outcome.summary["comparison"]}
-        for quantity, value in outcome.summary["results"].items():
-            label, form = _QUANTITIES.get(quantity, (quantity.replace("_", " "), "{:.4g}"))
-            if label:
-                tail = _judged(compared.get(quantity), form, plus_minus, refused=bool(outcome.quality.failures))
-                rows.append((_name(outcome), label, _simulated(value, form, plus_minus), *tail))
-    return rows
+    return [
+        (_name(outcome), row.label, row.simulated, row.experiment, row.deviation, row.kind, row.verdict)
+        for outcome in outcomes
+        for row in result_rows(outcome.summary, plus_minus, refused=bool(outcome.quality.failures))
+        if row.quantity not in _LEFT_OUT
+    ]
 
 
 def _name(outcome: Outcome) -> str:
@@ -127,7 +98,7 @@ def print_json(payload: Mapping[str, Any], stream: TextIO | None = None) -> None
 def _print(outcomes: Sequence[Outcome], stream: TextIO) -> None:
     rows = results_table(outcomes, "±" if _can_encode("±", stream) else "+-")
     kinds = {row[HEADER.index("kind")] for row in rows}
-    notes = [text for kind, text in _KINDS.items() if kind in kinds]
+    notes = [text for kind, text in KINDS.items() if kind in kinds]
     lines = [*notes, *(line for outcome in outcomes for line in quality_lines(outcome))]
     lines += [f"run folder: {outcome.folder}" for outcome in outcomes]
     if stream.isatty():
@@ -165,32 +136,6 @@ def _rich_table(console: "Console", rows: Sequence[tuple[str, ...]]) -> None:
         style = "green" if row[-1].startswith("within") else "yellow" if row[-1] == "no reference" else "red"
         table.add_row(*(Text(cell) for cell in row[:-1]), Text(row[-1], style=style))
     console.print(table)
-
-
-def _simulated(value: Any, form: str, plus_minus: str) -> str:
-    """A number, or mean, sd and count of an ensemble."""
-    if isinstance(value, Mapping):
-        mean, sd = _number(value["mean"], form), _number(value["sd"], form)
-        return f"{mean} {plus_minus} {sd} (n {len(value['values'])})"
-    return _number(value, form)
-
-
-def _judged(row: Mapping[str, Any] | None, form: str, plus_minus: str, *, refused: bool) -> tuple[str, str, str, str]:
-    """Experiment, deviation, kind and verdict of one row."""
-    if refused:
-        return "-", "-", "-", "refused"
-    if row is None:
-        return "-", "-", "-", "no reference"
-    experiment = f"{_number(row['experiment_mean'], form)} {plus_minus} {_number(row['experiment_sd'], form)}"
-    deviation = row["deviation_sd"]
-    if deviation is None or not math.isfinite(deviation):
-        return experiment, "-", row["kind"], "not comparable"
-    verdict = "within 1 sd" if abs(deviation) <= 1.0 else "outside 1 sd"
-    return experiment, f"{deviation:+.2f} sd", row["kind"], verdict
-
-
-def _number(value: float | None, form: str) -> str:
-    return form.format(value) if value is not None and math.isfinite(value) else "-"
 
 
 def _can_encode(text: str, stream: TextIO) -> bool:

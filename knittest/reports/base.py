@@ -11,6 +11,7 @@ from knittest.config.run import Run
 from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.tables import PublishedValue
 from knittest.export import energy_picture
+from knittest.export.line_picture import Level
 from knittest.specimen import Specimen
 
 Columns = dict[str, np.ndarray]
@@ -24,8 +25,52 @@ class References:
     curve: ReferenceCurve | None = None
 
 
+@dataclass(frozen=True)
+class CurveAxes:
+    """Columns of curve.csv that make the curve, and what stands at its axes; ``mean`` and ``sd`` of an ensemble."""
+
+    x: str
+    y: str
+    xlabel: str
+    ylabel: str
+    mean: str = ""
+    sd: str = ""
+    logarithmic: bool = False
+
+
+@dataclass(frozen=True)
+class Gate:
+    """A number of summary.json (``part``: quality or results) that may not exceed ``limit`` [``unit``]."""
+
+    label: str
+    part: str
+    key: str
+    limit: float
+    unit: str = "%"
+    scale: float = 1.0  # from the number in the file to ``unit``
+
+
+def energy_gates(run: Run) -> list[Gate]:
+    """The gates of every test that is integrated in time."""
+    solver = run.solver
+    return [
+        Gate("kinetic energy over work", "quality", "ke_over_ie_max", solver.max_kinetic_ratio, scale=100.0),
+        Gate("energy error", "quality", "energy_error_max", solver.max_energy_error, scale=100.0),
+        Gate("penetration over radius", "quality", "penetration_over_radius_max", solver.max_penetration, scale=100.0),
+        Gate("added mass", "quality", "added_mass_pct", solver.max_added_mass),
+    ]
+
+
 class Report(Protocol):
     """How a test is compared and shown; pictures show the first specimen."""
+
+    axes: CurveAxes
+
+    def levels(self, run: Any) -> list[Level]:
+        """Horizontal lines of the curve's picture."""
+
+    def gates(self, run: Any) -> list[Gate]:
+        """Limits above which the comparison is refused."""
 
     def scaled(self, run: Any, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
         """Published rows for the size of the run's specimen."""

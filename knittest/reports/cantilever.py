@@ -11,12 +11,28 @@ from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.tables import PublishedValue
 from knittest.export.line_picture import Level, Line, line_picture
 from knittest.export.side_picture import side_picture
-from knittest.reports.base import Columns, References, title_of
+from knittest.laboratory.cantilever import MOMENT_TOLERANCE
+from knittest.reports.base import Columns, CurveAxes, Gate, References, title_of
 from knittest.specimen import Specimen
 
 
 class CantileverReport:
     """See :class:`knittest.reports.base.Report`."""
+
+    axes = CurveAxes(
+        "steps", "residual", "relaxation steps", "out-of-balance force over weight and reactions", logarithmic=True
+    )
+
+    def levels(self, run: CantileverRun) -> list[Level]:
+        """What counts as rest."""
+        return [Level(run.rig.tolerance, "tolerance of the residual")]
+
+    def gates(self, run: CantileverRun) -> list[Gate]:
+        """Rest, and the root carries the weight."""
+        return [
+            Gate("residual at rest", "results", "residual", run.rig.tolerance, unit="of the weight"),
+            Gate("root moment off weight", "results", "moment_error_pct", 100.0 * MOMENT_TOLERANCE),
+        ]
 
     def scaled(self, run: CantileverRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
         """As they are: nothing of it grows with the specimen."""
@@ -40,12 +56,12 @@ class CantileverReport:
         curve = history.curve
         moves = curve["largest_move_mm"] / max(float(curve["largest_move_mm"].max()), 1e-12)
         lines = [
-            Line(curve["steps"], curve["residual"], "out-of-balance force over weight and reactions"),
+            Line(curve["steps"], curve["residual"], self.axes.ylabel),
             Line(curve["steps"], moves, "largest move a chunk over its largest"),
         ]
         line_picture(
-            folder / "curve.png", lines, title=f"{title_of(run)}: coming to rest", xlabel="relaxation steps",
-            ylabel="share", levels=[Level(run.rig.tolerance, "tolerance of the residual")], logarithmic=True,
+            folder / "curve.png", lines, title=f"{title_of(run)}: coming to rest", xlabel=self.axes.xlabel,
+            ylabel="share", levels=self.levels(run), logarithmic=True,
         )  # fmt: skip
         first, last = history.frames[0].position, history.frames[-1].position
         cells = history.mesh.cells

@@ -8,12 +8,30 @@ from knittest.config.run import FrictionRun
 from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.tables import PublishedValue
 from knittest.export.line_picture import Level, Line, line_picture
-from knittest.reports.base import Columns, References, draw_energies, title_of
+from knittest.laboratory.friction import FORCE_TOLERANCE
+from knittest.reports.base import Columns, CurveAxes, Gate, References, draw_energies, energy_gates, title_of
 from knittest.specimen import Specimen
 
 
 class FrictionReport:
     """See :class:`knittest.reports.base.Report`."""
+
+    axes = CurveAxes("displacement_mm", "pull_force_n", "travel of the clamp [mm]", "pull force [N]")
+
+    def levels(self, run: FrictionRun) -> list[Level]:
+        """Coulomb's levels of two faces."""
+        rig = run.rig
+        level = 2.0 * rig.kinetic_coefficient * rig.normal_force
+        levels = [Level(level, f"two faces, kinetic: 2 x {rig.kinetic_coefficient:g} x {rig.normal_force:g} N")]
+        if rig.static_coefficient != rig.kinetic_coefficient:
+            most = 2.0 * rig.static_coefficient * rig.normal_force
+            levels.append(Level(most, f"two faces, static: 2 x {rig.static_coefficient:g} x {rig.normal_force:g} N"))
+        return levels
+
+    def gates(self, run: FrictionRun) -> list[Gate]:
+        """Those of every test, and the force that presses the plates."""
+        force = Gate("normal force off", "results", "normal_force_error_pct", 100.0 * FORCE_TOLERANCE)
+        return [*energy_gates(run), force]
 
     def scaled(self, run: FrictionRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
         """As they are: nothing of it grows with the specimen."""
@@ -33,18 +51,12 @@ class FrictionReport:
 
     def pictures(self, run: FrictionRun, specimens: list[Specimen], references: References, folder: Path) -> None:
         """curve.png with the Coulomb level, energies.png."""
-        rig = run.rig
         lines = [
             Line(s.history.curve["displacement_mm"], s.history.curve["pull_force_n"], f"simulated, specimen {k + 1}")
             for k, s in enumerate(specimens)
         ]
-        level = 2.0 * rig.kinetic_coefficient * rig.normal_force
-        levels = [Level(level, f"two faces, kinetic: 2 x {rig.kinetic_coefficient:g} x {rig.normal_force:g} N")]
-        if rig.static_coefficient != rig.kinetic_coefficient:
-            most = 2.0 * rig.static_coefficient * rig.normal_force
-            levels.append(Level(most, f"two faces, static: 2 x {rig.static_coefficient:g} x {rig.normal_force:g} N"))
         line_picture(
-            folder / "curve.png", lines, title=title_of(run), xlabel="travel of the clamp [mm]",
-            ylabel="pull force [N]", levels=levels,
+            folder / "curve.png", lines, title=title_of(run), xlabel=self.axes.xlabel, ylabel=self.axes.ylabel,
+            levels=self.levels(run),
         )  # fmt: skip
         draw_energies(run, specimens, folder)

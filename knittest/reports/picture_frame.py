@@ -8,16 +8,28 @@ from knittest.compare import compare_curves
 from knittest.config.run import PictureFrameRun
 from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.tables import PublishedValue
-from knittest.export.line_picture import Line, line_picture
+from knittest.export.line_picture import Level, Line, line_picture
 from knittest.export.map_picture import height_picture
 from knittest.laboratory.picture_frame import MAPPED, frame_at
 from knittest.laboratory.wrinkles import measure_wrinkles
-from knittest.reports.base import Columns, References, draw_energies, title_of
+from knittest.reports.base import Columns, CurveAxes, Gate, References, draw_energies, energy_gates, title_of
 from knittest.specimen import Specimen
 
 
 class PictureFrameReport:
     """See :class:`knittest.reports.base.Report`."""
+
+    axes = CurveAxes(
+        "frame_shear_angle_deg", "shear_force_n", "shear angle of the frame [deg]", "force of the crosshead [N]"
+    )
+
+    def levels(self, run: PictureFrameRun) -> list[Level]:
+        """There is none."""
+        return []
+
+    def gates(self, run: PictureFrameRun) -> list[Gate]:
+        """Those of every test."""
+        return energy_gates(run)
 
     def scaled(self, run: PictureFrameRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
         """As they are: nothing of it grows with the specimen."""
@@ -47,8 +59,7 @@ class PictureFrameReport:
             for k, s in enumerate(specimens)
         ]
         line_picture(
-            folder / "curve.png", lines, title=title_of(run), xlabel="shear angle of the frame [deg]",
-            ylabel="force of the crosshead [N]",
+            folder / "curve.png", lines, title=title_of(run), xlabel=self.axes.xlabel, ylabel=self.axes.ylabel,
         )  # fmt: skip
         draw_energies(run, specimens, folder)
         frame = frame_at(specimens[0].history, MAPPED)

@@ -12,14 +12,25 @@ from knittest.config.run import TensileRun
 from knittest.experiment.curves import ReferenceCurve, load_curve
 from knittest.experiment.tables import PublishedValue
 from knittest.export import curve_picture, strip_picture
+from knittest.export.line_picture import Level
 from knittest.materials.laminate import STRIP_WIDTH
-from knittest.reports.base import Columns, References, draw_energies, title_of
+from knittest.reports.base import Columns, CurveAxes, Gate, References, draw_energies, energy_gates, title_of
 from knittest.resources import data_dir
 from knittest.specimen import Specimen
 
 
 class TensileReport:
     """See :class:`knittest.reports.base.Report`."""
+
+    axes = CurveAxes("strain_pct", "force_n", "strain [%]", "force [N]", "force_mean_n", "force_sd_n")
+
+    def levels(self, run: TensileRun) -> list[Level]:
+        """There is none."""
+        return []
+
+    def gates(self, run: TensileRun) -> list[Gate]:
+        """Those of every test."""
+        return energy_gates(run)
 
     def scaled(self, run: TensileRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
         """Forces of the 50 mm strip for the width of the run, and said so."""
@@ -50,7 +61,7 @@ class TensileReport:
         if len(specimens) == 1:
             return specimens[0].history.curve
         strain, mean, sd = corridor(specimens)
-        return {"strain_pct": strain, "force_mean_n": mean, "force_sd_n": sd}
+        return {self.axes.x: strain, self.axes.mean: mean, self.axes.sd: sd}
 
     def pictures(self, run: TensileRun, specimens: list[Specimen], references: References, folder: Path) -> None:
         """curve.png, energies.png, deformed.png."""

@@ -1,0 +1,89 @@
+"""Results beside the experiment as a person reads them: labels, digits, deviation, kind and verdict."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+#: label and format of a result
+LABELS = {
+    "peak_force_n": ("peak force [N]", "{:.0f}"),
+    "fracture_strain_pct": ("fracture strain [%]", "{:.2f}"),
+    "force_per_yarn_n": ("force per yarn [N]", "{:.1f}"),
+    "pull_force_kinetic_n": ("pull force, kinetic [N]", "{:.1f}"),
+    "pull_force_static_n": ("pull force, largest [N]", "{:.1f}"),
+    "mu_paper": ("F_R/F_N, two faces [-]", "{:.4f}"),
+    "mu_per_face": ("F_R/(2 F_N), a face [-]", "{:.4f}"),
+    "normal_force_n": ("normal force [N]", "{:.1f}"),
+    "normal_force_error_pct": ("largest normal force error [%]", "{:.2f}"),
+    "compression_mm": ("plates closed by [mm]", "{:.3f}"),
+    "chord_angle_deg": ("chord angle [deg]", "{:.2f}"),
+    "overhang_mm": ("overhang [mm]", "{:.1f}"),
+    "bending_stiffness_mncm2": ("B by Eq. 2, 50 mm strip [mN cm2]", "{:.0f}"),
+    "bending_stiffness_n_mm_per_width": ("B, root moment/curvature [N mm]", "{:.2f}"),
+    "moment_error_pct": ("root moment off weight [%]", "{:.2f}"),
+    "shear_force_n_at_10deg": ("shear force at 10 deg [N]", "{:.2f}"),
+    "shear_force_n_at_20deg": ("shear force at 20 deg [N]", "{:.2f}"),
+    "shear_force_n_at_30deg": ("shear force at 30 deg [N]", "{:.2f}"),
+    "shear_force_n_at_40deg": ("shear force at 40 deg [N]", "{:.2f}"),
+    "wrinkle_onset_deg": ("wrinkle onset [deg]", "{:.1f}"),
+    "wrinkle_amplitude_mm_at_40deg": ("wrinkle amplitude at 40 deg [mm]", "{:.2f}"),
+    "wrinkle_count_at_40deg": ("wrinkles at 40 deg", "{:.0f}"),
+}
+#: what a kind of row is worth
+KINDS = {
+    "tuned": "tuned: a parameter was fitted to this row, which therefore proves nothing by itself",
+    "input": "input: the model was given this row and returns it",
+}
+
+
+@dataclass(frozen=True)
+class ResultRow:
+    """One result as text, "-" where there is nothing; ``value`` is the number, the mean of an ensemble."""
+
+    quantity: str
+    label: str
+    value: float | None
+    simulated: str
+    experiment: str
+    deviation: str
+    kind: str
+    verdict: str
+
+
+def result_rows(summary: Mapping[str, Any], plus_minus: str = "±", *, refused: bool) -> list[ResultRow]:
+    """One row a result of ``summary`` (summary.json); those of a ``refused`` run are compared with nothing."""
+    compared = {row["quantity"]: row for row in summary["comparison"]}
+    rows = []
+    for quantity, value in summary["results"].items():
+        label, form = LABELS.get(quantity, (quantity.replace("_", " "), "{:.4g}"))
+        tail = _judged(compared.get(quantity), form, plus_minus, refused=refused)
+        number = value["mean"] if isinstance(value, Mapping) else value
+        rows.append(ResultRow(quantity, label, number, _simulated(value, form, plus_minus), *tail))
+    return rows
+
+
+def _simulated(value: Any, form: str, plus_minus: str) -> str:
+    """A number, or mean, sd and count of an ensemble."""
+    if isinstance(value, Mapping):
+        mean, sd = _number(value["mean"], form), _number(value["sd"], form)
+        return f"{mean} {plus_minus} {sd} (n {len(value['values'])})"
+    return _number(value, form)
+
+
+def _judged(row: Mapping[str, Any] | None, form: str, plus_minus: str, *, refused: bool) -> tuple[str, str, str, str]:
+    """Experiment, deviation, kind and verdict of one row."""
+    if refused:
+        return "-", "-", "-", "refused"
+    if row is None:
+        return "-", "-", "-", "no reference"
+    experiment = f"{_number(row['experiment_mean'], form)} {plus_minus} {_number(row['experiment_sd'], form)}"
+    deviation = row["deviation_sd"]
+    if deviation is None or not math.isfinite(deviation):
+        return experiment, "-", row["kind"], "not comparable"
+    verdict = "within 1 sd" if abs(deviation) <= 1.0 else "outside 1 sd"
+    return experiment, f"{deviation:+.2f} sd", row["kind"], verdict
+
+
+def _number(value: float | None, form: str) -> str:
+    return form.format(value) if value is not None and math.isfinite(value) else "-"
