@@ -127,7 +127,7 @@ def linear_laminate(
     return Laminate(
         lever=lever, outer=outer, compression=stretch - 2.0 * outer, knee=np.zeros((2, 1)),
         slope=(stretch - 2.0 * outer)[:, None].copy(), shear_knee=np.zeros(1), shear_slope=np.full(1, float(shear)),
-        twist=2.0 / 3.0 * shear * lever**2, transverse=transverse,
+        shear_friction=0.0, shear_stick=1.0, twist=2.0 / 3.0 * shear * lever**2, transverse=transverse,
         hourglass_membrane=hourglass * float(stretch.mean()) / 12.0,
         hourglass_bending=hourglass * float(bend.mean()) / 12.0,
         hourglass_transverse=hourglass * float(transverse.mean()) / 12.0,

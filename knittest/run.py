@@ -42,7 +42,9 @@ class Outcome:
 def execute(run: Run, opener: Opener, interrupts: Interrupts, options: RunOptions, progress: Progress) -> Outcome:
     """Run all specimens of ``run``, or those that are left, and write its folder."""
     references = _references(run)
-    files = [data_dir() / name for name in run.fabric.macro.tension.values()]
+    macro = run.fabric.macro
+    names = [*macro.tension.values(), *([macro.shear.curve] if macro.shear.curve else [])]
+    files = [data_dir() / name for name in names]
     opened = opener(run, [f for f in files if f.is_file()], interrupts)
     folder = opened.folder
     try:

@@ -114,6 +114,6 @@ def measure(unit: str, description: str, **meta: Any) -> Any:
     return Field(description=description, json_schema_extra={"unit": unit, **meta})
 
 
-def number(default: float | None, unit: str, description: str, **meta: Any) -> Any:
+def number(default: "float | Quantity | None", unit: str, description: str, **meta: Any) -> Any:
     """Field of a plain number with a default, in ``unit``; ``meta``: gt, ge, le, band."""
     return Field(default, description=description, json_schema_extra={"unit": unit, **meta})

@@ -7,6 +7,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from knittest.config.base import BoundsError, Quantity, Strict, measure
+from knittest.config.shear import ShearLaw
 
 Direction = Literal["warp", "weft"]
 
@@ -90,7 +91,7 @@ class MacroMaterial(Strict):
     )
     fracture_strain: PerDirection = measure("%", "element deletion strain", gt=0, band=(0.1, 50))
     bending_stiffness: PerDirection = measure("N mm", "bending stiffness per width", gt=0, band=(1e-3, 1e4))
-    shear_stiffness: Quantity = measure("N/mm", "initial shear force per length and radian", gt=0, band=(1e-4, 1e3))
+    shear: ShearLaw = Field(description="in-plane shear force over the shear angle")
     compression_ratio: Quantity = measure("1", "compressive over largest tensile tangent", gt=0, le=1)
 
     @model_validator(mode="after")

@@ -31,6 +31,10 @@ def settle_data_paths(run: Run, layers: Layers, folder: Path) -> Run:
         experiment = _settled(experiment, ("fabric", "experiment"), layers, roots, needed=True, is_folder=True)
         _check_variant(str(fabric.experiment_variant), roots[0] / experiment, layers)
     macro = fabric.macro.model_copy(update={"tension": tension})
+    if macro.shear.curve is not None:
+        path = ("fabric", "macro", "shear", "curve")
+        settled = _settled(macro.shear.curve, path, layers, roots, needed=run.model.scale == "macro")
+        macro = macro.model_copy(update={"shear": macro.shear.model_copy(update={"curve": settled})})
     return run.model_copy(update={"fabric": fabric.model_copy(update={"macro": macro, "experiment": experiment})})
 
 

@@ -1,10 +1,11 @@
 """The tests of the laboratory: one model a rig, with the dimensions of the paper as defaults."""
 
-from typing import Literal
+from itertools import pairwise
+from typing import Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from knittest.config.base import Strict, number
+from knittest.config.base import BoundsError, Strict, number
 from knittest.config.fabric import Direction
 
 
@@ -33,11 +34,34 @@ class PictureFrameRig(Strict):
 
     kind: Literal["picture-frame"] = "picture-frame"
     side: float = number(200.0, "mm", "side of the sheared square", gt=0, band=(10, 1000))
+    frame_side: float | None = number(
+        None, "mm", "side of the frame, hinge to hinge, which holds the square by arms; none: that of the square",
+        gt=0, band=(10, 2000),
+    )  # fmt: skip
     max_angle: float = number(45.0, "deg", "end of the test: shear angle of the frame", gt=0, le=80)
+    turns: list[float] = Field(
+        default_factory=list,
+        description="shear angles [deg] at which the frame turns on its way: [30, 5] shears to 30, back to 5, and on",
+    )
     mounting_slack: float = number(
         0.05, "%", "slack with which the yarns hang on the needles (assumed); taut yarns cannot wrinkle", ge=0, le=5
     )
     imperfection: float = number(0.05, "mm", "amplitude of the seeded unevenness from which wrinkles start", ge=0, le=5)
+
+    @model_validator(mode="after")
+    def _frame_holds_the_square(self) -> Self:
+        if self.frame_side is not None and self.frame_side < self.side:
+            raise BoundsError(f"must be at least that of the square, {self.side:g} mm", "frame_side")
+        return self
+
+    @model_validator(mode="after")
+    def _turns_are_turns(self) -> Self:
+        ways = [b - a for a, b in pairwise([0.0, *self.turns, self.max_angle])]
+        if any(way == 0.0 or (way > 0.0) != (k % 2 == 0) for k, way in enumerate(ways)):
+            raise BoundsError("must go up and down in turn, and up to max_angle at the end", "turns")
+        if not all(0.0 <= angle <= self.max_angle for angle in self.turns):
+            raise BoundsError(f"must lie between 0 and max_angle, {self.max_angle:g} deg", "turns")
+        return self
 
 
 class CantileverRig(StripRig):

@@ -39,7 +39,9 @@ def _contact_share(p, count, dt, nodes, contacts, alive, law, tally, w):
 def _shell_share(p, time, nodes, shells, laminate, tally, w):
     blocks = shells.conn.shape[0] // shell_blocks.BLOCK
     first, last = blocks * p // PARTITIONS, blocks * (p + 1) // PARTITIONS
-    tally.energy[p, 2] += shell_forces(first, last, time, nodes, shells, laminate, w)
+    lost, rubbed = shell_forces(first, last, time, nodes, shells, laminate, w)
+    tally.energy[p, 1] += rubbed
+    tally.energy[p, 2] += lost
 
 
 @njit(**KERNEL)

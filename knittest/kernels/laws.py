@@ -37,6 +37,12 @@ def odd_hinge_force(strain, knee, slope):
 
 
 @njit(**INLINE)
+def slider_force(stretch, stiffness, limit):
+    """Force of a spring of ``stiffness`` behind a Coulomb slider that gives way at ``limit`` >= 0 (Prandtl, 1928)."""
+    return min(max(stiffness * stretch, -limit), limit)
+
+
+@njit(**INLINE)
 def odd_hinge_energy(strain, knee, slope):
     """Integral of :func:`odd_hinge_force` over strain."""
     return hinge_energy(abs(strain), knee, slope)

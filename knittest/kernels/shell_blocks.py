@@ -8,7 +8,7 @@ node collects its own in a fixed order, so the bits do not depend on the number 
 import numpy as np
 from numba import njit
 
-from knittest.kernels.laws import hinge_force, odd_hinge_force
+from knittest.kernels.laws import hinge_force, odd_hinge_force, slider_force
 from knittest.kernels.options import INLINE, KERNEL, U
 from knittest.kernels.rows import rows3, rows4
 from knittest.kernels.shell import (
@@ -31,6 +31,7 @@ from knittest.kernels.shell_state import (
     BLOCK,
     CORNER_ROWS,
     SHAPE,
+    SLIP,
     STATE_ROWS,
     STRENGTH,
     WARP,
@@ -116,13 +117,27 @@ def _middle_layer(strain, force, direction, laminate, w):
 
 
 @njit(**INLINE)
-def _shear(laminate, w):
+def _shear(at, state, laminate, w):
+    """Shear force of a block; the slip of its friction goes on. Returns the energy that friction took [mJ].
+
+    Slip times force at its end: never negative, and the same however often a state is evaluated.
+    """
     for k in range(LANES):
         w[SHEAR + k] = 0.0
     for h in range(laminate.shear_knee.size):
         knee, slope = laminate.shear_knee[h], laminate.shear_slope[h]
         for k in range(LANES):
             w[SHEAR + k] += odd_hinge_force(w[ANGLE + k], knee, slope)
+    share, stick = laminate.shear_friction, laminate.shear_stick
+    lost = 0.0
+    for k in range(LANES):
+        slip = state[at + SLIP + k]
+        friction = slider_force(w[ANGLE + k] - slip, stick, share * abs(w[SHEAR + k]))
+        now = w[ANGLE + k] - friction / stick
+        lost += state[at + ALIVE + k] * state[at + AREA + k] * friction * (now - slip)
+        state[at + SLIP + k] = now
+        w[SHEAR + k] = (1.0 - share) * w[SHEAR + k] + friction
+    return lost
 
 
 @njit(**INLINE)
@@ -195,9 +210,10 @@ def shell_forces(block_start, block_stop, time, nodes, shells, laminate, w):
     """Corner forces and moments of the blocks from block_start up to block_stop at ``time`` [ms].
 
     Positions and rotations in, ``shells.corner`` out; elements beyond the fracture strain are deleted. Blocks are
-    independent of each other. ``w`` is work space of ``SCRATCH`` numbers. Returns the energy of deleted elements [mJ].
+    independent of each other. ``w`` is work space of ``SCRATCH`` numbers. Returns the energy of deleted elements and
+    that which shear friction took [mJ].
     """
-    lost = 0.0
+    lost, rubbed = 0.0, 0.0
     for block in range(block_start, block_stop):
         at, out = U(block) * U(STATE_ROWS * BLOCK), U(block) * U(CORNER_ROWS * BLOCK)
         _gather(block, nodes, shells.conn, w)
@@ -206,9 +222,9 @@ def shell_forces(block_start, block_stop, time, nodes, shells, laminate, w):
             lost += _erode(block, time, nodes, shells, laminate)
         _middle_layer(STRAIN_A, MIDDLE_A, 0, laminate, w)
         _middle_layer(STRAIN_B, MIDDLE_B, 1, laminate, w)
-        _shear(laminate, w)
+        rubbed += _shear(at, shells.state, laminate, w)
         _forces(at, out, shells.state, laminate, shells.corner, w)
-    return lost
+    return lost, rubbed
 
 
 @njit(**KERNEL)

@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from knittest.kernels.laws import hinge_energy, hinge_force, odd_hinge_energy
+from knittest.kernels.laws import hinge_energy, hinge_force, odd_hinge_energy, odd_hinge_force, slider_force
 from knittest.kernels.options import KERNEL
 from knittest.kernels.shell import (
     arcsine,
@@ -15,7 +15,17 @@ from knittest.kernels.shell import (
     layers_energy,
     transverse_shears,
 )
-from knittest.kernels.shell_state import ALIVE, AREA, SHAPE, WARP, distortion_of, fibres_of, normal_of, state_index
+from knittest.kernels.shell_state import (
+    ALIVE,
+    AREA,
+    SHAPE,
+    SLIP,
+    WARP,
+    distortion_of,
+    fibres_of,
+    normal_of,
+    state_index,
+)
 from knittest.kernels.vec import dot, rotate
 
 
@@ -45,6 +55,18 @@ def _layers_energy(strain, bend, direction, laminate):
 
 
 @njit(**KERNEL)
+def _shear_energy(angle, slip, laminate):
+    """Elastic energy of the shear law per area, that of the spring behind its friction included."""
+    elastic, force = 0.0, 0.0
+    for h in range(laminate.shear_knee.size):
+        elastic += odd_hinge_energy(angle, laminate.shear_knee[h], laminate.shear_slope[h])
+        force += odd_hinge_force(angle, laminate.shear_knee[h], laminate.shear_slope[h])
+    share, stick = laminate.shear_friction, laminate.shear_stick
+    friction = slider_force(angle - slip, stick, share * abs(force))
+    return (1.0 - share) * elastic + 0.5 * friction * friction / stick
+
+
+@njit(**KERNEL)
 def element_energy(e, nodes, shells, laminate):
     """Elastic energy and energy of the hourglass control [mJ] of element ``e``, whether alive or not."""
     s = state_index(e)
@@ -55,8 +77,7 @@ def element_energy(e, nodes, shells, laminate):
     inv_a, inv_b, sine = fibre_pair(a, b)
     density = _layers_energy(fibre_strain(a, inv_a), dot(a, a_z) * inv_a, 0, laminate)
     density += _layers_energy(fibre_strain(b, inv_b), dot(b, b_z) * inv_b, 1, laminate)
-    for h in range(laminate.shear_knee.size):
-        density += odd_hinge_energy(arcsine(sine), laminate.shear_knee[h], laminate.shear_slope[h])
+    density += _shear_energy(arcsine(sine), shells.state[s + SLIP], laminate)
     density += 0.5 * laminate.twist * (dot(a, b_z) + dot(b, a_z)) ** 2
     shear_a, shear_b, along, across = transverse_shears(x, d, fibres, shells.state[s + WARP])
     density += 0.5 * (laminate.transverse[0] * shear_a**2 + laminate.transverse[1] * shear_b**2)

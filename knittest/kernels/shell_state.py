@@ -15,11 +15,11 @@ Index = NDArray[np.int64]
 BLOCK = 64
 # rows of the element constants: fibres from diagonals (warp alpha, beta; weft alpha, beta), distortion (c31, c42),
 # initial warp [mm], reference area [mm^2], hourglass shape factor [-], initial unit normal (3), strength over the
-# laminate's [-], 1 while alive
-ALPHA_A, BETA_A, ALPHA_B, BETA_B, C31, C42, WARP, AREA, SHAPE, NORMAL_X, NORMAL_Y, NORMAL_Z, STRENGTH, ALIVE = (
-    np.uintp(BLOCK * k) for k in range(14)
+# laminate's [-], slip of the shear friction [rad], 1 while alive
+ALPHA_A, BETA_A, ALPHA_B, BETA_B, C31, C42, WARP, AREA, SHAPE, NORMAL_X, NORMAL_Y, NORMAL_Z, STRENGTH, SLIP, ALIVE = (
+    np.uintp(BLOCK * k) for k in range(15)
 )
-STATE_ROWS = 14
+STATE_ROWS = 15
 CORNER_ROWS = 24
 
 
@@ -28,10 +28,12 @@ class Laminate(NamedTuple):
 
     ``outer`` (2,): stiffness E t of each outer layer [N/mm]. Middle layer: force per width
     compression min(e, 0) + sum_k slope[k] max(e - knee[k], 0) [N/mm], ``compression`` (2,), ``knee``, ``slope``
-    (2, n_hinges). Shear S(gamma), odd: sum_k shear_slope[k] (max(g - shear_knee[k], 0) + min(g + shear_knee[k], 0))
-    [N/mm], (n_shear,). ``twist`` [N mm] for twisting, ``transverse`` (2,) for transverse shear [N/mm], hourglass
-    stiffnesses of the membrane [N/mm], bending [N mm] and transverse shear [N/mm], ``fail_strain`` (2,) of the
-    membrane.
+    (2, n_hinges). Shear S(gamma) [N/mm] under growing shear, odd: E(g) =
+    sum_k shear_slope[k] (max(g - shear_knee[k], 0) + min(g + shear_knee[k], 0)), (n_shear,). The share
+    ``shear_friction`` of it is friction: a slider of the limit shear_friction |E| behind a spring ``shear_stick``
+    [N/mm], in parallel to the elastic rest. ``twist`` [N mm] for twisting, ``transverse`` (2,) for transverse shear
+    [N/mm], hourglass stiffnesses of the membrane [N/mm], bending [N mm] and transverse shear [N/mm], ``fail_strain``
+    (2,) of the membrane.
     """
 
     lever: float
@@ -41,6 +43,8 @@ class Laminate(NamedTuple):
     slope: Array
     shear_knee: Array
     shear_slope: Array
+    shear_friction: float
+    shear_stick: float
     twist: float
     transverse: Array
     hourglass_membrane: float
@@ -52,7 +56,7 @@ class Laminate(NamedTuple):
 class Shells(NamedTuple):
     """Shells in blocks of 64, padded with dead copies of the last one.
 
-    ``conn`` (n_blocks * 64, 4) node numbers; ``state`` (n_blocks * 13 * 64,) the rows above, block by block; ``corner``
+    ``conn`` (n_blocks * 64, 4) node numbers; ``state`` (n_blocks * 15 * 64,) the rows above, block by block; ``corner``
     (n_blocks * 24 * 64,) force (3) [N] and moment (3) [N mm] of corner 1, 2, 3, 4; ``node_start`` (n_nodes + 1,) and
     ``node_entry`` say where in ``corner`` the entries of a node begin; ``fail_time`` (n_blocks * 64,) [ms], inf while
     alive, nan for padding.

@@ -8,7 +8,7 @@ import numpy as np
 
 from knittest.config.run import Run
 from knittest.errors import InputError
-from knittest.experiment.curves import load_curve
+from knittest.experiment.curves import ReferenceCurve, load_curve
 from knittest.history import History, Quality
 from knittest.kernels.shell_state import Laminate
 from knittest.materials.laminate import laminate
@@ -60,4 +60,10 @@ def fabric_laminate(run: Run) -> Laminate:
             f"solver.target_step = {run.solver.target_step:g} us: shells are not mass-scaled; leave it out"
         )
     curves = {d: load_curve(data_dir() / path) for d, path in run.fabric.macro.tension.items()}
-    return laminate(run.fabric, {d: (c.x, c.mean) for d, c in curves.items()})
+    return laminate(run.fabric, {d: (c.x, c.mean) for d, c in curves.items()}, shear_curve(run))
+
+
+def shear_curve(run: Run) -> ReferenceCurve | None:
+    """Curve of the fabric's shear law, if it names a file."""
+    path = run.fabric.macro.shear.curve
+    return None if path is None else load_curve(data_dir() / path)

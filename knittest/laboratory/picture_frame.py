@@ -7,10 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.config.run import PictureFrameRun
+from knittest.errors import InputError
 from knittest.history import Frame, History, Quality
-from knittest.laboratory.base import Phase, Prepared, Update, fabric_laminate
+from knittest.laboratory.base import Phase, Prepared, Update, fabric_laminate, shear_curve
 from knittest.laboratory.strips import cut
 from knittest.laboratory.wrinkles import measure_wrinkles
+from knittest.materials.shear import last_angle
 from knittest.measure import assess
 from knittest.models.meso import build_meso
 from knittest.models.sheet import build_sheet
@@ -37,6 +39,12 @@ class PictureFrame:
         return self._yarns(run, specimen, phase) if meso else self._shells(run, specimen)
 
     def _shells(self, run: PictureFrameRun, specimen: int) -> Prepared:
+        known = last_angle(run.fabric, shear_curve(run))
+        if run.rig.max_angle > known:
+            raise InputError(
+                f"rig.max_angle = {run.rig.max_angle:g} deg: the fabric's shear law (macro.shear) ends at "
+                f"{known:g} deg; end the test before, or give a law that goes on"
+            )
         side, size = run.rig.kernel("side"), run.model.macro.kernel("element_size")
         n = max(round(side / size), 2)
         u = np.linspace(-0.5 * side, 0.5 * side, n + 1)

@@ -14,8 +14,11 @@ from numpy.typing import NDArray
 
 from knittest.config.fabric import Direction, Fabric
 from knittest.errors import InputError
+from knittest.experiment.curves import ReferenceCurve
 from knittest.kernels.laws import hinge_table
 from knittest.kernels.shell_state import Laminate
+from knittest.materials.shear import shear_table
+from knittest.materials.thinning import thin
 from knittest.units import to_kernel
 
 Array = NDArray[np.float64]
@@ -37,11 +40,14 @@ TRANSVERSE = 5.0
 HOURGLASS = 0.05
 
 
-def laminate(fabric: Fabric, curves: Mapping[Direction, tuple[Array, Array]]) -> Laminate:
+def laminate(
+    fabric: Fabric, curves: Mapping[Direction, tuple[Array, Array]], shear_curve: ReferenceCurve | None = None
+) -> Laminate:
     """Laminate of ``fabric`` with tension ``curves``: strain [%] and force [N] of a 50 mm strip, (n,) each.
 
-    Raises :class:`InputError` for a curve that does not start at the origin, does not rise up to the fracture strain,
-    ends before it, or is too soft for the bending stiffness.
+    ``shear_curve`` is that of the fabric's shear law, if it names one. Raises :class:`InputError` for a tension curve
+    that does not start at the origin, does not rise up to the fracture strain, ends before it, or is too soft for the
+    bending stiffness, and for what :func:`shear_table` refuses.
     """
     macro, thickness = fabric.macro, fabric.kernel("thickness")
     fail = np.array([macro.kernel("fracture_strain", d) for d in DIRECTIONS])
@@ -53,7 +59,7 @@ def laminate(fabric: Fabric, curves: Mapping[Direction, tuple[Array, Array]]) ->
     largest = np.array([t.max() for t in tangents])
     knee, slope = _tables(points)
     slope[:, 0] -= 2.0 * outer
-    shear = macro.kernel("shear_stiffness")
+    shear = shear_table(fabric, shear_curve)
     transverse = TRANSVERSE * bending / thickness**2
     return Laminate(
         lever=lever,
@@ -61,9 +67,11 @@ def laminate(fabric: Fabric, curves: Mapping[Direction, tuple[Array, Array]]) ->
         compression=macro.kernel("compression_ratio") * largest - 2.0 * outer,
         knee=knee,
         slope=slope,
-        shear_knee=np.zeros(1),
-        shear_slope=np.full(1, shear),
-        twist=2.0 * SHEAR_SHARE * shear * (0.5 * thickness) ** 2,
+        shear_knee=shear.knee,
+        shear_slope=shear.slope,
+        shear_friction=shear.friction,
+        shear_stick=shear.stick,
+        twist=2.0 * SHEAR_SHARE * shear.twisting * (0.5 * thickness) ** 2,
         transverse=transverse,
         # hourglass patterns of a square in bilinear membrane, bending and transverse shear store k h^2 / 24
         hourglass_membrane=HOURGLASS * float(largest.mean()) / 12.0,
@@ -96,7 +104,7 @@ def _tension_points(
         raise InputError(
             f"{where}: force_n does not rise after {100 * strain[fall[0]]:g} %; expected a rising curve up to {limit}"
         )
-    return _thin(strain, force, CURVE_TOLERANCE * force[-1])
+    return thin(strain, force, CURVE_TOLERANCE * force[-1])
 
 
 def _cut(strain: Array, force: Array, end: float) -> tuple[Array, Array]:
@@ -105,24 +113,6 @@ def _cut(strain: Array, force: Array, end: float) -> tuple[Array, Array]:
         return strain, force
     keep = strain < end
     return np.append(strain[keep], end), np.append(force[keep], np.interp(end, strain, force))
-
-
-def _thin(strain: Array, force: Array, tolerance: float) -> tuple[Array, Array]:
-    """Fewest halvings after Douglas & Peucker (1973): kept points whose chords stay within ``tolerance`` of all."""
-    keep = {0, len(strain) - 1}
-    spans = [(0, len(strain) - 1)]
-    while spans:
-        a, b = spans.pop()
-        inside = slice(a + 1, b)
-        if b - a < 2:
-            continue
-        gap = np.abs(force[inside] - np.interp(strain[inside], strain[[a, b]], force[[a, b]]))
-        if gap.max() > tolerance:
-            worst = a + 1 + int(gap.argmax())
-            keep.add(worst)
-            spans += [(a, worst), (worst, b)]
-    index = sorted(keep)
-    return strain[index], force[index]
 
 
 def _lever(fabric: Fabric, bending: Array, tangents: list[Array]) -> float:

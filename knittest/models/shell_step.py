@@ -48,7 +48,9 @@ def highest_stiffness(
     edges = np.sum((corners - np.roll(corners, 1, axis=1)) ** 2, axis=(1, 2))
     translation = shape * (2.0 * distortion * laminate.hourglass_membrane + 8.0 * laminate.hourglass_transverse)
     rotation = shape * (2.0 * distortion * laminate.hourglass_bending + 0.5 * edges * laminate.hourglass_transverse)
-    shear = float(np.cumsum(laminate.shear_slope).max())
+    tangent = float(np.cumsum(laminate.shear_slope).max())
+    stick = laminate.shear_stick if laminate.shear_friction > 0.0 else 0.0
+    shear = (1.0 - laminate.shear_friction) * tangent + stick
     for i, (alpha, beta) in enumerate(((row(ALPHA_A), row(BETA_A)), (row(ALPHA_B), row(BETA_B)))):
         gradient2 = 2.0 * (alpha**2 + beta**2)
         tension = _largest_tangent(laminate, i) + shear + laminate.transverse[i]

@@ -26,7 +26,8 @@ def linear_laminate(warp: float = 900.0, weft: float = 600.0, **changes) -> Lami
     middle = np.array([warp, weft]) - 2.0 * outer
     material = Laminate(
         lever=lever, outer=outer, compression=middle, knee=np.zeros((2, 1)), slope=middle[:, None].copy(),
-        shear_knee=np.zeros(1), shear_slope=np.array([0.5]), twist=0.4, transverse=np.array([4.0, 5.0]),
+        shear_knee=np.zeros(1), shear_slope=np.array([0.5]), shear_friction=0.0, shear_stick=0.5, twist=0.4,
+        transverse=np.array([4.0, 5.0]),
         hourglass_membrane=3.0, hourglass_bending=0.02, hourglass_transverse=0.05,
         fail_strain=np.full(2, np.inf),
     )  # fmt: skip
@@ -46,7 +47,7 @@ def fabric(**macro) -> Fabric:
     both = {"warp": q(0.1), "weft": q(0.1)}
     laminate = {
         "tension": {"warp": "warp.csv", "weft": "weft.csv"}, "fracture_strain": {"warp": q(1.6), "weft": q(1.5)},
-        "bending_stiffness": {"warp": q(5.05), "weft": q(3.48)}, "shear_stiffness": q(0.5),
+        "bending_stiffness": {"warp": q(5.05), "weft": q(3.48)}, "shear": {"stiffness": q(0.5)},
         "compression_ratio": q(0.01),
     }  # fmt: skip
     return Fabric.model_validate(
@@ -80,7 +81,7 @@ class Solid:
         self.n, self.start, self.shells, self.laminate = len(position), position.copy(), shells, laminate
         self.nodes: Nodes = make_nodes(position, ones, ones)
         self.blocks = len(shells.fail_time) // BLOCK
-        self.eroded, self.scratch = 0.0, np.zeros(SCRATCH)
+        self.eroded, self.rubbed, self.scratch = 0.0, 0.0, np.zeros(SCRATCH)
 
     def place(self, displacement: np.ndarray, rotation: np.ndarray | None = None) -> None:
         """Set displacements and rotation vectors from the start, (n, 3) each."""
@@ -90,7 +91,9 @@ class Solid:
     def forces(self, time: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
         """Forces [N] and moments [N mm] of the shells on the nodes, (n, 3) each."""
         self.nodes.force[:], self.nodes.moment[:] = 0.0, 0.0
-        self.eroded += shell_forces(0, self.blocks, time, self.nodes, self.shells, self.laminate, self.scratch)
+        eroded, rubbed = shell_forces(0, self.blocks, time, self.nodes, self.shells, self.laminate, self.scratch)
+        self.eroded += eroded
+        self.rubbed += rubbed
         gather_shells(0, self.n, self.nodes, self.shells)
         return self.nodes.force[:, : self.n].T.copy(), self.nodes.moment[:, : self.n].T.copy()
 

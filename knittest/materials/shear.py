@@ -1,0 +1,111 @@
+"""Shear law of a fabric to the hinges, friction and twisting stiffness of the shells."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knittest.config.fabric import Fabric
+from knittest.errors import InputError
+from knittest.experiment.curves import ReferenceCurve
+from knittest.kernels.laws import hinge_table
+from knittest.materials.thinning import thin
+from knittest.trellis import Definition, to_conjugate
+
+Array = NDArray[np.float64]
+
+ANGLE = "shear_angle_deg"
+#: what the column of a shear force holds
+DEFINITIONS: dict[str, Definition] = {
+    "shear_force_n_per_mm": "conjugate",
+    "normalised_shear_force_n_per_mm": "normalised",
+    "cauchy_shear_n_per_mm": "cauchy",
+}
+#: points of a shear curve are dropped while it moves by less than this share of its peak
+TOLERANCE = 5e-4
+#: a measured curve may fall by this share of its peak from row to row; the law then stays level
+NOISE = 5e-3
+
+
+class ShearTable(NamedTuple):
+    """Hinges of S(gamma): knee [rad] and slope [N/mm], (n,); share of friction [-] and its sticking stiffness [N/mm];
+    stiffness against twisting [N/mm], the smallest secant of S: neither the steep start nor locking.
+    """
+
+    knee: Array
+    slope: Array
+    friction: float
+    stick: float
+    twisting: float
+
+
+def shear_table(fabric: Fabric, curve: ReferenceCurve | None = None) -> ShearTable:
+    """Shear law of ``fabric``; ``curve`` is that of its CSV, if it names one.
+
+    Raises :class:`InputError` for a curve of other columns, one that falls, and friction that would slide late.
+    """
+    law = fabric.macro.shear
+    friction = law.kernel("friction_share")
+    if law.kind == "linear":
+        stiffness = law.kernel("stiffness")
+        angle, force = np.array([0.0, 1.0]), np.array([0.0, stiffness])
+    else:
+        angle, force = _envelope(fabric, curve)
+    knee, slope = hinge_table(angle, force)
+    steepest = float(np.cumsum(slope).max())
+    stick = steepest if law.unloading_stiffness is None else law.kernel("unloading_stiffness")
+    if stick < friction * steepest * (1.0 - 1e-9):
+        raise InputError(
+            f"fabric {fabric.name}, macro.shear.unloading_stiffness = {stick:g} N/mm: the friction would lag behind "
+            f"the curve; expected at least friction_share times its steepest tangent, {friction * steepest:.4g} N/mm"
+        )
+    return ShearTable(knee, slope, friction, stick, float((force[1:] / angle[1:]).min()))
+
+
+def last_angle(fabric: Fabric, curve: ReferenceCurve | None = None) -> float:
+    """Largest shear angle [deg] that the law of ``fabric`` knows."""
+    law = fabric.macro.shear
+    if law.kind == "linear":
+        return 90.0
+    return float(curve.x[-1]) if curve is not None else law.points[-1][0]
+
+
+def _envelope(fabric: Fabric, curve: ReferenceCurve | None) -> tuple[Array, Array]:
+    """Shear angle [rad] and S [N/mm] from (0, 0), thinned."""
+    law = fabric.macro.shear
+    definition: Definition
+    if curve is None:
+        where, definition = f"fabric {fabric.name}, macro.shear.points", law.definition
+        degrees, force = (np.array(column) for column in zip(*law.points, strict=True))
+    else:
+        where = f"fabric {fabric.name}, macro.shear.curve ({law.curve})"
+        if curve.x_name != ANGLE or curve.y_name not in DEFINITIONS:
+            raise InputError(
+                f"{where}: columns {curve.x_name}, {curve.y_name}; expected {ANGLE} and one of {', '.join(DEFINITIONS)}"
+            )
+        definition = DEFINITIONS[curve.y_name]
+        if law.definition not in ("conjugate", definition):
+            raise InputError(f"{where}: its column says {definition}, macro.shear.definition {law.definition}")
+        degrees, force = curve.x, curve.mean
+    if degrees[0] > 0.0:
+        degrees, force = np.append(0.0, degrees), np.append(0.0, force)
+    return _checked(where, degrees, to_conjugate(force, np.deg2rad(degrees), definition))
+
+
+def _checked(where: str, degrees: Array, force: Array) -> tuple[Array, Array]:
+    peak = float(force.max())
+    if degrees[0] != 0.0 or abs(force[0]) > NOISE * peak:
+        raise InputError(f"{where}: starts at {degrees[0]:g} deg, {force[0]:g} N/mm; expected 0 deg, 0 N/mm")
+    if degrees[-1] >= 90.0:
+        raise InputError(f"{where}: ends at {degrees[-1]:g} deg; expected shear angles below 90 deg")
+    if not peak > 0.0:
+        raise InputError(f"{where}: no force above 0; expected a rising curve")
+    level = np.maximum.accumulate(np.append(0.0, force[1:]))
+    if (fall := np.flatnonzero(level - np.append(0.0, force[1:]) > NOISE * peak)).size:
+        raise InputError(
+            f"{where}: the force conjugate to the shear angle falls at {degrees[fall[0]]:g} deg; expected one that "
+            "does not fall: cut the curve before, or smooth it"
+        )
+    if not level[1] > 0.0:
+        raise InputError(f"{where}: no force at {degrees[1]:g} deg; expected one that rises from 0")
+    return thin(np.deg2rad(degrees), level, TOLERANCE * peak)

@@ -1,0 +1,45 @@
+"""Trellis shear of a square on a hinged frame: angle, travel, and the definitions of shear force that are in use.
+
+S [N/mm] is the force of the shear law: power S dgamma/dt per reference area, gamma the shear angle. Everything else is
+converted to it by F dd = S A dgamma with the crosshead force F, d = 2 L_frame (sin(pi/4 + gamma/2) - sqrt(1/2)) and the
+fabric's area A = L_fabric^2, hence F = S L_fabric^2 / (L_frame sin(pi/4 - gamma/2)). Angles in rad, lengths in mm.
+
+- conjugate: S itself.
+- normalised: F_s L_frame / L_fabric^2 with the force along a side F_s = F / (2 cos(pi/4 - gamma/2)), after Cao et al.
+  (2008); it is S / cos gamma, whatever the sides.
+- cauchy: shear component of the Cauchy stress times thickness, in axes along one fibre; fibres that keep their length
+  carry S / cos gamma on the sides of the sheared square.
+"""
+
+from math import pi, sqrt
+from typing import Any, Literal
+
+import numpy as np
+
+Definition = Literal["conjugate", "normalised", "cauchy"]
+
+
+def frame_angle(displacement: float, side: float) -> float:
+    """Shear angle [rad] at a crosshead displacement [mm] (Eq. 1 of Pham et al.; its sqrt(2L) is a misprint)."""
+    return pi / 2.0 - 2.0 * float(np.arccos(min((sqrt(2.0) * side + displacement) / (2.0 * side), 1.0)))
+
+
+def crosshead(angle: float, side: float) -> float:
+    """Crosshead displacement [mm] at a shear angle [rad]: the inverse of :func:`frame_angle`."""
+    return sqrt(2.0) * side * (np.cos(0.5 * angle) + np.sin(0.5 * angle) - 1.0)
+
+
+def crosshead_force(shear: Any, angle: Any, fabric_side: float, frame_side: float) -> Any:
+    """Crosshead force F [N] of the shear force S [N/mm] at ``angle``, numbers or arrays."""
+    return shear * fabric_side**2 / (frame_side * np.sin(pi / 4.0 - 0.5 * np.asarray(angle)))
+
+
+def normalised_force(force: Any, angle: Any, fabric_side: float, frame_side: float) -> Any:
+    """Normalised shear force [N/mm] of the crosshead force ``force`` [N]."""
+    along_side = force / (2.0 * np.cos(pi / 4.0 - 0.5 * np.asarray(angle)))
+    return along_side * frame_side / fabric_side**2
+
+
+def to_conjugate(value: Any, angle: Any, definition: Definition) -> Any:
+    """S [N/mm] of a shear force by ``definition`` [N/mm]."""
+    return value if definition == "conjugate" else value * np.cos(angle)
