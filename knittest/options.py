@@ -6,10 +6,11 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class RunOptions:
-    """Where and how to report: output folder, threads, JSON on stdout, silence, VTU frames."""
+    """Where and how to report: output folder, threads, JSON on stdout, silence, VTU frames, pictures."""
 
     out: Path | None = None
     threads: int | None = None
     json: bool = False
     quiet: bool = False
     frames: bool = True
+    pictures: bool = True

@@ -12,6 +12,7 @@ from knittest.errors import NumericalError, ResourceError
 from knittest.experiment.tables import published
 from knittest.export import vtu
 from knittest.export.folder import RunFolder
+from knittest.export.identity import data_files
 from knittest.export.summary import ComparisonRow, build_summary, ensemble_results
 from knittest.history import Cost, Quality
 from knittest.interrupts import Interrupted, Interrupts
@@ -42,10 +43,7 @@ class Outcome:
 def execute(run: Run, opener: Opener, interrupts: Interrupts, options: RunOptions, progress: Progress) -> Outcome:
     """Run all specimens of ``run``, or those that are left, and write its folder."""
     references = _references(run)
-    macro = run.fabric.macro
-    names = [*macro.tension.values(), *([macro.shear.curve] if macro.shear.curve else [])]
-    files = [data_dir() / name for name in names]
-    opened = opener(run, [f for f in files if f.is_file()], interrupts)
+    opened = opener(run, data_files(run), interrupts)
     folder = opened.folder
     try:
         with folder, interrupts.deciding():
@@ -155,6 +153,7 @@ def _write(
         folder.write_yarns(first.yarns)
     if options.frames:
         vtu.write_frames(folder.path, first.history)
-    report.pictures(run, specimens, references, folder.path)
+    if options.pictures:
+        report.pictures(run, specimens, references, folder.path)
     folder.write_comparison(comparison)
     folder.write_summary(summary)

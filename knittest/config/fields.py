@@ -33,8 +33,8 @@ class Place:
 
 
 def place(path: KeyPath, kind: object = "tensile") -> Place | None:
-    """The field at ``path`` of a run of ``kind``, ``None`` where its models have none."""
-    here = Place(RUNS.get(str(kind), RUNS["tensile"]), "", "the run")
+    """The field at ``path`` of a run of ``kind`` (or of the model ``kind``), ``None`` where its models have none."""
+    here = Place(_root(kind), "", "the run")
     for part in path:
         if here.model is None or part not in here.model.model_fields:
             return None
@@ -55,8 +55,12 @@ def nearest(name: str, names: list[str]) -> str | None:
 
 @cache
 def all_paths(kind: object = "tensile") -> tuple[str, ...]:
-    """Dotted path of every field of a run of ``kind``, as ``--set`` takes it."""
-    return tuple(_paths_below(RUNS.get(str(kind), RUNS["tensile"]), ""))
+    """Dotted path of every field of a run of ``kind`` (or of the model ``kind``), as ``--set`` takes it."""
+    return tuple(_paths_below(_root(kind), ""))
+
+
+def _root(kind: object) -> type[BaseModel]:
+    return kind if isinstance(kind, type) else RUNS.get(str(kind), RUNS["tensile"])
 
 
 def _paths_below(model: type[BaseModel], prefix: str) -> Iterator[str]:

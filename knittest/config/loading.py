@@ -4,6 +4,7 @@ What comes later goes over what comes before: defaults of the models, preset, fa
 file, options, ``--set``.
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, get_args
 
@@ -30,7 +31,7 @@ def resolve(
     direction: str | None = None,
     preset: str | None = None,
     parameters: str | None = None,
-    sets: tuple[str, ...] | list[str] = (),
+    sets: Sequence[str | Setting] = (),
     specimens: int | None = None,
     seed: int | None = None,
     test: str | None = None,
@@ -38,7 +39,7 @@ def resolve(
     """The run that the arguments describe; ``None`` leaves the choice to the config file or the default.
 
     ``variant`` names a shipped fabric, ``fabric`` is a fabric file, ``config`` a rig file or a whole run (as
-    :func:`knittest.config.dumping.dump` writes it), ``sets`` are ``key.path=value`` texts,
+    :func:`knittest.config.dumping.dump` writes it), ``sets`` are ``key.path=value`` texts or settings,
     ``test`` is the kind of rig. Raises :class:`InputError` listing every finding.
     """
     document = _run_document(config)
@@ -53,7 +54,7 @@ def resolve(
             ("variability", "seed"): ("--seed", seed),
         }
     )
-    given = [parse_set(text) for text in sets]
+    given = _settings(sets)
     refuse_contradictions(options, given)
     source = _fabric_source(variant, fabric, document, config)
     layers = _layers(document, source, options + given, kind)
@@ -65,15 +66,19 @@ def resolve(
 
 
 def planned_directions(
-    direction: str | None, config: Path | str | None = None, sets: tuple[str, ...] | list[str] = ()
+    direction: str | None, config: Path | str | None = None, sets: Sequence[str | Setting] = ()
 ) -> list[Direction]:
     """Directions to run: the one asked for, else the one the config or ``--set`` states, else both."""
     both: tuple[Direction, ...] = get_args(Direction)
     if direction is not None:
         return [d for d in both if direction in (d, "both")]
-    given = [parse_set(text) for text in sets]
+    given = _settings(sets)
     stated = _choice(("rig", "direction"), both, None, _run_document(config), given)
     return [stated] if stated else list(both)
+
+
+def _settings(sets: Sequence[str | Setting]) -> list[Setting]:
+    return [parse_set(one) if isinstance(one, str) else one for one in sets]
 
 
 def _kind(document: Document, asked: str | None) -> str:

@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from knittest.config.base import BoundsError
 from knittest.config.fields import Place, all_paths, nearest, place
@@ -19,12 +19,16 @@ _NUMBER_AND_UNIT = re.compile(r"([-+]?(?:\d+[.,]?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*
 _NUMBER_TYPES = ("float_type", "float_parsing", "int_type", "int_parsing", "int_from_float", "finite_number")
 
 
-def input_error(error: ValidationError, layers: Layers) -> InputError:
-    """One :class:`InputError` that lists every finding of ``error`` with the place it came from."""
+def input_error(error: ValidationError, layers: Layers, root: type[BaseModel] | None = None) -> InputError:
+    """One :class:`InputError` that lists every finding of ``error`` with the place it came from.
+
+    ``root`` is the model of a file that is not a run.
+    """
+    kind = root or layers.get(("rig", "kind"))
     found = error.errors(include_url=False)
     bad_keys = {item["loc"][:-1] for item in found if item["loc"][-1:] == ("[key]",)}
     found = [item for item in found if item["loc"] not in bad_keys]  # a wrong key makes its value no second finding
-    lines = [_line(item, layers) for item in found[:MOST_SHOWN]]
+    lines = [_line(item, layers, kind) for item in found[:MOST_SHOWN]]
     if len(found) > MOST_SHOWN:
         lines.append(f"... and {len(found) - MOST_SHOWN} more")
     return InputError("\n".join(lines))
@@ -36,9 +40,8 @@ def unknown(name: str, names: list[str], kind: str = "field") -> str:
     return f"unknown {kind} " + (f'(did you mean "{close}"?)' if close else f"(known: {', '.join(names)})")
 
 
-def _line(item: Mapping[str, Any], layers: Layers) -> str:
+def _line(item: Mapping[str, Any], layers: Layers, kind: object) -> str:
     path: KeyPath = tuple(part for part in item["loc"] if part != "[key]")
-    kind = layers.get(("rig", "kind"))
     cause = item.get("ctx", {}).get("error")
     if isinstance(cause, BoundsError) and cause.part:
         path = (*path, cause.part)

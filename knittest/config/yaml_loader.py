@@ -6,6 +6,7 @@ anchors, aliases, merge keys, tags, several documents, deep nesting, huge files 
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -39,7 +40,13 @@ class Document:
 
 def load_yaml(path: Path) -> Document:
     """Read a config file; raise :class:`InputError` naming file and line for anything but one plain mapping."""
-    return parse_document(_read_text(path), str(path))
+    return _parsed(_read_text(path), str(path))
+
+
+@lru_cache(maxsize=16)
+def _parsed(text: str, source: str) -> Document:
+    """A sweep reads the same fabric for each of its runs; nobody changes what is read."""
+    return parse_document(text, source)
 
 
 def parse_document(text: str, source: str) -> Document:

@@ -10,6 +10,7 @@ import knittest
 from knittest.config.dumping import dump
 from knittest.config.run import Run
 from knittest.export import provenance
+from knittest.resources import data_dir
 
 #: libraries that do the arithmetic
 ARITHMETIC = ("numpy", "numba", "llvmlite", "scipy")
@@ -31,6 +32,14 @@ def identity_of(run: Run, data_files: Iterable[Path]) -> Identity:
         "config": run.model_dump(mode="json"),
         "data": provenance.sha256_files(data_files),
     }
+
+
+def data_files(run: Run) -> list[Path]:
+    """Files that the numbers of ``run`` come from besides its config: its curves, tables of its experiment."""
+    fabric, root = run.fabric, data_dir()
+    curves = [root / name for name in (*fabric.macro.tension.values(), fabric.macro.shear.curve) if name]
+    tables = sorted((root / fabric.experiment).glob("*.csv")) if fabric.experiment else []
+    return [path for path in (*curves, *tables) if path.is_file()]
 
 
 def kernel_digest() -> str:

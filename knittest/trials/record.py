@@ -1,0 +1,87 @@
+"""What became of a trial."""
+
+import json
+import socket
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, Literal, Self
+
+from knittest.export.manifest import now
+
+Status = Literal["completed", "refused", "failed", "invalid", "error", "timeout", "crashed", "blocked"]
+
+MEANING: dict[Status, str] = {
+    "completed": "ran, and its quality gates passed",
+    "refused": "ran, but a quality gate refused its result",
+    "failed": "numbers went wrong",
+    "invalid": "the input is refused",
+    "error": "an error of the program",
+    "timeout": "stopped at the time limit",
+    "crashed": "its process died",
+    "blocked": "disk, memory or a folder in use",
+}
+#: the same again if tried again; all others are
+SETTLED = ("completed", "refused", "failed", "invalid", "error")
+
+
+@dataclass(frozen=True)
+class Record:
+    """Outcome of a trial: ``summary`` is its summary.json, empty where it has no result; ``reason`` says why not.
+
+    ``seconds`` is the wall time of the last attempt, ``limit`` its time limit [s], ``earlier`` the reasons why the
+    attempts before it came to nothing.
+    """
+
+    key: str
+    status: Status
+    reason: str = ""
+    summary: dict[str, Any] = field(default_factory=dict)
+    seconds: float = 0.0
+    limit: float | None = None
+    earlier: tuple[str, ...] = ()
+    host: str = field(default_factory=socket.gethostname)
+    ended: str = field(default_factory=now)
+
+    @property
+    def results(self) -> dict[str, float]:
+        """Numbers of a completed trial, of an ensemble the means; empty for any other."""
+        if self.status != "completed":
+            return {}
+        return {k: v["mean"] if isinstance(v, dict) else v for k, v in self.summary["results"].items()}
+
+    @property
+    def settled(self) -> bool:
+        """Whether the trial would come to the same if run again."""
+        return self.status in SETTLED
+
+    def settled_within(self, limit: float) -> bool:
+        """Whether it would come to the same with ``limit`` seconds: what timed out may need more."""
+        return self.settled or (self.status == "timeout" and limit <= (self.limit or 0.0))
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain data."""
+        return asdict(self)
+
+    @classmethod
+    def from_dict(cls, data: dict[str, Any]) -> Self:
+        """The record of :meth:`to_dict`; raises ``TypeError`` or ``ValueError`` for anything else."""
+        if data.get("status") not in MEANING or not isinstance(data.get("summary"), dict):
+            raise ValueError("not a record")
+        return cls(**{**data, "earlier": tuple(data["earlier"])})
+
+
+def record_of(key: str, summary: dict[str, Any], seconds: float = 0.0) -> Record:
+    """The record of a run that went to its end and left ``summary``."""
+    if summary["refused"]:
+        return Record(key, "refused", "; ".join(summary["refused"]), summary, seconds)
+    return Record(key, "completed", "", summary, seconds)
+
+
+def recovered(key: str, folder: Path) -> Record | None:
+    """The record of a run that completed in ``folder`` although nobody was left to write it down."""
+    try:
+        manifest = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
+        summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+        return record_of(key, summary) if manifest["status"] == "completed" else None
+    except (OSError, ValueError, KeyError, TypeError):
+        return None

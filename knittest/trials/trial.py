@@ -1,0 +1,55 @@
+"""A trial: one run, known by a key of all that its result depends on."""
+
+import hashlib
+import json
+from dataclasses import dataclass
+from functools import cache
+
+import knittest
+from knittest.config.run import Run
+from knittest.export.identity import FREE, data_files
+from knittest.export.provenance import sha256_files
+from knittest.resources import PACKAGE
+
+#: sources that show, schedule or judge runs; a change of any other one makes all trials new
+AROUND = ("cli", "batch", "trials", "terminal.py", "terminal_results.py")
+KEY_DIGITS = 16
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A run to do; ``label`` names it to a user, ``key`` to the folder it is kept in."""
+
+    run: Run
+    key: str
+    label: str = ""
+
+
+def trial_of(run: Run, label: str = "") -> Trial:
+    """The trial of ``run`` with the code and data that are here now; raises :class:`InputError` for unreadable data."""
+    config = run.model_dump(mode="json")
+    for path in FREE:
+        *holders, name = path.split(".")
+        holder = config
+        for part in holders:
+            holder = holder[part]
+        del holder[name]
+    content = {
+        "config": config,
+        "version": knittest.__version__,
+        "code": code_digest(),
+        "data": sha256_files(data_files(run)),
+    }
+    text = json.dumps(content, sort_keys=True)
+    return Trial(run, hashlib.sha256(text.encode()).hexdigest()[:KEY_DIGITS], label)
+
+
+@cache
+def code_digest() -> str:
+    """Digest of the sources that a result depends on, as they were when this process first asked."""
+    digest = hashlib.sha256()
+    for path in sorted(PACKAGE.rglob("*.py")):
+        name = path.relative_to(PACKAGE)
+        if name.parts[0] not in AROUND:
+            digest.update(name.as_posix().encode() + path.read_bytes())
+    return digest.hexdigest()[:KEY_DIGITS]
