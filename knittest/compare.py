@@ -1,13 +1,15 @@
 """Metrics of a simulated curve against a reference; knows nothing of models."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from knittest.config.unit_slips import likely_unit
+from knittest.errors import InputError
 from knittest.experiment.curves import ReferenceCurve
+from knittest.experiment.shear_csv import ANGLE
 from knittest.experiment.tables import PublishedValue
 from knittest.rating import grade, rate
 
@@ -16,7 +18,12 @@ GRID = 201
 #: a simulated peak or strain this many times the reference's, or the other way round, is in another unit
 FAR = 20.0
 #: units by column
-UNITS = {"strain_pct": "%", "force_n": "N"}
+UNITS = {"strain_pct": "%", "force_n": "N", "shear_angle_deg": "deg", "normalised_shear_force_n_per_mm": "N/mm"}
+STRAIN = "strain_pct"
+#: columns of a run's curve that mean the same as a reference's
+SAME = {"force_n": ("force_n", "force_mean_n", "shear_force_n"), "shear_angle_deg": ("frame_shear_angle_deg",)}
+#: shear angles at which forces are compared [deg]
+ANGLES = (5.0, 10.0, 20.0, 30.0, 40.0)
 #: digits kept behind the point
 DIGITS = 4
 
@@ -43,10 +50,39 @@ def compare_results(
     ]
 
 
-def compare_curves(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> dict[str, Any]:
-    """Peak, fracture strain, RMSE and ISO/TS 18571-type rating of y(x) on the range both curves cover.
+def compare_columns(columns: Mapping[str, np.ndarray], reference: ReferenceCurve) -> dict[str, Any]:
+    """:func:`compare_curves` on the columns of a curve.csv that ``reference`` is about; raises InputError if it lacks
+    them.
 
-    ``x``, ``y`` (n,) in the units of the reference. Says what it was judged against. Curves that share no
+    A tensile curve counts up to its peak; of a frame that turns, only what is sheared for the first time.
+    """
+    x, y = (columns[name] for name in columns_of(columns, reference))
+    first = np.append(True, x[1:] > np.maximum.accumulate(x)[:-1])
+    if reference.x_name == STRAIN:
+        first[int(np.argmax(y)) + 1 :] = False
+    return compare_curves(x[first], y[first], reference)
+
+
+def columns_of(columns: Iterable[str], reference: ReferenceCurve) -> tuple[str, str]:
+    """Names among ``columns`` of a curve for x and y of ``reference``; raises :class:`InputError` without any."""
+    names = list(columns)
+    found = []
+    for wanted in (reference.x_name, reference.y_name):
+        name = next((n for n in (*SAME.get(wanted, ()), wanted) if n in names), None)
+        if name is None:
+            known = [*names, *(w for w, same in SAME.items() if any(n in names for n in same))]
+            raise InputError(
+                f"{reference.source}: {wanted}: the run's curve has no such column; "
+                f"expected one of {', '.join(sorted(set(known)))}"
+            )
+        found.append(name)
+    return found[0], found[1]
+
+
+def compare_curves(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> dict[str, Any]:
+    """Peak or values at angles, RMSE and ISO/TS 18571-type rating of y(x) on the range both curves cover.
+
+    ``x``, ``y`` (n,) in the units of the reference, x rising. Says what it was judged against. Curves that share no
     range, have too few points, are constant or in other units are "not comparable", with the reason, without numbers.
     """
     judged = {"judged_against": reference.source, "reference_kind": reference.kind}
@@ -59,19 +95,38 @@ def compare_curves(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> d
     grid = np.linspace(low, high, GRID)
     simulated, measured = np.interp(grid, x, y), np.interp(grid, reference.x, reference.mean)
     scores = rate(simulated, measured)
-    end, peak = int(np.argmax(y)), reference.peak
     rmse = np.sqrt(np.mean((simulated - measured) ** 2))
+    sheared = reference.x_name == ANGLE
+    peak = float(measured.max()) if sheared else reference.peak[1]
     return judged | {
         "comparable": True,
         f"range_{reference.x_name}": [_rounded(low), _rounded(high)],
+        **(_at_angles(grid, simulated, measured, reference) if sheared else _at_peaks(x, y, reference)),
+        f"rmse_{reference.y_name}": _rounded(rmse),
+        "rmse_pct_of_peak": _rounded(100.0 * rmse / peak),
+        "rating": {k: _rounded(v) for k, v in scores.items()} | {"grade": grade(scores["overall"])},
+    }
+
+
+def _at_peaks(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> dict[str, Any]:
+    """Both peaks, and how far they are apart."""
+    end, peak = int(np.argmax(y)), reference.peak
+    return {
         "simulated_peak": _point(reference, x[end], y[end]),
         "reference_peak": _point(reference, *peak),
         "peak_error_pct": _rounded(100.0 * (y[end] / peak[1] - 1.0)),
         "fracture_strain_error_pct": _rounded(100.0 * (x[end] / peak[0] - 1.0)),
-        f"rmse_{reference.y_name}": _rounded(rmse),
-        "rmse_pct_of_peak": _rounded(100.0 * rmse / peak[1]),
-        "rating": {k: _rounded(v) for k, v in scores.items()} | {"grade": grade(scores["overall"])},
     }
+
+
+def _at_angles(grid: np.ndarray, simulated: np.ndarray, measured: np.ndarray, ref: ReferenceCurve) -> dict[str, Any]:
+    """Both forces at the angles that both curves cover: a shear curve has no peak, it ends where the frame did."""
+    found = {}
+    for angle in (a for a in ANGLES if grid[0] <= a <= grid[-1]):
+        one, other = (float(np.interp(angle, grid, v)) for v in (simulated, measured))
+        error = _rounded(100.0 * (one / other - 1.0)) if other else None
+        found[f"{angle:g}"] = {"simulated": _rounded(one), "reference": _rounded(other), "error_pct": error}
+    return {f"{ref.y_name}_at_deg": found}
 
 
 def _point(reference: ReferenceCurve, x: float, y: float) -> dict[str, float]:
@@ -96,11 +151,15 @@ def _hindrance(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> str:
 
 def _other_units(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> str:
     """What of the peaks lies so far apart that one of them is in another unit."""
-    end = int(np.argmax(y))
+    end, peak = int(np.argmax(y)), reference.peak
+    if reference.x_name == ANGLE:  # up to where the shorter one ends
+        last = min(x[-1], reference.x[-1])
+        end, peak = (
+            int(np.searchsorted(x, last, side="right")) - 1,
+            (last, float(np.interp(last, reference.x, reference.mean))),
+        )
     found = []
-    for name, simulated, measured in zip(
-        (reference.x_name, reference.y_name), (x[end], y[end]), reference.peak, strict=True
-    ):
+    for name, simulated, measured in zip((reference.x_name, reference.y_name), (x[end], y[end]), peak, strict=True):
         if not simulated / FAR < measured < simulated * FAR:
             unit = UNITS.get(name, "")
             guess = likely_unit(measured, unit, (simulated / 5.0, simulated * 5.0))

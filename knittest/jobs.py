@@ -87,7 +87,7 @@ def _run_jobs(jobs: Sequence[Job], options: RunOptions, parent: Path | None) -> 
         for run, opener in jobs:
             outcomes.append(execute(run, opener, interrupts, options, progress))
     if options.json:
-        summaries = [o.summary | {"folder": str(o.folder)} for o in outcomes]
+        summaries = [o.summary | {"folder": str(o.folder), "curves": list(o.curves)} for o in outcomes]
         print_json(summaries[0] if len(summaries) == 1 else {"runs": summaries})
     elif not options.quiet:
         print_results(outcomes)

@@ -6,7 +6,9 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class RunOptions:
-    """Where and how to report: output folder, threads, JSON on stdout, silence, VTU frames, pictures."""
+    """Where and how to report: output folder, threads, JSON on stdout, silence, VTU frames, pictures; curves to compare
+    with.
+    """
 
     out: Path | None = None
     threads: int | None = None
@@ -14,3 +16,4 @@ class RunOptions:
     quiet: bool = False
     frames: bool = True
     pictures: bool = True
+    against: tuple[Path, ...] = ()

@@ -22,10 +22,12 @@ LABELS = {
     "bending_stiffness_mncm2": ("B by Eq. 2, 50 mm strip [mN cm2]", "{:.0f}"),
     "bending_stiffness_n_mm_per_width": ("B, root moment/curvature [N mm]", "{:.2f}"),
     "moment_error_pct": ("root moment off weight [%]", "{:.2f}"),
-    "shear_force_n_at_10deg": ("shear force at 10 deg [N]", "{:.2f}"),
-    "shear_force_n_at_20deg": ("shear force at 20 deg [N]", "{:.2f}"),
-    "shear_force_n_at_30deg": ("shear force at 30 deg [N]", "{:.2f}"),
-    "shear_force_n_at_40deg": ("shear force at 40 deg [N]", "{:.2f}"),
+    "shear_force_n_at_deg.10": ("shear force at 10 deg [N]", "{:.2f}"),
+    "shear_force_n_at_deg.20": ("shear force at 20 deg [N]", "{:.2f}"),
+    "shear_force_n_at_deg.30": ("shear force at 30 deg [N]", "{:.2f}"),
+    "shear_force_n_at_deg.40": ("shear force at 40 deg [N]", "{:.2f}"),
+    "material_shear_angle_deg_at_40deg": ("material shear at 40 deg, mean [deg]", "{:.2f}"),
+    "material_shear_angle_sd_deg_at_40deg": ("material shear at 40 deg, sd [deg]", "{:.2f}"),
     "wrinkle_onset_deg": ("wrinkle onset [deg]", "{:.1f}"),
     "wrinkle_amplitude_mm_at_40deg": ("wrinkle amplitude at 40 deg [mm]", "{:.2f}"),
     "wrinkle_count_at_40deg": ("wrinkles at 40 deg", "{:.0f}"),
@@ -35,6 +37,33 @@ KINDS = {
     "tuned": "tuned: a parameter was fitted to this row, which therefore proves nothing by itself",
     "input": "input: the model was given this row and returns it",
 }
+
+
+#: specimens of an ensemble up to which each is shown beside the mean
+SIDE_BY_SIDE = 2
+
+
+def folded(results: Mapping[str, Any]) -> dict[str, Any]:
+    """Results as summary.json has them: ``name.key`` becomes the map ``name`` with ``key``."""
+    whole: dict[str, Any] = {}
+    for quantity, value in results.items():
+        name, dot, key = quantity.partition(".")
+        if dot:
+            whole.setdefault(name, {})[key] = value
+        else:
+            whole[name] = value
+    return whole
+
+
+def unfolded(results: Mapping[str, Any]) -> dict[str, Any]:
+    """The inverse of :func:`folded`: a number, or the mean, sd and values of an ensemble, for each ``name.key``."""
+    flat: dict[str, Any] = {}
+    for name, value in results.items():
+        if isinstance(value, Mapping) and "values" not in value:
+            flat |= {f"{name}.{key}": inner for key, inner in value.items()}
+        else:
+            flat[name] = value
+    return flat
 
 
 @dataclass(frozen=True)
@@ -55,7 +84,7 @@ def result_rows(summary: Mapping[str, Any], plus_minus: str = "±", *, refused: 
     """One row a result of ``summary`` (summary.json); those of a ``refused`` run are compared with nothing."""
     compared = {row["quantity"]: row for row in summary["comparison"]}
     rows = []
-    for quantity, value in summary["results"].items():
+    for quantity, value in unfolded(summary["results"]).items():
         label, form = LABELS.get(quantity, (quantity.replace("_", " "), "{:.4g}"))
         tail = _judged(compared.get(quantity), form, plus_minus, refused=refused)
         number = value["mean"] if isinstance(value, Mapping) else value
@@ -64,10 +93,11 @@ def result_rows(summary: Mapping[str, Any], plus_minus: str = "±", *, refused: 
 
 
 def _simulated(value: Any, form: str, plus_minus: str) -> str:
-    """A number, or mean, sd and count of an ensemble."""
+    """A number, or mean, sd and count of an ensemble, and the values of a small one side by side."""
     if isinstance(value, Mapping):
-        mean, sd = _number(value["mean"], form), _number(value["sd"], form)
-        return f"{mean} {plus_minus} {sd} (n {len(value['values'])})"
+        mean, sd, count = _number(value["mean"], form), _number(value["sd"], form), len(value["values"])
+        each = ": " + ", ".join(_number(v, form) for v in value["values"]) if count <= SIDE_BY_SIDE else ""
+        return f"{mean} {plus_minus} {sd} (n {count}{each})"
     return _number(value, form)
 
 

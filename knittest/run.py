@@ -1,14 +1,16 @@
 """A run end to end: specimens of one direction, their folder, comparison and report."""
 
 import time as clock
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
-from knittest.compare import compare_results
+from knittest.compare import columns_of, compare_columns, compare_results
 from knittest.config.run import Run
 from knittest.errors import NumericalError, ResourceError
+from knittest.experiment.curves import ReferenceCurve, load_curve, located
 from knittest.experiment.tables import published
 from knittest.export import vtu
 from knittest.export.folder import RunFolder
@@ -32,17 +34,18 @@ EXIT_REFUSED = NumericalError.exit_code
 
 @dataclass(frozen=True)
 class Outcome:
-    """A finished run: folder, summary as written, quality of its worst specimen."""
+    """A finished run: folder, summary as written, quality of its worst specimen, metrics of the user's curves."""
 
     run: Run
     folder: Path
     summary: dict[str, Any]
     quality: Quality
+    curves: Sequence[dict[str, Any]] = ()
 
 
 def execute(run: Run, opener: Opener, interrupts: Interrupts, options: RunOptions, progress: Progress) -> Outcome:
     """Run all specimens of ``run``, or those that are left, and write its folder."""
-    references = _references(run)
+    references = replace(_references(run), own=_own_curves(run, options.against))
     opened = opener(run, data_files(run), interrupts)
     folder = opened.folder
     try:
@@ -55,7 +58,22 @@ def execute(run: Run, opener: Opener, interrupts: Interrupts, options: RunOption
     except (Interrupted, ResourceError) as error:
         error.folder = folder.path
         raise
-    return Outcome(run, folder.path, summary, quality)
+    judged = comparison["curves"][len(comparison["curves"]) - len(references.own) :]
+    return Outcome(run, folder.path, summary, quality, [] if quality.failures else judged)
+
+
+def _own_curves(run: Run, paths: Sequence[Path]) -> list[ReferenceCurve]:
+    """Curves that the user compares with; one that the shells are fed with is an input. Raises InputError before the
+    run for a curve of other quantities than the test's.
+    """
+    fed = [path.resolve() for path in data_files(run)] if run.model.scale == "macro" else []
+    curves = []
+    for path in map(located, paths):
+        curve = load_curve(path)
+        axes = REPORTS[run.rig.kind].axes
+        columns_of((axes.x, axes.y, *axes.others), curve)
+        curves.append(replace(curve, kind="input") if path.resolve() in fed else curve)
+    return curves
 
 
 def _specimens(run: Run, progress: Progress, opened: Opened) -> list[Specimen]:
@@ -107,8 +125,8 @@ def _judge(
     comparison: dict[str, Any] = {"refused": list(quality.failures), "rows": [], "curves": []}
     if not quality.failures:
         comparison["rows"] = compared
-        if references.curve is not None:
-            comparison["curves"] = REPORTS[run.rig.kind].compare(run, specimens, references.curve)
+        columns = REPORTS[run.rig.kind].curve(specimens)
+        comparison["curves"] = [compare_columns(columns, curve) for curve in references.curves]
     return build_summary(run, results, quality, cost, cast("list[ComparisonRow]", compared)), comparison, quality
 
 
@@ -151,6 +169,8 @@ def _write(
     folder.write_energies(first.history.energies)
     if first.yarns:
         folder.write_yarns(first.yarns)
+    for name, columns in report.tables(run, specimens).items():
+        folder.write_table(name, columns)
     if options.frames:
         vtu.write_frames(folder.path, first.history)
     if options.pictures:

@@ -33,6 +33,10 @@ class Outcome(Protocol):
         """The gates of its worst specimen."""
 
     @property
+    def curves(self) -> Sequence[Mapping[str, Any]]:
+        """Metrics against the user's own curves."""
+
+    @property
     def folder(self) -> Path:
         """Where its files are."""
 
@@ -68,6 +72,24 @@ def quality_lines(outcome: Outcome) -> list[str]:
     return lines + [f"  warning: {reason}" for reason in quality.warnings]
 
 
+def curve_lines(outcome: Outcome) -> list[str]:
+    """What comparison.json says of the user's own curves, one line a curve."""
+    return [f"against {m['judged_against']} ({m['reference_kind']}): {_metrics(m)}" for m in outcome.curves]
+
+
+def _metrics(metrics: Mapping[str, Any]) -> str:
+    if not metrics["comparable"]:
+        return f"not comparable: {metrics['reason']}"
+    angles = next((value for name, value in metrics.items() if name.endswith("_at_deg")), None)
+    if angles is None:
+        found = [f"peak {metrics['peak_error_pct']:+.1f} %"]
+    else:
+        found = [f"{a['error_pct']:+.0f} % at {d} deg" for d, a in angles.items() if a["error_pct"] is not None]
+    rating = metrics["rating"]
+    found.append(f"rmse {metrics['rmse_pct_of_peak']:.1f} % of its peak")
+    return ", ".join([*found, f"rating {rating['overall']:.2f} ({rating['grade']})"])
+
+
 def print_results(outcomes: Sequence[Outcome], stream: TextIO | None = None) -> None:
     """Print table, notes, gates and run folders on ``stream`` (standard output); a closed pipe is harmless."""
     stream = stream or sys.stdout
@@ -99,7 +121,7 @@ def _print(outcomes: Sequence[Outcome], stream: TextIO) -> None:
     rows = results_table(outcomes, "±" if _can_encode("±", stream) else "+-")
     kinds = {row[HEADER.index("kind")] for row in rows}
     notes = [text for kind, text in KINDS.items() if kind in kinds]
-    lines = [*notes, *(line for outcome in outcomes for line in quality_lines(outcome))]
+    lines = [*notes, *(line for outcome in outcomes for line in (*curve_lines(outcome), *quality_lines(outcome)))]
     lines += [f"run folder: {outcome.folder}" for outcome in outcomes]
     if stream.isatty():
         from rich.console import Console

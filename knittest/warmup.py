@@ -45,7 +45,7 @@ def warm(run: Run, phase: Callable[[str], None] | None = None) -> float:
     start = clock.perf_counter()
     if not ready:
         _compile_apart(scale)
-    _exercise(run)
+    _exercise(scale)
     _warm.add(scale)
     return clock.perf_counter() - start
 
@@ -60,9 +60,7 @@ def _compile_apart(scale: Scale) -> None:
 
 def fill_cache(scale: Scale) -> None:
     """Compile all kernels of ``scale`` into the cache, then mark it as complete."""
-    from knittest.config.loading import resolve
-
-    _exercise(resolve(variant="1", scale=scale))
+    _exercise(scale)
     _marker(scale).touch()
 
 
@@ -77,8 +75,11 @@ def _marker(scale: Scale) -> Path:
     return Path(os.environ["NUMBA_CACHE_DIR"]) / name
 
 
-def _exercise(run: Run) -> None:
-    """Simulate a tiny model with everything that a run calls."""
+def _exercise(scale: Scale) -> None:
+    """Simulate a tiny model of a shipped fabric with everything that a run calls."""
+    from knittest.config.loading import resolve
+
+    run = resolve(variant="1", scale=scale)
     model = _crossing_yarns(run) if run.model.scale == "meso" else _small_strip(run)
     brief = run.solver.model_copy(update={"target_step": None})
     simulate(model, _Tug(), brief, Output(samples=20, frames=1))

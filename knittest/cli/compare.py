@@ -11,13 +11,14 @@ import click
     "--against",
     type=click.Path(path_type=Path),
     required=True,
-    help="CSV with a header: strain_pct,force_n, or a laboratory's 'Dehnung [%];Kraft [kN]' with decimal comma.",
+    help="CSV with a header: strain_pct,force_n, or a laboratory's 'Dehnung [%];Kraft [kN]' with decimal comma; of a "
+    "picture frame shear_angle_deg and force_n or normalised_shear_force_n_per_mm. Also a file of the shipped data.",
 )
 def compare(run: Path, against: Path) -> int:
     """Compare the curve of a run folder with a curve of your own; prints JSON.
 
-    The curve has a row of names and one of numbers a point, strain rising; lines such as "# kind: measured" may stand
-    above it. data import writes such curves (corridor.csv).
+    The curve has a row of names and one of numbers a point, strain or shear angle rising; lines such as
+    "# kind: measured" may stand above it. data import writes such curves (corridor.csv).
 
     Example: knittest compare runs/tensile-.../warp --against mean.csv
     """
@@ -25,9 +26,9 @@ def compare(run: Path, against: Path) -> int:
 
     import pandas as pd
 
-    from knittest.compare import compare_curves
+    from knittest.compare import compare_columns
     from knittest.errors import InputError
-    from knittest.experiment.curves import load_curve
+    from knittest.experiment.curves import find_curve
 
     runs = sorted(path.parent.name for path in run.glob("*/manifest.json"))
     if runs and not (run / "manifest.json").exists():
@@ -41,8 +42,6 @@ def compare(run: Path, against: Path) -> int:
         raise InputError(f"{run}: not a run folder with a curve: {error}") from None
     if manifest.get("status") != "completed" or manifest.get("exit_code"):
         raise InputError(f"{run}: comparison refused: {manifest.get('message') or manifest.get('status')}")
-    name = "force_n" if "force_n" in table else "force_mean_n"
-    end = int(table[name].to_numpy().argmax()) + 1
-    columns = table[["strain_pct", name]].to_numpy(float)[:end]
-    click.echo(json.dumps(compare_curves(columns[:, 0], columns[:, 1], load_curve(against)), indent=2))
+    columns = {str(name): table[name].to_numpy(float) for name in table}
+    click.echo(json.dumps(compare_columns(columns, find_curve(against)), indent=2))
     return 0

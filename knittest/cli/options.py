@@ -38,6 +38,13 @@ def reports(command: Callable[..., Any]) -> Callable[..., Any]:
             click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout and nothing else there."),
             click.option("--quiet", is_flag=True, help="No progress, no table."),
             click.option("--no-frames", is_flag=True, help="No VTU frames."),
+            click.option(
+                "--against",
+                multiple=True,
+                type=click.Path(path_type=Path),
+                metavar="CSV",
+                help="Compare with a curve of your own or of the shipped data, as knittest compare does; repeatable.",
+            ),
         )
     ):
         command = option(command)

@@ -11,7 +11,9 @@ from knittest.cli.options import reports
 @click.argument("run", type=click.Path(path_type=Path))
 @click.option("--force", is_flag=True, help="Go on although config, version or processor changed.")
 @reports
-def resume(run: Path, force: bool, threads: int | None, as_json: bool, quiet: bool, no_frames: bool) -> int:
+def resume(
+    run: Path, force: bool, threads: int | None, as_json: bool, quiet: bool, no_frames: bool, against: tuple[Path, ...]
+) -> int:
     """Go on with a run that was interrupted, killed or ran out of disk, to the bits it would have had.
 
     RUN is the run folder, or the folder of both directions.
@@ -21,4 +23,4 @@ def resume(run: Path, force: bool, threads: int | None, as_json: bool, quiet: bo
     from knittest.jobs import resume_command
     from knittest.options import RunOptions
 
-    return resume_command(run, RunOptions(None, threads, as_json, quiet, not no_frames), force)
+    return resume_command(run, RunOptions(None, threads, as_json, quiet, not no_frames, against), force)

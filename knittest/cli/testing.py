@@ -28,12 +28,13 @@ def test_command(kind: str, text: str, directional: bool = True) -> click.Comman
         as_json: bool,
         quiet: bool,
         no_frames: bool,
+        against: tuple[Path, ...],
         direction: str | None = None,
         **chosen: Any,
     ) -> int:
         from knittest.options import RunOptions
 
-        options = RunOptions(out, threads, as_json, quiet, not no_frames)
+        options = RunOptions(out, threads, as_json, quiet, not no_frames, against)
         if resume is not None:
             if direction or out or any(chosen.values()):
                 raise click.UsageError("--resume takes everything from the run folder: leave out what describes a run")

@@ -2,11 +2,11 @@
 
 import math
 from itertools import pairwise
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidatorFunctionWrapHandler, WrapValidator, model_validator
 
-from knittest.config.base import BoundsError, Quantity, Strict, measure
+from knittest.config.base import BoundsError, Quantity, Strict, measure, number
 from knittest.config.shear import ShearLaw
 
 Direction = Literal["warp", "weft"]
@@ -101,19 +101,33 @@ class MacroMaterial(Strict):
         return self
 
 
+def _or_absent(value: Any, handler: ValidatorFunctionWrapHandler) -> Any:
+    return None if value is None else handler(value)
+
+
+def _yarn_level(description: str) -> Any:
+    return Field(None, description=description)
+
+
+#: only the meso scale reads it: a run there refuses a fabric without it, so that whoever reads it finds it
+Absent = WrapValidator(_or_absent)
+#: what a fabric of the macro scale alone may leave out
+YARN_LEVEL = ("loop_length", "reinforcing", "knitting", "contact")
+
+
 class Fabric(Strict):
-    """A biaxial weft-knitted fabric."""
+    """A biaxial weft-knitted fabric; without loops and yarns any reinforcement, for the macro scale."""
 
     name: str = Field(description="short name, used in file names", pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,39}$")
     title: str = Field("", description="one line for reports")
     warp_density: Quantity = measure("yarn/100 mm", "warp yarns (wales) per width", gt=0, band=(5, 200))
     weft_density: Quantity = measure("yarn/100 mm", "weft yarns (courses) per length", gt=0, band=(5, 200))
-    loop_length: Quantity = measure("mm", "knitting yarn in one loop", gt=0, band=(1, 100))
+    loop_length: Annotated[Quantity, Absent] = number(None, "mm", "knitting yarn in one loop", gt=0, band=(1, 100))
     area_mass: Quantity = measure("g/m2", "mass per area", gt=0, band=(20, 20000))
     thickness: Quantity = measure("mm", "thickness of the fabric", gt=0, band=(0.1, 30))
-    reinforcing: ReinforcingYarn = Field(description="warp and weft inlay yarn")
-    knitting: KnittingYarn = Field(description="yarn of the loops")
-    contact: YarnContact = Field(description="yarn-yarn contact")
+    reinforcing: Annotated[ReinforcingYarn, Absent] = _yarn_level("warp and weft inlay yarn")
+    knitting: Annotated[KnittingYarn, Absent] = _yarn_level("yarn of the loops")
+    contact: Annotated[YarnContact, Absent] = _yarn_level("yarn-yarn contact")
     macro: MacroMaterial = Field(description="shell material of the macro scale")
     experiment: str | None = Field(None, description="folder of the measured results, in ./data or the shipped data")
     experiment_variant: str | None = Field(None, description="variant key in the experiment's tables")
@@ -121,6 +135,8 @@ class Fabric(Strict):
     @model_validator(mode="after")
     def _loop_spans_its_cell(self) -> Self:
         """Each half loop rises a course and crosses half a wale, whatever its shape: a bound from below."""
+        if self.loop_length is None:
+            return self
         shortest = math.hypot(self.wale_spacing, 2.0 * self.course_spacing)
         if self.loop_length.value < shortest:
             raise BoundsError(

@@ -1,11 +1,11 @@
 """A run: rig, model, solver, variability and output. The fully resolved config of a run folder is one of these."""
 
-from typing import Literal
+from typing import Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from knittest.config.base import Strict, number
-from knittest.config.fabric import Fabric
+from knittest.config.base import BoundsError, Strict, number
+from knittest.config.fabric import YARN_LEVEL, Fabric
 from knittest.config.rigs import CantileverRig, FrictionRig, PictureFrameRig, Rig, TensileRig
 
 Scale = Literal["macro", "meso"]
@@ -89,6 +89,14 @@ class Run(Strict):
     solver: Solver = Field(default_factory=Solver)
     variability: Variability = Field(default_factory=Variability)
     output: Output = Field(default_factory=Output)
+
+    @model_validator(mode="after")
+    def _yarns_are_described(self) -> Self:
+        missing = [name for name in YARN_LEVEL if getattr(self.fabric, name) is None]
+        if missing and self.model.scale == "meso":
+            needed = ", ".join(missing)
+            raise BoundsError(f"the meso scale needs {needed}: give them, or use --scale macro", "fabric")
+        return self
 
     @property
     def direction(self) -> str:

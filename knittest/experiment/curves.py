@@ -9,7 +9,9 @@ from numpy.typing import NDArray
 
 from knittest.errors import InputError
 from knittest.experiment.lab_csv import read_lab
+from knittest.experiment.shear_csv import ANGLE, read_shear
 from knittest.reading import read_regular
+from knittest.resources import data_dir
 
 Array = NDArray[np.float64]
 Kind = Literal["measured", "digitised", "reconstructed", "input"]
@@ -39,6 +41,17 @@ class ReferenceCurve:
         """Peak (x, y) to judge by: the stated one, or that of the curve."""
         top = int(np.argmax(self.mean))
         return self.stated_peak or (float(self.x[top]), float(self.mean[top]))
+
+
+def find_curve(path: Path) -> ReferenceCurve:
+    """:func:`load_curve` of ``path``, or of that file in the shipped data."""
+    return load_curve(located(path))
+
+
+def located(path: Path) -> Path:
+    """``path`` if it is a file, else the one of that name in the shipped data, if there is one."""
+    shipped = data_dir() / path
+    return shipped if not path.exists() and shipped.is_file() else path
 
 
 def load_curve(path: Path) -> ReferenceCurve:
@@ -79,12 +92,16 @@ def load_curve(path: Path) -> ReferenceCurve:
 
 
 def _plain(path: Path) -> ReferenceCurve:
-    """A curve of a user's own: a column of strain and one of force."""
+    """A curve of a user's own: a column of strain or shear angle and one of force."""
+    note = "the file has no '# kind:' line: taken as measured"
+    sheared = read_shear(path)
+    if sheared is not None:
+        angle, force, name = sheared
+        return ReferenceCurve("measured", angle, force, None, ANGLE, name, path.name, note=note)
     specimens = read_lab(path)
     if len(specimens) > 1:
         raise InputError(f"{path}: {len(specimens)} specimens; knittest data import makes one curve of them")
     (one,) = specimens
-    note = "the file has no '# kind:' line: taken as measured"
     return ReferenceCurve("measured", one.strain, one.force, None, "strain_pct", "force_n", path.name, note=note)
 
 

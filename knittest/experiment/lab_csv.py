@@ -47,7 +47,7 @@ def read_lab(
     for text, gaps, a travel that does not rise, an unknown unit, a gauge length that the head contradicts, or numbers
     whose decimal mark cannot be told (pass ``decimal``).
     """
-    rows = _rows(path, delimiter)
+    rows = read_rows(path, delimiter)
     head = next((k for k, (_, cells) in enumerate(rows[:MAX_HEAD]) if _pairs(cells)), None)
     if head is None:
         raise InputError(f"{path}: no row names a force and a displacement or strain column")
@@ -81,8 +81,8 @@ def _to_strain(unit: str, gauge: float | None, where: str) -> float:
     return 100.0 * lab_units.LENGTH[unit] / gauge
 
 
-def _rows(path: Path, delimiter: str | None) -> list[tuple[int, list[str]]]:
-    """Line number and stripped cells of every line that is not empty."""
+def read_rows(path: Path, delimiter: str | None = None) -> list[tuple[int, list[str]]]:
+    """Line number and stripped cells of every line that is not empty; raises as :func:`read_lab` does."""
     text = _decode(path, read_regular(path, MAX_BYTES, "export fewer points"))
     if delimiter is None:
         counts = {mark: text.count(mark) for mark in ("\t", ";")}

@@ -25,9 +25,10 @@ _RESULTS = (
     "energies.png",
     "deformed.png",
     "wrinkles.png",
+    "shear-angle.png",
     "report.html",
 )
-_TABLES = ("curve.csv", "energies.csv", "yarns.csv")
+_TABLES = ("curve.csv", "energies.csv", "yarns.csv", "shear-angle.csv")
 CHECKPOINTS = "checkpoint-*.npz"
 _OWN = ("manifest.json", "config.yaml", "log.jsonl", "frames.pvd", LOCK_NAME, *_RESULTS, *_TABLES)
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from knittest.export.figure import BLUE, GREEN, ORANGE, RED, SKY, dress, new_figure, save
+from knittest.export.figure import BLUE, GREEN, GREY, ORANGE, RED, SKY, dress, new_figure, save
 from knittest.history import Array
 
 _COLOURS = (BLUE, ORANGE, GREEN, RED, SKY)
@@ -18,6 +18,16 @@ class Line:
     y: Array
     label: str
     style: str = "-"
+
+
+@dataclass(frozen=True)
+class Band:
+    """The area between two curves over x, (n,) each."""
+
+    x: Array
+    low: Array
+    high: Array
+    label: str
 
 
 @dataclass(frozen=True)
@@ -36,12 +46,15 @@ def line_picture(
     xlabel: str,
     ylabel: str,
     levels: Sequence[Level] = (),
+    bands: Sequence[Band] = (),
     logarithmic: bool = False,
 ) -> None:
-    """Draw ``lines`` and ``levels`` to ``path`` (PNG). Raises :class:`ResourceError`."""
+    """Draw ``lines``, ``levels`` and ``bands`` to ``path`` (PNG). Raises :class:`ResourceError`."""
     figure = new_figure(8.0, 5.4)
     axes = figure.add_axes((0.1, 0.24, 0.86, 0.68))
     dress(axes)
+    for band in bands:
+        axes.fill_between(band.x, band.low, band.high, color=GREY, alpha=0.15, linewidth=0, label=band.label)
     for number, line in enumerate(lines):
         axes.plot(line.x, line.y, line.style, color=_COLOURS[number % len(_COLOURS)], label=line.label, linewidth=1.6)
     for number, level in enumerate(levels):

@@ -18,7 +18,7 @@ def height_picture(path: Path, x: Array, y: Array, height: Array, *, title: str,
     axes.contour(x, y, height, levels=levels[::2], colors=GREY, linewidths=0.5)
     axes.set_aspect("equal")
     axes.set(xlabel="across the pull [mm]", ylabel="along the pull [mm]")
-    axes.set_title(title, loc="left", fontsize=12)
+    figure.text(0.1, 0.95, title, fontsize=12)
     bar = figure.colorbar(filled, cax=figure.add_axes((0.85, 0.2, 0.03, 0.64)))
     bar.ax.yaxis.set_major_formatter("{x:.1f}")
     bar.set_label("height over the frame's plane [mm]", labelpad=8)

@@ -6,6 +6,7 @@ from typing import Any, Literal, TypedDict
 
 from knittest.config.run import Run
 from knittest.history import Cost, Quality
+from knittest.result_rows import folded
 
 Status = Literal["running", "completed", "failed", "interrupted"]
 Results = Mapping[str, float]
@@ -64,7 +65,7 @@ def build_summary(
         "scale": run.model.scale,
         "direction": run.direction,
         "status": status,
-        "results": dict(specimens[0]) if len(specimens) == 1 else ensemble_results(specimens),
+        "results": folded(specimens[0] if len(specimens) == 1 else ensemble_results(specimens)),
         "quality": _quality(quality),
         "cost": _cost(cost),
         "comparison": [] if quality.failures else [_row(row) for row in comparison],

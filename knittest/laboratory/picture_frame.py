@@ -1,6 +1,7 @@
 """Picture frame: a square of fabric on needles along four hinged sides."""
 
 import time as clock
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +11,7 @@ from knittest.config.run import PictureFrameRun
 from knittest.errors import InputError
 from knittest.history import Frame, History, Quality
 from knittest.laboratory.base import Phase, Prepared, Update, fabric_laminate, shear_curve
+from knittest.laboratory.shear_angles import AngleScatter, angle_scatter, shell_angles
 from knittest.laboratory.strips import cut
 from knittest.laboratory.wrinkles import measure_wrinkles
 from knittest.materials.shear import last_angle
@@ -24,6 +26,8 @@ Array = NDArray[np.float64]
 
 #: wrinkles begin where their amplitude passes this share of the thickness
 ONSET = 0.5
+#: half the range of angles [deg] over which a force is averaged
+NEAR = 0.5
 #: shear angle at which wrinkles are mapped [deg]: the paper scans the sample there
 MAPPED = 40.0
 
@@ -88,31 +92,68 @@ class PictureFrame:
 
     def results(self, run: PictureFrameRun, prepared: Prepared, history: History) -> dict[str, float]:
         """Force at the angles; wrinkles at 40 deg and where they begin."""
-        angle, force = history.curve["frame_shear_angle_deg"], history.curve["shear_force_n"]
-        found = {}
-        for a in (a for a in ANGLES if a <= run.rig.max_angle):
-            near = np.abs(angle - a) < 0.5
-            found[f"shear_force_n_at_{a:.0f}deg"] = float(force[near].mean())
         side = run.rig.kernel("side")
-        amplitudes = [(f.coordinate, measure_wrinkles(f, history, side).amplitude) for f in history.frames]
-        limit = ONSET * run.fabric.kernel("thickness")
-        beyond = [a for a, amplitude in amplitudes if amplitude > limit]
+        frames = first_loading(history.frames)
+        amplitudes = [measure_wrinkles(f, history, side).amplitude for f in frames]
         mapped = frame_at(history, MAPPED)
         wrinkles = measure_wrinkles(mapped, history, side)
-        return found | {
-            "wrinkle_onset_deg": min(beyond) if beyond else float("nan"),
-            "wrinkle_amplitude_mm_at_40deg": wrinkles.amplitude,
-            "wrinkle_count_at_40deg": float(wrinkles.count),
-        }
+        onset = _reached([f.coordinate for f in frames], amplitudes, ONSET * run.fabric.kernel("thickness"))
+        return (
+            forces_at(history, run.rig.max_angle)
+            | _material_at(history)
+            | {
+                "wrinkle_onset_deg": onset,
+                "wrinkle_amplitude_mm_at_40deg": wrinkles.amplitude,
+                "wrinkle_count_at_40deg": float(wrinkles.count),
+            }
+        )
 
     def assess(self, run: PictureFrameRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
         """The gates of every run."""
         return assess(history, run.solver, cost.penetration_max, cost.penetration_mean, prepared.model.added_mass)
 
 
+def forces_at(history: History, most: float) -> dict[str, float]:
+    """Force [N] at each of :data:`ANGLES` up to ``most`` [deg] on first loading, mean over half a degree about it."""
+    angle, force = history.curve["frame_shear_angle_deg"], history.curve["shear_force_n"]
+    first = np.append(True, angle[1:] > np.maximum.accumulate(angle)[:-1])
+    around = {a: first & (np.abs(angle - a) < NEAR) for a in ANGLES if a <= most}
+    return {f"shear_force_n_at_deg.{a:g}": float(force[near].mean()) for a, near in around.items()}
+
+
+def material_scatter(history: History) -> list[tuple[float, AngleScatter]]:
+    """Angle of the frame [deg] and scatter of the material's at each frame of the first loading; none of yarns yet."""
+    if history.mesh.kind != "shells":
+        return []
+    return [(f.coordinate, angle_scatter(shell_angles(f))) for f in first_loading(history.frames)]
+
+
+def _material_at(history: History) -> dict[str, float]:
+    """Mean and sd of the material's shear angle at 40 deg of the frame."""
+    scatter = material_scatter(history)
+    if not scatter:
+        return {}
+    _, found = min(scatter, key=lambda row: abs(row[0] - MAPPED))
+    return {"material_shear_angle_deg_at_40deg": found.mean, "material_shear_angle_sd_deg_at_40deg": found.sd}
+
+
+def first_loading(frames: Sequence[Frame]) -> list[Frame]:
+    """The frames that are sheared further than any before."""
+    largest = np.maximum.accumulate([-np.inf, *(f.coordinate for f in frames)])
+    return [f for f, most in zip(frames, largest, strict=False) if f.coordinate > most]
+
+
 def frame_at(history: History, angle: float) -> Frame:
-    """The frame nearest to a shear angle [deg]."""
-    return min(history.frames, key=lambda f: abs(f.coordinate - angle))
+    """The frame nearest to a shear angle [deg] on first loading."""
+    return min(first_loading(history.frames), key=lambda f: abs(f.coordinate - angle))
+
+
+def _reached(angle: Sequence[float], value: Sequence[float], limit: float) -> float:
+    """Angle at which ``value`` first passes ``limit``, on lines between the frames; nan if it never does."""
+    k = next((k for k, v in enumerate(value) if v > limit), None)
+    if k is None or k == 0:
+        return float("nan") if k is None else angle[0]
+    return float(np.interp(limit, value[k - 1 : k + 1], angle[k - 1 : k + 1]))
 
 
 def _turned(points: Array) -> Array:

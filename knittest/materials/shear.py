@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 from knittest.config.fabric import Fabric
 from knittest.errors import InputError
 from knittest.experiment.curves import ReferenceCurve
+from knittest.experiment.shear_csv import ANGLE
 from knittest.kernels.laws import hinge_table
 from knittest.materials.thinning import thin
 from knittest.trellis import Definition, to_conjugate
 
 Array = NDArray[np.float64]
 
-ANGLE = "shear_angle_deg"
 #: what the column of a shear force holds
 DEFINITIONS: dict[str, Definition] = {
     "shear_force_n_per_mm": "conjugate",

@@ -19,15 +19,23 @@ Columns = dict[str, np.ndarray]
 
 @dataclass(frozen=True)
 class References:
-    """Published rows and the reference curve, if there are any."""
+    """Published rows and the reference curve, if there are any, and the curves of a user's own."""
 
     rows: Sequence[PublishedValue] = ()
     curve: ReferenceCurve | None = None
+    own: Sequence[ReferenceCurve] = ()
+
+    @property
+    def curves(self) -> list[ReferenceCurve]:
+        """All curves to compare with."""
+        return [*([] if self.curve is None else [self.curve]), *self.own]
 
 
 @dataclass(frozen=True)
 class CurveAxes:
-    """Columns of curve.csv that make the curve, and what stands at its axes; ``mean`` and ``sd`` of an ensemble."""
+    """Columns of curve.csv that make the curve, and what stands at its axes; ``mean`` and ``sd`` of an ensemble;
+    ``others`` may be compared with as well.
+    """
 
     x: str
     y: str
@@ -36,6 +44,7 @@ class CurveAxes:
     mean: str = ""
     sd: str = ""
     logarithmic: bool = False
+    others: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -78,11 +87,11 @@ class Report(Protocol):
     def reference_curve(self, run: Any) -> ReferenceCurve | None:
         """The curve that the run's curve is compared with."""
 
-    def compare(self, run: Any, specimens: list[Specimen], curve: ReferenceCurve) -> list[dict[str, Any]]:
-        """Metrics against the reference curve, for comparison.json."""
-
     def curve(self, specimens: list[Specimen]) -> Columns:
         """Columns of curve.csv."""
+
+    def tables(self, run: Any, specimens: list[Specimen]) -> dict[str, Columns]:
+        """Columns of further CSV files by name, which ``export.folder`` has to know."""
 
     def pictures(self, run: Any, specimens: list[Specimen], references: References, folder: Path) -> None:
         """Write the pictures."""

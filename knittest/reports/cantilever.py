@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -42,13 +41,13 @@ class CantileverReport:
         """There is no curve."""
         return None
 
-    def compare(self, run: CantileverRun, specimens: list[Specimen], curve: ReferenceCurve) -> list[dict[str, Any]]:
-        """Nothing to compare."""
-        return []
-
     def curve(self, specimens: list[Specimen]) -> Columns:
         """Course of the relaxation of the first specimen."""
         return specimens[0].history.curve
+
+    def tables(self, run: CantileverRun, specimens: list[Specimen]) -> dict[str, Columns]:
+        """None besides those of every test."""
+        return {}
 
     def pictures(self, run: CantileverRun, specimens: list[Specimen], references: References, folder: Path) -> None:
         """deformed.png from the side, curve.png of the convergence."""

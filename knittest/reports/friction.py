@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from knittest.config.run import FrictionRun
 from knittest.experiment.curves import ReferenceCurve
@@ -41,13 +40,13 @@ class FrictionReport:
         """No curve is published."""
         return None
 
-    def compare(self, run: FrictionRun, specimens: list[Specimen], curve: ReferenceCurve) -> list[dict[str, Any]]:
-        """Nothing to compare."""
-        return []
-
     def curve(self, specimens: list[Specimen]) -> Columns:
         """Channels of the first specimen."""
         return specimens[0].history.curve
+
+    def tables(self, run: FrictionRun, specimens: list[Specimen]) -> dict[str, Columns]:
+        """None besides those of every test."""
+        return {}
 
     def pictures(self, run: FrictionRun, specimens: list[Specimen], references: References, folder: Path) -> None:
         """curve.png with the Coulomb level, energies.png."""

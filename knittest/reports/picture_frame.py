@@ -1,26 +1,37 @@
 """Report of the picture frame: force over shear angle, and the map of the wrinkles."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
-from knittest.compare import compare_curves
+import numpy as np
+
 from knittest.config.run import PictureFrameRun
 from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.tables import PublishedValue
-from knittest.export.line_picture import Level, Line, line_picture
+from knittest.export.line_picture import Band, Level, Line, line_picture
 from knittest.export.map_picture import height_picture
-from knittest.laboratory.picture_frame import MAPPED, frame_at
+from knittest.export.shear_picture import shear_picture
+from knittest.laboratory.picture_frame import MAPPED, frame_at, material_scatter
+from knittest.laboratory.shear_angles import angle_table, shell_angles
 from knittest.laboratory.wrinkles import measure_wrinkles
 from knittest.reports.base import Columns, CurveAxes, Gate, References, draw_energies, energy_gates, title_of
 from knittest.specimen import Specimen
+from knittest.trellis import normalised_force
+
+NORMALISED = "normalised_shear_force_n_per_mm"
+NORMALISED_LABEL = r"normalised shear force $F_s L_{frame} / L_{fabric}^2$ [N/mm]"
 
 
 class PictureFrameReport:
     """See :class:`knittest.reports.base.Report`."""
 
     axes = CurveAxes(
-        "frame_shear_angle_deg", "shear_force_n", "shear angle of the frame [deg]", "force of the crosshead [N]"
+        "frame_shear_angle_deg",
+        "shear_force_n",
+        "shear angle of the frame [deg]",
+        "force of the crosshead [N]",
+        others=(NORMALISED,),
     )
 
     def levels(self, run: PictureFrameRun) -> list[Level]:
@@ -39,32 +50,65 @@ class PictureFrameReport:
         """No shear force is published."""
         return None
 
-    def compare(self, run: PictureFrameRun, specimens: list[Specimen], curve: ReferenceCurve) -> list[dict[str, Any]]:
-        """Force over frame shear angle."""
-        found = specimens[0].history.curve
-        return [compare_curves(found["frame_shear_angle_deg"], found["shear_force_n"], curve)]
-
     def curve(self, specimens: list[Specimen]) -> Columns:
         """Channels of the first specimen."""
         return specimens[0].history.curve
 
+    def tables(self, run: PictureFrameRun, specimens: list[Specimen]) -> dict[str, Columns]:
+        """shear-angle.csv of the first specimen."""
+        scatter = material_scatter(specimens[0].history)
+        return {"shear-angle.csv": angle_table(scatter)} if scatter else {}
+
     def pictures(self, run: PictureFrameRun, specimens: list[Specimen], references: References, folder: Path) -> None:
-        """curve.png, energies.png, wrinkles.png."""
-        lines = [
-            Line(
-                s.history.curve["frame_shear_angle_deg"],
-                s.history.curve["shear_force_n"],
-                f"simulated, specimen {k + 1}",
-            )
-            for k, s in enumerate(specimens)
-        ]
-        line_picture(
-            folder / "curve.png", lines, title=title_of(run), xlabel=self.axes.xlabel, ylabel=self.axes.ylabel,
-        )  # fmt: skip
+        """curve.png, energies.png, wrinkles.png, shear-angle.png."""
+        self._curve_picture(run, specimens, references, folder / "curve.png")
         draw_energies(run, specimens, folder)
-        frame = frame_at(specimens[0].history, MAPPED)
-        found = measure_wrinkles(frame, specimens[0].history, run.rig.side)
+        history = specimens[0].history
+        frame = frame_at(history, MAPPED)
+        found = measure_wrinkles(frame, history, run.rig.side)
         note = (
             f"at {frame.coordinate:.1f} deg: amplitude {found.amplitude:.2f} mm, {found.count} crests across the pull"
         )
         height_picture(folder / "wrinkles.png", found.x, found.y, found.height, title=title_of(run), note=note)
+        table = self.tables(run, specimens).get("shear-angle.csv")
+        if table is not None:
+            shear_picture(
+                folder / "shear-angle.png", table, frame.position[history.mesh.cells][:, :, :2],
+                np.rad2deg(shell_angles(frame)) - frame.coordinate, title=title_of(run),
+                where=f"frame at {frame.coordinate:.1f} deg",
+            )  # fmt: skip
+
+    def _curve_picture(
+        self, run: PictureFrameRun, specimens: list[Specimen], references: References, path: Path
+    ) -> None:
+        """In N, or normalised when a reference is; references of a frame's own force are taken as of this frame."""
+        normalised = any(c.y_name == NORMALISED for c in references.curves)
+        column, label = (NORMALISED, NORMALISED_LABEL) if normalised else (self.axes.y, self.axes.ylabel)
+        lines = []
+        for k, s in enumerate(specimens):
+            first = s.history.curve
+            lines.append(Line(first[self.axes.x], first[column], f"simulated, specimen {k + 1}"))
+        shown = [_in_unit(run, curve, normalised) for curve in references.curves]
+        lines += [Line(c.x, c.mean, f"{c.source} ({c.kind})", "--") for c in shown]
+        line_picture(
+            path, lines, title=title_of(run), xlabel=self.axes.xlabel, ylabel=label, levels=self.levels(run),
+            bands=_range(shown),
+        )  # fmt: skip
+
+
+def _in_unit(run: PictureFrameRun, curve: ReferenceCurve, normalised: bool) -> ReferenceCurve:
+    if not normalised or curve.y_name == NORMALISED:
+        return curve
+    side = run.rig.side
+    force = normalised_force(curve.mean, np.deg2rad(curve.x), side, run.rig.frame_side or side)
+    return replace(curve, mean=force, source=f"{curve.source}, normalised by this frame")
+
+
+def _range(curves: list[ReferenceCurve]) -> list[Band]:
+    """What lies between the references, where all of them are."""
+    low, high = max((c.x[0] for c in curves), default=0.0), min((c.x[-1] for c in curves), default=0.0)
+    if len(curves) < 2 or not high > low:
+        return []
+    x = np.linspace(low, high, 200)
+    values = np.array([np.interp(x, c.x, c.mean) for c in curves])
+    return [Band(x, values.min(axis=0), values.max(axis=0), f"range of the {len(curves)} references")]

@@ -3,11 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from knittest.compare import compare_curves
 from knittest.config.run import TensileRun
 from knittest.experiment.curves import ReferenceCurve, load_curve
 from knittest.experiment.tables import PublishedValue
@@ -52,16 +50,16 @@ class TensileReport:
         curve = replace(curve, mean=curve.mean * run.rig.width / STRIP_WIDTH)
         return replace(curve, kind="input") if run.model.scale == "macro" else curve
 
-    def compare(self, run: TensileRun, specimens: list[Specimen], curve: ReferenceCurve) -> list[dict[str, Any]]:
-        """Up to the peak."""
-        return [compare_curves(*mean_curve(specimens), curve)]
-
     def curve(self, specimens: list[Specimen]) -> Columns:
         """The channels of one specimen, or mean and sd of the force of several."""
         if len(specimens) == 1:
             return specimens[0].history.curve
         strain, mean, sd = corridor(specimens)
         return {self.axes.x: strain, self.axes.mean: mean, self.axes.sd: sd}
+
+    def tables(self, run: TensileRun, specimens: list[Specimen]) -> dict[str, Columns]:
+        """None besides those of every test."""
+        return {}
 
     def pictures(self, run: TensileRun, specimens: list[Specimen], references: References, folder: Path) -> None:
         """curve.png, energies.png, deformed.png."""

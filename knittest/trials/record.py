@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Literal, Self
 
 from knittest.export.manifest import now
+from knittest.result_rows import unfolded
 
 Status = Literal["completed", "refused", "failed", "invalid", "error", "timeout", "crashed", "blocked"]
 
@@ -47,7 +48,7 @@ class Record:
         """Numbers of a completed trial, of an ensemble the means; empty for any other."""
         if self.status != "completed":
             return {}
-        return {k: v["mean"] if isinstance(v, dict) else v for k, v in self.summary["results"].items()}
+        return {k: v["mean"] if isinstance(v, dict) else v for k, v in unfolded(self.summary["results"]).items()}
 
     @property
     def settled(self) -> bool:

@@ -149,6 +149,7 @@ class Done:
     summary: dict[str, Any]
     quality: Quality
     folder: Path = Path("runs/tensile-2-meso-both-20260101-120000/weft")
+    curves: tuple[dict[str, Any], ...] = ()
 
 
 def row(quantity: str, simulated: float, mean: float, sd: float, kind: str = "predicted") -> dict[str, Any]:

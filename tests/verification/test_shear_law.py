@@ -109,7 +109,8 @@ def test_the_frame_force_of_a_table_is_the_closed_form():
     """F = S L_fabric^2 / (L_frame sin(pi/4 - gamma/2)) within 1 %, in a frame longer than the fabric as well; so is the
     normalised force S / cos gamma.
     """
-    curve = run_specimen(frame("rig.frame_side=80")).history.curve
+    found = run_specimen(frame("rig.frame_side=80"))
+    curve = found.history.curve
     degrees = curve["frame_shear_angle_deg"]
     judged = (degrees > 9.0) & (degrees < 44.5)
     angle = np.deg2rad(degrees[judged])
@@ -117,6 +118,8 @@ def test_the_frame_force_of_a_table_is_the_closed_form():
     expected = shear * 50.0**2 / (80.0 * np.sin(np.pi / 4.0 - 0.5 * angle))
     assert curve["shear_force_n"][judged] == pytest.approx(expected, rel=0.01)
     assert curve["normalised_shear_force_n_per_mm"][judged] == pytest.approx(shear / np.cos(angle), rel=0.01)
+    assert found.results["material_shear_angle_deg_at_40deg"] == pytest.approx(40.0, abs=0.2)
+    assert found.results["material_shear_angle_sd_deg_at_40deg"] < 0.1
 
 
 def test_a_cycle_in_the_frame_is_a_loop_and_the_energies_balance():

@@ -1,0 +1,134 @@
+"""A user's own curve of a picture frame: read, matched to the run's columns, compared; results folded into maps."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from knittest.cli.main import cli
+from knittest.compare import columns_of, compare_columns
+from knittest.errors import InputError
+from knittest.experiment.curves import ReferenceCurve, find_curve, load_curve
+from knittest.experiment.shear_csv import FORCES
+from knittest.laboratory.shear_angles import angle_scatter, angle_table
+from knittest.result_rows import folded, result_rows, unfolded
+
+ANGLE = np.linspace(0.0, 45.0, 451)
+#: a frame that shears to 30, turns to 10 and goes on to 45 deg
+TURNING = np.concatenate([np.linspace(0, 30, 301), np.linspace(29.9, 10, 200), np.linspace(10.1, 45, 350)])
+
+
+def columns(angle=ANGLE, factor=1.0):
+    virgin = angle >= np.maximum.accumulate(angle)
+    force = factor * np.where(virgin, angle**2, 0.1 * angle**2)
+    return {
+        "time_ms": angle, "frame_shear_angle_deg": angle, "shear_force_n": force,
+        "normalised_shear_force_n_per_mm": 0.01 * force,
+    }  # fmt: skip
+
+
+def reference(name="force_n", factor=1.0, end=40.0):
+    angle = np.linspace(1.0, end, 79)
+    return ReferenceCurve("measured", angle, factor * angle**2, None, "shear_angle_deg", name, "mine.csv")
+
+
+@pytest.mark.parametrize(("name", "factor"), [("force_n", 1.0), ("shear_force_n", 1.0), (FORCES[1], 0.01)])
+@pytest.mark.parametrize("angle", [ANGLE, TURNING])
+def test_the_force_of_that_name_and_only_the_first_loading_is_compared(name, factor, angle):
+    """Force and normalised force each meet their own column; ways back and repeated ones do not count."""
+    found = compare_columns(columns(angle), reference(name, factor))
+    assert found["range_shear_angle_deg"] == [1.0, 40.0]
+    at = found[f"{name}_at_deg"]
+    assert list(at) == ["5", "10", "20", "30", "40"]
+    assert at["20"]["simulated"] == pytest.approx(400.0 * factor, rel=1e-3)
+    assert at["20"]["error_pct"] == pytest.approx(0.0, abs=0.1)
+    assert found["rating"]["grade"] == "excellent"
+    assert "peak_error_pct" not in found  # a shear curve ends, it does not break
+
+
+def test_a_scaled_curve_is_off_by_that_everywhere():
+    found = compare_columns(columns(factor=1.25), reference())
+    assert [row["error_pct"] for row in found["force_n_at_deg"].values()] == pytest.approx([25.0] * 5, abs=0.3)
+    assert found["rmse_pct_of_peak"] == pytest.approx(25.0 * np.sqrt(np.mean((ANGLE[10:401] / 40.0) ** 4)), rel=0.02)
+
+
+def test_a_strain_is_no_shear_angle():
+    curve = ReferenceCurve("measured", np.arange(3.0), np.arange(3.0), None, "strain_pct", "force_n", "mine.csv")
+    with pytest.raises(InputError, match=r"mine.csv: strain_pct: the run's curve has no such column.*shear_angle_deg"):
+        columns_of(columns(), curve)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "shear_angle_deg,force_n\n0,0\n10,2.5\n20,4\n",
+        "Labor;X\nshear_angle_deg;force_n\n0;0\n10;2,5\n20;4\n",
+        "# kind: measured\nshear_angle_deg,force_n\n0,0\n10,2.5\n20,4\n",
+    ],
+)
+def test_plain_tables_are_read(tmp_path, text):
+    path = tmp_path / "mine.csv"
+    path.write_text(text)
+    curve = load_curve(path)
+    assert (curve.x_name, curve.y_name, curve.kind) == ("shear_angle_deg", "force_n", "measured")
+    assert curve.x.tolist() == [0, 10, 20] and curve.mean.tolist() == [0, 2.5, 4]
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("shear_angle_deg,torque\n0,0\n1,1\n2,2\n", r":1: beside shear_angle_deg: expected one of the columns force_n"),
+        ("shear_angle_deg,force_n\n0,0\n2,1\n1,2\n", r":4: shear_angle_deg must rise .* first loading"),
+        ("shear_angle_deg,force_n\n0,0\n2,x\n3,2\n", r":3: "),
+        ("shear_angle_deg,force_n\n0,0\n2,\n3,2\n", r":3: "),
+        ("shear_angle_deg,force_n\n0,0\n2,1\n", "2 points; at least three"),
+    ],
+)
+def test_bad_tables_are_refused(tmp_path, text, says):
+    path = tmp_path / "mine.csv"
+    path.write_text(text)
+    with pytest.raises(InputError, match=says):
+        load_curve(path)
+
+
+def test_shipped_curves_are_found_by_name_and_say_what_they_are(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name, end in (("uml", 48.0), ("ut", 34.0), ("kul1", 44.0)):
+        curve = find_curve(Path(f"cao2008/curves/{name}.csv"))
+        assert (curve.kind, curve.y_name, curve.x[-1]) == ("digitised", FORCES[1], end)
+
+
+def test_a_run_refuses_a_curve_of_another_test_before_it_starts(tmp_path):
+    curve = tmp_path / "tension.csv"
+    curve.write_text("strain_pct,force_n\n0,0\n1,5\n2,6\n")
+    out = tmp_path / "run"
+    options = ["--variant", "1", "--scale", "macro", "--against", str(curve), "--out", str(out)]
+    result = CliRunner().invoke(cli, ["picture-frame", *options])
+    assert isinstance(result.exception, InputError) and "no such column" in str(result.exception)
+    assert not out.exists()
+
+
+def test_results_with_a_key_are_maps_in_the_summary():
+    flat = {"shear_force_n_at_deg.10": 1.0, "shear_force_n_at_deg.20": 2.0, "wrinkle_onset_deg": 30.0}
+    whole = folded(flat)
+    assert whole == {"shear_force_n_at_deg": {"10": 1.0, "20": 2.0}, "wrinkle_onset_deg": 30.0}
+    assert unfolded(whole) == flat
+    spread = {k: {"mean": v, "sd": 0.1, "values": [v - 0.1, v + 0.1]} for k, v in flat.items()}
+    assert unfolded(json.loads(json.dumps(folded(spread)))) == spread
+
+
+def test_two_specimens_stand_side_by_side():
+    spread = {"wrinkle_amplitude_mm_at_40deg": {"mean": 1.6, "sd": 0.1414, "values": [1.5, 1.7]}}
+    (row,) = result_rows({"results": spread, "comparison": []}, refused=False)
+    assert row.simulated == "1.60 ± 0.14 (n 2: 1.50, 1.70)"
+
+
+def test_scatter_of_a_known_field():
+    """Uniform from 30 to 40 deg: mean 35, sd 10 / sqrt(12), 5 % at 30.5 and 95 % at 39.5."""
+    found = angle_scatter(np.deg2rad(np.linspace(30.0, 40.0, 10001)))
+    assert (found.mean, found.low, found.high) == pytest.approx((35.0, 30.5, 39.5))
+    assert found.sd == pytest.approx(10.0 / np.sqrt(12.0), rel=1e-3)
+    table = angle_table([(0.0, found), (40.0, found)])
+    assert table["frame_shear_angle_deg"].tolist() == [0.0, 40.0] and table["sd_deg"][1] == found.sd
