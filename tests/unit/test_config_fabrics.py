@@ -5,6 +5,7 @@ import pytest
 
 from knittest.config.base import Quantity
 from knittest.config.loading import resolve
+from knittest.errors import InputError
 from knittest.resources import data_dir
 
 GRAVITY = 9.81  # m/s2
@@ -29,6 +30,17 @@ def quantities(model, path=""):
             yield f"{path}{name}", value
         elif hasattr(type(value), "model_fields"):
             yield from quantities(value, f"{path}{name}.")
+
+
+def test_a_weave_without_yarns_is_a_fabric_of_the_macro_scale():
+    """Shells need no loops; what is not given is marked as assumed, the shear law as tuned on one laboratory."""
+    fabric = resolve(variant="cao2008-weave", scale="macro", test="picture-frame").fabric
+    assert fabric.knitting is None and fabric.macro.shear.source == "tuned" and "UML" in fabric.macro.shear.ref
+    for path, quantity in quantities(fabric):
+        assert quantity.source == "assumed" or path in ("area_mass", "thickness"), path
+        assert quantity.ref, path
+    with pytest.raises(InputError, match="needs loop_length, reinforcing, knitting, contact: give them, or use"):
+        resolve(variant="cao2008-weave", test="picture-frame", scale="meso")
 
 
 def test_every_number_states_source_and_reference(variant):
