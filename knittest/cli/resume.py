@@ -23,4 +23,4 @@ def resume(
     from knittest.jobs import resume_command
     from knittest.options import RunOptions
 
-    return resume_command(run, RunOptions(None, threads, as_json, quiet, not no_frames, against), force)
+    return resume_command(run, RunOptions(None, threads, as_json, quiet, not no_frames, against=against), force)

@@ -34,7 +34,7 @@ def test_command(kind: str, text: str, directional: bool = True) -> click.Comman
     ) -> int:
         from knittest.options import RunOptions
 
-        options = RunOptions(out, threads, as_json, quiet, not no_frames, against)
+        options = RunOptions(out, threads, as_json, quiet, not no_frames, against=against)
         if resume is not None:
             if direction or out or any(chosen.values()):
                 raise click.UsageError("--resume takes everything from the run folder: leave out what describes a run")

@@ -90,10 +90,6 @@ def test_rig_file(tmp_path, text, expected):
         ("name: pham2019-v1", "name: ../<b>", "expected letters, digits"),
         ("name: pham2019-v1", "name: 12", "expected text, found 12"),
         ("loop_length:", "loop_lenght:", 'loop_lenght: unknown field (did you mean "loop_length"?)'),
-            "loop_length: {value: 14.4, sd: 0.5, source: measured, ref: Table 2}",
-            "",
-            "the meso scale needs loop_length: ",
-        ),
         ("  law: {kind: linear}", "  law: {kind: toe}", "kind toe needs toe_strain > 0 %"),
         (
             "  law: {kind: linear}",
