@@ -8,7 +8,7 @@ number of threads. Yarns and shells have an entry each, so that a run compiles o
 import numpy as np
 from numba import njit, prange
 
-from knittest.kernels import beam_blocks, contact_blocks, shell_blocks
+from knittest.kernels import beam_blocks, contact_blocks, shell_blocks, tool_contact
 from knittest.kernels.beam_blocks import advance_beams, advance_free
 from knittest.kernels.contact_blocks import contact_forces, scatter_contacts
 from knittest.kernels.loads import apply_loads, book_loads
@@ -19,7 +19,7 @@ from knittest.kernels.tables import read_tables
 from knittest.kernels.tool_contact import move_tools, touch_tools
 
 #: work space of one partition, in floats
-SCRATCH = max(beam_blocks.SCRATCH, contact_blocks.SCRATCH, shell_blocks.SCRATCH)
+SCRATCH = max(beam_blocks.SCRATCH, contact_blocks.SCRATCH, shell_blocks.SCRATCH, tool_contact.SCRATCH)
 
 
 @njit(**KERNEL)
@@ -45,9 +45,9 @@ def _shell_share(p, time, nodes, shells, laminate, tally, w):
 
 
 @njit(**KERNEL)
-def _outside(p, dt, nodes, parts, tables, loads, tools, touch, tally):
+def _outside(p, dt, nodes, parts, tables, loads, tools, touch, tally, w):
     """Forces of tools and loads on the nodes of one partition."""
-    touch_tools(p, parts.node[p], parts.node[p + 1], dt, nodes, tools, touch, tally)
+    touch_tools(p, parts.node[p], parts.node[p + 1], dt, nodes, tools, touch, tally, w)
     apply_loads(p, dt, nodes, loads, tables, tally)
 
 
@@ -55,7 +55,7 @@ def _outside(p, dt, nodes, parts, tables, loads, tools, touch, tally):
 def _yarn_share(p, time, dt, nodes, parts, beams, contacts, tables, motions, loads, tools, touch, tally, w):
     _clear(parts.node[p], parts.node[p + 1], nodes.force)
     scatter_contacts(p, nodes, contacts)
-    _outside(p, dt, nodes, parts, tables, loads, tools, touch, tally)
+    _outside(p, dt, nodes, parts, tables, loads, tools, touch, tally, w)
     for k in range(parts.span_start[p], parts.span_start[p + 1]):
         start, stop, section = parts.span[k, 0], parts.span[k, 1], parts.span[k, 2]
         tally.energy[p, 2] += advance_beams(start, stop, section, time, dt, nodes, beams, w)
@@ -69,7 +69,7 @@ def _fabric_share(p, dt, nodes, parts, shells, tables, motions, loads, tools, to
     _clear(start, stop, nodes.force)
     _clear(start, stop, nodes.moment)
     gather_shells(start, stop, nodes, shells)
-    _outside(p, dt, nodes, parts, tables, loads, tools, touch, tally)
+    _outside(p, dt, nodes, parts, tables, loads, tools, touch, tally, w)
     advance_free(start, stop, dt, nodes, w)
     impose_motions(p, dt, nodes, motions, tables, tally)
     book_loads(p, dt, nodes, loads, tables, tally)

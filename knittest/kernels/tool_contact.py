@@ -6,12 +6,16 @@ from numba import njit
 
 from knittest.kernels.drive_state import KINETIC, NORMAL, STATIC, TANGENTIAL
 from knittest.kernels.loads import load_now
-from knittest.kernels.options import KERNEL
+from knittest.kernels.options import INLINE, KERNEL, U
 from knittest.kernels.rows import rows3
-from knittest.kernels.tool_shapes import tool_distance
+from knittest.kernels.tool_shapes import frame_distance, least_distances, tool_frame
+from knittest.kernels.vec import add, combine, dot, scale, sub
 
 #: entries of ``Tools.motion`` that are not a table
 HELD, FREE = -1, -2
+#: nodes that are looked at together
+BLOCK = 1024
+SCRATCH = BLOCK + 1
 
 
 @njit(**KERNEL)
@@ -40,58 +44,83 @@ def damp_sticking(fx, fy, fz, dx, dy, dz, viscous, limit):
     return share * fx, share * fy, share * fz
 
 
+@njit(**INLINE)
+def touch_force(n, d, e, depth, normal, viscous, tangential, sticking, static, kinetic, slipping, dt):
+    """Force of a tool on a touching node.
+
+    ``n`` outward normal (nearly unit), ``d`` slide of this step and ``e`` sticking spring before it (3) [mm]; ``depth``
+    [mm]; penalty ``normal`` and ``tangential`` [N/mm] with their damping ``viscous`` and ``sticking`` [N ms/mm].
+    Returns force (3) and pressure [N], the spring (3) [mm], 1 where it slips, and the energy lost [mJ].
+    """
+    closing = -dot(d, n)
+    elastic = normal * depth
+    pressure = max(elastic + viscous * closing / dt, 0.0)
+    normal2 = dot(n, n)
+    t = add(e, d)
+    t = combine(1.0, t, -dot(t, n) / normal2, n)
+    sx, sy, sz, slips = coulomb(t[0], t[1], t[2], tangential, pressure, static, kinetic, slipping)
+    s = (sx, sy, sz)
+    lost = 0.5 * tangential * dot(add(e, s), sub(t, s)) + (pressure - elastic) * closing
+    rubs = scale(tangential, s)
+    if slips == 0.0:
+        slide = combine(1.0, d, closing / normal2, n)
+        rubs = damp_sticking(*rubs, *slide, sticking / dt, static * pressure)
+        lost += dot(combine(1.0, rubs, -tangential, s), slide)
+    return combine(pressure, n, -1.0, rubs), pressure, s, slips, lost
+
+
 @njit(**KERNEL)
-def touch_tools(partition, first, last, dt, nodes, tools, touch, tally):
+def touch_tools(partition, first, last, dt, nodes, tools, touch, tally, w):
     """Add the tools' forces on nodes first..last; tally forces on the tools [N] and energies [mJ]."""
+    x, y, z = rows3(nodes.position)
+    for t in range(tools.kind.size):
+        kind, frame, pressure, radius = tools.kind[t], tool_frame(t, tools), touch.pressure[t], touch.radius
+        block = first
+        while block < last:
+            count = min(BLOCK, last - block)
+            least_distances(kind, frame, block, count, x, y, z, w)
+            for k in range(U(count)):
+                i = U(block) + k
+                w[k] = w[k] - radius[i] if pressure[i] == 0.0 else -1.0
+            _touch_block(t, frame, block, count, dt, nodes, tools, touch, tally.tool[partition, t], w)
+            tally.energy[partition, 1] += w[BLOCK]
+            block += count
+
+
+@njit(**INLINE)
+def _touch_block(t, frame, start, count, dt, nodes, tools, touch, force_on_tool, w):
+    """Forces of tool ``t`` on the nodes of a block whose least distances are in ``w``; leaves the loss in w[BLOCK]."""
     x, y, z = rows3(nodes.position)
     vx, vy, vz = rows3(nodes.velocity)
     fx, fy, fz = rows3(nodes.force)
-    for t in range(tools.kind.size):
-        law = tools.law[t]
-        ux, uy, uz = tools.velocity[t, 0], tools.velocity[t, 1], tools.velocity[t, 2]
-        sum_x, sum_y, sum_z, lost = 0.0, 0.0, 0.0, 0.0
-        spring = touch.spring[t]
-        for i in range(first, last):
-            gap, nx, ny, nz = tool_distance(t, tools, x[i], y[i], z[i])
-            depth = touch.radius[i] - gap
-            if depth <= 0.0:
-                if touch.pressure[t, i] > 0.0:
-                    touch.pressure[t, i], touch.slipping[t, i] = 0.0, 0.0
-                    spring[0, i], spring[1, i], spring[2, i] = 0.0, 0.0, 0.0
-                continue
-            dx, dy, dz = (vx[i] - ux) * dt, (vy[i] - uy) * dt, (vz[i] - uz) * dt
-            closing = -(dx * nx + dy * ny + dz * nz)
-            elastic = law[NORMAL] * touch.stiffness[i] * depth
-            pressure = max(elastic + touch.viscous[i] * sqrt(law[NORMAL]) * closing / dt, 0.0)
-            tangential = law[TANGENTIAL] * touch.stiffness[i]
-            ex, ey, ez = spring[0, i], spring[1, i], spring[2, i]
-            tx, ty, tz = ex + dx, ey + dy, ez + dz
-            normal2 = nx * nx + ny * ny + nz * nz
-            along = (tx * nx + ty * ny + tz * nz) / normal2
-            tx, ty, tz = tx - along * nx, ty - along * ny, tz - along * nz
-            sx, sy, sz, slips = coulomb(
-                tx, ty, tz, tangential, pressure, law[STATIC], law[KINETIC], touch.slipping[t, i]
-            )
-            slip = (ex + sx) * (tx - sx) + (ey + sy) * (ty - sy) + (ez + sz) * (tz - sz)
-            lost += 0.5 * tangential * slip + (pressure - elastic) * closing
-            rubs_x, rubs_y, rubs_z = tangential * sx, tangential * sy, tangential * sz
-            if slips == 0.0:
-                viscous, back = touch.viscous[i] * sqrt(law[TANGENTIAL]) / dt, closing / normal2
-                dx, dy, dz = dx + back * nx, dy + back * ny, dz + back * nz
-                rubs_x, rubs_y, rubs_z = damp_sticking(
-                    rubs_x, rubs_y, rubs_z, dx, dy, dz, viscous, law[STATIC] * pressure
-                )
-                lost += (rubs_x - tangential * sx) * dx + (rubs_y - tangential * sy) * dy
-                lost += (rubs_z - tangential * sz) * dz
-            spring[0, i], spring[1, i], spring[2, i] = sx, sy, sz
-            touch.slipping[t, i], touch.pressure[t, i] = slips, pressure
-            gx, gy, gz = pressure * nx - rubs_x, pressure * ny - rubs_y, pressure * nz - rubs_z
-            fx[i], fy[i], fz[i] = fx[i] + gx, fy[i] + gy, fz[i] + gz
-            sum_x, sum_y, sum_z = sum_x - gx, sum_y - gy, sum_z - gz
-        tally.tool[partition, t, 0] += sum_x
-        tally.tool[partition, t, 1] += sum_y
-        tally.tool[partition, t, 2] += sum_z
-        tally.energy[partition, 1] += lost
+    kind, grid, law, velocity = tools.kind[t], tools.grid[t], tools.law[t], tools.velocity[t]
+    ux, uy, uz = velocity[0], velocity[1], velocity[2]
+    ex, ey, ez = rows3(touch.spring[t])
+    pressure, slipping = touch.pressure[t], touch.slipping[t]
+    damp, stick = sqrt(law[NORMAL]), sqrt(law[TANGENTIAL])
+    sum_x, sum_y, sum_z, lost = 0.0, 0.0, 0.0, 0.0
+    for k in range(U(count)):
+        if w[k] >= 0.0:
+            continue
+        i = U(start) + k
+        gap, nx, ny, nz = frame_distance(kind, frame, grid, tools.samples, x[i], y[i], z[i])
+        depth = touch.radius[i] - gap
+        if depth <= 0.0:
+            pressure[i], slipping[i], ex[i], ey[i], ez[i] = 0.0, 0.0, 0.0, 0.0, 0.0
+            continue
+        stiffness, viscous = touch.stiffness[i], touch.viscous[i]
+        f, pressure[i], e, slipping[i], loss = touch_force(
+            (nx, ny, nz), ((vx[i] - ux) * dt, (vy[i] - uy) * dt, (vz[i] - uz) * dt), (ex[i], ey[i], ez[i]), depth,
+            law[NORMAL] * stiffness, damp * viscous, law[TANGENTIAL] * stiffness, stick * viscous, law[STATIC],
+            law[KINETIC], slipping[i], dt,
+        )  # fmt: skip
+        ex[i], ey[i], ez[i] = e
+        fx[i], fy[i], fz[i] = fx[i] + f[0], fy[i] + f[1], fz[i] + f[2]
+        sum_x, sum_y, sum_z, lost = sum_x - f[0], sum_y - f[1], sum_z - f[2], lost + loss
+    force_on_tool[0] += sum_x
+    force_on_tool[1] += sum_y
+    force_on_tool[2] += sum_z
+    w[BLOCK] = lost
 
 
 @njit(**KERNEL)
@@ -131,10 +160,10 @@ def tool_energies(nodes, tools, touch, n_nodes):
     elastic, deepest, kinetic = 0.0, 0.0, 0.0
     x, y, z = rows3(nodes.position)
     for t in range(tools.kind.size):
-        law = tools.law[t]
+        law, kind, frame, grid = tools.law[t], tools.kind[t], tool_frame(t, tools), tools.grid[t]
         for i in range(n_nodes):
             if touch.pressure[t, i] > 0.0:
-                gap = tool_distance(t, tools, x[i], y[i], z[i])[0]
+                gap = frame_distance(kind, frame, grid, tools.samples, x[i], y[i], z[i])[0]
                 depth = max(touch.radius[i] - gap, 0.0)
                 spring2 = touch.spring[t, 0, i] ** 2 + touch.spring[t, 1, i] ** 2 + touch.spring[t, 2, i] ** 2
                 elastic += 0.5 * touch.stiffness[i] * (law[NORMAL] * depth * depth + law[TANGENTIAL] * spring2)

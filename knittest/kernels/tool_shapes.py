@@ -5,13 +5,13 @@ from math import sqrt
 from numba import njit
 
 from knittest.kernels.drive_state import CYLINDER, GRID, PLANE, PLATE
-from knittest.kernels.options import KERNEL
+from knittest.kernels.options import INLINE, KERNEL, U
 
 #: distance [mm] returned where a sampled shape knows nothing
 FAR = 1e9
 
 
-@njit(**KERNEL)
+@njit(**INLINE)
 def plate_distance(x, y, z, a, b, c, r):
     """Box of half lengths a, b, c with edges rounded by r; distance and outward normal."""
     qx, qy, qz = abs(x) - a + r, abs(y) - b + r, abs(z) - c + r
@@ -29,7 +29,7 @@ def plate_distance(x, y, z, a, b, c, r):
     return d, nx * (1.0 if x >= 0.0 else -1.0), ny * (1.0 if y >= 0.0 else -1.0), nz * (1.0 if z >= 0.0 else -1.0)
 
 
-@njit(**KERNEL)
+@njit(**INLINE)
 def cylinder_distance(x, y, z, radius, half):
     """Cylinder along z, without caps: beyond its ends nothing touches."""
     rho = sqrt(x * x + y * y)
@@ -61,31 +61,60 @@ def grid_distance(x, y, z, spacing, grid, samples):
     return y0 + w * (y1 - y0), gx / spacing, gy / spacing, gz / spacing
 
 
-@njit(**KERNEL)
-def tool_distance(t, tools, x, y, z):
-    """Signed distance [mm] of a point from tool ``t`` and the outward normal, in global axes.
+@njit(**INLINE)
+def tool_frame(t, tools):
+    """Position (3), axes (9) and size (4) of tool ``t`` as scalars, read once and not for every node."""
+    p, a, s = tools.position[t], tools.axes[t], tools.size[t]
+    return (
+        p[0], p[1], p[2], a[0, 0], a[0, 1], a[0, 2], a[1, 0], a[1, 1], a[1, 2], a[2, 0], a[2, 1], a[2, 2],
+        s[0], s[1], s[2], s[3],
+    )  # fmt: skip
 
-    The normal is the gradient of the distance; of a sampled shape it is not quite of unit length, which keeps the
-    contact force the gradient of an energy.
+
+@njit(**INLINE)
+def frame_distance(kind, frame, grid, samples, x, y, z):
+    """Signed distance [mm] of a point from a tool of ``kind`` at ``frame`` and the outward normal, in global axes.
+
+    ``grid`` and ``samples`` describe a sampled shape. The normal is the gradient of the distance; of a sampled shape it
+    is not quite of unit length, which keeps the contact force the gradient of an energy.
     """
-    axes = tools.axes[t]
-    px, py, pz = x - tools.position[t, 0], y - tools.position[t, 1], z - tools.position[t, 2]
-    lx = axes[0, 0] * px + axes[0, 1] * py + axes[0, 2] * pz
-    ly = axes[1, 0] * px + axes[1, 1] * py + axes[1, 2] * pz
-    lz = axes[2, 0] * px + axes[2, 1] * py + axes[2, 2] * pz
-    size, kind = tools.size[t], tools.kind[t]
+    ox, oy, oz, ax, ay, az, bx, by, bz, cx, cy, cz, s0, s1, s2, s3 = frame
+    px, py, pz = x - ox, y - oy, z - oz
+    lx, ly, lz = ax * px + ay * py + az * pz, bx * px + by * py + bz * pz, cx * px + cy * py + cz * pz
     d, nx, ny, nz = FAR, 0.0, 0.0, 1.0
     if kind == PLANE:
         d = lz
     elif kind == PLATE:
-        d, nx, ny, nz = plate_distance(lx, ly, lz, size[0], size[1], size[2], size[3])
+        d, nx, ny, nz = plate_distance(lx, ly, lz, s0, s1, s2, s3)
     elif kind == CYLINDER:
-        d, nx, ny, nz = cylinder_distance(lx, ly, lz, size[0], size[1])
+        d, nx, ny, nz = cylinder_distance(lx, ly, lz, s0, s1)
     elif kind == GRID:
-        d, nx, ny, nz = grid_distance(lx, ly, lz, size[0], tools.grid[t], tools.samples)
-    return (
-        d,
-        nx * axes[0, 0] + ny * axes[1, 0] + nz * axes[2, 0],
-        nx * axes[0, 1] + ny * axes[1, 1] + nz * axes[2, 1],
-        nx * axes[0, 2] + ny * axes[1, 2] + nz * axes[2, 2],
-    )
+        d, nx, ny, nz = grid_distance(lx, ly, lz, s0, grid, samples)
+    return d, nx * ax + ny * bx + nz * cx, nx * ay + ny * by + nz * cy, nx * az + ny * bz + nz * cz
+
+
+@njit(**KERNEL)
+def least_distances(kind, frame, start, count, x, y, z, least):
+    """Fill ``least`` (count,) with lower bounds of the distances of points from ``start`` on, without branch or root.
+
+    That of a plate is the distance from the planes of the box's sides, inside of which the rounded box lies; other
+    shapes have none.
+    """
+    if kind != PLATE:
+        for k in range(U(count)):
+            least[k] = -FAR
+        return
+    ox, oy, oz, ax, ay, az, bx, by, bz, cx, cy, cz, s0, s1, s2, _ = frame
+    for k in range(U(count)):
+        i = U(start) + k
+        px, py, pz = x[i] - ox, y[i] - oy, z[i] - oz
+        u = abs(ax * px + ay * py + az * pz) - s0
+        v = abs(bx * px + by * py + bz * pz) - s1
+        w = abs(cx * px + cy * py + cz * pz) - s2
+        least[k] = max(u, max(v, w))
+
+
+@njit(**KERNEL)
+def tool_distance(t, tools, x, y, z):
+    """:func:`frame_distance` of one point from tool ``t``."""
+    return frame_distance(tools.kind[t], tool_frame(t, tools), tools.grid[t], tools.samples, x, y, z)

@@ -16,7 +16,7 @@ from knittest.rigs.friction import FrictionTest
 from knittest.simulate import simulate
 from knittest.simulation import Keeper, SimulationCost
 
-#: share of the travel at the end of the test over which the kinetic level is the mean
+#: share of the travel, at its end, over which the kinetic level is the mean; the peak before is the static one
 KINETIC_SHARE = 0.5
 #: largest deviation of the normal force while the strip is pulled
 FORCE_TOLERANCE = 0.01
@@ -76,12 +76,12 @@ class Friction:
     def results(self, run: FrictionRun, prepared: Prepared, history: History) -> dict[str, float]:
         """Static and kinetic level, the paper's coefficient of two faces and that of one."""
         curve, normal = history.curve, run.rig.kernel("normal_force")
-        moving = curve["displacement_mm"] > 0.0
         late = curve["displacement_mm"] > (1.0 - KINETIC_SHARE) * run.rig.kernel("travel")
+        early = (curve["displacement_mm"] > 0.0) & ~late
         kinetic = float(curve["pull_force_n"][late].mean())
         return {
             "pull_force_kinetic_n": kinetic,
-            "pull_force_static_n": float(_smooth(curve["pull_force_n"][moving]).max()),
+            "pull_force_static_n": float(_smooth(curve["pull_force_n"][early]).max()),
             "mu_paper": kinetic / normal,
             "mu_per_face": kinetic / (2.0 * normal),
             "normal_force_n": float(curve["normal_force_n"][late].mean()),

@@ -1,4 +1,8 @@
-"""Friction: a strip between two plates, pressed together under force control, is pulled out by one end."""
+"""Friction: a strip between two plates, pressed together under force control, is pulled out by one end.
+
+Seen from the clamp: it stands still and the plates are drawn off the strip, which is the same test at constant speed.
+So the strip is nearly at rest, and damping and inertia take nothing of the pull force.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,9 +13,12 @@ from knittest.models.boundary import Boundary, Readings, Table, plate, ramp
 Array = NDArray[np.float64]
 
 #: time over which the normal force is applied and over which it then settles [ms]
-PRESS, SETTLE = 3.0, 3.0
-#: mass of the pressing plate [g] and its drag [1/ms]
-PLATE_MASS, PLATE_DRAG = 50.0, 50.0
+PRESS, SETTLE = 1.0, 0.5
+#: drag of the pressing plate [1/ms], a third of critical; it weighs what the strip weighs: drag times mass times the
+#: speed at which it follows the passing yarns is a force that the fabric does not feel
+PLATE_DRAG = 50.0
+#: travel at a share of the speed, in which the strip lets go: a faster strip swings when it does [mm]
+CREEP, CREEP_SHARE = 0.5, 0.1
 #: thickness of the plates and radius of their edges, outside their nominal size [mm]
 THICKNESS, EDGE = 10.0, 1.0
 
@@ -24,10 +31,10 @@ class FrictionTest:
 
     def __init__(self, run: FrictionRun, axis: int, faces: tuple[float, float], radius: Array) -> None:
         self.rig, self.axis, self.faces, self.radius = run.rig, axis, faces, radius
-        pull = ramp(run.solver.kernel("ramp"), run.solver.kernel("speed"))
-        self.start = PRESS + SETTLE
-        self.pull = Table((0.0, *(self.start + t for t in pull.time)), (0.0, *pull.value))
-        self.duration = self.start + 0.5 * run.solver.kernel("ramp") + run.rig.kernel("travel") / pull.value[-1]
+        self.pull = _pull(run.solver.kernel("speed"), run.solver.kernel("ramp"))
+        end = self.pull.time[-1]
+        rest = run.rig.kernel("travel") + self.pull.integral(end)
+        self.duration = end + rest / run.solver.kernel("speed")
 
     def constrain(self, boundary: Boundary) -> None:
         """Plates under all but the pulled end of the strip, which is gripped."""
@@ -35,7 +42,8 @@ class FrictionTest:
         low, high = position.min(axis=0), position.max(axis=0)
         along = position[:, self.axis]
         boundary.radius[:] = self.radius
-        boundary.grip(np.flatnonzero(along >= high[self.axis] - self._grip(along)), "xyz"[self.axis], self.pull)
+        mass, pull = float(boundary.model.mass.sum()), boundary.table(self.pull)
+        boundary.grip(np.flatnonzero(along >= high[self.axis] - self._grip(along)), "xyz"[self.axis])
         centre = 0.5 * (low + high)
         centre[self.axis] = low[self.axis] + 0.5 * self.rig.kernel("plate_length")
         lengths = np.full(3, THICKNESS)
@@ -45,9 +53,10 @@ class FrictionTest:
             centre[2] = face + 0.5 * side * THICKNESS
             tool = plate(centre, lengths, EDGE)
             tool.friction = (self.rig.static_coefficient, self.rig.kinetic_coefficient)
+            tool.motion[self.axis] = pull
             if side > 0.0:
                 tool.motion[2], tool.load[2] = -2, boundary.table(ramp(PRESS, -self.rig.kernel("normal_force")))
-                tool.mass, tool.drag = PLATE_MASS, PLATE_DRAG
+                tool.mass, tool.drag = mass, PLATE_DRAG
             boundary.add_tool(tool)
 
     def _grip(self, along: Array) -> float:
@@ -59,10 +68,10 @@ class FrictionTest:
         return self.rig.kernel("length") / wave_speed
 
     def channels(self, time: float, readings: Readings) -> dict[str, float]:
-        """Travel of the clamp, pull force, force on the lower plate and height of the upper one."""
+        """Travel of the clamp against the plates, pull force, force on the lower plate and height of the upper one."""
         lower, upper = readings.tool_force
         return {
-            "displacement_mm": self.pull.integral(time),
+            "displacement_mm": -self.pull.integral(time),
             "pull_force_n": float(readings.reaction[0]),
             "normal_force_n": -float(lower[2]),
             "upper_force_n": float(upper[2]),
@@ -72,3 +81,12 @@ class FrictionTest:
     def finished(self, force: float, peak: float, broken: bool) -> bool:
         """Only the travel ends the test."""
         return False
+
+
+def _pull(speed: float, ramp_time: float) -> Table:
+    """Velocity of the plates [mm/ms] over time [ms]: at rest, creeping, at full speed, each after a smooth ramp."""
+    slow, faster = ramp(ramp_time, -CREEP_SHARE * speed), ramp(ramp_time, -(1.0 - CREEP_SHARE) * speed)
+    start = PRESS + SETTLE
+    creeping = start + 0.5 * ramp_time + CREEP / (CREEP_SHARE * speed)
+    time = (0.0, *(start + t for t in slow.time), *(creeping + t for t in faster.time))
+    return Table(time, (0.0, *slow.value, *(slow.value[-1] + v for v in faster.value)))

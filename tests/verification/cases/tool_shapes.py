@@ -8,7 +8,7 @@ from cases.series import order
 from cases.shell_static import sheet
 from shell_cases import grid
 
-from knittest.kernels.tool_contact import tool_energies, touch_tools
+from knittest.kernels.tool_contact import SCRATCH, tool_energies, touch_tools
 from knittest.kernels.tool_shapes import tool_distance
 from knittest.models.boundary import new_tally
 from knittest.pose import Body, Tool, plane, plate, sampled
@@ -68,10 +68,11 @@ def contact_gradient(tool: Tool, name: str, place: np.ndarray) -> list[Row]:
     body.place(place)
     drive = body.boundary.drive()
     nodes, tally, count = body.model.nodes, new_tally(body.boundary), len(place)
+    scratch = np.zeros(SCRATCH)
 
     def energy() -> float:
         nodes.force[:] = 0.0
-        touch_tools(0, 0, count, body.dt, nodes, drive.tools, drive.touch, tally)
+        touch_tools(0, 0, count, body.dt, nodes, drive.tools, drive.touch, tally, scratch)
         return tool_energies(nodes, drive.tools, drive.touch, count)[0]
 
     energy()
