@@ -45,7 +45,7 @@ class Outcome:
 
 def execute(run: Run, opener: Opener, interrupts: Interrupts, options: RunOptions, progress: Progress) -> Outcome:
     """Run all specimens of ``run``, or those that are left, and write its folder."""
-    references = replace(_references(run), own=_own_curves(run, options.against))
+    references = replace(_references(run), own=own_curves(run, options.against))
     opened = opener(run, data_files(run), interrupts)
     folder = opened.folder
     try:
@@ -62,7 +62,7 @@ def execute(run: Run, opener: Opener, interrupts: Interrupts, options: RunOption
     return Outcome(run, folder.path, summary, quality, [] if quality.failures else judged)
 
 
-def _own_curves(run: Run, paths: Sequence[Path]) -> list[ReferenceCurve]:
+def own_curves(run: Run, paths: Sequence[Path]) -> list[ReferenceCurve]:
     """Curves that the user compares with; one that the shells are fed with is an input. Raises InputError before the
     run for a curve of other quantities than the test's.
     """

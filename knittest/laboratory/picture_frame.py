@@ -28,6 +28,8 @@ Array = NDArray[np.float64]
 ONSET = 0.5
 #: half the range of angles [deg] over which a force is averaged
 NEAR = 0.5
+#: a frame lags by at most this angle [deg] behind the curve
+LAG = 0.1
 #: shear angle at which wrinkles are mapped [deg]: the paper scans the sample there
 MAPPED = 40.0
 
@@ -93,7 +95,7 @@ class PictureFrame:
     def results(self, run: PictureFrameRun, prepared: Prepared, history: History) -> dict[str, float]:
         """Force at the angles; wrinkles at 40 deg and where they begin."""
         side = run.rig.kernel("side")
-        frames = first_loading(history.frames)
+        frames = first_loading(history)
         amplitudes = [measure_wrinkles(f, history, side).amplitude for f in frames]
         mapped = frame_at(history, MAPPED)
         wrinkles = measure_wrinkles(mapped, history, side)
@@ -125,7 +127,7 @@ def material_scatter(history: History) -> list[tuple[float, AngleScatter]]:
     """Angle of the frame [deg] and scatter of the material's at each frame of the first loading; none of yarns yet."""
     if history.mesh.kind != "shells":
         return []
-    return [(f.coordinate, angle_scatter(shell_angles(f))) for f in first_loading(history.frames)]
+    return [(f.coordinate, angle_scatter(shell_angles(f))) for f in first_loading(history)]
 
 
 def _material_at(history: History) -> dict[str, float]:
@@ -137,15 +139,20 @@ def _material_at(history: History) -> dict[str, float]:
     return {"material_shear_angle_deg_at_40deg": found.mean, "material_shear_angle_sd_deg_at_40deg": found.sd}
 
 
-def first_loading(frames: Sequence[Frame]) -> list[Frame]:
-    """The frames that are sheared further than any before."""
-    largest = np.maximum.accumulate([-np.inf, *(f.coordinate for f in frames)])
-    return [f for f, most in zip(frames, largest, strict=False) if f.coordinate > most]
+def first_loading(history: History) -> list[Frame]:
+    """The frames in which the square is sheared further than ever before."""
+    reached = np.maximum.accumulate(history.curve["frame_shear_angle_deg"])
+    found: list[Frame] = []
+    for frame in history.frames:
+        most = float(np.interp(frame.time, history.curve["time_ms"], reached))
+        if frame.coordinate > most - LAG and (not found or frame.coordinate > found[-1].coordinate):
+            found.append(frame)
+    return found
 
 
 def frame_at(history: History, angle: float) -> Frame:
     """The frame nearest to a shear angle [deg] on first loading."""
-    return min(first_loading(history.frames), key=lambda f: abs(f.coordinate - angle))
+    return min(first_loading(history), key=lambda f: abs(f.coordinate - angle))
 
 
 def _reached(angle: Sequence[float], value: Sequence[float], limit: float) -> float:

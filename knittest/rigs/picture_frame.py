@@ -39,7 +39,7 @@ class PictureFrameTest:
         self.close = ramp(start, self.slack)
         stops = [crosshead(np.deg2rad(a), self.side) for a in (*rig.turns, rig.max_angle)]
         self.pull = _there_and_back(start, run.solver.kernel("speed"), stops)
-        self.duration, self.end = self.pull.time[-1], max(stops)
+        self.duration = self.pull.time[-1]
         self.times = np.linspace(0.0, self.duration, KNOTS * len(stops))
         travel = np.array([self.pull.integral(t) for t in self.times])
         reached = (crosshead(np.deg2rad(a), self.side) for a in ANGLES if a <= rig.max_angle)
@@ -47,7 +47,7 @@ class PictureFrameTest:
 
     def stretches(self, time: float) -> tuple[float, float]:
         """p and q at ``time`` [ms]."""
-        p = 1.0 + min(self.pull.integral(time), self.end) / (sqrt(2.0) * self.side)
+        p = 1.0 + self.pull.integral(time) / (sqrt(2.0) * self.side)
         return p, sqrt(2.0 - p * p)
 
     def constrain(self, boundary: Boundary) -> None:

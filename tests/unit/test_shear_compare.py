@@ -9,11 +9,15 @@ from click.testing import CliRunner
 
 from knittest.cli.main import cli
 from knittest.compare import columns_of, compare_columns
+from knittest.config.loading import resolve
 from knittest.errors import InputError
 from knittest.experiment.curves import ReferenceCurve, find_curve, load_curve
 from knittest.experiment.shear_csv import FORCES
+from knittest.history import Frame, History
+from knittest.laboratory.picture_frame import first_loading, frame_at
 from knittest.laboratory.shear_angles import angle_scatter, angle_table
 from knittest.result_rows import folded, result_rows, unfolded
+from knittest.run import own_curves
 
 ANGLE = np.linspace(0.0, 45.0, 451)
 #: a frame that shears to 30, turns to 10 and goes on to 45 deg
@@ -45,6 +49,8 @@ def test_the_force_of_that_name_and_only_the_first_loading_is_compared(name, fac
     assert at["20"]["simulated"] == pytest.approx(400.0 * factor, rel=1e-3)
     assert at["20"]["error_pct"] == pytest.approx(0.0, abs=0.1)
     assert found["rating"]["grade"] == "excellent"
+    assert found["rmse_pct_of_peak"] < 0.1
+    assert all(abs(row["error_pct"]) < 0.5 for row in at.values())
     assert "peak_error_pct" not in found  # a shear curve ends, it does not break
 
 
@@ -100,6 +106,12 @@ def test_shipped_curves_are_found_by_name_and_say_what_they_are(tmp_path, monkey
         assert (curve.kind, curve.y_name, curve.x[-1]) == ("digitised", FORCES[1], end)
 
 
+def test_the_curve_that_the_shear_law_was_taken_from_is_an_input():
+    run = resolve(variant="cao2008-weave", scale="macro", test="picture-frame")
+    curves = own_curves(run, [Path(f"cao2008/curves/{name}.csv") for name in ("uml", "ut")])
+    assert [(c.source[-3:], c.kind) for c in curves] == [("UML", "input"), (" UT", "digitised")]
+
+
 def test_a_run_refuses_a_curve_of_another_test_before_it_starts(tmp_path):
     curve = tmp_path / "tension.csv"
     curve.write_text("strain_pct,force_n\n0,0\n1,5\n2,6\n")
@@ -132,3 +144,12 @@ def test_scatter_of_a_known_field():
     assert found.sd == pytest.approx(10.0 / np.sqrt(12.0), rel=1e-3)
     table = angle_table([(0.0, found), (40.0, found)])
     assert table["frame_shear_angle_deg"].tolist() == [0.0, 40.0] and table["sd_deg"][1] == found.sd
+
+
+def test_frames_on_the_way_back_do_not_count():
+    """0 - 30 - 10 - 45 deg: 20 deg on the way back and again is no first loading, though no frame shows the turn."""
+    time = np.arange(len(TURNING), dtype=float)
+    frames = [Frame(time[k], TURNING[k], 0.0, np.zeros((1, 3)), {}) for k in (0, 100, 250, 310, 650, 850)]
+    history = History(None, {"time_ms": time, "frame_shear_angle_deg": TURNING}, {}, frames)
+    assert [f.time for f in first_loading(history)] == [0, 100, 250, 850]
+    assert frame_at(history, 26.0).time == 250
