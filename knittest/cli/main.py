@@ -24,6 +24,7 @@ COMMANDS = {
     "friction": ("knittest.cli.friction", "Pull-out between two plates, macro or meso."),
     "check": ("knittest.cli.check", "Show what a run would do; --convergence repeats it at half the speed."),
     "compare": ("knittest.cli.compare", "Compare a finished run with a curve of your own."),
+    "report": ("knittest.cli.report", "Write one HTML page on runs, alone or compared."),
     "fabric": ("knittest.cli.fabric", "Show, export or relax the yarn geometry."),
     "data": ("knittest.cli.data", "Import and summarise a laboratory's CSV files."),
     "new": ("knittest.cli.new", "Write a commented fabric and rig to start from."),

@@ -72,9 +72,9 @@ def curve_picture(
     axes = figure.add_axes((0.1, 0.25, 0.79 if yarns else 0.86, 0.69))
     dress(axes)
     for reference in references:
-        _reference(axes, reference)
+        draw_reference(axes, reference)
     if end_point is not None:
-        _end_point(axes, end_point)
+        draw_end_point(axes, end_point)
     if len(specimens) == 1:
         strain, force = specimens[0]["strain_pct"], specimens[0]["force_n"]
         axes.plot(strain, force, color=BLUE, linewidth=2.0, label="simulated", zorder=4)
@@ -95,15 +95,21 @@ def curve_picture(
     save(figure, path)
 
 
-def _reference(axes: "Axes", reference: Reference) -> None:
+def draw_reference(axes: "Axes", reference: Reference) -> None:
+    """Draw a curve to compare with in the style of its kind, which the legend names."""
     colour, dashes, text = _STYLE[reference.kind]
     label = text.format(source=reference.source or "the published")
     if reference.source and "{" not in text:
         label += f" ({reference.source})"
-    axes.plot(reference.strain_pct, reference.force_n, color=colour, linestyle=dashes, linewidth=1.6, label=label)
+    above = 4.5 if reference.kind == "input" else 2.0  # a simulation that returns its input would hide it
+    axes.plot(
+        reference.strain_pct, reference.force_n, color=colour, linestyle=dashes, linewidth=1.6, label=label,
+        zorder=above,
+    )  # fmt: skip
 
 
-def _end_point(axes: "Axes", point: EndPoint) -> None:
+def draw_end_point(axes: "Axes", point: EndPoint) -> None:
+    """Draw the measured end point with a box of one standard deviation."""
     from matplotlib.patches import Rectangle
 
     corner = (point.strain_mean - point.strain_sd, point.force_mean - point.force_sd)

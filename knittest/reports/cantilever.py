@@ -19,7 +19,7 @@ class CantileverReport:
     """See :class:`knittest.reports.base.Report`."""
 
     axes = CurveAxes(
-        "steps", "residual", "relaxation steps", "out-of-balance force over weight and reactions", logarithmic=True
+        "steps", "residual", "relaxation steps", "residual, share of weight and reactions", logarithmic=True
     )
 
     def levels(self, run: CantileverRun) -> list[Level]:
@@ -55,7 +55,7 @@ class CantileverReport:
         curve = history.curve
         moves = curve["largest_move_mm"] / max(float(curve["largest_move_mm"].max()), 1e-12)
         lines = [
-            Line(curve["steps"], curve["residual"], self.axes.ylabel),
+            Line(curve["steps"], curve["residual"], "out-of-balance force over weight and reactions"),
             Line(curve["steps"], moves, "largest move a chunk over its largest"),
         ]
         line_picture(

@@ -48,7 +48,9 @@ class TensileReport:
             return None
         curve = load_curve(path)
         curve = replace(curve, mean=curve.mean * run.rig.width / STRIP_WIDTH)
-        return replace(curve, kind="input") if run.model.scale == "macro" else curve
+        if run.model.scale == "macro":
+            return replace(curve, kind="input", note=f"the input of the shells is itself {curve.kind}")
+        return curve
 
     def curve(self, specimens: list[Specimen]) -> Columns:
         """The channels of one specimen, or mean and sd of the force of several."""

@@ -1,0 +1,84 @@
+"""What a page is made of: sections of blocks. Plain data without markup; the templates escape all of it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import ClassVar, Literal
+
+Tone = Literal["", "good", "warn", "bad"]
+
+
+@dataclass(frozen=True)
+class Cell:
+    """Text of a table's cell; ``value`` is the number behind it in full, ``note`` small print, ``href`` an anchor."""
+
+    text: str
+    value: float | None = None
+    note: str = ""
+    tone: Tone = ""
+    href: str = ""
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of cells under a ``header``, if there is one; the first cell of a row names it.
+
+    ``numeric`` columns align to the right.
+    """
+
+    kind: ClassVar[str] = "table"
+    caption: str
+    header: tuple[str, ...]
+    rows: Sequence[tuple[Cell, ...]]
+    numeric: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class Text:
+    """A paragraph; with a tone it is a notice."""
+
+    kind: ClassVar[str] = "text"
+    text: str
+    tone: Tone = ""
+
+
+@dataclass(frozen=True)
+class Picture:
+    """An image as a data URI; a ``wide`` one scrolls sideways where the screen is narrow."""
+
+    kind: ClassVar[str] = "picture"
+    uri: str
+    alt: str
+    caption: str
+    wide: bool = False
+
+
+@dataclass(frozen=True)
+class Code:
+    """Text to copy; a ``download`` (file name and data URI) is offered beside it, and long text starts folded."""
+
+    kind: ClassVar[str] = "code"
+    text: str
+    caption: str
+    download: tuple[str, str] | None = None
+
+
+Block = Table | Text | Picture | Code
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of a page under a heading of ``level`` 2 or 3; ``anchor`` is unique on the page."""
+
+    anchor: str
+    title: str
+    blocks: Sequence[Block] = field(default_factory=tuple)
+    level: int = 3
+
+
+@dataclass(frozen=True)
+class Page:
+    """A whole page; the contents list the sections of level 2."""
+
+    title: str
+    subtitle: str
+    sections: Sequence[Section]

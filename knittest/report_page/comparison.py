@@ -1,0 +1,136 @@
+"""Several runs on one page: what there is, results side by side, curves in one picture, what differs."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import groupby
+from typing import Any
+
+from knittest.report_page.blocks import Block, Cell, Section, Table, Text, Tone
+from knittest.report_page.curves import overlay
+from knittest.report_page.loading import LoadedRun
+from knittest.report_page.parameters import leaves, quantities, shown, shown_quantity, unit_of
+from knittest.report_page.results import rows_of
+from knittest.result_rows import ResultRow
+
+#: columns of runs that fit a sheet of paper
+ABREAST = 4
+
+
+def overview(runs: Sequence[LoadedRun], notes: Sequence[str]) -> Section:
+    """One row a run with its ending, linked to its part of the page."""
+    rows = []
+    for run in runs:
+        text, tone = _state(run)
+        preset, chosen = run.setting("model", "preset"), run.setting("parameters")
+        what = " / ".join(str(part) for part in (preset, chosen) if part)
+        title = Cell(run.title, note=run.name, href=f"run-{run.number}")
+        rows.append((Cell(str(run.number)), title, Cell(what), Cell(text, tone=tone)))
+    table = Table(f"{len(runs)} runs", ("run", "test", "preset / parameters", "state"), rows)
+    return Section("overview", "Runs", [table, *(Text(note, "warn") for note in notes)], level=2)
+
+
+def side_by_side(runs: Sequence[LoadedRun]) -> Section:
+    """Results of the runs of each test in columns, with the change against the first of them; then their curves."""
+    blocks: list[Block] = []
+    for rig, group in _by_test(runs):
+        for start in range(0, len(group), ABREAST):
+            table = _results(rig, group[start : start + ABREAST], group[0])
+            blocks += [table] if table else []
+        blocks += overlay(group)
+    return Section("comparison", "Side by side", blocks, level=2)
+
+
+def differences(runs: Sequence[LoadedRun]) -> Section:
+    """Parameters and settings that differ between runs of one test, and provenance that differs between any."""
+    blocks: list[Block] = []
+    for rig, group in _by_test(runs):
+        if len(group) > 1:
+            blocks += _differing(f"{rig or 'test not stated'}: parameters and settings that differ", group, _told)
+    blocks += _differing("Provenance that differs", runs, _provenance)
+    return Section("differences", "What differs", blocks, level=2)
+
+
+def _differing(caption: str, runs: Sequence[LoadedRun], told: Callable[[LoadedRun], dict[str, str]]) -> list[Block]:
+    """Tables of the names under which ``told`` does not say the same of all ``runs``."""
+    columns = [told(run) for run in runs]
+    names = dict.fromkeys(name for column in columns for name in column)
+    rows = {name: [column.get(name, "-") for column in columns] for name in names}
+    rows = {name: values for name, values in rows.items() if len(set(values)) > 1}
+    if not rows:
+        return [Text(f"{caption}: none.")]
+    blocks: list[Block] = []
+    for start in range(0, len(runs), ABREAST):
+        here = slice(start, start + ABREAST)
+        cells = [(Cell(name), *map(Cell, values[here])) for name, values in rows.items()]
+        blocks.append(Table(caption, ("field", *map(_head, runs[here])), cells))
+    return blocks
+
+
+def _by_test(runs: Sequence[LoadedRun]) -> Iterator[tuple[str, list[LoadedRun]]]:
+    for rig, group in groupby(sorted(runs, key=lambda r: r.rig), key=lambda r: r.rig):
+        yield rig, list(group)
+
+
+def _results(rig: str, runs: Sequence[LoadedRun], first: LoadedRun) -> Table | None:
+    """Rows are quantities; each cell holds the result, its deviation and kind, and the change against ``first``."""
+    columns = {run.number: {row.quantity: row for row in rows_of(run)} for run in runs}
+    base = {row.quantity: row for row in rows_of(first)}
+    labels = {row.quantity: row.label for column in columns.values() for row in column.values()}
+    rows = [
+        (Cell(label), *(_result(columns[run.number].get(quantity), base.get(quantity)) for run in runs))
+        for quantity, label in labels.items()
+    ]
+    if not rows:
+        return None
+    header = ("quantity", *(_head(run) for run in runs))
+    caption = f"{rig or 'test not stated'}: results; small print: change against run {first.number}, deviation, kind"
+    return Table(caption, header, rows, tuple(range(1, len(header))))
+
+
+def _result(row: ResultRow | None, base: ResultRow | None) -> Cell:
+    if row is None:
+        return Cell("-")
+    parts = [_change(row.value, base.value)] if base is not None and base is not row else []
+    parts += [part for part in (row.deviation, row.kind) if part != "-"]
+    parts += ["refused"] if row.verdict == "refused" else []
+    return Cell(row.simulated, row.value, note=", ".join(part for part in parts if part))
+
+
+def _change(value: float | None, base: float | None) -> str:
+    """Change in percent; empty where there is nothing to relate it to."""
+    if value is None or base is None or base == 0.0 or value == base:
+        return ""
+    return f"{round(100.0 * (value / base - 1.0), 1) + 0.0:+} %"  # no -0.0
+
+
+def _told(run: LoadedRun) -> dict[str, str]:
+    """Every parameter and setting as text."""
+    fabric = {
+        ".".join(path): f"{shown_quantity(q)}{unit_of(path, run.rig)} ({q['source']})"
+        for path, q in quantities(run.config.get("fabric"))
+    }
+    plain = {
+        ".".join(path): shown(value) + (unit_of(path, run.rig) if isinstance(value, int | float) else "")
+        for path, value in leaves(run.config)
+    }
+    return plain | fabric
+
+
+def _provenance(run: LoadedRun) -> dict[str, str]:
+    manifest = run.manifest
+    facts: Mapping[str, Any] = {
+        "knittest": manifest.version, "commit": manifest.git_commit, "processor": manifest.cpu,
+        "threads": manifest.threads, **manifest.data_sha256, **manifest.libraries,
+    }  # fmt: skip
+    return {name: str(value) for name, value in facts.items()}
+
+
+def _head(run: LoadedRun) -> str:
+    direction = run.summary.direction or run.setting("rig", "direction")
+    return f"run {run.number}" + (f" ({direction})" if direction else "")
+
+
+def _state(run: LoadedRun) -> tuple[str, Tone]:
+    if run.summary.refused:
+        return "comparison refused", "bad"
+    status = run.manifest.status or "not known"
+    return status, "good" if status == "completed" else "bad" if status == "failed" else "warn"

@@ -1,0 +1,96 @@
+"""The curves of runs, beside what each is compared with."""
+
+import math
+from collections.abc import Sequence
+
+from knittest.errors import InputError
+from knittest.experiment.curves import ReferenceCurve
+from knittest.export.curve_picture import EndPoint
+from knittest.report_page.blocks import Block, Picture, Section, Text
+from knittest.report_page.chart import Beside, Series, curve_chart
+from knittest.report_page.loading import LoadedRun
+from knittest.reports.base import CurveAxes
+
+
+def curve(run: LoadedRun) -> tuple[Section, bool]:
+    """The curve of one run with corridor and reference, and whether it could be drawn."""
+    blocks = _chart([run], [f"simulated{_state(run)}"])
+    drawn = any(isinstance(block, Picture) for block in blocks)
+    return Section(f"run-{run.number}-curve", "Curve", blocks), drawn
+
+
+def overlay(runs: Sequence[LoadedRun]) -> list[Block]:
+    """The curves of runs of one test in one picture."""
+    return _chart(runs, [f"run {run.number}{_what(run)}{_state(run)}" for run in runs])
+
+
+def _chart(runs: Sequence[LoadedRun], labels: Sequence[str]) -> list[Block]:
+    report = runs[0].report
+    if report is None:
+        return [Text(f"No curve is known for the test {runs[0].rig or '(not stated)'}.", "warn")]
+    blocks: list[Block] = []
+    series = [_series(run, report.axes, label) for run, label in zip(runs, labels, strict=True)]
+    beside = []
+    for run in runs:
+        around, problem = _beside(run, len(runs) > 1)
+        beside.append(around)
+        if problem:
+            blocks.append(Text(f"The curve of the experiment is not shown: {problem}", "warn"))
+    uri = curve_chart([s for s in series if s is not None], report.axes, beside)
+    if uri is None:
+        return [Text("There is no curve to draw.", "warn"), *blocks]
+    caption = f"{report.axes.ylabel} over {report.axes.xlabel}{_origin([b.reference for b in beside])}"
+    return [Picture(uri, f"{caption}; {', '.join(labels)}", caption), *blocks]
+
+
+def _series(run: LoadedRun, axes: CurveAxes, label: str) -> Series | None:
+    columns = run.curve
+    if {axes.x, axes.mean, axes.sd} <= set(columns):
+        return Series(f"{label}, mean", columns[axes.x], columns[axes.mean], columns[axes.sd])
+    if {axes.x, axes.y} <= set(columns):
+        many = run.setting("variability", "specimens")
+        first = ", first specimen" if isinstance(many, int) and many > 1 else ""
+        return Series(label + first, columns[axes.x], columns[axes.y])
+    return None
+
+
+def _beside(run: LoadedRun, several: bool) -> tuple[Beside, str]:
+    """Reference, end point and levels of a run, and why the reference is missing if it cannot be read.
+
+    Where the picture shows ``several`` runs, the direction goes with the source.
+    """
+    if run.run is None or run.report is None:
+        return Beside(), ""
+    which = f", {run.run.direction}" if several and run.run.direction else ""
+    compared = {row.quantity: row for row in run.summary.comparison}
+    force, strain = compared.get("peak_force_n"), compared.get("fracture_strain_pct")
+    end_point = None
+    if force and strain:
+        numbers = (strain.experiment_mean, strain.experiment_sd, force.experiment_mean, force.experiment_sd)
+        x, x_sd, y, y_sd = (math.nan if n is None else n for n in numbers)
+        end_point = EndPoint(x, x_sd, y, y_sd, force.source + which) if math.isfinite(x + x_sd + y + y_sd) else None
+    levels = run.report.levels(run.run)
+    try:
+        reference = run.report.reference_curve(run.run)
+    except InputError as error:
+        return Beside(None, "", end_point, levels), str(error)
+    source = force.source if force else (reference.source if reference else "")
+    return Beside(reference, source + which, end_point, levels), ""
+
+
+def _origin(references: Sequence[ReferenceCurve | None]) -> str:
+    """What the curves of the experiment are."""
+    told = {f"{r.source}: {r.kind}{'; ' + r.note if r.note else ''}" for r in references if r is not None}
+    return f". Beside it: {'. '.join(sorted(told))}" if told else ""
+
+
+def _what(run: LoadedRun) -> str:
+    """Direction and scale, where they are what they should be."""
+    direction = run.summary.direction or run.setting("rig", "direction")
+    scale = run.summary.scale or run.setting("model", "scale")
+    known = [str(part) for part in (direction, scale) if part in ("warp", "weft", "macro", "meso")]
+    return f", {' '.join(known)}" if known else ""
+
+
+def _state(run: LoadedRun) -> str:
+    return "" if run.whole else ", not complete"

@@ -1,0 +1,145 @@
+"""What run folders hold, read so that a missing, broken or older part costs that part only."""
+
+import io
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from pydantic import BaseModel, ValidationError
+
+from knittest.errors import InputError
+from knittest.reading import read_regular
+
+MAX_JSON = 5_000_000
+MAX_TABLE = 50_000_000
+#: characters of a message that a page shows
+SHOWN = 600
+
+Columns = dict[str, np.ndarray]
+Number = float | None
+
+
+class Spread(BaseModel):
+    """A result of an ensemble."""
+
+    mean: Number
+    sd: Number
+    values: list[Number]
+
+
+class ComparedRow(BaseModel):
+    """A result against a published number."""
+
+    quantity: str
+    simulated: Number = None
+    experiment_mean: Number = None
+    experiment_sd: Number = None
+    deviation_sd: Number = None
+    kind: str = ""
+    source: str = ""
+
+
+class Summary(BaseModel):
+    """summary.json."""
+
+    rig: str = ""
+    variant: str = ""
+    scale: str = ""
+    direction: str = ""
+    results: dict[str, Number | Spread] = {}
+    quality: dict[str, Number] = {}
+    cost: dict[str, Number] = {}
+    comparison: list[ComparedRow] = []
+    refused: list[str] = []
+
+
+class Manifest(BaseModel):
+    """manifest.json; empty where a field is not there."""
+
+    status: str = ""
+    version: str = ""
+    git_commit: str | None = None
+    config_sha256: str = ""
+    data_sha256: dict[str, str] = {}
+    seed: int | None = None
+    cpu: str = ""
+    threads: int | None = None
+    libraries: dict[str, str] = {}
+    started: str | None = None
+    ended: str | None = None
+    exit_code: int | None = None
+    message: str = ""
+    resumed: list[dict[str, Any]] = []
+
+
+class Comparison(BaseModel):
+    """comparison.json: metrics against each reference curve."""
+
+    curves: list[dict[str, Any]] = []
+
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+class Reader:
+    """Reads the files of ``folder`` and collects in ``problems`` what could not be read."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.problems: list[str] = []
+
+    def complain(self, problem: object) -> None:
+        """Note a problem, without the folder's own path."""
+        text = str(problem).replace(f"{self.folder}/", "")
+        self.problems.append(text if len(text) <= SHOWN else text[:SHOWN] + " ...")
+
+    def raw(self, name: str, limit: int) -> bytes | None:
+        """Bytes of a file, ``None`` (and a problem) if there is none to be read."""
+        try:
+            return read_regular(self.folder / name, limit, "a run writes less")
+        except InputError as error:
+            self.complain(error)
+            return None
+
+    def model(self, name: str, model: type[Model]) -> Model:
+        """A JSON file as ``model``; fields that do not fit keep their default."""
+        raw = self.raw(name, MAX_JSON)
+        if raw is None:
+            return model()
+        try:
+            data = json.loads(raw)
+            if not isinstance(data, Mapping):
+                raise ValueError(f"expected an object, found {type(data).__name__}")
+        except (ValueError, RecursionError) as error:
+            self.complain(f"{name}: cannot be read: {error}")
+            return model()
+        return self._fitted(name, model, dict(data))
+
+    def table(self, name: str) -> Columns:
+        """Numeric columns of a CSV file, empty if it cannot be read."""
+        import pandas as pd
+
+        raw = self.raw(name, MAX_TABLE)
+        if raw is None:
+            return {}
+        try:
+            table = pd.read_csv(io.BytesIO(raw))
+        except (ValueError, OverflowError, pd.errors.ParserError) as error:
+            self.complain(f"{name}: cannot be read: {error}")
+            return {}
+        numbers = table.apply(pd.to_numeric, errors="coerce").dropna(axis="columns", how="all")
+        if numbers.empty:
+            self.complain(f"{name}: holds no numbers")
+        return {str(column): numbers[column].to_numpy(float) for column in numbers}
+
+    def _fitted(self, name: str, model: type[Model], data: dict[str, Any]) -> Model:
+        try:
+            return model.model_validate(data)
+        except ValidationError as error:
+            for finding in error.errors():
+                where = ".".join(str(part) for part in finding["loc"])
+                self.complain(f"{name}: {where}: {finding['msg']}")
+            bad = {finding["loc"][0] for finding in error.errors()}
+            return model.model_validate({key: value for key, value in data.items() if key not in bad})

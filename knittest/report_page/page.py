@@ -1,0 +1,133 @@
+"""Puts pages together and writes them: one run, several runs, or sections of another command."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+from knittest import __version__
+from knittest.errors import InputError
+from knittest.export.atomic import write_atomic
+from knittest.report_page.blocks import Block, Cell, Page, Section, Table
+from knittest.report_page.comparison import differences, overview, side_by_side
+from knittest.report_page.curves import curve
+from knittest.report_page.folders import find_runs
+from knittest.report_page.gates import gates
+from knittest.report_page.loading import LoadedRun, load_run
+from knittest.report_page.parameters import parameters, shown
+from knittest.report_page.pictures import pictures
+from knittest.report_page.repeat import repeat
+from knittest.report_page.results import ending, results
+
+#: name of the page in the folder it is about
+FILE = "report.html"
+#: stands at the top of every page, so that only pages are written over
+GENERATOR = "knittest report"
+
+
+def write_report(folder: Path) -> Path:
+    """Write the page of the run folder ``folder`` into it; raises :class:`InputError`, :class:`ResourceError`."""
+    return _write(folder / FILE, run_page(load_run(folder)))
+
+
+def write_reports(paths: list[Path], out: Path | None) -> tuple[Path, int]:
+    """Write one page on all runs in ``paths``; returns it and the number of runs.
+
+    Without ``out`` the page of one path lies in its folder, that of several in the working folder. Raises
+    :class:`InputError` for a path without runs and for an ``out`` that is something else than a page,
+    :class:`ResourceError` when it cannot be written.
+    """
+    found, notes = find_runs(paths)
+    runs: list[LoadedRun] = []
+    for one in found:
+        try:
+            runs.append(load_run(one.path, len(runs) + 1))
+        except InputError as error:
+            if one.named:
+                raise
+            notes.append(str(error))
+    if not runs:
+        raise InputError("; ".join(notes))
+    target = _target(paths, out)
+    alone = len(runs) == 1 and not notes
+    return _write(target, run_page(runs[0]) if alone else comparison_page(runs, notes)), len(runs)
+
+
+def run_page(run: LoadedRun) -> Page:
+    """The page of one run."""
+    first, *rest = run_sections(run)
+    fabric = str(run.setting("fabric", "title") or "")
+    return Page(run.title, fabric, [Section("summary", "Run", first.blocks, 2), *(_raised(s) for s in rest)])
+
+
+def comparison_page(runs: Sequence[LoadedRun], notes: Sequence[str]) -> Page:
+    """The page of several runs: what they have together, then each of them."""
+    sections = [overview(runs, notes), side_by_side(runs), differences(runs)]
+    for run in runs:
+        sections += run_sections(run)
+    return Page(f"Comparison of {len(runs)} runs", "", sections)
+
+
+def run_sections(run: LoadedRun) -> list[Section]:
+    """All sections on one run; the first stands over the others."""
+    shown_curve, drawn = curve(run)
+    head = Section(f"run-{run.number}", f"Run {run.number}: {run.title}", [*ending(run), _facts(run)], level=2)
+    return [head, results(run), shown_curve, gates(run), parameters(run), pictures(run, drawn), repeat(run)]
+
+
+def render(page: Page) -> str:
+    """HTML of ``page``; everything in it is escaped."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    from knittest.report_page.wording import parts, without_forbidden
+
+    loader = PackageLoader("knittest.report_page")
+    environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True)
+    environment.filters["parts"] = parts
+    html = environment.get_template("page.html").render(page=page, generator=GENERATOR, version=__version__)
+    return without_forbidden(html)
+
+
+def _facts(run: LoadedRun) -> Block:
+    variability = run.setting("variability", "specimens")
+    facts = {
+        "fabric": run.setting("fabric", "title") or run.setting("fabric", "name") or run.summary.variant,
+        "test": run.rig,
+        "scale": run.setting("model", "scale") or run.summary.scale,
+        "direction": run.setting("rig", "direction") or run.summary.direction,
+        "preset": run.setting("model", "preset"),
+        "parameter set": run.setting("parameters"),
+        "specimens": variability if variability is None else shown(variability),
+        "status": run.manifest.status,
+        "run folder": run.name,
+    }
+    rows = [(Cell(name), Cell(str(value))) for name, value in facts.items() if value not in (None, "")]
+    return Table("The run", (), rows)
+
+
+def _raised(section: Section) -> Section:
+    return Section(section.anchor, section.title, section.blocks, level=2)
+
+
+def _target(paths: list[Path], out: Path | None) -> Path:
+    """Where the page goes; never over a file that is not a page."""
+    target = out if out is not None else paths[0] / FILE if len(paths) == 1 else Path(f"knittest-{FILE}")
+    if target.is_dir():
+        raise InputError(f"--out {target}: is a folder, expected a file such as {target / FILE}")
+    if target.exists() and not _is_page(target):
+        raise InputError(f"{target}: is there and not a page of knittest report; choose another file with --out")
+    if not target.parent.is_dir():
+        raise InputError(f"--out {target}: its folder {target.parent} does not exist")
+    return target
+
+
+def _is_page(path: Path) -> bool:
+    try:
+        with path.open("rb") as stream:
+            return json.dumps(GENERATOR).encode() in stream.read(1000)
+    except OSError:
+        return False
+
+
+def _write(path: Path, page: Page) -> Path:
+    write_atomic(path, render(page))
+    return path

@@ -1,0 +1,112 @@
+"""The parameters of a run by where they come from, and the settings of its test."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from knittest.config.fields import place
+from knittest.report_page.blocks import Block, Cell, Section, Table, Text
+from knittest.report_page.loading import LoadedRun
+
+#: sources in the order of a page, and what a parameter of that source is worth
+SOURCES = {
+    "measured": "Measured: tests of yarn and fabric, as published",
+    "derived": "Derived: from measured numbers by a formula",
+    "tuned": "Tuned: fitted to the rows named; these rows are no predictions",
+    "assumed": "Assumed: nobody measured them",
+    "user": "Given by the user: source not stated",
+}
+Path = tuple[str, ...]
+
+
+def parameters(run: LoadedRun) -> Section:
+    """Quantities of the fabric, one table a source, then the settings."""
+    blocks: list[Block] = []
+    if not run.config:
+        blocks.append(Text("config.yaml could not be read, so the parameters are not known.", "warn"))
+    found = list(quantities(run.config.get("fabric")))
+    known = [*SOURCES, *sorted({str(q["source"]) for _, q in found} - set(SOURCES))]
+    for source in known:
+        rows = [_row(run, path, q) for path, q in found if str(q["source"]) == source]
+        if rows:
+            caption = SOURCES.get(source, f"{source}: a source that this version does not know")
+            blocks.append(Table(f"{caption} ({len(rows)})", ("parameter", "value", "where from"), rows, (1,)))
+    for caption, paths in _settings(run):
+        rows = [_setting(run, path, value) for path, value in paths]
+        if rows:
+            blocks.append(Table(caption, ("setting", "value", "meaning"), rows))
+    return Section(f"run-{run.number}-parameters", "Specimen and parameters", blocks)
+
+
+def quantities(fields: Any, at: Path = ("fabric",)) -> Iterator[tuple[Path, Mapping[str, Any]]]:
+    """Path and mapping of every number that states its source, below ``fields``."""
+    if not isinstance(fields, Mapping):
+        return
+    if is_quantity(fields):
+        yield at, fields
+        return
+    for key, value in fields.items():
+        yield from quantities(value, (*at, str(key)))
+
+
+def leaves(fields: Any, at: Path = ()) -> Iterator[tuple[Path, Any]]:
+    """Path and value of everything that is no quantity."""
+    if not isinstance(fields, Mapping):
+        yield at, fields
+    elif not is_quantity(fields):
+        for key, value in fields.items():
+            yield from leaves(value, (*at, str(key)))
+
+
+def is_quantity(value: Any) -> bool:
+    """Whether ``value`` is a number with its source."""
+    return isinstance(value, Mapping) and "value" in value and "source" in value
+
+
+def shown_quantity(quantity: Mapping[str, Any]) -> str:
+    """Value and standard deviation, as stated."""
+    sd = quantity.get("sd")
+    return shown(quantity["value"]) + (f" ± {shown(sd)}" if sd is not None else "")
+
+
+def shown(value: Any) -> str:
+    """A number with six digits, anything else as text."""
+    if isinstance(value, float):
+        return f"{value:g}"
+    if value == []:
+        return "none"
+    return "none" if value is None else "yes" if value is True else "no" if value is False else str(value)
+
+
+def unit_of(path: Path, rig: str) -> str:
+    """Unit of a field with a space in front; empty for a number without, and for a field of another schema."""
+    field = place(path, rig)
+    return f" {field.unit}" if field and field.unit and field.unit != "1" else ""
+
+
+def _row(run: LoadedRun, path: Path, quantity: Mapping[str, Any]) -> tuple[Cell, ...]:
+    field = place(path, run.rig)
+    value = quantity["value"]
+    number = float(value) if isinstance(value, int | float) else None
+    origin = str(quantity.get("ref") or "not stated")
+    tuned = quantity.get("tuned_on")
+    fitted = f"fitted to: {', '.join(map(str, tuned))}" if isinstance(tuned, list) and tuned else ""
+    return (
+        Cell(".".join(path[1:]), note=field.description if field else ""),
+        Cell(shown_quantity(quantity) + unit_of(path, run.rig), number),
+        Cell(origin, note=fitted),
+    )
+
+
+def _settings(run: LoadedRun) -> Iterator[tuple[str, list[tuple[Path, Any]]]]:
+    """Everything that is no quantity, by caption; the discretisation of the other scale has no part in the run."""
+    other = {"macro": "meso", "meso": "macro"}.get(str(run.setting("model", "scale")))
+    found = [(p, v) for p, v in leaves(run.config) if p and p[:2] != ("model", other)]
+    yield "Fabric: make, laws, files", [(p, v) for p, v in found if p[0] == "fabric"]
+    yield "Settings of test, model and solver: chosen", [(p, v) for p, v in found if p[0] != "fabric"]
+
+
+def _setting(run: LoadedRun, path: Path, value: Any) -> tuple[Cell, ...]:
+    field = place(path, run.rig)
+    unit = unit_of(path, run.rig) if isinstance(value, int | float) else ""
+    meaning = field.description if field and path[-1] != "kind" else ""
+    return Cell(".".join(path)), Cell(shown(value) + unit), Cell(meaning)

@@ -1,0 +1,85 @@
+"""What came out of a run: how it ended, results beside the experiment, and the metrics of its curve."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from knittest.report_page.blocks import Block, Cell, Section, Table, Text, Tone
+from knittest.report_page.loading import LoadedRun
+from knittest.result_rows import KINDS, ResultRow, result_rows
+
+_VERDICTS: dict[str, Tone] = {"within 1 sd": "good", "outside 1 sd": "bad", "refused": "bad", "not comparable": "warn"}
+HEADER = ("quantity", "simulated", "experiment", "deviation", "kind")
+_PREDICTED = "predicted: no parameter was fitted to this row"
+
+
+def rows_of(run: LoadedRun) -> list[ResultRow]:
+    """Results of the run as every table shows them."""
+    return result_rows(run.summary.model_dump(), refused=bool(run.summary.refused))
+
+
+def ending(run: LoadedRun) -> list[Block]:
+    """Notices on how the run ended and on what of its folder is missing."""
+    manifest, blocks = run.manifest, list[Block]()
+    if manifest.status == "running":
+        blocks.append(Text("Not finished: the run is still going on, or was killed. knittest resume goes on.", "warn"))
+    elif manifest.status not in ("", "completed"):
+        reason = manifest.message or "no reason was recorded"
+        blocks.append(Text(f"This run {_verb(manifest.status)}: {reason}. There are no results.", "bad"))
+    if run.summary.refused:
+        blocks.append(Text("Comparison refused: " + "; ".join(run.summary.refused), "bad"))
+    if run.problems:
+        blocks.append(Text("Missing or not readable: " + "; ".join(run.problems), "warn"))
+    return blocks
+
+
+def results(run: LoadedRun) -> Section:
+    """Table of results and deviations with the kind of each row, and metrics of the curve."""
+    rows = rows_of(run)
+    blocks: list[Block] = []
+    if rows:
+        count = run.setting("variability", "specimens")
+        what = f"Results, mean ± sd of {count} specimens" if isinstance(count, int) and count > 1 else "Results"
+        sources = sorted({row.source for row in run.summary.comparison if row.source})
+        against = f", beside the experiment ({'; '.join(sources)}: mean ± sd)" if sources else ""
+        blocks.append(Table(what + against, HEADER, [_cells(row) for row in rows], (1, 2, 3)))
+        kinds = {row.kind for row in rows}
+        notes = {"predicted": _PREDICTED, **KINDS}
+        blocks += [Text(text[0].upper() + text[1:] + ".") for kind, text in notes.items() if kind in kinds]
+    else:
+        blocks.append(Text("This run left no results.", "warn"))
+    blocks += [_metrics(curve) for curve in run.comparison.curves]
+    return Section(f"run-{run.number}-results", "Results and deviations", blocks)
+
+
+def _cells(row: ResultRow) -> tuple[Cell, ...]:
+    return (
+        Cell(row.label), Cell(row.simulated, row.value), Cell(row.experiment),
+        Cell(row.deviation, note=row.verdict, tone=_VERDICTS.get(row.verdict, "")), Cell(row.kind),
+    )  # fmt: skip
+
+
+def _metrics(curve: Mapping[str, Any]) -> Block:
+    """One comparison of curves; names of the metrics as comparison.json has them."""
+    against = f"{curve.get('judged_against', 'a curve')} ({curve.get('reference_kind', 'kind not stated')})"
+    note = f"; {curve['note']}" if curve.get("note") else ""
+    if not curve.get("comparable"):
+        return Text(f"Curve against {against}{note}: not comparable: {curve.get('reason', 'no reason stated')}", "warn")
+    rating = curve.get("rating")
+    found = [
+        ("peak force off", curve.get("peak_error_pct"), "%"),
+        ("strain at the peak off", curve.get("fracture_strain_error_pct"), "%"),
+        ("root mean square deviation", curve.get("rmse_pct_of_peak"), "% of the peak"),
+    ]
+    rows = [(Cell(name), _number(value, unit)) for name, value, unit in found if value is not None]
+    if isinstance(rating, Mapping):
+        overall = _number(rating.get("overall"), f"({rating.get('grade', 'no grade')})")
+        rows.append((Cell("rating after ISO/TS 18571, 0 to 1"), overall))
+    return Table(f"Whole curve up to the peak against {against}{note}", ("metric", "value"), rows, (1,))
+
+
+def _number(value: Any, unit: str) -> Cell:
+    return Cell(f"{value:.4g} {unit}", float(value)) if isinstance(value, int | float) else Cell(f"{value} {unit}")
+
+
+def _verb(status: str) -> str:
+    return {"failed": "failed", "interrupted": "was interrupted"}.get(status, f"ended as {status}")

@@ -1,0 +1,104 @@
+"""Run folders of every test as runs write them, from made-up curves, for the tests of the report pages."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from export_sample import cost, curve, energies, quality
+
+from knittest.compare import compare_results
+from knittest.config.dumping import dump
+from knittest.config.loading import resolve
+from knittest.experiment.tables import published
+from knittest.export.curve_picture import curve_picture
+from knittest.export.folder import RunFolder
+from knittest.export.line_picture import Line, line_picture
+from knittest.export.summary import build_summary
+from knittest.laboratory.registry import TESTS
+from knittest.resources import data_dir
+from knittest.row_kind import row_kind
+
+RESULTS = {
+    "tensile": {"peak_force_n": 5666.25, "fracture_strain_pct": 1.578125, "force_per_yarn_n": 404.75},
+    "picture-frame": {"shear_force_n_at_10deg": 2.703125, "wrinkle_onset_deg": float("nan")},
+    "cantilever": {"chord_angle_deg": 41.5625, "overhang_mm": 171.0, "moment_error_pct": 0.4375, "residual": 3.0e-7},
+    "friction": {"pull_force_kinetic_n": 300.5, "mu_paper": 0.15025, "normal_force_error_pct": 0.0078125},
+}
+RIGS = list(RESULTS)
+
+
+def write_run(
+    path: Path,
+    kind: str = "tensile",
+    *,
+    direction: str = "warp",
+    failures: tuple[str, ...] = (),
+    specimens: int = 1,
+    config_text: str | None = None,
+    results: dict[str, float] | None = None,
+    **chosen: Any,
+) -> Path:
+    """A completed run in ``path``; ``failures`` refuse it, ``chosen`` goes to the config's loader."""
+    chosen = {"scale": "macro", "variant": "1"} | ({"specimens": specimens} if specimens > 1 else {}) | chosen
+    run = resolve(test=kind, direction=None if kind == "picture-frame" else direction, **chosen)
+    files = [data_dir() / name for name in run.fabric.macro.tension.values()]
+    rows = [{**RESULTS[kind], **(results or {})}]
+    rows += [{name: value * (1.0 + 0.1 * k) for name, value in rows[0].items()} for k in range(1, specimens)]
+    fabric = run.fabric
+    references = published(
+        data_dir() / str(fabric.experiment), str(fabric.experiment_variant), run.direction, TESTS[kind].quantities
+    )
+    compared = compare_results(rows[0], references, {r.quantity: row_kind(run, r.quantity) for r in references})
+    text = config_text or dump(run)
+    with RunFolder.create(path, run, config_text=text, threads=2, data_files=files) as folder:
+        columns = curves(kind) if specimens == 1 else ensemble()
+        folder.write_curve(columns)
+        folder.write_energies(trials() if kind == "cantilever" else energies(("fabric",)))
+        if kind == "tensile":
+            curve_picture(path / "curve.png", [curve(5800.0)], title="t")
+        names = list(columns)
+        line_picture(
+            path / "deformed.png", [Line(columns[names[0]], columns[names[1]], "x")], title="t", xlabel="x", ylabel="y"
+        )
+        folder.write_comparison(
+            {"refused": list(failures), "rows": [], "curves": [METRICS] if kind == "tensile" else []}
+        )
+        folder.write_summary(build_summary(run, rows, quality(failures), cost(), compared))  # type: ignore[arg-type]
+        if failures:
+            folder.finish("completed", 3, "comparison refused: " + "; ".join(failures))
+    return path
+
+
+METRICS = {
+    "judged_against": "Table 3, variant 1, warp", "reference_kind": "reconstructed", "comparable": True,
+    "peak_error_pct": -2.625, "fracture_strain_error_pct": -1.375, "rmse_pct_of_peak": 1.9375,
+    "rating": {"overall": 0.98125, "grade": "excellent"},
+}  # fmt: skip
+
+
+def curves(kind: str) -> dict[str, np.ndarray]:
+    """Columns of curve.csv of a test."""
+    x = np.linspace(0.0, 40.0, 81)
+    return {
+        "tensile": curve(5800.0),
+        "picture-frame": {"time_ms": x, "displacement_mm": x, "frame_shear_angle_deg": x, "shear_force_n": 0.4 * x},
+        "cantilever": {"steps": 50.0 + 1000.0 * x, "residual": np.exp(-0.3 * x)},
+        "friction": {"time_ms": x, "displacement_mm": x / 4.0, "pull_force_n": 300.0 * np.minimum(x, 1.0)},
+    }[kind]
+
+
+def ensemble() -> dict[str, np.ndarray]:
+    """Mean and standard deviation of specimens of a tensile test."""
+    one = curve(5800.0)
+    return {"strain_pct": one["strain_pct"], "force_mean_n": one["force_n"], "force_sd_n": 0.05 * one["force_n"]}
+
+
+def trials() -> dict[str, np.ndarray]:
+    """States of a cantilever at rest."""
+    return {"overhang_mm": np.array([171.0]), "chord_angle_deg": np.array([41.5625]), "steps": np.array([118600.0])}
+
+
+def edit_json(path: Path, **changed: Any) -> None:
+    """Change fields of a JSON file."""
+    path.write_text(json.dumps(json.loads(path.read_text()) | changed))

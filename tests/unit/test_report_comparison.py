@@ -1,0 +1,118 @@
+"""Pages of several runs: parents are expanded, results and differences stand side by side, every run has its part."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+from html_page import HtmlPage, near
+from report_sample import RESULTS, write_run
+
+from knittest.cli.main import run as command
+from knittest.errors import InputError
+from knittest.report_page import folders
+from knittest.report_page.page import write_reports
+
+
+@pytest.fixture(scope="module")
+def parent(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder of both directions, beside runs of other tests."""
+    root = tmp_path_factory.mktemp("both")
+    write_run(root / "tensile" / "warp")
+    write_run(root / "tensile" / "weft", direction="weft", results={"peak_force_n": 6232.875})
+    write_run(root / "meso", scale="meso", sets=("solver.damping=0.25", "fabric.contact.friction_coefficient=0.2"))
+    write_run(root / "plates", "friction")
+    return root
+
+
+def page_of(paths: list[Path], out: Path) -> HtmlPage:
+    page = HtmlPage(write_reports(paths, out)[0])
+    page.check()
+    return page
+
+
+def test_a_folder_of_both_directions_is_expanded(parent: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert command(["report", str(parent / "tensile")]) == 0
+    output = capsys.readouterr()
+    assert output.out == f"{parent / 'tensile' / 'report.html'}\n" and "2 runs" in output.err
+    page = HtmlPage(parent / "tensile" / "report.html")
+    page.check()
+    (rows,) = page.tables(page.section("overview")).values()
+    assert [row[1] for row in rows[1:]] == [f"tensile, pham2019-v1, macro, {d} tensile/{d}" for d in ("warp", "weft")]
+
+
+def test_results_stand_side_by_side_with_their_change(parent: Path, tmp_path: Path) -> None:
+    page = page_of([parent / "tensile", parent / "meso"], tmp_path / "page.html")
+    (rows,) = page.tables(page.section("comparison")).values()
+    assert rows[0] == ["quantity", "run 1 (warp)", "run 2 (weft)", "run 3 (warp)"]
+    peak = rows[1]
+    assert peak[:2] == ["peak force [N]", "5666 -0.33 sd, input"]
+    assert peak[2].startswith("6233 +10.0 %, ") and peak[2].endswith("input") and peak[3].endswith("tuned")
+    shown = page.numbers(page.section("comparison"))
+    assert near(6232.875, shown) and near(RESULTS["tensile"]["fracture_strain_pct"], shown)
+
+
+def test_only_what_differs_is_listed(parent: Path, tmp_path: Path) -> None:
+    page = page_of([parent / "tensile" / "warp", parent / "meso"], tmp_path / "page.html")
+    tables = page.tables(page.section("differences"))
+    rows = {row[0]: row[1:] for row in tables["tensile: parameters and settings that differ"]}
+    assert rows["fabric.contact.friction_coefficient"] == ["0.3 (assumed)", "0.2 (user)"]
+    assert rows["solver.damping"] == ["0.5 1/ms", "0.25 1/ms"]
+    assert rows["model.scale"] == ["macro", "meso"] and "rig.width" not in rows
+    assert "Provenance that differs: none." in page.text(page.section("differences"))
+
+
+def test_every_run_has_its_part_and_a_link_to_it(parent: Path, tmp_path: Path) -> None:
+    page = page_of([parent], tmp_path / "page.html")
+    links = [a.get("href") for a in page.section("overview").iter("a")]
+    assert links == [f"#run-{n}" for n in range(1, 5)]
+    for number in range(1, 5):
+        for part in ("results", "curve", "gates", "parameters", "pictures", "repeat"):
+            assert page.section(f"run-{number}-{part}") is not None
+    assert "run 3" in page.text(page.section("comparison"))
+
+
+def test_curves_of_one_test_share_a_picture_and_tests_do_not(parent: Path, tmp_path: Path) -> None:
+    page = page_of([parent], tmp_path / "page.html")
+    friction, tensile = (raw.decode() for raw in page.pictures()[:2])
+    assert "<!-- run 2, warp macro -->" in friction and "run 1" not in friction
+    for label in (
+        "run 1, warp meso",
+        "run 3, warp macro",
+        "run 4, weft macro",
+        "reconstructed from Table 3, warp end point",
+    ):
+        assert f"<!-- {label} -->" in tensile
+
+
+def test_runs_are_told_once_and_planned_ones_named(parent: Path, tmp_path: Path) -> None:
+    both = Path(shutil.copytree(parent / "tensile", tmp_path / "both"))
+    shutil.rmtree(both / "weft")
+    for name in ("warp", "weft"):
+        (both / f"config-{name}.yaml").write_text("x: 1\n")
+    page = page_of([both, both / "warp"], tmp_path / "page.html")
+    assert "1 runs" in page.tables() and "both: weft was planned but has no run yet" in page.text()
+
+
+def test_a_damaged_trial_of_a_sweep_stops_no_page_but_a_named_one_does(parent: Path, tmp_path: Path) -> None:
+    sweep = tmp_path / "sweep"
+    shutil.copytree(parent / "plates", sweep / "trials" / "a" / "warp")
+    (sweep / "trials" / "b").mkdir()
+    (sweep / "trials" / "b" / "manifest.json").write_text("{")
+    page = page_of([sweep], tmp_path / "page.html")
+    assert "b: not a run folder of knittest: manifest.json: cannot be read" in page.text(page.section("overview"))
+    with pytest.raises(InputError, match="not a run folder of knittest"):
+        write_reports([sweep / "trials" / "b"], None)
+
+
+def test_too_many_runs_are_refused(parent: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(folders, "MOST", 3)
+    with pytest.raises(InputError, match="4 runs: expected at most 3 on a page"):
+        write_reports([parent], tmp_path / "page.html")
+
+
+def test_page_of_several_lies_in_the_working_folder(
+    parent: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    path, count = write_reports([parent / "tensile" / "warp", parent / "plates"], None)
+    assert (path, count) == (Path("knittest-report.html"), 2) and path.is_file()

@@ -1,0 +1,185 @@
+"""Pages of single runs: whole in themselves, with the numbers of the run folder, and nothing of a user's as markup."""
+
+import json
+import time
+from pathlib import Path
+
+import pandas as pd
+import pytest
+from html_page import HtmlPage, near
+from report_sample import METRICS, RESULTS, RIGS, curves, edit_json, write_run
+
+from knittest.config.yaml_loader import load_yaml
+from knittest.report_page.page import write_report
+from knittest.reports.registry import REPORTS
+
+HOSTILE = "</style><script>alert(1)</script>\"'><img src=x onerror=alert(2)> {{ 7*7 }} $\\frac{$ & ü"
+
+
+def page_of(folder: Path) -> HtmlPage:
+    page = HtmlPage(write_report(folder))
+    page.check()
+    return page
+
+
+@pytest.fixture(scope="module")
+def tensile(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, HtmlPage]:
+    folder = write_run(tmp_path_factory.mktemp("runs") / "strip", scale="meso")
+    return folder, page_of(folder)
+
+
+@pytest.mark.parametrize("kind", RIGS)
+def test_every_test_has_a_page_with_its_results_curve_and_gates(tmp_path: Path, kind: str) -> None:
+    page = page_of(write_run(tmp_path / "r", kind))
+    shown = page.numbers(page.section("run-1-results"))
+    finite = [value for value in RESULTS[kind].values() if value == value]
+    assert finite and all(near(value, shown) for value in finite)
+    assert page.section("run-1-curve").findall("figure/div/img")
+    gates = page.tables(page.section("run-1-gates"))["Quality gates: a run that fails one is not compared"]
+    assert len(gates) - 1 == (2 if kind == "cantilever" else 5 if kind == "friction" else 4)
+    assert {row[-1] for row in gates[1:]} == {"pass"}
+    assert set(REPORTS) == set(RIGS)
+
+
+def test_results_stand_beside_the_experiment_with_deviation_and_kind(tensile: tuple[Path, HtmlPage]) -> None:
+    folder, page = tensile
+    tables = page.tables(page.section("run-1-results"))
+    rows = {row[0]: row for row in tables["Results, beside the experiment (Table 3: mean ± sd)"]}
+    compared = {row["quantity"]: row for row in json.loads((folder / "summary.json").read_text())["comparison"]}
+    peak = compared["peak_force_n"]
+    assert rows["peak force [N]"][1:3] == ["5666", f"{peak['experiment_mean']:.0f} ± {peak['experiment_sd']:.0f}"]
+    assert rows["peak force [N]"][3] == f"{peak['deviation_sd']:+.2f} sd within 1 sd"
+    assert rows["peak force [N]"][4] == "tuned"
+    metrics = dict(tables[f"Whole curve up to the peak against {METRICS['judged_against']} (reconstructed)"])
+    assert metrics["peak force off"] == "-2.625 %"
+    assert "Tuned: a parameter was fitted to this row" in page.text()
+    assert "Predicted:" not in page.text(page.section("run-1-results"))
+
+
+def test_energies_are_those_of_the_table(tensile: tuple[Path, HtmlPage]) -> None:
+    folder, page = tensile
+    table = pd.read_csv(folder / "energies.csv")
+    columns = [name for name in table if name.endswith("_mj")]
+    top = int(pd.read_csv(folder / "curve.csv")["force_n"].argmax())
+    caption = "Energies [mJ]; after the first failure they are not judged"
+    rows = page.tables(page.section("run-1-gates"))[caption]
+    assert rows[0] == ["energy", "at the largest force", "at the end"]
+    expected = [[f"{table[c].iloc[top]:.4g}", f"{table[c].iloc[-1]:.4g}"] for c in columns]
+    assert [row[1:] for row in rows[1:]] == expected
+
+
+def test_parameters_are_kept_apart_by_where_they_come_from(tensile: tuple[Path, HtmlPage]) -> None:
+    folder, page = tensile
+    tables = page.tables(page.section("run-1-parameters"))
+    fabric = load_yaml(folder / "config.yaml").data["fabric"]
+    for source in ("measured", "derived", "tuned", "assumed"):
+        (rows,) = [rows for caption, rows in tables.items() if caption.startswith(f"{source.title()}:")]
+        assert [row[0].split()[0] for row in rows[1:]] == _paths(fabric, source)
+    (tuned,) = [rows for caption, rows in tables.items() if caption.startswith("Tuned")]
+    modulus = next(row for row in tuned if row[0].startswith("reinforcing.youngs_modulus"))
+    assert modulus[1] == "67.5 ± 17.7 GPa" and modulus[2].endswith("fitted to: V1 warp max. tensile force")
+    settings = {row[0] for rows in tables.values() for row in rows}
+    assert "model.meso.elements_per_loop" in settings and "model.macro.element_size" not in settings
+
+
+def _paths(fields: dict, source: str, at: str = "") -> list[str]:
+    found = []
+    for key, value in fields.items():
+        if isinstance(value, dict) and "source" in value:
+            found += [at + key] if value["source"] == source else []
+        elif isinstance(value, dict):
+            found += _paths(value, source, f"{at}{key}.")
+    return found
+
+
+def test_chart_says_what_the_curve_beside_it_is(tensile: tuple[Path, HtmlPage], tmp_path: Path) -> None:
+    _, page = tensile
+    chart = page.pictures()[0].decode()  # matplotlib leaves the text of each label as a comment
+    assert (
+        "<!-- reconstructed from Table 3 end point -->" in chart and "<!-- experiment, mean ± sd (Table 3) -->" in chart
+    )
+    assert "warp: reconstructed" in page.text(page.section("run-1-curve"))
+    shells = page_of(write_run(tmp_path / "shells"))
+    assert "<!-- input of the model (Table 3) -->" in shells.pictures()[0].decode()
+    assert "the input of the shells is itself reconstructed" in shells.text(shells.section("run-1-curve"))
+    friction = page_of(write_run(tmp_path / "plates", "friction"))
+    assert "two faces, kinetic" in friction.pictures()[0].decode()
+
+
+def test_ensemble_has_corridor_spread_and_the_picture_of_all_specimens(tmp_path: Path) -> None:
+    page = page_of(write_run(tmp_path / "r", specimens=3))
+    assert "<!-- simulated, mean, ± sd -->" in page.pictures()[0].decode()
+    assert [c for c in page.tables() if c.startswith("Results, mean ± sd of 3 specimens")]
+    assert "6233 ± 567 (n 3)" in page.text(page.section("run-1-results"))
+    assert "curve.png" in page.text(page.section("run-1-pictures"))
+    assert "curve.png" not in page_of(write_run(tmp_path / "one")).text()
+
+
+def test_refused_run_says_so_and_names_the_gate_with_its_limit(tmp_path: Path) -> None:
+    folder = write_run(tmp_path / "r", failures=("energy error 3.10 % is above 2 %",))
+    summary = json.loads((folder / "summary.json").read_text())
+    edit_json(folder / "summary.json", quality=summary["quality"] | {"energy_error_max": 0.031, "added_mass_pct": None})
+    page = page_of(folder)
+    assert "Comparison refused: energy error 3.10 % is above 2 %" in page.text(page.section("summary"))
+    gates = page.tables()["Quality gates: a run that fails one is not compared"]
+    assert ["energy error", "3.1 %", "2 %", "FAIL"] in gates
+    assert ["added mass", "-", "5 %", "not measured"] in gates
+    assert page.text(page.section("run-1-results")).count("refused") == 3
+
+
+def test_repeating_command_config_and_hashes(tensile: tuple[Path, HtmlPage]) -> None:
+    folder, page = tensile
+    text = page.text(page.section("run-1-repeat"))
+    manifest = json.loads((folder / "manifest.json").read_text())
+    assert "knittest tensile --config config.yaml --threads 2" in text
+    provenance = dict(page.tables(page.section("run-1-repeat"))["Provenance"])
+    assert provenance["config.yaml, SHA-256"] == manifest["config_sha256"]
+    assert provenance["curves/tensile-v1-warp.csv, SHA-256"] == manifest["data_sha256"]["curves/tensile-v1-warp.csv"]
+    assert provenance["numba"] == manifest["libraries"]["numba"] and provenance["seed"] == "1"
+    (whole,) = [pre.text for pre in page.all("pre") if pre.text and "fabric:" in pre.text]
+    assert whole == (folder / "config.yaml").read_text()
+    assert "was changed after the run" not in text
+
+
+def test_files_changed_since_the_run_are_told(tmp_path: Path) -> None:
+    folder = write_run(tmp_path / "r")
+    with (folder / "config.yaml").open("a") as stream:
+        stream.write("# edited\n")
+    hashes = json.loads((folder / "manifest.json").read_text())["data_sha256"]
+    edit_json(folder / "manifest.json", data_sha256=dict.fromkeys(hashes, "0" * 64))
+    text = page_of(folder).text()
+    assert "config.yaml was changed after the run" in text and "tensile-v1-weft.csv was changed after the run" in text
+
+
+def test_nothing_of_a_user_becomes_markup(tmp_path: Path) -> None:
+    folder = write_run(tmp_path / '"><script>alert(0)<')
+    assert page_of(folder)
+    text = (folder / "config.yaml").read_text()
+    quoted = "'" + HOSTILE.replace("'", "''") + "'"
+    for written in ("title: Biaxial weft-knit, CF/PA 6.6 inlays, GF/PA 6.6 loops, variant 1", "ref: Table 2"):
+        assert written in text
+        text = text.replace(written, f"{written.split(':')[0]}: {quoted}")
+    (folder / "config.yaml").write_text(text)
+    edit_json(folder / "manifest.json", cpu=HOSTILE, message=HOSTILE, status="failed", libraries={HOSTILE: HOSTILE})
+    summary = json.loads((folder / "summary.json").read_text())
+    rows = [{**row, "kind": HOSTILE, "source": HOSTILE} for row in summary["comparison"]]
+    results = summary["results"] | {HOSTILE: 1.0}
+    edit_json(folder / "summary.json", comparison=rows, refused=[HOSTILE], results=results)
+    edit_json(folder / "comparison.json", curves=[{**METRICS, "judged_against": HOSTILE, "rating": {HOSTILE: HOSTILE}}])
+    (folder / f"{HOSTILE.replace('/', '')[:60]}.png").write_bytes((folder / "deformed.png").read_bytes())
+    page = page_of(folder)
+    assert page.text().count("<script>alert(1)</script>") >= 8
+    assert "{{ 7*7 }}" in page.text()
+
+
+def test_same_folder_gives_the_same_bytes_in_less_than_a_second(tmp_path: Path) -> None:
+    folder = write_run(tmp_path / "r")
+    first = write_report(folder).read_bytes()
+    start = time.process_time()
+    assert write_report(folder).read_bytes() == first
+    assert time.process_time() - start < 1.0  # 0.2 s measured: a run can afford to write it
+
+
+def test_columns_of_the_axes_are_those_that_tests_write() -> None:
+    for kind, report in REPORTS.items():
+        assert {report.axes.x, report.axes.y} <= set(curves(kind))
