@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from html_page import HtmlPage
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from report_sample import edit_json, write_run
 
@@ -162,6 +162,7 @@ def test_any_json_makes_a_page_or_one_message(whole: Path, tmp_path: Path, data:
         max_size=6,
     )
 )
+@example(cells=[["0", "1e308"], ["1", "1.7e308"]])
 def test_any_table_makes_a_page(whole: Path, tmp_path: Path, cells: list[list[str]]) -> None:
     folder = tmp_path / "fuzzed"
     shutil.rmtree(folder, ignore_errors=True)

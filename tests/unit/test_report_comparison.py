@@ -101,7 +101,8 @@ def test_a_damaged_trial_of_a_sweep_stops_no_page_but_a_named_one_does(parent: P
     page = page_of([sweep], tmp_path / "page.html")
     assert "b: not a run folder of knittest: manifest.json: cannot be read" in page.text(page.section("overview"))
     with pytest.raises(InputError, match="not a run folder of knittest"):
-        write_reports([sweep / "trials" / "b"], None)
+        write_reports([parent / "plates", sweep / "trials" / "b"], tmp_path / "none.html")
+    assert not (tmp_path / "none.html").exists()
 
 
 def test_too_many_runs_are_refused(parent: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
