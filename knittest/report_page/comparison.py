@@ -106,7 +106,7 @@ def _told(run: LoadedRun) -> dict[str, str]:
     """Every parameter and setting as text."""
     fabric = {
         ".".join(path): f"{shown_quantity(q)}{unit_of(path, run.rig)} ({q['source']})"
-        for path, q in quantities(run.config.get("fabric"))
+        for path, q in quantities(run.config)
     }
     plain = {
         ".".join(path): shown(value) + (unit_of(path, run.rig) if isinstance(value, int | float) else "")

@@ -13,10 +13,12 @@ from knittest.reports.base import CurveAxes
 
 
 def curve(run: LoadedRun) -> tuple[Section, bool]:
-    """The curve of one run with corridor and reference, and whether it could be drawn."""
+    """The curve of one run with corridor and reference, and whether it shows all that curve.png does."""
     blocks = _chart([run], [f"simulated{_state(run)}"])
     drawn = any(isinstance(block, Picture) for block in blocks)
-    return Section(f"run-{run.number}-curve", "Curve", blocks), drawn
+    ensemble = run.report is not None and run.report.axes.mean in run.curve
+    others = len(run.comparison.curves) - (_beside(run, False)[0].reference is not None)  # a user's own, not kept
+    return Section(f"run-{run.number}-curve", "Curve", blocks), drawn and not ensemble and others <= 0
 
 
 def overlay(runs: Sequence[LoadedRun]) -> list[Block]:

@@ -48,7 +48,7 @@ class Summary(BaseModel):
     variant: str = ""
     scale: str = ""
     direction: str = ""
-    results: dict[str, Number | Spread] = {}
+    results: dict[str, Number | Spread | dict[str, Number | Spread]] = {}
     quality: dict[str, Number] = {}
     cost: dict[str, Number] = {}
     comparison: list[ComparedRow] = []
@@ -92,7 +92,7 @@ class Reader:
 
     def complain(self, problem: object) -> None:
         """Note a problem, without the folder's own path."""
-        text = str(problem).replace(f"{self.folder}/", "")
+        text = "; ".join(str(problem).replace(f"{self.folder}/", "").splitlines())
         self.problems.append(text if len(text) <= SHOWN else text[:SHOWN] + " ...")
 
     def raw(self, name: str, limit: int) -> bytes | None:

@@ -8,6 +8,7 @@ from knittest.report_page.blocks import Block, Cell, Section, Table, Text
 from knittest.report_page.files import Number, Spread
 from knittest.report_page.loading import LoadedRun
 from knittest.reports.base import Gate
+from knittest.result_rows import unfolded
 
 _COST = {
     "wall_s": "time on the clock [s]",
@@ -24,7 +25,8 @@ def gates(run: LoadedRun) -> Section:
     blocks: list[Block] = []
     summary = run.summary
     if run.run is not None and run.report is not None and summary.quality:
-        rows = [_judged(gate, _number(getattr(summary, gate.part).get(gate.key))) for gate in run.report.gates(run.run)]
+        parts = {"quality": summary.quality, "results": unfolded(summary.results)}
+        rows = [_judged(gate, _number(parts[gate.part].get(gate.key))) for gate in run.report.gates(run.run)]
         caption = "Quality gates: a run that fails one is not compared"
         blocks.append(Table(caption, ("gate", "value", "limit", "verdict"), rows, (1, 2)))
     elif summary.quality:

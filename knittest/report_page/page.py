@@ -69,9 +69,9 @@ def comparison_page(runs: Sequence[LoadedRun], notes: Sequence[str]) -> Page:
 
 def run_sections(run: LoadedRun) -> list[Section]:
     """All sections on one run; the first stands over the others."""
-    shown_curve, drawn = curve(run)
+    shown_curve, complete = curve(run)
     head = Section(f"run-{run.number}", f"Run {run.number}: {run.title}", [*ending(run), _facts(run)], level=2)
-    return [head, results(run), shown_curve, gates(run), parameters(run), pictures(run, drawn), repeat(run)]
+    return [head, results(run), shown_curve, gates(run), parameters(run), pictures(run, complete), repeat(run)]
 
 
 def render(page: Page) -> str:

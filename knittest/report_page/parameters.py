@@ -19,11 +19,11 @@ Path = tuple[str, ...]
 
 
 def parameters(run: LoadedRun) -> Section:
-    """Quantities of the fabric, one table a source, then the settings."""
+    """Quantities, one table a source, then the settings."""
     blocks: list[Block] = []
     if not run.config:
         blocks.append(Text("config.yaml could not be read, so the parameters are not known.", "warn"))
-    found = list(quantities(run.config.get("fabric")))
+    found = list(quantities(run.config))
     known = [*SOURCES, *sorted({str(q["source"]) for _, q in found} - set(SOURCES))]
     for source in known:
         rows = [_row(run, path, q) for path, q in found if str(q["source"]) == source]
@@ -37,13 +37,16 @@ def parameters(run: LoadedRun) -> Section:
     return Section(f"run-{run.number}-parameters", "Specimen and parameters", blocks)
 
 
-def quantities(fields: Any, at: Path = ("fabric",)) -> Iterator[tuple[Path, Mapping[str, Any]]]:
+def quantities(fields: Any, at: Path = ()) -> Iterator[tuple[Path, Mapping[str, Any]]]:
     """Path and mapping of every number that states its source, below ``fields``."""
     if not isinstance(fields, Mapping):
         return
     if is_quantity(fields):
         yield at, fields
         return
+    if fields.get("source"):  # of a table
+        points = fields.get("points") or ()
+        yield at, {**fields, "value": fields.get("curve") or f"{len(points)} points"}
     for key, value in fields.items():
         yield from quantities(value, (*at, str(key)))
 
@@ -91,7 +94,7 @@ def _row(run: LoadedRun, path: Path, quantity: Mapping[str, Any]) -> tuple[Cell,
     tuned = quantity.get("tuned_on")
     fitted = f"fitted to: {', '.join(map(str, tuned))}" if isinstance(tuned, list) and tuned else ""
     return (
-        Cell(".".join(path[1:]), note=field.description if field else ""),
+        Cell(".".join(path).removeprefix("fabric."), note=field.description if field else ""),
         Cell(shown_quantity(quantity) + unit_of(path, run.rig), number),
         Cell(origin, note=fitted),
     )

@@ -13,17 +13,17 @@ SIGNATURE = b"\x89PNG\r\n\x1a\n"
 CAPTIONS = {
     "deformed.png": "The specimen, deformed",
     "wrinkles.png": "Height of the wrinkles",
+    "shear-angle.png": "Shear angle of the material against that of the frame",
     "energies.png": "Energies and their ratios over time; what is shaded is not judged",
-    "curve.png": "The curve as the run drew it, with every specimen of an ensemble",
+    "curve.png": "The curve as the run drew it, with every specimen and every curve it was compared with",
 }
 
 
-def pictures(run: LoadedRun, curve_drawn: bool) -> Section:
-    """All PNG files of the folder; curve.png only where the page's own chart shows less."""
+def pictures(run: LoadedRun, curve_complete: bool) -> Section:
+    """All PNG files of the folder; curve.png only where the page's own chart is not ``curve_complete``."""
     blocks: list[Block] = []
     names = sorted((p.name for p in run.path.glob("*.png")), key=lambda n: (n not in CAPTIONS, n))
-    ensemble = run.report is not None and run.report.axes.mean in run.curve
-    if curve_drawn and not ensemble:
+    if curve_complete:
         names = [name for name in names if name != "curve.png"]
     for name in names[:MOST]:
         try:

@@ -1,14 +1,12 @@
 """How to repeat a run: commands, config, versions, hashes, seed."""
 
-from pathlib import Path
-
 from knittest.config.run import Run
 from knittest.errors import InputError
+from knittest.export.identity import data_files
 from knittest.export.provenance import sha256_files, sha256_text
 from knittest.report_page.blocks import Block, Cell, Code, Section, Table, Text
 from knittest.report_page.loading import LoadedRun
 from knittest.report_page.pictures import data_uri
-from knittest.resources import data_dir
 
 
 def repeat(run: LoadedRun) -> Section:
@@ -67,9 +65,8 @@ def _changed(run: LoadedRun) -> list[str]:
 
 
 def _data_hashes(run: Run) -> dict[str, str]:
-    """Hashes of the curves of the fabric that are there."""
-    files = [data_dir() / Path(name) for name in run.fabric.macro.tension.values()]
+    """Hashes of the files that the run would read now."""
     try:
-        return sha256_files(file for file in files if file.is_file())
+        return sha256_files(data_files(run))
     except InputError:
         return {}

@@ -70,11 +70,21 @@ def _metrics(curve: Mapping[str, Any]) -> Block:
         ("strain at the peak off", curve.get("fracture_strain_error_pct"), "%"),
         ("root mean square deviation", curve.get("rmse_pct_of_peak"), "% of the peak"),
     ]
-    rows = [(Cell(name), _number(value, unit)) for name, value, unit in found if value is not None]
+    rows = [
+        (Cell(name), _number(value, unit)) for name, value, unit in (*found, *_at_angles(curve)) if value is not None
+    ]
     if isinstance(rating, Mapping):
         overall = _number(rating.get("overall"), f"({rating.get('grade', 'no grade')})")
         rows.append((Cell("rating after ISO/TS 18571, 0 to 1"), overall))
-    return Table(f"Whole curve up to the peak against {against}{note}", ("metric", "value"), rows, (1,))
+    return Table(f"The curve against {against}{note}", ("metric", "value"), rows, (1,))
+
+
+def _at_angles(curve: Mapping[str, Any]) -> list[tuple[str, Any, str]]:
+    """Deviations at the angles of a curve of shear."""
+    found = next((value for name, value in curve.items() if name.endswith("_at_deg")), None)
+    if not isinstance(found, Mapping):
+        return []
+    return [(f"force at {a} deg off", f.get("error_pct"), "%") for a, f in found.items() if isinstance(f, Mapping)]
 
 
 def _number(value: Any, unit: str) -> Cell:

@@ -50,7 +50,7 @@ def test_results_stand_beside_the_experiment_with_deviation_and_kind(tensile: tu
     assert rows["peak force [N]"][1:3] == ["5666", f"{peak['experiment_mean']:.0f} ± {peak['experiment_sd']:.0f}"]
     assert rows["peak force [N]"][3] == f"{peak['deviation_sd']:+.2f} sd within 1 sd"
     assert rows["peak force [N]"][4] == "tuned"
-    metrics = dict(tables[f"Whole curve up to the peak against {METRICS['judged_against']} (reconstructed)"])
+    metrics = dict(tables[f"The curve against {METRICS['judged_against']} (reconstructed)"])
     assert metrics["peak force off"] == "-2.625 %"
     assert "Tuned: a parameter was fitted to this row" in page.text()
     assert "Predicted:" not in page.text(page.section("run-1-results"))
@@ -85,7 +85,7 @@ def test_parameters_are_kept_apart_by_where_they_come_from(tensile: tuple[Path, 
 def _paths(fields: dict, source: str, at: str = "") -> list[str]:
     found = []
     for key, value in fields.items():
-        if isinstance(value, dict) and "source" in value:
+        if isinstance(value, dict) and "value" in value:
             found += [at + key] if value["source"] == source else []
         elif isinstance(value, dict):
             found += _paths(value, source, f"{at}{key}.")
@@ -183,3 +183,24 @@ def test_same_folder_gives_the_same_bytes_in_less_than_a_second(tmp_path: Path) 
 def test_columns_of_the_axes_are_those_that_tests_write() -> None:
     for kind, report in REPORTS.items():
         assert {report.axes.x, report.axes.y} <= set(curves(kind))
+
+
+def test_a_users_own_curves_are_judged_and_shown_by_the_picture_of_the_run(tmp_path: Path) -> None:
+    folder = write_run(tmp_path / "r")
+    angles = {"10": {"simulated": 2.0, "reference": 1.6, "error_pct": 25.0}}
+    own = {"judged_against": "mine.csv", "reference_kind": "measured", "comparable": True, "force_n_at_deg": angles}
+    edit_json(folder / "comparison.json", curves=[METRICS, own])
+    page = page_of(folder)
+    assert dict(page.tables()["The curve against mine.csv (measured)"])["force at 10 deg off"] == "25 %"
+    assert "curve.png" in page.text(page.section("run-1-pictures"))
+    own |= {"comparable": False, "reason": "the curves share no range"}
+    edit_json(folder / "comparison.json", curves=[METRICS, own])
+    assert "mine.csv (measured): not comparable: the curves share no range" in page_of(folder).text()
+
+
+def test_table_of_shear_stands_with_its_source(tmp_path: Path) -> None:
+    law = "fabric.macro.shear={kind: table, points: [[0, 0], [40, 0.2]], source: assumed, ref: a guess}"
+    page = page_of(write_run(tmp_path / "r", "picture-frame", sets=(law,)))
+    tables = page.tables(page.section("run-1-parameters"))
+    (assumed,) = [rows for caption, rows in tables.items() if caption.startswith("Assumed")]
+    assert [row[1:] for row in assumed if row[0].startswith("macro.shear ")] == [["2 points", "a guess"]]
