@@ -33,7 +33,8 @@ def imported_by(*arguments) -> set[str]:
 
 
 @pytest.mark.parametrize(
-    "arguments", [["--help"], ["--version"], ["tensile", "--help"], ["check", "--help"], ["new", "--help"]]
+    "arguments",
+    [["--help"], ["--version"], ["tensile", "--help"], ["check", "--help"], ["new", "--help"], ["report", "--help"]],
 )
 def test_help_imports_nothing_heavy(arguments):
     assert imported_by(*arguments) == set()
