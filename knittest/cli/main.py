@@ -23,6 +23,7 @@ COMMANDS = {
     "cantilever": ("knittest.cli.cantilever", "Bending under its own weight, macro."),
     "friction": ("knittest.cli.friction", "Pull-out between two plates, macro or meso."),
     "check": ("knittest.cli.check", "Show what a run would do; --convergence repeats it at half the speed."),
+    "batch": ("knittest.cli.batch", "Run a sweep over any fields, on this machine or a cluster."),
     "compare": ("knittest.cli.compare", "Compare a finished run with a curve of your own."),
     "report": ("knittest.cli.report", "Write one HTML page on runs, alone or compared."),
     "fabric": ("knittest.cli.fabric", "Show, export or relax the yarn geometry."),

@@ -45,7 +45,7 @@ class Child:
         self._process: subprocess.Popen[bytes] | None = None
         self._connection: Connection
         self._errors: IO[bytes]
-        self._stopped = False
+        self._stopped = self._greeted = False
         self._lock = threading.Lock()  # so that no process begins after the stop
 
     def run(self, trial: Trial, folder: Path, limit: float, options: RunOptions, heard: Heard | None = None) -> Record:
@@ -105,12 +105,14 @@ class Child:
             self._end()  # what it has in memory is not to be trusted
         return record
 
-    def _start(self) -> None:
+    def begin(self) -> None:
+        """Start the process if there is none, without waiting for it; raises ``EOFError`` after a stop."""
         with self._lock:
             if self._stopped:
                 raise EOFError("stopped")
             if self._process is not None:
                 return
+            self._greeted = False
             self._connection, theirs = Pipe()
             self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the process
             command = [sys.executable, "-P", "-m", "knittest.trials.work", str(theirs.fileno())]
@@ -118,7 +120,13 @@ class Child:
                 command, pass_fds=[theirs.fileno()], env=self._environment(), start_new_session=True,
                 stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=self._errors,
             )  # fmt: skip
-        theirs.close()
+            theirs.close()
+
+    def _start(self) -> None:
+        self.begin()
+        if self._greeted:
+            return
+        self._greeted = True
         if self._wait_for(("code",), START_LIMIT)[1] != code_digest():
             self._end()
             raise ResourceError("the code of knittest changed while its trials ran; run the same command again")

@@ -1,5 +1,6 @@
 """Where trials run: the workers of a Dask cluster, which see the same folder and run the same code."""
 
+import asyncio
 import logging
 import socket
 import threading
@@ -47,8 +48,10 @@ class DaskPool:
                 _run, trial, place(trial).resolve(), limit, options, self._threads, code_digest(), pure=False
             )
             self._futures[task] = trial
+        with self._client.as_current():
+            completed = as_completed(list(self._futures), raise_errors=False)
         try:
-            for future in as_completed(list(self._futures), raise_errors=False):
+            for future in completed:
                 yield self._record(future)
         except KnittestError:
             raise
@@ -91,11 +94,25 @@ def _connected(address: str) -> "Client":
         from distributed import Client
     except ImportError:
         raise InputError("--dask: Dask is not installed here: pip install 'knittest[distributed]'") from None
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what it has to say is in the exceptions
+    for name in [n for n in logging.root.manager.loggerDict if n.partition(".")[0] == "distributed"]:
+        logging.getLogger(name).setLevel(logging.CRITICAL)  # what they have to say is in the exceptions
     try:
+        asyncio.run(_reach(address))
         return Client(address, timeout=CONNECT_LIMIT, set_as_default=False)
     except (OSError, ValueError) as error:
-        raise InputError(f"--dask {address}: no scheduler answers: {error}; start one with: dask scheduler") from None
+        why = str(error) or "it does not shake hands"
+        raise InputError(f"--dask {address}: no scheduler answers: {why}; start one with: dask scheduler") from None
+
+
+async def _reach(address: str) -> None:
+    """Shake hands with the scheduler: a ``Client`` would wait without end for a server of another kind."""
+    from distributed.comm import connect
+    from distributed.security import Security
+
+    comm = await asyncio.wait_for(
+        connect(address, timeout=CONNECT_LIMIT, **Security().get_connection_args("client")), CONNECT_LIMIT + 1.0
+    )
+    comm.abort()
 
 
 def _run(trial: Trial, folder: Path, limit: float, options: RunOptions, threads: int, code: str) -> Record:

@@ -57,6 +57,8 @@ class LocalPool:
             finally:
                 self._idle.put(child)
 
+        for child in self._children[: len(trials)]:
+            child.begin()
         if len(self._children) > 1:
             for trial in {t.run.model.scale: t for t in trials}.values():
                 self._children[0].compile(trial.run, partial(watch, trial))

@@ -1,0 +1,1 @@
+"""Batches: from a sweep to trials, their table and their picture."""

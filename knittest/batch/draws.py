@@ -1,0 +1,46 @@
+"""Points drawn from distributions: independent, or spread as a Latin hypercube (McKay, Beckman and Conover, 1979)."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from knittest.config.sweep import Distribution, Sample
+from knittest.history import Array
+
+
+def drawn(sample: Sample) -> list[tuple[float | int, ...]]:
+    """``sample.n`` points with a value for each of ``sample.fields``, in their order; the seed decides all."""
+    unit = _unit_points(sample.method, sample.n, len(sample.fields), sample.seed)
+    columns = [_values(one, unit[:, k]) for k, one in enumerate(sample.fields.values())]
+    return list(zip(*columns, strict=True))
+
+
+def _unit_points(method: str, n: int, dimensions: int, seed: int) -> Array:
+    """Points (n, dimensions) in the unit cube; a Latin hypercube has one in each n-th of every side."""
+    dice = np.random.default_rng(seed)
+    if method == "random":
+        return dice.random((n, dimensions))
+    from scipy.stats import qmc
+
+    return np.asarray(qmc.LatinHypercube(dimensions, seed=dice).random(n))
+
+
+def _values(distribution: Distribution, unit: Array) -> Sequence[float | int]:
+    """The values below which the shares ``unit`` (n,) of ``distribution`` lie."""
+    values = _quantiles(distribution, unit)
+    return [int(v) for v in np.rint(values)] if distribution.whole else [float(v) for v in values]
+
+
+def _quantiles(distribution: Distribution, unit: Array) -> Array:
+    low, high = distribution.low, distribution.high
+    if distribution.kind == "normal":
+        from scipy.stats import truncnorm
+
+        mean, sd = float(distribution.mean or 0.0), float(distribution.sd or 0.0)
+        ends = [-np.inf if low is None else (low - mean) / sd, np.inf if high is None else (high - mean) / sd]
+        return np.asarray(truncnorm.ppf(unit, *ends, loc=mean, scale=sd))
+    if low is None or high is None:
+        raise ValueError(f"a {distribution.kind} distribution has both ends")  # config.sweep has seen to it
+    if distribution.kind == "log-uniform":
+        return np.exp(np.log(low) + unit * np.log(high / low))
+    return low + unit * (high - low)
