@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from knittest.batch.plan import Plan, Row
 from knittest.errors import InputError
 from knittest.export.atomic import replacing, write_atomic
+from knittest.result_rows import unfolded
 from knittest.trials.record import Record
 from knittest.trials.runner import TRIALS
 
@@ -64,7 +65,7 @@ def _line(row: Row, record: Record | None, swept: Sequence[str]) -> dict[str, di
     return {
         "head": _head(row, record),
         "swept": {name: _cell(row.values.get(name)) for name in swept},
-        "results": _results(summary.get("results", {})),
+        "results": _results(unfolded(summary.get("results", {}))),
         "comparison": comparison,
         "quality": summary.get("quality", {}),
         "cost": summary.get("cost", {}),
