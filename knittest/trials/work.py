@@ -12,6 +12,7 @@ import threading
 import time as clock
 import traceback
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from multiprocessing.connection import Connection
@@ -103,7 +104,8 @@ class _Relay(Progress):
         """See :meth:`Progress.update`."""
         if clock.monotonic() - self._told_at >= BEAT:
             self._told_at = clock.monotonic()
-            self._told("at", fraction)
+            with suppress(OSError):  # the parent is gone: the signal that follows ends the run
+                self._told("at", fraction)
 
 
 def _listen(connection: Connection, tasks: "queue.SimpleQueue[Task | Run]") -> None:

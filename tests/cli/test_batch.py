@@ -20,8 +20,8 @@ from knittest.trials.trial import trial_of
 
 BASE = "base: {variant: 1, scale: macro, preset: quick, direction: warp"
 FAST = BASE + ", set: {solver.speed: 4}}\n"
-#: some ten seconds a run
-SLOW = BASE + ", set: {solver.speed: 0.05, output.checkpoint_interval: 0.1}}\n"
+#: some ten seconds a run, in which only a signal writes a checkpoint
+SLOW = BASE + ", set: {solver.speed: 0.05, output.checkpoint_interval: 1000}}\n"
 
 
 @pytest.fixture
@@ -162,6 +162,15 @@ def test_very_many_runs_are_refused_at_once_without_yes(sweep, capsys):
     assert time.monotonic() - began < 10.0 and not Path("runs").exists()
 
 
+def test_a_scheduler_out_of_reach_leaves_nothing(sweep, capsys, monkeypatch):
+    pytest.importorskip("distributed")
+    monkeypatch.setattr("knittest.trials.dask_pool.CONNECT_LIMIT", 1)
+    sweep(FAST)
+    assert run(["batch", "s.yaml", "--dask", "tcp://127.0.0.1:1"]) == 2
+    assert "--dask tcp://127.0.0.1:1: no scheduler answers" in capsys.readouterr().err
+    assert not Path("runs").exists()
+
+
 def test_yes_agrees(sweep, monkeypatch):
     sweep(FAST + "grid: {rig.width: [20, 30]}\n")
     monkeypatch.setattr(command, "MANY", 1)
@@ -197,14 +206,16 @@ def test_bad_commands_run_nothing(sweep, capsys, arguments, said):
 def test_the_same_command_goes_on_where_it_was_stopped(sweep, tmp_path, number):
     folder = sweep(SLOW + "points: [{rig.width: 20, rig.max_strain: 0.5}, {rig.width: 30, rig.max_strain: 4.0}]\n")
     process = started("--workers", "1", cwd=tmp_path)
-    while process.poll() is None and not (ledger(folder) and list(folder.glob("trials/*/checkpoint-0*.npz"))):
+    while process.poll() is None and not (ledger(folder) and list(folder.glob("trials/*/run.lock"))):
         time.sleep(0.02)
+    time.sleep(1.0)
     worker = json.loads(next(folder.glob("trials/*/run.lock")).read_text())["pid"]
     process.send_signal(number)
     _, error = process.communicate(timeout=60)
     assert process.returncode == (75 if number == signal.SIGINT else -signal.SIGKILL)
     assert number == signal.SIGKILL or "go on with the same command" in error
     assert gone(worker)
+    assert len(list(folder.glob("trials/*/checkpoint-0*.npz"))) == 1
     assert number == signal.SIGKILL or "open" in set(pd.read_csv(folder / "results.csv")["status"])
     first = ledger(folder)
     assert len(first) == 1

@@ -6,11 +6,12 @@ import shutil
 import signal
 
 import pytest
-from trial_cases import SLOW, meanwhile, process_in, trial
+from trial_cases import SLOW, gone, meanwhile, process_in, trial
 
 from knittest.errors import InputError, NumericalError, ResourceError
 from knittest.options import RunOptions
 from knittest.trials import child as child_module
+from knittest.trials import pool as pool_module
 from knittest.trials import work
 from knittest.trials.ledger import Ledger, read_ledgers
 from knittest.trials.pool import LocalPool
@@ -90,6 +91,24 @@ def test_a_process_that_hangs_is_killed_at_the_limit_and_the_others_go_on(tmp_pa
     assert same.asked == [] and longer.asked == [hanging.key]
 
 
+def test_closing_ends_a_process_that_does_not_listen(tmp_path, monkeypatch):
+    for module in (child_module, pool_module):
+        monkeypatch.setattr(module, "GRACE", 0.3)
+    hanging = trial(50.0, SLOW)
+    pool = LocalPool(1)
+    pids = []
+
+    def stop():
+        pids.append(process_in(tmp_path / "trials" / hanging.key))
+        os.kill(pids[0], signal.SIGSTOP)
+        pool.close()
+
+    closer = meanwhile(stop)
+    records = list(pool.run([hanging], lambda _: tmp_path / "trials" / hanging.key, 60.0, QUIET, lambda *_: None))
+    closer.join()
+    assert gone(pids[0]) and [record.status for record in records] == ["crashed"]
+
+
 def test_refused_input_and_gates_are_records_with_their_reason(tmp_path):
     unscaled, fast = trial(20.0, 4.0, "solver.target_step=1"), trial(20.0)
     records = run(tmp_path, [unscaled, fast])
@@ -124,7 +143,8 @@ def test_a_damaged_ledger_line_is_told_and_its_trial_found_in_its_folder_or_run_
     records = run(tmp_path, trials)
     ledger = tmp_path / "ledger.jsonl"
     first, second, third = ledger.read_bytes().splitlines(keepends=True)
-    spoiled = second.replace(b"refused", b"reFused")
+    spoiled = second.replace(b'"peak_force_n": ', b'"peak_force_n": 1', 1)
+    assert spoiled != second
     ledger.write_bytes(first + spoiled + b"\xff\x00{]\n" + third[: len(third) // 2])
     keys = [json.loads(line)["key"] for line in (first, second, third)]
     shutil.rmtree(tmp_path / "trials" / keys[2])
