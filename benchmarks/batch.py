@@ -2,7 +2,8 @@
 
     python benchmarks/batch.py --runs 20 --turns 3
 
-One and two workers take turns, so that a busy machine spoils both alike.
+One and two workers take turns. What others take of the machine meanwhile is measured (Linux): two workers cannot be
+twice as fast where a core is taken, so a median is printed of the turns that had the machine to themselves, too.
 """
 
 import argparse
@@ -16,6 +17,9 @@ from knittest.config.loading import resolve
 from knittest.trials.pool import LocalPool
 from knittest.trials.runner import TrialRunner
 from knittest.trials.trial import Trial, trial_of
+
+#: cores that others may take of a machine one has to oneself
+ALONE = 0.1
 
 
 def trials(count: int) -> list[Trial]:
@@ -40,6 +44,18 @@ def moments(workers: int, todo: list[Trial]) -> list[float]:
     return ends
 
 
+def taken() -> float:
+    """Seconds of processor time that all processes of the machine have taken."""
+    user, nice, system, _, _, irq, softirq, steal = map(int, Path("/proc/stat").read_text().split()[1:9])
+    return (user + nice + system + irq + softirq + steal) / os.sysconf("SC_CLK_TCK")
+
+
+def own() -> float:
+    """Seconds of processor time that this process and those it ended have taken."""
+    times = os.times()
+    return times.user + times.system + times.children_user + times.children_system
+
+
 def main() -> None:
     """Print each turn and the medians."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -48,18 +64,25 @@ def main() -> None:
     asked = parser.parse_args()
     todo = trials(asked.runs)
     moments(1, todo[:1])  # compiles
-    whole, steady = [], []
+    whole, steady, others = [], [], []
     for turn in range(1, asked.turns + 1):
+        began, busy = time.perf_counter(), taken() - own()
         one, two = moments(1, todo), moments(2, todo)
+        others.append((taken() - own() - busy) / (time.perf_counter() - began))
         rates = [(asked.runs - n) / (ends[-1] - ends[n - 1]) for n, ends in ((1, one), (2, two))]  # after the start
         whole.append(one[-1] / two[-1])
         steady.append(rates[1] / rates[0])
         print(
             f"turn {turn}: {asked.runs} runs in {one[-1]:.1f} s and {two[-1]:.1f} s, {whole[-1]:.2f} times as fast; "
             f"after the start {rates[0]:.2f} and {rates[1]:.2f} runs/s, {steady[-1]:.2f} times; "
-            f"load {os.getloadavg()[0]:.1f}"
+            f"others took {others[-1]:.2f} cores",
+            flush=True,
         )
-    print(f"median: {statistics.median(whole):.2f} times, {statistics.median(steady):.2f} after the start")
+    alone = [k for k, cores in enumerate(others) if cores < ALONE]
+    for name, turns in (("all turns", range(asked.turns)), (f"the {len(alone)} turns alone", alone)):
+        if turns:
+            ratios = [statistics.median(values[k] for k in turns) for values in (whole, steady)]
+            print(f"median of {name}: {ratios[0]:.2f} times, {ratios[1]:.2f} after the start")
 
 
 if __name__ == "__main__":

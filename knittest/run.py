@@ -60,7 +60,8 @@ def execute(run: Run, opener: Opener, interrupts: Interrupts, options: RunOption
     except (Interrupted, ResourceError) as error:
         error.folder = folder.path
         raise
-    _write_report(folder.path)
+    if options.pictures:
+        _write_report(folder.path)
     judged = comparison["curves"][len(comparison["curves"]) - len(references.own) :]
     return Outcome(run, folder.path, summary, quality, [] if quality.failures else judged)
 

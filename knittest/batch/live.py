@@ -129,12 +129,14 @@ class _Live:
 
     def draw(self, head: str, running: list[str], share: float) -> None:
         from rich.console import Group
+        from rich.padding import Padding
         from rich.progress_bar import ProgressBar
         from rich.text import Text
 
         shown = running[:SHOWN] + ([f"... and {len(running) - SHOWN} more"] if len(running) > SHOWN else [])
         lines = [Text(f"  {line}", overflow="ellipsis", no_wrap=True) for line in shown]
-        self._live.update(Group(Text(head), ProgressBar(1.0, share, width=60), *lines), refresh=True)
+        bar = Padding(ProgressBar(1.0, share, width=60), 0)  # on a line of its own
+        self._live.update(Group(Text(head), bar, *lines), refresh=True)
 
     def close(self) -> None:
         self._live.stop()

@@ -87,7 +87,7 @@ def _panels(high: int, wide: int) -> tuple["Figure", Any]:
     grid = figure.subplots(high, wide, squeeze=False, sharex="col", sharey="row")
     figure.subplots_adjust(
         left=LEFT / width, right=1.0 - RIGHT / width, bottom=BOTTOM / height, top=1.0 - TOP / height,
-        wspace=0.08, hspace=0.1,
+        wspace=0.08, hspace=0.18,
     )  # fmt: skip
     return figure, grid
 
@@ -128,8 +128,7 @@ def _panel(axes: "Axes", groups: list[_Group], lost: "DataFrame", field: str, re
         scale.places(lost[field]), np.full(len(lost), 0.04), "x", color=RED, markersize=5, transform=bottom, zorder=5
     )
     if len(groups) == 1 and not scale.names and (rank := _rank_correlation(groups[0].rows, field, result)) is not None:
-        axes.text(0.98, 0.95, f"rank corr. {rank:+.2f}", transform=axes.transAxes, ha="right", va="top", fontsize=8,
-                  color=GREY)  # fmt: skip
+        axes.set_title(f"rank correlation {rank:+.2f}", loc="right", fontsize=8, color=GREY, pad=3)
 
 
 def _runs(axes: "Axes", group: _Group, field: str, result: str, scale: _Scale) -> None:

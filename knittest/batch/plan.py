@@ -100,7 +100,7 @@ class Plan:
             run = resolve(test=case.test, fabric=case.fabric, config=case.config, sets=[*settings, *case.settings])
         except InputError as error:
             return Row(number, values, case, None, str(error))
-        what = [run.rig.kind, run.fabric.name, run.direction, *(f"{k}={_brief(v)}" for k, v in values.items())]
+        what = [run.rig.kind, run.fabric.name, run.direction, *(_brief(*one) for one in values.items())]
         return Row(number, values, case, trial_of(run, " ".join(filter(None, what))))
 
 
@@ -122,8 +122,9 @@ def plan_of(document: Document) -> Plan:
     return Plan(sweep, cases, axes)
 
 
-def _brief(value: Any) -> str:
-    return f"{value:.4g}" if isinstance(value, float) else shown(value, 20)
+def _brief(name: str, value: Any) -> str:
+    """``strain.warp=1.75``: enough to tell the runs of a sweep apart."""
+    return f"{'.'.join(name.split('.')[-2:])}={f'{value:.4g}' if isinstance(value, float) else shown(value, 20)}"
 
 
 def _tests(sweep: Sweep, document: Document) -> list[str]:

@@ -104,7 +104,7 @@ class Sweep(Strict):
         7200.0, "s", "a run that takes longer, by the clock on the wall, is stopped", gt=0, le=1e7
     )
     keep: Literal["tables", "pictures", "frames"] = Field(
-        "tables", description="what a run folder keeps; pictures: tables too; frames: both, and VTU frames"
+        "tables", description="what a run folder keeps; pictures: tables, pictures and page; frames: also VTU frames"
     )
 
 
