@@ -107,6 +107,7 @@ def test_a_sweep_runs_once_and_leaves_a_table_and_a_picture(sweep, capsys):
     for place in table["folder"]:
         manifest = json.loads((folder / place / "manifest.json").read_text())
         assert manifest["status"] == "completed" and (folder / place / "curve.csv").is_file()
+        assert not list((folder / place).glob("*.png")) and not (folder / place / "report.html").exists()
     assert (folder / "overview.png").read_bytes().startswith(b"\x89PNG")
     before = {p: p.stat().st_mtime_ns for p in folder.rglob("summary.json")}
     assert run(["batch", "s.yaml", "--quiet"]) == 3
