@@ -44,8 +44,9 @@ def axes_of(sweep: Sweep, document: Document) -> list[Axis]:
     said: dict[KeyPath, str] = {}
     for axis in axes:
         for path in axis.paths:
-            if path in said:
-                raise InputError(f"{axis.where}: {dotted(path)}: given twice, first at {said[path]}: give it once")
+            for other, where in said.items():
+                if path[: len(other)] == other[: len(path)]:  # the same, or one inside the other
+                    raise InputError(f"{axis.where}: {dotted(path)}: given twice, first at {where}: give it once")
             said[path] = axis.where
     return axes
 
@@ -80,8 +81,11 @@ def _lists(sweep: Sweep, document: Document) -> Iterator[Axis]:
     for block, fields in (("grid", sweep.grid), ("range", sweep.range)):
         for name, values in fields.items():
             where = document.where((block, name))
-            found = spaced(values) if isinstance(values, Range) else values
-            yield _axis(field_path(name, where), found, where)
+            path = field_path(name, where)
+            if isinstance(values, Range):
+                yield _evenly(path, values, where)
+            else:
+                yield _axis(path, values, where)
 
 
 def _points(sweep: Sweep, document: Document) -> Iterator[Axis]:
@@ -116,6 +120,10 @@ def _sample(sweep: Sweep, document: Document) -> Iterator[Axis]:
 
 def _axis(path: KeyPath, values: Sequence[Any], where: str, shown: bool = True) -> Axis:
     return Axis((path,), len(values), lambda: [(Setting(path, v, where),) for v in values], where, shown)
+
+
+def _evenly(path: KeyPath, values: Range, where: str) -> Axis:
+    return Axis((path,), values.steps, lambda: [(Setting(path, v, where),) for v in spaced(values)], where)
 
 
 def _setting(name: str, value: Any, where: str) -> Setting:

@@ -97,7 +97,7 @@ class Plan:
     def _row(self, number: int, case: Case, settings: list[Setting], names: set[str]) -> Row:
         values = {dotted(s.path): s.value for s in settings if dotted(s.path) in names}
         try:
-            run = resolve(test=case.test, fabric=case.fabric, config=case.config, sets=[*settings, *case.settings])
+            run = resolve(test=case.test, fabric=case.fabric, config=case.config, sets=[*case.settings, *settings])
         except InputError as error:
             return Row(number, values, case, None, str(error))
         what = [run.rig.kind, run.fabric.name, run.direction, *(_brief(*one) for one in values.items())]
@@ -139,7 +139,7 @@ def _fabrics(sweep: Sweep, document: Document, folder: Path) -> list[Path | None
     found: list[Path | None] = []
     for variant in sweep.base.variant:
         try:
-            found.append(variant_path(str(variant)))
+            found.append(variant_path(variant))
         except InputError as error:
             raise InputError(f"{document.where(('base', 'variant'))}: {error}") from None
     return [*found, *(_file(folder / name, "fabric", document) for name in sweep.base.fabric)]
@@ -155,7 +155,7 @@ def _directions(
     sweep: Sweep, document: Document, test: str, config: Path | None, axes: list[Axis]
 ) -> list[tuple[Setting, ...]]:
     """A setting for each direction of ``test``; both unless the sweep or its config says otherwise."""
-    swept = any(DIRECTION in axis.paths for axis in axes)
+    swept = any(path == DIRECTION[: len(path)] for axis in axes for path in axis.paths)
     where = document.where(("base", "direction"))
     if swept and sweep.base.direction:
         raise InputError(f"{where}: base.direction: rig.direction is given as well: give one of them")

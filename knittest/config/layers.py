@@ -49,9 +49,10 @@ class Layers:
         for path in [p for p in self.origin if p[: len(at)] == at]:
             del self.origin[path]
         holder: Any = self.data
-        for part in at[:-1]:
+        for depth, part in enumerate(at[:-1], 1):
             if not isinstance(holder.get(part), dict):
                 holder[part] = {}
+                self.origin[at[:depth]] = where(at)
             holder = holder[part]
         holder[at[-1]] = _copied(value)
         self._note(value, where, at)

@@ -11,21 +11,24 @@ from knittest.config.messages import input_error
 from knittest.config.yaml_loader import Document, load_yaml
 
 
-def _listed(value: Any) -> Any:
-    return value if isinstance(value, list) else [value]
+def _listed(value: Any) -> list[str]:
+    names = value if isinstance(value, list) else [value]
+    if not all(isinstance(name, str | int) and not isinstance(name, bool) for name in names):
+        raise ValueError("expected a name or a list of names")
+    return [str(name) for name in names]
 
 
-#: one name or a list of names
+#: one name or a list of names; a number is a name, too
 Names = Annotated[list[str], BeforeValidator(_listed)]
 
 
 class Base(Strict):
     """What all runs share; a list makes a run of each."""
 
-    test: Names = Field(default_factory=lambda: ["tensile"], description="tensile, picture-frame, cantilever, friction")
-    variant: Annotated[list[str | int], BeforeValidator(_listed)] = Field(
-        default_factory=list, description="shipped fabrics: 1, 2, or names of configs/NAME.yaml"
+    test: Names = Field(
+        default_factory=lambda: ["tensile"], min_length=1, description="tensile, picture-frame, cantilever, friction"
     )
+    variant: Names = Field(default_factory=list, description="shipped fabrics: 1, 2, or names of configs/NAME.yaml")
     fabric: Names = Field(default_factory=list, description="fabric files, seen from the folder of the sweep")
     config: str | None = Field(None, description="a rig file or a whole run, seen from the folder of the sweep")
     scale: Names = Field(default_factory=list, description="macro, meso")

@@ -96,6 +96,12 @@ def test_draws_depend_on_the_seed_only():
     assert (sample(n=9, **one) != sample(n=9, seed=2, **one)).all()
 
 
+def test_what_is_too_much_is_counted_without_making_it():
+    text = BASE + "range: {solver.speed: {low: 1, high: 2, steps: 99999999999}}\n"
+    text += "sample: {n: 99999999999, fields: {rig.width: {low: 20, high: 30}}}"
+    assert plan(text).count == 99999999999**2
+
+
 def test_whole_draws_are_whole():
     text = BASE + "sample: {n: 5, fields: {variability.seed: {low: 1, high: 1000, whole: true}}}"
     assert all(isinstance(row.trial.run.variability.seed, int) for row in plan(text).rows())
@@ -173,6 +179,12 @@ def test_shipped_sweeps_are_planned(path):
         (BASE + "grid: {model.scale: [macro]}", "s.yaml:2: model.scale: given twice, first at s.yaml:1"),
         (BASE + "grid: {rig.direction: [warp]}", "s.yaml:1: base.direction: rig.direction is given as well"),
         (BASE + "points: [{rig.width: 20},\n  {solver.speed: 1}]", "s.yaml:3: points[1]: expected the fields of the"),
+        (BASE + "grid: {rig: [1]}", "s.yaml:1: base.direction: rig.direction is given as well"),
+        ("base: {variant: 1, scale: macro}\ngrid: {rig: [1]}", "s.yaml:2: rig = 1: expected a mapping"),
+        (BASE + "grid: {rig.width: [20]}\npoints:\n  [{rig: {width: 30}}]", "s.yaml:3: rig: given twice, first at"),
+        (BASE + "grid: {rig.width.mm: [20]}", "s.yaml:2: rig.width: expected a number in mm"),
+        ("base: {variant: [true]}", "s.yaml:1: base.variant = [True]: expected a name or a list of names"),
+        ("base: {variant: 1, test: []}", "s.yaml:1: base.test"),
         (BASE + "time_limit: -1", "s.yaml:2: time_limit = -1: must be greater than 0 s"),
     ],
 )  # fmt: skip
