@@ -49,7 +49,7 @@ class History:
     failed_warp, failed_weft, failed_knit (counts; shells: failed_fabric).
     The first of ``frames`` is the unloaded state (displacements count from it), the last the end of the run.
     ``energies`` columns: time_ms, kinetic_mj, internal_<part>_mj, hourglass_mj, contact_mj, friction_mj, damping_mj,
-    eroded_mj, external_mj, balance_error_mj, kinetic_ratio, energy_error.
+    eroded_mj, external_mj, balance_error_mj, kinetic_ratio, energy_error; elastic energies count from the start.
     """
 
     mesh: Mesh

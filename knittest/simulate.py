@@ -17,6 +17,7 @@ from knittest.kernels.options import PARTITIONS
 from knittest.kernels.tool_contact import tool_energies
 from knittest.models.boundary import Boundary, Readings, new_tally, take_readings
 from knittest.models.explicit_model import ExplicitModel, Stored
+from knittest.relaxation import settle
 from knittest.rigs.base import Rig
 from knittest.simulation import Keeper, Simulation, SimulationCost, Snapshot
 
@@ -76,7 +77,11 @@ def _begin(model: ExplicitModel, rig: Rig, solver: Solver, keeper: Keeper) -> Si
     run.cost.time_step = run.dt
     run.cost.overlap_at_start = model.prepare()
     snapshot = keeper.resume_from()
+    run.start_energy = _elastic(_stored(run))
     if snapshot is None:
+        if model.prestressed:
+            settle(model, run.drive, run.tally, dt)
+            run.start_energy = _elastic(_stored(run))
         run.frames.append(_frame(run, {run.rig.coordinate: 0.0, run.rig.force: 0.0}))
         return run
     run.restore(snapshot)
@@ -126,6 +131,11 @@ def _stored(run: Simulation) -> Stored:
     drive = run.drive
     elastic, kinetic, _ = tool_energies(run.model.nodes, drive.tools, drive.touch, run.model.n_nodes)
     return replace(run.model.stored(), tools=elastic, tool_kinetic=kinetic)
+
+
+def _elastic(stored: Stored) -> Array:
+    """Elastic energies [mJ]: of each part, then of all contacts."""
+    return np.append(stored.internal, stored.contact + stored.tools)
 
 
 def _advance_chunk(run: Simulation, steps: int, scratch: Array) -> None:
@@ -184,19 +194,18 @@ def _record(run: Simulation, stored: Stored) -> dict[str, float]:
 
 def _balance(run: Simulation, stored: Stored) -> dict[str, float]:
     external, friction, eroded = (float(v) for v in run.tally.energy.sum(axis=0))
-    contact, kinetic = stored.contact + stored.tools, run.kinetic + stored.tool_kinetic
-    elastic = float(stored.internal.sum()) + contact + stored.hourglass
+    *internal, contact = _elastic(stored) - run.start_energy
+    kinetic = run.kinetic + stored.tool_kinetic
+    elastic = float(sum(internal)) + float(contact) + stored.hourglass
     error = external - elastic - friction - eroded - run.damping_loss - kinetic
     largest = max([abs(external), *(abs(r["external_mj"]) for r in run.energy_rows[-1:])])
-    parts = {
-        f"internal_{name}_mj": float(v) for name, v in zip(run.model.mesh.part_names, stored.internal, strict=True)
-    }
+    parts = {f"internal_{name}_mj": float(v) for name, v in zip(run.model.mesh.part_names, internal, strict=True)}
     return {
         "time_ms": run.time,
         "kinetic_mj": kinetic,
         **parts,
         "hourglass_mj": stored.hourglass,
-        "contact_mj": contact,
+        "contact_mj": float(contact),
         "friction_mj": friction,
         "damping_mj": run.damping_loss,
         "eroded_mj": eroded,

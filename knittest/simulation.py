@@ -77,6 +77,7 @@ class Simulation:
     damping_loss: float = 0.0
     kinetic: float = 0.0
     kinetic_scale: float = 0.0  # of the specimen at clamp speed [mJ]
+    start_energy: Array = field(default_factory=lambda: np.zeros(0))  # elastic, by part, then of contacts [mJ]
     loss_rate: float = 0.0  # energy that damping takes in one step [mJ]
     eroded: float = 0.0
     fine: list[tuple[float, Array]] = field(default_factory=list)
@@ -94,7 +95,9 @@ class Simulation:
 
     def snapshot(self) -> Snapshot:
         """Everything of this run that changes, as copies."""
-        state = prefixed("model", self.model.state()) | arrays_of("run", self, (*SCALARS, "row_steps", "rest_keep"))
+        state = prefixed("model", self.model.state()) | arrays_of(
+            "run", self, (*SCALARS, "row_steps", "rest_keep", "start_energy")
+        )
         state |= arrays_of("cost", self.cost, ("steps", *COSTS)) | arrays_of("tally", self.tally, Tally._fields)
         state |= arrays_of("tools", self.drive.tools, MOVING) | arrays_of("touch", self.drive.touch, TOUCHING)
         state |= prefixed("rows", columns(self.rows)) | prefixed("energies", columns(self.energy_rows))
@@ -114,6 +117,7 @@ class Simulation:
         put_back(state, "touch", self.drive.touch, TOUCHING)
         for name in SCALARS:
             setattr(self, name, float(entry(state, f"run/{name}", ())))
+        self.start_energy = entry(state, "run/start_energy", self.start_energy.shape)
         for name in COSTS:
             setattr(self.cost, name, float(entry(state, f"cost/{name}", ())))
         self.row_steps, self.cost.steps = int(entry(state, "run/row_steps", ())), int(entry(state, "cost/steps", ()))

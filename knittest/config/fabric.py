@@ -73,6 +73,9 @@ class KnittingYarn(Yarn):
     """The yarn of the loops."""
 
     bending_stiffness: Quantity = measure("N mm2", "EI of the yarn", gt=0, band=(1e-4, 100))
+    degree_of_set: Quantity = measure(
+        "1", "share of its bend in the loop that the yarn keeps by itself; the rest presses the crossings", ge=0, le=1
+    )
 
 
 class YarnContact(Strict):

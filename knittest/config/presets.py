@@ -40,7 +40,7 @@ SOLVER: dict[tuple[str, Scale], dict[str, float]] = {
     ("friction", "macro"): {"speed": 0.5, "ramp": 0.5, "damping": 1.0},
     ("friction", "meso"): {"speed": 2.0, "ramp": 0.5, "damping": 2.0},
     ("picture-frame", "macro"): {"speed": 0.5, "ramp": 5.0, "damping": 0.002},
-    ("picture-frame", "meso"): {"speed": 3.0, "ramp": 2.0, "damping": 0.01},
+    ("picture-frame", "meso"): {"speed": 3.0, "ramp": 2.0, "damping": 0.01, "safety": 0.7},
 }
 
 #: what a preset decides, unless a file or an option says it

@@ -46,6 +46,13 @@ class PictureFrameRig(Strict):
     mounting_slack: float = number(
         0.05, "%", "slack with which the yarns hang on the needles (assumed); taut yarns cannot wrinkle", ge=0, le=5
     )
+    membrane_share: float = number(
+        0.05,
+        "1",
+        "meso: share of the yarns' axial stiffness that is kept: none is pulled, and the step grows",
+        gt=0,
+        le=1,
+    )
     imperfection: float = number(0.05, "mm", "amplitude of the seeded unevenness from which wrinkles start", ge=0, le=5)
 
     @model_validator(mode="after")

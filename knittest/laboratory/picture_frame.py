@@ -78,7 +78,7 @@ class PictureFrame:
         high = np.max([p.points.max(axis=0) for p in piece.paths], axis=0)
         middle = 0.5 * (low + high) * [1.0, 1.0, 0.0]
         paths = [replace(p, points=_turned(p.points - middle)) for p in piece.paths]
-        model = build_meso(run, paths, piece.draws)
+        model = build_meso(run, paths, piece.draws, run.rig.membrane_share)
         # needles hold the ends of the yarns, about which these may turn
         chain = model.group.chain
         held = np.append(True, chain[1:] != chain[:-1]) | np.append(chain[1:] != chain[:-1], True)

@@ -1,6 +1,6 @@
 """Yarn cards to section constants: cross-section integration rule and axial law as hinge tables."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import pi, sqrt
 
 import numpy as np
@@ -86,11 +86,19 @@ def section(yarn: Yarn, bending: float) -> Section:
     )
 
 
-def sections(fabric: Fabric) -> tuple[Section, Section, Section]:
-    """Sections of warp, weft and knitting yarn."""
+def sections(fabric: Fabric, axial_share: float = 1.0) -> tuple[Section, ...]:
+    """Sections of warp, weft and knitting yarn with a share of their axial and shear stiffness."""
     reinforcing = fabric.reinforcing
-    return (
+    cards = (
         section(reinforcing, reinforcing.kernel("bending_stiffness", "warp")),
         section(reinforcing, reinforcing.kernel("bending_stiffness", "weft")),
         section(fabric.knitting, fabric.knitting.kernel("bending_stiffness")),
     )
+    return tuple(_softened(card, axial_share) for card in cards)
+
+
+def _softened(card: Section, share: float) -> Section:
+    return replace(
+        card, axial=share * card.axial, shear=share * card.shear, hinge_slope=share * card.hinge_slope,
+        compression=share * card.compression,
+    )  # fmt: skip

@@ -14,6 +14,7 @@ from knittest.kernels.state import Beams, ContactLaw
 from knittest.materials.yarn_section import Section
 from knittest.models.contact_tracker import YarnContactGroup
 from knittest.models.explicit_model import make_nodes, make_partitions
+from knittest.models.natural_state import natural_state
 from knittest.models.yarn_model import YarnModel
 
 Array = NDArray[np.float64]
@@ -30,10 +31,11 @@ CONTACT_STEP_SHARE = 2.0
 
 @dataclass(frozen=True)
 class Chain:
-    """One yarn: ``points`` (n, 3) [mm], its stress-free shape and the control points of its centre-line; ``part`` of
+    """One yarn: ``points`` (n, 3) [mm], its shape at the start and the control points of its centre-line; ``part`` of
     the
     model. ``fail_strain`` and ``slack`` [-] of its elements, (n - 1,) or one for all. ``stretch`` is true length over
-    that of the polygon, for its mass.
+    that of the polygon, for its mass. ``degree_of_set`` (n - 1,) or one for all: share of the curvature that is free of
+    moment; the rest was bent in.
     """
 
     points: Array
@@ -42,6 +44,7 @@ class Chain:
     fail_strain: Array | float = np.inf
     slack: Array | float = 0.0
     stretch: float = 1.0
+    degree_of_set: Array | float = 1.0
 
 
 @dataclass(frozen=True)
@@ -130,10 +133,14 @@ def build_chains(
         lay.of_card("radius")[cells],
     )  # fmt: skip
     parts = make_partitions(lay.start, number)
+    rotation, tangent = natural_state(lay.start, lay.chord, lay.of_elements("degree_of_set"))
+    nodes = make_nodes(lay.position, mass, inertia)
+    nodes.rotation[:, :-1] = rotation.T
     return YarnModel(
-        make_nodes(lay.position, mass, inertia), parts, mass, inertia, mesh, step, added,
-        wave_speed(lay.cards[0].axial, lay.cards[0].linear_density), _beams(lay), cells,
+        nodes, parts, mass, inertia, mesh, step, added,
+        wave_speed(lay.cards[0].axial, lay.cards[0].linear_density), _beams(lay, tangent), cells,
         np.array([part for _, part in used]), _contact_group(lay, mass, parts.node, contact), contact is not None,
+        bool((lay.of_elements("degree_of_set")[lay.joined] < 1.0).any()),
     )  # fmt: skip
 
 
@@ -176,8 +183,7 @@ def _scale_mass(
     return scaling.step, scaled, inertia * scaled / mass, added
 
 
-def _beams(lay: _Layout) -> Beams:
-    tangent = np.where(lay.joined[:, None], lay.chord / lay.length[:, None], [1.0, 0.0, 0.0])
+def _beams(lay: _Layout, tangent: Array) -> Beams:
     n_hinges = max(len(c.hinge_strain) for c in lay.cards)
     knees, slopes = np.zeros((len(lay.cards), n_hinges)), np.zeros((len(lay.cards), n_hinges))
     for s, card in enumerate(lay.cards):

@@ -53,6 +53,9 @@ class ExplicitModel(ABC):
     added_mass: float
     wave_speed: float
 
+    #: whether the model starts with stresses that must come to rest
+    prestressed = False
+
     @property
     def n_nodes(self) -> int:
         """Number of nodes."""
@@ -105,6 +108,10 @@ class ExplicitModel(ABC):
         """Put back what :meth:`state` gave; raises :class:`InputError` if it is another model's."""
         put_back(state, "nodes", self.nodes, Nodes._fields)
         put_back(state, "model", self, LUMPED)
+
+    def pressing(self) -> float:
+        """Sum of the forces between parts of the model [N]."""
+        return 0.0
 
     def search_seconds(self) -> float:
         """Time spent so far in the search for contacts [s]."""

@@ -16,17 +16,22 @@ Array = NDArray[np.float64]
 STRENGTH_MARGIN = 0.15
 
 
-def build_meso(run: Run, paths: list[YarnPath], draws: dict[str, YarnDraws]) -> YarnModel:
-    """Build chains for ``paths``; ``draws`` holds the scatter of each system, indexed by ``YarnPath.index``."""
-    cards = sections(run.fabric)
+def build_meso(run: Run, paths: list[YarnPath], draws: dict[str, YarnDraws], axial_share: float = 1.0) -> YarnModel:
+    """Build chains for ``paths``; ``draws`` holds the scatter of each system, indexed by ``YarnPath.index``.
+
+    A test that pulls no yarn may keep a share of the axial stiffness only: the time step grows.
+    """
+    cards = sections(run.fabric, axial_share)
+    rows = 1 + max((p.index for p in paths if p.system == "knit"), default=0)
     chains = [
         Chain(
             path.points,
             cards[SYSTEMS.index(path.system)],
             SYSTEMS.index(path.system),
-            _fail_strain(len(path.points), draws[path.system], path.index),
+            _fail_strain(len(path.points), draws[path.system], path.index) / axial_share,
             float(draws[path.system].slack[path.index]),
             _stretch(run, path),
+            _degree_of_set(run, path, rows),
         )
         for path in sorted(paths, key=lambda p: (SYSTEMS.index(p.system), p.index))
     ]
@@ -53,6 +58,16 @@ def _stretch(run: Run, path: YarnPath) -> float:
     polygon = float(np.linalg.norm(np.diff(path.points, axis=0), axis=1).sum())
     loops = (len(path.points) - 1) / run.model.meso.elements_per_loop
     return loops * run.fabric.kernel("loop_length") / polygon
+
+
+def _degree_of_set(run: Run, path: YarnPath, rows: int) -> Array | float:
+    """Set of each element; loops at the cut edges, which nothing holds, are taken as set."""
+    if path.system != "knit" or path.index in (0, rows - 1):
+        return 1.0
+    share = np.full(len(path.points) - 1, run.fabric.knitting.kernel("degree_of_set"))
+    loop = run.model.meso.elements_per_loop
+    share[:loop] = share[-loop:] = 1.0
+    return share
 
 
 def _fail_strain(n: int, drawn: YarnDraws, index: int) -> Array:

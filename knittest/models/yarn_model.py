@@ -21,7 +21,7 @@ CHANGING = ("alive", "fail_time")
 @dataclass
 class YarnModel(ExplicitModel):
     """``element_node`` (n_el,) first node of each element of the mesh; ``section_part`` (n_sections,) part of each beam
-    section; ``contact`` False leaves yarns blind.
+    section; ``contact`` False leaves yarns blind; ``prestressed`` if yarns are bent in their start shape.
     """
 
     beams: Beams
@@ -29,6 +29,7 @@ class YarnModel(ExplicitModel):
     section_part: Index
     group: YarnContactGroup
     contact: bool = True
+    prestressed: bool = False
     tracker: ContactTracker = field(init=False)
 
     def __post_init__(self) -> None:
@@ -61,6 +62,10 @@ class YarnModel(ExplicitModel):
         sections = monitor.section_energies(self.nodes, self.parts, self.beams)
         internal = np.bincount(self.section_part, sections, len(self.mesh.part_names)).astype(float)
         return Stored(internal, contact, 0.0, deepest, mean)
+
+    def pressing(self) -> float:
+        """See :meth:`ExplicitModel.pressing`."""
+        return float(np.linalg.norm(self.tracker.contacts.force[:, : self.tracker.count], axis=0).sum())
 
     def failed(self) -> Index:
         """Broken beams by yarn system."""
