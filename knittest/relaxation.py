@@ -33,7 +33,8 @@ SETTLED, SETTLING = 0.01, 4000
 class Relaxation:
     """How a static state was reached.
 
-    ``residual``: sum of out-of-balance forces over that of loads and reactions, or of contacts where a model settles. ``history`` holds, a chunk, (steps,
+    ``residual``: sum of out-of-balance forces over that of loads and reactions, or of contacts where a model settles.
+    ``history`` holds, a chunk, (steps,
     residual, largest move [mm], circular frequency of the slowest mode a step). ``last_chunk``: steps whose reactions
     and forces on tools the tally holds at the end.
     """

@@ -3,6 +3,7 @@
 import time as clock
 from collections.abc import Sequence
 from dataclasses import replace
+from math import sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,7 @@ from knittest.simulate import simulate
 from knittest.simulation import Keeper, SimulationCost
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 #: wrinkles begin where their amplitude passes this share of the thickness
 ONSET = 0.5
@@ -74,16 +76,12 @@ class PictureFrame:
         side, fabric = run.rig.kernel("side"), run.fabric
         n_wales, n_courses = (max(round(side / s), 2) for s in (fabric.wale_spacing, fabric.course_spacing))
         piece = cut(run, n_wales, n_courses, specimen, phase)
-        low = np.min([p.points.min(axis=0) for p in piece.paths], axis=0)
-        high = np.max([p.points.max(axis=0) for p in piece.paths], axis=0)
-        middle = 0.5 * (low + high) * [1.0, 1.0, 0.0]
-        paths = [replace(p, points=_turned(p.points - middle)) for p in piece.paths]
+        size = np.array([n_wales * fabric.wale_spacing, n_courses * fabric.course_spacing, 0.0])
+        paths = [replace(p, points=_turned(p.points - 0.5 * size)) for p in piece.paths]
         model = build_meso(run, paths, piece.draws, run.rig.membrane_share)
-        # needles hold the ends of the yarns, about which these may turn
-        chain = model.group.chain
-        held = np.append(True, chain[1:] != chain[:-1]) | np.append(chain[1:] != chain[:-1], True)
-        facts = {"side_mm": side, "area_mm2": float(np.prod((high - low)[:2]))}
-        test = PictureFrameTest(run, np.flatnonzero(held))
+        held = _on_needles(model.position(), model.group.chain, size[1])
+        facts = {"side_mm": side, "area_mm2": float(size[0] * size[1])}
+        test = PictureFrameTest(run, held)
         return Prepared(model, test, clock.perf_counter() - start, piece.table, facts)
 
     def solve(
@@ -111,7 +109,13 @@ class PictureFrame:
         )
 
     def assess(self, run: PictureFrameRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
-        """The gates of every run."""
+        """The gates of every run; of the motion only what is not the frame's own, whose inertia does no work."""
+        rig, energies = prepared.rig, history.energies
+        assert isinstance(rig, PictureFrameTest)
+        own = rig.carried(energies, prepared.model.mass, history.frames[0].position)
+        work = energies["kinetic_mj"] / np.maximum(energies["kinetic_ratio"], 1e-30)
+        energies = energies | {"kinetic_ratio": np.abs(energies["kinetic_mj"] - own) / np.maximum(work, 1e-30)}
+        history = replace(history, energies=energies)
         return assess(history, run.solver, cost.penetration_max, cost.penetration_mean, prepared.model.added_mass)
 
 
@@ -161,6 +165,17 @@ def _reached(angle: Sequence[float], value: Sequence[float], limit: float) -> fl
     if k is None or k == 0:
         return float("nan") if k is None else angle[0]
     return float(np.interp(limit, value[k - 1 : k + 1], angle[k - 1 : k + 1]))
+
+
+def _on_needles(position: Array, chain: Index, across: float) -> Index:
+    """Nodes that hang on needles, about which the yarns may turn: their ends and the crests of those loops that no
+    further course holds, beyond the sides ``across`` [mm] the courses.
+    """
+    change = chain[1:] != chain[:-1]
+    ends = np.append(True, change) | np.append(change, True)
+    beyond = np.abs(position[:, 1] - position[:, 0]) * sqrt(0.5) - 0.5 * across
+    crest = np.append(False, (beyond[1:-1] >= beyond[:-2]) & (beyond[1:-1] > beyond[2:]))
+    return np.flatnonzero(ends | (np.append(crest, False) & (beyond > 0.0)))
 
 
 def _turned(points: Array) -> Array:

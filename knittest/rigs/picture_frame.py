@@ -4,18 +4,21 @@ The model lies with the pulled diagonal along y, the other along x. With stretch
 y and q = cos(gamma/2) - sin(gamma/2) along x every point of the frame moves as (x q, y p), and the crosshead by
 d = sqrt(2) L (p - 1): Eq. 1 of Pham et al. (2019). A frame of longer sides than the fabric holds it by arms, which
 follow the frame and carry no shear. Before that the sides close in by the slack of the mounting.
+
+The shear angle grows at a constant rate: the kinetic energy of evenly sheared fabric, m L^2 / 12 (p'^2 + q'^2) / 2, is
+then constant, so that its inertia does no work and the crosshead's force is that of the fabric at any speed.
 """
 
 from collections.abc import Sequence
 from itertools import pairwise
-from math import sqrt
+from math import cos, sin, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
 from knittest.config.run import PictureFrameRun
 from knittest.models.boundary import Boundary, Readings, Table, ramp
-from knittest.trellis import crosshead, frame_angle, normalised_force
+from knittest.trellis import crosshead, normalised_force
 
 Array = NDArray[np.float64]
 
@@ -37,18 +40,24 @@ class PictureFrameTest:
         self.slack = rig.kernel("mounting_slack")
         start = run.solver.kernel("ramp")
         self.close = ramp(start, self.slack)
-        stops = [crosshead(np.deg2rad(a), self.side) for a in (*rig.turns, rig.max_angle)]
-        self.pull = _there_and_back(start, run.solver.kernel("speed"), stops)
-        self.duration = self.pull.time[-1]
+        stops = np.deg2rad([*rig.turns, rig.max_angle]).tolist()
+        self.shear = _there_and_back(start, sqrt(2.0) * run.solver.kernel("speed") / self.side, stops)
+        self.duration = self.shear.time[-1]
         self.times = np.linspace(0.0, self.duration, KNOTS * len(stops))
-        travel = np.array([self.pull.integral(t) for t in self.times])
-        reached = (crosshead(np.deg2rad(a), self.side) for a in ANGLES if a <= rig.max_angle)
-        self.marks = tuple(float(np.argmax(travel >= min(d, travel.max()))) / len(travel) for d in reached)
+        angles = np.array([self.angle(t) for t in self.times])
+        self.marks = tuple(
+            float(np.argmax(angles >= min(a, angles.max()))) / len(angles)
+            for a in np.deg2rad([a for a in ANGLES if a <= rig.max_angle])
+        )
+
+    def angle(self, time: float) -> float:
+        """Shear angle [rad] at ``time`` [ms]."""
+        return self.shear.integral(time)
 
     def stretches(self, time: float) -> tuple[float, float]:
         """p and q at ``time`` [ms]."""
-        p = 1.0 + self.pull.integral(time) / (sqrt(2.0) * self.side)
-        return p, sqrt(2.0 - p * p)
+        half = 0.5 * self.angle(time)
+        return cos(half) + sin(half), cos(half) - sin(half)
 
     def constrain(self, boundary: Boundary) -> None:
         """Sides hinged on each other carry the needles, on which the fabric may turn."""
@@ -62,6 +71,17 @@ class PictureFrameTest:
             )
         boundary.move(self.held, "z")
 
+    def carried(self, energies: dict[str, Array], mass: Array, start: Array) -> Array:
+        """Kinetic energy [mJ] at the rows of ``energies`` of nodes of ``mass`` (n,) that move from ``start`` (n, 3) as
+        the frame does.
+        """
+        time = energies["time_ms"]
+        step = 1e-3 * self.duration
+        before, after = (np.array([self.stretches(t + s) for t in time]) for s in (-0.5 * step, 0.5 * step))
+        rate2 = ((after - before) / step) ** 2
+        kinetic: Array = 0.5 * (rate2[:, 0] * (mass @ start[:, 1] ** 2) + rate2[:, 1] * (mass @ start[:, 0] ** 2))
+        return kinetic
+
     def ring_time(self, wave_speed: float) -> float:
         """Time [ms] a wave needs along a side."""
         return self.fabric_side / wave_speed
@@ -69,12 +89,11 @@ class PictureFrameTest:
     def channels(self, time: float, readings: Readings) -> dict[str, float]:
         """Crosshead displacement, shear angle, the force that is work-conjugate to the displacement, and normalised."""
         p, q = self.stretches(time)
-        travel = sqrt(2.0) * self.side * (p - 1.0)
-        angle = frame_angle(travel, self.side)
+        angle = self.angle(time)
         along, across = readings.reaction[:2]
         force = (1.0 - self.slack) * float(along - across * p / q) / (sqrt(2.0) * self.side)
         return {
-            "displacement_mm": travel,
+            "displacement_mm": crosshead(angle, self.side),
             "frame_shear_angle_deg": float(np.rad2deg(angle)),
             "shear_force_n": force,
             "normalised_shear_force_n_per_mm": float(normalised_force(force, angle, self.fabric_side, self.side)),
@@ -86,7 +105,7 @@ class PictureFrameTest:
 
 
 def _there_and_back(start: float, speed: float, stops: Sequence[float]) -> Table:
-    """Velocity [mm/ms] that from ``start`` [ms] on drives from 0 to each of ``stops`` [mm], smoothly within ``start``
+    """Rate [rad/ms] that from ``start`` [ms] on drives from 0 to each of ``stops`` [rad], smoothly within ``start``
     from rest to ``speed`` and, before a turn, back; a way too short for that is driven slower.
     """
     time, value = [0.0], [0.0]
