@@ -55,7 +55,7 @@ PRESET_PATHS: tuple[tuple[str, ...], ...] = (
 
 
 def default_scale(kind: str) -> Scale:
-    """Scale of a test unless one is asked for; the cantilever has shells only."""
+    """Scale of a test unless one is asked for: bending is an input of both, which the shells are faster to confirm."""
     return "macro" if kind == "cantilever" else "meso"
 
 

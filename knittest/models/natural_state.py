@@ -63,3 +63,10 @@ def _turned_back(q: Array, vector: Array) -> Array:
     across = 2.0 * np.cross(vector, q[..., 1:])
     back: Array = vector + q[..., :1] * across + np.cross(across, q[..., 1:])
     return back
+
+
+def turned_about_x(rotation: Array, angle: Array) -> Array:
+    """Quaternions (4, n) turned further about x by ``angle`` (n,) [rad]."""
+    w, x, y, z = rotation
+    c, s = np.cos(0.5 * angle), np.sin(0.5 * angle)
+    return np.array([c * w - s * x, c * x + s * w, c * y - s * z, c * z + s * y])

@@ -1,0 +1,35 @@
+"""The heavy elastica: shape of a strip that bends over an edge under its own weight."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def heavy_elastica(arc: Array, overhang: float, weight: float, stiffness: float) -> tuple[Array, Array, Array]:
+    """Reach [mm], drop [mm] and slope [rad] of the centre-line at ``arc`` [mm], (n,), measured from the edge.
+
+    B theta'' = -w (L - s) cos theta, theta(0) = 0, theta'(L) = 0 with bending stiffness B ``stiffness`` [N mm^2],
+    weight per length w ``weight`` [N/mm] and ``overhang`` L (Bickley 1934, The heavy elastica). Behind the edge the
+    line is straight.
+    """
+    from scipy.integrate import cumulative_trapezoid, solve_bvp
+
+    load = weight * overhang**3 / stiffness
+    start = np.linspace(0.0, 1.0, 201)
+
+    def slopes(s: Array, y: Array) -> Array:
+        return np.vstack([y[1], -load * (1.0 - s) * np.cos(y[0])])
+
+    def ends(a: Array, b: Array) -> Array:
+        return np.array([a[0], b[1]])
+
+    linear = load * np.vstack([start / 2 - start**2 / 2 + start**3 / 6, 0.5 * (1.0 - start) ** 2])
+    solution = solve_bvp(slopes, ends, start, np.arctan(linear), tol=1e-8, max_nodes=20_000)
+    fine = np.linspace(0.0, 1.0, 4001)
+    angle = solution.sol(fine)[0]
+    s = np.clip(arc / overhang, 0.0, 1.0)
+    x, z = (overhang * cumulative_trapezoid(v, fine, initial=0) for v in (np.cos(angle), np.sin(angle)))
+    reach, drop, slope = (np.interp(s, fine, v) for v in (x, z, angle))
+    beyond = arc - overhang * s  # before the edge and beyond the free end the line goes on straight
+    return reach + beyond * np.cos(slope), drop + beyond * np.sin(slope), slope

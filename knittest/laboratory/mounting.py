@@ -1,0 +1,92 @@
+"""A strip held behind an edge, the loads on it and what is read from it at rest."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knittest.config.run import CantileverRun
+from knittest.history import Frame
+from knittest.models.boundary import Boundary, Readings
+from knittest.models.explicit_model import ExplicitModel
+from knittest.relaxation import Relaxation
+
+Array = NDArray[np.float64]
+
+#: nodes up to here [mm] are held
+EDGE = 1e-6
+
+
+@dataclass
+class Rest:
+    """A strip at rest: chord angle [deg], moment of the root about the edge (without that of the curl) and that of the
+    weight [N mm], curvature at the root [1/mm], and how it came to rest.
+    """
+
+    overhang: float
+    angle: float
+    root_moment: float
+    weight_moment: float
+    curvature: float
+    relaxation: Relaxation
+    frames: tuple[Frame, Frame]
+    converged: bool
+    #: moment [N mm] that holds the strip flat when it weighs nothing, and how far the angle still moved [deg]
+    curl: float = 0.0
+    drift: float = 0.0
+
+
+class Mounting:
+    """A strip along y, held behind its edge at 0; ``flat`` positions [mm], (n, 3), and ``weight`` [N] of its nodes."""
+
+    coordinate, force = "chord_angle_deg", "root_moment_nmm"
+    marks: tuple[float, ...] = ()
+    duration = 0.0
+
+    def __init__(self, flat: Array, weight: Array) -> None:
+        self.flat, self.weight = flat, weight
+
+    def constrain(self, boundary: Boundary) -> None:
+        """Hold the root; the groups of reactions add up to its moment about the edge (scales are lever arms)."""
+        along, height = self.flat[:, 1], self.flat[:, 2]
+        held = np.flatnonzero(along <= EDGE)
+        boundary.move(held, "z", scale=along[held])
+        boundary.move(held, "y", scale=-height[held])
+        boundary.move(held, ["rx"])
+        boundary.move(held, ["x", "ry", "rz"])
+
+    def moment(self, now: Array) -> float:
+        """Moment of the weight about the edge [N mm] at positions ``now`` (n, 3)."""
+        free = self.flat[:, 1] > EDGE
+        return float(np.sum(self.weight[free] * now[free, 1]))
+
+    def curvature(self, now: Array) -> float:
+        """Curvature at the edge [1/mm] of the mean deflection, by first terms of the elastica."""
+        along, drop = self.flat[:, 1], self.flat[:, 2] - now[:, 2]
+        near = (along > EDGE) & (along < 0.25 * along.max())
+        s = along[near]
+        basis = np.column_stack([0.5 * s**2, s**3, s**4])
+        return float(np.linalg.lstsq(basis, drop[near], rcond=None)[0][0])
+
+    def ring_time(self, wave_speed: float) -> float:
+        """Nothing rings at rest."""
+        return 1.0
+
+    def channels(self, time: float, readings: Readings) -> dict[str, float]:
+        """There is no time at rest."""
+        return {}
+
+    def finished(self, force: float, peak: float, broken: bool) -> bool:
+        """There is no time at rest."""
+        return True
+
+
+def weights(run: CantileverRun, model: ExplicitModel, area: float) -> Array:
+    """Weight of each node [N]: the measured area mass on ``area`` [mm^2], spread as the model's mass."""
+    given = run.fabric.kernel("area_mass") * area
+    return model.mass * (given / model.mass.sum()) * run.rig.kernel("gravity")
+
+
+def root_moment(reaction: Array, steps: int) -> float:
+    """Moment of the root about the edge [N mm] from reactions (PARTITIONS, n_groups) summed over ``steps``."""
+    return float(reaction[:, :3].sum()) / steps

@@ -1,0 +1,67 @@
+"""Shells of a cantilever: flat at the start, at rest by dynamic relaxation."""
+
+from math import atan2, degrees
+
+import numpy as np
+
+from knittest.config.run import CantileverRun
+from knittest.errors import InputError
+from knittest.history import Frame
+from knittest.kernels.shell_state import Laminate
+from knittest.laboratory.base import Prepared, fabric_laminate
+from knittest.laboratory.mounting import Mounting, Rest, root_moment, weights
+from knittest.models.boundary import Boundary, new_tally
+from knittest.models.macro import build_rectangle
+from knittest.relaxation import relax
+from knittest.simulation import SimulationCost
+
+
+def mount_shells(run: CantileverRun, overhang: float) -> Prepared:
+    """The strip flat, its edge at 0."""
+    size = run.model.macro.kernel("element_size")
+    rows = max(round(overhang / size), 4)
+    step = overhang / rows
+    y = np.concatenate([[-step], step * np.arange(rows + 1)])
+    soft = _softened(fabric_laminate(run), run.rig.membrane_share)
+    model = build_rectangle(run.fabric, soft, run.rig.direction, y, run.rig.kernel("width"), size)
+    area = run.rig.kernel("width") * (overhang + step)
+    test = Mounting(model.position(), weights(run, model, area))
+    facts = {"overhang_mm": overhang, "width_mm": run.rig.kernel("width"), "area_mm2": area}
+    return Prepared(model, test, facts=facts)
+
+
+def _softened(card: Laminate, share: float) -> Laminate:
+    """A share of the membrane stiffness, with the same bending; the outer layers' part cannot be less than itself."""
+    slope = card.slope * share
+    slope[:, 0] -= 2.0 * card.outer * (1.0 - share)
+    total = 2.0 * card.outer + np.cumsum(slope, axis=1).min(axis=1)
+    if (total <= 2.0 * card.outer).any():
+        raise InputError(
+            f"rig.membrane_share = {share:g}: leaves less membrane stiffness than bending needs; expected more"
+        )
+    return card._replace(slope=slope, compression=np.maximum(slope[:, 0], 0.0))
+
+
+def shells_to_rest(prepared: Prepared, run: CantileverRun, cost: SimulationCost) -> Rest:
+    """Relax under gravity and read the shape."""
+    model, mounting = prepared.model, prepared.rig
+    assert isinstance(mounting, Mounting)
+    dt = run.solver.safety * model.critical_step
+    boundary = Boundary(model, dt)
+    mounting.constrain(boundary)
+    boundary.gravity(mounting.weight)
+    cost.overlap_at_start = max(cost.overlap_at_start, model.prepare())
+    drive, tally = boundary.drive(), new_tally(boundary)
+    first = model.position()
+    relaxation = relax(model, drive, tally, dt, run.rig.tolerance)
+    cost.steps, cost.time_step = cost.steps + relaxation.steps, dt
+    now = model.position()
+    tip = first[:, 1] >= first[:, 1].max() - 1e-6
+    drop, reach = -(now[tip, 2] - first[tip, 2]).mean(), now[tip, 1].mean()
+    angle, moment = degrees(atan2(drop, reach)), mounting.moment(now)
+    frames = (Frame(0.0, 0.0, 0.0, first, {}), Frame(1.0, angle, moment, now, model.fields()))
+    root = root_moment(tally.reaction, relaxation.last_chunk)
+    return Rest(
+        prepared.facts["overhang_mm"], angle, root, moment, mounting.curvature(now), relaxation, frames,
+        relaxation.converged,
+    )  # fmt: skip
