@@ -85,8 +85,3 @@ def test_the_frame_angle_is_eq_1():
 def test_bad_rigs_are_refused(test, setting, message):
     with pytest.raises(InputError, match=message):
         prepare(resolve(variant="1", scale="macro", test=test, sets=[setting]))
-
-
-def test_the_cantilever_of_yarns_is_refused():
-    with pytest.raises(InputError, match="use --scale macro"):
-        prepare(resolve(variant="1", scale="meso", test="cantilever"))

@@ -1,0 +1,64 @@
+"""Cantilever and picture frame on yarns: the heavy elastica, balances, friction, inertia that does no work."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from knittest.config.loading import resolve
+from knittest.laboratory.heavy_elastica import heavy_elastica
+from knittest.specimen import prepare, run_specimen
+
+
+def specimen(test, *sets, direction=None):
+    return run_specimen(
+        resolve(variant="1", scale="meso", preset="quick", test=test, direction=direction, sets=list(sets))
+    )
+
+
+def test_heavy_elastica_meets_the_plane():
+    """Gamma = w L^3 / B = 8.0042 at a chord angle of 41.5 deg (facts of Eq. 2: exact to 0.05 %)."""
+    reach, drop, slope = heavy_elastica(np.array([0.0, 100.0]), 100.0, 8.0042e-6, 1.0)
+    assert np.rad2deg(np.arctan2(drop[1], reach[1])) == pytest.approx(41.5, abs=1e-3)
+    assert [reach[0], drop[0], slope[0]] == pytest.approx([0.0, 0.0, 0.0], abs=1e-12)
+
+
+@pytest.mark.parametrize("direction", ["warp", "weft"])
+def test_a_strip_of_yarns_bends_as_its_yarns_do(direction):
+    """w L^3 / B = 8 with B of the reinforcing yarns alone: 41.5 deg, less what the loops carry; 2 % of overhang are
+    2.4 deg.
+    """
+    bending = {"warp": 18.1, "weft": 12.4}[direction]
+    gravity = 1e3 * 8.0042 * bending / (824.2e-6 * (100 / 28) * 90.0**3)
+    found = specimen("cantilever", "rig.overhang=90", "rig.width=8", f"rig.gravity={gravity:.3f}", direction=direction)
+    assert found.results["chord_angle_deg"] == pytest.approx(41.5, abs=2.4)
+    assert found.results["moment_error_pct"] < 1.0
+    assert found.quality.failures == ()
+
+
+@cache
+def sheared(friction):
+    return specimen(
+        "picture-frame", "rig.side=22", "rig.max_angle=20", f"fabric.contact.friction_coefficient.value={friction}"
+    )
+
+
+@pytest.mark.parametrize("friction", [0.1, 0.5])
+def test_a_frame_of_yarns_passes_its_gates(friction):
+    """Energy balances, and the motion beside that of the frame is small against the work."""
+    assert sheared(friction).quality.failures == ()
+
+
+def test_more_friction_between_yarns_means_more_shear_force():
+    low, high = (sheared(mu).results["shear_force_n_at_deg.10"] for mu in (0.1, 0.5))
+    assert high > 1.2 * low > 0.0
+
+
+def test_evenly_sheared_fabric_keeps_its_kinetic_energy():
+    """At a constant shear rate p'^2 + q'^2 is constant, so the inertia of a square does no work."""
+    rig = prepare(resolve(variant="1", scale="macro", preset="quick", test="picture-frame", sets=["rig.side=50"])).rig
+    corners = 25.0 * np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]])
+    times = np.linspace(0.3, 0.9, 7) * rig.duration
+    kinetic = rig.carried({"time_ms": times}, np.ones(4), corners)
+    assert kinetic == pytest.approx(np.full(7, kinetic[0]), rel=1e-3)
+    assert kinetic[0] > 0.0
