@@ -74,13 +74,9 @@ def perform(task: Task, told: Told) -> Record:
             start = clock.perf_counter()
             opener = partial(open_trial, path=task.folder)
             outcome = execute(task.trial.run, opener, interrupts, task.options, _Relay(told))
-    except (NumericalError, InputError, ResourceError) as error:
-        statuses: dict[type, Status] = {NumericalError: "failed", InputError: "invalid", ResourceError: "blocked"}
-        return Record(key, statuses[type(error)], str(error), seconds=clock.perf_counter() - start)
-    except MemoryError:
-        return Record(key, "blocked", "out of memory", seconds=clock.perf_counter() - start)
     except Exception as error:
-        return Record(key, "error", _located(error), seconds=clock.perf_counter() - start)
+        status, reason = _judged(error)
+        return Record(key, status, reason, seconds=clock.perf_counter() - start)
     return record_of(key, outcome.summary, clock.perf_counter() - start)
 
 
@@ -133,6 +129,14 @@ def _warm(run: Run, told: Told) -> None:
     if not compiled_before(run.model.scale):
         told("at", None)
     warm(run)
+
+
+def _judged(error: Exception) -> tuple[Status, str]:
+    if isinstance(error, MemoryError):
+        return "blocked", "out of memory"
+    statuses: dict[type, Status] = {NumericalError: "failed", InputError: "invalid", ResourceError: "blocked"}
+    found = next((status for kind, status in statuses.items() if isinstance(error, kind)), None)
+    return (found, str(error)) if found else ("error", _located(error))
 
 
 def _located(error: Exception) -> str:

@@ -123,6 +123,7 @@ def test_refused_input_and_gates_are_records_with_their_reason(tmp_path):
         (NumericalError("yarn 3 blows up"), "failed", True),
         (InputError("bad"), "invalid", True),
         (ResourceError("disk full"), "blocked", False),
+        (type("Worse", (InputError,), {})("worse"), "invalid", True),
         (MemoryError(), "blocked", False),
         (ZeroDivisionError("oh"), "error", True),
     ],
