@@ -2,12 +2,11 @@
 
     python benchmarks/batch.py --runs 20 --turns 3
 
-One and two workers take turns. What others take of the machine meanwhile is measured (Linux): two workers cannot be
-twice as fast where a core is taken, so a median is printed of the turns that had the machine to themselves, too.
+One and two workers take turns. Where others use the machine, two workers cannot be twice as fast; so what the workers
+waited for a core (the run delay of Linux' scheduler) is measured, too, and a ratio without it is printed.
 """
 
 import argparse
-import os
 import statistics
 import tempfile
 import time
@@ -17,9 +16,6 @@ from knittest.config.loading import resolve
 from knittest.trials.pool import LocalPool
 from knittest.trials.runner import TrialRunner
 from knittest.trials.trial import Trial, trial_of
-
-#: cores that others may take of a machine one has to oneself
-ALONE = 0.1
 
 
 def trials(count: int) -> list[Trial]:
@@ -31,29 +27,23 @@ def trials(count: int) -> list[Trial]:
     ]
 
 
-def moments(workers: int, todo: list[Trial]) -> list[float]:
-    """When each of ``todo`` was done [s]; processes start and load their kernels in this time."""
-    began, ends = time.perf_counter(), []
-    with (
-        tempfile.TemporaryDirectory() as folder,
-        TrialRunner(Path(folder), LocalPool(workers, threads=1), limit=600.0) as runner,
-    ):
+def waited(pool: LocalPool) -> float:
+    """Seconds that the processes of ``pool`` have waited for a core, mean of all."""
+    pids = [child.pid for child in pool.children]
+    return statistics.fmean(int(Path(f"/proc/{pid}/schedstat").read_text().split()[1]) for pid in pids) * 1e-9
+
+
+def measured(workers: int, todo: list[Trial]) -> tuple[float, float, float]:
+    """Wall time of all [s]; runs a second after each worker has started, as they were and without waits for a core."""
+    began, ends, waits = time.perf_counter(), [], []
+    pool = LocalPool(workers, threads=1)
+    with tempfile.TemporaryDirectory() as folder, TrialRunner(Path(folder), pool, limit=600.0) as runner:
         for record in runner.run(todo):
             assert record.status == "completed", record.reason
             ends.append(time.perf_counter() - began)
-    return ends
-
-
-def taken() -> float:
-    """Seconds of processor time that all processes of the machine have taken."""
-    user, nice, system, _, _, irq, softirq, steal = map(int, Path("/proc/stat").read_text().split()[1:9])
-    return (user + nice + system + irq + softirq + steal) / os.sysconf("SC_CLK_TCK")
-
-
-def own() -> float:
-    """Seconds of processor time that this process and those it ended have taken."""
-    times = os.times()
-    return times.user + times.system + times.children_user + times.children_system
+            waits.append(waited(pool))
+    spent, lost, runs = ends[-1] - ends[workers - 1], waits[-1] - waits[workers - 1], len(todo) - workers
+    return ends[-1], runs / spent, runs / (spent - lost)
 
 
 def main() -> None:
@@ -63,26 +53,19 @@ def main() -> None:
     parser.add_argument("--turns", type=int, default=3)
     asked = parser.parse_args()
     todo = trials(asked.runs)
-    moments(1, todo[:1])  # compiles
-    whole, steady, others = [], [], []
+    measured(1, todo[:2])  # compiles
+    ratios = []
     for turn in range(1, asked.turns + 1):
-        began, busy = time.perf_counter(), taken() - own()
-        one, two = moments(1, todo), moments(2, todo)
-        others.append((taken() - own() - busy) / (time.perf_counter() - began))
-        rates = [(asked.runs - n) / (ends[-1] - ends[n - 1]) for n, ends in ((1, one), (2, two))]  # after the start
-        whole.append(one[-1] / two[-1])
-        steady.append(rates[1] / rates[0])
+        one, two = measured(1, todo), measured(2, todo)
+        ratios.append((one[0] / two[0], two[1] / one[1], two[2] / one[2]))
         print(
-            f"turn {turn}: {asked.runs} runs in {one[-1]:.1f} s and {two[-1]:.1f} s, {whole[-1]:.2f} times as fast; "
-            f"after the start {rates[0]:.2f} and {rates[1]:.2f} runs/s, {steady[-1]:.2f} times; "
-            f"others took {others[-1]:.2f} cores",
+            f"turn {turn}: {asked.runs} runs in {one[0]:.1f} and {two[0]:.1f} s, {ratios[-1][0]:.2f} times; after the "
+            f"start {one[1]:.2f} and {two[1]:.2f} runs/s, {ratios[-1][1]:.2f} times; without waits for a core "
+            f"{one[2]:.2f} and {two[2]:.2f} runs/s, {ratios[-1][2]:.2f} times",
             flush=True,
         )
-    alone = [k for k, cores in enumerate(others) if cores < ALONE]
-    for name, turns in (("all turns", range(asked.turns)), (f"the {len(alone)} turns alone", alone)):
-        if turns:
-            ratios = [statistics.median(values[k] for k in turns) for values in (whole, steady)]
-            print(f"median of {name}: {ratios[0]:.2f} times, {ratios[1]:.2f} after the start")
+    whole, steady, free = (statistics.median(values) for values in zip(*ratios, strict=True))
+    print(f"median: {whole:.2f} times, {steady:.2f} after the start, {free:.2f} without waits for a core")
 
 
 if __name__ == "__main__":

@@ -48,6 +48,12 @@ class Child:
         self._stopped = self._greeted = False
         self._lock = threading.Lock()  # so that no process begins after the stop
 
+    @property
+    def pid(self) -> int | None:
+        """Of its process, while there is one."""
+        process = self._process
+        return None if process is None else process.pid
+
     def run(self, trial: Trial, folder: Path, limit: float, options: RunOptions, heard: Heard | None = None) -> Record:
         """Run ``trial`` in ``folder`` in at most ``limit`` seconds, several times if its process dies.
 

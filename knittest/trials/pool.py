@@ -37,9 +37,10 @@ class LocalPool:
     def __init__(self, workers: int | None = None, threads: int | None = None) -> None:
         workers = workers or max(cores() // (threads or 1), 1)
         threads = threads or max(cores() // workers, 1)
-        self._children = [Child(threads) for _ in range(workers)]
+        #: the processes, for who watches them
+        self.children = [Child(threads) for _ in range(workers)]
         self._idle: queue.SimpleQueue[Child] = queue.SimpleQueue()
-        for child in self._children:
+        for child in self.children:
             self._idle.put(child)
         self._watchers = ThreadPoolExecutor(workers, thread_name_prefix="trials")
         self._futures: list[Future[Record]] = []
@@ -57,11 +58,11 @@ class LocalPool:
             finally:
                 self._idle.put(child)
 
-        for child in self._children[: len(trials)]:
+        for child in self.children[: len(trials)]:
             child.begin()
-        if len(self._children) > 1:
+        if len(self.children) > 1:
             for trial in {t.run.model.scale: t for t in trials}.values():
-                self._children[0].compile(trial.run, partial(watch, trial))
+                self.children[0].compile(trial.run, partial(watch, trial))
         self._futures = [self._watchers.submit(one, trial) for trial in trials]
         for future in as_completed(self._futures):
             yield future.result()
@@ -69,9 +70,9 @@ class LocalPool:
     def close(self) -> None:
         """See :meth:`Pool.close`."""
         self._watchers.shutdown(wait=False, cancel_futures=True)
-        for child in self._children:
+        for child in self.children:
             child.stop()
         wait([f for f in self._futures if not f.cancelled()], timeout=GRACE)
-        for child in self._children:
+        for child in self.children:
             child.kill()
         self._watchers.shutdown()
