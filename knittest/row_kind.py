@@ -6,6 +6,7 @@ from typing import Literal
 from pydantic import BaseModel
 
 from knittest.config.base import Quantity
+from knittest.config.rigs import CantileverRig
 from knittest.config.run import Run
 
 RowKind = Literal["predicted", "tuned", "input"]
@@ -16,8 +17,11 @@ ROW_NAMES = {"peak_force_n": "max. tensile force", "fracture_strain_pct": "fract
 
 def row_kind(run: Run, quantity: str) -> RowKind:
     """Kind of ``quantity`` in the direction of ``run``; the macro scale is fed the curve that ends in Table 3's row,
-    bending follows from the overhang by Eq. 2, and the coefficient of a face from that of two.
+    and the coefficient of a face follows from that of two. Bending follows from the overhang by Eq. 2: an overhang that
+    is found again is tuned, one that is given an input.
     """
+    if isinstance(run.rig, CantileverRig) and run.rig.mode == "overhang":
+        return "tuned"
     if run.model.scale == "macro" or run.rig.kind != "tensile":
         return "input"
     row = f"V{run.fabric.experiment_variant} {run.direction} {ROW_NAMES.get(quantity, quantity)}"

@@ -3,7 +3,7 @@
 import math
 import os
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TextIO
@@ -114,6 +114,15 @@ def print_json(payload: Mapping[str, Any], stream: TextIO | None = None) -> None
     stream = stream or sys.stdout
     with _pipe_may_close(stream):
         stream.write(json_text(payload))
+        stream.flush()
+
+
+def print_text(lines: Iterable[str], stream: TextIO | None = None) -> None:
+    """Print ``lines`` on ``stream`` (standard output), which need not know the sign ±; a closed pipe is harmless."""
+    stream = stream or sys.stdout
+    text = "".join(f"{line}\n" for line in lines)
+    with _pipe_may_close(stream):
+        stream.write(text if _can_encode("±", stream) else text.replace("±", "+-"))
         stream.flush()
 
 

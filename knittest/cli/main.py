@@ -24,6 +24,7 @@ COMMANDS = {
     "friction": ("knittest.cli.friction", "Pull-out between two plates, macro or meso."),
     "check": ("knittest.cli.check", "Show what a run would do; --convergence repeats it at half the speed."),
     "batch": ("knittest.cli.batch", "Run a sweep over any fields, on this machine or a cluster."),
+    "regress": ("knittest.cli.regress", "Judge Table 3 row by row, and drift against a stored baseline; for CI."),
     "compare": ("knittest.cli.compare", "Compare a finished run with a curve of your own."),
     "report": ("knittest.cli.report", "Write one HTML page on runs, alone or compared."),
     "fabric": ("knittest.cli.fabric", "Show, export or relax the yarn geometry."),

@@ -13,7 +13,7 @@ TENSILE = ("peak_force_n", "fracture_strain_pct")
 
 @dataclass(frozen=True)
 class PublishedValue:
-    """One row: mean and standard deviation of ``n`` specimens (0: not stated) in ``unit``."""
+    """One row: mean and standard deviation (NaN: not stated) of ``n`` specimens (0: not stated) in ``unit``."""
 
     quantity: str
     mean: float
@@ -60,7 +60,12 @@ def _rows(folder: Path) -> Iterator[tuple[Path, int, dict[str, str]]]:
 def _value(path: Path, line: int, row: dict[str, str]) -> PublishedValue:
     try:
         return PublishedValue(
-            row["quantity"], float(row["mean"]), float(row["sd"]), int(row["n"] or 0), row["unit"], row["table"]
+            row["quantity"],
+            float(row["mean"]),
+            float(row["sd"] or "nan"),
+            int(row["n"] or 0),
+            row["unit"],
+            row["table"],
         )
     except ValueError as error:
         raise InputError(f"{path}:{line}: {row['quantity']}: expected numbers for mean, sd and n ({error})") from None

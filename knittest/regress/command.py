@@ -1,0 +1,149 @@
+"""What ``knittest regress`` does: run what is left, judge, compare with the baseline, write."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from knittest.batch.live import Overview
+from knittest.errors import InputError
+from knittest.export.atomic import resource_error, write_atomic
+from knittest.export.jsonfile import json_text
+from knittest.interrupts import Interrupted, Interrupts
+from knittest.regress import baseline as stored
+from knittest.regress.cases import LIMITS, Case, Level, Table, chosen_cases
+from knittest.regress.cost import table4_rows
+from knittest.regress.drift import Drift, drift_of
+from knittest.regress.judge import table3_rows
+from knittest.regress.junit import write_junit
+from knittest.regress.outcome import Outcome
+from knittest.regress.show import lines_of
+from knittest.terminal_results import print_json, print_text
+from knittest.trials.pool import LocalPool, Pool
+from knittest.trials.record import Record
+from knittest.trials.runner import TrialRunner
+from knittest.trials.trial import Trial
+
+LEDGER, RESULT = "ledger.jsonl", "regress.json"
+
+
+@dataclass(frozen=True)
+class RegressOptions:
+    """What to run, where, and what to leave; ``table`` None is both, ``limit_sd`` what predicted and tuned rows may
+    deviate, ``baseline`` None the shipped file.
+    """
+
+    table: Table | None = None
+    scale: Literal["macro", "meso", "both"] = "both"
+    level: Level = "quick"
+    limit_sd: float = 1.0
+    baseline: Path | None = None
+    update: bool = False
+    out: Path = Path("runs/regress")
+    junit: Path | None = None
+    workers: int | None = None
+    threads: int | None = None
+    json: bool = False
+    quiet: bool = False
+
+
+def regress_command(options: RegressOptions) -> int:
+    """Run the regression; returns the exit code. Raises :class:`InputError` before anything runs."""
+    cases = chosen_cases(options.level, options.scale, options.table)
+    path = options.baseline or stored.shipped()
+    before = stored.Baseline() if options.update and not path.exists() else stored.load(path)
+    for file in (options.junit, path if options.update else None):
+        _check_writable(file)
+    _check_folder(options.out)
+    trials = {case: case.trial() for case in cases}
+    records = _run(list(trials.values()), options, LocalPool(options.workers, options.threads))
+    outcome = _outcome(options, trials, {c: records[t.key] for c, t in trials.items()}, before, path)
+    write_atomic(options.out / RESULT, json_text(outcome.to_dict()))
+    if options.junit is not None:
+        write_junit(options.junit, outcome)
+    if options.json:
+        print_json(outcome.to_dict())
+    elif not options.quiet:
+        print_text(lines_of(outcome))
+    return outcome.exit_code
+
+
+def _outcome(
+    options: RegressOptions,
+    trials: Mapping[Case, Trial],
+    records: Mapping[Case, Record],
+    before: stored.Baseline,
+    path: Path,
+) -> Outcome:
+    """Judge ``records``; the baseline is rewritten first if that is asked for."""
+    entries = before.entries
+    updated: tuple[str, ...] = ()
+    if options.update:
+        fresh = {
+            case.name: stored.entry_of(trials[case].run, record, _place(options, trials[case]))
+            for case, record in records.items()
+            if record.status == "completed"
+        }
+        updated = tuple(stored.difference(name, entries.get(name), new) for name, new in fresh.items())
+        after = stored.renewed(before, fresh)
+        stored.save(path, after)
+        entries = after.entries
+
+    def drift(case: Case) -> Drift:
+        trial = trials[case]
+        return drift_of(case, trial.run, records[case], _place(options, trial), entries.get(case.name))
+
+    rows = (row for c, t in trials.items() for row in table3_rows(c, t.run, records[c], options.limit_sd))
+    return Outcome(
+        level=options.level,
+        records=records,
+        rows=tuple(rows) if options.table in (3, None) else (),
+        costs=tuple(table4_rows(records)) if options.table in (4, None) else (),
+        drifts=tuple(drift(case) for case in trials),
+        baseline=path,
+        updated=updated,
+    )
+
+
+def _run(trials: Sequence[Trial], options: RegressOptions, pool: Pool) -> dict[str, Record]:
+    """Records by key of all ``trials``, those that are finished from the ledger of the folder."""
+    by_key = {trial.key: trial for trial in trials}
+    records: dict[str, Record] = {}
+    try:
+        with (
+            Interrupts() as interrupts,
+            interrupts.deciding(),
+            Overview(len(by_key), quiet=options.quiet) as view,
+            TrialRunner(options.out, pool, limit=LIMITS[options.level], ledger=LEDGER, watch=view.watch) as runner,
+        ):
+            known = runner.finished(trials)
+            view.begin(len(known))
+            for record in runner.run(trials):
+                records[record.key] = record
+                if record.key not in known:
+                    view.ended(by_key[record.key], record)
+    except Interrupted as error:
+        raise Interrupted(f"{error}; what is finished is kept: go on with the same command") from None
+    return records
+
+
+def _place(options: RegressOptions, trial: Trial) -> Path:
+    return options.out / "trials" / trial.key
+
+
+def _check_writable(file: Path | None) -> None:
+    """Refuse a file whose folder is not there before hours are spent."""
+    if file is not None and (file.is_dir() or not file.parent.is_dir()):
+        raise InputError(f"{file}: expected a file in a folder that is there")
+
+
+def _check_folder(folder: Path) -> None:
+    """Refuse a folder that holds something else."""
+    try:
+        names = [entry.name for entry in folder.iterdir()] if folder.exists() else []
+    except NotADirectoryError:
+        raise InputError(f"--out {folder}: is a file, expected a folder") from None
+    except OSError as error:
+        raise resource_error(folder, error) from error
+    if names and LEDGER not in names:
+        raise InputError(f"--out {folder}: holds {names[0]}, but no regression: choose a new folder")

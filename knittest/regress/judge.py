@@ -1,0 +1,83 @@
+"""Rows of Table 3: the experiment, the simulation, and whether it passes."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from knittest.compare import compare_results
+from knittest.config.run import Run
+from knittest.errors import InputError
+from knittest.experiment.tables import published
+from knittest.regress.cases import QUANTITIES, Case
+from knittest.reports.registry import REPORTS
+from knittest.resources import data_dir
+from knittest.row_kind import RowKind, row_kind
+from knittest.trials.record import Record
+
+#: an input must come back within this share of the mean: the presets promise it of tension curves
+INPUT_TOLERANCE = 0.01
+#: a row without a published sd must be met within this share of the mean: B grows with the overhang's third power
+SHARE_WITHOUT_SD = 0.03
+
+
+@dataclass(frozen=True)
+class Row:
+    """One published number: ``simulated`` and ``deviation_sd`` are NaN where there is none; ``rule`` says when it
+    passes, ``reason`` why it does not.
+    """
+
+    case: Case
+    quantity: str
+    mean: float
+    sd: float
+    simulated: float
+    deviation_sd: float
+    kind: RowKind
+    source: str
+    rule: str
+    reason: str = ""
+
+    @property
+    def passed(self) -> bool:
+        """Whether nothing is wrong with it."""
+        return not self.reason
+
+
+def table3_rows(case: Case, run: Run, record: Record, limit_sd: float) -> Iterator[Row]:
+    """A row for each number that the paper publishes of ``case``; without a result it fails, saying why.
+
+    ``limit_sd`` is what predicted and tuned rows may deviate, in standard deviations of the experiment.
+    """
+    fabric = run.fabric
+    if fabric.experiment is None or fabric.experiment_variant is None:
+        raise InputError(f"variant {case.variant}: the fabric names no experiment to be judged by")
+    raw = published(data_dir() / fabric.experiment, fabric.experiment_variant, run.direction, QUANTITIES[case.test])
+    values = REPORTS[case.test].scaled(run, raw)
+    kinds = {value.quantity: row_kind(run, value.quantity) for value in values}
+    found = {row["quantity"]: row for row in compare_results(record.results, values, kinds)}
+    for value in values:
+        compared, kind = found.get(value.quantity), kinds[value.quantity]
+        simulated = compared["simulated"] if compared else math.nan
+        deviation = compared["deviation_sd"] if compared else math.nan
+        rule, reason = judge(kind, simulated, value.mean, value.sd, limit_sd)
+        if compared is None:
+            reason = no_result(record)
+        yield Row(case, value.quantity, value.mean, value.sd, simulated, deviation, kind, value.table, rule, reason)
+
+
+def judge(kind: RowKind, simulated: float, mean: float, sd: float, limit_sd: float) -> tuple[str, str]:
+    """The rule that a row of ``kind`` passes by, and why it does not, empty if it does."""
+    if kind == "input" or not sd > 0.0:
+        share = INPUT_TOLERANCE if kind == "input" else SHARE_WITHOUT_SD
+        off = abs(simulated / mean - 1.0)
+        rule = f"within {100.0 * share:g} %"
+        return rule, "" if off <= share else f"{100.0 * off:.2f} % off the {'input' if kind == 'input' else 'mean'}"
+    off = abs(simulated - mean) / sd
+    return f"within {limit_sd:g} sd", "" if off <= limit_sd else f"{off:.2f} sd off the mean"
+
+
+def no_result(record: Record) -> str:
+    """Why a run gave no number."""
+    if record.status == "completed":
+        return "the run has no such result"
+    return f"the run {record.status}: {record.reason}" if record.reason else f"the run {record.status}"
