@@ -1,0 +1,216 @@
+"""``knittest regress``: what passes, what fails, what it leaves."""
+
+import json
+import re
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pytest
+from regress_cases import CPU_S, ELEMENTS, Pretending
+
+from knittest.cli.main import run
+from knittest.regress import baseline, cases, command
+from knittest.regress.cases import LEVELS, Case
+
+TENSILE = "tensile-macro-v1-warp-quick"
+
+
+@pytest.fixture
+def regress(tmp_path, monkeypatch):
+    """Runs the command in an empty folder with a pool that pretends; ``out`` is new each time."""
+    monkeypatch.chdir(tmp_path)
+    count = iter(range(100))
+
+    def call(*arguments, pool=None, out=None):
+        monkeypatch.setattr(command, "LocalPool", lambda *_: pool or Pretending())
+        return run(["regress", "--baseline", "b.json", "--out", out or f"out{next(count)}", *arguments])
+
+    return call
+
+
+@pytest.fixture
+def stored(regress):
+    """The same with a baseline ``b.json`` of the pretended runs."""
+    assert regress("--update-baseline", "--quiet") == 0
+    return regress
+
+
+def changed(*path, factor):
+    """Multiply the number at ``path`` of the tensile entry of the baseline."""
+    file = Path("b.json")
+    data = json.loads(file.read_text())
+    holder = data["entries"][TENSILE]
+    for key in path[:-1]:
+        holder = holder[key]
+    holder[path[-1]] = type(holder[path[-1]])(holder[path[-1]] * factor)
+    file.write_text(json.dumps(data))
+
+
+def test_all_as_published_passes_and_says_what_it_is_worth(stored, capsys):
+    assert stored() == 0
+    text = capsys.readouterr().out
+    assert "PASS: rows that pass: 2 of 2 predicted, 8 of 8 tuned, 9 of 9 input" in text
+    assert re.search(
+        r"V1 warp +macro +quick +peak force \[N\] +5820 +5820 ± 461 +\+0.00 sd +input +within 1 % +pass", text
+    )
+    assert re.search(r"V2 weft +macro +quick +overhang \[mm\] .* tuned +within 1 sd +pass", text)
+    assert re.search(rf"tensile +macro +440 +{ELEMENTS} +0.067 +{CPU_S / 3600.0:.2g} +preset quick", text)
+    assert "different machines" in text
+    assert re.search(r"forming +macro +27512 +- +384 +- +not offered yet", text)
+
+
+def test_rows_off_by_more_than_their_limits_fail(stored, capsys):
+    assert stored(pool=Pretending(1.05)) == 5
+    text = capsys.readouterr().out
+    assert re.search(r"V1 warp +macro +quick +peak force .* input +within 1 % +FAIL: 5.00 % off the input", text)
+    assert re.search(r"V2 weft +macro +quick +overhang .* tuned +within 1 sd +FAIL: 1.21 sd off the mean", text)
+    assert re.search(r"V1 weft +meso +quick +peak force .* predicted +within 1 sd +pass", text)
+    assert "FAIL: rows that pass: 2 of 2 predicted, 3 of 8 tuned, 0 of 9 input" in text
+    assert f"FAIL {TENSILE}: peak_force_n: 5820 stored, 6111 now (+5 %, limit 0.1 %)" in text
+
+
+def test_sd_option_moves_the_limit(stored, capsys):
+    stored("--sd", "1.3", pool=Pretending(1.05))
+    assert re.search(r"V2 weft +macro +quick +overhang .* tuned +within 1.3 sd +pass", capsys.readouterr().out)
+
+
+@pytest.mark.parametrize(
+    ("path", "factor", "code"),
+    [
+        (("results", "peak_force_n"), 1.0015, 5),
+        (("results", "peak_force_n"), 1.0005, 0),
+        (("curve", "y", 10), 1.005, 5),
+        (("curve", "y", 10), 1.001, 0),
+        (("elements",), 1.01, 5),
+    ],
+)
+def test_drift_counts_beyond_its_limit(stored, path, factor, code, capsys):
+    changed(*path, factor=factor)
+    assert stored() == code
+    assert ("FAIL" in capsys.readouterr().out) == (code == 5)
+
+
+def test_a_result_that_is_gone_is_drift(stored, capsys):
+    file = Path("b.json")
+    data = json.loads(file.read_text())
+    data["entries"][TENSILE]["results"]["toughness"] = 1.0
+    file.write_text(json.dumps(data))
+    assert stored() == 5
+    assert f"FAIL {TENSILE}: toughness: 1 stored, nan now" in capsys.readouterr().out
+
+
+def test_a_run_without_result_fails_with_its_reason(stored, capsys):
+    pool = Pretending(ends=lambda trial: "refused" if trial.label == TENSILE else "completed")
+    assert stored(pool=pool) == 5
+    text = capsys.readouterr().out
+    assert "FAIL: the run refused: refused with a bell" in text
+    assert f"FAIL {TENSILE}: the run refused" in text
+
+
+def test_a_machine_without_room_is_no_regression(stored):
+    assert stored("--quiet", pool=Pretending(ends=lambda trial: "blocked")) == 4
+
+
+def test_update_rewrites_with_provenance_and_keeps_what_did_not_complete(stored, capsys):
+    before = baseline.load(Path("b.json"))
+    pool = Pretending(1.001, lambda trial: "timeout" if trial.label == TENSILE else "completed")
+    assert stored("--update-baseline", pool=pool) == 5
+    after = baseline.load(Path("b.json"))
+    other = "tensile-macro-v2-warp-quick"
+    assert after.entries[TENSILE] == before.entries[TENSILE]
+    assert after.entries[other].results["peak_force_n"] == pytest.approx(5805.8)
+    assert after.entries[other].cpu and after.entries[other].date.startswith("20")
+    assert f"{other}: " in capsys.readouterr().out
+
+
+def test_finished_runs_are_not_repeated(stored):
+    pool = Pretending()
+    assert stored("--quiet", pool=pool, out="same") == 0
+    assert len(pool.asked) == len(LEVELS["quick"])
+    again = Pretending()
+    assert stored("--quiet", pool=again, out="same") == 0
+    assert again.asked == []
+
+
+def test_choice_of_table_scale_and_level(stored):
+    def labels(*arguments):
+        pool = Pretending()
+        stored(*arguments, "--quiet", pool=pool)
+        return pool.asked
+
+    assert labels("--scale", "meso") == ["tensile-meso-v1-weft-quick"]
+    assert sorted(labels("--table", "4", "--scale", "macro")) == [
+        "cantilever-macro-v1-warp-quick", "friction-macro-v1-warp-quick", TENSILE,
+    ]  # fmt: skip
+    full = labels("--level", "full", "--scale", "macro")
+    assert "picture-frame-macro-v1-standard" in full and len(full) == 11
+
+
+def test_without_an_entry_drift_is_not_judged_and_said_so(stored, capsys):
+    assert stored("--level", "full", "--scale", "macro", "--junit", "j.xml") == 0
+    assert "not judged for drift: picture-frame-macro-v1-standard" in capsys.readouterr().out
+    assert len(ET.parse("j.xml").findall(".//skipped")) == 11
+
+
+def test_junit_can_be_read_back(stored):
+    pool = Pretending(1.005, lambda trial: "failed" if trial.label == TENSILE else "completed")
+    assert stored("--quiet", "--junit", "j.xml", pool=pool) == 5
+    table, drift = ET.parse("j.xml").getroot().findall("testsuite")
+    assert (table.get("name"), table.get("tests"), table.get("failures")) == ("table 3", "19", "2")
+    failed = {case.get("name") for case in table if case.find("failure") is not None}
+    assert failed == {"V1 warp peak_force_n (input)", "V1 warp fracture_strain_pct (input)"}
+    assert (drift.get("tests"), drift.get("failures")) == ("10", "9")  # 0.5 % is within the limit of meso
+    assert float(drift.get("time")) == pytest.approx(9 * 2.0 + 1.0)
+
+
+def test_json_is_one_object_alone(stored, capsys):
+    assert stored("--json", "--quiet", pool=Pretending(1.05), out="here") == 5
+    data = json.loads(capsys.readouterr().out)
+    assert (data["passed"], data["exit_code"], data["level"]) == (False, 5, "quick")
+    row = next(r for r in data["table3"] if r["run"] == TENSILE and r["quantity"] == "peak_force_n")
+    assert row["kind"] == "input" and not row["passed"] and row["deviation_sd"] == pytest.approx(0.631, abs=1e-3)
+    assert json.loads(Path("here/regress.json").read_text()) == data
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--table", "5"], "'5' is not one of"),
+        (["--sd", "0"], "0"),
+        (["--baseline", "none.json"], "none.json: no baseline"),
+        (["--baseline", "text.json"], "text.json: no baseline of this version"),
+        (["--baseline", "next.json"], "format"),
+        (["--junit", "nowhere/j.xml"], "nowhere/j.xml: expected a file in a folder"),
+        (["--out", "taken"], "holds thesis.txt, but no regression"),
+        (["--out", "text.json"], "is a file"),
+    ],
+)
+def test_bad_input_ends_with_2_before_anything_runs(stored, arguments, said, capsys):
+    Path("text.json").write_text("nothing")
+    Path("next.json").write_text('{"format": 2, "entries": {}}')
+    Path("taken").mkdir()
+    Path("taken/thesis.txt").write_text("")
+    pool = Pretending()
+    assert stored(*arguments, pool=pool) == 2
+    assert said in capsys.readouterr().err
+    assert pool.asked == []
+
+
+def test_no_such_rows_is_bad_input(stored, monkeypatch, capsys):
+    monkeypatch.setitem(cases.LEVELS, "quick", ())
+    assert stored() == 2
+    assert "no run has such rows" in capsys.readouterr().err
+
+
+def test_shipped_baseline_knows_every_quick_run():
+    known = baseline.load(baseline.shipped()).entries
+    assert {case.name for case in LEVELS["quick"]} <= set(known)
+    assert all(entry.commit and not entry.commit.endswith("-dirty") for entry in known.values())
+
+
+def test_the_code_has_not_drifted(tmp_path, monkeypatch):
+    one = Case("tensile", "macro", "1", "warp", "quick")
+    monkeypatch.setitem(cases.LEVELS, "quick", (one,))
+    assert run(["regress", "--out", str(tmp_path / "out"), "--workers", "1", "--threads", "1", "--quiet"]) == 0
+    (drift,) = json.loads((tmp_path / "out" / "regress.json").read_text())["drift"]
+    assert drift["judged"] and len(drift["changes"]) >= 4
