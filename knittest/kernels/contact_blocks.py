@@ -107,6 +107,9 @@ def _evaluate(count, normal, tangential, friction, viscous, inv_dt, w):
             gz = cz + s * (uz1 + s * uz2) - t * (vz1 + t * vz2)
         # a contact beyond the end of its chain carries nothing
         on_yarns = 1.0 if (s > -0.5) & (s < 1.5) & (t > -0.5) & (t < 1.5) else 0.0
+        # no depth that the yarns did not close themselves: closest points that jump along a hook would make energy
+        depth = max(w[REACH + m] - np.sqrt(ox * ox + oy * oy + oz * oz), 0.0) * on_yarns
+        w[REACH + m] = min(w[REACH + m], depth + np.sqrt(gx * gx + gy * gy + gz * gz))
         fx, fy, fz, ex, ey, ez, lost = contact_force(
             gx, gy, gz, closing, w[REACH + m] * on_yarns, w[EX + m], w[EY + m], w[EZ + m], dx, dy, dz,
             normal, tangential, friction, viscous, inv_dt,
@@ -126,6 +129,7 @@ def _store(first, count, contacts, w):
     for k in range(count):
         c, m = first + k, U(k)
         contacts.parameter[0, c], contacts.parameter[1, c] = w[S + m], w[T + m]
+        contacts.reach[c] = w[REACH + m]
         ex[c], ey[c], ez[c] = w[EX + m], w[EY + m], w[EZ + m]
         gx[c], gy[c], gz[c] = w[GX + m], w[GY + m], w[GZ + m]
         fx[c], fy[c], fz[c] = w[PX + m], w[PY + m], w[PZ + m]

@@ -54,7 +54,7 @@ class Cantilever:
     ) -> tuple[History, SimulationCost]:
         """Come to rest; in the laboratory's mode, at overhangs that lead to the angle of the plane."""
         cost, start = SimulationCost(), clock.perf_counter()
-        rests = [_come_to_rest(prepared, run, cost)]
+        rests, longest = [_come_to_rest(prepared, run, cost)], prepared
         while run.rig.mode == "overhang" and abs(rests[-1].angle - run.rig.plane_angle) > ANGLE_TOLERANCE:
             if len(rests) == MOST_TRIALS:
                 break
@@ -64,11 +64,12 @@ class Cantilever:
                     f"rig.length = {run.rig.length:g} mm: the strip does not reach the plane at "
                     f"{run.rig.plane_angle:g} deg; expected a longer or a softer one"
                 )
-            rests.append(_come_to_rest(_mount(run, longer), run, cost))
+            longest = _mount(run, longer)
+            rests.append(_come_to_rest(longest, run, cost))
             if update is not None:
                 update(len(rests) / MOST_TRIALS, 0.0, 1e3 * cost.time_step, 0.0)
         cost.advance_s = clock.perf_counter() - start
-        return _history(prepared.model, rests), cost
+        return _history(longest.model, rests), cost
 
     def results(self, run: CantileverRun, prepared: Prepared, history: History) -> dict[str, float]:
         """Chord angle, overhang and both measures of the bending stiffness."""
