@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 #: width to which bending stiffnesses of a strip refer [mm]
 STRIP_WIDTH = 50.0
 #: chord angle error at which the laboratory's mode has found its overhang [deg], and most relaxations it may take
-ANGLE_TOLERANCE, MOST_TRIALS = 0.05, 8
+ANGLE_TOLERANCE, MOST_TRIALS = {"macro": 0.05, "meso": 0.25}, 8
 #: largest deviation between the root's moment and that of gravity
 MOMENT_TOLERANCE = 0.01
 #: largest move of the chord angle [deg] while the yarns settle in the shape of the elastica
@@ -55,7 +55,9 @@ class Cantilever:
         """Come to rest; in the laboratory's mode, at overhangs that lead to the angle of the plane."""
         cost, start = SimulationCost(), clock.perf_counter()
         rests, longest = [_come_to_rest(prepared, run, cost)], prepared
-        while run.rig.mode == "overhang" and abs(rests[-1].angle - run.rig.plane_angle) > ANGLE_TOLERANCE:
+        while (
+            run.rig.mode == "overhang" and abs(rests[-1].angle - run.rig.plane_angle) > ANGLE_TOLERANCE[run.model.scale]
+        ):
             if len(rests) == MOST_TRIALS:
                 break
             longer = _next_overhang(rests, run.rig.plane_angle)

@@ -62,3 +62,13 @@ def test_evenly_sheared_fabric_keeps_its_kinetic_energy():
     kinetic = rig.carried({"time_ms": times}, np.ones(4), corners)
     assert kinetic == pytest.approx(np.full(7, kinetic[0]), rel=1e-3)
     assert kinetic[0] > 0.0
+
+
+def test_hooked_loops_make_no_energy():
+    """Loops without any set and without friction slide along each other's hooks, where closest points jump."""
+    found = specimen(
+        "picture-frame", "rig.side=22", "rig.max_angle=6", "fabric.contact.friction_coefficient.value=0",
+        "fabric.knitting.degree_of_set.value=0",
+    )  # fmt: skip
+    energies = found.history.energies
+    assert energies["balance_error_mj"].min() > -0.02 * energies["kinetic_mj"].max()
