@@ -25,6 +25,7 @@ COMMANDS = {
     "check": ("knittest.cli.check", "Show what a run would do; --convergence repeats it at half the speed."),
     "batch": ("knittest.cli.batch", "Run a sweep over any fields, on this machine or a cluster."),
     "regress": ("knittest.cli.regress", "Judge Table 3 row by row, and drift against a stored baseline; for CI."),
+    "calibrate": ("knittest.cli.calibrate", "Find parameters from measured results."),
     "compare": ("knittest.cli.compare", "Compare a finished run with a curve of your own."),
     "report": ("knittest.cli.report", "Write one HTML page on runs, alone or compared."),
     "fabric": ("knittest.cli.fabric", "Show, export or relax the yarn geometry."),

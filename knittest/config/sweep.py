@@ -3,11 +3,10 @@
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, Field, ValidationError, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from knittest.config.base import BoundsError, Strict, number
-from knittest.config.layers import Layers
-from knittest.config.messages import input_error
+from knittest.config.parsing import parse_as
 from knittest.config.yaml_loader import Document, load_yaml
 
 
@@ -48,7 +47,7 @@ class Range(Strict):
 
     @model_validator(mode="after")
     def _rises(self) -> Self:
-        _check_order(self.low, self.high, self.spacing == "log")
+        check_order(self.low, self.high, self.spacing == "log")
         return self
 
 
@@ -72,7 +71,7 @@ class Distribution(Strict):
             if self.kind != "normal" and getattr(self, name) is not None:
                 raise BoundsError(f"a {self.kind} distribution has none: leave it out, or take kind: normal", name)
         if self.low is not None and self.high is not None:
-            _check_order(self.low, self.high, self.kind == "log-uniform")
+            check_order(self.low, self.high, self.kind == "log-uniform")
         return self
 
 
@@ -119,16 +118,11 @@ def load_sweep(path: Path) -> tuple[Sweep, Document]:
 
 def parse_sweep(document: Document) -> Sweep:
     """The sweep in ``document``; raises :class:`InputError` with every finding."""
-    try:
-        return Sweep.model_validate(document.data)
-    except ValidationError as error:
-        layers = Layers(origin={(): document.where(())})
-        for key, value in document.data.items():
-            layers.lay(value, document.where, (key,))
-        raise input_error(error, layers, Sweep) from None
+    return parse_as(Sweep, document)
 
 
-def _check_order(low: float, high: float, positive: bool) -> None:
+def check_order(low: float, high: float, positive: bool) -> None:
+    """Raise :class:`BoundsError` unless ``low`` is below ``high`` and, where asked for, ``positive``."""
     if positive and low <= 0.0:
         raise BoundsError("must be greater than 0, for there are ratios between the values", "low")
     if high <= low:

@@ -1,0 +1,148 @@
+"""What ``knittest calibrate`` does: pose the problem, search, judge, write."""
+
+import json
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from knittest.batch.live import Overview
+from knittest.calibrate.evaluate import Evaluation, Evaluator, Exhausted, TrialEvaluator
+from knittest.calibrate.files import FABRIC, rig_file, write_configs
+from knittest.calibrate.fit import best_of, fit, search_and_fit
+from knittest.calibrate.judge import Judgement, judge
+from knittest.calibrate.outcome import Outcome, as_data, report_lines
+from knittest.calibrate.picture import convergence_picture
+from knittest.calibrate.problem import Problem, described, problem_of
+from knittest.calibrate.root import find_root
+from knittest.calibrate.targets import Number
+from knittest.config.run import RUNS
+from knittest.config.yaml_loader import load_yaml
+from knittest.errors import InputError, NumericalError
+from knittest.export.atomic import resource_error, write_atomic
+from knittest.export.folder import slug
+from knittest.export.jsonfile import json_ready
+from knittest.interrupts import Interrupted, Interrupts
+from knittest.options import RunOptions
+from knittest.trials.pool import LocalPool, Pool
+from knittest.trials.runner import TrialRunner
+
+CALIBRATION, PICTURE, COPY = "calibration.json", "convergence.png", "calibration.yaml"
+SEARCHES: dict[str, Callable[[Evaluator], None]] = {
+    "root": find_root,
+    "least-squares": fit,
+    "differential-evolution": search_and_fit,
+}
+
+
+@dataclass(frozen=True)
+class CalibrateOptions:
+    """Where a calibration runs and what it says."""
+
+    out: Path | None = None
+    workers: int | None = None
+    threads: int | None = None
+    quiet: bool = False
+
+
+def calibrate_command(path: Path, options: CalibrateOptions) -> int:
+    """Calibrate as the file ``path`` says, or go on with it; returns the exit code, 3 when it did not converge.
+
+    Raises :class:`InputError` before anything runs.
+    """
+    problem = problem_of(load_yaml(path))
+    pool = _pool(options)
+    folder = _folder(path, options.out)
+    with _says_how_to_go_on(), Interrupts() as interrupts, interrupts.deciding():
+        outcome = _search(problem, pool, folder, options)
+        written = _write(outcome, folder)
+    if not options.quiet:
+        for line in [*report_lines(outcome), f"written: {', '.join(map(str, written))}"]:
+            print(line)
+    return 0 if outcome.converged else NumericalError.exit_code
+
+
+def _pool(options: CalibrateOptions) -> Pool:
+    return LocalPool(options.workers, options.threads)
+
+
+def _folder(path: Path, out: Path | None) -> Path:
+    """The folder of the calibration, with a copy of its file; refuses one that holds something else."""
+    folder = out or Path("runs") / f"calibrate-{slug(path.stem)}"
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"--out {folder}: is a file, expected a folder")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        names = [entry.name for entry in folder.iterdir() if not entry.name.startswith(".")]
+    except OSError as error:
+        raise resource_error(folder, error) from error
+    if names and COPY not in names:
+        raise InputError(f"--out {folder}: holds {names[0]}, but no calibration: choose a new folder")
+    write_atomic(folder / COPY, path.read_bytes())
+    return folder
+
+
+def _search(problem: Problem, pool: Pool, folder: Path, options: CalibrateOptions) -> Outcome:
+    """Search and judge; what went wrong with the search is in the outcome, with the best point so far."""
+    limit = problem.calibration.time_limit
+    keep = RunOptions(quiet=True, frames=False, pictures=False)
+
+    def tell(evaluation: Evaluation) -> None:
+        if not options.quiet:
+            with suppress(OSError):
+                print(_line(problem, evaluation), file=sys.stderr, flush=True)
+
+    with (
+        Overview(problem.calibration.max_runs, quiet=options.quiet or not sys.stderr.isatty()) as view,
+        TrialRunner(folder, pool, limit=limit, options=keep, watch=view.watch) as runner,
+    ):
+        evaluator = TrialEvaluator(problem, runner, tell)
+        failure, judgement = "", None
+        try:
+            SEARCHES[problem.method](evaluator)
+        except (NumericalError, Exhausted) as error:
+            failure = str(error)
+        best = best_of(problem.parameters, evaluator.history)
+        if best is not None and not failure:
+            failure, judgement = _judged(evaluator, best)
+        return Outcome(problem, evaluator.history, best, judgement, failure)
+
+
+def _judged(evaluator: Evaluator, best: Evaluation) -> tuple[str, Judgement | None]:
+    try:
+        return "", judge(evaluator, best)
+    except (NumericalError, Exhausted) as error:
+        return f"how well it is determined could not be found: {error}", None
+
+
+def _line(problem: Problem, evaluation: Evaluation) -> str:
+    head = f"point {evaluation.number}: {described(evaluation.values, problem.parameters)}:"
+    if not evaluation.good:
+        return f"{head} {evaluation.reason}"
+    pairs = zip(problem.targets, evaluation.simulated, strict=True)
+    texts = [
+        f"{t.label} {value:.5g} ({(value - t.mean) / t.sd:+.3f} sd)"
+        if isinstance(t, Number)
+        else f"{t.label} {value:.3f} sd"
+        for t, value in pairs
+    ]
+    return f"{head} {', '.join(texts)}"
+
+
+def _write(outcome: Outcome, folder: Path) -> list[Path]:
+    """All files; configs of an earlier calibration go when this one did not converge."""
+    for name in (FABRIC, *map(rig_file, RUNS)):
+        (folder / name).unlink(missing_ok=True)
+    configs = write_configs(outcome, folder) if outcome.converged else []
+    write_atomic(folder / CALIBRATION, json.dumps(json_ready(as_data(outcome)), indent=2) + "\n")
+    convergence_picture(outcome, folder / PICTURE)
+    return [*configs, folder / CALIBRATION, folder / PICTURE]
+
+
+@contextmanager
+def _says_how_to_go_on() -> Iterator[None]:
+    try:
+        yield
+    except Interrupted as error:
+        raise Interrupted(f"{error}; what is finished is kept: go on with the same command") from None

@@ -1,0 +1,77 @@
+"""Calibrations whose trials are formulas instead of simulations."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from knittest.calibrate import command
+from knittest.calibrate.command import CalibrateOptions, calibrate_command
+from knittest.trials.record import Record
+
+BEND = """
+base: {variant: 1, scale: macro, preset: quick}
+parameters:
+  fabric.macro.bending_stiffness.warp: {low: 2, high: 12, spacing: log}
+tests:
+  bend: {test: cantilever, direction: warp, set: {rig.mode: overhang}}
+targets:
+  - {test: bend, quantity: overhang_mm}
+tolerance: 0.01
+"""
+#: stiffness [N mm] per overhang^3 of variant 1 by Eq. 2, B = w (L / 2)^3 with w = 824.2 g/m2 x 9.81 m/s2
+EQ_2 = 824.2e-6 * 9.81e-3 / 8.0
+
+
+def overhang(stiffness: float) -> float:
+    """Overhang [mm] of a strip of ``stiffness`` [N mm] by Eq. 2."""
+    return (stiffness / EQ_2) ** (1.0 / 3.0)
+
+
+def bending(trial) -> dict[str, float]:
+    """Results of a cantilever."""
+    quantity = getattr(trial.run.fabric.macro.bending_stiffness, trial.run.direction)
+    return {"overhang_mm": overhang(quantity.value), "chord_angle_deg": 41.5}
+
+
+class Pretending:
+    """A pool whose trials give ``results``, end as ``ends`` says, and leave the ``curve`` (x, y), if any."""
+
+    def __init__(self, results=bending, ends=lambda trial: "completed", curve=None):
+        self.asked: list[str] = []
+        self._results, self._ends, self._curve = results, ends, curve
+
+    def run(self, trials, place, limit, options, watch):
+        for trial in trials:
+            self.asked.append(trial.key)
+            status = self._ends(trial)
+            if status != "completed":
+                yield Record(trial.key, status, f"{status} on purpose", limit=limit)
+                continue
+            if self._curve is not None:
+                place(trial).mkdir()
+                rows = "\n".join(f"{x},{y}" for x, y in zip(*self._curve(trial), strict=True))
+                (place(trial) / "curve.csv").write_text(f"strain_pct,force_n\n{rows}\n")
+            summary = {"results": self._results(trial), "comparison": [], "refused": [], "quality": {}, "cost": {}}
+            yield Record(trial.key, "completed", summary=summary)
+
+    def close(self):
+        pass
+
+
+def calibrate(text: str, folder: Path, monkeypatch, pool) -> int:
+    """Exit code of the calibration ``text`` in ``folder``."""
+    (folder / "c.yaml").write_text(text)
+    monkeypatch.chdir(folder)
+    monkeypatch.setattr(command, "_pool", lambda options: pool)
+    return calibrate_command(Path("c.yaml"), CalibrateOptions(quiet=True))
+
+
+def outcome(folder: Path) -> dict:
+    """calibration.json of the calibration in ``folder``."""
+    return json.loads((folder / "runs/calibrate-c/calibration.json").read_text())
+
+
+def values(folder: Path) -> np.ndarray:
+    """What was found (n,)."""
+    return np.array([row["value"] for row in outcome(folder)["parameters"]])

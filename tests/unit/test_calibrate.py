@@ -1,0 +1,285 @@
+"""A calibration finds what its targets ask for, once, whatever becomes of single trials."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from calibration_cases import BEND, EQ_2, Pretending, bending, calibrate, outcome, overhang, values
+
+from knittest.calibrate import command
+from knittest.calibrate.command import CalibrateOptions, calibrate_command
+from knittest.config.loading import resolve
+from knittest.errors import InputError, ResourceError
+from knittest.interrupts import Interrupted
+
+TWO = """
+base: {variant: 1, scale: macro, preset: quick}
+parameters:
+  fabric.macro.bending_stiffness.warp: {low: 1, high: 20, spacing: log, start: 2}
+  fabric.macro.bending_stiffness.weft: {low: 1, high: 20}
+tests:
+  one: {test: cantilever, direction: warp, set: {rig.mode: overhang}}
+  other: {test: cantilever, direction: weft, set: {rig.mode: overhang}}
+targets:
+  - {test: one, quantity: overhang_mm}
+  - {test: other, quantity: overhang_mm, value: 151, sd: 15}
+"""
+WARP, WEFT = EQ_2 * 171.0**3, EQ_2 * 151.0**3
+RESULT = Path("runs/calibrate-c")
+
+
+def stiffness(trial) -> float:
+    return trial.run.fabric.macro.bending_stiffness.warp.value
+
+
+def lost_between(low: float, high: float, status: str = "timeout"):
+    return lambda trial: status if low <= stiffness(trial) <= high else "completed"
+
+
+def test_one_parameter_is_found_in_a_handful_of_runs(tmp_path, monkeypatch):
+    pool = Pretending()
+    assert calibrate(BEND, tmp_path, monkeypatch, pool) == 0
+    found = outcome(tmp_path)
+    assert len(pool.asked) == found["runs"] <= 7 and found["status"] == "converged" and found["method"] == "root"
+    assert abs(overhang(values(tmp_path)[0]) - 171.0) <= 0.01 * 51.0
+    assert found["parameters"][0]["sd"] == pytest.approx(WARP * 3.0 * 51.0 / 171.0, rel=0.1)  # dB/B = 3 dL/L
+    assert found["parameters"][0]["interval_95"] == [2.0, 12.0] and "hardly determined" in found["warnings"][0]
+    assert (RESULT / "convergence.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_calibrated_fabric_says_where_its_number_comes_from(tmp_path, monkeypatch):
+    calibrate(BEND, tmp_path, monkeypatch, Pretending())
+    run = resolve(fabric=RESULT / "fabric.yaml", scale="macro", test="cantilever")
+    own, shipped = run.fabric, resolve(variant="1", scale="macro", test="cantilever").fabric
+    quantity = own.macro.bending_stiffness.warp
+    assert quantity.value == values(tmp_path)[0] and quantity.source == "tuned"
+    assert quantity.tuned_on == ["V1 warp overhang_mm"]
+    assert (
+        "95 % interval" in quantity.ref
+        and "runs): residual" in quantity.ref
+        and "before: 5.05 (derived)" in quantity.ref
+    )
+    kept = {"bending_stiffness": shipped.macro.bending_stiffness}
+    assert own.model_copy(update={"macro": own.macro.model_copy(update=kept)}) == shipped
+
+
+def test_what_is_finished_is_not_run_again(tmp_path, monkeypatch):
+    class Stopping(Pretending):
+        def run(self, *arguments):
+            for record in super().run(*arguments):
+                if len(self.asked) == 4:
+                    raise Interrupted("stopped by SIGINT")
+                yield record
+
+    first = Stopping()
+    with pytest.raises(Interrupted, match="go on with the same command"):
+        calibrate(BEND, tmp_path, monkeypatch, first)
+    second, third = Pretending(), Pretending()
+    assert calibrate(BEND, tmp_path, monkeypatch, second) == 0
+    assert first.asked[-1] == second.asked[0] and not set(first.asked[:-1]) & set(second.asked)
+    again = outcome(tmp_path)["evaluations"]
+    assert calibrate(BEND, tmp_path, monkeypatch, third) == 0
+    assert third.asked == [] and outcome(tmp_path)["evaluations"] == again
+
+
+@pytest.mark.parametrize("status", ["timeout", "failed", "refused", "crashed", "invalid", "error"])
+def test_a_lost_trial_is_recorded_and_does_not_count(tmp_path, monkeypatch, status):
+    calibrate(BEND, tmp_path, monkeypatch, Pretending())
+    third = outcome(tmp_path)["evaluations"][2]["values"][0]
+    (tmp_path / "b").mkdir()
+    lost = Pretending(ends=lost_between(0.97 * third, 1.001 * third, status))
+    assert calibrate(BEND, tmp_path / "b", monkeypatch, lost) == 0
+    found = outcome(tmp_path / "b")
+    assert abs(overhang(values(tmp_path / "b")[0]) - 171.0) <= 0.51
+    (gone,) = [one for one in found["evaluations"] if one["reason"]]
+    assert (
+        gone["values"] == [third]
+        and gone["simulated"] is None
+        and gone["reason"] == f"bend {status}: {status} on purpose"
+    )
+    assert found["runs_by_status"][status] == 1
+
+
+def test_a_bound_without_a_number_is_moved_inward(tmp_path, monkeypatch):
+    assert calibrate(BEND, tmp_path, monkeypatch, Pretending(ends=lost_between(0.0, 2.3, "failed"))) == 0
+    assert abs(overhang(values(tmp_path)[0]) - 171.0) <= 0.51
+
+
+def test_when_no_run_around_the_root_gives_a_number_there_is_no_fabric(tmp_path, monkeypatch):
+    assert calibrate(BEND, tmp_path, monkeypatch, Pretending()) == 0 and (RESULT / "fabric.yaml").exists()
+    wide = BEND.replace("high: 12", "high: 15")
+    assert calibrate(wide, tmp_path, monkeypatch, Pretending(ends=lost_between(4.0, 6.5))) == 3
+    assert outcome(tmp_path)["status"] == "not converged" and "gave no number" in outcome(tmp_path)["reason"]
+    assert not (RESULT / "fabric.yaml").exists()
+
+
+@pytest.mark.parametrize(
+    ("results", "said"),
+    [
+        (lambda trial: {"overhang_mm": 100.0 + stiffness(trial)}, "c.yaml:4: the bounds do not enclose the target"),
+        (lambda trial: {"overhang_mm": 100.0}, "fabric.macro.bending_stiffness.warp does not matter"),
+        (lambda trial: {"overhang_mm": 100.0 if stiffness(trial) < 5.0 else 300.0}, "jumped over at 5"),
+    ],
+)
+def test_a_target_out_of_reach_is_said(tmp_path, monkeypatch, results, said):
+    assert calibrate(BEND, tmp_path, monkeypatch, Pretending(results)) == 3
+    assert said in outcome(tmp_path)["reason"] and not (RESULT / "fabric.yaml").exists()
+
+
+def test_runs_are_limited(tmp_path, monkeypatch):
+    pool = Pretending()
+    assert calibrate(BEND + "max_runs: 3\n", tmp_path, monkeypatch, pool) == 3
+    assert len(pool.asked) == 3 and outcome(tmp_path)["reason"] == "max_runs = 3 runs were not enough"
+
+
+@pytest.mark.parametrize("method", ["least-squares", "differential-evolution"])
+def test_several_parameters_are_found(tmp_path, monkeypatch, method):
+    assert calibrate(f"{TWO}method: {method}\nmax_runs: 150\n", tmp_path, monkeypatch, Pretending()) == 0
+    found = outcome(tmp_path)
+    assert values(tmp_path) == pytest.approx([WARP, WEFT], rel=0.02 * 3 * 51 / 171)
+    assert found["rms_deviation_sd"] <= 0.02 and len(found["warnings"]) == 1
+    assert found["runs"] <= (30 if method == "least-squares" else 150)
+    weft = found["parameters"][1]
+    assert weft["sd"] == pytest.approx(WEFT * 3 * 15 / 151, rel=0.1)
+    assert weft["interval_95"] == pytest.approx([WEFT - 1.96 * weft["sd"], WEFT + 1.96 * weft["sd"]], rel=0.02)
+
+
+@pytest.mark.parametrize("number", [1, 3], ids=["finite difference", "step"])
+def test_least_squares_goes_round_what_gives_no_number(tmp_path, monkeypatch, number):
+    calibrate(TWO, tmp_path, monkeypatch, Pretending())
+    gone = outcome(tmp_path)["evaluations"][number]["values"]
+    (tmp_path / "b").mkdir()
+    lost = Pretending(ends=lambda trial: "failed" if stiffness(trial) == gone[0] else "completed")
+    assert calibrate(TWO, tmp_path / "b", monkeypatch, lost) == 0
+    found = outcome(tmp_path / "b")
+    assert values(tmp_path / "b") == pytest.approx([WARP, WEFT], rel=0.02 * 3 * 51 / 171)
+    assert gone in [one["values"] for one in found["evaluations"] if one["reason"]]
+
+
+def test_a_parameter_without_influence_is_told(tmp_path, monkeypatch):
+    idle = "  fabric.thickness: {low: 1, high: 4, mean: 2.2, sd: 0.1}\ntests:"
+    assert calibrate(TWO.replace("tests:", idle), tmp_path, monkeypatch, Pretending()) == 0
+    found = outcome(tmp_path)
+    (warning,) = [text for text in found["warnings"] if text.startswith("fabric.thickness does not matter")]
+    assert "its value is the prior's" in warning and found["parameters"][2]["sensitivity_sd"] < 1e-6
+    assert values(tmp_path) == pytest.approx([WARP, WEFT, 2.2], rel=0.05)
+
+
+def test_parameters_that_cannot_be_told_apart_are_told(tmp_path, monkeypatch):
+    def product(trial):
+        macro = trial.run.fabric.macro
+        return {"overhang_mm": overhang(macro.bending_stiffness.warp.value * macro.bending_stiffness.weft.value / 3.0)}
+
+    calibrate(TWO, tmp_path, monkeypatch, Pretending(product))
+    assert any("told apart" in text or "tell the parameters apart" in text for text in outcome(tmp_path)["warnings"])
+
+
+def test_a_prior_pulls_as_its_sd_says(tmp_path, monkeypatch):
+    prior = BEND.replace("spacing: log", "mean: 6, sd: 0.5")
+    assert calibrate(prior, tmp_path, monkeypatch, Pretending()) == 0
+    slope = overhang(WARP) / (3.0 * WARP) / 51.0  # sd of the target per N mm
+    expected = (WARP * slope**2 + 6.0 / 0.25) / (slope**2 + 4.0)
+    assert outcome(tmp_path)["method"] == "least-squares"
+    assert values(tmp_path)[0] == pytest.approx(expected, abs=0.02) and abs(expected - WARP) > 0.1
+
+
+def test_weights_decide_between_targets_that_disagree(tmp_path, monkeypatch):
+    text = BEND.replace("targets:", "targets:\n  - {test: bend, quantity: overhang_mm, value: 160, sd: 51, weight: 3}")
+    assert calibrate(text, tmp_path, monkeypatch, Pretending()) == 0
+    assert overhang(values(tmp_path)[0]) == pytest.approx((3 * 160 + 171) / 4, abs=0.3)
+
+
+def test_a_curve_is_followed(tmp_path, monkeypatch):
+    strain = np.linspace(0.0, 2.0, 41)
+    rows = "\n".join(f"{x:g},{3000 * x**1.5:g},{100 * x:g}" for x in strain)
+    (tmp_path / "own.csv").write_text(f"# kind: measured\nstrain_pct,force_n,force_sd_n\n{rows}\n")
+    text = """
+base: {variant: 1, scale: macro, preset: quick}
+parameters: {fabric.macro.fracture_strain.warp: {low: 1, high: 3}}
+tests: {pull: {test: tensile, direction: warp}}
+targets: [{test: pull, curve: own.csv}]
+"""
+
+    def curve(trial):
+        share = trial.run.fabric.macro.fracture_strain.warp.value / 1.7
+        return strain, 3000 * share * strain**1.5
+
+    pool = Pretending(lambda trial: {"peak_force_n": 1.0}, curve=curve)
+    assert calibrate(text, tmp_path, monkeypatch, pool) == 0
+    assert values(tmp_path)[0] == pytest.approx(1.7, rel=1e-3)
+    assert outcome(tmp_path)["targets"][0]["source"] == "own.csv (measured)"
+
+
+def test_a_rig_is_calibrated_into_a_rig_file(tmp_path, monkeypatch):
+    text = """
+base: {variant: 1, scale: macro, preset: quick}
+parameters: {rig.kinetic_coefficient: {low: 0.02, high: 0.3, also: [rig.static_coefficient]}}
+tests: {pull: {test: friction, direction: warp}}
+targets: [{test: pull, quantity: mu_paper}]
+"""
+    assert (
+        calibrate(text, tmp_path, monkeypatch, Pretending(lambda t: {"mu_paper": 2 * t.run.rig.kinetic_coefficient}))
+        == 0
+    )
+    rig = resolve(variant="1", config=RESULT / "rig-friction.yaml", test="friction").rig
+    assert rig.kinetic_coefficient == rig.static_coefficient == pytest.approx(0.075, abs=0.0002)
+    assert "tuned by knittest calibrate c on V1 warp mu_paper" in (RESULT / "rig-friction.yaml").read_text()
+    assert not (RESULT / "fabric.yaml").exists()
+
+
+def test_no_room_ends_it_and_keeps_what_is_finished(tmp_path, monkeypatch):
+    full = Pretending(ends=lambda trial: "blocked" if 2.0 < stiffness(trial) < 12.0 else "completed")
+    with pytest.raises(ResourceError, match="what is finished is kept"):
+        calibrate(BEND, tmp_path, monkeypatch, full)
+    pool = Pretending()
+    assert calibrate(BEND, tmp_path, monkeypatch, pool) == 0 and pool.asked[0] == full.asked[2]
+
+
+def test_a_result_that_the_test_does_not_have_is_refused(tmp_path, monkeypatch):
+    text = BEND.replace("quantity: overhang_mm", "quantity: overhnag, value: 1, sd: 1")
+    with pytest.raises(
+        InputError, match=r"c.yaml:8: quantity = overhnag: the test has no such result \(known: overhang_mm"
+    ):
+        calibrate(text, tmp_path, monkeypatch, Pretending())
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("low: 2, high: 12", "low: 12, high: 2", "c.yaml:4: parameters.fabric.macro.bending_stiffness.warp.high = 2: "),
+        ("low: 2,", "low: -2,", "must be greater than 0"),
+        ("low: 2,", "low: 1e-5,", "c.yaml:4: fabric.macro.bending_stiffness.warp = 1e-05: implausible"),
+        ("stiffness.warp", "stifness.warp", 'unknown field (did you mean "fabric.macro.bending_stiffness.warp"?)'),
+        ("bending_stiffness.warp", "bending_stiffness", "expected a number, this is a group of warp, weft"),
+        ("fabric.macro.bending_stiffness.warp", "solver.damping", "expected a field of the fabric or the rig"),
+        ("spacing: log", "also: [fabric.macro.bending_stiffness.warp]", "given twice"),
+        ("spacing: log", "mean: 5", "parameters.fabric.macro.bending_stiffness.warp.sd: missing"),
+        ("spacing: log", "start: 1", "must be between low = 2 and high = 12"),
+        ("quantity: overhang_mm", "quantity: peak_force", "c.yaml:8: quantity = peak_force: no row of variant 1 warp"),
+        ("quantity: overhang_mm", "quantity: bending_stiffness_mncm2", "give value and sd"),
+        ("quantity: overhang_mm", "curve: none.csv", "c.yaml:8: curve: "),
+        ("quantity: overhang_mm", "weight: 1", "expected quantity (a result) or curve (a CSV)"),
+        ("quantity: overhang_mm", "quantity: overhang_mm, value: 3", "a value needs quantity and sd"),
+        ("test: bend,", "test: bnd,", "c.yaml:8: test = bnd: no such test here (known: bend)"),
+        ("variant: 1", "variant: 9", "c.yaml:2: --variant 9: unknown fabric"),
+        ("variant: 1", "fabric: none.yaml", "c.yaml:2: no such file"),
+        ("tolerance: 0.01", "tolerance: 0", "must be greater than 0"),
+        ("tolerance: 0.01", "storage: sqlite", "unknown field"),
+        ("targets:", "  spare: {test: friction}\ntargets:", "tests.spare: no target is about it"),
+    ],
+)  # fmt: skip
+def test_bad_input_is_refused_with_its_line_before_anything_runs(tmp_path, monkeypatch, old, new, said):
+    pool = Pretending()
+    with pytest.raises(InputError) as error:
+        calibrate(BEND.replace(old, new), tmp_path, monkeypatch, pool)
+    assert said in str(error.value) and pool.asked == [] and not (tmp_path / "runs").exists()
+
+
+def test_a_folder_of_something_else_is_left_alone(tmp_path, monkeypatch):
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full/thesis.tex").touch()
+    (tmp_path / "c.yaml").write_text(BEND)
+    monkeypatch.setattr(command, "_pool", lambda options: Pretending(bending))
+    with pytest.raises(InputError, match="but no calibration"):
+        calibrate_command(tmp_path / "c.yaml", CalibrateOptions(out=tmp_path / "full"))
+    assert [path.name for path in (tmp_path / "full").iterdir()] == ["thesis.tex"]
