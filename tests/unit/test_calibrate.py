@@ -11,6 +11,7 @@ from knittest.calibrate.command import CalibrateOptions, calibrate_command
 from knittest.config.loading import resolve
 from knittest.errors import InputError, ResourceError
 from knittest.interrupts import Interrupted
+from knittest.resources import configs_dir
 
 TWO = """
 base: {variant: 1, scale: macro, preset: quick}
@@ -45,6 +46,12 @@ def test_one_parameter_is_found_in_a_handful_of_runs(tmp_path, monkeypatch):
     assert found["parameters"][0]["sd"] == pytest.approx(WARP * 3.0 * 51.0 / 171.0, rel=0.1)  # dB/B = 3 dL/L
     assert found["parameters"][0]["interval_95"] == [2.0, 12.0] and "hardly determined" in found["warnings"][0]
     assert (RESULT / "convergence.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_shipped_bending_asks_for_the_shipped_stiffness(tmp_path, monkeypatch):
+    text = (configs_dir() / "calibrations/v1-warp-bending.yaml").read_text()
+    assert calibrate(text, tmp_path, monkeypatch, Pretending()) == 0
+    assert values(tmp_path)[0] == pytest.approx(5.05, rel=0.03)
 
 
 def test_the_calibrated_fabric_says_where_its_number_comes_from(tmp_path, monkeypatch):
@@ -256,7 +263,7 @@ def test_a_result_that_the_test_does_not_have_is_refused(tmp_path, monkeypatch):
         ("spacing: log", "mean: 5", "parameters.fabric.macro.bending_stiffness.warp.sd: missing"),
         ("spacing: log", "start: 1", "must be between low = 2 and high = 12"),
         ("quantity: overhang_mm", "quantity: peak_force", "c.yaml:8: quantity = peak_force: no row of variant 1 warp"),
-        ("quantity: overhang_mm", "quantity: bending_stiffness_mncm2", "give value and sd"),
+        ("quantity: overhang_mm", "quantity: bending_stiffness_mncm2", "states no scatter: give sd"),
         ("quantity: overhang_mm", "curve: none.csv", "c.yaml:8: curve: "),
         ("quantity: overhang_mm", "weight: 1", "expected quantity (a result) or curve (a CSV)"),
         ("quantity: overhang_mm", "quantity: overhang_mm, value: 3", "a value needs quantity and sd"),
