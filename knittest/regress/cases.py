@@ -74,6 +74,8 @@ LEVELS: dict[Level, tuple[Case, ...]] = {
         *_strips("tensile", "macro", "quick"),
     ),
     "full": (
+        Case("picture-frame", "meso", "1", None, "standard"),
+        *_strips("cantilever", "meso", "standard"),
         Case("friction", "meso", "1", "warp", "standard"),
         *_strips("tensile", "meso", "paper"),
         Case("picture-frame", "macro", "1", None, "standard"),
@@ -95,5 +97,6 @@ def chosen_cases(level: Level, scale: Literal["macro", "meso", "both"], table: T
     if table == 4:
         found = list({(case.test, case.scale): case for case in reversed(found)}.values())[::-1]
     if not found:
-        raise InputError(f"--level {level} --scale {scale} --table {table}: no run has such rows; use --level full")
+        asked = f"--level {level} --scale {scale}" + (f" --table {table}" if table else "")
+        raise InputError(f"{asked}: no run has such rows; use --level full")
     return found
