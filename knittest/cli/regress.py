@@ -14,7 +14,7 @@ import click
     type=click.Choice(["quick", "full"]),
     default="quick",
     show_default=True,
-    help="quick: for every push; full: all rows at the paper's size.",
+    help="quick: for every push; full: all rows, most at the size of the paper.",
 )
 @click.option(
     "--sd",
