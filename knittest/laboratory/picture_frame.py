@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from knittest.config.run import PictureFrameRun
 from knittest.errors import InputError
-from knittest.history import Frame, History, Quality
+from knittest.history import Frame, History, Mesh, Quality
 from knittest.laboratory.base import Phase, Prepared, Update, fabric_laminate, shear_curve
-from knittest.laboratory.shear_angles import AngleScatter, angle_scatter, shell_angles
+from knittest.laboratory.shear_angles import AngleScatter, angle_scatter, crossing_angles, shell_angles
 from knittest.laboratory.strips import cut
 from knittest.laboratory.wrinkles import measure_wrinkles
 from knittest.materials.shear import last_angle
@@ -128,10 +128,15 @@ def forces_at(history: History, most: float) -> dict[str, float]:
 
 
 def material_scatter(history: History) -> list[tuple[float, AngleScatter]]:
-    """Angle of the frame [deg] and scatter of the material's at each frame of the first loading; none of yarns yet."""
-    if history.mesh.kind != "shells":
-        return []
-    return [(f.coordinate, angle_scatter(shell_angles(f))) for f in first_loading(history)]
+    """Angle of the frame [deg] and scatter of the material's, by shells or crossings, at each frame of the first
+    loading.
+    """
+    return [(f.coordinate, angle_scatter(material_angles(history.mesh, f))) for f in first_loading(history)]
+
+
+def material_angles(mesh: Mesh, frame: Frame) -> Array:
+    """Shear angle [rad] of each shell or crossing, (n,)."""
+    return shell_angles(frame) if mesh.kind == "shells" else crossing_angles(mesh, frame)[0]
 
 
 def _material_at(history: History) -> dict[str, float]:

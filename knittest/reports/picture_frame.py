@@ -9,11 +9,12 @@ import numpy as np
 from knittest.config.run import PictureFrameRun
 from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.tables import PublishedValue
+from knittest.export.faces_picture import faces_picture
 from knittest.export.line_picture import Band, Level, Line, line_picture
 from knittest.export.map_picture import height_picture
 from knittest.export.shear_picture import shear_picture
-from knittest.laboratory.picture_frame import MAPPED, frame_at, material_scatter
-from knittest.laboratory.shear_angles import angle_table, shell_angles
+from knittest.laboratory.picture_frame import MAPPED, frame_at, material_angles, material_scatter
+from knittest.laboratory.shear_angles import angle_table, crossing_angles
 from knittest.laboratory.wrinkles import measure_wrinkles
 from knittest.reports.base import Columns, CurveAxes, Gate, References, draw_energies, energy_gates, title_of
 from knittest.specimen import Specimen
@@ -56,11 +57,10 @@ class PictureFrameReport:
 
     def tables(self, run: PictureFrameRun, specimens: list[Specimen]) -> dict[str, Columns]:
         """shear-angle.csv of the first specimen."""
-        scatter = material_scatter(specimens[0].history)
-        return {"shear-angle.csv": angle_table(scatter)} if scatter else {}
+        return {"shear-angle.csv": angle_table(material_scatter(specimens[0].history))}
 
     def pictures(self, run: PictureFrameRun, specimens: list[Specimen], references: References, folder: Path) -> None:
-        """curve.png, energies.png, wrinkles.png, shear-angle.png."""
+        """curve.png, energies.png, wrinkles.png, shear-angle.png, and deformed.png of yarns."""
         self._curve_picture(run, specimens, references, folder / "curve.png")
         draw_energies(run, specimens, folder)
         history = specimens[0].history
@@ -70,13 +70,19 @@ class PictureFrameReport:
             f"at {frame.coordinate:.1f} deg: amplitude {found.amplitude:.2f} mm, {found.count} crests across the pull"
         )
         height_picture(folder / "wrinkles.png", found.x, found.y, found.height, title=title_of(run), note=note)
-        table = self.tables(run, specimens).get("shear-angle.csv")
-        if table is not None:
-            shear_picture(
-                folder / "shear-angle.png", table, frame.position[history.mesh.cells][:, :, :2],
-                np.rad2deg(shell_angles(frame)) - frame.coordinate, title=title_of(run),
-                where=f"frame at {frame.coordinate:.1f} deg",
+        if history.mesh.kind == "beams":
+            places = crossing_angles(history.mesh, frame)[1]
+            faces_picture(
+                folder / "deformed.png", history.mesh, frame, title=title_of(run),
+                note=f"frame at {frame.coordinate:.1f} deg",
             )  # fmt: skip
+        else:
+            places = frame.position[history.mesh.cells][:, :, :2]
+        shear_picture(
+            folder / "shear-angle.png", angle_table(material_scatter(history)), places,
+            np.rad2deg(material_angles(history.mesh, frame)) - frame.coordinate, title=title_of(run),
+            where=f"frame at {frame.coordinate:.1f} deg",
+        )  # fmt: skip
 
     def _curve_picture(
         self, run: PictureFrameRun, specimens: list[Specimen], references: References, path: Path

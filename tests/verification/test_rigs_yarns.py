@@ -7,6 +7,7 @@ import pytest
 
 from knittest.config.loading import resolve
 from knittest.laboratory.heavy_elastica import heavy_elastica
+from knittest.laboratory.picture_frame import material_scatter
 from knittest.specimen import prepare, run_specimen
 
 
@@ -52,6 +53,15 @@ def test_a_frame_of_yarns_passes_its_gates(friction):
 def test_more_friction_between_yarns_means_more_shear_force():
     low, high = (sheared(mu).results["shear_force_n_at_deg.10"] for mu in (0.1, 0.5))
     assert high > 1.2 * low > 0.0
+
+
+def test_crossings_turn_as_the_frame_does():
+    """A frame of needles shears the mean crossing as itself."""
+    found = sheared(0.5)
+    frame, scatter = material_scatter(found.history)[-1]
+    assert frame == pytest.approx(20.0, abs=0.5)
+    assert scatter.mean == pytest.approx(frame, abs=0.1)
+    assert 0.0 < scatter.sd < 2.0
 
 
 def test_evenly_sheared_fabric_keeps_its_kinetic_energy():
