@@ -29,10 +29,11 @@ class Overview:
     A closed stream silences it, never the batch.
     """
 
-    def __init__(self, total: int, *, quiet: bool = False, stream: TextIO | None = None) -> None:
-        """Show on ``stream`` (standard error)."""
+    def __init__(self, total: int, *, at_most: bool = False, quiet: bool = False, stream: TextIO | None = None) -> None:
+        """Show on ``stream`` (standard error); of ``at_most`` ``total`` runs nobody knows when they end."""
         stream = stream or sys.stderr
         self._total, self._known, self._done = total, 0, 0
+        self._at_most = at_most
         self._counts: Counter[str] = Counter()
         self._running: dict[str, tuple[str, float | None, float]] = {}  # label, share, when it began
         self._began, self._drawn = time.monotonic(), 0.0
@@ -79,10 +80,13 @@ class Overview:
         now = self._drawn = time.monotonic()
         left = self._total - self._known - self._done
         spent = now - self._began
-        eta = f", ETA {duration(spent * left / self._done)}" if self._done and left else ""
+        eta = f", ETA {duration(spent * left / self._done)}" if self._done and left and not self._at_most else ""
         counts = ", ".join(f"{count} {status}" for status, count in self._counts.items())
         known = f", {self._known} from before" if self._known else ""
-        head = f"{self._known + self._done}/{self._total} runs ({counts or 'none yet'}{known}), {duration(spent)}{eta}"
+        of = " of at most " if self._at_most else "/"
+        head = (
+            f"{self._known + self._done}{of}{self._total} runs ({counts or 'none yet'}{known}), {duration(spent)}{eta}"
+        )
         running = [_running(*state, now) for state in self._running.values()]
         self._show(lambda display: display.draw(head, running, (self._known + self._done) / max(self._total, 1)))
 

@@ -85,7 +85,7 @@ def _folder(path: Path, out: Path | None) -> Path:
 
 def _search(problem: Problem, pool: Pool, folder: Path, options: CalibrateOptions) -> Outcome:
     """Search and judge; what went wrong with the search is in the outcome, with the best point so far."""
-    limit = problem.calibration.time_limit
+    limit, most = problem.calibration.time_limit, problem.calibration.max_runs
     keep = RunOptions(quiet=True, frames=False, pictures=False)
 
     def tell(evaluation: Evaluation) -> None:
@@ -94,10 +94,10 @@ def _search(problem: Problem, pool: Pool, folder: Path, options: CalibrateOption
                 print(_line(problem, evaluation), file=sys.stderr, flush=True)
 
     with (
-        Overview(problem.calibration.max_runs, quiet=options.quiet or not sys.stderr.isatty()) as view,
+        Overview(most, at_most=True, quiet=options.quiet or not sys.stderr.isatty()) as view,
         TrialRunner(folder, pool, limit=limit, options=keep, watch=view.watch) as runner,
     ):
-        evaluator = TrialEvaluator(problem, runner, tell)
+        evaluator = TrialEvaluator(problem, runner, tell, view.ended)
         failure, judgement = "", None
         try:
             SEARCHES[problem.method](evaluator)

@@ -61,15 +61,22 @@ class Evaluator(Protocol):
 
 
 class TrialEvaluator:
-    """Runs the tests of ``problem`` as trials of ``runner``; ``tell`` hears of every point that is done.
+    """Runs the tests of ``problem`` as trials of ``runner``; ``tell`` hears of every point that is done, ``ended``
+    of every trial.
 
     Raises :class:`Exhausted` instead of going over the runs allowed, :class:`ResourceError` when the machine has no
     room for a trial, :class:`InputError` for a target that no test has.
     """
 
-    def __init__(self, problem: Problem, runner: TrialRunner, tell: Callable[[Evaluation], None]) -> None:
+    def __init__(
+        self,
+        problem: Problem,
+        runner: TrialRunner,
+        tell: Callable[[Evaluation], None],
+        ended: Callable[[Trial, Record], None],
+    ) -> None:
         self.problem, self.history = problem, list[Evaluation]()
-        self._runner, self._tell = runner, tell
+        self._runner, self._tell, self._ended = runner, tell, ended
         self._known: dict[Point, Evaluation] = {}
         self._asked: set[str] = set()
         self._records: dict[str, Record] = {}
@@ -102,6 +109,7 @@ class TrialEvaluator:
         self._asked |= wanted.keys()
         for record in self._runner.run(list(wanted.values())):
             self._records[record.key] = record
+            self._ended(wanted[record.key], record)
             if record.status == "blocked":
                 raise ResourceError(f"{record.reason}; what is finished is kept, run the same command again to go on")
 

@@ -15,7 +15,7 @@ from knittest.config.yaml_loader import KeyPath
 from knittest.export.atomic import resource_error, write_atomic
 from knittest.resources import data_dir
 
-FABRIC, CURVES = "fabric.yaml", "curves"
+FABRIC, OWN, EXPERIMENT = "fabric.yaml", "data", "experiment"
 
 
 def rig_file(kind: str) -> str:
@@ -64,9 +64,11 @@ def _fabric(outcome: Outcome, run: Run, folder: Path) -> dict[str, Any]:
             if field is not None and field.is_quantity:
                 _put(data, path[1:], _tuned(outcome, k, _at(here, path[1:])))
     macro = data["macro"]
-    macro["tension"] = {d: _beside(text, folder) for d, text in macro["tension"].items()}
+    macro["tension"] = {d: _beside(text, folder, f"tension-{d}.csv") for d, text in macro["tension"].items()}
     if macro["shear"].get("curve"):
-        macro["shear"]["curve"] = _beside(macro["shear"]["curve"], folder)
+        macro["shear"]["curve"] = _beside(macro["shear"]["curve"], folder, "shear.csv")
+    if data.get("experiment"):
+        data["experiment"] = _beside(data["experiment"], folder, EXPERIMENT)
     return data
 
 
@@ -116,14 +118,19 @@ def _put(data: dict[str, Any], path: KeyPath, value: Any) -> None:
     data[str(path[-1])] = value
 
 
-def _beside(text: str, folder: Path) -> str:
-    """``text`` for a curve of the shipped data, else a copy of the file in ``folder``, so that it can be moved."""
-    if not Path(text).is_absolute() and (data_dir() / text).is_file():
+def _beside(text: str, folder: Path, name: str) -> str:
+    """``text`` for a file or folder of the shipped data, else a copy of it in ``folder``, so that it can be moved."""
+    if not Path(text).is_absolute() and (data_dir() / text).exists():
         return text
-    copy = folder / CURVES / Path(text).name
+    copy = folder / OWN / name
     try:
         copy.parent.mkdir(exist_ok=True)
-        shutil.copyfile(text, copy)
+        if Path(text).is_dir():
+            copy.mkdir(exist_ok=True)
+            for table in sorted(Path(text).glob("*.csv")):
+                shutil.copyfile(table, copy / table.name)
+        else:
+            shutil.copyfile(text, copy)
     except OSError as error:
         raise resource_error(copy, error) from error
-    return f"{CURVES}/{copy.name}"
+    return f"{OWN}/{name}"

@@ -217,6 +217,31 @@ targets: [{test: pull, curve: own.csv}]
     assert outcome(tmp_path)["targets"][0]["source"] == "own.csv (measured)"
 
 
+def test_a_fabric_of_ones_own_takes_its_files_along(tmp_path, monkeypatch):
+    lab = tmp_path / "lab"
+    for direction in ("warp", "weft"):
+        (lab / direction).mkdir(parents=True)
+        (lab / direction / "tension.csv").write_text(
+            f"# kind: measured\n# {direction}\nstrain_pct,force_n\n0,0\n2,9000\n"
+        )
+    head = "variant,direction,quantity,mean,sd,n,unit,table"
+    (lab / "bending.csv").write_text(f"{head}\nmine,warp,overhang_mm,160,8,5,mm,own\n")
+    shipped = (configs_dir() / "fabrics/pham2019-v1.yaml").read_text()
+    for direction in ("warp", "weft"):
+        shipped = shipped.replace(f"pham2019/curves/tensile-v1-{direction}.csv", f"lab/{direction}/tension.csv")
+    own = shipped.replace("experiment: pham2019", "experiment: lab").replace('variant: "1"', "variant: mine")
+    (tmp_path / "own.yaml").write_text(own)
+    assert calibrate(BEND.replace("variant: 1", "fabric: own.yaml"), tmp_path, monkeypatch, Pretending()) == 0
+    assert overhang(values(tmp_path)[0]) == pytest.approx(160.0, abs=0.1)
+    moved = tmp_path / "elsewhere"
+    RESULT.rename(moved)
+    monkeypatch.chdir(tmp_path / "lab/warp")
+    fabric = resolve(fabric=moved / "fabric.yaml", scale="macro", test="cantilever").fabric
+    texts = {direction: Path(path).read_text() for direction, path in fabric.macro.tension.items()}
+    assert all(f"# {direction}\n" in text for direction, text in texts.items())
+    assert fabric.experiment == str(moved / "data/experiment")
+
+
 def test_a_rig_is_calibrated_into_a_rig_file(tmp_path, monkeypatch):
     text = """
 base: {variant: 1, scale: macro, preset: quick}
