@@ -14,6 +14,8 @@ from knittest.result_rows import LABELS
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+#: columns of the legend of parameters
+LEGEND_COLUMNS = 2
 COLOURS = (BLUE, ORANGE, GREEN, PINK, SKY, GREY)
 
 
@@ -22,9 +24,12 @@ def convergence_picture(outcome: Outcome, path: Path) -> None:
 
     Crosses are points without numbers. Raises :class:`ResourceError`.
     """
-    figure = new_figure(10.0, 4.6)
+    more = 0.2 * ((len(outcome.problem.parameters) - 1) // LEGEND_COLUMNS)  # inches for further rows of the legend
+    height = 4.6 + more
+    figure = new_figure(10.0, height)
     left, right = figure.subplots(1, 2)
-    figure.subplots_adjust(left=0.08, right=0.97, bottom=0.13, top=0.82, wspace=0.26)
+    top = 1.0 - (0.83 + more) / height
+    figure.subplots_adjust(left=0.08, right=0.97, bottom=0.6 / height, top=top, wspace=0.26)
     for axes in (left, right):
         dress(axes)
         axes.spines["right"].set_visible(False)
@@ -35,7 +40,14 @@ def convergence_picture(outcome: Outcome, path: Path) -> None:
     else:
         _values(right, outcome)
     state = "converged" if outcome.converged else "NOT converged"
-    figure.suptitle(f"{outcome.problem.name}: {state}, {outcome.runs} runs", x=0.08, y=0.96, ha="left", fontsize=12)
+    figure.suptitle(
+        f"{outcome.problem.name}: {state}, {outcome.runs} runs",
+        x=0.08,
+        y=1.0 - 0.18 / height,
+        ha="left",
+        va="top",
+        fontsize=12,
+    )
     save(figure, path)
 
 
@@ -60,7 +72,7 @@ def _deviations(axes: "Axes", outcome: Outcome) -> None:
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set(
         xlabel="point of the search",
-        ylabel="deviation from the target [sd]\n(below a tenth of the tolerance: drawn there)",
+        ylabel="deviation [sd], drawn from tolerance/10 up",
     )
     axes.legend(frameon=False, fontsize=8.5, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, borderaxespad=0.2)
 
@@ -118,7 +130,10 @@ def _values(axes: "Axes", outcome: Outcome) -> None:
     axes.set_yticks([0.0, 0.5, 1.0], ["low", "middle", "high"])
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set(xlabel="point of the search; squares: found, 95 %", ylabel="value between its bounds")
-    axes.legend(frameon=False, fontsize=8.5, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.2)
+    axes.legend(
+        frameon=False, fontsize=8, loc="lower left", bbox_to_anchor=(-0.13, 1.0), ncols=LEGEND_COLUMNS,
+        borderaxespad=0.2, columnspacing=1.2,
+    )  # fmt: skip
 
 
 def _lost(axes: "Axes", places: np.ndarray) -> None:

@@ -8,6 +8,8 @@ from calibration_cases import BEND, EQ_2, Pretending, bending, calibrate, outcom
 
 from knittest.calibrate import command
 from knittest.calibrate.command import CalibrateOptions, calibrate_command
+from knittest.calibrate.judge import judgement
+from knittest.calibrate.parameters import Parameter
 from knittest.config.loading import resolve
 from knittest.errors import InputError, ResourceError
 from knittest.interrupts import Interrupted
@@ -172,13 +174,18 @@ def test_a_parameter_without_influence_is_told(tmp_path, monkeypatch):
     assert values(tmp_path) == pytest.approx([WARP, WEFT, 2.2], rel=0.05)
 
 
-def test_parameters_that_cannot_be_told_apart_are_told(tmp_path, monkeypatch):
-    def product(trial):
-        macro = trial.run.fabric.macro
-        return {"overhang_mm": overhang(macro.bending_stiffness.warp.value * macro.bending_stiffness.weft.value / 3.0)}
+def test_parameters_that_cannot_be_told_apart_are_told():
+    names = ("warp", "weft")
+    both = [Parameter((("fabric", name),), "N mm", 1.0, 9.0, 5.0, False, None, "c.yaml:4") for name in names]
 
-    calibrate(TWO, tmp_path, monkeypatch, Pretending(product))
-    assert any("told apart" in text or "tell the parameters apart" in text for text in outcome(tmp_path)["warnings"])
+    def warnings(*slopes):
+        return judgement(both, (5.0, 5.0), np.array(slopes), 0.05).warnings
+
+    assert warnings([20.0, 0.0], [0.0, 20.0]) == []
+    assert warnings([60.0, 60.0], [60.0, 90.0]) == [
+        "fabric.warp and fabric.weft are hardly told apart (correlation -0.98): add a target or a prior"
+    ]
+    assert "the targets do not tell the parameters apart" in warnings([20.0, 20.0])[-1]
 
 
 def test_a_prior_pulls_as_its_sd_says(tmp_path, monkeypatch):
@@ -187,6 +194,7 @@ def test_a_prior_pulls_as_its_sd_says(tmp_path, monkeypatch):
     slope = overhang(WARP) / (3.0 * WARP) / 51.0  # sd of the target per N mm
     expected = (WARP * slope**2 + 6.0 / 0.25) / (slope**2 + 4.0)
     assert outcome(tmp_path)["method"] == "least-squares"
+    assert outcome(tmp_path)["parameters"][0]["sd"] == pytest.approx((slope**2 + 4.0) ** -0.5, rel=0.05)
     assert values(tmp_path)[0] == pytest.approx(expected, abs=0.02) and abs(expected - WARP) > 0.1
 
 
