@@ -7,6 +7,9 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+#: overlap at the start over the smaller radius that is worth a mention
+OVERLAP_COUNTS = 0.01
+
 
 @dataclass(frozen=True)
 class Mesh:
@@ -40,6 +43,17 @@ class Frame:
     fields: dict[str, Array]
 
 
+@dataclass(frozen=True)
+class Overlaps:
+    """Yarns that overlap at the start: how many contacts do by more than :data:`OVERLAP_COUNTS` of the smaller radius,
+    the ``largest`` overlap over that radius [-], and the ``worst`` pairs as yarn names, place and overlap.
+    """
+
+    count: int = 0
+    largest: float = 0.0
+    worst: tuple[str, ...] = ()
+
+
 @dataclass
 class History:
     """Sampled channels: ``curve`` and ``energies`` map a column name with unit to an array (n_samples,).
@@ -50,6 +64,9 @@ class History:
     The first of ``frames`` is the unloaded state (displacements count from it), the last the end of the run.
     ``energies`` columns: time_ms, kinetic_mj, internal_<part>_mj, hourglass_mj, contact_mj, friction_mj, damping_mj,
     eroded_mj, external_mj, balance_error_mj, kinetic_ratio, energy_error; elastic energies count from the start.
+    ``contacts`` columns: time_ms, yarn_contacts (that touch), penetration_<max, mean, p50, p90, p99>_pct (over the
+    smaller radius), tool_contacts, tool_penetration_max_um.
+    ``tool_force`` (n_tools, n_nodes) is the mean normal force [N] of each tool on each node while the rig wants it.
     """
 
     mesh: Mesh
@@ -57,6 +74,9 @@ class History:
     energies: dict[str, Array] = field(default_factory=dict)
     frames: list[Frame] = field(default_factory=list)
     first_failure: int | None = None  # sample index of the first failed element
+    contacts: dict[str, Array] = field(default_factory=dict)
+    tool_force: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    overlaps: Overlaps = field(default_factory=Overlaps)
 
 
 @dataclass(frozen=True)
@@ -71,6 +91,7 @@ class Quality:
     quasi_static: bool
     failures: tuple[str, ...]
     warnings: tuple[str, ...] = ()
+    overlap_at_start: float = 0.0  # over the smaller radius
 
     def refusing(self, reason: str) -> "Quality":
         """The same with one more failure."""

@@ -42,7 +42,8 @@ def assess(
     added_mass: float,
     to_failure: bool = False,
 ) -> Quality:
-    """Judge a run: kinetic over internal energy and work, energy balance, penetration, added mass (ratios [-]).
+    """Judge a run: kinetic over internal energy and work, energy balance, penetration, overlap at the start, added
+    mass (ratios [-]).
 
     A test ``to_failure`` in which nothing fails inside its strain range is refused too.
     """
@@ -54,6 +55,7 @@ def assess(
         ("kinetic energy over work", kinetic, solver.max_kinetic_ratio),
         ("energy error", error, solver.max_energy_error),
         ("penetration over radius", penetration_max, solver.max_penetration),
+        ("overlap of yarns at the start", history.overlaps.largest, solver.max_overlap),
         ("added mass", added_mass, solver.max_added_mass),
     ):
         if 100.0 * value > limit:
@@ -65,4 +67,5 @@ def assess(
     return Quality(
         kinetic, error, penetration_max, penetration_mean, 100.0 * added_mass,
         100.0 * kinetic <= solver.max_kinetic_ratio, tuple(failures), tuple(warnings),
+        history.overlaps.largest,
     )  # fmt: skip

@@ -1,6 +1,7 @@
 """What a run would do, and whether its speed matters."""
 
 from knittest.config.run import Run
+from knittest.history import OVERLAP_COUNTS
 from knittest.specimen import Prepared, prepare, run_specimen
 
 #: change of the first result on halving the speed that still counts as converged [-]; 2 % where it is not named
@@ -13,7 +14,7 @@ def preflight(run: Run) -> list[str]:
     """Lines for a user: model, masses, time step, steps, memory, initial overlap."""
     prepared = prepare(run)
     model = prepared.model
-    overlap = model.prepare()
+    overlaps = model.prepare()
     step = run.solver.safety * model.critical_step
     what = " ".join(part for part in (run.rig.kind, run.direction) if part)
     facts = ", ".join(f"{name.replace('_', ' ')} {value:g}" for name, value in prepared.facts.items())
@@ -27,7 +28,11 @@ def preflight(run: Run) -> list[str]:
         f"  arrays                 {model.n_nodes * BYTES_PER_NODE / 1e6:.0f} MB, about",
     ]
     if run.model.scale == "meso":
-        lines.append(f"  overlap at the start   {100.0 * overlap:.2f} % of a radius")
+        lines.append(
+            f"  overlap at the start   {100.0 * overlaps.largest:.2f} % of a radius; {overlaps.count} contacts above "
+            f"{100.0 * OVERLAP_COUNTS:g} %"
+        )
+        lines += [f"    {pair}" for pair in overlaps.worst]
     return lines
 
 

@@ -17,7 +17,7 @@ from knittest.export import vtu
 from knittest.export.folder import RunFolder
 from knittest.export.identity import data_files
 from knittest.export.summary import ComparisonRow, build_summary, ensemble_results
-from knittest.history import Cost, Quality
+from knittest.history import Cost, Overlaps, Quality
 from knittest.interrupts import Interrupted, Interrupts
 from knittest.laboratory.registry import TESTS
 from knittest.opening import Opened, Opener
@@ -95,11 +95,19 @@ def _specimens(run: Run, progress: Progress, opened: Opened) -> list[Specimen]:
         start = clock.perf_counter()
         phase = partial(_announce, progress, label)
         with opened.checkpoints.keeping(k) as keeper:
-            done.append(run_specimen(run, k, phase=phase, update=progress.update, keeper=keeper))
+            found = partial(_log_overlaps, opened.folder, k)
+            done.append(run_specimen(run, k, phase=phase, update=progress.update, keeper=keeper, found=found))
             keeper.finish(specimen_state(done[-1], frames=k == 0))  # pictures show the first specimen
         opened.folder.log("specimen", number=k, seconds=round(clock.perf_counter() - start, 3), **done[-1].results)
     progress.done()
     return done
+
+
+def _log_overlaps(folder: RunFolder, specimen: int, overlaps: Overlaps) -> None:
+    """Which yarns overlap before the run."""
+    if overlaps.largest > 0.0:
+        largest = round(100.0 * overlaps.largest, 3)
+        folder.log("overlap", number=specimen, contacts=overlaps.count, largest_pct=largest, worst=overlaps.worst)
 
 
 def _announce(progress: Progress, label: str, text: str) -> None:
@@ -141,6 +149,7 @@ def _worst(qualities: list[Quality]) -> Quality:
         energy_error_max=max(q.energy_error_max for q in qualities),
         penetration_over_radius_max=max(q.penetration_over_radius_max for q in qualities),
         penetration_over_radius_mean=max(q.penetration_over_radius_mean for q in qualities),
+        overlap_at_start=max(q.overlap_at_start for q in qualities),
         added_mass_pct=max(q.added_mass_pct for q in qualities),
         quasi_static=all(q.quasi_static for q in qualities),
         failures=tuple(dict.fromkeys(f for q in qualities for f in q.failures)),
@@ -179,6 +188,8 @@ def _write(
     first, report = specimens[0], REPORTS[run.rig.kind]
     folder.write_curve(report.curve(specimens))
     folder.write_energies(first.history.energies)
+    if first.history.contacts:
+        folder.write_contacts(first.history.contacts)
     if first.yarns:
         folder.write_yarns(first.yarns)
     for name, columns in report.tables(run, specimens).items():

@@ -75,7 +75,7 @@ def _begin(model: ExplicitModel, rig: Rig, solver: Solver, keeper: Keeper) -> Si
     run.kinetic_scale = 0.5 * float(model.mass.sum()) * solver.kernel("speed") ** 2
     model.nodes.keep[:] = run.rest_keep
     run.cost.time_step = run.dt
-    run.cost.overlap_at_start = model.prepare()
+    run.overlaps, run.tool_force = model.prepare(), np.zeros_like(run.drive.touch.pressure)
     snapshot = keeper.resume_from()
     run.start_energy = _elastic(_stored(run))
     if snapshot is None:
@@ -97,7 +97,7 @@ def _run_rows(run: Simulation, output: Output, progress: ProgressCall | None, ke
     even = np.linspace(0.0, 1.0, output.frames + 1)
     marks = [*sorted({*even.tolist(), *run.rig.marks}), np.inf]
     scratch = np.zeros((PARTITIONS, SCRATCH))
-    while run.time < run.rig.duration:
+    while run.time < run.rig.duration or run.row_steps > 0:  # a row once begun is finished, also after a restart
         row = _record(run, _advance_row(run, row_steps, scratch, keeper))
         fraction = run.time / run.rig.duration
         if fraction >= marks[len(run.frames)]:
@@ -129,8 +129,8 @@ def _advance_row(run: Simulation, steps: int, scratch: Array, keeper: Keeper) ->
 def _stored(run: Simulation) -> Stored:
     """Elastic energies of the model and of its contacts with tools."""
     drive = run.drive
-    elastic, kinetic, _ = tool_energies(run.model.nodes, drive.tools, drive.touch, run.model.n_nodes)
-    return replace(run.model.stored(), tools=elastic, tool_kinetic=kinetic)
+    elastic, kinetic, deepest = tool_energies(run.model.nodes, drive.tools, drive.touch, run.model.n_nodes)
+    return replace(run.model.stored(), tools=elastic, tool_kinetic=kinetic, tool_depth=deepest)
 
 
 def _elastic(stored: Stored) -> Array:
@@ -184,12 +184,31 @@ def _record(run: Simulation, stored: Stored) -> dict[str, float]:
     row = {"time_ms": run.time, **_channels(run, *run.fine[-1])}
     row |= {f"failed_{name}": float(n) for name, n in zip(run.model.mesh.part_names, failed, strict=True)}
     if not failed.any():
-        run.cost.penetration_max = max(run.cost.penetration_max, stored.deepest)
-        run.cost.penetration_mean = stored.mean_depth
+        run.cost.penetration_max = max(run.cost.penetration_max, float(stored.penetration.max(initial=0.0)))
+        run.cost.penetration_mean = float(stored.penetration.mean()) if len(stored.penetration) else 0.0
+    if run.time >= run.rig.averaged_from:
+        run.tool_force += run.drive.touch.pressure
+        run.tool_rows += 1
+    run.contact_rows.append(_contacts(run, stored))
     run.energy_rows.append(_balance(run, stored))
     run.rows.append(row)
     check_balance(run)
     return row
+
+
+def _contacts(run: Simulation, stored: Stored) -> dict[str, float]:
+    """Penetration of yarns into each other and into tools."""
+    share = 100.0 * stored.penetration
+    middle = np.percentile(share, (50, 90, 99)) if len(share) else np.zeros(3)
+    return {
+        "time_ms": run.time,
+        "yarn_contacts": float(len(share)),
+        "penetration_max_pct": float(share.max(initial=0.0)),
+        "penetration_mean_pct": float(share.mean()) if len(share) else 0.0,
+        **{f"penetration_p{p}_pct": float(v) for p, v in zip((50, 90, 99), middle, strict=True)},
+        "tool_contacts": float(np.count_nonzero(run.drive.touch.pressure)),
+        "tool_penetration_max_um": 1e3 * stored.tool_depth,
+    }
 
 
 def _balance(run: Simulation, stored: Stored) -> dict[str, float]:
@@ -238,4 +257,8 @@ def _history(run: Simulation) -> History:
         run.frames.append(run.peak_frame)
     run.frames.append(_frame(run, run.rows[-1]))
     run.frames.sort(key=lambda f: f.time)
-    return History(run.model.mesh, curve, energies, run.frames, int(broken[0]) if len(broken) else None)
+    contacts = {k: np.array([r[k] for r in run.contact_rows]) for k in run.contact_rows[0]}
+    return History(
+        run.model.mesh, curve, energies, run.frames, int(broken[0]) if len(broken) else None, contacts,
+        run.tool_force / max(run.tool_rows, 1), run.overlaps,
+    )  # fmt: skip

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.config.run import Solver
-from knittest.history import Frame
+from knittest.history import Frame, Overlaps
 from knittest.kernels.drive_state import Drive
 from knittest.kernels.state import Tally
 from knittest.models.explicit_model import ExplicitModel
@@ -21,17 +21,16 @@ Array = NDArray[np.float64]
 MOVING, TOUCHING = ("position", "velocity"), ("spring", "slipping", "pressure")
 #: numbers of a run that change
 SCALARS = ("time", "damping_loss", "kinetic", "loss_rate", "eroded", "peak")
-COSTS = ("advance_s", "overlap_at_start", "penetration_max", "penetration_mean")
+COSTS = ("advance_s", "penetration_max", "penetration_mean")
 
 
 @dataclass
 class SimulationCost:
-    """Steps, time step [ms], time spent advancing [s]; overlap and penetration over radius before failure."""
+    """Steps, time step [ms], time spent advancing [s]; penetration over radius before failure."""
 
     steps: int = 0
     time_step: float = 0.0
     advance_s: float = 0.0
-    overlap_at_start: float = 0.0
     penetration_max: float = 0.0
     penetration_mean: float = 0.0
 
@@ -83,6 +82,10 @@ class Simulation:
     fine: list[tuple[float, Array]] = field(default_factory=list)
     rows: list[dict[str, float]] = field(default_factory=list)
     energy_rows: list[dict[str, float]] = field(default_factory=list)
+    contact_rows: list[dict[str, float]] = field(default_factory=list)
+    tool_force: Array = field(default_factory=lambda: np.zeros((0, 0)))  # sum of ``tool_rows`` samples
+    tool_rows: int = 0
+    overlaps: Overlaps = field(default_factory=Overlaps)
     frames: list[Frame] = field(default_factory=list)
     peak_frame: Frame | None = None
     peak: float = 0.0
@@ -101,6 +104,7 @@ class Simulation:
         state |= arrays_of("cost", self.cost, ("steps", *COSTS)) | arrays_of("tally", self.tally, Tally._fields)
         state |= arrays_of("tools", self.drive.tools, MOVING) | arrays_of("touch", self.drive.touch, TOUCHING)
         state |= prefixed("rows", columns(self.rows)) | prefixed("energies", columns(self.energy_rows))
+        state |= prefixed("contacts", columns(self.contact_rows)) | arrays_of("run", self, ("tool_force", "tool_rows"))
         state["fine/time"] = np.array([t for t, _ in self.fine])
         state["fine/reaction"] = np.array([r for _, r in self.fine])
         state["n_frames"] = np.array(len(self.frames))
@@ -122,6 +126,9 @@ class Simulation:
             setattr(self.cost, name, float(entry(state, f"cost/{name}", ())))
         self.row_steps, self.cost.steps = int(entry(state, "run/row_steps", ())), int(entry(state, "cost/steps", ()))
         self.rows, self.energy_rows = rows_of(under(state, "rows")), rows_of(under(state, "energies"))
+        self.contact_rows = rows_of(under(state, "contacts"))
+        self.tool_force = entry(state, "run/tool_force", self.tool_force.shape)
+        self.tool_rows = int(entry(state, "run/tool_rows", ()))
         self.fine = list(zip(entry(state, "fine/time").tolist(), entry(state, "fine/reaction"), strict=True))
         self.frames = [frame_of(f) for f in snapshot.frames]
         peak = under(state, "peak_frame")

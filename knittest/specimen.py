@@ -1,13 +1,14 @@
 """One specimen of a test end to end: geometry, model, simulation, results, quality."""
 
 import time as clock
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numba
 import numpy as np
 
 from knittest.config.run import Run
-from knittest.history import Cost, History, Quality
+from knittest.history import Cost, History, Overlaps, Quality
 from knittest.laboratory.base import Phase, Prepared, Update
 from knittest.laboratory.registry import TESTS
 from knittest.simulation import Keeper, SimulationCost
@@ -40,12 +41,18 @@ def run_specimen(
     phase: Phase | None = None,
     update: Update | None = None,
     keeper: Keeper | None = None,
+    found: Callable[[Overlaps], None] | None = None,
 ) -> Specimen:
-    """Build, compile, simulate and measure one specimen; ``keeper`` keeps its checkpoints."""
+    """Build, compile, simulate and measure one specimen; ``keeper`` keeps its checkpoints.
+
+    ``found`` is told which yarns overlap, before anything moves.
+    """
     start, cpu = clock.perf_counter(), clock.process_time()
     test = TESTS[run.rig.kind]
     prepared = test.prepare(run, specimen, phase)
     compile_s = warm(run, phase)
+    if found is not None:
+        found(prepared.model.prepare())
     if phase is not None:
         phase(f"running {run.rig.kind} {run.direction}".strip())
     elements = len(prepared.model.mesh.cells)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from knittest.history import Cost, History, Mesh, Quality
+from knittest.history import Cost, History, Mesh, Overlaps, Quality
 from knittest.simulation import frame_of, frame_state
 from knittest.snapshot import State, arrays_of, entry, prefixed, under
 from knittest.specimen import Specimen
@@ -22,6 +22,7 @@ def specimen_state(specimen: Specimen, frames: bool) -> State:
         "kind": mesh.kind,
         "part_names": mesh.part_names,
         "first_failure": history.first_failure,
+        "overlaps": asdict(history.overlaps),
         "n_frames": n_frames,
         "results": specimen.results,
         "quality": asdict(specimen.quality),
@@ -29,7 +30,8 @@ def specimen_state(specimen: Specimen, frames: bool) -> State:
     }
     state = {"plain": np.array(json.dumps(plain, default=_plain))} | arrays_of("mesh", mesh, MESH_ARRAYS)
     state |= prefixed("curve", history.curve) | prefixed("energies", history.energies)
-    state |= prefixed("yarns", specimen.yarns)
+    state |= prefixed("yarns", specimen.yarns) | prefixed("contacts", history.contacts)
+    state |= arrays_of("history", history, ("tool_force",))
     for k in range(n_frames):
         state |= prefixed(f"frame-{k:04d}", frame_state(history.frames[k]))
     return state
@@ -41,7 +43,11 @@ def specimen_of(state: State) -> Specimen:
     arrays = {name: entry(state, f"mesh/{name}") for name in MESH_ARRAYS}
     mesh = Mesh(plain["kind"], part_names=tuple(plain["part_names"]), **arrays)
     frames = [frame_of(under(state, f"frame-{k:04d}")) for k in range(plain["n_frames"])]
-    history = History(mesh, under(state, "curve"), under(state, "energies"), frames, plain["first_failure"])
+    overlaps = Overlaps(**(plain["overlaps"] | {"worst": tuple(plain["overlaps"]["worst"])}))
+    history = History(
+        mesh, under(state, "curve"), under(state, "energies"), frames, plain["first_failure"],
+        under(state, "contacts"), entry(state, "history/tool_force"), overlaps,
+    )  # fmt: skip
     lists = {name: tuple(plain["quality"][name]) for name in ("failures", "warnings")}
     quality = Quality(**(plain["quality"] | lists))
     return Specimen(history, plain["results"], quality, Cost(**plain["cost"]), under(state, "yarns"))

@@ -78,12 +78,32 @@ class KnittingYarn(Yarn):
     )
 
 
+class Compaction(Strict):
+    """Progressive yarn contact: F = k d (1 + (d / depth)^exponent), d the penetration, k the normal stiffness."""
+
+    exponent: Literal[1, 2, 3] = Field(2, description="power with which the stiffness grows")
+    depth: Quantity = measure("mm", "penetration at which the force is twice the linear one", gt=0, band=(1e-3, 10))
+
+
 class YarnContact(Strict):
     """Penalty contact between yarns with Coulomb friction."""
 
     friction_coefficient: Quantity = measure("1", "yarn-yarn Coulomb coefficient", ge=0, le=2)
+    static_friction_coefficient: Quantity | None = Field(
+        None,
+        description="the same before a contact slips; none: equal",
+        json_schema_extra={"unit": "1", "ge": 0, "le": 2},
+    )
     normal_stiffness: Quantity = measure("N/mm", "penalty stiffness of one crossing", gt=0, band=(1, 1e6))
     tangential_ratio: Quantity = measure("1", "sticking stiffness over normal stiffness", gt=0, le=1)
+    compaction: Compaction | None = Field(None, description="progressive normal force; none: linear")
+
+    @model_validator(mode="after")
+    def _static_not_below(self) -> Self:
+        static = self.static_friction_coefficient
+        if static is not None and static.value < self.friction_coefficient.value:
+            raise BoundsError("must be at least friction_coefficient", "static_friction_coefficient")
+        return self
 
 
 class MacroMaterial(Strict):

@@ -37,8 +37,8 @@ PRESETS: dict[Preset, PresetValues] = {
 #: by damping: m c v is a force; the friction test is seen from the clamp, where the strip hardly moves
 SOLVER: dict[tuple[str, Scale], dict[str, float]] = {
     ("tensile", "macro"): {"speed": 0.5},
-    ("friction", "macro"): {"speed": 0.5, "ramp": 0.5, "damping": 1.0},
-    ("friction", "meso"): {"speed": 2.0, "ramp": 0.5, "damping": 2.0},
+    ("friction", "macro"): {"speed": 1.0, "ramp": 0.5, "damping": 1.0},
+    ("friction", "meso"): {"speed": 2.0, "ramp": 0.5, "damping": 5.0},
     ("picture-frame", "macro"): {"speed": 0.5, "ramp": 5.0, "damping": 0.002},
     ("picture-frame", "meso"): {"speed": 3.0, "ramp": 2.0, "damping": 0.01, "safety": 0.7},
 }

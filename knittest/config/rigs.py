@@ -106,6 +106,10 @@ class FrictionRig(StripRig):
         ge=0, le=2,
     )  # fmt: skip
     kinetic_coefficient: float = number(0.075, "1", "Coulomb coefficient of each face while it slips", ge=0, le=2)
+    pressure_cell: float | None = number(
+        None, "mm", "side of a cell of the pressure map; none: a shell, or a third of the wale spacing",
+        gt=0, band=(0.1, 100),
+    )  # fmt: skip
 
 
 Rig = TensileRig | PictureFrameRig | CantileverRig | FrictionRig

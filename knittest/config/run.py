@@ -55,6 +55,9 @@ class Solver(Strict):
     max_kinetic_ratio: float = number(5.0, "%", "kinetic energy over work above which comparison is refused", gt=0)
     max_energy_error: float = number(2.0, "%", "energy error above which comparison is refused; 10 stops", gt=0)
     max_penetration: float = number(25.0, "%", "penetration over radius above which comparison is refused", gt=0)
+    max_overlap: float = number(
+        10.0, "%", "overlap of yarns at the start over radius above which comparison is refused; 20 stops", gt=0
+    )
 
 
 class Variability(Strict):

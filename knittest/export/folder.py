@@ -26,9 +26,10 @@ _RESULTS = (
     "deformed.png",
     "wrinkles.png",
     "shear-angle.png",
+    "pressure.png",
     "report.html",
 )
-_TABLES = ("curve.csv", "energies.csv", "yarns.csv", "shear-angle.csv")
+_TABLES = ("curve.csv", "energies.csv", "contacts.csv", "yarns.csv", "shear-angle.csv", "pressure.csv")
 CHECKPOINTS = "checkpoint-*.npz"
 _OWN = ("manifest.json", "config.yaml", "log.jsonl", "frames.pvd", LOCK_NAME, *_RESULTS, *_TABLES)
 
@@ -108,6 +109,10 @@ class RunFolder:
     def write_energies(self, columns: Mapping[str, Any]) -> Path:
         """Write energies.csv, energies and ratios by time (``History.energies``)."""
         return self.write_table("energies.csv", columns)
+
+    def write_contacts(self, columns: Mapping[str, Any]) -> Path:
+        """Write contacts.csv, penetration by time (``History.contacts``)."""
+        return self.write_table("contacts.csv", columns)
 
     def write_yarns(self, columns: Mapping[str, Any]) -> Path:
         """Write yarns.csv, one row a yarn."""

@@ -78,6 +78,7 @@ def _quality(quality: Quality) -> dict[str, Any]:
         "ke_over_ie_max": quality.ke_over_ie_max,
         "energy_error_max": quality.energy_error_max,
         "penetration_over_radius_max": quality.penetration_over_radius_max,
+        "overlap_at_start": quality.overlap_at_start,
         "added_mass_pct": quality.added_mass_pct,
         "quasi_static": quality.quasi_static,
     }

@@ -50,31 +50,50 @@ def closest_step(wx, wy, wz, ux, uy, uz, vx, vy, vz, ax, ay, az, bx, by, bz, lin
 
 
 @njit(**INLINE)
-def contact_force(gx, gy, gz, closing, reach, ex, ey, ez, dx, dy, dz, normal, tangential, friction, viscous, inv_dt):
-    """Penalty and friction of one contact.
+def penalty(depth, normal, linear, square, cubic, cap):
+    """Force [N], tangent [N/mm] and energy [mJ] of a contact at ``depth`` [mm].
+
+    F = normal d (1 + linear d + square d^2 + cubic d^3), beyond ``cap`` along its tangent there, so that the stiffness
+    has a bound.
+    """
+    d = min(depth, cap)
+    force = normal * d * (1.0 + d * (linear + d * (square + d * cubic)))
+    tangent = normal * (1.0 + d * (2.0 * linear + d * (3.0 * square + d * 4.0 * cubic)))
+    energy = normal * d * d * (0.5 + d * (linear / 3.0 + d * (0.25 * square + d * 0.2 * cubic)))
+    over = depth - d
+    return force + tangent * over, tangent, energy + over * (force + 0.5 * tangent * over)
+
+
+@njit(**INLINE)
+def contact_force(gx, gy, gz, closing, reach, ex, ey, ez, dx, dy, dz, slipping, law, inv_dt):
+    """Penalty and friction of one contact by ``law`` (:class:`ContactLaw`, as a tuple).
 
     ``g`` offset from B to A [mm], ``closing`` approach of the material points in this step [mm] (not of the closest
     points, which also slide along the yarns), ``reach`` the sum of radii, ``e`` the stretch of the sticking spring and
-    ``d`` the relative motion of the material points in this step [mm]. Returns force on A (3) [N], returned spring (3)
-    and the energy lost in this step [mJ] by slip (mean spring force times slip, as central differences see it) and by
-    the viscous part.
+    ``d`` the relative motion of the material points in this step [mm]. A contact that sticks gives way at the static
+    limit and slips at the kinetic one until its spring falls below that. Returns force on A (3) [N], returned spring
+    (3), 1 where it slips, and the energy lost in this step [mJ] by slip (mean spring force times slip, as central
+    differences see it) and by the viscous part.
     """
+    normal, tangential, static, kinetic, viscous, linear, square, cubic, cap = law
     distance = sqrt(gx * gx + gy * gy + gz * gz)
     inv = 1.0 / max(distance, 1e-9)
     nx, ny, nz = gx * inv, gy * inv, gz * inv
     depth = max(reach - distance, 0.0)
     touching = 1.0 if depth > 0.0 else 0.0
-    elastic = normal * depth
+    elastic = penalty(depth, normal, linear, square, cubic, cap)[0]
     pressure = max(elastic + touching * viscous * closing * inv_dt, 0.0)
     tx, ty, tz = ex + dx, ey + dy, ez + dz
     along = tx * nx + ty * ny + tz * nz
     sx, sy, sz = tx - along * nx, ty - along * ny, tz - along * nz
     trial = tangential * sqrt(sx * sx + sy * sy + sz * sz)
-    share = min(1.0, friction * pressure / max(trial, 1e-30))
+    over = trial > (kinetic if slipping > 0.0 else static) * pressure
+    share = kinetic * pressure / max(trial, 1e-30) if over else 1.0
+    slips = 1.0 if over & (pressure > 0.0) else 0.0
     sx, sy, sz = sx * share, sy * share, sz * share
     slip = (ex + sx) * (tx - sx) + (ey + sy) * (ty - sy) + (ez + sz) * (tz - sz)
     lost = 0.5 * tangential * slip + (pressure - elastic) * closing
     fx = pressure * nx - tangential * sx
     fy = pressure * ny - tangential * sy
     fz = pressure * nz - tangential * sz
-    return fx, fy, fz, sx, sy, sz, lost
+    return fx, fy, fz, sx, sy, sz, slips, lost

@@ -15,14 +15,15 @@ BLOCK = 128
 N = np.uintp(BLOCK)
 #: closest-point steps a time step: a contact that lags behind the closest points makes energy out of friction
 NEWTON_STEPS = 2
-# rows of the scratch: control points of A and B (9 + 9), parameters, line flag, reach, spring, offset, force, loss
+# rows of the scratch: control points of A and B (9 + 9), parameters, line flag, reach, spring, offset, force, loss,
+# slipping
 P = tuple(np.uintp(BLOCK * k) for k in range(18))
 S, T, LINE, REACH = (np.uintp(BLOCK * k) for k in range(18, 22))
 EX, EY, EZ = (np.uintp(BLOCK * k) for k in range(22, 25))
 GX, GY, GZ = (np.uintp(BLOCK * k) for k in range(25, 28))
 PX, PY, PZ = (np.uintp(BLOCK * k) for k in range(28, 31))
-LOST = np.uintp(BLOCK * 31)
-SCRATCH = BLOCK * 32
+LOST, SLIPPING = np.uintp(BLOCK * 31), np.uintp(BLOCK * 32)
+SCRATCH = BLOCK * 33
 P0, P1, P2, P3, P4, P5, P6, P7, P8 = P[:9]
 R0, R1, R2, R3, R4, R5, R6, R7, R8 = P[9:]
 
@@ -62,12 +63,12 @@ def _gather(first, count, nodes, contacts, alive, w):
         # a piece with a broken element does not touch
         whole = alive[i - 1] * alive[i] * alive[j - 1] * alive[j]
         w[LINE + m], w[REACH + m] = contacts.line[c], contacts.reach[c] * whole
-        w[EX + m], w[EY + m], w[EZ + m] = ex[c], ey[c], ez[c]
+        w[EX + m], w[EY + m], w[EZ + m], w[SLIPPING + m] = ex[c], ey[c], ez[c], contacts.slipping[c]
         w[GX + m], w[GY + m], w[GZ + m] = gx[c], gy[c], gz[c]
 
 
 @njit(**INLINE)
-def _evaluate(count, normal, tangential, friction, viscous, inv_dt, w):
+def _evaluate(count, law, inv_dt, w):
     for m in range(U(count)):
         # spline coefficients: c(s) = c0 + s (c1 + s c2)
         ux1, uy1, uz1 = w[P3 + m] - w[P0 + m], w[P4 + m] - w[P1 + m], w[P5 + m] - w[P2 + m]
@@ -110,15 +111,15 @@ def _evaluate(count, normal, tangential, friction, viscous, inv_dt, w):
         # no depth that the yarns did not close themselves: closest points that jump along a hook would make energy
         depth = max(w[REACH + m] - np.sqrt(ox * ox + oy * oy + oz * oz), 0.0) * on_yarns
         w[REACH + m] = min(w[REACH + m], depth + np.sqrt(gx * gx + gy * gy + gz * gz))
-        fx, fy, fz, ex, ey, ez, lost = contact_force(
+        fx, fy, fz, ex, ey, ez, slips, lost = contact_force(
             gx, gy, gz, closing, w[REACH + m] * on_yarns, w[EX + m], w[EY + m], w[EZ + m], dx, dy, dz,
-            normal, tangential, friction, viscous, inv_dt,
+            w[SLIPPING + m], law, inv_dt,
         )  # fmt: skip
         w[S + m], w[T + m] = s, t
         w[EX + m], w[EY + m], w[EZ + m] = ex, ey, ez
         w[GX + m], w[GY + m], w[GZ + m] = gx, gy, gz
         w[PX + m], w[PY + m], w[PZ + m] = fx, fy, fz
-        w[LOST + m] = lost
+        w[LOST + m], w[SLIPPING + m] = lost, slips
 
 
 @njit(**INLINE)
@@ -130,7 +131,7 @@ def _store(first, count, contacts, w):
         c, m = first + k, U(k)
         contacts.parameter[0, c], contacts.parameter[1, c] = w[S + m], w[T + m]
         contacts.reach[c] = w[REACH + m]
-        ex[c], ey[c], ez[c] = w[EX + m], w[EY + m], w[EZ + m]
+        ex[c], ey[c], ez[c], contacts.slipping[c] = w[EX + m], w[EY + m], w[EZ + m], w[SLIPPING + m]
         gx[c], gy[c], gz[c] = w[GX + m], w[GY + m], w[GZ + m]
         fx[c], fy[c], fz[c] = w[PX + m], w[PY + m], w[PZ + m]
 
@@ -144,7 +145,7 @@ def contact_forces(first, last, nodes, contacts, alive, law, inv_dt, w):
     while block < last:
         count = min(BLOCK, last - block)
         _gather(block, count, nodes, contacts, alive, w)
-        _evaluate(count, law.normal, law.tangential, law.friction, law.viscous, inv_dt, w)
+        _evaluate(count, law, inv_dt, w)
         _store(block, count, contacts, w)
         for k in range(count):
             lost += w[LOST + U(k)]

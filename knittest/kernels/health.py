@@ -6,7 +6,7 @@ Called every few steps, so the usual answer, nothing, is counted without branche
 import numpy as np
 from numba import njit
 
-from knittest.kernels.contact import spline_weights
+from knittest.kernels.contact import penalty, spline_weights
 from knittest.kernels.options import KERNEL
 from knittest.kernels.rows import rows3
 from knittest.kernels.shell_state import AREA, state_index
@@ -36,15 +36,19 @@ def count_pierced(offset, reach, line, count, limit):
 
 
 @njit(**KERNEL)
-def stiffest_node(piece, parameter, force, count, normal, own, inv_mass, load):
+def stiffest_node(contacts, count, law, own, inv_mass, load):
     """Node with the largest bound of its squared frequency [1/ms^2], and that bound; -1 if none moves.
 
-    ``own`` (n,) stiffness of a node's beams [N/mm]; each loaded contact adds its penalty ``normal`` times the node's
+    ``own`` (n,) stiffness of a node's beams [N/mm]; each loaded contact adds the tangent of ``law`` times the node's
     share of it, twice, for the pair (Gershgorin). ``load`` (n,) is work space, zero before and after.
     """
-    fx, fy, fz = rows3(force)
+    piece, parameter = contacts.piece, contacts.parameter
+    fx, fy, fz = rows3(contacts.force)
+    gx, gy, gz = rows3(contacts.offset)
     for c in range(count):
         if fx[c] != 0.0 or fy[c] != 0.0 or fz[c] != 0.0:
+            depth = max(contacts.reach[c] - np.sqrt(gx[c] ** 2 + gy[c] ** 2 + gz[c] ** 2), 0.0)
+            normal = penalty(depth, law.normal, law.linear, law.square, law.cubic, law.cap)[1]
             for side in range(2):
                 i = piece[side, c]
                 before, at, after = spline_weights(parameter[side, c])

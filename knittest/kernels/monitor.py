@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 
 from knittest.kernels.beam_blocks import beam_energy
+from knittest.kernels.contact import penalty
 from knittest.kernels.options import KERNEL
 from knittest.kernels.rows import rows3
 
@@ -44,9 +45,9 @@ def section_energies(nodes, parts, beams):
 
 
 @njit(**KERNEL)
-def contact_statistics(contacts, count, normal, tangential, radius):
-    """Elastic contact energy [mJ], largest and mean penetration over the smaller radius of touching contacts."""
-    energy, largest, total, touching = 0.0, 0.0, 0.0, 0
+def contact_statistics(contacts, count, law, radius):
+    """Elastic contact energy [mJ], and penetration over the smaller radius of the contacts that touch (n_touching,)."""
+    energy, share, touching = 0.0, np.empty(count), 0
     fx, fy, fz = rows3(contacts.force)
     gx, gy, gz = rows3(contacts.offset)
     ex, ey, ez = rows3(contacts.spring)
@@ -54,12 +55,11 @@ def contact_statistics(contacts, count, normal, tangential, radius):
         if fx[c] != 0.0 or fy[c] != 0.0 or fz[c] != 0.0:
             depth = contacts.reach[c] - sqrt(gx[c] ** 2 + gy[c] ** 2 + gz[c] ** 2)
             stretch2 = ex[c] ** 2 + ey[c] ** 2 + ez[c] ** 2
-            energy += 0.5 * normal * depth * depth + 0.5 * tangential * stretch2
-            share = depth / min(radius[contacts.piece[0, c]], radius[contacts.piece[1, c]])
-            largest = max(largest, share)
-            total += share
+            stored = penalty(depth, law.normal, law.linear, law.square, law.cubic, law.cap)[2]
+            energy += stored + 0.5 * law.tangential * stretch2
+            share[touching] = depth / min(radius[contacts.piece[0, c]], radius[contacts.piece[1, c]])
             touching += 1
-    return energy, largest, total / max(touching, 1)
+    return energy, share[:touching]
 
 
 @njit(**KERNEL)

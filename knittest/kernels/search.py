@@ -107,7 +107,7 @@ def _copy(source, a, target, b):
     for k in range(3):
         target.spring[k, b], target.offset[k, b] = source.spring[k, a], source.offset[k, a]
         target.force[k, b] = source.force[k, a]
-    target.reach[b], target.line[b] = source.reach[a], source.line[a]
+    target.slipping[b], target.reach[b], target.line[b] = source.slipping[a], source.reach[a], source.line[a]
 
 
 @njit(**KERNEL)
@@ -174,6 +174,7 @@ def _add_contact(i, j, s, t, wx, wy, wz, line, touch, old, before, new, c):
     else:
         new.spring[:, c] = 0.0
         new.force[:, c] = 0.0
+        new.slipping[c] = 0.0
     new.piece[0, c], new.piece[1, c] = i, j
     new.parameter[0, c], new.parameter[1, c] = s, t
     new.offset[0, c], new.offset[1, c], new.offset[2, c] = wx, wy, wz

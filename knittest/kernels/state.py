@@ -65,7 +65,8 @@ class Contacts(NamedTuple):
     """Tracked yarn crossings in the first ``count`` columns.
 
     ``piece`` (2, n) spline pieces i, j (node index of the middle control point) with ``parameter`` s, t in [0, 1);
-    tangential ``spring`` stretch and ``offset`` vector of the last step [mm], (3, n); ``reach`` sum of radii [mm];
+    tangential ``spring`` stretch and ``offset`` vector of the last step [mm], (3, n); ``slipping`` 1 while the contact
+    slips; ``reach`` sum of radii [mm];
     ``line`` = 1 for near-parallel contacts, whose s is held; ``force`` on piece i [N], (3, n). ``half``: contact number
     and side (2 c + side) sorted by the partition that owns the side, half_start (PARTITIONS + 1,).
     """
@@ -74,6 +75,7 @@ class Contacts(NamedTuple):
     parameter: Array
     spring: Array
     offset: Array
+    slipping: Array
     reach: Array
     line: Array
     force: Array
@@ -82,12 +84,22 @@ class Contacts(NamedTuple):
 
 
 class ContactLaw(NamedTuple):
-    """Penalty stiffness [N/mm], sticking stiffness [N/mm], Coulomb coefficient, viscous coefficient [N ms/mm]."""
+    """Penalty and friction of all yarn contacts.
+
+    Penalty stiffness [N/mm], sticking stiffness [N/mm], Coulomb coefficients before and while slipping, viscous
+    coefficient [N ms/mm]; compaction by ``linear``, ``square`` and ``cubic`` [1/mm, 1/mm^2, 1/mm^3] up to the depth
+    ``cap`` [mm], see :func:`knittest.kernels.contact.penalty`.
+    """
 
     normal: float
     tangential: float
-    friction: float
+    static: float
+    kinetic: float
     viscous: float
+    linear: float = 0.0
+    square: float = 0.0
+    cubic: float = 0.0
+    cap: float = 0.0
 
 
 class Tally(NamedTuple):

@@ -8,18 +8,19 @@ from knittest.config.run import FrictionRun
 from knittest.errors import InputError
 from knittest.history import History, Quality
 from knittest.laboratory.base import Phase, Prepared, Update, fabric_laminate
+from knittest.laboratory.pressure import pressure_map, shares
 from knittest.laboratory.strips import AXIS, cut, pitch, yarns_across
 from knittest.measure import assess
 from knittest.models.macro import build_strip
 from knittest.models.meso import build_meso
-from knittest.rigs.friction import FrictionTest
+from knittest.rigs.friction import KINETIC_SHARE, FrictionTest
 from knittest.simulate import simulate
 from knittest.simulation import Keeper, SimulationCost
 
-#: share of the travel, at its end, over which the kinetic level is the mean; the peak before is the static one
-KINETIC_SHARE = 0.5
 #: largest deviation of the normal force while the strip is pulled
 FORCE_TOLERANCE = 0.01
+#: penetration of the plates over the largest deformation of an element, the check of Pham et al. (2019), section 4.4
+PENETRATION_TOLERANCE = 1.0
 
 
 class Friction:
@@ -74,7 +75,7 @@ class Friction:
         return simulate(prepared.model, prepared.rig, run.solver, run.output, update, keeper)
 
     def results(self, run: FrictionRun, prepared: Prepared, history: History) -> dict[str, float]:
-        """Static and kinetic level, the paper's coefficient of two faces and that of one."""
+        """Levels, the paper's coefficient of two faces and that of one, pressure, penetration against deformation."""
         curve, normal = history.curve, run.rig.kernel("normal_force")
         late = curve["displacement_mm"] > (1.0 - KINETIC_SHARE) * run.rig.kernel("travel")
         early = (curve["displacement_mm"] > 0.0) & ~late
@@ -88,15 +89,53 @@ class Friction:
             "normal_force_error_pct": 100.0
             * float(np.abs(_smooth(curve["normal_force_n"][late]) / normal - 1.0).max()),
             "compression_mm": -float(curve["plate_travel_mm"][late].mean()),
+            **_pressures(run, history),
+            **_penetrations(history),
         }
 
     def assess(self, run: FrictionRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
-        """The gates of every run, and the normal force within 1 %."""
+        """The gates of every run, the normal force within 1 %, and plates that sink in less than elements deform."""
         quality = assess(history, run.solver, cost.penetration_max, cost.penetration_mean, prepared.model.added_mass)
-        error = self.results(run, prepared, history)["normal_force_error_pct"]
-        if error <= 100.0 * FORCE_TOLERANCE:
-            return quality
-        return quality.refusing(f"normal force is off by {error:.1f} % while the strip is pulled")
+        found = self.results(run, prepared, history)
+        error, sunk = found["normal_force_error_pct"], found["penetration_over_deformation_pct"]
+        if error > 100.0 * FORCE_TOLERANCE:
+            quality = quality.refusing(f"normal force is off by {error:.1f} % while the strip is pulled")
+        if sunk > 100.0 * PENETRATION_TOLERANCE:
+            quality = quality.refusing(f"plates sink in by {sunk:.0f} % of the largest deformation of an element")
+        return quality
+
+
+def map_cell(run: FrictionRun) -> float:
+    """Side of a cell of the pressure map [mm]: a shell, or small enough to tell the loops."""
+    if run.rig.pressure_cell is not None:
+        return run.rig.kernel("pressure_cell")
+    return run.fabric.wale_spacing / 3.0 if run.model.scale == "meso" else run.model.macro.kernel("element_size")
+
+
+def _pressures(run: FrictionRun, history: History) -> dict[str, float]:
+    """Mean pressure [MPa] on what lies between the plates, the largest one of a cell, and who carries it (yarns)."""
+    rig = run.rig
+    covered = rig.kernel("plate_length") - (1.0 - 0.5 * KINETIC_SHARE) * rig.kernel("travel")
+    found = {
+        "pressure_mean_mpa": rig.kernel("normal_force") / (covered * rig.kernel("width")),
+        "pressure_peak_mpa": float(pressure_map(history, map_cell(run)).pressure.max()),
+    }
+    if run.model.scale == "meso":
+        found |= {f"plate_load_on_{part}_pct": share for part, share in shares(history).items()}
+    return found
+
+
+def _penetrations(history: History) -> dict[str, float]:
+    """Deepest penetration of a plate against the largest change of an element's side or chord [um]."""
+    first, last, cells = history.frames[0].position, history.frames[-1].position, history.mesh.cells
+    moved = last - first
+    stretch = float(np.linalg.norm(moved[cells] - moved[np.roll(cells, 1, axis=1)], axis=2).max())
+    deepest = float(history.contacts["tool_penetration_max_um"].max())
+    return {
+        "plate_penetration_um": deepest,
+        "element_deformation_um": 1e3 * stretch,
+        "penetration_over_deformation_pct": 0.1 * deepest / max(stretch, 1e-12),
+    }
 
 
 def _smooth(values: np.ndarray, width: int = 5) -> np.ndarray:

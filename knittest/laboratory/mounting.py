@@ -41,6 +41,7 @@ class Mounting:
 
     coordinate, force = "chord_angle_deg", "root_moment_nmm"
     marks: tuple[float, ...] = ()
+    averaged_from = np.inf
     duration = 0.0
 
     def __init__(self, flat: Array, weight: Array) -> None:

@@ -98,7 +98,7 @@ def _settle(
         tips = _tips(prepared, run)
         boundary.gravity(mounting.weight)
         boundary.load(tips, "rx", -curl / len(tips))
-    cost.overlap_at_start = max(cost.overlap_at_start, model.prepare())
+    model.prepare()
     drive, tally = boundary.drive(), new_tally(boundary)
     relaxation = relax(model, drive, tally, dt, run.rig.tolerance, SETTLE)
     cost.steps, cost.time_step = cost.steps + relaxation.steps, dt

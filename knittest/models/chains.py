@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from knittest.errors import InputError
 from knittest.history import Mesh
 from knittest.kernels.beam import rotary_inertia_factor, wave_speed
+from knittest.kernels.contact import penalty
 from knittest.kernels.state import Beams, ContactLaw
 from knittest.materials.yarn_section import Section
 from knittest.models.contact_tracker import YarnContactGroup
@@ -25,6 +26,8 @@ Flags = NDArray[np.bool_]
 BEND_MARGIN = 0.2
 #: share of critical damping of a touching pair of nodes
 CONTACT_DAMPING = 0.1
+#: penetration over the smallest radius beyond which compaction stiffens no more; such runs are refused anyway
+COMPACTION_ENDS = 0.5
 #: share of an average crossing's penalty that one node can feel, times two for two contacts on a piece
 CONTACT_STEP_SHARE = 2.0
 
@@ -49,14 +52,34 @@ class Chain:
 
 @dataclass(frozen=True)
 class YarnContact:
-    """Contact between all chains: penalty and sticking stiffness [N/mm], Coulomb coefficient, share of critical
-    damping of a touching pair of nodes.
+    """Contact between all chains: penalty and sticking stiffness [N/mm], Coulomb coefficient while slipping, share of
+    critical damping of a touching pair of nodes, Coulomb coefficient before it slips (none: the same).
+
+    ``compaction`` (exponent 1, 2 or 3, depth [mm]) makes the force normal d (1 + (d / depth)^exponent).
     """
 
     normal: float
     tangential: float
     friction: float
     damping: float = CONTACT_DAMPING
+    static: float | None = None
+    compaction: tuple[int, float] | None = None
+
+    def law(self, radius: float, viscous: float) -> ContactLaw:
+        """Of yarns whose smallest radius is ``radius`` [mm], with ``viscous`` [N ms/mm]."""
+        coefficients = [0.0, 0.0, 0.0]
+        if self.compaction is not None:
+            exponent, depth = self.compaction
+            coefficients[exponent - 1] = depth**-exponent
+        static = self.friction if self.static is None else self.static
+        linear, square, cubic = coefficients
+        cap = COMPACTION_ENDS * radius
+        return ContactLaw(self.normal, self.tangential, static, self.friction, viscous, linear, square, cubic, cap)
+
+    def stiffest(self, radius: float) -> float:
+        """Largest stiffness [N/mm] between yarns of ``radius`` [mm]."""
+        law = self.law(radius, 0.0)
+        return float(penalty(law.cap, law.normal, law.linear, law.square, law.cubic, law.cap)[1])
 
 
 @dataclass(frozen=True)
@@ -169,7 +192,8 @@ def _scale_mass(
     scaling: MassScaling | None,
 ) -> tuple[float, Array, Array, float]:
     """Critical step [ms] by nodes (omega^2 <= (2 k_sum + contact) / m) and mass scaling to the target step."""
-    load = 2.0 * stiffness + (CONTACT_STEP_SHARE * contact.normal if contact else 0.0)
+    smallest = float(lay.of_card("radius").min())
+    load = 2.0 * stiffness + (CONTACT_STEP_SHARE * contact.stiffest(smallest) if contact else 0.0)
     step = float(np.min(2.0 * np.sqrt(mass / load)))
     if scaling is None:
         return step, mass, inertia, 0.0
@@ -205,10 +229,10 @@ def _contact_group(lay: _Layout, mass: Array, node_cut: Index, contact: YarnCont
     half_piece[1:] = 0.25 * (lay.length[1:] + lay.length[:-1])
     mean = np.array([lay.mean_length(s) for s in range(len(lay.cards))])
     bend = 1.2 * (0.5 * np.pi * 2.0 * radius + BEND_MARGIN)
-    law = ContactLaw(0.0, 0.0, 0.0, 0.0)
+    law = ContactLaw(0.0, 0.0, 0.0, 0.0, 0.0)
     if contact is not None and is_piece.any():
         damping = 2.0 * contact.damping * sqrt(contact.normal * 0.5 * float(mass[is_piece].min()))
-        law = ContactLaw(contact.normal, contact.tangential, contact.friction, damping)
+        law = contact.law(float(radius.min()), damping)
     return YarnContactGroup(
         radius, half_piece, np.ceil(bend / mean[lay.section]).astype(np.int64), is_piece, lay.chain, node_cut, law
     )

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.errors import InputError
+from knittest.errors import InputError, NumericalError
+from knittest.history import OVERLAP_COUNTS, Overlaps
 from knittest.kernels import search
 from knittest.kernels.options import PARTITIONS
 from knittest.kernels.state import ContactLaw, Contacts, Nodes
@@ -22,13 +23,16 @@ CONTACT_SKIN = 0.1
 LEAST_STEPS = 5
 #: overlap at the start, over the smaller radius, above which the geometry is refused
 MAX_OVERLAP = 0.20
+#: overlapping pairs that are named
+LISTED = 5
 
 
 def _empty(capacity: int) -> Contacts:
     pair, triple = (np.zeros((2, capacity)), [np.zeros((3, capacity)) for _ in range(3)])
+    slipping, reach, line = (np.zeros(capacity) for _ in range(3))
     return Contacts(
-        np.zeros((2, capacity), np.int64), pair, triple[0], triple[1], np.zeros(capacity), np.zeros(capacity),
-        triple[2], np.zeros(2 * capacity, np.int64), np.zeros(PARTITIONS + 1, np.int64),
+        np.zeros((2, capacity), np.int64), pair, triple[0], triple[1], slipping, reach, line, triple[2],
+        np.zeros(2 * capacity, np.int64), np.zeros(PARTITIONS + 1, np.int64),
     )  # fmt: skip
 
 
@@ -67,8 +71,8 @@ class ContactTracker:
         self.speed = 0.0
         self.searches, self.seconds = 0, 0.0
 
-    def settle(self) -> float:
-        """Find the first contacts; returns the largest overlap over the smaller radius, which starts free of force.
+    def settle(self) -> Overlaps:
+        """Find the first contacts; returns what overlaps, which starts free of force.
 
         Raises :class:`InputError` listing the worst pairs when an overlap exceeds :data:`MAX_OVERLAP`.
         """
@@ -78,19 +82,21 @@ class ContactTracker:
         gap = np.linalg.norm(c.offset[:, :n], axis=0)
         radius = self.group.radius[c.piece[:, :n]]
         share = (radius.sum(axis=0) - gap) / radius.min(axis=0)
-        worst = np.argsort(-share)[:5]
+        worst = np.argsort(-share, kind="stable")[:LISTED]
         if n and share[worst[0]] > MAX_OVERLAP:
             raise InputError(
                 f"yarns overlap at the start by more than {100 * MAX_OVERLAP:g} % of a radius; worst first: "
                 + "; ".join(self._describe(int(k), float(share[k])) for k in worst if share[k] > MAX_OVERLAP)
             )
-        return max(float(share[worst[0]]), 0.0) if n else 0.0
+        count = int((share > OVERLAP_COUNTS).sum())
+        listed = tuple(self._describe(int(k), float(share[k])) for k in worst if share[k] > OVERLAP_COUNTS)
+        return Overlaps(count, max(float(share[worst[0]]), 0.0) if n else 0.0, listed)
 
     def _describe(self, contact: int, share: float) -> str:
         nodes = self.contacts.piece[:, contact]
         names = [self.name_of(int(i)) for i in nodes]
         x, y, z = self.nodes.position[:, nodes[0]]
-        return f"{names[0]} and {names[1]} at ({x:.1f}, {y:.1f}, {z:.1f}) mm by {100 * share:.0f} %"
+        return f"{names[0]} and {names[1]} at ({x:.1f}, {y:.1f}, {z:.1f}) mm by {100 * share:.1f} %"
 
     def safe_steps(self, dt: float, most: int) -> int:
         """Steps, at most ``most``, in which no gap can close by more than the contact skin at the last speed seen."""
@@ -123,9 +129,15 @@ class ContactTracker:
         self.speed = float(entry(state, "speed", ()))
 
     def _find_contacts(self) -> None:
-        """Search around the moved pieces and renew the list; it grows when it overflows."""
+        """Search around the moved pieces and renew the list; it grows when it overflows.
+
+        Raises :class:`NumericalError` for a position that is not finite: it lies in no cell of the search.
+        """
         group = self.group
         x, y, z = position = self.nodes.position[:, : group.radius.size]
+        if not np.isfinite(position).all():
+            i = int(np.argmin(np.isfinite(position).all(axis=0)))
+            raise NumericalError(f"the position of node {i} of {self.name_of(i)} is not finite")
         cell = 2.0 * (float(group.radius.max()) + float(group.half_piece.max())) + CONTACT_SKIN
         low = position.min(axis=1)
         shape = ((position.max(axis=1) - low) / cell).astype(np.int64) + 1

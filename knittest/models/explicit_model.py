@@ -1,12 +1,12 @@
 """A model ready for the explicit driver: node arrays, masses, parts and a viewer's mesh."""
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.history import Mesh
+from knittest.history import Mesh, Overlaps
 from knittest.kernels.drive_state import Drive
 from knittest.kernels.options import PARTITIONS
 from knittest.kernels.state import Nodes, Partitions, Tally
@@ -21,18 +21,20 @@ LUMPED = ("mass", "inertia")
 
 @dataclass(frozen=True)
 class Stored:
-    """Elastic energies [mJ] by part, of contact and of hourglass control; largest and mean penetration over radius.
+    """Elastic energies [mJ] by part, of contact and of hourglass control; ``penetration`` over radius of each contact
+    that touches, (n_touching,).
 
-    ``tools`` is the elastic energy of contacts with tools, ``tool_kinetic`` the kinetic energy of free tools.
+    ``tools`` is the elastic energy of contacts with tools, ``tool_kinetic`` the kinetic energy of free tools,
+    ``tool_depth`` the deepest penetration into one [mm].
     """
 
     internal: Array
     contact: float = 0.0
     hourglass: float = 0.0
-    deepest: float = 0.0
-    mean_depth: float = 0.0
+    penetration: Array = field(default_factory=lambda: np.zeros(0))
     tools: float = 0.0
     tool_kinetic: float = 0.0
+    tool_depth: float = 0.0
 
 
 @dataclass
@@ -66,8 +68,8 @@ class ExplicitModel(ABC):
         return np.ascontiguousarray(self.nodes.position[:, : self.n_nodes].T)
 
     @abstractmethod
-    def prepare(self) -> float:
-        """Find what touches at the start; returns the largest overlap over radius. Raises InputError if too large."""
+    def prepare(self) -> Overlaps:
+        """Find what touches at the start; returns what overlaps. Raises InputError if it does too much."""
 
     @abstractmethod
     def safe_steps(self, dt: float, most: int) -> int:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from knittest.history import Overlaps
 from knittest.kernels.drive_state import Drive
 from knittest.kernels.explicit import advance_fabric
 from knittest.kernels.health import smallest_shell
@@ -26,9 +27,9 @@ class FabricModel(ExplicitModel):
     shells: Shells
     laminate: Laminate
 
-    def prepare(self) -> float:
+    def prepare(self) -> Overlaps:
         """Nothing touches."""
-        return 0.0
+        return Overlaps()
 
     def safe_steps(self, dt: float, most: int) -> int:
         """Shells need no attention between samples."""

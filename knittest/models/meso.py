@@ -42,7 +42,14 @@ def yarn_contact(run: Run) -> YarnContact:
     """Contact between the yarns of the fabric."""
     card = run.fabric.contact
     normal = card.kernel("normal_stiffness")
-    return YarnContact(normal, normal * card.kernel("tangential_ratio"), card.kernel("friction_coefficient"))
+    static, compaction = card.static_friction_coefficient, card.compaction
+    return YarnContact(
+        normal,
+        normal * card.kernel("tangential_ratio"),
+        card.kernel("friction_coefficient"),
+        static=None if static is None else static.value,
+        compaction=None if compaction is None else (compaction.exponent, compaction.kernel("depth")),
+    )
 
 
 def _scaling(run: Run) -> MassScaling | None:

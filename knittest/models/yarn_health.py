@@ -71,10 +71,9 @@ class YarnHealth:
         return f"{names} pass through each other (node {int(contacts.piece[0, c])})"
 
     def _too_stiff(self, dt: float) -> str:
-        model, contacts = self.model, self.model.tracker.contacts
+        model = self.model
         i, bound = health.stiffest_node(
-            contacts.piece, contacts.parameter, contacts.force, model.tracker.count, model.law.normal, self.own,
-            model.nodes.inv_mass, self.load,
+            model.tracker.contacts, model.tracker.count, model.law, self.own, model.nodes.inv_mass, self.load,
         )  # fmt: skip
         if bound * dt * dt <= 4.0:
             return ""

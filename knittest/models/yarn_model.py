@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from knittest.history import Overlaps
 from knittest.kernels import monitor
 from knittest.kernels.drive_state import Drive
 from knittest.kernels.explicit import advance_yarns
@@ -13,7 +14,7 @@ from knittest.models.explicit_model import Array, ExplicitModel, Index, Stored
 from knittest.models.yarn_health import YarnHealth
 from knittest.snapshot import State, arrays_of, prefixed, put_back, under
 
-NO_CONTACT = ContactLaw(0.0, 0.0, 0.0, 0.0)
+NO_CONTACT = ContactLaw(0.0, 0.0, 0.0, 0.0, 0.0)
 #: arrays of the beams that a run changes
 CHANGING = ("alive", "fail_time")
 
@@ -37,9 +38,9 @@ class YarnModel(ExplicitModel):
         self.law = self.group.law if self.contact else NO_CONTACT
         self.health = YarnHealth(self)
 
-    def prepare(self) -> float:
+    def prepare(self) -> Overlaps:
         """See :meth:`ContactTracker.settle`."""
-        return self.tracker.settle() if self.contact else 0.0
+        return self.tracker.settle() if self.contact else Overlaps()
 
     def safe_steps(self, dt: float, most: int) -> int:
         """See :meth:`ContactTracker.safe_steps`."""
@@ -56,12 +57,12 @@ class YarnModel(ExplicitModel):
 
     def stored(self) -> Stored:
         """Energies of the living beams by yarn system and of the contacts."""
-        contact, deepest, mean = monitor.contact_statistics(
-            self.tracker.contacts, self.tracker.count, self.law.normal, self.law.tangential, self.group.radius
+        contact, penetration = monitor.contact_statistics(
+            self.tracker.contacts, self.tracker.count, self.law, self.group.radius
         )
         sections = monitor.section_energies(self.nodes, self.parts, self.beams)
         internal = np.bincount(self.section_part, sections, len(self.mesh.part_names)).astype(float)
-        return Stored(internal, contact, 0.0, deepest, mean)
+        return Stored(internal, contact, 0.0, penetration)
 
     def pressing(self) -> float:
         """See :meth:`ExplicitModel.pressing`."""

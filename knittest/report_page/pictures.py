@@ -14,6 +14,7 @@ CAPTIONS = {
     "deformed.png": "The specimen, deformed",
     "wrinkles.png": "Height of the wrinkles",
     "shear-angle.png": "Shear angle of the material against that of the frame",
+    "pressure.png": "Contact pressure of the plates",
     "energies.png": "Energies and their ratios over time; what is shaded is not judged",
     "curve.png": "The curve as the run drew it, with every specimen and every curve it was compared with",
 }

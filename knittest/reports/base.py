@@ -66,6 +66,7 @@ def energy_gates(run: Run) -> list[Gate]:
         Gate("kinetic energy over work", "quality", "ke_over_ie_max", solver.max_kinetic_ratio, scale=100.0),
         Gate("energy error", "quality", "energy_error_max", solver.max_energy_error, scale=100.0),
         Gate("penetration over radius", "quality", "penetration_over_radius_max", solver.max_penetration, scale=100.0),
+        Gate("overlap at the start", "quality", "overlap_at_start", solver.max_overlap, scale=100.0),
         Gate("added mass", "quality", "added_mass_pct", solver.max_added_mass),
     ]
 

@@ -7,8 +7,12 @@ from knittest.config.run import FrictionRun
 from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.tables import PublishedValue
 from knittest.export.line_picture import Level, Line, line_picture
-from knittest.laboratory.friction import FORCE_TOLERANCE
+from knittest.export.pressure_picture import pressure_picture
+from knittest.laboratory.friction import FORCE_TOLERANCE, PENETRATION_TOLERANCE, map_cell
+from knittest.laboratory.pressure import PLATES, pressure_map
+from knittest.laboratory.strips import AXIS
 from knittest.reports.base import Columns, CurveAxes, Gate, References, draw_energies, energy_gates, title_of
+from knittest.rigs.friction import KINETIC_SHARE
 from knittest.specimen import Specimen
 
 
@@ -29,8 +33,14 @@ class FrictionReport:
 
     def gates(self, run: FrictionRun) -> list[Gate]:
         """Those of every test, and the force that presses the plates."""
-        force = Gate("normal force off", "results", "normal_force_error_pct", 100.0 * FORCE_TOLERANCE)
-        return [*energy_gates(run), force]
+        return [
+            *energy_gates(run),
+            Gate("normal force off", "results", "normal_force_error_pct", 100.0 * FORCE_TOLERANCE),
+            Gate(
+                "plate penetration over element deformation", "results", "penetration_over_deformation_pct",
+                100.0 * PENETRATION_TOLERANCE,
+            ),
+        ]  # fmt: skip
 
     def scaled(self, run: FrictionRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
         """As they are: nothing of it grows with the specimen."""
@@ -45,11 +55,11 @@ class FrictionReport:
         return specimens[0].history.curve
 
     def tables(self, run: FrictionRun, specimens: list[Specimen]) -> dict[str, Columns]:
-        """None besides those of every test."""
-        return {}
+        """pressure.csv of the first specimen."""
+        return {"pressure.csv": pressure_map(specimens[0].history, map_cell(run)).table()}
 
     def pictures(self, run: FrictionRun, specimens: list[Specimen], references: References, folder: Path) -> None:
-        """curve.png with the Coulomb level, energies.png."""
+        """curve.png with the Coulomb level, energies.png, pressure.png."""
         lines = [
             Line(s.history.curve["displacement_mm"], s.history.curve["pull_force_n"], f"simulated, specimen {k + 1}")
             for k, s in enumerate(specimens)
@@ -59,3 +69,11 @@ class FrictionReport:
             levels=self.levels(run),
         )  # fmt: skip
         draw_energies(run, specimens, folder)
+        found = pressure_map(specimens[0].history, map_cell(run))
+        low, travel = (1.0 - KINETIC_SHARE) * run.rig.travel, run.rig.travel
+        forces = " and ".join(f"{f:.0f} N ({name})" for f, name in zip(found.force, PLATES, strict=True))
+        pressure_picture(
+            folder / "pressure.png", found.x, found.y, dict(zip(PLATES, found.pressure, strict=True)),
+            along="xy"[AXIS[run.rig.direction]], title=title_of(run),
+            note=f"mean over {low:g} to {travel:g} mm of travel, cells of {map_cell(run):.2f} mm; sums: {forces}",
+        )  # fmt: skip

@@ -17,8 +17,10 @@ PRESS, SETTLE = 1.0, 0.5
 #: drag of the pressing plate [1/ms], a third of critical; it weighs what the strip weighs: drag times mass times the
 #: speed at which it follows the passing yarns is a force that the fabric does not feel
 PLATE_DRAG = 50.0
+#: share of the travel, at its end, over which the kinetic level and the pressure are means
+KINETIC_SHARE = 0.5
 #: travel at a share of the speed, in which the strip lets go: a faster strip swings when it does [mm]
-CREEP, CREEP_SHARE = 0.5, 0.1
+CREEP, CREEP_SHARE = 0.5, 0.05
 #: thickness of the plates and radius of their edges, outside their nominal size [mm]
 THICKNESS, EDGE = 10.0, 1.0
 
@@ -34,6 +36,8 @@ class FrictionTest:
         self.pull = _pull(run.solver.kernel("speed"), run.solver.kernel("ramp"))
         end = self.pull.time[-1]
         rest = run.rig.kernel("travel") + self.pull.integral(end)
+        self.kinetic_from = (1.0 - KINETIC_SHARE) * run.rig.kernel("travel")
+        self.averaged_from = end + max(self.kinetic_from + self.pull.integral(end), 0.0) / run.solver.kernel("speed")
         self.duration = end + rest / run.solver.kernel("speed")
 
     def constrain(self, boundary: Boundary) -> None:

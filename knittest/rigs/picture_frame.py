@@ -32,6 +32,7 @@ class PictureFrameTest:
     """Shears all ``held`` nodes with the frame, forth and back between the angles of ``rig.turns``."""
 
     coordinate, force = "frame_shear_angle_deg", "shear_force_n"
+    averaged_from = np.inf
 
     def __init__(self, run: PictureFrameRun, held: NDArray[np.int64]) -> None:
         rig = run.rig

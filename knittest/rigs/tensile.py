@@ -17,6 +17,7 @@ class TensileTest:
 
     coordinate, force = "strain_pct", "force_n"
     marks: tuple[float, ...] = ()
+    averaged_from = np.inf
 
     def __init__(self, run: TensileRun, axis: int, gauge: float) -> None:
         self.axis, self.gauge = axis, gauge

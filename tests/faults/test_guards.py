@@ -24,7 +24,10 @@ QUIET = 30
 
 def posed(scale):
     run = resolve(variant="2", scale=scale, preset="quick", direction="warp", sets=MESO if scale == "meso" else [])
-    return run, prepare(run)
+    prepared = prepare(run)
+    if scale == "meso":
+        prepared.model.prestressed = False  # the rest before the test has no chunks to look at
+    return run, prepared
 
 
 class Watcher:
@@ -139,7 +142,7 @@ def test_contacts_that_are_too_stiff_for_the_step():
 
     message, wrong = run_until_wrong("meso", stiffen)
     assert "bring the critical time step to" in message and "yarn" in message
-    assert wrong.calls <= QUIET + 3 * yarn_health.STIFFNESS_LOOKS  # some of it until a contact is loaded
+    assert wrong.calls <= QUIET + 4 * yarn_health.STIFFNESS_LOOKS  # some of it until a contact is loaded
 
 
 def test_energy_from_nothing_is_stopped_before_it_blows_up():

@@ -46,7 +46,7 @@ def simulated(scale, keeper):
 
 
 def bits(history):
-    arrays = [*history.curve.values(), *history.energies.values()]
+    arrays = [*history.curve.values(), *history.energies.values(), *history.contacts.values(), history.tool_force]
     arrays += [
         a for f in history.frames for a in (f.position, *f.fields.values(), np.array([f.time, f.coordinate, f.force]))
     ]
@@ -63,3 +63,21 @@ def test_it_goes_on_to_the_same_bits_from_anywhere(scale):
     assert any(s.state["run/row_steps"] > 0 for s in watched.taken), "none of them inside a row"
     for snapshot in watched.taken:
         assert (bits(simulated(scale, Keeper(snapshot=snapshot))[0]), steps) == (bits(history), steps)
+
+
+def test_the_forces_of_tools_are_averaged_across_a_restart():
+    """Plates that move and press: their positions, the springs of their contacts and the sums of their forces."""
+    sets = ["rig.length=60", "rig.plate_length=30", "rig.travel=0.5", "output.frames=3", "output.samples=41"]
+    run = resolve(variant="1", scale="macro", preset="quick", test="friction", direction="warp", sets=sets)
+
+    def pulled(keeper):
+        prepared = prepare(run)
+        return simulate(prepared.model, prepared.rig, run.solver, run.output, keeper=keeper)[0]
+
+    alone = Keeper()
+    history = pulled(alone)
+    assert history.tool_force.sum(axis=1) == pytest.approx([2000.0, 2000.0], rel=0.01)
+    watched = Keeper(at=[alone.looks // 2, alone.looks - 2, alone.looks - 1])
+    pulled(watched)
+    for snapshot in watched.taken:
+        assert bits(pulled(Keeper(snapshot=snapshot))) == bits(history)

@@ -23,7 +23,12 @@ RESULTS = {
     "tensile": {"peak_force_n": 5666.25, "fracture_strain_pct": 1.578125, "force_per_yarn_n": 404.75},
     "picture-frame": {"shear_force_n_at_deg.10": 2.703125, "wrinkle_onset_deg": float("nan")},
     "cantilever": {"chord_angle_deg": 41.5625, "overhang_mm": 171.0, "moment_error_pct": 0.4375, "residual": 3.0e-7},
-    "friction": {"pull_force_kinetic_n": 300.5, "mu_paper": 0.15025, "normal_force_error_pct": 0.0078125},
+    "friction": {
+        "pull_force_kinetic_n": 300.5,
+        "mu_paper": 0.15025,
+        "normal_force_error_pct": 0.0078125,
+        "penetration_over_deformation_pct": 2.5,
+    },
 }
 RIGS = list(RESULTS)
 

@@ -93,7 +93,9 @@ def incline() -> list[Row]:
     ]
 
 
-def struck(halving: int, friction: float, sideways: float = 0.0) -> tuple[Body, list[dict[str, float]], np.ndarray]:
+def struck(
+    halving: int, friction: float, sideways: float = 0.0, compaction: tuple[int, float] | None = None
+) -> tuple[Body, list[dict[str, float]], np.ndarray]:
     """A short stiff yarn that falls at 1 mm/ms on the middle of a free one of three times its mass.
 
     Returns the body, the energies before and after, and the momentum before and after (2, 3).
@@ -102,7 +104,7 @@ def struck(halving: int, friction: float, sideways: float = 0.0) -> tuple[Body, 
     zero = np.zeros(5)
     light, heavy = (section(1e5, 100.0, 0.1, m) for m in (1e-3, 3e-3))
     chains = [Chain(np.column_stack([x, zero, zero + 0.205]), light), Chain(np.column_stack([zero, x, zero]), heavy)]
-    law = YarnContact(100.0, 50.0, friction, damping=0.0)
+    law = YarnContact(100.0, 50.0, friction, damping=0.0, compaction=compaction)
     body = Body.of_chains(chains, law, safety=0.8 / halving)
     body.velocity[:5] = [0.0, sideways, -1.0]
     energies, momentum = [], []

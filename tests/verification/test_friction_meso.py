@@ -1,0 +1,71 @@
+"""Friction of yarns between plates: level, pressure map, penetration, and what overlaps at the start."""
+
+import numpy as np
+import pytest
+
+from knittest.config.loading import resolve
+from knittest.laboratory.friction import map_cell
+from knittest.laboratory.pressure import pressure_map
+from knittest.specimen import run_specimen
+
+#: a small piece, so the fall of the plate is 5 % of all work (0.1 % with the strip of the paper)
+FORCE = 100.0
+SETS = (
+    "rig.width=11", "rig.length=40", "rig.plate_length=18", "rig.plate_width=11", "rig.travel=1.5",
+    f"rig.normal_force={FORCE}", "solver.speed=1", "solver.max_kinetic_ratio=10",
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def pulled():
+    run = resolve(variant="1", scale="meso", preset="quick", test="friction", direction="warp", sets=list(SETS))
+    found = []
+    return run, run_specimen(run, found=found.append), found[0]
+
+
+def test_the_level_is_two_mu_normal_force_although_yarns_carry_it(pulled):
+    """F_R = 2 mu F_N (Coulomb), before the first course leaves the plates and gives its compression back."""
+    _, specimen, _ = pulled
+    assert specimen.results["pull_force_kinetic_n"] == pytest.approx(2.0 * 0.075 * FORCE, rel=0.01)
+    assert specimen.results["normal_force_error_pct"] < 1.0
+    assert specimen.quality.failures == ()
+
+
+def test_the_pressure_map_adds_up_to_the_normal_force(pulled):
+    run, specimen, _ = pulled
+    found = pressure_map(specimen.history, map_cell(run))
+    assert found.force == pytest.approx([FORCE, FORCE], rel=0.01)
+    table = found.table()
+    area = map_cell(run) ** 2
+    for face in ("back", "face"):
+        assert table[f"pressure_{face}_mpa"].sum() * area == pytest.approx(FORCE, rel=0.01)
+    under = table["y_mm"] < specimen.history.frames[0].position[:, 1].min() + 18.0 + 1.0
+    assert table["pressure_face_mpa"][~under].max() == 0.0, "pressure where no plate is"
+
+
+def test_the_crowns_of_the_loops_carry_the_plates(pulled):
+    results = pulled[1].results
+    shares = [results[f"plate_load_on_{part}_pct"] for part in ("warp", "weft", "knit")]
+    assert sum(shares) == pytest.approx(100.0)
+    assert shares[2] > 99.0
+
+
+def test_plates_sink_in_less_than_elements_deform(pulled):
+    """The deepest node is at its force over its penalty, which the contact table says for every sample."""
+    specimen = pulled[1]
+    contacts = specimen.history.contacts
+    assert contacts["tool_penetration_max_um"].max() == specimen.results["plate_penetration_um"] > 0.0
+    assert specimen.results["penetration_over_deformation_pct"] < 100.0
+    assert np.all(contacts["penetration_p50_pct"] <= contacts["penetration_p99_pct"])
+    assert np.all(contacts["penetration_p99_pct"] <= contacts["penetration_max_pct"])
+
+
+def test_overlaps_at_the_start_are_listed_and_judged(pulled):
+    _, specimen, overlaps = pulled
+    assert overlaps == specimen.history.overlaps
+    assert overlaps.count > 0
+    assert specimen.quality.overlap_at_start == overlaps.largest
+    share = float(overlaps.worst[0].split(" by ")[1].removesuffix(" %"))
+    assert share == pytest.approx(100.0 * overlaps.largest, abs=0.06)
+    assert "warp yarn" in overlaps.worst[0]
+    assert "weft yarn" in overlaps.worst[0]
