@@ -25,6 +25,8 @@ CHUNK = 50
 AT_THE_END = 1e12
 #: lowest circular frequency a step that damping follows down to
 SLOWEST = 1e-6
+#: speed [mm/ms] that no yarn and no sheet coming to rest can have
+TOO_FAST = 1e5
 #: residual and most steps of a prestressed model that comes to rest before its test
 SETTLED, SETTLING = 0.01, 4000
 
@@ -85,8 +87,15 @@ def relax(
         tally.reaction[:], tally.tool_sum[:] = 0.0, 0.0
         model.advance(chunk, at, dt, drive, tally, scratch)
         found.steps, found.last_chunk = found.steps + chunk, chunk
-        if not np.isfinite(nodes.velocity).all():
-            raise NumericalError(f"dynamic relaxation is no longer finite after {found.steps} steps")
+        # the search for contacts would read beyond its cells
+        wrong = ~(np.isfinite(nodes.velocity) & np.isfinite(nodes.position)).all(axis=0)
+        wrong |= (np.abs(nodes.velocity) > TOO_FAST).any(axis=0)
+        if wrong.any():
+            bad = int(np.argmax(wrong))
+            raise NumericalError(
+                f"dynamic relaxation is no longer finite after {found.steps} steps, first at node {bad} of "
+                f"{model.name_of(bad)}; reduce solver.safety"
+            )
         force = nodes.force[:, :n].T * free
         move = (model.position() - before) * free
         if last is not None:

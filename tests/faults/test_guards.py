@@ -17,7 +17,10 @@ from knittest.models import contact_tracker, yarn_health
 from knittest.simulate import simulate
 from knittest.specimen import prepare, run_specimen
 
-MESO = ["rig.width=10", "rig.gauge_length=10", "solver.ramp=0.1", "output.frames=1"]
+MESO = [
+    "rig.width=10", "rig.gauge_length=10", "solver.ramp=0.1", "output.frames=1",
+    "fabric.knitting.degree_of_set.value=1",
+]  # fmt: skip
 #: chunks before something goes wrong
 QUIET = 30
 
@@ -124,6 +127,15 @@ def test_it_stops_in_the_same_chunk(scale, spoil, said):
     assert wrong.calls == QUIET
     assert wrong.time - wrong.spoilt < 1.01 * wrong.chunk
     assert f"{wrong.time:.5f} ms" in message
+
+
+def test_yarns_that_blow_up_while_they_settle_stop_the_run():
+    sets = [s for s in MESO if "degree_of_set" not in s]
+    run = resolve(variant="2", scale="meso", preset="quick", direction="warp", sets=sets)
+    prepared = prepare(run)
+    prepared.model.critical_step *= 6.0
+    with pytest.raises(NumericalError, match=r"no longer finite after \d+ steps, first at node \d+ of \w+ yarn \d+"):
+        simulate(prepared.model, prepared.rig, run.solver, run.output)
 
 
 @pytest.mark.parametrize("scale", ["macro", "meso"])
