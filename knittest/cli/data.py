@@ -67,6 +67,22 @@ def stats(files: tuple[Path, ...], gauge_length: float | None, decimal: str | No
     click.echo("\n".join(summary_lines(_read(files, gauge_length, decimal, delimiter))))
 
 
+@data.command("shear-law")
+@click.argument("run", type=click.Path(path_type=Path))
+@click.option("--out", type=click.Path(path_type=Path), required=True, help="CSV to write, named by macro.shear.curve.")
+def shear_law(run: Path, out: Path) -> None:
+    """Homogenise a picture frame of yarns: write its force as a shear law of the shells.
+
+    Example: knittest data shear-law runs/picture-frame-1-meso --out data/mine/shear.csv
+    """
+    from knittest.experiment.shear_law import write_law
+
+    angle, force = write_law(run, out)
+    named = Path(*out.parts[1:]) if out.parts[:1] == ("data",) else out
+    click.echo(f"{len(angle)} points up to {angle[-1]:.1f} deg and {force[-1]:.4g} N/mm; wrote {out}")
+    click.echo(f"  macro: {{shear: {{kind: table, curve: {named}, source: derived, ref: meso picture frame}}}}")
+
+
 def _read(files: tuple[Path, ...], gauge_length: float | None, decimal: str | None, delimiter: str | None) -> list[Any]:
     from knittest.experiment.lab_csv import read_lab
 

@@ -14,7 +14,7 @@ from knittest.reading import read_regular
 from knittest.resources import data_dir
 
 Array = NDArray[np.float64]
-Kind = Literal["measured", "digitised", "reconstructed", "input"]
+Kind = Literal["measured", "digitised", "reconstructed", "simulated", "input"]
 MAX_BYTES = 10_000_000
 
 

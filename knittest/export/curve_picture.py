@@ -20,7 +20,7 @@ class Reference:
 
     strain_pct: Array
     force_n: Array
-    kind: Literal["measured", "digitised", "reconstructed", "input"]
+    kind: Literal["measured", "digitised", "reconstructed", "simulated", "input"]
     source: str = ""  # "Table 3", a file name
 
 
