@@ -35,7 +35,7 @@ class Tensile:
             macro.kernel("element_size"), macro.kernel("imperfection"), run.variability.seed + specimen,
         )  # fmt: skip
         facts = _facts(yarns_across(run, rig.direction, specimen), gauge, gauge + 2.0 * rig.kernel("jaw_length"), run)
-        return Prepared(model, TensileTest(run, axis=1, gauge=gauge), facts=facts)
+        return Prepared(model, TensileTest(run, axis=1, gauge=gauge, middle=0.0), facts=facts)
 
     def _yarns(self, run: TensileRun, specimen: int, phase: Phase | None) -> Prepared:
         start = clock.perf_counter()
@@ -47,7 +47,7 @@ class Tensile:
         piece = cut(run, n_wales, n_courses, specimen, phase, (direction, grip))
         gauge = along * period
         return Prepared(
-            build_meso(run, piece.paths, piece.draws), TensileTest(run, AXIS[direction], gauge),
+            build_meso(run, piece.paths, piece.draws), TensileTest(run, AXIS[direction], gauge, 0.5 * whole * period),
             clock.perf_counter() - start, piece.table, _facts(across, gauge, whole * period, run),
         )  # fmt: skip
 

@@ -13,14 +13,17 @@ EDGE = 1e-6
 
 
 class TensileTest:
-    """Pulls the strip along ``axis`` (0: x, 1: y) over a ``gauge`` length [mm]."""
+    """Pulls the strip along ``axis`` (0: x, 1: y) over a ``gauge`` length [mm] about ``middle`` [mm].
+
+    The middle is that of the yarns that are pulled: loops reach beyond their ends.
+    """
 
     coordinate, force = "strain_pct", "force_n"
     marks: tuple[float, ...] = ()
     averaged_from = np.inf
 
-    def __init__(self, run: TensileRun, axis: int, gauge: float) -> None:
-        self.axis, self.gauge = axis, gauge
+    def __init__(self, run: TensileRun, axis: int, gauge: float, middle: float) -> None:
+        self.axis, self.gauge, self.middle = axis, gauge, middle
         self.speed = run.solver.kernel("speed")
         self.pull = ramp(run.solver.kernel("ramp"), self.speed)
         self.max_strain = run.rig.kernel("max_strain")
@@ -28,11 +31,10 @@ class TensileTest:
         self.duration = 0.5 * run.solver.kernel("ramp") + self.max_strain * self.gauge / self.speed
 
     def constrain(self, boundary: Boundary) -> None:
-        """Grip all nodes outside the gauge length, which lies in the middle of the model."""
-        along = boundary.model.position()[:, self.axis]
-        middle = 0.5 * (along.min() + along.max())
-        fixed = np.flatnonzero(along <= middle - 0.5 * self.gauge + EDGE)
-        moving = np.flatnonzero(along >= middle + 0.5 * self.gauge - EDGE)
+        """Grip all nodes outside the gauge length."""
+        along = boundary.model.position()[:, self.axis] - self.middle
+        fixed = np.flatnonzero(along <= -0.5 * self.gauge + EDGE)
+        moving = np.flatnonzero(along >= 0.5 * self.gauge - EDGE)
         axis = ALL[self.axis]
         boundary.grip(fixed, axis)
         boundary.grip(moving, axis, self.pull)
