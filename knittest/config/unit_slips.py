@@ -17,6 +17,7 @@ ALTERNATIVES: dict[str, tuple[tuple[str, float], ...]] = {
     "ms": (("us", 1e-3), ("s", 1e3)),
     "us": (("s", 1e6), ("ns", 1e-3)),
     "1": (("%", 0.01),),
+    "kg": (("g", 1e-3), ("t", 1e3)),
     "s": (("ms", 1e-3), ("min", 60.0), ("h", 3600.0)),
 }
 _SPELT = str.maketrans({" ": None, "µ": "u", "μ": "u", "²": "2", "³": "3"})

@@ -9,7 +9,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 #: shapes of tools
-PLANE, PLATE, CYLINDER, GRID = 0, 1, 2, 3
+PLANE, PLATE, CYLINDER, GRID, SWEPT = 0, 1, 2, 3, 4
 #: columns of ``Tools.law``: penalty and sticking stiffness as multiples of each node's, static and kinetic coefficient
 NORMAL, TANGENTIAL, STATIC, KINETIC = 0, 1, 2, 3
 
@@ -58,11 +58,12 @@ class Loads(NamedTuple):
 class Tools(NamedTuple):
     """Rigid bodies that translate; (n_tools, ...) each.
 
-    ``kind``; ``size`` (4,): plate half lengths and edge radius, cylinder radius and half length [mm], grid spacing;
+    ``kind``; ``size`` (4,): plate half lengths and edge radius, cylinder radius and half length [mm], grid spacing, of
+    a swept edge with its radius [mm], sine and cosine of its draft;
     ``axes`` (3, 3) local axes as rows (a plane's outward normal is the third); ``position``, ``velocity`` (3,);
     ``motion`` (3,) velocity table of each axis, -1 if held, -2 if free to follow the forces; ``load`` (3,) force table
     or -1; ``mass`` [g] and ``drag`` [1/ms] of free axes; ``law`` (4,). ``grid`` (4,) offset in ``samples`` and counts
-    of a sampled signed distance [mm].
+    of a sampled signed distance [mm], in plan only for a swept edge.
     """
 
     kind: Index

@@ -4,7 +4,7 @@ from math import sqrt
 
 from numba import njit
 
-from knittest.kernels.drive_state import CYLINDER, GRID, PLANE, PLATE
+from knittest.kernels.drive_state import CYLINDER, GRID, PLANE, PLATE, SWEPT
 from knittest.kernels.options import INLINE, KERNEL, U
 
 #: distance [mm] returned where a sampled shape knows nothing
@@ -61,6 +61,54 @@ def grid_distance(x, y, z, spacing, grid, samples):
     return y0 + w * (y1 - y0), gx / spacing, gy / spacing, gz / spacing
 
 
+@njit(**KERNEL)
+def plan_distance(x, y, spacing, grid, samples):
+    """Bilinear interpolation of a signed distance in plan and its gradient; first sample at the local origin.
+
+    Beyond the grid it goes on from the nearest sample with the distance from that.
+    """
+    nx, ny = grid[1], grid[2]
+    u, v = min(max(x / spacing, 0.0), nx - 1.0), min(max(y / spacing, 0.0), ny - 1.0)
+    i, j = min(int(u), nx - 2), min(int(v), ny - 2)
+    beyond_x, beyond_y = x - u * spacing, y - v * spacing
+    u, v = u - i, v - j
+    at = grid[0] + i * ny + j
+    c00, c01, c10, c11 = samples[at], samples[at + 1], samples[at + ny], samples[at + ny + 1]
+    y0, y1 = c00 + u * (c10 - c00), c01 + u * (c11 - c01)
+    d = y0 + v * (y1 - y0)
+    beyond = sqrt(beyond_x * beyond_x + beyond_y * beyond_y)
+    if beyond > 0.0:
+        side = 1.0 if d >= 0.0 else -1.0
+        return d + side * beyond, side * beyond_x / beyond, side * beyond_y / beyond
+    gx = (c10 - c00) + v * ((c11 - c01) - (c10 - c00))
+    return d, gx / spacing, (y1 - y0) / spacing
+
+
+@njit(**INLINE)
+def edge_distance(s, z, radius, sine, cosine):
+    """A body below z = 0 that ends at s = 0 with a wall that leans outwards below; its edge is rounded by ``radius``.
+
+    ``s`` is the distance in plan from the sharp edge; ``sine`` and ``cosine`` are of the draft. Distance and outward
+    normal along s and z.
+    """
+    a, b = s + radius * (1.0 - sine) / cosine, z + radius
+    if a > 0.0 and a * sine < b * cosine:
+        off = sqrt(a * a + b * b)
+        if off > 0.0:
+            return off - radius, a / off, b / off
+    wall = s * cosine + z * sine
+    if wall > z:
+        return wall, cosine, sine
+    return z, 0.0, 1.0
+
+
+@njit(**KERNEL)
+def edge_distances(s, z, radius, sine, cosine, out):
+    """Fill ``out`` (n,) with the :func:`edge_distance` of ``s`` and ``z`` (n,)."""
+    for k in range(s.size):
+        out[k] = edge_distance(s[k], z[k], radius, sine, cosine)[0]
+
+
 @njit(**INLINE)
 def tool_frame(t, tools):
     """Position (3), axes (9) and size (4) of tool ``t`` as scalars, read once and not for every node."""
@@ -90,6 +138,10 @@ def frame_distance(kind, frame, grid, samples, x, y, z):
         d, nx, ny, nz = cylinder_distance(lx, ly, lz, s0, s1)
     elif kind == GRID:
         d, nx, ny, nz = grid_distance(lx, ly, lz, s0, grid, samples)
+    elif kind == SWEPT:
+        s, gx, gy = plan_distance(lx, ly, s0, grid, samples)
+        d, across, nz = edge_distance(s, lz, s1, s2, s3)
+        nx, ny = across * gx, across * gy
     return d, nx * ax + ny * bx + nz * cx, nx * ay + ny * by + nz * cy, nx * az + ny * bz + nz * cz
 
 
@@ -97,9 +149,15 @@ def frame_distance(kind, frame, grid, samples, x, y, z):
 def least_distances(kind, frame, start, count, x, y, z, least):
     """Fill ``least`` (count,) with lower bounds of the distances of points from ``start`` on, without branch or root.
 
-    That of a plate is the distance from the planes of the box's sides, inside of which the rounded box lies; other
-    shapes have none.
+    That of a plate is the distance from the planes of the box's sides, inside of which the rounded box lies; that of a
+    swept edge the height over its face; other shapes have none.
     """
+    if kind == SWEPT:
+        px, py, pz, cx, cy, cz = frame[0], frame[1], frame[2], frame[9], frame[10], frame[11]
+        for k in range(U(count)):
+            i = U(start) + k
+            least[k] = cx * (x[i] - px) + cy * (y[i] - py) + cz * (z[i] - pz)
+        return
     if kind != PLATE:
         for k in range(U(count)):
             least[k] = -FAR

@@ -2,11 +2,24 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from math import cos, sin
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from knittest.kernels.drive_state import CYLINDER, GRID, PLANE, PLATE, Drive, Loads, Motions, Tables, Tools, Touch
+from knittest.kernels.drive_state import (
+    CYLINDER,
+    GRID,
+    PLANE,
+    PLATE,
+    SWEPT,
+    Drive,
+    Loads,
+    Motions,
+    Tables,
+    Tools,
+    Touch,
+)
 from knittest.kernels.options import PARTITIONS
 from knittest.kernels.state import Tally
 from knittest.kernels.tool_contact import HELD
@@ -97,6 +110,20 @@ def cylinder(centre: ArrayLike, axis: ArrayLike, radius: float, length: float) -
 def sampled(origin: ArrayLike, spacing: float, samples: Array) -> Tool:
     """A shape by its signed distance [mm] at a regular grid (nx, ny, nz) of ``spacing`` from ``origin``."""
     return Tool(GRID, np.array(origin, float), np.eye(3), (spacing, 0.0, 0.0, 0.0), samples=np.asarray(samples, float))
+
+
+def swept(
+    origin: ArrayLike, spacing: float, samples: Array, radius: float, draft: float = 0.0, down: bool = False
+) -> Tool:
+    """A rounded edge swept along an outline: a body with its flat face up (or ``down``) at the height of ``origin``.
+
+    ``samples`` (nx, ny) are the distances in plan from the sharp edge [mm], negative over the face, at a regular grid
+    of ``spacing`` from ``origin`` (3,). ``radius`` of the edge [mm]; the wall leans outwards, away from the face, by
+    ``draft`` [rad]. The body has no end away from its face.
+    """
+    axes = np.diag([1.0, 1.0, -1.0 if down else 1.0])
+    size = (spacing, radius, sin(draft), cos(draft))
+    return Tool(SWEPT, np.array(origin, float), axes, size, samples=np.asarray(samples, float)[:, :, None])
 
 
 class Boundary:

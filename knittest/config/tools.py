@@ -1,0 +1,168 @@
+"""The rigid tools of forming: stamp, die and blank holder, by dimensions or by STL files of one's own.
+
+The paper shows its T-shaped stamp but prints no dimension of it. The defaults are chosen for a blank of 330 x 330 mm
+and 2.6 mm thickness, drawn 40 mm deep; the reasons stand in docs/forming-tools.md.
+"""
+
+from math import cos, sin, tan
+from typing import Literal, Self
+
+from pydantic import Field, model_validator
+
+from knittest.config.base import BoundsError, Strict, number
+
+#: narrowest flat bottom of a T [mm]
+FLAT = 1.0
+
+
+class StlTool(Strict):
+    """A tool of one's own: its x and y are those of the rig, z points up; the rig puts it on the fabric in z."""
+
+    path: str = Field(description="STL file, ASCII or binary; a closed body, or the skin that the fabric touches")
+    spacing: float = number(
+        1.0, "mm", "grid on which its distance is sampled: edges are rounded within a cell", gt=0, band=(0.05, 10)
+    )
+    scale: float = number(1.0, "1", "mm per unit of length of the file: 25.4 for inches, 1000 for metres", gt=0)
+    offset_x: float = number(0.0, "mm", "moves it along x, the weft, after scaling", band=(-5000, 5000))
+    offset_y: float = number(0.0, "mm", "moves it along y, the warp, after scaling", band=(-5000, 5000))
+
+
+class TStamp(Strict):
+    """A stamp of T-shape: the bar along x, the stem from its middle along -y; lengths are those of the sharp outline at
+    its bottom, which a draft widens upwards.
+    """
+
+    bar_length: float = number(150.0, "mm", "length of the bar", gt=0, band=(20, 1000))
+    bar_width: float = number(50.0, "mm", "width of the bar", gt=0, band=(5, 500))
+    stem_length: float = number(100.0, "mm", "length of the stem, from the bar's side to its end", gt=0, band=(5, 1000))
+    stem_width: float = number(50.0, "mm", "width of the stem", gt=0, band=(5, 500))
+    draft_angle: float = number(2.0, "deg", "slope of the walls against the direction of pressing", ge=0, le=45)
+    edge_radius: float = number(8.0, "mm", "radius of the edge round the bottom", gt=0, band=(0.5, 200))
+    outer_corner_radius: float = number(12.0, "mm", "radius of the six outer corners in plan", gt=0, band=(0.5, 200))
+    inner_corner_radius: float = number(
+        20.0, "mm", "radius of the two corners between bar and stem in plan", gt=0, band=(0.5, 200)
+    )
+
+    @property
+    def edge_reach(self) -> float:
+        """How far the rounded edge reaches inwards from the sharp outline [mm]."""
+        draft = self.kernel("draft_angle")
+        return self.edge_radius * (1.0 - sin(draft)) / cos(draft)
+
+    @model_validator(mode="after")
+    def _radii_fit(self) -> Self:
+        outer, inner = self.outer_corner_radius, self.inner_corner_radius
+        if self.stem_width > self.bar_length:
+            raise BoundsError(f"must be at most the bar's length, {self.bar_length:g} mm", "stem_width")
+        narrow = 0.5 * min(self.bar_width, self.stem_width)
+        if outer > narrow:
+            raise BoundsError(f"must be at most half of bar and stem, {narrow:g} mm", "outer_corner_radius")
+        room = min(0.5 * (self.bar_length - self.stem_width), self.stem_length) - outer
+        if inner > room:
+            raise BoundsError(
+                f"must be at most {room:g} mm: what an outer corner of {outer:g} mm leaves of the bar beside the stem "
+                f"and of the stem",
+                "inner_corner_radius",
+            )
+        if self.edge_reach > narrow - 0.5 * FLAT:
+            raise BoundsError(
+                f"reaches {self.edge_reach:.4g} mm inwards, must leave a flat bottom {FLAT:g} mm wide", "edge_radius"
+            )
+        if self.edge_reach > outer:
+            raise BoundsError(
+                f"reaches {self.edge_reach:.4g} mm inwards, must be at most outer_corner_radius, {outer:g} mm, or the "
+                f"edge is creased at the corners",
+                "edge_radius",
+            )
+        return self
+
+
+class DomeStamp(Strict):
+    """A hemisphere, and above it a cylinder."""
+
+    radius: float = number(50.0, "mm", "radius of the hemisphere", gt=0, band=(5, 500))
+
+
+class Stamp(Strict):
+    """The stamp, which moves down through holder and die."""
+
+    kind: Literal["t", "hemisphere", "stl"] = Field("t", description="shape; says which of the next fields counts")
+    t: TStamp = Field(default_factory=TStamp, description="T-shape (kind t)")
+    hemisphere: DomeStamp = Field(default_factory=DomeStamp, description="hemisphere (kind hemisphere)")
+    stl: StlTool | None = Field(None, description="file of one's own (kind stl)")
+
+    @model_validator(mode="after")
+    def _stl_is_given(self) -> Self:
+        if self.kind == "stl" and self.stl is None:
+            raise BoundsError("missing: kind stl needs it, with the path of a file", "stl")
+        if self.kind != "stl" and self.stl is not None:
+            raise BoundsError(f"is given, but kind is {self.kind}: set kind to stl, or leave it away", "stl")
+        return self
+
+    @property
+    def draft(self) -> float:
+        """Slope of its walls [rad]."""
+        return self.t.kernel("draft_angle") if self.kind == "t" else 0.0
+
+
+class Opening(Strict):
+    """A plate with an opening of the stamp's outline."""
+
+    clearance: float = number(
+        8.0,
+        "mm",
+        "narrowest gap between the opening and the stamp's wall, at full depth: room for the fabric and its folds",
+        gt=0, band=(0.1, 200),
+    )  # fmt: skip
+    edge_radius: float = number(8.0, "mm", "radius of the edge round the opening", gt=0, band=(0.2, 100))
+    stl: StlTool | None = Field(None, description="file of one's own, instead of the dimensions above")
+
+
+class Die(Opening):
+    """The die: a block under the blank, with a vertical opening right through it."""
+
+
+class Holder(Opening):
+    """The blank holder: a plate on the blank, pressed by a force."""
+
+    edge_radius: float = number(3.0, "mm", "radius of the edge round the opening", gt=0, band=(0.2, 100))
+    mass: float | None = number(
+        None,
+        "kg",
+        "mass that follows the force; none: that of the blank. The press is slower than the model, in which a "
+        "true plate would be too inert to follow the fabric",
+        gt=0, band=(1e-4, 1000),
+    )  # fmt: skip
+    drag: float = number(
+        1.0, "1/ms", "damping of its motion, as a rate: drag times mass times its speed is a force", ge=0, le=1000
+    )
+
+
+def check_fit(stamp: Stamp, die: Die, holder: Holder | None, depth: float) -> None:
+    """Raise :class:`BoundsError` when openings cannot be made round the ``stamp`` drawn ``depth`` [mm] deep.
+
+    The inner corners of a T are the narrowest places: an opening wider than the stamp has a smaller radius there, of
+    which its own edge takes a share.
+    """
+    for name, opening in (("die", die), ("holder", holder)):
+        if opening is None or opening.stl is not None:
+            continue
+        if stamp.kind == "stl":
+            raise BoundsError("missing: a stamp by STL needs die and holder by STL too", f"{name}.stl")
+        if stamp.kind != "t":
+            continue
+        room = stamp.t.inner_corner_radius - opening_offset(stamp, opening, depth)
+        if opening.edge_radius > room:
+            raise BoundsError(
+                f"must be at most {room:.4g} mm: inner_corner_radius of the stamp ({stamp.t.inner_corner_radius:g} mm) "
+                f"less the clearance ({opening.clearance:g} mm) and what the draft widens the stamp",
+                f"{name}.edge_radius",
+            )
+
+
+def opening_offset(stamp: Stamp, opening: Opening, depth: float) -> float:
+    """Distance in plan of ``opening`` from the sharp outline of the stamp's bottom [mm].
+
+    The clearance is the gap to the wall of the stamp where this passes the face of the opening at full ``depth`` [mm].
+    """
+    return opening.kernel("clearance") + depth * tan(stamp.draft)
