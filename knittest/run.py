@@ -1,6 +1,5 @@
 """A run end to end: specimens of one direction, their folder, comparison and report."""
 
-import sys
 import time as clock
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -22,7 +21,7 @@ from knittest.interrupts import Interrupted, Interrupts
 from knittest.laboratory.registry import TESTS
 from knittest.opening import Opened, Opener
 from knittest.options import RunOptions
-from knittest.report_page.page import write_report
+from knittest.report_page.page import write_if_possible, write_report
 from knittest.reports.base import References
 from knittest.reports.registry import REPORTS
 from knittest.resources import data_dir
@@ -61,7 +60,7 @@ def execute(run: Run, opener: Opener, interrupts: Interrupts, options: RunOption
         error.folder = folder.path
         raise
     if options.pictures:
-        _write_report(folder.path)
+        write_if_possible(folder.path, write_report)
     judged = comparison["curves"][len(comparison["curves"]) - len(references.own) :]
     return Outcome(run, folder.path, summary, quality, [] if quality.failures else judged)
 
@@ -165,14 +164,6 @@ def _total(costs: list[Cost]) -> Cost:
         **{n: sum(getattr(c, n) for c in costs) for n in ("wall_s", "cpu_s", "compile_s", "geometry_s", "steps")},
         element_steps_per_s=sum(c.steps * c.elements for c in costs) / max(seconds, 1e-9),
     )
-
-
-def _write_report(folder: Path) -> None:
-    """report.html, some 0.3 s; whatever becomes of it, the run is complete and counts."""
-    try:
-        write_report(folder)
-    except Exception as error:
-        print(f"knittest: {folder}: complete, but report.html could not be written: {error}", file=sys.stderr)
 
 
 def _write(

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from knittest.batch.live import Overview
+from knittest.batch.page import SWEEP, write_sweep_page
 from knittest.batch.picture import overview_picture
 from knittest.batch.plan import Plan, Row, plan_of
 from knittest.batch.table import check_parquet, results_table, write_table
@@ -17,6 +18,7 @@ from knittest.export.atomic import resource_error, write_atomic
 from knittest.export.folder import slug
 from knittest.interrupts import Interrupted, Interrupts
 from knittest.options import RunOptions
+from knittest.report_page.page import FILE, write_if_possible
 from knittest.trials.ledger import read_ledgers
 from knittest.trials.pool import LocalPool, Pool
 from knittest.trials.record import MEANING, Record
@@ -25,7 +27,6 @@ from knittest.trials.trial import Trial
 
 #: more runs than this are asked for
 MANY = 10_000
-SWEEP = "sweep.yaml"
 
 
 @dataclass(frozen=True)
@@ -115,7 +116,7 @@ def _pool(options: BatchOptions) -> Pool:
 
 
 def _write(plan: Plan, rows: Sequence[Row], folder: Path, options: BatchOptions) -> Mapping[str, Record]:
-    """Table and pictures of all that is known of the plan, whoever ran it; one process at a time."""
+    """Table, pictures and page of all that is known of the plan, whoever ran it; one process at a time."""
     with _alone(folder / ".results.lock"):
         records = read_ledgers(folder, lambda text: None)
         table = results_table(plan, rows, records)
@@ -126,6 +127,7 @@ def _write(plan: Plan, rows: Sequence[Row], folder: Path, options: BatchOptions)
             part = table[table["test"] == test]
             title = f"{folder.name}: {test}, {len(part)} runs"
             overview_picture(folder / name, part, plan.swept, title)
+        write_if_possible(folder, write_sweep_page)
     return records
 
 
@@ -139,7 +141,7 @@ def _say(
         for status, meaning in MEANING.items():
             if counts[status]:
                 print(f"{counts[status]:6d} {status}: {meaning}")
-        print(f"table and picture: {folder / 'results.csv'}, overview*.png")
+        print(f"table, picture and page: {folder / 'results.csv'}, overview*.png, {FILE}")
     return 0 if counts["completed"] == counts.total() else NumericalError.exit_code
 
 

@@ -18,6 +18,7 @@ from knittest.result_rows import LABELS
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
     from pandas import DataFrame, Series
 
 COLOURS = (BLUE, ORANGE, GREEN, PINK, SKY, GREY)
@@ -25,7 +26,9 @@ MOST_RESULTS, MOST_FIELDS = 8, 6
 #: runs from which a rank correlation is stated
 ENOUGH = 8
 #: sizes [inch]
-PANEL, LEFT, RIGHT, TOP, BOTTOM = (2.9, 2.2), 0.85, 0.2, 0.55, 1.2
+PANEL, LEFT, RIGHT, TOP, BOTTOM = (2.9, 2.2), 0.85, 0.2, 0.55, 0.7
+#: of the legend: a row, and a column at least
+ROW, COLUMN = 0.19, 2.3
 CHOICES = ("fabric", "scale", "direction", "preset", "parameters")
 
 
@@ -63,9 +66,11 @@ def overview_picture(path: Path, table: "DataFrame", fields: Sequence[Swept], ti
     shown = [field for field in fields if table[field.name].nunique() > 1][:MOST_FIELDS]
     if not results or not shown:
         return
-    figure, grid = _panels(len(results), len(shown))
     groups = list(_groups(table, fields))
     lost = table[table[results].isna().all(axis=1) & (table["status"] != OPEN)]
+    marks = _marks(groups, table, results, lost)
+    columns = max(int(len(shown) * PANEL[0] / COLUMN), 1)
+    figure, grid = _panels(len(results), len(shown), -(-len(marks) // columns))
     for column, field in enumerate(shown):
         scale = _scale(table[field.name], field)
         for row, result in enumerate(results):
@@ -74,19 +79,23 @@ def overview_picture(path: Path, table: "DataFrame", fields: Sequence[Swept], ti
     for row, result in enumerate(results):
         grid[row, 0].set_ylabel(textwrap.fill(LABELS[result][0], 24), fontsize=9)
     figure.align_ylabels(grid[:, 0])
-    _legend(figure, groups, table, results, lost)
     width, height = figure.get_size_inches()
+    figure.legend(
+        handles=marks, loc="lower left", bbox_to_anchor=(LEFT / width, 0.08 / height), ncols=columns, frameon=False,
+        fontsize=8.5, borderaxespad=0.0,
+    )  # fmt: skip
     figure.suptitle(title, x=LEFT / width, y=1.0 - 0.15 / height, ha="left", va="top", fontsize=12)
     save(figure, path)
 
 
-def _panels(high: int, wide: int) -> tuple["Figure", Any]:
-    """A figure with ``high`` x ``wide`` panels of one size, and the panels."""
-    width, height = LEFT + wide * PANEL[0] + RIGHT, TOP + high * PANEL[1] + BOTTOM
+def _panels(high: int, wide: int, legend_rows: int) -> tuple["Figure", Any]:
+    """A figure with ``high`` x ``wide`` panels of one size and room for the legend, and the panels."""
+    bottom = BOTTOM + ROW * legend_rows
+    width, height = LEFT + wide * PANEL[0] + RIGHT, TOP + high * PANEL[1] + bottom
     figure = new_figure(width, height)
     grid = figure.subplots(high, wide, squeeze=False, sharex="col", sharey="row")
     figure.subplots_adjust(
-        left=LEFT / width, right=1.0 - RIGHT / width, bottom=BOTTOM / height, top=1.0 - TOP / height,
+        left=LEFT / width, right=1.0 - RIGHT / width, bottom=bottom / height, top=1.0 - TOP / height,
         wspace=0.08, hspace=0.18,
     )  # fmt: skip
     return figure, grid
@@ -173,7 +182,8 @@ def _field_axis(axes: "Axes", field: str, table: "DataFrame", scale: _Scale) -> 
         axes.set_xlim(-0.5, len(scale.names) - 0.5)
 
 
-def _legend(figure: "Figure", groups: list[_Group], table: "DataFrame", results: list[str], lost: "DataFrame") -> None:
+def _marks(groups: list[_Group], table: "DataFrame", results: list[str], lost: "DataFrame") -> "list[Line2D]":
+    """What the legend explains."""
     from matplotlib.lines import Line2D
 
     def mark(label: str, colour: str, **look: Any) -> Line2D:
@@ -190,12 +200,7 @@ def _legend(figure: "Figure", groups: list[_Group], table: "DataFrame", results:
     if kinds:
         label = f"experiment, mean ± sd (rows: {', '.join(sorted(kinds))})"
         marks.append(mark(label, first, marker="", linestyle=(0, (4, 2))))
-    width, height = figure.get_size_inches()
-    columns = max(int((width - LEFT) / 2.3), 1)
-    figure.legend(
-        handles=marks, loc="lower left", bbox_to_anchor=(LEFT / width, 0.08 / height), ncols=columns, frameon=False,
-        fontsize=8.5, borderaxespad=0.0,
-    )  # fmt: skip
+    return marks
 
 
 def shorten(text: str, limit: int) -> str:

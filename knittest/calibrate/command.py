@@ -13,6 +13,7 @@ from knittest.calibrate.files import FABRIC, rig_file, write_configs
 from knittest.calibrate.fit import best_of, fit, search_and_fit
 from knittest.calibrate.judge import Judgement, judge
 from knittest.calibrate.outcome import Outcome, as_data, report_lines
+from knittest.calibrate.page import CALIBRATION, COPY, PICTURE, write_calibration_page
 from knittest.calibrate.picture import convergence_picture
 from knittest.calibrate.problem import Problem, described, problem_of
 from knittest.calibrate.root import find_root
@@ -25,10 +26,10 @@ from knittest.export.folder import slug
 from knittest.export.jsonfile import json_ready
 from knittest.interrupts import Interrupted, Interrupts
 from knittest.options import RunOptions
+from knittest.report_page.page import FILE, write_if_possible
 from knittest.trials.pool import LocalPool, Pool
 from knittest.trials.runner import TrialRunner
 
-CALIBRATION, PICTURE, COPY = "calibration.json", "convergence.png", "calibration.yaml"
 SEARCHES: dict[str, Callable[[Evaluator], None]] = {
     "root": find_root,
     "least-squares": fit,
@@ -137,7 +138,8 @@ def _write(outcome: Outcome, folder: Path) -> list[Path]:
     configs = write_configs(outcome, folder) if outcome.converged else []
     write_atomic(folder / CALIBRATION, json.dumps(json_ready(as_data(outcome)), indent=2) + "\n")
     convergence_picture(outcome, folder / PICTURE)
-    return [*configs, folder / CALIBRATION, folder / PICTURE]
+    write_if_possible(folder, write_calibration_page)
+    return [*configs, folder / CALIBRATION, folder / PICTURE, folder / FILE]
 
 
 @contextmanager

@@ -10,8 +10,10 @@ import numpy as np
 import knittest
 from knittest.calibrate.evaluate import Evaluation
 from knittest.calibrate.judge import Judgement
+from knittest.calibrate.parameters import current
 from knittest.calibrate.problem import Problem
 from knittest.calibrate.targets import Number
+from knittest.config.base import Quantity
 from knittest.export.manifest import now
 from knittest.result_rows import LABELS
 from knittest.trials.trial import code_digest
@@ -64,8 +66,9 @@ def target_rows(outcome: Outcome) -> list[dict[str, Any]]:
 
 
 def parameter_rows(outcome: Outcome) -> list[dict[str, Any]]:
-    """Each parameter: bounds, start, prior and what was found."""
+    """Each parameter: bounds, start, prior, what it was before and what was found."""
     rows = []
+    runs = [case.run() for case in outcome.problem.cases]
     for k, parameter in enumerate(outcome.problem.parameters):
         row: dict[str, Any] = {
             "fields": [".".join(map(str, path)) for path in parameter.paths],
@@ -73,6 +76,7 @@ def parameter_rows(outcome: Outcome) -> list[dict[str, Any]]:
             "prior_mean": parameter.prior[0] if parameter.prior else None,
             "prior_sd": parameter.prior[1] if parameter.prior else None,
             "value": outcome.best.values[k] if outcome.best else None,
+            **_before(current(parameter.paths[0], runs)),
         }  # fmt: skip
         if outcome.judgement:
             found = outcome.judgement.found[k]
@@ -80,6 +84,12 @@ def parameter_rows(outcome: Outcome) -> list[dict[str, Any]]:
             row |= {"sd": finite, "interval_95": list(found.interval), "sensitivity_sd": found.sensitivity}
         rows.append(row)
     return rows
+
+
+def _before(number: Quantity | float | None) -> dict[str, Any]:
+    if isinstance(number, Quantity):
+        return {"before": number.value, "before_source": number.source}
+    return {"before": number, "before_source": ""}
 
 
 def as_data(outcome: Outcome) -> dict[str, Any]:

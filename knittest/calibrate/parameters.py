@@ -71,7 +71,7 @@ def parameters_of(calibration: file.Calibration, document: Document, runs: Seque
         prior = None if one.mean is None or one.sd is None else (one.mean, one.sd)
         first = place(paths[0], next(kind for kind in kinds if place(paths[0], kind)))
         log = one.spacing == "log"
-        start = _start(one, _here(paths[0], runs))
+        start = _start(one, current(paths[0], runs))
         found.append(Parameter(paths, first.unit if first else "", one.low, one.high, start, log, prior, where))
     return found
 
@@ -96,21 +96,20 @@ def _example(name: str, kinds: Sequence[str]) -> str:
     return next((p for p in known if p.split(".")[-1] == last), "fabric.macro.bending_stiffness.warp")
 
 
-def _start(one: file.Parameter, here: float | None) -> float:
-    for value in (one.start, one.mean, here):
+def _start(one: file.Parameter, here: Quantity | float | None) -> float:
+    for value in (one.start, one.mean, here.value if isinstance(here, Quantity) else here):
         if value is not None and one.low <= value <= one.high:
             return value
     return float(np.sqrt(one.low * one.high)) if one.spacing == "log" else 0.5 * (one.low + one.high)
 
 
-def _here(path: KeyPath, runs: Sequence[Run]) -> float | None:
-    """What the first run that has ``path`` has there."""
+def current(path: KeyPath, runs: Sequence[Run]) -> Quantity | float | None:
+    """What the first run that has ``path`` has there; ``None`` for anything but a number."""
     for run in runs:
         if place(path, run.rig.kind) is None:
             continue
         value: object = run
         for part in path:
             value = getattr(value, str(part), None)
-        number = value.value if isinstance(value, Quantity) else value
-        return float(number) if isinstance(number, int | float) else None
+        return value if isinstance(value, Quantity | int | float) else None
     return None

@@ -15,12 +15,19 @@ import click
 def report(runs: tuple[Path, ...], out: Path | None) -> int:
     """Write one HTML page on runs, with everything in it: it can be mailed, printed and read without a network.
 
-    RUN is a run folder, or a folder that holds some, such as that of both directions. Several runs are compared.
+    RUN is a run folder, or a folder that holds some, such as that of both directions; several are compared. The folder
+    of a sweep or of a calibration, alone, gets the page of that.
 
     Example: knittest report runs/tensile-... runs/friction-... --out comparison.html
     """
+    from knittest.batch.page import is_sweep, write_sweep_page
+    from knittest.calibrate.page import is_calibration, write_calibration_page
     from knittest.report_page.page import write_reports
 
+    for is_one, write in ((is_sweep, write_sweep_page), (is_calibration, write_calibration_page)):
+        if len(runs) == 1 and is_one(runs[0]):
+            click.echo(str(write(runs[0], out)))
+            return 0
     path, count = write_reports(list(runs), out)
     click.echo(str(path))
     click.echo(f"{count} run{'s' if count > 1 else ''} on the page", err=True)

@@ -9,7 +9,10 @@ Tone = Literal["", "good", "warn", "bad"]
 
 @dataclass(frozen=True)
 class Cell:
-    """Text of a table's cell; ``value`` is the number behind it in full, ``note`` small print, ``href`` an anchor."""
+    """Text of a table's cell; ``value`` is the number behind it in full, ``note`` small print.
+
+    ``href`` is ``#ANCHOR`` of the page, or a relative path, quoted.
+    """
 
     text: str
     value: float | None = None

@@ -23,6 +23,8 @@ _COLOURS = (BLUE, GREEN, PINK, SKY, ORANGE, BLACK)
 _DASHES = ("-", "--", "-.", ":")
 #: what axes can be scaled to; larger numbers are those of a run that blew up
 _LARGEST = 1e30
+#: entries of a legend that the figure has room for, and the height of a further one [inch]
+_FITTING, _LINE = 6, 0.2
 _STYLE: dict[Any, Any] = {
     "svg.fonttype": "path",  # the same look without the font
     "svg.hashsalt": "knittest",  # the same bytes each time
@@ -71,6 +73,8 @@ def curve_chart(series: Sequence[Series], axes: CurveAxes, beside: Sequence[Besi
             plot.set_yscale("log")
         handles, labels = plot.get_legend_handles_labels()
         once = dict(zip(map(label, labels), handles, strict=True))  # runs of one fabric share their reference
+        height = figure.get_figheight() + _LINE * max(len(once) - _FITTING, 0)
+        figure.set_figheight(height)  # a long legend takes no room from the curves
         figure.legend(once.values(), once.keys(), loc="outside lower left", frameon=False, fontsize=9)
         buffer = io.BytesIO()
         figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": "knittest"})

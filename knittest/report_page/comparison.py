@@ -22,7 +22,7 @@ def overview(runs: Sequence[LoadedRun], notes: Sequence[str]) -> Section:
         text, tone = _state(run)
         preset, chosen = run.setting("model", "preset"), run.setting("parameters")
         what = " / ".join(str(part) for part in (preset, chosen) if part)
-        title = Cell(run.title, note=run.name, href=f"run-{run.number}")
+        title = Cell(run.title, note=run.name, href=f"#run-{run.number}")
         rows.append((Cell(str(run.number)), title, Cell(what), Cell(text, tone=tone)))
     table = Table(f"{len(runs)} runs", ("run", "test", "preset / parameters", "state"), rows)
     return Section("overview", "Runs", [table, *(Text(note, "warn") for note in notes)], level=2)

@@ -4,13 +4,16 @@ import io
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from pydantic import BaseModel, ValidationError
 
 from knittest.errors import InputError
 from knittest.reading import read_regular
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 MAX_JSON = 5_000_000
 MAX_TABLE = 50_000_000
@@ -121,18 +124,26 @@ class Reader:
         """Numeric columns of a CSV file, empty if it cannot be read."""
         import pandas as pd
 
-        raw = self.raw(name, MAX_TABLE)
-        if raw is None:
-            return {}
-        try:
-            table = pd.read_csv(io.BytesIO(raw))
-        except (ValueError, OverflowError, pd.errors.ParserError) as error:
-            self.complain(f"{name}: cannot be read: {error}")
+        table = self.frame(name)
+        if table is None:
             return {}
         numbers = table.apply(pd.to_numeric, errors="coerce").dropna(axis="columns", how="all")
         if numbers.empty:
             self.complain(f"{name}: holds no numbers")
         return {str(column): numbers[column].to_numpy(float) for column in numbers}
+
+    def frame(self, name: str) -> "DataFrame | None":
+        """A CSV file as it is, ``None`` if it cannot be read."""
+        import pandas as pd
+
+        raw = self.raw(name, MAX_TABLE)
+        if raw is None:
+            return None
+        try:
+            return pd.read_csv(io.BytesIO(raw))
+        except (ValueError, OverflowError, pd.errors.ParserError) as error:
+            self.complain(f"{name}: cannot be read: {error}")
+            return None
 
     def _fitted(self, name: str, model: type[Model], data: dict[str, Any]) -> Model:
         try:

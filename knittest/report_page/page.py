@@ -1,7 +1,8 @@
 """Puts pages together and writes them: one run, several runs, or sections of another command."""
 
 import json
-from collections.abc import Sequence
+import sys
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from knittest import __version__
@@ -26,7 +27,7 @@ GENERATOR = "knittest report"
 
 def write_report(folder: Path) -> Path:
     """Write the page of the run folder ``folder`` into it; raises :class:`InputError`, :class:`ResourceError`."""
-    return _write(folder / FILE, run_page(load_run(folder)))
+    return write_page(folder / FILE, run_page(load_run(folder)))
 
 
 def write_reports(paths: list[Path], out: Path | None) -> tuple[Path, int]:
@@ -47,9 +48,9 @@ def write_reports(paths: list[Path], out: Path | None) -> tuple[Path, int]:
             notes.append(str(error))
     if not runs:
         raise InputError("; ".join(notes))
-    target = _target(paths, out)
+    target = target_file(paths, out)
     alone = len(runs) == 1 and not notes
-    return _write(target, run_page(runs[0]) if alone else comparison_page(runs, notes)), len(runs)
+    return write_page(target, run_page(runs[0]) if alone else comparison_page(runs, notes)), len(runs)
 
 
 def run_page(run: LoadedRun) -> Page:
@@ -108,8 +109,8 @@ def _raised(section: Section) -> Section:
     return Section(section.anchor, section.title, section.blocks, level=2)
 
 
-def _target(paths: list[Path], out: Path | None) -> Path:
-    """Where the page goes; never over a file that is not a page."""
+def target_file(paths: list[Path], out: Path | None) -> Path:
+    """Where the page on ``paths`` goes; raises :class:`InputError` for a file that is there and not a page."""
     target = out if out is not None else paths[0] / FILE if len(paths) == 1 else Path(f"knittest-{FILE}")
     if target.is_dir():
         raise InputError(f"--out {target}: is a folder, expected a file such as {target / FILE}")
@@ -128,6 +129,15 @@ def _is_page(path: Path) -> bool:
         return False
 
 
-def _write(path: Path, page: Page) -> Path:
+def write_page(path: Path, page: Page) -> Path:
+    """Write ``page`` to the file ``path``; raises :class:`ResourceError`."""
     write_atomic(path, render(page))
     return path
+
+
+def write_if_possible(folder: Path, write: Callable[[Path], object]) -> None:
+    """``write`` the page of ``folder``, which is complete without it: a problem is only said, on standard error."""
+    try:
+        write(folder)
+    except Exception as error:
+        print(f"knittest: {folder}: complete, but {FILE} could not be written: {error}", file=sys.stderr)

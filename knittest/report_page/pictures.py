@@ -1,6 +1,7 @@
 """Pictures of a run folder, carried inside the page."""
 
 import base64
+from pathlib import Path
 
 from knittest.errors import InputError
 from knittest.reading import read_regular
@@ -9,6 +10,8 @@ from knittest.report_page.loading import LoadedRun
 
 MAX_BYTES = 8_000_000
 MOST = 20
+#: pixels up to which a picture is not widened to that of the page
+NARROW = 700
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 CAPTIONS = {
     "deformed.png": "The specimen, deformed",
@@ -26,20 +29,22 @@ def pictures(run: LoadedRun, curve_complete: bool) -> Section:
     names = sorted((p.name for p in run.path.glob("*.png")), key=lambda n: (n not in CAPTIONS, n))
     if curve_complete:
         names = [name for name in names if name != "curve.png"]
-    for name in names[:MOST]:
-        try:
-            raw = read_regular(run.path / name, MAX_BYTES, "too large for a page")
-        except InputError as error:
-            blocks.append(Text(str(error), "warn"))
-            continue
-        if not raw.startswith(SIGNATURE):
-            blocks.append(Text(f"{name}: not a PNG picture", "warn"))
-            continue
-        caption = CAPTIONS.get(name, name)
-        blocks.append(Picture(data_uri(raw, "image/png"), f"{caption} ({name})", f"{caption} ({name})", wide=True))
+    blocks += [picture(run.path / name, CAPTIONS.get(name, name)) for name in names[:MOST]]
     if len(names) > MOST:
         blocks.append(Text(f"{len(names) - MOST} more pictures lie in the run folder."))
     return Section(f"run-{run.number}-pictures", "Pictures", blocks or [Text("This run left no pictures.")])
+
+
+def picture(path: Path, caption: str) -> Block:
+    """The PNG file ``path``, or a notice why it cannot be shown."""
+    try:
+        raw = read_regular(path, MAX_BYTES, "too large for a page")
+    except InputError as error:
+        return Text(str(error), "warn")
+    if not raw.startswith(SIGNATURE):
+        return Text(f"{path.name}: not a PNG picture", "warn")
+    named = f"{caption} ({path.name})"
+    return Picture(data_uri(raw, "image/png"), named, named, wide=int.from_bytes(raw[16:20]) > NARROW)
 
 
 def data_uri(raw: bytes, media_type: str) -> str:

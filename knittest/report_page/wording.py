@@ -3,7 +3,7 @@
 import re
 
 _JOINTS = re.compile(r"(?<=[._/])(?=[A-Za-z])")
-_HASH = re.compile(r"\w{30,}")
+_HASH = re.compile(r"\w{30,}(-dirty)?")
 _STEP = 16
 _LAST_OF_PLANES = "".join(chr(plane * 0x10000 + last) for plane in range(1, 17) for last in (0xFFFE, 0xFFFF))
 #: control characters, halves of surrogate pairs and code points that are no characters

@@ -12,7 +12,7 @@ from knittest.export.provenance import sha256_files
 from knittest.resources import PACKAGE
 
 #: sources that show, schedule or judge runs; a change of any other one makes all trials new
-AROUND = ("cli", "batch", "calibrate", "regress", "trials", "terminal.py", "terminal_results.py")
+AROUND = ("cli", "batch", "calibrate", "regress", "report_page", "trials", "terminal.py", "terminal_results.py")
 KEY_DIGITS = 16
 
 

@@ -4,6 +4,7 @@ import base64
 import math
 import re
 from pathlib import Path
+from urllib.parse import unquote
 from xml.etree.ElementTree import Element, fromstring
 
 import html5lib
@@ -17,6 +18,7 @@ class HtmlPage:
     """A parsed page; any error of HTML syntax raises."""
 
     def __init__(self, path: Path) -> None:
+        self.folder = path.parent
         self.source = path.read_text(encoding="utf-8")
         self.tree: Element = html5lib.HTMLParser(strict=True, namespaceHTMLElements=False).parse(self.source)
 
@@ -59,7 +61,7 @@ class HtmlPage:
         return [base64.b64decode(str(e.get("src")).partition("base64,")[2], validate=True) for e in self.all("img")]
 
     def check(self) -> None:
-        """Nothing is fetched or run, all images are inside and are images, all anchors and labels hold."""
+        """Nothing is fetched or run, all images are inside and are images, all anchors, links and labels hold."""
         assert self.source.lower().startswith("<!doctype html>")
         assert not self.all(*FORBIDDEN)
         ids = [str(e.get("id")) for e in self.tree.iter() if e.get("id")]
@@ -71,7 +73,10 @@ class HtmlPage:
                 assert name != "style"
         for anchor in self.all("a"):
             href = str(anchor.get("href"))
-            assert (href[1:] in ids) if href.startswith("#") else href.startswith("data:text/yaml"), href
+            if href.startswith("#"):
+                assert href[1:] in ids, href
+            elif not href.startswith("data:text/yaml"):
+                assert ":" not in href and (self.folder / unquote(href)).exists(), href
         for style in self.all("style"):
             assert not re.search(r"url\(|@import|expression", style.text or "")
         for image, raw in zip(self.all("img"), self.pictures(), strict=True):

@@ -1,0 +1,109 @@
+"""The page of a calibration: parameters, targets, points and files as calibration.json has them, damage named."""
+
+import json
+from pathlib import Path
+
+import pytest
+from browser import needs_browser, seen_on_a_phone
+from calibration_cases import BEND, Pretending, calibrate, outcome
+from html_page import HtmlPage, near
+
+from knittest.cli.main import run
+
+FOLDER = Path("runs/calibrate-c")
+
+
+def page_of(path: Path = FOLDER / "report.html") -> HtmlPage:
+    page = HtmlPage(path)
+    page.check()
+    return page
+
+
+@pytest.fixture
+def found(tmp_path, monkeypatch) -> dict:
+    assert calibrate(BEND, tmp_path, monkeypatch, Pretending()) == 0
+    return outcome(tmp_path)
+
+
+def test_parameters_stand_with_bounds_value_interval_and_what_was_before(found):
+    page, (row,) = page_of(), found["parameters"]
+    ((_, (header, cells)),) = page.tables(page.section("parameters")).items()
+    assert header == ["parameter", "found (tuned)", "95 % interval", "before", "bounds", "sensitivity [sd]"]
+    assert cells[0] == "fabric.macro.bending_stiffness.warp"
+    assert cells[1] == f"{row['value']:.5g} N mm" and near(row["value"], page.numbers(page.section("parameters")))
+    assert cells[2] == "{:.4g} to {:.4g}".format(*row["interval_95"])
+    assert cells[3] == "5.05 derived" and row["before"] == 5.05 and cells[4] == "2 to 12"
+    (warning,) = found["warnings"]
+    assert f"Warning: {warning}." in page.text(page.section("summary"))
+
+
+def test_targets_are_tuned_and_points_are_all_there(found):
+    page, (row,) = page_of(), found["targets"]
+    _, cells = page.tables(page.section("targets"))["Targets, at the values that were found"]
+    assert cells[1:] == [f"{row['simulated']:.1f}", "171 ± 51", f"{row['deviation_sd']:+.3f} sd", "tuned"]
+    assert cells[0].endswith(f"test bend: {row['source']}")
+    ((_, points),) = page.tables(page.section("points")).items()
+    assert len(points) - 1 == len(found["evaluations"])
+    state = [line[1] for line in points[1:]]
+    best = [one["values"] == [found["parameters"][0]["value"]] for one in found["evaluations"]]
+    assert state == ["found" if one else "ran" for one in best] and sum(best) == 1
+    assert points[1][3].startswith(f"{found['evaluations'][0]['simulated'][0]:.1f}")
+
+
+def test_files_and_picture_are_on_the_page(found):
+    page = page_of()
+    assert page.pictures() == [(FOLDER / "convergence.png").read_bytes()]
+    saved = {a.get("download") for a in page.section("repeat").iter("a") if a.get("download")}
+    assert saved == {"calibration.yaml", "fabric.yaml"}
+    assert "knittest calibrate calibration.yaml" in page.text() and "source: tuned" in page.text()
+    before = (FOLDER / "report.html").read_bytes()
+    assert run(["report", str(FOLDER)]) == 0 and (FOLDER / "report.html").read_bytes() == before
+
+
+def test_other_rows_of_the_experiment_have_their_kind(found):
+    best = next(o for o in found["evaluations"] if o["values"] == [found["parameters"][0]["value"]])
+    trial = FOLDER / "trials" / best["trials"]["bend"]
+    trial.mkdir()
+    row = {"quantity": "bending_stiffness_mncm2", "experiment_mean": 500.0, "experiment_sd": 60.0, "deviation_sd": 0.5}
+    results = {"overhang_mm": 171.0, "bending_stiffness_mncm2": 530.0, "residual": 1e-9}
+    (trial / "summary.json").write_text(json.dumps({"results": results, "comparison": [row | {"kind": "predicted"}]}))
+    (trial / "manifest.json").write_text(json.dumps({"version": "9.9", "status": "completed"}))
+    assert run(["report", str(FOLDER)]) == 0
+    page = page_of()
+    rows = page.tables(page.section("targets"))["Other rows of the experiment that these tests gave there"][1:]
+    assert rows == [["B by Eq. 2, 50 mm strip [mN cm2] test bend", "530", "500 ± 60", "+0.50 sd", "predicted"]]
+    assert [a.get("href") for a in page.section("points").iter("a")] == [f"trials/{trial.name}/"]
+    assert ["knittest", "9.9"] in page.tables(page.section("repeat"))["Provenance of 1 run folders"]
+
+
+def test_one_that_did_not_converge_says_so_with_the_reason_of_every_point(tmp_path, monkeypatch):
+    pool = Pretending(ends=lambda trial: "failed")
+    assert calibrate(BEND, tmp_path, monkeypatch, pool) == 3
+    page, data = page_of(), outcome(tmp_path)
+    assert f"Not converged: {data['reason']}" in page.text(page.section("summary"))
+    ((_, points),) = page.tables(page.section("points")).items()
+    assert points[1][1] == "no number bend failed: failed on purpose"
+    assert "fabric.yaml" not in page.text(page.section("repeat"))
+
+
+def test_damage_costs_its_own_part_only(found):
+    data = found | {"evaluations": [{"number": "x"}], "targets": [{"target": "<script>", "test": "bend"}]}
+    (FOLDER / "calibration.json").write_text(json.dumps(data))
+    (FOLDER / "convergence.png").unlink()
+    assert run(["report", str(FOLDER)]) == 0
+    page = page_of()
+    said = page.text(page.section("summary"))
+    assert "Missing or not readable: calibration.json: evaluations" in said
+    assert "convergence.png: no such file" in page.text(page.section("convergence"))
+    assert "5.05 derived" in page.text(page.section("parameters"))
+    assert "<script>" in page.text(page.section("targets"))
+    (FOLDER / "calibration.json").write_text("{")
+    assert run(["report", str(FOLDER)]) == 0
+    assert "calibration.json: cannot be read" in page_of().text()
+
+
+@needs_browser
+def test_a_phone_shows_it(found, tmp_path):
+    seen = seen_on_a_phone(FOLDER / "report.html", tmp_path)
+    assert seen["heading"] == "Calibration c" and seen["wide"] <= seen["window"] <= 390
+    assert seen["images"] == seen["shown"] == 1

@@ -1,0 +1,148 @@
+"""The page of a sweep: its runs with states, reasons and links, numbers as in its table, damage named."""
+
+from pathlib import Path
+
+import pandas as pd
+import pytest
+from browser import needs_browser, seen_on_a_phone
+from html_page import HtmlPage, near
+
+from knittest.batch import command
+from knittest.batch.command import BatchOptions, batch_command
+from knittest.cli.main import run
+from knittest.errors import ResourceError
+from knittest.trials.record import Record
+
+SWEEP = """
+base: {variant: 1, scale: macro, preset: quick, direction: warp}
+grid: {rig.width: [20, 30, 40, 50]}
+"""
+REFUSED = "kinetic energy over work 9 % is above 5 %"
+
+
+class Pretending:
+    """Trials whose peak force is ten times the width; that of 30 is refused, that of 40 dies, then the disk is full."""
+
+    def run(self, trials, place, limit, options, watch):
+        for trial in trials:
+            width = trial.run.rig.width
+            if width == 50.0:
+                raise ResourceError("the disk is full")
+            place(trial).mkdir(parents=True, exist_ok=True)
+            if width == 20.0:
+                (place(trial) / "report.html").write_text("<!doctype html>")
+            if width == 40.0:
+                yield Record(trial.key, "crashed", "its process died: <b>signal 9</b>")
+                continue
+            row = {"quantity": "peak_force_n", "simulated": 10.0 * width, "experiment_mean": 400.0,
+                   "experiment_sd": 50.0, "deviation_sd": -4.0, "kind": "predicted", "source": "Table 3"}  # fmt: skip
+            refused = [REFUSED] if width == 30.0 else []
+            summary = {"results": {"peak_force_n": 10.0 * width}, "comparison": [] if refused else [row],
+                       "refused": refused, "quality": {}, "cost": {"cpu_s": 1.5}}  # fmt: skip
+            yield Record(trial.key, "refused" if refused else "completed", "; ".join(refused), summary=summary)
+
+    def close(self):
+        pass
+
+
+@pytest.fixture
+def batch(tmp_path, monkeypatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(command, "_pool", lambda _: Pretending())
+    Path("s.yaml").write_text(SWEEP)
+    with pytest.raises(ResourceError, match="the disk is full"):
+        batch_command(Path("s.yaml"), BatchOptions(quiet=True), lambda _: False)
+    return Path("runs/batch-s")
+
+
+def page_of(path: Path) -> HtmlPage:
+    page = HtmlPage(path)
+    page.check()
+    return page
+
+
+def test_a_sweep_has_its_runs_with_states_reasons_and_links(batch):
+    page = page_of(batch / "report.html")
+    states = page.tables(page.section("summary"))["How the runs ended"]
+    assert {row[0]: row[1] for row in states[1:]} == {"completed": "1", "refused": "1", "crashed": "1", "open": "1"}
+    text = page.text(page.section("summary"))
+    assert "Not finished: 1 runs are left" in text and "2 of 4 runs gave no result that counts" in text
+    ((_, reasons),) = page.tables(page.section("reasons")).items()
+    assert reasons[1:] == [["2", "refused", REFUSED], ["3", "crashed", "its process died: <b>signal 9</b>"]]
+    ((_, runs),) = page.tables(page.section("runs")).items()
+    assert runs[0] == ["run", "state", "rig.width [mm]", "peak force [N]"]
+    assert runs[1] == ["1", "completed", "20", "200 -4.00 sd, predicted"]
+    assert runs[2] == ["2", "refused", "30", "300 refused"]
+    assert [row[3] for row in runs[3:]] == ["-", "-"]
+    assert near(200.0, page.numbers(page.section("runs")))
+    table = pd.read_csv(batch / "results.csv")
+    links = [a.get("href") for a in page.section("runs").iter("a")]
+    assert links == [f"{table.folder[0]}/report.html", f"{table.folder[1]}/", f"{table.folder[2]}/"]
+
+
+def test_a_sweep_has_its_picture_and_how_to_repeat_it(batch):
+    page = page_of(batch / "report.html")
+    assert page.pictures() == [(batch / "overview.png").read_bytes()]
+    text = page.text(page.section("repeat"))
+    assert "knittest batch sweep.yaml" in text and "grid: {rig.width: [20, 30, 40, 50]}" in text
+    assert "No trial left a manifest." in text
+
+
+def test_report_writes_it_again_and_elsewhere_with_links_that_hold(batch, capsys):
+    before = (batch / "report.html").read_bytes()
+    assert run(["report", str(batch)]) == 0
+    assert (batch / "report.html").read_bytes() == before and str(batch / "report.html") in capsys.readouterr().out
+    Path("mail: it").mkdir()
+    assert run(["report", str(batch), "--out", "mail: it/sweep.html"]) == 0
+    page = page_of(Path("mail: it/sweep.html"))
+    assert next(a.get("href") for a in page.section("runs").iter("a")).startswith("../runs/batch-s/trials/")
+    Path("notes.txt").write_text("mine")
+    assert run(["report", str(batch), "--out", "notes.txt"]) == 2 and Path("notes.txt").read_text() == "mine"
+
+
+def test_damage_costs_its_own_part_only(batch):
+    (batch / "sweep.yaml").write_text("base: {\n")
+    (batch / "overview.png").write_bytes(b"no picture")
+    assert run(["report", str(batch)]) == 0
+    page = page_of(batch / "report.html")
+    assert "Missing or not readable: sweep.yaml" in page.text(page.section("summary"))
+    assert "overview.png: not a PNG picture" in page.text()
+    ((_, runs),) = page.tables(page.section("runs")).items()
+    assert runs[0] == ["run", "state", "peak force [N]"] and len(runs) == 5
+    (batch / "results.csv").write_text("")
+    assert run(["report", str(batch)]) == 0
+    assert "results.csv: cannot be read" in page_of(batch / "report.html").text()
+    (batch / "results.csv").write_text("run,status,folder\n1,completed,..\n2,odd,trials/none\n")
+    assert run(["report", str(batch)]) == 0
+    page = page_of(batch / "report.html")
+    assert "results.csv: no column reason, test" in page.text() and not list(page.section("runs").iter("a"))
+
+
+def test_of_very_many_runs_those_that_went_wrong_come_first(batch):
+    rows = "\n".join(f"{k},{'failed' if k > 990 else 'completed'},why,tensile,{k}" for k in range(1, 1001))
+    (batch / "results.csv").write_text(f"run,status,reason,test,rig.width\n{rows}\n")
+    assert run(["report", str(batch)]) == 0
+    page = page_of(batch / "report.html")
+    ((caption, runs),) = page.tables(page.section("runs")).items()
+    assert caption.startswith("300 of 1000 runs") and [row[0] for row in runs[1:12]] == [
+        *map(str, range(991, 1001)),
+        "1",
+    ]
+
+
+def test_a_page_that_cannot_be_written_costs_nothing_else(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(command, "_pool", lambda _: Pretending())
+    Path("s.yaml").write_text(SWEEP.replace("[20, 30, 40, 50]", "[20]"))
+    Path("runs/batch-s/report.html").mkdir(parents=True)
+    Path("runs/batch-s/sweep.yaml").write_text("")
+    assert batch_command(Path("s.yaml"), BatchOptions(quiet=True), lambda _: False) == 0
+    assert "complete, but report.html could not be written" in capsys.readouterr().err
+    assert Path("runs/batch-s/results.csv").exists()
+
+
+@needs_browser
+def test_a_phone_shows_it(batch, tmp_path):
+    seen = seen_on_a_phone(batch / "report.html", tmp_path)
+    assert seen["heading"] == "Sweep batch-s" and seen["wide"] <= seen["window"] <= 390
+    assert seen["images"] == seen["shown"] == 1
