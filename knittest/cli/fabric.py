@@ -17,7 +17,9 @@ Command = Callable[..., Any]
 def _which_fabric(command: Command) -> Command:
     """Options that choose a fabric."""
     for option in (
-        click.option("--set", "sets", multiple=True, metavar="KEY=VALUE", help="Change a field: fabric.loop_length=14"),
+        click.option(
+            "--set", "sets", multiple=True, metavar="KEY=VALUE", help="Change a field: fabric.loop_length=14."
+        ),
         click.option("--parameters", metavar="SET", help="Parameter set of the fabric; default: calibrated."),
         click.option("--fabric", type=click.Path(path_type=Path), metavar="FILE", help="Fabric file of one's own."),
         click.option("--variant", metavar="NAME", help="Shipped fabric: 1, 2 or a name."),

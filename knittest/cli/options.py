@@ -17,7 +17,11 @@ def describes_run(command: Callable[..., Any]) -> Callable[..., Any]:
                 "--config", type=click.Path(path_type=Path), help="A rig file, or config.yaml of a run folder."
             ),
             click.option("--parameters", help="Parameter set of the fabric: calibrated (default) or as-measured."),
-            click.option("--scale", type=click.Choice(["macro", "meso"]), help="Shells or yarns.  [default: meso]"),
+            click.option(
+                "--scale",
+                type=click.Choice(["macro", "meso"]),
+                help="Shells or yarns.  [default: meso; cantilever: macro]",
+            ),
             click.option(
                 "--preset", type=click.Choice(["quick", "standard", "paper"]), help="Size.  [default: standard]"
             ),
