@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from knittest.kernels.tool_shapes import edge_distances
 from knittest.models.boundary import Tool, swept
+from knittest.models.triangle_mesh import TriangleMesh
 from knittest.tooling.outline import Outline
-from knittest.tooling.solids import Solid, cap, wall
+from knittest.tooling.solids import cap, wall
 
 Array = NDArray[np.float64]
 
@@ -70,7 +71,7 @@ class SweptEdge:
         samples = self._across(self.outline.distance(plan.reshape(-1, 2))).reshape(plan.shape[:2])
         return swept((*low, self.face), spacing, samples, self.radius, self.draft, self.down)
 
-    def solid(self, height: float, outer: Outline | None = None) -> Solid:
+    def solid(self, height: float, outer: Outline | None = None) -> TriangleMesh:
         """Closed mesh of the part up to ``height`` [mm] off the face; round an opening it ends at ``outer``."""
         profile = self._profile(height)
         plan, normal = self.outline.stations(LONGEST, max(self._across(profile[-1, 0]), 0.0))
@@ -88,7 +89,7 @@ class SweptEdge:
                 parts.append(cap([rings[k], *border[k:][:1]], within, up))
         if border:
             parts.append(wall(*sorted(border, key=lambda ring: float(ring[0, 2]))))
-        return Solid.of(parts)
+        return TriangleMesh.joined(parts)
 
     def _across(self, plan: Any) -> Any:
         """Distance in plan from the sharp edge, negative over the face, from that of the outline; and the reverse."""

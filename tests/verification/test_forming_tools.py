@@ -103,7 +103,7 @@ def test_least_distances_of_tools_are_lower_bounds(shaped, name):
 @pytest.mark.parametrize("name", ["stamp", "die", "holder"])
 def test_meshes_are_closed_and_lie_on_the_surface(shaped, name):
     tool = shaped.by_name[name]
-    assert tool.solid.open_edges == 0
+    assert len(tool.solid.borders()) == 0
     rim = (np.abs(tool.solid.points[:, :2]) > 160.0).any(axis=1)
     top = np.isclose(tool.solid.points[:, 2], tool.solid.points[:, 2].max()) & (name == "stamp")
     assert np.abs(tool.distance(tool.solid.points[~rim & ~top])).max() < 3e-6  # points are kept to 1e-6 mm
