@@ -4,10 +4,12 @@ from math import cos, pi, radians, sin, tan
 
 import numpy as np
 import pytest
+from matplotlib.image import imread
 from pydantic import ValidationError
 
 from knittest.config.tools import Die, DomeStamp, Holder, Stamp, TStamp
 from knittest.errors import InputError
+from knittest.export.tools_picture import tools_picture
 from knittest.kernels.tool_shapes import least_distances, tool_distance, tool_frame
 from knittest.models.boundary import Tool, _tool_arrays
 from knittest.tooling.shapes import stamp_outline
@@ -134,6 +136,13 @@ def test_the_gap_at_full_depth_is_the_clearance(shaped):
     moved = np.array([[0.0, stamp_wall, 0.5 * THICKNESS + DEPTH]])
     assert shaped.stamp.distance(moved) == pytest.approx([0.0], abs=1e-12)
     assert shaped.die.distance(np.array([[0.0, stamp_wall, -20.0]])) == pytest.approx([8.0])
+
+
+def test_picture_of_tools(dome, tmp_path):
+    """A picture is drawn of a set without holder too, and is not blank."""
+    path = tmp_path / "tools.png"
+    tools_picture(path, dome, depth=DEPTH, thickness=THICKNESS, blank=(330.0, 330.0), title="hemisphere")
+    assert np.ptp(imread(path)[:, :, :3], axis=(0, 1)).min() > 0.5
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ import pytest
 
 from knittest.config.tools import Die, Holder, Stamp, StlTool
 from knittest.errors import InputError
+from knittest.export.tool_files import write_tools
 from knittest.models.surface import surface
 from knittest.models.triangle_mesh import TriangleMesh
 from knittest.tooling.toolset import ToolSet, build_tools
@@ -30,6 +31,17 @@ def write(path: Path, mesh: TriangleMesh) -> StlTool:
 
 def built(stamp: StlTool, die: StlTool) -> ToolSet:
     return build_tools(Stamp(kind="stl", stl=stamp), Die(stl=die), None, DEPTH, THICKNESS, BLANK)
+
+
+def test_exported_tools_come_back_as_they_were(by_dimensions, tmp_path):
+    """All three, through write_tools: the kernel's own samples of the holder too."""
+    stamp, die, holder = (StlTool(path=str(path), spacing=2.0) for path in write_tools(by_dimensions, tmp_path / "new"))
+    found = build_tools(Stamp(kind="stl", stl=stamp), Die(stl=die), Holder(stl=holder), DEPTH, THICKNESS, BLANK)
+    assert found.notes == ()
+    for name, tool in by_dimensions.by_name.items():
+        assert found.by_name[name].solid.volume == pytest.approx(tool.solid.volume, rel=1e-6)
+        assert found.by_name[name].solid.points.min(axis=0) == pytest.approx(tool.solid.points.min(axis=0), abs=1e-4)
+    assert found.holder.distance(np.array([[120.0, 0.0, -1.7]])) == pytest.approx([3.0], abs=1e-4)
 
 
 @pytest.fixture

@@ -1,0 +1,109 @@
+"""Stamp, die and holder of a forming run: in space, in plan and in section at full depth."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from knittest.export.figure import BLUE, GREEN, GREY, ORANGE, dress, new_figure, save
+from knittest.history import Array
+from knittest.tooling.toolset import PLATE, RigidTool, ToolSet
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+COLOURS = {"stamp": ORANGE, "die": BLUE, "holder": GREEN}
+#: die and holder often have one opening: both lines are seen
+WIDTHS, DASHES = {"stamp": 1.6, "die": 3.0, "holder": 1.4}, {"stamp": "-", "die": "-", "holder": "--"}
+#: samples of a picture across
+FINE = 400
+#: how far stamp and holder are lifted in the view [mm]
+LIFT = {"stamp": 120.0, "holder": 60.0, "die": 0.0}
+#: elevation and azimuth of the view [deg], direction of the light
+VIEW = (28.0, -58.0)
+LIGHT = np.array([0.35, -0.55, 0.76])
+
+
+def tools_picture(
+    path: Path, tools: ToolSet, *, depth: float, thickness: float, blank: tuple[float, float], title: str
+) -> None:
+    """Draw ``tools`` to ``path`` (PNG); lengths [mm]. Raises :class:`ResourceError`."""
+    figure = new_figure(12.5, 8.2)
+    figure.text(0.02, 0.975, title, fontsize=12, va="top")
+    space = figure.add_axes((0.01, 0.38, 0.52, 0.56), projection="3d", proj_type="ortho", computed_zorder=False)
+    _space(space, tools)
+    _plan(figure.add_axes((0.58, 0.44, 0.37, 0.49)), tools, depth, thickness, blank)
+    _section(figure.add_axes((0.07, 0.07, 0.88, 0.27)), tools, depth, thickness, blank)
+    save(figure, path)
+
+
+def _space(axes: "Axes", tools: ToolSet) -> None:
+    """All meshes, drawn apart and lit from one side; what faces away or lies lower is painted first."""
+    from matplotlib.colors import to_rgb
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    elevation, azimuth = np.deg2rad(VIEW)
+    towards = [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)]
+    ends = []
+    for level, name in enumerate(sorted(tools.by_name, key=lambda name: LIFT[name])):
+        solid = tools.by_name[name].solid.moved((0.0, 0.0, LIFT[name]))
+        ends.append(solid.points)
+        seen = solid.normals @ towards > 0.0
+        normal = solid.normals[seen] / np.linalg.norm(solid.normals[seen], axis=1)[:, None]
+        colour = (0.45 + 0.55 * np.clip(normal @ LIGHT, 0.0, 1.0))[:, None] * np.array(to_rgb(COLOURS[name]))
+        axes.add_collection(
+            Poly3DCollection(
+                solid.corners[seen], facecolors=colour, edgecolors=colour, linewidths=0.3, antialiased=False,
+                zorder=level, clip_on=False,
+            )
+        )  # fmt: skip
+    low, high = np.concatenate(ends).min(axis=0), np.concatenate(ends).max(axis=0)
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
+    axes.set_box_aspect(high - low, zoom=1.15)
+    axes.view_init(elev=VIEW[0], azim=VIEW[1])
+    axes.set_axis_off()
+
+
+def _plan(axes: "Axes", tools: ToolSet, depth: float, thickness: float, blank: tuple[float, float]) -> None:
+    """Outlines where the walls are, at full depth, and the blank."""
+    half = 0.5 * np.array(blank)
+    x, y = (1.08 * np.linspace(-side, side, FINE) for side in half)
+    heights = {"stamp": 0.5 * thickness + depth, "die": -0.5 * thickness - depth, "holder": 0.5 * (thickness + PLATE)}
+    for name, tool in tools.by_name.items():
+        points = np.stack(np.meshgrid(x, y, heights[name], indexing="ij"), axis=-1).reshape(-1, 3)
+        style = {"colors": COLOURS[name], "linewidths": WIDTHS[name], "linestyles": DASHES[name]}
+        axes.contour(x, y, tool.distance(points).reshape(FINE, FINE).T, [0.0], **style)
+        axes.plot([], [], color=COLOURS[name], lw=WIDTHS[name], ls=DASHES[name], label=f"{name}, wall")
+    around = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]]) * half
+    axes.plot(*around.T, color=GREY, lw=1.2, ls=":", label="blank")
+    axes.set_aspect("equal")
+    axes.set_xlabel("x, weft [mm]", fontsize=9)
+    axes.set_ylabel("y, warp [mm]", fontsize=9)
+    axes.legend(loc="lower right", bbox_to_anchor=(0.95, 0.05), fontsize=8, framealpha=1.0)
+    dress(axes)
+
+
+def _section(axes: "Axes", tools: ToolSet, depth: float, thickness: float, blank: tuple[float, float]) -> None:
+    """Bodies cut by the plane x = 0, the stamp at full depth; the blank at its start."""
+    y = np.linspace(-0.5 * blank[1], 0.5 * blank[1], 2 * FINE)
+    z = np.linspace(-depth - 15.0, 15.0, FINE)
+    down = {"stamp": depth}
+    for name, tool in tools.by_name.items():
+        inside = _cut(tool, y, z + down.get(name, 0.0))
+        axes.contourf(y, z, inside.T, [-1e9, 0.0], colors=[COLOURS[name]], alpha=0.45)
+        axes.contour(y, z, inside.T, [0.0], colors=COLOURS[name], linewidths=1.4)
+    axes.fill_between(y[[0, -1]], -0.5 * thickness, 0.5 * thickness, color=GREY, alpha=0.5, linewidth=0.0)
+    axes.set_aspect("equal")
+    axes.set_xlabel("y [mm]", fontsize=9)
+    axes.set_ylabel("z [mm]", fontsize=9)
+    axes.set_title(
+        f"section x = 0, stamp at {depth:g} mm; grey: the blank at the start; narrowest gap {tools.gap:.3g} mm",
+        fontsize=9.5, loc="left",
+    )  # fmt: skip
+    dress(axes)
+
+
+def _cut(tool: RigidTool, y: Array, z: Array) -> Array:
+    """Distance [mm] from ``tool`` in the plane x = 0, (n_y, n_z)."""
+    points = np.stack(np.meshgrid(0.0, y, z, indexing="ij"), axis=-1).reshape(-1, 3)
+    return tool.distance(points).reshape(len(y), len(z))
