@@ -1,7 +1,7 @@
 """Stamp, die and holder of a forming run: in space, in plan and in section at full depth."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from knittest.tooling.toolset import PLATE, RigidTool, ToolSet
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from mpl_toolkits.mplot3d import Axes3D
 
 COLOURS = {"stamp": ORANGE, "die": BLUE, "holder": GREEN}
 #: die and holder often have one opening: both lines are seen
@@ -30,14 +31,14 @@ def tools_picture(
     """Draw ``tools`` to ``path`` (PNG); lengths [mm]. Raises :class:`ResourceError`."""
     figure = new_figure(12.5, 8.2)
     figure.text(0.02, 0.975, title, fontsize=12, va="top")
-    space = figure.add_axes((0.01, 0.38, 0.52, 0.56), projection="3d", proj_type="ortho", computed_zorder=False)
+    space: Any = figure.add_axes((0.01, 0.38, 0.52, 0.56), projection="3d", proj_type="ortho", computed_zorder=False)
     _space(space, tools)
     _plan(figure.add_axes((0.58, 0.44, 0.37, 0.49)), tools, depth, thickness, blank)
     _section(figure.add_axes((0.07, 0.07, 0.88, 0.27)), tools, depth, thickness, blank)
     save(figure, path)
 
 
-def _space(axes: "Axes", tools: ToolSet) -> None:
+def _space(axes: "Axes3D", tools: ToolSet) -> None:
     """All meshes, drawn apart and lit from one side; what faces away or lies lower is painted first."""
     from matplotlib.colors import to_rgb
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
@@ -71,7 +72,7 @@ def _plan(axes: "Axes", tools: ToolSet, depth: float, thickness: float, blank: t
     heights = {"stamp": 0.5 * thickness + depth, "die": -0.5 * thickness - depth, "holder": 0.5 * (thickness + PLATE)}
     for name, tool in tools.by_name.items():
         points = np.stack(np.meshgrid(x, y, heights[name], indexing="ij"), axis=-1).reshape(-1, 3)
-        style = {"colors": COLOURS[name], "linewidths": WIDTHS[name], "linestyles": DASHES[name]}
+        style: dict[str, Any] = {"colors": COLOURS[name], "linewidths": WIDTHS[name], "linestyles": DASHES[name]}
         axes.contour(x, y, tool.distance(points).reshape(FINE, FINE).T, [0.0], **style)
         axes.plot([], [], color=COLOURS[name], lw=WIDTHS[name], ls=DASHES[name], label=f"{name}, wall")
     around = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]]) * half
