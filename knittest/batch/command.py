@@ -14,15 +14,16 @@ from knittest.batch.plan import Plan, Row, plan_of
 from knittest.batch.table import check_parquet, results_table, write_table
 from knittest.config.yaml_loader import load_yaml
 from knittest.errors import InputError, NumericalError
-from knittest.export.atomic import resource_error, write_atomic
+from knittest.export.atomic import resource_error
 from knittest.export.folder import slug
-from knittest.interrupts import Interrupted, Interrupts
+from knittest.interrupts import Interrupts
 from knittest.options import RunOptions
 from knittest.report_page.page import FILE, write_if_possible
 from knittest.trials.ledger import read_ledgers
 from knittest.trials.pool import LocalPool, Pool
 from knittest.trials.record import MEANING, Record
 from knittest.trials.runner import TrialRunner
+from knittest.trials.study import says_how_to_go_on, study_folder
 from knittest.trials.trial import Trial
 
 #: more runs than this are asked for
@@ -56,7 +57,7 @@ def batch_command(path: Path, options: BatchOptions, agree: Callable[[str], bool
     mine = _share([row.trial for row in rows if row.trial], options.shard)
     pool = _pool(options)
     folder = _folder(path, options.out)
-    with _says_how_to_go_on(), Interrupts() as interrupts, interrupts.deciding():
+    with says_how_to_go_on(), Interrupts() as interrupts, interrupts.deciding():
         try:
             _run(plan, mine, pool, folder, options)
         except BaseException:
@@ -69,18 +70,7 @@ def batch_command(path: Path, options: BatchOptions, agree: Callable[[str], bool
 
 def _folder(path: Path, out: Path | None) -> Path:
     """The folder of the batch, with a copy of the sweep; refuses one that holds something else."""
-    folder = out or Path("runs") / f"batch-{slug(path.stem)}"
-    if folder.exists() and not folder.is_dir():
-        raise InputError(f"--out {folder}: is a file, expected a folder")
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        names = [entry.name for entry in folder.iterdir() if not entry.name.startswith(".")]
-    except OSError as error:
-        raise resource_error(folder, error) from error
-    if names and SWEEP not in names:
-        raise InputError(f"--out {folder}: holds {names[0]}, but no batch: choose a new folder")
-    write_atomic(folder / SWEEP, path.read_bytes())
-    return folder
+    return study_folder(out or Path("runs") / f"batch-{slug(path.stem)}", SWEEP, path.read_bytes(), "batch")
 
 
 def _share(trials: Sequence[Trial], shard: tuple[int, int] | None) -> list[Trial]:
@@ -154,11 +144,3 @@ def _alone(path: Path) -> Iterator[None]:
             yield
     except OSError as error:
         raise resource_error(path, error) from error
-
-
-@contextmanager
-def _says_how_to_go_on() -> Iterator[None]:
-    try:
-        yield
-    except Interrupted as error:
-        raise Interrupted(f"{error}; what is finished is kept: go on with the same command") from None

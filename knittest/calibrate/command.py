@@ -2,8 +2,8 @@
 
 import json
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,15 +20,16 @@ from knittest.calibrate.root import find_root
 from knittest.calibrate.targets import Number
 from knittest.config.run import RUNS
 from knittest.config.yaml_loader import load_yaml
-from knittest.errors import InputError, NumericalError
-from knittest.export.atomic import resource_error, write_atomic
+from knittest.errors import NumericalError
+from knittest.export.atomic import write_atomic
 from knittest.export.folder import slug
 from knittest.export.jsonfile import json_ready
-from knittest.interrupts import Interrupted, Interrupts
+from knittest.interrupts import Interrupts
 from knittest.options import RunOptions
 from knittest.report_page.page import FILE, write_if_possible
 from knittest.trials.pool import LocalPool, Pool
 from knittest.trials.runner import TrialRunner
+from knittest.trials.study import says_how_to_go_on, study_folder
 
 SEARCHES: dict[str, Callable[[Evaluator], None]] = {
     "root": find_root,
@@ -55,7 +56,7 @@ def calibrate_command(path: Path, options: CalibrateOptions) -> int:
     problem = problem_of(load_yaml(path))
     pool = _pool(options)
     folder = _folder(path, options.out)
-    with _says_how_to_go_on(), Interrupts() as interrupts, interrupts.deciding():
+    with says_how_to_go_on(), Interrupts() as interrupts, interrupts.deciding():
         outcome = _search(problem, pool, folder, options)
         written = _write(outcome, folder)
     if not options.quiet:
@@ -70,18 +71,7 @@ def _pool(options: CalibrateOptions) -> Pool:
 
 def _folder(path: Path, out: Path | None) -> Path:
     """The folder of the calibration, with a copy of its file; refuses one that holds something else."""
-    folder = out or Path("runs") / f"calibrate-{slug(path.stem)}"
-    if folder.exists() and not folder.is_dir():
-        raise InputError(f"--out {folder}: is a file, expected a folder")
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        names = [entry.name for entry in folder.iterdir() if not entry.name.startswith(".")]
-    except OSError as error:
-        raise resource_error(folder, error) from error
-    if names and COPY not in names:
-        raise InputError(f"--out {folder}: holds {names[0]}, but no calibration: choose a new folder")
-    write_atomic(folder / COPY, path.read_bytes())
-    return folder
+    return study_folder(out or Path("runs") / f"calibrate-{slug(path.stem)}", COPY, path.read_bytes(), "calibration")
 
 
 def _search(problem: Problem, pool: Pool, folder: Path, options: CalibrateOptions) -> Outcome:
@@ -140,11 +130,3 @@ def _write(outcome: Outcome, folder: Path) -> list[Path]:
     convergence_picture(outcome, folder / PICTURE)
     write_if_possible(folder, write_calibration_page)
     return [*configs, folder / CALIBRATION, folder / PICTURE, folder / FILE]
-
-
-@contextmanager
-def _says_how_to_go_on() -> Iterator[None]:
-    try:
-        yield
-    except Interrupted as error:
-        raise Interrupted(f"{error}; what is finished is kept: go on with the same command") from None

@@ -1,6 +1,5 @@
 """The calibrated fabric and rig, as files that the other commands read."""
 
-import shutil
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -12,10 +11,10 @@ from knittest.config.dumping import dump_mapping
 from knittest.config.fields import place
 from knittest.config.run import Run
 from knittest.config.yaml_loader import KeyPath
-from knittest.export.atomic import resource_error, write_atomic
-from knittest.resources import data_dir
+from knittest.export.atomic import write_atomic
+from knittest.export.own_data import kept_beside
 
-FABRIC, OWN, EXPERIMENT = "fabric.yaml", "data", "experiment"
+FABRIC, EXPERIMENT = "fabric.yaml", "experiment"
 
 
 def rig_file(kind: str) -> str:
@@ -64,11 +63,11 @@ def _fabric(outcome: Outcome, run: Run, folder: Path) -> dict[str, Any]:
             if field is not None and field.is_quantity:
                 _put(data, path[1:], _tuned(outcome, k, _at(here, path[1:])))
     macro = data["macro"]
-    macro["tension"] = {d: _beside(text, folder, f"tension-{d}.csv") for d, text in macro["tension"].items()}
+    macro["tension"] = {d: kept_beside(text, folder, f"tension-{d}.csv") for d, text in macro["tension"].items()}
     if macro["shear"].get("curve"):
-        macro["shear"]["curve"] = _beside(macro["shear"]["curve"], folder, "shear.csv")
+        macro["shear"]["curve"] = kept_beside(macro["shear"]["curve"], folder, "shear.csv")
     if data.get("experiment"):
-        data["experiment"] = _beside(data["experiment"], folder, EXPERIMENT)
+        data["experiment"] = kept_beside(data["experiment"], folder, EXPERIMENT)
     return data
 
 
@@ -116,21 +115,3 @@ def _put(data: dict[str, Any], path: KeyPath, value: Any) -> None:
     for part in path[:-1]:
         data = data[str(part)]
     data[str(path[-1])] = value
-
-
-def _beside(text: str, folder: Path, name: str) -> str:
-    """``text`` for a file or folder of the shipped data, else a copy of it in ``folder``, so that it can be moved."""
-    if not Path(text).is_absolute() and (data_dir() / text).exists():
-        return text
-    copy = folder / OWN / name
-    try:
-        copy.parent.mkdir(exist_ok=True)
-        if Path(text).is_dir():
-            copy.mkdir(exist_ok=True)
-            for table in sorted(Path(text).glob("*.csv")):
-                shutil.copyfile(table, copy / table.name)
-        else:
-            shutil.copyfile(text, copy)
-    except OSError as error:
-        raise resource_error(copy, error) from error
-    return f"{OWN}/{name}"

@@ -1,9 +1,14 @@
 """The heavy elastica: shape of a strip that bends over an edge under its own weight."""
 
+from functools import cache
+
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+
+#: loads w L^3 / B between which a stiffness is looked for: chords of 0.7 and 86 deg
+LIGHT, HEAVY = 0.1, 500.0
 
 
 def heavy_elastica(arc: Array, overhang: float, weight: float, stiffness: float) -> tuple[Array, Array, Array]:
@@ -33,3 +38,24 @@ def heavy_elastica(arc: Array, overhang: float, weight: float, stiffness: float)
     reach, drop, slope = (np.interp(s, fine, v) for v in (x, z, angle))
     beyond = arc - overhang * s  # before the edge and beyond the free end the line goes on straight
     return reach + beyond * np.cos(slope), drop + beyond * np.sin(slope), slope
+
+
+def chord_angle(overhang: float, weight: float, stiffness: float) -> float:
+    """Angle [deg] from the edge to the free end; arguments as those of :func:`heavy_elastica`."""
+    reach, drop, _ = heavy_elastica(np.array([overhang]), overhang, weight, stiffness)
+    return float(np.rad2deg(np.arctan2(drop[0], reach[0])))
+
+
+@cache
+def stiffness_of(angle: float, overhang: float, weight: float) -> float:
+    """The stiffness B at which :func:`chord_angle` is ``angle`` [deg], to 1e-6; raises :class:`ValueError` beyond the
+    loads :data:`LIGHT` and :data:`HEAVY`.
+    """
+    from scipy.optimize import brentq
+
+    scale = weight * overhang**3
+
+    def off(logarithm: float) -> float:
+        return chord_angle(overhang, weight, scale * float(np.exp(-logarithm))) - angle
+
+    return scale * float(np.exp(-brentq(off, np.log(LIGHT), np.log(HEAVY), xtol=1e-6)))

@@ -68,7 +68,7 @@ class PictureFrame:
         model = build_sheet(
             _turned(points), cells, fabric_laminate(run), fabric.kernel("area_mass"), fabric.kernel("thickness"), warp
         )
-        test = PictureFrameTest(run, np.flatnonzero(edge))
+        test = PictureFrameTest(run, np.flatnonzero(edge), side**2)
         return Prepared(model, test, facts={"side_mm": side, "area_mm2": side**2})
 
     def _yarns(self, run: PictureFrameRun, specimen: int, phase: Phase | None) -> Prepared:
@@ -81,7 +81,7 @@ class PictureFrame:
         model = build_meso(run, paths, piece.draws, run.rig.membrane_share)
         held = _on_needles(model.position(), model.group.chain, size[1])
         facts = {"side_mm": side, "area_mm2": float(size[0] * size[1])}
-        test = PictureFrameTest(run, held)
+        test = PictureFrameTest(run, held, facts["area_mm2"])
         return Prepared(model, test, clock.perf_counter() - start, piece.table, facts)
 
     def solve(

@@ -34,10 +34,11 @@ class PictureFrameTest:
     coordinate, force = "frame_shear_angle_deg", "shear_force_n"
     averaged_from = np.inf
 
-    def __init__(self, run: PictureFrameRun, held: NDArray[np.int64]) -> None:
+    def __init__(self, run: PictureFrameRun, held: NDArray[np.int64], area: float) -> None:
+        """``area`` [mm2] is that of the fabric, which of yarns comes in whole pitches."""
         rig = run.rig
-        self.fabric_side, self.held = rig.kernel("side"), held
-        self.side = self.fabric_side if rig.frame_side is None else rig.kernel("frame_side")
+        self.fabric_side, self.held = sqrt(area), held
+        self.side = rig.kernel("side" if rig.frame_side is None else "frame_side")
         self.slack = rig.kernel("mounting_slack")
         start = run.solver.kernel("ramp")
         self.close = ramp(start, self.slack)

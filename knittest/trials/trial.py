@@ -12,7 +12,9 @@ from knittest.export.provenance import sha256_files
 from knittest.resources import PACKAGE
 
 #: sources that show, schedule or judge runs; a change of any other one makes all trials new
-AROUND = ("cli", "batch", "calibrate", "regress", "report_page", "trials", "terminal.py", "terminal_results.py")
+AROUND = (
+    "cli", "batch", "calibrate", "homogenise", "regress", "report_page", "trials", "terminal.py", "terminal_results.py",
+)  # fmt: skip
 KEY_DIGITS = 16
 
 

@@ -1,0 +1,132 @@
+"""The tests of a homogenisation: five on yarns, and the same five on shells with the card that comes of them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from knittest.config.fabric import Direction
+from knittest.config.loading import resolve
+from knittest.config.run import CantileverRun, PictureFrameRun, Run, TensileRun
+from knittest.config.settings import Setting, parse_set
+from knittest.errors import InputError
+from knittest.laboratory.strips import yarns_across
+
+#: a strip of a cantilever is at least this much longer than its overhang
+LONGER = 1.2
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A test of the plan, along ``direction`` if it has one."""
+
+    kind: str
+    direction: Direction | None = None
+
+    @property
+    def name(self) -> str:
+        """Such as ``tensile warp``."""
+        return f"{self.kind} {self.direction or ''}".strip()
+
+
+PIECES = (
+    Piece("tensile", "warp"),
+    Piece("tensile", "weft"),
+    Piece("picture-frame"),
+    Piece("cantilever", "warp"),
+    Piece("cantilever", "weft"),
+)
+
+
+@dataclass(frozen=True)
+class Request:
+    """Which fabric is homogenised, and how its yarns are modelled; as the options of the command say it.
+
+    ``sets`` are ``key.path=value`` for all tests, or ``TEST.key.path=value`` for those of a kind.
+    """
+
+    variant: str | None = None
+    fabric: Path | None = None
+    parameters: str | None = None
+    preset: str | None = None
+    seed: int | None = None
+    sets: tuple[str, ...] = ()
+
+
+def yarn_run(request: Request, piece: Piece) -> Run:
+    """The run of ``piece`` on yarns; raises :class:`InputError` for what the schema refuses."""
+    settings = _settings(request.sets, piece)
+
+    def resolved(more: Sequence[Setting] = ()) -> Run:
+        return resolve(
+            variant=request.variant, fabric=request.fabric, parameters=request.parameters, preset=request.preset,
+            seed=request.seed, scale="meso", test=piece.kind, direction=piece.direction, sets=[*settings, *more],
+        )  # fmt: skip
+
+    run = resolved()
+    if run.variability.specimens > 1:
+        raise InputError("variability.specimens: a card is made of single specimens: leave it at 1")
+    if isinstance(run, CantileverRun):
+        overhang = run.rig.overhang or round(free_overhang(run), 1)
+        length = max(run.rig.length, LONGER * overhang)
+        run = resolved([_own("rig.mode", "angle"), _own("rig.overhang", overhang), _own("rig.length", length)])
+    return run
+
+
+def free_overhang(run: CantileverRun) -> float:
+    """Overhang [mm] at which the yarns along the strip alone would come to a chord of 41.5 deg: 2 (B / w)^(1/3), Eq. 2
+    of Pham et al. (2019).
+    """
+    fabric, direction = run.fabric, run.rig.direction
+    stiffness = fabric.reinforcing.kernel("bending_stiffness", direction) * fabric.kernel(f"{direction}_density")
+    return 2.0 * float((stiffness / (fabric.kernel("area_mass") * run.rig.kernel("gravity"))) ** (1.0 / 3.0))
+
+
+def shell_run(piece: Piece, yarns: Run, card: Path, last_angle: float) -> Run:
+    """The run of ``piece`` on shells of the fabric file ``card``, of the size that the test on ``yarns`` had.
+
+    A frame is sheared to ``last_angle`` [deg] at most, where its law ends. Raises :class:`InputError`.
+    """
+    settings = list[Setting]()
+    if isinstance(yarns, TensileRun):
+        settings = [_own("rig.gauge_length", yarns.rig.gauge_length)]
+    elif isinstance(yarns, CantileverRun):
+        settings = [_own(f"rig.{name}", getattr(yarns.rig, name)) for name in ("mode", "overhang", "length", "gravity")]
+    elif isinstance(yarns, PictureFrameRun):
+        angle = min(yarns.rig.max_angle, last_angle)
+        settings = [_own("rig.side", yarns.rig.side), _own("rig.max_angle", angle)]
+    if piece.direction:
+        settings.append(_own("rig.width", width(yarns)))
+    return resolve(
+        fabric=card, preset=yarns.model.preset, seed=yarns.variability.seed, scale="macro", test=piece.kind,
+        direction=piece.direction, sets=settings,
+    )  # fmt: skip
+
+
+def width(run: Run) -> float:
+    """Width [mm] of a strip of whole yarns: their number times their distance."""
+    assert run.rig.kind != "picture-frame"
+    direction = run.rig.direction
+    return yarns_across(run, direction) / run.fabric.kernel(f"{direction}_density")
+
+
+def overhang(run: Run) -> float:
+    """Overhang [mm] of a cantilever of this plan, all of which state theirs."""
+    assert isinstance(run, CantileverRun)
+    return run.rig.kernel("overhang")
+
+
+def _settings(texts: Sequence[str], piece: Piece) -> list[Setting]:
+    """Those of ``texts`` that are for ``piece``."""
+    kinds = {one.kind for one in PIECES}
+    found = []
+    for text in texts:
+        kind, _, rest = text.partition(".")
+        if kind == piece.kind:
+            found.append(parse_set(rest))
+        elif kind not in kinds:
+            found.append(parse_set(text))
+    return found
+
+
+def _own(name: str, value: object) -> Setting:
+    return Setting(tuple(name.split(".")), value, "knittest homogenise")

@@ -1,0 +1,101 @@
+"""Homogenisations whose yarns, and where wanted whose shells, are formulas instead of simulations."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from knittest.homogenise import command
+from knittest.homogenise.command import HomogeniseOptions, homogenise_command
+from knittest.homogenise.plan import Request, overhang, width
+from knittest.laboratory.heavy_elastica import chord_angle
+from knittest.trials.record import Record
+
+OUT = Path("h")
+#: what a yarn of a strip carries at its fracture strain [%], and the bending stiffness of the strip [N mm]
+YARN_FORCE, STRAIN = 400.0, {"warp": 1.6, "weft": 1.8}
+BENDING = {"warp": 6.0, "weft": 4.0}
+
+
+def pull(strain, last: float):
+    """Force of a yarn [N]: softer at first, as of a wavy one."""
+    share = strain / last
+    return YARN_FORCE * (0.25 * share + 0.75 * share**2.5)
+
+
+def shear(angle):
+    """Conjugate shear force [N/mm] at an angle [deg]."""
+    return 8e-4 * angle + 3e-7 * angle**3
+
+
+def _write(folder: Path, columns: dict) -> None:
+    folder.mkdir(parents=True, exist_ok=True)
+    rows = "\n".join(",".join(f"{v:.10g}" for v in row) for row in zip(*columns.values(), strict=True))
+    (folder / "curve.csv").write_text(f"{','.join(columns)}\n{rows}\n")
+
+
+def formula(trial, folder: Path, factor: float = 1.0) -> dict[str, float]:
+    """Results of a test of yarns, whose curve goes to ``folder``."""
+    run = trial.run
+    if run.rig.kind == "cantilever":
+        weight = run.fabric.kernel("area_mass") * run.rig.kernel("gravity")
+        return {"chord_angle_deg": chord_angle(overhang(run), weight, factor * BENDING[run.direction])}
+    if run.rig.kind == "tensile":
+        last = STRAIN[run.direction]
+        number = round(width(run) * run.fabric.kernel(f"{run.direction}_density"))
+        strain = np.linspace(0.0, 1.5 * last, 600)
+        force = factor * number * np.where(strain <= last, pull(strain, last), 0.1 * YARN_FORCE)
+        _write(folder, {"strain_pct": strain, "force_n": force})
+        top = int(np.argmax(force))
+        return {"peak_force_n": float(force[top]), "fracture_strain_pct": float(strain[top])}
+    angle = np.linspace(0.0, run.rig.max_angle, 500)
+    normalised = factor * shear(angle) / np.cos(np.deg2rad(angle))
+    _write(folder, {"frame_shear_angle_deg": angle, "normalised_shear_force_n_per_mm": normalised})
+    return {"shear_force_n_at_deg.10": 1.0}
+
+
+class Formulas:
+    """A pool whose trials are :func:`formula`; those of shells ``factor`` times as stiff, or run by ``shells``.
+
+    ``ends`` says how a trial ends.
+    """
+
+    def __init__(self, ends=lambda trial: "completed", factor: float = 1.0, shells=None):
+        self.asked: list[str] = []
+        self._ends, self._factor, self._shells = ends, factor, shells
+
+    def run(self, trials, place, limit, options, watch):
+        real = [trial for trial in trials if self._shells and trial.run.model.scale == "macro"]
+        for trial in trials:
+            self.asked.append(trial.label)
+            if trial in real:
+                continue
+            status = self._ends(trial)
+            if status != "completed":
+                yield Record(trial.key, status, f"{status} on purpose", limit=limit)
+                continue
+            factor = self._factor if trial.run.model.scale == "macro" else 1.0
+            results = formula(trial, place(trial), factor)
+            summary = {"results": results, "comparison": [], "refused": [], "quality": {}, "cost": {}}
+            yield Record(trial.key, "completed", summary=summary)
+        if real:
+            yield from self._shells.run(real, place, limit, options, watch)
+
+    def close(self):
+        if self._shells:
+            self._shells.close()
+
+
+def homogenise(folder: Path, monkeypatch, pool, request: Request | None = None, picture: bool = False) -> int:
+    """Exit code of a homogenisation in ``folder``/h."""
+    monkeypatch.chdir(folder)
+    monkeypatch.setattr(command, "_pool", lambda options: pool)
+    if not picture:
+        monkeypatch.setattr(command, "homogenise_picture", lambda *arguments: None)
+    options = HomogeniseOptions(out=OUT, quiet=True)
+    return homogenise_command(request or Request(variant="2", preset="quick"), options, "knittest homogenise ...")
+
+
+def outcome(folder: Path) -> dict:
+    """homogenise.json."""
+    return json.loads((folder / OUT / "homogenise.json").read_text())
