@@ -22,8 +22,8 @@ FRAME_ANGLE, NORMALISED = "frame_shear_angle_deg", "normalised_shear_force_n_per
 def homogenised_law(angle: Array, normalised: Array) -> tuple[Array, Array]:
     """Angles [deg] and conjugate force S [N/mm], (n,), from a frame's angle [deg] and normalised force [N/mm].
 
-    Means over steps of :data:`STEP`, from :data:`START` on, below it a line from (0, 0); the least change that lets none
-    fall (isotonic regression). Only the first loading counts. S dgamma is the work per reference area.
+    Means over steps of :data:`STEP`, from :data:`START` on, below it a line from (0, 0); the least change that lets
+    none fall (isotonic regression). Only the first loading counts. S dgamma is the work per reference area.
     """
     from scipy.optimize import isotonic_regression
 
@@ -53,7 +53,8 @@ def write_law(run: Path, out: Path) -> tuple[Array, Array]:
         raise InputError(f"{path}: no column {missing[0]}; expected the curve of a picture-frame run")
     angle, force = homogenised_law(curve[FRAME_ANGLE].to_numpy(float), curve[NORMALISED].to_numpy(float))
     if len(angle) < 3:
-        raise InputError(f"{path}: the frame went to {angle[-1]:g} deg only; expected at least {START + 2 * STEP:g} deg")
+        least = START + 2 * STEP
+        raise InputError(f"{path}: the frame went to {angle[-1]:g} deg only; expected at least {least:g} deg")
     rows = "".join(f"{a:.4f},{s:.6f}\n" for a, s in zip(angle, force, strict=True))
     head = f"# kind: simulated\n# source: picture frame of yarns, {run.name}\n{ANGLE},shear_force_n_per_mm\n"
     with replacing(out) as temporary:
