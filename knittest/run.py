@@ -92,7 +92,7 @@ def _specimens(run: Run, progress: Progress, opened: Opened) -> list[Specimen]:
         name = run.direction or run.rig.kind
         label = f"{name} {k + 1}/{count}" if count > 1 else name
         start = clock.perf_counter()
-        phase = partial(_announce, progress, label)
+        phase = partial(_announce, progress, label, TESTS[run.rig.kind].ends_at_failure)
         with opened.checkpoints.keeping(k) as keeper:
             found = partial(_log_overlaps, opened.folder, k)
             done.append(run_specimen(run, k, phase=phase, update=progress.update, keeper=keeper, found=found))
@@ -109,8 +109,8 @@ def _log_overlaps(folder: RunFolder, specimen: int, overlaps: Overlaps) -> None:
         folder.log("overlap", number=specimen, contacts=overlaps.count, largest_pct=largest, worst=overlaps.worst)
 
 
-def _announce(progress: Progress, label: str, text: str) -> None:
-    progress.phase(f"{label}: {text}")
+def _announce(progress: Progress, label: str, until_failure: bool, text: str) -> None:
+    progress.phase(f"{label}: {text}", until_failure=until_failure)
 
 
 def _references(run: Run) -> References:

@@ -15,7 +15,7 @@ _REFRESH_S = 0.1
 class Status:
     """Where a simulation stands: share done, simulated time [ms], step [us], kinetic energy over work, seconds left.
 
-    Share and seconds count to the largest strain; a test ends when the specimen has failed, which is mostly before.
+    Share and seconds count to the end of the rig's motion; a test ``until_failure`` mostly ends before.
     """
 
     fraction: float
@@ -23,10 +23,12 @@ class Status:
     step_us: float
     kinetic_ratio: float
     eta_s: float
+    until_failure: bool = False
 
     def text(self) -> str:
         """One line, without the share done."""
-        eta = f"ETA {duration(self.eta_s)} or until failure  " if self.fraction < 1.0 else ""
+        failure = " or until failure" if self.until_failure else ""
+        eta = f"ETA {duration(self.eta_s)}{failure}  " if self.fraction < 1.0 else ""
         ratio = f"kinetic/work {self.kinetic_ratio * 100:.2g} %"
         return f"{eta}time {self.time_ms:.3f} ms  step {self.step_us:.3g} us  {ratio}"
 
@@ -62,16 +64,17 @@ class Progress:
         if not quiet and stream is not None:
             self._display = _Bar(stream) if stream.isatty() else _Lines(stream, interval)
         self._phase: str | None = None
+        self._until_failure = False
         self._began = 0.0
         self._first: tuple[float, float] | None = None  # clock and fraction of the phase's first update
         self._shown = -math.inf
         self._last: Status | None = None  # of the phase
 
-    def phase(self, text: str) -> None:
-        """Begin a phase; the one before it ends with the time it took."""
+    def phase(self, text: str, *, until_failure: bool = False) -> None:
+        """Begin a phase, which a failure of the specimen may end; the one before it ends with the time it took."""
         self._end_phase()
         self._phase, self._began, self._first, self._shown = text, self._clock(), None, -math.inf
-        self._last = None
+        self._last, self._until_failure = None, until_failure
         self._safely(lambda display: display.begin(text))
 
     def update(self, fraction: float, time_ms: float, step_us: float, kinetic_ratio: float) -> None:
@@ -79,7 +82,8 @@ class Progress:
         now = self._clock()
         if self._first is None:
             self._first = (now, fraction)
-        status = self._last = Status(fraction, time_ms, step_us, kinetic_ratio, self._eta(now, fraction))
+        eta = self._eta(now, fraction)
+        status = self._last = Status(fraction, time_ms, step_us, kinetic_ratio, eta, self._until_failure)
         if self._display is None or now - self._shown < self._display.interval:
             return
         self._shown = now

@@ -80,7 +80,7 @@ def shear_law(run: Path, out: Path) -> None:
     angle, force = write_law(run, out)
     named = Path(*out.parts[1:]) if out.parts[:1] == ("data",) else out
     click.echo(f"{len(angle)} points up to {angle[-1]:.1f} deg and {force[-1]:.4g} N/mm; wrote {out}")
-    click.echo(f"  macro: {{shear: {{kind: table, curve: {named}, source: derived, ref: meso picture frame}}}}")
+    click.echo(f"  macro: {{shear: {{kind: table, curve: {named}, source: predicted, ref: meso picture frame}}}}")
 
 
 def _read(files: tuple[Path, ...], gauge_length: float | None, decimal: str | None, delimiter: str | None) -> list[Any]:

@@ -16,7 +16,7 @@ from pydantic_core import CoreSchema
 from knittest.config.unit_slips import likely_unit
 from knittest.units import to_kernel
 
-Source = Literal["measured", "derived", "tuned", "assumed", "user"]
+Source = Literal["measured", "derived", "tuned", "predicted", "assumed", "user"]
 
 
 class Strict(BaseModel):
@@ -54,7 +54,7 @@ class Quantity(BaseModel):
 
     value: float = Field(description="the number, in the unit of the field")
     sd: float | None = Field(None, ge=0, description="standard deviation, same unit")
-    source: Source = Field(description="measured, derived, tuned, assumed, or user (given on the command line)")
+    source: Source = Field(description="measured, derived, tuned, predicted, assumed, or user (given on the command line)")
     ref: str = Field("", description="table, equation or reasoning behind the number")
     tuned_on: list[str] = Field(default_factory=list, description="rows a tuned number was fitted to")
 

@@ -5,6 +5,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from knittest.config.loading import resolve
+from knittest.config.run import PictureFrameRun
 from knittest.errors import InputError
 from knittest.experiment.shear_csv import ANGLE
 from knittest.export.atomic import replacing
@@ -38,15 +40,17 @@ def homogenised_law(angle: Array, normalised: Array) -> tuple[Array, Array]:
 
 
 def write_law(run: Path, out: Path) -> tuple[Array, Array]:
-    """Read curve.csv of the picture-frame ``run`` and write its law to ``out``; returns it.
+    """Read curve.csv of the picture-frame ``run`` of yarns and write its law to ``out``; returns it.
 
-    Raises :class:`InputError` when the folder holds no such run or the frame went less than two steps.
+    The header says which fabric was sheared, and what was assumed of it. Raises :class:`InputError` when the folder
+    holds no such run, its frame went less than two steps, or it is of shells, which return the law they were given.
     """
     import pandas as pd
 
     path = run / "curve.csv"
     if not path.is_file():
         raise InputError(f"{run}: no curve.csv; expected the folder of a finished picture-frame run")
+    given = _config(run)
     curve = pd.read_csv(path, comment="#")
     missing = [c for c in (FRAME_ANGLE, NORMALISED) if c not in curve]
     if missing:
@@ -56,7 +60,33 @@ def write_law(run: Path, out: Path) -> tuple[Array, Array]:
         least = START + 2 * STEP
         raise InputError(f"{path}: the frame went to {angle[-1]:g} deg only; expected at least {least:g} deg")
     rows = "".join(f"{a:.4f},{s:.6f}\n" for a, s in zip(angle, force, strict=True))
-    head = f"# kind: simulated\n# source: picture frame of yarns, {run.name}\n{ANGLE},shear_force_n_per_mm\n"
+    head = "".join(f"# {line}\n" for line in _header(given)) + f"{ANGLE},shear_force_n_per_mm\n"
     with replacing(out) as temporary:
         temporary.write_text(head + rows, encoding="utf-8")
     return angle, force
+
+
+def _config(run: Path) -> PictureFrameRun:
+    given = resolve(config=run / "config.yaml")
+    if not isinstance(given, PictureFrameRun) or given.model.scale != "meso":
+        raise InputError(
+            f"{run}: {given.rig.kind}, {given.model.scale}; expected a picture frame of yarns (picture-frame, meso)"
+        )
+    return given
+
+
+def _header(given: PictureFrameRun) -> list[str]:
+    """Kind and source of the curve, and the numbers that its force hangs on, each with its own source."""
+    fabric, rig = given.fabric, given.rig
+    hangs_on = {
+        "yarn-yarn friction coefficient": fabric.contact.friction_coefficient,
+        "bending stiffness of the loops [N mm2]": fabric.knitting.bending_stiffness,
+        "degree of set of the loops": fabric.knitting.degree_of_set,
+    }
+    return [
+        "kind: simulated",
+        f"source: picture frame of yarns, {fabric.name} ({given.parameters}), {rig.side:g} mm",
+        *(f"{name}: {number.value:g} ({number.source})" for name, number in hangs_on.items()),
+        f"mean over {STEP:g} deg; conjugate to the shear angle, per reference area",
+        f"preset {given.model.preset}, rig.side={rig.side:g}, rig.max_angle={rig.max_angle:g}",
+    ]

@@ -37,6 +37,8 @@ class Test(Protocol):
 
     #: published quantities that it predicts
     quantities: tuple[str, ...]
+    #: whether a failure of the specimen ends it before the rig's motion does
+    ends_at_failure: bool
 
     def prepare(self, run: Any, specimen: int = 0, phase: Phase | None = None) -> Prepared:
         """Cut and mount specimen number ``specimen``."""

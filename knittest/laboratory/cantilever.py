@@ -38,6 +38,7 @@ class Cantilever:
     """See :class:`knittest.laboratory.base.Test`."""
 
     quantities = ("overhang_mm",)
+    ends_at_failure = False
 
     def prepare(self, run: CantileverRun, specimen: int = 0, phase: Phase | None = None) -> Prepared:
         """The strip flat over the edge, at the given or measured overhang."""

@@ -27,6 +27,7 @@ class Friction:
     """See :class:`knittest.laboratory.base.Test`."""
 
     quantities = ("mu_paper",)
+    ends_at_failure = False
 
     def prepare(self, run: FrictionRun, specimen: int = 0, phase: Phase | None = None) -> Prepared:
         """The strip between its plates; raises InputError for plates that do not cover it."""

@@ -40,6 +40,7 @@ class PictureFrame:
     """See :class:`knittest.laboratory.base.Test`."""
 
     quantities: tuple[str, ...] = ()
+    ends_at_failure = False
 
     def prepare(self, run: PictureFrameRun, specimen: int = 0, phase: Phase | None = None) -> Prepared:
         """The square, its diagonals along x and y."""

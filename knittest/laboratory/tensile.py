@@ -21,6 +21,7 @@ class Tensile:
     """See :class:`knittest.laboratory.base.Test`."""
 
     quantities = ("peak_force_n", "fracture_strain_pct")
+    ends_at_failure = True
 
     def prepare(self, run: TensileRun, specimen: int = 0, phase: Phase | None = None) -> Prepared:
         """Shells or yarns between the clamps."""

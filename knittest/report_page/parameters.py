@@ -12,6 +12,7 @@ SOURCES = {
     "measured": "Measured: tests of yarn and fabric, as published",
     "derived": "Derived: from measured numbers by a formula",
     "tuned": "Tuned: fitted to the rows named; these rows are no predictions",
+    "predicted": "Predicted: by the model of the yarns, on numbers of which some are assumed",
     "assumed": "Assumed: nobody measured them",
     "user": "Given by the user: source not stated",
 }

@@ -1,10 +1,14 @@
 """A picture frame of yarns as the shear law of the shells."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from knittest.cli.main import run as knittest
+from knittest.config.dumping import dump
+from knittest.config.loading import resolve
 from knittest.errors import InputError
+from knittest.experiment.curves import load_curve
 from knittest.experiment.shear_law import homogenised_law, write_law
 
 
@@ -31,6 +35,32 @@ def test_only_the_first_loading_counts():
     angle, force = frame_curve(lambda a: 1e-3 * a)
     back = homogenised_law(np.append(angle, angle[::-1]), np.append(force, -force))
     assert back[1] == pytest.approx(homogenised_law(angle, force)[1])
+
+
+def run_folder(folder, law, **of):
+    (folder / "config.yaml").write_text(dump(resolve(variant="2", test="picture-frame", preset="quick", **of)))
+    angle, force = frame_curve(law)
+    table = pd.DataFrame({"frame_shear_angle_deg": angle, "normalised_shear_force_n_per_mm": force})
+    table.to_csv(folder / "curve.csv", index=False)
+    return folder
+
+
+def test_the_file_says_what_its_force_hangs_on_and_is_read_as_a_law(tmp_path):
+    sets = ["fabric.contact.friction_coefficient=0.4"]
+    run = run_folder(tmp_path, lambda a: 1e-3 * a, scale="meso", sets=sets)
+    angle, force = write_law(run, tmp_path / "law.csv")
+    text = (tmp_path / "law.csv").read_text()
+    assert "# yarn-yarn friction coefficient: 0.4 (user)" in text
+    assert "# degree of set of the loops: 0.9 (assumed)" in text
+    curve = load_curve(tmp_path / "law.csv")
+    assert (curve.kind, curve.source) == ("simulated", "picture frame of yarns, pham2019-v2 (calibrated), 50 mm")
+    assert curve.x == pytest.approx(angle, abs=1e-4) and curve.mean == pytest.approx(force, abs=1e-6)
+
+
+def test_shells_have_no_law_of_their_own(tmp_path):
+    run = run_folder(tmp_path, lambda a: 1e-3 * a, scale="macro")
+    with pytest.raises(InputError, match="expected a picture frame of yarns"):
+        write_law(run, tmp_path / "law.csv")
 
 
 def test_folders_without_a_frame_are_refused(tmp_path):

@@ -14,6 +14,7 @@ import pytest
 from export_sample import quality
 
 from knittest.history import Quality
+from knittest.laboratory.registry import TESTS
 from knittest.terminal import Progress, duration
 from knittest.terminal_results import (
     HEADER,
@@ -51,13 +52,13 @@ class Broken(io.StringIO):
         raise BrokenPipeError(32, "Broken pipe")
 
 
-def drive(stream: io.StringIO, **options: Any) -> None:
+def drive(stream: io.StringIO, until_failure: bool = True, **options: Any) -> None:
     """A compilation of 18 s and a simulation of 20 s, reported each 0.25 s."""
     clock = Clock()
     with Progress(stream=stream, clock=clock, **options) as progress:
         progress.phase(COMPILING)
         clock.now += 18.0
-        progress.phase("warp: simulating")
+        progress.phase("warp: simulating", until_failure=until_failure)
         for step in range(81):
             progress.update(step / 80, 0.05 * step, 0.112, 0.003)
             clock.now += 0.25
@@ -72,6 +73,13 @@ def test_a_pipe_gets_plain_lines_every_few_seconds() -> None:
     assert [line[:6] for line in shown] == ["  25 %", "  50 %", "  75 %", " 100 %"]  # at 5, 10, 15 and 20 s
     assert shown[1] == "  50 %  ETA 0:10 or until failure  time 2.000 ms  step 0.112 us  kinetic/work 0.3 %"
     assert lines[-1] == "warp: simulating: done in 20.2 s" and "\x1b" not in stream.getvalue()
+
+
+def test_only_a_test_that_may_fail_says_so() -> None:
+    stream = io.StringIO()
+    drive(stream, until_failure=False)
+    assert "  50 %  ETA 0:10  time 2.000 ms" in stream.getvalue()
+    assert [kind for kind, test in TESTS.items() if test.ends_at_failure] == ["tensile"]
 
 
 @pytest.mark.parametrize("kind", [io.StringIO, Terminal])
