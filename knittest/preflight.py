@@ -1,11 +1,10 @@
 """What a run would do, and whether its speed matters."""
 
 from knittest.config.run import Run
+from knittest.halving import CONVERGED, LIMIT, changes, halving
 from knittest.history import OVERLAP_COUNTS
 from knittest.specimen import Prepared, prepare, run_specimen
 
-#: change of the first result on halving the speed that still counts as converged [-]; 2 % where it is not named
-CONVERGED = {"tensile": 0.01}
 #: bytes a node takes in all arrays, about
 BYTES_PER_NODE = 900
 
@@ -44,16 +43,14 @@ def _mass(run: Run, prepared: Prepared) -> str:
 
 
 def speed_study(run: Run) -> tuple[list[str], bool]:
-    """All results at the speed of ``run`` and at half of it; whether the first of them holds within its tolerance."""
-    half = run.model_copy(update={"solver": run.solver.model_copy(update={"speed": 0.5 * run.solver.speed})})
-    results = [run_specimen(r).results for r in (run, half)]
-    lines = [f"  {'':<28}{run.solver.speed:>10g} m/s{half.solver.speed:>10g} m/s    change"]
-    changes = {}
-    for name, fast in results[0].items():
-        slow = results[1][name]
-        changes[name] = fast / slow - 1.0 if slow else 0.0
-        lines.append(f"  {name:<28}{fast:>14.5g}{slow:>14.5g}{100.0 * changes[name]:>+9.2f} %")
-    first, limit = next(iter(changes)), CONVERGED.get(run.rig.kind, 0.02)
-    passed = abs(changes[first]) < limit
+    """All results of ``run`` and of its half speed; whether the first of them holds within its tolerance."""
+    study = halving(run)
+    fast, slow = (run_specimen(r).results for r in (study.run, study.half))
+    found = changes(fast, slow)
+    heads = [f"{value:g} {study.unit}".removesuffix(" -") for value in (study.value, 0.5 * study.value)]
+    lines = [f"  {study.setting:<34}{heads[0]:>14}{heads[1]:>14}    change"]
+    lines += [f"  {n:<34}{fast[n]:>14.5g}{slow[n]:>14.5g}{100.0 * found[n]:>+9.2f} %" for n in fast]
+    first, limit = next(iter(found)), CONVERGED.get(run.rig.kind, LIMIT)
+    passed = abs(found[first]) < limit
     lines.append(f"  {first}: {'within' if passed else 'NOT within'} {100.0 * limit:g} %")
     return lines, passed

@@ -23,6 +23,7 @@ COMMANDS = {
     "cantilever": ("knittest.cli.cantilever", "Bending under its own weight, macro."),
     "friction": ("knittest.cli.friction", "Pull-out between two plates, macro or meso."),
     "check": ("knittest.cli.check", "Show what a run would do; --convergence repeats it at half the speed."),
+    "speed-study": ("knittest.cli.speed_study", "Every test at its speed and at half of it, as a table."),
     "batch": ("knittest.cli.batch", "Run a sweep over any fields, on this machine or a cluster."),
     "regress": ("knittest.cli.regress", "Judge Table 3 row by row, and drift against a stored baseline; for CI."),
     "calibrate": ("knittest.cli.calibrate", "Find parameters from measured results."),

@@ -54,7 +54,9 @@ class Quantity(BaseModel):
 
     value: float = Field(description="the number, in the unit of the field")
     sd: float | None = Field(None, ge=0, description="standard deviation, same unit")
-    source: Source = Field(description="measured, derived, tuned, predicted, assumed, or user (given on the command line)")
+    source: Source = Field(
+        description="measured, derived, tuned, predicted, assumed, or user (given on the command line)"
+    )
     ref: str = Field("", description="table, equation or reasoning behind the number")
     tuned_on: list[str] = Field(default_factory=list, description="rows a tuned number was fitted to")
 

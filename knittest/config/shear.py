@@ -36,7 +36,9 @@ class ShearLaw(Strict):
         description="what the force of the points is: conjugate to the angle per reference area; normalised frame "
         "force F_s L_frame / L_fabric^2; Cauchy stress times thickness along a fibre. A CSV says it by its column",
     )
-    source: Source | None = Field(None, description="where a table comes from: measured, derived, tuned, predicted (by the yarns), assumed, user")
+    source: Source | None = Field(
+        None, description="where a table comes from: measured, derived, tuned, predicted (by the yarns), assumed, user"
+    )
     ref: str = Field("", description="table, figure or reasoning behind a table")
     friction_share: Quantity = number(ELASTIC, "1", "share of the force that is friction", ge=0, le=1)
     unloading_stiffness: Quantity | None = number(

@@ -5,11 +5,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from knittest.batch.live import Overview
+from knittest.batch.run_all import run_all
 from knittest.errors import InputError
 from knittest.export.atomic import resource_error, write_atomic
 from knittest.export.jsonfile import json_text
-from knittest.interrupts import Interrupted, Interrupts
 from knittest.regress import baseline as stored
 from knittest.regress.cases import LIMITS, Case, Level, Table, chosen_cases
 from knittest.regress.cost import table4_rows
@@ -19,9 +18,8 @@ from knittest.regress.junit import write_junit
 from knittest.regress.outcome import Outcome
 from knittest.regress.show import lines_of
 from knittest.terminal_results import print_json, print_text
-from knittest.trials.pool import LocalPool, Pool
+from knittest.trials.pool import LocalPool
 from knittest.trials.record import Record
-from knittest.trials.runner import TrialRunner
 from knittest.trials.trial import Trial
 
 LEDGER, RESULT = "ledger.jsonl", "regress.json"
@@ -56,7 +54,8 @@ def regress_command(options: RegressOptions) -> int:
         _check_writable(file)
     _check_folder(options.out)
     trials = {case: case.trial() for case in cases}
-    records = _run(list(trials.values()), options, LocalPool(options.workers, options.threads))
+    pool = LocalPool(options.workers, options.threads)
+    records = run_all(list(trials.values()), options.out, pool, limit=LIMITS[options.level], quiet=options.quiet)
     outcome = _outcome(options, trials, {c: records[t.key] for c, t in trials.items()}, before, path)
     write_atomic(options.out / RESULT, json_text(outcome.to_dict()))
     if options.junit is not None:
@@ -103,28 +102,6 @@ def _outcome(
         baseline=path,
         updated=updated,
     )
-
-
-def _run(trials: Sequence[Trial], options: RegressOptions, pool: Pool) -> dict[str, Record]:
-    """Records by key of all ``trials``, those that are finished from the ledger of the folder."""
-    by_key = {trial.key: trial for trial in trials}
-    records: dict[str, Record] = {}
-    try:
-        with (
-            Interrupts() as interrupts,
-            interrupts.deciding(),
-            Overview(len(by_key), quiet=options.quiet) as view,
-            TrialRunner(options.out, pool, limit=LIMITS[options.level], ledger=LEDGER, watch=view.watch) as runner,
-        ):
-            known = runner.finished(trials)
-            view.begin(len(known))
-            for record in runner.run(trials):
-                records[record.key] = record
-                if record.key not in known:
-                    view.ended(by_key[record.key], record)
-    except Interrupted as error:
-        raise Interrupted(f"{error}; what is finished is kept: go on with the same command") from None
-    return records
 
 
 def _place(options: RegressOptions, trial: Trial) -> Path:

@@ -13,7 +13,8 @@ from knittest.resources import PACKAGE
 
 #: sources that show, schedule or judge runs; a change of any other one makes all trials new
 AROUND = (
-    "cli", "batch", "calibrate", "homogenise", "regress", "report_page", "trials", "terminal.py", "terminal_results.py",
+    "cli", "batch", "calibrate", "homogenise", "regress", "report_page", "speed_study", "trials", "terminal.py",
+    "terminal_results.py",
 )  # fmt: skip
 KEY_DIGITS = 16
 

@@ -1,0 +1,52 @@
+"""A run and the same at half its speed, or, where nothing moves, with half of what decides on rest; what changes."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from knittest.config.run import Run
+
+#: change of the first result on halving the speed that still counts as converged [-]; 2 % where it is not named
+CONVERGED = {"tensile": 0.01}
+LIMIT = 0.02
+
+
+@dataclass(frozen=True)
+class Halving:
+    """``half`` is ``run`` with ``setting`` halved from ``value``, in ``unit``."""
+
+    run: Run
+    half: Run
+    setting: str
+    value: float
+    unit: str
+
+
+def halving(run: Run) -> Halving:
+    """What to halve: the speed; of a state at rest the residual of shells, of yarns, which settle in a fixed number of
+    steps, the step.
+    """
+    if run.rig.kind != "cantilever":
+        return _halved(run, "solver", "speed", "m/s")
+    return (
+        _halved(run, "rig", "tolerance", "-") if run.model.scale == "macro" else _halved(run, "solver", "safety", "-")
+    )
+
+
+def change(value: float | None, half: float | None) -> float:
+    """Share by which ``half`` differs from ``value``; NaN where one of them is not a number."""
+    if value is None or half is None or not math.isfinite(value) or not math.isfinite(half):
+        return math.nan
+    return 0.0 if value == half else half / value - 1.0 if value else math.inf
+
+
+def changes(results: Mapping[str, float], half: Mapping[str, float]) -> dict[str, float]:
+    """:func:`change` of every result."""
+    return {name: change(value, half.get(name)) for name, value in results.items()}
+
+
+def _halved(run: Run, part: str, name: str, unit: str) -> Halving:
+    holder = getattr(run, part)
+    value = getattr(holder, name)
+    half = run.model_copy(update={part: holder.model_copy(update={name: 0.5 * value})})
+    return Halving(run, half, f"{part}.{name}", value, unit)
