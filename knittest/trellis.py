@@ -40,6 +40,11 @@ def normalised_force(force: Any, angle: Any, fabric_side: float, frame_side: flo
     return along_side * frame_side / fabric_side**2
 
 
+def crosshead_of_normalised(normalised: Any, angle: Any, fabric_side: float, frame_side: float) -> Any:
+    """Crosshead force [N] of a normalised shear force [N/mm]: the inverse of :func:`normalised_force`."""
+    return normalised / normalised_force(1.0, angle, fabric_side, frame_side)
+
+
 def to_conjugate(value: Any, angle: Any, definition: Definition) -> Any:
     """S [N/mm] of a shear force by ``definition`` [N/mm]."""
     return value if definition == "conjugate" else value * np.cos(angle)

@@ -1,6 +1,6 @@
 """What ``knittest regress`` does: run what is left, judge, compare with the baseline, write."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal

@@ -18,6 +18,7 @@ from knittest.report_page.parameters import parameters, shown
 from knittest.report_page.pictures import pictures
 from knittest.report_page.repeat import repeat
 from knittest.report_page.results import ending, results
+from knittest.report_page.studies import studies
 
 #: name of the page in the folder it is about
 FILE = "report.html"
@@ -72,7 +73,8 @@ def run_sections(run: LoadedRun) -> list[Section]:
     """All sections on one run; the first stands over the others."""
     shown_curve, complete = curve(run)
     head = Section(f"run-{run.number}", f"Run {run.number}: {run.title}", [*ending(run), _facts(run)], level=2)
-    return [head, results(run), shown_curve, gates(run), parameters(run), pictures(run, complete), repeat(run)]
+    rest = [parameters(run), pictures(run, complete), repeat(run)]
+    return [head, results(run), shown_curve, gates(run), *studies(run), *rest]
 
 
 def render(page: Page) -> str:

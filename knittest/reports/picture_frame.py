@@ -8,6 +8,7 @@ import numpy as np
 
 from knittest.config.run import PictureFrameRun
 from knittest.experiment.curves import ReferenceCurve
+from knittest.experiment.simulated_studies import friction_curves
 from knittest.experiment.tables import PublishedValue
 from knittest.export.faces_picture import faces_picture
 from knittest.export.line_picture import Band, Level, Line, line_picture
@@ -18,7 +19,7 @@ from knittest.laboratory.shear_angles import angle_table, crossing_angles
 from knittest.laboratory.wrinkles import measure_wrinkles
 from knittest.reports.base import Columns, CurveAxes, Gate, References, draw_energies, energy_gates, title_of
 from knittest.specimen import Specimen
-from knittest.trellis import normalised_force
+from knittest.trellis import crosshead_of_normalised, normalised_force
 
 NORMALISED = "normalised_shear_force_n_per_mm"
 NORMALISED_LABEL = r"normalised shear force $F_s L_{frame} / L_{fabric}^2$ [N/mm]"
@@ -96,10 +97,24 @@ class PictureFrameReport:
             lines.append(Line(first[self.axes.x], first[column], f"simulated, specimen {k + 1}"))
         shown = [_in_unit(run, curve, normalised) for curve in references.curves]
         lines += [Line(c.x, c.mean, f"{c.source} ({c.kind})", "--") for c in shown]
+        lines += _other_friction(run, normalised)
         line_picture(
             path, lines, title=title_of(run), xlabel=self.axes.xlabel, ylabel=label, levels=self.levels(run),
             bands=_range(shown),
         )  # fmt: skip
+
+
+def _other_friction(run: PictureFrameRun, normalised: bool) -> list[Line]:
+    """The shipped sweep over yarn-yarn friction, which is not published: for yarns, a length as in this frame."""
+    if run.model.scale != "meso":
+        return []
+    side = run.rig.side
+    lines = []
+    for curve in friction_curves(run.fabric.experiment_variant or ""):
+        newton = crosshead_of_normalised(curve.force, np.deg2rad(curve.angle), side, run.rig.frame_side or side)
+        label = f"yarn-yarn friction {curve.coefficient:g} (simulated, shipped)"
+        lines.append(Line(curve.angle, curve.force if normalised else newton, label, ":"))
+    return lines
 
 
 def _in_unit(run: PictureFrameRun, curve: ReferenceCurve, normalised: bool) -> ReferenceCurve:

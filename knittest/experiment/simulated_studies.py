@@ -1,0 +1,68 @@
+"""Studies of the model itself, shipped as tables: what its speed and an unpublished coefficient do to its results.
+
+They were simulated, with the fabrics and settings their heads name, and are shown beside a run; nothing is judged by
+them.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knittest.resources import data_dir
+
+Array = NDArray[np.float64]
+
+FOLDER = "simulated"
+SPEED, YARN_FRICTION = "speed-study.csv", "yarn-friction.csv"
+ANGLE, FORCE = "frame_shear_angle_deg", "normalised_shear_force_n_per_mm"
+
+
+@dataclass(frozen=True)
+class FrictionCurve:
+    """Normalised shear force [N/mm] over the frame's angle [deg], (n,), at one yarn-yarn friction coefficient."""
+
+    coefficient: float
+    angle: Array
+    force: Array
+
+
+@dataclass(frozen=True)
+class SpeedRow:
+    """A result at a ``setting`` of ``value`` [``unit``], and at half of it; NaN where a run gave none."""
+
+    variant: str
+    preset: str
+    setting: str
+    unit: str
+    value: float
+    quantity: str
+    result: float
+    half: float
+
+
+def friction_curves(variant: str) -> list[FrictionCurve]:
+    """Picture frames of the yarns of ``variant``, by rising coefficient; empty for a fabric that was not swept."""
+    table = _table(YARN_FRICTION)
+    of = table[table["variant"] == variant]
+    return [
+        FrictionCurve(float(mu), one[ANGLE].to_numpy(float), one[FORCE].to_numpy(float))
+        for mu, one in of.groupby("friction_coefficient")
+    ]
+
+
+def speed_rows(test: str, scale: str) -> list[SpeedRow]:
+    """The study of ``test`` at ``scale``; empty where there is none."""
+    table = _table(SPEED)
+    of = table[(table["test"] == test) & (table["scale"] == scale)]
+    return [
+        SpeedRow(r.variant, r.preset, r.setting, r.unit, r.value, r.quantity, r.result, r.result_half)
+        for r in of.itertuples()
+    ]
+
+
+def _table(name: str) -> Any:
+    import pandas as pd
+
+    return pd.read_csv(data_dir() / FOLDER / name, comment="#", dtype={"variant": str})
