@@ -79,7 +79,8 @@ def _exercise(scale: Scale) -> None:
     """Simulate a tiny model of a shipped fabric with everything that a run calls."""
     from knittest.config.loading import resolve
 
-    run = resolve(variant="1", scale=scale)
+    line = ("fabric.macro.shear.kind=linear", "fabric.macro.shear.stiffness=0.05")  # no curve to be read
+    run = resolve(variant="1", scale=scale, sets=line)
     model = _crossing_yarns(run) if run.model.scale == "meso" else _small_strip(run)
     brief = run.solver.model_copy(update={"target_step": None})
     simulate(model, _Tug(), brief, Output(samples=20, frames=1))

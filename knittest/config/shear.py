@@ -52,7 +52,7 @@ class ShearLaw(Strict):
                 raise BoundsError("missing: kind linear needs it", "stiffness")
             return self
         if (self.curve is None) == (not self.points):
-            raise ValueError("kind table needs a curve (CSV) or points, one of them")
+            raise ValueError("kind table needs a curve (CSV) or points, one of them and the other null")
         if self.source is None:
             raise BoundsError("missing: where does the table come from?", "source")
         if self.points:

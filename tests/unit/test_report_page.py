@@ -199,7 +199,7 @@ def test_a_users_own_curves_are_judged_and_shown_by_the_picture_of_the_run(tmp_p
 
 
 def test_table_of_shear_stands_with_its_source(tmp_path: Path) -> None:
-    law = "fabric.macro.shear={kind: table, points: [[0, 0], [40, 0.2]], source: assumed, ref: a guess}"
+    law = "fabric.macro.shear={kind: table, curve: null, points: [[0, 0], [40, 0.2]], source: assumed, ref: a guess}"
     page = page_of(write_run(tmp_path / "r", "picture-frame", sets=(law,)))
     tables = page.tables(page.section("run-1-parameters"))
     (assumed,) = [rows for caption, rows in tables.items() if caption.startswith("Assumed")]
