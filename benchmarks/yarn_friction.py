@@ -12,6 +12,7 @@ import pandas as pd
 from knittest import __version__
 from knittest.cli.main import run
 from knittest.config.loading import resolve
+from knittest.experiment.shear_law import ENDS_OF_RAMP
 from knittest.experiment.simulated_studies import ANGLE, FOLDER, FORCE, YARN_FRICTION
 
 ROOT = Path(__file__).parents[1]
@@ -21,10 +22,11 @@ ANGLES = ("10", "20", "30", "40")
 
 
 def curves(folder: Path) -> pd.DataFrame:
-    """Means over a degree about each whole degree of every run: variant, coefficient, angle, force."""
+    """Means over a degree about each whole degree, at the constant rate: variant, coefficient, angle, force."""
     tables = []
     for path in sorted(folder.glob("trials/*/curve.csv")):
         given, curve = resolve(config=path.parent / "config.yaml"), pd.read_csv(path)
+        curve = curve[curve["time_ms"] > ENDS_OF_RAMP * given.solver.ramp]
         mean = curve.groupby(curve[ANGLE].round())[[FORCE]].mean()
         mean = mean[(mean.index > 0) & (mean.index < given.rig.max_angle)].rename_axis(ANGLE).reset_index()
         mean.insert(0, "friction_coefficient", given.fabric.contact.friction_coefficient.value)
@@ -37,7 +39,7 @@ def write_data(table: pd.DataFrame, side: float) -> None:
     """Write the shipped table with what it is in its head."""
     head = (
         f"# kind: simulated\n# source: configs/sweeps/yarn-friction.yaml, picture frame of yarns, {side:g} mm, "
-        f"version {__version__}\n# means over 1 deg; friction coefficients are assumed, none is published\n"
+        f"version {__version__}\n# means over 1 deg, from the constant shear rate on; friction coefficients are assumed, none is published\n"
     )
     text = table.to_csv(index=False, float_format="%.6g")
     (ROOT / "data" / FOLDER / YARN_FRICTION).write_text(head + text)
