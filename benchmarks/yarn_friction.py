@@ -12,7 +12,7 @@ import pandas as pd
 from knittest import __version__
 from knittest.cli.main import run
 from knittest.config.loading import resolve
-from knittest.experiment.shear_law import ENDS_OF_RAMP
+from knittest.experiment.shear_law import START
 from knittest.experiment.simulated_studies import ANGLE, FOLDER, FORCE, YARN_FRICTION
 
 ROOT = Path(__file__).parents[1]
@@ -22,13 +22,12 @@ ANGLES = ("10", "20", "30", "40")
 
 
 def curves(folder: Path) -> pd.DataFrame:
-    """Means over a degree about each whole degree, at the constant rate: variant, coefficient, angle, force."""
+    """Means over a degree about each whole degree above START: variant, coefficient, angle, force."""
     tables = []
     for path in sorted(folder.glob("trials/*/curve.csv")):
         given, curve = resolve(config=path.parent / "config.yaml"), pd.read_csv(path)
-        curve = curve[curve["time_ms"] > ENDS_OF_RAMP * given.solver.ramp]
         mean = curve.groupby(curve[ANGLE].round())[[FORCE]].mean()
-        mean = mean[(mean.index > 0) & (mean.index < given.rig.max_angle)].rename_axis(ANGLE).reset_index()
+        mean = mean[(mean.index > START) & (mean.index < given.rig.max_angle)].rename_axis(ANGLE).reset_index()
         mean.insert(0, "friction_coefficient", given.fabric.contact.friction_coefficient.value)
         mean.insert(0, "variant", given.fabric.experiment_variant)
         tables.append(mean)
@@ -38,15 +37,16 @@ def curves(folder: Path) -> pd.DataFrame:
 def write_data(table: pd.DataFrame, side: float) -> None:
     """Write the shipped table with what it is in its head."""
     head = (
-        f"# kind: simulated\n# source: configs/sweeps/yarn-friction.yaml, picture frame of yarns, {side:g} mm, "
-        f"version {__version__}\n# means over 1 deg, from the constant shear rate on; friction coefficients are assumed, none is published\n"
+        "# kind: simulated\n"
+        f"# source: {SWEEP.relative_to(ROOT)}, picture frame of yarns, {side:g} mm, version {__version__}\n"
+        "# means over 1 deg; the friction coefficients are assumed, none is published\n"
     )
     text = table.to_csv(index=False, float_format="%.6g")
     (ROOT / "data" / FOLDER / YARN_FRICTION).write_text(head + text)
 
 
 def rows(folder: Path) -> list[str]:
-    """Markdown: forces of every run, and how far the largest coefficient lies from the smallest."""
+    """Markdown: forces of every run."""
     lines = ["| variant | friction | " + " | ".join(f"{a} deg [N]" for a in ANGLES) + " | energy error |"]
     lines.append("|---" * (len(ANGLES) + 3) + "|")
     found = []

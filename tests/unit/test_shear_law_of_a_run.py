@@ -40,9 +40,7 @@ def test_only_the_first_loading_counts():
 def run_folder(folder, law, **of):
     (folder / "config.yaml").write_text(dump(resolve(variant="2", test="picture-frame", preset="quick", **of)))
     angle, force = frame_curve(law)
-    time = 0.2 * angle
-    force = force + np.where(time < 4.0, 1.0, 0.0)  # what it takes to bring the frame up to its rate, in two ramps
-    table = pd.DataFrame({"time_ms": time, "frame_shear_angle_deg": angle, "normalised_shear_force_n_per_mm": force})
+    table = pd.DataFrame({"frame_shear_angle_deg": angle, "normalised_shear_force_n_per_mm": force})
     table.to_csv(folder / "curve.csv", index=False)
     return folder
 
@@ -56,7 +54,6 @@ def test_the_file_says_what_its_force_hangs_on_and_is_read_as_a_law(tmp_path):
     assert "# degree of set of the loops: 0.9 (assumed)" in text
     curve = load_curve(tmp_path / "law.csv")
     assert (curve.kind, curve.source) == ("simulated", "picture frame of yarns, pham2019-v2 (calibrated), 50 mm")
-    assert angle[1] > 20.0 and force == pytest.approx(1e-3 * angle, rel=5e-3)
     assert curve.x == pytest.approx(angle, abs=1e-4) and curve.mean == pytest.approx(force, abs=1e-6)
 
 
