@@ -75,7 +75,7 @@ class PictureFrame:
     def _yarns(self, run: PictureFrameRun, specimen: int, phase: Phase | None) -> Prepared:
         start = clock.perf_counter()
         side, fabric = run.rig.kernel("side"), run.fabric
-        n_wales, n_courses = (max(round(side / s), 2) for s in (fabric.wale_spacing, fabric.course_spacing))
+        n_wales, n_courses = _whole_pitches(run)
         piece = cut(run, n_wales, n_courses, specimen, phase)
         size = np.array([n_wales * fabric.wale_spacing, n_courses * fabric.course_spacing, 0.0])
         paths = [replace(p, points=_turned(p.points - 0.5 * size)) for p in piece.paths]
@@ -118,6 +118,21 @@ class PictureFrame:
         energies = energies | {"kinetic_ratio": np.abs(energies["kinetic_mj"] - own) / np.maximum(work, 1e-30)}
         history = replace(history, energies=energies)
         return assess(history, run.solver, cost.penetration_max, cost.penetration_mean, prepared.model.added_mass)
+
+
+def fabric_side(run: PictureFrameRun) -> float:
+    """Side [mm] of a square of the fabric's area, which of yarns comes in whole pitches."""
+    side = run.rig.kernel("side")
+    if run.model.scale == "macro":
+        return side
+    n_wales, n_courses = _whole_pitches(run)
+    return sqrt(n_wales * run.fabric.wale_spacing * n_courses * run.fabric.course_spacing)
+
+
+def _whole_pitches(run: PictureFrameRun) -> tuple[int, int]:
+    """Wales and courses of the square of yarns."""
+    side = run.rig.kernel("side")
+    return max(round(side / run.fabric.wale_spacing), 2), max(round(side / run.fabric.course_spacing), 2)
 
 
 def forces_at(history: History, most: float) -> dict[str, float]:

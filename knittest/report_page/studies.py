@@ -7,6 +7,7 @@ import numpy as np
 from knittest.config.run import PictureFrameRun
 from knittest.experiment.simulated_studies import SpeedRow, friction_curves, speed_rows
 from knittest.halving import LIMIT, change
+from knittest.laboratory.picture_frame import fabric_side
 from knittest.report_page.blocks import Block, Cell, Section, Table, Text
 from knittest.report_page.loading import LoadedRun
 from knittest.result_rows import LABELS
@@ -61,7 +62,7 @@ def _friction(run: LoadedRun) -> list[Block]:
     if not curves:
         return []
     rig, used = given.rig, given.fabric.contact.friction_coefficient
-    sides = rig.side, rig.frame_side or rig.side
+    sides = fabric_side(given), rig.frame_side or rig.side
     rows = []
     for curve in curves:
         force = np.interp(ANGLES, curve.angle, curve.force, right=np.nan)

@@ -14,7 +14,7 @@ from knittest.export.faces_picture import faces_picture
 from knittest.export.line_picture import Band, Level, Line, line_picture
 from knittest.export.map_picture import height_picture
 from knittest.export.shear_picture import shear_picture
-from knittest.laboratory.picture_frame import MAPPED, frame_at, material_angles, material_scatter
+from knittest.laboratory.picture_frame import MAPPED, fabric_side, frame_at, material_angles, material_scatter
 from knittest.laboratory.shear_angles import angle_table, crossing_angles
 from knittest.laboratory.wrinkles import measure_wrinkles
 from knittest.reports.base import Columns, CurveAxes, Gate, References, draw_energies, energy_gates, title_of
@@ -108,10 +108,10 @@ def _other_friction(run: PictureFrameRun, normalised: bool) -> list[Line]:
     """The shipped sweep over yarn-yarn friction, which is not published: for yarns, a length as in this frame."""
     if run.model.scale != "meso":
         return []
-    side = run.rig.side
+    sides = fabric_side(run), run.rig.frame_side or run.rig.side
     lines = []
     for curve in friction_curves(run.fabric.experiment_variant or ""):
-        newton = crosshead_of_normalised(curve.force, np.deg2rad(curve.angle), side, run.rig.frame_side or side)
+        newton = crosshead_of_normalised(curve.force, np.deg2rad(curve.angle), *sides)
         label = f"yarn-yarn friction {curve.coefficient:g} (simulated, shipped)"
         lines.append(Line(curve.angle, curve.force if normalised else newton, label, ":"))
     return lines
