@@ -156,8 +156,8 @@ def _presets(kind: str) -> str:
         for path in columns[0]:
             if path in ("model.preset", "model.scale") or f"model.{'macro' if scale == 'meso' else 'meso'}." in path:
                 continue
-            rows.append((scale, f"`{path}`", *(f"{column[path]:g}" for column in columns)))
-    told = "What a preset, or the test itself, sets instead of the defaults."
+            rows.append((scale, f"`{path}`", *(f"{column[path]:g}" if path in column else "-" for column in columns)))
+    told = "What a preset, or the test itself, sets instead of the defaults (-: not set)."
     told += f" Scale if none is asked for: {default_scale(kind)}."
     return f"{told}\n\n{table(('scale', 'field', *PRESETS), rows)}"
 

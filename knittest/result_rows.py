@@ -42,6 +42,23 @@ LABELS = {
     "wrinkle_onset_deg": ("wrinkle onset [deg]", "{:.1f}"),
     "wrinkle_amplitude_mm_at_40deg": ("wrinkle amplitude at 40 deg [mm]", "{:.2f}"),
     "wrinkle_count_at_40deg": ("wrinkles at 40 deg", "{:.0f}"),
+    "stamp_force_max_n": ("stamp force, largest [N]", "{:.1f}"),
+    "max_shear_angle_deg": ("shear angle, largest [deg]", "{:.1f}"),
+    "max_wrinkle_height_mm": ("wrinkle height, largest [mm]", "{:.2f}"),
+    "wrinkled_area_pct": ("area above half the thickness [%]", "{:.1f}"),
+    "draw_in_max_mm": ("draw-in, largest [mm]", "{:.1f}"),
+    "max_yarn_force_n": ("yarn force, largest [N]", "{:.2f}"),
+    "max_yarn_utilisation_pct": ("yarn force over strength [%]", "{:.2f}"),
+    "yarns_at_risk": ("yarns at risk", "{:.0f}"),
+    "shear_angle_p95_deg": ("shear angle, 95th percentile [deg]", "{:.1f}"),
+    "shear_angle_inner_corners_p95_deg": ("same, at the inner corners [deg]", "{:.1f}"),
+    "shear_angle_elsewhere_p95_deg": ("same, elsewhere [deg]", "{:.1f}"),
+    "wrinkle_height_p95_mm": ("wrinkle height, 95th percentile [mm]", "{:.2f}"),
+    "wrinkle_height_on_stamp_mm": ("wrinkle height under the stamp [mm]", "{:.2f}"),
+    "draw_in_warp_mm": ("draw-in, warp ends, middle [mm]", "{:.1f}"),
+    "draw_in_weft_mm": ("draw-in, weft ends, middle [mm]", "{:.1f}"),
+    "tool_penetration_max_um": ("deepest penetration of a tool [um]", "{:.1f}"),
+    "crossings_out_of_order": ("crossings out of order", "{:.0f}"),
 }
 #: what a kind of row is worth
 KINDS = {

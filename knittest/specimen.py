@@ -2,7 +2,7 @@
 
 import time as clock
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numba
 import numpy as np
@@ -20,13 +20,14 @@ SERIAL_BELOW = 2000
 
 @dataclass(frozen=True)
 class Specimen:
-    """Outcome of one specimen."""
+    """Outcome of one specimen; ``facts`` are numbers of its model that pictures need."""
 
     history: History
     results: dict[str, float]
     quality: Quality
     cost: Cost
     yarns: dict[str, np.ndarray]
+    facts: dict[str, float] = field(default_factory=dict)
 
 
 def prepare(run: Run, specimen: int = 0, phase: Phase | None = None) -> Prepared:
@@ -69,6 +70,7 @@ def run_specimen(
         test.assess(run, prepared, history, cost),
         _cost(cost, elements, (clock.perf_counter() - start, clock.process_time() - cpu), compile_s, prepared, used),
         prepared.yarns,
+        prepared.facts,
     )
 
 

@@ -27,6 +27,7 @@ def specimen_state(specimen: Specimen, frames: bool) -> State:
         "results": specimen.results,
         "quality": asdict(specimen.quality),
         "cost": asdict(specimen.cost),
+        "facts": specimen.facts,
     }
     state = {"plain": np.array(json.dumps(plain, default=_plain))} | arrays_of("mesh", mesh, MESH_ARRAYS)
     state |= prefixed("curve", history.curve) | prefixed("energies", history.energies)
@@ -50,7 +51,7 @@ def specimen_of(state: State) -> Specimen:
     )  # fmt: skip
     lists = {name: tuple(plain["quality"][name]) for name in ("failures", "warnings")}
     quality = Quality(**(plain["quality"] | lists))
-    return Specimen(history, plain["results"], quality, Cost(**plain["cost"]), under(state, "yarns"))
+    return Specimen(history, plain["results"], quality, Cost(**plain["cost"]), under(state, "yarns"), plain["facts"])
 
 
 def _plain(value: Any) -> Any:

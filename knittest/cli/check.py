@@ -9,7 +9,9 @@ from knittest.cli.options import describes_run, resolve_runs
 
 @click.command()
 @describes_run
-@click.argument("test", type=click.Choice(["tensile", "picture-frame", "cantilever", "friction"]), default="tensile")
+@click.argument(
+    "test", type=click.Choice(["tensile", "picture-frame", "cantilever", "friction", "forming"]), default="tensile"
+)
 @click.option("--direction", type=click.Choice(["warp", "weft", "both"]), default=None, help="[default: both]")
 @click.option("--convergence", is_flag=True, help="Run the test at its speed and at half of it, and compare.")
 def check(test: str, direction: str | None, convergence: bool, **chosen: Any) -> int:
@@ -19,7 +21,7 @@ def check(test: str, direction: str | None, convergence: bool, **chosen: Any) ->
 
     Example: knittest check tensile --variant 2 --scale meso --preset paper
     """
-    runs = resolve_runs(test, None if test == "picture-frame" else direction or "default", chosen)
+    runs = resolve_runs(test, None if test in ("picture-frame", "forming") else direction or "default", chosen)
     from knittest.preflight import preflight, speed_study
 
     code = 0

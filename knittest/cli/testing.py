@@ -1,5 +1,6 @@
 """Makes the command of a test: the same options for all, a direction where the specimen is a strip."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +18,13 @@ _FOLDER = (
 )
 
 
-def test_command(kind: str, text: str, directional: bool = True) -> click.Command:
-    """The command ``knittest <kind>`` with help ``text``."""
+def test_command(
+    kind: str, text: str, directional: bool = True, shortcuts: Mapping[str, tuple[str, str]] | None = None
+) -> click.Command:
+    """The command ``knittest <kind>`` with help ``text``; ``shortcuts`` are options for numbers of the rig: the field
+    and the help by name.
+    """
+    fields = {name.replace("-", "_"): field for name, (field, _) in (shortcuts or {}).items()}
 
     def command(
         out: Path | None,
@@ -34,6 +40,8 @@ def test_command(kind: str, text: str, directional: bool = True) -> click.Comman
     ) -> int:
         from knittest.options import RunOptions
 
+        given = {field: chosen.pop(name) for name, field in fields.items()}
+        chosen["sets"] = (*chosen["sets"], *(f"{field}={v:g}" for field, v in given.items() if v is not None))
         options = RunOptions(out, threads, as_json, quiet, not no_frames, against=against)
         if resume is not None:
             if direction or out or any(chosen.values()):
@@ -50,6 +58,8 @@ def test_command(kind: str, text: str, directional: bool = True) -> click.Comman
 
     command.__doc__ = text
     wrapped: Any = reports(command)
+    for name, (_, meaning) in (shortcuts or {}).items():
+        wrapped = click.option(f"--{name}", type=float, help=meaning)(wrapped)
     for option in reversed(_FOLDER):
         wrapped = option(wrapped)
     if directional:

@@ -57,7 +57,7 @@ class Parameter(Strict):
 class Test(Strict):
     """A test to run at every point; what it does not say is that of ``base``."""
 
-    test: Literal["tensile", "picture-frame", "cantilever", "friction"] = Field(description="kind of test")
+    test: Literal["tensile", "picture-frame", "cantilever", "friction", "forming"] = Field(description="kind of test")
     direction: Direction | None = Field(None, description="warp or weft")
     config: str | None = Field(None, description="a rig file, seen from the folder of this file")
     scale: Scale | None = Field(None, description="macro or meso")

@@ -7,6 +7,7 @@ from pydantic import Field, model_validator
 
 from knittest.config.base import BoundsError, Strict, number
 from knittest.config.fabric import Direction
+from knittest.config.tools import Die, Holder, Stamp, check_fit
 
 
 class StripRig(Strict):
@@ -112,4 +113,36 @@ class FrictionRig(StripRig):
     )  # fmt: skip
 
 
-Rig = TensileRig | PictureFrameRig | CantileverRig | FrictionRig
+class FormingRig(Strict):
+    """Forming: a stamp draws a blank into a die, warp along y, with or without a blank holder."""
+
+    kind: Literal["forming"] = "forming"
+    blank_length: float = number(330.0, "mm", "blank along the warp, y", gt=0, band=(20, 2000))
+    blank_width: float = number(330.0, "mm", "blank along the weft, x", gt=0, band=(20, 2000))
+    depth: float = number(40.0, "mm", "travel of the stamp from the face of the blank", gt=0, band=(1, 500))
+    stamp: Stamp = Field(default_factory=Stamp, description="the stamp")
+    die: Die = Field(default_factory=Die, description="the die")
+    holder: Holder = Field(default_factory=Holder, description="the blank holder, if there is a force on it")
+    blank_holder_force: float = number(0.0, "N", "force on the blank holder; 0: no holder", ge=0, le=1e5)
+    static_coefficient: float = number(
+        0.075, "1", "Coulomb coefficient between fabric and tools before it slips: one face of the friction test",
+        ge=0, le=2,
+    )  # fmt: skip
+    kinetic_coefficient: float = number(0.075, "1", "Coulomb coefficient while it slips", ge=0, le=2)
+    gravity: float = number(9.81, "m/s2", "gravity", ge=0, le=100)
+    imperfection: float = number(0.05, "mm", "amplitude of the seeded unevenness from which wrinkles start", ge=0, le=5)
+    membrane_share: float = number(
+        0.05, "1", "share of the membrane or axial stiffness that is kept: yarns are far from their strength, and the "
+        "step grows", gt=0, le=1,
+    )  # fmt: skip
+    risk_share: float = number(
+        0.5, "1", "share of its strength at which a yarn counts as at risk of damage", gt=0, le=1
+    )
+
+    @model_validator(mode="after")
+    def _tools_fit(self) -> Self:
+        check_fit(self.stamp, self.die, self.holder if self.blank_holder_force > 0.0 else None, self.kernel("depth"))
+        return self
+
+
+Rig = TensileRig | PictureFrameRig | CantileverRig | FrictionRig | FormingRig

@@ -6,7 +6,7 @@ from pydantic import Field, model_validator
 
 from knittest.config.base import BoundsError, Strict, number
 from knittest.config.fabric import YARN_LEVEL, Fabric
-from knittest.config.rigs import CantileverRig, FrictionRig, PictureFrameRig, Rig, TensileRig
+from knittest.config.rigs import CantileverRig, FormingRig, FrictionRig, PictureFrameRig, Rig, TensileRig
 
 Scale = Literal["macro", "meso"]
 Preset = Literal["quick", "standard", "paper"]
@@ -131,10 +131,17 @@ class FrictionRun(Run):
     rig: FrictionRig = Field(default_factory=FrictionRig)
 
 
+class FormingRun(Run):
+    """A forming test."""
+
+    rig: FormingRig = Field(default_factory=FormingRig)
+
+
 #: the run model of every kind of test
 RUNS: dict[str, type[Run]] = {
     "tensile": TensileRun,
     "picture-frame": PictureFrameRun,
     "cantilever": CantileverRun,
     "friction": FrictionRun,
+    "forming": FormingRun,
 }

@@ -25,7 +25,9 @@ class Base(Strict):
     """What all runs share; a list makes a run of each."""
 
     test: Names = Field(
-        default_factory=lambda: ["tensile"], min_length=1, description="tensile, picture-frame, cantilever, friction"
+        default_factory=lambda: ["tensile"],
+        min_length=1,
+        description="tensile, picture-frame, cantilever, friction, forming",
     )
     variant: Names = Field(default_factory=list, description="shipped fabrics: 1, 2, or names of configs/NAME.yaml")
     fabric: Names = Field(default_factory=list, description="fabric files, seen from the folder of the sweep")

@@ -119,7 +119,15 @@ class Opening(Strict):
 
 
 class Die(Opening):
-    """The die: a block under the blank, with a vertical opening right through it."""
+    """The die: a block under the blank, with a vertical opening and a flat floor.
+
+    Without the floor the fabric between the walls may sag below the stamp, and need not shear at its inner corners.
+    """
+
+    floor_gap: float | None = number(
+        3.0, "mm", "gap between the floor and the fabric under the drawn stamp: room for folds; none: no floor",
+        ge=0, le=100,
+    )  # fmt: skip
 
 
 class Holder(Opening):

@@ -27,9 +27,22 @@ _RESULTS = (
     "wrinkles.png",
     "shear-angle.png",
     "pressure.png",
+    "draw-in.png",
+    "yarn-forces.png",
     "report.html",
 )
-_TABLES = ("curve.csv", "energies.csv", "contacts.csv", "yarns.csv", "shear-angle.csv", "pressure.csv")
+_TABLES = (
+    "curve.csv",
+    "energies.csv",
+    "contacts.csv",
+    "yarns.csv",
+    "shear-angle.csv",
+    "pressure.csv",
+    "draw-in.csv",
+    "yarn-forces.csv",
+    "shear-field.csv",
+    "height-field.csv",
+)
 CHECKPOINTS = "checkpoint-*.npz"
 _OWN = ("manifest.json", "config.yaml", "log.jsonl", "frames.pvd", LOCK_NAME, *_RESULTS, *_TABLES)
 

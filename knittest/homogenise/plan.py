@@ -6,6 +6,7 @@ from pathlib import Path
 
 from knittest.config.fabric import Direction
 from knittest.config.loading import resolve
+from knittest.config.rigs import StripRig
 from knittest.config.run import CantileverRun, PictureFrameRun, Run, TensileRun
 from knittest.config.settings import Setting, parse_set
 from knittest.errors import InputError
@@ -104,7 +105,7 @@ def shell_run(piece: Piece, yarns: Run, card: Path, last_angle: float) -> Run:
 
 def width(run: Run) -> float:
     """Width [mm] of a strip of whole yarns: their number times their distance."""
-    assert run.rig.kind != "picture-frame"
+    assert isinstance(run.rig, StripRig)
     direction = run.rig.direction
     return yarns_across(run, direction) / run.fabric.kernel(f"{direction}_density")
 

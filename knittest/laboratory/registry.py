@@ -3,6 +3,7 @@
 from typing import Any
 
 from knittest.laboratory.cantilever import Cantilever
+from knittest.laboratory.forming import Forming
 from knittest.laboratory.friction import Friction
 from knittest.laboratory.picture_frame import PictureFrame
 from knittest.laboratory.tensile import Tensile
@@ -12,4 +13,5 @@ TESTS: dict[str, Any] = {
     "cantilever": Cantilever(),
     "friction": Friction(),
     "picture-frame": PictureFrame(),
+    "forming": Forming(),
 }

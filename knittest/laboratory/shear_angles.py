@@ -44,14 +44,14 @@ def crossing_angles(mesh: Mesh, frame: Frame) -> tuple[Array, Array]:
 
     Directions are those of the pieces of both yarns, one pitch long, that cross there.
     """
-    warp, weft = (_pieces(mesh, frame, s) for s in ("warp", "weft"))
+    warp, weft = (pieces(mesh, frame, s) for s in ("warp", "weft"))
     across = weft[0].transpose(1, 0, 2)
     cosine = np.sum(warp[0] * across, axis=2)
     cosine /= np.linalg.norm(warp[0], axis=2) * np.linalg.norm(across, axis=2)
     return np.arcsin(cosine).ravel(), warp[1][..., :2].reshape(-1, 2)
 
 
-def _pieces(mesh: Mesh, frame: Frame, system: str) -> tuple[Array, Array]:
+def pieces(mesh: Mesh, frame: Frame, system: str) -> tuple[Array, Array]:
     """Direction and middle of each pitch of all yarns of a system, both (n_yarns, n_pitches, 3) [mm]."""
     parts = {s: np.unique(mesh.yarn[mesh.part == mesh.part_names.index(s)]) for s in ("warp", "weft")}
     pitches = len(parts["weft" if system == "warp" else "warp"])

@@ -5,11 +5,10 @@ from math import atan2, degrees
 import numpy as np
 
 from knittest.config.run import CantileverRun
-from knittest.errors import InputError
 from knittest.history import Frame
-from knittest.kernels.shell_state import Laminate
 from knittest.laboratory.base import Prepared, fabric_laminate
 from knittest.laboratory.mounting import Mounting, Rest, root_moment, weights
+from knittest.materials.laminate import softened
 from knittest.models.boundary import Boundary, new_tally
 from knittest.models.macro import build_rectangle
 from knittest.relaxation import relax
@@ -22,27 +21,12 @@ def mount_shells(run: CantileverRun, overhang: float) -> Prepared:
     rows = max(round(overhang / size), 4)
     step = overhang / rows
     y = np.concatenate([[-step], step * np.arange(rows + 1)])
-    soft = _softened(fabric_laminate(run), run.rig.membrane_share)
+    soft = softened(fabric_laminate(run), run.rig.membrane_share)
     model = build_rectangle(run.fabric, soft, run.rig.direction, y, run.rig.kernel("width"), size)
     area = run.rig.kernel("width") * (overhang + step)
     test = Mounting(model.position(), weights(run, model, area))
     facts = {"overhang_mm": overhang, "width_mm": run.rig.kernel("width"), "area_mm2": area}
     return Prepared(model, test, facts=facts)
-
-
-def _softened(card: Laminate, share: float) -> Laminate:
-    """A share of the membrane stiffness at rest, with the same bending; the outer layers' part cannot be less than
-    itself.
-
-    The weight of a strip strains it by some 1e-4 at most, before any knee of a tension curve that counts: a line does.
-    """
-    slope = np.zeros_like(card.slope)
-    slope[:, 0] = share * (card.slope[:, 0] + 2.0 * card.outer) - 2.0 * card.outer
-    if (slope[:, 0] <= 0.0).any():
-        raise InputError(
-            f"rig.membrane_share = {share:g}: leaves less membrane stiffness than bending needs; expected more"
-        )
-    return card._replace(slope=slope, compression=slope[:, 0])
 
 
 def shells_to_rest(prepared: Prepared, run: CantileverRun, cost: SimulationCost) -> Rest:

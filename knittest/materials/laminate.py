@@ -81,6 +81,23 @@ def laminate(
     )
 
 
+def softened(card: Laminate, share: float) -> Laminate:
+    """A share of the membrane stiffness at rest, with the same bending; the outer layers' part cannot be less than
+    itself. Shells break at the force at which they would, in tension and compression they are linear.
+
+    For tests that strain a fabric so little that no knee of its tension curve counts.
+    """
+    slope = np.zeros_like(card.slope)
+    slope[:, 0] = share * (card.slope[:, 0] + 2.0 * card.outer) - 2.0 * card.outer
+    if (slope[:, 0] <= 0.0).any():
+        raise InputError(
+            f"rig.membrane_share = {share:g}: leaves less membrane stiffness than bending needs; expected more"
+        )
+    strength = (card.slope * np.maximum(card.fail_strain[:, None] - card.knee, 0.0)).sum(axis=1)
+    fail = (strength + 2.0 * card.outer * card.fail_strain) / (slope[:, 0] + 2.0 * card.outer)
+    return card._replace(slope=slope, compression=slope[:, 0], fail_strain=fail)
+
+
 def _tension_points(
     fabric: Fabric, direction: Direction, curve: tuple[Array, Array], fail: float
 ) -> tuple[Array, Array]:

@@ -8,11 +8,14 @@ from knittest.report_page.blocks import Block, Cell, Section, Table, Text, Tone
 from knittest.report_page.curves import overlay
 from knittest.report_page.loading import LoadedRun
 from knittest.report_page.parameters import leaves, quantities, shown, shown_quantity, unit_of
+from knittest.report_page.pictures import CAPTIONS, picture
 from knittest.report_page.results import rows_of
 from knittest.result_rows import ResultRow
 
 #: columns of runs that fit a sheet of paper
 ABREAST = 4
+#: pictures that are shown run by run beside each other
+ABREAST_PICTURES = ("deformed.png", "shear-angle.png", "wrinkles.png", "draw-in.png")
 
 
 def overview(runs: Sequence[LoadedRun], notes: Sequence[str]) -> Section:
@@ -36,6 +39,7 @@ def side_by_side(runs: Sequence[LoadedRun]) -> Section:
             table = _results(rig, group[start : start + ABREAST], group[0])
             blocks += [table] if table else []
         blocks += overlay(group)
+        blocks += _pictures(group)
     return Section("comparison", "Side by side", blocks, level=2)
 
 
@@ -84,6 +88,18 @@ def _results(rig: str, runs: Sequence[LoadedRun], first: LoadedRun) -> Table | N
     header = ("quantity", *(_head(run) for run in runs))
     caption = f"{rig or 'test not stated'}: results; small print: change against run {first.number}, deviation, kind"
     return Table(caption, header, rows, tuple(range(1, len(header))))
+
+
+def _pictures(runs: Sequence[LoadedRun]) -> list[Block]:
+    """The same picture of each run, one after the other, of what a table does not tell."""
+    if len(runs) < 2:
+        return []
+    return [
+        picture(run.path / name, f"Run {run.number}: {CAPTIONS[name].lower()}")
+        for name in ABREAST_PICTURES
+        for run in runs
+        if (run.path / name).is_file()
+    ]
 
 
 def _result(row: ResultRow | None, base: ResultRow | None) -> Cell:

@@ -16,7 +16,9 @@ SIGNATURE = b"\x89PNG\r\n\x1a\n"
 CAPTIONS = {
     "deformed.png": "The specimen, deformed",
     "wrinkles.png": "Height of the wrinkles",
-    "shear-angle.png": "Shear angle of the material against that of the frame",
+    "shear-angle.png": "Shear angle of the material",
+    "draw-in.png": "Draw-in of the edge of the blank",
+    "yarn-forces.png": "Largest tension of every yarn over its strength",
     "pressure.png": "Contact pressure of the plates",
     "energies.png": "Energies and their ratios over time; what is shaded is not judged",
     "curve.png": "The curve as the run drew it, with every specimen and every curve it was compared with",

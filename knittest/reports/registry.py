@@ -3,6 +3,7 @@
 from typing import Any
 
 from knittest.reports.cantilever import CantileverReport
+from knittest.reports.forming import FormingReport
 from knittest.reports.friction import FrictionReport
 from knittest.reports.picture_frame import PictureFrameReport
 from knittest.reports.tensile import TensileReport
@@ -12,4 +13,5 @@ REPORTS: dict[str, Any] = {
     "picture-frame": PictureFrameReport(),
     "cantilever": CantileverReport(),
     "friction": FrictionReport(),
+    "forming": FormingReport(),
 }

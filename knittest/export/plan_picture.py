@@ -1,0 +1,98 @@
+"""A field over the plan of a formed blank, with the outlines of the tools and of the flat blank."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from knittest.export.figure import BLACK, GREY, new_figure, save
+from knittest.history import Array
+
+
+@dataclass(frozen=True)
+class Outlines:
+    """Closed lines in plan by name, (n, 2) each [mm], and the ``extent`` of the picture about the origin [mm]."""
+
+    lines: dict[str, Array]
+    extent: tuple[float, float]
+
+
+UNKNOWN = "#e4e7ea"
+DASHES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (1, 1.5)), (0, (6, 2, 1, 2)))
+
+
+def plan_picture(
+    path: Path,
+    place: Array,
+    value: Array,
+    outlines: Outlines,
+    *,
+    title: str,
+    label: str,
+    note: str,
+    cells: Array | None = None,
+    signed: bool = False,
+    top: float | None = None,
+) -> None:
+    """Colour ``value`` (n,) at ``place`` (n, 2) [mm], or in the polygons ``cells`` (n, k, 2); nan is grey.
+
+    ``signed`` scales are symmetric about zero; ``top`` [unit of value] ends the scale. Raises ResourceError.
+    """
+    from matplotlib.collections import PolyCollection
+    from matplotlib.colors import Normalize
+
+    figure = new_figure(7.4, 7.6)
+    axes = figure.add_axes((0.11, 0.16, 0.72, 0.76))
+    shown = np.isfinite(value)
+    most = float(np.abs(value[shown]).max(initial=0.0)) if top is None else top
+    scale = Normalize(-most if signed else 0.0, max(most, 1e-9))
+    colours = "RdBu_r" if signed else "viridis"
+    drawn: Any
+    if cells is None:
+        size = _size(place, outlines)
+        axes.scatter(place[~shown, 0], place[~shown, 1], s=size, color=UNKNOWN, marker="s", linewidths=0)
+        drawn = axes.scatter(
+            place[shown, 0], place[shown, 1], c=value[shown], s=size, marker="s", linewidths=0, cmap=colours, norm=scale
+        )
+    else:
+        axes.add_collection(PolyCollection(list(cells[~shown]), facecolor=UNKNOWN, edgecolor="none"))
+        drawn = PolyCollection(list(cells[shown]), edgecolor="face", linewidth=0.2, cmap=colours, norm=scale)
+        drawn.set_array(value[shown])
+        axes.add_collection(drawn)
+    _draw(axes, outlines)
+    axes.set_aspect("equal")
+    axes.set(xlabel="x, along the weft [mm]", ylabel="y, along the warp [mm]")
+    figure.text(0.11, 0.955, title, fontsize=12)
+    figure.colorbar(drawn, cax=figure.add_axes((0.86, 0.2, 0.03, 0.62))).set_label(label)
+    figure.text(0.11, 0.02, note, fontsize=9, color=GREY)
+    save(figure, path)
+
+
+def outline_picture(path: Path, now: Sequence[Array], outlines: Outlines, *, title: str, note: str) -> None:
+    """The edge of the blank after the draw, lines (n, 2) [mm], over ``outlines``. Raises ResourceError."""
+    figure = new_figure(7.0, 7.4)
+    axes = figure.add_axes((0.12, 0.16, 0.82, 0.76))
+    for k, line in enumerate(now):
+        axes.plot(*line.T, color="#0072B2", lw=1.8, label="edge of the drawn blank" if k == 0 else None)
+    _draw(axes, outlines)
+    axes.set_aspect("equal")
+    axes.set(xlabel="x, along the weft [mm]", ylabel="y, along the warp [mm]")
+    figure.text(0.12, 0.955, title, fontsize=12)
+    figure.text(0.12, 0.02, note, fontsize=9, color=GREY)
+    save(figure, path)
+
+
+def _draw(axes: Any, outlines: Outlines) -> None:
+    for (name, line), dash in zip(outlines.lines.items(), DASHES, strict=False):
+        axes.plot(*line.T, color=BLACK, lw=1.0, ls=dash, label=name)
+    x, y = outlines.extent
+    axes.set(xlim=(-x, x), ylim=(-y, y))
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=4, fontsize=8, frameon=False)
+
+
+def _size(place: Array, outlines: Outlines) -> float:
+    """Marker area [points^2] at which squares about evenly spread points touch."""
+    spacing = float(np.sqrt(np.prod(np.ptp(place, axis=0)) / len(place)))
+    return float((0.72 * 7.4 * 72.0 * spacing / (2.0 * outlines.extent[0])) ** 2)

@@ -1,0 +1,183 @@
+"""Forming: a blank of shells or yarns between stamp, die and blank holder."""
+
+import time as clock
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knittest.config.run import FormingRun
+from knittest.history import Frame, History, Mesh, Quality
+from knittest.laboratory.base import Phase, Prepared, Update, fabric_laminate
+from knittest.laboratory.draw_in import draw_in
+from knittest.laboratory.formed import Formed, formed
+from knittest.laboratory.layer_order import out_of_order
+from knittest.laboratory.shear_angles import crossing_angles
+from knittest.laboratory.strips import cut
+from knittest.laboratory.yarn_forces import yarn_forces
+from knittest.materials.laminate import softened
+from knittest.measure import assess
+from knittest.models.macro import rectangle
+from knittest.models.meso import build_meso
+from knittest.models.sheet import build_sheet
+from knittest.rigs.forming import FormingTest
+from knittest.simulate import simulate
+from knittest.simulation import Keeper, SimulationCost
+from knittest.tooling.shapes import stamp_outline
+from knittest.tooling.toolset import ToolSet, build_tools
+
+Array = NDArray[np.float64]
+
+#: fabric that stands higher than this share of its thickness above its tool counts as wrinkled
+WRINKLED = 0.5
+#: deepest penetration of a tool over half the thickness, or the radius of a yarn, above which a run is refused
+DEEPEST = 0.25
+#: radius about an inner corner of the stamp, over that of the corner, in which its shear angle is read
+NEAR_CORNER = 1.5
+#: percentile that stands for the high values of a field
+HIGH = 95.0
+
+
+class Forming:
+    """See :class:`knittest.laboratory.base.Test`."""
+
+    quantities: tuple[str, ...] = ()
+    ends_at_failure = False
+
+    def prepare(self, run: FormingRun, specimen: int = 0, phase: Phase | None = None) -> Prepared:
+        """The blank flat on the die, the stamp on it."""
+        meso = run.model.scale == "meso"
+        return self._yarns(run, specimen, phase) if meso else self._shells(run, specimen)
+
+    def _shells(self, run: FormingRun, specimen: int) -> Prepared:
+        rig, fabric, size = run.rig, run.fabric, run.model.macro.kernel("element_size")
+        length, width, thickness = rig.kernel("blank_length"), rig.kernel("blank_width"), fabric.kernel("thickness")
+        rows = np.linspace(-0.5 * length, 0.5 * length, max(round(length / size), 2) + 1)
+        points, cells = rectangle(rows, width, size)
+        height = rig.kernel("imperfection")
+        points[:, 2] = np.random.default_rng(run.variability.seed + specimen).uniform(-height, height, len(points))
+        card = fabric_laminate(run)
+        soft = softened(card, rig.membrane_share)._replace(compression=card.compression)
+        model = build_sheet(points, cells, soft, fabric.kernel("area_mass"), thickness)
+        # unevenness does not reach into the tools
+        radius = 0.5 * thickness - np.abs(points[:, 2])
+        test = FormingTest(run, tools_of(run, thickness), thickness, radius, run.rig.kernel("gravity") * model.mass)
+        return Prepared(model, test, facts={"thickness_mm": thickness, "area_mm2": length * width})
+
+    def _yarns(self, run: FormingRun, specimen: int, phase: Phase | None) -> Prepared:
+        start = clock.perf_counter()
+        rig, fabric = run.rig, run.fabric
+        n_wales = max(round(rig.kernel("blank_width") / fabric.wale_spacing), 2)
+        n_courses = max(round(rig.kernel("blank_length") / fabric.course_spacing), 2)
+        piece = cut(run, n_wales, n_courses, specimen, phase)
+        size = np.array([n_wales * fabric.wale_spacing, n_courses * fabric.course_spacing, 0.0])
+        points = np.concatenate([p.points for p in piece.paths])
+        middle = 0.5 * (points[:, 2].min() + points[:, 2].max())
+        centre = np.array([0.5 * size[0], 0.5 * size[1], middle])
+        paths = [replace(p, points=p.points - centre) for p in piece.paths]
+        model = build_meso(run, paths, piece.draws, rig.membrane_share)
+        z, radius = model.position()[:, 2], model.group.radius
+        thickness = 2.0 * float((np.abs(z) + radius).max())
+        test = FormingTest(run, tools_of(run, thickness), thickness, radius, rig.kernel("gravity") * model.mass)
+        facts = {"thickness_mm": thickness, "area_mm2": float(size[0] * size[1])}
+        return Prepared(model, test, clock.perf_counter() - start, piece.table, facts)
+
+    def solve(
+        self, prepared: Prepared, run: FormingRun, update: Update | None, keeper: Keeper | None
+    ) -> tuple[History, SimulationCost]:
+        """Press the holder, draw, rest."""
+        return simulate(prepared.model, prepared.rig, run.solver, run.output, update, keeper)
+
+    def results(self, run: FormingRun, prepared: Prepared, history: History) -> dict[str, float]:
+        """Forces, shear angles, wrinkles, draw-in and yarn forces at the end of the draw."""
+        last = history.frames[-1]
+        surface = drawn(run, prepared.facts, history, last)
+        edge, forces = draw_in(surface), yarn_forces(run, history.mesh, history.frames)
+        return {
+            "stamp_force_max_n": float(history.curve["stamp_force_n"].max()),
+            **_wrinkles(surface, prepared.facts["thickness_mm"]),
+            **_shear(run, history.mesh, last),
+            "draw_in_max_mm": float(edge.drawn.max()),
+            "draw_in_warp_mm": 0.5 * (edge.middle("warp_low") + edge.middle("warp_high")),
+            "draw_in_weft_mm": 0.5 * (edge.middle("weft_low") + edge.middle("weft_high")),
+            "max_yarn_force_n": float(forces["force_n"].max()),
+            "max_yarn_utilisation_pct": float(forces["utilisation_pct"].max()),
+            "yarns_at_risk": float(np.count_nonzero(forces["utilisation_pct"] > 100.0 * run.rig.risk_share)),
+            "tool_penetration_max_um": float(history.contacts["tool_penetration_max_um"].max()),
+            **_order(history),
+        }
+
+    def assess(self, run: FormingRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
+        """The gates of every run, and how deep nodes are in tools."""
+        quality = assess(history, run.solver, cost.penetration_max, cost.penetration_mean, prepared.model.added_mass)
+        deepest = float(history.contacts["tool_penetration_max_um"].max())
+        limit = allowed_depth(history)
+        if deepest > limit:
+            quality = quality.refusing(f"a node is {deepest:.0f} um behind a tool's surface, more than {limit:.0f} um")
+        return quality
+
+
+def _order(history: History) -> dict[str, float]:
+    """Crossings of warp and weft whose order has changed (yarns)."""
+    if history.mesh.kind == "shells":
+        return {}
+    return {"crossings_out_of_order": float(out_of_order(history.mesh, history.frames[0], history.frames[-1]))}
+
+
+def allowed_depth(history: History) -> float:
+    """Deepest penetration of a tool [um] that is allowed."""
+    return 1e3 * DEEPEST * float(history.mesh.radius.min())
+
+
+def tools_of(run: FormingRun, thickness: float) -> ToolSet:
+    """The tools of ``run`` about a blank of ``thickness`` [mm]."""
+    rig = run.rig
+    holder = rig.holder if rig.blank_holder_force > 0.0 else None
+    blank = (rig.kernel("blank_width"), rig.kernel("blank_length"))
+    return build_tools(rig.stamp, rig.die, holder, rig.kernel("depth"), thickness, blank)
+
+
+def drawn(run: FormingRun, facts: dict[str, float], history: History, frame: Frame) -> Formed:
+    """The mid-surface over the tools in ``frame``."""
+    thickness = facts["thickness_mm"]
+    return formed(history, frame, tools_of(run, thickness), thickness, frame.coordinate)
+
+
+def shear_field(mesh: Mesh, frame: Frame) -> tuple[Array, Array]:
+    """Shear angle [deg] of each shell or crossing, (n,), and its place in plan [mm], (n, 2)."""
+    if mesh.kind == "shells":
+        return np.rad2deg(frame.fields["shear_angle"]), frame.position[mesh.cells].mean(axis=1)[:, :2]
+    angle, place = crossing_angles(mesh, frame)
+    return np.rad2deg(angle), place
+
+
+def _shear(run: FormingRun, mesh: Mesh, frame: Frame) -> dict[str, float]:
+    """Largest shear angle and its 95th percentile: in all, about the inner corners of the stamp, and elsewhere."""
+    angle, place = shear_field(mesh, frame)
+    angle = np.abs(angle)
+    found = {"max_shear_angle_deg": float(angle.max()), "shear_angle_p95_deg": float(np.percentile(angle, HIGH))}
+    if run.rig.stamp.kind == "stl":
+        return found
+    outline = stamp_outline(run.rig.stamp)
+    corners = outline.span < 0.0
+    if not corners.any():
+        return found
+    middle = outline.start[corners] + 0.5 * outline.span[corners]
+    radius = outline.radius[corners]
+    corner = outline.centre[corners] + radius[:, None] * np.column_stack([np.cos(middle), np.sin(middle)])
+    near = (np.linalg.norm(place[:, None] - corner, axis=2) < NEAR_CORNER * radius).any(axis=1)
+    return found | {
+        "shear_angle_inner_corners_p95_deg": float(np.percentile(angle[near], HIGH)),
+        "shear_angle_elsewhere_p95_deg": float(np.percentile(angle[~near], HIGH)),
+    }
+
+
+def _wrinkles(surface: Formed, thickness: float) -> dict[str, float]:
+    """Largest height above the tools, and the share of what should follow them that does not."""
+    heights = surface.height[np.isfinite(surface.height)]
+    return {
+        "max_wrinkle_height_mm": float(heights.max()),
+        "wrinkle_height_p95_mm": float(np.percentile(heights, HIGH)),
+        "wrinkle_height_on_stamp_mm": float(surface.heights(on_die=False).max(initial=0.0)),
+        "wrinkled_area_pct": 100.0 * float(np.mean(heights > WRINKLED * thickness)),
+    }

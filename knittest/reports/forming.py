@@ -1,0 +1,185 @@
+"""Report of a forming test: forces over the stroke, shear angles, wrinkles, draw-in, yarn forces."""
+
+from collections.abc import Sequence
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from knittest.config.run import FormingRun
+from knittest.experiment.curves import ReferenceCurve
+from knittest.experiment.tables import PublishedValue
+from knittest.export.line_picture import Level, Line, line_picture
+from knittest.export.plan_picture import Outlines, outline_picture, plan_picture
+from knittest.export.tilted_picture import tilted_picture
+from knittest.history import Array, Frame, History
+from knittest.laboratory.draw_in import DrawIn, draw_in
+from knittest.laboratory.formed import Formed
+from knittest.laboratory.forming import drawn, shear_field, tools_of
+from knittest.laboratory.yarn_forces import yarn_forces
+from knittest.reports.base import Columns, CurveAxes, Gate, References, draw_energies, energy_gates, title_of
+from knittest.specimen import Specimen
+
+#: share of the elements whose value the colours of a picture hold [%]
+SHOWN = 99.5
+#: picture beyond the blank, over its half side
+AROUND = 1.06
+
+
+class FormingReport:
+    """See :class:`knittest.reports.base.Report`."""
+
+    axes = CurveAxes("stamp_travel_mm", "stamp_force_n", "travel of the stamp [mm]", "force [N]")
+
+    def levels(self, run: FormingRun) -> list[Level]:
+        """The force on the holder."""
+        force = run.rig.blank_holder_force
+        return [Level(force, f"force on the blank holder: {force:g} N")] if force > 0.0 else []
+
+    def gates(self, run: FormingRun) -> list[Gate]:
+        """Those of every test."""
+        return energy_gates(run)
+
+    def scaled(self, run: FormingRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
+        """As they are: nothing is published."""
+        return list(rows)
+
+    def reference_curve(self, run: FormingRun) -> ReferenceCurve | None:
+        """No curve is published."""
+        return None
+
+    def curve(self, specimens: list[Specimen]) -> Columns:
+        """Channels of the first specimen."""
+        return specimens[0].history.curve
+
+    def tables(self, run: FormingRun, specimens: list[Specimen]) -> dict[str, Columns]:
+        """draw-in.csv, yarn-forces.csv, shear-field.csv and height-field.csv of the first specimen."""
+        history, surface = specimens[0].history, _surface(run, specimens[0])
+        angle, place = shear_field(history.mesh, history.frames[-1])
+        return {
+            "draw-in.csv": draw_in(surface).table(),
+            "yarn-forces.csv": yarn_forces(run, history.mesh, history.frames),
+            "shear-field.csv": {"x_mm": place[:, 0], "y_mm": place[:, 1], "shear_angle_deg": angle},
+            "height-field.csv": {
+                "start_x_mm": surface.start[:, 0], "start_y_mm": surface.start[:, 1], "x_mm": surface.now[:, 0],
+                "y_mm": surface.now[:, 1], "z_mm": surface.now[:, 2], "height_mm": surface.height,
+            },
+        }  # fmt: skip
+
+    def pictures(self, run: FormingRun, specimens: list[Specimen], references: References, folder: Path) -> None:
+        """curve.png, energies.png, deformed.png, shear-angle.png, wrinkles.png, draw-in.png and yarn-forces.png."""
+        first = specimens[0]
+        history, surface, title = first.history, _surface(run, first), title_of(run)
+        last, results = history.frames[-1], first.results
+        self._forces(run, specimens, folder / "curve.png")
+        draw_energies(run, specimens, folder)
+        outlines = _outlines(run, first)
+        _deformed(run, history, last, folder / "deformed.png")
+        angle, place = shear_field(history.mesh, last)
+        cells = last.position[history.mesh.cells][:, :, :2] if history.mesh.kind == "shells" else None
+        plan_picture(
+            folder / "shear-angle.png", place, angle, outlines, title=title, cells=cells, signed=True,
+            label="shear angle of the material [deg]", top=float(np.percentile(np.abs(angle), SHOWN)),
+            note=f"at {last.coordinate:.1f} mm: largest {results['max_shear_angle_deg']:.1f} deg",
+        )  # fmt: skip
+        height = surface.height if cells is None else surface.height[history.mesh.cells].mean(axis=1)
+        plan_picture(
+            folder / "wrinkles.png", surface.now[:, :2], height, outlines, title=title, cells=cells,
+            label="height above die or stamp [mm]; grey: between them",
+            top=float(np.nanpercentile(surface.height, SHOWN)),
+            note=f"largest {results['max_wrinkle_height_mm']:.2f} mm; {results['wrinkled_area_pct']:.1f} % of what "
+            "should lie on a tool stands higher than half the thickness",
+        )  # fmt: skip
+        edge = draw_in(surface)
+        outline_picture(
+            folder / "draw-in.png", _lines(edge), outlines, title=title,
+            note=f"largest {edge.drawn.max():.1f} mm; middle of the sides: {results['draw_in_warp_mm']:.1f} mm where "
+            f"warps end, {results['draw_in_weft_mm']:.1f} mm where wefts do",
+        )  # fmt: skip
+        _ranking(run, yarn_forces(run, history.mesh, history.frames), title, folder / "yarn-forces.png")
+
+    def _forces(self, run: FormingRun, specimens: list[Specimen], path: Path) -> None:
+        lines = []
+        for k, specimen in enumerate(specimens):
+            curve = specimen.history.curve
+            lines.append(Line(curve[self.axes.x], _smooth(curve["stamp_force_n"]), f"stamp, specimen {k + 1}"))
+            if "holder_force_n" in curve:
+                lines.append(
+                    Line(curve[self.axes.x], _smooth(curve["holder_force_n"]), f"holder, specimen {k + 1}", "-.")
+                )
+        line_picture(
+            path, lines, title=title_of(run), xlabel=self.axes.xlabel, ylabel=self.axes.ylabel, levels=self.levels(run)
+        )
+
+
+def _surface(run: FormingRun, specimen: Specimen) -> Formed:
+    return drawn(run, specimen.facts, specimen.history, specimen.history.frames[-1])
+
+
+def _deformed(run: FormingRun, history: History, last: Frame, path: Path) -> None:
+    """The blank at a slant: shells by shear angle, yarns by axial force."""
+    if history.mesh.kind == "shells":
+        value, label = np.abs(np.rad2deg(last.fields["shear_angle"])), "shear angle of the material [deg]"
+    else:
+        value, label = np.maximum(last.fields["axial_force"], 0.0), "tension of the yarn [N]"
+    tilted_picture(
+        path, history.mesh, last, value, title=f"{title_of(run)}, drawn {last.coordinate:.0f} mm", label=label,
+        top=float(np.percentile(value, SHOWN)),
+    )  # fmt: skip
+
+
+def _outlines(run: FormingRun, specimen: Specimen) -> Outlines:
+    """Flat blank, stamp at its base and opening of the die, as lines of the section through each."""
+    thickness = specimen.facts["thickness_mm"]
+    tools, start = tools_of(run, thickness), specimen.history.frames[0].position
+    half = np.abs(start[:, :2]).max(axis=0)
+    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]]) * half
+    depth = run.rig.depth
+    return Outlines(
+        {
+            "flat blank": corners,
+            "stamp": _section(tools.stamp.distance, 0.5 * thickness + depth, half),
+            "opening of the die": _section(tools.die.distance, -0.5 * thickness - depth, half),
+        },
+        (AROUND * half[0], AROUND * half[1]),
+    )
+
+
+def _section(distance: Any, height: float, half: Array) -> Array:
+    """Longest line on which a tool's surface meets the plane at ``height`` [mm], (n, 2)."""
+    from contourpy import contour_generator
+
+    x, y = np.meshgrid(*(np.linspace(-h, h, 300) for h in half))
+    points = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, height)])
+    lines: list[Array] = list(contour_generator(x, y, distance(points).reshape(x.shape)).lines(0.0))  # type: ignore
+    return max(lines, key=len, default=np.zeros((0, 2)))
+
+
+def _lines(edge: DrawIn) -> list[Array]:
+    return [np.array([edge.now[k] for k in rows]) for _, rows in groupby(range(len(edge.side)), lambda k: edge.side[k])]
+
+
+def _smooth(force: Array) -> Array:
+    """Mean over a hundredth of the stroke, without the blows of single nodes."""
+    from scipy.ndimage import uniform_filter1d
+
+    smoothed: Array = uniform_filter1d(force, max(len(force) // 100, 1))
+    return smoothed
+
+
+def _ranking(run: FormingRun, table: dict[str, Array], title: str, path: Path) -> None:
+    lines = []
+    for system in dict.fromkeys(table["system"].tolist()):
+        share = table["utilisation_pct"][table["system"] == system]
+        lines.append(Line(np.arange(1, len(share) + 1.0), share, system))
+    worst = ", ".join(
+        f"{s} {n} ({f:.1f} N)"
+        for s, n, f in zip(table["system"][:3], table["yarn"][:3], table["force_n"][:3], strict=True)
+    )
+    line_picture(
+        path, lines, title=f"{title}\nmost loaded: {worst}", xlabel="yarns of a system, the most loaded first",
+        ylabel="largest tension over strength [%]",
+        levels=[Level(100.0 * run.rig.risk_share, "at risk (rig.risk_share)")] if (
+            table["utilisation_pct"].max() > 30.0 * run.rig.risk_share) else [],
+    )  # fmt: skip

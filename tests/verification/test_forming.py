@@ -1,0 +1,79 @@
+"""Forming: a hemisphere against symmetry and the pin-jointed net; forces, balance and wrinkles of a holder."""
+
+import numpy as np
+import pytest
+from chebyshev import net_shear
+
+from knittest.config.loading import resolve
+from knittest.laboratory.draw_in import draw_in
+from knittest.laboratory.forming import drawn, tools_of
+from knittest.specimen import prepare, run_specimen
+
+RADIUS = 40.0
+DOME = [
+    "rig.stamp.kind=hemisphere", f"rig.stamp.hemisphere.radius={RADIUS}", "rig.blank_length=210",
+    "rig.blank_width=210", "rig.depth=32", "model.macro.element_size=6", "solver.speed=0.8", "solver.ramp=8",
+    "output.frames=4",
+]  # fmt: skip
+
+
+def dome(force, *more):
+    return resolve(variant="1", scale="macro", test="forming", sets=[*DOME, f"rig.blank_holder_force={force}", *more])
+
+
+@pytest.fixture(scope="module")
+def even():
+    """A blank without unevenness, so that nothing but the fabric's own symmetry decides."""
+    run = dome(100, "rig.imperfection=0", "solver.speed=0.4")
+    return run, run_specimen(run)
+
+
+def test_a_hemisphere_draws_all_four_sides_alike(even):
+    """Variant 1 has as many warps as wefts: warp and weft sides within 2 %, opposite sides the same."""
+    run, specimen = even
+    edge = draw_in(drawn(run, specimen.facts, specimen.history, specimen.history.frames[-1]))
+    sides = {side: edge.middle(side) for side in ("weft_low", "warp_low", "weft_high", "warp_high")}
+    assert sides["weft_low"] > 5.0
+    assert sides["weft_low"] == pytest.approx(sides["weft_high"], rel=1e-3)
+    assert sides["warp_low"] == pytest.approx(sides["warp_high"], rel=1e-3)
+    assert sides["weft_low"] == pytest.approx(sides["warp_low"], rel=0.02)
+
+
+def test_shear_on_the_hemisphere_is_that_of_the_pin_jointed_net(even):
+    run, specimen = even
+    mesh, last = specimen.history.mesh, specimen.history.frames[-1]
+    start = specimen.history.frames[0].position[mesh.cells].mean(axis=1)
+    place = last.position[mesh.cells].mean(axis=1)
+    thickness = specimen.facts["thickness_mm"]
+    gap = tools_of(run, thickness).stamp.distance(place + np.array([0.0, 0.0, last.coordinate]))
+    on_bias = np.abs(np.abs(start[:, 0]) - np.abs(start[:, 1])) < 1.0
+    touching = on_bias & (gap < 0.55 * thickness) & (np.abs(start[:, 0]) < RADIUS)
+    along = np.abs(start[touching, 0])
+    distance, expected = net_shear(RADIUS + 0.5 * thickness, 1.2 * RADIUS)
+    found = np.rad2deg(np.abs(last.fields["shear_angle"][touching]))
+    assert along.max() >= 0.6 * RADIUS
+    assert found == pytest.approx(np.rad2deg(np.interp(along, distance, expected)), abs=0.6)
+
+
+def test_forces_and_energies_of_a_draw_balance(even):
+    _, specimen = even
+    curve = specimen.history.curve
+    late = curve["stamp_travel_mm"] > 4.0
+    assert curve["holder_force_n"][late].mean() == pytest.approx(100.0, rel=0.01)
+    assert specimen.quality.failures == ()
+    assert specimen.quality.energy_error_max < 0.005
+    ends = {name: curve[f"{name}_force_n"][-200:].mean() for name in ("stamp", "holder", "die", "floor")}
+    weight = 9.81e-3 * 824.2e-6 * 210.0**2
+    assert ends["die"] + ends["floor"] == pytest.approx(ends["stamp"] + ends["holder"] + weight, rel=0.02)
+
+
+def test_a_holder_keeps_wrinkles_down_and_pulls_the_yarns():
+    free, held = (run_specimen(dome(force)).results for force in (0, 100))
+    assert free["max_wrinkle_height_mm"] > 2.0 * held["max_wrinkle_height_mm"]
+    assert held["max_yarn_force_n"] > free["max_yarn_force_n"]
+
+
+def test_the_blank_of_the_paper_has_its_element_count():
+    """Table 4: 27,512 shells, variant 1, within 2 %."""
+    prepared = prepare(resolve(variant="1", scale="macro", test="forming", preset="paper"))
+    assert len(prepared.model.mesh.cells) == pytest.approx(27512, rel=0.02)
