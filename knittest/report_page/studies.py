@@ -74,7 +74,7 @@ def _friction(run: LoadedRun) -> list[Block]:
         numbers = [_number(v, "{:.2f}") if isinstance(v, float) else Cell("-") for v in values]
         rows.append((Cell(f"this run, {used.value:g} ({used.source})"), *numbers))
     head = ("yarn-yarn friction coefficient", *(f"{angle:g} deg" for angle in ANGLES))
-    caption = "Force of the crosshead [N] by yarn-yarn friction: a shipped sweep, its force a length as in this frame"
+    caption = "Force of the crosshead [N] by yarn-yarn friction: a shipped sweep, scaled to the size of this frame"
     return [
         Table(caption, head, rows, (1, 2, 3, 4)),
         Text("The coefficient is not published. The sweep was simulated; knittest batch repeats it."),

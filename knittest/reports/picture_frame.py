@@ -105,7 +105,7 @@ class PictureFrameReport:
 
 
 def _other_friction(run: PictureFrameRun, normalised: bool) -> list[Line]:
-    """The shipped sweep over yarn-yarn friction, which is not published: for yarns, a length as in this frame."""
+    """The shipped sweep over yarn-yarn friction, which is not published: for yarns, scaled to this frame."""
     if run.model.scale != "meso":
         return []
     sides = fabric_side(run), run.rig.frame_side or run.rig.side
