@@ -62,7 +62,8 @@ def resolve(
         run = RUNS[kind].model_validate(layers.data)
     except ValidationError as error:
         raise input_error(error, layers) from None
-    return settle_data_paths(run, layers, source.folder)
+    folders = [source.folder] if config is None else [source.folder, Path(config).resolve().parent]
+    return settle_data_paths(run, layers, folders)
 
 
 def planned_directions(

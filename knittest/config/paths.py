@@ -1,26 +1,29 @@
 """Data paths of a config: in the data folder, the config's own, ./data or the working folder, never out of them."""
 
 import stat
+from collections.abc import Sequence
 from pathlib import Path
 
 from knittest.config.layers import Layers
+from knittest.config.rigs import Rig
 from knittest.config.run import Run
+from knittest.config.tools import stl_tools
 from knittest.config.yaml_loader import KeyPath, dotted, shown
 from knittest.errors import InputError
 from knittest.experiment.tables import variants
 from knittest.resources import data_dir
 
 
-def settle_data_paths(run: Run, layers: Layers, folder: Path) -> Run:
+def settle_data_paths(run: Run, layers: Layers, folders: Sequence[Path]) -> Run:
     """Check the data paths of ``run`` and make those outside the data folder absolute.
 
-    ``folder`` is that of the fabric's file. Raises :class:`InputError` for a path that leaves these folders, is no
-    regular file (or folder, for ``experiment``) or, where the run needs it, does not exist, and for an experiment
-    without rows of the fabric's variant.
+    ``folders``: of the fabric's file and of the config. Raises :class:`InputError` for a path that leaves these
+    folders, is no regular file (or folder, for ``experiment``) or, where the run needs it, does not exist, and for an
+    experiment without rows of the fabric's variant.
     """
     here = Path.cwd().resolve()
     own = (here / "data").resolve()
-    roots = [data_dir().resolve(), folder.resolve(), *([own] if own.is_relative_to(here) else []), here]
+    roots = [data_dir().resolve(), *(f.resolve() for f in folders), *([own] if own.is_relative_to(here) else []), here]
     fabric = run.fabric
     tension: dict[str, str] = {}
     for direction, text in fabric.macro.tension.items():
@@ -35,7 +38,17 @@ def settle_data_paths(run: Run, layers: Layers, folder: Path) -> Run:
         path = ("fabric", "macro", "shear", "curve")
         settled = _settled(macro.shear.curve, path, layers, roots, needed=run.model.scale == "macro")
         macro = macro.model_copy(update={"shear": macro.shear.model_copy(update={"curve": settled})})
-    return run.model_copy(update={"fabric": fabric.model_copy(update={"macro": macro, "experiment": experiment})})
+    fabric = fabric.model_copy(update={"macro": macro, "experiment": experiment})
+    return run.model_copy(update={"fabric": fabric, "rig": _settled_tools(run, layers, roots)})
+
+
+def _settled_tools(run: Run, layers: Layers, roots: list[Path]) -> Rig:
+    changed = {}
+    for name, stl in stl_tools(run.rig).items():
+        path = _settled(stl.path, ("rig", name, "stl", "path"), layers, roots, needed=True)
+        moved = stl.model_copy(update={"path": path})
+        changed[name] = getattr(run.rig, name).model_copy(update={"stl": moved})
+    return run.rig.model_copy(update=changed)
 
 
 def _check_variant(variant: str, folder: Path, layers: Layers) -> None:

@@ -146,6 +146,12 @@ class Holder(Opening):
     )
 
 
+def stl_tools(rig: object) -> dict[str, StlTool]:
+    """STL files of the tools of ``rig`` by the name of the tool; none for a rig without such tools."""
+    tools = {name: getattr(rig, name, None) for name in ("stamp", "die", "holder")}
+    return {name: t.stl for name, t in tools.items() if isinstance(t, Stamp | Opening) and t.stl is not None}
+
+
 def check_fit(stamp: Stamp, die: Die, holder: Holder | None, depth: float) -> None:
     """Raise :class:`BoundsError` when openings cannot be made round the ``stamp`` drawn ``depth`` [mm] deep.
 

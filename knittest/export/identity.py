@@ -9,6 +9,7 @@ from typing import Any
 import knittest
 from knittest.config.dumping import dump
 from knittest.config.run import Run
+from knittest.config.tools import stl_tools
 from knittest.export import provenance
 from knittest.resources import data_dir
 
@@ -35,11 +36,12 @@ def identity_of(run: Run, data_files: Iterable[Path]) -> Identity:
 
 
 def data_files(run: Run) -> list[Path]:
-    """Files that the numbers of ``run`` come from besides its config: its curves, tables of its experiment."""
+    """Files that the numbers of ``run`` come from besides its config: curves, tables of its experiment, tools."""
     fabric, root = run.fabric, data_dir()
     curves = [root / name for name in (*fabric.macro.tension.values(), fabric.macro.shear.curve) if name]
     tables = sorted((root / fabric.experiment).glob("*.csv")) if fabric.experiment else []
-    return [path for path in (*curves, *tables) if path.is_file()]
+    tools = [root / stl.path for stl in stl_tools(run.rig).values()]
+    return [path for path in (*curves, *tables, *tools) if path.is_file()]
 
 
 def kernel_digest() -> str:
