@@ -5,13 +5,17 @@ import sys
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from knittest.batch.live import Overview
 from knittest.calibrate.evaluate import Evaluation, Evaluator, Exhausted, TrialEvaluator
 from knittest.calibrate.files import FABRIC, rig_file, write_configs
 from knittest.calibrate.fit import best_of, fit, search_and_fit
 from knittest.calibrate.judge import Judgement, judge
+from knittest.calibrate.optuna_search import search_with_optuna
+from knittest.calibrate.optuna_storage import DATABASE, check_installed, open_storage, open_study, shown_url
 from knittest.calibrate.outcome import Outcome, as_data, report_lines
 from knittest.calibrate.page import CALIBRATION, COPY, PICTURE, write_calibration_page
 from knittest.calibrate.picture import convergence_picture
@@ -20,7 +24,7 @@ from knittest.calibrate.root import find_root
 from knittest.calibrate.targets import Number
 from knittest.config.run import RUNS
 from knittest.config.yaml_loader import load_yaml
-from knittest.errors import NumericalError
+from knittest.errors import InputError, NumericalError
 from knittest.export.atomic import write_atomic
 from knittest.export.folder import slug
 from knittest.export.jsonfile import json_ready
@@ -31,7 +35,12 @@ from knittest.trials.pool import LocalPool, Pool
 from knittest.trials.runner import TrialRunner
 from knittest.trials.study import says_how_to_go_on, study_folder
 
-SEARCHES: dict[str, Callable[[Evaluator], None]] = {
+if TYPE_CHECKING:
+    from optuna.storages import RDBStorage
+
+Search = Callable[[Evaluator], None]
+#: by method; that of Optuna needs its study
+SEARCHES: dict[str, Search] = {
     "root": find_root,
     "least-squares": fit,
     "differential-evolution": search_and_fit,
@@ -40,12 +49,13 @@ SEARCHES: dict[str, Callable[[Evaluator], None]] = {
 
 @dataclass(frozen=True)
 class CalibrateOptions:
-    """Where a calibration runs and what it says."""
+    """Where a calibration runs and what it says; ``storage`` goes before that of the file."""
 
     out: Path | None = None
     workers: int | None = None
     threads: int | None = None
     quiet: bool = False
+    storage: str | None = None
 
 
 def calibrate_command(path: Path, options: CalibrateOptions) -> int:
@@ -54,15 +64,36 @@ def calibrate_command(path: Path, options: CalibrateOptions) -> int:
     Raises :class:`InputError` before anything runs.
     """
     problem = problem_of(load_yaml(path))
+    storage = _storage(problem, options)
     pool = _pool(options)
     folder = _folder(path, options.out)
+    search = _search_of(problem, storage, folder)
     with says_how_to_go_on(), Interrupts() as interrupts, interrupts.deciding():
-        outcome = _search(problem, pool, folder, options)
+        outcome = _search(problem, search, pool, folder, options)
         written = _write(outcome, folder)
     if not options.quiet:
         for line in [*report_lines(outcome), f"written: {', '.join(map(str, written))}"]:
             print(line)
     return 0 if outcome.converged else NumericalError.exit_code
+
+
+def _storage(problem: Problem, options: CalibrateOptions) -> "RDBStorage | None":
+    """The database that a user names; raises before anything is written."""
+    url = options.storage or problem.calibration.storage
+    if problem.method != "optuna":
+        if options.storage:
+            raise InputError(f"--storage: only method = optuna has a database, this is {problem.method}")
+        return None
+    check_installed()
+    return open_storage(url, "--storage" if options.storage else f"{problem.name}.yaml: storage") if url else None
+
+
+def _search_of(problem: Problem, storage: "RDBStorage | None", folder: Path) -> Search:
+    if problem.method != "optuna":
+        return SEARCHES[problem.method]
+    own = folder / DATABASE
+    storage = storage or open_storage(f"sqlite:///{own}", str(own))
+    return partial(search_with_optuna, study=open_study(problem, storage, folder), database=shown_url(storage))
 
 
 def _pool(options: CalibrateOptions) -> Pool:
@@ -74,7 +105,7 @@ def _folder(path: Path, out: Path | None) -> Path:
     return study_folder(out or Path("runs") / f"calibrate-{slug(path.stem)}", COPY, path.read_bytes(), "calibration")
 
 
-def _search(problem: Problem, pool: Pool, folder: Path, options: CalibrateOptions) -> Outcome:
+def _search(problem: Problem, search: Search, pool: Pool, folder: Path, options: CalibrateOptions) -> Outcome:
     """Search and judge; what went wrong with the search is in the outcome, with the best point so far."""
     limit, most = problem.calibration.time_limit, problem.calibration.max_runs
     keep = RunOptions(quiet=True, frames=False, pictures=False)
@@ -91,7 +122,7 @@ def _search(problem: Problem, pool: Pool, folder: Path, options: CalibrateOption
         evaluator = TrialEvaluator(problem, runner, tell, view.ended)
         failure, judgement = "", None
         try:
-            SEARCHES[problem.method](evaluator)
+            search(evaluator)
         except (NumericalError, Exhausted) as error:
             failure = str(error)
         best = best_of(problem.parameters, evaluator.history)

@@ -81,7 +81,7 @@ def fit(evaluator: Evaluator) -> None:
 
     Raises :class:`NumericalError` when there is no number at the start, or steps shrink to nothing.
     """
-    _least_squares(evaluator, tuple(p.start for p in evaluator.problem.parameters))
+    least_squares_from(evaluator, tuple(p.start for p in evaluator.problem.parameters))
 
 
 def search_and_fit(evaluator: Evaluator) -> None:
@@ -105,10 +105,11 @@ def search_and_fit(evaluator: Evaluator) -> None:
     best = best_of(parameters, evaluator.history)
     if best is None:
         raise NumericalError(f"none of {len(evaluator.history)} points gives a number: {evaluator.history[-1].reason}")
-    _least_squares(evaluator, best.values)
+    least_squares_from(evaluator, best.values)
 
 
-def _least_squares(evaluator: Evaluator, start: Point) -> None:
+def least_squares_from(evaluator: Evaluator, start: Point) -> None:
+    """Least squares from ``start``; raises as :func:`fit`."""
     parameters, tolerance = evaluator.problem.parameters, evaluator.problem.calibration.tolerance
     first = evaluator.many([start])[0]
     if not first.good:

@@ -109,9 +109,9 @@ def _values(axes: "Axes", outcome: Outcome) -> None:
     from matplotlib.ticker import MaxNLocator
 
     numbers = np.arange(1, len(outcome.history) + 1)
+    good = np.array([one.good for one in outcome.history], bool)
     for k, parameter in enumerate(outcome.problem.parameters):
         colour = COLOURS[k % len(COLOURS)]
-        good = np.array([one.good for one in outcome.history])
         positions = np.array([parameter.position(one.values[k]) for one in outcome.history])
         value = f": {outcome.best.values[k]:.4g}" if outcome.best else ""
         name = ".".join(parameter.name.split(".")[-2:])
@@ -125,7 +125,7 @@ def _values(axes: "Axes", outcome: Outcome) -> None:
             axes.errorbar(
                 [at], [here], [[here - ends[0]], [ends[1] - here]], fmt="s", color=colour, capsize=3, markersize=5
             )
-    _lost(axes, numbers[[not one.good for one in outcome.history]])
+    _lost(axes, numbers[~good])
     axes.set_ylim(-0.06, 1.06)
     axes.set_yticks([0.0, 0.5, 1.0], ["low", "middle", "high"])
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))

@@ -77,6 +77,8 @@ def problem_of(document: Document) -> Problem:
     _check_bounds(problem)
     if calibration.method == "root" and problem.root_hindrance:
         raise InputError(f"{document.where(('method',))}: method = root: {problem.root_hindrance}")
+    if calibration.storage is not None and calibration.method != "optuna":
+        raise InputError(f"{document.where(('storage',))}: storage: only method = optuna has a database")
     return problem
 
 

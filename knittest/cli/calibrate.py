@@ -10,8 +10,11 @@ import click
 @click.option("--out", type=click.Path(path_type=Path), help="Folder.  [default: runs/calibrate-<calibration>]")
 @click.option("--workers", type=click.IntRange(1), help="Processes.  [default: cores over threads]")
 @click.option("--threads", type=click.IntRange(1), help="Threads of each.  [default: cores over workers]")
+@click.option("--storage", metavar="URL", help="Database of method optuna.  [default: SQLite in the folder]")
 @click.option("--quiet", is_flag=True, help="No progress, no summary.")
-def calibrate(calibration: Path, out: Path | None, workers: int | None, threads: int | None, quiet: bool) -> int:
+def calibrate(
+    calibration: Path, out: Path | None, workers: int | None, threads: int | None, storage: str | None, quiet: bool
+) -> int:
     """Find parameters of a fabric or a rig from measured results.
 
     The same command goes on where it was stopped; finished runs are not repeated.
@@ -20,4 +23,4 @@ def calibrate(calibration: Path, out: Path | None, workers: int | None, threads:
     """
     from knittest.calibrate.command import CalibrateOptions, calibrate_command
 
-    return calibrate_command(calibration, CalibrateOptions(out, workers, threads, quiet))
+    return calibrate_command(calibration, CalibrateOptions(out, workers, threads, quiet, storage))

@@ -11,7 +11,7 @@ from knittest.config.run import Preset, Scale
 from knittest.config.sweep import check_order
 from knittest.config.yaml_loader import Document
 
-Method = Literal["auto", "root", "least-squares", "differential-evolution"]
+Method = Literal["auto", "root", "least-squares", "differential-evolution", "optuna"]
 
 
 def _named(value: Any) -> Any:
@@ -100,7 +100,10 @@ class Calibration(Strict):
     )
     step: float = number(0.05, "1", "finite difference, as a share of the bounds", gt=0, le=0.5)
     max_runs: int = Field(60, ge=2, le=100_000, description="most runs")
-    seed: int = Field(1, ge=0, le=2**32 - 1, description="seed of differential-evolution")
+    seed: int = Field(1, ge=0, le=2**32 - 1, description="seed of differential-evolution and optuna")
+    storage: str | None = Field(
+        None, description="URL of the database of method optuna; none: SQLite in the folder of the calibration"
+    )
     time_limit: float = number(7200.0, "s", "a run that takes longer is stopped and counts as failed", gt=0, le=1e7)
 
 

@@ -141,6 +141,15 @@ def test_runs_are_limited(tmp_path, monkeypatch):
     assert len(pool.asked) == 3 and outcome(tmp_path)["reason"] == "max_runs = 3 runs were not enough"
 
 
+@pytest.mark.parametrize(("method", "least"), [("differential-evolution", 67), ("optuna", 40)])
+def test_too_few_runs_for_a_search_are_said(tmp_path, monkeypatch, method, least):
+    if method == "optuna":
+        pytest.importorskip("optuna")
+    assert calibrate(f"{TWO}method: {method}\nmax_runs: 30\n", tmp_path, monkeypatch, Pretending()) == 3
+    assert outcome(tmp_path)["reason"] == f"max_runs = 30: {method} needs {least} runs here at least"
+    assert (RESULT / "convergence.png").exists()
+
+
 @pytest.mark.parametrize("method", ["least-squares", "differential-evolution"])
 def test_several_parameters_are_found(tmp_path, monkeypatch, method):
     assert calibrate(f"{TWO}method: {method}\nmax_runs: 150\n", tmp_path, monkeypatch, Pretending()) == 0
