@@ -11,7 +11,7 @@ import numpy as np
 
 from knittest.errors import InputError, ResourceError
 from knittest.experiment.lab_csv import Specimen
-from knittest.experiment.statistics import Corridor, corridor, mean_curve, mean_sd, peaks
+from knittest.experiment.statistics import Corridor, corridor, mean_sd, peaks, tension_curve
 from knittest.experiment.tables import COLUMNS, TENSILE
 from knittest.export.atomic import write_atomic
 from knittest.export.figure import BLUE, dress, new_figure, save
@@ -19,13 +19,14 @@ from knittest.export.figure import BLUE, dress, new_figure, save
 DIRECTIONS = ("warp", "weft")
 UNITS = {"peak_force_n": "N", "fracture_strain_pct": "%"}
 STATISTICS = "statistics.json"
+RISING = "# from the origin and rising; preload and noise are taken out"
 SOURCE = """# Source
 
 Tensile tests imported with `knittest data import`; write here who tested what, where and how.
 
 - `tensile-warp.csv`, `tensile-weft.csv`: mean and sd of maximum force and of the strain at it. kind: measured.
 - `warp/`, `weft/`: the specimens; `corridor.csv`, their mean and sd up to the first maximum; `tension.csv`, their mean
-  up to the mean maximum, for `macro.tension`; `statistics.json`, values and imported files.
+  up to the mean maximum, from the origin on and rising, for `macro.tension`; `statistics.json`, values and files.
 """
 _OWN = {"SOURCE.md", *DIRECTIONS, *(f"tensile-{d}.csv" for d in DIRECTIONS)}
 _OWN_INSIDE = re.compile(r"specimen-\d+\.csv|corridor\.csv|tension\.csv|statistics\.json|curves\.png")
@@ -67,7 +68,7 @@ def write_import(specimens: Sequence[Specimen], out: Path, direction: str, sourc
         write_atomic(inner / f"specimen-{number:02d}.csv", _curve([f"# specimen: {s.name}"], s.strain, s.force))
     notes = [f"# source: {variant}, {direction}, mean of {len(specimens)}", *_peak_notes(found)]
     write_atomic(inner / "corridor.csv", _curve(notes, band.strain, band.mean, band.sd))
-    write_atomic(inner / "tension.csv", _curve(notes, *mean_curve(specimens)))
+    write_atomic(inner / "tension.csv", _curve([*notes, RISING], *tension_curve(specimens)))
     _plot(specimens, band, inner / "curves.png")
     return variant
 

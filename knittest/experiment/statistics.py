@@ -11,6 +11,9 @@ from knittest.experiment.lab_csv import Specimen
 
 Array = NDArray[np.float64]
 
+#: up to this many times the preload a curve is drawn as a line from the origin
+PRELOADS = 3.0
+
 
 @dataclass(frozen=True)
 class Corridor:
@@ -59,3 +62,19 @@ def mean_curve(specimens: Sequence[Specimen], points: int = 201) -> tuple[Array,
     share = np.linspace(max(s.strain[0] / end for s, end in zip(specimens, strain, strict=True)), 1.0, points)
     forces = [np.interp(share * end, s.strain, s.force) for s, end in zip(specimens, strain, strict=True)]
     return share * float(strain.mean()), np.mean(forces, axis=0)
+
+
+def tension_curve(specimens: Sequence[Specimen]) -> tuple[Array, Array]:
+    """:func:`mean_curve` as a material can have it: from the origin, and rising all the way.
+
+    Where noise makes the mean fall, neighbours are pooled (isotonic regression). A preload, the force at the first
+    point, cannot belong to no strain: points of less than :data:`PRELOADS` times it give way to a line to the origin.
+    """
+    from scipy.optimize import isotonic_regression
+
+    strain, force = mean_curve(specimens)
+    level, block = np.unique(isotonic_regression(force).x, return_inverse=True)
+    middle = np.bincount(block, strain) / np.bincount(block)
+    keep = (level > PRELOADS * max(force[0], 0.0)) & (middle > 0.0) & (level > 0.0)
+    keep[-1] = True
+    return np.append(0.0, middle[keep]), np.append(0.0, level[keep])

@@ -8,7 +8,7 @@ from knittest.experiment.curves import load_curve
 from knittest.experiment.lab_csv import Specimen
 from knittest.experiment.lab_report import write_import
 from knittest.experiment.reconstruct import CASES, curve, text
-from knittest.experiment.statistics import mean_curve
+from knittest.experiment.statistics import mean_curve, tension_curve
 from knittest.experiment.tables import published
 from knittest.resources import data_dir
 
@@ -80,6 +80,27 @@ def test_a_mean_curve_ends_at_the_mean_peak():
     strain, force = mean_curve(specimens())
     assert (strain[-1], force[-1]) == pytest.approx((1.6, 5500.0))
     assert force == pytest.approx(5500.0 * (strain / 1.6) ** 2, abs=5500.0 * 3e-4)  # chords of 49 pieces
+
+
+def test_a_tension_curve_starts_at_the_origin_and_rises_through_preload_and_noise():
+    preload, rng = 20.0, np.random.default_rng(1)
+    noisy = []
+    for s in specimens():
+        machine = np.maximum(s.force, preload) + rng.normal(0.0, 60.0, 50)
+        noisy.append(Specimen(s.name, s.strain, np.append(machine[:-1], s.force[-1])))
+    mean = mean_curve(noisy)[1]
+    assert (np.diff(mean)[mean[1:] > 10.0 * preload] < 0.0).any()
+    strain, force = tension_curve(noisy)
+    assert (strain[0], force[0]) == (0.0, 0.0) and (np.diff(strain) > 0.0).all() and (np.diff(force) > 0.0).all()
+    assert (strain[-1], force[-1]) == pytest.approx((1.6, 5500.0))
+    assert force == pytest.approx(5500.0 * (strain / 1.6) ** 2, abs=5.0 * preload)
+    assert force[1] > 2.5 * preload
+
+
+def test_a_tension_curve_of_clean_data_is_the_mean_curve():
+    strain, force = tension_curve(specimens())
+    mean = mean_curve(specimens())
+    assert strain == pytest.approx(mean[0]) and force == pytest.approx(mean[1])
 
 
 def test_an_import_is_an_experiment_with_table_source_and_curves(tmp_path):
