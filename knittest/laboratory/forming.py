@@ -111,7 +111,7 @@ class Forming:
         """The gates of every run, and how deep nodes are in tools."""
         quality = assess(history, run.solver, cost.penetration_max, cost.penetration_mean, prepared.model.added_mass)
         deepest = float(history.contacts["tool_penetration_max_um"].max())
-        limit = allowed_depth(history)
+        limit = allowed_depth(run)
         if deepest > limit:
             quality = quality.refusing(f"a node is {deepest:.0f} um behind a tool's surface, more than {limit:.0f} um")
         return quality
@@ -124,9 +124,12 @@ def _order(history: History) -> dict[str, float]:
     return {"crossings_out_of_order": float(out_of_order(history.mesh, history.frames[0], history.frames[-1]))}
 
 
-def allowed_depth(history: History) -> float:
+def allowed_depth(run: FormingRun) -> float:
     """Deepest penetration of a tool [um] that is allowed."""
-    return 1e3 * DEEPEST * float(history.mesh.radius.min())
+    fabric = run.fabric
+    if run.model.scale == "macro":
+        return 1e3 * DEEPEST * 0.5 * fabric.kernel("thickness")
+    return 1e3 * DEEPEST * 0.5 * min(y.kernel("beam_diameter") for y in (fabric.reinforcing, fabric.knitting))
 
 
 def tools_of(run: FormingRun, thickness: float) -> ToolSet:

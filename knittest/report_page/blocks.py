@@ -56,6 +56,14 @@ class Picture:
 
 
 @dataclass(frozen=True)
+class Gallery:
+    """Pictures beside each other, below each other where the screen is narrow."""
+
+    kind: ClassVar[str] = "gallery"
+    pictures: Sequence[Picture]
+
+
+@dataclass(frozen=True)
 class Code:
     """Text to copy; a ``download`` (file name and data URI) is offered beside it, and long text starts folded."""
 
@@ -65,7 +73,7 @@ class Code:
     download: tuple[str, str] | None = None
 
 
-Block = Table | Text | Picture | Code
+Block = Table | Text | Picture | Gallery | Code
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import groupby
 from typing import Any
 
-from knittest.report_page.blocks import Block, Cell, Section, Table, Text, Tone
+from knittest.report_page.blocks import Block, Cell, Gallery, Picture, Section, Table, Text, Tone
 from knittest.report_page.curves import overlay
 from knittest.report_page.loading import LoadedRun
 from knittest.report_page.parameters import leaves, quantities, shown, shown_quantity, unit_of
@@ -91,15 +91,20 @@ def _results(rig: str, runs: Sequence[LoadedRun], first: LoadedRun) -> Table | N
 
 
 def _pictures(runs: Sequence[LoadedRun]) -> list[Block]:
-    """The same picture of each run, one after the other, of what a table does not tell."""
+    """The same picture of each run beside each other, of what a table does not tell."""
     if len(runs) < 2:
         return []
-    return [
-        picture(run.path / name, f"Run {run.number}: {CAPTIONS[name].lower()}")
-        for name in ABREAST_PICTURES
-        for run in runs
-        if (run.path / name).is_file()
-    ]
+    blocks: list[Block] = []
+    for name in ABREAST_PICTURES:
+        found = [
+            picture(run.path / name, f"Run {run.number}: {CAPTIONS[name].lower()}")
+            for run in runs
+            if (run.path / name).is_file()
+        ]
+        shown = [block for block in found if isinstance(block, Picture)]
+        blocks += [block for block in found if not isinstance(block, Picture)]
+        blocks += [Gallery(shown)] if shown else []
+    return blocks
 
 
 def _result(row: ResultRow | None, base: ResultRow | None) -> Cell:

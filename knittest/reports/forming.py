@@ -16,7 +16,7 @@ from knittest.export.tilted_picture import tilted_picture
 from knittest.history import Array, Frame, History
 from knittest.laboratory.draw_in import DrawIn, draw_in
 from knittest.laboratory.formed import Formed
-from knittest.laboratory.forming import drawn, shear_field, tools_of
+from knittest.laboratory.forming import allowed_depth, drawn, shear_field, tools_of
 from knittest.laboratory.yarn_forces import yarn_forces
 from knittest.reports.base import Columns, CurveAxes, Gate, References, draw_energies, energy_gates, title_of
 from knittest.specimen import Specimen
@@ -38,8 +38,11 @@ class FormingReport:
         return [Level(force, f"force on the blank holder: {force:g} N")] if force > 0.0 else []
 
     def gates(self, run: FormingRun) -> list[Gate]:
-        """Those of every test."""
-        return energy_gates(run)
+        """Those of every test, and how deep nodes are in tools."""
+        depth = Gate(
+            "deepest penetration of a tool", "results", "tool_penetration_max_um", allowed_depth(run), unit="um"
+        )
+        return [*energy_gates(run), depth]
 
     def scaled(self, run: FormingRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
         """As they are: nothing is published."""

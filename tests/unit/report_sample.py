@@ -29,6 +29,7 @@ RESULTS = {
         "normal_force_error_pct": 0.0078125,
         "penetration_over_deformation_pct": 2.5,
     },
+    "forming": {"stamp_force_max_n": 95.8125, "max_wrinkle_height_mm": 4.78125, "tool_penetration_max_um": 70.25},
 }
 RIGS = list(RESULTS)
 
@@ -46,7 +47,7 @@ def write_run(
 ) -> Path:
     """A completed run in ``path``; ``failures`` refuse it, ``chosen`` goes to the config's loader."""
     chosen = {"scale": "macro", "variant": "1"} | ({"specimens": specimens} if specimens > 1 else {}) | chosen
-    run = resolve(test=kind, direction=None if kind == "picture-frame" else direction, **chosen)
+    run = resolve(test=kind, direction=None if kind in ("picture-frame", "forming") else direction, **chosen)
     files = [data_dir() / name for name in run.fabric.macro.tension.values()]
     rows = [{**RESULTS[kind], **(results or {})}]
     rows += [{name: value * (1.0 + 0.1 * k) for name, value in rows[0].items()} for k in range(1, specimens)]
@@ -90,6 +91,7 @@ def curves(kind: str) -> dict[str, np.ndarray]:
         "picture-frame": {"time_ms": x, "displacement_mm": x, "frame_shear_angle_deg": x, "shear_force_n": 0.4 * x},
         "cantilever": {"steps": 50.0 + 1000.0 * x, "residual": np.exp(-0.3 * x)},
         "friction": {"time_ms": x, "displacement_mm": x / 4.0, "pull_force_n": 300.0 * np.minimum(x, 1.0)},
+        "forming": {"time_ms": x, "stamp_travel_mm": x, "stamp_force_n": 2.0 * x},
     }[kind]
 
 

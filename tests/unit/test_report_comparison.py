@@ -51,6 +51,12 @@ def test_results_stand_side_by_side_with_their_change(parent: Path, tmp_path: Pa
     assert near(6232.875, shown) and near(RESULTS["tensile"]["fracture_strain_pct"], shown)
 
 
+def test_pictures_of_runs_of_one_test_stand_beside_each_other(parent: Path, tmp_path: Path) -> None:
+    page = page_of([parent / "tensile", parent / "plates"], tmp_path / "page.html")
+    captions = [str(e.text) for e in page.all("figcaption") if str(e.text).startswith("Run ")]
+    assert captions == [f"Run {k}: the specimen, deformed (deformed.png)" for k in (1, 2)]
+
+
 def test_only_what_differs_is_listed(parent: Path, tmp_path: Path) -> None:
     page = page_of([parent / "tensile" / "warp", parent / "meso"], tmp_path / "page.html")
     tables = page.tables(page.section("differences"))
