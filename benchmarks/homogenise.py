@@ -1,6 +1,6 @@
-"""Homogenises both shipped variants and writes the tables in docs/homogenise.md between its marks.
+"""Homogenises shipped variants and writes the table in docs/homogenise.md between its marks.
 
-python benchmarks/homogenise.py FOLDER runs what is missing in FOLDER. Some eight minutes on two idle cores.
+python benchmarks/homogenise.py FOLDER VARIANT... runs what is missing in FOLDER. Some two CPU minutes a variant.
 """
 
 import json
@@ -12,7 +12,6 @@ from knittest.cli.main import run
 
 DOCS = Path(__file__).parents[1] / "docs"
 BEGIN, END = "<!-- begin: benchmarks/homogenise.py -->", "<!-- end -->"
-VARIANTS = ("1", "2")
 
 
 def result(folder: Path, variant: str) -> dict:
@@ -27,25 +26,24 @@ def cost(one: dict, scale: str) -> float:
     return sum(run["cpu_s"] or 0.0 for run in one["runs"] if run["scale"] == scale)
 
 
-def check(found: list[dict]) -> list[str]:
-    """One row a number of both variants."""
-    head = " | ".join(f"V{v} yarns | V{v} shells | off" for v in VARIANTS)
-    lines = [f"| test | number | unit | {head} |", "|---" * (3 + 3 * len(VARIANTS)) + "|"]
+def check(variants: list[str], found: list[dict]) -> list[str]:
+    """One row a number of all variants."""
+    head = " | ".join(f"V{v} yarns | V{v} shells | off" for v in variants)
+    lines = [f"| test | number | unit | {head} |", "|---" * (3 + 3 * len(variants)) + "|"]
     for rows in zip(*(one["check"] for one in found), strict=True):
-        name = rows[0]["quantity"].split(", at ")
-        where = " (at " + " / ".join(row["quantity"].split(", at ")[1].split(",")[0] for row in rows) + ")"
-        label = f"{name[0]} over the peak{where}" if len(name) > 1 else name[0]
+        names = list(dict.fromkeys(row["quantity"] for row in rows))
+        label = names[0] if len(names) == 1 else "; ".join(f"V{v}: {n}" for v, n in zip(variants, names, strict=True))
         cells = " | ".join(f"{r['yarns']:.4g} | {r['shells']:.4g} | {r['deviation']:+.2f} %" for r in rows)
         lines.append(f"| {rows[0]['test']} | {label} | {rows[0]['unit']} | {cells} |")
     return lines
 
 
-def main(folder: Path) -> None:
-    """Run, then write tables and picture."""
-    found = [result(folder, variant) for variant in VARIANTS]
+def main(folder: Path, variants: list[str]) -> None:
+    """Run, then write the table, and the picture of the first variant."""
+    found = [result(folder, variant) for variant in variants]
     lines = [f"Preset {found[0]['preset']}, parameters {found[0]['parameters']}, seed {found[0]['seed']}.", ""]
-    lines += [*check(found), ""]
-    for variant, one in zip(VARIANTS, found, strict=True):
+    lines += [*check(variants, found), ""]
+    for variant, one in zip(variants, found, strict=True):
         lines.append(
             f"Variant {variant}: {one['status']}, largest deviation {one['largest_deviation_pct']:.1f} %; CPU time "
             f"{cost(one, 'yarns'):.0f} s of yarns, {cost(one, 'shells'):.0f} s of shells."
@@ -54,8 +52,8 @@ def main(folder: Path) -> None:
     page = DOCS / "homogenise.md"
     before, rest = page.read_text().split(BEGIN)
     page.write_text("\n".join([before + BEGIN, "", *lines, END]) + rest.split(END)[1])
-    shutil.copy(folder / "variant-1" / "homogenise.png", DOCS / "homogenise.png")
+    shutil.copy(folder / f"variant-{variants[0]}" / "homogenise.png", DOCS / "homogenise.png")
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main(Path(sys.argv[1]), sys.argv[2:])
