@@ -68,9 +68,12 @@ def plan_distance(x, y, spacing, grid, samples):
     Beyond the grid it goes on from the nearest sample with the distance from that.
     """
     nx, ny = grid[1], grid[2]
-    u, v = min(max(x / spacing, 0.0), nx - 1.0), min(max(y / spacing, 0.0), ny - 1.0)
+    # where the grid ends, and not by rounding: a point inside would get the direction of nothing
+    last_x, last_y = (nx - 1) * spacing, (ny - 1) * spacing
+    inside_x, inside_y = min(max(x, 0.0), last_x), min(max(y, 0.0), last_y)
+    beyond_x, beyond_y = x - inside_x, y - inside_y
+    u, v = inside_x / spacing, inside_y / spacing
     i, j = min(int(u), nx - 2), min(int(v), ny - 2)
-    beyond_x, beyond_y = x - u * spacing, y - v * spacing
     u, v = u - i, v - j
     at = grid[0] + i * ny + j
     c00, c01, c10, c11 = samples[at], samples[at + 1], samples[at + ny], samples[at + ny + 1]

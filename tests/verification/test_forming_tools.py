@@ -130,6 +130,22 @@ def test_volume_of_a_t_follows_from_its_dimensions():
     assert outline.perimeter == pytest.approx(perimeter)
 
 
+@pytest.mark.parametrize("name", ["stamp", "die"])
+def test_normals_of_the_kernel_are_gradients_of_the_distance(name):
+    """Also where the samples' spacing is no power of two: a rounded quotient once counted as off the grid."""
+    small = TStamp(bar_length=57.0, bar_width=21.0, stem_length=37.0, stem_width=21.0, edge_radius=4.0,
+                   outer_corner_radius=5.3, inner_corner_radius=12.0)  # fmt: skip
+    die = Die(clearance=6.0, edge_radius=4.0)
+    tool_set = build_tools(Stamp(t=small), die, None, 15.0, 2.2, (120.0, 120.0))
+    tool = tool_set.by_name[name]
+    points = near_surface(tool_set, name, 0.3, 400)
+    points = points[(np.abs(points[:, :2]) < 40.0).all(axis=1) & (np.abs(points[:, 2]) < 10.0)]
+    step = 1e-5 * np.eye(3)
+    gradient = np.column_stack([(tool.distance(points + h) - tool.distance(points - h)) / 2e-5 for h in step])
+    assert len(points) > 100
+    assert np.abs(kernel(tool.tool, points)[:, 1:] - gradient).max() < 0.05
+
+
 def test_the_gap_at_full_depth_is_the_clearance(shaped):
     """Where the stamp, moved down, passes the die's face: across from wall to wall, 8 mm along the level."""
     stamp_wall = 75.0 + DEPTH * tan(radians(2.0))
