@@ -6,6 +6,8 @@ import pytest
 from knittest.config.base import Quantity
 from knittest.config.loading import resolve
 from knittest.errors import InputError
+from knittest.laboratory.base import shear_curve
+from knittest.materials.shear import last_angle
 from knittest.resources import data_dir
 
 GRAVITY = 9.81  # m/s2
@@ -48,6 +50,15 @@ def test_every_number_states_source_and_reference(variant):
         for path, quantity in quantities(resolve(variant=variant, parameters=parameters).fabric):
             assert quantity.source in ("measured", "derived", "tuned", "assumed"), path
             assert quantity.ref, path
+
+
+def test_the_shear_law_is_predicted_and_reaches_the_end_of_the_frame_test(variant):
+    """No shear force is published: the law is that of a frame of yarns, marked as simulated wherever it is shown."""
+    run = resolve(variant=variant, scale="macro", test="picture-frame")
+    curve = shear_curve(run)
+    assert run.fabric.macro.shear.source == "predicted" and curve.kind == "simulated"
+    assert f"pham2019-v{variant}" in curve.source
+    assert last_angle(run.fabric, curve) > run.rig.max_angle
 
 
 def test_nothing_is_tuned_in_as_measured(fabric):
