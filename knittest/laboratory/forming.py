@@ -108,13 +108,14 @@ class Forming:
         }
 
     def assess(self, run: FormingRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
-        """The gates of every run, and how deep nodes are in tools."""
+        """The gates of every run, how deep nodes are in tools, and what was mended in their files."""
         quality = assess(history, run.solver, cost.penetration_max, cost.penetration_mean, prepared.model.added_mass)
         deepest = float(history.contacts["tool_penetration_max_um"].max())
         limit = allowed_depth(run)
         if deepest > limit:
             quality = quality.refusing(f"a node is {deepest:.0f} um behind a tool's surface, more than {limit:.0f} um")
-        return quality
+        assert isinstance(prepared.rig, FormingTest)
+        return replace(quality, warnings=(*quality.warnings, *prepared.rig.tools.notes))
 
 
 def _order(history: History) -> dict[str, float]:
