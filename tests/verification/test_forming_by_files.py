@@ -21,7 +21,7 @@ SMALL = [
 def test_a_draw_by_files_is_that_by_dimensions(tmp_path, monkeypatch):
     """Stamp and die sampled at 1 mm, the die as the skin the fabric touches: the same travel and forces, and a note.
 
-    Nodes of 8 mm on edges of 8 mm rounded within 1 mm: mean force over the second half of the draw 1.4 % apart, places 0.11 mm.
+    Shells of 8 mm, edges rounded within 1 mm: mean force over the second half of the draw 1.4 % apart, places 0.11 mm.
     """
     monkeypatch.chdir(tmp_path)
     plain = resolve(variant="1", scale="macro", test="forming", sets=SMALL)
