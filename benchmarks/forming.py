@@ -1,15 +1,22 @@
-"""Writes the table of docs/forming.md from run folders: python benchmarks/forming.py RUN [RUN ...]."""
+"""Writes tables and pictures of docs/forming.md from what runs have left.
+
+python benchmarks/forming.py runs RUN [RUN ...]      the table of runs and the picture of the first two
+python benchmarks/forming.py window SWEEP            table and picture of configs/sweeps/blank-holder.yaml
+"""
 
 import json
 import sys
 from pathlib import Path
 
+import matplotlib.pyplot as plt
+import pandas as pd
 import yaml
 
 from knittest.result_rows import LABELS, unfolded
 
-PAGE = Path(__file__).parent.parent / "docs" / "forming.md"
-BEGIN, END = "<!-- begin: benchmarks/forming.py -->", "<!-- end -->"
+DOCS = Path(__file__).parent.parent / "docs"
+FORCE = "rig.blank_holder_force"
+WINDOW = ("max_wrinkle_height_mm", "wrinkled_area_pct", "max_yarn_force_n", "stamp_force_max_n")
 
 
 def column(folder: Path) -> tuple[str, dict[str, str]]:
@@ -23,23 +30,56 @@ def column(folder: Path) -> tuple[str, dict[str, str]]:
     rows |= {
         "kinetic energy over work [%]": f"{100.0 * quality['ke_over_ie_max']:.1f}",
         "energy error [%]": f"{100.0 * quality['energy_error_max']:.3f}",
-        "comparison": "refused" if quality["failures"] else "passed",
+        "quality gates": "refused" if quality["failures"] else "passed",
         "elements": f"{cost['elements']}",
-        "time of the run [s]": f"{cost['wall_s']:.0f} (processor {cost['cpu_s']:.0f})",
+        "time of the run, of its processors [s]": f"{cost['wall_s']:.0f}, {cost['cpu_s']:.0f}",
     }
     return name, rows
 
 
-def main(folders: list[Path]) -> None:
-    """Replace what stands between the marks."""
+def table(header: list[str], rows: list[list[str]]) -> str:
+    """Markdown."""
+    lines = [header, ["---"] * len(header), *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def put(mark: str, text: str) -> None:
+    """Replace what stands between the marks of the page."""
+    page = DOCS / "forming.md"
+    before, rest = page.read_text().split(f"<!-- begin: {mark} -->")
+    after = rest.split(f"<!-- end: {mark} -->")[1]
+    page.write_text(f"{before}<!-- begin: {mark} -->\n\n{text}\n\n<!-- end: {mark} -->{after}")
+
+
+def runs(folders: list[Path]) -> None:
+    """Table of all runs; the first two as the page's picture."""
     columns = [column(folder) for folder in folders]
-    names = list(dict.fromkeys(row for _, rows in columns for row in rows))
-    lines = ["| | " + " | ".join(name for name, _ in columns) + " |", "|---" * (len(columns) + 1) + "|"]
-    lines += [f"| {row} | " + " | ".join(rows.get(row, "-") for _, rows in columns) + " |" for row in names]
-    text = PAGE.read_text()
-    start, end = text.index(BEGIN) + len(BEGIN), text.index(END)
-    PAGE.write_text(text[:start] + "\n\n" + "\n".join(lines) + "\n\n" + text[end:])
+    names = dict.fromkeys(row for _, rows in columns for row in rows)
+    cells = [[row, *(rows.get(row, "-") for _, rows in columns)] for row in names]
+    put("runs", table(["", *(name for name, _ in columns)], cells))
+    figure, axes = plt.subplots(1, 2, figsize=(11.0, 4.6))
+    for panel, folder, (name, _) in zip(axes, folders, columns, strict=False):
+        panel.imshow(plt.imread(folder / "deformed.png"))
+        panel.set_title(name, fontsize=10)
+        panel.axis("off")
+    figure.tight_layout()
+    figure.savefig(DOCS / "forming.png", dpi=110)
+
+
+def window(sweep: Path) -> None:
+    """Table and picture of results over the force on the holder."""
+    found = pd.read_csv(sweep / "results.csv").sort_values(FORCE)
+    header = ["force on the holder [N]", *(f"{force:g}" for force in found[FORCE])]
+    put("window", table(header, [[LABELS[k][0], *(LABELS[k][1].format(v) for v in found[k])] for k in WINDOW]))
+    figure, axes = plt.subplots(1, 3, figsize=(11.0, 3.2))
+    for panel, name in zip(axes, WINDOW[:3], strict=True):
+        panel.plot(found[FORCE], found[name], "o-", color="#0072B2")
+        panel.set(xlabel="force on the blank holder [N]", ylabel=LABELS[name][0], ylim=(0.0, None))
+        panel.grid(alpha=0.3)
+    figure.tight_layout()
+    figure.savefig(DOCS / "forming-window.png", dpi=110)
 
 
 if __name__ == "__main__":
-    main([Path(name) for name in sys.argv[1:]])
+    what, *names = sys.argv[1:]
+    {"runs": runs, "window": lambda paths: window(paths[0])}[what]([Path(name) for name in names])
