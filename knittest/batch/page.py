@@ -92,9 +92,9 @@ def _ending(table: "DataFrame") -> list[Block]:
     left, lost = int(counts.get(OPEN, 0)), int(len(table) - counts.get("completed", 0) - counts.get(OPEN, 0))
     blocks: list[Block] = []
     if left:
-        blocks.append(Text(f"Not finished: {left} runs are left. The same command goes on with them.", "warn"))
+        blocks.append(Text(f"Not finished; runs left: {left}. The same command goes on with them.", "warn"))
     if lost:
-        blocks.append(Text(f"{lost} of {len(table)} runs gave no result that counts; each has its reason.", "bad"))
+        blocks.append(Text(f"Without a result that counts: {lost} of {len(table)} runs; each has its reason.", "bad"))
     return blocks
 
 
@@ -122,7 +122,7 @@ def _reasons(folder: Path, at: Path, table: "DataFrame") -> list[Block]:
         (*_naming(folder, at, row), Cell(str(row["reason"]) or "no reason is recorded"))
         for _, row in lost.head(MOST_REASONS).iterrows()
     ]
-    caption = f"{len(lost)} runs without a result that counts"
+    caption = f"Without a result that counts: {len(lost)}"
     caption += f", the first {MOST_REASONS} of them; {TABLE} has all" if len(lost) > MOST_REASONS else ""
     return [Table(caption, ("run", "state", "reason"), rows)]
 
