@@ -203,4 +203,4 @@ def _between(ends: Any) -> str:
 
 
 def _spread(mean: Number, sd: Number) -> str:
-    return "-" if mean is None or sd is None else f"{mean:g} ± {sd:g}"
+    return "-" if mean is None or sd is None else f"{mean:.5g} ± {sd:.4g}"
