@@ -50,11 +50,13 @@ from knittest.models.boundary import (
 from knittest.models.chains import Chain, YarnContact, build_chains
 from knittest.models.explicit_model import ExplicitModel
 from knittest.models.sheet import build_sheet
+from knittest.models.sheet_tracker import SheetContact
 from knittest.models.surface import read_surface, surface
 from knittest.relaxation import Relaxation, relax
 
 __all__ = [
-    "ALL", "Body", "Boundary", "Chain", "Laminate", "Readings", "Relaxation", "Section", "Table", "Tool", "YarnContact",
+    "ALL", "Body", "Boundary", "Chain", "Laminate", "Readings", "Relaxation", "Section", "SheetContact",
+    "Table", "Tool", "YarnContact",
     "constant", "cylinder", "linear_laminate", "plane", "plate", "ramp",
     "read_surface", "round_section", "sampled",
     "section", "surface",
@@ -175,10 +177,16 @@ class Body:
         area_mass: float,
         thickness: float,
         warp: ArrayLike = (0.0, 1.0, 0.0),
+        self_contact: SheetContact | None = None,
         **options: Any,
     ) -> "Body":
-        """Shells at rest in ``points`` (n, 3) with corners ``cells`` (n_el, 4); ``area_mass`` [g/mm^2]."""
-        model = build_sheet(np.asarray(points, float), np.asarray(cells), laminate, area_mass, thickness, warp)
+        """Shells at rest in ``points`` (n, 3) with corners ``cells`` (n_el, 4); ``area_mass`` [g/mm^2].
+
+        They touch themselves and each other, ``thickness`` apart, if ``self_contact`` says how.
+        """
+        model = build_sheet(
+            np.asarray(points, float), np.asarray(cells), laminate, area_mass, thickness, warp, contact=self_contact
+        )
         return cls(model, **options)
 
     def place(self, position: ArrayLike, turn: ArrayLike = (0.0, 0.0, 0.0)) -> None:

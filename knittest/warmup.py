@@ -18,16 +18,23 @@ from knittest.fabric.variability import YarnDraws
 from knittest.materials.laminate import laminate
 from knittest.models.boundary import Boundary, Readings, plane, ramp
 from knittest.models.explicit_model import ExplicitModel
-from knittest.models.macro import build_strip
+from knittest.models.macro import build_strip, self_contact
 from knittest.models.meso import build_meso
 from knittest.simulate import simulate
 
+#: kernels of the macro scale with self-contact
+MACRO_CONTACT = "macro-contact"
 _warm: set[str] = set()
 
 
-def compiled_before(scale: Scale) -> bool:
-    """Whether the cache on disk holds all kernels of ``scale`` for this processor and these versions."""
-    return _marker(scale).is_file()
+def kernels_of(run: Run) -> str:
+    """Name of the kernels that ``run`` needs: its scale, and whether shells touch each other."""
+    return MACRO_CONTACT if run.model.scale == "macro" and run.model.macro.self_contact else run.model.scale
+
+
+def compiled_before(kernels: str) -> bool:
+    """Whether the cache on disk holds all of ``kernels`` for this processor and these versions."""
+    return _marker(kernels).is_file()
 
 
 def warm(run: Run, phase: Callable[[str], None] | None = None) -> float:
@@ -36,51 +43,53 @@ def warm(run: Run, phase: Callable[[str], None] | None = None) -> float:
     A process that compiles a kernel links other copies of its helpers than one that loads it from the cache, and its
     results differ in the last bits. So a process of its own compiles, and every run, also a resumed one, loads.
     """
-    scale = run.model.scale
-    if scale in _warm:
+    kernels = kernels_of(run)
+    if kernels in _warm:
         return 0.0
-    ready = compiled_before(scale)
+    ready = compiled_before(kernels)
     if phase is not None:
-        phase(f"loading the {scale} kernels" if ready else f"compiling the {scale} kernels (once per installation)")
+        phase(f"loading the {kernels} kernels" if ready else f"compiling the {kernels} kernels (once per installation)")
     start = clock.perf_counter()
     if not ready:
-        _compile_apart(scale)
-    _exercise(scale)
-    _warm.add(scale)
+        _compile_apart(kernels)
+    _exercise(kernels)
+    _warm.add(kernels)
     return clock.perf_counter() - start
 
 
-def _compile_apart(scale: Scale) -> None:
+def _compile_apart(kernels: str) -> None:
     """Fill the cache from another process; if that fails, the kernels are compiled here, which says what is wrong."""
     environment = os.environ | {VARIABLE: str(cache_root())}
-    command = [sys.executable, "-P", "-c", f"from knittest.warmup import fill_cache; fill_cache({scale!r})"]
+    command = [sys.executable, "-P", "-c", f"from knittest.warmup import fill_cache; fill_cache({kernels!r})"]
     with suppress(OSError, subprocess.SubprocessError):
         subprocess.run(command, env=environment, check=True, stdin=subprocess.DEVNULL, capture_output=True)
 
 
-def fill_cache(scale: Scale) -> None:
-    """Compile all kernels of ``scale`` into the cache, then mark it as complete."""
-    _exercise(scale)
-    _marker(scale).touch()
+def fill_cache(kernels: str) -> None:
+    """Compile all of ``kernels`` into the cache, then mark it as complete."""
+    _exercise(kernels)
+    _marker(kernels).touch()
 
 
-def _marker(scale: Scale) -> Path:
+def _marker(kernels: str) -> Path:
     """Named after all that makes Numba compile anew, in the folder of the sources loaded, not of those on disk now."""
     import numba
     from llvmlite import binding
 
     host = (binding.get_host_cpu_name(), binding.get_host_cpu_features().flatten())
     key = repr((numba.__version__, binding.llvm_version_info, sys.version_info[:2], *host))
-    name = f"{scale}-{hashlib.sha256(key.encode()).hexdigest()[:16]}.complete"
+    name = f"{kernels}-{hashlib.sha256(key.encode()).hexdigest()[:16]}.complete"
     return Path(os.environ["NUMBA_CACHE_DIR"]) / name
 
 
-def _exercise(scale: Scale) -> None:
+def _exercise(kernels: str) -> None:
     """Simulate a tiny model of a shipped fabric with everything that a run calls."""
     from knittest.config.loading import resolve
 
-    line = ("fabric.macro.shear.kind=linear", "fabric.macro.shear.stiffness=0.05")  # no curve to be read
-    run = resolve(variant="1", scale=scale, sets=line)
+    line = ["fabric.macro.shear.kind=linear", "fabric.macro.shear.stiffness=0.05"]  # no curve to be read
+    contact = ["model.macro.self_contact=true"] if kernels == MACRO_CONTACT else []
+    scale: Scale = "meso" if kernels == "meso" else "macro"
+    run = resolve(variant="1", scale=scale, sets=[*line, *contact])
     model = _crossing_yarns(run) if run.model.scale == "meso" else _small_strip(run)
     brief = run.solver.model_copy(update={"target_step": None})
     simulate(model, _Tug(), brief, Output(samples=20, frames=1))
@@ -125,4 +134,5 @@ def _crossing_yarns(run: Run) -> ExplicitModel:
 def _small_strip(run: Run) -> ExplicitModel:
     line = (np.array([0.0, 100.0]), np.array([0.0, 1e6]))
     card = laminate(run.fabric, {"warp": line, "weft": line})
-    return build_strip(run.fabric, card, "warp", 5.0, 5.0, 5.0, 5.0)
+    contact = self_contact(run.fabric, run.model.macro)
+    return build_strip(run.fabric, card, "warp", 5.0, 5.0, 5.0, 5.0, contact=contact)

@@ -5,13 +5,14 @@ import click
 
 @click.command()
 def warmup() -> None:
-    """Compile the kernels of both scales now, so that no run has to.
+    """Compile the kernels of both scales now, also for self-contact of shells, so that no run has to.
 
     Example: knittest warmup
     """
     from knittest.config.loading import resolve
-    from knittest.warmup import warm
+    from knittest.warmup import kernels_of, warm
 
-    for scale in ("macro", "meso"):
-        seconds = warm(resolve(variant="1", scale=scale))
-        click.echo(f"{scale}: {seconds:.1f} s")
+    runs = [resolve(variant="1", scale="macro", sets=sets) for sets in ([], ["model.macro.self_contact=true"])]
+    for run in [*runs, resolve(variant="1", scale="meso")]:
+        seconds = warm(run)
+        click.echo(f"{kernels_of(run)}: {seconds:.1f} s")

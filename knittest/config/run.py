@@ -32,6 +32,9 @@ class MacroModel(Strict):
 
     element_size: float = number(5.0, "mm", "side of a square shell", gt=0, band=(0.2, 100))
     imperfection: float = number(0.0, "mm", "seeded out-of-plane imperfection amplitude", ge=0, le=5)
+    self_contact: bool = Field(
+        False, description="the sheet touches itself where it folds, a thickness apart, with fabric.macro.self_friction"
+    )
 
 
 class Model(Strict):

@@ -14,6 +14,7 @@ from knittest.kernels.contact_blocks import contact_forces, scatter_contacts
 from knittest.kernels.loads import apply_loads, book_loads
 from knittest.kernels.motion import impose_motions
 from knittest.kernels.options import KERNEL, PARALLEL, PARTITIONS
+from knittest.kernels.sheet_contact import scatter_sheet, sheet_forces
 from knittest.kernels.shell_blocks import gather_shells, shell_forces
 from knittest.kernels.tables import read_tables
 from knittest.kernels.tool_contact import move_tools, touch_tools
@@ -33,6 +34,12 @@ def _clear(start, stop, rows):
 def _contact_share(p, count, dt, nodes, contacts, alive, law, tally, w):
     first, last = count * p // PARTITIONS, count * (p + 1) // PARTITIONS
     tally.energy[p, 1] += contact_forces(first, last, nodes, contacts, alive, law, 1.0 / dt, w)
+
+
+@njit(**KERNEL)
+def _sheet_share(p, dt, nodes, shells, sheet, count, law, contacts, tally):
+    first, last = count * p // PARTITIONS, count * (p + 1) // PARTITIONS
+    tally.energy[p, 1] += sheet_forces(first, last, dt, nodes, shells, sheet, law, contacts)
 
 
 @njit(**KERNEL)
@@ -64,11 +71,12 @@ def _yarn_share(p, time, dt, nodes, parts, beams, contacts, tables, motions, loa
 
 
 @njit(**KERNEL)
-def _fabric_share(p, dt, nodes, parts, shells, tables, motions, loads, tools, touch, tally, w):
+def _fabric_share(p, dt, nodes, parts, shells, count, contacts, tables, motions, loads, tools, touch, tally, w):
     start, stop = parts.node[p], parts.node[p + 1]
     _clear(start, stop, nodes.force)
     _clear(start, stop, nodes.moment)
     gather_shells(start, stop, nodes, shells)
+    scatter_sheet(p, start, stop, count, nodes, shells, contacts)
     _outside(p, dt, nodes, parts, tables, loads, tools, touch, tally, w)
     advance_free(start, stop, dt, nodes, w)
     impose_motions(p, dt, nodes, motions, tables, tally)
@@ -112,16 +120,50 @@ def advance_yarns(
 
 @njit(**PARALLEL)
 def advance_fabric(
-    steps, time, dt, nodes, parts, shells, laminate, tables, motions, loads, tools, touch, tally, scratch
+    steps,
+    time,
+    dt,
+    nodes,
+    parts,
+    shells,
+    laminate,
+    sheet,
+    contacts,
+    count,
+    law,
+    tables,
+    motions,
+    loads,
+    tools,
+    touch,
+    tally,
+    scratch,
 ):
-    """Advance a model of shells; arguments as in :func:`advance_yarns`."""
+    """Advance a model of shells; arguments as in :func:`advance_yarns`.
+
+    ``count`` of the ``contacts`` of ``sheet`` with itself are in use, by ``law`` (:mod:`knittest.kernels.sheet_state`).
+    """
     for step in range(steps):
         now = time + step * dt
         read_tables(tables, now - 0.5 * dt, now + 0.5 * dt)
         for p in prange(PARTITIONS):
             _shell_share(np.int64(p), now, nodes, shells, laminate, tally, scratch[p])
+            _sheet_share(np.int64(p), dt, nodes, shells, sheet, count, law, contacts, tally)
         for p in prange(PARTITIONS):
             _fabric_share(
-                np.int64(p), dt, nodes, parts, shells, tables, motions, loads, tools, touch, tally, scratch[p]
+                np.int64(p),
+                dt,
+                nodes,
+                parts,
+                shells,
+                count,
+                contacts,
+                tables,
+                motions,
+                loads,
+                tools,
+                touch,
+                tally,
+                scratch[p],
             )
         move_tools(dt, tools, tables, tally)

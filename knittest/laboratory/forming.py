@@ -17,7 +17,7 @@ from knittest.laboratory.strips import cut
 from knittest.laboratory.yarn_forces import yarn_forces
 from knittest.materials.laminate import softened
 from knittest.measure import assess
-from knittest.models.macro import rectangle
+from knittest.models.macro import rectangle, self_contact
 from knittest.models.meso import build_meso
 from knittest.models.sheet import build_sheet
 from knittest.rigs.forming import FormingTest
@@ -58,7 +58,8 @@ class Forming:
         points[:, 2] = np.random.default_rng(run.variability.seed + specimen).uniform(-height, height, len(points))
         card = fabric_laminate(run)
         soft = softened(card, rig.membrane_share)._replace(compression=card.compression)
-        model = build_sheet(points, cells, soft, fabric.kernel("area_mass"), thickness)
+        contact = self_contact(fabric, run.model.macro)
+        model = build_sheet(points, cells, soft, fabric.kernel("area_mass"), thickness, contact=contact)
         # unevenness does not reach into the tools
         radius = 0.5 * thickness - np.abs(points[:, 2])
         test = FormingTest(run, tools_of(run, thickness), thickness, radius, run.rig.kernel("gravity") * model.mass)

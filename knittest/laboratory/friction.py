@@ -11,7 +11,7 @@ from knittest.laboratory.base import Phase, Prepared, Update, fabric_laminate
 from knittest.laboratory.pressure import pressure_map, shares
 from knittest.laboratory.strips import AXIS, cut, pitch, yarns_across
 from knittest.measure import assess
-from knittest.models.macro import build_strip
+from knittest.models.macro import build_strip, self_contact
 from knittest.models.meso import build_meso
 from knittest.rigs.friction import KINETIC_SHARE, FrictionTest
 from knittest.simulate import simulate
@@ -50,7 +50,7 @@ class Friction:
         # the model of the tensile strip, its clamps being its first and last row
         model = build_strip(
             run.fabric, fabric_laminate(run), rig.direction, rig.kernel("length") - 2.0 * size, rig.kernel("width"),
-            size, size, 0.0, run.variability.seed + specimen,
+            size, size, 0.0, run.variability.seed + specimen, self_contact(run.fabric, run.model.macro),
         )  # fmt: skip
         half = 0.5 * run.fabric.kernel("thickness")
         test = FrictionTest(run, 1, (-half, half), np.full(model.n_nodes, half))

@@ -17,6 +17,7 @@ from knittest.laboratory.strips import cut
 from knittest.laboratory.wrinkles import measure_wrinkles
 from knittest.materials.shear import last_angle
 from knittest.measure import assess
+from knittest.models.macro import self_contact
 from knittest.models.meso import build_meso
 from knittest.models.sheet import build_sheet
 from knittest.rigs.picture_frame import ANGLES, PictureFrameTest
@@ -67,8 +68,9 @@ class PictureFrame:
         fabric = run.fabric
         warp = _turned(np.array([[0.0, 1.0, 0.0]]))[0]
         model = build_sheet(
-            _turned(points), cells, fabric_laminate(run), fabric.kernel("area_mass"), fabric.kernel("thickness"), warp
-        )
+            _turned(points), cells, fabric_laminate(run), fabric.kernel("area_mass"), fabric.kernel("thickness"), warp,
+            contact=self_contact(fabric, run.model.macro),
+        )  # fmt: skip
         test = PictureFrameTest(run, np.flatnonzero(edge), side**2)
         return Prepared(model, test, facts={"side_mm": side, "area_mm2": side**2})
 

@@ -7,7 +7,7 @@ from knittest.history import History, Quality
 from knittest.laboratory.base import Phase, Prepared, Update, fabric_laminate
 from knittest.laboratory.strips import AXIS, cut, pitch, yarns_across
 from knittest.measure import assess, tensile_results
-from knittest.models.macro import build_strip
+from knittest.models.macro import build_strip, self_contact
 from knittest.models.meso import build_meso
 from knittest.rigs.tensile import TensileTest
 from knittest.simulate import simulate
@@ -34,6 +34,7 @@ class Tensile:
         model = build_strip(
             run.fabric, fabric_laminate(run), rig.direction, gauge, rig.kernel("width"), rig.kernel("jaw_length"),
             macro.kernel("element_size"), macro.kernel("imperfection"), run.variability.seed + specimen,
+            self_contact(run.fabric, macro),
         )  # fmt: skip
         facts = _facts(yarns_across(run, rig.direction, specimen), gauge, gauge + 2.0 * rig.kernel("jaw_length"), run)
         return Prepared(model, TensileTest(run, axis=1, gauge=gauge, middle=0.0), facts=facts)

@@ -1,4 +1,4 @@
-"""The shell strip as a model of the explicit driver."""
+"""Sheets of shells as a model of the explicit driver."""
 
 from dataclasses import dataclass
 
@@ -8,41 +8,64 @@ from knittest.history import Overlaps
 from knittest.kernels.drive_state import Drive
 from knittest.kernels.explicit import advance_fabric
 from knittest.kernels.health import smallest_shell
+from knittest.kernels.sheet_contact import sheet_statistics
+from knittest.kernels.sheet_state import NO_LAW, NO_MESH, empty_contacts
 from knittest.kernels.shell_output import shell_energies, shell_fields
 from knittest.kernels.shell_state import Laminate, Shells
 from knittest.kernels.state import Tally
 from knittest.models.explicit_model import Array, ExplicitModel, Index, Stored
-from knittest.snapshot import State, arrays_of, put_back
+from knittest.models.sheet_tracker import SheetTracker
+from knittest.snapshot import State, arrays_of, prefixed, put_back, under
 
 #: arrays of the shells that a run changes
 CHANGING = ("state", "corner", "fail_time")
+#: contact arguments of the kernel for sheets that do not see each other
+BLIND = (NO_MESH, empty_contacts(0), 0, NO_LAW)
 #: area over reference area below which a shell has collapsed
 SMALLEST = 0.05
 
 
 @dataclass
 class FabricModel(ExplicitModel):
-    """Shells without contact."""
+    """Shells, which touch each other if ``tracker`` says how."""
 
     shells: Shells
     laminate: Laminate
+    tracker: SheetTracker | None = None
 
     def prepare(self) -> Overlaps:
-        """Nothing touches."""
-        return Overlaps()
+        """See :meth:`SheetTracker.settle`."""
+        return self.tracker.settle() if self.tracker else Overlaps()
 
     def safe_steps(self, dt: float, most: int) -> int:
-        """Shells need no attention between samples."""
-        return most
+        """Only contacts need attention between samples."""
+        return self.tracker.safe_steps(dt, most) if self.tracker else most
 
     def advance(self, steps: int, time: float, dt: float, drive: Drive, tally: Tally, scratch: Array) -> None:
-        """See :func:`knittest.kernels.explicit.advance_fabric`."""
-        advance_fabric(steps, time, dt, self.nodes, self.parts, self.shells, self.laminate, *drive, tally, scratch)
+        """Renew contacts that may come near, then advance; see :func:`knittest.kernels.explicit.advance_fabric`."""
+        if self.tracker:
+            self.tracker.update(steps * dt)
+        contact = self.tracker.arguments if self.tracker else BLIND
+        advance_fabric(
+            steps, time, dt, self.nodes, self.parts, self.shells, self.laminate, *contact, *drive, tally, scratch
+        )
 
     def stored(self) -> Stored:
-        """Energies of the living shells."""
+        """Energies of the living shells and of their contacts."""
         internal, hourglass = shell_energies(self.nodes, self.shells, self.laminate)
-        return Stored(np.array([internal]), hourglass=hourglass)
+        if self.tracker is None:
+            return Stored(np.array([internal]), hourglass=hourglass)
+        mesh, contacts, count, law = self.tracker.arguments
+        contact, penetration = sheet_statistics(count, self.nodes, self.shells, mesh, law, contacts)
+        return Stored(np.array([internal]), contact, hourglass, penetration)
+
+    def pressing(self) -> float:
+        """See :meth:`ExplicitModel.pressing`."""
+        return self.tracker.pressing() if self.tracker else 0.0
+
+    def search_seconds(self) -> float:
+        """See :class:`SheetTracker`."""
+        return self.tracker.seconds if self.tracker else 0.0
 
     def failed(self) -> Index:
         """Deleted shells."""
@@ -56,20 +79,28 @@ class FabricModel(ExplicitModel):
         return values | {"alive": np.isinf(self.shells.fail_time[:n_el]).astype(float)}
 
     def complaint(self, dt: float) -> str:
-        """Names a shell without area; the bound behind the time step holds at any other distortion."""
+        """Names a shell without area, or a node that went through one.
+
+        The bound behind the time step holds at any other distortion.
+        """
         shell, ratio = smallest_shell(
             self.nodes.position, self.shells.conn, self.shells.fail_time, self.shells.state
         )  # fmt: skip
-        return f"shell {shell} has collapsed to {100.0 * ratio:.1f} % of its area" if ratio < SMALLEST else ""
+        if ratio < SMALLEST:
+            return f"shell {shell} has collapsed to {100.0 * ratio:.1f} % of its area"
+        return self.tracker.complaint() if self.tracker else ""
 
     def state(self) -> State:
-        """See :meth:`ExplicitModel.state`; adds living shells and corner forces."""
-        return super().state() | arrays_of("shells", self.shells, CHANGING)
+        """See :meth:`ExplicitModel.state`; adds living shells, corner forces and contacts."""
+        contacts = prefixed("tracker", self.tracker.state()) if self.tracker else {}
+        return super().state() | arrays_of("shells", self.shells, CHANGING) | contacts
 
     def restore(self, state: State) -> None:
         """See :meth:`ExplicitModel.restore`."""
         super().restore(state)
         put_back(state, "shells", self.shells, CHANGING)
+        if self.tracker:
+            self.tracker.restore(under(state, "tracker"))
 
     def name_of(self, node: int) -> str:
         """The shells around ``node``."""

@@ -4,9 +4,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.config.fabric import Direction, Fabric
+from knittest.config.run import MacroModel
 from knittest.kernels.shell_state import Laminate
 from knittest.models.fabric_model import FabricModel
 from knittest.models.sheet import build_sheet
+from knittest.models.sheet_tracker import SheetContact
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -26,11 +28,12 @@ def build_strip(
     element_size: float,
     imperfection: float = 0.0,
     seed: int = 1,
+    contact: SheetContact | None = None,
 ) -> FabricModel:
     """Strip of ``direction`` yarns along y: gauge between two jaws [mm], shells of about ``element_size`` [mm].
 
     A row of nodes lies on each jaw edge. ``imperfection`` [mm] is the largest seeded out-of-plane offset of the nodes
-    in the gauge, free of stress.
+    in the gauge, free of stress. The strip touches itself if ``contact`` says how.
     """
     position, conn = rectangle(_rows(gauge_length, jaw_length, element_size), width, element_size)
     edge = 0.5 * gauge_length * (1.0 - 1e-9)
@@ -38,8 +41,13 @@ def build_strip(
     position[free, 2] = np.random.default_rng(seed).uniform(-imperfection, imperfection, int(free.sum()))
     return build_sheet(
         position, conn, laminate, fabric.kernel("area_mass"), fabric.kernel("thickness"),
-        ALONG if direction == "warp" else ACROSS, _strength(position, conn, edge, seed),
+        ALONG if direction == "warp" else ACROSS, _strength(position, conn, edge, seed), contact,
     )  # fmt: skip
+
+
+def self_contact(fabric: Fabric, macro: MacroModel) -> SheetContact | None:
+    """How the fabric touches itself, None if it is not to."""
+    return SheetContact(fabric.macro.kernel("self_friction")) if macro.self_contact else None
 
 
 def build_rectangle(

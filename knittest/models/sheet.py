@@ -8,6 +8,7 @@ from knittest.kernels.shell_arrays import build_shells, set_strength
 from knittest.kernels.shell_state import Laminate, Shells
 from knittest.models.explicit_model import make_nodes, make_partitions
 from knittest.models.fabric_model import FabricModel
+from knittest.models.sheet_tracker import SheetContact, SheetTracker
 from knittest.models.shell_step import highest_stiffness, rotary_inertia
 
 Array = NDArray[np.float64]
@@ -22,11 +23,12 @@ def build_sheet(
     thickness: float,
     warp: ArrayLike = (0.0, 1.0, 0.0),
     strength: Array | None = None,
+    contact: SheetContact | None = None,
 ) -> FabricModel:
     """Model of shells at rest in ``points`` (n, 3) [mm] with corners ``cells`` (n_el, 4).
 
     ``area_mass`` [g/mm^2], ``thickness`` [mm]; ``warp`` direction (3,) or (n_el, 3); ``strength`` (n_el,) over the
-    laminate's fracture strains, 1 if not given.
+    laminate's fracture strains, 1 if not given. The sheets touch themselves and each other if ``contact`` says how.
     """
     points, cells = np.asarray(points, float), np.asarray(cells, np.int64)
     shells = build_shells(points, cells, np.asarray(warp, float))
@@ -38,7 +40,9 @@ def build_sheet(
     mesh = Mesh("shells", cells, zeros, ("fabric",), zeros, np.full(n_el, 0.5 * thickness))
     wave = float(np.sqrt(laminate.slope.sum(axis=1).max() / area_mass))
     parts = make_partitions(np.arange(n + 1), np.full(n, -1))
-    return FabricModel(make_nodes(points, mass, inertia), parts, mass, inertia, mesh, step, 0.0, wave, shells, laminate)
+    nodes = make_nodes(points, mass, inertia)
+    tracker = SheetTracker(nodes, shells, parts, cells, mass, step, thickness, contact) if contact else None
+    return FabricModel(nodes, parts, mass, inertia, mesh, step, 0.0, wave, shells, laminate, tracker)
 
 
 def lump(

@@ -124,9 +124,9 @@ def _set_threads() -> None:
 
 def _warm(run: Run, told: Told) -> None:
     """Load the kernels that ``run`` needs, or compile them and say so."""
-    from knittest.warmup import compiled_before, warm
+    from knittest.warmup import compiled_before, kernels_of, warm
 
-    if not compiled_before(run.model.scale):
+    if not compiled_before(kernels_of(run)):
         told("at", None)
     warm(run)
 

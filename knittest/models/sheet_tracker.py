@@ -1,0 +1,171 @@
+"""Keeps the list of contacts of sheets with themselves and each other current as they move."""
+
+import time as clock
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knittest.errors import InputError, NumericalError
+from knittest.history import OVERLAP_COUNTS, Overlaps
+from knittest.kernels import search, sheet_search
+from knittest.kernels.sheet_state import SheetContacts, SheetLaw, SheetMesh, empty_contacts
+from knittest.kernels.shell_state import Shells
+from knittest.kernels.state import Nodes, Partitions
+from knittest.models.sheet_topology import edge_neighbours, near_shells
+from knittest.snapshot import State, arrays_of, entry, put_back
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+#: penalty of a node over m / dt^2, dt the critical step. A node between two sheets, as node and corner on both faces,
+#: gets eight times it, below the 4 (1 - 0.9^2) = 0.76 that a step of 0.9 leaves; at a third of that the energy that an
+#: impact loses within its first and last step stays below a percent, and sheets still sink in by micrometres only
+STIFFNESS = 0.03
+#: share of critical damping of a touching node
+DAMPING = 0.05
+#: distance along the sheet within which it does not touch itself, over the thickness: a hairpin of two layers in touch
+#: is a half circle of pi / 2 thicknesses
+NEIGHBOURS = 1.6
+#: gap up to which contacts are tracked, over the thickness
+SKIN = 0.5
+#: fewest steps between two looks at the contacts
+LEAST_STEPS = 5
+#: overlap at the start, over half the thickness, above which the geometry is refused; pairs that are named
+MAX_OVERLAP, LISTED = 0.20, 5
+
+
+@dataclass(frozen=True)
+class SheetContact:
+    """Coulomb ``friction`` [-] of sheet on sheet; ``static_friction`` before a contact slips, the same if not given."""
+
+    friction: float = 0.0
+    static_friction: float | None = None
+
+
+class SheetTracker:
+    """Contacts of the nodes of one model with its shells of ``thickness`` [mm]; ``mass`` [g] (n_nodes,), ``step`` the
+    critical one [ms]. Lists grow when they overflow, nothing is dropped.
+    """
+
+    def __init__(
+        self, nodes: Nodes, shells: Shells, parts: Partitions, cells: Index, mass: Array, step: float,
+        thickness: float, contact: SheetContact,
+    ) -> None:  # fmt: skip
+        n, n_el = mass.size, len(cells)
+        self.nodes, self.shells = nodes, shells
+        owner = np.searchsorted(parts.node, np.arange(n), side="right") - 1
+        near = near_shells(nodes.position[:, :n].T, cells, NEIGHBOURS * thickness)
+        self.mesh = SheetMesh(edge_neighbours(cells), owner, STIFFNESS * mass / step**2, *near)
+        static = contact.friction if contact.static_friction is None else contact.static_friction
+        viscous = 2.0 * DAMPING * step / np.sqrt(STIFFNESS)
+        self.law = SheetLaw(float(thickness), float(viscous), float(static), float(contact.friction))
+        self.skin = SKIN * thickness
+        self.contacts, self._spare, self.count = empty_contacts(64), empty_contacts(64), 0
+        self._centre, self._half = np.zeros((3, n_el)), np.zeros(n_el)
+        self._order, self._shell_moved = np.zeros(n_el, np.int64), np.zeros(n_el, np.bool_)
+        self._since, self._moved = np.full((3, n), np.inf), np.zeros(n, np.bool_)
+        self.speed, self.searches, self.seconds = 0.0, 0, 0.0
+
+    def settle(self) -> Overlaps:
+        """Find the first contacts; returns what overlaps, which starts free of force.
+
+        Raises :class:`InputError` naming the worst pairs when an overlap exceeds :data:`MAX_OVERLAP`.
+        """
+        self._moved[:] = True
+        self._find_contacts()
+        c, half = self.contacts, 0.5 * self.law.thickness
+        inside = (c.uv[:, : self.count] > 0.0) & (c.uv[:, : self.count] < 1.0)  # lips of a slit are no overlap
+        share = np.where(np.all(inside, axis=0), (self.law.thickness - c.gap[: self.count]) / half, 0.0)
+        worst = np.argsort(-share, kind="stable")[:LISTED]
+        named = {int(k): self._describe(int(k), float(share[k])) for k in worst if share[k] > OVERLAP_COUNTS}
+        if len(share) and share[worst[0]] > MAX_OVERLAP:
+            raise InputError(
+                f"sheets overlap at the start by more than {100 * MAX_OVERLAP:g} % of half the thickness; worst first: "
+                + "; ".join(text for k, text in named.items() if share[k] > MAX_OVERLAP)
+            )
+        return Overlaps(int((share > OVERLAP_COUNTS).sum()), float(share.max(initial=0.0)), tuple(named.values()))
+
+    def _describe(self, contact: int, share: float) -> str:
+        i, e = int(self.contacts.node[contact]), int(self.contacts.shell[contact])
+        x, y, z = self.nodes.position[:, i]
+        return f"node {i} and shell {e} at ({x:.1f}, {y:.1f}, {z:.1f}) mm by {100 * share:.1f} %"
+
+    def safe_steps(self, dt: float, most: int) -> int:
+        """Steps, at most ``most``, in which no gap can close by more than the skin at the last speed seen."""
+        return int(np.clip(0.4 * self.skin / max(self.speed * dt, 1e-12), LEAST_STEPS, most))
+
+    def update(self, ahead: float) -> None:
+        """Renew contacts whose skin could be used up within ``ahead`` [ms]."""
+        start = clock.perf_counter()
+        count, self.speed = search.flag_moved(self.nodes, self._since, ahead, 0.5 * self.skin, self._moved)
+        if count:
+            self._find_contacts()
+        self.seconds += clock.perf_counter() - start
+
+    @property
+    def arguments(self) -> tuple[SheetMesh, SheetContacts, int, SheetLaw]:
+        """What the kernel takes."""
+        return self.mesh, self.contacts, self.count, self.law
+
+    def pressing(self) -> float:
+        """Sum of the contact forces [N]."""
+        touching = self.contacts.owners[: self.count] != 0
+        return float(np.linalg.norm(self.contacts.force[:, : self.count], axis=0)[touching].sum())
+
+    def complaint(self) -> str:
+        """Names a node that has gone through a shell; empty if none has."""
+        c = self.contacts
+        through = np.flatnonzero((c.owners[: self.count] != 0) & (c.gap[: self.count] < 0.0))
+        return f"node {c.node[through[0]]} has gone through shell {c.shell[through[0]]}" if len(through) else ""
+
+    def state(self) -> State:
+        """Contacts in use, where every node was last looked at, and the speed that sets the next look."""
+        counts = np.array([self.count, self.contacts.node.size, self._spare.node.size, self.searches])
+        return arrays_of("contacts", self._used(), SheetContacts._fields) | {
+            "since": self._since.copy(), "speed": np.array(self.speed), "counts": counts,
+        }  # fmt: skip
+
+    def restore(self, state: State) -> None:
+        """Put back what :meth:`state` gave; raises :class:`InputError` if it is another model's."""
+        self.count, capacity, spare, self.searches = (int(v) for v in entry(state, "counts", (4,)))
+        self.contacts, self._spare = empty_contacts(capacity), empty_contacts(spare)
+        put_back(state, "contacts", self._used(), SheetContacts._fields)
+        self._since[:] = entry(state, "since", self._since.shape)
+        self.speed = float(entry(state, "speed", ()))
+
+    def _used(self) -> SheetContacts:
+        """Views of the columns in use."""
+        return SheetContacts(
+            **{name: getattr(self.contacts, name)[..., : self.count] for name in SheetContacts._fields}
+        )
+
+    def _find_contacts(self) -> None:
+        """Search where nodes moved and renew the list; it grows when it overflows."""
+        n = self._moved.size
+        position, conn = self.nodes.position[:, :n], self.shells.conn
+        if not np.isfinite(position).all():
+            i = int(np.argmin(np.isfinite(position).all(axis=0)))
+            raise NumericalError(f"the position of node {i} is not finite")
+        sheet_search.shell_centres(self.nodes.position, conn, self._centre, self._half)
+        cell = float(self._half.max()) + self.law.thickness + self.skin
+        low = position.min(axis=1)
+        shape = ((position.max(axis=1) - low) / cell).astype(np.int64) + 1
+        head, active = np.zeros(int(shape.prod()) + 1, np.int64), np.zeros(int(shape.prod()), np.bool_)
+        everywhere = np.ones(self._half.size, np.bool_)
+        cell_of = search.fill_cells(*self._centre, everywhere, cell, low, shape, head, self._order)
+        sheet_search.mark_cells(self._moved, conn, cell_of, shape, self._shell_moved, active)
+        if self._spare.node.size < self.count:
+            self._spare = empty_contacts(self.contacts.node.size)
+        while True:
+            needed = sheet_search.find_sheet_contacts(
+                self.nodes, self.shells, self.mesh, self._moved, self._shell_moved, active,
+                (cell, low, shape, head, self._order), self._centre, self._half, self.law, self.skin,
+                self.contacts, self.count, self._spare,
+            )  # fmt: skip
+            if needed <= self._spare.node.size:
+                break
+            self._spare = empty_contacts(needed + needed // 4)
+        self.contacts, self._spare, self.count = self._spare, self.contacts, needed
+        self._since[:, self._moved] = position[:, self._moved]
+        self.searches += 1
