@@ -10,7 +10,9 @@ from knittest.calibrate import command
 from knittest.calibrate.command import CalibrateOptions, calibrate_command
 from knittest.calibrate.judge import judgement
 from knittest.calibrate.parameters import Parameter
+from knittest.calibrate.problem import problem_of
 from knittest.config.loading import resolve
+from knittest.config.yaml_loader import load_yaml
 from knittest.errors import InputError, ResourceError
 from knittest.interrupts import Interrupted
 from knittest.resources import configs_dir
@@ -54,6 +56,18 @@ def test_the_shipped_bending_asks_for_the_shipped_stiffness(tmp_path, monkeypatc
     text = (configs_dir() / "calibrations/v1-warp-bending.yaml").read_text()
     assert calibrate(text, tmp_path, monkeypatch, Pretending()) == 0
     assert values(tmp_path)[0] == pytest.approx(5.05, rel=0.03)
+
+
+@pytest.mark.parametrize("path", sorted((configs_dir() / "calibrations").glob("*.yaml")), ids=lambda path: path.stem)
+def test_shipped_calibrations_enclose_the_shipped_values(path):
+    problem = problem_of(load_yaml(path))
+    case = problem.cases[0]
+    shipped = resolve(test=case.kind, fabric=case.fabric, scale="macro")
+    for parameter in problem.parameters:
+        value = shipped
+        for part in parameter.paths[0]:
+            value = getattr(value, part)
+        assert parameter.low < getattr(value, "value", value) < parameter.high
 
 
 def test_the_calibrated_fabric_says_where_its_number_comes_from(tmp_path, monkeypatch):
