@@ -19,8 +19,8 @@ Array = NDArray[np.float64]
 
 #: sides of the meshes: length along the outline, and deepest chord under a rounded edge [mm]
 LONGEST, SAG = 1.5, 0.02
-#: grid of distances in plan: at most this [mm], and this many samples over the smallest radius; least spacing [mm]
-SPACING, PER_RADIUS, FINEST = 0.5, 16.0, 0.1
+#: grid of distances in plan: at most this [mm], and so many samples over the smallest radius, as far as so many will do
+SPACING, PER_RADIUS, MOST_SAMPLES = 0.5, 16.0, 1e6
 #: samples beyond the rounded edge on every side [mm]
 MARGIN = 5.0
 
@@ -63,9 +63,10 @@ class SweptEdge:
         """The tool for the kernel; its wall is touched up to ``height`` [mm] from the face."""
         beyond = max(self.offset + self.reach, height * tan(self.draft)) + MARGIN
         smallest = min(self.outline.concave_radius - self.offset, float(self.outline.radius.min()))
-        spacing = min(SPACING, max(smallest / PER_RADIUS, FINEST))
         low, high = self.outline.bounds
         low, high = low - beyond, high + beyond
+        finest = float(np.sqrt(np.prod(high - low) / MOST_SAMPLES))
+        spacing = max(min(SPACING, smallest / PER_RADIUS), finest)
         x, y = (np.arange(a, b + spacing, spacing) for a, b in zip(low, high, strict=True))
         plan = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
         samples = self._across(self.outline.distance(plan.reshape(-1, 2))).reshape(plan.shape[:2])
