@@ -119,6 +119,8 @@ def preset_settings(kind: str, preset: Preset, scale: Scale) -> dict[str, Any]:
         "meso": {"elements_per_loop": per_loop, "elements_per_wave": per_wave},
         "macro": {"element_size": values.blank_element if kind == "forming" else values.element_size},
     }
+    if kind == "forming":  # its folds touch
+        model["macro"] = {**model["macro"], "self_contact": True}
     settings: dict[str, Any] = {"model": model, "rig": _dimensions(kind, preset, values) if scale == "meso" else {}}
     if (kind, scale) in SOLVER:
         settings["solver"] = SOLVER[kind, scale]
