@@ -113,14 +113,16 @@ def preset_settings(kind: str, preset: Preset, scale: Scale) -> dict[str, Any]:
     """Nested run settings of ``preset`` for a test of ``kind``; anything a file or an option says goes over them."""
     values = PRESETS[preset]
     per_loop, per_wave = COARSER.get(kind, (ELEMENTS_PER_LOOP, ELEMENTS_PER_WAVE))
+    forming = kind == "forming"
+    macro: dict[str, Any] = {"element_size": values.blank_element if forming else values.element_size}
+    if forming:  # its folds touch
+        macro["self_contact"] = True
     model = {
         "preset": preset,
         "scale": scale,
         "meso": {"elements_per_loop": per_loop, "elements_per_wave": per_wave},
-        "macro": {"element_size": values.blank_element if kind == "forming" else values.element_size},
+        "macro": macro,
     }
-    if kind == "forming":  # its folds touch
-        model["macro"] = {**model["macro"], "self_contact": True}
     settings: dict[str, Any] = {"model": model, "rig": _dimensions(kind, preset, values) if scale == "meso" else {}}
     if (kind, scale) in SOLVER:
         settings["solver"] = SOLVER[kind, scale]
