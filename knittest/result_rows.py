@@ -58,6 +58,7 @@ LABELS = {
     "draw_in_warp_mm": ("draw-in, warp ends, middle [mm]", "{:.1f}"),
     "draw_in_weft_mm": ("draw-in, weft ends, middle [mm]", "{:.1f}"),
     "tool_penetration_max_um": ("deepest penetration of a tool [um]", "{:.1f}"),
+    "max_membrane_strain_pct": ("strain of a shell, largest [%]", "{:.2f}"),
     "crossings_out_of_order": ("crossings out of order", "{:.0f}"),
 }
 #: what a kind of row is worth

@@ -12,10 +12,11 @@ from knittest.laboratory.base import Phase, Prepared, Update, fabric_laminate
 from knittest.laboratory.draw_in import draw_in
 from knittest.laboratory.formed import Formed, formed
 from knittest.laboratory.layer_order import out_of_order
-from knittest.laboratory.shear_angles import crossing_angles
+from knittest.laboratory.mounting import weights
+from knittest.laboratory.shear_angles import crossing_angles, shell_angles
 from knittest.laboratory.strips import cut
-from knittest.laboratory.yarn_forces import yarn_forces
-from knittest.materials.laminate import softened
+from knittest.laboratory.yarn_forces import DIRECTIONS, yarn_forces
+from knittest.materials.laminate import softened_at_most
 from knittest.measure import assess
 from knittest.models.macro import rectangle, self_contact
 from knittest.models.meso import build_meso
@@ -56,14 +57,14 @@ class Forming:
         points, cells = rectangle(rows, width, size)
         height = rig.kernel("imperfection")
         points[:, 2] = np.random.default_rng(run.variability.seed + specimen).uniform(-height, height, len(points))
-        card = fabric_laminate(run)
-        soft = softened(card, rig.membrane_share)._replace(compression=card.compression)
+        soft = softened_at_most(fabric_laminate(run), rig.membrane_share)
         contact = self_contact(fabric, run.model.macro)
         model = build_sheet(points, cells, soft, fabric.kernel("area_mass"), thickness, contact=contact)
         # unevenness does not reach into the tools
         radius = 0.5 * thickness - np.abs(points[:, 2])
-        test = FormingTest(run, tools_of(run, thickness), thickness, radius, run.rig.kernel("gravity") * model.mass)
-        return Prepared(model, test, facts={"thickness_mm": thickness, "area_mm2": length * width})
+        area = length * width
+        test = FormingTest(run, tools_of(run, thickness), thickness, radius, weights(run, model, area))
+        return Prepared(model, test, facts={"thickness_mm": thickness, "area_mm2": area})
 
     def _yarns(self, run: FormingRun, specimen: int, phase: Phase | None) -> Prepared:
         start = clock.perf_counter()
@@ -79,8 +80,9 @@ class Forming:
         model = build_meso(run, paths, piece.draws, rig.membrane_share)
         z, radius = model.position()[:, 2], model.group.radius
         thickness = 2.0 * float((np.abs(z) + radius).max())
-        test = FormingTest(run, tools_of(run, thickness), thickness, radius, rig.kernel("gravity") * model.mass)
-        facts = {"thickness_mm": thickness, "area_mm2": float(size[0] * size[1])}
+        area = float(size[0] * size[1])
+        test = FormingTest(run, tools_of(run, thickness), thickness, radius, weights(run, model, area))
+        facts = {"thickness_mm": thickness, "area_mm2": area}
         return Prepared(model, test, clock.perf_counter() - start, piece.table, facts)
 
     def solve(
@@ -101,8 +103,9 @@ class Forming:
             "draw_in_max_mm": float(edge.drawn.max()),
             "draw_in_warp_mm": 0.5 * (edge.middle("warp_low") + edge.middle("warp_high")),
             "draw_in_weft_mm": 0.5 * (edge.middle("weft_low") + edge.middle("weft_high")),
-            "max_yarn_force_n": float(forces["force_n"].max()),
+            "max_yarn_force_n": float(forces["force_n"][forces["system"] != "knit"].max()),
             "max_yarn_utilisation_pct": float(forces["utilisation_pct"].max()),
+            **_strains(last),
             "yarns_at_risk": float(np.count_nonzero(forces["utilisation_pct"] > 100.0 * run.rig.risk_share)),
             "tool_penetration_max_um": float(history.contacts["tool_penetration_max_um"].max()),
             **_order(history),
@@ -114,9 +117,18 @@ class Forming:
         deepest = float(history.contacts["tool_penetration_max_um"].max())
         limit = allowed_depth(run)
         if deepest > limit:
-            quality = quality.refusing(f"a node is {deepest:.0f} um behind a tool's surface, more than {limit:.0f} um")
+            quality = quality.refusing(
+                f"the fabric's surface is {deepest:.0f} um inside a tool, more than {limit:.0f} um"
+            )
         assert isinstance(prepared.rig, FormingTest)
         return replace(quality, warnings=(*quality.warnings, *prepared.rig.tools.notes))
+
+
+def _strains(frame: Frame) -> dict[str, float]:
+    """Largest strain of shells [%], as a check of the share of the membrane stiffness."""
+    if "strain_warp" not in frame.fields:
+        return {}
+    return {"max_membrane_strain_pct": 100.0 * max(float(frame.fields[f"strain_{d}"].max()) for d in DIRECTIONS)}
 
 
 def _order(history: History) -> dict[str, float]:
@@ -149,9 +161,11 @@ def drawn(run: FormingRun, facts: dict[str, float], history: History, frame: Fra
 
 
 def shear_field(mesh: Mesh, frame: Frame) -> tuple[Array, Array]:
-    """Shear angle [deg] of each shell or crossing, (n,), and its place in plan [mm], (n, 2)."""
+    """Shear angle [deg] of each shell or crossing, (n,), positive where warp and weft close up, and its place in plan
+    [mm], (n, 2).
+    """
     if mesh.kind == "shells":
-        return np.rad2deg(frame.fields["shear_angle"]), frame.position[mesh.cells].mean(axis=1)[:, :2]
+        return np.rad2deg(shell_angles(frame)), frame.position[mesh.cells].mean(axis=1)[:, :2]
     angle, place = crossing_angles(mesh, frame)
     return np.rad2deg(angle), place
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.config.run import CantileverRun
+from knittest.config.run import CantileverRun, FormingRun
 from knittest.history import Frame
 from knittest.models.boundary import Boundary, Readings
 from knittest.models.explicit_model import ExplicitModel
@@ -82,7 +82,7 @@ class Mounting:
         return True
 
 
-def weights(run: CantileverRun, model: ExplicitModel, area: float) -> Array:
+def weights(run: CantileverRun | FormingRun, model: ExplicitModel, area: float) -> Array:
     """Weight of each node [N]: the measured area mass on ``area`` [mm^2], spread as the model's mass."""
     given = run.fabric.kernel("area_mass") * area
     return model.mass * (given / model.mass.sum()) * run.rig.kernel("gravity")

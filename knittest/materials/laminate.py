@@ -82,20 +82,37 @@ def laminate(
 
 
 def softened(card: Laminate, share: float) -> Laminate:
-    """A share of the membrane stiffness at rest, with the same bending; the outer layers' part cannot be less than
-    itself. Shells break at the force at which they would, in tension and compression they are linear.
+    """A share of the membrane stiffness at rest, in tension and compression, with the same bending.
 
-    For tests that strain a fabric so little that no knee of its tension curve counts.
+    For tests that strain a fabric so little that no knee of its tension curve counts. Raises :class:`InputError` when
+    less is left than bending needs.
     """
+    rest = card.slope[:, 0] + 2.0 * card.outer
+    return _linear(card, share, rest, share * rest)
+
+
+def softened_at_most(card: Laminate, share: float) -> Laminate:
+    """A share of the largest tangent in tension, as of the axial stiffness of yarns, the compression as it is unless
+    that is stiffer, and the same bending; shells break at the force at which they would.
+
+    Raises :class:`InputError` when less is left than bending needs.
+    """
+    largest = np.cumsum(card.slope, axis=1).max(axis=1) + 2.0 * card.outer
+    strength = (card.slope * np.maximum(card.fail_strain[:, None] - card.knee, 0.0)).sum(axis=1)
+    strength += 2.0 * card.outer * card.fail_strain
+    compression = np.minimum(card.compression + 2.0 * card.outer, share * largest)
+    return _linear(card, share, largest, compression)._replace(fail_strain=strength / (share * largest))
+
+
+def _linear(card: Laminate, share: float, tension: Array, compression: Array) -> Laminate:
+    """A laminate with ``share`` of ``tension`` and with ``compression`` [N/mm], (2,) each, of all layers."""
     slope = np.zeros_like(card.slope)
-    slope[:, 0] = share * (card.slope[:, 0] + 2.0 * card.outer) - 2.0 * card.outer
+    slope[:, 0] = share * tension - 2.0 * card.outer
     if (slope[:, 0] <= 0.0).any():
         raise InputError(
             f"rig.membrane_share = {share:g}: leaves less membrane stiffness than bending needs; expected more"
         )
-    strength = (card.slope * np.maximum(card.fail_strain[:, None] - card.knee, 0.0)).sum(axis=1)
-    fail = (strength + 2.0 * card.outer * card.fail_strain) / (slope[:, 0] + 2.0 * card.outer)
-    return card._replace(slope=slope, compression=slope[:, 0], fail_strain=fail)
+    return card._replace(slope=slope, compression=compression - 2.0 * card.outer)
 
 
 def _tension_points(

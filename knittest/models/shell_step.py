@@ -67,8 +67,11 @@ def _rows(shells: Shells, n_el: int) -> Callable[[np.integer], Array]:
 
 
 def _largest_tangent(laminate: Laminate, direction: int) -> float:
-    """Largest tangent of the membrane force plus the force itself at failure, which stiffens across [N/mm]."""
+    """Largest tangent of the membrane force, pulled or pushed, plus the force at failure, which stiffens across
+    [N/mm].
+    """
     tangent = 2.0 * laminate.outer[direction] + np.cumsum(laminate.slope[direction])
     over = np.maximum(laminate.fail_strain[direction] - laminate.knee[direction], 0.0)
     peak = float(laminate.slope[direction] @ over) if np.isfinite(over).all() else 0.0
-    return float(tangent.max()) + peak
+    pushed = 2.0 * float(laminate.outer[direction]) + float(laminate.compression[direction])
+    return max(float(tangent.max()), pushed) + peak

@@ -1,7 +1,7 @@
 """Forming: a stamp draws a blank into a die; a blank holder, if there is one, is pressed on the blank by a force.
 
 The holder is loaded first; then the stamp moves down at constant speed between a smooth start and a smooth stop, and
-rests until the blank has come to rest.
+rests for as long as its start takes.
 """
 
 import numpy as np

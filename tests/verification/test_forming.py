@@ -52,6 +52,8 @@ def test_shear_on_the_hemisphere_is_that_of_the_pin_jointed_net(even):
     distance, expected = net_shear(RADIUS + 0.5 * thickness, 1.2 * RADIUS)
     found = np.rad2deg(np.abs(last.fields["shear_angle"][touching]))
     assert along.max() >= 0.6 * RADIUS
+    # a net does not stretch
+    assert max(last.fields[f"strain_{d}"].max() for d in ("warp", "weft")) < 0.005
     assert found == pytest.approx(np.rad2deg(np.interp(along, distance, expected)), abs=0.6)
 
 
@@ -63,8 +65,7 @@ def test_forces_and_energies_of_a_draw_balance(even):
     assert specimen.quality.failures == ()
     assert specimen.quality.energy_error_max < 0.005
     ends = {name: curve[f"{name}_force_n"][-200:].mean() for name in ("stamp", "holder", "die", "floor")}
-    weight = 9.81e-3 * 824.2e-6 * 210.0**2
-    assert ends["die"] + ends["floor"] == pytest.approx(ends["stamp"] + ends["holder"] + weight, rel=0.02)
+    assert ends["die"] + ends["floor"] == pytest.approx(ends["stamp"] + ends["holder"], rel=0.02)
 
 
 def test_a_holder_keeps_wrinkles_down_and_pulls_the_yarns():
