@@ -5,39 +5,41 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.laboratory.formed import Formed
+from knittest.history import Frame, Mesh
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
-#: a point belongs to an edge that it is as near to [mm]
+#: a node of a sheet belongs to an edge that it is as near to [mm]
 EDGE = 1e-6
 #: share of a side about its middle over which the draw-in of the side is a mean
 MIDDLE = 0.1
-SIDES = ("weft_low", "warp_low", "weft_high", "warp_high")
+#: sides by the yarns that end there, with the axis across them and the direction outwards
+SIDES = {"weft_low": (0, -1.0), "warp_low": (1, -1.0), "weft_high": (0, 1.0), "warp_high": (1, 1.0)}
 
 
 @dataclass(frozen=True)
 class DrawIn:
     """Points along the edges of the blank: ``start`` and ``now`` (n, 2) [mm], ``side`` (n,) as an index of
-    :data:`SIDES` (the yarns that end there), and ``drawn`` (n,), the way inwards, normal to the side [mm].
+    :data:`SIDES`, and ``drawn`` (n,), the way inwards, normal to the side [mm].
     """
 
     start: Array
     now: Array
-    side: NDArray[np.int64]
+    side: Index
     drawn: Array
 
     def middle(self, side: str) -> float:
         """Mean draw-in of the middle of a side [mm]."""
-        here = self.side == SIDES.index(side)
-        along = self.start[here, 1 if side.startswith("weft") else 0]
-        near = np.abs(along) <= MIDDLE * np.abs(along).max()
+        here = self.side == list(SIDES).index(side)
+        along = self.start[here, 1 - SIDES[side][0]]
+        near = np.abs(along) <= max(MIDDLE * np.abs(along).max(), np.abs(along).min())
         return float(self.drawn[here][near].mean())
 
     def table(self) -> dict[str, Array]:
         """Columns of draw-in.csv."""
         return {
-            "side": np.array(SIDES)[self.side],
+            "side": np.array(list(SIDES))[self.side],
             "start_x_mm": self.start[:, 0],
             "start_y_mm": self.start[:, 1],
             "x_mm": self.now[:, 0],
@@ -46,14 +48,24 @@ class DrawIn:
         }
 
 
-def draw_in(found: Formed) -> DrawIn:
-    """The four edges, round the blank."""
-    start, now = found.start[:, :2], found.now[:, :2]
+def draw_in(mesh: Mesh, first: Frame, last: Frame) -> DrawIn:
+    """The four edges, round the blank, between two frames."""
     rows = []
-    for k, (axis, sign) in enumerate(((0, -1.0), (1, -1.0), (0, 1.0), (1, 1.0))):
-        out = sign * start[:, axis]
-        edge = np.flatnonzero(out > out.max() - EDGE)
-        order = edge[np.argsort(start[edge, 1 - axis] * (1.0 if k in (1, 2) else -1.0))]
-        drawn = sign * (start[order, axis] - now[order, axis])
-        rows.append((start[order], now[order], np.full(len(order), k), drawn))
+    for k, (name, (axis, sign)) in enumerate(SIDES.items()):
+        edge = _edge(mesh, first.position, name)
+        order = edge[np.argsort(first.position[edge, 1 - axis] * (1.0 if k in (1, 2) else -1.0))]
+        start, now = first.position[order, :2], last.position[order, :2]
+        rows.append((start, now, np.full(len(order), k), sign * (start[:, axis] - now[:, axis])))
     return DrawIn(*(np.concatenate(column) for column in zip(*rows, strict=True)))
+
+
+def _edge(mesh: Mesh, position: Array, side: str) -> Index:
+    """Nodes of a side: the outermost of a sheet; the ends of the yarns that are cut there."""
+    axis, sign = SIDES[side]
+    if mesh.kind == "shells":
+        out = sign * position[:, axis]
+        return np.flatnonzero(out > out.max() - EDGE)
+    system = mesh.part == mesh.part_names.index(side.split("_")[0])
+    cells = [mesh.cells[mesh.yarn == yarn] for yarn in np.unique(mesh.yarn[system])]
+    ends = np.array([(yarn[0, 0], yarn[-1, 1]) for yarn in cells])
+    return np.asarray(np.take_along_axis(ends, np.argmax(sign * position[ends, axis], axis=1)[:, None], axis=1)[:, 0])

@@ -95,7 +95,7 @@ class Forming:
         """Forces, shear angles, wrinkles, draw-in and yarn forces at the end of the draw."""
         last = history.frames[-1]
         surface = drawn(run, prepared.facts, history, last)
-        edge, forces = draw_in(surface), yarn_forces(run, history.mesh, history.frames)
+        edge, forces = draw_in(history.mesh, history.frames[0], last), yarn_forces(run, history.mesh, history.frames)
         return {
             "stamp_force_max_n": float(history.curve["stamp_force_n"].max()),
             **_wrinkles(surface, prepared.facts["thickness_mm"]),

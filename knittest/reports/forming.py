@@ -61,7 +61,7 @@ class FormingReport:
         history, surface = specimens[0].history, _surface(run, specimens[0])
         angle, place = shear_field(history.mesh, history.frames[-1])
         return {
-            "draw-in.csv": draw_in(surface).table(),
+            "draw-in.csv": draw_in(history.mesh, history.frames[0], history.frames[-1]).table(),
             "yarn-forces.csv": yarn_forces(run, history.mesh, history.frames),
             "shear-field.csv": {"x_mm": place[:, 0], "y_mm": place[:, 1], "shear_angle_deg": angle},
             "height-field.csv": {
@@ -94,7 +94,7 @@ class FormingReport:
             note=f"largest {results['max_wrinkle_height_mm']:.2f} mm; {results['wrinkled_area_pct']:.1f} % of what "
             "should lie on a tool stands higher than half the thickness",
         )  # fmt: skip
-        edge = draw_in(surface)
+        edge = draw_in(history.mesh, history.frames[0], last)
         outline_picture(
             folder / "draw-in.png", _lines(edge), outlines, title=title,
             note=f"largest {edge.drawn.max():.1f} mm; middle of the sides: {results['draw_in_warp_mm']:.1f} mm where "

@@ -5,8 +5,9 @@ import pytest
 from chebyshev import net_shear
 
 from knittest.config.loading import resolve
+from knittest.history import Frame
 from knittest.laboratory.draw_in import draw_in
-from knittest.laboratory.forming import drawn, tools_of
+from knittest.laboratory.forming import tools_of
 from knittest.specimen import prepare, run_specimen
 
 RADIUS = 40.0
@@ -30,8 +31,8 @@ def even():
 
 def test_a_hemisphere_draws_all_four_sides_alike(even):
     """Variant 1 has as many warps as wefts: warp and weft sides within 2 %, opposite sides the same."""
-    run, specimen = even
-    edge = draw_in(drawn(run, specimen.facts, specimen.history, specimen.history.frames[-1]))
+    history = even[1].history
+    edge = draw_in(history.mesh, history.frames[0], history.frames[-1])
     sides = {side: edge.middle(side) for side in ("weft_low", "warp_low", "weft_high", "warp_high")}
     assert sides["weft_low"] > 5.0
     assert sides["weft_low"] == pytest.approx(sides["weft_high"], rel=1e-3)
@@ -72,6 +73,19 @@ def test_a_holder_keeps_wrinkles_down_and_pulls_the_yarns():
     free, held = (run_specimen(dome(force)).results for force in (0, 100))
     assert free["max_wrinkle_height_mm"] > 2.0 * held["max_wrinkle_height_mm"]
     assert held["max_yarn_force_n"] > free["max_yarn_force_n"]
+
+
+def test_the_edges_of_yarns_are_where_they_are_cut():
+    """Also when they have settled, so that no two ends lie on one line; drawn inwards by a tenth."""
+    small = ["rig.blank_length=60", "rig.blank_width=60", "rig.stamp.kind=hemisphere", "rig.stamp.hemisphere.radius=10",
+             "rig.die.clearance=5", "rig.holder.clearance=5", "rig.depth=8"]  # fmt: skip
+    model = prepare(resolve(variant="1", scale="meso", test="forming", preset="quick", sets=small)).model
+    start = model.position() + np.random.default_rng(1).uniform(-0.1, 0.1, (model.n_nodes, 3))
+    frames = [Frame(0.0, 0.0, 0.0, position, {}) for position in (start, 0.9 * start)]
+    edge = draw_in(model.mesh, *frames)
+    assert np.bincount(edge.side).tolist() == [17, 17, 17, 17]
+    assert np.abs(edge.drawn - 3.0).max() < 0.1
+    assert edge.middle("warp_high") == pytest.approx(3.0, abs=0.1)
 
 
 def test_the_blank_of_the_paper_has_its_element_count():
