@@ -56,7 +56,7 @@ def test_all_as_published_passes_and_says_what_it_is_worth(stored, capsys):
     assert re.search(r"V2 weft +macro +quick +overhang \[mm\] .* tuned +within 1 sd +pass", text)
     assert re.search(rf"tensile +macro +440 +{ELEMENTS} +0.067 +{CPU_S / 3600.0:.2g} +preset quick", text)
     assert "different machines" in text
-    assert re.search(r"forming +macro +27512 +- +384 +- +not offered yet", text)
+    assert re.search(r"forming +macro +27512 +- +384 +- +not run at this level", text)
 
 
 def test_rows_off_by_more_than_their_limits_fail(stored, capsys):

@@ -327,7 +327,8 @@ def test_a_result_that_the_test_does_not_have_is_refused(tmp_path, monkeypatch):
         ("variant: 1", "variant: 9", "c.yaml:2: --variant 9: unknown fabric"),
         ("variant: 1", "fabric: none.yaml", "c.yaml:2: no such file"),
         ("tolerance: 0.01", "tolerance: 0", "must be greater than 0"),
-        ("tolerance: 0.01", "storage: sqlite", "unknown field"),
+        ("tolerance: 0.01", "storag: sqlite", "unknown field"),
+        ("tolerance: 0.01", "storage: sqlite", "only method = optuna has a database"),
         ("targets:", "  spare: {test: friction}\ntargets:", "tests.spare: no target is about it"),
     ],
 )  # fmt: skip
