@@ -28,9 +28,10 @@ class Formed:
     height: Array
     on_die: NDArray[np.bool_]
 
-    def heights(self, on_die: bool) -> Array:
-        """Heights above the die, or above the stamp [mm]."""
-        found: Array = self.height[np.isfinite(self.height) & (self.on_die == on_die)]
+    @property
+    def under_stamp(self) -> Array:
+        """Distances from the stamp of what should follow it [mm]."""
+        found: Array = self.height[np.isfinite(self.height) & ~self.on_die]
         return found
 
 

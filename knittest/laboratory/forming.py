@@ -197,6 +197,6 @@ def _wrinkles(surface: Formed, thickness: float) -> dict[str, float]:
     return {
         "max_wrinkle_height_mm": float(heights.max()),
         "wrinkle_height_p95_mm": float(np.percentile(heights, HIGH)),
-        "wrinkle_height_on_stamp_mm": float(surface.heights(on_die=False).max(initial=0.0)),
+        "wrinkle_height_on_stamp_mm": float(surface.under_stamp.max(initial=0.0)),
         "wrinkled_area_pct": 100.0 * float(np.mean(heights > WRINKLED * thickness)),
     }

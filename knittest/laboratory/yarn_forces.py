@@ -39,9 +39,10 @@ def yarn_forces(run: Run, mesh: Mesh, frames: Sequence[Frame]) -> Table:
     """
     yarns = _of_shells(run, mesh, frames[0]) if mesh.kind == "shells" else _of_beams(mesh)
     strength = strengths(run)
+    forces = {s: np.array([_force(run, mesh, frame, s) for frame in frames]) for s in {y[0] for y in yarns}}
     rows = []
     for system, number, cells in yarns:
-        force = np.array([_force(run, mesh, frame, system)[cells] for frame in frames])
+        force = forces[system][:, cells]
         when, where = np.unravel_index(int(np.argmax(force)), force.shape)
         place = frames[int(when)].position[mesh.cells[cells[where]]].mean(axis=0)
         most = float(force.max())

@@ -6,8 +6,11 @@ from chebyshev import net_shear
 
 from knittest.config.loading import resolve
 from knittest.history import Frame
+from knittest.laboratory.base import fabric_laminate
 from knittest.laboratory.draw_in import draw_in
-from knittest.laboratory.forming import tools_of
+from knittest.laboratory.forming import shear_field, tools_of
+from knittest.materials.laminate import softened_at_most
+from knittest.models.shell_step import _largest_tangent
 from knittest.specimen import prepare, run_specimen
 
 RADIUS = 40.0
@@ -86,6 +89,27 @@ def test_the_edges_of_yarns_are_where_they_are_cut():
     assert np.bincount(edge.side).tolist() == [17, 17, 17, 17]
     assert np.abs(edge.drawn - 3.0).max() < 0.1
     assert edge.middle("warp_high") == pytest.approx(3.0, abs=0.1)
+
+
+def test_shear_angles_have_one_sign_on_both_scales():
+    """A blank sheared by 0.2 so that warps lean to +x, where warp and weft close up: arctan 0.2."""
+    small = ["rig.blank_length=60", "rig.blank_width=60", "rig.stamp.kind=hemisphere", "rig.stamp.hemisphere.radius=10",
+             "rig.die.clearance=5", "rig.holder.clearance=5", "rig.depth=8"]  # fmt: skip
+    for scale in ("macro", "meso"):
+        model = prepare(resolve(variant="1", scale=scale, test="forming", preset="quick", sets=small)).model
+        leaning = model.position()
+        leaning[:, 0] += 0.2 * leaning[:, 1]
+        model.nodes.position[:, : model.n_nodes] = leaning.T
+        angle, _ = shear_field(model.mesh, Frame(0.0, 0.0, 0.0, leaning, model.fields()))
+        assert np.median(angle) == pytest.approx(np.rad2deg(np.arctan(0.2)), abs=0.2), scale
+
+
+def test_stiffness_in_compression_counts_for_the_step():
+    """The bound behind the step sees what resists being pushed more than pulled."""
+    laminates = [
+        softened_at_most(fabric_laminate(dome(0)), 0.05)._replace(compression=np.full(2, c)) for c in (1.0, 5e3)
+    ]
+    assert _largest_tangent(laminates[1], 0) > 3.0 * _largest_tangent(laminates[0], 0)
 
 
 def test_the_blank_of_the_paper_has_its_element_count():
