@@ -121,14 +121,15 @@ def _translate(start, count, dt, nodes, w):
 
 @njit(**INLINE)
 def _spin(start, count, dt, nodes, w):
-    """Angular velocities of nodes that carry beams, from the moments in the scratch."""
+    """Angular velocities of nodes that carry beams, from the moments in the scratch and those of contacts."""
     wx_, wy_, wz_ = rows3(nodes.spin)
+    mx_, my_, mz_ = rows3(nodes.moment)
     for k in range(U(count)):
         i = U(start) + k
         factor = nodes.inv_inertia[i] * dt
-        wx_[i] = wx_[i] * nodes.keep[i] + factor * (w[AX + k + ONE] - w[BX + k])
-        wy_[i] = wy_[i] * nodes.keep[i] + factor * (w[AY + k + ONE] - w[BY + k])
-        wz_[i] = wz_[i] * nodes.keep[i] + factor * (w[AZ + k + ONE] - w[BZ + k])
+        wx_[i] = wx_[i] * nodes.keep[i] + factor * (w[AX + k + ONE] - w[BX + k] + mx_[i])
+        wy_[i] = wy_[i] * nodes.keep[i] + factor * (w[AY + k + ONE] - w[BY + k] + my_[i])
+        wz_[i] = wz_[i] * nodes.keep[i] + factor * (w[AZ + k + ONE] - w[BZ + k] + mz_[i])
 
 
 @njit(**INLINE)
@@ -198,8 +199,8 @@ def _erode(start, count, section, time, nodes, beams):
 def advance_beams(start, stop, section, time, dt, nodes, beams, w):
     """One step of nodes start..stop, which hold whole chains of one section; returns eroded energy [mJ].
 
-    On entry nodes.force holds the forces from
-    contacts and loads; on return the totals. Moments on beam nodes come from beams alone.
+    On entry nodes.force holds the forces from contacts and loads, nodes.moment the moments of contacts; on return
+    nodes.force holds the totals.
     """
     lost = 0.0
     for row in range(FORCE_ROWS):

@@ -16,14 +16,15 @@ N = np.uintp(BLOCK)
 #: closest-point steps a time step: a contact that lags behind the closest points makes energy out of friction
 NEWTON_STEPS = 2
 # rows of the scratch: control points of A and B (9 + 9), parameters, line flag, reach, spring, offset, force, loss,
-# slipping
+# slipping, turn of the touching surfaces
 P = tuple(np.uintp(BLOCK * k) for k in range(18))
 S, T, LINE, REACH = (np.uintp(BLOCK * k) for k in range(18, 22))
 EX, EY, EZ = (np.uintp(BLOCK * k) for k in range(22, 25))
 GX, GY, GZ = (np.uintp(BLOCK * k) for k in range(25, 28))
 PX, PY, PZ = (np.uintp(BLOCK * k) for k in range(28, 31))
 LOST, SLIPPING = np.uintp(BLOCK * 31), np.uintp(BLOCK * 32)
-SCRATCH = BLOCK * 33
+TURN_X, TURN_Y, TURN_Z = (np.uintp(BLOCK * k) for k in range(33, 36))
+SCRATCH = BLOCK * 36
 P0, P1, P2, P3, P4, P5, P6, P7, P8 = P[:9]
 R0, R1, R2, R3, R4, R5, R6, R7, R8 = P[9:]
 
@@ -46,7 +47,25 @@ def walk(first, last, contacts, alive):
 
 
 @njit(**INLINE)
-def _gather(first, count, nodes, contacts, alive, w):
+def _turn(c, dt, spin, contacts):
+    """Rotation (3) [rad] in a step of both surfaces of contact ``c``, weighted by their arms; 0 where none touched."""
+    wx, wy, wz = rows3(spin)
+    fx, fy, fz = rows3(contacts.force)
+    x, y, z = 0.0, 0.0, 0.0
+    if fx[c] == 0.0 and fy[c] == 0.0 and fz[c] == 0.0:
+        return x, y, z
+    for side in range(2):
+        i = contacts.piece[side, c]
+        before, at, after = spline_weights(contacts.parameter[side, c])
+        share = dt * (contacts.arm[c] if side == 0 else 1.0 - contacts.arm[c])
+        x += share * (before * wx[i - 1] + at * wx[i] + after * wx[i + 1])
+        y += share * (before * wy[i - 1] + at * wy[i] + after * wy[i + 1])
+        z += share * (before * wz[i - 1] + at * wz[i] + after * wz[i + 1])
+    return x, y, z
+
+
+@njit(**INLINE)
+def _gather(first, count, dt, nodes, contacts, alive, w):
     x, y, z = rows3(nodes.position)
     ex, ey, ez = rows3(contacts.spring)
     gx, gy, gz = rows3(contacts.offset)
@@ -65,6 +84,7 @@ def _gather(first, count, nodes, contacts, alive, w):
         w[LINE + m], w[REACH + m] = contacts.line[c], contacts.reach[c] * whole
         w[EX + m], w[EY + m], w[EZ + m], w[SLIPPING + m] = ex[c], ey[c], ez[c], contacts.slipping[c]
         w[GX + m], w[GY + m], w[GZ + m] = gx[c], gy[c], gz[c]
+        w[TURN_X + m], w[TURN_Y + m], w[TURN_Z + m] = _turn(c, dt, nodes.spin, contacts)
 
 
 @njit(**INLINE)
@@ -93,6 +113,12 @@ def _evaluate(count, law, inv_dt, w):
         oz = cz + s * (uz1 + s * uz2) - t * (vz1 + t * vz2)
         dx, dy, dz = ox - w[GX + m], oy - w[GY + m], oz - w[GZ + m]
         gx, gy, gz = w[GX + m], w[GY + m], w[GZ + m]
+        # surfaces touch at a point between the centre-lines: they turn with their yarns about its arms
+        hx, hy, hz = 0.5 * (ox + w[GX + m]), 0.5 * (oy + w[GY + m]), 0.5 * (oz + w[GZ + m])
+        rx, ry, rz = w[TURN_X + m], w[TURN_Y + m], w[TURN_Z + m]
+        dx, dy, dz = dx - (ry * hz - rz * hy), dy - (rz * hx - rx * hz), dz - (rx * hy - ry * hx)
+        ex, ey, ez = w[EX + m], w[EY + m], w[EZ + m]
+        ex, ey, ez = ex + ry * ez - rz * ey, ey + rz * ex - rx * ez, ez + rx * ey - ry * ex
         closing = np.sqrt(gx * gx + gy * gy + gz * gz) - np.sqrt(ox * ox + oy * oy + oz * oz)
         gx, gy, gz = ox, oy, oz
         for _ in range(NEWTON_STEPS):
@@ -112,7 +138,7 @@ def _evaluate(count, law, inv_dt, w):
         depth = max(w[REACH + m] - np.sqrt(ox * ox + oy * oy + oz * oz), 0.0) * on_yarns
         w[REACH + m] = min(w[REACH + m], depth + np.sqrt(gx * gx + gy * gy + gz * gz))
         fx, fy, fz, ex, ey, ez, slips, lost = contact_force(
-            gx, gy, gz, closing, w[REACH + m] * on_yarns, w[EX + m], w[EY + m], w[EZ + m], dx, dy, dz,
+            gx, gy, gz, closing, w[REACH + m] * on_yarns, ex, ey, ez, dx, dy, dz,
             w[SLIPPING + m], law, inv_dt,
         )  # fmt: skip
         w[S + m], w[T + m] = s, t
@@ -137,15 +163,15 @@ def _store(first, count, contacts, w):
 
 
 @njit(**KERNEL)
-def contact_forces(first, last, nodes, contacts, alive, law, inv_dt, w):
+def contact_forces(first, last, dt, nodes, contacts, alive, law, w):
     """Evaluate contacts first..last; returns the energy lost to friction and contact damping [mJ]."""
     walk(first, last, contacts, alive)
     lost = 0.0
     block = first
     while block < last:
         count = min(BLOCK, last - block)
-        _gather(block, count, nodes, contacts, alive, w)
-        _evaluate(count, law, inv_dt, w)
+        _gather(block, count, dt, nodes, contacts, alive, w)
+        _evaluate(count, law, 1.0 / dt, w)
         _store(block, count, contacts, w)
         for k in range(count):
             lost += w[LOST + U(k)]
@@ -153,25 +179,33 @@ def contact_forces(first, last, nodes, contacts, alive, law, inv_dt, w):
     return lost
 
 
+@njit(**INLINE)
+def _add(row, i, before, at, after, value):
+    row[i - 1] += before * value
+    row[i] += at * value
+    row[i + 1] += after * value
+
+
 @njit(**KERNEL)
 def scatter_contacts(partition, nodes, contacts):
-    """Add the contact forces on the chains of one partition to nodes.force."""
+    """Add the contact forces on the chains of one partition, and their moments about the centre-lines, to the nodes."""
     fx, fy, fz = rows3(nodes.force)
+    mx, my, mz = rows3(nodes.moment)
     px, py, pz = rows3(contacts.force)
+    gx, gy, gz = rows3(contacts.offset)
     for h in range(contacts.half_start[partition], contacts.half_start[partition + 1]):
         c, side = contacts.half[h] >> 1, contacts.half[h] & 1
-        sign = 1.0 - 2.0 * side
-        gx, gy, gz = sign * px[c], sign * py[c], sign * pz[c]
-        if gx == 0.0 and gy == 0.0 and gz == 0.0:
+        x, y, z = px[c], py[c], pz[c]
+        if x == 0.0 and y == 0.0 and z == 0.0:
             continue
         i = contacts.piece[side, c]
         before, at, after = spline_weights(contacts.parameter[side, c])
-        fx[i - 1] += before * gx
-        fy[i - 1] += before * gy
-        fz[i - 1] += before * gz
-        fx[i] += at * gx
-        fy[i] += at * gy
-        fz[i] += at * gz
-        fx[i + 1] += after * gx
-        fy[i + 1] += after * gy
-        fz[i + 1] += after * gz
+        sign = 1.0 - 2.0 * side
+        _add(fx, i, before, at, after, sign * x)
+        _add(fy, i, before, at, after, sign * y)
+        _add(fz, i, before, at, after, sign * z)
+        # arm x force: arms point from either centre-line to the common point, so the signs cancel
+        arm = contacts.arm[c] if side == 0 else 1.0 - contacts.arm[c]
+        _add(mx, i, before, at, after, arm * (y * gz[c] - z * gy[c]))
+        _add(my, i, before, at, after, arm * (z * gx[c] - x * gz[c]))
+        _add(mz, i, before, at, after, arm * (x * gy[c] - y * gx[c]))

@@ -33,7 +33,7 @@ def _clear(start, stop, rows):
 @njit(**KERNEL)
 def _contact_share(p, count, dt, nodes, contacts, alive, law, tally, w):
     first, last = count * p // PARTITIONS, count * (p + 1) // PARTITIONS
-    tally.energy[p, 1] += contact_forces(first, last, nodes, contacts, alive, law, 1.0 / dt, w)
+    tally.energy[p, 1] += contact_forces(first, last, dt, nodes, contacts, alive, law, w)
 
 
 @njit(**KERNEL)
@@ -61,6 +61,7 @@ def _outside(p, dt, nodes, parts, tables, loads, tools, touch, tally, w):
 @njit(**KERNEL)
 def _yarn_share(p, time, dt, nodes, parts, beams, contacts, tables, motions, loads, tools, touch, tally, w):
     _clear(parts.node[p], parts.node[p + 1], nodes.force)
+    _clear(parts.node[p], parts.node[p + 1], nodes.moment)
     scatter_contacts(p, nodes, contacts)
     _outside(p, dt, nodes, parts, tables, loads, tools, touch, tally, w)
     for k in range(parts.span_start[p], parts.span_start[p + 1]):

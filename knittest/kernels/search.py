@@ -107,7 +107,8 @@ def _copy(source, a, target, b):
     for k in range(3):
         target.spring[k, b], target.offset[k, b] = source.spring[k, a], source.offset[k, a]
         target.force[k, b] = source.force[k, a]
-    target.slipping[b], target.reach[b], target.line[b] = source.slipping[a], source.reach[a], source.line[a]
+    target.slipping[b], target.line[b] = source.slipping[a], source.line[a]
+    target.reach[b], target.arm[b] = source.reach[a], source.arm[a]
 
 
 @njit(**KERNEL)
@@ -165,7 +166,7 @@ def keep_contacts(old, count, radius, chain, alive, moved, skin, new, head, foll
 
 
 @njit(**KERNEL)
-def _add_contact(i, j, s, t, wx, wy, wz, line, touch, old, before, new, c):
+def _add_contact(i, j, s, t, wx, wy, wz, line, touch, arm, old, before, new, c):
     """Write contact ``c``; it inherits the spring of ``before`` in ``old`` unless that is -1."""
     reach = min(touch, sqrt(wx * wx + wy * wy + wz * wz))
     if before >= 0:
@@ -178,7 +179,7 @@ def _add_contact(i, j, s, t, wx, wy, wz, line, touch, old, before, new, c):
     new.piece[0, c], new.piece[1, c] = i, j
     new.parameter[0, c], new.parameter[1, c] = s, t
     new.offset[0, c], new.offset[1, c], new.offset[2, c] = wx, wy, wz
-    new.reach[c], new.line[c] = reach, line
+    new.reach[c], new.arm[c], new.line[c] = reach, arm, line
 
 
 @njit(**KERNEL)
@@ -230,7 +231,8 @@ def find_contacts(x, y, z, group, chain, alive, moved, cell_of, shape, head, ord
                         continue
                     if needed < new.reach.size:
                         before = _tracked(old, old_lists, old_following, chain, i, j, s, t, line, SAME)
-                        _add_contact(i, j, s, t, wx, wy, wz, line, touch, old, before, new, needed)
+                        arm = radius[i] / touch
+                        _add_contact(i, j, s, t, wx, wy, wz, line, touch, arm, old, before, new, needed)
                         _push(new, needed, lists, following)
                     needed += 1
     return needed

@@ -192,8 +192,11 @@ def _scale_mass(
     scaling: MassScaling | None,
 ) -> tuple[float, Array, Array, float]:
     """Critical step [ms] by nodes (omega^2 <= (2 k_sum + contact) / m) and mass scaling to the target step."""
-    smallest = float(lay.of_card("radius").min())
-    load = 2.0 * stiffness + (CONTACT_STEP_SHARE * contact.stiffest(smallest) if contact else 0.0)
+    radius = lay.of_card("radius")
+    touch = contact.stiffest(float(radius.min())) if contact else 0.0
+    # sticking turns a node by its arm too, and the rotary inertia is mass times inertia / mass
+    stick = contact.tangential * (1.0 + radius**2 * mass / inertia) if contact else 0.0
+    load = 2.0 * stiffness + CONTACT_STEP_SHARE * np.maximum(touch, stick)
     step = float(np.min(2.0 * np.sqrt(mass / load)))
     if scaling is None:
         return step, mass, inertia, 0.0

@@ -29,9 +29,9 @@ LISTED = 5
 
 def _empty(capacity: int) -> Contacts:
     pair, triple = (np.zeros((2, capacity)), [np.zeros((3, capacity)) for _ in range(3)])
-    slipping, reach, line = (np.zeros(capacity) for _ in range(3))
+    slipping, reach, arm, line = (np.zeros(capacity) for _ in range(4))
     return Contacts(
-        np.zeros((2, capacity), np.int64), pair, triple[0], triple[1], slipping, reach, line, triple[2],
+        np.zeros((2, capacity), np.int64), pair, triple[0], triple[1], slipping, reach, arm, line, triple[2],
         np.zeros(2 * capacity, np.int64), np.zeros(PARTITIONS + 1, np.int64),
     )  # fmt: skip
 
