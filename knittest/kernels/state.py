@@ -66,7 +66,7 @@ class Contacts(NamedTuple):
 
     ``piece`` (2, n) spline pieces i, j (node index of the middle control point) with ``parameter`` s, t in [0, 1);
     tangential ``spring`` stretch and ``offset`` vector of the last step [mm], (3, n); ``slipping`` 1 while the contact
-    slips; ``reach`` sum of radii [mm]; ``arm`` share of piece i in it, so that the yarns touch at this share of the offset;
+    slips; ``reach`` sum of radii [mm], ``arm`` the share of piece i, at which part of the offset the yarns touch;
     ``line`` = 1 for near-parallel contacts, whose s is held; ``force`` on piece i [N], (3, n). ``half``: contact number
     and side (2 c + side) sorted by the partition that owns the side, half_start (PARTITIONS + 1,).
     """
