@@ -28,8 +28,9 @@ BEND_MARGIN = 0.2
 CONTACT_DAMPING = 0.1
 #: penetration over the smallest radius beyond which compaction stiffens no more; such runs are refused anyway
 COMPACTION_ENDS = 0.5
-#: share of an average crossing's penalty that one node can feel, times two for two contacts on a piece
-CONTACT_STEP_SHARE = 2.0
+#: Gershgorin row of M^-1 K over the penalty, for contacts on a node within a chain and on its end. A contact of weight
+#: w on a node adds 2 k w; its weight is at most 3/4 within a chain, and 1/2 on an end node, which has half the mass
+CONTACT_STEP_SHARE, END_STEP_SHARE = 2.0, 4.0 / 3.0
 
 
 @dataclass(frozen=True)
@@ -192,11 +193,14 @@ def _scale_mass(
     scaling: MassScaling | None,
 ) -> tuple[float, Array, Array, float]:
     """Critical step [ms] by nodes (omega^2 <= (2 k_sum + contact) / m) and mass scaling to the target step."""
+    ends = np.concatenate([lay.start[:-1], lay.start[1:] - 1])
+    share = np.full(len(mass), CONTACT_STEP_SHARE)
+    share[ends] = END_STEP_SHARE
     radius = lay.of_card("radius")
     touch = contact.stiffest(float(radius.min())) if contact else 0.0
     # sticking turns a node by its arm too, and the rotary inertia is mass times inertia / mass
     stick = contact.tangential * (1.0 + radius**2 * mass / inertia) if contact else 0.0
-    load = 2.0 * stiffness + CONTACT_STEP_SHARE * np.maximum(touch, stick)
+    load = 2.0 * stiffness + share * np.maximum(touch, stick)
     step = float(np.min(2.0 * np.sqrt(mass / load)))
     if scaling is None:
         return step, mass, inertia, 0.0

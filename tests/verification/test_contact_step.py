@@ -1,0 +1,62 @@
+"""The critical step that contacts leave: highest eigenvalues in closed form against the bound by nodes."""
+
+import numpy as np
+import pytest
+
+from knittest.kernels.contact import spline_weights
+from knittest.models import chains
+from knittest.models.chains import build_chains
+from knittest.pose import Body, Chain, YarnContact, section
+
+#: beams so soft that the contact alone sets the step
+SOFT = section(1.0, 1e-4, 0.2, 1e-3)
+CONTACT = YarnContact(500.0, 50.0, 0.0, damping=0.0)
+X = np.arange(9) * 0.4
+
+
+def crossing(parameter: float) -> tuple[Chain, Chain]:
+    """A yarn along x and one across it, ``parameter`` elements from where the centre-line of the first begins."""
+    first = np.column_stack([X, np.zeros(9), np.zeros(9)])
+    second = np.column_stack([np.full(9, (0.5 + parameter) * 0.4), X - X[4], np.full(9, 0.39)])
+    return Chain(first, SOFT), Chain(second, SOFT)
+
+
+def highest(body: Body) -> float:
+    """Largest squared frequency [1/ms^2] of the one contact: k n n^T has rank one, so omega^2 = k sum w_i^2 / m_i."""
+    contacts, mass, total = body.model.tracker.contacts, body.model.mass, 0.0
+    assert body.model.tracker.count == 1
+    for side in range(2):
+        i, s = contacts.piece[side, 0], contacts.parameter[side, 0]
+        total += float((np.array(spline_weights(s)) ** 2 / mass[i - 1 : i + 2]).sum())
+    return CONTACT.normal * total
+
+
+def pressed(parameter: float, safety: float) -> Body:
+    """The crossing, its first yarn pushed into the other one."""
+    body = Body.of_chains(crossing(min(max(parameter, 0.01), 0.99)), CONTACT, safety=safety)
+    body.start()
+    # beyond its end a yarn is not found anew, only followed
+    body.model.nodes.position[0, 9:18] = (0.5 + parameter) * 0.4
+    body.model.tracker.contacts.parameter[0, 0] = parameter
+    body.model.tracker.contacts.offset[0, 0] = 0.0
+    body.model.tracker.contacts.reach[0] = 0.4
+    return body
+
+
+@pytest.mark.parametrize("parameter", [-0.4, -0.2, 0.0, 0.25, 0.5, 1.0])
+def test_a_contact_at_the_end_of_a_yarn_stays_below_the_bound(parameter):
+    body = pressed(parameter, 1.0)
+    assert body.dt**2 * highest(body) < 4.0
+
+
+def test_a_contact_that_leaves_a_yarn_stays_below_the_bound_with_its_safety():
+    """Up to half an element beyond the centre-line it is kept, with a weight of 9/8 on the end node."""
+    body = pressed(-0.499, 0.9)
+    assert body.dt**2 * highest(body) < 4.0 < highest(body) * body.model.critical_step**2
+
+
+def test_ends_do_not_govern_the_step():
+    """Two thirds of the load of an inner node on half its mass: 3/4 of its squared step, and no less."""
+    free = build_chains([crossing(0.5)[0]], ("yarn",), CONTACT)
+    inner = 4.0 * free.mass[4] / (chains.CONTACT_STEP_SHARE * CONTACT.normal)
+    assert free.critical_step**2 == pytest.approx(0.75 * inner, rel=0.02)
