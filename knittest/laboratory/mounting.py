@@ -61,6 +61,14 @@ class Mounting:
         free = self.flat[:, 1] > EDGE
         return float(np.sum(self.weight[free] * now[free, 1]))
 
+    def root(self, reaction: Array, steps: int) -> float:
+        """Moment of the strip at the edge [N mm] from reactions (PARTITIONS, n_groups) summed over ``steps``.
+
+        The reactions also bear what is held behind the edge.
+        """
+        held = self.flat[:, 1] <= EDGE
+        return float(reaction[:, :3].sum()) / steps - float(self.weight[held] @ self.flat[held, 1])
+
     def curvature(self, now: Array) -> float:
         """Curvature at the edge [1/mm] of the mean deflection, by first terms of the elastica."""
         along, drop = self.flat[:, 1], self.flat[:, 2] - now[:, 2]
@@ -86,8 +94,3 @@ def weights(run: CantileverRun | FormingRun, model: ExplicitModel, area: float) 
     """Weight of each node [N]: the measured area mass on ``area`` [mm^2], spread as the model's mass."""
     given = run.fabric.kernel("area_mass") * area
     return model.mass * (given / model.mass.sum()) * run.rig.kernel("gravity")
-
-
-def root_moment(reaction: Array, steps: int) -> float:
-    """Moment of the root about the edge [N mm] from reactions (PARTITIONS, n_groups) summed over ``steps``."""
-    return float(reaction[:, :3].sum()) / steps

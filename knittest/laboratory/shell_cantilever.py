@@ -7,7 +7,7 @@ import numpy as np
 from knittest.config.run import CantileverRun
 from knittest.history import Frame
 from knittest.laboratory.base import Prepared, fabric_laminate
-from knittest.laboratory.mounting import Mounting, Rest, root_moment, weights
+from knittest.laboratory.mounting import Mounting, Rest, weights
 from knittest.materials.laminate import softened
 from knittest.models.boundary import Boundary, new_tally
 from knittest.models.macro import build_rectangle
@@ -47,7 +47,7 @@ def shells_to_rest(prepared: Prepared, run: CantileverRun, cost: SimulationCost)
     drop, reach = -(now[tip, 2] - first[tip, 2]).mean(), now[tip, 1].mean()
     angle, moment = degrees(atan2(drop, reach)), mounting.moment(now)
     frames = (Frame(0.0, 0.0, 0.0, first, {}), Frame(1.0, angle, moment, now, model.fields()))
-    root = root_moment(tally.reaction, relaxation.last_chunk)
+    root = mounting.root(tally.reaction, relaxation.last_chunk)
     return Rest(
         prepared.facts["overhang_mm"], angle, root, moment, mounting.curvature(now), relaxation, frames,
         relaxation.converged,

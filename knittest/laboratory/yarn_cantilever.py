@@ -1,14 +1,14 @@
-"""Yarns of a cantilever: bent at once to the heavy elastica whose stiffness is that of the yarns themselves.
+"""Yarns of a cantilever: laid into the heavy elastica, then relaxed and turned section by section until at rest.
 
-A strip of yarns bends slowly and rattles fast: relaxed from its flat shape it takes a million steps. Here it is laid
-into the shape of the elastica of an assumed stiffness, sections turned rigidly, and relaxed for as long as yarns and
-loops need to settle, in which the strip as a whole hardly moves. The moment that the root then carries over that of
-the weight corrects the stiffness, and so on until both agree. Loops that are not set in their shape would curl the
-strip; it lies flat without weight, as a couple at the free end sees to.
+A strip of yarns bends slowly and rattles fast: relaxed from its flat shape it takes a million steps. Here yarns and
+loops settle for a while, then the sections turn by the moments that are still missing (:mod:`.sections`), and so on
+until the moments of all sections balance. Yarns slip on each other without friction, as in a strip that was shaken:
+sticking ones would stiffen every turn, and the state would depend on the way to it. Loops that are not set in their
+shape would curl the strip; it lies flat without weight, as a couple at the free end sees to.
 """
 
 import time as clock
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import atan2, ceil, degrees
 
 import numpy as np
@@ -18,7 +18,8 @@ from knittest.config.run import CantileverRun
 from knittest.history import Frame
 from knittest.laboratory.base import Phase, Prepared
 from knittest.laboratory.heavy_elastica import heavy_elastica
-from knittest.laboratory.mounting import Mounting, Rest, root_moment, weights
+from knittest.laboratory.mounting import Mounting, Rest, weights
+from knittest.laboratory.sections import Sections
 from knittest.laboratory.strips import cut, pitch, yarns_across
 from knittest.models.boundary import Boundary, new_tally
 from knittest.models.meso import build_meso
@@ -28,10 +29,15 @@ from knittest.simulation import SimulationCost
 
 Array = NDArray[np.float64]
 
-#: steps in which yarns and loops settle, and most shapes tried
-SETTLE, MOST_SHAPES = 10_000, 8
-#: largest difference of the root's moment from that of the weight at which a shape is the strip's own
-AGREED = 0.005
+#: steps in which yarns and loops settle at first, and between two turns of the sections; most turns
+SETTLE, BETWEEN, MOST_TURNS = 7500, 2500, 24
+#: deflection that moments out of balance would add, over that of the weight, and error of the root's moment over that
+#: of the weight, at which the strip is at rest
+BALANCED = 0.005
+#: sections at either end that the strip's curl is not read from
+ENDS = 3
+#: stiffness by which sections are turned over that of the yarns: too stiff takes more turns, too soft overshoots
+STIFFER = 1.6
 #: pitches held behind the edge
 HELD = 1
 
@@ -45,7 +51,7 @@ def mount_yarns(run: CantileverRun, overhang: float, specimen: int = 0, phase: P
     piece = cut(run, n_wales, n_courses, specimen, phase)
     edge = along * period - overhang
     paths = [replace(p, points=_along_y(p.points, direction, edge)) for p in piece.paths]
-    model = build_meso(run, paths, piece.draws, run.rig.membrane_share)
+    model = build_meso(run, paths, piece.draws, run.rig.membrane_share, rubbing=False)
     width = across * (run.fabric.wale_spacing if direction == "warp" else run.fabric.course_spacing)
     facts = {"overhang_mm": overhang, "width_mm": width, "area_mm2": width * along * period}
     mounting = Mounting(model.position(), weights(run, model, facts["area_mm2"]))
@@ -57,52 +63,89 @@ def _along_y(points: Array, direction: str, edge: float) -> Array:
     return turned - [0.0, edge, 0.0]
 
 
+@dataclass
+class _Course:
+    """A strip on its way to rest: its sections, damping and loads, and the relaxations so far."""
+
+    prepared: Prepared
+    run: CantileverRun
+    cost: SimulationCost
+    curl: float | None
+
+    def __post_init__(self) -> None:
+        model, mounting = self.prepared.model, _mounting(self.prepared)
+        self.dt = self.run.solver.safety * model.critical_step
+        boundary = Boundary(model, self.dt)
+        mounting.constrain(boundary)
+        if self.curl is not None:
+            tips = _tips(self.prepared, self.run)
+            boundary.gravity(mounting.weight)
+            boundary.load(tips, "rx", -self.curl / len(tips))
+        model.prepare()
+        self.drive, self.tally, self.done = boundary.drive(), new_tally(boundary), Relaxation()
+        self.sections = Sections(mounting.flat, model.mass, self.prepared.facts["overhang_mm"])
+
+    def settle(self, steps: int) -> Array:
+        """Relax; returns the moments that are out of balance [N mm], (n_sections,)."""
+        model = self.prepared.model
+        found = relax(model, self.drive, self.tally, self.dt, self.run.rig.tolerance, steps)
+        self.done.history += [(self.done.steps + row[0], *row[1:]) for row in found.history]
+        self.done.steps, self.done.last_chunk = self.done.steps + found.steps, found.last_chunk
+        self.cost.steps, self.cost.time_step = self.cost.steps + found.steps, self.dt
+        return self.sections.moments(model.position(), model.nodes.force[:, : model.n_nodes].T)
+
+    def judge(self, moments: Array) -> None:
+        """Residual: the tip's deflection by all moments out of balance as if of one sign, over that by the weight.
+
+        At rest it is small, and the root carries the weight.
+        """
+        weight = np.zeros((self.prepared.model.n_nodes, 3))
+        weight[:, 2] = -_mounting(self.prepared).weight
+        lever = self.sections.arc[-1] - self.sections.arc
+        carried = self.sections.moments(self.prepared.model.position(), weight)
+        self.done.residual = float(lever @ np.abs(moments) / (lever @ np.abs(carried)))
+        error = self.carried() / float(carried[0]) - 1.0
+        self.done.converged = max(self.done.residual, abs(error)) < BALANCED
+
+    def carried(self) -> float:
+        """Moment of the root [N mm] about the edge without that of the curl."""
+        mounting = _mounting(self.prepared)
+        return mounting.root(self.tally.reaction, self.done.last_chunk) - (self.curl or 0.0)
+
+    def turn(self, moments: Array, stiffness: float) -> None:
+        """Bend the sections by what their moments are out of balance."""
+        model = self.prepared.model
+        n = model.n_nodes
+        position, turn = self.sections.turned(model.position(), moments / stiffness)
+        model.nodes.position[:, :n] = position.T
+        model.nodes.rotation[:, :n] = turned_about_x(model.nodes.rotation[:, :n], -turn)
+
+
 def yarns_to_rest(prepared: Prepared, run: CantileverRun, cost: SimulationCost) -> Rest:
-    """Find the shape whose root carries the weight."""
+    """Bend the strip until the moments of all its sections carry the weight beyond them."""
     per_length = run.fabric.kernel("area_mass") * run.rig.kernel("gravity") * prepared.facts["width_mm"]
-    overhang = prepared.facts["overhang_mm"]
-    fresh = prepared.model.state()
-    mounting = _mounting(prepared)
-    curl = _settle(prepared, run, cost)[1]
+    overhang, mounting, model = prepared.facts["overhang_mm"], _mounting(prepared), prepared.model
+    fresh = model.state()
+    curl = -float(_Course(prepared, run, cost, None).settle(SETTLE)[ENDS:-ENDS].mean())
+    model.restore(fresh)
     stiffness = run.fabric.reinforcing.kernel("bending_stiffness", run.rig.direction) * len(_tips(prepared, run))
-    for trial in range(MOST_SHAPES):
-        prepared.model.restore(fresh)
-        _bend(prepared, overhang, per_length, stiffness)
-        before = _angle(prepared, run)
-        relaxation, root = _settle(prepared, run, cost, curl)
-        now = prepared.model.position()
-        carried, moment = root - curl, mounting.moment(now)
-        agreed = abs(carried / moment - 1.0) < AGREED
-        if agreed or trial == MOST_SHAPES - 1:
+    _bend(prepared, overhang, per_length, stiffness)
+    course = _Course(prepared, run, cost, curl)
+    moments, before = course.settle(SETTLE), _angle(prepared, run)
+    for trial in range(MOST_TURNS + 1):
+        course.judge(moments)
+        if course.done.converged or trial == MOST_TURNS:
             break
-        stiffness *= carried / moment
-    angle = _angle(prepared, run)
-    frames = (Frame(0.0, 0.0, 0.0, mounting.flat, {}), Frame(1.0, angle, moment, now, prepared.model.fields()))
+        before = _angle(prepared, run)
+        course.turn(moments, STIFFER * stiffness)
+        moments = course.settle(BETWEEN)
+    now = model.position()
+    weight, angle = mounting.moment(now), _angle(prepared, run)
+    frames = (Frame(0.0, 0.0, 0.0, mounting.flat, {}), Frame(1.0, angle, weight, now, model.fields()))
     return Rest(
-        overhang, angle, carried, moment, mounting.curvature(now), relaxation, frames, agreed, curl, angle - before
-    )
-
-
-def _settle(
-    prepared: Prepared, run: CantileverRun, cost: SimulationCost, curl: float | None = None
-) -> tuple[Relaxation, float]:
-    """Relax the strip for a while; returns the root's moment too [N mm].
-
-    Under its weight and with the couple that holds its ``curl`` [N mm], or with neither while that is not known.
-    """
-    model, mounting = prepared.model, _mounting(prepared)
-    dt = run.solver.safety * model.critical_step
-    boundary = Boundary(model, dt)
-    mounting.constrain(boundary)
-    if curl is not None:
-        tips = _tips(prepared, run)
-        boundary.gravity(mounting.weight)
-        boundary.load(tips, "rx", -curl / len(tips))
-    model.prepare()
-    drive, tally = boundary.drive(), new_tally(boundary)
-    relaxation = relax(model, drive, tally, dt, run.rig.tolerance, SETTLE)
-    cost.steps, cost.time_step = cost.steps + relaxation.steps, dt
-    return relaxation, root_moment(tally.reaction, relaxation.last_chunk)
+        overhang, angle, course.carried(), weight, mounting.curvature(now), course.done, frames, course.done.converged,
+        curl, angle - before,
+    )  # fmt: skip
 
 
 def _bend(prepared: Prepared, overhang: float, weight: float, stiffness: float) -> None:

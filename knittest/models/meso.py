@@ -1,5 +1,7 @@
 """The meso model: yarn paths and their drawn scatter as beam chains."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,10 +18,13 @@ Array = NDArray[np.float64]
 STRENGTH_MARGIN = 0.15
 
 
-def build_meso(run: Run, paths: list[YarnPath], draws: dict[str, YarnDraws], axial_share: float = 1.0) -> YarnModel:
+def build_meso(
+    run: Run, paths: list[YarnPath], draws: dict[str, YarnDraws], axial_share: float = 1.0, rubbing: bool = True
+) -> YarnModel:
     """Build chains for ``paths``; ``draws`` holds the scatter of each system, indexed by ``YarnPath.index``.
 
-    A test that pulls no yarn may keep a share of the axial stiffness only: the time step grows.
+    A test that pulls no yarn may keep a share of the axial stiffness only: the time step grows. Without ``rubbing``
+    yarns touch free of friction.
     """
     cards = sections(run.fabric, axial_share)
     rows = 1 + max((p.index for p in paths if p.system == "knit"), default=0)
@@ -35,7 +40,10 @@ def build_meso(run: Run, paths: list[YarnPath], draws: dict[str, YarnDraws], axi
         )
         for path in sorted(paths, key=lambda p: (SYSTEMS.index(p.system), p.index))
     ]
-    return build_chains(chains, SYSTEMS, yarn_contact(run) if run.model.meso.contact else None, _scaling(run))
+    contact = yarn_contact(run) if run.model.meso.contact else None
+    if contact is not None and not rubbing:
+        contact = replace(contact, friction=0.0, static=None)
+    return build_chains(chains, SYSTEMS, contact, _scaling(run))
 
 
 def yarn_contact(run: Run) -> YarnContact:
