@@ -32,7 +32,7 @@ LABELS = {
     "moment_error_pct": ("root moment off weight [%]", "{:.2f}"),
     "residual": ("out of balance, of the weight", "{:.2g}"),
     "curl_moment_nmm": ("curl of the loops, held [N mm]", "{:.3f}"),
-    "drift_deg": ("chord drift while settling [deg]", "{:.2f}"),
+    "drift_deg": ("chord drift by the last turn [deg]", "{:.2f}"),
     "shear_force_n_at_deg.10": ("shear force at 10 deg [N]", "{:.2f}"),
     "shear_force_n_at_deg.20": ("shear force at 20 deg [N]", "{:.2f}"),
     "shear_force_n_at_deg.30": ("shear force at 30 deg [N]", "{:.2f}"),

@@ -31,8 +31,10 @@ class Sections:
         self._near = [np.flatnonzero(np.abs(self._of - s) < step) for s in self.arc]
 
     def centres(self, position: Array) -> Array:
-        """Centres of mass of the sections (n_sections, 3) [mm]."""
-        return np.array([np.average(position[near], axis=0, weights=self._mass[near]) for near in self._near])
+        """Centres of mass of the sections (n_sections, 3) [mm]; the first lies at the edge."""
+        found = np.array([np.average(position[near], axis=0, weights=self._mass[near]) for near in self._near])
+        found[0, 1] = 0.0
+        return found
 
     def moments(self, position: Array, force: Array) -> Array:
         """Moment [N mm] that ``force`` (n, 3) [N] on the nodes beyond each section has about it; downwards is positive.

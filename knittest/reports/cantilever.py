@@ -32,7 +32,7 @@ class CantileverReport:
         """Rest, and the root carries the weight."""
         rest = Gate("residual at rest", "results", "residual", run.rig.tolerance, unit="of the weight")
         if run.model.scale == "meso":
-            rest = Gate("drift while yarns settle", "results", "drift_deg", DRIFT_TOLERANCE, unit="deg")
+            rest = Gate("drift by the last turn of sections", "results", "drift_deg", DRIFT_TOLERANCE, unit="deg")
         return [
             rest,
             Gate("root moment off weight", "results", "moment_error_pct", 100.0 * MOMENT_TOLERANCE),
