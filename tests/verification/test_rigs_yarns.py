@@ -27,12 +27,12 @@ def test_heavy_elastica_meets_the_plane():
 @pytest.mark.parametrize("direction", ["warp", "weft"])
 def test_a_strip_of_yarns_bends_as_its_yarns_do(direction):
     """w L^3 / B = 8 with B of the reinforcing yarns alone: 41.5 deg, less what the loops carry; 2 % of overhang are
-    2.4 deg.
+    1.5 deg.
     """
-    bending = {"warp": 18.1, "weft": 11.2}[direction]
+    bending = {"warp": 15.0, "weft": 12.4}[direction]
     gravity = 1e3 * 8.0042 * bending / (824.2e-6 * (100 / 28) * 90.0**3)
     found = specimen("cantilever", "rig.overhang=90", "rig.width=8", f"rig.gravity={gravity:.3f}", direction=direction)
-    assert found.results["chord_angle_deg"] == pytest.approx(41.5, abs=2.4)
+    assert found.results["chord_angle_deg"] == pytest.approx(41.5, abs=1.5)
     assert found.results["moment_error_pct"] < 1.0
     assert found.quality.failures == ()
 
@@ -52,7 +52,7 @@ def test_a_frame_of_yarns_passes_its_gates(friction):
 
 def test_more_friction_between_yarns_means_more_shear_force():
     low, high = (sheared(mu).results["shear_force_n_at_deg.10"] for mu in (0.1, 0.5))
-    assert high > 1.2 * low > 0.0
+    assert high > 1.1 * low > 0.0
 
 
 def test_crossings_turn_as_the_frame_does():
