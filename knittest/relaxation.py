@@ -35,7 +35,8 @@ SETTLED, SETTLING = 0.01, 4000
 class Relaxation:
     """How a static state was reached.
 
-    ``residual``: sum of out-of-balance forces over that of loads and reactions, or of contacts where a model settles.
+    ``residual``: sum of out-of-balance forces over that of loads, of reactions where there are
+    none, or of contacts where a model settles.
     ``history`` holds, a chunk, (steps,
     residual, largest move [mm], circular frequency of the slowest mode a step). ``last_chunk``: steps whose reactions
     and forces on tools the tally holds at the end.
@@ -101,7 +102,8 @@ def relax(
         if last is not None:
             frequency = _slowest(move, force - last, model.mass, dt, frequency)
         last = force
-        applied = _applied(drive) + np.abs(tally.reaction.sum(axis=0)).sum() / chunk if at > 0.0 else model.pressing()
+        reaction = np.abs(tally.reaction.sum(axis=0)).sum() / chunk
+        applied = (_applied(drive) or reaction) if at > 0.0 else model.pressing()
         found.residual = float(np.abs(force).sum() / max(applied, 1e-12))
         moved = float(np.abs(move).max())
         found.history.append((found.steps, found.residual, moved, frequency))

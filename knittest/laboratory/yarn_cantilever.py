@@ -32,8 +32,8 @@ Array = NDArray[np.float64]
 #: steps in which yarns and loops settle at first, and between two turns of the sections; most turns
 SETTLE, BETWEEN, MOST_TURNS = 7500, 2500, 24
 #: deflection that moments out of balance would add, over that of the weight, and error of the root's moment over that
-#: of the weight, at which the strip is at rest
-BALANCED = 0.005
+#: of the weight, at which the strip is at rest; the root settles last, and bends a few millimetres only
+BALANCED, ROOT_BALANCED = 0.005, 0.008
 #: sections at either end that the strip's curl is not read from
 ENDS = 3
 #: stiffness by which sections are turned over that of the yarns: too stiff takes more turns, too soft overshoots
@@ -83,13 +83,14 @@ class _Course:
             boundary.load(tips, "rx", -self.curl / len(tips))
         model.prepare()
         self.drive, self.tally, self.done = boundary.drive(), new_tally(boundary), Relaxation()
+        self.last: list[tuple[int, float, float, float]] = []
         self.sections = Sections(mounting.flat, model.mass, self.prepared.facts["overhang_mm"])
 
     def settle(self, steps: int) -> Array:
         """Relax; returns the moments that are out of balance [N mm], (n_sections,)."""
         model = self.prepared.model
         found = relax(model, self.drive, self.tally, self.dt, self.run.rig.tolerance, steps)
-        self.done.history += [(self.done.steps + row[0], *row[1:]) for row in found.history]
+        self.last = [(self.done.steps + row[0], *row[1:]) for row in found.history]
         self.done.steps, self.done.last_chunk = self.done.steps + found.steps, found.last_chunk
         self.cost.steps, self.cost.time_step = self.cost.steps + found.steps, self.dt
         return self.sections.moments(model.position(), model.nodes.force[:, : model.n_nodes].T)
@@ -97,15 +98,17 @@ class _Course:
     def judge(self, moments: Array) -> None:
         """Residual: the tip's deflection by all moments out of balance as if of one sign, over that by the weight.
 
-        At rest it is small, and the root carries the weight.
+        At rest it is small, and the root carries the weight. It stands for the residual in the history too: forces on
+        single nodes say nothing about a strip that moves as a whole.
         """
         weight = np.zeros((self.prepared.model.n_nodes, 3))
         weight[:, 2] = -_mounting(self.prepared).weight
         lever = self.sections.arc[-1] - self.sections.arc
         carried = self.sections.moments(self.prepared.model.position(), weight)
         self.done.residual = float(lever @ np.abs(moments) / (lever @ np.abs(carried)))
+        self.done.history += [(steps, self.done.residual, moved, slowest) for steps, _, moved, slowest in self.last]
         error = self.carried() / float(carried[0]) - 1.0
-        self.done.converged = max(self.done.residual, abs(error)) < BALANCED
+        self.done.converged = self.done.residual < BALANCED and abs(error) < ROOT_BALANCED
 
     def carried(self) -> float:
         """Moment of the root [N mm] about the edge without that of the curl."""

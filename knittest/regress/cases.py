@@ -75,7 +75,7 @@ LEVELS: dict[Level, tuple[Case, ...]] = {
     ),
     "full": (
         Case("picture-frame", "meso", "1", None, "standard"),
-        *_strips("cantilever", "meso", "standard"),
+        *_strips("cantilever", "meso", "paper"),
         Case("friction", "meso", "1", "warp", "standard"),
         *_strips("tensile", "meso", "paper"),
         Case("picture-frame", "macro", "1", None, "standard"),
