@@ -47,21 +47,14 @@ def walk(first, last, contacts, alive):
 
 
 @njit(**INLINE)
-def _turn(c, dt, spin, contacts):
-    """Rotation (3) [rad] in a step of both surfaces of contact ``c``, weighted by their arms; 0 where none touched."""
-    wx, wy, wz = rows3(spin)
-    fx, fy, fz = rows3(contacts.force)
-    x, y, z = 0.0, 0.0, 0.0
-    if fx[c] == 0.0 and fy[c] == 0.0 and fz[c] == 0.0:
-        return x, y, z
-    for side in range(2):
-        i = contacts.piece[side, c]
-        before, at, after = spline_weights(contacts.parameter[side, c])
-        share = dt * (contacts.arm[c] if side == 0 else 1.0 - contacts.arm[c])
-        x += share * (before * wx[i - 1] + at * wx[i] + after * wx[i + 1])
-        y += share * (before * wy[i - 1] + at * wy[i] + after * wy[i + 1])
-        z += share * (before * wz[i - 1] + at * wz[i] + after * wz[i + 1])
-    return x, y, z
+def _turn(i, parameter, share, wx, wy, wz):
+    """``share`` of the spin (3) of piece ``i`` at ``parameter``."""
+    before, at, after = spline_weights(parameter)
+    return (
+        share * (before * wx[i - 1] + at * wx[i] + after * wx[i + 1]),
+        share * (before * wy[i - 1] + at * wy[i] + after * wy[i + 1]),
+        share * (before * wz[i - 1] + at * wz[i] + after * wz[i + 1]),
+    )
 
 
 @njit(**INLINE)
@@ -69,6 +62,8 @@ def _gather(first, count, dt, nodes, contacts, alive, w):
     x, y, z = rows3(nodes.position)
     ex, ey, ez = rows3(contacts.spring)
     gx, gy, gz = rows3(contacts.offset)
+    fx, fy, fz = rows3(contacts.force)
+    wx, wy, wz = rows3(nodes.spin)
     for k in range(count):
         c, m = first + k, U(k)
         i, j = contacts.piece[0, c], contacts.piece[1, c]
@@ -78,13 +73,18 @@ def _gather(first, count, dt, nodes, contacts, alive, w):
         w[R0 + m], w[R1 + m], w[R2 + m] = x[j - 1], y[j - 1], z[j - 1]
         w[R3 + m], w[R4 + m], w[R5 + m] = x[j], y[j], z[j]
         w[R6 + m], w[R7 + m], w[R8 + m] = x[j + 1], y[j + 1], z[j + 1]
-        w[S + m], w[T + m] = contacts.parameter[0, c], contacts.parameter[1, c]
+        s, t = contacts.parameter[0, c], contacts.parameter[1, c]
+        w[S + m], w[T + m] = s, t
         # a piece with a broken element does not touch
         whole = alive[i - 1] * alive[i] * alive[j - 1] * alive[j]
         w[LINE + m], w[REACH + m] = contacts.line[c], contacts.reach[c] * whole
         w[EX + m], w[EY + m], w[EZ + m], w[SLIPPING + m] = ex[c], ey[c], ez[c], contacts.slipping[c]
         w[GX + m], w[GY + m], w[GZ + m] = gx[c], gy[c], gz[c]
-        w[TURN_X + m], w[TURN_Y + m], w[TURN_Z + m] = _turn(c, dt, nodes.spin, contacts)
+        # both surfaces turn, by their arms; none do where nothing touched
+        touched = dt if (fx[c] != 0.0) | (fy[c] != 0.0) | (fz[c] != 0.0) else 0.0
+        ax, ay, az = _turn(i, s, touched * contacts.arm[c], wx, wy, wz)
+        bx, by, bz = _turn(j, t, touched * (1.0 - contacts.arm[c]), wx, wy, wz)
+        w[TURN_X + m], w[TURN_Y + m], w[TURN_Z + m] = ax + bx, ay + by, az + bz
 
 
 @njit(**INLINE)
