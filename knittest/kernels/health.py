@@ -3,11 +3,13 @@
 Called every few steps, so the usual answer, nothing, is counted without branches; who it is is only asked afterwards.
 """
 
+from math import acos, cos, sqrt
+
 import numpy as np
 from numba import njit
 
 from knittest.kernels.contact import penalty, spline_weights
-from knittest.kernels.options import KERNEL
+from knittest.kernels.options import INLINE, KERNEL
 from knittest.kernels.rows import rows3
 from knittest.kernels.shell_state import AREA, state_index
 
@@ -35,35 +37,86 @@ def count_pierced(offset, reach, line, count, limit):
     return found
 
 
-@njit(**KERNEL)
-def stiffest_node(contacts, count, law, own, inv_mass, load):
-    """Node with the largest bound of its squared frequency [1/ms^2], and that bound; -1 if none moves.
+@njit(**INLINE)
+def _largest_eigenvalue(xx, yy, zz, yz, xz, xy):
+    """Of a symmetric 3 x 3 matrix (Smith, 1961, Eigenvalues of a symmetric 3 x 3 matrix, Comm. ACM 4)."""
+    mean = (xx + yy + zz) / 3.0
+    x, y, z = xx - mean, yy - mean, zz - mean
+    spread = (x * x + y * y + z * z + 2.0 * (yz * yz + xz * xz + xy * xy)) / 6.0
+    det = x * (y * z - yz * yz) - xy * (xy * z - yz * xz) + xz * (xy * yz - y * xz)
+    ratio = 0.5 * det / max(spread * sqrt(spread), 1e-300)
+    return mean + 2.0 * sqrt(spread) * cos(acos(min(max(ratio, -1.0), 1.0)) / 3.0)
 
-    ``own`` (n,) stiffness of a node's beams [N/mm]; each loaded contact adds the tangent of ``law`` times the node's
-    share of it, twice, for the pair (Gershgorin). ``load`` (n,) is work space, zero before and after.
-    """
-    piece, parameter = contacts.piece, contacts.parameter
+
+@njit(**KERNEL)
+def _add_dyad(load, i, along, across, x, y, z):
+    """Add ``across`` I + (``along`` - ``across``) n n^T to column i of ``load`` (6, n): xx, yy, zz, yz, xz, xy."""
+    over = along - across
+    load[0, i] += across + over * x * x
+    load[1, i] += across + over * y * y
+    load[2, i] += across + over * z * z
+    load[3, i] += over * y * z
+    load[4, i] += over * x * z
+    load[5, i] += over * x * y
+
+
+@njit(**KERNEL)
+def _add_contacts(contacts, count, law, nodes, load):
+    """Add every loaded contact to its six nodes: penalty along its normal, sticking across it, with couples."""
     fx, fy, fz = rows3(contacts.force)
     gx, gy, gz = rows3(contacts.offset)
     for c in range(count):
-        if fx[c] != 0.0 or fy[c] != 0.0 or fz[c] != 0.0:
-            depth = max(contacts.reach[c] - np.sqrt(gx[c] ** 2 + gy[c] ** 2 + gz[c] ** 2), 0.0)
-            normal = penalty(depth, law.normal, law.linear, law.square, law.cubic, law.cap)[1]
-            for side in range(2):
-                i = piece[side, c]
-                before, at, after = spline_weights(parameter[side, c])
-                load[i - 1] += 2.0 * normal * before
-                load[i] += 2.0 * normal * at
-                load[i + 1] += 2.0 * normal * after
+        if fx[c] == 0.0 and fy[c] == 0.0 and fz[c] == 0.0:
+            continue
+        gap = max(sqrt(gx[c] ** 2 + gy[c] ** 2 + gz[c] ** 2), 1e-12)
+        depth = max(contacts.reach[c] - gap, 0.0)
+        normal = penalty(depth, law.normal, law.linear, law.square, law.cubic, law.cap)[1]
+        a, b = spline_weights(contacts.parameter[0, c]), spline_weights(contacts.parameter[1, c])
+        total = abs(a[0]) + abs(a[1]) + abs(a[2]) + abs(b[0]) + abs(b[1]) + abs(b[2])
+        for side in range(2):
+            arm = gap * (contacts.arm[c] if side == 0 else 1.0 - contacts.arm[c])
+            before, at, after = a if side == 0 else b
+            for k, weight in enumerate((before, at, after)):
+                i = contacts.piece[side, c] - 1 + k
+                if nodes.inv_mass[i] > 0.0:
+                    share = total * abs(weight)
+                    stick = law.tangential * (1.0 + arm * arm * nodes.inv_inertia[i] / nodes.inv_mass[i])
+                    _add_dyad(load, i, share * normal, share * stick, gx[c] / gap, gy[c] / gap, gz[c] / gap)
+
+
+@njit(**KERNEL)
+def _add_beam(load, i, element, axial, shear, position):
+    """Add the beam ``element`` at its present direction to node ``i``."""
+    x, y, z = rows3(position)
+    if axial[element] > 0.0:
+        j = element + 1
+        dx, dy, dz = x[j] - x[element], y[j] - y[element], z[j] - z[element]
+        inv = 1.0 / max(sqrt(dx * dx + dy * dy + dz * dz), 1e-12)
+        _add_dyad(load, i, 2.0 * axial[element], 2.0 * shear[element], inv * dx, inv * dy, inv * dz)
+
+
+@njit(**KERNEL)
+def stiffest_node(contacts, count, law, axial, shear, nodes, load):
+    """Node with the largest bound of its squared frequency [1/ms^2], and that bound; -1 if none moves.
+
+    The bound is that of :func:`knittest.models.yarn_step.nodal_loads` with the contacts as they are. ``axial`` and
+    ``shear`` (n,) stiffness of the beams [N/mm], 0 where there is none; ``load`` (6, n) is work space, zero before and
+    after.
+    """
+    _add_contacts(contacts, count, law, nodes, load)
     worst, largest = -1, 0.0
     for c in range(count):
         for side in range(2):
-            for i in range(piece[side, c] - 1, piece[side, c] + 2):
-                if load[i] > 0.0:
-                    bound = (load[i] + own[i]) * inv_mass[i]
+            for i in range(contacts.piece[side, c] - 1, contacts.piece[side, c] + 2):
+                if load[0, i] + load[1, i] + load[2, i] > 0.0:
+                    if i > 0:
+                        _add_beam(load, i, i - 1, axial, shear, nodes.position)
+                    _add_beam(load, i, i, axial, shear, nodes.position)
+                    xx, yy, zz, yz, xz, xy = load[:, i]
+                    bound = _largest_eigenvalue(xx, yy, zz, yz, xz, xy) * nodes.inv_mass[i]
                     if bound > largest:
                         worst, largest = i, bound
-                    load[i] = 0.0
+                    load[:, i] = 0.0
     return worst, largest
 
 

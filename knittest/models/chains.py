@@ -17,6 +17,7 @@ from knittest.models.contact_tracker import YarnContactGroup
 from knittest.models.explicit_model import make_nodes, make_partitions
 from knittest.models.natural_state import natural_state
 from knittest.models.yarn_model import YarnModel
+from knittest.models.yarn_step import nodal_loads
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -148,8 +149,8 @@ def build_chains(
     used = list(dict.fromkeys((c.section, c.part) for c in chains))
     number = np.array([used.index((c.section, c.part)) for c in chains], np.int64)
     lay = _Layout(chains, [card for card, _ in used], number)
-    mass, inertia, stiffness = _lump(lay)
-    step, mass, inertia, added = _scale_mass(lay, mass, inertia, stiffness, contact, scaling)
+    mass, inertia = _lump(lay)
+    step, mass, inertia, added = _scale_mass(lay, mass, inertia, contact, scaling)
     cells = np.flatnonzero(lay.joined)
     part = np.array([c.part for c in chains], np.int64)[lay.chain]
     mesh = Mesh(
@@ -168,39 +169,41 @@ def build_chains(
     )  # fmt: skip
 
 
-def _lump(lay: _Layout) -> tuple[Array, Array, Array]:
-    """Nodal mass [g], rotary inertia [g mm^2] and the sum of adjoining axial stiffnesses [N/mm]."""
+def _lump(lay: _Layout) -> tuple[Array, Array]:
+    """Nodal mass [g] and rotary inertia [g mm^2]."""
     stretch = np.array([c.stretch for c in lay.chains])[lay.chain]
     half = np.where(lay.joined, 0.5 * lay.of_card("linear_density") * lay.length * stretch, 0.0)
-    axial = np.where(lay.joined, lay.of_card("axial") / lay.length, 0.0)
-    mass, stiffness = half.copy(), axial.copy()
+    mass = half.copy()
     mass[1:] += half[:-1]
-    stiffness[1:] += axial[:-1]
     spread = np.empty(len(half))
     for s, card in enumerate(lay.cards):
         of = (lay.section == s) & lay.joined
         alpha = rotary_inertia_factor(card.axial, card.shear, card.torsion, card.bending, lay.mean_length(s))
         spread[lay.section == s] = alpha * float(lay.length[of].max()) ** 2 if of.any() else 1.0
-    return mass, spread * mass, stiffness
+    return mass, spread * mass
+
+
+def _loads(lay: _Layout, mass: Array, inertia: Array, contact: YarnContact | None) -> Array:
+    """Largest stiffness [N/mm] that each node feels, see :func:`nodal_loads`."""
+    share = np.full(len(mass), CONTACT_STEP_SHARE)
+    share[lay.start[:-1]] = share[lay.start[1:] - 1] = END_STEP_SHARE
+    radius = lay.of_card("radius")
+    touch = contact.stiffest(float(radius.min())) if contact else 0.0
+    # sticking turns a node by its arm too, and the rotary inertia is mass times inertia / mass
+    stick = contact.tangential * (1.0 + radius**2 * mass / inertia) if contact else np.zeros(len(mass))
+    axial, shear = (lay.of_card(name) / lay.length for name in ("axial", "shear"))
+    return nodal_loads(lay.chord, lay.joined, axial, shear, share * np.maximum(touch, stick), share * stick)
 
 
 def _scale_mass(
     lay: _Layout,
     mass: Array,
     inertia: Array,
-    stiffness: Array,
     contact: YarnContact | None,
     scaling: MassScaling | None,
 ) -> tuple[float, Array, Array, float]:
-    """Critical step [ms] by nodes (omega^2 <= (2 k_sum + contact) / m) and mass scaling to the target step."""
-    ends = np.concatenate([lay.start[:-1], lay.start[1:] - 1])
-    share = np.full(len(mass), CONTACT_STEP_SHARE)
-    share[ends] = END_STEP_SHARE
-    radius = lay.of_card("radius")
-    touch = contact.stiffest(float(radius.min())) if contact else 0.0
-    # sticking turns a node by its arm too, and the rotary inertia is mass times inertia / mass
-    stick = contact.tangential * (1.0 + radius**2 * mass / inertia) if contact else 0.0
-    load = 2.0 * stiffness + share * np.maximum(touch, stick)
+    """Critical step [ms] by nodes (omega^2 <= load / m) and mass scaling to the target step."""
+    load = _loads(lay, mass, inertia, contact)
     step = float(np.min(2.0 * np.sqrt(mass / load)))
     if scaling is None:
         return step, mass, inertia, 0.0

@@ -27,8 +27,8 @@ class YarnHealth:
 
     def __init__(self, model: "YarnModel") -> None:
         self.model = model
-        self.own = _own_stiffness(model.parts, model.beams)
-        self.load = np.zeros(model.n_nodes)
+        self.axial, self.shear = _stiffness(model.parts, model.beams)
+        self.load = np.zeros((6, model.n_nodes))
         self.looks = 0
         # both yarns of a crossing may move, and contacts are looked at every LEAST_STEPS steps at the latest
         self.farthest = float(model.group.radius.min()) / LEAST_STEPS
@@ -73,7 +73,7 @@ class YarnHealth:
     def _too_stiff(self, dt: float) -> str:
         model = self.model
         i, bound = health.stiffest_node(
-            model.tracker.contacts, model.tracker.count, model.law, self.own, model.nodes.inv_mass, self.load,
+            model.tracker.contacts, model.tracker.count, model.law, self.axial, self.shear, model.nodes, self.load,
         )  # fmt: skip
         if bound * dt * dt <= 4.0:
             return ""
@@ -83,13 +83,12 @@ class YarnHealth:
         )
 
 
-def _own_stiffness(parts: Partitions, beams: Beams) -> Array:
-    """Twice the largest axial stiffness of the beams at each node [N/mm], (n_nodes,): a bound of the chain's."""
+def _stiffness(parts: Partitions, beams: Beams) -> tuple[Array, Array]:
+    """Largest axial and the shear stiffness of every living beam [N/mm], (n_nodes,) each, 0 where there is none."""
     tangent = np.maximum(beams.stiffness[:, 0], np.cumsum(beams.hinge_slope, axis=1).max(axis=1))
-    stiffness = np.zeros(beams.alive.size)
+    axial, shear = np.zeros(beams.alive.size), np.zeros(beams.alive.size)
     for start, stop, section in parts.span:
         if section >= 0:
-            here = np.where(beams.alive[start:stop] > 0.0, tangent[section] * beams.inv_length[start:stop], 0.0)
-            stiffness[start:stop] += here
-            stiffness[start + 1 : stop] += here[:-1]
-    return 2.0 * stiffness
+            living = np.where(beams.alive[start:stop] > 0.0, beams.inv_length[start:stop], 0.0)
+            axial[start:stop], shear[start:stop] = tangent[section] * living, beams.stiffness[section, 1] * living
+    return axial, shear
