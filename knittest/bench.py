@@ -42,13 +42,16 @@ def _stepping(run: Run, contact: bool) -> tuple[Callable[[], object], int]:
     return lambda: model.advance(STEPS, 0.0, dt, drive, tally, scratch), len(model.mesh.cells)
 
 
-def kernel_lines(yarns: Run, shells: Run) -> Iterator[str]:
-    """Element steps a second of beams, beams with contact, and shells, at one thread and at all."""
+def kernel_lines(yarns: Run, loops: Run, shells: Run) -> Iterator[str]:
+    """Element steps a second of beams, without and with contact, of ``loops`` and shells; one thread and all."""
     import numba
 
     for run in (yarns, shells):
         warm(run)
-    cases = [("beams", yarns, False), ("beams and contact", yarns, True), ("shells", shells, False)]
+    cases = [
+        ("beams", yarns, False), ("beams and contact", yarns, True),
+        ("loops and contact", loops, True), ("shells", shells, False),
+    ]  # fmt: skip
     yield f"{'kernel':<20}{'elements':>10}{'threads':>9}{'ns/element-step':>17}{'M element-steps/s':>19}"
     for name, run, contact in cases:
         call, elements = _stepping(run, contact)

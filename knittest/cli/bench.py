@@ -15,6 +15,7 @@ def bench(variant: str, preset: str) -> None:
     from knittest.config.loading import resolve
 
     run = resolve(variant=variant, scale="meso", preset=preset, direction="warp")
+    loops = resolve(variant=variant, scale="meso", preset=preset, test="picture-frame")
     shells = resolve(variant=variant, scale="macro", direction="warp")
-    for line in (*kernel_lines(run, shells), *run_lines(run)):
+    for line in (*kernel_lines(run, loops, shells), *run_lines(run)):
         click.echo(line)

@@ -1,11 +1,13 @@
-"""The critical step that contacts leave: highest eigenvalues in closed form against the bound by nodes."""
+"""The critical step that contacts leave: highest eigenvalues, in closed form or dense, against the bound by nodes."""
 
 import numpy as np
 import pytest
 
 from knittest.kernels.contact import spline_weights
+from knittest.kernels.health import stiffest_node
 from knittest.models import chains
 from knittest.models.chains import build_chains
+from knittest.models.yarn_step import nodal_loads
 from knittest.pose import Body, Chain, YarnContact, section
 
 #: beams so soft that the contact alone sets the step
@@ -60,3 +62,40 @@ def test_ends_do_not_govern_the_step():
     free = build_chains([crossing(0.5)[0]], ("yarn",), CONTACT)
     inner = 4.0 * free.mass[4] / (chains.CONTACT_STEP_SHARE * CONTACT.normal)
     assert free.critical_step**2 == pytest.approx(0.75 * inner, rel=0.02)
+
+
+def test_the_guard_bounds_a_contact_between_its_frequency_and_the_row_sum():
+    """Row sum of k n n^T: 2 k w / m; the beams are too soft to count."""
+    body = pressed(0.5, 0.9)
+    body.step(1)
+    model = body.model
+    assert model.health.complaint(body.dt) == ""
+    health, contacts = model.health, model.tracker.contacts
+    args = contacts, 1, model.law, health.axial, health.shear, model.nodes, health.load
+    worst, bound = stiffest_node(*args)
+    assert worst in contacts.piece[:, 0]
+    row_sum = 2.0 * 0.75 * CONTACT.normal / model.mass[worst]
+    assert highest(body) < bound == pytest.approx(row_sum, rel=0.02)
+    assert not health.load.any()
+
+
+@pytest.mark.parametrize("bend", [0.0, 0.3, 0.8])
+@pytest.mark.parametrize("penalty", [0.1, 1.0, 10.0])
+def test_the_bound_by_direction_holds_and_is_not_wasteful(bend, penalty):
+    """A bent chain whose nodes are all pressed across it, against the largest eigenvalue of its assembly."""
+    turn = bend * np.arange(40)
+    chord = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(40)])
+    stiffness, tangent = np.zeros((120, 120)), np.vstack([chord[:1], chord[1:] + chord[:-1]])
+    tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
+    for i in range(39):
+        ends = np.r_[3 * i : 3 * i + 6]
+        spring = np.outer(chord[i], chord[i]) + 0.3 * (np.eye(3) - np.outer(chord[i], chord[i]))
+        stiffness[np.ix_(ends, ends)] += np.kron([[1.0, -1.0], [-1.0, 1.0]], spring)
+    for i in range(40):
+        at = np.r_[3 * i : 3 * i + 3]
+        stiffness[np.ix_(at, at)] += penalty * (np.eye(3) - np.outer(tangent[i], tangent[i]))
+    joined = np.append(np.ones(39, bool), False)
+    loads = nodal_loads(chord, joined, np.ones(40), np.full(40, 0.3), np.full(40, penalty), np.zeros(40))
+    largest = float(np.linalg.eigvalsh(stiffness)[-1])
+    assert largest <= loads.max() * (1.0 + 1e-12)
+    assert loads.max() < 1.1 * largest
