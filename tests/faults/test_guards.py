@@ -150,7 +150,7 @@ def test_too_large_a_step_blows_up_and_is_stopped(scale):
 
 def test_contacts_that_are_too_stiff_for_the_step():
     def stiffen(model):
-        model.law = model.law._replace(normal=60.0 * model.law.normal)
+        model.law = model.law._replace(normal=400.0 * model.law.normal)
 
     message, wrong = run_until_wrong("meso", stiffen)
     assert "bring the critical time step to" in message and "yarn" in message
