@@ -12,7 +12,7 @@ Eq. 3 of Pham et al. (2019), mean and standard deviation. *kind*: `predicted`; `
 derived from, this very row); `input` (the model was fed a curve that ends there). Only the end points are measured: no
 curve shape is validated.
 
-| test | variant | scale | direction | preset | parameters | quantity | measured | simulated | deviation | in sd | kind |
+| test | variant | scale | along | preset | parameters | quantity | measured | simulated | deviation | in sd | kind |
 |---|---|---|---|---|---|---|---|---|---|---|---|
 """
 COST = """
@@ -20,7 +20,7 @@ COST = """
 
 Wall times depend on what else the machine does; docs/kernel.md has those of a quiet one.
 
-| test | variant | scale | direction | preset | n | elements | steps | wall [s] | KE/work [%] | energy [%] | pen./r [%] |
+| test | variant | scale | along | preset | n | elements | steps | wall [s] | KE/work [%] | energy [%] | pen./r [%] |
 |---|---|---|---|---|---|---|---|---|---|---|---|
 """
 
