@@ -132,8 +132,8 @@ def _slowest(move: Array, change: Array, mass: Array, dt: float, frequency: floa
 def _applied(drive: Drive) -> float:
     """Sum of all forces applied at the end of the tables [N]."""
     loads = drive.loads
-    force = loads.dof < 3
-    return float(np.abs(loads.value[force] * _last(drive)[loads.table[force]]).sum())
+    factor = np.where(loads.dof < 3, _last(drive)[loads.table], 0.0)
+    return float(np.abs(loads.value * np.repeat(factor, loads.length)).sum())
 
 
 def _last(drive: Drive) -> Array:

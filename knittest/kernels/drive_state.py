@@ -43,13 +43,17 @@ class Motions(NamedTuple):
 
 
 class Loads(NamedTuple):
-    """Forces [N] and moments [N mm] that keep their direction, sorted by partition as in :class:`Motions`.
+    """Forces [N] and moments [N mm] that keep their direction, in runs of neighbouring nodes, sorted by partition as in
+    :class:`Motions`.
 
-    ``value`` times table ``table`` acts on ``dof`` of ``node``; all (n,).
+    A run acts on ``dof`` of ``length`` nodes from ``node`` on, with table ``table`` times the entries of ``value`` from
+    ``at`` on; (n_runs,) each.
     """
 
     start: Index
     node: Index
+    length: Index
+    at: Index
     dof: Index
     table: Index
     value: Array
@@ -61,6 +65,8 @@ class Tools(NamedTuple):
     ``kind``; ``size`` (4,): plate half lengths and edge radius, cylinder radius and half length [mm], grid spacing, of
     a swept edge with its radius [mm], sine and cosine of its draft;
     ``axes`` (3, 3) local axes as rows (a plane's outward normal is the third); ``position``, ``velocity`` (3,);
+    ``plan`` (5,): of a swept edge, centre and half lengths of a box in plan, in local axes [mm], and 1 where the flat
+    face goes on outside of it, 0 where nothing is there;
     ``motion`` (3,) velocity table of each axis, -1 if held, -2 if free to follow the forces; ``load`` (3,) force table
     or -1; ``mass`` [g] and ``drag`` [1/ms] of free axes; ``law`` (4,). ``grid`` (4,) offset in ``samples`` and counts
     of a sampled signed distance [mm], in plan only for a swept edge.
@@ -69,6 +75,7 @@ class Tools(NamedTuple):
     kind: Index
     size: Array
     axes: Array
+    plan: Array
     position: Array
     velocity: Array
     motion: Index

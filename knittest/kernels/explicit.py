@@ -8,7 +8,7 @@ number of threads. Yarns and shells have an entry each, so that a run compiles o
 import numpy as np
 from numba import njit, prange
 
-from knittest.kernels import beam_blocks, contact_blocks, shell_blocks, tool_contact
+from knittest.kernels import beam_blocks, contact_blocks, shell_blocks, tool_blocks
 from knittest.kernels.beam_blocks import advance_beams, advance_free
 from knittest.kernels.contact_blocks import contact_forces, scatter_contacts
 from knittest.kernels.loads import apply_loads, book_loads
@@ -17,10 +17,11 @@ from knittest.kernels.options import KERNEL, PARALLEL, PARTITIONS
 from knittest.kernels.sheet_contact import scatter_sheet, sheet_forces
 from knittest.kernels.shell_blocks import gather_shells, shell_forces
 from knittest.kernels.tables import read_tables
-from knittest.kernels.tool_contact import move_tools, touch_tools
+from knittest.kernels.tool_blocks import touch_tools
+from knittest.kernels.tool_contact import move_tools
 
 #: work space of one partition, in floats
-SCRATCH = max(beam_blocks.SCRATCH, contact_blocks.SCRATCH, shell_blocks.SCRATCH, tool_contact.SCRATCH)
+SCRATCH = max(beam_blocks.SCRATCH, contact_blocks.SCRATCH, shell_blocks.SCRATCH, tool_blocks.SCRATCH)
 
 
 @njit(**KERNEL)

@@ -2,13 +2,22 @@
 
 from numba import njit
 
-from knittest.kernels.options import KERNEL
+from knittest.kernels.options import INLINE, KERNEL, U
 
 
 @njit(**KERNEL)
 def load_now(value, table, tables):
     """``value`` times a table at the instant of the forces, between the middles of two steps."""
     return value * 0.5 * (tables.now[0, table] + tables.now[1, table])
+
+
+@njit(**INLINE)
+def _work(first, count, factor, value, rate):
+    """Sum of ``factor`` times the entries of ``value`` (count,) times the rates of the nodes from ``first`` on."""
+    work = 0.0
+    for k in range(U(count)):
+        work += factor * value[k] * rate[U(first) + k]
+    return work
 
 
 @njit(**KERNEL)
@@ -18,15 +27,20 @@ def apply_loads(partition, dt, nodes, loads, tables, tally):
     Moments act on the spin at once, divided by the damping that follows, so that they balance exactly at rest.
     """
     work = 0.0
-    for k in range(loads.start[partition], loads.start[partition + 1]):
-        i, dof = loads.node[k], loads.dof[k]
-        value = load_now(loads.value[k], loads.table[k], tables)
+    for run in range(loads.start[partition], loads.start[partition + 1]):
+        first, count, dof = loads.node[run], loads.length[run], loads.dof[run]
+        factor, value = load_now(1.0, loads.table[run], tables), loads.value[loads.at[run] :]
         if dof < 3:
-            nodes.force[dof, i] += value
-            work += value * nodes.velocity[dof, i]
+            force = nodes.force[dof]
+            for k in range(U(count)):
+                force[U(first) + k] += factor * value[k]
+            work += _work(first, count, factor, value, nodes.velocity[dof])
         else:
-            work += value * nodes.spin[dof - 3, i]
-            nodes.spin[dof - 3, i] += value * nodes.inv_inertia[i] * dt / nodes.keep[i]
+            spin = nodes.spin[dof - 3]
+            work += _work(first, count, factor, value, spin)
+            for k in range(U(count)):
+                i = U(first) + k
+                spin[i] += factor * value[k] * nodes.inv_inertia[i] * dt / nodes.keep[i]
     tally.energy[partition, 0] += 0.5 * dt * work
 
 
@@ -34,9 +48,8 @@ def apply_loads(partition, dt, nodes, loads, tables, tally):
 def book_loads(partition, dt, nodes, loads, tables, tally):
     """Second half of the work, with the velocities after the step."""
     work = 0.0
-    for k in range(loads.start[partition], loads.start[partition + 1]):
-        i, dof = loads.node[k], loads.dof[k]
-        value = load_now(loads.value[k], loads.table[k], tables)
-        rate = nodes.velocity[dof, i] if dof < 3 else nodes.spin[dof - 3, i]
-        work += value * rate
+    for run in range(loads.start[partition], loads.start[partition + 1]):
+        first, count, dof = loads.node[run], loads.length[run], loads.dof[run]
+        rate = nodes.velocity[dof] if dof < 3 else nodes.spin[dof - 3]
+        work += _work(first, count, load_now(1.0, loads.table[run], tables), loads.value[loads.at[run] :], rate)
     tally.energy[partition, 0] += 0.5 * dt * work

@@ -8,7 +8,7 @@ node collects its own in a fixed order, so the bits do not depend on the number 
 import numpy as np
 from numba import njit
 
-from knittest.kernels.laws import hinge_force, odd_hinge_force, slider_force
+from knittest.kernels.laws import hinge_force, slider_force
 from knittest.kernels.options import INLINE, KERNEL, U
 from knittest.kernels.rows import rows3, rows4
 from knittest.kernels.shell import (
@@ -124,10 +124,12 @@ def _shear(at, state, laminate, w):
     """
     for k in range(LANES):
         w[SHEAR + k] = 0.0
-    for h in range(laminate.shear_knee.size):
+    for h in range(laminate.shear_knee.size):  # the law is odd: that of the size, with the sign
         knee, slope = laminate.shear_knee[h], laminate.shear_slope[h]
         for k in range(LANES):
-            w[SHEAR + k] += odd_hinge_force(w[ANGLE + k], knee, slope)
+            w[SHEAR + k] += hinge_force(abs(w[ANGLE + k]), knee, slope)
+    for k in range(LANES):
+        w[SHEAR + k] = w[SHEAR + k] if w[ANGLE + k] >= 0.0 else -w[SHEAR + k]
     share, stick = laminate.shear_friction, laminate.shear_stick
     lost = 0.0
     for k in range(LANES):

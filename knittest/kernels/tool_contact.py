@@ -4,43 +4,42 @@ from math import sqrt
 
 from numba import njit
 
-from knittest.kernels.drive_state import KINETIC, NORMAL, STATIC, TANGENTIAL
+from knittest.kernels.drive_state import NORMAL, TANGENTIAL
 from knittest.kernels.loads import load_now
-from knittest.kernels.options import INLINE, KERNEL, U
+from knittest.kernels.options import INLINE, KERNEL
 from knittest.kernels.rows import rows3
-from knittest.kernels.tool_shapes import frame_distance, least_distances, tool_frame
+from knittest.kernels.tool_shapes import frame_distance, tool_frame
 from knittest.kernels.vec import add, combine, dot, scale, sub
 
 #: entries of ``Tools.motion`` that are not a table
 HELD, FREE = -1, -2
-#: nodes that are looked at together
-BLOCK = 1024
-SCRATCH = BLOCK + 1
+#: keeps quotients of nothing finite
+TINY = 1e-200
 
 
-@njit(**KERNEL)
+@njit(**INLINE)
 def coulomb(sx, sy, sz, tangential, pressure, static, kinetic, slipping):
     """Return the sticking spring (3) [mm] to the Coulomb limit; also 1 where it slips.
 
     A node that sticks gives way at the static limit and slips at the kinetic one until its spring falls below that.
+    Without branches, so that it vectorises.
     """
     trial = tangential * sqrt(sx * sx + sy * sy + sz * sz)
     limit = (kinetic if slipping > 0.0 else static) * pressure
-    if trial <= limit:
-        return sx, sy, sz, 0.0
-    share = kinetic * pressure / trial
-    return share * sx, share * sy, share * sz, 1.0
+    slips = trial > limit
+    share = kinetic * pressure / max(trial, TINY)
+    share = share if slips else 1.0
+    return share * sx, share * sy, share * sz, 1.0 if slips else 0.0
 
 
-@njit(**KERNEL)
+@njit(**INLINE)
 def damp_sticking(fx, fy, fz, dx, dy, dz, viscous, limit):
     """Sticking force (3) [N] with ``viscous`` [N/mm] times the step's slide d (3) added, up to ``limit``.
 
     Without it a node that stops swings about its sticking force and slips again below the static limit.
     """
     fx, fy, fz = fx + viscous * dx, fy + viscous * dy, fz + viscous * dz
-    size = sqrt(fx * fx + fy * fy + fz * fz)
-    share = limit / size if size > limit else 1.0
+    share = min(limit / max(sqrt(fx * fx + fy * fy + fz * fz), TINY), 1.0)
     return share * fx, share * fy, share * fz
 
 
@@ -55,72 +54,17 @@ def touch_force(n, d, e, depth, normal, viscous, tangential, sticking, static, k
     closing = -dot(d, n)
     elastic = normal * depth
     pressure = max(elastic + viscous * closing / dt, 0.0)
-    normal2 = dot(n, n)
+    inv_normal2 = 1.0 / dot(n, n)
     t = add(e, d)
-    t = combine(1.0, t, -dot(t, n) / normal2, n)
+    t = combine(1.0, t, -dot(t, n) * inv_normal2, n)
     sx, sy, sz, slips = coulomb(t[0], t[1], t[2], tangential, pressure, static, kinetic, slipping)
     s = (sx, sy, sz)
-    lost = 0.5 * tangential * dot(add(e, s), sub(t, s)) + (pressure - elastic) * closing
-    rubs = scale(tangential, s)
-    if slips == 0.0:
-        slide = combine(1.0, d, closing / normal2, n)
-        rubs = damp_sticking(*rubs, *slide, sticking / dt, static * pressure)
-        lost += dot(combine(1.0, rubs, -tangential, s), slide)
-    return combine(pressure, n, -1.0, rubs), pressure, s, slips, lost
-
-
-@njit(**KERNEL)
-def touch_tools(partition, first, last, dt, nodes, tools, touch, tally, w):
-    """Add the tools' forces on nodes first..last; tally forces on the tools [N] and energies [mJ]."""
-    x, y, z = rows3(nodes.position)
-    for t in range(tools.kind.size):
-        kind, frame, pressure, radius = tools.kind[t], tool_frame(t, tools), touch.pressure[t], touch.radius
-        block = first
-        while block < last:
-            count = min(BLOCK, last - block)
-            least_distances(kind, frame, block, count, x, y, z, w)
-            for k in range(U(count)):
-                i = U(block) + k
-                w[k] = w[k] - radius[i] if pressure[i] == 0.0 else -1.0
-            _touch_block(t, frame, block, count, dt, nodes, tools, touch, tally.tool[partition, t], w)
-            tally.energy[partition, 1] += w[BLOCK]
-            block += count
-
-
-@njit(**INLINE)
-def _touch_block(t, frame, start, count, dt, nodes, tools, touch, force_on_tool, w):
-    """Forces of tool ``t`` on the nodes of a block whose least distances are in ``w``; leaves the loss in w[BLOCK]."""
-    x, y, z = rows3(nodes.position)
-    vx, vy, vz = rows3(nodes.velocity)
-    fx, fy, fz = rows3(nodes.force)
-    kind, grid, law, velocity = tools.kind[t], tools.grid[t], tools.law[t], tools.velocity[t]
-    ux, uy, uz = velocity[0], velocity[1], velocity[2]
-    ex, ey, ez = rows3(touch.spring[t])
-    pressure, slipping = touch.pressure[t], touch.slipping[t]
-    damp, stick = sqrt(law[NORMAL]), sqrt(law[TANGENTIAL])
-    sum_x, sum_y, sum_z, lost = 0.0, 0.0, 0.0, 0.0
-    for k in range(U(count)):
-        if w[k] >= 0.0:
-            continue
-        i = U(start) + k
-        gap, nx, ny, nz = frame_distance(kind, frame, grid, tools.samples, x[i], y[i], z[i])
-        depth = touch.radius[i] - gap
-        if depth <= 0.0:
-            pressure[i], slipping[i], ex[i], ey[i], ez[i] = 0.0, 0.0, 0.0, 0.0, 0.0
-            continue
-        stiffness, viscous = touch.stiffness[i], touch.viscous[i]
-        f, pressure[i], e, slipping[i], loss = touch_force(
-            (nx, ny, nz), ((vx[i] - ux) * dt, (vy[i] - uy) * dt, (vz[i] - uz) * dt), (ex[i], ey[i], ez[i]), depth,
-            law[NORMAL] * stiffness, damp * viscous, law[TANGENTIAL] * stiffness, stick * viscous, law[STATIC],
-            law[KINETIC], slipping[i], dt,
-        )  # fmt: skip
-        ex[i], ey[i], ez[i] = e
-        fx[i], fy[i], fz[i] = fx[i] + f[0], fy[i] + f[1], fz[i] + f[2]
-        sum_x, sum_y, sum_z, lost = sum_x - f[0], sum_y - f[1], sum_z - f[2], lost + loss
-    force_on_tool[0] += sum_x
-    force_on_tool[1] += sum_y
-    force_on_tool[2] += sum_z
-    w[BLOCK] = lost
+    slide, spring = combine(1.0, d, closing * inv_normal2, n), scale(tangential, s)
+    damped = damp_sticking(*spring, *slide, sticking / dt, static * pressure)
+    sticks = 1.0 - slips  # a node that slips is not damped
+    damping = scale(sticks, sub(damped, spring))
+    lost = 0.5 * tangential * dot(add(e, s), sub(t, s)) + (pressure - elastic) * closing + dot(damping, slide)
+    return combine(pressure, n, -1.0, add(spring, damping)), pressure, s, slips, lost
 
 
 @njit(**KERNEL)

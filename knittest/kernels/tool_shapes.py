@@ -2,6 +2,7 @@
 
 from math import sqrt
 
+import numpy as np
 from numba import njit
 
 from knittest.kernels.drive_state import CYLINDER, GRID, PLANE, PLATE, SWEPT
@@ -114,12 +115,25 @@ def edge_distances(s, z, radius, sine, cosine, out):
 
 @njit(**INLINE)
 def tool_frame(t, tools):
-    """Position (3), axes (9) and size (4) of tool ``t`` as scalars, read once and not for every node."""
-    p, a, s = tools.position[t], tools.axes[t], tools.size[t]
+    """Position (3), axes (9), size (4) and plan (5) of tool ``t`` as scalars, read once and not for every node."""
+    p, a, s, b = tools.position[t], tools.axes[t], tools.size[t], tools.plan[t]
     return (
         p[0], p[1], p[2], a[0, 0], a[0, 1], a[0, 2], a[1, 0], a[1, 1], a[1, 2], a[2, 0], a[2, 1], a[2, 2],
-        s[0], s[1], s[2], s[3],
+        s[0], s[1], s[2], s[3], b[0], b[1], b[2], b[3], b[4],
     )  # fmt: skip
+
+
+@njit(**INLINE)
+def swept_distance(x, y, z, size, plan, grid, samples):
+    """Distance from a swept edge of ``size`` and ``plan`` and its gradient."""
+    spacing, radius, sine, cosine = size
+    centre_x, centre_y, half_x, half_y, goes_on = plan
+    off = max(abs(x - centre_x) - half_x, abs(y - centre_y) - half_y)
+    if off > 0.0 and goes_on > 0.0 and z > -radius:
+        return z, 0.0, 0.0, 1.0
+    s, gx, gy = plan_distance(x, y, spacing, grid, samples)
+    d, across, nz = edge_distance(s, z, radius, sine, cosine)
+    return d, across * gx, across * gy, nz
 
 
 @njit(**INLINE)
@@ -129,7 +143,7 @@ def frame_distance(kind, frame, grid, samples, x, y, z):
     ``grid`` and ``samples`` describe a sampled shape. The normal is the gradient of the distance; of a sampled shape it
     is not quite of unit length, which keeps the contact force the gradient of an energy.
     """
-    ox, oy, oz, ax, ay, az, bx, by, bz, cx, cy, cz, s0, s1, s2, s3 = frame
+    ox, oy, oz, ax, ay, az, bx, by, bz, cx, cy, cz, s0, s1, s2, s3, p0, p1, p2, p3, p4 = frame
     px, py, pz = x - ox, y - oy, z - oz
     lx, ly, lz = ax * px + ay * py + az * pz, bx * px + by * py + bz * pz, cx * px + cy * py + cz * pz
     d, nx, ny, nz = FAR, 0.0, 0.0, 1.0
@@ -142,37 +156,69 @@ def frame_distance(kind, frame, grid, samples, x, y, z):
     elif kind == GRID:
         d, nx, ny, nz = grid_distance(lx, ly, lz, s0, grid, samples)
     elif kind == SWEPT:
-        s, gx, gy = plan_distance(lx, ly, s0, grid, samples)
-        d, across, nz = edge_distance(s, lz, s1, s2, s3)
-        nx, ny = across * gx, across * gy
+        size, plan = (s0, s1, s2, s3), (p0, p1, p2, p3, p4)
+        d, nx, ny, nz = swept_distance(lx, ly, lz, size, plan, grid, samples)
     return d, nx * ax + ny * bx + nz * cx, nx * ay + ny * by + nz * cy, nx * az + ny * bz + nz * cz
 
 
 @njit(**KERNEL)
-def least_distances(kind, frame, start, count, x, y, z, least):
+def least_distances(kind, frame, grid, samples, start, count, x, y, z, least):
     """Fill ``least`` (count,) with lower bounds of the distances of points from ``start`` on, without branch or root.
 
-    That of a plate is the distance from the planes of the box's sides, inside of which the rounded box lies; that of a
-    swept edge the height over its face; other shapes have none.
+    That of a plane is the distance, that of a plate the distance from the planes of the box's sides, inside of which
+    the rounded box lies; other shapes but a swept edge have none.
     """
+    ox, oy, oz, ax, ay, az, bx, by, bz, cx, cy, cz, s0, s1, s2 = frame[:15]
     if kind == SWEPT:
-        px, py, pz, cx, cy, cz = frame[0], frame[1], frame[2], frame[9], frame[10], frame[11]
+        _least_swept(frame, grid, samples, start, count, x, y, z, least)
+    elif kind == PLANE:
         for k in range(U(count)):
             i = U(start) + k
-            least[k] = cx * (x[i] - px) + cy * (y[i] - py) + cz * (z[i] - pz)
-        return
-    if kind != PLATE:
+            least[k] = cx * (x[i] - ox) + cy * (y[i] - oy) + cz * (z[i] - oz)
+    elif kind == PLATE:
+        for k in range(U(count)):
+            i = U(start) + k
+            px, py, pz = x[i] - ox, y[i] - oy, z[i] - oz
+            u = abs(ax * px + ay * py + az * pz) - s0
+            v = abs(bx * px + by * py + bz * pz) - s1
+            w = abs(cx * px + cy * py + cz * pz) - s2
+            least[k] = max(u, max(v, w))
+    else:
         for k in range(U(count)):
             least[k] = -FAR
-        return
-    ox, oy, oz, ax, ay, az, bx, by, bz, cx, cy, cz, s0, s1, s2, _ = frame
+
+
+@njit(**INLINE)
+def _least_swept(frame, grid, samples, start, count, x, y, z, least):
+    """That of the sharp edge: height over its face, or distance from its wall by the nearest sample.
+
+    Samples are one in plan, so that a point is a spacing farther than the nearest one at most. Beyond the box in plan
+    the face goes on, or the wall is farther than the box.
+    """
+    ox, oy, oz, ax, ay, az, bx, by, bz, cx, cy, cz, spacing, _, sine, cosine, p0, p1, p2, p3, goes_on = frame
+    inside = 0
     for k in range(U(count)):
         i = U(start) + k
         px, py, pz = x[i] - ox, y[i] - oy, z[i] - oz
-        u = abs(ax * px + ay * py + az * pz) - s0
-        v = abs(bx * px + by * py + bz * pz) - s1
-        w = abs(cx * px + cy * py + cz * pz) - s2
-        least[k] = max(u, max(v, w))
+        u = abs(ax * px + ay * py + az * pz - p0) - p2
+        v = abs(bx * px + by * py + bz * pz - p1) - p3
+        w = cx * px + cy * py + cz * pz
+        off = max(u, v)
+        least[k] = w if goes_on > 0.0 else max(w, off * cosine + w * sine)
+        inside += (off < 0.0) & (w < spacing)
+    if inside == 0:
+        return
+    inverse, last_x, last_y = 1.0 / spacing, float(grid[1] - 1), float(grid[2] - 1)
+    at, stride = grid[0], grid[2]
+    for k in range(U(count)):
+        i = U(start) + k
+        px, py, pz = x[i] - ox, y[i] - oy, z[i] - oz
+        u, v = inverse * (ax * px + ay * py + az * pz), inverse * (bx * px + by * py + bz * pz)
+        w = cx * px + cy * py + cz * pz
+        on_u, on_v = min(max(u, 0.0), last_x), min(max(v, 0.0), last_y)
+        near = samples[U(at + np.int64(on_u + 0.5) * stride + np.int64(on_v + 0.5))] - spacing
+        bound = near * cosine + w * sine if u == on_u and v == on_v else -FAR
+        least[k] = max(least[k], bound)
 
 
 @njit(**KERNEL)

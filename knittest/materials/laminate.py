@@ -106,13 +106,12 @@ def softened_at_most(card: Laminate, share: float) -> Laminate:
 
 def _linear(card: Laminate, share: float, tension: Array, compression: Array) -> Laminate:
     """A laminate with ``share`` of ``tension`` and with ``compression`` [N/mm], (2,) each, of all layers."""
-    slope = np.zeros_like(card.slope)
-    slope[:, 0] = share * tension - 2.0 * card.outer
-    if (slope[:, 0] <= 0.0).any():
+    slope = share * tension - 2.0 * card.outer
+    if (slope <= 0.0).any():
         raise InputError(
             f"rig.membrane_share = {share:g}: leaves less membrane stiffness than bending needs; expected more"
         )
-    return card._replace(slope=slope, compression=compression - 2.0 * card.outer)
+    return card._replace(knee=np.zeros((2, 1)), slope=slope[:, None], compression=compression - 2.0 * card.outer)
 
 
 def _tension_points(

@@ -14,7 +14,6 @@ from knittest.kernels.drive_state import (
     PLATE,
     SWEPT,
     Drive,
-    Loads,
     Motions,
     Tables,
     Tools,
@@ -23,7 +22,9 @@ from knittest.kernels.drive_state import (
 from knittest.kernels.options import PARTITIONS
 from knittest.kernels.state import Tally
 from knittest.kernels.tool_contact import HELD
+from knittest.kernels.tool_shapes import FAR
 from knittest.models.explicit_model import ExplicitModel
+from knittest.models.load_runs import in_runs
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -78,6 +79,7 @@ class Tool:
     mass: float = 1.0
     drag: float = 0.0
     samples: Array = field(default_factory=lambda: np.zeros((0, 0, 0)))
+    plan: tuple[float, float, float, float, float] = (0.0, 0.0, FAR, FAR, 0.0)
 
 
 def axes_along(direction: ArrayLike) -> Array:
@@ -123,7 +125,20 @@ def swept(
     """
     axes = np.diag([1.0, 1.0, -1.0 if down else 1.0])
     size = (spacing, radius, sin(draft), cos(draft))
-    return Tool(SWEPT, np.array(origin, float), axes, size, samples=np.asarray(samples, float)[:, :, None])
+    samples = np.asarray(samples, float)
+    plan = _plan_box(samples, spacing, radius * (1.0 - sin(draft)) / cos(draft))
+    return Tool(SWEPT, np.array(origin, float), axes, size, samples=samples[:, :, None], plan=plan)
+
+
+def _plan_box(samples: Array, spacing: float, reach: float) -> tuple[float, float, float, float, float]:
+    """``Tools.plan`` of a swept edge whose rounding reaches ``reach`` [mm] over the face: one spacing is to spare."""
+    border = np.concatenate([samples[0], samples[-1], samples[:, 0], samples[:, -1]])
+    outside = float(np.all(border < -reach))
+    if not outside and border.min() <= 0.0:
+        return 0.0, 0.0, FAR, FAR, 0.0
+    found = np.argwhere(samples > -reach if outside else samples <= 0.0)
+    low, high = spacing * (found.min(axis=0) - 1.0), spacing * (found.max(axis=0) + 1.0)
+    return (*(0.5 * (low + high)).tolist(), *(0.5 * (high - low)).tolist(), outside)
 
 
 class Boundary:
@@ -190,17 +205,20 @@ class Boundary:
         for k, table in enumerate(self.tables):
             time[k, : knots[k]], value[k, : knots[k]] = table.time, table.value
         motions = self._sorted(self._motions, (np.int64, np.int64, np.int64, np.float64, np.int64))
-        loads = self._sorted(self._loads, (np.int64, np.int64, np.int64, np.float64))
+        loads = in_runs(*self._sorted(self._loads, (np.int64, np.int64, np.int64, np.float64), runs=True))
         tables = Tables(knots, time, value, np.zeros((2, len(self.tables))))
-        return Drive(tables, Motions(*motions), Loads(*loads), _tool_arrays(self.tools), self._touch())
+        return Drive(tables, Motions(*motions), loads, _tool_arrays(self.tools), self._touch())
 
-    def _sorted(self, groups: list[tuple[Array, ...]], kinds: tuple[type, ...]) -> list[NDArray]:
-        """Columns sorted by the partition of their node, then node, with the starts of the partitions first."""
+    def _sorted(self, groups: list[tuple[Array, ...]], kinds: tuple[type, ...], runs: bool = False) -> list[NDArray]:
+        """Starts of the partitions, then columns (node, dof, table, ...) sorted by partition, node, dof or, for
+        ``runs``, by partition, dof, table, node.
+        """
         columns: list[NDArray] = [
             np.concatenate([g[k] for g in groups] or [np.zeros(0)]).astype(kind) for k, kind in enumerate(kinds)
         ]
         owner = np.searchsorted(self.model.parts.node, columns[0], side="right") - 1
-        order = np.lexsort((columns[1], columns[0], owner))
+        keys = (columns[0], columns[2], columns[1]) if runs else (columns[1], columns[0])
+        order = np.lexsort((*keys, owner))
         start = np.searchsorted(owner[order], np.arange(PARTITIONS + 1))
         return [start, *(np.ascontiguousarray(c[order]) for c in columns)]
 
@@ -225,6 +243,7 @@ def _tool_arrays(tools: list[Tool]) -> Tools:
         kind=rows([t.kind for t in tools], (), np.int64),
         size=rows([t.size for t in tools], (4,)),
         axes=rows([t.axes for t in tools], (3, 3)),
+        plan=rows([t.plan for t in tools], (5,)),
         position=rows([t.position for t in tools], (3,)),
         velocity=np.zeros((len(tools), 3)),
         motion=rows([t.motion for t in tools], (3,), np.int64),

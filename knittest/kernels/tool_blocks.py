@@ -1,0 +1,126 @@
+"""Contact of nodes with tools, block by block; the only place that knows about blocking.
+
+Nodes that cannot reach a tool are passed over by bounds without branches. Distances are found node by node; the nodes
+that touch are packed into a flat scratch with compile-time strides, over which the loop of the forces vectorises
+(separate arrays would cost LLVM's alias checks).
+"""
+
+from math import sqrt
+
+import numpy as np
+from numba import njit
+
+from knittest.kernels.drive_state import KINETIC, NORMAL, STATIC, TANGENTIAL
+from knittest.kernels.options import INLINE, KERNEL, U
+from knittest.kernels.rows import rows3
+from knittest.kernels.tool_contact import touch_force
+from knittest.kernels.tool_shapes import frame_distance, least_distances, tool_frame
+
+#: nodes that are looked at together
+BLOCK = 128
+LANES, ROW2 = np.uintp(BLOCK), np.uintp(2 * BLOCK)
+# Rows of the scratch: largest depth of each node by the bounds; then, of those that touch, number of the node, depth,
+# outward normal (3), slide of the step (3), sticking spring (3), stiffness, viscous coefficient, 1 where it slips,
+# force (3), pressure, energy lost
+REACH, NODE, DEPTH, NORM, SLIDE, SPRING, STIFF, VISCOUS, SLIPS, FORCE, PRESSURE, LOST = (
+    np.uintp(BLOCK * k) for k in (0, 1, 2, 3, 6, 9, 12, 13, 14, 15, 18, 19)
+)
+SCRATCH = BLOCK * 20
+
+
+@njit(**INLINE)
+def _load(w, i):
+    return w[i], w[i + LANES], w[i + ROW2]
+
+
+@njit(**INLINE)
+def _store(w, i, v):
+    w[i], w[i + LANES], w[i + ROW2] = v
+
+
+@njit(**KERNEL)
+def touch_tools(partition, first, last, dt, nodes, tools, touch, tally, w):
+    """Add the tools' forces on nodes first..last; tally forces on the tools [N] and energies [mJ].
+
+    ``w`` is work space of ``SCRATCH`` numbers.
+    """
+    x, y, z = rows3(nodes.position)
+    radius = touch.radius
+    for t in range(tools.kind.size):
+        kind, frame, pressure = tools.kind[t], tool_frame(t, tools), touch.pressure[t]
+        for start in range(first, last, BLOCK):
+            count = min(BLOCK, last - start)
+            least_distances(kind, frame, tools.grid[t], tools.samples, start, count, x, y, z, w)
+            near = 0
+            for k in range(U(count)):
+                i = U(start) + k
+                w[REACH + k] = radius[i] - w[REACH + k] if pressure[i] == 0.0 else 1.0
+                near += w[REACH + k] > 0.0
+            if near > 0:
+                touching = _pack(t, frame, start, count, dt, nodes, tools, touch, w)
+                _forces(touching, dt, tools.law[t], w)
+                tally.energy[partition, 1] += _unpack(t, touching, nodes, touch, tally.tool[partition, t], w)
+
+
+@njit(**INLINE)
+def _pack(t, frame, start, count, dt, nodes, tools, touch, w):
+    """What the forces of the touching nodes of a block depend on; returns how many. Others forget their springs."""
+    # fields are read once: in the loop each reading would count a reference
+    x, y, z = rows3(nodes.position)
+    vx, vy, vz = rows3(nodes.velocity)
+    ex, ey, ez = rows3(touch.spring[t])
+    kind, grid, samples, radius = tools.kind[t], tools.grid[t], tools.samples, touch.radius
+    pressure, slipping, stiffness, viscous = touch.pressure[t], touch.slipping[t], touch.stiffness, touch.viscous
+    ux, uy, uz = rows3(tools.velocity[t])
+    m = U(0)
+    for k in range(U(count)):
+        if w[REACH + k] <= 0.0:
+            continue
+        i = U(start) + k
+        gap, nx, ny, nz = frame_distance(kind, frame, grid, samples, x[i], y[i], z[i])
+        depth = radius[i] - gap
+        if depth <= 0.0:
+            pressure[i], slipping[i], ex[i], ey[i], ez[i] = 0.0, 0.0, 0.0, 0.0, 0.0
+            continue
+        w[NODE + m], w[DEPTH + m], w[STIFF + m], w[VISCOUS + m] = i, depth, stiffness[i], viscous[i]
+        _store(w, NORM + m, (nx, ny, nz))
+        _store(w, SLIDE + m, ((vx[i] - ux) * dt, (vy[i] - uy) * dt, (vz[i] - uz) * dt))
+        _store(w, SPRING + m, (ex[i], ey[i], ez[i]))
+        w[SLIPS + m] = slipping[i]
+        m += U(1)
+    return m
+
+
+@njit(**INLINE)
+def _forces(count, dt, law, w):
+    """Forces of ``count`` packed nodes."""
+    normal, tangential, static, kinetic = law[NORMAL], law[TANGENTIAL], law[STATIC], law[KINETIC]
+    damp, stick = sqrt(normal), sqrt(tangential)
+    for k in range(U(count)):
+        stiffness, viscous = w[STIFF + k], w[VISCOUS + k]
+        f, w[PRESSURE + k], e, w[SLIPS + k], w[LOST + k] = touch_force(
+            _load(w, NORM + k), _load(w, SLIDE + k), _load(w, SPRING + k), w[DEPTH + k], normal * stiffness,
+            damp * viscous, tangential * stiffness, stick * viscous, static, kinetic, w[SLIPS + k], dt,
+        )  # fmt: skip
+        _store(w, FORCE + k, f)
+        _store(w, SPRING + k, e)
+
+
+@njit(**INLINE)
+def _unpack(t, count, nodes, touch, force_on_tool, w):
+    """Add the forces of ``count`` packed nodes and keep their springs; returns the energy lost [mJ]."""
+    fx, fy, fz = rows3(nodes.force)
+    ex, ey, ez = rows3(touch.spring[t])
+    pressure, slipping = touch.pressure[t], touch.slipping[t]
+    sum_x, sum_y, sum_z, lost = 0.0, 0.0, 0.0, 0.0
+    for k in range(U(count)):
+        i = U(w[NODE + k])
+        f = _load(w, FORCE + k)
+        fx[i], fy[i], fz[i] = fx[i] + f[0], fy[i] + f[1], fz[i] + f[2]
+        ex[i], ey[i], ez[i] = _load(w, SPRING + k)
+        pressure[i], slipping[i] = w[PRESSURE + k], w[SLIPS + k]
+        sum_x, sum_y, sum_z, lost = sum_x + f[0], sum_y + f[1], sum_z + f[2], lost + w[LOST + k]
+    force_on_tool[0] -= sum_x
+    force_on_tool[1] -= sum_y
+    force_on_tool[2] -= sum_z
+    return lost

@@ -1,0 +1,34 @@
+"""Loads on single nodes in runs of neighbours: every load acts once, on its node, with its table, in its partition."""
+
+import numpy as np
+
+from knittest.config.loading import resolve
+from knittest.kernels.loads import apply_loads
+from knittest.kernels.tables import read_tables
+from knittest.laboratory.base import fabric_laminate
+from knittest.models.boundary import Boundary, constant, new_tally
+from knittest.models.macro import rectangle
+from knittest.models.sheet import build_sheet
+
+
+def test_loads_in_runs_are_the_loads_given():
+    laminate = fabric_laminate(resolve(variant="1", scale="macro", test="forming", preset="quick"))
+    points, cells = rectangle(np.linspace(0.0, 60.0, 11), 60.0, 6.0)
+    model = build_sheet(points, cells, laminate, 1e-3, 2.0)
+    boundary, rng = Boundary(model, 1e-3), np.random.default_rng(4)
+    n = model.n_nodes
+    expected = np.zeros((6, n))
+    for dof, name in enumerate(("x", "y", "z", "rx", "ry", "rz")):
+        for factor, nodes in ((2.0, np.arange(n)), (-0.5, rng.choice(n, 40, replace=False)), (3.0, np.array([7, 7]))):
+            value = rng.normal(size=len(nodes))
+            boundary.load(nodes, name, value, constant(factor))
+            np.add.at(expected[dof], nodes, factor * value)
+    drive, tally = boundary.drive(), new_tally(boundary)
+    read_tables(drive.tables, 0.0, 1.0)
+    model.nodes.velocity[:], model.nodes.spin[:] = 1.0, 0.0
+    for p in range(16):
+        apply_loads(p, 1.0, model.nodes, drive.loads, drive.tables, tally)
+    moment = model.nodes.spin[:, :n] / model.nodes.inv_inertia[:n]
+    np.testing.assert_allclose(model.nodes.force[:, :n], expected[:3], atol=1e-12)
+    np.testing.assert_allclose(moment, expected[3:], atol=1e-12)
+    assert len(drive.loads.node) < len(drive.loads.value)
