@@ -22,7 +22,7 @@ COARSER: dict[str, tuple[int, int]] = {
 @dataclass(frozen=True)
 class PresetValues:
     """Shell side [mm]; at the meso scale clamp distance of the tensile strip, width of other strips, side of the
-    picture frame [mm] and its speed [m/s]; shell side of the blank [mm].
+    picture frame [mm], speeds of frame and stamp [m/s]; shell side of the blank [mm].
     """
 
     element_size: float
@@ -30,6 +30,7 @@ class PresetValues:
     meso_width: float
     meso_side: float
     meso_frame_speed: float
+    meso_stamp_speed: float
     blank_element: float
 
 
@@ -40,6 +41,7 @@ PRESETS: dict[Preset, PresetValues] = {
         meso_width=15.0,
         meso_side=50.0,
         meso_frame_speed=3.0,
+        meso_stamp_speed=0.3,
         blank_element=6.0,
     ),
     "standard": PresetValues(
@@ -48,6 +50,7 @@ PRESETS: dict[Preset, PresetValues] = {
         meso_width=25.0,
         meso_side=100.0,
         meso_frame_speed=3.0,
+        meso_stamp_speed=0.5,
         blank_element=3.0,
     ),
     "paper": PresetValues(
@@ -56,6 +59,7 @@ PRESETS: dict[Preset, PresetValues] = {
         meso_width=50.0,
         meso_side=200.0,
         meso_frame_speed=6.0,
+        meso_stamp_speed=0.5,
         blank_element=2.0,
     ),
 }
@@ -102,7 +106,7 @@ SOLVER: dict[tuple[str, Scale], dict[str, float]] = {
     ("friction", "meso"): {"speed": 2.0, "ramp": 0.5, "damping": 5.0},
     ("picture-frame", "macro"): {"speed": 0.5, "ramp": 5.0, "damping": 0.002},
     ("forming", "macro"): {"speed": 0.2, "ramp": 20.0, "damping": 0.05},
-    ("forming", "meso"): {"speed": 0.5, "ramp": 10.0, "damping": 0.05, "safety": 0.65},
+    ("forming", "meso"): {"ramp": 10.0, "damping": 0.05, "safety": 0.65},
     ("picture-frame", "meso"): {"ramp": 2.0, "damping": 0.01, "safety": 0.7},
 }
 
@@ -142,8 +146,9 @@ def preset_settings(kind: str, preset: Preset, scale: Scale) -> dict[str, Any]:
     settings: dict[str, Any] = {"model": model, "rig": _dimensions(kind, preset, values) if scale == "meso" else {}}
     if (kind, scale) in SOLVER:
         settings["solver"] = dict(SOLVER[kind, scale])
-    if (kind, scale) == ("picture-frame", "meso"):  # a large square is sheared no faster in time than a smaller one
-        settings["solver"]["speed"] = values.meso_frame_speed
+    speeds = {"picture-frame": values.meso_frame_speed, "forming": values.meso_stamp_speed}
+    if scale == "meso" and kind in speeds:  # less work is done on a small piece: its inertia must be smaller too
+        settings["solver"]["speed"] = speeds[kind]
     return settings
 
 
