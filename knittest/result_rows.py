@@ -54,6 +54,8 @@ LABELS = {
     "shear_angle_inner_corners_p95_deg": ("same, at the inner corners [deg]", "{:.1f}"),
     "shear_angle_elsewhere_p95_deg": ("same, elsewhere [deg]", "{:.1f}"),
     "wrinkle_height_p95_mm": ("wrinkle height, 95th percentile [mm]", "{:.2f}"),
+    "rim_wave_height_mm": ("wave of the rim, crest over trough, largest [mm]", "{:.2f}"),
+    "rim_wave_count": ("waves of the rim", "{:.0f}"),
     "wrinkle_height_on_stamp_mm": ("wrinkle height under the stamp [mm]", "{:.2f}"),
     "draw_in_warp_mm": ("draw-in, warp ends, middle [mm]", "{:.1f}"),
     "draw_in_weft_mm": ("draw-in, weft ends, middle [mm]", "{:.1f}"),

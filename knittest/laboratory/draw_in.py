@@ -21,13 +21,14 @@ SIDES = {"weft_low": (0, -1.0), "warp_low": (1, -1.0), "weft_high": (0, 1.0), "w
 @dataclass(frozen=True)
 class DrawIn:
     """Points along the edges of the blank: ``start`` and ``now`` (n, 2) [mm], ``side`` (n,) as an index of
-    :data:`SIDES`, and ``drawn`` (n,), the way inwards, normal to the side [mm].
+    :data:`SIDES`, ``drawn`` (n,), the way inwards, normal to the side, and ``rise`` (n,) upwards [mm].
     """
 
     start: Array
     now: Array
     side: Index
     drawn: Array
+    rise: Array
 
     def middle(self, side: str) -> float:
         """Mean draw-in of the middle of a side [mm]."""
@@ -54,8 +55,9 @@ def draw_in(mesh: Mesh, first: Frame, last: Frame) -> DrawIn:
     for k, (name, (axis, sign)) in enumerate(SIDES.items()):
         edge = _edge(mesh, first.position, name)
         order = edge[np.argsort(first.position[edge, 1 - axis] * (1.0 if k in (1, 2) else -1.0))]
-        start, now = first.position[order, :2], last.position[order, :2]
-        rows.append((start, now, np.full(len(order), k), sign * (start[:, axis] - now[:, axis])))
+        start, now = first.position[order], last.position[order]
+        drawn, rise = sign * (start[:, axis] - now[:, axis]), now[:, 2] - start[:, 2]
+        rows.append((start[:, :2], now[:, :2], np.full(len(order), k), drawn, rise))
     return DrawIn(*(np.concatenate(column) for column in zip(*rows, strict=True)))
 
 

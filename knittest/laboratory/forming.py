@@ -13,6 +13,7 @@ from knittest.laboratory.draw_in import draw_in
 from knittest.laboratory.formed import Formed, formed
 from knittest.laboratory.layer_order import out_of_order
 from knittest.laboratory.mounting import weights
+from knittest.laboratory.rim_waves import rim_waves
 from knittest.laboratory.shear_angles import crossing_angles, shell_angles
 from knittest.laboratory.strips import cut
 from knittest.laboratory.yarn_forces import DIRECTIONS, yarn_forces
@@ -29,7 +30,8 @@ from knittest.tooling.toolset import ToolSet, build_tools
 
 Array = NDArray[np.float64]
 
-#: fabric that stands higher than this share of its thickness above its tool counts as wrinkled
+#: fabric that stands higher than this share of its thickness above its tool, or a crest of the rim above the troughs
+#: beside it, counts as wrinkled
 WRINKLED = 0.5
 #: deepest penetration of a tool over half the thickness, or the radius of a yarn, above which a run is refused
 DEEPEST = 0.25
@@ -96,9 +98,12 @@ class Forming:
         last = history.frames[-1]
         surface = drawn(run, prepared.facts, history, last)
         edge, forces = draw_in(history.mesh, history.frames[0], last), yarn_forces(run, history.mesh, history.frames)
+        waves = rim_waves(edge.start, edge.rise, WRINKLED * prepared.facts["thickness_mm"])
         return {
             "stamp_force_max_n": float(history.curve["stamp_force_n"].max()),
             **_wrinkles(surface, prepared.facts["thickness_mm"]),
+            "rim_wave_height_mm": waves.largest,
+            "rim_wave_count": float(waves.count),
             **_shear(run, history.mesh, last),
             "draw_in_max_mm": float(edge.drawn.max()),
             "draw_in_warp_mm": 0.5 * (edge.middle("warp_low") + edge.middle("warp_high")),

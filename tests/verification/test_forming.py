@@ -75,6 +75,9 @@ def test_forces_and_energies_of_a_draw_balance(even):
 def test_a_holder_keeps_wrinkles_down_and_pulls_the_yarns():
     free, held = (run_specimen(dome(force)).results for force in (0, 100))
     assert free["max_wrinkle_height_mm"] > 2.0 * held["max_wrinkle_height_mm"]
+    # a plate that dishes would lift as a whole, without waves
+    assert free["rim_wave_count"] >= 4 and held["rim_wave_count"] == 0
+    assert free["rim_wave_height_mm"] > 2.0 > held["rim_wave_height_mm"]
     assert held["max_yarn_force_n"] > free["max_yarn_force_n"]
 
 

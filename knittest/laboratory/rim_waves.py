@@ -1,0 +1,51 @@
+"""Waves along the rim of a drawn blank, which a flange that lifts, tilts or dishes as a whole does not have."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+#: heights are means over this length of the rim [mm]: single yarn ends stand off by themselves
+WINDOW = 8.0
+
+
+@dataclass(frozen=True)
+class RimWaves:
+    """``height`` (n,) [mm] of the rim over the paraboloid that fits it best; ``largest`` crest over the higher of the
+    troughs beside it [mm] (prominence); ``count`` of crests that stand out by more than a limit.
+    """
+
+    height: Array
+    largest: float
+    count: int
+
+
+def rim_waves(start: Array, rise: Array, least: float) -> RimWaves:
+    """Waves of the rim of a flat blank at ``start`` (n, 2) [mm], in order round it, risen by ``rise`` (n,) [mm].
+
+    Crests count from a prominence of ``least`` [mm].
+    """
+    from scipy.signal import find_peaks
+
+    size = np.abs(start).max()
+    x, y = start.T / size
+    surface = np.column_stack([np.ones_like(x), x, y, x * x, x * y, y * y])
+    over = rise - surface @ np.linalg.lstsq(surface, rise, rcond=None)[0]
+    height = _mean(start, over)
+    # the rim is closed: begin and end in its deepest trough
+    low = int(np.argmin(height))
+    profile = np.append(np.roll(height, -low), height[low])
+    found = find_peaks(profile, prominence=1e-9)[1]["prominences"]
+    return RimWaves(height, float(found.max(initial=0.0)), int(np.count_nonzero(found > least)))
+
+
+def _mean(start: Array, value: Array) -> Array:
+    """Mean of ``value`` (n,) over :data:`WINDOW` along the closed rim."""
+    steps = np.linalg.norm(np.diff(start, axis=0, append=start[:1]), axis=1)
+    way, length = np.append(0.0, np.cumsum(steps[:-1])), float(steps.sum())
+    apart = np.abs(way[:, None] - way)
+    near = np.minimum(apart, length - apart) <= 0.5 * WINDOW
+    mean: Array = near @ value / near.sum(axis=1)
+    return mean
