@@ -107,7 +107,7 @@ SOLVER: dict[tuple[str, Scale], dict[str, float]] = {
     ("picture-frame", "macro"): {"speed": 0.5, "ramp": 5.0, "damping": 0.002},
     ("forming", "macro"): {"speed": 0.2, "ramp": 20.0, "damping": 0.05},
     ("forming", "meso"): {"ramp": 10.0, "damping": 0.05, "safety": 0.65},
-    ("picture-frame", "meso"): {"ramp": 2.0, "damping": 0.01, "safety": 0.7},
+    ("picture-frame", "meso"): {"damping": 0.01, "safety": 0.7},
 }
 
 #: what a preset decides, unless a file or an option says it
@@ -149,6 +149,8 @@ def preset_settings(kind: str, preset: Preset, scale: Scale) -> dict[str, Any]:
     speeds = {"picture-frame": values.meso_frame_speed, "forming": values.meso_stamp_speed}
     if scale == "meso" and kind in speeds:  # less work is done on a small piece: its inertia must be smaller too
         settings["solver"]["speed"] = speeds[kind]
+    if (kind, scale) == ("picture-frame", "meso"):  # shear waves cross a large square later
+        settings["solver"]["ramp"] = max(2.0, values.meso_side / 50.0)
     return settings
 
 

@@ -37,6 +37,20 @@ def test_each_layer_goes_over_the_one_before(rig):
     assert (run.rig.gauge_length, run.rig.width, run.variability.seed) == (80.0, 20.0, 9)
 
 
+@pytest.mark.parametrize(
+    ("preset", "frame", "ramp", "stamp"),
+    [("quick", 3.0, 2.0, 0.3), ("standard", 3.0, 2.0, 0.5), ("paper", 6.0, 4.0, 0.5)],
+)
+def test_preset_sets_the_speeds_of_yarns_and_an_option_goes_over_them(preset, frame, ramp, stamp):
+    solver = resolve(variant="1", scale="meso", test="picture-frame", preset=preset).solver
+    assert (solver.speed, solver.ramp) == (frame, ramp)
+    assert resolve(variant="1", scale="meso", test="forming", preset=preset).solver.speed == stamp
+    assert (
+        resolve(variant="1", scale="meso", test="forming", preset=preset, sets=["solver.speed=1"]).solver.speed == 1.0
+    )
+    assert resolve(variant="1", scale="macro", test="picture-frame", preset=preset).solver.speed == 0.5
+
+
 def test_config_chooses_scale_preset_and_parameters(rig):
     run = resolve(variant="2", config=rig("model: {scale: macro, preset: quick}\nparameters: as-measured\n"))
     assert run.model.macro.element_size == PRESETS["quick"].element_size
