@@ -23,8 +23,8 @@ class Halving:
 
 
 def halving(run: Run) -> Halving:
-    """What to halve: the speed; of a state at rest the residual of shells, of yarns, which settle in a fixed number of
-    steps, the step.
+    """What to halve: the speed; of a state at rest the residual of shells; of yarns, whose balance at rest is fixed,
+    the step.
     """
     if run.rig.kind != "cantilever":
         return _halved(run, "solver", "speed", "m/s")

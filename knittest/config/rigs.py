@@ -90,7 +90,9 @@ class CantileverRig(StripRig):
     membrane_share: float = number(
         0.01, "1", "share of the membrane stiffness that is kept: bending decides, and the step grows", gt=0, le=1
     )
-    tolerance: float = number(1e-4, "1", "residual force over weight, and drift over deflection, at rest", gt=0, le=0.1)
+    tolerance: float = number(
+        1e-4, "1", "residual force over weight, and drift over deflection, of shells at rest", gt=0, le=0.1
+    )
 
 
 class FrictionRig(StripRig):

@@ -34,7 +34,7 @@ def walk(first, last, contacts, alive):
     """Move contacts whose parameter left [0, 1) to the neighbouring piece of the same yarn.
 
     Piece i spans elements i - 1 and i, so it exists where both are alive; at a yarn's end or break a contact stays,
-    with a parameter outside [0, 1), where it carries no force.
+    with a parameter outside [0, 1), where it carries force for half an element more.
     """
     piece, parameter = contacts.piece, contacts.parameter
     for c in range(first, last):
