@@ -22,14 +22,13 @@ COARSER: dict[str, tuple[int, int]] = {
 @dataclass(frozen=True)
 class PresetValues:
     """Shell side [mm]; at the meso scale clamp distance of the tensile strip, width of other strips, side of the
-    picture frame [mm], speeds of frame and stamp [m/s]; shell side of the blank [mm].
+    picture frame [mm] and speed of the stamp [m/s]; shell side of the blank [mm].
     """
 
     element_size: float
     meso_gauge_length: float
     meso_width: float
     meso_side: float
-    meso_frame_speed: float
     meso_stamp_speed: float
     blank_element: float
 
@@ -40,7 +39,6 @@ PRESETS: dict[Preset, PresetValues] = {
         meso_gauge_length=50.0,
         meso_width=15.0,
         meso_side=50.0,
-        meso_frame_speed=3.0,
         meso_stamp_speed=0.3,
         blank_element=6.0,
     ),
@@ -49,7 +47,6 @@ PRESETS: dict[Preset, PresetValues] = {
         meso_gauge_length=100.0,
         meso_width=25.0,
         meso_side=100.0,
-        meso_frame_speed=3.0,
         meso_stamp_speed=0.5,
         blank_element=3.0,
     ),
@@ -58,7 +55,6 @@ PRESETS: dict[Preset, PresetValues] = {
         meso_gauge_length=FULL_GAUGE,
         meso_width=50.0,
         meso_side=200.0,
-        meso_frame_speed=6.0,
         meso_stamp_speed=0.5,
         blank_element=2.0,
     ),
@@ -107,7 +103,7 @@ SOLVER: dict[tuple[str, Scale], dict[str, float]] = {
     ("picture-frame", "macro"): {"speed": 0.5, "ramp": 5.0, "damping": 0.002},
     ("forming", "macro"): {"speed": 0.2, "ramp": 20.0, "damping": 0.05},
     ("forming", "meso"): {"ramp": 10.0, "damping": 0.05, "safety": 0.65},
-    ("picture-frame", "meso"): {"damping": 0.01, "safety": 0.7},
+    ("picture-frame", "meso"): {"speed": 3.0, "damping": 0.01, "safety": 0.7},
 }
 
 #: what a preset decides, unless a file or an option says it
@@ -146,9 +142,8 @@ def preset_settings(kind: str, preset: Preset, scale: Scale) -> dict[str, Any]:
     settings: dict[str, Any] = {"model": model, "rig": _dimensions(kind, preset, values) if scale == "meso" else {}}
     if (kind, scale) in SOLVER:
         settings["solver"] = dict(SOLVER[kind, scale])
-    speeds = {"picture-frame": values.meso_frame_speed, "forming": values.meso_stamp_speed}
-    if scale == "meso" and kind in speeds:  # less work is done on a small piece: its inertia must be smaller too
-        settings["solver"]["speed"] = speeds[kind]
+    if (kind, scale) == ("forming", "meso"):  # less work is done on a small piece: its inertia must be smaller too
+        settings["solver"]["speed"] = values.meso_stamp_speed
     if (kind, scale) == ("picture-frame", "meso"):  # shear waves cross a large square later
         settings["solver"]["ramp"] = max(2.0, values.meso_side / 50.0)
     return settings

@@ -38,12 +38,11 @@ def test_each_layer_goes_over_the_one_before(rig):
 
 
 @pytest.mark.parametrize(
-    ("preset", "frame", "ramp", "stamp"),
-    [("quick", 3.0, 2.0, 0.3), ("standard", 3.0, 2.0, 0.5), ("paper", 6.0, 4.0, 0.5)],
+    ("preset", "ramp", "stamp"), [("quick", 2.0, 0.3), ("standard", 2.0, 0.5), ("paper", 4.0, 0.5)]
 )
-def test_preset_sets_the_speeds_of_yarns_and_an_option_goes_over_them(preset, frame, ramp, stamp):
+def test_preset_sets_the_speeds_of_yarns_and_an_option_goes_over_them(preset, ramp, stamp):
     solver = resolve(variant="1", scale="meso", test="picture-frame", preset=preset).solver
-    assert (solver.speed, solver.ramp) == (frame, ramp)
+    assert (solver.speed, solver.ramp) == (3.0, ramp)
     assert resolve(variant="1", scale="meso", test="forming", preset=preset).solver.speed == stamp
     assert (
         resolve(variant="1", scale="meso", test="forming", preset=preset, sets=["solver.speed=1"]).solver.speed == 1.0
