@@ -68,9 +68,9 @@ def penalty(depth, normal, linear, square, cubic, cap):
 def contact_force(gx, gy, gz, closing, reach, ex, ey, ez, dx, dy, dz, slipping, law, inv_dt):
     """Penalty and friction of one contact by ``law`` (:class:`ContactLaw`, as a tuple).
 
-    ``g`` offset from B to A [mm], ``closing`` approach of the material points in this step [mm] (not of the closest
-    points, which also slide along the yarns), ``reach`` the sum of radii, ``e`` the stretch of the sticking spring and
-    ``d`` the relative motion of the material points in this step [mm]. A contact that sticks gives way at the static
+    ``g`` offset from B to A [mm], ``closing`` approach of the material points of the centre-lines in this step [mm]
+    (not of the closest points, which also slide along the yarns), ``reach`` the sum of radii, ``e`` the stretch of the
+    sticking spring, turned with the yarns, and ``d`` the slide of the touching surfaces in this step [mm]. A contact that sticks gives way at the static
     limit and slips at the kinetic one until its spring falls below that. Returns force on A (3) [N], returned spring
     (3), 1 where it slips, and the energy lost in this step [mJ] by slip (mean spring force times slip, as central
     differences see it) and by the viscous part.

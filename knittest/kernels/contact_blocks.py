@@ -12,7 +12,6 @@ from knittest.kernels.options import INLINE, KERNEL, U
 from knittest.kernels.rows import rows3
 
 BLOCK = 128
-N = np.uintp(BLOCK)
 #: closest-point steps a time step: a contact that lags behind the closest points makes energy out of friction
 NEWTON_STEPS = 2
 # rows of the scratch: control points of A and B (9 + 9), parameters, line flag, reach, spring, offset, force, loss,

@@ -167,18 +167,23 @@ def keep_contacts(old, count, radius, chain, alive, moved, skin, new, head, foll
 
 @njit(**KERNEL)
 def _add_contact(i, j, s, t, wx, wy, wz, line, touch, arm, old, before, new, c):
-    """Write contact ``c``; it inherits the spring of ``before`` in ``old`` unless that is -1."""
+    """Write contact ``c``; it inherits the spring of ``before`` in ``old`` unless that is -1.
+
+    One of the same pieces goes on where it was. Any other looks back on no step: its offset is the present one, and
+    without a force the kernel counts no turn of its surfaces as slide.
+    """
     reach = min(touch, sqrt(wx * wx + wy * wy + wz * wz))
+    new.spring[:, c], new.slipping[c] = 0.0, 0.0
+    goes_on = False
     if before >= 0:
         _copy(old, before, new, c)
         reach = min(touch, max(reach, new.reach[c]))
-    else:
-        new.spring[:, c] = 0.0
+        goes_on = new.piece[0, c] == i and new.piece[1, c] == j
+    if not goes_on:
         new.force[:, c] = 0.0
-        new.slipping[c] = 0.0
-    new.piece[0, c], new.piece[1, c] = i, j
-    new.parameter[0, c], new.parameter[1, c] = s, t
-    new.offset[0, c], new.offset[1, c], new.offset[2, c] = wx, wy, wz
+        new.piece[0, c], new.piece[1, c] = i, j
+        new.parameter[0, c], new.parameter[1, c] = s, t
+        new.offset[0, c], new.offset[1, c], new.offset[2, c] = wx, wy, wz
     new.reach[c], new.arm[c], new.line[c] = reach, arm, line
 
 

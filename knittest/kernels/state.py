@@ -13,9 +13,9 @@ class Nodes(NamedTuple):
     """Node state, structure of arrays; the last column is padding for element n - 1.
 
     position [mm], rotation from the start as unit quaternion (w, x, y, z), velocity [mm/ms], spin (global angular
-    velocity) [rad/ms], force [N] and moment [N mm] sums of the last step: (3 or 4, n_nodes + 1); inverse mass [1/g] and
-    inverse rotary inertia [1/(g mm^2)], 0 for clamped nodes: (n_nodes + 1,). ``keep`` (n_nodes + 1,) is the share of
-    velocity that mass-proportional damping leaves in a step.
+    velocity) [rad/ms], force [N] and moment [N mm] sums of the last step (on yarns moments of contacts alone): (3 or 4,
+    n_nodes + 1); inverse mass [1/g] and inverse rotary inertia [1/(g mm^2)], 0 for clamped nodes: (n_nodes + 1,).
+    ``keep`` (n_nodes + 1,) is the share of velocity that mass-proportional damping leaves in a step.
     """
 
     position: Array

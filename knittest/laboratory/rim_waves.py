@@ -13,8 +13,9 @@ WINDOW = 8.0
 
 @dataclass(frozen=True)
 class RimWaves:
-    """``height`` (n,) [mm] of the rim over the paraboloid that fits it best; ``largest`` crest over the higher of the
-    troughs beside it [mm] (prominence); ``count`` of crests that stand out by more than a limit.
+    """``height`` (n,) [mm] of the rim over the paraboloid that fits it best; ``count`` of crests whose prominence is
+    above a limit; ``largest`` [mm] height of one of them over the higher of the troughs on either side of it, up to the
+    next of them, or the whole range where none counts.
     """
 
     height: Array
@@ -37,8 +38,12 @@ def rim_waves(start: Array, rise: Array, least: float) -> RimWaves:
     # the rim is closed: begin and end in its deepest trough
     low = int(np.argmin(height))
     profile = np.append(np.roll(height, -low), height[low])
-    found = find_peaks(profile, prominence=1e-9)[1]["prominences"]
-    return RimWaves(height, float(found.max(initial=0.0)), int(np.count_nonzero(found > least)))
+    crests = find_peaks(profile, prominence=least)[0]
+    if not len(crests):
+        return RimWaves(height, float(np.ptp(profile)), 0)
+    troughs = np.minimum.reduceat(profile, np.append(0, crests))
+    over = profile[crests] - np.maximum(troughs[:-1], troughs[1:])
+    return RimWaves(height, float(over.max()), len(crests))
 
 
 def _mean(start: Array, value: Array) -> Array:

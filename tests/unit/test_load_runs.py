@@ -1,9 +1,11 @@
 """Loads on single nodes in runs of neighbours: every load acts once, on its node, with its table, in its partition."""
 
 import numpy as np
+import pytest
 
 from knittest.config.loading import resolve
 from knittest.kernels.loads import apply_loads
+from knittest.kernels.options import PARTITIONS
 from knittest.kernels.tables import read_tables
 from knittest.laboratory.base import fabric_laminate
 from knittest.models.boundary import Boundary, constant, new_tally
@@ -32,3 +34,22 @@ def test_loads_in_runs_are_the_loads_given():
     np.testing.assert_allclose(model.nodes.force[:, :n], expected[:3], atol=1e-12)
     np.testing.assert_allclose(moment, expected[3:], atol=1e-12)
     assert len(drive.loads.node) < len(drive.loads.value)
+
+
+@pytest.mark.parametrize("split", [40, 47])
+def test_a_run_ends_with_its_table_and_with_its_partition(split):
+    """All nodes along one axis: each half has a table of its own, and neighbours are in different partitions."""
+    laminate = fabric_laminate(resolve(variant="1", scale="macro", test="forming", preset="quick"))
+    points, cells = rectangle(np.linspace(0.0, 60.0, 11), 60.0, 6.0)
+    model = build_sheet(points, cells, laminate, 1e-3, 2.0)
+    boundary, n = Boundary(model, 1e-3), model.n_nodes
+    boundary.load(np.arange(split), "z", np.ones(split), constant(2.0))
+    boundary.load(np.arange(split, n), "z", np.ones(n - split), constant(-3.0))
+    drive, tally = boundary.drive(), new_tally(boundary)
+    read_tables(drive.tables, 0.0, 1.0)
+    for p in range(PARTITIONS):
+        before = model.nodes.force[2, :n].copy()
+        apply_loads(p, 1.0, model.nodes, drive.loads, drive.tables, tally)
+        loaded = np.flatnonzero(model.nodes.force[2, :n] != before)
+        assert loaded.tolist() == list(range(model.parts.node[p], model.parts.node[p + 1]))
+    assert model.nodes.force[2, :n] == pytest.approx(np.where(np.arange(n) < split, 2.0, -3.0))

@@ -41,3 +41,14 @@ def test_small_waves_do_not_count_and_a_crest_across_the_start_counts_once() -> 
     found = rim_waves(points, ripple + 3.0 * np.cos(2.0 * np.pi * 10 * way / (4.0 * SIDE)), 0.5)
     assert found.count == 10
     assert rim_waves(points, ripple, 0.5).count == 0
+
+
+def test_a_crest_stands_over_the_troughs_beside_it_not_over_the_lowest_of_the_rim() -> None:
+    """Even waves of 2 a on a rim that is higher on one side, which no paraboloid takes out (cubic in x)."""
+    points, way = rim()
+    length = 4.0 * SIDE
+    uneven = 1.5 * (points[:, 0] / (0.5 * SIDE)) ** 3
+    found = rim_waves(points, uneven + np.sin(2.0 * np.pi * 12 * way / length), 0.5)
+    assert found.count == 12
+    assert np.ptp(found.height) > 1.2 * found.largest
+    assert found.largest == pytest.approx(2.0 * np.sinc(12 * WINDOW / length), rel=0.15)

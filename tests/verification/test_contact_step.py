@@ -8,7 +8,7 @@ from knittest.kernels.health import stiffest_node
 from knittest.models import chains
 from knittest.models.chains import build_chains
 from knittest.models.yarn_step import nodal_loads
-from knittest.pose import Body, Chain, YarnContact, section
+from knittest.pose import Body, Chain, Section, YarnContact, section
 
 #: beams so soft that the contact alone sets the step
 SOFT = section(1.0, 1e-4, 0.2, 1e-3)
@@ -16,11 +16,11 @@ CONTACT = YarnContact(500.0, 50.0, 0.0, damping=0.0)
 X = np.arange(9) * 0.4
 
 
-def crossing(parameter: float) -> tuple[Chain, Chain]:
+def crossing(parameter: float, card: Section = SOFT) -> tuple[Chain, Chain]:
     """A yarn along x and one across it, ``parameter`` elements from where the centre-line of the first begins."""
     first = np.column_stack([X, np.zeros(9), np.zeros(9)])
     second = np.column_stack([np.full(9, (0.5 + parameter) * 0.4), X - X[4], np.full(9, 0.39)])
-    return Chain(first, SOFT), Chain(second, SOFT)
+    return Chain(first, card), Chain(second, card)
 
 
 def highest(body: Body) -> float:
@@ -77,6 +77,26 @@ def test_the_guard_bounds_a_contact_between_its_frequency_and_the_row_sum():
     row_sum = 2.0 * 0.75 * CONTACT.normal / model.mass[worst]
     assert highest(body) < bound == pytest.approx(row_sum, rel=0.02)
     assert not health.load.any()
+
+
+@pytest.mark.parametrize("axial", [20.0, 200.0])
+def test_the_guard_tells_along_a_yarn_from_across_it(axial):
+    """Beams along x, penalty along z, sticking along x: bounds of either direction do not add up."""
+    body = Body.of_chains(crossing(0.5, section(axial, 1e-3, 0.2, 1e-3, shear=1.0)), CONTACT)
+    body.start()
+    model = body.model
+    model.nodes.position[2, 9:18] -= 0.01  # touching
+    body.step(1)
+    contacts, health = model.tracker.contacts, model.health
+    args = contacts, 1, model.law, health.axial, health.shear, model.nodes, health.load
+    worst, bound = stiffest_node(*args)
+    node = int(contacts.piece[0, 0])
+    assert worst in (node, int(contacts.piece[1, 0]))
+    arm2_m_over_i = 0.195**2 * model.mass[node] / model.inertia[node]
+    share = 2.0 * 0.75
+    along = 4.0 * axial / 0.4 + share * CONTACT.tangential * (1.0 + arm2_m_over_i)
+    across = 4.0 * 1.0 / 0.4 + share * CONTACT.normal
+    assert bound * model.mass[node] == pytest.approx(max(along, across), rel=0.02)
 
 
 @pytest.mark.parametrize("bend", [0.0, 0.3, 0.8])
