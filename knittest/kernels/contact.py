@@ -70,10 +70,10 @@ def contact_force(gx, gy, gz, closing, reach, ex, ey, ez, dx, dy, dz, slipping, 
 
     ``g`` offset from B to A [mm], ``closing`` approach of the material points of the centre-lines in this step [mm]
     (not of the closest points, which also slide along the yarns), ``reach`` the sum of radii, ``e`` the stretch of the
-    sticking spring, turned with the yarns, and ``d`` the slide of the touching surfaces in this step [mm]. A contact that sticks gives way at the static
-    limit and slips at the kinetic one until its spring falls below that. Returns force on A (3) [N], returned spring
-    (3), 1 where it slips, and the energy lost in this step [mJ] by slip (mean spring force times slip, as central
-    differences see it) and by the viscous part.
+    sticking spring, turned with the yarns, and ``d`` the slide of the touching surfaces in this step [mm]. A contact
+    that sticks gives way at the static limit and slips at the kinetic one until its spring falls below that. Returns
+    force on A (3) [N], returned spring (3), 1 where it slips, and the energy lost in this step [mJ] by slip (mean
+    spring force times slip, as central differences see it) and by the viscous part.
     """
     normal, tangential, static, kinetic, viscous, linear, square, cubic, cap = law
     distance = sqrt(gx * gx + gy * gy + gz * gz)

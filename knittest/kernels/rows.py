@@ -1,4 +1,6 @@
-"""Rows of structure-of-arrays blocks as separate arrays, taken once per kernel call and never inside a loop."""
+"""Rows of structure-of-arrays blocks: as separate arrays, taken once per kernel call and never inside a loop, or three
+numbers of a flat scratch whose rows are ``lanes`` apart, a compile-time constant.
+"""
 
 from numba import njit
 
@@ -15,3 +17,15 @@ def rows3(a):
 def rows4(a):
     """The four rows of a (4, n) array."""
     return a[0], a[1], a[2], a[3]
+
+
+@njit(**INLINE)
+def load3(w, i, lanes):
+    """A vector of the scratch ``w``, its first component at ``i``."""
+    return w[i], w[i + lanes], w[i + lanes + lanes]
+
+
+@njit(**INLINE)
+def store3(w, i, lanes, v):
+    """Put the vector ``v`` into the scratch ``w``."""
+    w[i], w[i + lanes], w[i + lanes + lanes] = v

@@ -10,7 +10,7 @@ from numba import njit
 
 from knittest.kernels.laws import hinge_force, slider_force
 from knittest.kernels.options import INLINE, KERNEL, U
-from knittest.kernels.rows import rows3, rows4
+from knittest.kernels.rows import load3, rows3, rows4, store3
 from knittest.kernels.shell import (
     arcsine,
     fibre_frame,
@@ -54,19 +54,12 @@ OUT = tuple(np.uintp(6 * BLOCK * k) for k in range(4))
 
 
 @njit(**INLINE)
-def _load(w, i):
-    return w[i], w[i + LANES], w[i + ROW2]
-
-
-@njit(**INLINE)
-def _store(w, i, v):
-    w[i], w[i + LANES], w[i + ROW2] = v
-
-
-@njit(**INLINE)
 def _corners(w, i):
     """Positions or directors of the four corners of a lane."""
-    return _load(w, i + CORNERS[0]), _load(w, i + CORNERS[1]), _load(w, i + CORNERS[2]), _load(w, i + CORNERS[3])
+    return (
+        load3(w, i + CORNERS[0], LANES), load3(w, i + CORNERS[1], LANES), load3(w, i + CORNERS[2], LANES),
+        load3(w, i + CORNERS[3], LANES),
+    )  # fmt: skip
 
 
 @njit(**INLINE)
@@ -78,15 +71,15 @@ def _gather(block, nodes, conn, w):
         for c in range(4):
             n = U(conn[block * BLOCK + k, c])
             i = U(c) * CORNERS[1] + U(k)
-            _store(w, X + i, (x[n], y[n], z[n]))
-            _store(w, D + i, (qw[n], qx[n], qy[n]))
+            store3(w, X + i, LANES, (x[n], y[n], z[n]))
+            store3(w, D + i, LANES, (qw[n], qx[n], qy[n]))
             w[D + i + ROW3] = qz[n]
 
 
 @njit(**INLINE)
 def _director(w, i, normal):
     """Replace the rotation at ``i`` by the director into which it turns the initial normal."""
-    _store(w, i, rotate(w[i], w[i + LANES], w[i + ROW2], w[i + ROW3], normal))
+    store3(w, i, LANES, rotate(w[i], w[i + LANES], w[i + ROW2], w[i + ROW3], normal))
 
 
 @njit(**INLINE)
@@ -159,8 +152,8 @@ def _delete(at, state, laminate, w):
 
 @njit(**INLINE)
 def _store_corner(corner, i, grad_x, grad_d, director):
-    _store(corner, i, scale(-1.0, grad_x))
-    _store(corner, i + ROW3, moment_of(grad_d, director))
+    store3(corner, i, LANES, scale(-1.0, grad_x))
+    store3(corner, i + ROW3, LANES, moment_of(grad_d, director))
 
 
 @njit(**INLINE)
@@ -239,8 +232,8 @@ def gather_shells(node_start, node_stop, nodes, shells):
         force, moment = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
         for i in range(shells.node_start[n], shells.node_start[n + 1]):
             e = U(shells.node_entry[i])
-            force = add(force, _load(corner, e))
-            moment = add(moment, _load(corner, e + ROW3))
+            force = add(force, load3(corner, e, LANES))
+            moment = add(moment, load3(corner, e + ROW3, LANES))
         fx[n] += force[0]
         fy[n] += force[1]
         fz[n] += force[2]

@@ -12,13 +12,13 @@ from numba import njit
 
 from knittest.kernels.drive_state import KINETIC, NORMAL, STATIC, TANGENTIAL
 from knittest.kernels.options import INLINE, KERNEL, U
-from knittest.kernels.rows import rows3
+from knittest.kernels.rows import load3, rows3, store3
 from knittest.kernels.tool_contact import touch_force
 from knittest.kernels.tool_shapes import frame_distance, least_distances, tool_frame
 
 #: nodes that are looked at together
 BLOCK = 128
-LANES, ROW2 = np.uintp(BLOCK), np.uintp(2 * BLOCK)
+LANES = np.uintp(BLOCK)
 # Rows of the scratch: largest depth of each node by the bounds; then, of those that touch, number of the node, depth,
 # outward normal (3), slide of the step (3), sticking spring (3), stiffness, viscous coefficient, 1 where it slips,
 # force (3), pressure, energy lost
@@ -26,16 +26,6 @@ REACH, NODE, DEPTH, NORM, SLIDE, SPRING, STIFF, VISCOUS, SLIPS, FORCE, PRESSURE,
     np.uintp(BLOCK * k) for k in (0, 1, 2, 3, 6, 9, 12, 13, 14, 15, 18, 19)
 )
 SCRATCH = BLOCK * 20
-
-
-@njit(**INLINE)
-def _load(w, i):
-    return w[i], w[i + LANES], w[i + ROW2]
-
-
-@njit(**INLINE)
-def _store(w, i, v):
-    w[i], w[i + LANES], w[i + ROW2] = v
 
 
 @njit(**KERNEL)
@@ -83,9 +73,9 @@ def _pack(t, frame, start, count, dt, nodes, tools, touch, w):
             pressure[i], slipping[i], ex[i], ey[i], ez[i] = 0.0, 0.0, 0.0, 0.0, 0.0
             continue
         w[NODE + m], w[DEPTH + m], w[STIFF + m], w[VISCOUS + m] = i, depth, stiffness[i], viscous[i]
-        _store(w, NORM + m, (nx, ny, nz))
-        _store(w, SLIDE + m, ((vx[i] - ux) * dt, (vy[i] - uy) * dt, (vz[i] - uz) * dt))
-        _store(w, SPRING + m, (ex[i], ey[i], ez[i]))
+        store3(w, NORM + m, LANES, (nx, ny, nz))
+        store3(w, SLIDE + m, LANES, ((vx[i] - ux) * dt, (vy[i] - uy) * dt, (vz[i] - uz) * dt))
+        store3(w, SPRING + m, LANES, (ex[i], ey[i], ez[i]))
         w[SLIPS + m] = slipping[i]
         m += U(1)
     return m
@@ -99,11 +89,12 @@ def _forces(count, dt, law, w):
     for k in range(U(count)):
         stiffness, viscous = w[STIFF + k], w[VISCOUS + k]
         f, w[PRESSURE + k], e, w[SLIPS + k], w[LOST + k] = touch_force(
-            _load(w, NORM + k), _load(w, SLIDE + k), _load(w, SPRING + k), w[DEPTH + k], normal * stiffness,
-            damp * viscous, tangential * stiffness, stick * viscous, static, kinetic, w[SLIPS + k], dt,
+            load3(w, NORM + k, LANES), load3(w, SLIDE + k, LANES), load3(w, SPRING + k, LANES), w[DEPTH + k],
+            normal * stiffness, damp * viscous, tangential * stiffness, stick * viscous, static, kinetic,
+            w[SLIPS + k], dt,
         )  # fmt: skip
-        _store(w, FORCE + k, f)
-        _store(w, SPRING + k, e)
+        store3(w, FORCE + k, LANES, f)
+        store3(w, SPRING + k, LANES, e)
 
 
 @njit(**INLINE)
@@ -115,9 +106,9 @@ def _unpack(t, count, nodes, touch, force_on_tool, w):
     sum_x, sum_y, sum_z, lost = 0.0, 0.0, 0.0, 0.0
     for k in range(U(count)):
         i = U(w[NODE + k])
-        f = _load(w, FORCE + k)
+        f = load3(w, FORCE + k, LANES)
         fx[i], fy[i], fz[i] = fx[i] + f[0], fy[i] + f[1], fz[i] + f[2]
-        ex[i], ey[i], ez[i] = _load(w, SPRING + k)
+        ex[i], ey[i], ez[i] = load3(w, SPRING + k, LANES)
         pressure[i], slipping[i] = w[PRESSURE + k], w[SLIPS + k]
         sum_x, sum_y, sum_z, lost = sum_x + f[0], sum_y + f[1], sum_z + f[2], lost + w[LOST + k]
     force_on_tool[0] -= sum_x

@@ -134,9 +134,9 @@ def _plan_box(samples: Array, spacing: float, reach: float) -> tuple[float, floa
     """``Tools.plan`` of a swept edge whose rounding reaches ``reach`` [mm] over the face: one spacing is to spare."""
     border = np.concatenate([samples[0], samples[-1], samples[:, 0], samples[:, -1]])
     outside = float(np.all(border < -reach))
-    if not outside and border.min() <= 0.0:
-        return 0.0, 0.0, FAR, FAR, 0.0
     found = np.argwhere(samples > -reach if outside else samples <= 0.0)
+    if not len(found) or not (outside or border.min() > 0.0):
+        return 0.0, 0.0, FAR, FAR, 0.0
     low, high = spacing * (found.min(axis=0) - 1.0), spacing * (found.max(axis=0) + 1.0)
     return (*(0.5 * (low + high)).tolist(), *(0.5 * (high - low)).tolist(), outside)
 

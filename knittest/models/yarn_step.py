@@ -22,7 +22,8 @@ def nodal_loads(
     GA / L ``shear``; contacts add ``touch`` in any direction across the yarn and ``stick`` along it. All (n_nodes,),
     [N/mm].
     """
-    along = np.where(joined[:, None], chord / np.linalg.norm(chord, axis=1, keepdims=True), 0.0)
+    length = np.linalg.norm(chord, axis=1, keepdims=True)
+    along = np.where(joined[:, None], chord / np.where(joined[:, None], length, 1.0), 0.0)
     beam = 2.0 * np.where(joined, shear, 0.0)[:, None, None] * np.eye(3)
     beam = beam + 2.0 * (axial - shear)[:, None, None] * _dyad(along)
     tangent = along.copy()

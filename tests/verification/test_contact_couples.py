@@ -16,13 +16,33 @@ def along(axis: int, height: float = 0.0, shift: float = 0.0) -> np.ndarray:
     return points
 
 
-def crossed(friction: float = 0.5, depth: float = 0.0) -> Body:
-    """Two yarns that cross, pressed ``depth`` into each other without having been so at the start."""
-    contact = YarnContact(500.0, 250.0, friction, 0.0)
-    body = Body.of_chains([Chain(along(0), LAW), Chain(along(1, RADII - depth), LAW)], contact)
+def pressed(upper: int, depth: float = 0.0) -> Body:
+    """A yarn along x and one along axis ``upper``, ``depth`` in each other without having been so at the start."""
+    contact = YarnContact(500.0, 250.0, 0.5, 0.0)
+    body = Body.of_chains([Chain(along(0), LAW), Chain(along(upper, RADII - depth), LAW)], contact)
     body.start()
     body.model.tracker.contacts.reach[:] = RADII
     return body
+
+
+def rotated(vector: np.ndarray, axis: int, by: float) -> np.ndarray:
+    """``vector`` (3, ...) turned about a global axis."""
+    out, (a, b) = vector.copy(), [(axis + 1) % 3, (axis + 2) % 3]
+    out[a] = np.cos(by) * vector[a] - np.sin(by) * vector[b]
+    out[b] = np.sin(by) * vector[a] + np.cos(by) * vector[b]
+    return out
+
+
+def turn(body: Body, axis: int, angle: float, steps: int) -> None:
+    """Turn touching yarns rigidly about the origin, which springs and contacts see one step late."""
+    nodes, n = body.model.nodes, body.model.n_nodes
+    body.model.tracker.contacts.force[2] = 1.0  # touching
+    nodes.inv_mass[:], nodes.inv_inertia[:] = 0.0, 0.0
+    start, rate = nodes.position[:, :n].copy(), angle / steps
+    for step in range(steps):
+        nodes.velocity[:, :n] = (rotated(start, axis, (step + 1) * rate) - rotated(start, axis, step * rate)) / body.dt
+        body.step(1)
+        nodes.spin[axis, :n] = rate / body.dt  # contacts look back on a step, the first on none
 
 
 def angular_momentum(body: Body) -> np.ndarray:
@@ -34,7 +54,7 @@ def angular_momentum(body: Body) -> np.ndarray:
 
 def test_a_rubbing_impact_keeps_angular_momentum():
     """To round-off; with friction on the centre-lines it would gain mu N (r1 + r2) t, here more than a tenth."""
-    body, upper = crossed(), slice(len(X), 2 * len(X))
+    body, upper = pressed(1), slice(len(X), 2 * len(X))
     body.model.nodes.velocity[:, upper] = np.array([[0.3], [0.2], [-1.0]])
     before = angular_momentum(body)
     body.advance(0.1)
@@ -46,27 +66,26 @@ def test_a_rubbing_impact_keeps_angular_momentum():
 @pytest.mark.parametrize("axis", [0, 1, 2])
 def test_a_rigid_turn_rubs_nothing_and_turns_the_sticking_spring(axis):
     """A quarter turn of touching yarns about any axis: no loss, the spring turns with them."""
-    body = crossed(depth=0.01)
-    nodes, n, contacts = body.model.nodes, body.model.n_nodes, body.model.tracker.contacts
-    contacts.spring[:, 0] = [2e-3, 1e-3, 0.0]
-    contacts.force[2, 0] = 1.0  # touching
-    nodes.inv_mass[:], nodes.inv_inertia[:] = 0.0, 0.0
-    start, spring, steps = nodes.position[:, :n].copy(), contacts.spring[:, 0].copy(), 2000
-    angle, others = 0.5 * np.pi / steps, [(axis + 1) % 3, (axis + 2) % 3]
-
-    def turned(vector: np.ndarray, by: float) -> np.ndarray:
-        out = vector.copy()
-        out[others[0]] = np.cos(by) * vector[others[0]] - np.sin(by) * vector[others[1]]
-        out[others[1]] = np.sin(by) * vector[others[0]] + np.cos(by) * vector[others[1]]
-        return out
-
-    for step in range(steps):
-        nodes.velocity[:, :n] = (turned(start, (step + 1) * angle) - turned(start, step * angle)) / body.dt
-        body.step(1)
-        nodes.spin[axis, :n] = angle / body.dt  # contacts look back on a step, the first on none
+    body, steps = pressed(1, depth=0.01), 2000
+    spring = np.array([2e-3, 1e-3, 0.0])
+    body.model.tracker.contacts.spring[:, 0] = spring
+    turn(body, axis, 0.5 * np.pi, steps)
     # the last step has moved the yarns but not yet looked at them
-    assert contacts.spring[:, 0] == pytest.approx(turned(spring, (steps - 1) * angle), abs=2e-5)
+    last = rotated(spring, axis, 0.5 * np.pi * (1.0 - 1.0 / steps))
+    assert body.model.tracker.contacts.spring[:, 0] == pytest.approx(last, abs=2e-5)
     assert abs(body.energies()["friction"]) < 1e-7
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_a_rigid_turn_of_yarns_side_by_side_rubs_nothing_over_searches(axis):
+    """Their contacts are found anew when they have moved, and must not take the turn of the last step for a slide."""
+    body = pressed(0, depth=0.01)
+    before = body.model.tracker.searches
+    turn(body, axis, 0.25 * np.pi, 300)
+    tracker = body.model.tracker
+    assert tracker.count >= len(X) // 2 and tracker.searches > before + (3 if axis == 0 else 20)
+    assert np.abs(tracker.contacts.spring[:, : tracker.count]).max() < 1e-6
+    assert abs(body.energies()["friction"]) < 1e-9
 
 
 def test_a_yarn_pulled_across_others_rolls_on_them():

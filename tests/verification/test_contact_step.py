@@ -33,9 +33,9 @@ def highest(body: Body) -> float:
     return CONTACT.normal * total
 
 
-def pressed(parameter: float, safety: float) -> Body:
+def pressed(parameter: float, safety: float, contact: YarnContact = CONTACT) -> Body:
     """The crossing, its first yarn pushed into the other one."""
-    body = Body.of_chains(crossing(min(max(parameter, 0.01), 0.99)), CONTACT, safety=safety)
+    body = Body.of_chains(crossing(min(max(parameter, 0.01), 0.99)), contact, safety=safety)
     body.start()
     # beyond its end a yarn is not found anew, only followed
     body.model.nodes.position[0, 9:18] = (0.5 + parameter) * 0.4
@@ -57,8 +57,20 @@ def test_a_contact_that_leaves_a_yarn_stays_below_the_bound_with_its_safety():
     assert body.dt**2 * highest(body) < 4.0 < highest(body) * body.model.critical_step**2
 
 
-def test_ends_do_not_govern_the_step():
-    """Two thirds of the load of an inner node on half its mass: 3/4 of its squared step, and no less."""
+@pytest.mark.parametrize("parameter", [-0.499, -0.25, 0.0, 0.5])
+def test_with_damping_and_the_safety_of_rigs_with_loose_ends_the_guard_agrees(parameter):
+    """Damping looks back half a step: stable below omega dt = 2 (sqrt(1 + xi^2) - xi), c = 2 xi k / omega."""
+    body = pressed(parameter, 0.65, YarnContact(500.0, 50.0, 0.0))
+    omega = highest(body) ** 0.5
+    xi = 0.5 * body.model.law.viscous * omega / CONTACT.normal
+    assert xi > 0.05
+    assert omega * body.dt < 2.0 * ((1.0 + xi * xi) ** 0.5 - xi)
+    body.step(1)
+    assert body.model.health.complaint(body.dt) == ""
+
+
+def test_ends_take_no_more_than_a_quarter_of_the_squared_step():
+    """Two thirds of the load of an inner node on half its mass."""
     free = build_chains([crossing(0.5)[0]], ("yarn",), CONTACT)
     inner = 4.0 * free.mass[4] / (chains.CONTACT_STEP_SHARE * CONTACT.normal)
     assert free.critical_step**2 == pytest.approx(0.75 * inner, rel=0.02)

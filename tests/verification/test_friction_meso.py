@@ -24,7 +24,7 @@ def pulled():
 
 
 def test_the_level_is_two_mu_normal_force_although_yarns_carry_it(pulled):
-    """F_R = 2 mu F_N (Coulomb), before the first course leaves the plates, at 1.3 mm, and gives its compression back."""
+    """F_R = 2 mu F_N (Coulomb), before the first course leaves the plates and gives its compression back."""
     _, specimen, _ = pulled
     assert specimen.results["pull_force_kinetic_n"] == pytest.approx(2.0 * 0.075 * FORCE, rel=0.01)
     assert specimen.results["normal_force_error_pct"] < 1.0

@@ -18,7 +18,7 @@ def strip() -> np.ndarray:
 
 
 def test_moments_of_an_even_weight_are_those_of_a_beam():
-    """M = w (L - s)^2 / 2, and a force along the strip at its surface adds its lever; the edge is not beyond."""
+    """M = w (L - s)^2 / 2 within half a section's weight, and a force along the strip at its surface adds its lever."""
     flat = strip()
     sections = Sections(flat, np.ones(len(flat)), LENGTH)
     force = np.zeros_like(flat)
@@ -58,7 +58,9 @@ def rest(**changes: str) -> dict[str, float]:
 
 
 def test_rest_is_the_same_whatever_the_way_to_it(monkeypatch):
-    """Another assumed stiffness, another first settling, other friction: 0.3 deg are 0.3 % of the overhang."""
+    """Another assumed stiffness, another first settling; friction of the fabric, which the strip does not take: 0.3 deg
+    are 0.3 % of the overhang.
+    """
     first = rest()["chord_angle_deg"]
     monkeypatch.setattr(yarn_cantilever, "STIFFER", 2.4)
     monkeypatch.setattr(yarn_cantilever, "SETTLE", 12_500)

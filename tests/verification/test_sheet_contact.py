@@ -65,14 +65,15 @@ def test_a_sheet_touches_itself_where_its_ends_meet():
 def test_a_fold_pressed_flat_keeps_its_layers_apart():
     """Planes at twice the thickness less 0.02 mm; deepest where the fold snaps shut, at some mm/ms.
 
-    How it snaps hangs on rounding: 1 to 4 % of the energy for a damping between 1 and 2.1.
+    How it snaps hangs on rounding. The energy error of the snap falls with the square of the step: 1 to 5 % with a
+    safety of 0.9, four times less with half of it (medians 2.4 and 0.7 % over dampings of 1.8 to 2.2).
     """
-    _, found = folds.pressed_fold(gap=3.98, damping=2.0)
+    _, found = folds.pressed_fold(gap=3.98, damping=2.0, safety=0.45)
     assert found["touching"] > 100
     assert found["nearest"] > 2.0 * (1.0 - 0.5 * found["penetration"])
     assert found["nearest"] > 1.9
     assert found["penetration"] < 0.25
-    assert found["energy_error"] < 0.05
+    assert found["energy_error"] < 0.02
 
 
 def stacked(**options) -> Body:
