@@ -18,21 +18,26 @@ Array = NDArray[np.float64]
 STEP = 2.5
 #: angle [deg] below which a frame's force is that of its start: at half its speed the hump there halves, the rest stays
 START = 5.0
+#: share of its width that a step must reach
+WHOLE = 0.9
 FRAME_ANGLE, NORMALISED = "frame_shear_angle_deg", "normalised_shear_force_n_per_mm"
 
 
 def homogenised_law(angle: Array, normalised: Array) -> tuple[Array, Array]:
     """Angles [deg] and conjugate force S [N/mm], (n,), from a frame's angle [deg] and normalised force [N/mm].
 
-    Means over steps of :data:`STEP`, from :data:`START` on, below it a line from (0, 0); the least change that lets
-    none fall (isotonic regression). Only the first loading counts. S dgamma is the work per reference area.
+    Means over whole steps of :data:`STEP`, from :data:`START` on, below it a line from (0, 0); the least change that
+    lets none fall (isotonic regression). Only the first loading counts, and not where the frame comes to a stop: a step
+    that it ends in is too short for a mean, and shells go on along the last tangent. S dgamma is the work per reference
+    area.
     """
     from scipy.optimize import isotonic_regression
 
     first = slice(0, int(np.argmax(angle)) + 1)
     angle, force = angle[first], to_conjugate(normalised[first], np.deg2rad(angle[first]), "normalised")
     number = np.floor(angle / STEP).astype(int)
-    used = [k for k in np.unique(number) if k * STEP >= START and np.count_nonzero(number == k) > 1]
+    whole = angle.max() - WHOLE * STEP
+    used = [k for k in np.unique(number) if START <= k * STEP <= whole and np.count_nonzero(number == k) > 1]
     middle = np.array([angle[number == k].mean() for k in used])
     mean = np.array([force[number == k].mean() for k in used])
     level = isotonic_regression(np.maximum(mean, 0.0)).x
@@ -58,7 +63,9 @@ def write_law(run: Path, out: Path) -> tuple[Array, Array]:
     angle, force = homogenised_law(curve[FRAME_ANGLE].to_numpy(float), curve[NORMALISED].to_numpy(float))
     if len(angle) < 3:
         least = START + 2 * STEP
-        raise InputError(f"{path}: the frame went to {angle[-1]:g} deg only; expected at least {least:g} deg")
+        raise InputError(
+            f"{path}: the frame went to {curve[FRAME_ANGLE].max():g} deg only; expected at least {least:g} deg"
+        )
     rows = "".join(f"{a:.4f},{s:.6f}\n" for a, s in zip(angle, force, strict=True))
     head = "".join(f"# {line}\n" for line in _header(given)) + f"{ANGLE},shear_force_n_per_mm\n"
     with replacing(out) as temporary:

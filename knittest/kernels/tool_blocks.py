@@ -40,7 +40,7 @@ def touch_tools(partition, first, last, dt, nodes, tools, touch, tally, w):
         kind, frame, pressure = tools.kind[t], tool_frame(t, tools), touch.pressure[t]
         for start in range(first, last, BLOCK):
             count = min(BLOCK, last - start)
-            least_distances(kind, frame, tools.grid[t], tools.samples, start, count, x, y, z, w)
+            least_distances(kind, frame, tools.grid[t], tools.samples, start, count, x, y, z, radius, w)
             near = 0
             for k in range(U(count)):
                 i = U(start) + k

@@ -162,15 +162,16 @@ def frame_distance(kind, frame, grid, samples, x, y, z):
 
 
 @njit(**KERNEL)
-def least_distances(kind, frame, grid, samples, start, count, x, y, z, least):
-    """Fill ``least`` (count,) with lower bounds of the distances of points from ``start`` on, without branch or root.
+def least_distances(kind, frame, grid, samples, start, count, x, y, z, radius, least):
+    """Fill ``least`` (count,) with lower bounds of the distances of points from ``start`` on, without root.
 
     That of a plane is the distance, that of a plate the distance from the planes of the box's sides, inside of which
-    the rounded box lies; other shapes but a swept edge have none.
+    the rounded box lies; other shapes but a swept edge have none. No point is looked at closer once its bound exceeds
+    its ``radius`` (n,).
     """
     ox, oy, oz, ax, ay, az, bx, by, bz, cx, cy, cz, s0, s1, s2 = frame[:15]
     if kind == SWEPT:
-        _least_swept(frame, grid, samples, start, count, x, y, z, least)
+        _least_swept(frame, grid, samples, start, count, x, y, z, radius, least)
     elif kind == PLANE:
         for k in range(U(count)):
             i = U(start) + k
@@ -189,14 +190,13 @@ def least_distances(kind, frame, grid, samples, start, count, x, y, z, least):
 
 
 @njit(**INLINE)
-def _least_swept(frame, grid, samples, start, count, x, y, z, least):
+def _least_swept(frame, grid, samples, start, count, x, y, z, radius, least):
     """That of the sharp edge: height over its face, or distance from its wall by the nearest sample.
 
     Samples are one in plan, so that a point is a spacing farther than the nearest one at most. Beyond the box in plan
     the face goes on, or the wall is farther than the box.
     """
     ox, oy, oz, ax, ay, az, bx, by, bz, cx, cy, cz, spacing, _, sine, cosine, p0, p1, p2, p3, goes_on = frame
-    inside = 0
     for k in range(U(count)):
         i = U(start) + k
         px, py, pz = x[i] - ox, y[i] - oy, z[i] - oz
@@ -205,16 +205,17 @@ def _least_swept(frame, grid, samples, start, count, x, y, z, least):
         w = cx * px + cy * py + cz * pz
         off = max(u, v)
         least[k] = w if goes_on > 0.0 else max(w, off * cosine + w * sine)
-        inside += (off < 0.0) & (w < spacing)
-    if inside == 0:
-        return
     inverse, last_x, last_y = 1.0 / spacing, float(grid[1] - 1), float(grid[2] - 1)
     at, stride = grid[0], grid[2]
     for k in range(U(count)):
         i = U(start) + k
+        if least[k] >= radius[i]:  # the samples are far from the processor
+            continue
         px, py, pz = x[i] - ox, y[i] - oy, z[i] - oz
-        u, v = inverse * (ax * px + ay * py + az * pz), inverse * (bx * px + by * py + bz * pz)
-        w = cx * px + cy * py + cz * pz
+        u, v = ax * px + ay * py + az * pz, bx * px + by * py + bz * pz
+        if max(abs(u - p0) - p2, abs(v - p1) - p3) >= 0.0:
+            continue
+        u, v, w = inverse * u, inverse * v, cx * px + cy * py + cz * pz
         on_u, on_v = min(max(u, 0.0), last_x), min(max(v, 0.0), last_y)
         near = samples[U(at + np.int64(on_u + 0.5) * stride + np.int64(on_v + 0.5))] - spacing
         bound = near * cosine + w * sine if u == on_u and v == on_v else -FAR

@@ -29,9 +29,10 @@ BEND_MARGIN = 0.2
 CONTACT_DAMPING = 0.1
 #: penetration over the smallest radius beyond which compaction stiffens no more; such runs are refused anyway
 COMPACTION_ENDS = 0.5
-#: Gershgorin row of M^-1 K over the penalty, for contacts on a node within a chain and on its end. A contact of weight
-#: w on a node adds 2 k w; its weight is at most 3/4 within a chain, and 1/2 on an end node, which has half the mass
-CONTACT_STEP_SHARE, END_STEP_SHARE = 2.0, 4.0 / 3.0
+#: row of the bound by nodes over the penalty, for contacts on a node within a chain and on its end: weights w >= 0 add
+#: 2 k w, of contacts one element apart at most 2 k. Half an element beyond its centre-line a yarn's end keeps a contact
+#: with weights 9/8, -1/4 and 1/8: k (1 + 3/2) 9/8
+CONTACT_STEP_SHARE, END_STEP_SHARE = 2.0, 45.0 / 16.0
 
 
 @dataclass(frozen=True)
@@ -120,6 +121,12 @@ class _Layout:
         self.joined = np.append(self.chain[1:] == self.chain[:-1], False)
         self.length = np.where(self.joined, np.linalg.norm(self.chord, axis=1), 1.0)
 
+    def inner(self) -> Flags:
+        """Nodes that are not the end of a chain."""
+        inner = np.full(len(self.chain), True)
+        inner[self.start[:-1]] = inner[self.start[1:] - 1] = False
+        return inner
+
     def of_card(self, name: str) -> Array:
         """A constant of each node's section."""
         return np.array([getattr(c, name) for c in self.cards])[self.section]
@@ -185,8 +192,7 @@ def _lump(lay: _Layout) -> tuple[Array, Array]:
 
 def _loads(lay: _Layout, mass: Array, inertia: Array, contact: YarnContact | None) -> Array:
     """Largest stiffness [N/mm] that each node feels, see :func:`nodal_loads`."""
-    share = np.full(len(mass), CONTACT_STEP_SHARE)
-    share[lay.start[:-1]] = share[lay.start[1:] - 1] = END_STEP_SHARE
+    share = np.where(lay.inner(), CONTACT_STEP_SHARE, END_STEP_SHARE)
     radius = lay.of_card("radius")
     touch = contact.stiffest(float(radius.min())) if contact else 0.0
     # sticking turns a node by its arm too, and the rotary inertia is mass times inertia / mass
@@ -202,19 +208,22 @@ def _scale_mass(
     contact: YarnContact | None,
     scaling: MassScaling | None,
 ) -> tuple[float, Array, Array, float]:
-    """Critical step [ms] by nodes (omega^2 <= load / m) and mass scaling to the target step."""
+    """Critical step [ms] by nodes (omega^2 <= load / m), masses for it and the share added.
+
+    That of the nodes within the chains, for which ends in contact are made heavy enough, or the target of ``scaling``.
+    """
     load = _loads(lay, mass, inertia, contact)
-    step = float(np.min(2.0 * np.sqrt(mass / load)))
-    if scaling is None:
-        return step, mass, inertia, 0.0
-    scaled = np.maximum(mass, 0.25 * scaling.step**2 * load)
+    steps = 2.0 * np.sqrt(mass / load)
+    inner = lay.inner() if contact is not None and lay.inner().any() else np.full(len(mass), True)
+    step = float(steps[inner].min()) if scaling is None else scaling.step
+    scaled = np.maximum(mass, 0.25 * step**2 * load)
     added = float(scaled.sum() / mass.sum() - 1.0)
-    if added > scaling.most:
+    if scaling is not None and added > scaling.most:
         raise InputError(
             f"solver.target_step adds {100 * added:.1f} % mass, more than solver.max_added_mass = "
-            f"{100 * scaling.most:g} %; the unscaled critical step is {1e3 * step:.4f} us"
+            f"{100 * scaling.most:g} %; the unscaled critical step is {1e3 * steps[inner].min():.4f} us"
         )
-    return scaling.step, scaled, inertia * scaled / mass, added
+    return step, scaled, inertia * scaled / mass, added
 
 
 def _beams(lay: _Layout, tangent: Array) -> Beams:

@@ -37,6 +37,15 @@ def test_only_the_first_loading_counts():
     assert back[1] == pytest.approx(homogenised_law(angle, force)[1])
 
 
+def test_the_stop_of_the_frame_does_not_flatten_the_law():
+    """The force falls where the frame comes to rest, 0.3 deg into a step; the law keeps its tangent to the end."""
+    angle = np.linspace(0.0, 45.3, 2000)
+    force = (1e-3 * angle * np.where(angle > 44.5, 0.9, 1.0)) / np.cos(np.deg2rad(angle))
+    found = homogenised_law(angle, force)
+    assert found[0][-1] == pytest.approx(43.75, abs=0.05)
+    assert np.diff(found[1])[-1] / np.diff(found[0])[-1] > 0.5e-3
+
+
 def run_folder(folder, law, **of):
     (folder / "config.yaml").write_text(dump(resolve(variant="2", test="picture-frame", preset="quick", **of)))
     angle, force = frame_curve(law)

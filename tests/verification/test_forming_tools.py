@@ -96,9 +96,9 @@ def test_the_kernel_s_tools_are_the_exact_ones(shaped, name):
 def test_least_distances_of_tools_are_lower_bounds(shaped, name):
     points = near_surface(shaped, name, 30.0, 500)
     arrays, least = _tool_arrays([shaped.by_name[name].tool]), np.empty(500)
-    frame = tool_frame(0, arrays)
+    frame, radius = tool_frame(0, arrays), np.full(500, 1.0)
     least_distances(
-        arrays.kind[0], frame, arrays.grid[0], arrays.samples, 0, 500, *np.ascontiguousarray(points.T), least
+        arrays.kind[0], frame, arrays.grid[0], arrays.samples, 0, 500, *np.ascontiguousarray(points.T), radius, least
     )
     found = kernel(shaped.by_name[name].tool, points)[:, 0]
     assert (least <= found + 1e-12).all()
