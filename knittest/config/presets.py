@@ -39,7 +39,7 @@ PRESETS: dict[Preset, PresetValues] = {
         meso_gauge_length=50.0,
         meso_width=15.0,
         meso_side=50.0,
-        meso_stamp_speed=0.3,
+        meso_stamp_speed=0.25,
         blank_element=6.0,
     ),
     "standard": PresetValues(
@@ -55,7 +55,7 @@ PRESETS: dict[Preset, PresetValues] = {
         meso_gauge_length=FULL_GAUGE,
         meso_width=50.0,
         meso_side=200.0,
-        meso_stamp_speed=0.5,
+        meso_stamp_speed=0.55,
         blank_element=2.0,
     ),
 }
@@ -102,7 +102,7 @@ SOLVER: dict[tuple[str, Scale], dict[str, float]] = {
     ("friction", "meso"): {"speed": 2.0, "ramp": 0.5, "damping": 5.0},
     ("picture-frame", "macro"): {"speed": 0.5, "ramp": 5.0, "damping": 0.002},
     ("forming", "macro"): {"speed": 0.2, "ramp": 20.0, "damping": 0.05},
-    ("forming", "meso"): {"ramp": 10.0, "damping": 0.05, "safety": 0.65},
+    ("forming", "meso"): {"ramp": 10.0, "damping": 0.05, "safety": 0.7},
     ("picture-frame", "meso"): {"speed": 3.0, "damping": 0.01, "safety": 0.7},
 }
 
