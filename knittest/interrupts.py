@@ -23,6 +23,26 @@ class Interrupted(KeyboardInterrupt):
     folder: Path | None = None
 
 
+class FirstOnly:
+    """Handler of a whole process: a signal stops it, unless one has stopped its run, which is saved already."""
+
+    def __init__(self) -> None:
+        #: name of the signal that asked to stop, empty while none did
+        self.asked = ""
+        self.saved = False
+
+    def __call__(self, number: int, frame: FrameType | None) -> None:
+        """Raise :class:`Interrupted`; again if the last one was lost in a callback of a library."""
+        if not self.saved:
+            self.asked = signal.Signals(number).name
+            raise Interrupted(f"stopped by {self.asked}")
+
+    def install(self) -> None:
+        """Take over the signals until the process ends."""
+        for number in STOPPING:
+            signal.signal(number, self)
+
+
 class Interrupts:
     """A context manager that takes over the signals; only the first one counts, so nothing is cut off while saving."""
 
@@ -39,6 +59,8 @@ class Interrupts:
 
     def __exit__(self, *_: object) -> None:
         for number, handler in self._before.items():
+            if self.asked and isinstance(handler, FirstOnly):
+                handler.saved = True
             signal.signal(number, handler)
 
     @contextmanager

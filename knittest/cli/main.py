@@ -3,10 +3,10 @@
 import errno
 import importlib
 import os
-import signal
 import sys
 import tempfile
 import traceback
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ import click
 
 from knittest import __version__
 from knittest.errors import KnittestError, ResourceError
+from knittest.interrupts import FirstOnly
 
 #: name of a command: module that holds it under the same name, and what ``--help`` says of it
 COMMANDS = {
@@ -83,14 +84,21 @@ def cli() -> None:
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line and exit with its code; no traceback reaches the user."""
-    code = run(arguments)
+    stops = FirstOnly()
+    stops.install()
+    for library in ("OPENBLAS", "MKL"):  # small systems: threads only wait for each other, long on a busy machine
+        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+    try:
+        code = run(arguments, stops)
+    except KeyboardInterrupt:  # once more, while the first one was being told
+        code = INTERRUPTED
     if code == INTERRUPTED:
-        _ignore_signals()
+        _leave(code)
     sys.exit(code)
 
 
-def run(arguments: list[str] | None = None) -> int:
-    """Run the command line; returns the exit code."""
+def run(arguments: list[str] | None = None, stops: FirstOnly | None = None) -> int:
+    """Run the command line; returns the exit code. What a library makes of a signal noted by ``stops`` counts as it."""
     try:
         result = cli.main(args=arguments, standalone_mode=False)
         sys.stdout.flush()
@@ -114,15 +122,17 @@ def run(arguments: list[str] | None = None) -> int:
             return _say(f"error: {place}{error.strerror}", ResourceError.exit_code)
         if os.environ.get("KNITTEST_DEBUG"):
             raise
+        if stops and stops.asked:
+            return _say(f"stopped by {stops.asked}", INTERRUPTED)
         return _say(f"internal error: {error or type(error).__name__}; please report it with {_log()}", 1)
 
 
-def _ignore_signals() -> None:
-    """All is saved: a second Ctrl-C while the process ends must not change its exit code."""
-    from knittest.interrupts import STOPPING
-
-    for number in STOPPING:
-        signal.signal(number, signal.SIG_IGN)
+def _leave(code: int) -> None:
+    """End at once, all being saved: a compiler or a pool of threads stopped anywhere may crash when it is torn down."""
+    with suppress(OSError):
+        sys.stdout.flush()
+        sys.stderr.flush()
+    os._exit(code)
 
 
 def _closed_pipe() -> int:

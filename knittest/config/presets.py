@@ -21,13 +21,14 @@ COARSER: dict[str, tuple[int, int]] = {
 
 @dataclass(frozen=True)
 class PresetValues:
-    """Shell side [mm]; at the meso scale clamp distance of the tensile strip, width of other strips, side of the
-    picture frame [mm] and speed of the stamp [m/s]; shell side of the blank [mm].
+    """Shell side [mm]; at the meso scale clamp distance of the tensile strip, widths of the friction and the cantilever
+    strip, side of the picture frame [mm] and speed of the stamp [m/s]; shell side of the blank [mm].
     """
 
     element_size: float
     meso_gauge_length: float
     meso_width: float
+    meso_bent_width: float
     meso_side: float
     meso_stamp_speed: float
     blank_element: float
@@ -38,6 +39,7 @@ PRESETS: dict[Preset, PresetValues] = {
         element_size=10.0,
         meso_gauge_length=50.0,
         meso_width=15.0,
+        meso_bent_width=25.0,  # with four yarns one that sticks out keeps the strip from its rest
         meso_side=50.0,
         meso_stamp_speed=0.25,
         blank_element=6.0,
@@ -46,6 +48,7 @@ PRESETS: dict[Preset, PresetValues] = {
         element_size=5.0,
         meso_gauge_length=100.0,
         meso_width=25.0,
+        meso_bent_width=25.0,
         meso_side=100.0,
         meso_stamp_speed=0.5,
         blank_element=3.0,
@@ -54,6 +57,7 @@ PRESETS: dict[Preset, PresetValues] = {
         element_size=5.0,
         meso_gauge_length=FULL_GAUGE,
         meso_width=50.0,
+        meso_bent_width=50.0,
         meso_side=200.0,
         meso_stamp_speed=0.55,
         blank_element=2.0,
@@ -154,4 +158,6 @@ def _dimensions(kind: str, preset: Preset, values: PresetValues) -> dict[str, An
         return SMALLER[preset]
     if kind == "tensile":
         return {"gauge_length": values.meso_gauge_length}
-    return {"side": values.meso_side} if kind == "picture-frame" else {"width": values.meso_width}
+    if kind == "picture-frame":
+        return {"side": values.meso_side}
+    return {"width": values.meso_bent_width if kind == "cantilever" else values.meso_width}

@@ -64,6 +64,7 @@ def test_signals_save_and_say_how_to_go_on(tmp_path, whole):
         began = time.monotonic()
         for number in signals:
             process.send_signal(number)
+            time.sleep(0.05)  # the second one finds the process saving, telling or ending
         code, error = finish(process)
         assert (code, time.monotonic() - began < 5.0) == (75, True), error
         assert f"stopped by {signals[0].name}; continue with: knittest resume '{folder}'" in error
