@@ -41,7 +41,7 @@ PRESETS: dict[Preset, PresetValues] = {
         meso_width=15.0,
         meso_bent_width=25.0,  # with four yarns one that sticks out keeps the strip from its rest
         meso_side=50.0,
-        meso_stamp_speed=0.25,
+        meso_stamp_speed=0.2,
         blank_element=6.0,
     ),
     "standard": PresetValues(
