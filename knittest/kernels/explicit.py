@@ -5,7 +5,6 @@ what acts on it in a fixed order and integrates. The number of partitions is fix
 number of threads. Yarns and shells have an entry each, so that a run compiles only what it uses.
 """
 
-import numpy as np
 from numba import njit, prange
 
 from knittest.kernels import beam_blocks, contact_blocks, shell_blocks, tool_blocks
@@ -13,7 +12,7 @@ from knittest.kernels.beam_blocks import advance_beams, advance_free
 from knittest.kernels.contact_blocks import contact_forces, scatter_contacts
 from knittest.kernels.loads import apply_loads, book_loads
 from knittest.kernels.motion import impose_motions
-from knittest.kernels.options import KERNEL, PARALLEL, PARTITIONS
+from knittest.kernels.options import KERNEL, PARALLEL, PARTITIONS, SHARED_OUT
 from knittest.kernels.sheet_contact import scatter_sheet, sheet_forces
 from knittest.kernels.shell_blocks import gather_shells, shell_forces
 from knittest.kernels.tables import read_tables
@@ -98,11 +97,13 @@ def advance_yarns(
     for step in range(steps):
         now = time + step * dt
         read_tables(tables, now - 0.5 * dt, now + 0.5 * dt)
-        for p in prange(PARTITIONS):
-            _contact_share(np.int64(p), count, dt, nodes, contacts, beams.alive, law, tally, scratch[p])
-        for p in prange(PARTITIONS):
+        for k in prange(PARTITIONS):
+            p = SHARED_OUT[k]
+            _contact_share(p, count, dt, nodes, contacts, beams.alive, law, tally, scratch[p])
+        for k in prange(PARTITIONS):
+            p = SHARED_OUT[k]
             _yarn_share(
-                np.int64(p),
+                p,
                 now,
                 dt,
                 nodes,
@@ -148,12 +149,14 @@ def advance_fabric(
     for step in range(steps):
         now = time + step * dt
         read_tables(tables, now - 0.5 * dt, now + 0.5 * dt)
-        for p in prange(PARTITIONS):
-            _shell_share(np.int64(p), now, nodes, shells, laminate, tally, scratch[p])
-            _sheet_share(np.int64(p), dt, nodes, shells, sheet, count, law, contacts, tally)
-        for p in prange(PARTITIONS):
+        for k in prange(PARTITIONS):
+            p = SHARED_OUT[k]
+            _shell_share(p, now, nodes, shells, laminate, tally, scratch[p])
+            _sheet_share(p, dt, nodes, shells, sheet, count, law, contacts, tally)
+        for k in prange(PARTITIONS):
+            p = SHARED_OUT[k]
             _fabric_share(
-                np.int64(p),
+                p,
                 dt,
                 nodes,
                 parts,

@@ -48,16 +48,16 @@ def _largest_eigenvalue(xx, yy, zz, yz, xz, xy):
     return mean + 2.0 * sqrt(spread) * cos(acos(min(max(ratio, -1.0), 1.0)) / 3.0)
 
 
-@njit(**KERNEL)
+@njit(**INLINE)
 def _add_dyad(load, i, along, across, x, y, z):
-    """Add ``across`` I + (``along`` - ``across``) n n^T to column i of ``load`` (6, n): xx, yy, zz, yz, xz, xy."""
+    """Add ``across`` I + (``along`` - ``across``) n n^T to row i of ``load`` (n, 6): xx, yy, zz, yz, xz, xy."""
     over = along - across
-    load[0, i] += across + over * x * x
-    load[1, i] += across + over * y * y
-    load[2, i] += across + over * z * z
-    load[3, i] += over * y * z
-    load[4, i] += over * x * z
-    load[5, i] += over * x * y
+    load[i, 0] += across + over * x * x
+    load[i, 1] += across + over * y * y
+    load[i, 2] += across + over * z * z
+    load[i, 3] += over * y * z
+    load[i, 4] += over * x * z
+    load[i, 5] += over * x * y
 
 
 @njit(**KERNEL)
@@ -65,29 +65,30 @@ def _add_contacts(contacts, count, law, nodes, load):
     """Add every loaded contact to its six nodes: penalty along its normal, sticking across it, with couples."""
     fx, fy, fz = rows3(contacts.force)
     gx, gy, gz = rows3(contacts.offset)
+    pieces, parameters, reach, arms = contacts.piece, contacts.parameter, contacts.reach, contacts.arm
+    inv_mass, inv_inertia = nodes.inv_mass, nodes.inv_inertia
     for c in range(count):
         if fx[c] == 0.0 and fy[c] == 0.0 and fz[c] == 0.0:
             continue
         gap = max(sqrt(gx[c] ** 2 + gy[c] ** 2 + gz[c] ** 2), 1e-12)
-        depth = max(contacts.reach[c] - gap, 0.0)
+        depth = max(reach[c] - gap, 0.0)
         normal = penalty(depth, law.normal, law.linear, law.square, law.cubic, law.cap)[1]
-        a, b = spline_weights(contacts.parameter[0, c]), spline_weights(contacts.parameter[1, c])
+        a, b = spline_weights(parameters[0, c]), spline_weights(parameters[1, c])
         total = abs(a[0]) + abs(a[1]) + abs(a[2]) + abs(b[0]) + abs(b[1]) + abs(b[2])
         for side in range(2):
-            arm = gap * (contacts.arm[c] if side == 0 else 1.0 - contacts.arm[c])
+            arm = gap * (arms[c] if side == 0 else 1.0 - arms[c])
             before, at, after = a if side == 0 else b
             for k, weight in enumerate((before, at, after)):
-                i = contacts.piece[side, c] - 1 + k
-                if nodes.inv_mass[i] > 0.0:
+                i = pieces[side, c] - 1 + k
+                if inv_mass[i] > 0.0:
                     share = total * abs(weight)
-                    stick = law.tangential * (1.0 + arm * arm * nodes.inv_inertia[i] / nodes.inv_mass[i])
+                    stick = law.tangential * (1.0 + arm * arm * inv_inertia[i] / inv_mass[i])
                     _add_dyad(load, i, share * normal, share * stick, gx[c] / gap, gy[c] / gap, gz[c] / gap)
 
 
-@njit(**KERNEL)
-def _add_beam(load, i, element, axial, shear, position):
+@njit(**INLINE)
+def _add_beam(load, i, element, axial, shear, x, y, z):
     """Add the beam ``element`` at its present direction to node ``i``."""
-    x, y, z = rows3(position)
     if axial[element] > 0.0:
         j = element + 1
         dx, dy, dz = x[j] - x[element], y[j] - y[element], z[j] - z[element]
@@ -100,23 +101,30 @@ def stiffest_node(contacts, count, law, axial, shear, nodes, load):
     """Node with the largest bound of its squared frequency [1/ms^2], and that bound; -1 if none moves.
 
     The bound is that of :func:`knittest.models.yarn_step.nodal_loads` with the contacts as they are. ``axial`` and
-    ``shear`` (n,) stiffness of the beams [N/mm], 0 where there is none; ``load`` (6, n) is work space, zero before and
+    ``shear`` (n,) stiffness of the beams [N/mm], 0 where there is none; ``load`` (n, 6) is work space, zero before and
     after.
     """
     _add_contacts(contacts, count, law, nodes, load)
+    x, y, z = rows3(nodes.position)
+    pieces, inv_mass = contacts.piece, nodes.inv_mass
     worst, largest = -1, 0.0
     for c in range(count):
         for side in range(2):
-            for i in range(contacts.piece[side, c] - 1, contacts.piece[side, c] + 2):
-                if load[0, i] + load[1, i] + load[2, i] > 0.0:
+            for i in range(pieces[side, c] - 1, pieces[side, c] + 2):
+                if load[i, 0] + load[i, 1] + load[i, 2] > 0.0:
                     if i > 0:
-                        _add_beam(load, i, i - 1, axial, shear, nodes.position)
-                    _add_beam(load, i, i, axial, shear, nodes.position)
-                    xx, yy, zz, yz, xz, xy = load[:, i]
-                    bound = _largest_eigenvalue(xx, yy, zz, yz, xz, xy) * nodes.inv_mass[i]
-                    if bound > largest:
-                        worst, largest = i, bound
-                    load[:, i] = 0.0
+                        _add_beam(load, i, i - 1, axial, shear, x, y, z)
+                    _add_beam(load, i, i, axial, shear, x, y, z)
+                    xx, yy, zz = load[i, 0], load[i, 1], load[i, 2]
+                    yz, xz, xy = load[i, 3], load[i, 4], load[i, 5]
+                    # no eigenvalue exceeds the Frobenius norm, which takes no roots
+                    norm2 = xx * xx + yy * yy + zz * zz + 2.0 * (yz * yz + xz * xz + xy * xy)
+                    if norm2 * inv_mass[i] * inv_mass[i] > largest * largest:
+                        bound = _largest_eigenvalue(xx, yy, zz, yz, xz, xy) * inv_mass[i]
+                        if bound > largest:
+                            worst, largest = i, bound
+                    for k in range(6):
+                        load[i, k] = 0.0
     return worst, largest
 
 

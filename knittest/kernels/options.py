@@ -35,3 +35,6 @@ PARALLEL: dict[str, Any] = {
 
 #: partitions of the nodes; fixed, so that sums have the same order at any thread count
 PARTITIONS = 16
+#: the order in which they are shared out, bits reversed: a thread takes a run of it and so gets partitions from all
+#: over the fabric, whose dear and cheap regions (some of the contacts, what the tools touch) are shared evenly
+SHARED_OUT = np.array([int(f"{p:04b}"[::-1], 2) for p in range(PARTITIONS)])

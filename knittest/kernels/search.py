@@ -1,7 +1,7 @@
 """Neighbour search for yarn contact: crossings found with a cell grid and tracked from step to step.
 
-Only pieces that moved by half the skin since they were last looked at are searched again, so a few recoiling yarns do
-not cost a search over the whole fabric.
+Only pieces that moved by some share of the skin since they were last looked at are searched again, so a few recoiling
+yarns do not cost a search over the whole fabric.
 """
 
 from math import sqrt
@@ -10,13 +10,15 @@ import numpy as np
 from numba import njit
 
 from knittest.kernels.contact import closest_step
-from knittest.kernels.options import KERNEL
-from knittest.kernels.rows import rows3
+from knittest.kernels.options import INLINE, KERNEL
+from knittest.kernels.rows import rows3, rows4
 
 #: pieces within this angle of parallel (14 degrees) are line contacts: sin^2
 PARALLEL_SIN2 = 0.06
 #: Newton steps that place a new crossing
 NEWTON_STEPS = 4
+#: share of the way that calls for a search from which on pieces are looked at along with it
+SOON = 0.5
 #: distance along both yarns [elements] within which a found crossing is the tracked one, and two tracked ones merge
 SAME = 0.9
 MERGE = 0.25
@@ -47,9 +49,10 @@ def fill_cells(x, y, z, is_piece, cell, origin, shape, head, order):
 
 @njit(**KERNEL)
 def flag_moved(nodes, since, ahead, limit, moved):
-    """Flag nodes that moved, or will within ``ahead`` [ms], by ``limit`` [mm] from ``since`` (3, n).
+    """Count nodes that moved, or will within ``ahead`` [ms], by ``limit`` [mm] from ``since`` (3, n).
 
-    Fills ``moved`` (n,); returns their number and the largest speed [mm/ms].
+    Fills ``moved`` (n,) with those that went :data:`SOON` of it, whose turn would come next: a search goes through all
+    lists whatever it looks for. Returns the count and the largest speed [mm/ms].
     """
     x, y, z = rows3(nodes.position)
     x0, y0, z0 = rows3(since)
@@ -58,8 +61,9 @@ def flag_moved(nodes, since, ahead, limit, moved):
     for i in range(moved.size):
         speed2 = vx[i] ** 2 + vy[i] ** 2 + vz[i] ** 2
         distance = sqrt((x[i] - x0[i]) ** 2 + (y[i] - y0[i]) ** 2 + (z[i] - z0[i]) ** 2)
-        moved[i] = distance + sqrt(speed2) * ahead >= limit
-        count += moved[i]
+        reached = distance + sqrt(speed2) * ahead
+        moved[i] = reached >= SOON * limit
+        count += reached >= limit
         fastest2 = max(fastest2, speed2)
     return count, sqrt(fastest2)
 
@@ -72,6 +76,29 @@ def piece(x, y, z, i):
         0.5 * (x[i] + x[i - 1]), 0.5 * (y[i] + y[i - 1]), 0.5 * (z[i] + z[i - 1]), ux, uy, uz,
         0.5 * (x[i + 1] - x[i] - ux), 0.5 * (y[i + 1] - y[i] - uy), 0.5 * (z[i + 1] - z[i] - uz),
     )  # fmt: skip
+
+
+@njit(**INLINE)
+def _along(x, y, z, i, wx, wy, wz):
+    """Bound of how far piece ``i`` reaches from its middle along ``w``, times the length of that."""
+    chord = (x[i + 1] - x[i - 1]) * wx + (y[i + 1] - y[i - 1]) * wy + (z[i + 1] - z[i - 1]) * wz
+    bow = (x[i + 1] + x[i - 1] - 2.0 * x[i]) * wx + (y[i + 1] + y[i - 1] - 2.0 * y[i]) * wy
+    bow += (z[i + 1] + z[i - 1] - 2.0 * z[i]) * wz
+    return 0.25 * abs(chord) + 0.125 * abs(bow)
+
+
+@njit(**INLINE)
+def _apart(x, y, z, i, j, gap):
+    """Whether a slab of thickness ``gap`` [mm] across the line of their middles separates pieces i and j.
+
+    About the middle a piece is c(s) = m + (s - 1/2) (P[i+1] - P[i-1])/2 + (s - 1/2)^2 (P[i+1] - 2 P[i] + P[i-1])/2.
+    """
+    wx = 0.125 * (x[i - 1] + x[i + 1] - x[j - 1] - x[j + 1]) + 0.75 * (x[i] - x[j])
+    wy = 0.125 * (y[i - 1] + y[i + 1] - y[j - 1] - y[j + 1]) + 0.75 * (y[i] - y[j])
+    wz = 0.125 * (z[i - 1] + z[i + 1] - z[j - 1] - z[j + 1]) + 0.75 * (z[i] - z[j])
+    length2 = wx * wx + wy * wy + wz * wz
+    reach = _along(x, y, z, i, wx, wy, wz) + _along(x, y, z, j, wx, wy, wz)
+    return length2 - reach > gap * sqrt(length2)
 
 
 @njit(**KERNEL)
@@ -188,9 +215,14 @@ def _add_contact(i, j, s, t, wx, wy, wz, line, touch, arm, old, before, new, c):
 
 
 @njit(**KERNEL)
-def _separate(x, y, z, i, j, near):
-    dx, dy, dz = x[i] - x[j], y[i] - y[j], z[i] - z[j]
-    return dx * dx + dy * dy + dz * dz > near * near
+def _by_cell(x, y, z, radius, half_piece, order, used):
+    """Position and extent [mm] of the first ``used`` pieces of ``order``, (4, used): a cell's are neighbours there."""
+    sorted_ = np.empty((4, used))
+    for k in range(used):
+        i = order[k]
+        sorted_[0, k], sorted_[1, k], sorted_[2, k] = x[i], y[i], z[i]
+        sorted_[3, k] = radius[i] + half_piece[i]
+    return sorted_
 
 
 @njit(**KERNEL)
@@ -209,24 +241,29 @@ def find_contacts(x, y, z, group, chain, alive, moved, cell_of, shape, head, ord
     for c in range(old_count):
         _push(old, c, old_lists, old_following)
     needed = keep_contacts(old, old_count, radius, chain, alive, moved, skin, new, lists, following)
+    px, py, pz, extent = rows4(_by_cell(x, y, z, radius, half_piece, order, head[-1]))
     for q in range(n):
         if not moved[q] or cell_of[q] < 0 or alive[q - 1] * alive[q] == 0.0:
             continue
         c2 = cell_of[q] % shape[2]
         c1 = (cell_of[q] // shape[2]) % shape[1]
         c0 = cell_of[q] // (shape[2] * shape[1])
+        xq, yq, zq, reach = x[q], y[q], z[q], radius[q] + half_piece[q] + skin
         for a in range(max(c0 - 1, 0), min(c0 + 2, shape[0])):
             for b in range(max(c1 - 1, 0), min(c1 + 2, shape[1])):
                 row = (a * shape[1] + b) * shape[2]
                 for k in range(head[row + max(c2 - 1, 0)], head[row + min(c2 + 2, shape[2])]):
+                    dx, dy, dz, near = px[k] - xq, py[k] - yq, pz[k] - zq, extent[k] + reach
+                    if dx * dx + dy * dy + dz * dz > near * near:
+                        continue
                     i, j = min(q, order[k]), max(q, order[k])
                     # a pair of two moved pieces is looked at once, from the lower one
                     if i == j or (i != q and moved[i]) or (chain[j] == chain[i] and j - i <= exclude[i]):
                         continue
                     touch = radius[i] + radius[j]
-                    if _separate(x, y, z, i, j, touch + half_piece[i] + half_piece[j] + skin):
-                        continue
                     if alive[i - 1] * alive[i] * alive[j - 1] * alive[j] == 0.0:
+                        continue
+                    if _apart(x, y, z, i, j, touch + skin):
                         continue
                     s, t, wx, wy, wz, line = crossing(x, y, z, i, j)
                     inside = s >= 0.0 and s < 1.0 and t >= 0.0 and t < 1.0

@@ -28,7 +28,7 @@ class YarnHealth:
     def __init__(self, model: "YarnModel") -> None:
         self.model = model
         self.axial, self.shear = _stiffness(model.parts, model.beams)
-        self.load = np.zeros((6, model.n_nodes))
+        self.load = np.zeros((model.n_nodes, 6))
         self.looks = 0
         # both yarns of a crossing may move, and contacts are looked at every LEAST_STEPS steps at the latest
         self.farthest = float(model.group.radius.min()) / LEAST_STEPS
