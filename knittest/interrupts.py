@@ -23,7 +23,7 @@ class Interrupted(KeyboardInterrupt):
     folder: Path | None = None
 
 
-class FirstOnly:
+class UntilSaved:
     """Handler of a whole process: a signal stops it, unless one has stopped its run, which is saved already."""
 
     def __init__(self) -> None:
@@ -59,7 +59,7 @@ class Interrupts:
 
     def __exit__(self, *_: object) -> None:
         for number, handler in self._before.items():
-            if self.asked and isinstance(handler, FirstOnly):
+            if self.asked and isinstance(handler, UntilSaved):
                 handler.saved = True
             signal.signal(number, handler)
 

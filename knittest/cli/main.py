@@ -14,7 +14,7 @@ import click
 
 from knittest import __version__
 from knittest.errors import KnittestError, ResourceError
-from knittest.interrupts import FirstOnly
+from knittest.interrupts import UntilSaved
 
 #: name of a command: module that holds it under the same name, and what ``--help`` says of it
 COMMANDS = {
@@ -84,7 +84,7 @@ def cli() -> None:
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line and exit with its code; no traceback reaches the user."""
-    stops = FirstOnly()
+    stops = UntilSaved()
     stops.install()
     for library in ("OPENBLAS", "MKL"):  # small systems: threads only wait for each other, long on a busy machine
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
@@ -97,7 +97,7 @@ def main(arguments: list[str] | None = None) -> None:
     sys.exit(code)
 
 
-def run(arguments: list[str] | None = None, stops: FirstOnly | None = None) -> int:
+def run(arguments: list[str] | None = None, stops: UntilSaved | None = None) -> int:
     """Run the command line; returns the exit code. What a library makes of a signal noted by ``stops`` counts as it."""
     try:
         result = cli.main(args=arguments, standalone_mode=False)

@@ -1,0 +1,69 @@
+"""The search for contacts against all pairs of pieces, and what it looks at along with what has moved."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from knittest.kernels import search
+from knittest.models.contact_tracker import CONTACT_SKIN
+from knittest.pose import Body, Chain, YarnContact, section
+
+CARD = section(1e3, 5.0, 0.1, 1e-3)
+RADIUS = 0.1
+
+
+def wavy(rng: np.random.Generator, family: int, place: float, size: float) -> Chain:
+    """A yarn that waves in both directions across itself, of elements of ``size`` [mm]; families never overlap."""
+    along = np.arange(0.0, 6.0, size)
+    amplitude, pitch, phase = rng.uniform(0.02, 0.05, 2), rng.uniform(3.0, 6.0, 2), rng.uniform(0.0, 6.0, 2)
+    across, height = (a * np.sin(2.0 * np.pi * along / p + f) for a, p, f in zip(amplitude, pitch, phase, strict=True))
+    columns = [along, place + across] if family == 0 else [place + across, along]
+    return Chain(np.column_stack([*columns, height + family * (2.0 * RADIUS + 0.08)]), CARD)
+
+
+@pytest.fixture(scope="module")
+def body() -> Body:
+    """Two families of eight yarns of unlike elements, some neighbours of which nearly touch all along."""
+    rng = np.random.default_rng(3)
+    places = np.cumsum(rng.uniform(0.3, 0.4, 8))
+    chains = [wavy(rng, family, place, rng.choice([0.25, 1.0])) for family in range(2) for place in places]
+    body = Body.of_chains(chains, YarnContact(500.0, 250.0, 0.3, 0.0))
+    body.start()
+    return body
+
+
+def test_the_search_finds_what_all_pairs_show(body):
+    """Every pair of pieces whose closest points lie on them, nearer than the skin: cells and bounds lose none."""
+    tracker, group = body.model.tracker, body.model.group
+    x, y, z = body.model.nodes.position
+    near: dict[tuple[int, int], tuple[float, float, float]] = {}
+    for i, j in itertools.combinations(np.flatnonzero(group.is_piece), 2):
+        if group.chain[i] != group.chain[j] or j - i > group.exclude[i]:
+            s, t, *offset, line = search.crossing(x, y, z, i, j)
+            if 0.0 <= s < 1.0 and 0.0 <= t < 1.0 and np.linalg.norm(offset) < 2.0 * RADIUS + CONTACT_SKIN:
+                near[int(i), int(j)] = s, t, line
+    piece, place = tracker.contacts.piece[:, : tracker.count], tracker.contacts.parameter[:, : tracker.count]
+    found = {(int(i), int(j)) for i, j in piece.T}
+    lines = {pair for pair, (*_, line) in near.items() if line}
+    assert found <= set(near)
+    assert lines <= found
+    assert len(lines) > 10
+    assert len(near) - len(lines) > 10
+    for i, j in set(near) - found:  # two pieces may see the same crossing
+        s, t, _ = near[i, j]
+        same = (group.chain[piece[0]] == group.chain[i]) & (group.chain[piece[1]] == group.chain[j])
+        apart = np.abs(piece + place - np.array([[i + s], [j + t]])).max(axis=0)
+        assert same.any()
+        assert apart[same].min() < search.SAME
+
+
+def test_what_goes_half_the_way_is_looked_at_along_but_calls_for_no_search(body):
+    nodes, n = body.model.nodes, body.model.n_nodes
+    since, moved = nodes.position[:, :n].copy(), np.zeros(n, np.bool_)
+    since[0, 3] += 1.1 * search.SOON
+    assert search.flag_moved(nodes, since, 0.0, 1.0, moved)[0] == 0
+    since[1, 5], since[2, 7] = since[1, 5] - 1.01, since[2, 7] - 0.9 * search.SOON
+    count, speed = search.flag_moved(nodes, since, 0.0, 1.0, moved)
+    assert (count, speed) == (1, 0.0)
+    assert np.flatnonzero(moved).tolist() == [3, 5]
