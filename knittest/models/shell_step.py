@@ -1,11 +1,15 @@
 """Critical time step and rotary inertia of the shells from bounds on each element's stiffness.
 
 The energy of an element is a sum of squares k s^2 / 2 of strains s, each linear in the corners' motion near any state,
-so its stiffness is at most the sum of k |grad s|^2. The gradient of a fibre strain keeps its size when the element
-distorts, and adding warp and weft covers fibres that shear onto each other: the bound holds at any distortion.
+so its stiffness is the highest eigenvalue of the matrix sqrt(k k') grad s . grad s', which no row sum of absolute
+values is below. The gradient of a fibre strain is a pattern of the corners, which does not change when the element
+distorts, times the fibre's direction. The patterns of warp, weft and hourglass control of a rectangle are orthogonal,
+so its stiffness is that of the stiffest and not the sum. Not in the bound: an hourglass pattern as large as a tenth of
+the side adds some per cent to the squared frequency, a seventh where its control governs; a safety factor of 0.9 leaves
+a quarter.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,16 +50,16 @@ def highest_stiffness(
     corners = position[conn]
     x31, x42 = (np.sum((corners[:, i] - corners[:, j]) ** 2, axis=1) for i, j in ((2, 0), (3, 1)))
     edges = np.sum((corners - np.roll(corners, 1, axis=1)) ** 2, axis=(1, 2))
-    translation = shape * (2.0 * distortion * laminate.hourglass_membrane + 8.0 * laminate.hourglass_transverse)
     rotation = shape * (2.0 * distortion * laminate.hourglass_bending + 0.5 * edges * laminate.hourglass_transverse)
-    tangent = float(np.cumsum(laminate.shear_slope).max())
-    stick = laminate.shear_stick if laminate.shear_friction > 0.0 else 0.0
-    shear = (1.0 - laminate.shear_friction) * tangent + stick
-    for i, (alpha, beta) in enumerate(((row(ALPHA_A), row(BETA_A)), (row(ALPHA_B), row(BETA_B)))):
+    # shares of the patterns (-1, 0, 1, 0) and (0, -1, 0, 1); that of the hourglass control adds (1, -1, 1, -1)
+    patterns = ((row(ALPHA_A), row(BETA_A)), (row(ALPHA_B), row(BETA_B)), (row(C31), row(C42)))
+    stiffness = [area * (_largest_tangent(laminate, i) + laminate.transverse[i]) for i in range(2)]
+    control = 2.0 * shape * laminate.hourglass_membrane  # along both fibres
+    translation = _largest_row_sum(patterns, [*stiffness, control]) + 8.0 * shape * laminate.hourglass_transverse
+    for i, (alpha, beta) in enumerate(patterns[:2]):
         gradient2 = 2.0 * (alpha**2 + beta**2)
-        tension = _largest_tangent(laminate, i) + shear + laminate.transverse[i]
+        translation += area * gradient2 * _shear_tangent(laminate)
         bending = 2.0 * laminate.outer[i] * laminate.lever**2 + 2.0 * laminate.twist
-        translation += area * gradient2 * tension
         rotation += area * (gradient2 * bending + 0.5 * laminate.transverse[i] * (alpha**2 * x31 + beta**2 * x42))
     return translation, rotation, area
 
@@ -66,12 +70,28 @@ def _rows(shells: Shells, n_el: int) -> Callable[[np.integer], Array]:
     return lambda start: blocks[:, int(start) // BLOCK].ravel()[:n_el]
 
 
+def _largest_row_sum(patterns: Sequence[tuple[Array, Array]], stiffness: Sequence[Array]) -> Array:
+    """Largest sum over j of sqrt(k_i k_j) |p_i . p_j| of the elements' patterns, the last of hourglass control."""
+    sums = []
+    for i, (p, k) in enumerate(zip(patterns, stiffness, strict=True)):
+        total = 4.0 * k if i == len(patterns) - 1 else 0.0 * k
+        for q, other in zip(patterns, stiffness, strict=True):
+            total = total + 2.0 * np.sqrt(k * other) * np.abs(p[0] * q[0] + p[1] * q[1])
+        sums.append(total)
+    return np.max(sums, axis=0)
+
+
+def _shear_tangent(laminate: Laminate) -> float:
+    """Largest tangent of the shear force, friction that sticks included [N/mm]."""
+    stick = laminate.shear_stick if laminate.shear_friction > 0.0 else 0.0
+    return (1.0 - laminate.shear_friction) * float(np.cumsum(laminate.shear_slope).max()) + stick
+
+
 def _largest_tangent(laminate: Laminate, direction: int) -> float:
-    """Largest tangent of the membrane force, pulled or pushed, plus the force at failure, which stiffens across
-    [N/mm].
+    """Largest tangent of the membrane force, pulled or pushed, along the fibre [N/mm].
+
+    Across it resists by the force over the stretch, which stays below: the force is at most this times the strain.
     """
     tangent = 2.0 * laminate.outer[direction] + np.cumsum(laminate.slope[direction])
-    over = np.maximum(laminate.fail_strain[direction] - laminate.knee[direction], 0.0)
-    peak = float(laminate.slope[direction] @ over) if np.isfinite(over).all() else 0.0
     pushed = 2.0 * float(laminate.outer[direction]) + float(laminate.compression[direction])
-    return max(float(tangent.max()), pushed) + peak
+    return max(float(tangent.max()), pushed)
