@@ -11,6 +11,7 @@ from knittest.errors import InputError, NumericalError
 from knittest.history import OVERLAP_COUNTS, Overlaps
 from knittest.kernels import search
 from knittest.kernels.options import PARTITIONS
+from knittest.kernels.pair_search import Cells, Pieces, find_pairs
 from knittest.kernels.state import ContactLaw, Contacts, Nodes
 from knittest.snapshot import State, arrays_of, entry, put_back
 
@@ -34,6 +35,11 @@ def _empty(capacity: int) -> Contacts:
         np.zeros((2, capacity), np.int64), pair, triple[0], triple[1], slipping, reach, arm, line, triple[2],
         np.zeros(2 * capacity, np.int64), np.zeros(PARTITIONS + 1, np.int64),
     )  # fmt: skip
+
+
+def _room(capacity: int) -> tuple[Index, Array]:
+    """Work space for the pairs of every share of the pieces."""
+    return np.zeros((PARTITIONS, capacity, 2), np.int64), np.zeros((PARTITIONS, capacity, 6))
 
 
 def _used(contacts: Contacts, count: int) -> Contacts:
@@ -65,6 +71,7 @@ class ContactTracker:
         n = group.radius.size
         self.nodes, self.alive, self.group, self.name_of = nodes, alive, group, name_of
         self.contacts, self._spare, self.count = _empty(64), _empty(64), 0
+        self._room = _room(64)
         self._order = np.zeros(n, np.int64)
         self._since = np.full((3, n), np.inf)
         self._moved = np.zeros(n, np.bool_)
@@ -143,12 +150,13 @@ class ContactTracker:
         shape = ((position.max(axis=1) - low) / cell).astype(np.int64) + 1
         head = np.zeros(int(shape.prod()) + 1, np.int64)
         cell_of = search.fill_cells(x, y, z, group.is_piece, cell, low, shape, head, self._order)
+        pairs = self._find_pairs(position, Cells(cell_of, shape, head, self._order))
         if self._spare.reach.size < self.count:
             self._spare = _empty(self.contacts.reach.size)
         while True:
             needed = search.find_contacts(
-                x, y, z, (group.radius, group.half_piece, group.exclude), group.chain, self.alive, self._moved,
-                cell_of, shape, head, self._order, CONTACT_SKIN, self.contacts, self.count, self._spare,
+                *pairs, group.radius, group.chain, self.alive, self._moved, CONTACT_SKIN, self.contacts, self.count,
+                self._spare,
             )  # fmt: skip
             if needed <= self._spare.reach.size:
                 break
@@ -157,3 +165,13 @@ class ContactTracker:
         search.assign_halves(self.contacts, self.count, group.node_cut)
         self._since[:, self._moved] = position[:, self._moved]
         self.searches += 1
+
+    def _find_pairs(self, position: Array, cells: Cells) -> tuple[Index, Array, Index]:
+        """Pairs, their places and how many there are, by share; room for them grows when it overflows."""
+        group, found = self.group, np.zeros(PARTITIONS, np.int64)
+        pieces = Pieces(group.radius, group.half_piece, group.exclude, group.chain)
+        while True:
+            find_pairs(position, pieces, self.alive, self._moved, cells, CONTACT_SKIN, *self._room, found)
+            if (most := int(found.max())) <= self._room[0].shape[1]:
+                return *self._room, found
+            self._room = _room(most + most // 4)

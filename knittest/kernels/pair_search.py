@@ -1,0 +1,171 @@
+"""Pairs of spline pieces that are near each other: candidates by cells, bounds that spare most of them, closest points.
+
+Every share of the pieces finds its own pairs, so that the shares may run at once and the order does not depend on it.
+"""
+
+from math import sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit, prange
+
+from knittest.kernels.contact import closest_step
+from knittest.kernels.options import INLINE, KERNEL, PARALLEL, PARTITIONS
+from knittest.kernels.rows import rows3, rows4
+from knittest.kernels.state import Array, Index
+
+#: pieces within this angle of parallel (14 degrees) are line contacts: sin^2
+PARALLEL_SIN2 = 0.06
+#: Newton steps that place a new crossing
+NEWTON_STEPS = 4
+
+
+class Pieces(NamedTuple):
+    """Of every piece ``radius`` and ``half_piece`` length [mm], how many along its yarn it never touches (``exclude``),
+    and its ``chain``; (n_nodes,) each.
+    """
+
+    radius: Array
+    half_piece: Array
+    exclude: Index
+    chain: Index
+
+
+class Cells(NamedTuple):
+    """The grid of :func:`knittest.kernels.search.fill_cells`: cell ``of`` every piece (-1: none), ``shape`` (3,), where
+    each begins (``head``) in the ``order`` of the pieces.
+    """
+
+    of: Index
+    shape: Index
+    head: Index
+    order: Index
+
+
+@njit(**KERNEL)
+def piece(x, y, z, i):
+    """Coefficients c0, c1, c2 (each 3) of spline piece ``i``: c(s) = c0 + s c1 + s^2 c2."""
+    ux, uy, uz = x[i] - x[i - 1], y[i] - y[i - 1], z[i] - z[i - 1]
+    return (
+        0.5 * (x[i] + x[i - 1]), 0.5 * (y[i] + y[i - 1]), 0.5 * (z[i] + z[i - 1]), ux, uy, uz,
+        0.5 * (x[i + 1] - x[i] - ux), 0.5 * (y[i + 1] - y[i] - uy), 0.5 * (z[i + 1] - z[i] - uz),
+    )  # fmt: skip
+
+
+@njit(**INLINE)
+def _along(x, y, z, i, wx, wy, wz):
+    """Bound of how far piece ``i`` reaches from its middle along ``w``, times the length of that."""
+    chord = (x[i + 1] - x[i - 1]) * wx + (y[i + 1] - y[i - 1]) * wy + (z[i + 1] - z[i - 1]) * wz
+    bow = (x[i + 1] + x[i - 1] - 2.0 * x[i]) * wx + (y[i + 1] + y[i - 1] - 2.0 * y[i]) * wy
+    bow += (z[i + 1] + z[i - 1] - 2.0 * z[i]) * wz
+    return 0.25 * abs(chord) + 0.125 * abs(bow)
+
+
+@njit(**INLINE)
+def _apart(x, y, z, i, j, gap):
+    """Whether a slab of thickness ``gap`` [mm] across the line of their middles separates pieces i and j.
+
+    About the middle a piece is c(s) = m + (s - 1/2) (P[i+1] - P[i-1])/2 + (s - 1/2)^2 (P[i+1] - 2 P[i] + P[i-1])/2.
+    """
+    wx = 0.125 * (x[i - 1] + x[i + 1] - x[j - 1] - x[j + 1]) + 0.75 * (x[i] - x[j])
+    wy = 0.125 * (y[i - 1] + y[i + 1] - y[j - 1] - y[j + 1]) + 0.75 * (y[i] - y[j])
+    wz = 0.125 * (z[i - 1] + z[i + 1] - z[j - 1] - z[j + 1]) + 0.75 * (z[i] - z[j])
+    length2 = wx * wx + wy * wy + wz * wz
+    reach = _along(x, y, z, i, wx, wy, wz) + _along(x, y, z, j, wx, wy, wz)
+    return length2 - reach > gap * sqrt(length2)
+
+
+@njit(**KERNEL)
+def crossing(x, y, z, i, j):
+    """Closest points of pieces i and j: (s, t, offset (3), line flag); parameters may leave [0, 1)."""
+    ax, ay, az, ux, uy, uz, px, py, pz = piece(x, y, z, i)
+    bx, by, bz, vx, vy, vz, qx, qy, qz = piece(x, y, z, j)
+    s, t = 0.5, 0.5
+    mx, my, mz = ux + px, uy + py, uz + pz
+    nx, ny, nz = vx + qx, vy + qy, vz + qz
+    mn = mx * nx + my * ny + mz * nz
+    lengths = (mx * mx + my * my + mz * mz) * (nx * nx + ny * ny + nz * nz)
+    line = 1.0 if mn * mn > (1.0 - PARALLEL_SIN2) * lengths else 0.0
+    wx, wy, wz = 0.0, 0.0, 0.0
+    for step in range(NEWTON_STEPS + 1):
+        wx = ax - bx + s * (ux + s * px) - t * (vx + t * qx)
+        wy = ay - by + s * (uy + s * py) - t * (vy + t * qy)
+        wz = az - bz + s * (uz + s * pz) - t * (vz + t * qz)
+        if step < NEWTON_STEPS:
+            ds, dt = closest_step(
+                wx, wy, wz, ux + 2 * s * px, uy + 2 * s * py, uz + 2 * s * pz,
+                vx + 2 * t * qx, vy + 2 * t * qy, vz + 2 * t * qz,
+                2 * px, 2 * py, 2 * pz, 2 * qx, 2 * qy, 2 * qz, line,
+            )  # fmt: skip
+            s, t = s - ds, t - dt
+    return s, t, wx, wy, wz, line
+
+
+@njit(**KERNEL)
+def _by_cell(position, pieces, cells):
+    """Position and extent [mm] of the pieces in the order of the cells, (4, n): a cell's are neighbours there."""
+    used = cells.head[-1]
+    sorted_ = np.empty((4, used))
+    for k in range(used):
+        i = cells.order[k]
+        for axis in range(3):
+            sorted_[axis, k] = position[axis, i]
+        sorted_[3, k] = pieces.radius[i] + pieces.half_piece[i]
+    return sorted_
+
+
+@njit(**KERNEL)
+def _pairs_of(first, last, position, pieces, alive, moved, cells, by_cell, skin, pairs, places):
+    """Pairs that pieces first..last are in; see :func:`find_pairs`. Returns their number."""
+    x, y, z = rows3(position)
+    px, py, pz, extent = rows4(by_cell)
+    radius, half_piece, exclude, chain = pieces
+    cell_of, shape, head, order = cells
+    found = 0
+    for q in range(first, last):
+        if not moved[q] or cell_of[q] < 0 or alive[q - 1] * alive[q] == 0.0:
+            continue
+        c2 = cell_of[q] % shape[2]
+        c1 = (cell_of[q] // shape[2]) % shape[1]
+        c0 = cell_of[q] // (shape[2] * shape[1])
+        xq, yq, zq, reach = x[q], y[q], z[q], radius[q] + half_piece[q] + skin
+        for a in range(max(c0 - 1, 0), min(c0 + 2, shape[0])):
+            for b in range(max(c1 - 1, 0), min(c1 + 2, shape[1])):
+                row = (a * shape[1] + b) * shape[2]
+                for k in range(head[row + max(c2 - 1, 0)], head[row + min(c2 + 2, shape[2])]):
+                    dx, dy, dz, near = px[k] - xq, py[k] - yq, pz[k] - zq, extent[k] + reach
+                    if dx * dx + dy * dy + dz * dz > near * near:
+                        continue
+                    i, j = min(q, order[k]), max(q, order[k])
+                    # a pair of two moved pieces is looked at once, from the lower one
+                    if i == j or (i != q and moved[i]) or (chain[j] == chain[i] and j - i <= exclude[i]):
+                        continue
+                    gap = radius[i] + radius[j] + skin
+                    if alive[i - 1] * alive[i] * alive[j - 1] * alive[j] == 0.0 or _apart(x, y, z, i, j, gap):
+                        continue
+                    s, t, wx, wy, wz, line = crossing(x, y, z, i, j)
+                    inside = s >= 0.0 and s < 1.0 and t >= 0.0 and t < 1.0
+                    if not inside or wx * wx + wy * wy + wz * wz > gap * gap:
+                        continue
+                    if found < pairs.shape[0]:
+                        pairs[found, 0], pairs[found, 1] = i, j
+                        places[found, 0], places[found, 1], places[found, 5] = s, t, line
+                        places[found, 2], places[found, 3], places[found, 4] = wx, wy, wz
+                    found += 1
+    return found
+
+
+@njit(**PARALLEL)
+def find_pairs(position, pieces, alive, moved, cells, skin, pairs, places, found):
+    """Pairs of pieces, one of them ``moved``, whose closest points lie on them with a gap below ``skin`` [mm].
+
+    ``position`` (3, n_nodes) [mm]. Fills ``pairs`` (PARTITIONS, capacity, 2) with the pieces i < j, ``places``
+    (PARTITIONS, capacity, 6) with parameters s, t, offset (3) [mm] and line flag, and ``found`` (PARTITIONS,) with the
+    number that each share needs, which may exceed the capacity.
+    """
+    by_cell, n = _by_cell(position, pieces, cells), moved.size
+    for k in prange(PARTITIONS):
+        first, last = n * k // PARTITIONS, n * (k + 1) // PARTITIONS
+        found[k] = _pairs_of(
+            first, last, position, pieces, alive, moved, cells, by_cell, skin, pairs[k], places[k]
+        )  # fmt: skip
