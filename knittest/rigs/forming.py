@@ -16,8 +16,9 @@ Array = NDArray[np.float64]
 
 #: time over which the holder's force is applied and over which the blank then settles [ms]
 PRESS, SETTLE = 2.0, 1.0
-#: penalty of the tools over the usual one: yarns that are pressed on a tool by others are near the limit of the step
-SOFTER = 0.25
+#: penalty of the tools over the usual one: yarns that are pressed on a tool by others are near the limit of the step,
+#: and a shell may lie between two tools
+SOFTER = {"macro": 0.75, "meso": 0.25}
 
 
 class FormingTest:
@@ -30,7 +31,7 @@ class FormingTest:
     marks: tuple[float, ...] = ()
 
     def __init__(self, run: FormingRun, tools: ToolSet, thickness: float, radius: Array, weight: Array) -> None:
-        self.rig, self.tools, self.radius, self.weight = run.rig, tools, radius, weight
+        self.rig, self.scale, self.tools, self.radius, self.weight = run.rig, run.model.scale, tools, radius, weight
         gap = run.rig.die.floor_gap
         self.floor = None if gap is None else -run.rig.kernel("depth") - 0.5 * thickness - gap
         self.holder_force = run.rig.kernel("blank_holder_force")
@@ -58,7 +59,7 @@ class FormingTest:
 
     def _rubbing(self, tool: Tool) -> Tool:
         tool.friction = (self.rig.static_coefficient, self.rig.kinetic_coefficient)
-        tool.stiffness = SOFTER
+        tool.stiffness = SOFTER[self.scale]
         return tool
 
     def ring_time(self, wave_speed: float) -> float:
