@@ -134,5 +134,5 @@ def _crossing_yarns(run: Run) -> ExplicitModel:
 def _small_strip(run: Run) -> ExplicitModel:
     line = (np.array([0.0, 100.0]), np.array([0.0, 1e6]))
     card = laminate(run.fabric, {"warp": line, "weft": line})
-    contact = self_contact(run.fabric, run.model.macro)
+    contact = self_contact(run.fabric, run.model.macro, run.solver.safety)
     return build_strip(run.fabric, card, "warp", 5.0, 5.0, 5.0, 5.0, contact=contact)

@@ -32,6 +32,8 @@ from knittest.kernels.vec import add, combine, cross, dot, scale, sub
 ROUNDS = 2
 #: largest move of a place in one of them
 TRACKING_STEP = 0.05
+#: depth over the thickness that the curves of smooth surfaces may add in a step to what their points close
+CURVED = 1e-3
 #: sticking stiffness over the penalty
 TANGENTIAL = 0.5
 
@@ -151,9 +153,22 @@ def approach(c, rounds, nodes, shells, mesh, law, contacts):
     return contacts.reach[c] - gap, direction
 
 
+@njit(**INLINE)
+def _closed(c, depth, earlier, closing, law, contacts):
+    """Depth [mm] that the sheets closed themselves, from the ``earlier`` one by ``closing``; the reach is cut to it.
+
+    A place that runs along a fold, or normals that turn where shells fold onto each other, would make energy.
+    """
+    most = max(earlier, 0.0) + max(closing, 0.0)
+    if depth > most + CURVED * law.thickness:
+        contacts.reach[c] -= depth - most
+        return most
+    return depth
+
+
 @njit(**KERNEL)
-def _press(c, depth, direction, dt, nodes, shells, mesh, law, contacts):
-    """Force and moment of a contact that touches; returns the energy lost [mJ]."""
+def _press(c, depth, earlier, direction, dt, nodes, shells, mesh, law, contacts):
+    """Force and moment of a contact that touches, ``earlier`` [mm] deep a step ago; returns the energy lost [mJ]."""
     i, e, u, v = contacts.node[c], contacts.shell[c], contacts.uv[0, c], contacts.uv[1, c]
     p, w = node_values(e, nodes.position, shells), weights(u, v)
     arm = sub(_node(nodes.position, i), blend(w, p))
@@ -161,6 +176,7 @@ def _press(c, depth, direction, dt, nodes, shells, mesh, law, contacts):
     speed = sub(_node(nodes.velocity, i), blend(w, node_values(e, nodes.velocity, shells)))
     before = combine(1.0, arm, -0.5 * dt, speed)  # the arm half a step ago, when the speeds were these
     slide = scale(dt, combine(1.0, speed, -0.5, cross(spin, before)))
+    depth = _closed(c, depth, earlier, -dt * dot(speed, direction), law, contacts)
     xu, xv = sides(p, u, v)
     spring = combine(contacts.spring[0, c], xu, contacts.spring[1, c], xv)
     stiffness = penalty_at(c, w, shells, mesh, contacts)
@@ -193,10 +209,10 @@ def sheet_forces(first, last, dt, nodes, shells, mesh, law, contacts):
         if contacts.gap[c] == np.inf or shells.state[state_index(contacts.shell[c]) + ALIVE] == 0.0:
             _release(c, contacts)
             continue
-        before = contacts.gap[c]
+        before, earlier = contacts.gap[c], contacts.reach[c] - contacts.gap[c]
         depth, direction = approach(c, ROUNDS, nodes, shells, mesh, law, contacts)
         if depth > 0.0:
-            lost += _press(c, depth, direction, dt, nodes, shells, mesh, law, contacts)
+            lost += _press(c, depth, earlier, direction, dt, nodes, shells, mesh, law, contacts)
         else:
             lost += 0.5 * contacts.damping[c] * (before - contacts.gap[c])
             _release(c, contacts)

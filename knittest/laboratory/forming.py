@@ -60,7 +60,7 @@ class Forming:
         height = rig.kernel("imperfection")
         points[:, 2] = np.random.default_rng(run.variability.seed + specimen).uniform(-height, height, len(points))
         soft = softened_at_most(fabric_laminate(run), rig.membrane_share)
-        contact = self_contact(fabric, run.model.macro)
+        contact = self_contact(fabric, run.model.macro, run.solver.safety)
         model = build_sheet(points, cells, soft, fabric.kernel("area_mass"), thickness, contact=contact)
         # unevenness does not reach into the tools
         radius = 0.5 * thickness - np.abs(points[:, 2])

@@ -50,7 +50,8 @@ class Friction:
         # the model of the tensile strip, its clamps being its first and last row
         model = build_strip(
             run.fabric, fabric_laminate(run), rig.direction, rig.kernel("length") - 2.0 * size, rig.kernel("width"),
-            size, size, 0.0, run.variability.seed + specimen, self_contact(run.fabric, run.model.macro),
+            size, size, 0.0, run.variability.seed + specimen,
+            self_contact(run.fabric, run.model.macro, run.solver.safety),
         )  # fmt: skip
         half = 0.5 * run.fabric.kernel("thickness")
         test = FrictionTest(run, 1, (-half, half), np.full(model.n_nodes, half))

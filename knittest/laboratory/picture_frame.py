@@ -69,7 +69,7 @@ class PictureFrame:
         warp = _turned(np.array([[0.0, 1.0, 0.0]]))[0]
         model = build_sheet(
             _turned(points), cells, fabric_laminate(run), fabric.kernel("area_mass"), fabric.kernel("thickness"), warp,
-            contact=self_contact(fabric, run.model.macro),
+            contact=self_contact(fabric, run.model.macro, run.solver.safety),
         )  # fmt: skip
         test = PictureFrameTest(run, np.flatnonzero(edge), side**2)
         return Prepared(model, test, facts={"side_mm": side, "area_mm2": side**2})

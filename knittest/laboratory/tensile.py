@@ -34,7 +34,7 @@ class Tensile:
         model = build_strip(
             run.fabric, fabric_laminate(run), rig.direction, gauge, rig.kernel("width"), rig.kernel("jaw_length"),
             macro.kernel("element_size"), macro.kernel("imperfection"), run.variability.seed + specimen,
-            self_contact(run.fabric, macro),
+            self_contact(run.fabric, macro, run.solver.safety),
         )  # fmt: skip
         facts = _facts(yarns_across(run, rig.direction, specimen), gauge, gauge + 2.0 * rig.kernel("jaw_length"), run)
         return Prepared(model, TensileTest(run, axis=1, gauge=gauge, middle=0.0), facts=facts)

@@ -45,9 +45,9 @@ def build_strip(
     )  # fmt: skip
 
 
-def self_contact(fabric: Fabric, macro: MacroModel) -> SheetContact | None:
-    """How the fabric touches itself, None if it is not to."""
-    return SheetContact(fabric.macro.kernel("self_friction")) if macro.self_contact else None
+def self_contact(fabric: Fabric, macro: MacroModel, safety: float) -> SheetContact | None:
+    """How the fabric touches itself at ``safety`` times the critical step, None if it is not to."""
+    return SheetContact(fabric.macro.kernel("self_friction"), safety=safety) if macro.self_contact else None
 
 
 def build_rectangle(

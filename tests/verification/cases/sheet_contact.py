@@ -47,7 +47,7 @@ def pressed(pressure: float = 0.1) -> list[Row]:
     body.boundary.load(above, "z", -pressure * tributary(4, 4), ramp(2.0, 1.0))
     body.advance(8.0)
     sunk = THICKNESS - body.position[above, 2]
-    depth = pressure * body.model.critical_step**2 / (2.0 * STIFFNESS * AREA_MASS)
+    depth = pressure * body.dt**2 / (2.0 * STIFFNESS * AREA_MASS)
     case, source = "sheet on sheet", "force balance"
     return [
         Row(case, source, "reaction p A [N]", pressure * 100.0, body.reaction(group), "4 x 4", None),

@@ -15,8 +15,9 @@ def strip_on(shape, n: int, size: float, thickness: float, friction: float = 0.0
     """Strip of ``n`` x ``rows`` shells, flat at rest, put on the curve ``shape``: arc length to (x, z, slope)."""
     points, cells = grid(n, rows, n * size, rows * size)
     law = linear_laminate((50.0, 50.0), (5.0, 5.0), 0.5, thickness)
+    contact = SheetContact(friction, safety=options.get("safety", 0.9))
     body = Body.of_shells(
-        points, cells, law, AREA_MASS, thickness, self_contact=SheetContact(friction), warp=(1.0, 0.0, 0.0), **options
+        points, cells, law, AREA_MASS, thickness, self_contact=contact, warp=(1.0, 0.0, 0.0), **options
     )
     x, z, slope = np.array([shape(s) for s in points[:, 0]]).T
     body.place(np.column_stack([x, points[:, 1], z]), np.column_stack([0.0 * x, -slope, 0.0 * x]))
