@@ -1,6 +1,6 @@
 """Writes tables and pictures of docs/forming.md from what runs have left.
 
-python benchmarks/forming.py runs RUN [RUN ...]      the table of runs and the picture of the first two
+python benchmarks/forming.py runs RUN [RUN ...]      the table of runs and pictures of the first four
 python benchmarks/forming.py window SWEEP            table and picture of configs/sweeps/blank-holder.yaml
 """
 
@@ -53,13 +53,13 @@ def put(mark: str, text: str) -> None:
 
 
 def runs(folders: list[Path]) -> None:
-    """Table of all runs; the first two as the page's picture."""
+    """Table of all runs; the first four as the page's picture."""
     columns = [column(folder) for folder in folders]
     names = dict.fromkeys(row for _, rows in columns for row in rows)
     cells = [[row, *(rows.get(row, "-") for _, rows in columns)] for row in names]
     put("runs", table(["", *(name for name, _ in columns)], cells))
-    figure, axes = plt.subplots(1, 2, figsize=(11.0, 4.6))
-    for panel, folder, (name, _) in zip(axes, folders, columns, strict=False):
+    figure, axes = plt.subplots(2, 2, figsize=(11.0, 8.2))
+    for panel, folder, (name, _) in zip(axes.flat, folders, columns, strict=False):
         panel.imshow(plt.imread(folder / "deformed.png"))
         panel.set_title(name, fontsize=10)
         panel.axis("off")
