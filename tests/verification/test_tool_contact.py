@@ -35,9 +35,9 @@ def test_incline_slide():
 
 
 def test_restitution():
-    """The damping force lags by dt / 2: first order in dt w, here 0.08 x 2 z."""
+    """The damping force lags by dt / 2: first order in dt w, here 0.04 x 2 z."""
     (row,) = case.restitution()
-    assert abs(row.error) < 0.08 * 2.0 * 0.05
+    assert abs(row.error) < 0.04 * 2.0 * 0.05
     assert row.order == pytest.approx(1.0, abs=0.2)
 
 

@@ -164,9 +164,9 @@ def restitution() -> list[Row]:
     """
     z = 0.05
     exact = exp(-z / sqrt(1.0 - z * z) * (pi - 2.0 * np.arcsin(z)))
-    found = [head_on(share) for share in (1.0, 0.25, 0.0625, 0.015625)]
+    found = [head_on(share) for share in (1 / 4, 1 / 16, 1 / 64, 1 / 256)]
     errors = [f - exact for f in found]
-    source, mesh = "Schwager & Poeschel 2007", "stiffness / 64"
+    source, mesh = "Schwager & Poeschel 2007", "stiffness / 256"
     return [Row("impact, restitution", source, "speed after / before [-]", exact, found[-1], mesh, order(errors))]
 
 
