@@ -60,7 +60,7 @@ def line(row: Row) -> str:
 
 def plot(rows: list[Row], path: Path) -> None:
     """Errors of all series against mesh width and time step, with the slope of second order."""
-    figure, panels = plt.subplots(1, 2, figsize=(11.0, 5.6), layout="constrained")
+    figure, panels = plt.subplots(1, 2, figsize=(11.0, 6.4), layout="constrained")
     for axes, title, chosen in zip(
         panels,
         ("mesh width over that of the coarsest [-]", "time step over the longest [-]"),
@@ -81,7 +81,7 @@ def plot(rows: list[Row], path: Path) -> None:
         axes.set_xticks([0.25, 0.5, 1.0], ["1/4", "1/2", "1"])
         axes.minorticks_off()
         axes.grid(alpha=0.3)
-        axes.legend(fontsize=7, loc="lower right")
+        axes.legend(fontsize=7, loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=3, frameon=False)
     figure.savefig(path, dpi=110)
 
 
