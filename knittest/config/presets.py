@@ -101,10 +101,10 @@ SMALLER: dict[Preset, dict[str, Any]] = {
 #: shells and must come back within 1 %, which takes calm, and a shell breaks at its largest strain: central differences
 #: swell the waves of an element by 1 / sqrt(1 - (omega dt / 2)^2). What slides must not be held back by damping: m c v
 #: is a force; the friction test is seen from the clamp, where the strip hardly moves. Penalties grow with the inverse
-#: square of the step: folds of shells and yarns on tools want them stiff
+#: square of the step: folds of shells, plates and yarns on tools want them stiff
 SOLVER: dict[tuple[str, Scale], dict[str, float]] = {
     ("tensile", "macro"): {"speed": 0.5, "safety": 0.55},
-    ("friction", "macro"): {"speed": 1.0, "ramp": 0.5, "damping": 1.0},
+    ("friction", "macro"): {"speed": 1.0, "ramp": 0.5, "damping": 1.0, "safety": 0.55},
     ("friction", "meso"): {"speed": 2.0, "ramp": 0.5, "damping": 5.0},
     ("picture-frame", "macro"): {"speed": 0.5, "ramp": 5.0, "damping": 0.002},
     ("forming", "macro"): {"speed": 0.19, "ramp": 20.0, "damping": 0.05, "safety": 0.65},
