@@ -64,7 +64,7 @@ def runs(folders: list[Path]) -> None:
         panel.set_title(name, fontsize=10)
         panel.axis("off")
     figure.tight_layout()
-    figure.savefig(DOCS / "forming.png", dpi=110)
+    figure.savefig(DOCS / "forming.png", dpi=80)
 
 
 def window(sweep: Path) -> None:
