@@ -68,6 +68,7 @@ def test_it_goes_on_to_the_same_bits_from_anywhere(scale):
 def test_the_forces_of_tools_are_averaged_across_a_restart():
     """Plates that move and press: their positions, the springs of their contacts and the sums of their forces."""
     sets = ["rig.length=60", "rig.plate_length=30", "rig.travel=0.5", "output.frames=3", "output.samples=41"]
+    sets.append("solver.safety=0.5")  # so many steps that rows lie in the averaged part of so short a pull
     run = resolve(variant="1", scale="macro", preset="quick", test="friction", direction="warp", sets=sets)
 
     def pulled(keeper):

@@ -26,12 +26,15 @@ def test_a_strip_between_plates_is_held_by_twice_mu_normal_force():
 
 def test_a_larger_static_coefficient_shows_as_stick_slip():
     """Sliding goes on at 2 mu_k F_N; the peak before lies above, but below 2 mu_s F_N: a strip that
-    stretches lets go in turn.
+    stretches lets go in turn. Nodes do so one by one, so the peak scatters: 1.19 to 1.51 of
+    2 mu_k F_N at safeties of 0.2 to 0.55; without a larger static coefficient it is 1.01 at all of them.
     """
-    sets = ("rig.travel=3", "rig.static_coefficient=0.15", "rig.kinetic_coefficient=0.05")
-    found = specimen("friction", *sets).results
-    assert found["pull_force_kinetic_n"] == pytest.approx(2.0 * 0.05 * 2000.0, rel=0.015)
-    assert 1.2 * 200.0 < found["pull_force_static_n"] < 2.0 * 0.15 * 2000.0
+    kinetic = 2.0 * 0.05 * 2000.0
+    sets = ("rig.travel=3", "rig.kinetic_coefficient=0.05")
+    sticky, even = (specimen("friction", *sets, f"rig.static_coefficient={mu}").results for mu in (0.15, 0.05))
+    assert sticky["pull_force_kinetic_n"] == pytest.approx(kinetic, rel=0.015)
+    assert 1.1 * kinetic < sticky["pull_force_static_n"] < 2.0 * 0.15 * 2000.0
+    assert even["pull_force_static_n"] == pytest.approx(kinetic, rel=0.02)
 
 
 @pytest.mark.parametrize(("variant", "direction"), [("1", "warp"), ("2", "weft")])
