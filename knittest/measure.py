@@ -9,6 +9,8 @@ from knittest.history import Array, History, Quality
 
 #: quality is judged from this share of the work at the first failure on: below it everything is still start-up
 START_UP = 0.05
+#: share of the work in damping, or of the internal energy in hourglass control, that a report names
+NOTED = 0.10
 
 
 def tensile_results(curve: Mapping[str, Array], n_yarns: int) -> dict[str, float]:
@@ -32,6 +34,22 @@ def judged_rows(history: History) -> slice:
     work = np.abs(history.energies["external_mj"][:end])
     start = int(np.argmax(work >= START_UP * work[-1]))
     return slice(start, max(end, start + 1))
+
+
+def _losses(history: History) -> list[str]:
+    """Warnings about what the model takes for itself up to the first failure: damping, hourglass control."""
+    end = max(history.first_failure, 1) if history.first_failure is not None else len(history.energies["time_ms"])
+    last = {name: float(values[end - 1]) for name, values in history.energies.items()}
+    internal = sum(value for name, value in last.items() if name.startswith("internal_"))
+    shares = (
+        ("damping took", last["damping_mj"], "of the work", abs(last["external_mj"])),
+        ("hourglass control holds", last["hourglass_mj"], "of the internal energy", internal),
+    )
+    return [
+        f"{what} {100.0 * part / whole:.0f} % {of}, more than {100.0 * NOTED:g} %"
+        for what, part, of, whole in shares
+        if part > NOTED * whole > 0.0
+    ]
 
 
 def assess(
@@ -62,6 +80,7 @@ def assess(
             failures.append(f"{name} {100.0 * value:.2f} % is above {limit:g} %")
         elif 100.0 * value > 0.5 * limit:
             warnings.append(f"{name} {100.0 * value:.2f} % is more than half of its limit {limit:g} %")
+    warnings += _losses(history)
     if to_failure and history.first_failure is None:
         failures.append("nothing failed up to rig.max_strain: the peak is not a strength")
     return Quality(

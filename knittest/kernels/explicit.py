@@ -5,14 +5,16 @@ what acts on it in a fixed order and integrates. The number of partitions is fix
 number of threads. Yarns and shells have an entry each, so that a run compiles only what it uses.
 """
 
+import numpy as np
 from numba import njit, prange
 
 from knittest.kernels import beam_blocks, contact_blocks, shell_blocks, tool_blocks
 from knittest.kernels.beam_blocks import advance_beams, advance_free
+from knittest.kernels.claims import claim, in_turn
 from knittest.kernels.contact_blocks import contact_forces, scatter_contacts
 from knittest.kernels.loads import apply_loads, book_loads
 from knittest.kernels.motion import impose_motions
-from knittest.kernels.options import KERNEL, PARALLEL, PARTITIONS, SHARED_OUT
+from knittest.kernels.options import KERNEL, PARALLEL, PARTITIONS
 from knittest.kernels.sheet_contact import scatter_sheet, sheet_forces
 from knittest.kernels.shell_blocks import gather_shells, shell_forces
 from knittest.kernels.tables import read_tables
@@ -86,43 +88,65 @@ def _fabric_share(p, dt, nodes, parts, shells, count, contacts, tables, motions,
 
 @njit(**PARALLEL)
 def advance_yarns(
-    steps, time, dt, nodes, parts, beams, contacts, count, law, tables, motions, loads, tools, touch, tally, scratch
+    threads,
+    steps,
+    time,
+    dt,
+    nodes,
+    parts,
+    beams,
+    contacts,
+    count,
+    law,
+    tables,
+    motions,
+    loads,
+    tools,
+    touch,
+    tally,
+    scratch,
 ):
-    """Advance a model of beam chains by ``steps`` time steps of ``dt`` [ms] from ``time``.
+    """Advance a model of beam chains by ``steps`` time steps of ``dt`` [ms] from ``time`` on so many ``threads``.
 
     ``count`` contacts in use; ``tables`` to ``touch`` are the fields of :class:`Drive` (parallel loops take no nested
     tuples); ``scratch`` (PARTITIONS, SCRATCH). State is updated in
     place.
     """
+    claimed = np.zeros(PARTITIONS, np.int64)
     for step in range(steps):
         now = time + step * dt
         read_tables(tables, now - 0.5 * dt, now + 0.5 * dt)
-        for k in prange(PARTITIONS):
-            p = SHARED_OUT[k]
-            _contact_share(p, count, dt, nodes, contacts, beams.alive, law, tally, scratch[p])
-        for k in prange(PARTITIONS):
-            p = SHARED_OUT[k]
-            _yarn_share(
-                p,
-                now,
-                dt,
-                nodes,
-                parts,
-                beams,
-                contacts,
-                tables,
-                motions,
-                loads,
-                tools,
-                touch,
-                tally,
-                scratch[p],
-            )
+        for thread in prange(threads):
+            for k in range(PARTITIONS):
+                p = in_turn(k, thread, threads)
+                if claim(claimed, p, 2 * step + 1):
+                    _contact_share(p, count, dt, nodes, contacts, beams.alive, law, tally, scratch[p])
+        for thread in prange(threads):
+            for k in range(PARTITIONS):
+                p = in_turn(k, thread, threads)
+                if claim(claimed, p, 2 * step + 2):
+                    _yarn_share(
+                        p,
+                        now,
+                        dt,
+                        nodes,
+                        parts,
+                        beams,
+                        contacts,
+                        tables,
+                        motions,
+                        loads,
+                        tools,
+                        touch,
+                        tally,
+                        scratch[p],
+                    )
         move_tools(dt, tools, tables, tally)
 
 
 @njit(**PARALLEL)
 def advance_fabric(
+    threads,
     steps,
     time,
     dt,
@@ -146,29 +170,39 @@ def advance_fabric(
 
     ``count`` of the ``contacts`` of ``sheet`` with itself are in use, by ``law`` (:mod:`knittest.kernels.sheet_state`).
     """
+    claimed = np.zeros(PARTITIONS, np.int64)
     for step in range(steps):
         now = time + step * dt
         read_tables(tables, now - 0.5 * dt, now + 0.5 * dt)
-        for k in prange(PARTITIONS):
-            p = SHARED_OUT[k]
-            _shell_share(p, now, nodes, shells, laminate, tally, scratch[p])
-            _sheet_share(p, dt, nodes, shells, sheet, count, law, contacts, tally)
-        for k in prange(PARTITIONS):
-            p = SHARED_OUT[k]
-            _fabric_share(
-                p,
-                dt,
-                nodes,
-                parts,
-                shells,
-                count,
-                contacts,
-                tables,
-                motions,
-                loads,
-                tools,
-                touch,
-                tally,
-                scratch[p],
-            )
+        if count > 0:  # before any shell is deleted in this step, whoever looks at it
+            for thread in prange(threads):
+                for k in range(PARTITIONS):
+                    p = in_turn(k, thread, threads)
+                    if claim(claimed, p, 3 * step + 1):
+                        _sheet_share(p, dt, nodes, shells, sheet, count, law, contacts, tally)
+        for thread in prange(threads):
+            for k in range(PARTITIONS):
+                p = in_turn(k, thread, threads)
+                if claim(claimed, p, 3 * step + 2):
+                    _shell_share(p, now, nodes, shells, laminate, tally, scratch[p])
+        for thread in prange(threads):
+            for k in range(PARTITIONS):
+                p = in_turn(k, thread, threads)
+                if claim(claimed, p, 3 * step + 3):
+                    _fabric_share(
+                        p,
+                        dt,
+                        nodes,
+                        parts,
+                        shells,
+                        count,
+                        contacts,
+                        tables,
+                        motions,
+                        loads,
+                        tools,
+                        touch,
+                        tally,
+                        scratch[p],
+                    )
         move_tools(dt, tools, tables, tally)

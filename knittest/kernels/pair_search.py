@@ -16,8 +16,8 @@ from knittest.kernels.state import Array, Index
 
 #: pieces within this angle of parallel (14 degrees) are line contacts: sin^2
 PARALLEL_SIN2 = 0.06
-#: Newton steps that place a new crossing
-NEWTON_STEPS = 4
+#: Newton steps that place a new crossing, and how far beyond a piece they may leave it: it belongs to one of two
+NEWTON_STEPS, BEYOND = 4, 1e-3
 
 
 class Pieces(NamedTuple):
@@ -144,7 +144,8 @@ def _pairs_of(first, last, position, pieces, alive, moved, cells, by_cell, skin,
                     if alive[i - 1] * alive[i] * alive[j - 1] * alive[j] == 0.0 or _apart(x, y, z, i, j, gap):
                         continue
                     s, t, wx, wy, wz, line = crossing(x, y, z, i, j)
-                    inside = s >= 0.0 and s < 1.0 and t >= 0.0 and t < 1.0
+                    over = BEYOND if line == 0.0 else 0.0  # found twice, a crossing is tracked once
+                    inside = s >= -over and s < 1.0 + over and t >= -over and t < 1.0 + over
                     if not inside or wx * wx + wy * wy + wz * wz > gap * gap:
                         continue
                     if found < pairs.shape[0]:

@@ -14,6 +14,9 @@ from knittest.kernels.rows import rows3
 
 #: share of the way that calls for a search from which on pieces are looked at along with it
 SOON = 0.5
+#: share of the skin that calls for a search. A piece goes on from where its nodes were when its partner was last
+#: searched: each of both may close 1 + SOON times this way, unseen
+REACHED = 0.5 / (1.0 + SOON)
 #: distance along both yarns [elements] within which a found crossing is the tracked one, and two tracked ones merge
 SAME = 0.9
 MERGE = 0.25

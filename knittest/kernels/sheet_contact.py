@@ -150,6 +150,7 @@ def approach(c, rounds, nodes, shells, mesh, law, contacts):
     contacts.uv[0, c], contacts.uv[1, c], contacts.side[c], contacts.gap[c] = u, v, side, gap
     # a pair that was found too near touches from there on, so that it brings no energy
     contacts.reach[c] = min(law.thickness, max(contacts.reach[c], gap))
+    contacts.cut[c] = min(contacts.cut[c], law.thickness - contacts.reach[c])
     return contacts.reach[c] - gap, direction
 
 
@@ -162,6 +163,7 @@ def _closed(c, depth, earlier, closing, law, contacts):
     most = max(earlier, 0.0) + max(closing, 0.0)
     if depth > most + CURVED * law.thickness:
         contacts.reach[c] -= depth - most
+        contacts.cut[c] += depth - most
         return most
     return depth
 
@@ -248,7 +250,7 @@ def scatter_sheet(partition, start, stop, count, nodes, shells, contacts):
 def sheet_statistics(count, nodes, shells, mesh, law, contacts):
     """Elastic energy of the contacts [mJ], and penetration over half the thickness of those that touch (n_touching,).
 
-    At the present positions; springs are those of the last step.
+    At the present positions; springs are those of the last step. What the reach was cut by counts as penetration.
     """
     energy, share, touching = 0.0, np.empty(count), 0
     for c in range(count):
@@ -263,6 +265,6 @@ def sheet_statistics(count, nodes, shells, mesh, law, contacts):
         spring = combine(contacts.spring[0, c], xu, contacts.spring[1, c], xv)
         stiffness = penalty_at(c, weights(u, v), shells, mesh, contacts)
         energy += 0.5 * stiffness * (depth * depth + TANGENTIAL * dot(spring, spring))
-        share[touching] = 2.0 * depth / law.thickness
+        share[touching] = 2.0 * (depth + contacts.cut[c]) / law.thickness
         touching += 1
     return energy, share[:touching]

@@ -57,7 +57,7 @@ def mark_cells(moved, conn, cell_of, shape, shell_moved, active):
 def _copy(source, a, target, b):
     target.node[b], target.shell[b], target.owners[b] = source.node[a], source.shell[a], source.owners[a]
     target.side[b], target.slipping[b], target.reach[b] = source.side[a], source.slipping[a], source.reach[a]
-    target.gap[b], target.damping[b] = source.gap[a], source.damping[a]
+    target.gap[b], target.damping[b], target.cut[b] = source.gap[a], source.damping[a], source.cut[a]
     for k in range(2):
         target.uv[k, b], target.spring[k, b] = source.uv[k, a], source.spring[k, a]
     for k in range(3):
@@ -127,7 +127,7 @@ def _add(c, i, e, place, thickness, new):
     u, v, gap, side = place
     new.node[c], new.shell[c], new.uv[0, c], new.uv[1, c] = i, e, u, v
     new.side[c], new.gap[c], new.reach[c] = side, gap, min(thickness, gap)
-    new.slipping[c], new.damping[c], new.owners[c] = 0.0, 0.0, 0
+    new.slipping[c], new.damping[c], new.cut[c], new.owners[c] = 0.0, 0.0, 0.0, 0
     new.spring[:, c], new.force[:, c], new.moment[:, c] = 0.0, 0.0, 0.0
 
 

@@ -28,8 +28,9 @@ class SheetContacts(NamedTuple):
     ``node``, ``shell`` and the place ``uv`` (2, n) in [0, 1] on it, from corner 1 towards 2 and 4; ``side`` of the
     shell's normal on which the node belongs, 1 or -1; stretch of the sticking ``spring`` (2, n) in units of the shell's
     sides, so that it turns with the shell; ``slipping`` 1 while the contact slips; ``reach`` [mm] distance at which it
-    touches, ``gap`` [mm] its distance; ``force`` [N] and ``moment`` [N mm] on the node, (3, n); ``owners`` bits of the
-    partitions whose nodes it loads, 0 where it does not touch; ``damping`` [N] is the viscous part of the last force.
+    touches, ``gap`` [mm] its distance, ``cut`` [mm] what the reach lost since it was found; ``force`` [N] and
+    ``moment`` [N mm] on the node, (3, n); ``owners`` bits of the partitions whose nodes it loads, 0 where it does not
+    touch; ``damping`` [N] is the viscous part of the last force.
     """
 
     node: Index
@@ -44,6 +45,7 @@ class SheetContacts(NamedTuple):
     moment: Array
     owners: Index
     damping: Array
+    cut: Array
 
 
 class SheetLaw(NamedTuple):
@@ -58,10 +60,10 @@ class SheetLaw(NamedTuple):
 def empty_contacts(capacity: int) -> SheetContacts:
     """Room for ``capacity`` contacts."""
     pair, triple = [np.zeros((2, capacity)) for _ in range(2)], [np.zeros((3, capacity)) for _ in range(2)]
-    one, whole = [np.zeros(capacity) for _ in range(5)], [np.zeros(capacity, np.int64) for _ in range(3)]
+    one, whole = [np.zeros(capacity) for _ in range(6)], [np.zeros(capacity, np.int64) for _ in range(3)]
     return SheetContacts(
         whole[0], whole[1], pair[0], one[0], pair[1], one[1], one[2], one[3], triple[0], triple[1], whole[2],
-        one[4],
+        one[4], one[5],
     )  # fmt: skip
 
 

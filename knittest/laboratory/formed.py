@@ -29,8 +29,14 @@ class Formed:
     on_die: NDArray[np.bool_]
 
     @property
+    def on_flange(self) -> Array:
+        """Heights above the die [mm] of what should lie on it."""
+        found: Array = self.height[np.isfinite(self.height) & self.on_die]
+        return found
+
+    @property
     def under_stamp(self) -> Array:
-        """Distances from the stamp of what should follow it [mm]."""
+        """Distances from the stamp of what should follow it [mm]; the die's floor limits them."""
         found: Array = self.height[np.isfinite(self.height) & ~self.on_die]
         return found
 

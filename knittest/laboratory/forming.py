@@ -197,11 +197,15 @@ def _shear(run: FormingRun, mesh: Mesh, frame: Frame) -> dict[str, float]:
 
 
 def _wrinkles(surface: Formed, thickness: float) -> dict[str, float]:
-    """Largest height above the tools, and the share of what should follow them that does not."""
-    heights = surface.height[np.isfinite(surface.height)]
+    """Height of the flange above the die, and the shares of flange and bottom that do not follow their tool.
+
+    Under the stamp the fabric hangs or lies on the floor: how far below the stamp says where the floor is.
+    """
+    flange, bottom = surface.on_flange, surface.under_stamp
+    high = WRINKLED * thickness
     return {
-        "max_wrinkle_height_mm": float(heights.max()),
-        "wrinkle_height_p95_mm": float(np.percentile(heights, HIGH)),
-        "wrinkle_height_on_stamp_mm": float(surface.under_stamp.max(initial=0.0)),
-        "wrinkled_area_pct": 100.0 * float(np.mean(heights > WRINKLED * thickness)),
+        "max_wrinkle_height_mm": float(flange.max(initial=0.0)),
+        "wrinkle_height_p95_mm": float(np.percentile(flange, HIGH)) if flange.size else 0.0,
+        "wrinkled_area_pct": 100.0 * float(np.mean(flange > high)) if flange.size else 0.0,
+        "off_stamp_area_pct": 100.0 * float(np.mean(bottom > high)) if bottom.size else 0.0,
     }

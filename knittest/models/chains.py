@@ -245,7 +245,7 @@ def _contact_group(lay: _Layout, mass: Array, node_cut: Index, contact: YarnCont
     before = np.concatenate([[False], lay.joined[:-1]])
     is_piece = lay.joined & before
     half_piece = np.zeros(len(radius))
-    half_piece[1:] = 0.25 * (lay.length[1:] + lay.length[:-1])
+    half_piece[1:] = 0.5 * np.maximum(lay.length[1:], lay.length[:-1])
     mean = np.array([lay.mean_length(s) for s in range(len(lay.cards))])
     bend = 1.2 * (0.5 * np.pi * 2.0 * radius + BEND_MARGIN)
     law = ContactLaw(0.0, 0.0, 0.0, 0.0, 0.0)

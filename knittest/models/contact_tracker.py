@@ -113,7 +113,7 @@ class ContactTracker:
         """Renew contacts whose skin could be used up within ``ahead`` [ms]."""
         start = clock.perf_counter()
         count, self.speed = search.flag_moved(
-            self.nodes, self._since, ahead, 0.5 * CONTACT_SKIN, self._moved
+            self.nodes, self._since, ahead, search.REACHED * CONTACT_SKIN, self._moved
         )  # fmt: skip
         if count:
             self._find_contacts()
@@ -150,12 +150,14 @@ class ContactTracker:
         shape = ((position.max(axis=1) - low) / cell).astype(np.int64) + 1
         head = np.zeros(int(shape.prod()) + 1, np.int64)
         cell_of = search.fill_cells(x, y, z, group.is_piece, cell, low, shape, head, self._order)
-        pairs = self._find_pairs(position, Cells(cell_of, shape, head, self._order))
+        # a piece moves with the nodes beside its own; at the ends of yarns none is
+        moved = self._moved | np.roll(self._moved, 1) | np.roll(self._moved, -1)
+        pairs = self._find_pairs(position, moved, Cells(cell_of, shape, head, self._order))
         if self._spare.reach.size < self.count:
             self._spare = _empty(self.contacts.reach.size)
         while True:
             needed = search.find_contacts(
-                *pairs, group.radius, group.chain, self.alive, self._moved, CONTACT_SKIN, self.contacts, self.count,
+                *pairs, group.radius, group.chain, self.alive, moved, CONTACT_SKIN, self.contacts, self.count,
                 self._spare,
             )  # fmt: skip
             if needed <= self._spare.reach.size:
@@ -166,12 +168,12 @@ class ContactTracker:
         self._since[:, self._moved] = position[:, self._moved]
         self.searches += 1
 
-    def _find_pairs(self, position: Array, cells: Cells) -> tuple[Index, Array, Index]:
+    def _find_pairs(self, position: Array, moved: NDArray[np.bool_], cells: Cells) -> tuple[Index, Array, Index]:
         """Pairs, their places and how many there are, by share; room for them grows when it overflows."""
         group, found = self.group, np.zeros(PARTITIONS, np.int64)
         pieces = Pieces(group.radius, group.half_piece, group.exclude, group.chain)
         while True:
-            find_pairs(position, pieces, self.alive, self._moved, cells, CONTACT_SKIN, *self._room, found)
+            find_pairs(position, pieces, self.alive, moved, cells, CONTACT_SKIN, *self._room, found)
             if (most := int(found.max())) <= self._room[0].shape[1]:
                 return *self._room, found
             self._room = _room(most + most // 4)

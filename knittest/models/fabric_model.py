@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numba import get_num_threads
 
 from knittest.history import Overlaps
 from knittest.kernels.drive_state import Drive
@@ -47,7 +48,18 @@ class FabricModel(ExplicitModel):
             self.tracker.update(steps * dt)
         contact = self.tracker.arguments if self.tracker else BLIND
         advance_fabric(
-            steps, time, dt, self.nodes, self.parts, self.shells, self.laminate, *contact, *drive, tally, scratch
+            get_num_threads(),
+            steps,
+            time,
+            dt,
+            self.nodes,
+            self.parts,
+            self.shells,
+            self.laminate,
+            *contact,
+            *drive,
+            tally,
+            scratch,
         )
 
     def stored(self) -> Stored:

@@ -56,9 +56,11 @@ def highest_stiffness(
     stiffness = [area * (_largest_tangent(laminate, i) + laminate.transverse[i]) for i in range(2)]
     control = 2.0 * shape * laminate.hourglass_membrane  # along both fibres
     translation = _largest_row_sum(patterns, [*stiffness, control]) + 8.0 * shape * laminate.hourglass_transverse
+    # warp turned against weft: gradients of both, which add where the fibres lean and an element is no rectangle
+    lean = np.abs(row(ALPHA_A) * row(ALPHA_B) + row(BETA_A) * row(BETA_B))
     for i, (alpha, beta) in enumerate(patterns[:2]):
         gradient2 = 2.0 * (alpha**2 + beta**2)
-        translation += area * gradient2 * _shear_tangent(laminate)
+        translation += area * (gradient2 + 2.0 * lean) * _shear_tangent(laminate)
         bending = 2.0 * laminate.outer[i] * laminate.lever**2 + 2.0 * laminate.twist
         rotation += area * (gradient2 * bending + 0.5 * laminate.transverse[i] * (alpha**2 * x31 + beta**2 * x42))
     return translation, rotation, area

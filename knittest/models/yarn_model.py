@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 import numpy as np
+from numba import get_num_threads
 
 from knittest.history import Overlaps
 from knittest.kernels import monitor
@@ -51,8 +52,8 @@ class YarnModel(ExplicitModel):
         if self.contact:
             self.tracker.update(steps * dt)
         advance_yarns(
-            steps, time, dt, self.nodes, self.parts, self.beams, self.tracker.contacts, self.tracker.count,
-            self.law, *drive, tally, scratch,
+            get_num_threads(), steps, time, dt, self.nodes, self.parts, self.beams, self.tracker.contacts,
+            self.tracker.count, self.law, *drive, tally, scratch,
         )  # fmt: skip
 
     def stored(self) -> Stored:

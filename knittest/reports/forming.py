@@ -91,8 +91,8 @@ class FormingReport:
             folder / "wrinkles.png", surface.now[:, :2], height, outlines, title=title, cells=cells,
             label="height above die or stamp [mm]; grey: between them",
             top=float(np.nanpercentile(surface.height, SHOWN)),
-            note=f"largest {results['max_wrinkle_height_mm']:.2f} mm; {results['wrinkled_area_pct']:.1f} % of what "
-            "should lie on a tool stands higher than half the thickness",
+            note=f"flange: largest {results['max_wrinkle_height_mm']:.2f} mm, {results['wrinkled_area_pct']:.1f} % "
+            f"higher than half the thickness; bottom: {results['off_stamp_area_pct']:.1f} % as far off the stamp",
         )  # fmt: skip
         edge = draw_in(history.mesh, history.frames[0], last)
         outline_picture(

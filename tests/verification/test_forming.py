@@ -1,5 +1,7 @@
 """Forming: a hemisphere against symmetry and the pin-jointed net; forces, balance and wrinkles of a holder."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from chebyshev import net_shear
@@ -8,7 +10,8 @@ from knittest.config.loading import resolve
 from knittest.history import Frame
 from knittest.laboratory.base import fabric_laminate
 from knittest.laboratory.draw_in import draw_in
-from knittest.laboratory.forming import shear_field, tools_of
+from knittest.laboratory.formed import formed
+from knittest.laboratory.forming import _wrinkles, shear_field, tools_of
 from knittest.materials.laminate import softened_at_most
 from knittest.models.shell_step import _largest_tangent
 from knittest.specimen import prepare, run_specimen
@@ -119,3 +122,21 @@ def test_the_blank_of_the_paper_has_its_element_count():
     """Table 4: 27,512 shells, variant 1, within 2 %."""
     prepared = prepare(resolve(variant="1", scale="macro", test="forming", preset="paper"))
     assert len(prepared.model.mesh.cells) == pytest.approx(27512, rel=0.02)
+
+
+def test_fabric_on_the_floor_is_no_wrinkle():
+    """A T drawn to its depth: all of the bottom on the floor, the flange on the die but for one node 2 mm up."""
+    run = resolve(variant="1", scale="macro", test="forming", preset="quick", sets=["rig.imperfection=0"])
+    prepared = prepare(run)
+    thickness, depth = prepared.facts["thickness_mm"], run.rig.depth
+    tools, start = tools_of(run, thickness), prepared.model.position()
+    now = start.copy()
+    now[tools.die.distance(start) > 0.51 * thickness, 2] = -depth - run.rig.die.floor_gap  # over the opening
+    bump = int(np.argmax(start[:, 0] + start[:, 1]))
+    now[bump, 2] += 2.0
+    history = SimpleNamespace(mesh=prepared.model.mesh, frames=[Frame(0.0, 0.0, 0.0, start, {})])
+    found = _wrinkles(formed(history, Frame(1.0, depth, 0.0, now, {}), tools, thickness, depth), thickness)
+    assert found["max_wrinkle_height_mm"] == pytest.approx(2.0, abs=1e-3)
+    assert found["wrinkle_height_p95_mm"] == pytest.approx(0.0, abs=1e-3)
+    assert 0.0 < found["wrinkled_area_pct"] < 0.1
+    assert found["off_stamp_area_pct"] > 99.0

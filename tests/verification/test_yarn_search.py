@@ -68,3 +68,40 @@ def test_what_goes_half_the_way_is_looked_at_along_but_calls_for_no_search(body)
     count, speed = search.flag_moved(nodes, since, 0.0, 1.0, moved)
     assert (count, speed) == (1, 0.0)
     assert np.flatnonzero(moved).tolist() == [3, 5]
+
+
+def crossing_yarns(gap: float, at: float) -> Body:
+    """A yarn along x, and one along y that crosses it ``gap`` [mm] above touching, at x = ``at`` [mm]."""
+    along, zero = np.arange(7.0), np.zeros(7)
+    lower = Chain(np.column_stack([along, zero, zero]), CARD)
+    upper = Chain(np.column_stack([zero + at, along - 3.2, zero + 2.0 * RADIUS + gap]), CARD)
+    body = Body.of_chains([lower, upper], YarnContact(500.0, 250.0, 0.3, 0.0))
+    body.start()
+    return body
+
+
+def test_a_piece_is_looked_at_when_a_node_beside_its_own_moves():
+    """A yarn that turns about a node which stands."""
+    body = crossing_yarns(1.2 * CONTACT_SKIN, at=2.6)
+    position, tracker = body.model.nodes.position, body.model.tracker
+    assert tracker.count == 0
+    for _ in range(30):  # the place at 2.6 rises by 0.405 of this
+        position[2, 2] += 0.1 * CONTACT_SKIN
+        tracker.update(0.0)
+    assert tracker.count == 1
+
+
+def test_ways_there_and_back_do_not_add_up_unseen():
+    """A yarn draws back by less than is looked at; the other is looked at; then both come near."""
+    body = crossing_yarns(1.01 * CONTACT_SKIN, at=3.2)
+    position, tracker = body.model.nodes.position, body.model.tracker
+    tracker._since[2, 7:14] -= 0.49 * search.SOON * CONTACT_SKIN  # as if it had drawn back since
+
+    def moved(yarn: int, axis: int, skins: float) -> int:
+        position[axis, 7 * yarn : 7 * yarn + 7] += skins * CONTACT_SKIN
+        tracker.update(0.0)
+        return tracker.count
+
+    assert moved(0, 0, 0.6) == 0
+    moved(1, 2, -0.49 * (1.0 + search.SOON))
+    assert moved(0, 2, 0.49) == 1
