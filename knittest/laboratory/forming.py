@@ -6,7 +6,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from knittest.config.rigs import FormingRig
 from knittest.config.run import FormingRun
+from knittest.errors import InputError
 from knittest.history import Frame, History, Mesh, Quality
 from knittest.laboratory.base import Phase, Prepared, Update, fabric_laminate
 from knittest.laboratory.draw_in import draw_in
@@ -35,6 +37,10 @@ Array = NDArray[np.float64]
 WRINKLED = 0.5
 #: deepest penetration of a tool over half the thickness, or the radius of a yarn, above which a run is refused
 DEEPEST = 0.25
+#: drag of damping at the stamp's speed over weight and holder's force, above which a run warns
+DRAGGED = 0.1
+#: lightest holder over the blank: penalties of all touching nodes, 0.3 m / dt^2 each, act on it against 4 M / dt^2
+LIGHTEST = 0.2
 #: radius about an inner corner of the stamp, over that of the corner, in which its shear angle is read
 NEAR_CORNER = 1.5
 #: percentile that stands for the high values of a field
@@ -50,7 +56,9 @@ class Forming:
     def prepare(self, run: FormingRun, specimen: int = 0, phase: Phase | None = None) -> Prepared:
         """The blank flat on the die, the stamp on it."""
         meso = run.model.scale == "meso"
-        return self._yarns(run, specimen, phase) if meso else self._shells(run, specimen)
+        prepared = self._yarns(run, specimen, phase) if meso else self._shells(run, specimen)
+        _check_holder(run.rig, float(prepared.model.mass.sum()))
+        return prepared
 
     def _shells(self, run: FormingRun, specimen: int) -> Prepared:
         rig, fabric, size = run.rig, run.fabric, run.model.macro.kernel("element_size")
@@ -126,7 +134,30 @@ class Forming:
                 f"the fabric's surface is {deepest:.0f} um inside a tool, more than {limit:.0f} um"
             )
         assert isinstance(prepared.rig, FormingTest)
-        return replace(quality, warnings=(*quality.warnings, *prepared.rig.tools.notes))
+        return replace(quality, warnings=(*quality.warnings, *_dragged(run, prepared), *prepared.rig.tools.notes))
+
+
+def _dragged(run: FormingRun, prepared: Prepared) -> tuple[str, ...]:
+    """A warning if damping drags at the stamp's speed on a blank that little but its weight keeps down."""
+    assert isinstance(prepared.rig, FormingTest)
+    drag = run.solver.kernel("damping") * run.solver.kernel("speed") * float(prepared.model.mass.sum())
+    held = float(prepared.rig.weight.sum()) + prepared.rig.holder_force
+    if drag <= DRAGGED * held:
+        return ()
+    return (
+        f"damping drags on the blank with {drag:.2g} N at full speed, weight and holder press with {held:.2g} N: "
+        "how far a free flange lifts depends on solver.damping; reduce it, and solver.speed",
+    )
+
+
+def _check_holder(rig: FormingRig, blank: float) -> None:
+    """Raise :class:`InputError` for a holder too light for its contacts with a ``blank`` [g] at the step of the run."""
+    mass = rig.holder.kernel("mass") if rig.holder.mass is not None else blank
+    if rig.blank_holder_force > 0.0 and mass < LIGHTEST * blank:
+        raise InputError(
+            f"rig.holder.mass = {rig.holder.mass:g} kg: too light for the step, as the whole blank may press on it; "
+            f"expected at least {LIGHTEST:g} of the blank's {1e-3 * blank:.3g} kg, or none given"
+        )
 
 
 def _strains(frame: Frame) -> dict[str, float]:

@@ -93,7 +93,7 @@ class FabricModel(ExplicitModel):
     def complaint(self, dt: float) -> str:
         """Names a shell without area, or a node that went through one.
 
-        The bound behind the time step holds at any other distortion.
+        Less distortion leaves the bound behind the time step valid (:mod:`knittest.models.shell_step` says how far).
         """
         shell, ratio = smallest_shell(
             self.nodes.position, self.shells.conn, self.shells.fail_time, self.shells.state

@@ -7,11 +7,12 @@ import pytest
 from chebyshev import net_shear
 
 from knittest.config.loading import resolve
+from knittest.errors import InputError
 from knittest.history import Frame
 from knittest.laboratory.base import fabric_laminate
 from knittest.laboratory.draw_in import draw_in
 from knittest.laboratory.formed import formed
-from knittest.laboratory.forming import _wrinkles, shear_field, tools_of
+from knittest.laboratory.forming import _dragged, _wrinkles, shear_field, tools_of
 from knittest.materials.laminate import softened_at_most
 from knittest.models.shell_step import _largest_tangent
 from knittest.specimen import prepare, run_specimen
@@ -140,3 +141,17 @@ def test_fabric_on_the_floor_is_no_wrinkle():
     assert found["wrinkle_height_p95_mm"] == pytest.approx(0.0, abs=1e-3)
     assert 0.0 < found["wrinkled_area_pct"] < 0.1
     assert found["off_stamp_area_pct"] > 99.0
+
+
+@pytest.mark.parametrize(("force", "damping", "said"), [(0, 0.05, True), (0, 0.005, False), (100, 0.05, False)])
+def test_damping_that_drags_like_the_weight_is_named(force, damping, said):
+    """At 0.19 m/s 0.05 / ms are 0.97 g; a holder of 100 N presses two hundred times the blank's weight."""
+    sets = [f"rig.blank_holder_force={force}", f"solver.damping={damping}", "solver.speed=0.19"]
+    run = resolve(variant="1", scale="macro", test="forming", preset="quick", sets=sets)
+    assert bool(_dragged(run, prepare(run))) == said
+
+
+def test_a_holder_too_light_for_the_step_is_refused():
+    light = ["rig.blank_holder_force=100", "rig.holder.mass=0.005"]
+    with pytest.raises(InputError, match=r"rig.holder.mass = 0.005 kg: too light.*0.2 of the blank's 0.0\d+ kg"):
+        prepare(resolve(variant="1", scale="macro", test="forming", preset="quick", sets=light))
