@@ -66,7 +66,8 @@ class History:
     eroded_mj, external_mj, balance_error_mj, kinetic_ratio, energy_error; elastic energies count from the start.
     ``contacts`` columns: time_ms, yarn_contacts (that touch), penetration_<max, mean, p50, p90, p99>_pct (over the
     smaller radius), tool_contacts, tool_penetration_max_um.
-    ``tool_force`` (n_tools, n_nodes) is the mean normal force [N] of each tool on each node while the rig wants it.
+    ``tool_force`` (n_tools, n_nodes) is the mean normal force [N] of each tool on each node while the rig wants it, or
+    the last one where no sample lies there.
     """
 
     mesh: Mesh

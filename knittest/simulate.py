@@ -260,5 +260,5 @@ def _history(run: Simulation) -> History:
     contacts = {k: np.array([r[k] for r in run.contact_rows]) for k in run.contact_rows[0]}
     return History(
         run.model.mesh, curve, energies, run.frames, int(broken[0]) if len(broken) else None, contacts,
-        run.tool_force / max(run.tool_rows, 1), run.overlaps,
+        run.tool_force / run.tool_rows if run.tool_rows else run.drive.touch.pressure.copy(), run.overlaps,
     )  # fmt: skip

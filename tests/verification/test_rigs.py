@@ -24,6 +24,13 @@ def test_a_strip_between_plates_is_held_by_twice_mu_normal_force():
     assert found.quality.failures == ()
 
 
+def test_a_pull_too_short_for_a_sample_while_it_slides_still_has_its_pressures():
+    """The last ones, whose sum is the force on the plates."""
+    sets = ("rig.length=60", "rig.plate_length=30", "rig.travel=0.5", "output.frames=3", "output.samples=41")
+    pressed = specimen("friction", *sets, direction="warp").history.tool_force
+    assert pressed.sum(axis=1) == pytest.approx([2000.0, 2000.0], rel=0.01)
+
+
 def test_a_larger_static_coefficient_shows_as_stick_slip():
     """Sliding goes on at 2 mu_k F_N; the peak before lies above, but below 2 mu_s F_N: a strip that
     stretches lets go in turn. Nodes do so one by one, so the peak scatters: 1.19 to 1.51 of
