@@ -4,7 +4,7 @@ from knittest.cli.testing import test_command
 
 forming = test_command(
     "forming",
-    """Draw a blank into a die with a T-shaped stamp: shear angles, wrinkles, draw-in, yarn forces.
+    """Draw a blank into a die with a T, a hemisphere or STL files: shear angles, wrinkles, draw-in, yarn forces.
 
     Example: knittest forming --variant 1 --scale macro --blank-holder-force 100
     """,

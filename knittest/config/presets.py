@@ -127,8 +127,10 @@ PRESET_PATHS: tuple[tuple[str, ...], ...] = (
 
 
 def default_scale(kind: str) -> Scale:
-    """Scale of a test unless one is asked for: bending is an input of both, which the shells are faster to confirm."""
-    return "macro" if kind == "cantilever" else "meso"
+    """Scale of a test unless one is asked for: bending is an input of both, which the shells are faster to confirm, and
+    a whole blank is theirs in minutes.
+    """
+    return "macro" if kind in ("cantilever", "forming") else "meso"
 
 
 def preset_settings(kind: str, preset: Preset, scale: Scale) -> dict[str, Any]:

@@ -111,7 +111,7 @@ class Opening(Strict):
     clearance: float = number(
         8.0,
         "mm",
-        "narrowest gap between the opening and the stamp's wall, at full depth: room for the fabric and its folds",
+        "gap between the opening and the stamp's wall, at full depth and the face's height: room for fabric and folds",
         gt=0, band=(0.1, 200),
     )  # fmt: skip
     edge_radius: float = number(8.0, "mm", "radius of the edge round the opening", gt=0, band=(0.2, 100))

@@ -70,6 +70,7 @@ def build_summary(
         "cost": _cost(cost),
         "comparison": [] if quality.failures else [_row(row) for row in comparison],
         "refused": list(quality.failures),
+        "warnings": list(quality.warnings),
     }
 
 

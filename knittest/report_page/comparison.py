@@ -15,6 +15,8 @@ from knittest.result_rows import ResultRow
 #: columns of runs that fit a sheet of paper
 ABREAST = 4
 #: pictures that are shown run by run beside each other
+#: a change beyond this factor says nothing in percent
+TOO_FAR = 10.0
 ABREAST_PICTURES = ("deformed.png", "shear-angle.png", "wrinkles.png", "draw-in.png")
 
 
@@ -118,7 +120,7 @@ def _result(row: ResultRow | None, base: ResultRow | None) -> Cell:
 
 def _change(value: float | None, base: float | None) -> str:
     """Change in percent; empty where there is nothing to relate it to."""
-    if value is None or base is None or base == 0.0 or value == base:
+    if value is None or base is None or base == 0.0 or value == base or abs(value / base) > TOO_FAR:
         return ""
     return f"{round(100.0 * (value / base - 1.0), 1) + 0.0:+} %"  # no -0.0
 
@@ -154,4 +156,6 @@ def _state(run: LoadedRun) -> tuple[str, Tone]:
     if run.summary.refused:
         return "comparison refused", "bad"
     status = run.manifest.status or "not known"
+    if status == "completed" and run.summary.warnings:
+        return f"completed, {(n := len(run.summary.warnings))} warning{'s' if n > 1 else ''}", "warn"
     return status, "good" if status == "completed" else "bad" if status == "failed" else "warn"

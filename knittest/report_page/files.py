@@ -56,6 +56,7 @@ class Summary(BaseModel):
     cost: dict[str, Number] = {}
     comparison: list[ComparedRow] = []
     refused: list[str] = []
+    warnings: list[str] = []
 
 
 class Manifest(BaseModel):

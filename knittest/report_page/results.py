@@ -24,9 +24,11 @@ def ending(run: LoadedRun) -> list[Block]:
         blocks.append(Text("Not finished: the run is still going on, or was killed. knittest resume goes on.", "warn"))
     elif manifest.status not in ("", "completed"):
         reason = manifest.message or "no reason was recorded"
-        blocks.append(Text(f"This run {_verb(manifest.status)}: {reason}. There are no results.", "bad"))
+        on = "; knittest resume goes on" if manifest.status == "interrupted" else ""
+        blocks.append(Text(f"This run {_verb(manifest.status)}: {reason}{on}. There are no results.", "bad"))
     if run.summary.refused:
         blocks.append(Text("Comparison refused: " + "; ".join(run.summary.refused), "bad"))
+    blocks += [Text(f"Warning: {reason}", "warn") for reason in run.summary.warnings]
     if run.problems:
         blocks.append(Text("Missing or not readable: " + "; ".join(run.problems), "warn"))
     return blocks

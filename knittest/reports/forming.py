@@ -86,11 +86,12 @@ class FormingReport:
             label="shear angle of the material [deg]", top=float(np.percentile(np.abs(angle), SHOWN)),
             note=f"at {last.coordinate:.1f} mm: largest {results['max_shear_angle_deg']:.1f} deg",
         )  # fmt: skip
-        height = surface.height if cells is None else surface.height[history.mesh.cells].mean(axis=1)
+        flange = np.where(surface.on_die, surface.height, np.nan)
+        height = flange if cells is None else flange[history.mesh.cells].mean(axis=1)
         plan_picture(
             folder / "wrinkles.png", surface.now[:, :2], height, outlines, title=title, cells=cells,
-            label="height above die or stamp [mm]; grey: between them",
-            top=float(np.nanpercentile(surface.height, SHOWN)),
+            label="height of the flange above the die [mm]",
+            top=max(float(np.percentile(np.append(surface.on_flange, 0.0), SHOWN)), 0.5 * first.facts["thickness_mm"]),
             note=f"flange: largest {results['max_wrinkle_height_mm']:.2f} mm, {results['wrinkled_area_pct']:.1f} % "
             f"higher than half the thickness; bottom: {results['off_stamp_area_pct']:.1f} % as far off the stamp",
         )  # fmt: skip

@@ -10,7 +10,7 @@ from html_page import HtmlPage, near
 from report_sample import METRICS, RESULTS, RIGS, curves, edit_json, write_run
 
 from knittest.config.yaml_loader import load_yaml
-from knittest.report_page.page import write_report
+from knittest.report_page.page import write_report, write_reports
 from knittest.reports.registry import REPORTS
 
 HOSTILE = "</style><script>alert(1)</script>\"'><img src=x onerror=alert(2)> {{ 7*7 }} $\\frac{$ & ü"
@@ -204,3 +204,12 @@ def test_table_of_shear_stands_with_its_source(tmp_path: Path) -> None:
     tables = page.tables(page.section("run-1-parameters"))
     (assumed,) = [rows for caption, rows in tables.items() if caption.startswith("Assumed")]
     assert [row[1:] for row in assumed if row[0].startswith("macro.shear ")] == [["2 points", "a guess"]]
+
+
+def test_warnings_stand_on_the_page_of_a_run_and_in_the_overview_of_several(tmp_path: Path) -> None:
+    one, two = write_run(tmp_path / "one", "forming"), write_run(tmp_path / "two", "forming")
+    edit_json(tmp_path / "one" / "summary.json", warnings=["damping took 15 % of the work"])
+    page = HtmlPage(write_reports([one], tmp_path / "one.html")[0])
+    assert "Warning: damping took 15 % of the work" in page.text(page.section("summary"))
+    both = HtmlPage(write_reports([one, two], tmp_path / "both.html")[0])
+    assert "completed, 1 warning" in both.text(both.section("overview"))
