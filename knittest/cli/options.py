@@ -20,7 +20,7 @@ def describes_run(command: Callable[..., Any]) -> Callable[..., Any]:
             click.option(
                 "--scale",
                 type=click.Choice(["macro", "meso"]),
-                help="Shells or yarns.  [default: meso; cantilever: macro]",
+                help="Shells or yarns.  [default: meso; cantilever, forming: macro]",
             ),
             click.option(
                 "--preset", type=click.Choice(["quick", "standard", "paper"]), help="Size.  [default: standard]"
