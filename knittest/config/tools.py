@@ -125,7 +125,7 @@ class Die(Opening):
     """
 
     floor_gap: float | None = number(
-        3.0, "mm", "gap between the floor and the fabric under the drawn stamp: room for folds; none: no floor",
+        3.0, "mm", "gap between the floor and the fabric under the drawn stamp: room for folds; null: no floor",
         ge=0, le=100,
     )  # fmt: skip
 
