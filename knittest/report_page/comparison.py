@@ -14,9 +14,9 @@ from knittest.result_rows import ResultRow
 
 #: columns of runs that fit a sheet of paper
 ABREAST = 4
-#: pictures that are shown run by run beside each other
 #: a change beyond this factor says nothing in percent
 TOO_FAR = 10.0
+#: pictures that are shown run by run beside each other
 ABREAST_PICTURES = ("deformed.png", "shear-angle.png", "wrinkles.png", "draw-in.png")
 
 
