@@ -1,0 +1,127 @@
+"""Forces of the beam against its energy, in plain Python: gradients, balance, objectivity. No compiling."""
+
+import numpy as np
+import pytest
+from plain import plain
+
+from knittest.kernels import beam_blocks
+from knittest.kernels.beam_blocks import AX, AY, AZ, BX, BY, BZ, FX, FY, FZ, SCRATCH, beam_energy
+from knittest.kernels.state import Beams, Nodes
+
+N = 4  # nodes of the chain
+STIFFNESS = np.array([[900.0, 300.0, 40.0, 70.0]])  # compressive EA, GA [N], GJ, EI [N mm2]
+
+
+def rotated(quaternion: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    """The rotation ``quaternion`` followed by the rotation vector ``vector`` [rad]."""
+    angle = float(np.linalg.norm(vector))
+    axis = vector / angle if angle > 0.0 else vector
+    w, v = np.cos(0.5 * angle), np.sin(0.5 * angle) * axis
+    qw, q = quaternion[0], quaternion[1:]
+    return np.concatenate([[w * qw - v @ q], w * q + qw * v + np.cross(v, q)])
+
+
+class Chain:
+    """Three beams, bent in space by large turns, of which one is stretched, one compressed and one slack."""
+
+    def __init__(self, seed: int = 5) -> None:
+        rng = np.random.default_rng(seed)
+        start = np.cumsum(rng.normal([1.0, 0.2, -0.1], 0.3, (N, 3)), axis=0)
+        chord = np.diff(start, axis=0, append=start[-1:] + np.array([[1.0, 0.0, 0.0]]))
+        length = np.linalg.norm(chord, axis=1)
+        self.beams = Beams(
+            tangent=(chord / length[:, None]).T.copy(), inv_length=1.0 / length,
+            alive=np.array([1.0, 1.0, 1.0, 0.0]), fail_strain=np.full(N, 10.0),
+            slack=np.array([0.01, 0.0, 5.0, 0.0]), fail_time=np.full(N, np.inf), stiffness=STIFFNESS,
+            hinge_strain=np.array([[0.0, 0.02]]), hinge_slope=np.array([[500.0, 800.0]]),
+        )  # fmt: skip
+        turn = rng.normal(0.0, 0.6, (N, 3))
+        rotation = np.array([rotated(np.array([1.0, 0.0, 0.0, 0.0]), t) for t in turn]).T.copy()
+        position = (start + rng.normal(0.0, 0.2, (N, 3))).T.copy()
+        vectors = [np.zeros((3, N + 1)) for _ in range(4)]
+        pad = np.zeros((3, 1)), np.array([[1.0], [0.0], [0.0], [0.0]])
+        self.nodes = Nodes(
+            np.hstack([position, pad[0]]), np.hstack([rotation, pad[1]]), *vectors,
+            np.ones(N + 1), np.ones(N + 1), np.ones(N + 1),
+        )  # fmt: skip
+
+    def energy(self) -> float:
+        """Elastic energy [mJ] of the living beams."""
+        return sum(plain(beam_energy)(i, 0, self.nodes, self.beams) for i in range(N - 1))
+
+    def forces(self) -> tuple[np.ndarray, np.ndarray]:
+        """Force [N] and moment [N mm] on each node, (N, 3)."""
+        w = np.zeros(SCRATCH)
+        plain(beam_blocks._kinematics)(0, N, self.nodes, self.beams, w)
+        assert plain(beam_blocks._axial_law)(0, N, self.beams, 0, w) == 0.0
+        plain(beam_blocks._forces)(0, N, self.nodes, self.beams, 0, w)
+        k = np.arange(N)
+        force = [w[int(row) + k + 1] - w[int(row) + k] for row in (FX, FY, FZ)]
+        moment = [
+            w[int(a) + k + 1] - w[int(b) + k] for a, b in zip((AX, AY, AZ), (BX, BY, BZ), strict=True)
+        ]  # fmt: skip
+        return np.array(force).T, np.array(moment).T
+
+
+def test_forces_are_the_gradient_of_the_energy():
+    """f = -dU/dx, m = -dU/d(rotation) by central differences: error of the order h^2."""
+    chain, h = Chain(), 1e-5
+    force, moment = chain.forces()
+    for i in range(N):
+        for axis in range(3):
+            found = []
+            for step in (h, -h):
+                chain.nodes.position[axis, i] += step
+                found.append(chain.energy())
+                chain.nodes.position[axis, i] -= step
+            assert -(found[0] - found[1]) / (2.0 * h) == pytest.approx(force[i, axis], abs=1e-7 * np.abs(force).max())
+            before, found = chain.nodes.rotation[:, i].copy(), []
+            for step in (h, -h):
+                chain.nodes.rotation[:, i] = rotated(before, step * np.eye(3)[axis])
+                found.append(chain.energy())
+            chain.nodes.rotation[:, i] = before
+            assert -(found[0] - found[1]) / (2.0 * h) == pytest.approx(moment[i, axis], abs=1e-7 * np.abs(moment).max())
+
+
+def test_forces_balance():
+    """Action is reaction, and the couples balance the forces' moments (round-off)."""
+    chain = Chain(7)
+    force, moment = chain.forces()
+    position = chain.nodes.position[:, :N].T
+    assert np.abs(force.sum(axis=0)).max() < 1e-12 * np.abs(force).max()
+    assert np.abs((np.cross(position, force) + moment).sum(axis=0)).max() < 1e-12 * np.abs(moment).max() * N
+
+
+@pytest.mark.parametrize("angle", [0.4, 2.5])
+def test_a_rigid_turn_turns_the_forces(angle):
+    """Forces are objective: they turn with the chain, and its energy stays."""
+    chain = Chain()
+    energy, (force, moment) = chain.energy(), chain.forces()
+    vector = angle * np.array([0.36, 0.48, 0.8])
+    turn = np.array([rotated_vector(vector, e) for e in np.eye(3)]).T
+    chain.nodes.position[:, :N] = turn @ chain.nodes.position[:, :N] + np.array([[3.0], [-7.0], [11.0]])
+    for i in range(N):
+        chain.nodes.rotation[:, i] = rotated(chain.nodes.rotation[:, i], vector)
+    found, couple = chain.forces()
+    assert chain.energy() == pytest.approx(energy, rel=1e-12)
+    assert found == pytest.approx(force @ turn.T, abs=1e-11 * np.abs(force).max())
+    assert couple == pytest.approx(moment @ turn.T, abs=1e-11 * np.abs(moment).max())
+
+
+def rotated_vector(vector: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """``v`` turned by the rotation vector ``vector`` (Rodrigues)."""
+    angle = float(np.linalg.norm(vector))
+    k = vector / angle
+    return v * np.cos(angle) + np.cross(k, v) * np.sin(angle) + k * (k @ v) * (1.0 - np.cos(angle))
+
+
+def test_tension_is_the_table():
+    """A straight beam pulled by 3 %: EA of two hinges less the slack, and nothing across."""
+    chain = Chain()
+    chain.nodes.rotation[:] = np.array([[1.0], [0.0], [0.0], [0.0]])
+    chord = chain.beams.tangent[:, 0] / chain.beams.inv_length[0]
+    chain.nodes.position[:, 1] = chain.nodes.position[:, 0] + 1.03 * chord
+    chain.beams.alive[1:] = 0.0
+    force, moment = chain.forces()
+    assert force[0] == pytest.approx((500.0 * 0.02 + 800.0 * 0.0) * chain.beams.tangent[:, 0], abs=1e-9)
+    assert np.abs(moment).max() < 1e-12
