@@ -65,9 +65,12 @@ LABELS = {
 }
 #: what a kind of row is worth
 KINDS = {
-    "tuned": "tuned: a parameter was fitted to this row, which therefore proves nothing by itself",
+    "tuned": "tuned: a parameter was fitted to this row, or chosen with it in view: it proves nothing by itself",
     "input": "input: the model was given this row and returns it",
+    "assumed": "assumed: what decides this row was assumed, or taken over from another fabric: it proves nothing",
 }
+#: what decides a row and is assumed
+ON_ASSUMED = "on {} assumed input{}"
 
 
 #: specimens of an ensemble up to which each is shown beside the mean
@@ -99,7 +102,10 @@ def unfolded(results: Mapping[str, Any]) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class ResultRow:
-    """One result as text, "-" where there is nothing; ``value`` is the number, the mean of an ensemble."""
+    """One result as text, "-" where there is nothing; ``value`` is the number, the mean of an ensemble.
+
+    ``assumed`` are the fields that decide a compared row and that are assumed.
+    """
 
     quantity: str
     label: str
@@ -109,6 +115,18 @@ class ResultRow:
     deviation: str
     kind: str
     verdict: str
+    assumed: tuple[str, ...] = ()
+
+    @property
+    def on_assumed(self) -> str:
+        """``on 2 assumed inputs`` for a prediction that hangs on some, else empty."""
+        count = len(self.assumed)
+        return ON_ASSUMED.format(count, "s" * (count > 1)) if self.kind == "predicted" and count else ""
+
+    @property
+    def kind_told(self) -> str:
+        """The kind, and of a prediction the number of assumed inputs that decide it."""
+        return f"{self.kind}, {self.on_assumed}" if self.on_assumed else self.kind
 
 
 def result_rows(summary: Mapping[str, Any], plus_minus: str = "±", *, refused: bool) -> list[ResultRow]:
@@ -119,7 +137,8 @@ def result_rows(summary: Mapping[str, Any], plus_minus: str = "±", *, refused: 
         label, form = LABELS.get(quantity, (quantity.replace("_", " "), "{:.4g}"))
         tail = _judged(compared.get(quantity), form, plus_minus, refused=refused)
         number = value["mean"] if isinstance(value, Mapping) else value
-        rows.append(ResultRow(quantity, label, number, _simulated(value, form, plus_minus), *tail))
+        guessed = tuple((compared.get(quantity) or {}).get("assumed") or ())
+        rows.append(ResultRow(quantity, label, number, _simulated(value, form, plus_minus), *tail, guessed))
     return rows
 
 

@@ -1,32 +1,65 @@
-"""Says of a compared row whether the simulated number is a prediction, was tuned on it, or repeats its input."""
+"""Says of a compared row what its simulated number is worth: predicted, tuned on it, its own input, or assumed."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Literal
 
 from pydantic import BaseModel
 
 from knittest.config.base import Quantity
-from knittest.config.rigs import CantileverRig
-from knittest.config.run import Run
+from knittest.config.fabric import YARN_LEVEL, Fabric
+from knittest.config.rigs import CantileverRig, FrictionRig
+from knittest.config.run import Run, Scale
+from knittest.deciding import CELL, deciding, is_fed
+from knittest.experiment.borrowed import borrowed
 
-RowKind = Literal["predicted", "tuned", "input"]
+RowKind = Literal["predicted", "tuned", "input", "assumed"]
 
-#: names of Table 3's rows as ``tuned_on`` writes them, after variant and direction: "V1 warp max. tensile force"
-ROW_NAMES = {"peak_force_n": "max. tensile force", "fracture_strain_pct": "fracture strain"}
+#: names of rows as ``tuned_on`` and ``chosen_by`` write them, after variant and direction: "V1 warp max. tensile force"
+ROW_NAMES = {
+    "peak_force_n": "max. tensile force",
+    "fracture_strain_pct": "fracture strain",
+    "thickness_mm": "thickness",
+    "area_mass_g_m2": "area mass",
+}
+#: the same row by another name
+OTHER_NAMES = {"overhang_mm": "overhang"}
+#: experiment whose friction is the rig's default
+DEFAULT_FRICTION_OF = "pham2019"
 
 
 def row_kind(run: Run, quantity: str) -> RowKind:
-    """Kind of ``quantity`` in the direction of ``run``; the macro scale is fed the curve that ends in Table 3's row,
-    and the coefficient of a face follows from that of two. Bending follows from the overhang by Eq. 2: an overhang that
-    is found again is tuned, one that is given an input.
+    """Kind of ``quantity`` in the direction of ``run``.
+
+    ``tuned``: a number of the fabric was fitted to the row, or chosen with it in view. ``input``: the model was given
+    the row and returns it, as shells return their curves, and faces their friction. ``assumed``: what it was given, or
+    every number that decides the row, is assumed or another fabric's. Bending follows from the overhang by Eq. 2: an
+    overhang that is found again is tuned, one that is given an input.
     """
-    if isinstance(run.rig, CantileverRig) and run.rig.mode == "overhang":
+    if _names_row(run.fabric, run.model.scale, run.direction, quantity):
         return "tuned"
-    if run.model.scale == "macro" or run.rig.kind != "tensile":
-        return "input"
-    row = f"V{run.fabric.experiment_variant} {run.direction} {ROW_NAMES.get(quantity, quantity)}"
-    tuned = {name for q in quantities(run.fabric) for name in q.tuned_on}
-    return "tuned" if row in tuned else "predicted"
+    guessed = assumed_inputs(run)
+    if is_fed(run):
+        return "assumed" if guessed else _fed_kind(run)
+    return "assumed" if len(guessed) == len(deciding(run)) else "predicted"
+
+
+def cell_row_kind(fabric: Fabric, quantity: str) -> RowKind:
+    """Kind of ``thickness_mm`` or ``area_mass_g_m2`` of the relaxed cell, which nothing is given."""
+    if _names_row(fabric, "meso", "", quantity):
+        return "tuned"
+    return "assumed" if len(cell_assumed_inputs(fabric, quantity)) == len(CELL[quantity]) else "predicted"
+
+
+def assumed_inputs(run: Run) -> tuple[str, ...]:
+    """Fields that decide the compared rows of ``run`` and are assumed, or another fabric's, which is then named."""
+    if isinstance(run.rig, FrictionRig):
+        return _default_friction(run.fabric, run.rig)
+    return _guessed(run.fabric, deciding(run))
+
+
+def cell_assumed_inputs(fabric: Fabric, quantity: str) -> tuple[str, ...]:
+    """The same for a row of the relaxed cell."""
+    return _guessed(fabric, CELL[quantity])
 
 
 def quantities(model: BaseModel) -> Iterator[Quantity]:
@@ -37,3 +70,57 @@ def quantities(model: BaseModel) -> Iterator[Quantity]:
             yield value
         elif isinstance(value, BaseModel):
             yield from quantities(value)
+
+
+def _fed_kind(run: Run) -> RowKind:
+    if isinstance(run.rig, CantileverRig):
+        return "tuned" if run.rig.mode == "overhang" else "input"
+    law = run.fabric.macro.shear
+    if run.rig.kind == "picture-frame" and law.source in ("predicted", "tuned"):
+        return "predicted" if law.source == "predicted" else "tuned"
+    return "input"
+
+
+def _default_friction(fabric: Fabric, rig: FrictionRig) -> tuple[str, ...]:
+    """The rig's own coefficient is that of the paper's fabrics: assumed for all others."""
+    same = rig.kinetic_coefficient == FrictionRig.model_fields["kinetic_coefficient"].default
+    own = (fabric.experiment or "").rpartition("/")[2] == DEFAULT_FRICTION_OF
+    return (f"rig.kinetic_coefficient (the default, that of {DEFAULT_FRICTION_OF})",) if same and not own else ()
+
+
+def _guessed(fabric: Fabric, fields: Sequence[str]) -> tuple[str, ...]:
+    owners = borrowed(fabric)
+    found = []
+    for field in fields:
+        if field in owners:
+            found.append(f"{field} (from {owners[field]})")
+        elif getattr(_at(fabric, field), "source", None) == "assumed":
+            found.append(field)
+    return tuple(found)
+
+
+def _at(fabric: Fabric, field: str) -> object:
+    """What stands in ``field``; a path of a curve has no source."""
+    value: object = fabric
+    for part in field.split("."):
+        value = value.get(part) if isinstance(value, dict) else getattr(value, part, None)
+    return value
+
+
+def _names_row(fabric: Fabric, scale: Scale, direction: str, quantity: str) -> bool:
+    """Whether a number that ``scale`` reads was tuned on the row or chosen with it in view."""
+    unread = YARN_LEVEL if scale == "macro" else ("macro",)
+    read = fabric.model_copy(update=dict.fromkeys(unread))
+    labels = [label for q in quantities(read) for label in (*q.tuned_on, *q.chosen_by)]
+    return any(_is_row(label, fabric.experiment_variant, direction, quantity) for label in labels)
+
+
+def _is_row(label: str, variant: str | None, direction: str, quantity: str) -> bool:
+    """Whether ``label`` means the row; one without a variant is of the fabric's own.
+
+    A curve of the direction has its peak in it, and a value given to a calibration is that of its row.
+    """
+    own = label.removeprefix(f"V{variant} ") if variant else label
+    names: Sequence[str] = [quantity, ROW_NAMES.get(quantity, ""), OTHER_NAMES.get(quantity, "")]
+    rows = [f"{direction} {name}".strip() for name in names if name]
+    return own in rows or own.startswith((f"{rows[0]} = ", f"{direction} curve ".lstrip()))

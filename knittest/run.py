@@ -25,7 +25,7 @@ from knittest.report_page.page import write_if_possible, write_report
 from knittest.reports.base import References
 from knittest.reports.registry import REPORTS
 from knittest.resources import data_dir
-from knittest.row_kind import row_kind
+from knittest.row_kind import assumed_inputs, row_kind
 from knittest.specimen import Specimen, run_specimen
 from knittest.specimen_store import specimen_of, specimen_state
 from knittest.terminal import Progress
@@ -132,7 +132,8 @@ def _judge(
     results = [s.results for s in specimens]
     means = {k: v["mean"] for k, v in ensemble_results(results).items()}
     kinds = {row.quantity: row_kind(run, row.quantity) for row in references.rows}
-    compared = compare_results(means, references.rows, kinds)
+    guessed = list(assumed_inputs(run)) if references.rows else []
+    compared = [row | {"assumed": guessed} for row in compare_results(means, references.rows, kinds)]
     comparison: dict[str, Any] = {"refused": list(quality.failures), "rows": [], "curves": []}
     if not quality.failures:
         comparison["rows"] = compared

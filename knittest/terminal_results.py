@@ -44,7 +44,7 @@ class Outcome(Protocol):
 def results_table(outcomes: Sequence[Outcome], plus_minus: str = "±") -> list[tuple[str, ...]]:
     """Rows in the order of :data:`HEADER`, one a direction and quantity; nothing is left to colour."""
     return [
-        (_name(outcome), row.label, row.simulated, row.experiment, row.deviation, row.kind, row.verdict)
+        (_name(outcome), row.label, row.simulated, row.experiment, row.deviation, row.kind_told, row.verdict)
         for outcome in outcomes
         for row in result_rows(outcome.summary, plus_minus, refused=bool(outcome.quality.failures))
         if row.quantity not in _LEFT_OUT
@@ -70,6 +70,13 @@ def quality_lines(outcome: Outcome) -> list[str]:
     lines = [f"quality gates, {_name(outcome)}: {verdict} ({text})"]
     lines += [f"  failed: {reason}" for reason in quality.failures]
     return lines + [f"  warning: {reason}" for reason in quality.warnings]
+
+
+def assumed_line(outcome: Outcome) -> str:
+    """The assumed inputs that decide the compared rows of a run, empty if there are none."""
+    rows = result_rows(outcome.summary, refused=bool(outcome.quality.failures))
+    fields = dict.fromkeys(f for row in rows if row.kind in ("predicted", "assumed") for f in row.assumed)
+    return f"assumed inputs that decide these rows, {_name(outcome)}: {', '.join(fields)}" if fields else ""
 
 
 def curve_lines(outcome: Outcome) -> list[str]:
@@ -130,6 +137,7 @@ def _print(outcomes: Sequence[Outcome], stream: TextIO) -> None:
     rows = results_table(outcomes, "±" if _can_encode("±", stream) else "+-")
     kinds = {row[HEADER.index("kind")] for row in rows}
     notes = [text for kind, text in KINDS.items() if kind in kinds]
+    notes += [line for outcome in outcomes if (line := assumed_line(outcome))]
     lines = [*notes, *(line for outcome in outcomes for line in (*curve_lines(outcome), *quality_lines(outcome)))]
     lines += [f"run folder: {outcome.folder}" for outcome in outcomes]
     if stream.isatty():

@@ -59,6 +59,9 @@ class Quantity(BaseModel):
     )
     ref: str = Field("", description="table, equation or reasoning behind the number")
     tuned_on: list[str] = Field(default_factory=list, description="rows a tuned number was fitted to")
+    chosen_by: list[str] = Field(
+        default_factory=list, description="rows with which in view the number was chosen, so that they judge it no more"
+    )
 
     @classmethod
     def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:

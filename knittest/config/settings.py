@@ -57,4 +57,4 @@ def _users_own(old: Any) -> dict[str, Any]:
     if old.get("source") == "user":
         return {}
     ref = f"given by the user; the fabric's own is {old.get('value')} ({old.get('source')})"
-    return {"source": "user", "ref": ref, "tuned_on": []}
+    return {"source": "user", "ref": ref, "tuned_on": [], "chosen_by": []}

@@ -39,6 +39,7 @@ def text(variant: str, direction: str) -> str:
     """Content of the curve's CSV."""
     head = [
         "# kind: reconstructed",
+        f"# fabric: pham2019-v{variant}",
         f"# source: Table 3 of Pham et al. 2019, variant {variant}, {direction}",
         "# method: wavy-yarn closed form through Table 3's mean end point (knittest/experiment/reconstruct.py)",
         "# note: only the end point is measured; a macro model fed with this repeats an input",

@@ -92,6 +92,7 @@ def _header(given: PictureFrameRun) -> list[str]:
     }
     return [
         "kind: simulated",
+        f"fabric: {fabric.name}",
         f"source: picture frame of yarns, {fabric.name} ({given.parameters}), {rig.side:g} mm",
         *(f"{name}: {number.value:g} ({number.source})" for name, number in hangs_on.items()),
         f"mean over {STEP:g} deg; conjugate to the shear angle, per reference area",

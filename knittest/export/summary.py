@@ -2,7 +2,7 @@
 
 import statistics
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal, TypedDict
+from typing import Any, Literal, NotRequired, TypedDict
 
 from knittest.config.run import Run
 from knittest.history import Cost, Quality
@@ -16,8 +16,8 @@ class ComparisonRow(TypedDict):
     """One result against one published number.
 
     ``simulated``, the experiment's mean and sd are in the unit that ``quantity`` ends with; ``deviation_sd`` is
-    (simulated - mean) / sd; ``kind`` says whether the simulated number is a prediction, was tuned on this row, or
-    only reproduces its input.
+    (simulated - mean) / sd; ``kind`` says whether the simulated number is a prediction, was tuned on this row, only
+    reproduces its input, or is assumed; ``assumed`` are the fields that decide it and that nobody vouches for.
     """
 
     quantity: str
@@ -25,8 +25,9 @@ class ComparisonRow(TypedDict):
     experiment_mean: float
     experiment_sd: float
     deviation_sd: float
-    kind: Literal["predicted", "tuned", "input"]
+    kind: Literal["predicted", "tuned", "input", "assumed"]
     source: str
+    assumed: NotRequired[list[str]]
 
 
 class Spread(TypedDict):
@@ -99,4 +100,6 @@ def _cost(cost: Cost) -> dict[str, Any]:
 
 def _row(row: ComparisonRow) -> dict[str, Any]:
     """The row with the contract's keys only, in its order; a missing one is a ``KeyError`` here, not at a reader."""
-    return {key: row[key] for key in ComparisonRow.__annotations__}  # type: ignore[literal-required]
+    optional = ComparisonRow.__optional_keys__
+    keys = [key for key in ComparisonRow.__annotations__ if key in row or key not in optional]
+    return {key: row[key] for key in keys}  # type: ignore[literal-required]

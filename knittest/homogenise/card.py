@@ -75,13 +75,14 @@ def write_card(card: Card, folder: Path, command: str) -> Path:
     """Write the fabric file and its curves to ``folder``; returns its path. Raises :class:`ResourceError`."""
     data = folder / OWN
     data.mkdir(exist_ok=True)
+    run = next(iter(card.tests.values())).run
+    kind = f"# kind: simulated\n# fabric: {_name(run)}\n"
     for direction, (strain, force) in card.tension.items():
         ends = f"# fracture_strain_pct: {strain[-1]:.6g}\n# peak_force_n: {force[-1]:.6g}\n"
-        head = f"# kind: simulated\n# source: {_story(card, 'tensile', direction)}\n{ends}strain_pct,force_n\n"
+        head = f"{kind}# source: {_story(card, 'tensile', direction)}\n{ends}strain_pct,force_n\n"
         write_atomic(data / f"tension-{direction}.csv", head + _rows(strain, force))
-    head = f"# kind: simulated\n# source: {_story(card, 'picture-frame')}\n{ANGLE},shear_force_n_per_mm\n"
+    head = f"{kind}# source: {_story(card, 'picture-frame')}\n{ANGLE},shear_force_n_per_mm\n"
     write_atomic(data / "shear.csv", head + _rows(*card.shear))
-    run = next(iter(card.tests.values())).run
     said = f"# Fabric {run.fabric.name} with a material card of the shells from tests of its yarns, by\n#   {command}\n"
     write_atomic(folder / FABRIC, said + dump_mapping(_fabric(card, run, folder), ("fabric",)))
     return folder / FABRIC
@@ -100,10 +101,14 @@ def card_numbers(card: Card) -> dict[str, float]:
     return found
 
 
+def _name(run: Run) -> str:
+    return run.fabric.name[: LONGEST_NAME - len(SUFFIX)] + SUFFIX
+
+
 def _fabric(card: Card, run: Run, folder: Path) -> dict[str, Any]:
     """Fields of the fabric of ``run`` with the card as its macro material."""
     data: dict[str, Any] = run.fabric.model_dump(mode="json", exclude_none=True)
-    data["name"] = run.fabric.name[: LONGEST_NAME - len(SUFFIX)] + SUFFIX
+    data["name"] = _name(run)
     data["title"] = f"{run.fabric.title}; shells homogenised from yarns".removeprefix("; ")
     macro = data["macro"]
     macro["tension"] = {d: f"{OWN}/tension-{d}.csv" for d in DIRECTIONS}

@@ -21,7 +21,10 @@ def lines_of(outcome: Outcome) -> Iterator[str]:
     if outcome.rows:
         yield "Table 3 of Pham et al. (2019), and F_R/F_N of Eq. 3: mean and sd of the experiment"
         yield from _columns([HEAD3, *map(_row3, outcome.rows)], RIGHT3)
-        yield "predicted: no parameter was fitted to it; tuned: one was; input: given to the model, which returns it"
+        yield (
+            "predicted: no parameter was fitted to it or chosen with it in view; tuned: one was; input: given to the "
+            "model, which returns it; assumed: decided by what is assumed"
+        )
         yield ""
     if outcome.costs:
         yield "Table 4, variant 1: different machines and, unless the preset is paper, another size of the model"
@@ -74,7 +77,7 @@ def _largest(drifts: list[Drift]) -> str:
 
 
 def _verdict(outcome: Outcome) -> Iterator[str]:
-    kinds: tuple[RowKind, ...] = ("predicted", "tuned", "input")
+    kinds: tuple[RowKind, ...] = ("predicted", "tuned", "input", "assumed")
     tallies = {kind: outcome.tally(kind) for kind in kinds}
     counts = [f"{good} of {total} {kind}" for kind, (good, total) in tallies.items() if total]
     said = f": rows that pass: {', '.join(counts)}" if counts else ""

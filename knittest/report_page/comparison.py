@@ -113,7 +113,7 @@ def _result(row: ResultRow | None, base: ResultRow | None) -> Cell:
     if row is None:
         return Cell("-")
     parts = [_change(row.value, base.value)] if base is not None and base is not row else []
-    parts += [part for part in (row.deviation, row.kind) if part != "-"]
+    parts += [part for part in (row.deviation, row.kind_told) if part != "-"]
     parts += ["refused"] if row.verdict == "refused" else []
     return Cell(row.simulated, row.value, note=", ".join(part for part in parts if part))
 

@@ -42,6 +42,7 @@ class ComparedRow(BaseModel):
     deviation_sd: Number = None
     kind: str = ""
     source: str = ""
+    assumed: list[str] = []
 
 
 class Summary(BaseModel):

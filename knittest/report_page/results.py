@@ -47,6 +47,7 @@ def results(run: LoadedRun) -> Section:
         kinds = {row.kind for row in rows}
         notes = {"predicted": _PREDICTED, **KINDS}
         blocks += [Text(text[0].upper() + text[1:] + ".") for kind, text in notes.items() if kind in kinds]
+        blocks += _assumed(rows)
     else:
         blocks.append(Text("This run left no results.", "warn"))
     blocks += [_metrics(curve) for curve in run.comparison.curves]
@@ -56,8 +57,15 @@ def results(run: LoadedRun) -> Section:
 def _cells(row: ResultRow) -> tuple[Cell, ...]:
     return (
         Cell(row.label), Cell(row.simulated, row.value), Cell(row.experiment),
-        Cell(row.deviation, note=row.verdict, tone=_VERDICTS.get(row.verdict, "")), Cell(row.kind),
+        Cell(row.deviation, note=row.verdict, tone=_VERDICTS.get(row.verdict, "")),
+        Cell(row.kind, note=row.on_assumed),
     )  # fmt: skip
+
+
+def _assumed(rows: list[ResultRow]) -> list[Block]:
+    """The inputs that decide compared rows and that nobody vouches for."""
+    fields = dict.fromkeys(field for row in rows if row.kind in ("predicted", "assumed") for field in row.assumed)
+    return [Text(f"Assumed inputs that decide these rows: {', '.join(fields)}.", "warn")] if fields else []
 
 
 def _metrics(curve: Mapping[str, Any]) -> Block:

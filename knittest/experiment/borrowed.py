@@ -1,0 +1,32 @@
+"""Curves of a fabric that are another fabric's, whatever its file says of them: their heads tell."""
+
+from pathlib import Path
+
+from knittest.config.fabric import Fabric
+from knittest.errors import InputError
+from knittest.reading import read_regular
+from knittest.resources import data_dir
+
+MAX_BYTES = 10_000_000
+#: line in the head of a curve
+FABRIC = "fabric"
+
+
+def borrowed(fabric: Fabric) -> dict[str, str]:
+    """Name of the other fabric by field, ``macro.tension.warp`` for example, for each curve that states one."""
+    macro = fabric.macro
+    curves = {f"macro.tension.{direction}": text for direction, text in macro.tension.items()}
+    if macro.shear.kind == "table" and macro.shear.curve is not None:
+        curves["macro.shear"] = macro.shear.curve
+    owners = {field: stated_fabric(data_dir() / text) for field, text in curves.items()}
+    return {field: owner for field, owner in owners.items() if owner not in ("", fabric.name)}
+
+
+def stated_fabric(path: Path) -> str:
+    """What the ``# fabric:`` line in the head of a curve says, empty without one or where it cannot be read."""
+    try:
+        lines = read_regular(path, MAX_BYTES, "a curve has fewer points").decode("utf-8-sig").splitlines()
+    except (InputError, UnicodeDecodeError):
+        return ""
+    heads = (line[1:].partition(":") for line in lines if line.startswith("#"))
+    return next((value.strip() for key, _, value in heads if key.strip() == FABRIC), "")

@@ -1,0 +1,171 @@
+"""What a compared row is worth: predicted, tuned, input or assumed, and on which assumed inputs."""
+
+from pathlib import Path
+
+import pytest
+
+from knittest.config.base import Quantity
+from knittest.config.loading import resolve
+from knittest.config.run import Run
+from knittest.experiment.borrowed import borrowed
+from knittest.row_kind import assumed_inputs, cell_assumed_inputs, cell_row_kind, row_kind
+
+FORCE, STRAIN = "peak_force_n", "fracture_strain_pct"
+
+
+def tensile(variant: str, direction: str, scale: str = "meso", **chosen: object) -> Run:
+    return resolve(test="tensile", variant=variant, direction=direction, scale=scale, **chosen)
+
+
+def with_fabric(run: Run, **fields: object) -> Run:
+    return run.model_copy(update={"fabric": run.fabric.model_copy(update=fields)})
+
+
+def with_yarn(run: Run, **fields: object) -> Run:
+    return with_fabric(run, reinforcing=run.fabric.reinforcing.model_copy(update=fields))
+
+
+@pytest.mark.parametrize("parameters", ["calibrated", "as-measured"])
+@pytest.mark.parametrize("variant", ["1", "2"])
+@pytest.mark.parametrize("direction", ["warp", "weft"])
+def test_no_force_of_a_strip_is_predicted_where_the_load_area_was_chosen_by_it(variant, direction, parameters):
+    """Two readings of the yarn's area were left, and Table 3's forces, all four, decided."""
+    assert row_kind(tensile(variant, direction, parameters=parameters), FORCE) == "tuned"
+
+
+@pytest.mark.parametrize(
+    ("variant", "direction", "parameters", "kind"),
+    [
+        ("1", "warp", "calibrated", "tuned"), ("1", "weft", "calibrated", "predicted"),
+        ("2", "warp", "calibrated", "tuned"), ("2", "weft", "calibrated", "predicted"),
+        ("1", "warp", "as-measured", "predicted"), ("2", "weft", "as-measured", "predicted"),
+    ],
+)  # fmt: skip
+def test_strains_are_predicted_unless_the_wave_was_tuned_on_them(variant, direction, parameters, kind):
+    assert row_kind(tensile(variant, direction, parameters=parameters), STRAIN) == kind
+
+
+def test_what_the_user_gives_is_no_longer_chosen_by_a_row():
+    run = tensile("1", "weft", sets=["fabric.reinforcing.load_area=0.5"])
+    assert run.fabric.reinforcing.load_area.chosen_by == [] and row_kind(run, FORCE) == "predicted"
+
+
+def test_a_prediction_names_the_assumed_numbers_that_decide_it():
+    run = tensile("1", "weft")
+    assert assumed_inputs(run) == ("reinforcing.slack.weft",)
+    (crimp, slack) = assumed_inputs(tensile("2", "weft", parameters="as-measured"))
+    assert (crimp, slack) == ("reinforcing.crimp.weft", "reinforcing.slack.weft")
+
+
+def test_thickness_is_tuned_in_variant_1_and_predicted_in_variant_2():
+    one, two = (tensile(v, "warp", parameters="as-measured").fabric for v in "12")
+    assert cell_row_kind(one, "thickness_mm") == "tuned"
+    assert cell_row_kind(two, "thickness_mm") == "predicted"
+    assert "knitting.beam_diameter" in cell_assumed_inputs(two, "thickness_mm")
+    assert cell_row_kind(one, "area_mass_g_m2") == "predicted" and not cell_assumed_inputs(one, "area_mass_g_m2")
+    calibrated = tensile("1", "warp").fabric  # its wave is tuned on a strain, its loops are still chosen
+    assert cell_row_kind(calibrated, "thickness_mm") == "tuned"
+
+
+def test_shells_return_their_own_curve_and_another_fabrics_is_assumed():
+    run = tensile("1", "warp", "macro")
+    assert row_kind(run, FORCE) == "input" and not borrowed(run.fabric)
+    mine = with_fabric(run, name="mine")
+    assert borrowed(mine.fabric) == {
+        "macro.tension.warp": "pham2019-v1", "macro.tension.weft": "pham2019-v1", "macro.shear": "pham2019-v1",
+    }  # fmt: skip
+    assert row_kind(mine, FORCE) == "assumed"
+    assert assumed_inputs(mine) == ("macro.tension.warp (from pham2019-v1)",)
+
+
+def test_a_curve_cut_at_an_assumed_strain_is_assumed():
+    run = tensile("1", "weft", "macro")
+    cut = run.fabric.macro.fracture_strain
+    guess = cut.model_copy(update={"weft": Quantity(value=1.6, source="assumed", ref="as pham2019-v1")})
+    macro = run.fabric.macro.model_copy(update={"fracture_strain": guess})
+    other = with_fabric(run, macro=macro)
+    assert row_kind(other, FORCE) == row_kind(other, STRAIN) == "assumed"
+    assert row_kind(with_fabric(tensile("1", "warp", "macro"), macro=macro), FORCE) == "input"  # the weft's is its own
+
+
+def test_a_strip_of_assumed_yarns_predicts_nothing():
+    run = tensile("1", "weft", parameters="as-measured")
+    guess = {
+        name: getattr(run.fabric.reinforcing, name).model_copy(
+            update={"source": "assumed", "tuned_on": [], "chosen_by": []}
+        )
+        for name in ("youngs_modulus", "load_area", "fracture_strain")
+    }
+    wave = run.fabric.reinforcing.crimp
+    guess["crimp"] = wave.model_copy(update={"weft": Quantity(value=0.6, source="assumed")})
+    other = with_yarn(run, **guess)
+    assert row_kind(other, STRAIN) == "predicted"  # the count of its yarns is measured
+    other = with_fabric(other, weft_density=Quantity(value=28.0, source="assumed"))
+    assert row_kind(other, STRAIN) == "assumed"
+
+
+@pytest.mark.parametrize(
+    ("label", "direction", "kind"),
+    [
+        ("V1 weft max. tensile force", "weft", "tuned"),
+        ("weft max. tensile force", "weft", "tuned"),
+        ("weft peak_force_n = 5800", "weft", "tuned"),
+        ("weft curve corridor.csv", "weft", "tuned"),
+        ("weft max. tensile force", "warp", "predicted"),
+        ("V2 weft max. tensile force", "weft", "predicted"),
+        ("V1 weft fracture strain", "weft", "predicted"),
+    ],
+)
+def test_a_row_is_known_by_its_label(label, direction, kind):
+    run = tensile("1", direction)
+    area = run.fabric.reinforcing.load_area.model_copy(update={"chosen_by": []})
+    modulus = Quantity(value=60.0, source="tuned", tuned_on=[label])
+    assert row_kind(with_yarn(run, load_area=area, youngs_modulus=modulus), FORCE) == kind
+
+
+@pytest.mark.parametrize(("scale", "field"), [("macro", "macro"), ("meso", "reinforcing")])
+def test_bending_is_tuned_on_the_overhang_and_assumed_where_it_is_anothers(scale, field):
+    run = resolve(test="cantilever", variant="1", direction="warp", scale=scale, sets=["rig.mode=overhang"])
+    assert row_kind(run, "overhang_mm") == "tuned"
+    given = resolve(
+        test="cantilever",
+        variant="1",
+        direction="warp",
+        scale=scale,
+        parameters="as-measured",
+        sets=["rig.overhang=170"],
+    )
+    assert row_kind(given, "overhang_mm") == "input"
+    holder = getattr(run.fabric, field)
+    stiffness = holder.bending_stiffness.model_copy(update={"warp": Quantity(value=5.0, source="assumed")})
+    other = with_fabric(run, **{field: holder.model_copy(update={"bending_stiffness": stiffness})})
+    assert row_kind(other, "overhang_mm") == "assumed"
+
+
+def test_the_default_friction_is_that_of_the_papers_fabrics_only():
+    run = resolve(test="friction", variant="1", scale="macro")
+    assert row_kind(run, "mu_paper") == "input"
+    other = with_fabric(run, experiment="mine")
+    assert row_kind(other, "mu_paper") == "assumed" and "pham2019" in assumed_inputs(other)[0]
+    own = resolve(test="friction", variant="1", scale="macro", sets=["rig.kinetic_coefficient=0.1"])
+    assert row_kind(with_fabric(own, experiment="mine"), "mu_paper") == "input"
+
+
+def test_a_frame_of_shells_returns_its_law_and_that_of_yarns_predicts():
+    run = resolve(test="picture-frame", variant="1", scale="macro")
+    assert row_kind(run, "shear_force_n_at_deg.10") == "predicted"
+    assert row_kind(with_fabric(run, name="mine"), "shear_force_n_at_deg.10") == "assumed"
+    shear = run.fabric.macro.shear.model_copy(update={"source": "measured"})
+    measured = with_fabric(run, macro=run.fabric.macro.model_copy(update={"shear": shear}))
+    assert row_kind(measured, "shear_force_n_at_deg.10") == "input"
+    assert row_kind(resolve(test="picture-frame", variant="1", scale="meso"), "shear_force_n_at_deg.10") == "predicted"
+
+
+def test_a_curve_without_a_fabric_in_its_head_is_the_fabrics_own(tmp_path: Path):
+    curve = tmp_path / "shear.csv"
+    run = resolve(test="picture-frame", variant="1", scale="macro")
+    for head, found in (("", {}), ("# fabric: pham2019-v1\n", {}), ("# fabric: other\n", {"macro.shear": "other"})):
+        curve.write_text(f"# kind: measured\n{head}shear_angle_deg,shear_force_n_per_mm\n0,0\n10,1\n")
+        shear = run.fabric.macro.shear.model_copy(update={"curve": str(curve)})
+        fabric = run.fabric.model_copy(update={"macro": run.fabric.macro.model_copy(update={"shear": shear})})
+        assert borrowed(fabric) == found
