@@ -11,8 +11,12 @@ import numpy as np
 SEED = 20190812
 #: share of the strain at the peak in which the curve is a parabola: the yarns' waves straighten
 TOE = 0.5
+#: specimens, width and gauge length [mm], mean and sd of the largest force [N] and of the strain there [%]
+STRIPS = {
+    "warp": (5, 50.0, 200.0, (6900.0, 280.0), (1.65, 0.10)),
+    "weft": (5, 50.0, 200.0, (5600.0, 260.0), (1.60, 0.11)),
+}
 #: specimens, gauge length [mm], mean and sd of the largest force [N] and of the strain there [%]
-STRIPS = {"warp": (5, 200.0, (6900.0, 280.0), (1.65, 0.10)), "weft": (5, 200.0, (5600.0, 260.0), (1.60, 0.11))}
 YARNS = (6, 250.0, (477.0, 45.0), (1.05, 0.11))
 
 
@@ -26,13 +30,13 @@ def files() -> dict[str, str]:
     """Text of each file by its name."""
     rng = np.random.default_rng(SEED)
     found = {}
-    for direction, (count, gauge, force, strain) in STRIPS.items():
+    for direction, (count, width, gauge, force, strain) in STRIPS.items():
         for k, (peak, at) in enumerate(drawn(rng, count, force, strain), 1):
             write = german if direction == "warp" else english
-            found[f"{direction}-{k}.csv"] = write(f"strip {direction} {k}", gauge, *strip(rng, peak, at))
+            found[f"{direction}-{k}.csv"] = write(f"strip {direction} {k}", width, gauge, *strip(rng, peak, at))
     count, gauge, force, strain = YARNS
     for k, (peak, at) in enumerate(drawn(rng, count, force, strain), 1):
-        found[f"yarn-{k}.csv"] = english(f"inlay yarn {k}", gauge, *yarn(rng, peak, at))
+        found[f"yarn-{k}.csv"] = english(f"inlay yarn {k}", None, gauge, *yarn(rng, peak, at))
     return found
 
 
@@ -64,16 +68,18 @@ def noisy(rng: np.random.Generator, force: np.ndarray, peak: float) -> np.ndarra
     return np.clip(shown, 0.0, peak)
 
 
-def german(name: str, gauge: float, strain: np.ndarray, force: np.ndarray) -> str:
+def german(name: str, width: float, gauge: float, strain: np.ndarray, force: np.ndarray) -> str:
     """Travel and force as a German machine writes them."""
-    head = [f"Probe;{name} (made up)", f"Einspannlänge;{gauge:.1f};mm", "", "Weg;Kraft", "mm;kN"]
+    sizes = [f"Probenbreite;{width:.1f};mm", f"Einspannlänge;{gauge:.1f};mm"]
     rows = [f"{e * gauge / 100.0:.4f};{f / 1000.0:.5f}" for e, f in zip(strain, force, strict=True)]
-    return "\n".join(head[:1] + [head[1].replace(".", ",")] + head[2:] + [r.replace(".", ",") for r in rows]) + "\n"
+    sizes, rows = ([line.replace(".", ",") for line in lines] for lines in (sizes, rows))
+    return "\n".join([f"Probe;{name} (made up)", *sizes, "", "Weg;Kraft", "mm;kN", *rows]) + "\n"
 
 
-def english(name: str, gauge: float, strain: np.ndarray, force: np.ndarray) -> str:
-    """Strain and force with points and commas."""
-    head = [f"specimen,{name} (made up)", f"gauge length [mm],{gauge:.0f}", "", "strain [%],force [N]"]
+def english(name: str, width: float | None, gauge: float, strain: np.ndarray, force: np.ndarray) -> str:
+    """Strain and force with points and commas; of a yarn without a width."""
+    sizes = [] if width is None else [f"strip width [mm],{width:.0f}"]
+    head = [f"specimen,{name} (made up)", *sizes, f"gauge length [mm],{gauge:.0f}", "", "strain [%],force [N]"]
     return "\n".join([*head, *(f"{e:.5f},{f:.2f}" for e, f in zip(strain, force, strict=True))]) + "\n"
 
 

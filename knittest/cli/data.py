@@ -17,7 +17,15 @@ def data() -> None:
 
 def _reading(command: Any) -> Any:
     for option in (
+        click.option("--width", type=float, help="Width of the strips [mm], if the files do not state it."),
         click.option("--gauge-length", type=float, help="Distance of the clamps [mm], if the files do not state it."),
+        click.option(
+            "--sign",
+            type=click.Choice(["positive", "negative"]),
+            default="positive",
+            show_default=True,
+            help="How the files count a pull.",
+        ),
         click.option("--decimal", type=click.Choice([",", "."]), help="Decimal mark, if it cannot be told."),
         click.option("--delimiter", help="Delimiter, if not ';', tab or ','."),
         click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path)),
@@ -29,42 +37,41 @@ def _reading(command: Any) -> Any:
 @data.command("import")
 @_reading
 @click.option("--direction", type=click.Choice(["warp", "weft"]), required=True, help="Yarn system along the strips.")
+@click.option("--trust-direction", is_flag=True, help="Go by --direction where a file names the other one.")
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder of the experiment, for both.")
-def import_(
-    files: tuple[Path, ...],
-    gauge_length: float | None,
-    decimal: str | None,
-    delimiter: str | None,
-    direction: str,
-    out: Path,
-) -> None:
+def import_(files: tuple[Path, ...], direction: str, trust_direction: bool, out: Path, **reading: Any) -> None:
     """Read testing-machine exports; write an experiment that a fabric file can name.
 
-    Into OUT go a table of the peaks and a SOURCE.md, into OUT/<direction> specimens, corridor (mean and sd), mean
-    curve, statistics and a plot.
+    Into OUT go a table of the peaks and the strips' size, a SOURCE.md, and fabric.yaml, which a fabric file starts
+    from; into OUT/<direction> specimens, corridor (mean and sd), mean curve, per width, statistics and a plot.
 
-    Example: knittest data import warp-*.csv --gauge-length 200 --direction warp --out data/mine
+    Example: knittest data import warp-*.csv --width 50 --gauge-length 200 --direction warp --out data/mine
     """
+    from knittest.experiment.lab_folder import FABRIC, named
     from knittest.experiment.lab_report import summary_lines, write_import
 
-    specimens = _read(files, gauge_length, decimal, delimiter)
-    variant = write_import(specimens, out, direction, [f.name for f in files])
-    named = Path(*out.parts[1:]) if out.parts[:1] == ("data",) else out
-    click.echo("\n".join([*summary_lines(specimens), f"wrote {out}; a fabric file names it so:"]))
-    click.echo(f'  experiment: {named}\n  experiment_variant: "{variant}"')
-    click.echo(f"  macro: {{tension: {{{direction}: {named / direction / 'tension.csv'}}}}}")
+    specimens = _read(files, **reading)
+    variant = write_import(specimens, out, direction, [f.name for f in files], trust_direction)  # type: ignore[arg-type]
+    click.echo("\n".join([*summary_lines(specimens), f"wrote {out}; a fabric file names it so ({out / FABRIC}):"]))
+    click.echo(f'  experiment: {named(out)}\n  experiment_variant: "{variant}"')
+    click.echo(f"  macro: {{tension: {{{direction}: {named(out) / direction / 'tension.csv'}}}}}")
 
 
 @data.command()
 @_reading
-def stats(files: tuple[Path, ...], gauge_length: float | None, decimal: str | None, delimiter: str | None) -> None:
+def stats(files: tuple[Path, ...], **reading: Any) -> None:
     """Print maximum force and strain at maximum force of every specimen, mean and sd.
+
+    Strips or yarns: what has no width is judged by its force alone.
 
     Example: knittest data stats warp-*.csv --gauge-length 200
     """
+    from knittest.experiment.lab_checks import plausible_strips
     from knittest.experiment.lab_report import summary_lines
 
-    click.echo("\n".join(summary_lines(_read(files, gauge_length, decimal, delimiter))))
+    specimens = _read(files, **reading)
+    plausible_strips(specimens)
+    click.echo("\n".join(summary_lines(specimens)))
 
 
 @data.command("shear-law")
@@ -83,7 +90,7 @@ def shear_law(run: Path, out: Path) -> None:
     click.echo(f"  macro: {{shear: {{kind: table, curve: {named}, source: predicted, ref: meso picture frame}}}}")
 
 
-def _read(files: tuple[Path, ...], gauge_length: float | None, decimal: str | None, delimiter: str | None) -> list[Any]:
+def _read(files: tuple[Path, ...], **reading: Any) -> list[Any]:
     from knittest.experiment.lab_csv import read_lab
 
-    return [s for path in files for s in read_lab(path, gauge_length, decimal, delimiter)]
+    return [s for path in files for s in read_lab(path, **reading)]

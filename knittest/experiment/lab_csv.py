@@ -1,26 +1,22 @@
-"""Reads the exports of testing machines: delimiter, decimal mark, encoding and unit row found, specimens told apart."""
+"""Reads tensile exports of testing machines: specimens told apart, units and the strip's size found."""
 
-import csv
-import io
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.config.yaml_loader import shown
 from knittest.errors import InputError
 from knittest.experiment import lab_units
-from knittest.experiment.lab_gauge import agreed_gauge, stated_gauge
-from knittest.experiment.lab_numbers import NUMBER, decimal_mark, read_number
-from knittest.reading import read_regular
+from knittest.experiment.lab_conditions import GAUGE, WIDTH, agreed, agreeing, stated
+from knittest.experiment.lab_direction import Said, said_by
+from knittest.experiment.lab_numbers import NUMBER
+from knittest.experiment.lab_sign import Sign, pulled
+from knittest.experiment.lab_table import LabTable, columns, read_table
 
 Array = NDArray[np.float64]
 
-#: what a table of a machine stays below; together they bound memory to some 0.6 GB
-MAX_BYTES, MAX_ROWS, MAX_ROW_LENGTH, MAX_HEAD = 20_000_000, 500_000, 20_000, 1000
 #: strain above which unit or gauge length must be wrong [%]
 MAX_STRAIN = 100.0
 #: names of columns in English and German
@@ -30,45 +26,43 @@ TRAVEL = re.compile(r"strain|dehnung|displacement|travel|weg|extension|elongatio
 
 @dataclass(frozen=True)
 class Specimen:
-    """Strain [%] and force [N] of one specimen, (n,) each."""
+    """Strain [%] and force [N] of one specimen, (n,) each; width and gauge length [mm] where they are known.
+
+    ``path`` is its file, ``said`` the direction that the file states, if any.
+    """
 
     name: str
     strain: Array
     force: Array
+    width: float | None = None
+    gauge: float | None = None
+    path: Path = Path()
+    said: Said | None = None
 
 
 def read_lab(
-    path: Path, gauge_length: float | None = None, decimal: str | None = None, delimiter: str | None = None
-) -> list[Specimen]:
+    path: Path, gauge_length: float | None = None, decimal: str | None = None, delimiter: str | None = None,
+    width: float | None = None, sign: Sign = "positive",
+) -> list[Specimen]:  # fmt: skip
     """Specimens in one export; several are told apart by repeated pairs of columns.
 
     Columns are found by name (force or Kraft; displacement, Weg, strain or Dehnung) and unit (row or brackets); travel
-    becomes strain by ``gauge_length`` [mm], by default that in the file's head. Raises :class:`InputError` with the row
-    for text, gaps, a travel that does not rise, an unknown unit, a gauge length that the head contradicts, or numbers
-    whose decimal mark cannot be told (pass ``decimal``).
+    becomes strain by ``gauge_length`` [mm], by default that in the file's head, as is ``width`` [mm]. Pull counts as
+    ``sign`` says. Raises :class:`InputError` with the row for text, gaps, a travel that does not rise, a pull of the
+    other sign, an unknown unit, lengths that the head contradicts, or numbers whose decimal mark cannot be told.
     """
-    rows = read_rows(path, delimiter)
-    head = next((k for k, (_, cells) in enumerate(rows[:MAX_HEAD]) if _pairs(cells)), None)
-    if head is None:
-        raise InputError(f"{path}: no row names a force and a displacement or strain column")
-    line, names = rows[head]
-    body = rows[head + 1 :]
-    below: list[str] = []
-    if body and not any(NUMBER.match(cell) for cell in body[0][1] if cell):
-        line, below = body[0]
-        body = body[1:]
-    below = _padded(below, len(names))
-    _refuse_ragged(path, body, len(names))
-    mark = decimal or decimal_mark(path, [cell for _, cells in body for cell in cells])
-    gauge = agreed_gauge(gauge_length, stated_gauge(path, rows[:head], mark))
-    pairs = _pairs(names)
+    table = read_table(
+        path, lambda cells: bool(_pairs(cells)), "a force and a displacement or strain column", decimal, delimiter
+    )
+    gauge = agreed(GAUGE, gauge_length, stated(GAUGE, path, table.head, table.mark))
+    pairs = _pairs(table.names)
+    widths = _widths(table, len(pairs), width)
+    said = said_by(path, table.head)
     specimens = []
-    for number, (travel, force) in enumerate(pairs, 1):
+    for number, (pair, wide) in enumerate(zip(pairs, widths, strict=True), 1):
         name = path.stem if len(pairs) == 1 else f"{path.stem}-{number}"
-        where = f"{path}:{line}"
-        unit = lab_units.travel_unit(names[travel], below[travel], where)
-        factors = _to_strain(unit, gauge, where), lab_units.force_factor(names[force], below[force], where)
-        specimens.append(_specimen(path, name, body, (travel, force), factors, mark))
+        strain, force = _curve(table, name, pair, gauge, sign)
+        specimens.append(Specimen(name, strain, force, wide, gauge, path, said))
     return specimens
 
 
@@ -81,54 +75,6 @@ def _to_strain(unit: str, gauge: float | None, where: str) -> float:
     return 100.0 * lab_units.LENGTH[unit] / gauge
 
 
-def read_rows(path: Path, delimiter: str | None = None) -> list[tuple[int, list[str]]]:
-    """Line number and stripped cells of every line that is not empty; raises as :func:`read_lab` does."""
-    text = _decode(path, read_regular(path, MAX_BYTES, "export fewer points"))
-    if delimiter is None:
-        counts = {mark: text.count(mark) for mark in ("\t", ";")}
-        delimiter = max(counts, key=lambda mark: counts[mark]) if max(counts.values()) else ","
-    if len(delimiter) != 1 or delimiter in '"\r\n':
-        raise InputError(f"--delimiter {shown(delimiter)}: expected one character")
-    rows: list[tuple[int, list[str]]] = []
-    pulled = 0
-
-    def lines() -> Iterator[str]:
-        nonlocal pulled
-        for line in io.StringIO(text):
-            pulled += len(line)
-            if pulled > MAX_ROW_LENGTH:
-                raise InputError(
-                    f"{path}:{reader.line_num + 1}: a row of more than {MAX_ROW_LENGTH} characters: not a table"
-                )
-            yield line
-
-    reader = csv.reader(lines(), delimiter=delimiter)
-    try:
-        for number, cells in enumerate(reader):
-            pulled = 0
-            stripped = [c.strip() for c in cells]
-            if any(stripped):
-                rows.append((reader.line_num, stripped))
-            if number > MAX_ROWS:
-                raise InputError(f"{path}: more than {MAX_ROWS} rows; export fewer points")
-    except csv.Error as error:
-        raise InputError(f"{path}:{reader.line_num}: not a table: {error}") from None
-    return rows
-
-
-def _decode(path: Path, raw: bytes) -> str:
-    marked = raw.startswith((b"\xff\xfe", b"\xfe\xff"))
-    encodings = ["utf-16"] if marked else ["utf-8-sig", "cp1252"]
-    for encoding in encodings:
-        try:
-            text = raw.decode(encoding)
-        except UnicodeDecodeError:
-            continue
-        if "\0" not in text:
-            return text
-    raise InputError(f"{path}: is not text in UTF-8, UTF-16 or Windows-1252")
-
-
 def _pairs(cells: list[str]) -> list[tuple[int, int]]:
     """Columns of (travel, force), each force with the nearest travel before it, or after it if none is before."""
     forces = [k for k, c in enumerate(cells) if FORCE.search(c) and not NUMBER.match(c)]
@@ -138,49 +84,60 @@ def _pairs(cells: list[str]) -> list[tuple[int, int]]:
     return [(max([t for t in travels if t < f] or [min(travels)]), f) for f in forces]
 
 
-def _refuse_ragged(path: Path, body: list[tuple[int, list[str]]], columns: int) -> None:
-    """A number torn at its own decimal comma would be read as two."""
-    for line, cells in body:
-        if any(cells[columns:]):
-            raise InputError(
-                f"{path}:{line}: {len(cells)} cells below {columns} columns: is the delimiter also the decimal mark?"
-            )
+def _widths(table: LabTable, count: int, given: float | None) -> list[float | None]:
+    """Width [mm] of each of ``count`` specimens: from the head, from columns of widths, or as ``given``."""
+    head = stated(WIDTH, table.path, table.head, table.mark)
+    named = [k for k, name in enumerate(table.names) if any(WIDTH.names(name, t) for t in range(len(WIDTH.labels)))]
+    if len(named) not in (0, 1, count):
+        raise InputError(f"{table.where}: {len(named)} columns of widths for {count} specimens: expected one for each")
+    own = [_column_width(table, k) for k in named]
+    own = own * count if len(own) == 1 else own
+    places = [([head] if head else []) + own[k : k + 1] for k in range(count)]
+    return [agreed(WIDTH, given, agreeing(WIDTH, found) if found else None) for found in places]
 
 
-def _padded(cells: list[str], n: int) -> list[str]:
-    return (cells + [""] * n)[:n]
+def _column_width(table: LabTable, column: int) -> tuple[float, str]:
+    """The one width [mm] in a column, and its place."""
+    filled = [(line, cells) for line, cells in table.body if column < len(cells) and cells[column]]
+    name = table.names[column]
+    if not filled:
+        raise InputError(f"{table.where}: column {name!r} is empty: give --width [mm] and leave it out")
+    unit = lab_units.stated(name, table.units[column], lab_units.LENGTH, table.where) or "mm"
+    found = []
+    for line, cells in filled:
+        where = f"{table.path}:{line}"
+        value = table.number(line, cells[column]) * lab_units.LENGTH[unit]
+        found.append((WIDTH.plausible(value, f"{where}: {name}"), where))
+    return agreeing(WIDTH, found)
 
 
-def _specimen(
-    path: Path, name: str, body: list[tuple[int, list[str]]], columns: tuple[int, int],
-    factors: tuple[float, float], mark: str,
-) -> Specimen:  # fmt: skip
-    rows = []
-    ended = 0
-    for line, cells in body:
-        pair = [cells[k] if k < len(cells) else "" for k in columns]
-        if pair == ["", ""]:
-            ended = ended or line
-            continue
-        if ended:
-            raise InputError(f"{path}:{line}: specimen {name} goes on after a gap at line {ended}")
-        rows.append((line, [read_number(path, line, cell, mark) for cell in pair]))
-    if len(rows) < 2:
-        raise InputError(f"{path}: specimen {name} has {len(rows)} points; at least two are needed")
-    values = np.array([v for _, v in rows])
+def _curve(
+    table: LabTable, name: str, pair: tuple[int, int], gauge: float | None, sign: Sign
+) -> tuple[Array, Array]:  # fmt: skip
+    """Strain [%] and force [N] of the specimen in the columns ``pair``, (n,) each."""
+    lines, values = columns(table, pair, name)
+    travel, pull = pair
+    unit = lab_units.travel_unit(table.names[travel], table.units[travel], table.where)
+    factors = (
+        _to_strain(unit, gauge, table.where),
+        lab_units.force_factor(table.names[pull], table.units[pull], table.where),
+    )
+    where = f"{table.path}:{{}}: specimen {name}"
     with np.errstate(over="ignore", invalid="ignore"):  # refused below
         strain, force = (values * factors).T
+    if not np.isfinite(force).all():
+        raise InputError(f"{where.format(lines[int(np.argmin(np.isfinite(force)))])}: no finite force")
+    strain, force = pulled(strain, force, sign, f"{table.path}: specimen {name}")
+    with np.errstate(over="ignore", invalid="ignore"):
         falls = np.flatnonzero(np.diff(strain) <= 0.0)
     if len(falls):
         raise InputError(
-            f"{path}:{rows[falls[0] + 1][0]}: specimen {name}: the travel repeats or goes back "
+            f"{where.format(lines[falls[0] + 1])}: the travel repeats or goes back "
             f"({values[falls[0], 0]:g} then {values[falls[0] + 1, 0]:g}); {len(falls)} such rows"
         )
     if strain[-1] > MAX_STRAIN:
         raise InputError(
-            f"{path}:{rows[-1][0]}: specimen {name}: a travel of {values[-1, 0]:g} would be a strain of "
+            f"{where.format(lines[-1])}: a travel of {values[-1, 0]:g} would be a strain of "
             f"{strain[-1]:.4g} %: check the unit of the travel and the gauge length"
         )
-    if not np.isfinite(force).all():
-        raise InputError(f"{path}:{rows[int(np.argmin(np.isfinite(force)))][0]}: specimen {name}: no finite force")
-    return Specimen(name, strain, force)
+    return strain, force

@@ -17,7 +17,7 @@ PRELOADS = 3.0
 
 @dataclass(frozen=True)
 class Corridor:
-    """Mean and sd (n - 1) of the force [N] over strain [%], (points,) each, of ``n`` specimens."""
+    """Mean and sd (n - 1; NaN of one) of the force over strain [%], (points,) each, of ``n`` specimens."""
 
     strain: Array
     mean: Array
@@ -33,8 +33,8 @@ def peaks(specimens: Sequence[Specimen]) -> tuple[Array, Array]:
 
 
 def mean_sd(values: Array) -> tuple[float, float]:
-    """Mean and sample standard deviation, 0 for one value."""
-    return float(np.mean(values)), float(np.std(values, ddof=1)) if len(values) > 1 else 0.0
+    """Mean and sample standard deviation, NaN for one value: one specimen says nothing of scatter."""
+    return float(np.mean(values)), float(np.std(values, ddof=1)) if len(values) > 1 else np.nan
 
 
 def corridor(specimens: Sequence[Specimen], points: int = 201) -> Corridor:
@@ -43,14 +43,21 @@ def corridor(specimens: Sequence[Specimen], points: int = 201) -> Corridor:
     Beyond it fewer specimens than all would carry the mean, and a broken one would pull it down; the end points are
     reported apart (:func:`peaks`). Raises :class:`InputError` when the specimens share no range.
     """
-    force, strain = peaks(specimens)
-    start, end = max(float(s.strain[0]) for s in specimens), float(strain.min())
+    _, strain = peaks(specimens)
+    return band(
+        [(s.strain, s.force) for s in specimens], float(strain.min()), "strain up to their maximum forces", points
+    )
+
+
+def band(curves: Sequence[tuple[Array, Array]], end: float, common: str, points: int = 201) -> Corridor:
+    """Corridor of ``curves`` (x, y) from the largest start to ``end``; ``common`` is what x is called in messages."""
+    start = max(float(x[0]) for x, _ in curves)
     if not end > start:
-        raise InputError("the specimens share no range of strain up to their maximum forces")
+        raise InputError(f"the specimens share no range of {common}")
     grid = np.linspace(start, end, points)
-    values = np.array([np.interp(grid, s.strain, s.force) for s in specimens])
-    sd = values.std(axis=0, ddof=1) if len(specimens) > 1 else np.zeros(points)
-    return Corridor(grid, values.mean(axis=0), sd, len(force))
+    values = np.array([np.interp(grid, x, y) for x, y in curves])
+    sd = values.std(axis=0, ddof=1) if len(curves) > 1 else np.full(points, np.nan)
+    return Corridor(grid, values.mean(axis=0), sd, len(curves))
 
 
 def mean_curve(specimens: Sequence[Specimen], points: int = 201) -> tuple[Array, Array]:

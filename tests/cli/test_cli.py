@@ -185,7 +185,7 @@ def test_compare_takes_a_plain_curve_and_names_the_runs_to_choose_from(tmp_path,
 
 def test_data_import_prints_what_a_fabric_file_needs(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    Path("a.csv").write_text("L0;200;mm\nWeg;Kraft\nmm;daN\n0;0\n1;100\n3;580\n")
+    Path("a.csv").write_text("L0;200;mm\nb0;100;mm\nWeg;Kraft\nmm;daN\n0;0\n1;100\n3;580\n")
     assert run(["data", "import", "a.csv", "--direction", "weft", "--out", "data/mine"]) == 0
     said = capsys.readouterr().out
     assert all(

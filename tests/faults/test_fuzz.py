@@ -22,7 +22,7 @@ from hypothesis import strategies as st
 from knittest.config.loading import resolve
 from knittest.config.yaml_loader import load_yaml
 from knittest.errors import InputError
-from knittest.experiment import lab_csv
+from knittest.experiment import lab_rows
 from knittest.experiment.curves import load_curve
 from knittest.experiment.lab_csv import read_lab
 from knittest.resources import configs_dir, data_dir
@@ -32,9 +32,10 @@ MEBIBYTES = 64
 
 CONFIGS = {path.name: path.read_text(encoding="utf-8") for path in sorted(configs_dir().rglob("*.yaml"))}
 EXPORTS = (
-    "Prüfprotokoll;Zwick\nEinspannlänge;200;mm\n\nWeg;Kraft\nmm;kN\n0,0;0,0\n1,0;1,25\n2,5;3,5\n3,75;1.250,5\n",
+    "Prüfprotokoll;Zwick\nEinspannlänge;200;mm\nBreite: 50,0 mm\n\nWeg;Kraft\nmm;kN\n"
+    "0,0;0,0\n1,0;1,25\n2,5;3,5\n3,75;1.250,5\n",
     "Strain [%],Force (cN)\n0,0\n0.5,100\n1.5,3e2\n2.5,1000.25\n",
-    "Weg\tKraft\tWeg\tKraft\nmm\tN\tmm\tN\n0\t0\t0\t0\n1\t10\t1\t20\n2\t40\t2\t50\n\t\t3\t90\n",
+    "b0;100\nWeg\tKraft\tWeg\tKraft\nmm\tN\tmm\tN\n0\t0\t0\t0\n1\t10\t1\t20\n2\t40\t2\t50\n\t\t3\t90\n",
 )
 CURVE = (data_dir() / "pham2019" / "curves" / "tensile-v1-warp.csv").read_text(encoding="utf-8")
 #: what a value may be replaced by: other types, bombs, numbers at the edge, names that are paths
@@ -215,21 +216,21 @@ HOSTILE = {
 def test_hostile_tables(place, name):
     path = place / "export.csv"
     read_or_refused(path, HOSTILE[name].encode(), lambda path: read_lab(path, 200.0))
-    assert traced_memory(lambda: read_lab(path, 200.0)) < 40 * len(HOSTILE[name]) + 1.2 * lab_csv.MAX_BYTES
+    assert traced_memory(lambda: read_lab(path, 200.0)) < 40 * len(HOSTILE[name]) + 1.2 * lab_rows.MAX_BYTES
 
 
 def test_memory_at_the_limits(place, monkeypatch):
     """At a fortieth of the limits, so that the test is quick, a fortieth of 0.6 GB."""
-    monkeypatch.setattr(lab_csv, "MAX_BYTES", lab_csv.MAX_BYTES // 40)
-    monkeypatch.setattr(lab_csv, "MAX_ROWS", lab_csv.MAX_ROWS // 40)
-    path, count = place / "export.csv", lab_csv.MAX_ROWS - 5
+    monkeypatch.setattr(lab_rows, "MAX_BYTES", lab_rows.MAX_BYTES // 40)
+    monkeypatch.setattr(lab_rows, "MAX_ROWS", lab_rows.MAX_ROWS // 40)
+    path, count = place / "export.csv", lab_rows.MAX_ROWS - 5
     rows = "".join(f"{k / 1000};{k % 977};{k / 1000};{k % 991}\n" for k in range(count))
-    many = ("12;" * 6_000 + "\n") * (lab_csv.MAX_BYTES // 18_001)
+    many = ("12;" * 6_000 + "\n") * (lab_rows.MAX_BYTES // 18_001)
     for text, readable in (("Weg;Kraft;Weg;Kraft\n" + rows, True), (HEAD + many, False), (many, False)):
         found = read_or_refused(path, text.encode(), lambda path: read_lab(path, 200.0, "."))
         assert (found is not None) == readable
         assert traced_memory(lambda: read_lab(path, 200.0, ".")) < 0.6e9 / 40
-    for text, phrase in (("1;1\n" * lab_csv.MAX_ROWS, "rows"), ("1;1\n" * (lab_csv.MAX_BYTES // 4), "larger than")):
+    for text, phrase in (("1;1\n" * lab_rows.MAX_ROWS, "rows"), ("1;1\n" * (lab_rows.MAX_BYTES // 4), "larger than")):
         path.write_text(HEAD + text)
         with pytest.raises(InputError, match=phrase):
             read_lab(path, 200.0)

@@ -11,7 +11,7 @@ import pytest
 
 from knittest.cli.main import run
 from knittest.config.yaml_loader import MAX_BYTES, MAX_DEPTH
-from knittest.experiment import curves, lab_csv
+from knittest.experiment import curves, lab_rows
 from knittest.resources import configs_dir
 
 V1 = (configs_dir() / "fabrics" / "pham2019-v1.yaml").read_text(encoding="utf-8")
@@ -137,11 +137,11 @@ def test_12_a_name_is_never_a_path_out_of_the_runs_folder(refused):
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "cp1252"])
 def test_15_german_export_is_read_right(tmp_path, capsys, encoding):
-    text = "Prüfprotokoll;Zwick\nEinspannlänge;200,0;mm\n\nWeg;Kraft\nmm;kN\n0,0;0,0\n1,0;1,25\n2,0;1.234,5\n"
+    text = "Prüfprotokoll;Zwick\nEinspannlänge;200,0;mm\n\nWeg;Kraft\nmm;N\n0,0;0,0\n1,0;1,25\n2,0;1.234,5\n"
     path = tmp_path / "export.csv"
     path.write_bytes(text.encode(encoding))
     assert run(["data", "stats", str(path)]) == 0
-    assert capsys.readouterr().out.splitlines()[1].split() == ["export", "1234500.0", "1.000"]
+    assert capsys.readouterr().out.splitlines()[1].split() == ["export", "1234.5", "1.000"]
 
 
 @pytest.mark.parametrize("case", TABLES)
@@ -193,7 +193,7 @@ def test_19_files_of_gigabytes_are_not_read(refused, tmp_path):
     path = tmp_path / "export.csv"
     with path.open("wb") as stream:
         stream.truncate(4_000_000_000)  # a hole: takes no room
-    assert f"larger than {lab_csv.MAX_BYTES // 1_000_000} MB" in refused("data", "stats", path)
+    assert f"larger than {lab_rows.MAX_BYTES // 1_000_000} MB" in refused("data", "stats", path)
     folder = finished_run(tmp_path / "run", [0.0, 1.0, 2.0], [0.0, 1.0, 3.0])
     assert f"larger than {curves.MAX_BYTES // 1_000_000} MB" in refused("compare", folder, "--against", path)
     assert "larger than 1000 kB" in refused("tensile", "--fabric", path)

@@ -6,7 +6,6 @@ import pytest
 from knittest.errors import InputError
 from knittest.experiment.curves import load_curve
 from knittest.experiment.lab_csv import Specimen
-from knittest.experiment.lab_report import write_import
 from knittest.experiment.reconstruct import CASES, curve, text
 from knittest.experiment.statistics import mean_curve, tension_curve
 from knittest.experiment.tables import published
@@ -101,35 +100,3 @@ def test_a_tension_curve_of_clean_data_is_the_mean_curve():
     strain, force = tension_curve(specimens())
     mean = mean_curve(specimens())
     assert strain == pytest.approx(mean[0]) and force == pytest.approx(mean[1])
-
-
-def test_an_import_is_an_experiment_with_table_source_and_curves(tmp_path):
-    out = tmp_path / "mine"
-    for direction in ("warp", "weft"):
-        assert write_import(specimens(), out, direction, ["a.csv"]) == "mine"
-    peak, strain = published(out, "mine", "weft")
-    assert (peak.mean, peak.n, peak.table) == (5500.0, 2, "weft/statistics.json")
-    assert (strain.mean, strain.sd) == pytest.approx((1.6, np.std([1.5, 1.7], ddof=1)), rel=1e-5)
-    corridor, tension = (load_curve(out / "warp" / f"{name}.csv") for name in ("corridor", "tension"))
-    assert corridor.x[-1] == pytest.approx(1.5)
-    assert corridor.peak == tension.peak == (1.6, 5500.0)
-    assert "data import" in (out / "SOURCE.md").read_text(encoding="utf-8")
-
-
-def test_an_import_replaces_only_what_an_import_wrote(tmp_path):
-    out = tmp_path / "mine"
-    write_import(specimens(), out, "warp", ["a.csv"])
-    (out / "SOURCE.md").write_text("tested by me", encoding="utf-8")
-    write_import(specimens()[:1], out, "warp", ["b.csv"])
-    assert [p.name for p in sorted((out / "warp").glob("specimen-*"))] == ["specimen-01.csv"]
-    assert (out / "SOURCE.md").read_text(encoding="utf-8") == "tested by me"
-    for foreign in ("warp/notes.txt", "thesis.csv"):
-        (out / foreign).write_text("mine", encoding="utf-8")
-        with pytest.raises(InputError, match=f"holds {foreign}, which"):
-            write_import(specimens(), out, "warp", ["c.csv"])
-        (out / foreign).unlink()
-    (out / "warp" / "statistics.json").unlink()
-    with pytest.raises(InputError, match=r"holds warp/corridor\.csv"):
-        write_import(specimens(), out, "warp", ["c.csv"])
-    with pytest.raises(InputError, match="is a file"):
-        write_import(specimens(), out / "SOURCE.md", "warp", ["c.csv"])

@@ -1,0 +1,48 @@
+"""The direction that a laboratory file states: in its head, in its name or in that of its folder."""
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from knittest.config.fabric import Direction
+from knittest.errors import InputError
+from knittest.experiment.lab_rows import Row
+
+#: a weft-knitted fabric has both
+_FABRIC = re.compile(r"(weft|warp|schuss|schuß|kett)[ -]?(en)?(knit|gewirk|insert|gestrick|beaded)\w*", re.I)
+_WORDS: dict[Direction, re.Pattern[str]] = {
+    "warp": re.compile(r"(?<![a-zäöü])(warp|wales?(?![a-z])|kett(e|en)?(?![a-zäöü])|kett(richt|f[aä]d|garn))", re.I),
+    "weft": re.compile(r"(?<![a-zäöü])(weft|courses?(?![a-z])|filling(?![a-z])|schu(ss|ß))", re.I),
+}
+_LONGEST = 200
+
+
+@dataclass(frozen=True)
+class Said:
+    """A direction and the place that states it."""
+
+    direction: Direction
+    where: str
+
+
+def said_by(path: Path, head: Iterable[Row]) -> Said | None:
+    """What the rows of ``head``, else the file's name, else its folder's, say; ``None`` if nothing names just one."""
+    places = [(f"{path}:{line}", " ".join(cells)[:_LONGEST]) for line, cells in head]
+    places += [(f"{path}: its name", path.stem), (f"{path}: its folder", path.parent.name)]
+    for where, text in places:
+        plain = _FABRIC.sub(" ", text[:_LONGEST].replace("_", " "))
+        named = [direction for direction, word in _WORDS.items() if word.search(plain)]
+        if len(named) == 1:
+            return Said(named[0], where)
+    return None
+
+
+def refuse_other(said: Iterable[Said | None], direction: Direction) -> None:
+    """Raise :class:`InputError` for a file that names the other direction than ``direction``."""
+    for one in said:
+        if one is not None and one.direction != direction:
+            raise InputError(
+                f"{one.where} says {one.direction}, --direction says {direction}: which is it? "
+                "--trust-direction goes by the option"
+            )

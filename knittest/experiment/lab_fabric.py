@@ -1,0 +1,63 @@
+"""What the imported tests say of the fabric, as a part of its file."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from knittest.experiment.lab_conditions import GAUGE, WIDTH
+from knittest.experiment.lab_folder import DIRECTIONS, FABRIC, SOURCE, SOURCE_FILE, counted, named, read_statistics
+from knittest.export.atomic import write_atomic
+
+HEAD = """\
+# Written by knittest data import, from the tests in this folder: a part of a fabric file.
+#   knittest new NAME --from FOLDER
+# starts a fabric from it. The next import here writes it anew: edit the fabric, not this file.
+"""
+
+
+def fabric_part(out: Path) -> dict[str, Any]:
+    """The fields of :class:`knittest.config.fabric.Fabric` that the imports in ``out`` give."""
+    tests, place = read_statistics(out), named(out)
+    macro: dict[str, Any] = {}
+    for direction in DIRECTIONS:
+        if direction in tests:
+            macro.setdefault("tension", {})[direction] = (place / direction / "tension.csv").as_posix()
+            macro.setdefault("fracture_strain", {})[direction] = _fracture_strain(tests[direction])
+    return {"macro": macro, "experiment": place.as_posix(), "experiment_variant": out.resolve().name}
+
+
+def finish(out: Path) -> None:
+    """Write ``fabric.yaml`` to ``out``, and a SOURCE.md if there is none."""
+    if not (out / SOURCE_FILE).exists():
+        write_atomic(out / SOURCE_FILE, SOURCE)
+    write_atomic(out / FABRIC, HEAD + "\n".join(_lines(fabric_part(out), 0)) + "\n")
+
+
+def _fracture_strain(test: dict[str, Any]) -> dict[str, Any]:
+    conditions = test["conditions"]
+    gauge = f", {conditions[GAUGE.key]:g} mm between the clamps" if GAUGE.key in conditions else ""
+    strips = counted(test["fracture_strain_pct"]["n"], "strip")
+    width = f"{conditions[WIDTH.key]:g} mm"
+    return quantity(test["fracture_strain_pct"], "measured", f"{strips}, {width} wide{gauge}; an input of the shells")
+
+
+def quantity(found: dict[str, Any], source: str, ref: str) -> dict[str, Any]:
+    """A field of a fabric file, with the standard deviation where one is known."""
+    scatter = {} if found["sd"] is None else {"sd": float(f"{found['sd']:.6g}")}
+    return {"value": float(f"{found['mean']:.6g}"), **scatter, "source": source, "ref": ref}
+
+
+def _lines(part: dict[str, Any], level: int) -> list[str]:
+    """YAML of nested mappings; what has a value or a kind stands in one line, as in the shipped fabrics."""
+    found = []
+    for name, value in part.items():
+        if isinstance(value, dict) and not {"value", "kind"} & set(value):
+            found += [f"{'  ' * level}{name}:", *_lines(value, level + 1)]
+        else:
+            flow = (
+                "{" + ", ".join(f"{k}: {json.dumps(v, ensure_ascii=False)}" for k, v in value.items()) + "}"
+                if isinstance(value, dict)
+                else json.dumps(value, ensure_ascii=False)
+            )
+            found.append(f"{'  ' * level}{name}: {flow}")
+    return found

@@ -1,0 +1,147 @@
+"""The folder of an experiment: what imports write there, and what they leave alone."""
+
+import csv
+import io
+import json
+import math
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from knittest.errors import InputError, ResourceError
+from knittest.experiment.lab_conditions import Condition
+from knittest.experiment.statistics import mean_sd
+from knittest.experiment.tables import COLUMNS
+
+STATISTICS, FABRIC, SOURCE_FILE = "statistics.json", "fabric.yaml", "SOURCE.md"
+DIRECTIONS = ("warp", "weft")
+#: folders of the imports, each with a table of its name beside it but for the tensile ones
+FOLDERS = {
+    **{d: ("tensile", d) for d in DIRECTIONS},
+    **{f"{t}-{d}": (t, d) for t in ("cantilever", "friction") for d in DIRECTIONS},
+    "picture-frame": ("picture-frame", ""),
+}
+SOURCE = """# Source
+
+Tests imported with `knittest data import`; write here who tested what, where and how.
+
+- `tensile-*.csv`, `picture-frame.csv`, `cantilever-*.csv`, `friction-*.csv`: mean and sd of the results, and the
+  conditions that they hang on. kind: measured.
+- `warp/`, `weft/` (tensile), `picture-frame/`, `cantilever-*/`, `friction-*/`: the specimens; `corridor.csv`, their
+  mean and sd; `statistics.json`, values and files. `tension.csv` and `shear.csv` are curves for a fabric file, from
+  the origin on and rising.
+- `fabric.yaml`: what all of it says of the fabric; `knittest new NAME --from` this folder starts from it.
+"""
+_OWN_INSIDE = re.compile(r"specimen-\d+\.csv|corridor\.csv|tension\.csv|shear\.csv|statistics\.json|curves\.png")
+
+
+def table_name(test: str, direction: str) -> str:
+    """Name of the tidy table of an import."""
+    return f"{test}-{direction}.csv" if direction else f"{test}.csv"
+
+
+def folder_name(test: str, direction: str) -> str:
+    """Name of the folder of an import."""
+    return next(name for name, key in FOLDERS.items() if key == (test, direction))
+
+
+def prepared(out: Path, test: str, direction: str) -> Path:
+    """The folder of this import in the experiment ``out``, without an earlier one's specimens.
+
+    Raises :class:`InputError` unless both folders are new, empty or an earlier import's.
+    """
+    inner = out / folder_name(test, direction)
+    _refuse_foreign(out, inner)
+    try:
+        inner.mkdir(parents=True, exist_ok=True)
+        for old in inner.glob("specimen-*.csv"):
+            old.unlink()
+    except OSError as error:
+        raise ResourceError(f"{inner}: cannot be written: {error.strerror}") from None
+    return inner
+
+
+def _refuse_foreign(out: Path, inner: Path) -> None:
+    own = {SOURCE_FILE, FABRIC, *FOLDERS, *(table_name(t, d) for t, d in FOLDERS.values())}
+    for folder in (out, inner):
+        if folder.exists() and not folder.is_dir():
+            raise InputError(f"--out {out}: {folder} is a file: choose a new or empty folder")
+    strange = [name for name in _names(out) if name not in own]
+    inside = _names(inner)
+    strange += [f"{inner.name}/{n}" for n in inside if not _OWN_INSIDE.fullmatch(n) or STATISTICS not in inside]
+    if strange:
+        raise InputError(
+            f"--out {out}: holds {strange[0]}, which knittest data import did not write: choose a new or empty folder"
+        )
+
+
+def _names(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir()) if folder.exists() else []
+
+
+def counted(n: int, what: str) -> str:
+    """``n`` of ``what`` in words: 1 strip, 5 strips."""
+    return f"{n} {what}{'s' if n > 1 else ''}"
+
+
+def named(out: Path) -> Path:
+    """``out`` as fabric files name it, from ``./data`` on."""
+    return Path(*out.parts[1:]) if out.parts[:1] == ("data",) else out
+
+
+def summary(values: np.ndarray) -> dict[str, Any]:
+    """Mean, sd (``None`` of one specimen) and values, as statistics hold them."""
+    mean, sd = mean_sd(values)
+    return {"mean": mean, "sd": None if math.isnan(sd) else sd, "n": len(values), "values": [float(v) for v in values]}
+
+
+def statistics_text(
+    test: str, direction: str, found: Mapping[str, np.ndarray], conditions: Mapping[str, float], **more: Any
+) -> str:
+    """Content of ``statistics.json``."""
+    results = {name: summary(values) for name, values in found.items()}
+    known = {"kind": "measured", "test": test, "direction": direction, "conditions": dict(conditions), **more}
+    return json.dumps(known | results, indent=2, ensure_ascii=False) + "\n"
+
+
+def read_statistics(out: Path) -> dict[str, dict[str, Any]]:
+    """What the imports in ``out`` came to, by their folders; raises :class:`InputError` for one that cannot be read."""
+    found = {}
+    for name in FOLDERS:
+        path = out / name / STATISTICS
+        if not path.is_file():
+            continue
+        try:
+            read = json.loads(path.read_text(encoding="utf-8"))
+            read["conditions"], read["test"]
+        except (OSError, ValueError, KeyError, TypeError):
+            raise InputError(f"{path}: not what knittest data import writes now: import those files anew") from None
+        found[name] = read
+    return found
+
+
+def table_text(
+    variant: str, direction: str, found: Mapping[str, np.ndarray], units: Mapping[str, str],
+    conditions: Sequence[tuple[Condition, float]], source: str,
+) -> str:  # fmt: skip
+    """Tidy rows as :func:`knittest.experiment.tables.published` reads them; ``source`` is cited for each."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    for name, values in found.items():
+        mean, sd = mean_sd(values)
+        scatter = "" if math.isnan(sd) else f"{sd:.6g}"
+        writer.writerow([variant, direction, name, f"{mean:.6g}", scatter, len(values), units[name], source])
+    for what, value in conditions:
+        writer.writerow([variant, direction, what.key, f"{value:.6g}", "", "", what.unit, source])
+    return text.getvalue()
+
+
+def curve_text(notes: Sequence[str], columns: Mapping[str, np.ndarray]) -> str:
+    """A curve as :func:`knittest.experiment.curves.load_curve` reads it, without a column of NaN (no scatter known)."""
+    kept = {name: values for name, values in columns.items() if not np.isnan(values).all()}
+    rows = [",".join(f"{v:.6g}" for v in row) for row in zip(*kept.values(), strict=True)]
+    return "\n".join(["# kind: measured", *notes, ",".join(kept), *rows]) + "\n"
