@@ -21,7 +21,7 @@ FAR = 20.0
 UNITS = {"strain_pct": "%", "force_n": "N", "shear_angle_deg": "deg", "normalised_shear_force_n_per_mm": "N/mm"}
 STRAIN = "strain_pct"
 #: columns of a run's curve that mean the same as a reference's
-SAME = {"force_n": ("force_n", "force_mean_n", "shear_force_n"), "shear_angle_deg": ("frame_shear_angle_deg",)}
+SAME = {"force_n": ("force_n", "force_mean_n"), "shear_angle_deg": ("frame_shear_angle_deg",)}
 #: shear angles at which forces are compared [deg]
 ANGLES = (5.0, 10.0, 20.0, 30.0, 40.0)
 #: digits kept behind the point
@@ -66,17 +66,19 @@ def compare_columns(columns: Mapping[str, np.ndarray], reference: ReferenceCurve
 def columns_of(columns: Iterable[str], reference: ReferenceCurve) -> tuple[str, str]:
     """Names among ``columns`` of a curve for x and y of ``reference``; raises :class:`InputError` without any."""
     names = list(columns)
-    found = []
-    for wanted in (reference.x_name, reference.y_name):
-        name = next((n for n in (*SAME.get(wanted, ()), wanted) if n in names), None)
-        if name is None:
-            known = [*names, *(w for w, same in SAME.items() if any(n in names for n in same))]
-            raise InputError(
-                f"{reference.source}: {wanted}: the run's curve has no such column; "
-                f"expected one of {', '.join(sorted(set(known)))}"
-            )
-        found.append(name)
-    return found[0], found[1]
+    return column_of(names, reference.x_name, reference), column_of(names, reference.y_name, reference)
+
+
+def column_of(names: Sequence[str], wanted: str, reference: ReferenceCurve) -> str:
+    """The one of ``names`` that holds what ``reference`` calls ``wanted``; raises :class:`InputError` without any."""
+    name = next((n for n in (*SAME.get(wanted, ()), wanted) if n in names), None)
+    if name is None:
+        known = [*names, *(w for w, same in SAME.items() if any(n in names for n in same))]
+        raise InputError(
+            f"{reference.source}: {wanted}: the run's curve has no such column; "
+            f"expected one of {', '.join(sorted(set(known)))}"
+        )
+    return name
 
 
 def compare_curves(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> dict[str, Any]:

@@ -27,7 +27,7 @@ LABELS = {
     "penetration_over_deformation_pct": ("penetration/deformation [%]", "{:.1f}"),
     "chord_angle_deg": ("chord angle [deg]", "{:.2f}"),
     "overhang_mm": ("overhang [mm]", "{:.1f}"),
-    "bending_stiffness_mncm2": ("B by Eq. 2, 50 mm strip [mN cm2]", "{:.0f}"),
+    "bending_stiffness_mncm2": ("B by Eq. 2, of the strip [mN cm2]", "{:.0f}"),
     "bending_stiffness_n_mm_per_width": ("B, root moment/curvature [N mm]", "{:.2f}"),
     "moment_error_pct": ("root moment off weight [%]", "{:.2f}"),
     "residual": ("out of balance, of the weight", "{:.2g}"),

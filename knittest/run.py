@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
-from knittest.compare import columns_of, compare_columns, compare_results
+from knittest.compare import column_of, columns_of, compare_columns, compare_results
 from knittest.config.run import Run
 from knittest.errors import NumericalError, ResourceError
 from knittest.experiment.curves import ReferenceCurve, load_curve, located
@@ -66,15 +66,20 @@ def execute(run: Run, opener: Opener, interrupts: Interrupts, options: RunOption
 
 
 def own_curves(run: Run, paths: Sequence[Path]) -> list[ReferenceCurve]:
-    """Curves that the user compares with; one that the shells are fed with is an input. Raises InputError before the
-    run for a curve of other quantities than the test's.
+    """Curves that the user compares with, for the size of the run; one that the shells are fed with is an input.
+
+    Raises InputError before the run for a curve of another test, direction or quantity, or of a specimen whose size is
+    not known.
     """
     fed = [path.resolve() for path in data_files(run)] if run.model.scale == "macro" else []
     curves = []
     for path in map(located, paths):
+        report = REPORTS[run.rig.kind]
+        names = (report.axes.x, report.axes.y, *report.axes.others)
         curve = load_curve(path)
-        axes = REPORTS[run.rig.kind].axes
-        columns_of((axes.x, axes.y, *axes.others), curve)
+        column_of(names, curve.x_name, curve)
+        curve = report.matched(run, curve)
+        columns_of(names, curve)
         curves.append(replace(curve, kind="input") if path.resolve() in fed else curve)
     return curves
 

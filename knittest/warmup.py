@@ -132,7 +132,7 @@ def _crossing_yarns(run: Run) -> ExplicitModel:
 
 
 def _small_strip(run: Run) -> ExplicitModel:
-    line = (np.array([0.0, 100.0]), np.array([0.0, 1e6]))
+    line = (np.array([0.0, 100.0]), np.array([0.0, 2e4]))
     card = laminate(run.fabric, {"warp": line, "weft": line})
     contact = self_contact(run.fabric, run.model.macro, run.solver.safety)
     return build_strip(run.fabric, card, "warp", 5.0, 5.0, 5.0, 5.0, contact=contact)

@@ -65,8 +65,9 @@ class Curve:
 
     @property
     def source(self) -> str:
-        """What the curve is, and whether it was measured."""
-        return f"{self.reference.source} ({self.reference.kind})"
+        """What the curve is, whether it was measured, and how it was scaled to the test."""
+        note = f"; {self.reference.note}" if self.reference.note else ""
+        return f"{self.reference.source} ({self.reference.kind}{note})"
 
     def simulated(self, record: Record, folder: Path) -> float:
         """Root mean square of the deviations."""
@@ -139,7 +140,8 @@ def _row(quantity: str, run: Run, where: str) -> PublishedValue:
 def _curve(one: file.Target, run: Run, folder: Path, where: str) -> Curve:
     beside = folder / str(one.curve)
     try:
-        reference = find_curve(beside if beside.is_file() else Path(str(one.curve)))
+        found = find_curve(beside if beside.is_file() else Path(str(one.curve)))
+        reference: ReferenceCurve = REPORTS[run.rig.kind].matched(run, found)
     except InputError as error:
         raise InputError(f"{where}: curve: {error}") from None
     x = np.linspace(reference.x[0], reference.x[-1], CURVE_POINTS)

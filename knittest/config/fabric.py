@@ -110,7 +110,8 @@ class MacroMaterial(Strict):
     """Input curves and stiffnesses of the shell laminate."""
 
     tension: dict[Direction, str] = Field(
-        description="CSV (strain_pct, force_n of a 50 mm strip) per direction, in ./data or the shipped data"
+        description="CSV (strain_pct, force_n_per_mm; or force_n and a line # strip_width_mm: ...) per direction, in "
+        "./data or the shipped data"
     )
     fracture_strain: PerDirection = measure("%", "element deletion strain", gt=0, band=(0.1, 50))
     bending_stiffness: PerDirection = measure("N mm", "bending stiffness per width", gt=0, band=(1e-3, 1e4))

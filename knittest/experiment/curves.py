@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.errors import InputError
+from knittest.experiment.conditions import CHOICES, SIZES, UNKNOWN, Conditions, conditions_of
 from knittest.experiment.lab_csv import read_lab
 from knittest.experiment.shear_csv import ANGLE, read_shear
 from knittest.reading import read_regular
@@ -15,7 +16,10 @@ from knittest.resources import data_dir
 
 Array = NDArray[np.float64]
 Kind = Literal["measured", "digitised", "reconstructed", "simulated", "input"]
+Notes = dict[str, tuple[str, str]]
 MAX_BYTES = 10_000_000
+#: columns of a tensile force: of the whole strip, and per width
+FORCE, FORCE_PER_WIDTH = "force_n", "force_n_per_mm"
 
 
 @dataclass(frozen=True)
@@ -23,7 +27,7 @@ class ReferenceCurve:
     """Curve ``mean`` over ``x``, (n,) each, with its scatter ``sd`` if known; names hold the units.
 
     ``stated_peak`` is the mean of the specimens' own peaks (x, y), where the mean curve ends before it; ``note`` says
-    what was taken for granted.
+    what was taken for granted, or how it was scaled; ``conditions`` are those of the test, ``file`` where it was read.
     """
 
     kind: Kind
@@ -35,6 +39,8 @@ class ReferenceCurve:
     source: str
     stated_peak: tuple[float, float] | None = None
     note: str = ""
+    conditions: Conditions = UNKNOWN
+    file: str = ""
 
     @property
     def peak(self) -> tuple[float, float]:
@@ -57,23 +63,43 @@ def located(path: Path) -> Path:
 def load_curve(path: Path) -> ReferenceCurve:
     """Read a curve CSV: ``# kind: ...`` comment lines, a header row, then x, y and optionally the sd of y.
 
-    A file without ``# kind`` is read as a laboratory's, with either decimal mark, and taken as measured. Raises
-    :class:`InputError` naming file and line for an unknown kind, text, NaN or an x that does not rise.
+    Lines such as ``# strip_width_mm: 50`` state the conditions of the test (:class:`Conditions`). A file without
+    ``# kind`` is read as a laboratory's, with either decimal mark, and taken as measured. Raises :class:`InputError`
+    naming file and line for an unknown kind or condition, text, NaN or an x that does not rise.
     """
     try:
         lines = read_regular(path, MAX_BYTES, "a curve has fewer points").decode("utf-8-sig").splitlines()
     except UnicodeDecodeError:
-        return _plain(path)
-    notes = {}
-    for line in lines:
-        if line.startswith("#"):
-            key, _, value = line[1:].partition(":")
-            notes[key.strip()] = value.strip()
+        return _plain(path, UNKNOWN)
+    notes = _notes(path, lines)
+    conditions = conditions_of(notes)
     if "kind" not in notes:
-        return _plain(path)
-    kind = notes["kind"]
+        return _plain(path, conditions)
+    kind, where = notes["kind"]
     if kind not in get_args(Kind):
-        raise InputError(f"{path}:1: # kind: {kind}; expected one of {', '.join(get_args(Kind))}")
+        raise InputError(f"{where}: # kind: {kind}; expected one of {', '.join(get_args(Kind))}")
+    names, rows = _table(path, lines)
+    source = notes["source"][0] if "source" in notes else path.name
+    return ReferenceCurve(
+        kind, rows[:, 0], rows[:, 1], rows[:, 2] if rows.shape[1] > 2 else None, names[0], names[1], source,  # type: ignore[arg-type]
+        _stated_peak(path, notes, names[1], conditions), conditions=conditions, file=str(path),
+    )  # fmt: skip
+
+
+def _notes(path: Path, lines: list[str]) -> Notes:
+    """Name to value and place of the comment lines; raises :class:`InputError` for a condition stated twice."""
+    notes: Notes = {}
+    for number, line in enumerate(lines, 1):
+        if line.startswith("#"):
+            key, _, value = (part.strip() for part in line[1:].partition(":"))
+            if key in notes and key in (*SIZES, *CHOICES) and notes[key][0] != value:
+                raise InputError(f"{path}:{number}: # {key}: {value}; {notes[key][1]} says {notes[key][0]}")
+            notes[key] = value, f"{path}:{number}"
+    return notes
+
+
+def _table(path: Path, lines: list[str]) -> tuple[list[str], Array]:
+    """Names of the columns and their numbers (n, columns)."""
     body = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
     if len(body) < 3:
         raise InputError(f"{path}: a curve needs a header and at least two points")
@@ -84,33 +110,42 @@ def load_curve(path: Path) -> ReferenceCurve:
     falls = np.flatnonzero(np.diff(rows[:, 0]) <= 0.0)
     if len(falls):
         raise InputError(f"{path}:{body[falls[0] + 2][0]}: {names[0]} must rise from row to row")
-    sd = rows[:, 2] if rows.shape[1] > 2 else None
-    peak = _stated_peak(path, notes)
-    return ReferenceCurve(
-        kind, rows[:, 0], rows[:, 1], sd, names[0], names[1], notes.get("source", path.name), peak  # type: ignore[arg-type]
-    )  # fmt: skip
+    return names, rows
 
 
-def _plain(path: Path) -> ReferenceCurve:
+def _plain(path: Path, conditions: Conditions) -> ReferenceCurve:
     """A curve of a user's own: a column of strain or shear angle and one of force."""
     note = "the file has no '# kind:' line: taken as measured"
     sheared = read_shear(path)
     if sheared is not None:
         angle, force, name = sheared
-        return ReferenceCurve("measured", angle, force, None, ANGLE, name, path.name, note=note)
+        return ReferenceCurve(
+            "measured", angle, force, None, ANGLE, name, path.name, note=note, conditions=conditions, file=str(path)
+        )
     specimens = read_lab(path)
     if len(specimens) > 1:
         raise InputError(f"{path}: {len(specimens)} specimens; knittest data import makes one curve of them")
     (one,) = specimens
-    return ReferenceCurve("measured", one.strain, one.force, None, "strain_pct", "force_n", path.name, note=note)
+    return ReferenceCurve(
+        "measured", one.strain, one.force, None, "strain_pct", FORCE, path.name, note=note, conditions=conditions,
+        file=str(path),
+    )  # fmt: skip
 
 
-def _stated_peak(path: Path, notes: dict[str, str]) -> tuple[float, float] | None:
-    texts = [notes.get(name) for name in ("fracture_strain_pct", "peak_force_n")]
-    if None in texts:
+def _stated_peak(path: Path, notes: Notes, y_name: str, conditions: Conditions) -> tuple[float, float] | None:
+    """Strain [%] and force of the mean peak that the header states, in the unit of the column ``y_name``."""
+    name = next((n for n in ("peak_force_n", "peak_force_n_per_mm") if n in notes), None)
+    if name is None or "fracture_strain_pct" not in notes:
         return None
-    strain, force = (_row(path, 1, str(text), 1)[0] for text in texts)
-    return strain, force
+    texts = (notes[n] for n in ("fracture_strain_pct", name))
+    strain, force = (_row(path, int(where.rpartition(":")[2]), text, 1)[0] for text, where in texts)
+    if name == f"peak_{y_name}":
+        return strain, force
+    width = conditions.strip_width_mm
+    if width is None:
+        where = notes[name][1]
+        raise InputError(f"{where}: # {name} beside a column {y_name}: expected a line '# strip_width_mm: ...'")
+    return strain, force / width if name == "peak_force_n" else force * width
 
 
 def _row(path: Path, number: int, line: str, columns: int) -> list[float]:

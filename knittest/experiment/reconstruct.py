@@ -15,7 +15,9 @@ from knittest.experiment.tables import published
 from knittest.resources import data_dir
 
 AXIAL = 59.3e3 * 0.784  # EA of a yarn [N]
-#: yarns in 50 mm and straightening force T* of one [N], by variant and direction
+#: strip of DIN EN ISO 13934-1 [mm]
+WIDTH, GAUGE = 50.0, 200.0
+#: yarns in that width and straightening force T* of one [N], by variant and direction
 CASES = {
     ("1", "warp"): (14.0, 56.0),
     ("1", "weft"): (14.0, 39.0),
@@ -26,7 +28,7 @@ POINTS = 61
 
 
 def curve(variant: str, direction: str) -> tuple[np.ndarray, np.ndarray]:
-    """Strain [%] and force [N] of a 50 mm strip, (POINTS,), from the origin to Table 3's mean end point."""
+    """Strain [%] and force [N] of a strip of :data:`WIDTH`, (POINTS,), from the origin to Table 3's mean end point."""
     peak, strain = (row.mean for row in published(data_dir() / "pham2019", variant, direction))
     yarns, star = CASES[variant, direction]
     tension = np.linspace(0.0, 1.0, POINTS) ** 1.5 * peak / yarns
@@ -43,9 +45,14 @@ def text(variant: str, direction: str) -> str:
         f"# source: Table 3 of Pham et al. 2019, variant {variant}, {direction}",
         "# method: wavy-yarn closed form through Table 3's mean end point (knittest/experiment/reconstruct.py)",
         "# note: only the end point is measured; a macro model fed with this repeats an input",
-        "strain_pct,force_n",
+        "# test: tensile",
+        f"# direction: {direction}",
+        f"# strip_width_mm: {WIDTH:g}",
+        f"# gauge_length_mm: {GAUGE:g}",
+        "strain_pct,force_n_per_mm",
     ]
-    rows = [f"{e:.6f},{f:.3f}" for e, f in zip(*curve(variant, direction), strict=True)]
+    # all digits: of 0.001 N of the strip, whatever its width
+    rows = [f"{e:.6f},{round(float(f), 3) / WIDTH!r}" for e, f in zip(*curve(variant, direction), strict=True)]
     return "\n".join([*head, *rows]) + "\n"
 
 

@@ -11,9 +11,9 @@ from knittest.experiment.lab_rows import read_rows
 
 Array = NDArray[np.float64]
 
-ANGLE = "shear_angle_deg"
+ANGLE, NORMALISED = "shear_angle_deg", "normalised_shear_force_n_per_mm"
 #: names of the column of the force
-FORCES = ("force_n", "normalised_shear_force_n_per_mm")
+FORCES = ("force_n", NORMALISED)
 
 
 def read_shear(path: Path) -> tuple[Array, Array, str] | None:

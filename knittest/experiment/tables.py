@@ -1,11 +1,14 @@
 """Published results: tidy tables of means and standard deviations."""
 
 import csv
-from collections.abc import Iterator
-from dataclasses import dataclass
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from itertools import groupby
 from pathlib import Path
 
 from knittest.errors import InputError
+from knittest.experiment.conditions import EXACT, SIZES, UNKNOWN, Conditions, conditions_of
 
 COLUMNS = ["variant", "direction", "quantity", "mean", "sd", "n", "unit", "table"]
 TENSILE = ("peak_force_n", "fracture_strain_pct")
@@ -13,7 +16,11 @@ TENSILE = ("peak_force_n", "fracture_strain_pct")
 
 @dataclass(frozen=True)
 class PublishedValue:
-    """One row: mean and standard deviation (NaN: not stated) of ``n`` specimens (0: not stated) in ``unit``."""
+    """One row: mean and standard deviation (NaN: not stated) of ``n`` specimens (0: not stated) in ``unit``.
+
+    ``table`` is the citation that a reader is shown, ``file`` where the row stands, ``conditions`` are the sizes that
+    rows of the same file state for its variant and direction, such as ``strip_width_mm``.
+    """
 
     quantity: str
     mean: float
@@ -21,6 +28,8 @@ class PublishedValue:
     n: int
     unit: str
     table: str
+    conditions: Conditions = UNKNOWN
+    file: str = ""
 
 
 def published(
@@ -29,13 +38,51 @@ def published(
     """Rows of ``variant`` and ``direction``, or of no direction, in all tables of ``folder``, in the order of
     ``quantities``.
 
-    Raises :class:`InputError` for a missing folder, a wrong header or a value that is no number.
+    Raises :class:`InputError` for a missing folder, a wrong header, a value that is no number and sizes that
+    contradict each other.
     """
     found = {}
-    for path, line, row in _rows(folder):
-        if row["variant"] == variant and row["direction"] in (direction, "") and row["quantity"] in quantities:
-            found[row["quantity"]] = _value(path, line, row)
+    for path, rows in groupby(_rows(folder), key=lambda row: row[0]):
+        own = [
+            (line, row) for _, line, row in rows if row["variant"] == variant and row["direction"] in (direction, "")
+        ]
+        conditions = _conditions(path, own)
+        for line, row in own:
+            if row["quantity"] in quantities:
+                found[row["quantity"]] = _value(path, line, row, conditions)
     return [found[q] for q in quantities if q in found]
+
+
+def _conditions(path: Path, rows: Iterable[tuple[int, dict[str, str]]]) -> Conditions:
+    """Sizes that ``rows`` of one table state."""
+    texts: dict[str, tuple[str, str]] = {}
+    for line, row in rows:
+        name, where = row["quantity"], f"{path}:{line}"
+        if name not in SIZES:
+            continue
+        if row["unit"] != "mm":
+            raise InputError(f"{where}: {name}: unit = {row['unit']!r}; expected mm")
+        if name in texts and texts[name][0] != row["mean"]:
+            raise InputError(f"{where}: {name}: {row['mean']}; {texts[name][1]} says {texts[name][0]}")
+        texts[name] = row["mean"], where
+    return conditions_of(texts)
+
+
+def for_width(row: PublishedValue, width: float) -> PublishedValue:
+    """``row`` of a strip, whose mean grows with its width, for a strip of ``width`` [mm], and said so.
+
+    Raises :class:`InputError` where the table states no width.
+    """
+    own = row.conditions.strip_width_mm
+    if own is None:
+        raise InputError(
+            f"{row.file}: {row.quantity} of a strip of unknown width: expected a row strip_width_mm [mm] of the same "
+            "variant and direction; knittest data import --width writes one"
+        )
+    if math.isclose(own, width, rel_tol=EXACT):
+        return row
+    note = f", for {width:g} instead of {own:g} mm"
+    return replace(row, mean=row.mean * width / own, sd=row.sd * width / own, table=row.table + note)
 
 
 def variants(folder: Path) -> list[str]:
@@ -57,7 +104,7 @@ def _rows(folder: Path) -> Iterator[tuple[Path, int, dict[str, str]]]:
                 yield path, reader.line_num, row
 
 
-def _value(path: Path, line: int, row: dict[str, str]) -> PublishedValue:
+def _value(path: Path, line: int, row: dict[str, str], conditions: Conditions) -> PublishedValue:
     try:
         return PublishedValue(
             row["quantity"],
@@ -66,6 +113,8 @@ def _value(path: Path, line: int, row: dict[str, str]) -> PublishedValue:
             int(row["n"] or 0),
             row["unit"],
             row["table"],
+            conditions,
+            f"{path}:{line}",
         )
     except ValueError as error:
         raise InputError(f"{path}:{line}: {row['quantity']}: expected numbers for mean, sd and n ({error})") from None

@@ -9,7 +9,8 @@ import numpy as np
 
 from knittest.config.dumping import dump_mapping
 from knittest.config.fabric import Direction
-from knittest.config.run import Run
+from knittest.config.run import Run, TensileRun
+from knittest.experiment.curves import FORCE_PER_WIDTH
 from knittest.experiment.shear_csv import ANGLE
 from knittest.experiment.shear_law import FRAME_ANGLE, NORMALISED, homogenised_law
 from knittest.export.atomic import write_atomic
@@ -17,7 +18,6 @@ from knittest.export.own_data import OWN, kept_beside
 from knittest.homogenise.curves import Array, read_columns, tension_curve
 from knittest.homogenise.plan import PIECES, Piece, overhang, width
 from knittest.laboratory.heavy_elastica import stiffness_of
-from knittest.materials.laminate import STRIP_WIDTH
 
 FABRIC = "fabric.yaml"
 #: characters of a fabric's name, and what is added to it
@@ -37,7 +37,7 @@ class Tested:
 
 @dataclass(frozen=True)
 class Card:
-    """Numbers of the shells: tension curves, strain [%] and force [N] of a 50 mm strip, by direction; shear law, angle
+    """Numbers of the shells: tension curves, strain [%] and force per width [N/mm], by direction; shear law, angle
     [deg] and conjugate force [N/mm]; bending stiffness [N mm] by direction. ``tests`` are those it was made of.
     """
 
@@ -57,7 +57,7 @@ def card_of(tests: dict[Piece, Tested]) -> Card:
             shear = homogenised_law(*read_columns(test.folder, FRAME_ANGLE, NORMALISED))
         elif piece.direction and piece.kind == "tensile":
             strain, force = tension_curve(*read_columns(test.folder, "strain_pct", "force_n"))
-            tension[piece.direction] = strain, force * STRIP_WIDTH / width(test.run)
+            tension[piece.direction] = strain, force / width(test.run)
         elif piece.direction:
             bending[piece.direction] = bending_stiffness(test.run, test.results["chord_angle_deg"])
     return Card(tension, shear, bending, tests)
@@ -78,8 +78,7 @@ def write_card(card: Card, folder: Path, command: str) -> Path:
     run = next(iter(card.tests.values())).run
     kind = f"# kind: simulated\n# fabric: {_name(run)}\n"
     for direction, (strain, force) in card.tension.items():
-        ends = f"# fracture_strain_pct: {strain[-1]:.6g}\n# peak_force_n: {force[-1]:.6g}\n"
-        head = f"{kind}# source: {_story(card, 'tensile', direction)}\n{ends}strain_pct,force_n\n"
+        head = kind + _tension_head(card, direction, strain, force)
         write_atomic(data / f"tension-{direction}.csv", head + _rows(strain, force))
     head = f"{kind}# source: {_story(card, 'picture-frame')}\n{ANGLE},shear_force_n_per_mm\n"
     write_atomic(data / "shear.csv", head + _rows(*card.shear))
@@ -94,7 +93,7 @@ def card_numbers(card: Card) -> dict[str, float]:
     for direction in DIRECTIONS:
         strain, force = card.tension[direction]
         found[f"fracture_strain.{direction} [%]"] = float(strain[-1])
-        found[f"tension.{direction}, peak of 50 mm [N]"] = float(force[-1])
+        found[f"tension.{direction}, peak [N/mm]"] = float(force[-1])
         found[f"bending_stiffness.{direction} [N mm]"] = card.bending[direction]
     found["shear, last angle [deg]"] = float(card.shear[0][-1])
     found["shear, last force [N/mm]"] = float(card.shear[1][-1])
@@ -123,6 +122,18 @@ def _fabric(card: Card, run: Run, folder: Path) -> dict[str, Any]:
     if data.get("experiment"):
         data["experiment"] = kept_beside(data["experiment"], folder, "experiment")
     return data
+
+
+def _tension_head(card: Card, direction: Direction, strain: Array, force: Array) -> str:
+    """Source and conditions of a tension curve, its end, and the names of its columns."""
+    run = card.tests[Piece("tensile", direction)].run
+    assert isinstance(run, TensileRun)
+    lines = [
+        f"source: {_story(card, 'tensile', direction)}", "test: tensile", f"direction: {direction}",
+        f"strip_width_mm: {width(run):.6g}", f"gauge_length_mm: {run.rig.gauge_length:g}",
+        f"fracture_strain_pct: {strain[-1]:.6g}", f"peak_force_n_per_mm: {force[-1]:.6g}",
+    ]  # fmt: skip
+    return "".join(f"# {line}\n" for line in lines) + f"strain_pct,{FORCE_PER_WIDTH}\n"
 
 
 def _derived(value: float, ref: str) -> dict[str, Any]:

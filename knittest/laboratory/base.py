@@ -6,9 +6,11 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from knittest.config.fabric import Direction, Fabric
 from knittest.config.run import Run
 from knittest.errors import InputError
 from knittest.experiment.curves import ReferenceCurve, load_curve
+from knittest.experiment.forces import per_width
 from knittest.history import History, Quality
 from knittest.kernels.shell_state import Laminate
 from knittest.materials.laminate import laminate
@@ -61,8 +63,25 @@ def fabric_laminate(run: Run) -> Laminate:
         raise InputError(
             f"solver.target_step = {run.solver.target_step:g} us: shells are not mass-scaled; leave it out"
         )
-    curves = {d: load_curve(data_dir() / path) for d, path in run.fabric.macro.tension.items()}
+    curves = {d: tension_curve(run.fabric, d) for d in run.fabric.macro.tension}
     return laminate(run.fabric, {d: (c.x, c.mean) for d, c in curves.items()}, shear_curve(run))
+
+
+def tension_curve(fabric: Fabric, direction: Direction) -> ReferenceCurve:
+    """Force per width [N/mm] over strain that the shells are fed along ``direction``.
+
+    Raises :class:`InputError` for a file of the other direction or another test, and for the force of a strip of
+    unknown width.
+    """
+    curve = load_curve(data_dir() / fabric.macro.tension[direction])
+    found, where = curve.conditions, f"fabric {fabric.name}, macro.tension.{direction}"
+    if found.test not in ("", "tensile") or found.direction not in ("", direction):
+        stated = f"{found.test or 'tensile'} {found.direction}".strip()
+        raise InputError(f"{where}: {curve.file} is a curve of {stated}; expected one of tensile {direction}")
+    try:
+        return per_width(curve)
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
 
 
 def shear_curve(run: Run) -> ReferenceCurve | None:

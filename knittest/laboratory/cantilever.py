@@ -25,8 +25,6 @@ from knittest.simulation import Keeper, SimulationCost
 
 Array = NDArray[np.float64]
 
-#: width to which bending stiffnesses of a strip refer [mm]
-STRIP_WIDTH = 50.0
 #: chord angle error at which the laboratory's mode has found its overhang [deg], and most relaxations it may take
 ANGLE_TOLERANCE, MOST_TRIALS = {"macro": 0.05, "meso": 0.25}, 8
 #: largest deviation between the root's moment and that of gravity
@@ -131,8 +129,9 @@ def given_overhang(run: CantileverRun) -> float:
 
 
 def strip_stiffness(run: CantileverRun, overhang: float) -> float:
-    """B = w (L / 2)^3 of a strip 50 mm wide [N mm^2] (Eq. 2): 1 N mm^2 is 10 mN cm^2."""
-    return run.fabric.kernel("area_mass") * run.rig.kernel("gravity") * STRIP_WIDTH * (0.5 * overhang) ** 3
+    """B = w (L / 2)^3 of the strip [N mm^2] (Eq. 2): 1 N mm^2 is 10 mN cm^2."""
+    weight = run.fabric.kernel("area_mass") * run.rig.kernel("gravity") * run.rig.kernel("width")
+    return weight * (0.5 * overhang) ** 3
 
 
 def _next_overhang(rests: list[Rest], angle: float) -> float:

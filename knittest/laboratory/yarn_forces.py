@@ -7,11 +7,9 @@ from numpy.typing import NDArray
 
 from knittest.config.fabric import Direction
 from knittest.config.run import Run
-from knittest.experiment.curves import load_curve
 from knittest.history import Frame, Mesh
-from knittest.materials.laminate import STRIP_WIDTH
+from knittest.laboratory.base import tension_curve
 from knittest.materials.yarn_section import sections
-from knittest.resources import data_dir
 
 Array = NDArray[np.float64]
 
@@ -22,8 +20,8 @@ Table = dict[str, Array]
 def strengths(run: Run) -> dict[str, float]:
     """Force [N] at which a mean yarn of warp, weft and knit breaks: that of its law, or of the fabric's curve."""
     if run.model.scale == "macro":
-        curves = {d: load_curve(data_dir() / run.fabric.macro.tension[d]) for d in DIRECTIONS}
-        return {d: float(c.mean.max()) / (STRIP_WIDTH * run.fabric.kernel(f"{d}_density")) for d, c in curves.items()}
+        curves = {d: tension_curve(run.fabric, d) for d in DIRECTIONS}
+        return {d: float(c.mean.max()) / run.fabric.kernel(f"{d}_density") for d, c in curves.items()}
     cards = sections(run.fabric)
     breaks = (run.fabric.reinforcing, run.fabric.reinforcing, run.fabric.knitting)
     strain = [yarn.kernel("fracture_strain") for yarn in breaks]

@@ -24,8 +24,6 @@ from knittest.units import to_kernel
 Array = NDArray[np.float64]
 
 DIRECTIONS: tuple[Direction, Direction] = ("warp", "weft")
-#: width of the strip whose force the tension curves give [mm] (DIN EN ISO 13934-1)
-STRIP_WIDTH = 50.0
 #: points of a tension curve are dropped while it moves by less than this share of its peak
 CURVE_TOLERANCE = 2e-4
 #: a curve may end this share before the fracture strain; its last tangent then goes on
@@ -43,7 +41,7 @@ HOURGLASS = 0.05
 def laminate(
     fabric: Fabric, curves: Mapping[Direction, tuple[Array, Array]], shear_curve: ReferenceCurve | None = None
 ) -> Laminate:
-    """Laminate of ``fabric`` with tension ``curves``: strain [%] and force [N] of a 50 mm strip, (n,) each.
+    """Laminate of ``fabric`` with tension ``curves``: strain [%] and force per width [N/mm], (n,) each.
 
     ``shear_curve`` is that of the fabric's shear law, if it names one. Raises :class:`InputError` for a tension curve
     that does not start at the origin, does not rise up to the fracture strain, ends before it, or is too soft for the
@@ -118,16 +116,15 @@ def _tension_points(
     fabric: Fabric, direction: Direction, curve: tuple[Array, Array], fail: float
 ) -> tuple[Array, Array]:
     """Strain [-] and force per width [N/mm] from the origin to the fracture strain ``fail``."""
-    strain, force = to_kernel(1.0, "%") * np.asarray(curve[0], float), np.asarray(curve[1], float) / STRIP_WIDTH
+    strain, force = to_kernel(1.0, "%") * np.asarray(curve[0], float), np.asarray(curve[1], float)
     where = f"fabric {fabric.name}, macro.tension.{direction} ({fabric.macro.tension[direction]})"
     limit = f"macro.fracture_strain.{direction} = {100 * fail:g} %"
     if strain.shape != force.shape or strain.size < 2 or not np.isfinite(np.append(strain, force)).all():
-        raise InputError(f"{where}: expected at least two rows of finite strain_pct and force_n")
+        raise InputError(f"{where}: expected at least two rows of finite strain and force")
     if strain[0] > 0.0:
         strain, force = np.append(0.0, strain), np.append(0.0, force)
-    start = STRIP_WIDTH * force[0]
     if strain[0] != 0.0 or abs(force[0]) > CURVE_TOLERANCE * force.max():
-        raise InputError(f"{where}: the first row is {100 * strain[0]:g} %, {start:g} N; expected 0 %, 0 N")
+        raise InputError(f"{where}: the first row is {100 * strain[0]:g} %, {force[0]:g} N/mm; expected 0 %, 0 N/mm")
     if (back := np.flatnonzero(np.diff(strain) <= 0.0)).size:
         raise InputError(f"{where}: strain_pct does not rise after {100 * strain[back[0]]:g} %; expected rising rows")
     if strain[-1] < (1.0 - CURVE_MARGIN) * fail:
@@ -135,7 +132,7 @@ def _tension_points(
     strain, force = _cut(strain, np.append(0.0, force[1:]), fail)
     if (fall := np.flatnonzero(np.diff(force) <= 0.0)).size:
         raise InputError(
-            f"{where}: force_n does not rise after {100 * strain[fall[0]]:g} %; expected a rising curve up to {limit}"
+            f"{where}: the force does not rise after {100 * strain[fall[0]]:g} %; expected a rising curve up to {limit}"
         )
     return thin(strain, force, CURVE_TOLERANCE * force[-1])
 
@@ -154,10 +151,10 @@ def _lever(fabric: Fabric, bending: Array, tangents: list[Array]) -> float:
     needed = [sqrt(bending[i] / t.min()) for i, t in enumerate(tangents)]
     if max(needed) > LARGEST_LEVER * thickness:
         worst = int(np.argmax(needed))
-        d, soft = DIRECTIONS[worst], STRIP_WIDTH * float(tangents[worst].min()) * to_kernel(1.0, "%")
+        d, soft = DIRECTIONS[worst], float(tangents[worst].min()) * to_kernel(1.0, "%")
         raise InputError(
-            f"fabric {fabric.name}, macro.tension.{d} ({fabric.macro.tension[d]}): smallest tangent {soft:.3g} N per % "
-            f"of strain, too soft for macro.bending_stiffness.{d} = {bending[worst]:g} N mm; expected a curve "
+            f"fabric {fabric.name}, macro.tension.{d} ({fabric.macro.tension[d]}): smallest tangent {soft:.3g} N/mm "
+            f"per % of strain, too soft for macro.bending_stiffness.{d} = {bending[worst]:g} N mm; expected a curve "
             f"without a force-free start"
         )
     return max(0.5 * thickness, *needed)

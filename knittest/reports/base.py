@@ -8,7 +8,9 @@ from typing import Any, Protocol
 import numpy as np
 
 from knittest.config.run import Run
+from knittest.errors import InputError
 from knittest.experiment.curves import ReferenceCurve
+from knittest.experiment.forces import noted
 from knittest.experiment.tables import PublishedValue
 from knittest.export import energy_picture
 from knittest.export.line_picture import Level
@@ -85,6 +87,11 @@ class Report(Protocol):
     def scaled(self, run: Any, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
         """Published rows for the size of the run's specimen."""
 
+    def matched(self, run: Any, curve: ReferenceCurve) -> ReferenceCurve:
+        """``curve`` of another specimen as the run's curve can be compared with it: of the same test, and of its size
+        or of none; says in its note what was scaled. Raises :class:`InputError` where it cannot.
+        """
+
     def reference_curve(self, run: Any) -> ReferenceCurve | None:
         """The curve that the run's curve is compared with."""
 
@@ -96,6 +103,19 @@ class Report(Protocol):
 
     def pictures(self, run: Any, specimens: list[Specimen], references: References, folder: Path) -> None:
         """Write the pictures."""
+
+
+def same_test(run: Run, curve: ReferenceCurve) -> ReferenceCurve:
+    """``curve``; raises :class:`InputError` where its file states another test or direction than that of ``run``."""
+    stated, own = curve.conditions, (run.rig.kind, run.direction)
+    if stated.test not in ("", own[0]) or (own[1] and stated.direction not in ("", own[1])):
+        raise InputError(
+            f"{curve.file or curve.source}: a curve of {stated.test or own[0]} {stated.direction}".rstrip()
+            + f"; the run is {' '.join(filter(None, own))}: not the same test"
+        )
+    if own[1] and not stated.direction:
+        return noted(curve, f"the file states no direction: taken as {own[1]}")
+    return curve
 
 
 def title_of(run: Run) -> str:

@@ -7,12 +7,12 @@ import numpy as np
 
 from knittest.config.run import CantileverRun
 from knittest.experiment.curves import ReferenceCurve
-from knittest.experiment.tables import PublishedValue
+from knittest.experiment.tables import PublishedValue, for_width
 from knittest.export.line_picture import Level, Line, line_picture
 from knittest.export.side_picture import side_picture
 from knittest.laboratory.cantilever import MOMENT_TOLERANCE
 from knittest.laboratory.yarn_cantilever import BALANCED
-from knittest.reports.base import Columns, CurveAxes, Gate, References, title_of
+from knittest.reports.base import Columns, CurveAxes, Gate, References, same_test, title_of
 from knittest.specimen import Specimen
 
 
@@ -43,8 +43,13 @@ class CantileverReport:
         ]
 
     def scaled(self, run: CantileverRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
-        """As they are: nothing of it grows with the specimen."""
-        return list(rows)
+        """The bending stiffness of the tested strip for the width of the run, and said so; overhangs as they are."""
+        width = run.rig.kernel("width")
+        return [for_width(row, width) if row.quantity == "bending_stiffness_mncm2" else row for row in rows]
+
+    def matched(self, run: CantileverRun, curve: ReferenceCurve) -> ReferenceCurve:
+        """As it is: nothing of it grows with the specimen."""
+        return same_test(run, curve)
 
     def reference_curve(self, run: CantileverRun) -> ReferenceCurve | None:
         """There is no curve."""

@@ -18,7 +18,7 @@ from knittest.laboratory.draw_in import DrawIn, draw_in
 from knittest.laboratory.formed import Formed
 from knittest.laboratory.forming import allowed_depth, drawn, shear_field, tools_of
 from knittest.laboratory.yarn_forces import yarn_forces
-from knittest.reports.base import Columns, CurveAxes, Gate, References, draw_energies, energy_gates, title_of
+from knittest.reports.base import Columns, CurveAxes, Gate, References, draw_energies, energy_gates, same_test, title_of
 from knittest.specimen import Specimen
 
 #: share of the elements whose value the colours of a picture hold [%]
@@ -47,6 +47,10 @@ class FormingReport:
     def scaled(self, run: FormingRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
         """As they are: nothing is published."""
         return list(rows)
+
+    def matched(self, run: FormingRun, curve: ReferenceCurve) -> ReferenceCurve:
+        """As it is: nothing of it grows with the specimen."""
+        return same_test(run, curve)
 
     def reference_curve(self, run: FormingRun) -> ReferenceCurve | None:
         """No curve is published."""

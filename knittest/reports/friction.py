@@ -11,7 +11,7 @@ from knittest.export.pressure_picture import pressure_picture
 from knittest.laboratory.friction import FORCE_TOLERANCE, PENETRATION_TOLERANCE, map_cell
 from knittest.laboratory.pressure import PLATES, pressure_map
 from knittest.laboratory.strips import AXIS
-from knittest.reports.base import Columns, CurveAxes, Gate, References, draw_energies, energy_gates, title_of
+from knittest.reports.base import Columns, CurveAxes, Gate, References, draw_energies, energy_gates, same_test, title_of
 from knittest.rigs.friction import KINETIC_SHARE
 from knittest.specimen import Specimen
 
@@ -45,6 +45,10 @@ class FrictionReport:
     def scaled(self, run: FrictionRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
         """As they are: nothing of it grows with the specimen."""
         return list(rows)
+
+    def matched(self, run: FrictionRun, curve: ReferenceCurve) -> ReferenceCurve:
+        """As it is: nothing of it grows with the specimen."""
+        return same_test(run, curve)
 
     def reference_curve(self, run: FrictionRun) -> ReferenceCurve | None:
         """No curve is published."""

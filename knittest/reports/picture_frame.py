@@ -1,13 +1,14 @@
 """Report of the picture frame: force over shear angle, and the map of the wrinkles."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from knittest.config.run import PictureFrameRun
 from knittest.experiment.curves import ReferenceCurve
+from knittest.experiment.forces import normalised
+from knittest.experiment.shear_csv import NORMALISED
 from knittest.experiment.simulated_studies import friction_curves
 from knittest.experiment.tables import PublishedValue
 from knittest.export.faces_picture import faces_picture
@@ -17,11 +18,10 @@ from knittest.export.shear_picture import shear_picture
 from knittest.laboratory.picture_frame import MAPPED, fabric_side, frame_at, material_angles, material_scatter
 from knittest.laboratory.shear_angles import angle_table, crossing_angles
 from knittest.laboratory.wrinkles import measure_wrinkles
-from knittest.reports.base import Columns, CurveAxes, Gate, References, draw_energies, energy_gates, title_of
+from knittest.reports.base import Columns, CurveAxes, Gate, References, draw_energies, energy_gates, same_test, title_of
 from knittest.specimen import Specimen
-from knittest.trellis import crosshead_of_normalised, normalised_force
+from knittest.trellis import crosshead_of_normalised
 
-NORMALISED = "normalised_shear_force_n_per_mm"
 NORMALISED_LABEL = r"normalised shear force $F_s L_{frame} / L_{fabric}^2$ [N/mm]"
 
 
@@ -47,6 +47,10 @@ class PictureFrameReport:
     def scaled(self, run: PictureFrameRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
         """As they are: nothing of it grows with the specimen."""
         return list(rows)
+
+    def matched(self, run: PictureFrameRun, curve: ReferenceCurve) -> ReferenceCurve:
+        """Normalised by the sides of the tested frame, so that the run's sides do not matter."""
+        return normalised(same_test(run, curve))
 
     def reference_curve(self, run: PictureFrameRun) -> ReferenceCurve | None:
         """No shear force is published."""
@@ -88,23 +92,22 @@ class PictureFrameReport:
     def _curve_picture(
         self, run: PictureFrameRun, specimens: list[Specimen], references: References, path: Path
     ) -> None:
-        """In N, or normalised when a reference is; references of a frame's own force are taken as of this frame."""
-        normalised = any(c.y_name == NORMALISED for c in references.curves)
-        column, label = (NORMALISED, NORMALISED_LABEL) if normalised else (self.axes.y, self.axes.ylabel)
+        """In N, or normalised beside references, which are."""
+        beside = bool(references.curves)
+        column, label = (NORMALISED, NORMALISED_LABEL) if beside else (self.axes.y, self.axes.ylabel)
         lines = []
         for k, s in enumerate(specimens):
             first = s.history.curve
             lines.append(Line(first[self.axes.x], first[column], f"simulated, specimen {k + 1}"))
-        shown = [_in_unit(run, curve, normalised) for curve in references.curves]
-        lines += [Line(c.x, c.mean, f"{c.source} ({c.kind})", "--") for c in shown]
-        lines += _other_friction(run, normalised)
+        lines += [Line(c.x, c.mean, f"{c.source} ({c.kind})", "--") for c in references.curves]
+        lines += _other_friction(run, beside)
         line_picture(
             path, lines, title=title_of(run), xlabel=self.axes.xlabel, ylabel=label, levels=self.levels(run),
-            bands=_range(shown),
+            bands=_range(references.curves),
         )  # fmt: skip
 
 
-def _other_friction(run: PictureFrameRun, normalised: bool) -> list[Line]:
+def _other_friction(run: PictureFrameRun, as_normalised: bool) -> list[Line]:
     """The shipped sweep over yarn-yarn friction, which is not published: for yarns, scaled to this frame."""
     if run.model.scale != "meso":
         return []
@@ -113,16 +116,8 @@ def _other_friction(run: PictureFrameRun, normalised: bool) -> list[Line]:
     for curve in friction_curves(run.fabric.experiment_variant or ""):
         newton = crosshead_of_normalised(curve.force, np.deg2rad(curve.angle), *sides)
         label = f"yarn-yarn friction {curve.coefficient:g} (simulated, shipped)"
-        lines.append(Line(curve.angle, curve.force if normalised else newton, label, ":"))
+        lines.append(Line(curve.angle, curve.force if as_normalised else newton, label, ":"))
     return lines
-
-
-def _in_unit(run: PictureFrameRun, curve: ReferenceCurve, normalised: bool) -> ReferenceCurve:
-    if not normalised or curve.y_name == NORMALISED:
-        return curve
-    side = run.rig.side
-    force = normalised_force(curve.mean, np.deg2rad(curve.x), side, run.rig.frame_side or side)
-    return replace(curve, mean=force, source=f"{curve.source}, normalised by this frame")
 
 
 def _range(curves: list[ReferenceCurve]) -> list[Band]:

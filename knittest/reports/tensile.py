@@ -1,5 +1,6 @@
 """Report of the tensile test: force over strain, and the strip at its largest force and broken."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -7,14 +8,29 @@ from pathlib import Path
 import numpy as np
 
 from knittest.config.run import TensileRun
+from knittest.experiment.conditions import EXACT
 from knittest.experiment.curves import ReferenceCurve, load_curve
-from knittest.experiment.tables import PublishedValue
+from knittest.experiment.forces import for_width as strip_force
+from knittest.experiment.forces import noted
+from knittest.experiment.tables import PublishedValue, for_width
 from knittest.export import curve_picture, strip_picture
 from knittest.export.line_picture import Level
-from knittest.materials.laminate import STRIP_WIDTH
-from knittest.reports.base import Columns, CurveAxes, Gate, References, draw_energies, energy_gates, title_of
+from knittest.laboratory.strips import yarns_across
+from knittest.reports.base import (
+    Columns,
+    CurveAxes,
+    Gate,
+    References,
+    draw_energies,
+    energy_gates,
+    same_test,
+    title_of,
+)
 from knittest.resources import data_dir
 from knittest.specimen import Specimen
+
+#: share of the yarns by which whole ones may differ from those of the width without a word
+UNEVEN = 0.01
 
 
 class TensileReport:
@@ -31,13 +47,10 @@ class TensileReport:
         return energy_gates(run)
 
     def scaled(self, run: TensileRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
-        """Forces of the 50 mm strip for the width of the run, and said so."""
-        share = run.rig.width / STRIP_WIDTH
-        if share == 1.0:
-            return list(rows)
-        note = f", for {run.rig.width:g} instead of {STRIP_WIDTH:g} mm"
+        """Forces of the tested strip for the width of the run, and said so; of yarns also how many are whole."""
+        width, note = run.rig.kernel("width"), _whole_yarns(run)
         return [
-            replace(row, mean=share * row.mean, sd=share * row.sd, table=row.table + note) if row.unit == "N" else row
+            replace(scaled := for_width(row, width), table=scaled.table + note) if row.unit == "N" else row
             for row in rows
         ]
 
@@ -46,11 +59,18 @@ class TensileReport:
         path = data_dir() / run.fabric.macro.tension[run.rig.direction]
         if not path.is_file():
             return None
-        curve = load_curve(path)
-        curve = replace(curve, mean=curve.mean * run.rig.width / STRIP_WIDTH)
+        curve = self.matched(run, load_curve(path))
         if run.model.scale == "macro":
-            return replace(curve, kind="input", note=f"the input of the shells is itself {curve.kind}")
+            return noted(replace(curve, kind="input"), f"the input of the shells is itself {curve.kind}")
         return curve
+
+    def matched(self, run: TensileRun, curve: ReferenceCurve) -> ReferenceCurve:
+        """Force [N] of the tested strip for the width of the run; strain is relative, another gauge length is said."""
+        curve = strip_force(same_test(run, curve), run.rig.kernel("width"))
+        gauge, own = curve.conditions.gauge_length_mm, run.rig.kernel("gauge_length")
+        if gauge is None or math.isclose(gauge, own, rel_tol=EXACT):
+            return curve
+        return noted(curve, f"{own:g} instead of {gauge:g} mm between the clamps; strain is relative to it")
 
     def curve(self, specimens: list[Specimen]) -> Columns:
         """The channels of one specimen, or mean and sd of the force of several."""
@@ -85,6 +105,17 @@ class TensileReport:
             corridor=curve_picture.Corridor(*corridor(specimens)) if len(specimens) > 1 else None,
             yarns=(count, run.rig.direction) if run.model.scale == "meso" else None,
         )  # fmt: skip
+
+
+def _whole_yarns(run: TensileRun) -> str:
+    """How many yarns carry the force, where they are by more than :data:`UNEVEN` not those of the width."""
+    if run.model.scale != "meso":
+        return ""
+    exact = run.rig.kernel("width") * run.fabric.kernel(f"{run.rig.direction}_density")
+    counts = [yarns_across(run, run.rig.direction, k) for k in range(run.variability.specimens)]
+    if abs(float(np.mean(counts)) / exact - 1.0) <= UNEVEN:
+        return ""
+    return f", by {' or '.join(str(n) for n in sorted(set(counts)))} whole yarns of {exact:.4g}"
 
 
 def mean_curve(specimens: list[Specimen]) -> tuple[np.ndarray, np.ndarray]:

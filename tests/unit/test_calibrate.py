@@ -227,10 +227,13 @@ def test_weights_decide_between_targets_that_disagree(tmp_path, monkeypatch):
     assert overhang(values(tmp_path)[0]) == pytest.approx((3 * 160 + 171) / 4, abs=0.3)
 
 
+HEAD = "# kind: measured\n# direction: warp\n# strip_width_mm: 50\n"
+
+
 def test_a_curve_is_followed(tmp_path, monkeypatch):
     strain = np.linspace(0.0, 2.0, 41)
     rows = "\n".join(f"{x:g},{3000 * x**1.5:g},{100 * x:g}" for x in strain)
-    (tmp_path / "own.csv").write_text(f"# kind: measured\nstrain_pct,force_n,force_sd_n\n{rows}\n")
+    (tmp_path / "own.csv").write_text(HEAD + f"strain_pct,force_n,force_sd_n\n{rows}\n")
     text = """
 base: {variant: 1, scale: macro, preset: quick}
 parameters: {fabric.macro.fracture_strain.warp: {low: 1, high: 3}}
@@ -253,7 +256,7 @@ def test_a_fabric_of_ones_own_takes_its_files_along(tmp_path, monkeypatch):
     for direction in ("warp", "weft"):
         (lab / direction).mkdir(parents=True)
         (lab / direction / "tension.csv").write_text(
-            f"# kind: measured\n# {direction}\nstrain_pct,force_n\n0,0\n2,9000\n"
+            f"# kind: measured\n# {direction}\nstrain_pct,force_n_per_mm\n0,0\n2,180\n"
         )
     head = "variant,direction,quantity,mean,sd,n,unit,table"
     (lab / "bending.csv").write_text(f"{head}\nmine,warp,overhang_mm,160,8,5,mm,own\n")

@@ -21,13 +21,15 @@ DENSITY = {"warp": 28.0, "weft": 41.0}
 
 
 def test_the_card_is_the_material(tmp_path, monkeypatch):
-    """Of 20 weft yarns at 41 in 100 mm, which are 48.8 mm wide, the card holds the force of 50 mm."""
+    """Of 20 weft yarns at 41 in 100 mm, which are 48.8 mm wide, the card holds the force per width."""
     assert homogenise(tmp_path, monkeypatch, Formulas()) == 0
     macro = resolve(fabric=OUT / "fabric.yaml", scale="macro").fabric.macro
     for direction, last in STRAIN.items():
         curve = load_curve(Path(macro.tension[direction]))
-        peak = YARN_FORCE * 0.5 * DENSITY[direction]
-        expected = 0.5 * DENSITY[direction] * pull(curve.x, last)
+        peak = YARN_FORCE * 0.01 * DENSITY[direction]
+        expected = 0.01 * DENSITY[direction] * pull(curve.x, last)
+        assert curve.y_name == "force_n_per_mm" and curve.conditions.direction == direction
+        assert curve.conditions.strip_width_mm == pytest.approx({"warp": 50.0, "weft": 20 / 0.41}[direction], rel=1e-5)
         assert np.abs(curve.mean - expected).max() < 2e-3 * peak and curve.kind == "simulated"
         assert curve.peak[1] == pytest.approx(peak, rel=5e-3)
         assert getattr(macro.fracture_strain, direction).value == pytest.approx(last, rel=2e-3)

@@ -11,7 +11,7 @@ from knittest.kernels.laws import hinge_force
 from knittest.materials.laminate import laminate
 
 sys.path.append(str(Path(__file__).parents[1] / "verification"))
-from shell_cases import CURVES, fabric, toe_curve
+from shell_cases import CURVES, fabric, per_width, toe_curve
 
 FAIL = (1.6, 1.5)
 
@@ -26,7 +26,7 @@ def membrane(sheet, i: int, strain: float) -> float:
 def test_layers_sum_to_the_curve(i, direction):
     """Within 0.02 % of the peak, with few of the 800 rows kept."""
     fine = {"warp": toe_curve(5820.0, 1.6, 800), "weft": toe_curve(5744.0, 1.6, 800)}
-    sheet = laminate(fabric(), fine)
+    sheet = laminate(fabric(), per_width(fine))
     strain, force = fine[direction]
     inside = strain <= FAIL[i]
     found = [50.0 * membrane(sheet, i, 0.01 * e) for e in strain[inside]]
@@ -36,7 +36,7 @@ def test_layers_sum_to_the_curve(i, direction):
 
 def test_bending_compression_shear_and_failure():
     """D = 2 E t z^2; compression is a share of the largest tangent; the outer layers lie at half the thickness."""
-    sheet = laminate(fabric(), CURVES)
+    sheet = laminate(fabric(), per_width(CURVES))
     assert sheet.lever == pytest.approx(1.11)
     assert 2.0 * sheet.outer * sheet.lever**2 == pytest.approx([5.05, 3.48])
     tangent = np.max(np.diff(CURVES["warp"][1]) / np.diff(CURVES["warp"][0])) * 100.0 / 50.0
@@ -50,7 +50,7 @@ def test_soft_toe_moves_the_outer_layers_out():
     """A tangent of 2 N/mm at the start is below D / (t/2)^2 = 4.1 N/mm: z grows, D stays, no layer pushes back."""
     e, f = toe_curve(5820.0, 1.6)
     soft = {"warp": (np.append([0.0, 0.1], e[1:] + 0.1), np.append([0.0, 0.1], f[1:] + 0.1)), "weft": CURVES["weft"]}
-    sheet = laminate(fabric(), soft)
+    sheet = laminate(fabric(), per_width(soft))
     assert sheet.lever == pytest.approx(np.sqrt(5.05 / 2.0), rel=1e-6)
     assert 2.0 * sheet.outer[0] * sheet.lever**2 == pytest.approx(5.05)
     assert np.cumsum(sheet.slope[0]).min() > -1e-9
@@ -64,9 +64,9 @@ def bad(strain, force):
     ("curve", "says"),
     [
         (bad([0.0, 1.0, 0.9, 1.7], [0, 100, 200, 300]), "does not rise after 1 %"),
-        (bad([0.0, 0.5, 1.0, 1.7], [0, 300, 200, 400]), "force_n does not rise after 0.5 %"),
+        (bad([0.0, 0.5, 1.0, 1.7], [0, 300, 200, 400]), "the force does not rise after 0.5 %"),
         (bad([0.0, 0.5, 1.0], [0, 100, 200]), "ends at 1 %"),
-        (bad([0.0, 0.5, 1.7], [40, 100, 200]), "first row is 0 %, 40 N"),
+        (bad([0.0, 0.5, 1.7], [40, 100, 200]), "first row is 0 %, 0.8 N/mm"),
         (bad([0.0, np.nan, 1.7], [0, 100, 200]), "finite"),
         (bad([0.0], [0]), "at least two rows"),
         (bad([0.0, 1.0, 1.7], [0, 0.01, 4000]), "too soft for macro.bending_stiffness.warp"),
@@ -74,6 +74,6 @@ def bad(strain, force):
 )
 def test_bad_curves_are_refused(curve, says):
     with pytest.raises(InputError, match=says) as caught:
-        laminate(fabric(), curve)
+        laminate(fabric(), per_width(curve))
     assert "macro.tension.warp (warp.csv)" in str(caught.value)
     assert "expected" in str(caught.value)

@@ -12,7 +12,7 @@ from knittest.compare import columns_of, compare_columns
 from knittest.config.loading import resolve
 from knittest.errors import InputError
 from knittest.experiment.curves import ReferenceCurve, find_curve, load_curve
-from knittest.experiment.shear_csv import FORCES
+from knittest.experiment.shear_csv import NORMALISED
 from knittest.history import Frame, History
 from knittest.laboratory.picture_frame import first_loading, frame_at
 from knittest.laboratory.shear_angles import angle_scatter, angle_table
@@ -33,12 +33,12 @@ def columns(angle=ANGLE, factor=1.0):
     }  # fmt: skip
 
 
-def reference(name="force_n", factor=1.0, end=40.0):
+def reference(name="shear_force_n", factor=1.0, end=40.0):
     angle = np.linspace(1.0, end, 79)
     return ReferenceCurve("measured", angle, factor * angle**2, None, "shear_angle_deg", name, "mine.csv")
 
 
-@pytest.mark.parametrize(("name", "factor"), [("force_n", 1.0), ("shear_force_n", 1.0), (FORCES[1], 0.01)])
+@pytest.mark.parametrize(("name", "factor"), [("shear_force_n", 1.0), (NORMALISED, 0.01)])
 @pytest.mark.parametrize("angle", [ANGLE, TURNING])
 def test_the_force_of_that_name_and_only_the_first_loading_is_compared(name, factor, angle):
     """Force and normalised force each meet their own column; ways back and repeated ones do not count."""
@@ -56,7 +56,7 @@ def test_the_force_of_that_name_and_only_the_first_loading_is_compared(name, fac
 
 def test_a_scaled_curve_is_off_by_that_everywhere():
     found = compare_columns(columns(factor=1.25), reference())
-    assert [row["error_pct"] for row in found["force_n_at_deg"].values()] == pytest.approx([25.0] * 5, abs=0.3)
+    assert [row["error_pct"] for row in found["shear_force_n_at_deg"].values()] == pytest.approx([25.0] * 5, abs=0.3)
     assert found["rmse_pct_of_peak"] == pytest.approx(25.0 * np.sqrt(np.mean((ANGLE[10:401] / 40.0) ** 4)), rel=0.02)
 
 
@@ -103,7 +103,7 @@ def test_shipped_curves_are_found_by_name_and_say_what_they_are(tmp_path, monkey
     monkeypatch.chdir(tmp_path)
     for name, end in (("uml", 48.0), ("ut", 34.0), ("kul1", 44.0)):
         curve = find_curve(Path(f"cao2008/curves/{name}.csv"))
-        assert (curve.kind, curve.y_name, curve.x[-1]) == ("digitised", FORCES[1], end)
+        assert (curve.kind, curve.y_name, curve.x[-1]) == ("digitised", NORMALISED, end)
 
 
 def test_the_curve_that_the_shear_law_was_taken_from_is_an_input():

@@ -62,6 +62,11 @@ def fabric(**macro) -> Fabric:
     )  # fmt: skip
 
 
+def per_width(curves, width=50.0):
+    """``curves`` of strips of ``width`` [mm] as the laminate takes them: force [N/mm]."""
+    return {direction: (strain, np.asarray(force, float) / width) for direction, (strain, force) in curves.items()}
+
+
 def toe_curve(peak: float, strain: float, points: int = 60) -> tuple[np.ndarray, np.ndarray]:
     """Strain [%] and force [N]: a parabola up to half the strain, then its tangent, to ``peak``."""
     e = np.linspace(0.0, strain, points)

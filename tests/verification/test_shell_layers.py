@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from shell_cases import CURVES, Solid, X, fabric, grid, solve
+from shell_cases import CURVES, Solid, X, fabric, grid, per_width, solve
 
 from knittest.kernels.shell_arrays import build_shells
 from knittest.materials.laminate import laminate
@@ -16,7 +16,7 @@ def solid(scale_curve: float = 1.0, bending: float = 5.05) -> Solid:
     return Solid(
         position,
         build_shells(position, conn, X),
-        laminate(fabric(bending_stiffness={"warp": bending, "weft": bending}), curves),
+        laminate(fabric(bending_stiffness={"warp": bending, "weft": bending}), per_width(curves)),
     )
 
 
