@@ -19,6 +19,7 @@ QUANTITIES: dict[str, tuple[str, ...]] = {
     "cantilever": ("overhang_mm", "bending_stiffness_mncm2"),
     "friction": ("mu_paper",),
     "picture-frame": (),
+    "forming": (),
 }
 #: the laboratory's cantilever finds the overhang; the paper's simulation is given it
 SETS: dict[str, tuple[str, ...]] = {"cantilever": ("rig.mode=overhang",)}
@@ -26,18 +27,22 @@ SETS: dict[str, tuple[str, ...]] = {"cantilever": ("rig.mode=overhang",)}
 
 @dataclass(frozen=True)
 class Case:
-    """One run: a test of a shipped variant; ``direction`` None where the test has none."""
+    """One run: a test of a shipped variant; ``direction`` None where the test has none, ``sets`` what it does not take
+    from its preset and ``label`` says so in its name.
+    """
 
     test: str
     scale: Scale
     variant: str
     direction: str | None
     preset: Preset
+    sets: tuple[str, ...] = ()
+    label: str | None = None
 
     @property
     def name(self) -> str:
         """Name in the baseline: ``tensile-macro-v1-warp-quick``."""
-        parts = (self.test, self.scale, f"v{self.variant}", self.direction, self.preset)
+        parts = (self.test, self.scale, f"v{self.variant}", self.direction, self.preset, self.label)
         return "-".join(part for part in parts if part)
 
     @property
@@ -55,7 +60,7 @@ class Case:
         """Its trial, with the code and data that are here now."""
         run = resolve(
             test=self.test, variant=self.variant, scale=self.scale, direction=self.direction, preset=self.preset,
-            sets=SETS.get(self.test, ()),
+            sets=(*SETS.get(self.test, ()), *self.sets),
         )  # fmt: skip
         return trial_of(run, self.name)
 
@@ -68,7 +73,10 @@ def _strips(test: str, scale: Scale, preset: Preset) -> Iterator[Case]:
 #: dear ones first, so that no worker is left alone with one at the end
 LEVELS: dict[Level, tuple[Case, ...]] = {
     "quick": (
-        Case("tensile", "meso", "1", "weft", "quick"),  # nothing was tuned on it
+        Case("forming", "macro", "1", None, "quick", ("rig.blank_holder_force=100",), "100n"),
+        Case("tensile", "meso", "1", "weft", "quick"),  # nothing was tuned on its strain
+        Case("picture-frame", "meso", "1", None, "quick", ("rig.side=20",), "20mm"),
+        Case("picture-frame", "macro", "1", None, "quick"),
         *_strips("cantilever", "macro", "quick"),
         Case("friction", "macro", "1", "warp", "quick"),
         *_strips("tensile", "macro", "quick"),

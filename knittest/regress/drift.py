@@ -13,10 +13,34 @@ from knittest.regress.cases import Case
 from knittest.regress.judge import no_result
 from knittest.trials.record import Record
 
-#: change of a number over its stored value, and of a curve over its largest value, by scale. One processor model
-#: gives the same bits; others and newer libraries round differently, which contact and breaking yarns enlarge
-NUMBER: dict[Scale, float] = {"macro": 0.001, "meso": 0.01}
-CURVE: dict[Scale, float] = {"macro": 0.002, "meso": 0.02}
+
+@dataclass(frozen=True)
+class Limits:
+    """Change that a number may have over its stored value, a curve over its largest value, and a number of
+    :data:`BUCKLED` over its stored value.
+    """
+
+    number: float
+    curve: float
+    buckled: float
+
+
+#: one processor model gives the same bits; others and newer libraries round differently, which contact and breaking
+#: yarns enlarge
+LIMITS: dict[Scale, Limits] = {"macro": Limits(0.001, 0.002, 0.001), "meso": Limits(0.01, 0.02, 0.01)}
+#: sheets that buckle and fold enlarge it most: an unevenness changed by 2e-9 of itself (of yarns: the slack) moves a
+#: frame of shells by 0.15 %, its curve by 3.1 % and its buckles by 9.5 %, forming by 1.7, 0.8 and 3.9 %, a frame of
+#: yarns by 0.5, 1.0 and 0.8 % (two to four such runs each); twice that and more is allowed
+AMPLIFIED: dict[tuple[str, Scale], Limits] = {
+    ("picture-frame", "macro"): Limits(0.005, 0.06, 0.20),
+    ("picture-frame", "meso"): Limits(0.01, 0.03, 0.03),
+    ("forming", "macro"): Limits(0.04, 0.02, 0.10),
+}
+#: results that are nothing but the buckles
+BUCKLED = (
+    "material_shear_angle_sd_deg_at_40deg", "wrinkle_amplitude_mm_at_40deg", "max_wrinkle_height_mm",
+    "wrinkle_height_p95_mm", "rim_wave_height_mm",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -72,17 +96,23 @@ def drift_of(case: Case, run: Run, record: Record, folder: Path, entry: Entry | 
         return Drift(case, entry, problem=no_result(record))
     if entry is None:
         return Drift(case, None)
-    return Drift(case, entry, tuple(_changes(case.scale, run, record, folder, entry)))
+    return Drift(case, entry, tuple(_changes(limits_of(case), run, record, folder, entry)))
 
 
-def _changes(scale: Scale, run: Run, record: Record, folder: Path, entry: Entry) -> Iterator[Change]:
+def limits_of(case: Case) -> Limits:
+    """What the numbers of ``case`` may change by."""
+    return AMPLIFIED.get((case.test, case.scale), LIMITS[case.scale])
+
+
+def _changes(limits: Limits, run: Run, record: Record, folder: Path, entry: Entry) -> Iterator[Change]:
     elements = record.summary["cost"]["elements"]
     yield Change("elements", entry.elements, elements, elements / entry.elements - 1.0, 0.0)
     for name, stored in entry.results.items():
-        now = record.results.get(name, math.nan)
-        yield Change(name, stored, now, _relative(stored, now), NUMBER[scale])
+        found = record.results.get(name)
+        now = math.nan if found is None else found
+        yield Change(name, stored, now, _relative(stored, now), limits.buckled if name in BUCKLED else limits.number)
     if has_curve(run) and entry.curve is not None:
-        yield _curve_change(run, folder, entry, CURVE[scale])
+        yield _curve_change(run, folder, entry, limits.curve)
 
 
 def _curve_change(run: Run, folder: Path, entry: Entry, limit: float) -> Change:

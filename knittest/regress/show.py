@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from knittest.export.provenance import cpu_model
 from knittest.regress.cost import CostRow
-from knittest.regress.drift import CURVE, NUMBER, Drift
+from knittest.regress.drift import AMPLIFIED, LIMITS, Drift
 from knittest.regress.judge import Row
 from knittest.regress.outcome import Outcome, largest_of
 from knittest.result_rows import LABELS
@@ -57,18 +57,28 @@ def _drift_lines(outcome: Outcome) -> Iterator[str]:
         yield f"baseline {outcome.baseline}: {len(outcome.updated)} runs written"
         yield from (f"  {text}" for text in outcome.updated)
     judged = [drift for drift in outcome.drifts if drift.entry is not None or drift.problem]
-    for scale, limit in NUMBER.items():
+    for scale, limits in LIMITS.items():
         mine = [drift for drift in judged if drift.case.scale == scale]
         if mine:
             good = sum(drift.passed for drift in mine)
             yield f"drift from the baseline, {scale}: {good} of {len(mine)} runs pass{_largest(mine)}"
-            yield f"  limits: {100.0 * limit:g} % of a number, {100.0 * CURVE[scale]:g} % of a curve's largest value"
+            number, curve = 100.0 * limits.number, 100.0 * limits.curve
+            yield f"  limits: {number:g} % of a number, {curve:g} % of a curve's largest value"
+            yield from _wider(mine)
             yield from (f"  FAIL {drift.case.name}: {reason}" for drift in mine for reason in drift.reasons)
     if any(drift.entry is not None and drift.entry.cpu != cpu_model() for drift in judged):
         yield "  some of the baseline was written on another processor model, which rounds differently"
     left = [drift.case.name for drift in outcome.drifts if drift not in judged]
     if left:
         yield f"not in the baseline, so not judged for drift: {', '.join(left)}"
+
+
+def _wider(drifts: list[Drift]) -> Iterator[str]:
+    """The tests with limits of their own."""
+    for test, scale in dict.fromkeys((drift.case.test, drift.case.scale) for drift in drifts):
+        if limits := AMPLIFIED.get((test, scale)):
+            number, curve, buckled = (100.0 * v for v in (limits.number, limits.curve, limits.buckled))
+            yield f"  {test}, which enlarges rounding: {number:g} %, {curve:g} %, of its buckles {buckled:g} %"
 
 
 def _largest(drifts: list[Drift]) -> str:

@@ -13,6 +13,7 @@ from knittest.regress import baseline, cases, command
 from knittest.regress.cases import LEVELS, Case
 
 TENSILE = "tensile-macro-v1-warp-quick"
+FORMING, YARNS = "forming-macro-v1-quick-100n", "picture-frame-meso-v1-quick-20mm"
 
 
 @pytest.fixture
@@ -35,11 +36,11 @@ def stored(regress):
     return regress
 
 
-def changed(*path, factor):
-    """Multiply the number at ``path`` of the tensile entry of the baseline."""
+def changed(*path, factor, case=TENSILE):
+    """Multiply the number at ``path`` of an entry of the baseline, by default that of the tensile test."""
     file = Path("b.json")
     data = json.loads(file.read_text())
-    holder = data["entries"][TENSILE]
+    holder = data["entries"][case]
     for key in path[:-1]:
         holder = holder[key]
     holder[path[-1]] = type(holder[path[-1]])(holder[path[-1]] * factor)
@@ -56,7 +57,8 @@ def test_all_as_published_passes_and_says_what_it_is_worth(stored, capsys):
     assert re.search(r"V2 weft +macro +quick +overhang \[mm\] .* tuned +within 1 sd +pass", text)
     assert re.search(rf"tensile +macro +440 +{ELEMENTS} +0.067 +{CPU_S / 3600.0:.2g} +preset quick", text)
     assert "different machines" in text
-    assert re.search(r"forming +macro +27512 +- +384 +- +not run at this level", text)
+    assert re.search(rf"forming +macro +27512 +{ELEMENTS} +384 +{CPU_S / 3600.0:.2g} +preset quick", text)
+    assert re.search(r"cantilever +meso +\d+ +- +[\d.]+ +- +not run at this level", text)
 
 
 def test_rows_off_by_more_than_their_limits_fail(stored, capsys):
@@ -88,6 +90,41 @@ def test_drift_counts_beyond_its_limit(stored, path, factor, code, capsys):
     changed(*path, factor=factor)
     assert stored() == code
     assert ("FAIL" in capsys.readouterr().out) == (code == 5)
+
+
+@pytest.mark.parametrize(
+    ("case", "path", "factor", "code"),
+    [
+        (FORMING, ("results", "stamp_force_max_n"), 1.05, 5),
+        (FORMING, ("results", "stamp_force_max_n"), 1.03, 0),
+        (FORMING, ("results", "max_wrinkle_height_mm"), 1.08, 0),
+        (FORMING, ("results", "max_wrinkle_height_mm"), 1.15, 5),
+        (FORMING, ("curve", "y", 10), 1.05, 5),
+        (YARNS, ("results", "shear_force_n_at_deg.30"), 1.02, 5),
+        (YARNS, ("results", "shear_force_n_at_deg.30"), 1.005, 0),
+    ],
+)
+def test_what_enlarges_rounding_has_limits_of_its_own(stored, case, path, factor, code, capsys):
+    """Forming and frames are judged, by limits that follow from runs with another rounding."""
+    changed(*path, factor=factor, case=case)
+    assert stored() == code
+    text = capsys.readouterr().out
+    assert (f"FAIL {case}" in text) == (code == 5)
+    assert "forming, which enlarges rounding: 4 %, 2 %, of its buckles 10 %" in text
+
+
+@pytest.mark.parametrize("gone", [None, "nan"])
+def test_a_number_without_value_is_neither_stored_nor_passes(stored, gone, capsys):
+    """The onset of wrinkles is none where nothing wrinkles."""
+    lost = {"wrinkle_onset_deg": None if gone is None else float(gone)}
+    assert stored("--update-baseline", "--quiet", pool=Pretending(more={YARNS: lost})) == 0
+    file = Path("b.json")
+    data = json.loads(file.read_text())
+    assert "wrinkle_onset_deg" not in data["entries"][YARNS]["results"]
+    data["entries"][YARNS]["results"]["wrinkle_onset_deg"] = 12.0
+    file.write_text(json.dumps(data))
+    assert stored(pool=Pretending(more={YARNS: lost})) == 5
+    assert f"FAIL {YARNS}: wrinkle_onset_deg: 12 stored, nan now" in capsys.readouterr().out
 
 
 def test_a_result_that_is_gone_is_drift(stored, capsys):
@@ -138,9 +175,10 @@ def test_choice_of_table_scale_and_level(stored):
         stored(*arguments, "--quiet", pool=pool)
         return pool.asked
 
-    assert labels("--scale", "meso") == ["tensile-meso-v1-weft-quick"]
+    assert labels("--scale", "meso") == ["tensile-meso-v1-weft-quick", YARNS]
     assert sorted(labels("--table", "4", "--scale", "macro")) == [
-        "cantilever-macro-v1-warp-quick", "friction-macro-v1-warp-quick", TENSILE,
+        "cantilever-macro-v1-warp-quick", FORMING, "friction-macro-v1-warp-quick", "picture-frame-macro-v1-quick",
+        TENSILE,
     ]  # fmt: skip
     full = labels("--level", "full", "--scale", "macro")
     assert "picture-frame-macro-v1-standard" in full and len(full) == 11
@@ -159,8 +197,8 @@ def test_junit_can_be_read_back(stored):
     assert (table.get("name"), table.get("tests"), table.get("failures")) == ("table 3", "19", "2")
     failed = {case.get("name") for case in table if case.find("failure") is not None}
     assert failed == {"V1 warp peak_force_n (input)", "V1 warp fracture_strain_pct (input)"}
-    assert (drift.get("tests"), drift.get("failures")) == ("10", "9")  # 0.5 % is within the limit of meso
-    assert float(drift.get("time")) == pytest.approx(9 * 2.0 + 1.0)
+    assert (drift.get("tests"), drift.get("failures")) == ("13", "9")  # 0.5 % is within the limits of meso and of folds
+    assert float(drift.get("time")) == pytest.approx(12 * 2.0 + 1.0)
 
 
 def test_json_is_one_object_alone(stored, capsys):
@@ -200,6 +238,21 @@ def test_no_such_rows_is_bad_input(stored, monkeypatch, capsys):
     monkeypatch.setitem(cases.LEVELS, "quick", ())
     assert stored() == 2
     assert "no run has such rows" in capsys.readouterr().err
+
+
+def test_quick_runs_every_test_on_shells_and_on_yarns_what_yarns_alone_do():
+    """Tests of shells: all. Of yarns: breaking (tensile) and contact with friction (frame)."""
+    quick = {(case.test, case.scale) for case in LEVELS["quick"]}
+    assert {test for test, scale in quick if scale == "macro"} == set(cases.QUANTITIES)
+    assert {test for test, scale in quick if scale == "meso"} == {"tensile", "picture-frame"}
+
+
+def test_ci_runs_the_regression_for_real():
+    """Quick level, against the shipped baseline, on the checkout's code; its exit code is that of the script."""
+    script = (Path(__file__).parents[2] / ".ci/run").read_text()
+    (line,) = (line for line in script.splitlines() if "bin/knittest regress" in line and not line.startswith("#"))
+    assert "set -eu" in script.splitlines()
+    assert not re.search(r"[|&;!]|^\s*if |--baseline|--update-baseline|--scale|--table|--sd|--level full", line), line
 
 
 def test_shipped_baseline_knows_every_quick_run():
