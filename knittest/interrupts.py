@@ -73,6 +73,13 @@ class Interrupts:
             self._held = before
 
     @contextmanager
+    def heard(self) -> Iterator[None]:
+        """Inside a block that holds them, let signals stop this one; also one that was noted before."""
+        with self.held(when=lambda: False):
+            self.check()
+            yield
+
+    @contextmanager
     def deciding(self) -> Iterator[None]:
         """Let the signal be why the block ended, even where a library made an error of its own of it."""
         try:

@@ -1,7 +1,6 @@
 """Opens the folder of a run, new or to go on in, with its checkpoints."""
 
 import json
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,9 +11,10 @@ from knittest.config.run import Run
 from knittest.errors import InputError
 from knittest.export.checkpoints import Checkpoints
 from knittest.export.folder import RunFolder
-from knittest.export.identity import Identity, changes, identity_of
+from knittest.export.identity import Identity, cell_of, changes, identity_of
 from knittest.export.lock import RunLock
 from knittest.interrupts import Interrupts
+from knittest.notes import tell
 
 #: changes that an error message lists
 LISTED = 5
@@ -34,7 +34,9 @@ Opener = Callable[[Run, list[Path], Interrupts], Opened]
 
 def open_new(run: Run, data_files: list[Path], interrupts: Interrupts, *, out: Path | None) -> Opened:
     """A new folder ``out``; see :meth:`RunFolder.create`."""
-    folder = RunFolder.create(out, run, config_text=dump(run), threads=_threads(), data_files=data_files)
+    folder = RunFolder.create(
+        out, run, config_text=dump(run), threads=_threads(), data_files=data_files, cell=cell_of(run)
+    )
     return Opened(folder, _checkpoints(run, folder.path, identity_of(run, data_files), interrupts))
 
 
@@ -81,12 +83,7 @@ def _changes(path: Path, before: Identity | None, now: Identity, force: bool) ->
 
 
 def _checkpoints(run: Run, path: Path, identity: Identity, interrupts: Interrupts) -> Checkpoints:
-    return Checkpoints(path, identity, run.output.checkpoint_interval, interrupts, _tell)
-
-
-def _tell(text: str) -> None:
-    """Said even to a quiet user: it concerns the result."""
-    print(f"knittest: {text}", file=sys.stderr)
+    return Checkpoints(path, identity, run.output.checkpoint_interval, interrupts, tell)
 
 
 def _threads() -> int:

@@ -14,7 +14,7 @@ from knittest.experiment.curves import ReferenceCurve, load_curve, located
 from knittest.experiment.tables import published
 from knittest.export import vtu
 from knittest.export.folder import RunFolder
-from knittest.export.identity import data_files
+from knittest.export.identity import cell_of, data_files
 from knittest.export.summary import ComparisonRow, build_summary, ensemble_results
 from knittest.history import Cost, Overlaps, Quality
 from knittest.interrupts import Interrupted, Interrupts
@@ -47,18 +47,24 @@ class Outcome:
 def execute(run: Run, opener: Opener, interrupts: Interrupts, options: RunOptions, progress: Progress) -> Outcome:
     """Run all specimens of ``run``, or those that are left, and write its folder."""
     references = replace(_references(run), own=own_curves(run, options.against))
-    opened = opener(run, data_files(run), interrupts)
-    folder = opened.folder
-    try:
-        with folder, interrupts.deciding():
-            specimens = _specimens(run, progress, opened)
-            summary, comparison, quality = _judge(run, specimens, references)
-            _write(run, specimens, references, summary, comparison, folder, options)
-            if quality.failures:
-                folder.finish("completed", EXIT_REFUSED, "comparison refused: " + "; ".join(quality.failures))
-    except (Interrupted, ResourceError) as error:
-        error.folder = folder.path
-        raise
+    if run.model.scale == "meso":  # before there is a folder, whose manifest names the cell
+        progress.phase(f"{run.direction or run.rig.kind}: relaxing geometry")
+        cell_of(run)
+    with interrupts.held(when=lambda: True):  # so that none comes between the first manifest and the last
+        opened = opener(run, data_files(run), interrupts)
+        folder = opened.folder
+        try:
+            with folder, interrupts.deciding():
+                with interrupts.heard():
+                    specimens = _specimens(run, progress, opened)
+                    summary, comparison, quality = _judge(run, specimens, references)
+                    _write(run, specimens, references, summary, comparison, folder, options)
+                if quality.failures:
+                    folder.finish("completed", EXIT_REFUSED, "comparison refused: " + "; ".join(quality.failures))
+            interrupts.check()
+        except (Interrupted, ResourceError) as error:
+            error.folder = folder.path
+            raise
     if options.pictures:
         write_if_possible(folder.path, write_report)
     judged = comparison["curves"][len(comparison["curves"]) - len(references.own) :]

@@ -4,6 +4,7 @@ import hashlib
 import os
 import subprocess
 import sys
+import threading
 import time as clock
 from collections.abc import Callable
 from contextlib import suppress
@@ -15,6 +16,7 @@ from knittest.cache import VARIABLE, cache_root
 from knittest.config.run import Output, Run, Scale
 from knittest.fabric.strip import YarnPath
 from knittest.fabric.variability import YarnDraws
+from knittest.kernels import CODE_FOLDER
 from knittest.materials.laminate import laminate
 from knittest.models.boundary import Boundary, Readings, plane, ramp
 from knittest.models.explicit_model import ExplicitModel
@@ -34,7 +36,8 @@ def kernels_of(run: Run) -> str:
 
 def compiled_before(kernels: str) -> bool:
     """Whether the cache on disk holds all of ``kernels`` for this processor and these versions."""
-    return _marker(kernels).is_file()
+    marker = _marker(kernels)
+    return marker is not None and marker.is_file()
 
 
 def warm(run: Run, phase: Callable[[str], None] | None = None) -> float:
@@ -46,11 +49,12 @@ def warm(run: Run, phase: Callable[[str], None] | None = None) -> float:
     kernels = kernels_of(run)
     if kernels in _warm:
         return 0.0
-    ready = compiled_before(kernels)
+    ready, kept = compiled_before(kernels), CODE_FOLDER is not None
     if phase is not None:
-        phase(f"loading the {kernels} kernels" if ready else f"compiling the {kernels} kernels (once per installation)")
+        once = "once per installation" if kept else "nothing is cached"
+        phase(f"loading the {kernels} kernels" if ready else f"compiling the {kernels} kernels ({once})")
     start = clock.perf_counter()
-    if not ready:
+    if kept and not ready:
         _compile_apart(kernels)
     _exercise(kernels)
     _warm.add(kernels)
@@ -58,28 +62,50 @@ def warm(run: Run, phase: Callable[[str], None] | None = None) -> float:
 
 
 def _compile_apart(kernels: str) -> None:
-    """Fill the cache from another process; if that fails, the kernels are compiled here, which says what is wrong."""
+    """Fill the cache from another process; if that fails, the kernels are compiled here, which says what is wrong.
+
+    That process ends with this one, however this one ends: its input is a pipe that nobody else holds.
+    """
     environment = os.environ | {VARIABLE: str(cache_root())}
-    command = [sys.executable, "-P", "-c", f"from knittest.warmup import fill_cache; fill_cache({kernels!r})"]
-    with suppress(OSError, subprocess.SubprocessError):
-        subprocess.run(command, env=environment, check=True, stdin=subprocess.DEVNULL, capture_output=True)
+    work = f"from knittest import warmup; warmup.end_with_parent(); warmup.fill_cache({kernels!r})"
+    command = [sys.executable, "-P", "-c", work]
+    pipe, quiet = subprocess.PIPE, subprocess.DEVNULL
+    with suppress(OSError):
+        compiler = subprocess.Popen(command, env=environment, stdin=pipe, stdout=quiet, stderr=quiet)
+        try:
+            compiler.wait()
+        finally:
+            compiler.kill()
+            compiler.communicate()
+
+
+def end_with_parent() -> None:
+    """Let this process end when its input does."""
+
+    def watch() -> None:
+        sys.stdin.buffer.read()
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
 
 
 def fill_cache(kernels: str) -> None:
     """Compile all of ``kernels`` into the cache, then mark it as complete."""
     _exercise(kernels)
-    _marker(kernels).touch()
+    marker = _marker(kernels)
+    if marker is not None:
+        marker.touch()
 
 
-def _marker(kernels: str) -> Path:
-    """Named after all that makes Numba compile anew, in the folder of the sources loaded, not of those on disk now."""
+def _marker(kernels: str) -> Path | None:
+    """Named after all that makes Numba compile anew, in the folder of the sources loaded; None where there is none."""
     import numba
     from llvmlite import binding
 
     host = (binding.get_host_cpu_name(), binding.get_host_cpu_features().flatten())
     key = repr((numba.__version__, binding.llvm_version_info, sys.version_info[:2], *host))
     name = f"{kernels}-{hashlib.sha256(key.encode()).hexdigest()[:16]}.complete"
-    return Path(os.environ["NUMBA_CACHE_DIR"]) / name
+    return None if CODE_FOLDER is None else CODE_FOLDER / name
 
 
 def _exercise(kernels: str) -> None:

@@ -28,7 +28,7 @@ def doctor() -> None:
         "cores": str(os.cpu_count()),
         "threads used": str(best_threads(None)),
         "threading layer": layer + (slow if layer == "workqueue" else ""),
-        "cache folder": str(cache_root()),
+        "cache folder": str(cache_root() or "none: nothing is cached"),
         "configs": str(configs_dir()),
         "data": str(data_dir()),
     }

@@ -71,10 +71,12 @@ class RunFolder:
         config_text: str,
         threads: int,
         data_files: Iterable[Path] = (),
+        cell: str | None = None,
     ) -> Self:
         """Make and lock the folder ``out`` (default ``runs/<name>-<time>``), write manifest.json, then config.yaml.
 
-        ``config_text`` is the resolved config, ``data_files`` are those the run reads (hashed into the manifest).
+        ``config_text`` is the resolved config, ``data_files`` are those the run reads (hashed into the manifest),
+        ``cell`` is the digest of its relaxed cell.
         Raises :class:`InputError` when ``out`` is a file or holds something else, :class:`ResourceError` when it
         cannot be written or another run is using it.
         """
@@ -82,7 +84,7 @@ class RunFolder:
         lock = RunLock(path)
         try:
             _clear_dead_run(path, lock)
-            folder = cls(path, lock, first_manifest(run, config_text, threads, data_files))
+            folder = cls(path, lock, first_manifest(run, config_text, threads, data_files, cell))
             folder._write_manifest()
             folder.write_text("config.yaml", config_text)
             folder.log("started", **({"notice": folder.notice} if folder.notice else {}))

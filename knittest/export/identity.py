@@ -1,7 +1,5 @@
 """What the bits of a run depend on, and what of it differs between a checkpoint and now."""
 
-import importlib
-import os
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -11,6 +9,8 @@ from knittest.config.dumping import dump
 from knittest.config.run import Run
 from knittest.config.tools import stl_tools
 from knittest.export import provenance
+from knittest.fabric.cell_cache import cell_digest
+from knittest.fabric.relax import relaxed_cell
 from knittest.resources import data_dir
 
 #: libraries that do the arithmetic
@@ -22,8 +22,9 @@ Identity = dict[str, Any]
 
 
 def identity_of(run: Run, data_files: Iterable[Path]) -> Identity:
-    """Version, kernels, libraries, processor, config and data of ``run`` here and now."""
+    """Version, kernels, libraries, processor, config, data and relaxed cell of ``run`` here and now."""
     versions = provenance.library_versions()
+    cell = cell_of(run)
     return {
         "version": knittest.__version__,
         "kernels": kernel_digest(),
@@ -32,7 +33,15 @@ def identity_of(run: Run, data_files: Iterable[Path]) -> Identity:
         "config_sha256": provenance.sha256_text(dump(run)),
         "config": run.model_dump(mode="json"),
         "data": provenance.sha256_files(data_files),
+        **({"cell": cell} if cell else {}),
     }
+
+
+def cell_of(run: Run) -> str | None:
+    """Digest of the relaxed cell that the yarns of ``run`` are made of; None for shells."""
+    if run.model.scale == "macro":
+        return None
+    return cell_digest(relaxed_cell(run.fabric))
 
 
 def data_files(run: Run) -> list[Path]:
@@ -45,9 +54,13 @@ def data_files(run: Run) -> list[Path]:
 
 
 def kernel_digest() -> str:
-    """Digest of the kernel sources that this process loaded; those on disk may have changed since."""
-    importlib.import_module("knittest.kernels")  # points numba's cache at a folder named after the digest
-    return Path(os.environ["NUMBA_CACHE_DIR"]).name
+    """Digest of the kernel sources that this process loaded; those on disk may have changed since.
+
+    A process that compiles has other last bits than one that loads from the cache: without one, it says so.
+    """
+    from knittest.kernels import CODE_FOLDER, SOURCE_DIGEST
+
+    return SOURCE_DIGEST if CODE_FOLDER is not None else f"{SOURCE_DIGEST} compiled without a cache"
 
 
 def changes(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:

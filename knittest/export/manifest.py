@@ -17,14 +17,17 @@ from knittest.interrupts import Interrupted
 INTERRUPTED = 75
 
 
-def first_manifest(run: Run, config_text: str, threads: int, data_files: Iterable[Path]) -> dict[str, Any]:
-    """The manifest of a run that begins."""
+def first_manifest(
+    run: Run, config_text: str, threads: int, data_files: Iterable[Path], cell: str | None
+) -> dict[str, Any]:
+    """The manifest of a run that begins; ``cell`` is the digest of its relaxed cell, None for shells."""
     return {
         "status": "running",
         "version": knittest.__version__,
         "git_commit": provenance.git_commit(),
         "config_sha256": provenance.sha256_text(config_text),
         "data_sha256": provenance.sha256_files(data_files),
+        "cell_sha256": cell,
         "seed": run.variability.seed,
         "cpu": provenance.cpu_model(),
         "cores": provenance.cores(),

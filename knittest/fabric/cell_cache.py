@@ -1,10 +1,8 @@
-"""Relaxed cells on disk, keyed by their inputs and by the sources that relaxed them."""
+"""Relaxed cells on disk, keyed by their inputs and by the sources that relaxed them, with a checksum inside."""
 
 import hashlib
 import json
 import tempfile
-import zipfile
-import zlib
 from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
@@ -12,8 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from knittest.cache import cache_root
+from knittest.cache import cache_folder
 from knittest.fabric.cell import SYSTEMS, Cell, CellSpec
+from knittest.notes import tell
+from knittest.sealed import Damaged, checksum, seal, unseal
 
 #: what shapes a cell, beside its inputs
 SOURCES = (
@@ -25,43 +25,72 @@ SOURCES = (
     "kernels/relaxation.py",
 )
 NUMBERS = ("deepest", "worst", "residual", "iterations")
+DIGITS = 24
 
 
-def cell_path(spec: CellSpec) -> Path:
-    """File of the cell of ``spec``."""
-    package = Path(__file__).parent.parent
-    digest = hashlib.sha256(json.dumps(asdict(spec), sort_keys=True).encode())
-    for name in SOURCES:
-        digest.update((package / name).read_bytes())
-    return cache_root() / "cells" / f"{digest.hexdigest()[:24]}.npz"
+def cell_path(spec: CellSpec) -> Path | None:
+    """File of the cell of ``spec``; None where nothing is cached."""
+    folder = cache_folder("cells")
+    return None if folder is None else folder / f"{_key(spec)}.npz"
 
 
 def load_cell(spec: CellSpec) -> Cell | None:
-    """The cached cell, or None if there is none or it cannot be trusted."""
+    """The cached cell; None if there is none or it is not what was kept, which a line on stderr says."""
+    path = cell_path(spec)
+    if path is None:
+        return None
     try:
-        with np.load(cell_path(spec), allow_pickle=False) as data:
-            curves = [np.asarray(data[s], dtype=np.float64) for s in SYSTEMS]
-            numbers = [float(data[name]) for name in NUMBERS]
-    except (OSError, ValueError, KeyError, EOFError, TypeError, zipfile.BadZipFile, zlib.error):
+        arrays = unseal(path.read_bytes(), path.name)
+        if str(arrays["key"]) != _key(spec):
+            raise Damaged(f"{path.name} is the cell of other inputs")
+        return _cell(spec, arrays)
+    except OSError:
         return None
-    if any(c.ndim != 2 or c.shape[1] != 3 or len(c) < 4 or not np.isfinite(c).all() for c in curves):
+    except (Damaged, KeyError, TypeError, ValueError) as error:
+        tell(f"{path}: {error}: this cached cell is not used; it is relaxed anew")
         return None
-    knit, warp, weft = curves
-    return Cell(spec, knit, warp, weft, numbers[0], numbers[1], numbers[2], int(numbers[3]))
 
 
 def save_cell(cell: Cell) -> None:
     """Write ``cell`` whole or not at all; if the disk refuses, the next run only relaxes again."""
     path = cell_path(cell.spec)
-    arrays: dict[str, Any] = {name: np.asarray(getattr(cell, name)) for name in (*SYSTEMS, *NUMBERS)}
+    if path is None:
+        return
     temporary: Path | None = None
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".tmp", delete=False) as stream:
             temporary = Path(stream.name)
-            np.savez(stream, **arrays)
+            seal(stream, {"key": np.array(_key(cell.spec)), **_arrays(cell)})
         temporary.replace(path)
     except OSError:
         if temporary is not None:
             with suppress(OSError):
                 temporary.unlink()
+
+
+def cell_digest(cell: Cell) -> str:
+    """Digest of the centre-lines of ``cell`` and of what it was relaxed from."""
+    return checksum({"key": np.array(_key(cell.spec)), **_arrays(cell)})
+
+
+def _cell(spec: CellSpec, arrays: dict[str, np.ndarray]) -> Cell:
+    """Raises :class:`Damaged` for arrays that no cell has."""
+    curves = [np.asarray(arrays[s], dtype=np.float64) for s in SYSTEMS]
+    if any(c.ndim != 2 or c.shape[1] != 3 or len(c) < 4 or not np.isfinite(c).all() for c in curves):
+        raise Damaged("no centre-lines of three systems")
+    knit, warp, weft = curves
+    deepest, worst, residual, iterations = (float(arrays[name]) for name in NUMBERS)
+    return Cell(spec, knit, warp, weft, deepest, worst, residual, int(iterations))
+
+
+def _arrays(cell: Cell) -> dict[str, Any]:
+    return {name: np.asarray(getattr(cell, name)) for name in (*SYSTEMS, *NUMBERS)}
+
+
+def _key(spec: CellSpec) -> str:
+    """Digest of the inputs of a cell and of the sources that relax it."""
+    package = Path(__file__).parent.parent
+    digest = hashlib.sha256(json.dumps(asdict(spec), sort_keys=True).encode())
+    for name in SOURCES:
+        digest.update((package / name).read_bytes())
+    return digest.hexdigest()[:DIGITS]

@@ -26,6 +26,8 @@ FIRM_PENALTIES = (100.0, 400.0, 800.0, 1600.0, 3200.0)
 AT_REST, PATIENT = 2e-4, 60_000
 #: accepted penetration over radius and deviation of the loop length
 PENETRATION, LENGTH_ERROR = 5e-3, 1e-3
+#: what this process relaxed or read, so that a run and its manifest stand on the same cell
+_held: dict[CellSpec, Cell] = {}
 #: a loop drawn this much longer than its yarn cannot be relaxed
 LOCKED = 0.05
 #: the list of pairs holds while nodes move by less than half of this [mm]
@@ -35,12 +37,15 @@ SKIN = 0.25
 def relaxed_cell(fabric: Fabric, compute: Callable[[], None] | None = None) -> Cell:
     """Relaxed cell of ``fabric`` from the cache, or computed (``compute`` is called first) and cached."""
     spec = CellSpec.of(fabric)
+    if spec in _held:
+        return _held[spec]
     cell = load_cell(spec)
     if cell is None:
         if compute is not None:
             compute()
         cell = relax_cell(spec)
         save_cell(cell)
+    _held[spec] = cell
     return cell
 
 

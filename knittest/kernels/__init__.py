@@ -1,14 +1,15 @@
 """Numba kernels: plain arrays in kernel units (mm, ms, g, N, MPa); nothing here knows of configs.
 
 Importing this package points Numba's cache at a folder named after a hash of all kernel sources, because Numba
-does not notice when a helper in another file was edited and would serve stale machine code.
+does not notice when a helper in another file was edited and would serve stale machine code. Where no private folder
+is to be had, nothing is cached: Numba unpickles what it finds there.
 """
 
 import hashlib
 import os
 from pathlib import Path
 
-from knittest.cache import cache_root
+from knittest.cache import cache_folder
 
 
 def _source_digest() -> str:
@@ -18,26 +19,25 @@ def _source_digest() -> str:
     return digest.hexdigest()[:16]
 
 
-def cache_folder() -> Path:
-    """Folder of the compiled kernels of this very source."""
-    return cache_root() / "numba" / _source_digest()
-
+#: of the kernel sources that this process loaded; those on disk may change
+SOURCE_DIGEST = _source_digest()
+#: where their machine code is kept; None where nothing is
+CODE_FOLDER = cache_folder("numba", SOURCE_DIGEST)
 
 #: rounds a thread spins at a barrier before it sleeps, unless the user's environment says otherwise: long enough to
-#: cost
-#: a lone run nothing (1000 costs a fifth), short enough to let others run: two runs side by side on two cores stood
-#: still, 30 times slower each, with the default
+#: cost a lone run nothing (1000 costs a fifth), short enough to let others run: two runs side by side on two cores
+#: stood still, 30 times slower each, with the default
 SPIN_COUNT = "3000"
 
 
 def _configure_numba() -> None:
-    folder = cache_folder()
-    os.environ["NUMBA_CACHE_DIR"] = str(folder)
+    folder = "" if CODE_FOLDER is None else str(CODE_FOLDER)
+    os.environ["NUMBA_CACHE_DIR"] = folder
     if "OMP_WAIT_POLICY" not in os.environ:
         os.environ.setdefault("GOMP_SPINCOUNT", SPIN_COUNT)
     import numba
 
-    numba.config.CACHE_DIR = str(folder)
+    numba.config.CACHE_DIR = folder
     numba.config.THREADING_LAYER_PRIORITY = ["omp", "tbb", "workqueue"]
 
 

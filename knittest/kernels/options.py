@@ -8,17 +8,19 @@ from typing import Any
 
 import numpy as np
 
+from knittest.kernels import CODE_FOLDER
+
 FASTMATH = {"contract", "reassoc", "arcp", "nsz"}
 U = np.uintp
 ONE = np.uintp(1)
 
 #: a kernel called from Python or from another kernel
-KERNEL: dict[str, Any] = {"cache": True, "error_model": "numpy", "fastmath": FASTMATH, "nogil": True}
+KERNEL: dict[str, Any] = {"cache": CODE_FOLDER is not None, "error_model": "numpy", "fastmath": FASTMATH, "nogil": True}
 #: a pure function of scalars, inlined into the blocked loops by LLVM
 INLINE: dict[str, Any] = {**KERNEL, "forceinline": True}
 #: a kernel with prange; only prange loops are made parallel, which spares compile time
 PARALLEL: dict[str, Any] = {
-    "cache": True,
+    "cache": CODE_FOLDER is not None,
     "error_model": "numpy",
     "fastmath": FASTMATH,
     "parallel": {

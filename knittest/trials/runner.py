@@ -1,12 +1,12 @@
 """Runs trials that were never finished, and keeps what became of them."""
 
-import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
+from knittest.notes import tell as say
 from knittest.options import RunOptions
 from knittest.trials.ledger import Ledger, read_ledgers
 from knittest.trials.pool import Pool, Watch
@@ -14,10 +14,6 @@ from knittest.trials.record import Record, recovered
 from knittest.trials.trial import Trial
 
 TRIALS = "trials"
-
-
-def _tell(text: str) -> None:
-    print(f"knittest: {text}", file=sys.stderr)
 
 
 def _unwatched(trial: Trial, share: float | None) -> None:
@@ -41,7 +37,7 @@ class TrialRunner:
         ledger: str = "ledger.jsonl",
         options: RunOptions | None = None,
         watch: Watch = _unwatched,
-        tell: Callable[[str], None] = _tell,
+        tell: Callable[[str], None] = say,
     ) -> None:
         """``limit`` [s] of wall time is what a trial may take; ``options`` say what its run folder keeps."""
         self._folder, self._pool, self._limit, self._watch, self._tell = folder, pool, limit, watch, tell

@@ -8,15 +8,18 @@ import numpy as np
 import pytest
 from fabric_cases import relaxed, spec
 
-from knittest.cache import cache_root
+from knittest.config.loading import resolve
+from knittest.export.identity import cell_of, changes, identity_of
+from knittest.export.manifest import first_manifest
 from knittest.fabric import relax
 from knittest.fabric.cell import Cell
-from knittest.fabric.cell_cache import cell_path, load_cell, save_cell
+from knittest.fabric.cell_cache import cell_digest, cell_path, load_cell, save_cell
 
 
 @pytest.fixture(autouse=True)
 def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("KNITTEST_CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.setattr(relax, "_held", {})
     return tmp_path / "cache"
 
 
@@ -47,8 +50,22 @@ def test_every_input_has_its_own_file() -> None:
     assert len(paths | {cell_path(base)}) == len(vars(base)) + 1
 
 
-@pytest.mark.parametrize("damage", ["garbage", "truncated", "flipped", "empty", "nan", "shape", "missing"])
-def test_a_damaged_file_is_relaxed_again(damage: str, monkeypatch: pytest.MonkeyPatch) -> None:
+DAMAGE = [
+    "garbage",
+    "truncated",
+    "flipped",
+    "empty",
+    "nan",
+    "shape",
+    "missing",
+    "scaled",
+    "unsealed",
+    "of other inputs",
+]
+
+
+@pytest.mark.parametrize("damage", DAMAGE)
+def test_a_damaged_file_is_relaxed_again(damage: str, monkeypatch: pytest.MonkeyPatch, capsys) -> None:
     cell = relaxed("V1")
     save_cell(cell)
     path = cell_path(cell.spec)
@@ -59,16 +76,63 @@ def test_a_damaged_file_is_relaxed_again(damage: str, monkeypatch: pytest.Monkey
         save_cell(replace(cell, knit=cell.knit[:, :2]))
     elif damage == "missing":
         np.savez(path, knit=cell.knit)
+    elif damage in ("scaled", "unsealed"):
+        with np.load(path) as archive:
+            arrays = dict(archive)
+        arrays |= {"knit": 1.01 * arrays["knit"]} if damage == "scaled" else {}
+        np.savez(path, **{k: v for k, v in arrays.items() if damage == "scaled" or k != "sha256"})
+    elif damage == "of other inputs":
+        other = replace(cell, spec=replace(cell.spec, wale=1.01 * cell.spec.wale))
+        save_cell(other)
+        cell_path(other.spec).rename(path)
     else:
         flipped = whole[:2000] + bytes([whole[2000] ^ 0xFF]) + whole[2001:]
         path.write_bytes({"garbage": b"no zip", "truncated": whole[:900], "flipped": flipped, "empty": b""}[damage])
     assert load_cell(cell.spec) is None
+    said = capsys.readouterr().err
+    assert path.stem in said and "it is relaxed anew" in said
     calls = []
     monkeypatch.setattr(relax, "relax_cell", lambda wanted: calls.append(wanted) or cell)
     monkeypatch.setattr(relax.CellSpec, "of", classmethod(lambda cls, fabric: cell.spec))
     for _ in range(2):
         assert_same(relax.relaxed_cell(None), cell)
+        relax._held.clear()
     assert calls == [cell.spec]
+
+
+def test_a_process_stands_on_one_cell(monkeypatch: pytest.MonkeyPatch) -> None:
+    cell = relaxed("V1")
+    save_cell(cell)
+    monkeypatch.setattr(relax.CellSpec, "of", classmethod(lambda cls, fabric: cell.spec))
+    first = relax.relaxed_cell(None)
+    save_cell(replace(cell, knit=1.01 * cell.knit))  # by somebody else, while we run
+    assert relax.relaxed_cell(None) is first
+
+
+def test_the_digest_of_a_cell_is_that_of_its_numbers_and_inputs() -> None:
+    cell = relaxed("V1")
+    save_cell(cell)
+    back = load_cell(cell.spec)
+    assert back is not None and cell_digest(back) == cell_digest(cell)
+    others = [
+        replace(cell, **{name: np.nextafter(getattr(cell, name), 1e9)}) for name in ("knit", "warp", "weft", "deepest")
+    ]
+    others.append(replace(cell, spec=replace(cell.spec, bending_warp=1.01 * cell.spec.bending_warp)))
+    assert len({cell_digest(c) for c in [cell, *others]}) == len(others) + 1
+
+
+def test_the_cell_is_part_of_what_a_run_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    cells = {"here": relaxed("V1"), "there": replace(relaxed("V1"), knit=1.01 * relaxed("V1").knit)}
+    yarns, shells = (resolve(variant="1", scale=scale, direction="warp") for scale in ("meso", "macro"))
+    found = {}
+    for place, cell in cells.items():
+        monkeypatch.setattr("knittest.export.identity.relaxed_cell", lambda fabric, cell=cell: cell)
+        found[place] = identity_of(yarns, [])
+        assert cell_of(yarns) == found[place]["cell"] == cell_digest(cell)
+        assert first_manifest(yarns, "", 1, [], cell_of(yarns))["cell_sha256"] == cell_digest(cell)
+    was, now = (cell_digest(cells[place]) for place in ("here", "there"))
+    assert changes(found["here"], found["there"]) == [f"cell was {was}, is {now}"]
+    assert cell_of(shells) is None and "cell" not in identity_of(shells, [])
 
 
 class Hostile:
@@ -87,15 +151,6 @@ def test_pickles_are_not_read(tmp_path: Path) -> None:
     np.savez(cell_path(cell.spec), knit=np.array([Hostile(tmp_path / "trap")], dtype=object), warp=cell.warp)
     assert load_cell(cell.spec) is None
     assert not (tmp_path / "trap").exists()
-
-
-def test_a_cache_that_cannot_be_written_is_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "file").write_text("in the way")
-    monkeypatch.setenv("KNITTEST_CACHE_DIR", str(tmp_path / "file" / "cache"))
-    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    with pytest.warns(UserWarning, match="cannot be written"):
-        root = cache_root()
-    assert root.is_relative_to(tmp_path) and root.is_dir()
 
 
 def test_a_full_disk_costs_only_time(own_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,7 +12,7 @@ from knittest.preflight import preflight
 @pytest.fixture
 def said(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
     """What warming the macro kernels says, without compiling anything."""
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr(warmup, "CODE_FOLDER", tmp_path)
     for name in ("_exercise", "_compile_apart"):
         monkeypatch.setattr(warmup, name, lambda _: None)
 
@@ -38,3 +38,10 @@ def test_compilation_is_called_so_on_every_scale_and_processor(said, monkeypatch
 def test_preflight_says_where_the_area_mass_comes_from() -> None:
     run = resolve(variant="1", scale="macro", preset="quick", sets=["fabric.area_mass=800"])
     assert any("(user 800 g/m2)" in line for line in preflight(run))
+
+
+def test_nothing_is_cached_without_a_folder(said, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(warmup, "CODE_FOLDER", None)
+    monkeypatch.setattr(warmup, "_compile_apart", lambda _: pytest.fail("there is no folder to compile into"))
+    warmup.fill_cache("macro")
+    assert said() == "compiling the macro kernels (nothing is cached)"
