@@ -9,6 +9,11 @@ from knittest.config.run import Run
 #: change of the first result on halving the speed that still counts as converged [-]; 2 % where it is not named
 CONVERGED = {"tensile": 0.01}
 LIMIT = 0.02
+#: results that say how well a run went, not what it found: their own changes say nothing
+DIAGNOSTIC = (
+    "residual", "moment_error_pct", "drift_deg", "normal_force_error_pct", "plate_penetration_um",
+    "element_deformation_um", "penetration_over_deformation_pct",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)

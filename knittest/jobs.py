@@ -20,8 +20,10 @@ from knittest.options import RunOptions
 from knittest.run import EXIT_REFUSED, Outcome, execute
 from knittest.terminal import Progress
 from knittest.terminal_results import print_json, print_refused, print_results
+from knittest.verify import finished, unverified, verified
 
-Job = tuple[Run, Opener]
+#: a run, and what opens its folder, or the folder where it is completed and only to be verified
+Job = tuple[Run, Opener | Path]
 
 
 def run_command(runs: list[Run], options: RunOptions) -> int:
@@ -49,12 +51,15 @@ def resume_command(folder: Path, options: RunOptions, force: bool = False) -> in
 
 
 def _jobs(plan: Path, folder: Path, force: bool) -> list[Job]:
-    """The job that is left of the run in ``folder``, planned in ``plan``: none if it is complete."""
+    """The job that is left of the run in ``folder``, planned in ``plan``: none if it is complete and verified."""
     config = folder / "config.yaml"
     if not config.is_file():
         return [(resolve(config=plan), partial(open_new, out=folder))]
     manifest = manifest_of(folder)
     if manifest["status"] == "completed":
+        run = resolve(config=config)
+        if unverified(folder, run):
+            return [(run, folder)]
         print(f"{folder}: completed on {manifest.get('ended')}; nothing to resume")
         return []
     return [(resolve(config=config), partial(open_again, path=folder, force=force))]
@@ -85,7 +90,11 @@ def _run_jobs(jobs: Sequence[Job], options: RunOptions, parent: Path | None) -> 
         interrupts.deciding(),
     ):
         for run, opener in jobs:
-            outcomes.append(execute(run, opener, interrupts, options, progress))
+            if isinstance(opener, Path):
+                outcome = finished(run, opener)
+            else:
+                outcome = execute(run, opener, interrupts, options, progress)
+            outcomes.append(verified(outcome, options, interrupts) if run.output.verify else outcome)
     if options.json:
         summaries = [o.summary | {"folder": str(o.folder), "curves": list(o.curves)} for o in outcomes]
         print_json(summaries[0] if len(summaries) == 1 else {"runs": summaries})

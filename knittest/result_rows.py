@@ -73,6 +73,8 @@ KINDS = {
 ON_ASSUMED = "on {} assumed input{}"
 
 
+#: verdict on a result whose numerical error reaches across the border
+UNRESOLVED = "unresolved: the numerical error crosses 1 sd"
 #: specimens of an ensemble up to which each is shown beside the mean
 SIDE_BY_SIDE = 2
 
@@ -104,7 +106,8 @@ def unfolded(results: Mapping[str, Any]) -> dict[str, Any]:
 class ResultRow:
     """One result as text, "-" where there is nothing; ``value`` is the number, the mean of an ensemble.
 
-    ``assumed`` are the fields that decide a compared row and that are assumed.
+    ``assumed`` are the fields that decide a compared row and that are assumed; ``error`` is the numerical error, where
+    it was estimated.
     """
 
     quantity: str
@@ -116,6 +119,7 @@ class ResultRow:
     kind: str
     verdict: str
     assumed: tuple[str, ...] = ()
+    error: float | None = None
 
     @property
     def on_assumed(self) -> str:
@@ -132,26 +136,41 @@ class ResultRow:
 def result_rows(summary: Mapping[str, Any], plus_minus: str = "±", *, refused: bool) -> list[ResultRow]:
     """One row a result of ``summary`` (summary.json); those of a ``refused`` run are compared with nothing."""
     compared = {row["quantity"]: row for row in summary["comparison"]}
+    errors = summary.get("numerical_error") or {}
     rows = []
     for quantity, value in unfolded(summary["results"]).items():
         label, form = LABELS.get(quantity, (quantity.replace("_", " "), "{:.4g}"))
-        tail = _judged(compared.get(quantity), form, plus_minus, refused=refused)
+        error = errors.get(quantity, {}).get("error")
+        tail = _judged(compared.get(quantity), form, plus_minus, error, refused=refused)
+        if errors and error is None and tail[-1].endswith("1 sd"):
+            tail = (*tail[:-1], f"{tail[-1]}, numerical error not known")
         number = value["mean"] if isinstance(value, Mapping) else value
         guessed = tuple((compared.get(quantity) or {}).get("assumed") or ())
-        rows.append(ResultRow(quantity, label, number, _simulated(value, form, plus_minus), *tail, guessed))
+        rows.append(ResultRow(quantity, label, number, _simulated(value, form, plus_minus, error), *tail, guessed, error))
     return rows
 
 
-def _simulated(value: Any, form: str, plus_minus: str) -> str:
-    """A number, or mean, sd and count of an ensemble, and the values of a small one side by side."""
+def error_text(error: float, form: str) -> str:
+    """An error in the format of its result, with two digits of its own where that would show none."""
+    text = form.format(error)
+    return f"{error:.2g}" if error > 0.0 and float(text) == 0.0 else text
+
+
+def _simulated(value: Any, form: str, plus_minus: str, error: float | None = None) -> str:
+    """A number with its numerical ``error``; of an ensemble mean, sd and count, and the values of a small one side by
+    side.
+    """
     if isinstance(value, Mapping):
         mean, sd, count = _number(value["mean"], form), _number(value["sd"], form), len(value["values"])
         each = ": " + ", ".join(_number(v, form) for v in value["values"]) if count <= SIDE_BY_SIDE else ""
-        return f"{mean} {plus_minus} {sd} (n {count}{each})"
-    return _number(value, form)
+        told = "" if error is None else f", numerical {plus_minus} {error_text(error, form)}"
+        return f"{mean} {plus_minus} {sd} (n {count}{each}){told}"
+    return _number(value, form) + ("" if error is None else f" {plus_minus} {error_text(error, form)}")
 
 
-def _judged(row: Mapping[str, Any] | None, form: str, plus_minus: str, *, refused: bool) -> tuple[str, str, str, str]:
+def _judged(
+    row: Mapping[str, Any] | None, form: str, plus_minus: str, error: float | None, *, refused: bool
+) -> tuple[str, str, str, str]:
     """Experiment, deviation, kind and verdict of one row."""
     if refused:
         return "-", "-", "-", "refused"
@@ -161,8 +180,16 @@ def _judged(row: Mapping[str, Any] | None, form: str, plus_minus: str, *, refuse
     deviation = row["deviation_sd"]
     if deviation is None or not math.isfinite(deviation):
         return experiment, "-", row["kind"], "not comparable"
-    verdict = "within 1 sd" if abs(deviation) <= 1.0 else "outside 1 sd"
-    return experiment, f"{deviation:+.2f} sd", row["kind"], verdict
+    share = 0.0 if error is None else error / row["experiment_sd"]
+    told = "" if error is None else f" {plus_minus} {error_text(share, '{:.2f}')}"
+    return experiment, f"{deviation:+.2f}{told} sd", row["kind"], verdict_of(deviation, share)
+
+
+def verdict_of(deviation: float, error: float = 0.0) -> str:
+    """Whether a result lies within one sd of the experiment, wherever in its numerical ``error`` (both in sd) it is."""
+    if abs(deviation) + error <= 1.0:
+        return "within 1 sd"
+    return "outside 1 sd" if abs(deviation) - error > 1.0 else UNRESOLVED
 
 
 def _number(value: float | None, form: str) -> str:

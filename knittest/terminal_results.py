@@ -8,15 +8,18 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TextIO
 
+from knittest.error_notes import error_notes
 from knittest.export.jsonfile import json_text
 from knittest.history import Quality
-from knittest.result_rows import KINDS, result_rows
+from knittest.result_rows import KINDS, UNRESOLVED, result_rows
 
 if TYPE_CHECKING:
     from rich.console import Console
 
 HEADER = ("direction", "quantity", "simulated", "experiment", "deviation", "kind", "verdict")
 _NUMBERS = (2, 3, 4)  # columns aligned to the right
+#: colours of verdicts; of any other red
+STYLES = {"within 1 sd": "green", "no reference": "yellow", UNRESOLVED: "yellow"}
 #: results that only summary.json shows
 _LEFT_OUT = ("force_per_yarn_n",)
 
@@ -79,6 +82,14 @@ def assumed_line(outcome: Outcome) -> str:
     return f"assumed inputs that decide these rows, {_name(outcome)}: {', '.join(fields)}" if fields else ""
 
 
+def error_lines(outcomes: Sequence[Outcome]) -> list[str]:
+    """How the numerical errors were found, each line once, with the name of the run where there are several."""
+    told = [(_name(outcome), line) for outcome in outcomes for line in error_notes(outcome.summary)]
+    common = {line for _, line in told if sum(line == other for _, other in told) == len(outcomes)}
+    lines = [line if len(outcomes) == 1 or line in common else f"{name}: {line}" for name, line in told]
+    return list(dict.fromkeys(lines))
+
+
 def curve_lines(outcome: Outcome) -> list[str]:
     """What comparison.json says of the user's own curves, one line a curve."""
     return [f"against {m['judged_against']} ({m['reference_kind']}): {_metrics(m)}" for m in outcome.curves]
@@ -138,7 +149,8 @@ def _print(outcomes: Sequence[Outcome], stream: TextIO) -> None:
     kinds = {row[HEADER.index("kind")] for row in rows}
     notes = [text for kind, text in KINDS.items() if kind in kinds]
     notes += [line for outcome in outcomes if (line := assumed_line(outcome))]
-    lines = [*notes, *(line for outcome in outcomes for line in (*curve_lines(outcome), *quality_lines(outcome)))]
+    lines = [*notes, *error_lines(outcomes)]
+    lines += [line for outcome in outcomes for line in (*curve_lines(outcome), *quality_lines(outcome))]
     lines += [f"run folder: {outcome.folder}" for outcome in outcomes]
     if stream.isatty():
         from rich.console import Console
@@ -172,7 +184,7 @@ def _rich_table(console: "Console", rows: Sequence[tuple[str, ...]]) -> None:
     for column, name in enumerate(HEADER):
         table.add_column(name, justify="right" if column in _NUMBERS else "left")
     for row in rows:
-        style = "green" if row[-1].startswith("within") else "yellow" if row[-1] == "no reference" else "red"
+        style = STYLES.get(row[-1], "red")
         table.add_row(*(Text(cell) for cell in row[:-1]), Text(row[-1], style=style))
     console.print(table)
 

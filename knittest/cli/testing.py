@@ -15,6 +15,11 @@ _FOLDER = (
     click.option("--out", type=click.Path(path_type=Path), help="Run folder.  [default: runs/<name>-<time>]"),
     click.option("--resume", type=click.Path(path_type=Path), metavar="DIR", help="Go on with the run in DIR."),
     click.option("--force", is_flag=True, help="With --resume: go on although config, version or processor changed."),
+    click.option(
+        "--verify",
+        is_flag=True,
+        help="Repeat the run at half its speed and on another mesh: results with their numerical error.",
+    ),
 )
 
 
@@ -30,6 +35,7 @@ def test_command(
         out: Path | None,
         resume: Path | None,
         force: bool,
+        verify: bool,
         threads: int | None,
         as_json: bool,
         quiet: bool,
@@ -44,13 +50,14 @@ def test_command(
         chosen["sets"] = (*chosen["sets"], *(f"{field}={v:g}" for field, v in given.items() if v is not None))
         options = RunOptions(out, threads, as_json, quiet, not no_frames, against=against)
         if resume is not None:
-            if direction or out or any(chosen.values()):
+            if direction or out or verify or any(chosen.values()):
                 raise click.UsageError("--resume takes everything from the run folder: leave out what describes a run")
             from knittest.jobs import resume_command
 
             return resume_command(resume, options, force)
         if force:
             raise click.UsageError("--force goes with --resume")
+        chosen["sets"] = (*chosen["sets"], *(["output.verify=true"] if verify else []))
         runs = resolve_runs(kind, (direction or "default") if directional else None, chosen)
         from knittest.jobs import run_command
 

@@ -83,6 +83,9 @@ class Output(Strict):
     checkpoint_interval: float = number(
         60.0, "s", "time between checkpoints, by the clock on the wall; a signal writes one too", gt=0, le=86400
     )
+    verify: bool = Field(
+        False, description="repeat the run at half its speed and on another mesh: results carry their numerical error"
+    )
 
 
 class Run(Strict):

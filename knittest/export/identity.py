@@ -16,7 +16,7 @@ from knittest.resources import data_dir
 #: libraries that do the arithmetic
 ARITHMETIC = ("numpy", "numba", "llvmlite", "scipy")
 #: settings without influence on the result
-FREE = ("output.checkpoint_interval",)
+FREE = ("output.checkpoint_interval", "output.verify")
 
 Identity = dict[str, Any]
 

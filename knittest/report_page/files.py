@@ -58,6 +58,8 @@ class Summary(BaseModel):
     comparison: list[ComparedRow] = []
     refused: list[str] = []
     warnings: list[str] = []
+    numerical_error: dict[str, dict[str, Number | str]] = {}
+    verification: dict[str, Any] = {}
 
 
 class Manifest(BaseModel):

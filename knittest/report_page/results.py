@@ -4,10 +4,13 @@ from collections.abc import Mapping
 from typing import Any
 
 from knittest.report_page.blocks import Block, Cell, Section, Table, Text, Tone
+from knittest.report_page.errors import error_blocks
 from knittest.report_page.loading import LoadedRun
-from knittest.result_rows import KINDS, ResultRow, result_rows
+from knittest.result_rows import KINDS, UNRESOLVED, ResultRow, result_rows
 
-_VERDICTS: dict[str, Tone] = {"within 1 sd": "good", "outside 1 sd": "bad", "refused": "bad", "not comparable": "warn"}
+_VERDICTS: dict[str, Tone] = {
+    "within 1 sd": "good", "outside 1 sd": "bad", "refused": "bad", "not comparable": "warn", UNRESOLVED: "warn",
+}  # fmt: skip
 HEADER = ("quantity", "simulated", "experiment", "deviation", "kind")
 _PREDICTED = "predicted: no parameter was fitted to this row"
 
@@ -41,6 +44,7 @@ def results(run: LoadedRun) -> Section:
     if rows:
         count = run.setting("variability", "specimens")
         what = f"Results, mean ± sd of {count} specimens" if isinstance(count, int) and count > 1 else "Results"
+        what += " ± numerical error" if run.summary.numerical_error and what == "Results" else ""
         sources = sorted({row.source for row in run.summary.comparison if row.source})
         against = f", beside the experiment ({'; '.join(sources)}: mean ± sd)" if sources else ""
         blocks.append(Table(what + against, HEADER, [_cells(row) for row in rows], (1, 2, 3)))
@@ -48,6 +52,7 @@ def results(run: LoadedRun) -> Section:
         notes = {"predicted": _PREDICTED, **KINDS}
         blocks += [Text(text[0].upper() + text[1:] + ".") for kind, text in notes.items() if kind in kinds]
         blocks += _assumed(rows)
+        blocks += error_blocks(run)
     else:
         blocks.append(Text("This run left no results.", "warn"))
     blocks += [_metrics(curve) for curve in run.comparison.curves]

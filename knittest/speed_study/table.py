@@ -5,14 +5,9 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from knittest import __version__
-from knittest.halving import LIMIT, Halving, change
+from knittest.halving import DIAGNOSTIC, LIMIT, Halving, change
 from knittest.result_rows import LABELS
 
-#: results that say how well a run went, not what it found: their own changes say nothing
-DIAGNOSTIC = (
-    "residual", "moment_error_pct", "drift_deg", "normal_force_error_pct", "plate_penetration_um",
-    "element_deformation_um", "penetration_over_deformation_pct",
-)  # fmt: skip
 COLUMNS = (
     "test", "scale", "variant", "direction", "preset", "setting", "unit", "value", "quantity", "result", "result_half",
 )  # fmt: skip

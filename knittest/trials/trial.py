@@ -7,6 +7,7 @@ from functools import cache
 
 import knittest
 from knittest.config.run import Run
+from knittest.errors import InputError
 from knittest.export.identity import FREE, data_files
 from knittest.export.provenance import sha256_files
 from knittest.resources import PACKAGE
@@ -29,7 +30,15 @@ class Trial:
 
 
 def trial_of(run: Run, label: str = "") -> Trial:
-    """The trial of ``run`` with the code and data that are here now; raises :class:`InputError` for unreadable data."""
+    """The trial of ``run`` with the code and data that are here now.
+
+    Raises :class:`InputError` for unreadable data, and for a run to be verified: a trial is one run.
+    """
+    if run.output.verify:
+        raise InputError(
+            "output.verify: the runs of a sweep, calibration or regression are not repeated for their numerical error; "
+            "leave it out, and verify single runs of the test's own command with --verify"
+        )
     config = run.model_dump(mode="json")
     for path in FREE:
         *holders, name = path.split(".")

@@ -1,0 +1,76 @@
+"""The numerical error of results, from the same run at half its speed and on another mesh.
+
+Roache's grid convergence index of two solutions (1994, J. Fluids Eng. 116, 405): with element lengths, speeds or
+residuals that differ by the factor r and an error of order p, the finer solution is off by |change| / (r^p - 1) and the
+coarser one by r^p times as much; two solutions do not show their order, so a safety factor of 3 goes on it. Both are
+biases: they are added, not squared.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from knittest.halving import DIAGNOSTIC, change
+
+#: of two solutions (Roache 1994); with it the index covers orders down to 0.4 of halves and 0.9 of meshes
+SAFETY = 3.0
+#: order of inertia in the speed, and of shells and beams in their length
+ORDER = 2.0
+#: the half is the better one of the two, so the reported one is the coarser
+HALF_FACTOR = SAFETY * 2.0**ORDER / (2.0**ORDER - 1.0)
+
+
+@dataclass(frozen=True)
+class Repeat:
+    """Results of a repeated run, empty where it has none: then ``reason`` says why."""
+
+    results: Mapping[str, float | None]
+    reason: str = ""
+
+    def of(self, quantity: str) -> float | None:
+        """The result, None where there is no finite one."""
+        return _finite(self.results.get(quantity))
+
+
+def mesh_factor(ratio: float, finer: bool) -> float:
+    """Error of the reported result over its change on a mesh with elements ``ratio`` times as long, or as short if
+    ``finer``.
+    """
+    grown = ratio**ORDER
+    return SAFETY * (grown if finer else 1.0) / (grown - 1.0)
+
+
+def numerical_errors(
+    results: Mapping[str, float | None], half: Repeat, mesh: Repeat, ratio: float, finer: bool
+) -> dict[str, dict[str, Any]]:
+    """For every result that is no diagnostic the changes [%] and the error in its own unit: summary.json's block.
+
+    An error that cannot be told is None, with the reason; never 0.
+    """
+    name = "finer_mesh_pct" if finer else "coarser_mesh_pct"
+    found = {}
+    for quantity in (q for q in results if q not in DIAGNOSTIC):
+        value, slow, other = _finite(results[quantity]), half.of(quantity), mesh.of(quantity)
+        row: dict[str, Any] = {"half_speed_pct": _percent(value, slow), name: _percent(value, other)}
+        if value is None or slow is None or other is None:
+            row |= {"error": None, "reason": _why(value, slow, half, mesh)}
+        else:
+            row["error"] = HALF_FACTOR * abs(slow - value) + mesh_factor(ratio, finer) * abs(other - value)
+        found[quantity] = row
+    return found
+
+
+def _why(value: float | None, slow: float | None, half: Repeat, mesh: Repeat) -> str:
+    if value is None:
+        return "the run has no number"
+    at, repeat = ("at half the speed", half) if slow is None else ("on the other mesh", mesh)
+    return repeat.reason or f"no number {at}"
+
+
+def _percent(value: float | None, other: float | None) -> float | None:
+    return _finite(100.0 * change(value, other))
+
+
+def _finite(value: float | None) -> float | None:
+    return value if value is not None and math.isfinite(value) else None

@@ -1,0 +1,162 @@
+"""Repeats a finished run at half its speed and on another mesh, side by side, and gives its results their error."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from knittest.batch.live import Overview
+from knittest.config.run import Run
+from knittest.errors import InputError
+from knittest.export.atomic import write_atomic
+from knittest.export.jsonfile import json_text
+from knittest.export.provenance import cores
+from knittest.halving import halving
+from knittest.history import Quality
+from knittest.interrupts import Interrupted, Interrupts
+from knittest.numerical_error import Repeat, numerical_errors
+from knittest.options import RunOptions
+from knittest.remeshing import Remeshing, remeshing
+from knittest.report_page.page import write_if_possible, write_report
+from knittest.result_rows import unfolded
+from knittest.run import Outcome
+from knittest.trials.pool import LocalPool
+from knittest.trials.record import SETTLED, Record
+from knittest.trials.runner import TRIALS, TrialRunner
+from knittest.trials.trial import Trial, trial_of
+
+#: folder of the repeats in that of the run
+FOLDER = "verify"
+#: wall seconds that a repeat may take: so many times those of the run, and never less than an hour
+PATIENCE, HOUR = 30.0, 3600.0
+
+
+def unverified(folder: Path, run: Run) -> bool:
+    """Whether the completed ``run`` in ``folder`` is still to be verified; one that was refused is not."""
+    if not run.output.verify:
+        return False
+    summary = _summary(folder)
+    repeats = [r for r in summary.get("verification", {}).values() if isinstance(r, Mapping)]
+    done = repeats and all(repeat.get("status") in ("none", *SETTLED) for repeat in repeats)
+    return not (summary["refused"] or done)
+
+
+def finished(run: Run, folder: Path) -> Outcome:
+    """The outcome of the completed ``run`` in ``folder``; raises :class:`InputError` where its summary is damaged."""
+    summary = _summary(folder)
+    quality, unknown = summary["quality"], float("nan")
+    gates = {name: quality.get(name, unknown) for name in Quality.__dataclass_fields__}
+    gates = {name: unknown if value is None else value for name, value in gates.items()}
+    reasons = {"failures": tuple(summary["refused"]), "warnings": tuple(summary["warnings"])}
+    return Outcome(run, folder, summary, Quality(**(gates | reasons)))
+
+
+def verified(outcome: Outcome, options: RunOptions, interrupts: Interrupts) -> Outcome:
+    """``outcome`` with its numerical errors, written to summary and page; as it is where its comparison is refused.
+
+    Repeats that are finished in the folder are not run again. Raises :class:`Interrupted` with the folder.
+    """
+    if outcome.quality.failures:
+        return outcome
+    repeats, notes = _repeats(outcome.run)
+    try:
+        records = _records(list(repeats.values()), outcome, options)
+        interrupts.check()
+    except Interrupted as error:
+        error.folder = outcome.folder
+        raise
+    summary = dict(outcome.summary) | _judged(outcome, repeats, notes, records)
+    write_atomic(outcome.folder / "summary.json", json_text(summary))
+    if options.pictures:
+        write_if_possible(outcome.folder, write_report)
+    return replace(outcome, summary=json.loads(json_text(summary)))
+
+
+def first_alone(run: Run) -> Run:
+    """The first specimen of ``run`` as a run of its own that is not verified."""
+    update: dict[str, Any] = {"output": run.output.model_copy(update={"verify": False})}
+    if run.variability.specimens > 1:  # those of an ensemble are drawn at random
+        update["variability"] = run.variability.model_copy(update={"specimens": 1, "mode": "random"})
+    return run.model_copy(update=update)
+
+
+def _repeats(run: Run) -> tuple[dict[str, Trial], dict[str, dict[str, Any]]]:
+    """The repeats by name, those that there are, and what summary.json says of them."""
+    alone = first_alone(run)
+    half = halving(alone)
+    value, other = (f"{number:g} {half.unit}".removesuffix(" -") for number in (half.value, 0.5 * half.value))
+    name = " ".join(part for part in (run.rig.kind, run.direction) if part)
+    trials = {"half_speed": trial_of(half.half, f"{name}, {half.setting} {other}")}
+    notes = {"half_speed": {"setting": half.setting, "value": value, "other_value": other}}
+    try:
+        mesh = remeshing(alone)
+    except InputError as error:
+        return trials, notes | {"mesh": {"status": "none", "reason": str(error)}}
+    trials["mesh"] = trial_of(mesh.other, f"{name}, {mesh.setting} {mesh.other_value}")
+    return trials, notes | {"mesh": _mesh_note(mesh)}
+
+
+def _mesh_note(mesh: Remeshing) -> dict[str, Any]:
+    return {
+        "setting": mesh.setting, "value": mesh.value, "other_value": mesh.other_value, "ratio": mesh.ratio,
+        "finer": mesh.finer,
+    }  # fmt: skip
+
+
+def _records(trials: list[Trial], outcome: Outcome, options: RunOptions) -> dict[str, Record]:
+    """Run what is not finished, side by side where there are cores; records by key."""
+    threads = options.threads or cores()
+    workers = min(len(trials), threads)
+    pool = LocalPool(workers, max(threads // workers, 1))
+    limit = max(PATIENCE * float(outcome.summary["cost"]["wall_s"] or 0.0), HOUR)
+    by_key, records = {trial.key: trial for trial in trials}, {}
+    with (
+        Overview(len(trials), quiet=options.quiet) as view,
+        TrialRunner(outcome.folder / FOLDER, pool, limit=limit, watch=view.watch) as runner,
+    ):
+        known = runner.finished(trials)
+        view.begin(len(known))
+        for record in runner.run(trials):
+            records[record.key] = record
+            if record.key not in known:
+                view.ended(by_key[record.key], record)
+    return records
+
+
+def _judged(
+    outcome: Outcome, trials: Mapping[str, Trial], notes: Mapping[str, dict[str, Any]], records: Mapping[str, Record]
+) -> dict[str, Any]:
+    """Blocks ``numerical_error`` and ``verification`` of summary.json."""
+    values = {
+        k: v["values"][0] if isinstance(v, Mapping) else v for k, v in unfolded(outcome.summary["results"]).items()
+    }
+    told: dict[str, dict[str, Any]] = {name: dict(note) for name, note in notes.items()}
+    repeats = {name: Repeat({}, note.get("reason", "")) for name, note in notes.items()}
+    for name, trial in trials.items():
+        record = records[trial.key]
+        cost = record.summary.get("cost", {})
+        told[name] |= {
+            "status": record.status, "reason": record.reason, "folder": f"{FOLDER}/{TRIALS}/{trial.key}",
+            "wall_s": cost.get("wall_s"), "cpu_s": cost.get("cpu_s"),
+        }  # fmt: skip
+        at = f"{told[name]['setting']} {told[name]['other_value']}"
+        reason = "" if record.status == "completed" else f"{at}: {record.status}: {record.reason}"
+        repeats[name] = Repeat(record.results, reason)
+    mesh = told["mesh"]
+    errors = numerical_errors(
+        values, repeats["half_speed"], repeats["mesh"], mesh.get("ratio", 2.0), mesh.get("finer", False)
+    )
+    return {"numerical_error": errors, "verification": {"specimen": 1, **told}}
+
+
+def _summary(folder: Path) -> dict[str, Any]:
+    path = folder / "summary.json"
+    try:
+        summary = json.loads(path.read_text(encoding="utf-8"))
+        missing = {"results", "quality", "cost", "refused", "warnings"} - set(summary)
+    except (OSError, ValueError, TypeError) as error:
+        raise InputError(f"{path}: not the summary of a completed run: {error}") from None
+    if missing:
+        raise InputError(f"{path}: not the summary of a completed run: no {', '.join(sorted(missing))}")
+    return dict(summary)
