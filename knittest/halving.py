@@ -13,6 +13,7 @@ LIMIT = 0.02
 DIAGNOSTIC = (
     "residual", "moment_error_pct", "drift_deg", "normal_force_error_pct", "plate_penetration_um",
     "element_deformation_um", "penetration_over_deformation_pct",
+    "tool_penetration_max_um",
 )  # fmt: skip
 
 

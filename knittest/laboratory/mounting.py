@@ -15,6 +15,8 @@ Array = NDArray[np.float64]
 
 #: nodes up to here [mm] are held
 EDGE = 1e-6
+#: share of the overhang from which the curvature of the root is read, and the terms that it is read by
+NEAR, TERMS = 0.25, 3
 
 
 @dataclass
@@ -70,9 +72,10 @@ class Mounting:
         return float(reaction[:, :3].sum()) / steps - float(self.weight[held] @ self.flat[held, 1])
 
     def curvature(self, now: Array) -> float:
-        """Curvature at the edge [1/mm] of the mean deflection, by first terms of the elastica."""
+        """Curvature at the edge [1/mm] of the mean deflection, by terms of the elastica from as many rows at least."""
         along, drop = self.flat[:, 1], self.flat[:, 2] - now[:, 2]
-        near = (along > EDGE) & (along < 0.25 * along.max())
+        rows = np.unique(np.round(along[along > EDGE], 6))
+        near = (along > EDGE) & ((along < NEAR * along.max()) | (along < rows[:TERMS][-1] + EDGE))
         s = along[near]
         basis = np.column_stack([0.5 * s**2, s**3, s**4])
         return float(np.linalg.lstsq(basis, drop[near], rcond=None)[0][0])

@@ -1,0 +1,139 @@
+"""The error of a result from two repeats, and the other mesh of every test."""
+
+import math
+from typing import Any
+
+import pytest
+
+from knittest.config.loading import resolve
+from knittest.config.presets import PRESETS
+from knittest.config.run import RUNS
+from knittest.errors import InputError
+from knittest.halving import DIAGNOSTIC
+from knittest.numerical_error import Repeat, mesh_factor, numerical_errors
+from knittest.remeshing import SHELLS, YARNS, remeshing, sides
+
+EXACT, INERTIA, COARSENESS = 100.0, 2.0, 0.5
+
+
+def result(speed: float, length: float) -> dict[str, float | None]:
+    """A result with errors of second order: ``INERTIA`` at speed 1, ``COARSENESS`` with elements of length 1."""
+    return {"peak_force_n": EXACT + INERTIA * speed**2 - COARSENESS * length**2}
+
+
+@pytest.mark.parametrize(("length", "ratio", "finer"), [(2.0, 2.0, False), (1.5, 1.5, False), (0.5, 2.0, True)])
+def test_errors_of_second_order_are_covered_three_times(length: float, ratio: float, finer: bool) -> None:
+    found = numerical_errors(result(1, 1), Repeat(result(0.5, 1)), Repeat(result(1, length)), ratio, finer)
+    assert found["peak_force_n"]["error"] == pytest.approx(3.0 * (INERTIA + COARSENESS))
+
+
+def test_an_error_of_first_order_is_still_covered() -> None:
+    """Of the speed by 2: |change| is half of it; of a mesh with a ratio of 1.5 by 2.4 / 2."""
+    half, mesh = {"mu_paper": 1.0 + 0.05}, {"mu_paper": 1.1 + 0.05}
+    found = numerical_errors({"mu_paper": 1.1}, Repeat(half), Repeat({"mu_paper": 1.1}), 1.5, False)
+    assert found["mu_paper"]["error"] == pytest.approx(4.0 * 0.05)
+    found = numerical_errors({"mu_paper": 1.1}, Repeat({"mu_paper": 1.1}), Repeat(mesh), 1.5, False)
+    assert found["mu_paper"]["error"] == pytest.approx(2.4 * 0.05)
+    assert mesh_factor(2.0, False) == 1.0 and mesh_factor(2.0, True) == 4.0
+
+
+def test_the_changes_stand_beside_the_error_under_the_name_of_the_mesh() -> None:
+    half, mesh = Repeat({"mu_paper": 0.147}), Repeat({"mu_paper": 0.1515})
+    row = numerical_errors({"mu_paper": 0.15}, half, mesh, 2.0, False)["mu_paper"]
+    assert row["half_speed_pct"] == pytest.approx(-2.0) and row["coarser_mesh_pct"] == pytest.approx(1.0)
+    assert row["error"] == pytest.approx(4.0 * 0.003 + 0.0015) and set(row) == {
+        "half_speed_pct", "coarser_mesh_pct", "error",
+    }  # fmt: skip
+    assert "finer_mesh_pct" in numerical_errors({"mu_paper": 0.15}, half, mesh, 2.0, True)["mu_paper"]
+    from_zero = numerical_errors({"n": 0.0}, Repeat({"n": 0.0}), Repeat({"n": 2.0}), 2.0, False)["n"]
+    assert from_zero == {"half_speed_pct": 0.0, "coarser_mesh_pct": None, "error": 2.0}
+
+
+@pytest.mark.parametrize(
+    ("value", "half", "mesh", "reason"),
+    [
+        (math.nan, Repeat({"n": 1.0}), Repeat({"n": 1.0}), "the run has no number"),
+        (1.0, Repeat({"n": math.nan}), Repeat({"n": 1.0}), "no number at half the speed"),
+        (1.0, Repeat({"n": 1.0}), Repeat({}), "no number on the other mesh"),
+        (1.0, Repeat({}, "refused: kinetic"), Repeat({"n": 1.0}), "refused: kinetic"),
+        (1.0, Repeat({"n": 1.0}), Repeat({}, "failed: torn"), "failed: torn"),
+    ],
+)
+def test_an_error_that_cannot_be_told_is_none_with_the_reason(
+    value: float, half: Repeat, mesh: Repeat, reason: str
+) -> None:
+    row = numerical_errors({"n": value}, half, mesh, 2.0, False)["n"]
+    assert row["error"] is None and row["reason"] == reason
+
+
+def test_what_says_how_well_a_run_went_has_no_error() -> None:
+    results = dict.fromkeys((*DIAGNOSTIC, "overhang_mm"), 1.0)
+    assert list(numerical_errors(results, Repeat(results), Repeat(results), 2.0, False)) == ["overhang_mm"]
+
+
+def chosen(
+    test: str, scale: str, preset: str = "quick", variant: str = "1", direction: str = "warp", **more: Any
+) -> Any:
+    along = None if test in ("picture-frame", "forming") else direction
+    return resolve(variant=variant, test=test, scale=scale, preset=preset, direction=along, **more)
+
+
+@pytest.mark.parametrize("scale", ["macro", "meso"])
+@pytest.mark.parametrize("test", list(RUNS))
+def test_every_preset_of_every_test_has_another_mesh_within_the_bounds(test: str, scale: str) -> None:
+    for preset in PRESETS:
+        for variant, direction in (("1", "warp"), ("2", "weft")):
+            run = chosen(test, scale, preset, variant, direction=direction)
+            found = remeshing(run)
+            assert RUNS[test].model_validate(found.other.model_dump()) == found.other
+            low, high = SHELLS if scale == "macro" else YARNS
+            assert low - 1e-9 <= found.ratio <= high
+            same = found.other.model.model_copy(update={scale: getattr(run.model, scale)})
+            assert found.other.model_copy(update={"model": same}) == run
+            # waves of tests in which no yarn is pulled have 4 beams, the least: nothing is coarser
+            assert found.finer == (scale == "meso" and test in ("picture-frame", "cantilever", "forming"))
+            if scale == "macro":
+                size = found.other.model.macro.element_size
+                along, across = (side / size for side in sides(run))
+                assert across == pytest.approx(round(across))
+                assert abs(along - round(along)) < 0.05 * along
+                assert found.ratio == pytest.approx(size / run.model.macro.element_size, rel=0.1)
+
+
+@pytest.mark.parametrize("test", ["tensile", "picture-frame", "cantilever", "friction", "forming"])
+def test_the_models_have_as_many_shells_as_the_ratio_says(test: str) -> None:
+    from knittest.specimen import prepare
+
+    found = remeshing(chosen(test, "macro"))
+    shells, other = (len(prepare(run).model.mesh.cells) for run in (found.run, found.other))
+    # rows in clamps and the two of the friction strip's ends are not counted
+    assert (shells / other) ** 0.5 == pytest.approx(found.ratio, rel=0.04)
+
+
+@pytest.mark.parametrize(
+    ("sets", "other", "finer"),
+    [
+        (["rig.width=10"], "5 mm", True),
+        (["rig.width=25", "model.macro.element_size=5"], "8.33 mm", False),
+        (["rig.width=100"], "16.7 mm", False),
+        (["rig.gauge_length=35"], "6.25 mm", True),
+    ],
+)
+def test_a_strip_of_few_shells_is_made_finer(sets: list[str], other: str, finer: bool) -> None:
+    found = remeshing(chosen("tensile", "macro", sets=sets))
+    assert (found.other_value, found.finer) == (other, finer)
+
+
+@pytest.mark.parametrize(
+    ("loop", "wave", "other", "finer"),
+    [(30, 8, "22 and 6", False), (16, 4, "24 and 6", True), (256, 64, "192 and 48", False), (16, 8, "24 and 12", True)],
+)
+def test_beams_stay_even_and_within_their_bounds(loop: int, wave: int, other: str, finer: bool) -> None:
+    sets = [f"model.meso.elements_per_loop={loop}", f"model.meso.elements_per_wave={wave}"]
+    found = remeshing(chosen("tensile", "meso", sets=sets))
+    assert (found.other_value, found.finer) == (other, finer)
+
+
+def test_where_no_mesh_fits_it_says_so() -> None:
+    with pytest.raises(InputError, match="no other mesh fits"):
+        remeshing(chosen("tensile", "macro", sets=["rig.width=5", "rig.gauge_length=2000"]))

@@ -1,0 +1,216 @@
+"""What a verified run says of its numerical errors: summary, verdicts, terminal, page, and what is left to do."""
+
+import json
+import math
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from html_page import HtmlPage
+from report_sample import edit_json, write_run
+
+from knittest import jobs, verify
+from knittest.config.loading import resolve
+from knittest.error_notes import NOT_ESTIMATED, UNFINISHED, error_notes
+from knittest.errors import InputError
+from knittest.interrupts import Interrupts
+from knittest.options import RunOptions
+from knittest.report_page.page import write_report
+from knittest.result_rows import UNRESOLVED, result_rows, verdict_of
+from knittest.terminal_results import error_lines, results_table
+from knittest.trials.record import Record
+from knittest.trials.trial import trial_of
+from knittest.verify import finished, first_alone, unverified, verified
+
+VERIFY = {"sets": ["output.verify=true"]}
+PEAK, STRAIN = 5666.25, 1.578125
+COST = {"wall_s": 2.0, "cpu_s": 3.5}
+
+
+def repeats(monkeypatch: pytest.MonkeyPatch, *changed: Any) -> list[Any]:
+    """Let the repeats, half and mesh, end with ``changed``: factors on the results, or a status without any."""
+    asked: list[Any] = []
+
+    def run(trials: Any, outcome: Any, options: Any) -> dict[str, Record]:
+        asked.extend(trials)
+        records = {}
+        for trial, change in zip(trials, changed, strict=True):
+            if isinstance(change, str):
+                records[trial.key] = Record(trial.key, change, "why")  # type: ignore[arg-type]
+            else:
+                results = {"peak_force_n": change * PEAK, "fracture_strain_pct": change * STRAIN}
+                records[trial.key] = Record(trial.key, "completed", "", {"results": results, "cost": COST})
+        return records
+
+    monkeypatch.setattr(verify, "_records", run)
+    return asked
+
+
+def verified_run(folder: Path, monkeypatch: pytest.MonkeyPatch, *changed: Any, **chosen: Any) -> Any:
+    write_run(folder, **(VERIFY | {"preset": "quick"} | chosen))
+    repeats(monkeypatch, *changed)
+    run = resolve(config=folder / "config.yaml")
+    return verified(finished(run, folder), RunOptions(quiet=True), Interrupts())
+
+
+def test_the_summary_carries_changes_error_and_what_was_repeated(tmp_path: Path, monkeypatch: Any) -> None:
+    outcome = verified_run(tmp_path / "r", monkeypatch, 0.99, 1.02)
+    summary = json.loads((tmp_path / "r" / "summary.json").read_text())
+    assert summary == outcome.summary
+    peak = summary["numerical_error"]["peak_force_n"]
+    assert peak["half_speed_pct"] == pytest.approx(-1.0) and peak["coarser_mesh_pct"] == pytest.approx(2.0)
+    factor = 3.0 / ((5.0 / 3.0) ** 2 - 1.0)
+    assert peak["error"] == pytest.approx((4.0 * 0.01 + factor * 0.02) * PEAK)
+    half, mesh = summary["verification"]["half_speed"], summary["verification"]["mesh"]
+    assert (half["setting"], half["value"], half["other_value"]) == ("solver.speed", "0.5 m/s", "0.25 m/s")
+    assert (mesh["value"], mesh["other_value"], mesh["status"], mesh["cpu_s"]) == ("10 mm", "16.7 mm", "completed", 3.5)
+    assert mesh["folder"].startswith("verify/trials/") and not unverified(tmp_path / "r", outcome.run)
+    per_yarn = summary["numerical_error"]["force_per_yarn_n"]
+    assert per_yarn["error"] is None and per_yarn["reason"] == "no number at half the speed"
+
+
+@pytest.mark.parametrize(
+    ("changed", "reason"),
+    [
+        (("refused", 1.0), "solver.speed 0.25 m/s: refused: why"),
+        ((1.0, "failed"), "model.macro.element_size 16.7 mm: failed: why"),
+    ],
+)
+def test_a_repeat_without_result_leaves_no_error_but_its_reason(
+    tmp_path: Path, monkeypatch: Any, changed: tuple[Any, Any], reason: str
+) -> None:
+    outcome = verified_run(tmp_path / "r", monkeypatch, *changed)
+    peak = outcome.summary["numerical_error"]["peak_force_n"]
+    assert peak["error"] is None and peak["reason"] == reason
+    row = result_rows(outcome.summary, refused=False)[0]
+    assert row.simulated == "5666" and row.verdict == "within 1 sd, numerical error not known"
+    assert any(reason in line for line in error_lines([outcome]))
+    text = HtmlPage(tmp_path / "r" / "report.html").text()
+    assert "not available" in text and reason in text
+
+
+def test_a_crash_is_tried_again_and_a_refusal_is_not(tmp_path: Path, monkeypatch: Any) -> None:
+    assert unverified(tmp_path / "a", verified_run(tmp_path / "a", monkeypatch, 1.0, "crashed").run)
+    assert unverified(tmp_path / "t", verified_run(tmp_path / "t", monkeypatch, "timeout", 1.0).run)
+    assert not unverified(tmp_path / "b", verified_run(tmp_path / "b", monkeypatch, 1.0, "refused").run)
+
+
+def test_a_refused_run_is_not_repeated(tmp_path: Path, monkeypatch: Any) -> None:
+    asked = repeats(monkeypatch)
+    outcome = verified_run(tmp_path / "r", monkeypatch, failures=("kinetic energy",))
+    assert asked == [] and "numerical_error" not in outcome.summary
+    assert not unverified(tmp_path / "r", outcome.run) and error_lines([outcome]) == []
+
+
+def test_of_an_ensemble_the_first_specimen_is_repeated(tmp_path: Path, monkeypatch: Any) -> None:
+    write_run(tmp_path / "r", specimens=3, preset="quick", **VERIFY)
+    asked = repeats(monkeypatch, 1.0, 1.1)
+    run = resolve(config=tmp_path / "r" / "config.yaml")
+    outcome = verified(finished(run, tmp_path / "r"), RunOptions(quiet=True), Interrupts())
+    assert [(t.run.variability.specimens, t.run.variability.mode, t.run.output.verify) for t in asked] == [
+        (1, "random", False)
+    ] * 2
+    row = result_rows(outcome.summary, refused=False)[0]
+    assert row.simulated.endswith("numerical ± 956") and "(n 3)" in row.simulated
+    assert "numerical error: that of the first specimen" in error_lines([outcome])
+
+
+@pytest.mark.parametrize(
+    ("deviation", "error", "verdict"),
+    [
+        (0.5, 0.0, "within 1 sd"), (0.5, 0.49, "within 1 sd"), (-0.5, 0.6, UNRESOLVED), (1.2, 0.1, "outside 1 sd"),
+        (-1.2, 0.3, UNRESOLVED), (0.0, 1.5, UNRESOLVED), (3.0, 1.9, "outside 1 sd"),
+    ],
+)  # fmt: skip
+def test_a_verdict_stands_only_where_the_error_does_not_cross_the_border(
+    deviation: float, error: float, verdict: str
+) -> None:
+    assert verdict_of(deviation, error) == verdict
+
+
+def test_the_deviation_carries_the_error_in_sd(tmp_path: Path, monkeypatch: Any) -> None:
+    outcome = verified_run(tmp_path / "r", monkeypatch, 0.98, 1.0)
+    row = next(r for r in outcome.summary["comparison"] if r["quantity"] == "peak_force_n")
+    told = 4.0 * 0.02 * PEAK / row["experiment_sd"]
+    (shown,) = [r for r in results_table([outcome]) if r[1] == "peak force [N]"]
+    assert shown[2] == "5666 ± 453" and shown[4] == f"{row['deviation_sd']:+.2f} ± {told:.2f} sd"
+    assert shown[-1] == UNRESOLVED and f"{told:.2f}" == "0.98"
+
+
+def test_small_errors_are_not_rounded_to_nothing(tmp_path: Path, monkeypatch: Any) -> None:
+    outcome = verified_run(tmp_path / "r", monkeypatch, 1.00001, 1.0)
+    rows = {row.quantity: row.simulated for row in result_rows(outcome.summary, refused=False)}
+    assert rows["peak_force_n"] == "5666 ± 0.23" and rows["fracture_strain_pct"] == "1.58 ± 6.3e-05"
+
+
+def test_a_run_that_was_not_repeated_says_so_once(tmp_path: Path) -> None:
+    folder = write_run(tmp_path / "r")
+    outcome = finished(resolve(config=folder / "config.yaml"), folder)
+    assert error_lines([outcome, outcome]) == [NOT_ESTIMATED]
+    write_report(folder)
+    page = HtmlPage(folder / "report.html")
+    assert page.text().count("not estimated") == 1 and "not estimated (--verify)" in page.text()
+
+
+def test_a_run_whose_repeats_are_not_finished_says_so(tmp_path: Path) -> None:
+    folder = write_run(tmp_path / "r", **VERIFY)
+    assert UNFINISHED[1:] in HtmlPage(write_report(folder)).text()
+    assert error_notes({"refused": []}, asked=True) == [UNFINISHED]
+
+
+def test_the_page_shows_every_change_and_the_border(tmp_path: Path, monkeypatch: Any) -> None:
+    verified_run(tmp_path / "r", monkeypatch, 0.98, 1.01)
+    page = HtmlPage(tmp_path / "r" / "report.html")
+    page.check()
+    tables = page.tables(page.section("run-1-results"))
+    (errors,) = [rows for caption, rows in tables.items() if caption.startswith("Numerical error")]
+    assert errors[1][:3] == ["peak force [N]", "-2.00 %", "+1.00 %"] and errors[1][3].startswith("± ")
+    (results,) = [rows for caption, rows in tables.items() if caption.startswith("Results ± numerical error")]
+    assert results[1][1].startswith("5666 ± ") and UNRESOLVED in results[1][3]
+
+
+def test_resume_verifies_a_completed_run_that_was_not(tmp_path: Path, monkeypatch: Any) -> None:
+    folder = write_run(tmp_path / "r", preset="quick", **VERIFY)
+    asked = repeats(monkeypatch, 1.0, 1.0)
+    assert jobs.resume_command(folder, RunOptions(quiet=True)) == 0 and len(asked) == 2
+    assert "numerical_error" in json.loads((folder / "summary.json").read_text())
+    assert jobs.resume_command(folder, RunOptions(quiet=True)) == 0 and len(asked) == 2
+
+
+def test_a_damaged_summary_is_an_error_of_input(tmp_path: Path) -> None:
+    folder = write_run(tmp_path / "r", **VERIFY)
+    run = resolve(config=folder / "config.yaml")
+    (folder / "summary.json").write_text('{"results": {}}')
+    with pytest.raises(InputError, match="no cost"):
+        unverified(folder, run)
+    (folder / "summary.json").write_text("{")
+    with pytest.raises(InputError, match="not the summary"):
+        finished(run, folder)
+
+
+def test_nan_of_a_summary_comes_back(tmp_path: Path) -> None:
+    folder = write_run(tmp_path / "r", "picture-frame")
+    edit_json(folder / "summary.json", quality={"ke_over_ie_max": None, "more": 1})
+    outcome = finished(resolve(config=folder / "config.yaml"), folder)
+    assert math.isnan(outcome.quality.ke_over_ie_max) and outcome.quality.failures == ()
+
+
+def test_a_trial_is_one_run() -> None:
+    run = resolve(test="tensile", variant="1", direction="warp", **VERIFY)
+    with pytest.raises(InputError, match=r"output\.verify"):
+        trial_of(run)
+    assert trial_of(first_alone(run)).run.output == run.output.model_copy(update={"verify": False})
+
+
+def test_the_option_asks_for_it(monkeypatch: Any) -> None:
+    from knittest.cli.main import run
+
+    handed = SimpleNamespace()
+    monkeypatch.setattr("knittest.jobs.run_command", lambda runs, options: setattr(handed, "runs", runs) or 0)
+    for kind in ("tensile", "picture-frame", "cantilever", "friction", "forming"):
+        assert run([kind, "--variant", "1", "--verify"]) == 0
+        assert all(one.output.verify for one in handed.runs)
+        assert run([kind, "--variant", "1"]) == 0
+        assert not any(one.output.verify for one in handed.runs)
+    assert run(["tensile", "--resume", "x", "--verify"]) == 2
