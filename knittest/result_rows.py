@@ -146,7 +146,9 @@ def result_rows(summary: Mapping[str, Any], plus_minus: str = "±", *, refused: 
             tail = (*tail[:-1], f"{tail[-1]}, numerical error not known")
         number = value["mean"] if isinstance(value, Mapping) else value
         guessed = tuple((compared.get(quantity) or {}).get("assumed") or ())
-        rows.append(ResultRow(quantity, label, number, _simulated(value, form, plus_minus, error), *tail, guessed, error))
+        rows.append(
+            ResultRow(quantity, label, number, _simulated(value, form, plus_minus, error), *tail, guessed, error)
+        )
     return rows
 
 
