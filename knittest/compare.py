@@ -24,6 +24,13 @@ STRAIN = "strain_pct"
 SAME = {"force_n": ("force_n", "force_mean_n"), "shear_angle_deg": ("frame_shear_angle_deg",)}
 #: shear angles at which forces are compared [deg]
 ANGLES = (5.0, 10.0, 20.0, 30.0, 40.0)
+#: share of either curve that the common range may leave out of a rating
+LEFT_OUT = 0.1
+#: kinds of references that nothing is rated against, and why
+UNRATED = {
+    "reconstructed": "the shape of the reference is reconstructed, not measured",
+    "input": "the model was given the reference, or returns what it was made of",
+}
 #: digits kept behind the point
 DIGITS = 4
 
@@ -31,7 +38,8 @@ DIGITS = 4
 def compare_results(
     results: Mapping[str, float], rows: Sequence[PublishedValue], kinds: Mapping[str, str]
 ) -> list[dict[str, Any]]:
-    """One row a published value that the run has a result for: deviation in the experiment's standard deviations.
+    """One row a published value that the run has a result for: deviation in percent and in the experiment's standard
+    deviations, NaN where it states none.
 
     ``kinds`` says of each quantity whether the simulated number was predicted, tuned on this row, or input.
     """
@@ -42,6 +50,7 @@ def compare_results(
             "experiment_mean": row.mean,
             "experiment_sd": row.sd,
             "deviation_sd": (results[row.quantity] - row.mean) / row.sd if row.sd > 0.0 else math.nan,
+            "deviation_pct": 100.0 * (results[row.quantity] / row.mean - 1.0) if row.mean else math.nan,
             "kind": kinds[row.quantity],
             "source": row.table,
         }
@@ -85,7 +94,8 @@ def compare_curves(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> d
     """Peak or values at angles, RMSE and ISO/TS 18571-type rating of y(x) on the range both curves cover.
 
     ``x``, ``y`` (n,) in the units of the reference, x rising. Says what it was judged against. Curves that share no
-    range, have too few points, are constant or in other units are "not comparable", with the reason, without numbers.
+    range, have too few points, are constant or in other units are "not comparable", with the reason, without numbers. A
+    rating that would mislead is None, and ``no_rating`` says why.
     """
     judged = {"judged_against": reference.source, "reference_kind": reference.kind}
     if reference.note:
@@ -96,7 +106,6 @@ def compare_curves(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> d
     low, high = max(x[0], reference.x[0]), min(x[-1], reference.x[-1])
     grid = np.linspace(low, high, GRID)
     simulated, measured = np.interp(grid, x, y), np.interp(grid, reference.x, reference.mean)
-    scores = rate(simulated, measured)
     rmse = np.sqrt(np.mean((simulated - measured) ** 2))
     sheared = reference.x_name == ANGLE
     peak = float(measured.max()) if sheared else reference.peak[1]
@@ -106,8 +115,33 @@ def compare_curves(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> d
         **(_at_angles(grid, simulated, measured, reference) if sheared else _at_peaks(x, y, reference)),
         f"rmse_{reference.y_name}": _rounded(rmse),
         "rmse_pct_of_peak": _rounded(100.0 * rmse / peak),
-        "rating": {k: _rounded(v) for k, v in scores.items()} | {"grade": grade(scores["overall"])},
+        **_rated(simulated, measured, _unrated(x, y, reference)),
     }
+
+
+def _rated(simulated: np.ndarray, measured: np.ndarray, reason: str) -> dict[str, Any]:
+    """The rating of two curves on one grid, or for which ``reason`` none is given."""
+    if reason:
+        return {"rating": None, "no_rating": reason}
+    scores = rate(simulated, measured)
+    return {"rating": {k: _rounded(v) for k, v in scores.items()} | {"grade": grade(scores["overall"])}}
+
+
+def _unrated(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> str:
+    """Why a rating would say nothing, or too much; empty if one may be given.
+
+    A strip's curve counts up to its peak, a frame's up to its end.
+    """
+    if reference.kind in UNRATED:
+        return UNRATED[reference.kind]
+    curves = {"simulated": (x, y), "reference": (reference.x, reference.mean)}
+    ends = {name: a[-1] if reference.x_name == ANGLE else a[int(np.argmax(b))] for name, (a, b) in curves.items()}
+    common = min(ends.values()) - max(x[0], reference.x[0])
+    for name, (a, _) in curves.items():
+        left_out = 1.0 - max(common, 0.0) / (ends[name] - a[0]) if ends[name] > a[0] else 1.0
+        if left_out > LEFT_OUT:
+            return f"the common range leaves out {100.0 * left_out:.0f} % of the {name} curve"
+    return ""
 
 
 def _at_peaks(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> dict[str, Any]:
@@ -122,9 +156,9 @@ def _at_peaks(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> dict[s
 
 
 def _at_angles(grid: np.ndarray, simulated: np.ndarray, measured: np.ndarray, ref: ReferenceCurve) -> dict[str, Any]:
-    """Both forces at the angles that both curves cover: a shear curve has no peak, it ends where the frame did."""
+    """Both forces at the angles that both curves cover, and where the first of them ends: a shear curve has no peak."""
     found = {}
-    for angle in (a for a in ANGLES if grid[0] <= a <= grid[-1]):
+    for angle in (*(a for a in ANGLES if grid[0] <= a < grid[-1]), float(grid[-1])):
         one, other = (float(np.interp(angle, grid, v)) for v in (simulated, measured))
         error = _rounded(100.0 * (one / other - 1.0)) if other else None
         found[f"{angle:g}"] = {"simulated": _rounded(one), "reference": _rounded(other), "error_pct": error}

@@ -9,6 +9,7 @@ from typing import Any
 LABELS = {
     "peak_force_n": ("peak force [N]", "{:.0f}"),
     "fracture_strain_pct": ("fracture strain [%]", "{:.2f}"),
+    "peak_force_n_per_mm": ("peak force per width [N/mm]", "{:.1f}"),
     "force_per_yarn_n": ("force per yarn [N]", "{:.1f}"),
     "pull_force_kinetic_n": ("pull force, kinetic [N]", "{:.1f}"),
     "pull_force_static_n": ("pull force, largest [N]", "{:.1f}"),
@@ -37,6 +38,10 @@ LABELS = {
     "shear_force_n_at_deg.20": ("shear force at 20 deg [N]", "{:.2f}"),
     "shear_force_n_at_deg.30": ("shear force at 30 deg [N]", "{:.2f}"),
     "shear_force_n_at_deg.40": ("shear force at 40 deg [N]", "{:.2f}"),
+    "normalised_shear_force_n_per_mm_at_deg.10": ("normalised shear force at 10 deg [N/mm]", "{:.4f}"),
+    "normalised_shear_force_n_per_mm_at_deg.20": ("normalised shear force at 20 deg [N/mm]", "{:.4f}"),
+    "normalised_shear_force_n_per_mm_at_deg.30": ("normalised shear force at 30 deg [N/mm]", "{:.4f}"),
+    "normalised_shear_force_n_per_mm_at_deg.40": ("normalised shear force at 40 deg [N/mm]", "{:.4f}"),
     "material_shear_angle_deg_at_40deg": ("material shear at 40 deg, mean [deg]", "{:.2f}"),
     "material_shear_angle_sd_deg_at_40deg": ("material shear at 40 deg, sd [deg]", "{:.2f}"),
     "wrinkle_onset_deg": ("wrinkle onset [deg]", "{:.1f}"),
@@ -63,6 +68,10 @@ LABELS = {
     "max_membrane_strain_pct": ("strain of a shell, largest [%]", "{:.2f}"),
     "crossings_out_of_order": ("crossings out of order", "{:.0f}"),
 }
+#: results that grow with the specimen, and the same as no size enters it
+SIZED = {"peak_force_n": "peak_force_n_per_mm"} | {
+    f"shear_force_n_at_deg.{a}": f"normalised_shear_force_n_per_mm_at_deg.{a}" for a in (10, 20, 30, 40)
+}
 #: what a kind of row is worth
 KINDS = {
     "tuned": "tuned: a parameter was fitted to this row, or chosen with it in view: it proves nothing by itself",
@@ -75,6 +84,8 @@ ON_ASSUMED = "on {} assumed input{}"
 
 #: verdict on a result whose numerical error reaches across the border
 UNRESOLVED = "unresolved: the numerical error crosses 1 sd"
+#: verdict where the experiment states no scatter, as of one specimen
+UNSCATTERED = "sd not stated"
 #: specimens of an ensemble up to which each is shown beside the mean
 SIDE_BY_SIDE = 2
 
@@ -178,10 +189,11 @@ def _judged(
         return "-", "-", "-", "refused"
     if row is None:
         return "-", "-", "-", "no reference"
-    experiment = f"{_number(row['experiment_mean'], form)} {plus_minus} {_number(row['experiment_sd'], form)}"
-    deviation = row["deviation_sd"]
+    mean, deviation = _number(row["experiment_mean"], form), row["deviation_sd"]
     if deviation is None or not math.isfinite(deviation):
-        return experiment, "-", row["kind"], "not comparable"
+        percent = _percent(row.get("simulated"), row["experiment_mean"])
+        return mean, percent or "-", row["kind"], UNSCATTERED if percent else "not comparable"
+    experiment = f"{mean} {plus_minus} {_number(row['experiment_sd'], form)}"
     share = 0.0 if error is None else error / row["experiment_sd"]
     told = "" if error is None else f" {plus_minus} {error_text(share, '{:.2f}')}"
     return experiment, f"{deviation:+.2f}{told} sd", row["kind"], verdict_of(deviation, share)
@@ -192,6 +204,13 @@ def verdict_of(deviation: float, error: float = 0.0) -> str:
     if abs(deviation) + error <= 1.0:
         return "within 1 sd"
     return "outside 1 sd" if abs(deviation) - error > 1.0 else UNRESOLVED
+
+
+def _percent(simulated: float | None, mean: float | None) -> str:
+    """Deviation in percent of the mean; empty where one of the two is no number."""
+    if simulated is None or not mean or not math.isfinite(simulated / mean):
+        return ""
+    return f"{100.0 * (simulated / mean - 1.0):+.1f} %"
 
 
 def _number(value: float | None, form: str) -> str:

@@ -7,10 +7,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
-from knittest.compare import column_of, columns_of, compare_columns, compare_results
+from knittest.compare import compare_columns, compare_results
 from knittest.config.run import Run
 from knittest.errors import NumericalError, ResourceError
-from knittest.experiment.curves import ReferenceCurve, load_curve, located
 from knittest.experiment.tables import published
 from knittest.export import vtu
 from knittest.export.folder import RunFolder
@@ -22,6 +21,7 @@ from knittest.laboratory.registry import TESTS
 from knittest.opening import Opened, Opener
 from knittest.options import RunOptions
 from knittest.report_page.page import write_if_possible, write_report
+from knittest.reports.against import own_curves
 from knittest.reports.base import References
 from knittest.reports.registry import REPORTS
 from knittest.resources import data_dir
@@ -69,25 +69,6 @@ def execute(run: Run, opener: Opener, interrupts: Interrupts, options: RunOption
         write_if_possible(folder.path, write_report)
     judged = comparison["curves"][len(comparison["curves"]) - len(references.own) :]
     return Outcome(run, folder.path, summary, quality, [] if quality.failures else judged)
-
-
-def own_curves(run: Run, paths: Sequence[Path]) -> list[ReferenceCurve]:
-    """Curves that the user compares with, for the size of the run; one that the shells are fed with is an input.
-
-    Raises InputError before the run for a curve of another test, direction or quantity, or of a specimen whose size is
-    not known.
-    """
-    fed = [path.resolve() for path in data_files(run)] if run.model.scale == "macro" else []
-    curves = []
-    for path in map(located, paths):
-        report = REPORTS[run.rig.kind]
-        names = (report.axes.x, report.axes.y, *report.axes.others)
-        curve = load_curve(path)
-        column_of(names, curve.x_name, curve)
-        curve = report.matched(run, curve)
-        columns_of(names, curve)
-        curves.append(replace(curve, kind="input") if path.resolve() in fed else curve)
-    return curves
 
 
 def _specimens(run: Run, progress: Progress, opened: Opened) -> list[Specimen]:

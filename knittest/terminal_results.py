@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TextIO
 from knittest.error_notes import error_notes
 from knittest.export.jsonfile import json_text
 from knittest.history import Quality
-from knittest.result_rows import KINDS, UNRESOLVED, result_rows
+from knittest.result_rows import KINDS, UNRESOLVED, UNSCATTERED, result_rows
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 HEADER = ("direction", "quantity", "simulated", "experiment", "deviation", "kind", "verdict")
 _NUMBERS = (2, 3, 4)  # columns aligned to the right
 #: colours of verdicts; of any other red
-STYLES = {"within 1 sd": "green", "no reference": "yellow", UNRESOLVED: "yellow"}
+STYLES = {"within 1 sd": "green", "no reference": "yellow", UNRESOLVED: "yellow", UNSCATTERED: "yellow"}
 #: results that only summary.json shows
 _LEFT_OUT = ("force_per_yarn_n",)
 
@@ -92,7 +92,13 @@ def error_lines(outcomes: Sequence[Outcome]) -> list[str]:
 
 def curve_lines(outcome: Outcome) -> list[str]:
     """What comparison.json says of the user's own curves, one line a curve."""
-    return [f"against {m['judged_against']} ({m['reference_kind']}): {_metrics(m)}" for m in outcome.curves]
+    return [curve_line(metrics) for metrics in outcome.curves]
+
+
+def curve_line(metrics: Mapping[str, Any]) -> str:
+    """A comparison of curves: against what, how it was scaled, its errors, and the rating or why there is none."""
+    note = f"; {metrics['note']}" if metrics.get("note") else ""
+    return f"against {metrics['judged_against']} ({metrics['reference_kind']}{note}): {_metrics(metrics)}"
 
 
 def _metrics(metrics: Mapping[str, Any]) -> str:
@@ -100,12 +106,14 @@ def _metrics(metrics: Mapping[str, Any]) -> str:
         return f"not comparable: {metrics['reason']}"
     angles = next((value for name, value in metrics.items() if name.endswith("_at_deg")), None)
     if angles is None:
-        found = [f"peak {metrics['peak_error_pct']:+.1f} %"]
+        errors = (("peak", metrics["peak_error_pct"]), ("strain at it", metrics["fracture_strain_error_pct"]))
+        found = [f"{name} {value:+.1f} %" for name, value in errors]
     else:
         found = [f"{a['error_pct']:+.0f} % at {d} deg" for d, a in angles.items() if a["error_pct"] is not None]
-    rating = metrics["rating"]
     found.append(f"rmse {metrics['rmse_pct_of_peak']:.1f} % of its peak")
-    return ", ".join([*found, f"rating {rating['overall']:.2f} ({rating['grade']})"])
+    rating = metrics["rating"]
+    told = f"rating {rating['overall']:.2f} ({rating['grade']})" if rating else f"no rating: {metrics['no_rating']}"
+    return ", ".join([*found, told])
 
 
 def print_results(outcomes: Sequence[Outcome], stream: TextIO | None = None) -> None:

@@ -16,7 +16,7 @@ from knittest.report_page.files import Reader
 from knittest.report_page.page import target_file, write_page
 from knittest.report_page.pictures import picture
 from knittest.report_page.trials import Column, file_to_save, link, provenance, wide
-from knittest.result_rows import LABELS
+from knittest.result_rows import LABELS, UNSCATTERED
 from knittest.trials.record import MEANING
 
 if TYPE_CHECKING:
@@ -165,8 +165,9 @@ def _result(row: "Series", name: str) -> Cell:
         return Cell("-")
     form = LABELS[name][1]
     sd, deviation = _number(row.get(f"{name}_sd")), _number(row.get(f"{name}_deviation_sd"))
-    kind = row.get(f"{name}_kind")
-    notes = ["refused"] if row["status"] == "refused" else [] if deviation is None else [f"{deviation:+.2f} sd"]
+    share, kind = _number(row.get(f"{name}_deviation_pct")), row.get(f"{name}_kind")
+    off = [] if share is None else [f"{share:+.1f} %, {UNSCATTERED}"]
+    notes = ["refused"] if row["status"] == "refused" else off if deviation is None else [f"{deviation:+.2f} sd"]
     notes += [kind] if isinstance(kind, str) and row["status"] == "completed" else []
     text = form.format(value) + (f" ± {form.format(sd)}" if sd is not None else "")
     return Cell(text, value, note=", ".join(notes))

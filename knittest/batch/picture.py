@@ -13,7 +13,7 @@ from knittest.batch.table import OPEN
 from knittest.config.fields import place
 from knittest.export.figure import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY, dress, new_figure, save
 from knittest.history import Array
-from knittest.result_rows import LABELS
+from knittest.result_rows import LABELS, SIZED
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 COLOURS = (BLUE, ORANGE, GREEN, PINK, SKY, GREY)
 MOST_RESULTS, MOST_FIELDS = 8, 6
+#: difference [-] of sizes that whole yarns and rounding make
+SAME_SIZE = 1e-3
 #: runs from which a rank correlation is stated
 ENOUGH = 8
 #: sizes [inch]
@@ -62,7 +64,7 @@ def overview_picture(path: Path, table: "DataFrame", fields: Sequence[Swept], ti
     ``fields`` are the swept columns. Filled: completed; hollow: refused by a quality gate; cross: no result. Lines
     join medians over listed values. Raises :class:`ResourceError`.
     """
-    results = [name for name in LABELS if name in table and table[name].notna().any()][:MOST_RESULTS]
+    results = shown_results(table)[:MOST_RESULTS]
     shown = [field for field in fields if table[field.name].nunique() > 1][:MOST_FIELDS]
     if not results or not shown:
         return
@@ -86,6 +88,18 @@ def overview_picture(path: Path, table: "DataFrame", fields: Sequence[Swept], ti
     )  # fmt: skip
     figure.suptitle(title, x=LEFT / width, y=1.0 - 0.15 / height, ha="left", va="top", fontsize=12)
     save(figure, path)
+
+
+def shown_results(table: "DataFrame") -> list[str]:
+    """Columns of results that can stand in one picture: where specimens differ in size, the forces free of it."""
+    found = [name for name in LABELS if name in table and table[name].notna().any()]
+    return [name for name in found if not (SIZED.get(name) in found and _sizes_differ(table, name))]
+
+
+def _sizes_differ(table: "DataFrame", name: str) -> bool:
+    """Whether the force ``name`` belongs to specimens of several sizes: it over the one free of it is the size."""
+    size = (table[name] / table[SIZED[name]]).dropna()
+    return bool(len(size) and size.max() > size.min() * (1.0 + SAME_SIZE))
 
 
 def _panels(high: int, wide: int, legend_rows: int) -> tuple["Figure", Any]:
@@ -157,8 +171,10 @@ def _experiment(axes: "Axes", group: _Group, result: str) -> None:
     """Mean and sd of the experiment, where all runs of the group are compared with the same."""
     mean, sd = f"{result}_experiment_mean", f"{result}_experiment_sd"
     if mean in group.rows and group.rows[mean].nunique() == 1:
-        middle, spread = float(group.rows[mean].dropna().iloc[0]), float(group.rows[sd].dropna().iloc[0])
-        axes.axhspan(middle - spread, middle + spread, color=group.colour, alpha=0.08, linewidth=0)
+        middle, spread = float(group.rows[mean].dropna().iloc[0]), group.rows[sd].dropna()
+        if len(spread):  # of one specimen there is none
+            around = middle - float(spread.iloc[0]), middle + float(spread.iloc[0])
+            axes.axhspan(*around, color=group.colour, alpha=0.08, linewidth=0)
         axes.axhline(middle, color=group.colour, linewidth=1.0, linestyle=(0, (4, 2)))
 
 

@@ -58,9 +58,9 @@ def _line(row: Row, record: Record | None, swept: Sequence[str]) -> dict[str, di
     """The cells of a row, by part of the table."""
     summary = record.summary if record else {}
     comparison = {
-        f"{one['quantity']}_{name}": one[name]
+        f"{one['quantity']}_{name}": one.get(name)
         for one in summary.get("comparison", [])
-        for name in ("experiment_mean", "experiment_sd", "deviation_sd", "kind")
+        for name in ("experiment_mean", "experiment_sd", "deviation_sd", "deviation_pct", "kind")
     }
     return {
         "head": _head(row, record),

@@ -1,6 +1,7 @@
 """``knittest compare``."""
 
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -14,21 +15,47 @@ import click
     help="CSV with a header: strain_pct,force_n, or a laboratory's 'Dehnung [%];Kraft [kN]' with decimal comma; of a "
     "picture frame shear_angle_deg and force_n or normalised_shear_force_n_per_mm. Also a file of the shipped data.",
 )
-def compare(run: Path, against: Path) -> int:
-    """Compare the curve of a run folder with a curve of your own; prints JSON.
+@click.option("--width", "strip_width_mm", type=float, help="Width of the tested strip [mm], where the CSV has none.")
+@click.option("--gauge-length", "gauge_length_mm", type=float, help="Distance of its clamps [mm].")
+@click.option("--frame-side", "frame_side_mm", type=float, help="Side of the tested frame, hinge to hinge [mm].")
+@click.option("--fabric-side", "fabric_side_mm", type=float, help="Side of the square of fabric in it [mm].")
+@click.option(
+    "--out", type=click.Path(path_type=Path), help="Picture of both curves (PNG).  [default: compare.png in the run]"
+)
+def compare(run: Path, against: Path, out: Path | None, **sizes: float | None) -> int:
+    """Compare the curve of a run folder with a curve of your own; prints JSON, says it in a line, draws both.
 
     The curve has a row of names and one of numbers a point, strain or shear angle rising; lines such as
-    "# kind: measured" may stand above it. data import writes such curves (corridor.csv).
+    "# strip_width_mm: 100" and "# direction: weft" may stand above it, as data import writes them (corridor.csv). A
+    strip of another width is compared by its force per width, a frame of another side by the normalised force; another
+    test or direction is refused.
 
-    Example: knittest compare runs/tensile-.../warp --against mean.csv
+    Example: knittest compare runs/tensile-.../warp --against mean.csv --width 50
     """
+    import json
+
+    from knittest.compare import compare_columns
+    from knittest.experiment.conditions import Conditions
+    from knittest.reports.against import draw_against, identity_of, own_curves
+    from knittest.terminal_results import curve_line
+
+    given, columns, manifest = _run_of(run)
+    (reference,) = own_curves(given, [against], Conditions(**sizes))  # type: ignore[arg-type]
+    found, picture = compare_columns(columns, reference), out or run / "compare.png"
+    draw_against(given, columns, reference, picture, identity_of(given, run, manifest))
+    click.echo(json.dumps(found | {"picture": str(picture)}, indent=2))
+    click.echo(curve_line(found), err=True)
+    return 0
+
+
+def _run_of(run: Path) -> tuple[Any, dict[str, Any], dict[str, Any]]:
+    """Config, columns of the curve and manifest of a completed run; raises :class:`InputError` for any other."""
     import json
 
     import pandas as pd
 
-    from knittest.compare import compare_columns
+    from knittest.config.loading import resolve
     from knittest.errors import InputError
-    from knittest.experiment.curves import find_curve
 
     runs = sorted(path.parent.name for path in run.glob("*/manifest.json"))
     if runs and not (run / "manifest.json").exists():
@@ -42,6 +69,4 @@ def compare(run: Path, against: Path) -> int:
         raise InputError(f"{run}: not a run folder with a curve: {error}") from None
     if manifest.get("status") != "completed" or manifest.get("exit_code"):
         raise InputError(f"{run}: comparison refused: {manifest.get('message') or manifest.get('status')}")
-    columns = {str(name): table[name].to_numpy(float) for name in table}
-    click.echo(json.dumps(compare_columns(columns, find_curve(against)), indent=2))
-    return 0
+    return resolve(config=run / "config.yaml"), {str(n): table[n].to_numpy(float) for n in table}, manifest

@@ -1,6 +1,6 @@
 """Reference curves: CSV files whose header says what kind of curve they hold."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal, get_args
 
@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.errors import InputError
-from knittest.experiment.conditions import CHOICES, SIZES, UNKNOWN, Conditions, conditions_of
+from knittest.experiment.conditions import CHOICES, SIZES, UNKNOWN, Conditions, agreed, conditions_of
 from knittest.experiment.lab_csv import read_lab
+from knittest.experiment.lab_direction import Said, said_by
 from knittest.experiment.shear_csv import ANGLE, read_shear
 from knittest.reading import read_regular
 from knittest.resources import data_dir
@@ -20,6 +21,7 @@ Notes = dict[str, tuple[str, str]]
 MAX_BYTES = 10_000_000
 #: columns of a tensile force: of the whole strip, and per width
 FORCE, FORCE_PER_WIDTH = "force_n", "force_n_per_mm"
+TAKEN = "the file has no '# kind:' line: taken as measured"
 
 
 @dataclass(frozen=True)
@@ -49,9 +51,9 @@ class ReferenceCurve:
         return self.stated_peak or (float(self.x[top]), float(self.mean[top]))
 
 
-def find_curve(path: Path) -> ReferenceCurve:
+def find_curve(path: Path, given: Conditions = UNKNOWN) -> ReferenceCurve:
     """:func:`load_curve` of ``path``, or of that file in the shipped data."""
-    return load_curve(located(path))
+    return load_curve(located(path), given)
 
 
 def located(path: Path) -> Path:
@@ -60,30 +62,38 @@ def located(path: Path) -> Path:
     return shipped if not path.exists() and shipped.is_file() else path
 
 
-def load_curve(path: Path) -> ReferenceCurve:
+def load_curve(path: Path, given: Conditions = UNKNOWN) -> ReferenceCurve:
     """Read a curve CSV: ``# kind: ...`` comment lines, a header row, then x, y and optionally the sd of y.
 
-    Lines such as ``# strip_width_mm: 50`` state the conditions of the test (:class:`Conditions`). A file without
-    ``# kind`` is read as a laboratory's, with either decimal mark, and taken as measured. Raises :class:`InputError`
-    naming file and line for an unknown kind or condition, text, NaN or an x that does not rise.
+    Lines such as ``# strip_width_mm: 50`` state the conditions of the test; ``given`` adds what they leave open, as
+    does a file or folder named after a direction. A file without ``# kind`` is read as a laboratory's, with either
+    decimal mark, and taken as measured. Raises :class:`InputError` naming file and line for an unknown kind or
+    condition, one that ``given`` contradicts, text, NaN or an x that does not rise.
     """
     try:
         lines = read_regular(path, MAX_BYTES, "a curve has fewer points").decode("utf-8-sig").splitlines()
     except UnicodeDecodeError:
-        return _plain(path, UNKNOWN)
+        return _plain(path, given)
     notes = _notes(path, lines)
-    conditions = conditions_of(notes)
-    if "kind" not in notes:
+    conditions = agreed(conditions_of(notes), given, str(path))
+    per_width = any(FORCE_PER_WIDTH in line for line in lines if not line.startswith("#"))
+    if "kind" not in notes and not per_width:
         return _plain(path, conditions)
-    kind, where = notes["kind"]
+    kind, where = notes.get("kind", ("measured", str(path)))
     if kind not in get_args(Kind):
         raise InputError(f"{where}: # kind: {kind}; expected one of {', '.join(get_args(Kind))}")
     names, rows = _table(path, lines)
     source = notes["source"][0] if "source" in notes else path.name
     return ReferenceCurve(
         kind, rows[:, 0], rows[:, 1], rows[:, 2] if rows.shape[1] > 2 else None, names[0], names[1], source,  # type: ignore[arg-type]
-        _stated_peak(path, notes, names[1], conditions), conditions=conditions, file=str(path),
+        _stated_peak(path, notes, names[1], conditions), "" if "kind" in notes else TAKEN,
+        _named(conditions, said_by(path, ())), str(path),
     )  # fmt: skip
+
+
+def _named(conditions: Conditions, said: Said | None) -> Conditions:
+    """``conditions`` with the direction that the name of a file or folder says, where they state none."""
+    return conditions if conditions.direction or said is None else replace(conditions, direction=said.direction)
 
 
 def _notes(path: Path, lines: list[str]) -> Notes:
@@ -115,19 +125,19 @@ def _table(path: Path, lines: list[str]) -> tuple[list[str], Array]:
 
 def _plain(path: Path, conditions: Conditions) -> ReferenceCurve:
     """A curve of a user's own: a column of strain or shear angle and one of force."""
-    note = "the file has no '# kind:' line: taken as measured"
     sheared = read_shear(path)
     if sheared is not None:
         angle, force, name = sheared
         return ReferenceCurve(
-            "measured", angle, force, None, ANGLE, name, path.name, note=note, conditions=conditions, file=str(path)
+            "measured", angle, force, None, ANGLE, name, path.name, note=TAKEN, conditions=conditions, file=str(path)
         )
-    specimens = read_lab(path)
+    specimens = read_lab(path, conditions.gauge_length_mm, width=conditions.strip_width_mm)
     if len(specimens) > 1:
         raise InputError(f"{path}: {len(specimens)} specimens; knittest data import makes one curve of them")
     (one,) = specimens
+    found = replace(_named(conditions, one.said), strip_width_mm=one.width, gauge_length_mm=one.gauge)
     return ReferenceCurve(
-        "measured", one.strain, one.force, None, "strain_pct", FORCE, path.name, note=note, conditions=conditions,
+        "measured", one.strain, one.force, None, "strain_pct", FORCE, path.name, note=TAKEN, conditions=found,
         file=str(path),
     )  # fmt: skip
 

@@ -26,7 +26,7 @@ def per_width(curve: ReferenceCurve) -> ReferenceCurve:
     if width is None:
         raise InputError(
             f"{curve.file}: {FORCE} of a strip of unknown width: expected a line '# strip_width_mm: ...' in its header "
-            f"(knittest data import --width writes one), or a column {FORCE_PER_WIDTH}"
+            f"(knittest data import --width writes it; knittest compare has --width), or a column {FORCE_PER_WIDTH}"
         )
     return _divided(curve, width, FORCE_PER_WIDTH)
 

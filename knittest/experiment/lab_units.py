@@ -14,13 +14,19 @@ _SPELT = {"µm": "um", "μm": "um", "in": "inch", '"': "inch", "pct": "%"}  # bo
 _STRAIN_NAME = re.compile(r"strain|dehnung", re.I)
 #: after these marks stands a unit; after an underscore, blank or comma only if it is a known one
 _BRACKETS = re.compile(r"\[([^\[\]]*)\]|\(([^()]*)\)")
+_PER_LENGTH = re.compile(r"per[ _](mm|cm|m)(?![a-z])", re.I)
 _UNIT_WITHIN = 100  # last characters of a name, so that a long one takes no quadratic time
 _MARKED = re.compile(r"(?:/|\bin\b)\s*(\S+)$")
 _LAST_WORD = re.compile(r"[_\s,]\s*([^_\s,]+)$")
 
 
 def force_factor(name: str, below: str, where: str) -> float:
-    """Factor to N of the force column ``name``; ``below`` is its cell in the row of units; none stated means N."""
+    """Factor to N of the force column ``name``; ``below`` is its cell in the row of units; none stated means N.
+
+    Raises :class:`InputError` for a force per width, which is no force of a strip.
+    """
+    if _PER_LENGTH.search(name):
+        raise InputError(f"{where}: column {name!r}: a force per width: expected the force of the whole strip [N]")
     return FORCE[stated(name, below, FORCE, where) or "N"]
 
 

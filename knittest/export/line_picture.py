@@ -48,6 +48,7 @@ def line_picture(
     levels: Sequence[Level] = (),
     bands: Sequence[Band] = (),
     logarithmic: bool = False,
+    legend_columns: int = 2,
 ) -> None:
     """Draw ``lines``, ``levels`` and ``bands`` to ``path`` (PNG). Raises :class:`ResourceError`."""
     figure = new_figure(8.0, 5.4)
@@ -65,5 +66,5 @@ def line_picture(
         axes.set_ylim(bottom=min(0.0, *(float(line.y.min()) for line in lines)))
     axes.set(xlabel=xlabel, ylabel=ylabel)
     axes.set_title(title, loc="left", fontsize=12)
-    figure.legend(loc="lower left", bbox_to_anchor=(0.09, 0.01), ncols=2, frameon=False, fontsize=9)
+    figure.legend(loc="lower left", bbox_to_anchor=(0.09, 0.01), ncols=legend_columns, frameon=False, fontsize=9)
     save(figure, path)

@@ -16,8 +16,9 @@ class ComparisonRow(TypedDict):
     """One result against one published number.
 
     ``simulated``, the experiment's mean and sd are in the unit that ``quantity`` ends with; ``deviation_sd`` is
-    (simulated - mean) / sd; ``kind`` says whether the simulated number is a prediction, was tuned on this row, only
-    reproduces its input, or is assumed; ``assumed`` are the fields that decide it and that nobody vouches for.
+    (simulated - mean) / sd, NaN where no sd is stated, ``deviation_pct`` the same difference in percent of the mean;
+    ``kind`` says whether the simulated number is a prediction, was tuned on this row, only reproduces its input, or is
+    assumed; ``assumed`` are the fields that decide it and that nobody vouches for.
     """
 
     quantity: str
@@ -25,6 +26,7 @@ class ComparisonRow(TypedDict):
     experiment_mean: float
     experiment_sd: float
     deviation_sd: float
+    deviation_pct: float
     kind: Literal["predicted", "tuned", "input", "assumed"]
     source: str
     assumed: NotRequired[list[str]]

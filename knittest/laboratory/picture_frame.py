@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from knittest.config.run import PictureFrameRun
 from knittest.errors import InputError
+from knittest.experiment.shear_csv import NORMALISED
 from knittest.history import Frame, History, Mesh, Quality
 from knittest.laboratory.base import Phase, Prepared, Update, fabric_laminate, shear_curve
 from knittest.laboratory.shear_angles import AngleScatter, angle_scatter, crossing_angles, shell_angles
@@ -138,11 +139,17 @@ def _whole_pitches(run: PictureFrameRun) -> tuple[int, int]:
 
 
 def forces_at(history: History, most: float) -> dict[str, float]:
-    """Force [N] at each of :data:`ANGLES` up to ``most`` [deg] on first loading, mean over half a degree about it."""
-    angle, force = history.curve["frame_shear_angle_deg"], history.curve["shear_force_n"]
+    """Force [N] and normalised force [N/mm] at each of :data:`ANGLES` up to ``most`` [deg] on first loading, means over
+    half a degree about it.
+    """
+    angle = history.curve["frame_shear_angle_deg"]
     first = np.append(True, angle[1:] > np.maximum.accumulate(angle)[:-1])
     around = {a: first & (np.abs(angle - a) < NEAR) for a in ANGLES if a <= most}
-    return {f"shear_force_n_at_deg.{a:g}": float(force[near].mean()) for a, near in around.items()}
+    return {
+        f"{name}_at_deg.{a:g}": float(history.curve[name][near].mean())
+        for name in ("shear_force_n", NORMALISED)
+        for a, near in around.items()
+    }
 
 
 def material_scatter(history: History) -> list[tuple[float, AngleScatter]]:

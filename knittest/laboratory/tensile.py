@@ -36,7 +36,7 @@ class Tensile:
             macro.kernel("element_size"), macro.kernel("imperfection"), run.variability.seed + specimen,
             self_contact(run.fabric, macro, run.solver.safety),
         )  # fmt: skip
-        facts = _facts(yarns_across(run, rig.direction, specimen), gauge, gauge + 2.0 * rig.kernel("jaw_length"), run)
+        facts = _facts(run, specimen, gauge, gauge + 2.0 * rig.kernel("jaw_length"))
         return Prepared(model, TensileTest(run, axis=1, gauge=gauge, middle=0.0), facts=facts)
 
     def _yarns(self, run: TensileRun, specimen: int, phase: Phase | None) -> Prepared:
@@ -50,7 +50,7 @@ class Tensile:
         gauge = along * period
         return Prepared(
             build_meso(run, piece.paths, piece.draws), TensileTest(run, AXIS[direction], gauge, 0.5 * whole * period),
-            clock.perf_counter() - start, piece.table, _facts(across, gauge, whole * period, run),
+            clock.perf_counter() - start, piece.table, _facts(run, specimen, gauge, whole * period),
         )  # fmt: skip
 
     def solve(
@@ -60,8 +60,9 @@ class Tensile:
         return simulate(prepared.model, prepared.rig, run.solver, run.output, update, keeper)
 
     def results(self, run: TensileRun, prepared: Prepared, history: History) -> dict[str, float]:
-        """Peak force, fracture strain, force per yarn."""
-        return tensile_results(history.curve, int(prepared.facts["yarns_across"]))
+        """Peak force, also per width, fracture strain, force per yarn."""
+        found = tensile_results(history.curve, int(prepared.facts["yarns_across"]))
+        return found | {"peak_force_n_per_mm": found["peak_force_n"] / prepared.facts["width_mm"]}
 
     def assess(self, run: TensileRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
         """The gates of every run; a strip must fail."""
@@ -70,5 +71,18 @@ class Tensile:
         )
 
 
-def _facts(across: int, gauge: float, length: float, run: TensileRun) -> dict[str, float]:
-    return {"yarns_across": float(across), "gauge_mm": gauge, "area_mm2": length * run.rig.kernel("width")}
+def carrying_width(run: TensileRun, specimen: int = 0) -> float:
+    """Width [mm] that carries the force of a strip: its own of shells, that of its whole yarns of yarns."""
+    if run.model.scale == "macro":
+        return run.rig.kernel("width")
+    direction = run.rig.direction
+    return yarns_across(run, direction, specimen) / run.fabric.kernel(f"{direction}_density")
+
+
+def _facts(run: TensileRun, specimen: int, gauge: float, length: float) -> dict[str, float]:
+    return {
+        "yarns_across": float(yarns_across(run, run.rig.direction, specimen)),
+        "width_mm": carrying_width(run, specimen),
+        "gauge_mm": gauge,
+        "area_mm2": length * run.rig.kernel("width"),
+    }

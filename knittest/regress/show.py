@@ -37,7 +37,9 @@ def lines_of(outcome: Outcome) -> Iterator[str]:
 def _row3(row: Row) -> tuple[str, ...]:
     label, form = LABELS.get(row.quantity, (row.quantity, "{:.4g}"))
     experiment = _number(row.mean, form) + (f" ± {_number(row.sd, form)}" if math.isfinite(row.sd) else "")
-    deviation = f"{row.deviation_sd:+.2f} sd" if math.isfinite(row.deviation_sd) else "-"
+    share = 100.0 * (row.simulated / row.mean - 1.0)
+    deviation = f"{row.deviation_sd:+.2f} sd" if math.isfinite(row.deviation_sd) else f"{share:+.1f} %"
+    deviation = deviation if math.isfinite(share) else "-"
     verdict = "pass" if row.passed else f"FAIL: {row.reason}"
     case = row.case
     return (

@@ -5,17 +5,19 @@ from itertools import groupby
 from typing import Any
 
 from knittest.report_page.blocks import Block, Cell, Gallery, Picture, Section, Table, Text, Tone
-from knittest.report_page.curves import overlay
+from knittest.report_page.curves import overlay, sizes_differ
 from knittest.report_page.loading import LoadedRun
 from knittest.report_page.parameters import leaves, quantities, shown, shown_quantity, unit_of
 from knittest.report_page.pictures import CAPTIONS, picture
 from knittest.report_page.results import rows_of
-from knittest.result_rows import ResultRow
+from knittest.result_rows import SIZED, ResultRow
 
 #: columns of runs that fit a sheet of paper
 ABREAST = 4
 #: a change beyond this factor says nothing in percent
 TOO_FAR = 10.0
+#: in place of a change of force between specimens that differ in size
+OTHER_SIZE = "other size"
 #: pictures that are shown run by run beside each other
 ABREAST_PICTURES = ("deformed.png", "shear-angle.png", "wrinkles.png", "draw-in.png")
 
@@ -80,9 +82,10 @@ def _results(rig: str, runs: Sequence[LoadedRun], first: LoadedRun) -> Table | N
     """Rows are quantities; each cell holds the result, its deviation and kind, and the change against ``first``."""
     columns = {run.number: {row.quantity: row for row in rows_of(run)} for run in runs}
     base = {row.quantity: row for row in rows_of(first)}
+    sized = {run.number: SIZED if sizes_differ([first, run]) is not False else {} for run in runs}
     labels = {row.quantity: row.label for column in columns.values() for row in column.values()}
     rows = [
-        (Cell(label), *(_result(columns[run.number].get(quantity), base.get(quantity)) for run in runs))
+        (Cell(label), *(_result(columns[n].get(quantity), base.get(quantity), quantity in sized[n]) for n in columns))
         for quantity, label in labels.items()
     ]
     if not rows:
@@ -109,10 +112,12 @@ def _pictures(runs: Sequence[LoadedRun]) -> list[Block]:
     return blocks
 
 
-def _result(row: ResultRow | None, base: ResultRow | None) -> Cell:
+def _result(row: ResultRow | None, base: ResultRow | None, other_size: bool) -> Cell:
+    """A result with its change against ``base``, which a force of a specimen of another size has none of."""
     if row is None:
         return Cell("-")
-    parts = [_change(row.value, base.value)] if base is not None and base is not row else []
+    change = OTHER_SIZE if other_size else _change(row.value, None if base is None else base.value)
+    parts = [change] if base is not None and base is not row else []
     parts += [part for part in (row.deviation, row.kind_told) if part != "-"]
     parts += ["refused"] if row.verdict == "refused" else []
     return Cell(row.simulated, row.value, note=", ".join(part for part in parts if part))

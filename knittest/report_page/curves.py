@@ -2,12 +2,15 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 from knittest.errors import InputError
-from knittest.experiment.curves import ReferenceCurve
+from knittest.experiment.conditions import EXACT
+from knittest.experiment.curves import FORCE, ReferenceCurve
 from knittest.export.curve_picture import EndPoint
 from knittest.report_page.blocks import Block, Picture, Section, Text
 from knittest.report_page.chart import Beside, Series, curve_chart
+from knittest.report_page.files import Columns
 from knittest.report_page.loading import LoadedRun
 from knittest.reports.base import CurveAxes
 
@@ -30,23 +33,47 @@ def _chart(runs: Sequence[LoadedRun], labels: Sequence[str]) -> list[Block]:
     report = runs[0].report
     if report is None:
         return [Text(f"No curve is known for the test {runs[0].rig or '(not stated)'}.", "warn")]
+    free = sizes_differ(runs)
+    if free is None:
+        return [Text("The curves are not shown together: the size of a specimen is not known.", "warn")]
     blocks: list[Block] = []
-    series = [_series(run, report.axes, label) for run, label in zip(runs, labels, strict=True)]
+    drawn = [_columns(run, report.axes, free) for run in runs]
+    axes = drawn[0][0]
+    series = [_series(run, *one, label) for run, one, label in zip(runs, drawn, labels, strict=True)]
     beside = []
     for run in runs:
-        around, problem = _beside(run, len(runs) > 1)
+        around, problem = _beside(run, len(runs) > 1, free)
         beside.append(around)
         if problem:
             blocks.append(Text(f"The curve of the experiment is not shown: {problem}", "warn"))
-    uri = curve_chart([s for s in series if s is not None], report.axes, beside)
+    uri = curve_chart([s for s in series if s is not None], axes, beside)
     if uri is None:
         return [Text("There is no curve to draw.", "warn"), *blocks]
-    caption = f"{report.axes.ylabel} over {report.axes.xlabel}{_origin([b.reference for b in beside])}"
+    sizes = "; the specimens differ in size" if free else ""
+    caption = f"{axes.ylabel} over {axes.xlabel}{sizes}{_origin([b.reference for b in beside])}"
     return [Picture(uri, f"{caption}; {', '.join(labels)}", caption), *blocks]
 
 
-def _series(run: LoadedRun, axes: CurveAxes, label: str) -> Series | None:
-    columns = run.curve
+def sizes_differ(runs: Sequence[LoadedRun]) -> bool | None:
+    """Whether the forces of ``runs`` of one test belong to specimens of several sizes; ``None`` if one is not known."""
+    if len(runs) < 2:
+        return False
+    sizes = []
+    for run in runs:
+        if run.run is None or run.report is None:
+            return None
+        sizes.append(run.report.size(run.run)[0])
+    return max(sizes) > min(sizes) * (1.0 + EXACT)
+
+
+def _columns(run: LoadedRun, axes: CurveAxes, free: bool) -> tuple[CurveAxes, Columns]:
+    """Axes and columns of the curve, ``free`` of the specimen's size or as they are."""
+    if free and run.run is not None and run.report is not None:
+        return run.report.size_free(run.run, run.curve)
+    return axes, run.curve
+
+
+def _series(run: LoadedRun, axes: CurveAxes, columns: Columns, label: str) -> Series | None:
     if {axes.x, axes.mean, axes.sd} <= set(columns):
         return Series(f"{label}, mean", columns[axes.x], columns[axes.mean], columns[axes.sd])
     if {axes.x, axes.y} <= set(columns):
@@ -56,10 +83,11 @@ def _series(run: LoadedRun, axes: CurveAxes, label: str) -> Series | None:
     return None
 
 
-def _beside(run: LoadedRun, several: bool) -> tuple[Beside, str]:
+def _beside(run: LoadedRun, several: bool, free: bool = False) -> tuple[Beside, str]:
     """Reference, end point and levels of a run, and why the reference is missing if it cannot be read.
 
-    Where the picture shows ``several`` runs, the direction goes with the source.
+    Where the picture shows ``several`` runs, the direction goes with the source; where it is ``free`` of their sizes,
+    forces of the experiment are as well.
     """
     if run.run is None or run.report is None:
         return Beside(), ""
@@ -77,7 +105,18 @@ def _beside(run: LoadedRun, several: bool) -> tuple[Beside, str]:
     except InputError as error:
         return Beside(None, "", end_point, levels), str(error)
     source = force.source if force else (reference.source if reference else "")
-    return Beside(reference, source + which, end_point, levels), ""
+    size, _ = run.report.size(run.run)
+    return _sized(Beside(reference, source + which, end_point, levels), size if free else 1.0), ""
+
+
+def _sized(beside: Beside, size: float) -> Beside:
+    """Forces [N] of the experiment over the ``size`` [mm] of the specimen that they were scaled to."""
+    curve, end = beside.reference, beside.end_point
+    if curve is not None and curve.y_name == FORCE:
+        curve = replace(curve, mean=curve.mean / size, sd=None if curve.sd is None else curve.sd / size)
+    if end is not None:
+        end = replace(end, force_mean=end.force_mean / size, force_sd=end.force_sd / size)
+    return replace(beside, reference=curve, end_point=end)
 
 
 def _origin(references: Sequence[ReferenceCurve | None]) -> str:

@@ -40,6 +40,7 @@ class ComparedRow(BaseModel):
     experiment_mean: Number = None
     experiment_sd: Number = None
     deviation_sd: Number = None
+    deviation_pct: Number = None
     kind: str = ""
     source: str = ""
     assumed: list[str] = []

@@ -1,16 +1,20 @@
 """What came out of a run: how it ended, results beside the experiment, and the metrics of its curve."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+from knittest.compare import UNRATED
 from knittest.report_page.blocks import Block, Cell, Section, Table, Text, Tone
 from knittest.report_page.errors import error_blocks
 from knittest.report_page.loading import LoadedRun
-from knittest.result_rows import KINDS, UNRESOLVED, ResultRow, result_rows
+from knittest.result_rows import KINDS, UNRESOLVED, UNSCATTERED, ResultRow, result_rows
 
 _VERDICTS: dict[str, Tone] = {
     "within 1 sd": "good", "outside 1 sd": "bad", "refused": "bad", "not comparable": "warn", UNRESOLVED: "warn",
+    UNSCATTERED: "warn",
 }  # fmt: skip
+#: error of a peak, a strain or a force at an angle that is said above the table [%]
+FAR_OFF = 10.0
 HEADER = ("quantity", "simulated", "experiment", "deviation", "kind")
 _PREDICTED = "predicted: no parameter was fitted to this row"
 
@@ -55,7 +59,7 @@ def results(run: LoadedRun) -> Section:
         blocks += error_blocks(run)
     else:
         blocks.append(Text("This run left no results.", "warn"))
-    blocks += [_metrics(curve) for curve in run.comparison.curves]
+    blocks += [block for curve in run.comparison.curves for block in _metrics(curve)]
     return Section(f"run-{run.number}-results", "Results and deviations", blocks)
 
 
@@ -73,25 +77,33 @@ def _assumed(rows: list[ResultRow]) -> list[Block]:
     return [Text(f"Assumed inputs that decide these rows: {', '.join(fields)}.", "warn")] if fields else []
 
 
-def _metrics(curve: Mapping[str, Any]) -> Block:
-    """One comparison of curves; names of the metrics as comparison.json has them."""
+def _metrics(curve: Mapping[str, Any]) -> list[Block]:
+    """One comparison of curves; names of the metrics as comparison.json has them. Large errors stand above it."""
     against = f"{curve.get('judged_against', 'a curve')} ({curve.get('reference_kind', 'kind not stated')})"
     note = f"; {curve['note']}" if curve.get("note") else ""
     if not curve.get("comparable"):
-        return Text(f"Curve against {against}{note}: not comparable: {curve.get('reason', 'no reason stated')}", "warn")
-    rating = curve.get("rating")
-    found = [
+        reason = curve.get("reason", "no reason stated")
+        return [Text(f"Curve against {against}{note}: not comparable: {reason}", "warn")]
+    errors = [
         ("peak force off", curve.get("peak_error_pct"), "%"),
         ("strain at the peak off", curve.get("fracture_strain_error_pct"), "%"),
-        ("root mean square deviation", curve.get("rmse_pct_of_peak"), "% of the peak"),
+        *_at_angles(curve),
     ]
-    rows = [
-        (Cell(name), _number(value, unit)) for name, value, unit in (*found, *_at_angles(curve)) if value is not None
-    ]
-    if isinstance(rating, Mapping):
-        overall = _number(rating.get("overall"), f"({rating.get('grade', 'no grade')})")
-        rows.append((Cell("rating after ISO/TS 18571, 0 to 1"), overall))
-    return Table(f"The curve against {against}{note}", ("metric", "value"), rows, (1,))
+    found = [*errors, ("root mean square deviation", curve.get("rmse_pct_of_peak"), "% of the peak")]
+    rows = [(Cell(name), _number(value, unit)) for name, value, unit in found if value is not None]
+    rows.append((Cell("rating after ISO/TS 18571, 0 to 1"), _rating(curve, [value for _, value, _ in errors])))
+    table = Table(f"The curve against {against}{note}", ("metric", "value"), rows, (1,))
+    far = [f"{name} by {v:+.0f} %" for name, v, _ in errors if isinstance(v, int | float) and abs(v) > FAR_OFF]
+    return [Text(f"Curve against {against}: {', '.join(far)}", "bad"), table] if far else [table]
+
+
+def _rating(curve: Mapping[str, Any], errors: Sequence[Any]) -> Cell:
+    """The rating, which stands beside ``errors`` only, or why there is none; also of runs that wrote one before."""
+    rating = curve.get("rating")
+    reason = UNRATED.get(curve.get("reference_kind", ""), "") or curve.get("no_rating", "")
+    if isinstance(rating, Mapping) and not reason and any(isinstance(error, int | float) for error in errors):
+        return _number(rating.get("overall"), f"({rating.get('grade', 'no grade')})")
+    return Cell(f"not given: {reason or 'there are no errors to stand beside it'}")
 
 
 def _at_angles(curve: Mapping[str, Any]) -> list[tuple[str, Any, str]]:

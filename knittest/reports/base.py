@@ -1,7 +1,7 @@
 """What the reports share."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -36,7 +36,7 @@ class References:
 @dataclass(frozen=True)
 class CurveAxes:
     """Columns of curve.csv that make the curve, and what stands at its axes; ``mean`` and ``sd`` of an ensemble;
-    ``others`` may be compared with as well.
+    ``others`` may be compared with as well; ``labels`` are what stands at the axis of them.
     """
 
     x: str
@@ -47,6 +47,7 @@ class CurveAxes:
     sd: str = ""
     logarithmic: bool = False
     others: tuple[str, ...] = ()
+    labels: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -92,6 +93,12 @@ class Report(Protocol):
         or of none; says in its note what was scaled. Raises :class:`InputError` where it cannot.
         """
 
+    def size(self, run: Any) -> tuple[float, str]:
+        """What the forces of the specimen grow with [mm], and its size in words; 1 where there is nothing."""
+
+    def size_free(self, run: Any, columns: Mapping[str, np.ndarray]) -> tuple[CurveAxes, Columns]:
+        """Axes and columns of the curve as no size of a specimen enters it."""
+
     def reference_curve(self, run: Any) -> ReferenceCurve | None:
         """The curve that the run's curve is compared with."""
 
@@ -105,13 +112,35 @@ class Report(Protocol):
         """Write the pictures."""
 
 
+class NoSize:
+    """The part of a :class:`Report` of a test whose results do not grow with the specimen."""
+
+    axes: CurveAxes
+
+    def scaled(self, run: Any, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
+        """As they are."""
+        return list(rows)
+
+    def matched(self, run: Any, curve: ReferenceCurve) -> ReferenceCurve:
+        """As it is, of the same test."""
+        return same_test(run, curve)
+
+    def size(self, run: Any) -> tuple[float, str]:
+        """Nothing."""
+        return 1.0, ""
+
+    def size_free(self, run: Any, columns: Mapping[str, np.ndarray]) -> tuple[CurveAxes, Columns]:
+        """The curve as it is."""
+        return self.axes, dict(columns)
+
+
 def same_test(run: Run, curve: ReferenceCurve) -> ReferenceCurve:
     """``curve``; raises :class:`InputError` where its file states another test or direction than that of ``run``."""
     stated, own = curve.conditions, (run.rig.kind, run.direction)
     if stated.test not in ("", own[0]) or (own[1] and stated.direction not in ("", own[1])):
         raise InputError(
             f"{curve.file or curve.source}: a curve of {stated.test or own[0]} {stated.direction}".rstrip()
-            + f"; the run is {' '.join(filter(None, own))}: not the same test"
+            + f" (by its header, else its name); the run is {' '.join(filter(None, own))}: not the same test"
         )
     if own[1] and not stated.direction:
         return noted(curve, f"the file states no direction: taken as {own[1]}")

@@ -12,7 +12,7 @@ from knittest.export.line_picture import Level, Line, line_picture
 from knittest.export.side_picture import side_picture
 from knittest.laboratory.cantilever import MOMENT_TOLERANCE
 from knittest.laboratory.yarn_cantilever import BALANCED
-from knittest.reports.base import Columns, CurveAxes, Gate, References, same_test, title_of
+from knittest.reports.base import Columns, CurveAxes, Gate, NoSize, References, title_of
 from knittest.specimen import Specimen
 
 
@@ -26,7 +26,7 @@ def _tolerance(run: CantileverRun) -> float:
     return BALANCED if run.model.scale == "meso" else run.rig.tolerance
 
 
-class CantileverReport:
+class CantileverReport(NoSize):
     """See :class:`knittest.reports.base.Report`."""
 
     axes = CurveAxes("steps", "residual", "relaxation steps", "out of balance, share of the weight", logarithmic=True)
@@ -46,10 +46,6 @@ class CantileverReport:
         """The bending stiffness of the tested strip for the width of the run, and said so; overhangs as they are."""
         width = run.rig.kernel("width")
         return [for_width(row, width) if row.quantity == "bending_stiffness_mncm2" else row for row in rows]
-
-    def matched(self, run: CantileverRun, curve: ReferenceCurve) -> ReferenceCurve:
-        """As it is: nothing of it grows with the specimen."""
-        return same_test(run, curve)
 
     def reference_curve(self, run: CantileverRun) -> ReferenceCurve | None:
         """There is no curve."""

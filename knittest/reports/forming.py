@@ -1,6 +1,5 @@
 """Report of a forming test: forces over the stroke, shear angles, wrinkles, draw-in, yarn forces."""
 
-from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -9,7 +8,6 @@ import numpy as np
 
 from knittest.config.run import FormingRun
 from knittest.experiment.curves import ReferenceCurve
-from knittest.experiment.tables import PublishedValue
 from knittest.export.line_picture import Level, Line, line_picture
 from knittest.export.plan_picture import Outlines, outline_picture, plan_picture
 from knittest.export.tilted_picture import tilted_picture
@@ -18,7 +16,7 @@ from knittest.laboratory.draw_in import DrawIn, draw_in
 from knittest.laboratory.formed import Formed
 from knittest.laboratory.forming import allowed_depth, drawn, shear_field, tools_of
 from knittest.laboratory.yarn_forces import yarn_forces
-from knittest.reports.base import Columns, CurveAxes, Gate, References, draw_energies, energy_gates, same_test, title_of
+from knittest.reports.base import Columns, CurveAxes, Gate, NoSize, References, draw_energies, energy_gates, title_of
 from knittest.specimen import Specimen
 
 #: share of the elements whose value the colours of a picture hold [%]
@@ -27,7 +25,7 @@ SHOWN = 99.5
 AROUND = 1.06
 
 
-class FormingReport:
+class FormingReport(NoSize):
     """See :class:`knittest.reports.base.Report`."""
 
     axes = CurveAxes("stamp_travel_mm", "stamp_force_n", "travel of the stamp [mm]", "force [N]")
@@ -43,14 +41,6 @@ class FormingReport:
             "deepest penetration of a tool", "results", "tool_penetration_max_um", allowed_depth(run), unit="um"
         )
         return [*energy_gates(run), depth]
-
-    def scaled(self, run: FormingRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
-        """As they are: nothing is published."""
-        return list(rows)
-
-    def matched(self, run: FormingRun, curve: ReferenceCurve) -> ReferenceCurve:
-        """As it is: nothing of it grows with the specimen."""
-        return same_test(run, curve)
 
     def reference_curve(self, run: FormingRun) -> ReferenceCurve | None:
         """No curve is published."""

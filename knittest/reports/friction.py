@@ -1,22 +1,20 @@
 """Report of the friction test: pull force over travel, and the pressure between fabric and plates."""
 
-from collections.abc import Sequence
 from pathlib import Path
 
 from knittest.config.run import FrictionRun
 from knittest.experiment.curves import ReferenceCurve
-from knittest.experiment.tables import PublishedValue
 from knittest.export.line_picture import Level, Line, line_picture
 from knittest.export.pressure_picture import pressure_picture
 from knittest.laboratory.friction import FORCE_TOLERANCE, PENETRATION_TOLERANCE, map_cell
 from knittest.laboratory.pressure import PLATES, pressure_map
 from knittest.laboratory.strips import AXIS
-from knittest.reports.base import Columns, CurveAxes, Gate, References, draw_energies, energy_gates, same_test, title_of
+from knittest.reports.base import Columns, CurveAxes, Gate, NoSize, References, draw_energies, energy_gates, title_of
 from knittest.rigs.friction import KINETIC_SHARE
 from knittest.specimen import Specimen
 
 
-class FrictionReport:
+class FrictionReport(NoSize):
     """See :class:`knittest.reports.base.Report`."""
 
     axes = CurveAxes("displacement_mm", "pull_force_n", "travel of the clamp [mm]", "pull force [N]")
@@ -41,14 +39,6 @@ class FrictionReport:
                 100.0 * PENETRATION_TOLERANCE,
             ),
         ]  # fmt: skip
-
-    def scaled(self, run: FrictionRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
-        """As they are: nothing of it grows with the specimen."""
-        return list(rows)
-
-    def matched(self, run: FrictionRun, curve: ReferenceCurve) -> ReferenceCurve:
-        """As it is: nothing of it grows with the specimen."""
-        return same_test(run, curve)
 
     def reference_curve(self, run: FrictionRun) -> ReferenceCurve | None:
         """No curve is published."""

@@ -1,6 +1,7 @@
 """Report of the picture frame: force over shear angle, and the map of the wrinkles."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -34,6 +35,7 @@ class PictureFrameReport:
         "shear angle of the frame [deg]",
         "force of the crosshead [N]",
         others=(NORMALISED,),
+        labels={NORMALISED: NORMALISED_LABEL},
     )
 
     def levels(self, run: PictureFrameRun) -> list[Level]:
@@ -51,6 +53,15 @@ class PictureFrameReport:
     def matched(self, run: PictureFrameRun, curve: ReferenceCurve) -> ReferenceCurve:
         """Normalised by the sides of the tested frame, so that the run's sides do not matter."""
         return normalised(same_test(run, curve))
+
+    def size(self, run: PictureFrameRun) -> tuple[float, str]:
+        """L_fabric^2 / L_frame [mm], which the force at an angle grows with."""
+        side = run.rig.frame_side or run.rig.side
+        return fabric_side(run) ** 2 / side, f"square of {run.rig.side:g} mm in a frame of {side:g} mm"
+
+    def size_free(self, run: PictureFrameRun, columns: Mapping[str, np.ndarray]) -> tuple[CurveAxes, Columns]:
+        """The normalised force."""
+        return replace(self.axes, y=NORMALISED, ylabel=NORMALISED_LABEL), dict(columns)
 
     def reference_curve(self, run: PictureFrameRun) -> ReferenceCurve | None:
         """No shear force is published."""

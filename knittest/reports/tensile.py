@@ -1,7 +1,7 @@
 """Report of the tensile test: force over strain, and the strip at its largest force and broken."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from knittest.experiment.tables import PublishedValue, for_width
 from knittest.export import curve_picture, strip_picture
 from knittest.export.line_picture import Level
 from knittest.laboratory.strips import yarns_across
+from knittest.laboratory.tensile import carrying_width
 from knittest.reports.base import (
     Columns,
     CurveAxes,
@@ -53,6 +54,18 @@ class TensileReport:
             replace(scaled := for_width(row, width), table=scaled.table + note) if row.unit == "N" else row
             for row in rows
         ]
+
+    def size(self, run: TensileRun) -> tuple[float, str]:
+        """Width [mm]."""
+        width = run.rig.kernel("width")
+        return width, f"{width:g} mm wide, {run.rig.kernel('gauge_length'):g} mm between the clamps"
+
+    def size_free(self, run: TensileRun, columns: Mapping[str, np.ndarray]) -> tuple[CurveAxes, Columns]:
+        """Force per width, of yarns per that of whole ones."""
+        forces = (self.axes.y, self.axes.mean, self.axes.sd)
+        width = float(np.mean([carrying_width(run, k) for k in range(run.variability.specimens)]))
+        found = {name: values / width if name in forces else values for name, values in columns.items()}
+        return replace(self.axes, ylabel="force per width [N/mm]"), found
 
     def reference_curve(self, run: TensileRun) -> ReferenceCurve | None:
         """Curve of the fabric's experiment for the width of the strip; the shells are fed with it."""

@@ -25,6 +25,7 @@ ROW = {
     "experiment_mean": 5800.0,
     "experiment_sd": 367.0,
     "deviation_sd": 0.054,
+    "deviation_pct": 0.345,
     "kind": "tuned",
     "source": "Table 3",
 }

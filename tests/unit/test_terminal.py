@@ -210,7 +210,7 @@ def test_no_experiment_is_said() -> None:
     assert {line[-1] for line in results_table([weft(comparison=[])])} == {"no reference"}
     unscattered = row("peak_force_n", 8300.0, 7332.0, 380.0) | {"experiment_sd": None, "deviation_sd": None}
     table = results_table([weft(comparison=[unscattered])])
-    assert table[0][3:] == ("7332 ± -", "-", "predicted", "not comparable")
+    assert table[0][3:] == ("7332", "+13.2 %", "predicted", "sd not stated")
 
 
 def test_gates_in_one_line_without_what_a_shell_has_not() -> None:
