@@ -11,20 +11,55 @@ def data() -> None:
     """Import and summarise the CSV files of a testing machine.
 
     They hold a force (N, kN, daN, cN, mN, kgf, lbf; N if not stated) over a travel (mm, cm, m, um, inch; mm if not
-    stated) or a strain (%, mm/mm), the unit in the column's name or in the row below it.
+    stated), a strain (%, mm/mm) or a shear angle (deg, rad), the unit in the column's name or in the row below it; of a
+    cantilever, overhang lengths.
     """
+
+
+#: option, unit and what it says, of numbers that files may state themselves
+NUMBERS = (
+    ("--width", "mm", "Width of the strips (tensile, cantilever)"),
+    ("--gauge-length", "mm", "Distance of the clamps (tensile)"),
+    ("--frame-side", "mm", "Side of the frame, hinge to hinge (picture-frame)"),
+    ("--fabric-side", "mm", "Side of the sheared square of fabric (picture-frame)"),
+    ("--area-mass", "g/m2", "Mass per area of the strips (cantilever)"),
+    ("--plane-angle", "deg", "Angle of the plane, 41.5 if not stated (cantilever)"),
+    ("--normal-force", "N", "Force that presses the plates (friction)"),
+    ("--plate-length", "mm", "Length of the plates (friction)"),
+    ("--plate-width", "mm", "Width of the plates (friction)"),
+)
 
 
 def _reading(command: Any) -> Any:
     for option in (
-        click.option("--width", type=float, help="Width of the strips [mm], if the files do not state it."),
-        click.option("--gauge-length", type=float, help="Distance of the clamps [mm], if the files do not state it."),
+        click.option(
+            "--test",
+            type=click.Choice(["tensile", "picture-frame", "cantilever", "friction"]),
+            default="tensile",
+            show_default=True,
+            help="What was tested.",
+        ),
+        *(
+            click.option(name, type=float, help=f"{text} [{unit}], if the files do not state it.")
+            for name, unit, text in NUMBERS
+        ),
         click.option(
             "--sign",
             type=click.Choice(["positive", "negative"]),
-            default="positive",
-            show_default=True,
-            help="How the files count a pull.",
+            help="How the files count a pull; positive if not given.",
+        ),
+        click.option(
+            "--zero", type=float, help="Travel or shear angle at which the frame is square, in the column's unit."
+        ),
+        click.option(
+            "--preload",
+            type=click.Choice(["subtract", "keep"]),
+            help="What a force at the start is (picture-frame, friction).",
+        ),
+        click.option(
+            "--faces",
+            type=click.IntRange(1, 2),
+            help="Faces of the strip that rub: 2 between plates, if not given (friction).",
         ),
         click.option("--decimal", type=click.Choice([",", "."]), help="Decimal mark, if it cannot be told."),
         click.option("--delimiter", help="Delimiter, if not ';', tab or ','."),
@@ -36,42 +71,49 @@ def _reading(command: Any) -> Any:
 
 @data.command("import")
 @_reading
-@click.option("--direction", type=click.Choice(["warp", "weft"]), required=True, help="Yarn system along the strips.")
+@click.option(
+    "--direction", type=click.Choice(["warp", "weft"]), help="Yarn system along the strips; a frame has none."
+)
 @click.option("--trust-direction", is_flag=True, help="Go by --direction where a file names the other one.")
-@click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder of the experiment, for both.")
-def import_(files: tuple[Path, ...], direction: str, trust_direction: bool, out: Path, **reading: Any) -> None:
+@click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder of the experiment, for all tests.")
+def import_(
+    test: str, files: tuple[Path, ...], direction: str | None, trust_direction: bool, out: Path, **reading: Any
+) -> None:  # fmt: skip
     """Read testing-machine exports; write an experiment that a fabric file can name.
 
-    Into OUT go a table of the peaks and the strips' size, a SOURCE.md, and fabric.yaml, which a fabric file starts
-    from; into OUT/<direction> specimens, corridor (mean and sd), mean curve, per width, statistics and a plot.
+    Into OUT go a table of the results and the conditions that they hang on, a SOURCE.md, and fabric.yaml, the part of a
+    fabric file that all imports into OUT give; into a folder in it specimens, corridor (mean and sd), statistics and a
+    plot. Tensile curves are forces per width, a frame's are normalised shear forces; an overhang gives the bending
+    stiffness; a pull between plates a coefficient of friction.
 
     Example: knittest data import warp-*.csv --width 50 --gauge-length 200 --direction warp --out data/mine
-    """
-    from knittest.experiment.lab_folder import FABRIC, named
-    from knittest.experiment.lab_report import summary_lines, write_import
 
-    specimens = _read(files, **reading)
-    variant = write_import(specimens, out, direction, [f.name for f in files], trust_direction)  # type: ignore[arg-type]
-    click.echo("\n".join([*summary_lines(specimens), f"wrote {out}; a fabric file names it so ({out / FABRIC}):"]))
-    click.echo(f'  experiment: {named(out)}\n  experiment_variant: "{variant}"')
-    click.echo(f"  macro: {{tension: {{{direction}: {named(out) / direction / 'tension.csv'}}}}}")
+    Example: knittest data import frame-*.csv --test picture-frame --frame-side 200 --fabric-side 180 --out data/mine
+    """
+    from knittest.experiment.lab_folder import FABRIC
+    from knittest.experiment.lab_tests import LAB_TESTS, read_files, write_files
+
+    specimens = read_files(test, files, reading)
+    lines = LAB_TESTS[test].lines(specimens)
+    write_files(test, specimens, out, direction, files=[f.name for f in files], trusted=trust_direction)
+    click.echo("\n".join([*lines, f"wrote {out}; a fabric file takes from it ({out / FABRIC}):"]))
+    fields = (out / FABRIC).read_text(encoding="utf-8").splitlines()
+    click.echo("\n".join(f"  {line}" for line in fields if not line.startswith("#")))
 
 
 @data.command()
 @_reading
-def stats(files: tuple[Path, ...], **reading: Any) -> None:
-    """Print maximum force and strain at maximum force of every specimen, mean and sd.
+def stats(test: str, files: tuple[Path, ...], **reading: Any) -> None:
+    """Print the results of every specimen, mean and sd: of a tensile test maximum force and strain at it.
 
-    Strips or yarns: what has no width is judged by its force alone.
+    Strips or yarns: what has no width is judged by its force alone. Other tests need the conditions that data import
+    needs.
 
     Example: knittest data stats warp-*.csv --gauge-length 200
     """
-    from knittest.experiment.lab_checks import plausible_strips
-    from knittest.experiment.lab_report import summary_lines
+    from knittest.experiment.lab_tests import LAB_TESTS, read_files
 
-    specimens = _read(files, **reading)
-    plausible_strips(specimens)
-    click.echo("\n".join(summary_lines(specimens)))
+    click.echo("\n".join(LAB_TESTS[test].lines(read_files(test, files, reading))))
 
 
 @data.command("shear-law")
@@ -88,9 +130,3 @@ def shear_law(run: Path, out: Path) -> None:
     named = Path(*out.parts[1:]) if out.parts[:1] == ("data",) else out
     click.echo(f"{len(angle)} points up to {angle[-1]:.1f} deg and {force[-1]:.4g} N/mm; wrote {out}")
     click.echo(f"  macro: {{shear: {{kind: table, curve: {named}, source: predicted, ref: meso picture frame}}}}")
-
-
-def _read(files: tuple[Path, ...], **reading: Any) -> list[Any]:
-    from knittest.experiment.lab_csv import read_lab
-
-    return [s for path in files for s in read_lab(path, **reading)]

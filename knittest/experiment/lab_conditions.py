@@ -1,13 +1,14 @@
 """Conditions of a laboratory test (widths, sides, forces): what its file states, and whether the user says the same."""
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from knittest.config import rigs
 from knittest.config.base import BoundsError, check_bounds, field_meta
+from knittest.config.fabric import Fabric
 from knittest.errors import InputError
 from knittest.experiment import lab_units
 from knittest.experiment.lab_numbers import NUMBER, read_number
@@ -71,6 +72,46 @@ WIDTH = Condition(
     _MACHINE + r"|plate|platte|frame|rahmen|tolerance|toleranz", lab_units.LENGTH, rigs.StripRig, "width",
 )  # fmt: skip
 
+FRAME_SIDE = Condition(
+    "frame_side_mm", "frame side", "--frame-side", "mm",
+    (r"(frame|arm)[ _-]*(side|length)|(side|length)[ _-]of[ _-]the[ _-](frame|arms?)|"
+     r"rahmen(seite|länge|kante)|schenkell",),
+    r"fabric|specimen|sample|probe|gewebe|stoff", lab_units.LENGTH, rigs.PictureFrameRig, "frame_side",
+)  # fmt: skip
+FABRIC_SIDE = Condition(
+    "fabric_side_mm", "fabric side", "--fabric-side", "mm",
+    (r"(fabric|specimen|sample)[ _-]*(side|length)|side[ _-]of[ _-]the[ _-](fabric|specimen|sample)|"
+     r"(proben?|stoff|gewebe|prüf)[ _-]*(seite|seitenlänge|kante|kantenlänge)(?![a-z])",),
+    r"frame|rahmen", lab_units.LENGTH, rigs.PictureFrameRig, "side",
+)  # fmt: skip
+AREA_MASS = Condition(
+    "area_mass_g_m2", "area mass", "--area-mass", "g/m2",
+    (r"area[ _-]*(mass|weight|density)|areal[ _-]*(mass|weight|density)|mass per (unit )?area|grammage|"
+     r"fl[äa]chen(masse|gewicht)|grammatur",),
+    r"plate|platte|yarn|garn", lab_units.AREA_MASS, Fabric, "area_mass",
+)  # fmt: skip
+PLANE_ANGLE = Condition(
+    "plane_angle_deg", "angle of the plane", "--plane-angle", "deg",
+    (r"angle of the plane|plane[ _-]*angle|(bending|chord|slope|inclin\w*)[ _-]*angle|neigungswinkel|ebenenwinkel|"
+     r"messwinkel|biegewinkel",),
+    r"shear|scher", lab_units.ANGLE, rigs.CantileverRig, "plane_angle",
+)  # fmt: skip
+NORMAL_FORCE = Condition(
+    "normal_force_n", "normal force", "--normal-force", "N",
+    (r"normal[ _-]*(force|load)|normalkraft|andruckkraft|anpresskraft|clamping force",),
+    r"coefficient", lab_units.FORCE, rigs.FrictionRig, "normal_force",
+)  # fmt: skip
+PLATE_LENGTH = Condition(
+    "plate_length_mm", "plate length", "--plate-length", "mm",
+    (r"(plate|sled)[ _-]*length|length[ _-]of[ _-]the[ _-]plate|(platten|schlitten)[ _-]*länge",),
+    r"strip|specimen|probe", lab_units.LENGTH, rigs.FrictionRig, "plate_length",
+)  # fmt: skip
+PLATE_WIDTH = Condition(
+    "plate_width_mm", "plate width", "--plate-width", "mm",
+    (r"(plate|sled)[ _-]*width|width[ _-]of[ _-]the[ _-]plate|(platten|schlitten)[ _-]*breite",),
+    r"strip|specimen|probe", lab_units.LENGTH, rigs.FrictionRig, "plate_width",
+)  # fmt: skip
+
 
 def stated(what: Condition, path: Path, head: Sequence[Row], mark: str) -> tuple[float, str] | None:
     """Value of ``what`` [its unit] in the rows above a table, and ``file:line``; ``None`` when no row states one.
@@ -116,6 +157,14 @@ def agreed(what: Condition, given: float | None, said: tuple[float, str] | None)
             f"{where}: the file states a {what.name} of {value:g} {what.unit}, {what.option} says {given:g} {what.unit}"
         )
     return given
+
+
+def needed(what: Condition, path: Path, head: Sequence[Row], mark: str, given: Mapping[str, float]) -> float:
+    """The value of ``what`` by the file's ``head`` and by the user (by key); raises where neither states it."""
+    value = agreed(what, given.get(what.key), stated(what, path, head, mark))
+    if value is None:
+        raise unstated([what], path)
+    return value
 
 
 def unstated(wanted: Iterable[Condition], path: object) -> InputError:

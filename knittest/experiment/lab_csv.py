@@ -12,7 +12,7 @@ from knittest.experiment import lab_units
 from knittest.experiment.lab_conditions import GAUGE, WIDTH, agreed, agreeing, stated
 from knittest.experiment.lab_direction import Said, said_by
 from knittest.experiment.lab_numbers import NUMBER
-from knittest.experiment.lab_sign import Sign, pulled
+from knittest.experiment.lab_sign import Sign, drawn, pulled
 from knittest.experiment.lab_table import LabTable, columns, read_table
 
 Array = NDArray[np.float64]
@@ -127,7 +127,7 @@ def _curve(
         strain, force = (values * factors).T
     if not np.isfinite(force).all():
         raise InputError(f"{where.format(lines[int(np.argmin(np.isfinite(force)))])}: no finite force")
-    strain, force = pulled(strain, force, sign, f"{table.path}: specimen {name}")
+    strain, force = drawn(strain, sign), pulled(force, sign, f"{table.path}: specimen {name}")
     with np.errstate(over="ignore", invalid="ignore"):
         falls = np.flatnonzero(np.diff(strain) <= 0.0)
     if len(falls):

@@ -4,6 +4,7 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 from knittest.config.fabric import Direction
 from knittest.errors import InputError
@@ -20,25 +21,29 @@ _LONGEST = 200
 
 @dataclass(frozen=True)
 class Said:
-    """A direction and the place that states it."""
+    """A direction and the place that states it: a row of the file, or the name of the file or of its folder."""
 
     direction: Direction
     where: str
+    by: Literal["row", "name", "folder"] = "row"
 
 
 def said_by(path: Path, head: Iterable[Row]) -> Said | None:
     """What the rows of ``head``, else the file's name, else its folder's, say; ``None`` if nothing names just one."""
-    places = [(f"{path}:{line}", " ".join(cells)[:_LONGEST]) for line, cells in head]
-    places += [(f"{path}: its name", path.stem), (f"{path}: its folder", path.parent.name)]
-    for where, text in places:
+    places: list[tuple[str, str, Literal["row", "name", "folder"]]] = [
+        *((f"{path}:{line}", " ".join(cells), "row") for line, cells in head),
+        (f"{path}: its name", path.stem, "name"),
+        (f"{path}: its folder", path.parent.name, "folder"),
+    ]
+    for where, text, by in places:
         plain = _FABRIC.sub(" ", text[:_LONGEST].replace("_", " "))
         named = [direction for direction, word in _WORDS.items() if word.search(plain)]
         if len(named) == 1:
-            return Said(named[0], where)
+            return Said(named[0], where, by)
     return None
 
 
-def refuse_other(said: Iterable[Said | None], direction: Direction) -> None:
+def refuse_other(said: Iterable[Said | None], direction: str) -> None:
     """Raise :class:`InputError` for a file that names the other direction than ``direction``."""
     for one in said:
         if one is not None and one.direction != direction:

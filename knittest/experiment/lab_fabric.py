@@ -4,10 +4,21 @@ import json
 from pathlib import Path
 from typing import Any
 
-from knittest.experiment.lab_conditions import GAUGE, WIDTH
-from knittest.experiment.lab_folder import DIRECTIONS, FABRIC, SOURCE, SOURCE_FILE, counted, named, read_statistics
+from knittest.experiment.lab_conditions import AREA_MASS, FABRIC_SIDE, FRAME_SIDE, GAUGE, WIDTH
+from knittest.experiment.lab_folder import (
+    DIRECTIONS,
+    FABRIC,
+    SHEAR,
+    SOURCE,
+    SOURCE_FILE,
+    TENSION,
+    counted,
+    named,
+    read_statistics,
+)
 from knittest.export.atomic import write_atomic
 
+FRAME = "picture-frame"
 HEAD = """\
 # Written by knittest data import, from the tests in this folder: a part of a fabric file.
 #   knittest new NAME --from FOLDER
@@ -18,11 +29,15 @@ HEAD = """\
 def fabric_part(out: Path) -> dict[str, Any]:
     """The fields of :class:`knittest.config.fabric.Fabric` that the imports in ``out`` give."""
     tests, place = read_statistics(out), named(out)
-    macro: dict[str, Any] = {}
+    macro: dict[str, dict[str, Any]] = {}
     for direction in DIRECTIONS:
         if direction in tests:
-            macro.setdefault("tension", {})[direction] = (place / direction / "tension.csv").as_posix()
+            macro.setdefault("tension", {})[direction] = (place / direction / TENSION).as_posix()
             macro.setdefault("fracture_strain", {})[direction] = _fracture_strain(tests[direction])
+        if f"cantilever-{direction}" in tests:
+            macro.setdefault("bending_stiffness", {})[direction] = _stiffness(tests[f"cantilever-{direction}"])
+    if FRAME in tests:
+        macro["shear"] = _shear(tests[FRAME], (place / FRAME / SHEAR).as_posix())
     return {"macro": macro, "experiment": place.as_posix(), "experiment_variant": out.resolve().name}
 
 
@@ -39,6 +54,21 @@ def _fracture_strain(test: dict[str, Any]) -> dict[str, Any]:
     strips = counted(test["fracture_strain_pct"]["n"], "strip")
     width = f"{conditions[WIDTH.key]:g} mm"
     return quantity(test["fracture_strain_pct"], "measured", f"{strips}, {width} wide{gauge}; an input of the shells")
+
+
+def _stiffness(test: dict[str, Any]) -> dict[str, Any]:
+    """Of the shells, by Eq. 2, from each strip's overhang."""
+    found, overhang = test["bending_stiffness_n_mm_per_width"], test["overhang_mm"]
+    mass = test["conditions"][AREA_MASS.key]
+    of = f"{counted(found['n'], 'strip')}, overhang {overhang['mean']:.4g} mm, {mass:g} g/m2"
+    return quantity(found, "derived", f"area mass x g x (overhang / 2)^3; {of}")
+
+
+def _shear(test: dict[str, Any], curve: str) -> dict[str, Any]:
+    frame, fabric = (test["conditions"][side.key] for side in (FRAME_SIDE, FABRIC_SIDE))
+    count = next(value["n"] for name, value in test.items() if name.startswith("shear_force_n_at_deg"))
+    ref = f"{counted(count, 'picture frame')} of {frame:g} mm, fabric of {fabric:g} mm"
+    return {"kind": "table", "curve": curve, "source": "measured", "ref": ref}
 
 
 def quantity(found: dict[str, Any], source: str, ref: str) -> dict[str, Any]:

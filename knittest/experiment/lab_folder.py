@@ -17,6 +17,7 @@ from knittest.experiment.statistics import mean_sd
 from knittest.experiment.tables import COLUMNS
 
 STATISTICS, FABRIC, SOURCE_FILE = "statistics.json", "fabric.yaml", "SOURCE.md"
+TENSION, SHEAR = "tension.csv", "shear.csv"
 DIRECTIONS = ("warp", "weft")
 #: folders of the imports, each with a table of its name beside it but for the tensile ones
 FOLDERS = {

@@ -14,20 +14,23 @@ Sign = Literal["positive", "negative"]
 OTHER = 0.5
 
 
-def pulled(travel: Array, force: Array, sign: Sign, where: str) -> tuple[Array, Array]:
-    """``travel`` and ``force`` [N], (n,) each, with pull counted positive.
+def drawn(travel: Array, sign: Sign) -> Array:
+    """``travel`` (n,) as rising: with a pull counted negative, travels may be too."""
+    falls = travel[0] - travel.min() > travel.max() - travel[0]
+    return -travel if sign == "negative" and falls else travel
+
+
+def pulled(force: Array, sign: Sign, where: str) -> Array:
+    """``force`` [N], (n,), with pull counted positive.
 
     ``sign`` is that of a pull in the file. Raises :class:`InputError` where the forces are rather of the other one.
     """
-    if sign == "negative":
-        force = -force
-        travel = -travel if travel[-1] < travel[0] else travel
-    top, bottom = float(force.max()), float(force.min())
+    signed = -force if sign == "negative" else force
+    top, bottom = float(signed.max()), float(signed.min())
     if -bottom > OTHER * max(top, 0.0) and bottom < 0.0:
-        high, low = (top, bottom) if sign == "positive" else (-bottom, -top)
         other = "negative" if sign == "positive" else "positive"
         raise InputError(
-            f"{where}: forces from {low:.4g} to {high:.4g} N, with a pull counted as {sign}: compression, or the other "
-            f"sign? If it is a pull, give --sign {other}; else tare the force"
+            f"{where}: forces from {force.max():.4g} to {force.min():.4g} N, with a pull counted as {sign}: "
+            f"compression, or the other sign? If it is a pull, give --sign {other}; else tare the force"
         )
-    return travel, force
+    return signed

@@ -115,5 +115,5 @@ def test_the_shipped_files_are_what_their_generator_writes():
     spec.loader.exec_module(module)
     folder = data_dir() / "tutorial"
     shipped = {path.name: path.read_text(encoding="utf-8") for path in folder.glob("*.csv")}
-    assert shipped == module.files() and len(shipped) == 16
-    assert all("(made up)" in text for text in shipped.values())
+    assert shipped == module.files() and len(shipped) == 24
+    assert all("made up" in text for text in shipped.values())

@@ -93,14 +93,14 @@ def test_a_pull_that_is_counted_negative_is_asked_for(tmp_path, travel):
     path = written(tmp_path, f"Weg;Kraft\n0;-1,2\n{first};-2000\n{second};-6400\n")
     if first == "1":
         with pytest.raises(
-            InputError, match=r"forces from -6400 to -1\.2 N, with a pull counted as positive.*--sign neg"
+            InputError, match=r"forces from -1\.2 to -6400 N, with a pull counted as positive.*--sign neg"
         ):
             read_lab(path, 200.0)
     (turned,) = read_lab(path, 200.0, sign="negative")
     assert list(turned.force) == [1.2, 2000.0, 6400.0] and list(turned.strain) == [0.0, 0.5, 1.5]
     usual = written(tmp_path, "Weg;Kraft\n0;-1,2\n1;2000\n3;6400\n")  # noise below zero is none
     assert read_lab(usual, 200.0)[0].force[0] == -1.2
-    with pytest.raises(InputError, match=r"forces from -1\.2 to 6400 N, with a pull counted as negative.*--sign posit"):
+    with pytest.raises(InputError, match=r"forces from 6400 to -1\.2 N, with a pull counted as negative.*--sign posit"):
         read_lab(usual, 200.0, sign="negative")
 
 

@@ -1,0 +1,120 @@
+"""The tests of a laboratory that can be imported: how each is read, shown and written."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from knittest.errors import InputError
+from knittest.experiment.lab_cantilever import cantilever_lines, read_overhangs, write_cantilever
+from knittest.experiment.lab_checks import plausible_strips
+from knittest.experiment.lab_conditions import (
+    AREA_MASS,
+    FABRIC_SIDE,
+    FRAME_SIDE,
+    GAUGE,
+    NORMAL_FORCE,
+    PLANE_ANGLE,
+    PLATE_LENGTH,
+    PLATE_WIDTH,
+    WIDTH,
+    Condition,
+)
+from knittest.experiment.lab_csv import Specimen, read_lab
+from knittest.experiment.lab_frame import read_frames
+from knittest.experiment.lab_frame_report import frame_lines, write_frames
+from knittest.experiment.lab_friction import friction_lines, read_friction, write_friction
+from knittest.experiment.lab_given import Given
+from knittest.experiment.lab_report import summary_lines, write_import
+
+CONDITIONS = (
+    WIDTH, GAUGE, FRAME_SIDE, FABRIC_SIDE, AREA_MASS, PLANE_ANGLE, NORMAL_FORCE, PLATE_LENGTH, PLATE_WIDTH,
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class LabTest:
+    """``read`` a file into specimens, show them as ``lines``, ``write`` them with direction and whether it is trusted.
+
+    ``conditions`` and ``options`` are those that a user may give.
+    """
+
+    read: Callable[[Path, Given], list[Any]]
+    lines: Callable[[Sequence[Any]], list[str]]
+    write: Callable[[Sequence[Any], Path, str, Sequence[str], bool], str]
+    conditions: tuple[Condition, ...]
+    options: tuple[str, ...] = ()
+    directed: bool = True
+
+
+def _read_tensile(path: Path, given: Given) -> list[Specimen]:
+    sizes = given.sizes
+    return read_lab(path, sizes.get(GAUGE.key), given.decimal, given.delimiter, sizes.get(WIDTH.key), given.sign)
+
+
+def _tensile_lines(specimens: Sequence[Specimen]) -> list[str]:
+    plausible_strips(specimens)
+    return summary_lines(specimens)
+
+
+def _write_frames(specimens: Sequence[Any], out: Path, direction: str, files: Sequence[str], trusted: bool) -> str:
+    return write_frames(specimens, out, files)
+
+
+LAB_TESTS: Mapping[str, LabTest] = {
+    "tensile": LabTest(_read_tensile, _tensile_lines, write_import, (WIDTH, GAUGE), ("sign",)),
+    "picture-frame": LabTest(
+        read_frames, frame_lines, _write_frames, (FRAME_SIDE, FABRIC_SIDE), ("sign", "zero", "preload"), directed=False
+    ),
+    "cantilever": LabTest(read_overhangs, cantilever_lines, write_cantilever, (AREA_MASS, PLANE_ANGLE, WIDTH)),
+    "friction": LabTest(
+        read_friction, friction_lines, write_friction, (NORMAL_FORCE, PLATE_LENGTH, PLATE_WIDTH),
+        ("sign", "preload", "faces"),
+    ),
+}  # fmt: skip
+
+
+def read_files(test: str, files: Sequence[Path], options: Mapping[str, Any]) -> list[Any]:
+    """Specimens of ``test`` in ``files``; ``options`` are those of the command by name, ``None`` where not given.
+
+    Raises :class:`InputError` for an option that ``test`` has no use for, and as its reader does.
+    """
+    kind = LAB_TESTS[test]
+    sizes = {}
+    for what in CONDITIONS:
+        value = options.get(_field(what.option))
+        if value is None:
+            continue
+        if what not in kind.conditions:
+            raise _useless(what.option, test)
+        sizes[what.key] = value
+    said = {name: options[name] for name in ("sign", "zero", "preload", "faces") if options.get(name) is not None}
+    for name in said:
+        if name not in kind.options:
+            raise _useless(f"--{name}", test)
+    given = Given(options.get("decimal"), options.get("delimiter"), sizes=sizes, **said)
+    return [specimen for path in files for specimen in kind.read(path, given)]
+
+
+def write_files(test: str, specimens: Sequence[Any], out: Path, direction: str | None, **how: Any) -> str:
+    """Write what :func:`read_files` read into the experiment ``out``; returns its variant.
+
+    ``how``: ``files``, their names, and ``trusted``, whether ``direction`` counts where a file names the other. Raises
+    :class:`InputError` for a direction that is missing, or that the test has not.
+    """
+    kind = LAB_TESTS[test]
+    if kind.directed and direction is None:
+        raise InputError(f"--direction: missing: which yarn system runs along the strips, warp or weft? ({test})")
+    if not kind.directed and direction is not None:
+        raise _useless("--direction", test)
+    return kind.write(specimens, out, direction or "", how["files"], how["trusted"])
+
+
+def _field(option: str) -> str:
+    return option.removeprefix("--").replace("-", "_")
+
+
+def _useless(option: str, test: str) -> InputError:
+    kind = LAB_TESTS[test]
+    known = [*(what.option for what in kind.conditions), *(f"--{name}" for name in kind.options)]
+    return InputError(f"{option}: has no meaning for --test {test}; it takes {', '.join(known)}")

@@ -1,0 +1,121 @@
+"""Import of overhang lengths: stiffness by Eq. 2 against the numbers of the paper, units, angles and readings."""
+
+import numpy as np
+import pytest
+import yaml
+
+from knittest.errors import InputError
+from knittest.experiment.lab_cantilever import (
+    STANDARD_ANGLE,
+    at_standard_angle,
+    cantilever_lines,
+    cantilever_results,
+    read_overhangs,
+    write_cantilever,
+)
+from knittest.experiment.lab_given import Given
+from knittest.experiment.tables import published
+from knittest.laboratory.heavy_elastica import chord_angle
+
+V1 = Given(sizes={"area_mass_g_m2": 824.2, "strip_width_mm": 50.0})
+
+
+def table(tmp_path, text, name="a.csv"):
+    path = tmp_path / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_stiffness_is_that_of_the_paper_in_the_right_unit(tmp_path):
+    """Table 3 of Pham et al. (2019), V1 warp: 171 mm give 2.53e3 mN cm2 for the strip of 50 mm, 5.05 N mm per width."""
+    (strip,) = read_overhangs(table(tmp_path, "Überhang [mm]\n171\n"), V1)
+    assert strip.stiffness == pytest.approx(5.05, abs=0.005)
+    found = cantilever_results([strip], "warp", []).found
+    assert found["bending_stiffness_mncm2"] == pytest.approx([2.53e3], rel=2e-3)
+    assert any("-" in line for line in cantilever_lines([strip]) if line.startswith("sd"))
+
+
+def test_readings_of_a_strip_are_averaged_and_units_kept(tmp_path):
+    text = "Flächengewicht;0,8242;kg/m²\nProbenbreite;5;cm\nProbe;Überhanglänge\n;cm\n1;17,0\n1;17,2\n2;16,0\n2;16,2\n"
+    one, two = read_overhangs(table(tmp_path, text), Given())
+    assert (one.overhang, two.overhang) == pytest.approx((171.0, 161.0)) and (one.width, one.area_mass) == (50.0, 824.2)
+    results = cantilever_results([one, two], "warp", [])
+    assert len(results.found["overhang_mm"]) == 2
+    singles = read_overhangs(table(tmp_path, "overhang [mm]\n171\n161\n"), V1)
+    assert [s.overhang for s in singles] == [171.0, 161.0]
+
+
+@pytest.mark.parametrize("angle", [30.0, 45.0])
+def test_an_overhang_at_another_angle_becomes_that_at_41_deg(angle):
+    """The heavy elastica of the same strip meets 41.5 deg at the overhang that is found."""
+    stiffness, weight, factor = 3.0, 8e-6, at_standard_angle(angle)
+    low, high = 50.0, 400.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if chord_angle(middle, weight, stiffness) < angle else (low, middle)
+    assert chord_angle(low * factor, weight, stiffness) == pytest.approx(STANDARD_ANGLE, abs=0.01)
+    assert (factor > 1.0) == (angle < STANDARD_ANGLE) and at_standard_angle(STANDARD_ANGLE) == 1.0
+
+
+def test_the_angle_is_stated_or_that_of_the_standard(tmp_path):
+    text = "plane angle;45;deg\noverhang [mm]\n171\n"
+    (strip,) = read_overhangs(table(tmp_path, text), V1)
+    assert strip.overhang == pytest.approx(171.0 * at_standard_angle(45.0)) and strip.overhang < 171.0
+    assert "by the heavy elastica" in "".join(cantilever_lines([strip]))
+    with pytest.raises(InputError, match=r"angle of the plane of 45 deg, --plane-angle says 41\.5 deg"):
+        read_overhangs(table(tmp_path, text), Given(sizes={**V1.sizes, "plane_angle_deg": 41.5}))
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("overhang\n171\n", ":1: column 'overhang': a length without a unit"),
+        ("bending length [mm]\n85\n", ":1: a bending length is half the overhang"),
+        ("Probe;Biegelänge [cm]\n1;8,5\n", "half the overhang"),
+        ("overhang [mm]\n171\nabc\n", ":3: 'abc' is not a number"),
+        ("overhang [mm];note\n;none\n", ":2: no overhang|no overhang lengths"),
+        ("overhang [mm]\n1.71\n", ":2: overhang 1.71 mm: implausible, expected 5 to 1000 mm"),
+        ("overhang [mm]\n171\n17.2\n168\n", r"a\.csv: specimen a-2: overhang 17\.2 mm, the median of the other 2"),
+        ("Probe;overhang [mm]\n1;171\n1;17,2\n", "specimen a-1: overhang"),
+        ("overhang [mm]\n171,5\n", ":2: 2 cells below 1 columns: is the delimiter also the decimal mark"),
+        ("force;travel\n1;2\n", "no row names an overhang length"),
+    ],
+)
+def test_refused_with_the_row(tmp_path, text, words):
+    with pytest.raises(InputError, match=words):
+        cantilever_lines(read_overhangs(table(tmp_path, text), V1))
+
+
+def test_an_area_mass_must_be_known(tmp_path):
+    path = table(tmp_path, "overhang [mm]\n171\n")
+    with pytest.raises(InputError, match=r"states no area mass: give --area-mass \[g/m2\]"):
+        read_overhangs(path, Given())
+    with pytest.raises(InputError, match=r"--area-mass 0\.8: implausible.*it looks like kg/m2: 800 g/m2"):
+        read_overhangs(path, Given(sizes={"area_mass_g_m2": 0.8}))
+    (strip,) = read_overhangs(path, Given(sizes={"area_mass_g_m2": 824.2}))
+    assert (
+        "bending_stiffness_mncm2" not in cantilever_results([strip], "warp", []).found
+    )  # of a strip of no known width
+
+
+def test_the_table_and_the_part_of_the_fabric(tmp_path):
+    out = tmp_path / "mine"
+    strips = read_overhangs(table(tmp_path, "overhang [mm]\n171\n165\n177\n"), V1)
+    assert write_cantilever(strips, out, "warp", ["a.csv"]) == "mine"
+    names = ("overhang_mm", "bending_stiffness_n_mm_per_width", "bending_stiffness_mncm2", "strip_width_mm")
+    overhang, per_width, of_strip, width = published(out, "mine", "warp", names)
+    assert (overhang.mean, overhang.sd, overhang.n) == (171.0, 6.0, 3)
+    assert per_width.mean == pytest.approx(np.mean([s.stiffness for s in strips]), rel=1e-5)
+    assert (of_strip.mean, of_strip.unit) == (pytest.approx(per_width.mean * 500.0, rel=1e-5), "mN cm2")
+    assert width.mean == 50.0
+    field = yaml.safe_load((out / "fabric.yaml").read_text())["macro"]["bending_stiffness"]["warp"]
+    assert (
+        field["source"] == "derived"
+        and "824.2 g/m2" in field["ref"]
+        and field["value"] == pytest.approx(per_width.mean)
+    )
+    with pytest.raises(InputError, match="imported as warp: of which direction"):
+        write_cantilever(strips, out, "weft", ["a.csv"])
+    stated = read_overhangs(table(tmp_path, "overhang [mm]\n171\n165\n", "weft.csv"), V1)
+    with pytest.raises(InputError, match=r"weft\.csv: its name says weft, --direction says warp"):
+        write_cantilever(stated, out, "warp", ["weft.csv"])

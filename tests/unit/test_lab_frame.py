@@ -1,0 +1,154 @@
+"""Import of picture frames: what it makes of displacement, sides, cycles and preload, against the closed form."""
+
+import numpy as np
+import pytest
+import yaml
+
+from knittest.config.fabric import MacroMaterial
+from knittest.errors import InputError
+from knittest.experiment.curves import load_curve
+from knittest.experiment.lab_frame import read_frames
+from knittest.experiment.lab_frame_report import frame_lines, frame_series, shear_law, write_frames
+from knittest.experiment.lab_given import Given
+from knittest.experiment.tables import published
+from knittest.materials.shear import DEFINITIONS
+from knittest.trellis import crosshead, crosshead_force
+
+FRAME, FABRIC = 200.0, 160.0
+STIFFNESS = 0.1  # S = STIFFNESS gamma [N/mm]
+
+
+def frame_file(path, side=FRAME, fabric=FABRIC, end=45.0, back=0.0, preload=0.0, offset=0.0, stiffness=STIFFNESS):
+    """What a machine writes of the linear law, with decimal commas; after ``end`` [deg] it goes ``back`` [deg]."""
+    up = np.linspace(0.0, end, 181)
+    angle = np.deg2rad(np.concatenate([up, np.arange(end - 0.5, end - back, -0.5)]))
+    force = crosshead_force(stiffness * angle, angle, fabric, side) * np.where(np.arange(len(angle)) < 181, 1.0, 0.5)
+    rows = [f"{d + offset:.6f};{f + preload:.6f}" for d, f in zip(crosshead(angle, side), force, strict=True)]
+    head = [f"Rahmenlänge;{side:g};mm", f"Gewebeseite: {fabric / 10.0:g} cm", "Weg [mm];Kraft [N]"]
+    path.write_text("\n".join(line.replace(".", ",") for line in [*head, *rows]) + "\n", encoding="utf-8")
+    return path
+
+
+def test_a_frame_in_displacement_gives_the_law_back(tmp_path):
+    (one,) = read_frames(frame_file(tmp_path / "a.csv"), Given())
+    assert (one.frame_side, one.fabric_side, one.turned) == (FRAME, FABRIC, False)
+    assert one.angle[-1] == pytest.approx(45.0, abs=1e-4)
+    gamma = np.deg2rad(one.angle)
+    assert one.normalised[1:] == pytest.approx((STIFFNESS * gamma / np.cos(gamma))[1:], rel=1e-3)
+    angle, force = shear_law(frame_series([one]))
+    assert (angle[0], force[0]) == (0.0, 0.0) and angle[-1] == pytest.approx(45.0, abs=1e-3)
+    assert force == pytest.approx(STIFFNESS * np.deg2rad(angle), rel=2e-3) and (np.diff(angle) > 0.0).all()
+
+
+def test_frames_of_any_side_give_one_curve_and_forces_of_their_own(tmp_path):
+    found = {}
+    for side, fabric in ((200.0, 160.0), (50.0, 50.0)):
+        (one,) = read_frames(frame_file(tmp_path / f"{side:g}.csv", side, fabric), Given())
+        series = frame_series([one])
+        for angle in (10.0, 20.0, 30.0, 40.0):
+            gamma = np.deg2rad(angle)
+            expected = crosshead_force(STIFFNESS * gamma, gamma, fabric, side)
+            assert series.rows[f"shear_force_n_at_deg.{angle:g}"] == pytest.approx([expected], rel=1e-3)
+        found[side] = series.band
+    assert found[200.0].mean == pytest.approx(found[50.0].mean, rel=1e-3)
+
+
+def test_only_the_first_loading_counts(tmp_path):
+    (one,) = read_frames(frame_file(tmp_path / "a.csv", back=40.0), Given())
+    (alone,) = read_frames(frame_file(tmp_path / "b.csv"), Given())
+    assert one.turned and one.angle == pytest.approx(alone.angle) and one.force == pytest.approx(alone.force)
+    assert any("first loading alone" in line for line in frame_lines([one]))
+
+
+def test_a_start_that_is_not_square_or_not_free_of_force_is_asked_about(tmp_path):
+    path = frame_file(tmp_path / "a.csv", offset=3.0)
+    with pytest.raises(
+        InputError, match=r"starts at 3, a shear angle of 1\.\d+ deg: where is the frame square.*--zero"
+    ):
+        read_frames(path, Given())
+    (moved,) = read_frames(path, Given(zero=3.0))
+    (alone,) = read_frames(frame_file(tmp_path / "b.csv"), Given())
+    assert moved.angle == pytest.approx(alone.angle, abs=1e-3)
+    assert read_frames(path, Given(zero=0.0))[0].angle[0] == pytest.approx(1.22, abs=0.01)
+    path = frame_file(tmp_path / "c.csv", preload=5.0)
+    with pytest.raises(InputError, match=r"starts with a force of 5 N, its largest is 31\.27 N.*--preload subtract"):
+        read_frames(path, Given())
+    assert read_frames(path, Given(preload="subtract"))[0].force == pytest.approx(alone.force, abs=1e-5)
+    assert read_frames(path, Given(preload="keep"))[0].force[0] == 5.0
+
+
+@pytest.mark.parametrize("unit", ["deg", "rad", "°"])
+def test_an_angle_needs_its_unit(tmp_path, unit):
+    angle = np.linspace(0.0, 40.0, 81)
+    shown = np.deg2rad(angle) if unit == "rad" else angle
+    rows = "".join(f"{a:.6f},{0.5 * b:.4f}\n" for a, b in zip(shown, angle, strict=True))
+    path = tmp_path / "a.csv"
+    given = Given(sizes={"frame_side_mm": 200.0, "fabric_side_mm": 200.0})
+    path.write_text(f"shear angle [{unit}],force [N]\n{rows}")
+    (one,) = read_frames(path, given)
+    assert one.angle == pytest.approx(angle, abs=1e-3)
+    path.write_text(f"shear angle,force [N]\n{rows}")
+    with pytest.raises(InputError, match=r":1: column 'shear angle': an angle without a unit: write"):
+        read_frames(path, given)
+    if unit == "rad":
+        path.write_text(f"shear angle [deg],force [N]\n{rows}")
+        with pytest.raises(InputError, match=r"up to 0\.698 deg \(it looks like rad: 40 deg\)"):
+            read_frames(path, given)
+
+
+def test_sides_must_be_known_and_fit(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("Weg;Kraft\n0;0\n10;1\n20;3\n30;8\n")
+    for sizes, words in (
+        ({}, r"no frame side and no fabric side: give --frame-side \[mm\] and --fabric-side \[mm\]"),
+        ({"frame_side_mm": 200.0}, r"states no fabric side: give --fabric-side \[mm\]"),
+        ({"frame_side_mm": 100.0, "fabric_side_mm": 200.0}, "a fabric side of 200 mm in a frame of 100 mm"),
+        (
+            {"frame_side_mm": 50.0, "fabric_side_mm": 50.0},
+            "a displacement of 30 mm, where a frame of 50 mm is drawn out",
+        ),
+        ({"frame_side_mm": 0.2, "fabric_side_mm": 0.2}, r"--frame-side 0\.2: implausible"),
+    ):
+        with pytest.raises(InputError, match=words):
+            read_frames(path, Given(sizes=sizes))
+    stated = frame_file(tmp_path / "b.csv")
+    with pytest.raises(InputError, match=r":1: the file states a frame side of 200 mm, --frame-side says 160 mm"):
+        read_frames(stated, Given(sizes={"frame_side_mm": 160.0}))
+
+
+def test_slips_of_a_series_are_named(tmp_path):
+    good = [read_frames(frame_file(tmp_path / f"{k}.csv", stiffness=s), Given())[0] for k, s in enumerate((0.1, 0.11))]
+    for bad, words in (
+        (frame_file(tmp_path / "x.csv", stiffness=1.0), r"x\.csv: specimen x: normalised force at 45 deg 1\.1"),
+        (frame_file(tmp_path / "y.csv", stiffness=1e-4), r"y\.csv: .*implausible.*it looks like kN"),
+        (
+            frame_file(tmp_path / "z.csv", side=100.0, fabric=80.0),
+            r"z\.csv: a frame side of 100 mm, .*0\.csv has 200 mm",
+        ),
+        (frame_file(tmp_path / "w.csv"), "specimens 0 and w: the same curve twice"),
+        (frame_file(tmp_path / "v.csv", end=8.0), "go to 8 deg: expected at least 10 deg"),
+    ):
+        with pytest.raises(InputError, match=words):
+            frame_series([*good, *read_frames(bad, Given())])
+
+
+def test_the_folder_of_frames_is_for_comparison_calibration_and_the_fabric(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    from pathlib import Path
+
+    out = Path("data/mine")
+    series = [
+        read_frames(frame_file(tmp_path / f"{k}.csv", stiffness=s), Given())[0] for k, s in enumerate((0.09, 0.11))
+    ]
+    assert write_frames(series, out, ["0.csv", "1.csv"]) == "mine"
+    at_20, side = published(out, "mine", "", ("shear_force_n_at_deg.20", "frame_side_mm"))
+    gamma = np.deg2rad(20.0)
+    assert at_20.mean == pytest.approx(crosshead_force(STIFFNESS * gamma, gamma, FABRIC, FRAME), rel=1e-3)
+    assert at_20.sd == pytest.approx(at_20.mean * 0.1 * np.sqrt(2.0), rel=1e-3) and (at_20.n, side.mean) == (2, 200.0)
+    corridor, law = (load_curve(out / "picture-frame" / name) for name in ("corridor.csv", "shear.csv"))
+    assert corridor.y_name == "normalised_shear_force_n_per_mm" and corridor.sd is not None
+    assert corridor.source == "mine, 2 frames of 200 mm, fabric of 160 mm"
+    assert DEFINITIONS[law.y_name] == "conjugate" and law.mean[-1] == pytest.approx(STIFFNESS * np.pi / 4.0, rel=2e-3)
+    part = yaml.safe_load((out / "fabric.yaml").read_text())
+    assert part["macro"]["shear"]["curve"] == "mine/picture-frame/shear.csv"
+    assert part["macro"]["shear"]["source"] == "measured" and set(part["macro"]) <= set(MacroMaterial.model_fields)

@@ -1,0 +1,117 @@
+"""Import of friction tests: levels, coefficients of one and two faces, and what must be known for them."""
+
+import numpy as np
+import pytest
+
+from knittest.errors import InputError
+from knittest.experiment.lab_friction import (
+    KINETIC_SHARE,
+    friction_lines,
+    friction_results,
+    read_friction,
+    write_friction,
+)
+from knittest.experiment.lab_given import Given
+from knittest.experiment.tables import published
+from knittest.rigs import friction as rig
+
+HEAD = "Normalkraft;2,0;kN\nPlattenlänge;150;mm\nPlattenbreite;50;mm\n"
+
+
+def friction_file(path, kinetic=300.0, peak=330.0, offset=0.0, start=0.0, head=HEAD, more=""):
+    """Rises to ``peak`` [N] at 1 mm, falls to ``kinetic`` at 4 mm and stays there to 20 mm."""
+    way = np.linspace(0.0, 20.0, 201)
+    force = np.interp(way, [0.0, 1.0, 4.0, 20.0], [0.0, peak, kinetic, kinetic]) + offset
+    rows = "".join(f"{w + start:.2f};{f:.3f}\n" for w, f in zip(way, force, strict=True)).replace(".", ",")
+    path.write_text(f"{head}Weg [mm];Kraft [N]\n{rows}{more}", encoding="utf-8")
+    return path
+
+
+def test_levels_and_coefficients_say_what_they_are(tmp_path):
+    (strip,) = read_friction(friction_file(tmp_path / "a.csv", start=3.0), Given())
+    assert strip.sizes == (2000.0, 150.0, 50.0) and strip.travel[0] == 0.0
+    found = friction_results([strip], "warp", []).found
+    expected = {"pull_force_static_n": 330.0, "pull_force_kinetic_n": 300.0, "mu_paper": 0.15, "mu_per_face": 0.075}
+    assert {name: values[0] for name, values in found.items()} == pytest.approx(expected)
+    assert KINETIC_SHARE == rig.KINETIC_SHARE
+    text = "\n".join(friction_lines([strip]))
+    assert "2 faces rubbing" in text and "last half of the travel" in text
+
+
+def test_the_mean_is_over_travel_and_not_over_samples(tmp_path):
+    """A machine that writes more rows while the clamp is slow: 300 N at 10 to 15 mm, 280 N at 15 to 20 mm."""
+    way = np.concatenate([np.linspace(0.0, 10.0, 11), np.linspace(10.1, 15.0, 500), np.linspace(15.1, 20.0, 11)])
+    force = np.where(way > 15.0, 280.0, 300.0) * np.minimum(way, 1.0)
+    path = tmp_path / "a.csv"
+    path.write_text(
+        HEAD + "Weg;Kraft\n" + "".join(f"{w:.4f};{f:.2f}\n" for w, f in zip(way, force, strict=True)).replace(".", ",")
+    )
+    (strip,) = read_friction(path, Given())
+    assert strip.kinetic == pytest.approx(290.0, abs=0.3)
+
+
+def test_a_sled_rubs_on_one_face(tmp_path):
+    (sled,) = read_friction(friction_file(tmp_path / "a.csv"), Given(faces=1))
+    results = friction_results([sled], "warp", [])
+    assert {name: values[0] for name, values in results.found.items()} == pytest.approx(
+        {"mu_paper": 0.3, "mu_per_face": 0.15}
+    )
+    assert "1 face rubbing" in results.what[1]
+
+
+def test_the_way_back_does_not_count(tmp_path):
+    back = "19,0;-150\n18,0;-250\n10,0;-290\n"
+    (strip,) = read_friction(friction_file(tmp_path / "a.csv", more=back), Given())
+    assert strip.kinetic == pytest.approx(300.0) and strip.travel[-1] == pytest.approx(20.0)
+
+
+@pytest.mark.parametrize(
+    ("head", "words"),
+    [
+        ("", r"states no normal force: give --normal-force \[N\]"),
+        ("Normalkraft;2000;N\n", r"states no plate length: give --plate-length \[mm\]"),
+        ("Normalkraft;2000;N\nplate length;15;cm\n", r"states no plate width: give --plate-width \[mm\]"),
+        (HEAD.replace("2,0;kN", "2,0;N"), r"300 N of pull under 2 N is a coefficient of 75 a face: implausible"),
+        (
+            HEAD.replace("2,0;kN", "0,01;N"),
+            r"Normalkraft 0\.01: implausible, expected 0\.1 to 100000 N \(it looks like kN",
+        ),
+        (HEAD.replace("2,0;kN", "2,0;ft"), "unit 'ft'"),
+    ],
+)
+def test_what_results_hang_on_must_be_known(tmp_path, head, words):
+    with pytest.raises(InputError, match=words):
+        friction_lines(read_friction(friction_file(tmp_path / "a.csv", head=head), Given()))
+
+
+def test_slips_are_refused(tmp_path):
+    with pytest.raises(InputError, match=r"starts with a force of 60 N, its largest is 390 N.*--preload subtract"):
+        read_friction(friction_file(tmp_path / "a.csv", offset=60.0), Given())
+    (tared,) = read_friction(tmp_path / "a.csv", Given(preload="subtract"))
+    assert tared.kinetic == pytest.approx(300.0)
+    path = tmp_path / "m.csv"
+    path.write_text(friction_file(tmp_path / "b.csv").read_text().replace("Weg [mm]", "Weg [um]"))
+    with pytest.raises(InputError, match=r"over a travel of 0\.02 mm: expected at least 3, over 1 to 1000 mm"):
+        read_friction(path, Given())
+    series = [
+        read_friction(friction_file(tmp_path / f"{k}.csv", f, 1.1 * f), Given())[0]
+        for k, f in enumerate((300, 310, 30))
+    ]
+    with pytest.raises(InputError, match=r"2\.csv: specimen 2: coefficient of a face 0\.0075"):
+        friction_results(series, "warp", [])
+    with pytest.raises(InputError, match="the same curve twice"):
+        friction_results([series[0], series[0]], "warp", [])
+
+
+def test_the_folder_of_friction(tmp_path):
+    out = tmp_path / "mine"
+    series = [
+        read_friction(friction_file(tmp_path / f"{k}.csv", f, 1.1 * f), Given())[0] for k, f in enumerate((290, 310))
+    ]
+    assert write_friction(series, out, "warp", ["0.csv", "1.csv"]) == "mine"
+    mu, face, kinetic, normal = published(
+        out, "mine", "warp", ("mu_paper", "mu_per_face", "pull_force_kinetic_n", "normal_force_n")
+    )
+    assert (mu.mean, face.mean, kinetic.mean, normal.mean) == pytest.approx((0.15, 0.075, 300.0, 2000.0))
+    assert mu.sd == pytest.approx(10.0 * np.sqrt(2.0) / 2000.0, rel=1e-4) and mu.table.endswith("2 faces rubbing, warp")
+    assert (out / "friction-warp/corridor.csv").is_file() and not (out / "friction-weft").exists()
