@@ -62,8 +62,9 @@ class History:
     force_fixed_n,
     failed_warp, failed_weft, failed_knit (counts; shells: failed_fabric).
     The first of ``frames`` is the unloaded state (displacements count from it), the last the end of the run.
-    ``energies`` columns: time_ms, kinetic_mj, internal_<part>_mj, hourglass_mj, contact_mj, friction_mj, damping_mj,
-    eroded_mj, external_mj, balance_error_mj, kinetic_ratio, energy_error; elastic energies count from the start.
+    ``energies`` columns: time_ms, kinetic_mj, internal_<part>_mj, hourglass_mj, contact_mj, friction_mj,
+    contact_damping_mj (that of free tools too), damping_mj, eroded_mj, external_mj, balance_error_mj, kinetic_ratio,
+    energy_error; elastic energies count from the start.
     ``contacts`` columns: time_ms, yarn_contacts (that touch), penetration_<max, mean, p50, p90, p99>_pct (over the
     smaller radius), tool_contacts, tool_penetration_max_um.
     ``tool_force`` (n_tools, n_nodes) is the mean normal force [N] of each tool on each node while the rig wants it, or
@@ -82,7 +83,13 @@ class History:
 
 @dataclass(frozen=True)
 class Quality:
-    """Gates of a run; ratios are fractions, ``failures`` lists the gates that refuse the comparison."""
+    """Gates of a run; ratios are fractions, ``failures`` lists the gates that refuse the comparison.
+
+    The largest shares up to the first failure, or to the end, of what the model takes for itself: damping, and that of
+    contacts and free tools, of the work; hourglass control of the internal energy. ``beyond_law`` is the share of the
+    shells sheared beyond the end of their law, ``drag_over_weight`` the drag of forming's damping at full speed over
+    weight and holder's force.
+    """
 
     ke_over_ie_max: float
     energy_error_max: float
@@ -93,10 +100,19 @@ class Quality:
     failures: tuple[str, ...]
     warnings: tuple[str, ...] = ()
     overlap_at_start: float = 0.0  # over the smaller radius
+    damping_over_work_max: float = 0.0
+    contact_damping_over_work_max: float = 0.0
+    hourglass_over_internal_max: float = 0.0
+    beyond_law: float = 0.0
+    drag_over_weight: float = 0.0
 
     def refusing(self, reason: str) -> "Quality":
         """The same with one more failure."""
         return replace(self, failures=(*self.failures, reason))
+
+    def warning(self, *texts: str) -> "Quality":
+        """The same with more warnings."""
+        return replace(self, warnings=(*self.warnings, *texts))
 
 
 @dataclass(frozen=True)

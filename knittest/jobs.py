@@ -54,7 +54,7 @@ def _jobs(plan: Path, folder: Path, force: bool) -> list[Job]:
     """The job that is left of the run in ``folder``, planned in ``plan``: none if it is complete and verified."""
     config = folder / "config.yaml"
     if not config.is_file():
-        return [(resolve(config=plan), partial(open_new, out=folder))]
+        return [(resolve(config=plan, accept_limits=None), partial(open_new, out=folder))]
     manifest = manifest_of(folder)
     if manifest["status"] == "completed":
         run = resolve(config=config)
@@ -62,7 +62,7 @@ def _jobs(plan: Path, folder: Path, force: bool) -> list[Job]:
             return [(run, folder)]
         print(f"{folder}: completed on {manifest.get('ended')}; nothing to resume")
         return []
-    return [(resolve(config=config), partial(open_again, path=folder, force=force))]
+    return [(resolve(config=config, accept_limits=None), partial(open_again, path=folder, force=force))]
 
 
 def _write_plan(parent: Path, runs: Sequence[Run]) -> None:

@@ -262,7 +262,8 @@ class Body:
         return float(self.readings().reaction[group])
 
     def energies(self) -> dict[str, float]:
-        """Energies [mJ]: kinetic, internal, contact, hourglass, friction, damping, eroded, external and their balance.
+        """Energies [mJ]: kinetic, internal, contact, hourglass, friction, contact_damping (of free tools too), damping,
+        eroded, external and their balance.
 
         Takes one step, because central differences conserve the kinetic energy of the velocities around an instant.
         """
@@ -271,7 +272,7 @@ class Body:
         elastic, moving, _ = tool_energies(self.model.nodes, drive.tools, drive.touch, self.model.n_nodes)
         before, spinning = float(tally.energy[:, 0].sum()), self._spinning()
         self.step(1)
-        external, friction, eroded = (float(v) for v in tally.energy.sum(axis=0))
+        external, friction, eroded, damped = (float(v) for v in tally.energy.sum(axis=0))
         external = 0.5 * (before + external)  # half of the work of this step is done after the instant of its forces
         found = {
             "kinetic": self._kinetic + 0.5 * (spinning - self._spinning()) + moving,
@@ -279,6 +280,7 @@ class Body:
             "contact": stored.contact + elastic,
             "hourglass": stored.hourglass,
             "friction": friction,
+            "contact_damping": damped,
             "damping": self.damping_loss,
             "eroded": eroded,
         }

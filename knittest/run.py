@@ -2,10 +2,12 @@
 
 import time as clock
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, cast
+
+import numpy as np
 
 from knittest.compare import compare_columns, compare_results
 from knittest.config.run import Run
@@ -136,13 +138,11 @@ def _judge(
 
 def _worst(qualities: list[Quality]) -> Quality:
     """The largest of every measure, and all distinct failures and warnings."""
+    measures = [one.name for one in fields(Quality) if one.type is float]
+    # numpy's maximum keeps what is not a number
+    worst: dict[str, Any] = {name: float(np.max([getattr(q, name) for q in qualities])) for name in measures}
     return Quality(
-        ke_over_ie_max=max(q.ke_over_ie_max for q in qualities),
-        energy_error_max=max(q.energy_error_max for q in qualities),
-        penetration_over_radius_max=max(q.penetration_over_radius_max for q in qualities),
-        penetration_over_radius_mean=max(q.penetration_over_radius_mean for q in qualities),
-        overlap_at_start=max(q.overlap_at_start for q in qualities),
-        added_mass_pct=max(q.added_mass_pct for q in qualities),
+        **worst,
         quasi_static=all(q.quasi_static for q in qualities),
         failures=tuple(dict.fromkeys(f for q in qualities for f in q.failures)),
         warnings=tuple(dict.fromkeys(w for q in qualities for w in q.warnings)),

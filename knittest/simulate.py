@@ -148,7 +148,7 @@ def _advance_chunk(run: Simulation, steps: int, scratch: Array) -> None:
     kinetic, loss = monitor.kinetic_energy(model.nodes, model.mass, model.inertia, dt)
     run.damping_loss += 0.5 * (run.loss_rate + loss) * steps
     run.kinetic, run.loss_rate = kinetic, loss
-    work, _, eroded = run.tally.energy.sum(axis=0).tolist()
+    work, _, eroded, _ = run.tally.energy.sum(axis=0).tolist()
     if eroded > run.eroded:
         run.eroded = eroded
         _damp_recoil(run)
@@ -212,11 +212,11 @@ def _contacts(run: Simulation, stored: Stored) -> dict[str, float]:
 
 
 def _balance(run: Simulation, stored: Stored) -> dict[str, float]:
-    external, friction, eroded = (float(v) for v in run.tally.energy.sum(axis=0))
+    external, friction, eroded, damped = (float(v) for v in run.tally.energy.sum(axis=0))
     *internal, contact = _elastic(stored) - run.start_energy
     kinetic = run.kinetic + stored.tool_kinetic
     elastic = float(sum(internal)) + float(contact) + stored.hourglass
-    error = external - elastic - friction - eroded - run.damping_loss - kinetic
+    error = external - elastic - friction - damped - eroded - run.damping_loss - kinetic
     largest = max([abs(external), *(abs(r["external_mj"]) for r in run.energy_rows[-1:])])
     parts = {f"internal_{name}_mj": float(v) for name, v in zip(run.model.mesh.part_names, internal, strict=True)}
     return {
@@ -226,6 +226,7 @@ def _balance(run: Simulation, stored: Stored) -> dict[str, float]:
         "hourglass_mj": stored.hourglass,
         "contact_mj": float(contact),
         "friction_mj": friction,
+        "contact_damping_mj": damped,
         "damping_mj": run.damping_loss,
         "eroded_mj": eroded,
         "external_mj": external,

@@ -8,6 +8,7 @@ import numba
 import numpy as np
 
 from knittest.config.run import Run
+from knittest.gates import limits_judged
 from knittest.history import Cost, History, Overlaps, Quality
 from knittest.laboratory.base import Phase, Prepared, Update
 from knittest.laboratory.registry import TESTS
@@ -67,7 +68,7 @@ def run_specimen(
     return Specimen(
         history,
         test.results(run, prepared, history),
-        test.assess(run, prepared, history, cost),
+        limits_judged(run, test.assess(run, prepared, history, cost)),
         _cost(cost, elements, (clock.perf_counter() - start, clock.process_time() - cpu), compile_s, prepared, used),
         prepared.yarns,
         prepared.facts,

@@ -65,12 +65,14 @@ def quality_lines(outcome: Outcome) -> list[str]:
     numbers = (
         ("kinetic energy/work", quality.ke_over_ie_max * 100),
         ("energy error", quality.energy_error_max * 100),
+        ("damping/work", quality.damping_over_work_max * 100),
         ("penetration/radius", quality.penetration_over_radius_max * 100),
         ("added mass", quality.added_mass_pct),
     )
     text = ", ".join(f"{name} {value:.2g} %" for name, value in numbers if math.isfinite(value))
     verdict = "FAILED, comparison refused" if quality.failures else "passed"
     lines = [f"quality gates, {_name(outcome)}: {verdict} ({text})"]
+    lines += [f"  {_looser(limit)}" for limit in outcome.summary.get("limits", [])]
     lines += [f"  failed: {reason}" for reason in quality.failures]
     return lines + [f"  warning: {reason}" for reason in quality.warnings]
 
@@ -88,6 +90,11 @@ def error_lines(outcomes: Sequence[Outcome]) -> list[str]:
     common = {line for _, line in told if sum(line == other for _, other in told) == len(outcomes)}
     lines = [line if len(outcomes) == 1 or line in common else f"{name}: {line}" for name, line in told]
     return list(dict.fromkeys(lines))
+
+
+def _looser(limit: Mapping[str, Any]) -> str:
+    taken = "accepted" if limit["accepted"] else "not accepted"
+    return f"looser than the preset: {limit['name']} = {limit['value']}, preset {limit['preset']}; {taken}"
 
 
 def curve_lines(outcome: Outcome) -> list[str]:

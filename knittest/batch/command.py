@@ -41,6 +41,7 @@ class BatchOptions:
     shard: tuple[int, int] | None = None
     parquet: bool = False
     quiet: bool = False
+    accept_limits: bool = False
 
 
 def batch_command(path: Path, options: BatchOptions, agree: Callable[[str], bool]) -> int:
@@ -50,7 +51,7 @@ def batch_command(path: Path, options: BatchOptions, agree: Callable[[str], bool
     """
     if options.parquet:
         check_parquet()
-    plan = plan_of(load_yaml(path))
+    plan = plan_of(load_yaml(path), options.accept_limits)
     if plan.count > MANY and not agree(f"{path}: {plan.count:,} runs, more than {MANY:,}"):
         raise InputError(f"{path}: {plan.count:,} runs, more than {MANY:,}: run them with --yes, or sweep less")
     rows = plan.rows()

@@ -95,6 +95,10 @@ def _ending(table: "DataFrame") -> list[Block]:
         blocks.append(Text(f"Not finished; runs left: {left}. The same command goes on with them.", "warn"))
     if lost:
         blocks.append(Text(f"Without a result that counts: {lost} of {len(table)} runs; each has its reason.", "bad"))
+    if "looser_limits" in table:
+        found = table["looser_limits"].dropna()
+        named = ", ".join(dict.fromkeys("; ".join(map(str, found)).split("; ")))
+        blocks.append(Text(f"Limits looser than the preset's in {len(found)} of {len(table)} runs: {named}", "bad"))
     return blocks
 
 

@@ -59,6 +59,7 @@ class Plan:
     sweep: Sweep
     cases: list[Case]
     axes: list[Axis]
+    accept_limits: bool = False
 
     @property
     def count(self) -> int:
@@ -97,15 +98,20 @@ class Plan:
     def _row(self, number: int, case: Case, settings: list[Setting], names: set[str]) -> Row:
         values = {dotted(s.path): s.value for s in settings if dotted(s.path) in names}
         try:
-            run = resolve(test=case.test, fabric=case.fabric, config=case.config, sets=[*case.settings, *settings])
+            run = resolve(
+                test=case.test, fabric=case.fabric, config=case.config, sets=[*case.settings, *settings],
+                accept_limits=self.accept_limits,
+            )  # fmt: skip
         except InputError as error:
             return Row(number, values, case, None, str(error))
         what = [run.rig.kind, run.fabric.name, run.direction, *(_brief(*one) for one in values.items())]
         return Row(number, values, case, trial_of(run, " ".join(filter(None, what))))
 
 
-def plan_of(document: Document) -> Plan:
-    """The plan of the sweep in ``document``; raises :class:`InputError` with file and line."""
+def plan_of(document: Document, accept_limits: bool = False) -> Plan:
+    """The plan of the sweep in ``document``, raises :class:`InputError` with file and line; limits looser than
+    the preset's may be accepted.
+    """
     sweep = parse_sweep(document)
     folder = Path(document.source).resolve().parent
     axes = axes_of(sweep, document)
@@ -119,7 +125,7 @@ def plan_of(document: Document) -> Plan:
         for fabric in fabrics or [None]
         for settings in _directions(sweep, document, test, config, axes)
     ]
-    return Plan(sweep, cases, axes)
+    return Plan(sweep, cases, axes, accept_limits)
 
 
 def _brief(name: str, value: Any) -> str:

@@ -67,7 +67,7 @@ def _line(row: Row, record: Record | None, swept: Sequence[str]) -> dict[str, di
         "swept": {name: _cell(row.values.get(name)) for name in swept},
         "results": _results(unfolded(summary.get("results", {}))),
         "comparison": comparison,
-        "quality": summary.get("quality", {}),
+        "quality": summary.get("quality", {}) | _looser(record),
         "cost": summary.get("cost", {}),
         "tail": _tail(row, record),
     }
@@ -86,6 +86,12 @@ def _head(row: Row, record: Record | None) -> dict[str, Any]:
         "preset": run.model.preset if run else "",
         "parameters": run.parameters if run else "",
     }
+
+
+def _looser(record: Record | None) -> dict[str, str]:
+    """A column for limits looser than the preset's, if there are any."""
+    limits = record.looser_limits if record else []
+    return {"looser_limits": "; ".join(limits)} if limits else {}
 
 
 def _results(results: Mapping[str, Any]) -> dict[str, Any]:

@@ -56,6 +56,7 @@ class CalibrateOptions:
     threads: int | None = None
     quiet: bool = False
     storage: str | None = None
+    accept_limits: bool = False
 
 
 def calibrate_command(path: Path, options: CalibrateOptions) -> int:
@@ -63,7 +64,7 @@ def calibrate_command(path: Path, options: CalibrateOptions) -> int:
 
     Raises :class:`InputError` before anything runs.
     """
-    problem = problem_of(load_yaml(path))
+    problem = problem_of(load_yaml(path), options.accept_limits)
     storage = _storage(problem, options)
     pool = _pool(options)
     folder = _folder(path, options.out)

@@ -16,6 +16,7 @@ from knittest.calibrate.targets import Number
 from knittest.config.base import Quantity
 from knittest.export.manifest import now
 from knittest.result_rows import LABELS
+from knittest.trials.record import looser_note
 from knittest.trials.trial import code_digest
 
 
@@ -92,6 +93,12 @@ def _before(number: Quantity | float | None) -> dict[str, Any]:
     return {"before": number, "before_source": ""}
 
 
+def warnings_of(outcome: Outcome) -> list[str]:
+    """What a reader must know of the result: limits of its runs first."""
+    limits = looser_note(record for one in outcome.history for record in one.records.values())
+    return [*limits, *(outcome.judgement.warnings if outcome.judgement else [])]
+
+
 def as_data(outcome: Outcome) -> dict[str, Any]:
     """Plain data of calibration.json."""
     statuses = {r.key: r.status for one in outcome.history for r in one.records.values()}
@@ -103,7 +110,7 @@ def as_data(outcome: Outcome) -> dict[str, Any]:
         "parameters": parameter_rows(outcome),
         "targets": target_rows(outcome),
         "rms_deviation_sd": outcome.rms if outcome.best else None,
-        "warnings": outcome.judgement.warnings if outcome.judgement else [],
+        "warnings": warnings_of(outcome),
         "runs": outcome.runs,
         "runs_by_status": dict(Counter(statuses.values())),
         "evaluations": [_evaluation(one) for one in outcome.history],
@@ -136,7 +143,7 @@ def report_lines(outcome: Outcome) -> list[str]:
         form = LABELS.get(row.get("quantity", ""), ("", "{:.5g}"))[1]
         values = f"{form.format(row['simulated'])} for {row['mean']:g} ± {row['sd']:g}, " if "mean" in row else ""
         lines.append(f"  {row['target']}: {values}{row['deviation_sd']:+.3f} sd ({row['source']})")
-    lines += [f"  warning: {text}" for text in (outcome.judgement.warnings if outcome.judgement else [])]
+    lines += [f"  warning: {text}" for text in warnings_of(outcome)]
     lost = [one for one in outcome.history if not one.good]
     lines += [f"  no number at point {one.number}: {one.reason}" for one in lost]
     return lines

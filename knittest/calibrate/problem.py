@@ -1,7 +1,7 @@
 """From a calibration file to its parameters, tests and targets."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -25,10 +25,14 @@ class Case:
     fabric: Path
     config: Path | None
     settings: tuple[Setting, ...]
+    accept_limits: bool = False
 
     def run(self, settings: Sequence[Setting] = ()) -> Run:
         """The run with ``settings``; raises :class:`InputError` where the schema refuses them."""
-        return resolve(test=self.kind, fabric=self.fabric, config=self.config, sets=[*self.settings, *settings])
+        return resolve(
+            test=self.kind, fabric=self.fabric, config=self.config, sets=[*self.settings, *settings],
+            accept_limits=self.accept_limits,
+        )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -62,10 +66,12 @@ class Problem:
         return "a prior has no place in it" if self.parameters[0].prior else ""
 
 
-def problem_of(document: Document) -> Problem:
-    """The problem in ``document``; raises :class:`InputError` with file and line."""
+def problem_of(document: Document, accept_limits: bool = False) -> Problem:
+    """The problem in ``document``, raises :class:`InputError` with file and line; limits looser
+    than the preset's may be accepted.
+    """
     calibration = file.parse_calibration(document)
-    cases = _cases(calibration, document)
+    cases = [replace(case, accept_limits=accept_limits) for case in _cases(calibration, document)]
     runs = {case.name: case.run() for case in cases}
     parameters = parameters_of(calibration, document, list(runs.values()))
     targets = targets_of(calibration, document, runs)

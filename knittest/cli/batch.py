@@ -6,6 +6,8 @@ from pathlib import Path
 
 import click
 
+from knittest.cli.options import ACCEPT_LIMITS
+
 
 class _Shard(click.ParamType):
     """``i/n`` as two numbers."""
@@ -30,6 +32,7 @@ class _Shard(click.ParamType):
 @click.option("--shard", type=_Shard(), help="Run the I-th of N shares, as in a job array.")
 @click.option("--yes", is_flag=True, help="Do not ask before more than 10,000 runs.")
 @click.option("--parquet", is_flag=True, help="Write results.parquet too (needs pyarrow).")
+@ACCEPT_LIMITS
 @click.option("--quiet", is_flag=True, help="No progress, no summary.")
 def batch(
     sweep: Path,
@@ -40,6 +43,7 @@ def batch(
     shard: tuple[int, int] | None,
     yes: bool,
     parquet: bool,
+    accept_limits: bool,
     quiet: bool,
 ) -> int:
     """Run a sweep: grids, ranges and samples of any field, on this machine or a cluster.
@@ -55,4 +59,4 @@ def batch(
     def agree(question: str) -> bool:
         return yes or (sys.stdin.isatty() and click.confirm(f"{question}: run them?", err=True))
 
-    return batch_command(sweep, BatchOptions(out, workers, threads, dask, shard, parquet, quiet), agree)
+    return batch_command(sweep, BatchOptions(out, workers, threads, dask, shard, parquet, quiet, accept_limits), agree)

@@ -5,6 +5,8 @@ from typing import Any
 
 import click
 
+from knittest.cli.options import ACCEPT_LIMITS
+
 
 @click.command()
 @click.option("--variant", help="Shipped fabric: 1, 2, or a name of configs/NAME.yaml.")
@@ -16,6 +18,7 @@ import click
     "--set", "sets", multiple=True, metavar="[TEST.]KEY=VALUE",
     help="Any field of all tests of yarns, or of one kind: picture-frame.rig.side=40.",
 )  # fmt: skip
+@ACCEPT_LIMITS
 @click.option("--out", type=click.Path(path_type=Path), help="Folder.  [default: runs/homogenise-<fabric>-...]")
 @click.option("--workers", type=click.IntRange(1), help="Processes.  [default: cores over threads]")
 @click.option("--threads", type=click.IntRange(1), help="Threads of each.  [default: cores over workers]")
@@ -46,7 +49,8 @@ def homogenise(
         f"--{'set' if name == 'sets' else name} {one}"
         for name, value in chosen.items()
         for one in (value if isinstance(value, tuple) else [value])
-        if one is not None
+        if one is not None and name != "accept_limits"
     ]
+    words += ["--accept-limits"] if chosen["accept_limits"] else []
     options = HomogeniseOptions(out, workers, threads, time_limit, as_json, quiet)
     return homogenise_command(Request(**chosen), options, " ".join(["knittest homogenise", *words]))

@@ -6,6 +6,13 @@ from typing import Any
 
 import click
 
+#: option of all commands that run tests
+ACCEPT_LIMITS = click.option(
+    "--accept-limits",
+    is_flag=True,
+    help="Let results count although limits of gates are looser than the preset's; it is recorded.",
+)
+
 
 def describes_run(command: Callable[..., Any]) -> Callable[..., Any]:
     """Add the options that choose fabric, scale, preset and settings."""

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from knittest.cli.options import describes_run, reports, resolve_runs
+from knittest.cli.options import ACCEPT_LIMITS, describes_run, reports, resolve_runs
 
 _DIRECTION = click.option(
     "--direction", type=click.Choice(["warp", "weft", "both"]), default=None, help="[default: both]"
@@ -67,7 +67,7 @@ def test_command(
     wrapped: Any = reports(command)
     for name, (_, meaning) in (shortcuts or {}).items():
         wrapped = click.option(f"--{name}", type=float, help=meaning)(wrapped)
-    for option in reversed(_FOLDER):
+    for option in reversed((*_FOLDER, ACCEPT_LIMITS)):
         wrapped = option(wrapped)
     if directional:
         wrapped = _DIRECTION(wrapped)

@@ -21,6 +21,9 @@ from knittest.config.sources import FabricSource, fabric_file, lay_fabric, varia
 from knittest.config.yaml_loader import Document, KeyPath, describe, dotted, load_yaml, shown
 from knittest.errors import InputError
 
+#: says that limits looser than the preset's are accepted
+ACCEPTED: KeyPath = ("accept_limits",)
+
 
 def resolve(
     *,
@@ -35,12 +38,14 @@ def resolve(
     specimens: int | None = None,
     seed: int | None = None,
     test: str | None = None,
+    accept_limits: bool | None = False,
 ) -> Run:
     """The run that the arguments describe; ``None`` leaves the choice to the config file or the default.
 
     ``variant`` names a shipped fabric, ``fabric`` is a fabric file, ``config`` a rig file or a whole run (as
     :func:`knittest.config.dumping.dump` writes it), ``sets`` are ``key.path=value`` texts or settings,
-    ``test`` is the kind of rig. Raises :class:`InputError` listing every finding.
+    ``test`` is the kind of rig. Limits looser than the preset's count with ``accept_limits`` only, whatever the config
+    says; ``None`` keeps what it says, for going on with a run. Raises :class:`InputError` listing every finding.
     """
     document = _run_document(config)
     kind = _kind(document, test)
@@ -57,7 +62,10 @@ def resolve(
     given = _settings(sets)
     refuse_contradictions(options, given)
     source = _fabric_source(variant, fabric, document, config)
+    _refuse_silent_acceptance(given)
     layers = _layers(document, source, options + given, kind)
+    if accept_limits is not None:
+        layers.lay({"accept_limits": accept_limits}, lambda path: "--accept-limits")
     try:
         run = RUNS[kind].model_validate(layers.data)
     except ValidationError as error:
@@ -149,6 +157,13 @@ def _stated(path: KeyPath, document: Document, settings: list[Setting]) -> Any:
         if setting.path == path:
             return setting.value
     return Layers(document.data).get(path)
+
+
+def _refuse_silent_acceptance(settings: list[Setting]) -> None:
+    """Raise :class:`InputError` where a setting accepts limits: that is for whoever runs the test to say."""
+    for setting in settings:
+        if setting.path == ACCEPTED:
+            raise InputError(f"{setting.said}: {dotted(ACCEPTED)}: only --accept-limits says so: give that instead")
 
 
 def _choice(path: KeyPath, names: tuple[Any, ...], default: Any, document: Document, settings: list[Setting]) -> Any:

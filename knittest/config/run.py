@@ -61,6 +61,22 @@ class Solver(Strict):
     max_overlap: float = number(
         10.0, "%", "overlap of yarns at the start over radius above which comparison is refused; 20 stops", gt=0
     )
+    max_damping: float = number(5.0, "%", "damping over work above which comparison is refused", gt=0)
+    max_contact_damping: float = number(
+        5.0, "%", "damping of contacts and free tools over work above which comparison is refused", gt=0
+    )
+    max_hourglass: float = number(
+        5.0, "%", "hourglass energy of shells over internal energy above which comparison is refused", gt=0
+    )
+    max_beyond_law: float = number(
+        5.0, "%", "share of the shells sheared beyond the end of the law above which comparison is refused", gt=0
+    )
+    max_drag: float = number(
+        10.0,
+        "%",
+        "forming: drag of damping at full speed, over weight and holder's force, above which comparison is refused",
+        gt=0,
+    )
 
 
 class Variability(Strict):
@@ -94,6 +110,9 @@ class Run(Strict):
     rig: Rig
     fabric: Fabric
     parameters: str = Field("calibrated", description="parameter set of the fabric file that was applied")
+    accept_limits: bool = Field(
+        False, description="limits looser than the preset's were accepted, by --accept-limits; nothing else sets it"
+    )
     model: Model = Field(default_factory=Model)
     solver: Solver = Field(default_factory=Solver)
     variability: Variability = Field(default_factory=Variability)

@@ -18,18 +18,28 @@ _LINES: dict[str, tuple[str, Any, str]] = {
     "contact_mj": (PINK, "-.", "contact"),
     "friction_mj": (RED, "-.", "friction"),
     "damping_mj": (SKY, ":", "damping"),
+    "contact_damping_mj": (SKY, "-", "damping of contacts"),
     "hourglass_mj": (YELLOW, ":", "hourglass"),
     "eroded_mj": (GREY, (0, (6, 2)), "eroded (failed elements)"),
 }
 _PART_STYLES: tuple[tuple[str, Any], ...] = ((GREEN, "-"), (ORANGE, "-"), (GREEN, ":"), (ORANGE, ":"))
 _SMALLEST_PCT = 1e-3
-_SHADED = f"not judged: below {100 * START_UP:g} % of\nthe work, after the first failure"
+_SHADED = f"not judged: below {100 * START_UP:g} % of\nthe work, after a strip's first failure"
 
 
-def energy_picture(path: Path, history: History, *, kinetic_limit: float, energy_limit: float, title: str) -> None:
+def energy_picture(
+    path: Path,
+    history: History,
+    *,
+    kinetic_limit: float,
+    energy_limit: float,
+    title: str,
+    rows: slice | None = None,
+) -> None:
     """Draw ``history.energies`` [mJ] over time [ms], and below the two ratios with their limits, to ``path`` (PNG).
 
-    ``kinetic_limit`` and ``energy_limit`` are fractions. Raises :class:`ResourceError`.
+    ``kinetic_limit`` and ``energy_limit`` are fractions; ``rows`` are those that are judged, else a strip's.
+    Raises :class:`ResourceError`.
     """
     figure = new_figure(10.2, 6.6)
     upper = figure.add_axes((0.08, 0.41, 0.67, 0.52))
@@ -40,12 +50,15 @@ def energy_picture(path: Path, history: History, *, kinetic_limit: float, energy
     failure = None if history.first_failure is None else float(time[history.first_failure])
     _energies(upper, history.energies, time)
     _ratios(lower, history.energies, time, kinetic_limit, energy_limit)
-    judged = time[judged_rows(history)]
+    rows = rows or judged_rows(history)
     for axes in (upper, lower):
         if failure is not None:
             axes.axvline(failure, color=RED, linewidth=1.1, label="first failure" if axes is upper else None)
-            axes.axvspan(failure, time[-1], color=GREY, alpha=0.12, linewidth=0)
-        axes.axvspan(time[0], judged[0], color=GREY, alpha=0.12, linewidth=0, label=None if axes is upper else _SHADED)
+        if rows.stop < len(time):
+            axes.axvspan(time[rows.stop], time[-1], color=GREY, alpha=0.12, linewidth=0)
+        axes.axvspan(
+            time[0], time[rows.start], color=GREY, alpha=0.12, linewidth=0, label=None if axes is upper else _SHADED
+        )
     upper.set_ylabel("energy [mJ]")
     upper.set_xlim(time[0], time[-1])
     upper.tick_params(labelbottom=False)

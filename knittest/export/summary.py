@@ -4,7 +4,9 @@ import statistics
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal, NotRequired, TypedDict
 
+from knittest.config.looser import Loosened, loosened
 from knittest.config.run import Run
+from knittest.gates import GATES
 from knittest.history import Cost, Quality
 from knittest.result_rows import folded
 
@@ -61,6 +63,7 @@ def build_summary(
     """Build ``summary.json`` from the results of one specimen or, as mean, sd and values, of several.
 
     A run that fails a quality gate has its comparison refused: ``refused`` lists why, and ``comparison`` stays empty.
+    ``limits`` lists those that are looser than the preset's.
     """
     return {
         "rig": run.rig.kind,
@@ -74,18 +77,20 @@ def build_summary(
         "comparison": [] if quality.failures else [_row(row) for row in comparison],
         "refused": list(quality.failures),
         "warnings": list(quality.warnings),
+        "limits": [_limit(run, one) for one in loosened(run)],
     }
 
 
 def _quality(quality: Quality) -> dict[str, Any]:
+    return {gate.key: getattr(quality, gate.key) for gate in GATES} | {"quasi_static": quality.quasi_static}
+
+
+def _limit(run: Run, found: Loosened) -> dict[str, Any]:
+    """A limit looser than the preset's, and whether that was accepted."""
     return {
-        "ke_over_ie_max": quality.ke_over_ie_max,
-        "energy_error_max": quality.energy_error_max,
-        "penetration_over_radius_max": quality.penetration_over_radius_max,
-        "overlap_at_start": quality.overlap_at_start,
-        "added_mass_pct": quality.added_mass_pct,
-        "quasi_static": quality.quasi_static,
-    }
+        "name": found.name, "value": found.value, "preset": found.preset, "unit": found.unit,
+        "accepted": run.accept_limits,
+    }  # fmt: skip
 
 
 def _cost(cost: Cost) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from knittest.config.run import Run
 from knittest.export.manifest import now
 from knittest.homogenise.card import FABRIC, Card, card_numbers
 from knittest.homogenise.check import TOLERANCE, Row
-from knittest.trials.record import Record
+from knittest.trials.record import Record, looser_note
 from knittest.trials.trial import code_digest
 
 
@@ -64,6 +64,7 @@ def as_data(outcome: Outcome) -> dict[str, Any]:
         "tolerance_pct": TOLERANCE,
         "largest_deviation_pct": abs(outcome.worst.deviation) if outcome.worst else None,
         "check": [asdict(row) | {"within": row.within} for row in outcome.rows],
+        "looser_limits": looser_note(one.record for one in outcome.ended),
         "runs": [_run(one) for one in outcome.ended],
         "version": knittest.__version__, "code": code_digest(), "written": now(),
     }  # fmt: skip
@@ -80,6 +81,7 @@ def _run(one: Ended) -> dict[str, Any]:
 def report_lines(outcome: Outcome) -> list[str]:
     """What the command says at its end."""
     lines = [f"  {one.name} of {one.scale} {_brief(one.record)}" for one in outcome.ended if _lost(one.record)]
+    lines += looser_note(one.record for one in outcome.ended)
     if outcome.failure:
         return [f"no card: {outcome.failure}", *lines]
     width = max(len(f"{row.test}, {row.quantity}") for row in outcome.rows)

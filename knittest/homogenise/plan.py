@@ -51,6 +51,7 @@ class Request:
     preset: str | None = None
     seed: int | None = None
     sets: tuple[str, ...] = ()
+    accept_limits: bool = False
 
 
 def yarn_run(request: Request, piece: Piece) -> Run:
@@ -61,6 +62,7 @@ def yarn_run(request: Request, piece: Piece) -> Run:
         return resolve(
             variant=request.variant, fabric=request.fabric, parameters=request.parameters, preset=request.preset,
             seed=request.seed, scale="meso", test=piece.kind, direction=piece.direction, sets=[*settings, *more],
+            accept_limits=request.accept_limits,
         )  # fmt: skip
 
     run = resolved()

@@ -72,8 +72,8 @@ def contact_force(gx, gy, gz, closing, reach, ex, ey, ez, dx, dy, dz, slipping, 
     (not of the closest points, which also slide along the yarns), ``reach`` the sum of radii, ``e`` the stretch of the
     sticking spring, turned with the yarns, and ``d`` the slide of the touching surfaces in this step [mm]. A contact
     that sticks gives way at the static limit and slips at the kinetic one until its spring falls below that. Returns
-    force on A (3) [N], returned spring (3), 1 where it slips, and the energy lost in this step [mJ] by slip (mean
-    spring force times slip, as central differences see it) and by the viscous part.
+    force on A (3) [N], returned spring (3), 1 where it slips, and the energies lost in this step [mJ]: by slip (mean
+    spring force times slip, as central differences see it), and by the viscous part.
     """
     normal, tangential, static, kinetic, viscous, linear, square, cubic, cap = law
     distance = sqrt(gx * gx + gy * gy + gz * gz)
@@ -92,8 +92,8 @@ def contact_force(gx, gy, gz, closing, reach, ex, ey, ez, dx, dy, dz, slipping, 
     slips = 1.0 if over & (pressure > 0.0) else 0.0
     sx, sy, sz = sx * share, sy * share, sz * share
     slip = (ex + sx) * (tx - sx) + (ey + sy) * (ty - sy) + (ez + sz) * (tz - sz)
-    lost = 0.5 * tangential * slip + (pressure - elastic) * closing
+    rubbed, damped = 0.5 * tangential * slip, (pressure - elastic) * closing
     fx = pressure * nx - tangential * sx
     fy = pressure * ny - tangential * sy
     fz = pressure * nz - tangential * sz
-    return fx, fy, fz, sx, sy, sz, slips, lost
+    return fx, fy, fz, sx, sy, sz, slips, rubbed, damped

@@ -14,8 +14,8 @@ from knittest.kernels.rows import rows3
 BLOCK = 128
 #: closest-point steps a time step: a contact that lags behind the closest points makes energy out of friction
 NEWTON_STEPS = 2
-# rows of the scratch: control points of A and B (9 + 9), parameters, line flag, reach, spring, offset, force, loss,
-# slipping, turn of the touching surfaces
+# rows of the scratch: control points of A and B (9 + 9), parameters, line flag, reach, spring, offset, force, loss by
+# friction, slipping, turn of the touching surfaces, loss by damping
 P = tuple(np.uintp(BLOCK * k) for k in range(18))
 S, T, LINE, REACH = (np.uintp(BLOCK * k) for k in range(18, 22))
 EX, EY, EZ = (np.uintp(BLOCK * k) for k in range(22, 25))
@@ -23,7 +23,8 @@ GX, GY, GZ = (np.uintp(BLOCK * k) for k in range(25, 28))
 PX, PY, PZ = (np.uintp(BLOCK * k) for k in range(28, 31))
 LOST, SLIPPING = np.uintp(BLOCK * 31), np.uintp(BLOCK * 32)
 TURN_X, TURN_Y, TURN_Z = (np.uintp(BLOCK * k) for k in range(33, 36))
-SCRATCH = BLOCK * 36
+DAMPED = np.uintp(BLOCK * 36)
+SCRATCH = BLOCK * 37
 P0, P1, P2, P3, P4, P5, P6, P7, P8 = P[:9]
 R0, R1, R2, R3, R4, R5, R6, R7, R8 = P[9:]
 
@@ -136,7 +137,7 @@ def _evaluate(count, law, inv_dt, w):
         # no depth that the yarns did not close themselves: closest points that jump along a hook would make energy
         depth = max(w[REACH + m] - np.sqrt(ox * ox + oy * oy + oz * oz), 0.0) * on_yarns
         w[REACH + m] = min(w[REACH + m], depth + np.sqrt(gx * gx + gy * gy + gz * gz))
-        fx, fy, fz, ex, ey, ez, slips, lost = contact_force(
+        fx, fy, fz, ex, ey, ez, slips, lost, damped = contact_force(
             gx, gy, gz, closing, w[REACH + m] * on_yarns, ex, ey, ez, dx, dy, dz,
             w[SLIPPING + m], law, inv_dt,
         )  # fmt: skip
@@ -144,7 +145,7 @@ def _evaluate(count, law, inv_dt, w):
         w[EX + m], w[EY + m], w[EZ + m] = ex, ey, ez
         w[GX + m], w[GY + m], w[GZ + m] = gx, gy, gz
         w[PX + m], w[PY + m], w[PZ + m] = fx, fy, fz
-        w[LOST + m], w[SLIPPING + m] = lost, slips
+        w[LOST + m], w[DAMPED + m], w[SLIPPING + m] = lost, damped, slips
 
 
 @njit(**INLINE)
@@ -163,9 +164,9 @@ def _store(first, count, contacts, w):
 
 @njit(**KERNEL)
 def contact_forces(first, last, dt, nodes, contacts, alive, law, w):
-    """Evaluate contacts first..last; returns the energy lost to friction and contact damping [mJ]."""
+    """Evaluate contacts first..last; returns the energies lost to friction and to contact damping [mJ]."""
     walk(first, last, contacts, alive)
-    lost = 0.0
+    lost, damped = 0.0, 0.0
     block = first
     while block < last:
         count = min(BLOCK, last - block)
@@ -174,8 +175,9 @@ def contact_forces(first, last, dt, nodes, contacts, alive, law, w):
         _store(block, count, contacts, w)
         for k in range(count):
             lost += w[LOST + U(k)]
+            damped += w[DAMPED + U(k)]
         block += count
-    return lost
+    return lost, damped
 
 
 @njit(**INLINE)

@@ -35,13 +35,17 @@ def _clear(start, stop, rows):
 @njit(**KERNEL)
 def _contact_share(p, count, dt, nodes, contacts, alive, law, tally, w):
     first, last = count * p // PARTITIONS, count * (p + 1) // PARTITIONS
-    tally.energy[p, 1] += contact_forces(first, last, dt, nodes, contacts, alive, law, w)
+    rubbed, damped = contact_forces(first, last, dt, nodes, contacts, alive, law, w)
+    tally.energy[p, 1] += rubbed
+    tally.energy[p, 3] += damped
 
 
 @njit(**KERNEL)
 def _sheet_share(p, dt, nodes, shells, sheet, count, law, contacts, tally):
     first, last = count * p // PARTITIONS, count * (p + 1) // PARTITIONS
-    tally.energy[p, 1] += sheet_forces(first, last, dt, nodes, shells, sheet, law, contacts)
+    rubbed, damped = sheet_forces(first, last, dt, nodes, shells, sheet, law, contacts)
+    tally.energy[p, 1] += rubbed
+    tally.energy[p, 3] += damped
 
 
 @njit(**KERNEL)

@@ -170,7 +170,9 @@ def _closed(c, depth, earlier, closing, law, contacts):
 
 @njit(**KERNEL)
 def _press(c, depth, earlier, direction, dt, nodes, shells, mesh, law, contacts):
-    """Force and moment of a contact that touches, ``earlier`` [mm] deep a step ago; returns the energy lost [mJ]."""
+    """Force and moment of a contact that touches, ``earlier`` [mm] deep a step ago; returns the energies lost to
+    friction and to damping [mJ].
+    """
     i, e, u, v = contacts.node[c], contacts.shell[c], contacts.uv[0, c], contacts.uv[1, c]
     p, w = node_values(e, nodes.position, shells), weights(u, v)
     arm = sub(_node(nodes.position, i), blend(w, p))
@@ -183,13 +185,13 @@ def _press(c, depth, earlier, direction, dt, nodes, shells, mesh, law, contacts)
     spring = combine(contacts.spring[0, c], xu, contacts.spring[1, c], xv)
     stiffness = penalty_at(c, w, shells, mesh, contacts)
     viscous = law.viscous * stiffness
-    force, pressure, spring, slips, lost = touch_force(
+    force, pressure, spring, slips, lost, damped = touch_force(
         direction, slide, spring, depth, stiffness, viscous, TANGENTIAL * stiffness, sqrt(TANGENTIAL) * viscous,
         law.static, law.kinetic, contacts.slipping[c], dt,
     )  # fmt: skip
     # what damping took in this step is the mean of its force before and after
     damping = pressure - stiffness * depth
-    lost -= 0.5 * (contacts.damping[c] - damping) * dot(slide, direction)
+    damped -= 0.5 * (contacts.damping[c] - damping) * dot(slide, direction)
     contacts.slipping[c], contacts.damping[c] = slips, damping
     contacts.spring[0, c], contacts.spring[1, c] = in_sides(spring, xu, xv)
     moment = scale(-0.5, cross(arm, force))
@@ -199,13 +201,13 @@ def _press(c, depth, earlier, direction, dt, nodes, shells, mesh, law, contacts)
     for k in range(4):
         owners |= 1 << mesh.owner[shells.conn[e, k]]
     contacts.owners[c] = owners
-    return lost
+    return lost, damped
 
 
 @njit(**KERNEL)
 def sheet_forces(first, last, dt, nodes, shells, mesh, law, contacts):
-    """Evaluate contacts first..last; returns the energy lost to friction and contact damping [mJ]."""
-    lost = 0.0
+    """Evaluate contacts first..last; returns the energies lost to friction and to contact damping [mJ]."""
+    lost, damped = 0.0, 0.0
     for c in range(first, last):
         walk(c, nodes, shells, mesh, contacts)
         if contacts.gap[c] == np.inf or shells.state[state_index(contacts.shell[c]) + ALIVE] == 0.0:
@@ -214,11 +216,12 @@ def sheet_forces(first, last, dt, nodes, shells, mesh, law, contacts):
         before, earlier = contacts.gap[c], contacts.reach[c] - contacts.gap[c]
         depth, direction = approach(c, ROUNDS, nodes, shells, mesh, law, contacts)
         if depth > 0.0:
-            lost += _press(c, depth, earlier, direction, dt, nodes, shells, mesh, law, contacts)
+            rubbed, taken = _press(c, depth, earlier, direction, dt, nodes, shells, mesh, law, contacts)
+            lost, damped = lost + rubbed, damped + taken
         else:
-            lost += 0.5 * contacts.damping[c] * (before - contacts.gap[c])
+            damped += 0.5 * contacts.damping[c] * (before - contacts.gap[c])
             _release(c, contacts)
-    return lost
+    return lost, damped
 
 
 @njit(**INLINE)

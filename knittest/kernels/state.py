@@ -104,10 +104,10 @@ class ContactLaw(NamedTuple):
 
 
 class Tally(NamedTuple):
-    """Accumulators: reaction (PARTITIONS, n_groups) [N or N mm, summed over steps]; energies (PARTITIONS, 3) [mJ].
+    """Accumulators: reaction (PARTITIONS, n_groups) [N or N mm, summed over steps]; energies (PARTITIONS, 4) [mJ].
 
-    Energy columns: work of motions, loads and tools; losses of friction, in contacts and in the shear of shells, and
-    of contact damping; energy of eroded elements.
+    Energy columns: work of motions, loads and tools; losses of friction, in contacts and in the shear of shells;
+    energy of eroded elements; losses of the damping of contacts and of free tools.
     ``tool`` (PARTITIONS, n_tools, 3) forces on the tools in this step, ``tool_sum`` (n_tools, 3) summed over steps [N].
     """
 

@@ -21,11 +21,11 @@ BLOCK = 128
 LANES = np.uintp(BLOCK)
 # Rows of the scratch: largest depth of each node by the bounds; then, of those that touch, number of the node, depth,
 # outward normal (3), slide of the step (3), sticking spring (3), stiffness, viscous coefficient, 1 where it slips,
-# force (3), pressure, energy lost
-REACH, NODE, DEPTH, NORM, SLIDE, SPRING, STIFF, VISCOUS, SLIPS, FORCE, PRESSURE, LOST = (
-    np.uintp(BLOCK * k) for k in (0, 1, 2, 3, 6, 9, 12, 13, 14, 15, 18, 19)
+# force (3), pressure, energy lost to friction and to damping
+REACH, NODE, DEPTH, NORM, SLIDE, SPRING, STIFF, VISCOUS, SLIPS, FORCE, PRESSURE, LOST, DAMPED = (
+    np.uintp(BLOCK * k) for k in (0, 1, 2, 3, 6, 9, 12, 13, 14, 15, 18, 19, 20)
 )
-SCRATCH = BLOCK * 20
+SCRATCH = BLOCK * 21
 
 
 @njit(**KERNEL)
@@ -49,7 +49,9 @@ def touch_tools(partition, first, last, dt, nodes, tools, touch, tally, w):
             if near > 0:
                 touching = _pack(t, frame, start, count, dt, nodes, tools, touch, w)
                 _forces(touching, dt, tools.law[t], w)
-                tally.energy[partition, 1] += _unpack(t, touching, nodes, touch, tally.tool[partition, t], w)
+                rubbed, damped = _unpack(t, touching, nodes, touch, tally.tool[partition, t], w)
+                tally.energy[partition, 1] += rubbed
+                tally.energy[partition, 3] += damped
 
 
 @njit(**INLINE)
@@ -88,7 +90,7 @@ def _forces(count, dt, law, w):
     damp, stick = sqrt(normal), sqrt(tangential)
     for k in range(U(count)):
         stiffness, viscous = w[STIFF + k], w[VISCOUS + k]
-        f, w[PRESSURE + k], e, w[SLIPS + k], w[LOST + k] = touch_force(
+        f, w[PRESSURE + k], e, w[SLIPS + k], w[LOST + k], w[DAMPED + k] = touch_force(
             load3(w, NORM + k, LANES), load3(w, SLIDE + k, LANES), load3(w, SPRING + k, LANES), w[DEPTH + k],
             normal * stiffness, damp * viscous, tangential * stiffness, stick * viscous, static, kinetic,
             w[SLIPS + k], dt,
@@ -99,19 +101,20 @@ def _forces(count, dt, law, w):
 
 @njit(**INLINE)
 def _unpack(t, count, nodes, touch, force_on_tool, w):
-    """Add the forces of ``count`` packed nodes and keep their springs; returns the energy lost [mJ]."""
+    """Add the forces of ``count`` packed nodes and keep their springs; returns losses by friction and damping [mJ]."""
     fx, fy, fz = rows3(nodes.force)
     ex, ey, ez = rows3(touch.spring[t])
     pressure, slipping = touch.pressure[t], touch.slipping[t]
-    sum_x, sum_y, sum_z, lost = 0.0, 0.0, 0.0, 0.0
+    sum_x, sum_y, sum_z, lost, damped = 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(U(count)):
         i = U(w[NODE + k])
         f = load3(w, FORCE + k, LANES)
         fx[i], fy[i], fz[i] = fx[i] + f[0], fy[i] + f[1], fz[i] + f[2]
         ex[i], ey[i], ez[i] = load3(w, SPRING + k, LANES)
         pressure[i], slipping[i] = w[PRESSURE + k], w[SLIPS + k]
-        sum_x, sum_y, sum_z, lost = sum_x + f[0], sum_y + f[1], sum_z + f[2], lost + w[LOST + k]
+        sum_x, sum_y, sum_z = sum_x + f[0], sum_y + f[1], sum_z + f[2]
+        lost, damped = lost + w[LOST + k], damped + w[DAMPED + k]
     force_on_tool[0] -= sum_x
     force_on_tool[1] -= sum_y
     force_on_tool[2] -= sum_z
-    return lost
+    return lost, damped

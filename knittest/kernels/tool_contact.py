@@ -49,7 +49,8 @@ def touch_force(n, d, e, depth, normal, viscous, tangential, sticking, static, k
 
     ``n`` outward normal (nearly unit), ``d`` slide of this step and ``e`` sticking spring before it (3) [mm]; ``depth``
     [mm]; penalty ``normal`` and ``tangential`` [N/mm] with their damping ``viscous`` and ``sticking`` [N ms/mm].
-    Returns force (3) and pressure [N], the spring (3) [mm], 1 where it slips, and the energy lost [mJ].
+    Returns force (3) and pressure [N], the spring (3) [mm], 1 where it slips, and the energies lost to friction and to
+    damping [mJ].
     """
     closing = -dot(d, n)
     elastic = normal * depth
@@ -63,8 +64,9 @@ def touch_force(n, d, e, depth, normal, viscous, tangential, sticking, static, k
     damped = damp_sticking(*spring, *slide, sticking / dt, static * pressure)
     sticks = 1.0 - slips  # a node that slips is not damped
     damping = scale(sticks, sub(damped, spring))
-    lost = 0.5 * tangential * dot(add(e, s), sub(t, s)) + (pressure - elastic) * closing + dot(damping, slide)
-    return combine(pressure, n, -1.0, add(spring, damping)), pressure, s, slips, lost
+    rubbed = 0.5 * tangential * dot(add(e, s), sub(t, s))
+    damped = (pressure - elastic) * closing + dot(damping, slide)
+    return combine(pressure, n, -1.0, add(spring, damping)), pressure, s, slips, rubbed, damped
 
 
 @njit(**KERNEL)
@@ -93,7 +95,7 @@ def move_tools(dt, tools, tables, tally):
                 after = free * slowed
                 mean = 0.5 * (before + after)
                 tally.energy[0, 0] += applied * mean * dt
-                tally.energy[0, 1] += tools.drag[t] * tools.mass[t] * mean * mean * dt
+                tally.energy[0, 3] += tools.drag[t] * tools.mass[t] * mean * mean * dt
             tools.velocity[t, axis] = after
             tools.position[t, axis] += dt * after
 

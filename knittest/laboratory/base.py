@@ -56,6 +56,9 @@ class Test(Protocol):
     def assess(self, run: Any, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
         """Quality gates."""
 
+    def span(self, history: History) -> Any:
+        """What of a run that is integrated in time its energies are judged by."""
+
 
 def fabric_laminate(run: Run) -> Laminate:
     """Laminate of the run's fabric with its tension curves; raises InputError for mass scaling, which shells lack."""

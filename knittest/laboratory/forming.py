@@ -13,6 +13,7 @@ from knittest.history import Frame, History, Mesh, Quality
 from knittest.laboratory.base import Phase, Prepared, Update, fabric_laminate
 from knittest.laboratory.draw_in import draw_in
 from knittest.laboratory.formed import Formed, formed
+from knittest.laboratory.judging import Span, assess
 from knittest.laboratory.layer_order import out_of_order
 from knittest.laboratory.mounting import weights
 from knittest.laboratory.rim_waves import rim_waves
@@ -20,7 +21,6 @@ from knittest.laboratory.shear_angles import crossing_angles, shell_angles
 from knittest.laboratory.strips import cut
 from knittest.laboratory.yarn_forces import DIRECTIONS, yarn_forces
 from knittest.materials.laminate import softened_at_most
-from knittest.measure import assess
 from knittest.models.macro import rectangle, self_contact
 from knittest.models.meso import build_meso
 from knittest.models.sheet import build_sheet
@@ -37,8 +37,6 @@ Array = NDArray[np.float64]
 WRINKLED = 0.5
 #: deepest penetration of a tool over half the thickness, or the radius of a yarn, above which a run is refused
 DEEPEST = 0.25
-#: drag of damping at the stamp's speed over weight and holder's force, above which a run warns
-DRAGGED = 0.1
 #: lightest holder over the blank: penalties of all touching nodes, 0.3 m / dt^2 each, act on it against 4 M / dt^2
 LIGHTEST = 0.2
 #: radius about an inner corner of the stamp, over that of the corner, in which its shear angle is read
@@ -126,7 +124,7 @@ class Forming:
 
     def assess(self, run: FormingRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
         """The gates of every run, how deep nodes are in tools, and what was mended in their files."""
-        quality = assess(history, run.solver, cost.penetration_max, cost.penetration_mean, prepared.model.added_mass)
+        quality = assess(run, prepared, history, cost, self.span(history), dragged(run, prepared))
         deepest = float(history.contacts["tool_penetration_max_um"].max())
         limit = allowed_depth(run)
         if deepest > limit:
@@ -134,20 +132,22 @@ class Forming:
                 f"the fabric's surface is {deepest:.0f} um inside a tool, more than {limit:.0f} um"
             )
         assert isinstance(prepared.rig, FormingTest)
-        return replace(quality, warnings=(*quality.warnings, *_dragged(run, prepared), *prepared.rig.tools.notes))
+        return quality.warning(*prepared.rig.tools.notes)
+
+    def span(self, history: History) -> Span:
+        """The whole draw."""
+        return Span()
 
 
-def _dragged(run: FormingRun, prepared: Prepared) -> tuple[str, ...]:
-    """A warning if damping drags at the stamp's speed on a blank that little but its weight keeps down."""
+def dragged(run: FormingRun, prepared: Prepared) -> float:
+    """Force with which damping drags on the blank at the stamp's full speed, over what presses it down [-].
+
+    A free flange, which little but its weight keeps down, lifts too little under a drag of that size.
+    """
     assert isinstance(prepared.rig, FormingTest)
     drag = run.solver.kernel("damping") * run.solver.kernel("speed") * float(prepared.model.mass.sum())
     held = float(prepared.rig.weight.sum()) + prepared.rig.holder_force
-    if drag <= DRAGGED * held:
-        return ()
-    return (
-        f"damping drags on the blank with {drag:.2g} N at full speed, {held:.2g} N press it down: a free flange "
-        "lifts too little; solver.damping=0.0125 with solver.speed=0.05 drags with a sixteenth, at four times the cost",
-    )
+    return drag / held if held > 0.0 else np.inf if drag > 0.0 else 0.0
 
 
 def _check_holder(rig: FormingRig, blank: float) -> None:

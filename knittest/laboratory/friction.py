@@ -8,9 +8,9 @@ from knittest.config.run import FrictionRun
 from knittest.errors import InputError
 from knittest.history import History, Quality
 from knittest.laboratory.base import Phase, Prepared, Update, fabric_laminate
+from knittest.laboratory.judging import Span, assess
 from knittest.laboratory.pressure import pressure_map, shares
 from knittest.laboratory.strips import AXIS, cut, pitch, yarns_across
-from knittest.measure import assess
 from knittest.models.macro import build_strip, self_contact
 from knittest.models.meso import build_meso
 from knittest.rigs.friction import KINETIC_SHARE, FrictionTest
@@ -97,7 +97,7 @@ class Friction:
 
     def assess(self, run: FrictionRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
         """The gates of every run, the normal force within 1 %, and plates that sink in less than elements deform."""
-        quality = assess(history, run.solver, cost.penetration_max, cost.penetration_mean, prepared.model.added_mass)
+        quality = assess(run, prepared, history, cost, self.span(history))
         found = self.results(run, prepared, history)
         error, sunk = found["normal_force_error_pct"], found["penetration_over_deformation_pct"]
         if error > 100.0 * FORCE_TOLERANCE:
@@ -105,6 +105,10 @@ class Friction:
         if sunk > 100.0 * PENETRATION_TOLERANCE:
             quality = quality.refusing(f"plates sink in by {sunk:.0f} % of the largest deformation of an element")
         return quality
+
+    def span(self, history: History) -> Span:
+        """The whole pull."""
+        return Span()
 
 
 def map_cell(run: FrictionRun) -> float:

@@ -13,11 +13,11 @@ from knittest.errors import InputError
 from knittest.experiment.shear_csv import NORMALISED
 from knittest.history import Frame, History, Mesh, Quality
 from knittest.laboratory.base import Phase, Prepared, Update, fabric_laminate, shear_curve
+from knittest.laboratory.judging import Span, assess
 from knittest.laboratory.shear_angles import AngleScatter, angle_scatter, crossing_angles, shell_angles
 from knittest.laboratory.strips import cut
 from knittest.laboratory.wrinkles import measure_wrinkles
 from knittest.materials.shear import last_angle
-from knittest.measure import assess
 from knittest.models.macro import self_contact
 from knittest.models.meso import build_meso
 from knittest.models.sheet import build_sheet
@@ -120,7 +120,13 @@ class PictureFrame:
         work = energies["kinetic_mj"] / np.maximum(energies["kinetic_ratio"], 1e-30)
         energies = energies | {"kinetic_ratio": np.abs(energies["kinetic_mj"] - own) / np.maximum(work, 1e-30)}
         history = replace(history, energies=energies)
-        return assess(history, run.solver, cost.penetration_max, cost.penetration_mean, prepared.model.added_mass)
+        return assess(run, prepared, history, cost, self.span(history))
+
+    def span(self, history: History) -> Span:
+        """The whole way, from the first angle at which a force is read."""
+        first = history.curve["frame_shear_angle_deg"] >= ANGLES[0] - NEAR
+        times = history.curve["time_ms"]
+        return Span(reported_from=float(times[np.argmax(first)]) if first.any() else np.inf)
 
 
 def fabric_side(run: PictureFrameRun) -> float:

@@ -5,8 +5,9 @@ import time as clock
 from knittest.config.run import TensileRun
 from knittest.history import History, Quality
 from knittest.laboratory.base import Phase, Prepared, Update, fabric_laminate
+from knittest.laboratory.judging import Span, assess
 from knittest.laboratory.strips import AXIS, cut, pitch, yarns_across
-from knittest.measure import assess, tensile_results
+from knittest.measure import tensile_results
 from knittest.models.macro import build_strip, self_contact
 from knittest.models.meso import build_meso
 from knittest.rigs.tensile import TensileTest
@@ -66,9 +67,11 @@ class Tensile:
 
     def assess(self, run: TensileRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
         """The gates of every run; a strip must fail."""
-        return assess(
-            history, run.solver, cost.penetration_max, cost.penetration_mean, prepared.model.added_mass, to_failure=True
-        )
+        return assess(run, prepared, history, cost, self.span(history))
+
+    def span(self, history: History) -> Span:
+        """Up to the first failure."""
+        return Span(to_failure=True)
 
 
 def carrying_width(run: TensileRun, specimen: int = 0) -> float:

@@ -260,7 +260,7 @@ def new_tally(boundary: Boundary) -> Tally:
     """Empty accumulators for ``boundary``."""
     n_tools = len(boundary.tools)
     return Tally(
-        np.zeros((PARTITIONS, max(boundary.groups, 1))), np.zeros((PARTITIONS, 3)),
+        np.zeros((PARTITIONS, max(boundary.groups, 1))), np.zeros((PARTITIONS, 4)),
         np.zeros((PARTITIONS, n_tools, 3)), np.zeros((n_tools, 3)),
     )  # fmt: skip
 

@@ -46,6 +46,16 @@ class ComparedRow(BaseModel):
     assumed: list[str] = []
 
 
+class LooserLimit(BaseModel):
+    """A limit looser than the preset's."""
+
+    name: str
+    value: Number = None
+    preset: Number = None
+    unit: str = ""
+    accepted: bool = False
+
+
 class Summary(BaseModel):
     """summary.json."""
 
@@ -61,6 +71,7 @@ class Summary(BaseModel):
     warnings: list[str] = []
     numerical_error: dict[str, dict[str, Number | str]] = {}
     verification: dict[str, Any] = {}
+    limits: list[LooserLimit] = []
 
 
 class Manifest(BaseModel):

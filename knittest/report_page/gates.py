@@ -1,11 +1,12 @@
 """Quality gates with their limits, energies and cost of a run."""
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
 from knittest.report_page.blocks import Block, Cell, Section, Table, Text
-from knittest.report_page.files import Number, Spread
+from knittest.report_page.files import LooserLimit, Number, Spread
 from knittest.report_page.loading import LoadedRun
 from knittest.reports.base import Gate
 from knittest.result_rows import unfolded
@@ -26,7 +27,8 @@ def gates(run: LoadedRun) -> Section:
     summary = run.summary
     if run.run is not None and run.report is not None and summary.quality:
         parts = {"quality": summary.quality, "results": unfolded(summary.results)}
-        rows = [_judged(gate, _number(parts[gate.part].get(gate.key))) for gate in run.report.gates(run.run)]
+        presets = {limit.name: limit.preset for limit in summary.limits}
+        rows = [_judged(gate, _number(parts[gate.part].get(gate.key)), presets) for gate in run.report.gates(run.run)]
         caption = "Quality gates: a run that fails one is not compared"
         blocks.append(Table(caption, ("gate", "value", "limit", "verdict"), rows, (1, 2)))
     elif summary.quality:
@@ -34,6 +36,7 @@ def gates(run: LoadedRun) -> Section:
         blocks.append(Table("Quality; its limits are not known", ("measure", "value"), plain, (1,)))
     else:
         blocks.append(Text("This run left no quality gates.", "warn"))
+    blocks += [Text(_looser(limit), "bad") for limit in summary.limits]
     blocks += [Text(f"Failed: {reason}", "bad") for reason in summary.refused]
     blocks += _energies(run)
     cost = [(Cell(_COST.get(k, k)), Cell(_shown(v), v)) for k, v in summary.cost.items()]
@@ -42,8 +45,18 @@ def gates(run: LoadedRun) -> Section:
     return Section(f"run-{run.number}-gates", "Quality gates and energies", blocks)
 
 
-def _judged(gate: Gate, value: float | None) -> tuple[Cell, ...]:
-    limit = Cell(f"{gate.limit:g} {gate.unit}", gate.limit)
+def _looser(limit: LooserLimit) -> str:
+    """What a reader must know of a limit before the table above is worth anything."""
+    taken = "accepted by --accept-limits" if limit.accepted else "not accepted, so nothing is compared"
+    value, preset = (f"{_shown(number)} {limit.unit}".strip() for number in (limit.value, limit.preset))
+    return f"Looser than the preset: {limit.name} = {value}, the preset's is {preset}; {taken}"
+
+
+def _judged(gate: Gate, value: float | None, presets: Mapping[str, Number]) -> tuple[Cell, ...]:
+    """The row of a gate; ``presets`` are the preset's limits by field where the run's are looser."""
+    preset = presets.get(gate.field)
+    looser = f" (preset {preset:g} {gate.unit})" if preset is not None else ""
+    limit = Cell(f"{gate.limit:g} {gate.unit}{looser}", gate.limit, tone="warn" if looser else "")
     if value is None or not math.isfinite(value):
         return Cell(gate.label), Cell("-"), limit, Cell("not measured", tone="warn")
     value *= gate.scale

@@ -103,7 +103,7 @@ def _config(reader: Reader) -> tuple[str, dict[str, Any], Run | None]:
         reader.complain(error)
         return text, {}, None
     try:
-        return text, fields, resolve(config=reader.folder / "config.yaml")
+        return text, fields, resolve(config=reader.folder / "config.yaml", accept_limits=None)
     except InputError as error:
         reader.complain(f"not a config of this version, shown as written: {error}")
         return text, fields, None

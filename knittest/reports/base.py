@@ -7,6 +7,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from knittest.config.looser import loosened
 from knittest.config.run import Run
 from knittest.errors import InputError
 from knittest.experiment.curves import ReferenceCurve
@@ -14,6 +15,8 @@ from knittest.experiment.forces import noted
 from knittest.experiment.tables import PublishedValue
 from knittest.export import energy_picture
 from knittest.export.line_picture import Level
+from knittest.gates import gates_of
+from knittest.laboratory.registry import TESTS
 from knittest.specimen import Specimen
 
 Columns = dict[str, np.ndarray]
@@ -60,17 +63,21 @@ class Gate:
     limit: float
     unit: str = "%"
     scale: float = 1.0  # from the number in the file to ``unit``
+    field: str = ""  # of the config, that states the limit
 
 
 def energy_gates(run: Run) -> list[Gate]:
     """The gates of every test that is integrated in time."""
-    solver = run.solver
     return [
-        Gate("kinetic energy over work", "quality", "ke_over_ie_max", solver.max_kinetic_ratio, scale=100.0),
-        Gate("energy error", "quality", "energy_error_max", solver.max_energy_error, scale=100.0),
-        Gate("penetration over radius", "quality", "penetration_over_radius_max", solver.max_penetration, scale=100.0),
-        Gate("overlap at the start", "quality", "overlap_at_start", solver.max_overlap, scale=100.0),
-        Gate("added mass", "quality", "added_mass_pct", solver.max_added_mass),
+        Gate(
+            gate.label,
+            "quality",
+            gate.key,
+            getattr(run.solver, gate.limit),
+            scale=gate.scale,
+            field=f"solver.{gate.limit}",
+        )
+        for gate in gates_of(run)
     ]
 
 
@@ -148,14 +155,17 @@ def same_test(run: Run, curve: ReferenceCurve) -> ReferenceCurve:
 
 
 def title_of(run: Run) -> str:
-    """Title of the pictures."""
+    """Title of the pictures, which says where a limit is looser than the preset's."""
     what = " ".join(part for part in (run.rig.kind, run.direction) if part)
-    return f"{run.fabric.name}, {what}, {run.model.scale} ({run.parameters})"
+    looser = ", limits looser than the preset's" if loosened(run) else ""
+    return f"{run.fabric.name}, {what}, {run.model.scale} ({run.parameters}){looser}"
 
 
 def draw_energies(run: Run, specimens: list[Specimen], folder: Path) -> None:
     """energies.png of the first specimen, with the limits of the gates."""
+    history = specimens[0].history
     energy_picture.energy_picture(
-        folder / "energies.png", specimens[0].history, title=title_of(run),
+        folder / "energies.png", history, title=title_of(run),
         kinetic_limit=0.01 * run.solver.max_kinetic_ratio, energy_limit=0.01 * run.solver.max_energy_error,
+        rows=TESTS[run.rig.kind].span(history).rows(history),
     )  # fmt: skip

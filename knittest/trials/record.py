@@ -2,6 +2,7 @@
 
 import json
 import socket
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Literal, Self
@@ -51,6 +52,11 @@ class Record:
         return {k: v["mean"] if isinstance(v, dict) else v for k, v in unfolded(self.summary["results"]).items()}
 
     @property
+    def looser_limits(self) -> list[str]:
+        """Limits of its gates that were looser than the preset's, as ``name=value``."""
+        return [f"{one['name']}={one['value']}" for one in self.summary.get("limits", [])]
+
+    @property
     def settled(self) -> bool:
         """Whether the trial would come to the same if run again."""
         return self.status in SETTLED
@@ -76,6 +82,12 @@ def record_of(key: str, summary: dict[str, Any], seconds: float = 0.0) -> Record
     if summary["refused"]:
         return Record(key, "refused", "; ".join(summary["refused"]), summary, seconds)
     return Record(key, "completed", "", summary, seconds)
+
+
+def looser_note(records: Iterable[Record]) -> list[str]:
+    """A line if limits of ``records`` were looser than the preset's, none otherwise."""
+    names = dict.fromkeys(name for record in records for name in record.looser_limits)
+    return [f"limits looser than the preset's, accepted by --accept-limits: {', '.join(names)}"] if names else []
 
 
 def recovered(key: str, folder: Path) -> Record | None:

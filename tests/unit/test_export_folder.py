@@ -261,11 +261,12 @@ def test_summary_has_the_contracts_keys(tmp_path: Path, run: Run) -> None:
     with make(tmp_path / "r", run) as folder:
         written = json.loads(folder.write_summary(summary).read_text())
     top = ["rig", "variant", "scale", "direction", "status", "results", "quality", "cost", "comparison", "refused"]
-    assert list(written) == [*top, "warnings"]
+    assert list(written) == [*top, "warnings", "limits"]
     assert [written[key] for key in top[:5]] == ["tensile", "2", "meso", "warp", "completed"]
     assert list(written["results"]) == ["peak_force_n", "fracture_strain_pct", "force_per_yarn_n"]
-    gates = ["ke_over_ie_max", "energy_error_max", "penetration_over_radius_max", "overlap_at_start", "added_mass_pct"]
-    gates.append("quasi_static")
+    losses = ["damping_over_work_max", "contact_damping_over_work_max", "hourglass_over_internal_max"]
+    gates = ["ke_over_ie_max", "energy_error_max", *losses, "penetration_over_radius_max", "overlap_at_start"]
+    gates += ["added_mass_pct", "beyond_law", "drag_over_weight", "quasi_static"]
     assert list(written["quality"]) == gates and written["quality"]["quasi_static"] is True
     costs = ["wall_s", "cpu_s", "compile_s", "steps", "elements", "element_steps_per_s", "threads"]
     assert list(written["cost"]) == costs

@@ -216,7 +216,8 @@ def test_no_experiment_is_said() -> None:
 def test_gates_in_one_line_without_what_a_shell_has_not() -> None:
     gates = Quality(0.008, 0.0012, math.nan, math.nan, 0.0, True, (), ("kinetic energy 3 %",))
     assert quality_lines(weft(gates)) == [
-        "quality gates, weft: passed (kinetic energy/work 0.8 %, energy error 0.12 %, added mass 0 %)",
+        "quality gates, weft: passed (kinetic energy/work 0.8 %, energy error 0.12 %, damping/work 0 %, "
+        "added mass 0 %)",
         "  warning: kinetic energy 3 %",
     ]
 

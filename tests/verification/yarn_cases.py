@@ -49,7 +49,7 @@ class Driver(Body):
     def energy(self) -> float:
         """Kinetic, elastic and dissipated energy [mJ]."""
         e = self.energies()
-        return e["kinetic"] + e["internal"] + e["contact"] + e["friction"]
+        return e["kinetic"] + e["internal"] + e["contact"] + e["friction"] + e["contact_damping"]
 
 
 def clamp(model: YarnModel, node: int) -> None:

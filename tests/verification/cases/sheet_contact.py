@@ -113,7 +113,18 @@ def impact(friction: float = 0.4) -> list[Row]:
         for name, a, b in zip(("momentum", "angular momentum"), before, after, strict=True)
     ]
     rows.append(Row(case, source, "energy kept or booked [mJ]", start, kept, mesh, None))
-    return [*rows, Row(case, "", "lost to friction and damping [mJ]", 0.0, energy["friction"], mesh, None)]
+    return [
+        *rows,
+        Row(
+            case,
+            "",
+            "lost to friction and damping [mJ]",
+            0.0,
+            energy["friction"] + energy["contact_damping"],
+            mesh,
+            None,
+        ),
+    ]
 
 
 def rattling() -> Row:

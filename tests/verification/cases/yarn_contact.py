@@ -130,7 +130,7 @@ def impact() -> list[Row]:
     mass = body.model.mass
     mean = [float(mass[s] @ body.velocity[s, 2] / mass[s].sum()) for s in (slice(0, 5), slice(5, 10))]
     _, rubbed, _ = struck(4, 0.3, sideways=2.0)
-    lost = rubbed[1]["friction"] / rubbed[0]["kinetic"]
+    lost = (rubbed[1]["friction"] + rubbed[1]["contact_damping"]) / rubbed[0]["kinetic"]
     case, source, mesh = "elastic impact", "Goldsmith 1960", "dt, dt/2, dt/4"
     change = float(np.abs(momentum[1] - momentum[0]).max() / np.abs(momentum[0]).max())
     return [

@@ -1,0 +1,74 @@
+"""What a refusal tells its reader to change: a setting with a number derived from the run, and the rule behind it."""
+
+from collections.abc import Callable
+from math import floor, log10, sqrt
+
+from knittest.config.run import FormingRun, Run
+
+#: share of its limit that advice aims at, as the rules are estimates
+AIM = 0.7
+
+
+def rounded_down(value: float) -> float:
+    """``value`` above 0 with two digits, never more than it is."""
+    place = 10.0 ** (floor(log10(value)) - 1)
+    return float(f"{floor(value / place * (1.0 + 1e-12)) * place:.3g}")
+
+
+def advised(run: Run, key: str, share: float) -> str:
+    """What would bring the gate ``key`` to :data:`AIM` of its limit; ``share`` is the limit over the value, below 1.
+
+    Empty where no setting of the run decides.
+    """
+    rule = RULES.get(key)
+    return rule(run, AIM * share) if rule and share > 0.0 else ""
+
+
+def _slower(run: Run, share: float) -> str:
+    speed = rounded_down(run.solver.speed * sqrt(share))
+    return f"it goes with the square of the speed: solver.speed={speed:g} would pass"
+
+
+def _slower_contacts(run: Run, share: float) -> str:
+    speed = rounded_down(run.solver.speed * share)
+    return f"it goes with the speed: solver.speed={speed:g} would pass"
+
+
+def _smaller_step(run: Run, share: float) -> str:
+    safety = rounded_down(run.solver.safety * sqrt(share))
+    return f"it goes with the square of the step: solver.safety={safety:g} would pass"
+
+
+def _stiffer_contacts(run: Run, share: float) -> str:
+    """Penalties of shells grow with the inverse square of the step; that of yarns is a field of the fabric."""
+    if run.model.scale == "macro":
+        return _smaller_step(run, share)
+    if run.fabric.contact is None:
+        return ""
+    stiffness = run.fabric.contact.kernel("normal_stiffness") / share
+    return f"it goes with the inverse of the stiffness: fabric.contact.normal_stiffness={stiffness:.2g} would pass"
+
+
+def _less_damping(run: Run, share: float) -> str:
+    damping, speed = run.solver.damping, run.solver.speed
+    if not isinstance(run, FormingRun):
+        return f"it goes with the damping: solver.damping={rounded_down(damping * share):g} would pass"
+    # a free flange that is damped less swings more: both give way alike
+    damping, speed = (rounded_down(value * sqrt(share)) for value in (damping, speed))
+    return f"it goes with damping times speed: solver.damping={damping:g} with solver.speed={speed:g} would pass"
+
+
+def _finer_shells(run: Run, share: float) -> str:
+    size = rounded_down(run.model.macro.element_size * share)
+    return f"it falls with the size of the shells: try model.macro.element_size={size:g}"
+
+
+RULES: dict[str, Callable[[Run, float], str]] = {
+    "ke_over_ie_max": _slower,
+    "energy_error_max": _smaller_step,
+    "damping_over_work_max": _less_damping,
+    "drag_over_weight": _less_damping,
+    "contact_damping_over_work_max": _slower_contacts,
+    "hourglass_over_internal_max": _finer_shells,
+    "penetration_over_radius_max": _stiffer_contacts,
+}

@@ -1,0 +1,68 @@
+"""Limits of a run that are looser than its preset's: a gate that its own user widens says nothing by itself."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from knittest.config.base import field_meta
+from knittest.config.presets import preset_settings
+from knittest.config.run import Run, Scale, Solver
+from knittest.config.yaml_loader import dotted
+
+#: fields beside the limits of the gates that a gate hangs on, and the sign of the looser side: what counts as rest and
+#: as the end of a strip, stiffness that may be left out, contact that lets yarns and folds pass through each other
+HINGES: dict[tuple[str, ...], int] = {
+    ("rig", "tolerance"): 1,
+    ("rig", "stop_force_ratio"): 1,
+    ("rig", "membrane_share"): -1,
+    ("model", "macro", "self_contact"): -1,
+    ("model", "meso", "contact"): -1,
+}
+_SCALES: dict[str, Scale] = {"macro": "macro", "meso": "meso"}
+
+
+@dataclass(frozen=True)
+class Loosened:
+    """Field ``name`` whose ``value`` in a run is looser than ``preset``, that of the run's preset; both in ``unit``."""
+
+    name: str
+    value: float
+    preset: float
+    unit: str
+
+    @property
+    def stated(self) -> str:
+        """``solver.max_kinetic_ratio = 50 %, looser than the preset's 5 %``."""
+        unit = "" if self.unit in ("", "1") else f" {self.unit}"
+        return f"{self.name} = {_shown(self.value)}{unit}, looser than the preset's {_shown(self.preset)}{unit}"
+
+
+def loosened(run: Run) -> list[Loosened]:
+    """What of ``run`` is looser than its preset's, whoever asked for it.
+
+    The reference are the tables of the presets and the defaults of the models, which no config reaches.
+    """
+    limits = {("solver", name): 1 for name in Solver.model_fields if name.startswith("max_")}
+    return list(_looser(run, limits | HINGES))
+
+
+def _looser(run: Run, fields: dict[tuple[str, ...], int]) -> Iterator[Loosened]:
+    settings = preset_settings(run.rig.kind, run.model.preset, run.model.scale)
+    for path, sign in fields.items():
+        if run.model.scale != _SCALES.get(path[1], run.model.scale):
+            continue
+        holder: Any = run
+        preset: Any = settings
+        for part in path[:-1]:
+            holder, preset = getattr(holder, part), preset.get(part, {})
+        name = path[-1]
+        if name not in type(holder).model_fields:
+            continue
+        reference = preset.get(name, type(holder).model_fields[name].default)
+        value = getattr(holder, name)
+        if sign * value > sign * reference:
+            yield Loosened(dotted(path), value, reference, field_meta(type(holder), name).get("unit", ""))
+
+
+def _shown(value: float) -> str:
+    return str(value).lower() if isinstance(value, bool) else f"{value:g}"

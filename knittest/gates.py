@@ -1,0 +1,64 @@
+"""The quality gates that all tests share: what is measured, its limit, and when a comparison is refused."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from knittest.config.looser import loosened
+from knittest.config.run import Run
+from knittest.history import Quality
+
+#: rows of the energies that a judgement needs
+LEAST_ROWS = 10
+#: share of a limit from which on a value is worth a warning
+NEAR = 0.5
+
+
+@dataclass(frozen=True)
+class Gate:
+    """A number of :class:`Quality`, and of summary.json, by ``key``, times ``scale`` [%].
+
+    ``limit`` is the solver's field that bounds it; ``only`` a scale or a test, where it is not for all.
+    """
+
+    label: str
+    key: str
+    limit: str
+    scale: float = 100.0
+    only: Literal["", "macro", "meso", "forming"] = ""
+
+    def value(self, quality: Quality) -> float:
+        """Of a run [%]."""
+        return self.scale * float(getattr(quality, self.key))
+
+    def applies(self, run: Run) -> bool:
+        """Whether it means something in ``run``."""
+        return self.only in ("", run.model.scale, run.rig.kind)
+
+
+GATES = (
+    Gate("kinetic energy over work", "ke_over_ie_max", "max_kinetic_ratio"),
+    Gate("energy error", "energy_error_max", "max_energy_error"),
+    Gate("damping over work", "damping_over_work_max", "max_damping"),
+    Gate("damping of contacts over work", "contact_damping_over_work_max", "max_contact_damping"),
+    Gate("hourglass over internal energy", "hourglass_over_internal_max", "max_hourglass", only="macro"),
+    Gate("penetration over radius", "penetration_over_radius_max", "max_penetration"),
+    Gate("overlap of yarns at the start", "overlap_at_start", "max_overlap"),
+    Gate("added mass", "added_mass_pct", "max_added_mass", scale=1.0),
+    Gate("sheared beyond the end of the law", "beyond_law", "max_beyond_law", only="macro"),
+    Gate("drag of damping over weight and holder's force", "drag_over_weight", "max_drag", only="forming"),
+)
+
+
+def gates_of(run: Run) -> list[Gate]:
+    """The gates of a test that is integrated in time."""
+    return [gate for gate in GATES if gate.applies(run)]
+
+
+def limits_judged(run: Run, quality: Quality) -> Quality:
+    """``quality``, refused where a limit is looser than the preset's and nobody accepted that; else with a warning."""
+    found = [one.stated for one in loosened(run)]
+    if run.accept_limits:
+        return quality.warning(*(f"{text}: accepted by --accept-limits" for text in found))
+    for text in found:
+        quality = quality.refusing(f"{text}: leave it, or accept it with --accept-limits")
+    return quality

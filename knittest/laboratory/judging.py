@@ -1,0 +1,124 @@
+"""Judges a run that was integrated in time by the gates that all tests share."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from knittest.advice import advised
+from knittest.config.run import Run
+from knittest.gates import LEAST_ROWS, NEAR, Gate, gates_of
+from knittest.history import Array, History, Quality
+from knittest.laboratory.base import Prepared
+from knittest.laboratory.law_end import BeyondLaw, beyond_law
+from knittest.measure import judged_rows
+from knittest.simulation import SimulationCost
+
+#: share of the work up to the largest force that must be done before the first failure, as nothing after it is judged
+BEFORE_FAILURE = 0.25
+
+
+@dataclass(frozen=True)
+class Span:
+    """What of a test is judged: to the first failure or to the end; its first number is ``reported_from`` [ms]."""
+
+    to_failure: bool = False
+    reported_from: float = np.inf
+
+    def rows(self, history: History) -> slice:
+        """Rows of the energies."""
+        return judged_rows(history, to_failure=self.to_failure, reported_from=self.reported_from)
+
+
+def assess(
+    run: Run, prepared: Prepared, history: History, cost: SimulationCost, span: Span, drag: float = 0.0
+) -> Quality:
+    """Judge by inertia, losses, energy balance, contacts, added mass and the end of the law; ``drag`` is forming's.
+
+    What is not a number fails. A test to failure in which nothing fails inside its strain range is refused too.
+    """
+    rows = span.rows(history)
+    damping, contact_damping, hourglass = (float(share[rows].max()) for share in losses(history.energies))
+    beyond = beyond_law(run, history, span.to_failure)
+    quality = Quality(
+        ke_over_ie_max=float(history.energies["kinetic_ratio"][rows].max()),
+        energy_error_max=float(history.energies["energy_error"][rows].max()),
+        penetration_over_radius_max=_penetration(history, cost, span),
+        penetration_over_radius_mean=cost.penetration_mean,
+        added_mass_pct=100.0 * prepared.model.added_mass,
+        quasi_static=True,
+        failures=tuple(_short(run, history, rows, span)),
+        overlap_at_start=history.overlaps.largest,
+        damping_over_work_max=damping,
+        contact_damping_over_work_max=contact_damping,
+        hourglass_over_internal_max=hourglass,
+        beyond_law=beyond.share,
+        drag_over_weight=drag,
+    )
+    return _judged(run, quality, beyond)
+
+
+def losses(energies: dict[str, Array]) -> tuple[Array, Array, Array]:
+    """Damping and contact damping over the work, hourglass over the internal energy [-], (n_rows,)."""
+    work = np.abs(energies["external_mj"])
+    internal = np.sum([values for name, values in energies.items() if name.startswith("internal_")], axis=0)
+    return (
+        _share(energies["damping_mj"], work),
+        _share(energies["contact_damping_mj"], work),
+        _share(energies["hourglass_mj"], np.maximum(internal, 0.0)),
+    )
+
+
+def _share(part: Array, whole: Array) -> Array:
+    """``part`` over ``whole``; of nothing an infinite one, unless it is nothing itself."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share: Array = np.where((part == 0.0) & (whole == 0.0), 0.0, part / whole)
+    return share
+
+
+def _penetration(history: History, cost: SimulationCost, span: Span) -> float:
+    """Largest penetration over radius: before the first failure, which ends some tests, or of all samples."""
+    found = cost.penetration_max
+    if not span.to_failure and "penetration_max_pct" in history.contacts:
+        found = max(found, 0.01 * float(history.contacts["penetration_max_pct"].max(initial=0.0)))
+    return found
+
+
+def _short(run: Run, history: History, rows: slice, span: Span) -> Iterator[str]:
+    """What makes a judgement empty: no failure, too few rows, a first failure long before the peak."""
+    if span.to_failure and history.first_failure is None:
+        yield "nothing failed up to rig.max_strain: the peak is not a strength"
+    count = rows.stop - rows.start
+    if count < LEAST_ROWS:
+        samples = int(np.ceil(1.5 * run.output.samples * LEAST_ROWS / count))
+        yield (
+            f"{count} rows of energies lie between start-up and the end of what is judged, {LEAST_ROWS} are needed: "
+            f"output.samples={samples} gives enough"
+        )
+    if span.to_failure and history.first_failure is not None:
+        work, times = np.abs(history.energies["external_mj"]), history.energies["time_ms"]
+        peak = history.curve["time_ms"][int(np.argmax(history.curve["force_n"]))]
+        at_peak = float(np.interp(peak, times, work))
+        if not work[rows.stop - 1] >= BEFORE_FAILURE * at_peak:
+            yield (
+                f"the first failure comes at {100.0 * work[rows.stop - 1] / at_peak:.0f} % of the work at the largest "
+                f"force, and energies are judged up to it: {100.0 * BEFORE_FAILURE:g} % are needed"
+            )
+
+
+def _judged(run: Run, quality: Quality, beyond: BeyondLaw) -> Quality:
+    for gate in gates_of(run):
+        value, limit = gate.value(quality), float(getattr(run.solver, gate.limit))
+        if not value <= limit:  # nor is nan
+            quality = quality.refusing(_refusal(run, gate, value, limit, beyond))
+        elif gate.key == "beyond_law" and beyond.share > 0.0:
+            quality = quality.warning(beyond.stated)
+        elif value > NEAR * limit:
+            quality = quality.warning(f"{gate.label} {value:.2f} % is more than half of its limit {limit:g} %")
+    return replace(quality, quasi_static=100.0 * quality.ke_over_ie_max <= run.solver.max_kinetic_ratio)
+
+
+def _refusal(run: Run, gate: Gate, value: float, limit: float, beyond: BeyondLaw) -> str:
+    said = f"{gate.label} {value:.2f} % is above {limit:g} %" if np.isfinite(value) else f"{gate.label} is not a number"
+    advice = beyond.advice(run) if gate.key == "beyond_law" else advised(run, gate.key, limit / value)
+    return f"{said}; {advice}" if advice else said

@@ -1,0 +1,256 @@
+"""Gates on made-up histories: what refuses a comparison, what is only named, and what nobody can talk out of it."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from export_sample import shell_history
+
+from knittest.config.dumping import dump
+from knittest.config.loading import resolve
+from knittest.config.looser import loosened
+from knittest.config.run import Run
+from knittest.errors import InputError
+from knittest.gates import gates_of, limits_judged
+from knittest.history import History, Overlaps, Quality
+from knittest.laboratory.judging import Span, assess, losses
+from knittest.laboratory.law_end import MARGIN, shell_areas, worst_of
+from knittest.measure import judged_rows
+from knittest.run import _worst
+from knittest.simulation import SimulationCost
+
+ROWS = 101
+PREPARED: Any = SimpleNamespace(model=SimpleNamespace(added_mass=0.0))
+
+
+def run_of(test: str = "friction", *sets: str, **more: Any) -> Run:
+    chosen = {"variant": "1", "scale": "macro", "preset": "quick"} | more
+    return resolve(test=test, direction=None if test in ("picture-frame", "forming") else "warp", sets=sets, **chosen)
+
+
+def history(**columns: Any) -> History:
+    """Work that grows evenly to 1000 mJ in 100 ms, half of it held; ``columns`` instead of a good run's."""
+    time = np.linspace(0.0, 100.0, ROWS)
+    work, zero = 10.0 * time, np.zeros(ROWS)
+    table = {
+        "time_ms": time, "external_mj": work, "internal_fabric_mj": 0.5 * work, "damping_mj": zero,
+        "contact_damping_mj": zero, "hourglass_mj": zero, "kinetic_ratio": zero, "energy_error": zero,
+    } | columns  # fmt: skip
+    curve = {"time_ms": time, "force_n": np.append(time[:91], np.zeros(10)), "frame_shear_angle_deg": 0.45 * time}
+    return History(shell_history().mesh, curve, table, [replace(f, fields={}) for f in shell_history().frames])
+
+
+def judged(found: History, run: Run | None = None, span: Span | None = None, **more: Any) -> Quality:
+    return assess(run or run_of(), PREPARED, found, SimulationCost(), span or Span(), **more)
+
+
+def at(row: int, value: float) -> np.ndarray:
+    """Nothing but ``value`` in one row."""
+    column = np.zeros(ROWS)
+    column[row] = value
+    return column
+
+
+def test_a_good_run_passes_without_a_word() -> None:
+    quality = judged(history())
+    assert (quality.failures, quality.warnings, quality.quasi_static) == ((), (), True)
+
+
+@pytest.mark.parametrize(
+    ("column", "whole", "key", "label"),
+    [
+        ("damping_mj", "external_mj", "damping_over_work_max", "damping over work"),
+        ("contact_damping_mj", "external_mj", "contact_damping_over_work_max", "damping of contacts over work"),
+        ("hourglass_mj", "internal_fabric_mj", "hourglass_over_internal_max", "hourglass over internal energy"),
+    ],
+)
+@pytest.mark.parametrize("test", ["tensile", "friction", "picture-frame", "forming"])
+def test_each_loss_above_a_twentieth_refuses_in_every_test(
+    test: str, column: str, whole: str, key: str, label: str
+) -> None:
+    run = run_of(test)
+    for share, verdict in ((0.024, "passed"), (0.026, "warned"), (0.049, "warned"), (0.051, "refused")):
+        quality = judged(history(**{column: share * history().energies[whole]}), run)
+        assert getattr(quality, key) == pytest.approx(share)
+        said = {"refused": quality.failures, "warned": quality.warnings, "passed": ()}[verdict]
+        assert len(quality.failures) + len(quality.warnings) == len(said), (share, quality)
+        assert all(text.startswith(f"{label} {100 * share:.2f} %") for text in said)
+
+
+def test_a_loss_counts_where_it_is_largest_and_not_at_the_end_only() -> None:
+    """30 mJ from half way on: 6 % of the work there, 3 % at the end."""
+    found = history(damping_mj=np.where(np.arange(ROWS) >= 50, 30.0, 0.0))
+    assert judged(found).damping_over_work_max == pytest.approx(0.06)
+    assert judged(found).failures
+
+
+def test_losses_of_nothing() -> None:
+    shares = losses(history(hourglass_mj=at(0, 1.0)).energies)
+    assert shares[0][0] == 0.0 and shares[2][0] == np.inf, "hourglass energy without any other is no small share"
+    turned = history(external_mj=-history().energies["external_mj"], damping_mj=at(50, 40.0)).energies
+    assert losses(turned)[0][50] == pytest.approx(0.08), "work that is given back counts by its size"
+
+
+@pytest.mark.parametrize(
+    "column", ["kinetic_ratio", "energy_error", "damping_mj", "contact_damping_mj", "hourglass_mj"]
+)
+def test_what_is_not_a_number_fails(column: str) -> None:
+    quality = judged(history(**{column: at(60, np.nan)}))
+    assert len(quality.failures) == 1 and "is not a number" in quality.failures[0]
+    assert column != "kinetic_ratio" or not quality.quasi_static
+
+
+def test_overlaps_penetration_and_mass_that_are_no_numbers_fail() -> None:
+    model: Any = SimpleNamespace(model=SimpleNamespace(added_mass=np.nan))
+    found = replace(history(), overlaps=Overlaps(1, np.nan))
+    quality = assess(run_of(), model, found, SimulationCost(penetration_max=np.nan), Span())
+    assert len(quality.failures) == 3
+
+
+def test_the_worst_specimen_is_the_one_without_a_number() -> None:
+    good, bad = judged(history()), judged(history(kinetic_ratio=at(60, np.nan)))
+    for order in ([good, bad], [bad, good]):
+        assert np.isnan(_worst(order).ke_over_ie_max)
+    lossy = replace(good, damping_over_work_max=0.04, drag_over_weight=0.3, beyond_law=0.02)
+    assert _worst([good, lossy]) == lossy
+
+
+def test_a_test_that_goes_on_after_a_failure_is_judged_to_its_end() -> None:
+    """A shell that breaks early in forming must not end the judgement."""
+    found = replace(history(kinetic_ratio=at(80, 0.5)), first_failure=40)
+    assert judged(found).failures and not judged(found, run_of("tensile"), Span(to_failure=True)).failures
+    deep = replace(found, contacts={"penetration_max_pct": at(80, 40.0)}, energies=history().energies)
+    assert judged(deep).penetration_over_radius_max == pytest.approx(0.4)
+    assert judged(deep, run_of("tensile"), Span(to_failure=True)).penetration_over_radius_max == 0.0
+
+
+def test_rows_from_the_first_number_that_is_reported() -> None:
+    """A frame that shears on to large angles must not push the force at 10 deg into its start-up."""
+    work = np.arange(float(ROWS)) ** 4
+    found = history(external_mj=work, kinetic_ratio=at(22, 0.5))
+    assert judged_rows(found).start == 48 and not judged(found).failures
+    assert judged_rows(found, to_failure=False, reported_from=21.1).start == 22
+    assert judged(found, span=Span(reported_from=21.1)).failures
+    assert judged_rows(found, reported_from=90.0).start == 48, "it never shortens what is judged"
+
+
+def test_the_span_of_the_frame_begins_at_its_first_angle() -> None:
+    from knittest.laboratory.registry import TESTS
+
+    span = TESTS["picture-frame"].span(history())
+    assert not span.to_failure and span.reported_from == pytest.approx(22.0)  # 9.5 deg are passed at 21.1 ms
+    assert TESTS["tensile"].span(history()).to_failure
+    assert not any(TESTS[test].span(history()).to_failure for test in ("friction", "forming"))
+
+
+def test_too_few_rows_and_a_failure_long_before_the_peak_refuse() -> None:
+    few = history(external_mj=np.append(np.zeros(ROWS - 5), np.arange(1.0, 6.0)))
+    (reason,) = judged(few, run_of("friction", "output.samples=100")).failures
+    assert reason.startswith("5 rows of energies") and "output.samples=300 gives" in reason
+    run, span = run_of("tensile"), Span(to_failure=True)
+    assert not judged(replace(history(), first_failure=24), run, span).failures
+    (reason,) = judged(replace(history(), first_failure=22), run, span).failures  # 210 of the 900 mJ at the peak
+    assert reason.startswith("the first failure comes at 23 % of the work at the largest force")
+    (reason,) = judged(history(), run, span).failures
+    assert reason == "nothing failed up to rig.max_strain: the peak is not a strength"
+
+
+def test_forming_that_drags_more_than_a_tenth_of_the_weight_is_refused_with_settings() -> None:
+    run = run_of("forming", "solver.damping=0.05", "solver.speed=0.2")
+    assert not judged(history(), run, drag=0.0999).failures
+    (reason,) = judged(history(), run, drag=0.4).failures
+    assert "drag of damping over weight and holder's force 40.00 % is above 10 %" in reason
+    assert "solver.damping=0.02 with solver.speed=0.083 would pass" in reason
+    assert [gate.key for gate in gates_of(run_of())].count("drag_over_weight") == 0
+
+
+ANGLE, AREA = np.array([10.0, 20.0, 50.0, 60.0]), np.array([45.0, 52.0, 2.0, 1.0])
+
+
+def test_shear_beyond_the_law_by_area_with_what_a_law_needs() -> None:
+    found = worst_of(ANGLE, AREA, 48.7)
+    assert (found.share, found.end, found.largest, found.needed) == (pytest.approx(0.03), 48.7, 60.0, 20.0)
+    assert worst_of(ANGLE, AREA, 50.0 - 0.99 * MARGIN).share == pytest.approx(0.01), "a frame scatters about its end"
+    assert worst_of(ANGLE, AREA, 5.0).needed == 20.0
+    assert "3.0 % of the fabric is sheared beyond the end of its law, 48.7 deg, by up to 60 deg" in found.stated
+    squares = np.array([[[0, 0, 0], [2, 0, 0], [2, 3, 0], [0, 3, 0]], [[0, 0, 0], [0, 1, 0], [0, 1, 1], [0, 0, 1]]])
+    assert shell_areas(squares.astype(float)) == pytest.approx([6.0, 1.0])
+
+
+@pytest.mark.parametrize(("share", "failures", "warnings"), [(0.0, 0, 0), (0.025, 0, 1), (0.1, 1, 0)])
+def test_shear_beyond_the_law_is_named_and_beyond_a_twentieth_refused(
+    share: float, failures: int, warnings: int
+) -> None:
+    n = 40
+    frame = shell_history().frames[0]
+    angle = np.where(np.arange(n) < share * n, -60.0, 30.0)
+    found = replace(history(), frames=[replace(frame, fields={"alive": np.ones(n), "shear_angle": np.deg2rad(angle)})])
+    quality = judged(found, run_of("forming"))
+    assert quality.beyond_law == pytest.approx(share)
+    assert (len(quality.failures), len(quality.warnings)) == (failures, warnings)
+
+
+LOOSE = {
+    "solver.max_kinetic_ratio": 1e9, "solver.max_energy_error": 2.1, "solver.max_penetration": 26,
+    "solver.max_overlap": 11, "solver.max_added_mass": 6, "solver.max_damping": 5.1,
+    "solver.max_contact_damping": 50, "solver.max_hourglass": 90,
+    "solver.max_beyond_law": 6, "solver.max_drag": 11, "rig.membrane_share": 0.01, "model.macro.self_contact": False,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", LOOSE)
+def test_a_limit_looser_than_the_presets_refuses_until_it_is_accepted(name: str, tmp_path: Any) -> None:
+    text = f"{name}={str(LOOSE[name]).lower()}"
+    run = run_of("forming", text)
+    assert [one.name for one in loosened(run)] == [name]
+    quality = limits_judged(run, judged(history(), run))
+    assert len(quality.failures) == 1 and "accept it with --accept-limits" in quality.failures[0]
+    accepted = run_of("forming", text, accept_limits=True)
+    quality = limits_judged(accepted, judged(history(), accepted))
+    assert not quality.failures and "accepted by --accept-limits" in quality.warnings[-1]
+    kept = tmp_path / "config.yaml"  # of a run folder: it carries the limit, and not that it was accepted
+    kept.write_text(dump(accepted))
+    again = resolve(config=kept)
+    assert [one.name for one in loosened(again)] == [name] and not again.accept_limits
+    assert resolve(config=kept, accept_limits=None) == accepted
+
+
+@pytest.mark.parametrize(
+    ("test", "sets"),
+    [
+        ("tensile", "rig.stop_force_ratio=0.9"),
+        ("cantilever", "rig.tolerance=0.01"),
+        ("cantilever", "rig.membrane_share=0.001"),
+    ],
+)
+def test_what_a_gate_hangs_on_counts_as_a_limit(test: str, sets: str) -> None:
+    assert [one.name for one in loosened(run_of(test, sets))] == [sets.partition("=")[0]]
+
+
+def test_contact_that_is_switched_off_counts_at_its_scale_only() -> None:
+    off = "model.meso.contact=false"
+    assert [one.stated for one in loosened(run_of("tensile", off, scale="meso"))] == [
+        "model.meso.contact = false, looser than the preset's true"
+    ]
+    assert loosened(run_of("tensile", off)) == []
+
+
+def test_stricter_limits_and_all_presets_are_no_looser() -> None:
+    assert not loosened(
+        run_of("forming", "solver.max_kinetic_ratio=1", "solver.max_drag=9.9", "rig.membrane_share=0.06")
+    )
+    for test in ("tensile", "picture-frame", "cantilever", "friction", "forming"):
+        for scale in ("macro", "meso"):
+            for preset in ("quick", "standard", "paper"):
+                assert not loosened(run_of(test, scale=scale, preset=preset))
+
+
+def test_no_setting_and_no_config_accepts_limits(tmp_path: Any) -> None:
+    with pytest.raises(InputError, match="accept_limits: only --accept-limits says so"):
+        run_of("tensile", "accept_limits=true")
+    path = tmp_path / "rig.yaml"
+    path.write_text("accept_limits: true\nsolver: {max_kinetic_ratio: 50}\n")
+    run = resolve(config=path, variant="1", scale="macro", direction="warp")
+    assert not run.accept_limits and limits_judged(run, judged(history(), run)).failures
