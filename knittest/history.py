@@ -67,6 +67,7 @@ class History:
     energy_error; elastic energies count from the start.
     ``contacts`` columns: time_ms, yarn_contacts (that touch), penetration_<max, mean, p50, p90, p99>_pct (over the
     smaller radius), tool_contacts, tool_penetration_max_um.
+    ``peak`` is the number of the frame at the largest force, before anything broke by it; None if none was kept.
     ``tool_force`` (n_tools, n_nodes) is the mean normal force [N] of each tool on each node while the rig wants it, or
     the last one where no sample lies there.
     """
@@ -79,6 +80,12 @@ class History:
     contacts: dict[str, Array] = field(default_factory=dict)
     tool_force: Array = field(default_factory=lambda: np.zeros((0, 0)))
     overlaps: Overlaps = field(default_factory=Overlaps)
+    peak: int | None = None
+
+    @property
+    def at_peak(self) -> Frame:
+        """The frame at the largest force."""
+        return self.frames[self.peak] if self.peak is not None else max(self.frames, key=lambda frame: frame.force)
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,8 @@ ProgressCall = Callable[[float, float, float, float], None]
 
 #: steps between looks at displacement, kinetic energy and damping loss
 CHUNK = 20
+#: share by which the force must have grown for a new frame of the peak
+NEAR_PEAK = 0.001
 #: multiples of the time a wave needs along the specimen during which a fresh break is damped
 RINGING = 4.0
 
@@ -103,8 +105,7 @@ def _run_rows(run: Simulation, output: Output, progress: ProgressCall | None, ke
         if fraction >= marks[len(run.frames)]:
             run.frames.append(_frame(run, row))
         force = row[run.rig.force]
-        if force > run.peak:
-            run.peak, run.peak_frame = force, _frame(run, row)
+        run.peak = max(run.peak, force)
         if progress is not None:
             progress(fraction, run.time, 1e3 * run.dt, run.energy_rows[-1]["kinetic_ratio"])
         if run.rig.finished(force, run.peak, run.eroded > 0.0):
@@ -153,10 +154,30 @@ def _advance_chunk(run: Simulation, steps: int, scratch: Array) -> None:
         run.eroded = eroded
         _damp_recoil(run)
     run.fine.append((run.time - 0.5 * steps * dt, take_readings(run.tally, run.drive, steps)))
+    _keep_peak(run)
     run.cost.advance_s += clock.perf_counter() - start
     check_motion(run, work)
     if steps > 1:  # the single step of a sample follows a look at all entities
         check_entities(run)
+
+
+def _keep_peak(run: Simulation) -> None:
+    """Keep the state as that of the largest force if it has grown.
+
+    Clamps feel a break when its wave arrives, so that a strip torn in its middle still pulls with its largest force:
+    what follows a break counts from the next row on.
+    """
+    channels = _channels(run, *run.fine[-1])
+    if not is_new_peak(channels[run.rig.force], 0.0 if run.peak_frame is None else run.peak_frame.force):
+        return
+    before = sum(v for name, v in run.rows[-1].items() if name.startswith("failed_")) if run.rows else 0.0
+    if run.model.failed().sum() <= before:
+        run.peak_frame = _frame(run, channels)
+
+
+def is_new_peak(force: float, kept: float) -> bool:
+    """Whether a state at ``force`` is worth a frame where the last one shows ``kept`` [N]."""
+    return force > 0.0 and force > (1.0 + NEAR_PEAK) * kept
 
 
 def _damp_recoil(run: Simulation) -> None:
@@ -258,8 +279,9 @@ def _history(run: Simulation) -> History:
         run.frames.append(run.peak_frame)
     run.frames.append(_frame(run, run.rows[-1]))
     run.frames.sort(key=lambda f: f.time)
+    peak = next((k for k, frame in enumerate(run.frames) if frame is run.peak_frame), None)
     contacts = {k: np.array([r[k] for r in run.contact_rows]) for k in run.contact_rows[0]}
     return History(
         run.model.mesh, curve, energies, run.frames, int(broken[0]) if len(broken) else None, contacts,
-        run.tool_force / run.tool_rows if run.tool_rows else run.drive.touch.pressure.copy(), run.overlaps,
+        run.tool_force / run.tool_rows if run.tool_rows else run.drive.touch.pressure.copy(), run.overlaps, peak,
     )  # fmt: skip

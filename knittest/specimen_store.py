@@ -24,6 +24,7 @@ def specimen_state(specimen: Specimen, frames: bool) -> State:
         "first_failure": history.first_failure,
         "overlaps": asdict(history.overlaps),
         "n_frames": n_frames,
+        "peak": history.peak if frames else None,
         "results": specimen.results,
         "quality": asdict(specimen.quality),
         "cost": asdict(specimen.cost),
@@ -47,7 +48,7 @@ def specimen_of(state: State) -> Specimen:
     overlaps = Overlaps(**(plain["overlaps"] | {"worst": tuple(plain["overlaps"]["worst"])}))
     history = History(
         mesh, under(state, "curve"), under(state, "energies"), frames, plain["first_failure"],
-        under(state, "contacts"), entry(state, "history/tool_force"), overlaps,
+        under(state, "contacts"), entry(state, "history/tool_force"), overlaps, plain.get("peak"),
     )  # fmt: skip
     lists = {name: tuple(plain["quality"][name]) for name in ("failures", "warnings")}
     quality = Quality(**(plain["quality"] | lists))

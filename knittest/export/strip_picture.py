@@ -1,4 +1,4 @@
-"""deformed.png: the strip just before its peak and broken, from the technical face, coloured by force."""
+"""deformed.png: the strip at its largest force and broken, from the technical face, coloured by force."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -50,7 +50,7 @@ def strip_picture(path: Path, history: History, *, direction: Direction, title: 
     Beams are tubes of their own diameter, failed ones are left out, and two windows of 20 x 20 mm show the fracture;
     shells are quads with deleted ones left out. ``direction`` is that of the pull. Raises :class:`ResourceError`.
     """
-    before = max(history.frames, key=lambda frame: frame.force)
+    before = history.at_peak
     frames = (before, history.frames[-1])
     start = history.frames[0].position
     along = _pulled_axis(start, before.position)
@@ -63,7 +63,7 @@ def strip_picture(path: Path, history: History, *, direction: Direction, title: 
     for number, (axes, frame, position) in enumerate(zip(strips, frames, positions, strict=True)):
         colour = _colours(history.mesh, frame.fields[force], scale)
         _draw(axes, history.mesh, frame, position, colour, box)
-        axes.set_title(_caption(frame, broken=number == 1), fontsize=9.5)
+        axes.set_title(_caption(frame, float(history.curve["force_n"].max()), broken=number == 1), fontsize=9.5)
         axes.set_xlabel("across [mm]", fontsize=9)
         if zooms:
             window = _window(_fracture(history.mesh, frames[1], position), box)
@@ -209,7 +209,10 @@ def _colour_bar(figure: "Figure", scale: Scale) -> None:
     bar.ax.tick_params(labelsize=8)
 
 
-def _caption(frame: Frame, *, broken: bool) -> str:
+def _caption(frame: Frame, peak: float, *, broken: bool) -> str:
+    """The state, and its share of the largest force: the last one before a break has not all of it."""
     failed = int(np.count_nonzero(frame.fields["alive"] <= 0))
-    state = ("broken" if failed else "end, unbroken") if broken else "at the largest force"
+    share = 100.0 * frame.force / peak
+    largest = "at the largest force" if share > 99.95 else f"at {share:.1f} % of the largest force"
+    state = ("broken" if failed else "end, unbroken") if broken else largest
     return f"{state}\n{frame.coordinate:.2f} %, {frame.force:.0f} N, {failed} failed elements"
