@@ -6,7 +6,7 @@ from typing import Any, get_args
 
 from knittest.config.base import BoundsError, check_bounds, field_meta
 from knittest.config.fabric import Direction
-from knittest.config.rigs import PictureFrameRig, TensileRig
+from knittest.config.rigs import FrictionRig, PictureFrameRig, TensileRig
 from knittest.errors import InputError
 
 #: fields whose bounds a size must keep, and the option that states it
@@ -15,6 +15,7 @@ SIZES: dict[str, tuple[Any, str, str]] = {
     "gauge_length_mm": (TensileRig, "gauge_length", "--gauge-length"),
     "frame_side_mm": (PictureFrameRig, "frame_side", "--frame-side"),
     "fabric_side_mm": (PictureFrameRig, "side", "--fabric-side"),
+    "normal_force_n": (FrictionRig, "normal_force", "--normal-force"),
 }
 CHOICES: dict[str, tuple[str, ...]] = {
     "test": ("tensile", "picture-frame", "cantilever", "friction"),
@@ -36,6 +37,7 @@ class Conditions:
     gauge_length_mm: float | None = None
     frame_side_mm: float | None = None
     fabric_side_mm: float | None = None
+    normal_force_n: float | None = None
 
 
 UNKNOWN = Conditions()
@@ -60,13 +62,19 @@ def conditions_of(texts: Mapping[str, tuple[str, str]]) -> Conditions:
 
 
 def plausible(name: str, value: float, said: str) -> float:
-    """The size ``value`` [mm]; raises :class:`InputError`, with the likely unit, outside the bounds of its field."""
+    """The size ``value``; raises :class:`InputError`, with the likely unit, outside the bounds of its field."""
     model, field, _ = SIZES[name]
     try:
         check_bounds(value, field_meta(model, field))
     except BoundsError as error:
         raise InputError(f"{said} {value:g}: {error.expected}") from None
     return value
+
+
+def unit_of(name: str) -> str:
+    """Unit of the size ``name``."""
+    model, field, _ = SIZES[name]
+    return str(field_meta(model, field)["unit"])
 
 
 def checked(conditions: Conditions, where: str) -> Conditions:
@@ -93,13 +101,14 @@ def agreed(stated: Conditions, given: Conditions, where: str) -> Conditions:
             continue
         if field.name in SIZES:
             plausible(field.name, other, option)
-        if one not in (None, "") and not _same(one, other):
+        if one not in (None, "") and not same(one, other):
             raise InputError(f"{where}: its header says {field.name}: {one}, {option} says {other}")
         found[field.name] = other if one in (None, "") else one
     return checked(replace(stated, **found), where)
 
 
-def _same(one: Any, other: Any) -> bool:
+def same(one: Any, other: Any) -> bool:
+    """Whether two texts are equal, or two sizes meant to be the same."""
     return bool(one == other if isinstance(one, str) else abs(one - other) <= SAME * one)
 
 
@@ -107,5 +116,5 @@ def _size(name: str, text: str, where: str) -> float:
     try:
         value = float(text)
     except ValueError:
-        raise InputError(f"{where}: {name}: {text!r}; expected a number [mm]") from None
+        raise InputError(f"{where}: {name}: {text!r}; expected a number [{unit_of(name)}]") from None
     return plausible(name, value, f"{where}: {name}:")

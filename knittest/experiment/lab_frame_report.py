@@ -38,13 +38,17 @@ LAW = (
 
 @dataclass(frozen=True)
 class FrameSeries:
-    """Specimens of one series, their sides [mm], corridor of the normalised force, and rows of crosshead forces [N]."""
+    """Specimens of one series, their sides [mm] and the corridor of the normalised force.
+
+    ``rows`` are crosshead forces [N] at angles for these sides, ``normalised`` the same in N/mm for any.
+    """
 
     specimens: Sequence[Sheared]
     frame: float
     fabric: float
     band: Corridor
     rows: dict[str, Array]
+    normalised: dict[str, Array]
 
 
 def frame_series(specimens: Sequence[Sheared]) -> FrameSeries:
@@ -65,15 +69,15 @@ def frame_series(specimens: Sequence[Sheared]) -> FrameSeries:
     at_end = np.array([np.interp(end, s.angle, s.normalised) for s in specimens])
     refuse_apart([(s.name, s.path) for s in specimens], at_end, f"normalised force at {end:.3g} deg", "N/mm")
     refuse_copies([(s.name, digest(s.angle, s.force)) for s in specimens])
-    rows = {}
+    rows, normalised = {}, {}
     for angle in (a for a in ANGLES if a <= end):
         values = np.array([np.interp(angle, s.angle, s.normalised) for s in specimens])
+        normalised[f"{NORMALISED}_at_deg.{angle:g}"] = values
         rows[f"shear_force_n_at_deg.{angle:g}"] = crosshead_of_normalised(values, np.deg2rad(angle), fabric, frame)
     if not rows:
         raise InputError(f"{paths[0]}: all specimens together go to {end:.3g} deg: expected at least {ANGLES[0]:g} deg")
-    return FrameSeries(
-        specimens, frame, fabric, band([(s.angle, s.normalised) for s in specimens], end, "shear angles"), rows
-    )
+    corridor = band([(s.angle, s.normalised) for s in specimens], end, "shear angles")
+    return FrameSeries(specimens, frame, fabric, corridor, rows, normalised)
 
 
 def shear_law(series: FrameSeries) -> tuple[Array, Array]:
@@ -114,7 +118,8 @@ def write_frames(specimens: Sequence[Sheared], out: Path, files: Sequence[str]) 
     """
     series = frame_series(specimens)
     results = Results(
-        "picture-frame", "", series.rows, dict.fromkeys(series.rows, "N"),
+        "picture-frame", "", series.normalised | series.rows,
+        dict.fromkeys(series.normalised, "N/mm") | dict.fromkeys(series.rows, "N"),
         [(FRAME_SIDE, series.frame), (FABRIC_SIDE, series.fabric)],
         ("frame", f"of {series.frame:g} mm, fabric of {series.fabric:g} mm"), files,
         [digest(s.angle, s.force) for s in specimens],

@@ -41,7 +41,7 @@ MAPPED = 40.0
 class PictureFrame:
     """See :class:`knittest.laboratory.base.Test`."""
 
-    quantities: tuple[str, ...] = ()
+    quantities = tuple(f"{NORMALISED}_at_deg.{angle:g}" for angle in ANGLES)
     ends_at_failure = False
 
     def prepare(self, run: PictureFrameRun, specimen: int = 0, phase: Phase | None = None) -> Prepared:

@@ -1,9 +1,13 @@
 """Report of the friction test: pull force over travel, and the pressure between fabric and plates."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from knittest.config.run import FrictionRun
+from knittest.errors import InputError
+from knittest.experiment.conditions import same
 from knittest.experiment.curves import ReferenceCurve
+from knittest.experiment.tables import PublishedValue
 from knittest.export.line_picture import Level, Line, line_picture
 from knittest.export.pressure_picture import pressure_picture
 from knittest.laboratory.friction import FORCE_TOLERANCE, PENETRATION_TOLERANCE, map_cell
@@ -18,6 +22,19 @@ class FrictionReport(NoSize):
     """See :class:`knittest.reports.base.Report`."""
 
     axes = CurveAxes("displacement_mm", "pull_force_n", "travel of the clamp [mm]", "pull force [N]")
+
+    def scaled(self, run: FrictionRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
+        """As they are; raises :class:`InputError` for a pull force under another normal force than the run's."""
+        normal = run.rig.kernel("normal_force")
+        for row in rows:
+            tested = row.conditions.normal_force_n
+            if row.quantity.startswith("pull_force") and (tested is None or not same(tested, normal)):
+                stated = "an unknown normal force (no row normal_force_n)" if tested is None else f"{tested:g} N"
+                raise InputError(
+                    f"{row.file}: {row.quantity} under {stated}, the run presses with {normal:g} N: expected "
+                    "rig.normal_force of the test; coefficients compare at any"
+                )
+        return list(rows)
 
     def levels(self, run: FrictionRun) -> list[Level]:
         """Coulomb's levels of two faces."""

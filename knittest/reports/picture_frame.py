@@ -1,5 +1,6 @@
 """Report of the picture frame: force over shear angle, and the map of the wrinkles."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -7,6 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from knittest.config.run import PictureFrameRun
+from knittest.errors import InputError
+from knittest.experiment.conditions import EXACT
 from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.forces import normalised
 from knittest.experiment.shear_csv import NORMALISED
@@ -47,8 +50,12 @@ class PictureFrameReport:
         return energy_gates(run)
 
     def scaled(self, run: PictureFrameRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
-        """As they are: nothing of it grows with the specimen."""
-        return list(rows)
+        """Forces of the crosshead for the run's sides, and said so; normalised ones as they are.
+
+        Raises :class:`InputError` where the table states no sides.
+        """
+        size, words = self.size(run)
+        return [_for_size(row, size, words) if row.quantity.startswith("shear_force") else row for row in rows]
 
     def matched(self, run: PictureFrameRun, curve: ReferenceCurve) -> ReferenceCurve:
         """Normalised by the sides of the tested frame, so that the run's sides do not matter."""
@@ -116,6 +123,21 @@ class PictureFrameReport:
             path, lines, title=title_of(run), xlabel=self.axes.xlabel, ylabel=label, levels=self.levels(run),
             bands=_range(references.curves),
         )  # fmt: skip
+
+
+def _for_size(row: PublishedValue, size: float, words: str) -> PublishedValue:
+    """A crosshead force at an angle, which grows with L_fabric^2 / L_frame [mm], for ``size`` of it."""
+    fabric, frame = row.conditions.fabric_side_mm, row.conditions.frame_side_mm
+    if fabric is None or frame is None:
+        raise InputError(
+            f"{row.file}: {row.quantity} of a frame of unknown sides: expected rows frame_side_mm and fabric_side_mm "
+            "[mm] of the same variant; knittest data import --test picture-frame writes them"
+        )
+    factor = size * frame / fabric**2
+    if math.isclose(factor, 1.0, rel_tol=EXACT):
+        return row
+    note = f", for a {words} instead of {fabric:g} in {frame:g} mm"
+    return replace(row, mean=row.mean * factor, sd=row.sd * factor, table=row.table + note)
 
 
 def _other_friction(run: PictureFrameRun, as_normalised: bool) -> list[Line]:

@@ -1,17 +1,23 @@
 """Import of picture frames: what it makes of displacement, sides, cycles and preload, against the closed form."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import yaml
 
 from knittest.config.fabric import MacroMaterial
+from knittest.config.loading import resolve
 from knittest.errors import InputError
+from knittest.experiment.conditions import UNKNOWN
 from knittest.experiment.curves import load_curve
 from knittest.experiment.lab_frame import read_frames
 from knittest.experiment.lab_frame_report import frame_lines, frame_series, shear_law, write_frames
 from knittest.experiment.lab_given import Given
 from knittest.experiment.tables import published
+from knittest.laboratory.registry import TESTS
 from knittest.materials.shear import DEFINITIONS
+from knittest.reports.registry import REPORTS
 from knittest.trellis import crosshead, crosshead_force
 
 FRAME, FABRIC = 200.0, 160.0
@@ -152,3 +158,20 @@ def test_the_folder_of_frames_is_for_comparison_calibration_and_the_fabric(tmp_p
     part = yaml.safe_load((out / "fabric.yaml").read_text())
     assert part["macro"]["shear"]["curve"] == "mine/picture-frame/shear.csv"
     assert part["macro"]["shear"]["source"] == "measured" and set(part["macro"]) <= set(MacroMaterial.model_fields)
+
+
+def test_rows_of_a_frame_are_for_the_sides_of_the_run_or_for_any(tmp_path, monkeypatch):
+    """The law S = STIFFNESS gamma, tested at 160 in 200 mm, in the frame of 50 mm of a run."""
+    monkeypatch.chdir(tmp_path)
+    write_frames(read_frames(frame_file(tmp_path / "a.csv"), Given()), tmp_path / "mine", ["a.csv"])
+    names = ("normalised_shear_force_n_per_mm_at_deg.20", "shear_force_n_at_deg.20")
+    run = resolve(test="picture-frame", variant="1", scale="macro", sets=["rig.side=50"])
+    assert set(names[:1]) <= set(TESTS["picture-frame"].quantities)
+    rows = published(tmp_path / "mine", "mine", "", names)
+    free, force = REPORTS["picture-frame"].scaled(run, rows)
+    gamma = np.deg2rad(20.0)
+    assert free.mean == pytest.approx(STIFFNESS * gamma / np.cos(gamma), rel=1e-3) and free.unit == "N/mm"
+    assert force.mean == pytest.approx(crosshead_force(STIFFNESS * gamma, gamma, 50.0, 50.0), rel=1e-3)
+    assert "for a square of 50 mm in a frame of 50 mm instead of 160 in 200 mm" in force.table
+    with pytest.raises(InputError, match="of a frame of unknown sides"):
+        REPORTS["picture-frame"].scaled(run, [replace(rows[1], conditions=UNKNOWN)])

@@ -1,9 +1,13 @@
 """Import of friction tests: levels, coefficients of one and two faces, and what must be known for them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from knittest.config.loading import resolve
 from knittest.errors import InputError
+from knittest.experiment.conditions import UNKNOWN
 from knittest.experiment.lab_friction import (
     KINETIC_SHARE,
     friction_lines,
@@ -13,6 +17,7 @@ from knittest.experiment.lab_friction import (
 )
 from knittest.experiment.lab_given import Given
 from knittest.experiment.tables import published
+from knittest.reports.registry import REPORTS
 from knittest.rigs import friction as rig
 
 HEAD = "Normalkraft;2,0;kN\nPlattenlänge;150;mm\nPlattenbreite;50;mm\n"
@@ -115,3 +120,18 @@ def test_the_folder_of_friction(tmp_path):
     assert (mu.mean, face.mean, kinetic.mean, normal.mean) == pytest.approx((0.15, 0.075, 300.0, 2000.0))
     assert mu.sd == pytest.approx(10.0 * np.sqrt(2.0) / 2000.0, rel=1e-4) and mu.table.endswith("2 faces rubbing, warp")
     assert (out / "friction-warp/corridor.csv").is_file() and not (out / "friction-weft").exists()
+
+
+def test_a_pull_force_belongs_to_its_normal_force(tmp_path):
+    out = tmp_path / "mine"
+    write_friction(read_friction(friction_file(tmp_path / "a.csv"), Given()), out, "warp", ["a.csv"])
+    rows = published(out, "mine", "warp", ("mu_paper", "pull_force_kinetic_n"))
+    run, lighter = (
+        resolve(test="friction", variant="1", scale="macro", direction="warp", sets=[f"rig.normal_force={force}"])
+        for force in (2000, 500)
+    )
+    assert REPORTS["friction"].scaled(run, rows) == rows and REPORTS["friction"].scaled(lighter, rows[:1]) == rows[:1]
+    with pytest.raises(InputError, match=r"pull_force_kinetic_n under 2000 N, the run presses with 500 N"):
+        REPORTS["friction"].scaled(lighter, rows)
+    with pytest.raises(InputError, match="an unknown normal force"):
+        REPORTS["friction"].scaled(run, [replace(rows[1], conditions=UNKNOWN)])
