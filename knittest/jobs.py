@@ -81,6 +81,9 @@ def _write_plan(parent: Path, runs: Sequence[Run]) -> None:
 
 def _run_jobs(jobs: Sequence[Job], options: RunOptions, parent: Path | None) -> int:
     """Run the jobs one after the other; ``parent`` is what a user resumes, if not the folder of the run itself."""
+    completed = [opener for _, opener in jobs if isinstance(opener, Path)]
+    if completed and options.against:
+        raise InputError(f"--against: {completed[0]} is completed but for --verify; use knittest compare after it")
     _set_threads(options.threads)
     outcomes: list[Outcome] = []
     with (

@@ -13,8 +13,9 @@ from knittest.errors import InputError
 #: ratio of element lengths between two meshes. Below 1.3 noise is taken for error (Celik et al. 2008, J. Fluids Eng.
 #: 130, 078001), far above it the coarser one says little of the finer; the even counts of loops and waves leave no more
 SHELLS, YARNS = (1.5, 2.5), (1.3, 2.0)
-#: shells that a mesh keeps along and across a strip
-LEAST = (4, 2)
+#: shells that a coarser mesh keeps along and across a strip: with 5 along the curvature of a bent root is not yet in
+#: its order
+LEAST = (8, 2)
 #: difference of the ratios along two sides, or of loops and waves, that does not matter, and that is too much
 EVEN, UNEVEN = 0.05, 0.3
 
@@ -81,8 +82,8 @@ def _shells(run: Run) -> Iterator[_Choice]:
     for n in range(LEAST[1], int(SHELLS[1] * across) + 1):
         m = round(length * n / width)
         finer = n > across
-        ratios = (m / along, n / across) if finer else (along / m if m else 0.0, across / n)
-        if m >= LEAST[0] and _within(ratios, SHELLS) and low <= width / n <= high:
+        ratios = (m / along, n / across) if finer else (along / max(m, 1), across / n)
+        if (finer or m >= LEAST[0]) and _within(ratios, SHELLS) and low <= width / n <= high:
             yield _Choice((m, n), ratios, finer)
 
 

@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 from restart_cases import finish, results, start
 
-#: a strip of 4 by 10 shells
+#: a strip of 5 by 14 shells
 STRIP = (
     "tensile", "--variant", "1", "--scale", "macro", "--preset", "quick", "--direction", "warp",
-    "--set", "rig.width=40", "--set", "rig.gauge_length=100", "--set", "output.frames=2",
+    "--set", "rig.gauge_length=140", "--set", "output.frames=2",
 )  # fmt: skip
 SLOW = ("--set", "output.checkpoint_interval=0.02", "--set", "solver.speed=0.1")
 

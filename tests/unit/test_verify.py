@@ -173,6 +173,8 @@ def test_the_page_shows_every_change_and_the_border(tmp_path: Path, monkeypatch:
 def test_resume_verifies_a_completed_run_that_was_not(tmp_path: Path, monkeypatch: Any) -> None:
     folder = write_run(tmp_path / "r", preset="quick", **VERIFY)
     asked = repeats(monkeypatch, 1.0, 1.0)
+    with pytest.raises(InputError, match="--against"):
+        jobs.resume_command(folder, RunOptions(quiet=True, against=(Path("x.csv"),)))
     assert jobs.resume_command(folder, RunOptions(quiet=True)) == 0 and len(asked) == 2
     assert "numerical_error" in json.loads((folder / "summary.json").read_text())
     assert jobs.resume_command(folder, RunOptions(quiet=True)) == 0 and len(asked) == 2
