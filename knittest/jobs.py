@@ -57,7 +57,7 @@ def _jobs(plan: Path, folder: Path, force: bool) -> list[Job]:
         return [(resolve(config=plan, accept_limits=None), partial(open_new, out=folder))]
     manifest = manifest_of(folder)
     if manifest["status"] == "completed":
-        run = resolve(config=config)
+        run = resolve(config=config, accept_limits=None)
         if unverified(folder, run):
             return [(run, folder)]
         print(f"{folder}: completed on {manifest.get('ended')}; nothing to resume")

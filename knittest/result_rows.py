@@ -191,7 +191,7 @@ def _judged(
         return "-", "-", "-", "no reference"
     mean, deviation = _number(row["experiment_mean"], form), row["deviation_sd"]
     if deviation is None or not math.isfinite(deviation):
-        percent = _percent(row.get("simulated"), row["experiment_mean"])
+        percent = _percent(row.get("simulated"), row["experiment_mean"], error, plus_minus)
         return mean, percent or "-", row["kind"], UNSCATTERED if percent else "not comparable"
     experiment = f"{mean} {plus_minus} {_number(row['experiment_sd'], form)}"
     share = 0.0 if error is None else error / row["experiment_sd"]
@@ -206,11 +206,12 @@ def verdict_of(deviation: float, error: float = 0.0) -> str:
     return "outside 1 sd" if abs(deviation) - error > 1.0 else UNRESOLVED
 
 
-def _percent(simulated: float | None, mean: float | None) -> str:
-    """Deviation in percent of the mean; empty where one of the two is no number."""
+def _percent(simulated: float | None, mean: float | None, error: float | None, plus_minus: str) -> str:
+    """Deviation with its numerical ``error`` in percent of the mean; empty where one of the two is no number."""
     if simulated is None or not mean or not math.isfinite(simulated / mean):
         return ""
-    return f"{100.0 * (simulated / mean - 1.0):+.1f} %"
+    told = "" if error is None else f" {plus_minus} {error_text(abs(100.0 * error / mean), '{:.1f}')}"
+    return f"{100.0 * (simulated / mean - 1.0):+.1f}{told} %"
 
 
 def _number(value: float | None, form: str) -> str:

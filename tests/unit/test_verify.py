@@ -138,6 +138,14 @@ def test_the_deviation_carries_the_error_in_sd(tmp_path: Path, monkeypatch: Any)
     assert shown[-1] == UNRESOLVED and f"{told:.2f}" == "0.98"
 
 
+def test_a_deviation_from_one_specimen_carries_the_error_in_percent(tmp_path: Path, monkeypatch: Any) -> None:
+    summary = dict(verified_run(tmp_path / "r", monkeypatch, 0.98, 1.0).summary)
+    summary["comparison"] = [{**row, "deviation_sd": None} for row in summary["comparison"]]
+    row = next(r for r in summary["comparison"] if r["quantity"] == "peak_force_n")
+    off, told = 100.0 * (PEAK / row["experiment_mean"] - 1.0), 8.0 * PEAK / row["experiment_mean"]
+    assert result_rows(summary, refused=False)[0].deviation == f"{off:+.1f} ± {told:.1f} %"
+
+
 def test_small_errors_are_not_rounded_to_nothing(tmp_path: Path, monkeypatch: Any) -> None:
     outcome = verified_run(tmp_path / "r", monkeypatch, 1.00001, 1.0)
     rows = {row.quantity: row.simulated for row in result_rows(outcome.summary, refused=False)}

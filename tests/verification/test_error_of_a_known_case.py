@@ -1,7 +1,5 @@
 """The numerical error of a strip whose shape is known: it covers what the shells are off, and not much more."""
 
-import pytest
-
 from knittest.config.loading import resolve
 from knittest.halving import halving
 from knittest.laboratory.heavy_elastica import chord_angle
