@@ -1,6 +1,7 @@
 """What the commands that run tests do: a list of runs, one folder each, one table; started or gone on with."""
 
 import shlex
+import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from datetime import datetime
@@ -11,15 +12,16 @@ from knittest.config.dumping import dump
 from knittest.config.loading import resolve
 from knittest.config.run import Run
 from knittest.errors import InputError, ResourceError
-from knittest.export.atomic import resource_error, write_atomic
+from knittest.export.atomic import make_folder, write_atomic
 from knittest.export.checkpoints import PATTERN
 from knittest.export.folder import fresh_folder, run_name
 from knittest.interrupts import Interrupted, Interrupts
-from knittest.opening import Opener, manifest_of, open_again, open_new
+from knittest.opening import Opener, manifest_of, open_again, open_new, tidy_completed
 from knittest.options import RunOptions
-from knittest.run import EXIT_REFUSED, Outcome, execute
+from knittest.run import EXIT_REFUSED, Outcome, execute, references_of
 from knittest.terminal import Progress
 from knittest.terminal_results import print_json, print_refused, print_results
+from knittest.threads import use_threads
 from knittest.verify import finished, unverified, verified
 
 #: a run, and what opens its folder, or the folder where it is completed and only to be verified
@@ -28,6 +30,9 @@ Job = tuple[Run, Opener | Path]
 
 def run_command(runs: list[Run], options: RunOptions) -> int:
     """Run every direction into its own folder, print one table; returns the exit code."""
+    use_threads(options.threads)
+    for run in runs:  # before there is a folder that stands in the way of the corrected command
+        references_of(run, options.against)
     if len(runs) == 1:
         return _run_jobs([(runs[0], partial(open_new, out=options.out))], options, None)
     parent = options.out or fresh_folder(Path("runs") / run_name(runs[0], direction="both", at=datetime.now()))
@@ -36,45 +41,60 @@ def run_command(runs: list[Run], options: RunOptions) -> int:
 
 
 def resume_command(folder: Path, options: RunOptions, force: bool = False) -> int:
-    """Go on with the run in ``folder``, or with all runs that were planned in it; returns the exit code.
+    """Go on with the run in ``folder``, or with all runs that were planned in it; returns the exit code, of a run that
+    is complete the one that it ended with.
 
     Raises :class:`InputError` when it is no run folder, no checkpoint verifies, or something changed, unless ``force``.
     """
+    use_threads(options.threads)
+    jobs, codes = [], []
+    for plan, place in _plans(folder):
+        left = _what_is_left(plan, place, options, force)
+        if isinstance(left, int):
+            codes.append(left)
+        else:
+            jobs.append(left)
+    return max([*codes, _run_jobs(jobs, options, folder) if jobs else 0])
+
+
+def _plans(folder: Path) -> list[tuple[Path, Path]]:
+    """Config and folder of each run that was planned in ``folder``."""
     if (folder / "config.yaml").is_file():
-        jobs = _jobs(folder / "config.yaml", folder, force)
-    else:
-        plans = sorted(folder.glob("config-*.yaml"))
-        if not plans:
-            raise InputError(f"{folder}: not a run folder: it has no config.yaml")
-        jobs = [job for plan in plans for job in _jobs(plan, folder / plan.stem.removeprefix("config-"), force)]
-    return _run_jobs(jobs, options, folder) if jobs else 0
+        return [(folder / "config.yaml", folder)]
+    plans = sorted(folder.glob("config-*.yaml"))
+    if not plans:
+        raise InputError(f"{folder}: not a run folder: it has no config.yaml")
+    return [(plan, folder / plan.stem.removeprefix("config-")) for plan in plans]
 
 
-def _jobs(plan: Path, folder: Path, force: bool) -> list[Job]:
-    """The job that is left of the run in ``folder``, planned in ``plan``: none if it is complete and verified."""
+def _what_is_left(plan: Path, folder: Path, options: RunOptions, force: bool) -> Job | int:
+    """The job that is left of the run in ``folder``, planned in ``plan``; the exit code of one that is complete."""
     config = folder / "config.yaml"
     if not config.is_file():
-        return [(resolve(config=plan, accept_limits=None), partial(open_new, out=folder))]
+        return resolve(config=plan, accept_limits=None), partial(open_new, out=folder)
     manifest = manifest_of(folder)
-    if manifest["status"] == "completed":
-        run = resolve(config=config, accept_limits=None)
-        if unverified(folder, run):
-            return [(run, folder)]
-        print(f"{folder}: completed on {manifest.get('ended')}; nothing to resume")
-        return []
-    return [(resolve(config=config, accept_limits=None), partial(open_again, path=folder, force=force))]
+    if manifest["status"] != "completed":
+        return resolve(config=config, accept_limits=None), partial(open_again, path=folder, force=force)
+    tidy_completed(folder, options.pictures)
+    run = resolve(config=config, accept_limits=None)
+    if unverified(folder, run):
+        return run, folder
+    reason = f": {manifest['message']}" if manifest.get("message") else ""
+    print(
+        f"{folder}: completed on {manifest.get('ended')}{reason}; nothing to resume",
+        file=sys.stderr if options.json else sys.stdout,
+    )
+    code = manifest.get("exit_code")
+    return code if isinstance(code, int) else 0
 
 
 def _write_plan(parent: Path, runs: Sequence[Run]) -> None:
     """Keep what is to be run, for a resume before the later ones have a folder."""
+    make_folder(parent)
     if any(parent.glob("config-*.yaml")):
         raise InputError(
             f"--out {parent}: holds a run; continue it with: knittest resume {parent}, or choose a new folder"
         )
-    try:
-        parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise resource_error(parent, error) from error
     for run in runs:
         write_atomic(parent / f"config-{run.direction}.yaml", dump(run))
 
@@ -84,7 +104,6 @@ def _run_jobs(jobs: Sequence[Job], options: RunOptions, parent: Path | None) -> 
     completed = [opener for _, opener in jobs if isinstance(opener, Path)]
     if completed and options.against:
         raise InputError(f"--against: {completed[0]} is completed but for --verify; use knittest compare after it")
-    _set_threads(options.threads)
     outcomes: list[Outcome] = []
     with (
         Interrupts() as interrupts,
@@ -124,12 +143,3 @@ def _says_how_to_resume(parent: Path | None) -> Iterator[None]:
 
 def _command(path: Path) -> str:
     return f"; continue with: knittest resume {shlex.quote(str(path))}"
-
-
-def _set_threads(threads: int | None) -> None:
-    """Use ``threads`` threads (default: all cores), one if the threading layer is too slow for small steps."""
-    import numba
-
-    from knittest.kernels.threading import best_threads
-
-    numba.set_num_threads(best_threads(threads))

@@ -9,12 +9,13 @@ from typing import Any
 from knittest.config.dumping import dump
 from knittest.config.run import Run
 from knittest.errors import InputError
-from knittest.export.checkpoints import Checkpoints
+from knittest.export.checkpoints import PATTERN, Checkpoints
 from knittest.export.folder import RunFolder
 from knittest.export.identity import Identity, cell_of, changes, identity_of
-from knittest.export.lock import RunLock
+from knittest.export.lock import LOCK_NAME, RunLock
 from knittest.interrupts import Interrupts
 from knittest.notes import tell
+from knittest.report_page.page import FILE, write_if_possible, write_report
 
 #: changes that an error message lists
 LISTED = 5
@@ -59,6 +60,18 @@ def open_again(run: Run, data_files: list[Path], interrupts: Interrupts, *, path
     except BaseException:
         lock.release()
         raise
+
+
+def tidy_completed(path: Path, pictures: bool) -> None:
+    """Write the page that a kill right after the end of the run left out, and remove what it left in ``path``."""
+    leavings = [path / LOCK_NAME, *path.glob(PATTERN)]
+    if any(file.exists() for file in leavings):
+        lock = RunLock(path)
+        for file in leavings[1:]:
+            file.unlink(missing_ok=True)
+        lock.release()
+    if pictures and not (path / FILE).exists():
+        write_if_possible(path, write_report)
 
 
 def manifest_of(path: Path) -> dict[str, Any]:

@@ -6,6 +6,16 @@ from pathlib import Path
 
 from knittest.errors import InputError
 
+#: most characters of a file's content in a message
+EXCERPT = 100
+
+
+def excerpt(text: str) -> str:
+    """The first line of ``text``, printable and cut to :data:`EXCERPT` characters, for a message on a file."""
+    line = next(iter(text.splitlines()), "")
+    plain = "".join(c if c.isprintable() else "?" for c in line)
+    return plain if len(plain) <= EXCERPT else plain[: EXCERPT - 3] + "..."
+
 
 def read_regular(path: Path, limit: int, remedy: str) -> bytes:
     """Bytes of a regular file of at most ``limit`` bytes; ``remedy`` ends the message of a larger one.

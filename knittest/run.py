@@ -48,7 +48,7 @@ class Outcome:
 
 def execute(run: Run, opener: Opener, interrupts: Interrupts, options: RunOptions, progress: Progress) -> Outcome:
     """Run all specimens of ``run``, or those that are left, and write its folder."""
-    references = replace(_references(run), own=own_curves(run, options.against))
+    references = references_of(run, options.against)
     if run.model.scale == "meso":  # before there is a folder, whose manifest names the cell
         progress.phase(f"{run.direction or run.rig.kind}: relaxing geometry")
         cell_of(run)
@@ -71,6 +71,11 @@ def execute(run: Run, opener: Opener, interrupts: Interrupts, options: RunOption
         write_if_possible(folder.path, write_report)
     judged = comparison["curves"][len(comparison["curves"]) - len(references.own) :]
     return Outcome(run, folder.path, summary, quality, [] if quality.failures else judged)
+
+
+def references_of(run: Run, against: Sequence[Path]) -> References:
+    """What ``run`` is compared with: published rows, the reference curve, curves of the user's."""
+    return replace(_references(run), own=own_curves(run, against))
 
 
 def _specimens(run: Run, progress: Progress, opened: Opened) -> list[Specimen]:

@@ -23,6 +23,7 @@ from knittest.models.explicit_model import ExplicitModel
 from knittest.models.macro import build_strip, self_contact
 from knittest.models.meso import build_meso
 from knittest.simulate import simulate
+from knittest.threads import check_layer
 
 #: kernels of the macro scale with self-contact
 MACRO_CONTACT = "macro-contact"
@@ -49,6 +50,7 @@ def warm(run: Run, phase: Callable[[str], None] | None = None) -> float:
     kernels = kernels_of(run)
     if kernels in _warm:
         return 0.0
+    check_layer()
     ready, kept = compiled_before(kernels), CODE_FOLDER is not None
     if phase is not None:
         once = "once per installation" if kept else "nothing is cached"

@@ -15,9 +15,11 @@ def doctor() -> None:
     from knittest import __version__
     from knittest.cache import cache_root
     from knittest.export.provenance import cpu_model, library_versions
-    from knittest.kernels.threading import best_threads, threading_layer
+    from knittest.kernels.threading import threading_layer
     from knittest.resources import configs_dir, data_dir
+    from knittest.threads import use_threads
 
+    threads = use_threads(None)
     layer = threading_layer()
     slow = " (slow: a fork costs 55 us; install libgomp or tbb, one thread is used until then)"
     rows = {
@@ -26,7 +28,7 @@ def doctor() -> None:
         **library_versions(),
         "processor": cpu_model(),
         "cores": str(os.cpu_count()),
-        "threads used": str(best_threads(None)),
+        "threads used": str(threads),
         "threading layer": layer + (slow if layer == "workqueue" else ""),
         "cache folder": str(cache_root() or "none: nothing is cached"),
         "configs": str(configs_dir()),

@@ -13,7 +13,7 @@ from typing import Any
 import click
 
 from knittest import __version__
-from knittest.errors import KnittestError, ResourceError
+from knittest.errors import InputError, KnittestError, ResourceError
 from knittest.interrupts import UntilSaved
 
 #: name of a command: module that holds it under the same name, and what ``--help`` says of it
@@ -44,6 +44,8 @@ COMMANDS = {
 INTERRUPTED = 75
 #: full disk, quota, read-only place, missing permission: the machine's trouble, not the program's
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES)
+#: a path that no file can have
+NO_PATH = (errno.ENAMETOOLONG, errno.ELOOP, errno.ENOTDIR)
 
 
 class LazyGroup(click.Group):
@@ -117,14 +119,21 @@ def run(arguments: list[str] | None = None, stops: UntilSaved | None = None) -> 
     except MemoryError:
         return _say("error: out of memory; use a smaller preset", ResourceError.exit_code)
     except Exception as error:
-        if isinstance(error, OSError) and error.errno in NO_ROOM:
-            place = f"{error.filename}: " if error.filename else ""
-            return _say(f"error: {place}{error.strerror}", ResourceError.exit_code)
+        if isinstance(error, OSError) and error.errno in NO_ROOM + NO_PATH:
+            code = (InputError if error.errno in NO_PATH else ResourceError).exit_code
+            return _say(f"error: {_place(error)}: {error.strerror}", code)
         if os.environ.get("KNITTEST_DEBUG"):
             raise
         if stops and stops.asked:
             return _say(f"stopped by {stops.asked}", INTERRUPTED)
         return _say(f"internal error: {error or type(error).__name__}; please report it with {_log()}", 1)
+
+
+def _place(error: OSError) -> str:
+    """Where it happened: an error without a file is one of what the command prints."""
+    from knittest.reading import excerpt
+
+    return "standard output cannot be written" if error.filename is None else excerpt(os.fsdecode(error.filename))
 
 
 def _leave(code: int) -> None:

@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from knittest.errors import ResourceError
+from knittest.errors import InputError, ResourceError
+from knittest.reading import excerpt
 
 _HINTS = {
     errno.ENOSPC: "the disk is full; free some space or choose another folder with --out",
@@ -16,11 +17,34 @@ _HINTS = {
     errno.EPERM: "no permission to write there; choose another folder with --out",
 }
 
+#: what a folder may be called, so that the files in it have names that every file system takes
+DEEPEST, LONGEST, LONGEST_NAME = 100, 3500, 200
+
 
 def resource_error(path: Path, error: OSError) -> ResourceError:
     """Say in one line which file could not be written, why, and what to do."""
     hint = _HINTS.get(error.errno or 0, error.strerror or str(error))
     return ResourceError(f"{path}: cannot write: {hint}")
+
+
+def make_folder(path: Path) -> None:
+    """Make ``path`` and the folders it lies in; raises :class:`InputError` for a name that no file system takes,
+    :class:`ResourceError` where it cannot be written.
+    """
+    if len(path.parts) > DEEPEST or len(os.fsencode(path.absolute())) > LONGEST:
+        raise InputError(
+            f"{excerpt(str(path))}: {len(path.parts)} folders deep, {len(os.fsencode(path))} bytes long; expected at "
+            f"most {DEEPEST} and {LONGEST}: choose a shorter path"
+        )
+    if longest := next((name for name in path.parts if len(os.fsencode(name)) > LONGEST_NAME), ""):
+        raise InputError(
+            f"{excerpt(longest)}: a name of {len(os.fsencode(longest))} bytes; expected at most {LONGEST_NAME}: choose "
+            "a shorter one"
+        )
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise resource_error(path, error) from error
 
 
 @contextmanager

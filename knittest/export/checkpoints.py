@@ -1,7 +1,8 @@
 """Checkpoints of a run folder: the newest two of the specimen that runs, its frames, and the finished specimens.
 
-``checkpoint-0007.npz`` state of one simulation; ``checkpoint-frame-0000-0003.npz`` frame 3 of specimen 0, written once;
-``checkpoint-specimen-0000.npz`` a finished specimen; ``checkpoint-failed.npz`` the state when the numbers went wrong.
+``checkpoint-0007.npz`` state of one simulation; ``checkpoint-frame-0000-0003.npz`` frame 3 of specimen 0, written once,
+and its ``-copy.npz``, because every later checkpoint needs it; ``checkpoint-specimen-0000.npz`` a finished specimen;
+``checkpoint-failed.npz`` the state when the numbers went wrong.
 """
 
 import json
@@ -69,7 +70,7 @@ class Checkpoints:
     def tidy(self) -> None:
         """Before going on: remove what did not verify, what was half-written, and frames later than the state."""
         specimen, snapshot = self.found or (0, Snapshot({}, []))
-        needed = {_frame_path(self.folder, specimen, k) for k in range(len(snapshot.frames))}
+        needed = {p for k in range(len(snapshot.frames)) for p in _frame_paths(self.folder, specimen, k)}
         later = set(self.folder.glob("checkpoint-frame-*.npz")) - needed
         for path in [*self._damaged, *later, *self.folder.glob(".*.tmp*")]:
             path.unlink(missing_ok=True)
@@ -96,9 +97,9 @@ class Checkpoints:
     def write(self, specimen: int, snapshot: Snapshot) -> None:
         """Write the next checkpoint and its new frames; then the third newest goes."""
         for k, frame in enumerate(snapshot.frames):
-            path = _frame_path(self.folder, specimen, k)
-            if not path.exists():
-                write_arrays(path, frame)
+            for path in _frame_paths(self.folder, specimen, k):
+                if not path.exists():
+                    write_arrays(path, frame)
         self._number += 1
         write_arrays(_path(self.folder, self._number), self._labelled(snapshot.state, specimen))
         for number in _numbered(self.folder):
@@ -122,12 +123,27 @@ class Checkpoints:
     def _load(self, number: int) -> Identity:
         state = read_arrays(_path(self.folder, number))
         specimen, identity = int(state.pop("specimen")), json.loads(str(state.pop("identity")))
-        paths = [_frame_path(self.folder, specimen, k) for k in range(int(state["n_frames"]))]
-        for path in paths:
-            if not path.exists():
-                raise Damaged(f"{path.name}, which {_path(self.folder, number).name} needs, is missing")
-        self.found = specimen, Snapshot(state, [read_arrays(path) for path in paths])
+        frames = [self._frame(specimen, k, number) for k in range(int(state["n_frames"]))]
+        self.found = specimen, Snapshot(state, frames)
         return dict(identity)
+
+    def _frame(self, specimen: int, frame: int, number: int) -> State:
+        """The frame from its file or from the copy; raises :class:`Damaged` when neither verifies."""
+        damaged = []
+        for path in _frame_paths(self.folder, specimen, frame):
+            if not path.exists():
+                damaged.append(f"{path.name}, which {_path(self.folder, number).name} needs, is missing")
+                continue
+            try:
+                found = read_arrays(path)
+            except Damaged as error:
+                damaged.append(str(error))
+                self._damaged.append(path)  # and is written anew with the next checkpoint
+                continue
+            if damaged:
+                self.tell(f"{damaged[0]}; using {path.name}")
+            return found
+        raise Damaged(damaged[0])
 
     def _finished_identity(self) -> Identity | None:
         for path in sorted(self.folder.glob("checkpoint-specimen-*.npz"), reverse=True):
@@ -179,8 +195,9 @@ def _path(folder: Path, number: int) -> Path:
     return folder / f"checkpoint-{number:04d}.npz"
 
 
-def _frame_path(folder: Path, specimen: int, frame: int) -> Path:
-    return folder / f"checkpoint-frame-{specimen:04d}-{frame:04d}.npz"
+def _frame_paths(folder: Path, specimen: int, frame: int) -> tuple[Path, Path]:
+    name = f"checkpoint-frame-{specimen:04d}-{frame:04d}"
+    return folder / f"{name}.npz", folder / f"{name}-copy.npz"
 
 
 def _numbered(folder: Path) -> list[int]:

@@ -1,5 +1,7 @@
 """The run folder: everything a run leaves behind, and a manifest that always says how it ended."""
 
+import json
+import os
 import re
 import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
@@ -11,7 +13,7 @@ from typing import Any, Self
 
 from knittest.config.run import Run
 from knittest.errors import InputError, KnittestError
-from knittest.export.atomic import resource_error, write_atomic
+from knittest.export.atomic import make_folder, resource_error, write_atomic
 from knittest.export.jsonfile import json_text
 from knittest.export.lock import LOCK_NAME, RunLock
 from knittest.export.manifest import ending, first_manifest, now, restarted_manifest
@@ -220,8 +222,8 @@ def slug(text: str) -> str:
 
 def fresh_folder(path: Path) -> Path:
     """Make ``path``, or ``path-2``, ``path-3``... when runs of the same second got there first."""
+    make_folder(path.parent)
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
         candidate, number = path, 1
         while True:
             try:
@@ -236,10 +238,10 @@ def fresh_folder(path: Path) -> Path:
 
 def _chosen_folder(path: Path) -> Path:
     """Make the folder the user chose, or check that it is empty or a dead run's."""
-    if path.exists() and not path.is_dir():
+    if os.path.lexists(path) and not path.is_dir():
         raise InputError(f"--out {path}: is a file, expected a new or empty folder")
+    make_folder(path)
     try:
-        path.mkdir(parents=True, exist_ok=True)
         names = [file.name for file in path.iterdir()]
     except OSError as error:
         raise resource_error(path, error) from error
@@ -257,6 +259,8 @@ def _clear_dead_run(path: Path, lock: RunLock) -> None:
     names = {file.name for file in path.iterdir()} - {LOCK_NAME}
     if not names:
         return
+    if _completed(path):  # and killed before its lock was removed
+        raise InputError(f"--out {path}: holds a completed run; choose a new folder, or remove this one")
     leftover = [name for name in names if re.fullmatch(r"\..*\.tmp(\.\w+)?", name)]
     strange = sorted(names - set(_OWN) - {"frames", *leftover})
     if strange:
@@ -269,6 +273,14 @@ def _clear_dead_run(path: Path, lock: RunLock) -> None:
             file.unlink()
     except OSError as error:
         raise resource_error(path, error) from error
+
+
+def _completed(path: Path) -> bool:
+    try:
+        manifest = json.loads((path / "manifest.json").read_text(encoding="utf-8"))
+        return bool(manifest["status"] == "completed")
+    except (OSError, ValueError, KeyError, TypeError):
+        return False
 
 
 def _notice(path: Path, lock: RunLock) -> str:

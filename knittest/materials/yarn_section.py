@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.config.fabric import Fabric, Yarn, YarnLaw
+from knittest.errors import InputError
 from knittest.units import to_kernel
 
 Array = NDArray[np.float64]
@@ -61,7 +62,8 @@ def hinges(law: YarnLaw, modulus: float) -> tuple[Array, Array]:
         return toe * np.arange(TOE_SEGMENTS + 1) / TOE_SEGMENTS, np.diff(tangent, prepend=0.0)
     strain = to_kernel(1.0, "%") * np.array([p[0] for p in law.points])
     stress = np.array([p[1] for p in law.points])
-    return strain[:-1], np.diff(np.diff(stress) / np.diff(strain), prepend=0.0)
+    with np.errstate(over="ignore", invalid="ignore"):  # refused where it is used
+        return strain[:-1], np.diff(np.diff(stress) / np.diff(strain), prepend=0.0)
 
 
 def section(yarn: Yarn, bending: float) -> Section:
@@ -70,6 +72,11 @@ def section(yarn: Yarn, bending: float) -> Section:
     y, z, a = ring_rule(area, bending / modulus)
     strain, slope = hinges(yarn.law, modulus)
     tangent = float(np.max(np.cumsum(slope)))
+    if not 0.0 < tangent < np.inf:
+        raise InputError(
+            f"law of a yarn: its steepest piece is {tangent:g} MPa; expected points whose stress [MPa] rises with "
+            "strain [%] somewhere, by less than a number can hold"
+        )
     shear_modulus = modulus / (2.0 * (1.0 + POISSON))
     ring = float(np.hypot(y[0], z[0]))
     return Section(

@@ -9,6 +9,7 @@ from knittest.errors import InputError
 from knittest.kernels.triangle_distance import crossings, far_distance, inherit, near_distance
 from knittest.models.boundary import Tool, sampled
 from knittest.models.triangle_mesh import TriangleMesh
+from knittest.reading import excerpt, read_regular
 
 Array = NDArray[np.float64]
 
@@ -21,6 +22,9 @@ SHIFT = np.array([0.3819660, 0.2360680, 0.0])
 #: distances up to so many spacings are those of the nearest triangle of all; farther ones of that of the nearest such
 #: sample, or of a neighbour's, asked so many times
 BAND, PASSES = 4.0, 2
+#: most triangles of a file, and the bytes that one takes in ASCII at most and in lines
+MOST_TRIANGLES, ASCII_BYTES, ASCII_LINES = 1_000_000, 500, 7
+BINARY_HEAD, BINARY_BYTES = 84, 50
 #: most samples of a grid: 200 MB
 MOST_SAMPLES = 25_000_000
 
@@ -61,15 +65,29 @@ def read_stl(path: Path) -> TriangleMesh:
     """Triangles of an STL file, ASCII or binary, joined at their corners; raises :class:`InputError`."""
     import meshio
 
+    _check_size(path)
     try:
-        mesh = meshio.read(path, file_format="stl")
+        with np.errstate(over="ignore"):  # it multiplies a number from the file
+            mesh = meshio.read(path, file_format="stl")
         triangles = mesh.cells_dict["triangle"]
-    except (OSError, KeyError, ValueError, IndexError, meshio.ReadError) as error:
-        raise InputError(f"{path}: not an STL file with triangles ({error or type(error).__name__})") from None
+    except Exception as error:  # its parsers raise whatever the bytes lead them to, with all of them in the message
+        why = excerpt(str(error)) or type(error).__name__
+        raise InputError(f"{path}: not an STL file with triangles ({why})") from None
     if not np.isfinite(mesh.points).all():
         raise InputError(f"{path}: corners that are not finite")
     # every triangle of an STL file has corners of its own, in single precision
     return TriangleMesh.joined([mesh.points.astype(float)[triangles]], same=1e-6)
+
+
+def _check_size(path: Path) -> None:
+    """Raise :class:`InputError` for what is no file, and for more triangles than can be mended and sampled in time."""
+    limit = MOST_TRIANGLES * ASCII_BYTES
+    content = read_regular(path, limit, f"expected at most {MOST_TRIANGLES:,} triangles; write a coarser mesh")
+    count = int.from_bytes(content[BINARY_HEAD - 4 : BINARY_HEAD], "little")
+    if len(content) != BINARY_HEAD + BINARY_BYTES * count:
+        count = content.count(b"\n") // ASCII_LINES
+    if count > MOST_TRIANGLES:
+        raise InputError(f"{path}: {count:,} triangles; expected at most {MOST_TRIANGLES:,}: write a coarser mesh")
 
 
 def check_closed(mesh: TriangleMesh) -> None:

@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+#: most points that a surface is spread to
+MOST_POINTS = 2_000_000
 #: corners closer than this share of the surface's extent are one
 SAME = 1e-8
 
@@ -42,6 +44,21 @@ class TriangleMesh:
         """Corners of the triangles [mm], (m, 3, 3)."""
         found: Array = self.points[self.triangles]
         return found
+
+    def spread(self, spacing: float) -> Array:
+        """Points [mm], (n, 3), all over the surface: its corners, and between them a point every ``spacing`` [mm] at
+        least, or as close as :data:`MOST_POINTS` allow.
+        """
+        corners = self.corners
+        sides = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+        close = max(spacing, float(np.sqrt(0.5 * (sides**2).sum() / MOST_POINTS)))
+        parts = np.maximum(np.ceil(sides / close), 1.0).astype(int)
+        found = [self.points]
+        for n in np.unique(parts[parts > 1]):
+            i, j = (steps.ravel() for steps in np.mgrid[: n + 1, : n + 1])
+            shares = np.column_stack([i, j, n - i - j])[i + j <= n] / n
+            found.append(np.einsum("kc,mcd->mkd", shares, corners[parts == n]).reshape(-1, 3))
+        return np.concatenate(found)
 
     @property
     def normals(self) -> Array:

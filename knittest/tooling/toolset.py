@@ -23,6 +23,9 @@ Array = NDArray[np.float64]
 #: what the meshes show of bodies that have no end for the kernel [mm]: walls beyond the depth, thickness of the holder,
 #: die and holder beyond the blank, radius of their corners
 SPARE, PLATE, RIM, CORNER = 20.0, 10.0, 20.0, 10.0
+#: distance of the points at which bodies from files are asked for the gap between them [mm]: a large triangle may run
+#: through another body with no corner in it
+BETWEEN = 3.0
 
 
 @dataclass(frozen=True)
@@ -35,6 +38,11 @@ class RigidTool:
     solid: TriangleMesh
     distance: Callable[[Array], Array]
     notes: tuple[str, ...] = ()
+
+    @property
+    def asked(self) -> Array:
+        """Points of its surface [mm], (n, 3), that stand for it where a gap is asked for."""
+        return self.solid.spread(BETWEEN) if self.tool.samples.size else self.solid.points
 
 
 @dataclass(frozen=True)
@@ -119,6 +127,6 @@ def _from_file(stl: StlTool, place: Placement) -> RigidTool:
 
 
 def _narrowest(stamp: RigidTool, die: RigidTool, depth: float) -> float:
-    """Narrowest gap [mm] between ``stamp``, moved down by ``depth``, and ``die``, at the corners of either's mesh."""
+    """Narrowest gap [mm] between ``stamp``, moved down by ``depth``, and ``die``, on either's surface."""
     down = np.array([0.0, 0.0, depth])
-    return float(min(die.distance(stamp.solid.points - down).min(), stamp.distance(die.solid.points + down).min()))
+    return float(min(die.distance(stamp.asked - down).min(), stamp.distance(die.asked + down).min()))

@@ -1,11 +1,12 @@
 """What batches, calibrations and homogenisations share: the folder that they go on in, and how they say so."""
 
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from knittest.errors import InputError
-from knittest.export.atomic import resource_error, write_atomic
+from knittest.export.atomic import make_folder, resource_error, write_atomic
 from knittest.interrupts import Interrupted
 
 
@@ -15,10 +16,10 @@ def study_folder(folder: Path, marker: str, content: bytes | str, what: str) -> 
     Raises :class:`InputError` where it is a file or holds something else than ``what``, :class:`ResourceError` where
     it cannot be written.
     """
-    if folder.exists() and not folder.is_dir():
+    if os.path.lexists(folder) and not folder.is_dir():
         raise InputError(f"--out {folder}: is a file, expected a folder")
+    make_folder(folder)
     try:
-        folder.mkdir(parents=True, exist_ok=True)
         names = [entry.name for entry in folder.iterdir() if not entry.name.startswith(".")]
     except OSError as error:
         raise resource_error(folder, error) from error

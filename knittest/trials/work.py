@@ -23,6 +23,7 @@ from knittest.errors import InputError, NumericalError, ResourceError
 from knittest.interrupts import Interrupted, Interrupts
 from knittest.options import RunOptions
 from knittest.terminal import Progress
+from knittest.threads import use_threads
 from knittest.trials.record import Record, Status, record_of
 from knittest.trials.trial import Trial, code_digest
 
@@ -50,7 +51,7 @@ def serve(connection: Connection) -> None:
 
     threading.Thread(target=_listen, args=(connection, tasks), daemon=True).start()
     told("code", code_digest())
-    _set_threads()
+    use_threads(None)
     while True:
         task = tasks.get()
         if isinstance(task, Run):
@@ -111,15 +112,6 @@ def _listen(connection: Connection, tasks: "queue.SimpleQueue[Task | Run]") -> N
             tasks.put(connection.recv())
     except (EOFError, OSError):
         os.kill(os.getpid(), signal.SIGTERM)
-
-
-def _set_threads() -> None:
-    """Those of the environment, one if the threading layer is too slow for small steps."""
-    import numba
-
-    from knittest.kernels.threading import best_threads
-
-    numba.set_num_threads(best_threads(None))
 
 
 def _warm(run: Run, told: Told) -> None:

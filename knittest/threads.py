@@ -1,0 +1,40 @@
+"""Threads of this process, as the user asked for them, on a layer that Numba can have."""
+
+import os
+
+from knittest.errors import InputError
+from knittest.reading import excerpt
+
+LAYERS = "omp, tbb, workqueue, default, safe, forksafe or threadsafe"
+
+
+def use_threads(wanted: int | None) -> int:
+    """Use ``wanted`` threads (default: all cores), one if the threading layer is too slow for small steps.
+
+    Returns how many; raises :class:`InputError` as :func:`check_layer` does.
+    """
+    import numba
+
+    from knittest.kernels.threading import best_threads
+
+    check_layer()
+    count = best_threads(wanted)
+    numba.set_num_threads(count)
+    return count
+
+
+def check_layer() -> None:
+    """Raise :class:`InputError` for a threading layer, chosen in the environment, that Numba does not have here."""
+    chosen = os.environ.get("NUMBA_THREADING_LAYER")
+    if chosen is None:
+        return
+    from knittest.kernels.threading import threading_layer
+
+    try:
+        threading_layer()
+    except ValueError as error:
+        why = str(error).splitlines()[0]
+        raise InputError(
+            f"NUMBA_THREADING_LAYER={excerpt(chosen)}: {why}; expected one of {LAYERS} that is installed, or nothing: "
+            "leave it unset"
+        ) from None

@@ -1,0 +1,144 @@
+"""What is left of a run that ended, however it ended: the code of ``resume``, the folder, the lock, the processes."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from restart_cases import MACRO
+from trial_cases import gone
+
+from knittest.cli.main import run
+from knittest.config.dumping import dump
+from knittest.config.loading import resolve
+from knittest.export.folder import RunFolder
+from knittest.export.lock import LOCK_NAME
+from knittest.resources import PACKAGE
+
+QUICK = (*MACRO, "--quiet", "--threads", "1")
+REFUSED = "comparison refused: kinetic energy over work 7 % is above 5 %"
+
+
+def ended_run(folder: Path, code: int = 0, message: str = "", direction: str = "warp") -> Path:
+    """The folder of a run that completed with ``code``."""
+    folder.mkdir(parents=True)
+    (folder / "config.yaml").write_text(dump(resolve(variant="2", scale="macro", direction=direction)))
+    manifest = {"status": "completed", "exit_code": code, "message": message, "ended": "2026-01-01T00:00:00+00:00"}
+    (folder / "manifest.json").write_text(json.dumps(manifest))
+    (folder / "report.html").write_text("")
+    return folder
+
+
+def status(folder: Path) -> tuple[str, int | None]:
+    manifest = json.loads((folder / "manifest.json").read_text())
+    return manifest["status"], manifest["exit_code"]
+
+
+def test_resume_of_a_refused_run_is_refused(tmp_path, capsys):
+    folder = ended_run(tmp_path / "run", 3, REFUSED)
+    assert run(["resume", str(folder)]) == 3
+    assert REFUSED in capsys.readouterr().out
+    assert run(["tensile", "--resume", str(folder)]) == 3
+    capsys.readouterr()
+    assert run(["resume", str(folder), "--json"]) == 3
+    assert capsys.readouterr().out == ""  # where nothing but JSON goes
+
+
+@pytest.mark.parametrize(("warp", "weft", "code"), [(0, 0, 0), (3, 0, 3), (0, 3, 3), (5, 0, 5)])
+def test_the_worst_of_both_directions_counts(tmp_path, warp, weft, code):
+    for direction, ended in (("warp", warp), ("weft", weft)):
+        (tmp_path / f"config-{direction}.yaml").write_text("")
+        ended_run(tmp_path / direction, ended, direction=direction)
+    assert run(["resume", str(tmp_path)]) == code
+
+
+def test_a_sibling_that_goes_on_does_not_hide_a_refusal(tmp_path, monkeypatch):
+    for direction in ("warp", "weft"):
+        text = dump(resolve(variant="2", scale="macro", direction=direction))
+        (tmp_path / f"config-{direction}.yaml").write_text(text)
+    ended_run(tmp_path / "warp", 3, REFUSED)
+    monkeypatch.setattr("knittest.jobs._run_jobs", lambda jobs, options, parent: 0)
+    assert run(["resume", str(tmp_path)]) == 3
+
+
+def test_resume_writes_the_page_and_removes_the_leavings_of_a_kill(tmp_path, monkeypatch):
+    folder = ended_run(tmp_path / "run")
+    written = []
+    monkeypatch.setattr("knittest.opening.write_if_possible", lambda path, write: written.append(path))
+    assert run(["resume", str(folder)]) == 0 and written == []
+    (folder / LOCK_NAME).write_bytes(b"")
+    (folder / "checkpoint-0003.npz").write_bytes(b"")
+    (folder / "report.html").unlink()
+    assert run(["resume", str(folder)]) == 0
+    assert written == [folder]
+    assert sorted(p.name for p in folder.iterdir()) == ["config.yaml", "manifest.json"]
+
+
+@pytest.mark.parametrize("content", [b"", b'{"pid": 1, "host": "here"}'])
+def test_a_lock_left_in_a_finished_run_does_not_give_it_away(tmp_path, capsys, content):
+    folder = ended_run(tmp_path / "run", 3)
+    (folder / LOCK_NAME).write_bytes(content)
+    before = (folder / "manifest.json").read_bytes()
+    assert run(["tensile", *QUICK, "--out", str(folder)]) == 2
+    assert "holds a completed run" in capsys.readouterr().err
+    assert (folder / "manifest.json").read_bytes() == before and (folder / "config.yaml").is_file()
+
+
+def test_a_signal_while_the_folder_is_opened(tmp_path, monkeypatch, capsys):
+    create = RunFolder.create.__func__
+
+    def stopped(cls, *arguments, **named):
+        folder = create(cls, *arguments, **named)
+        os.kill(os.getpid(), signal.SIGTERM)  # between the first manifest and whoever looks after it
+        return folder
+
+    monkeypatch.setattr(RunFolder, "create", classmethod(stopped))
+    assert run(["tensile", *QUICK, "--out", str(tmp_path / "run")]) == 75
+    assert status(tmp_path / "run") == ("interrupted", 75)
+    assert not (tmp_path / "run" / LOCK_NAME).exists()
+    assert f"stopped by SIGTERM; continue with: knittest resume {tmp_path / 'run'}" in capsys.readouterr().err
+
+
+def test_a_signal_while_a_run_ends(tmp_path, monkeypatch):
+    """It is complete, or it is not; it never stays running."""
+    write = RunFolder._write_manifest
+
+    def stopped(self):
+        if self._manifest["status"] == "completed":
+            os.kill(os.getpid(), signal.SIGTERM)
+        write(self)
+
+    monkeypatch.setattr(RunFolder, "_write_manifest", stopped)
+    assert run(["tensile", *QUICK, "--out", str(tmp_path / "run")]) == 75
+    assert status(tmp_path / "run") in (("completed", 0), ("completed", 3))
+    assert not (tmp_path / "run" / LOCK_NAME).exists()
+    assert not (tmp_path / "run" / "report.html").exists()
+    assert run(["resume", str(tmp_path / "run")]) in (0, 3)
+    assert (tmp_path / "run" / "report.html").is_file()
+
+
+@pytest.mark.parametrize("direction", ["warp", "both"])
+def test_a_curve_that_is_not_there_leaves_no_folder(tmp_path, direction):
+    arguments = ["tensile", *QUICK, "--direction", direction, "--out", str(tmp_path / "run")]
+    assert run([*arguments, "--against", str(tmp_path / "none.csv")]) == 2
+    assert not (tmp_path / "run").exists()
+
+
+def test_the_compiler_ends_with_its_parent(tmp_path):
+    environment = os.environ | {"KNITTEST_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": str(PACKAGE.parent)}
+    work = "from knittest import warmup; warmup._compile_apart('macro')"
+    parent = subprocess.Popen([sys.executable, "-c", work], env=environment)
+    children = Path(f"/proc/{parent.pid}/task/{parent.pid}/children")
+    while not (found := children.read_text().split()):
+        assert parent.poll() is None
+        time.sleep(0.05)
+    compiled = tmp_path / "cache" / "numba"
+    while not list(compiled.rglob("*.nbi")):  # it is at work
+        time.sleep(0.05)
+    parent.kill()
+    parent.wait()
+    assert gone(int(found[0]), 10.0)
