@@ -33,9 +33,12 @@ class Strict(BaseModel):
         for direction in ("warp", "weft"):
             if isinstance(value, Strict) and isinstance(quantity := getattr(value, direction, None), Quantity):
                 check_bounds(quantity.value, meta, direction)
+                _check_scatter(quantity, f"{direction}.sd")
         number = value.value if isinstance(value, Quantity) else value
         if isinstance(number, int | float) and not isinstance(number, bool):
             check_bounds(number, meta)
+        if isinstance(value, Quantity):
+            _check_scatter(value, "sd")
         return value
 
     def kernel(self, name: str, direction: str | None = None) -> float:
@@ -112,6 +115,12 @@ def check_bounds(number: float, meta: dict[str, Any], part: str | None = None) -
         low, high = meta["band"]
         guess = likely_unit(number, meta.get("unit", ""), meta["band"])
         raise BoundsError(f"implausible, expected {low:g} to {high:g}{unit}{guess}", part)
+
+
+def _check_scatter(quantity: Quantity, part: str) -> None:
+    """A standard deviation is no larger than its mean: all these quantities are positive or zero."""
+    if quantity.sd is not None and quantity.sd > quantity.value > 0.0:
+        raise BoundsError(f"is larger than the value itself, {quantity.value:g}: state its own, or null", part)
 
 
 def measure(unit: str, description: str, **meta: Any) -> Any:

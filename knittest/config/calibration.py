@@ -73,7 +73,7 @@ class Target(Strict):
     value: float | None = Field(None, description="instead of the table's mean")
     sd: float | None = Field(None, gt=0, description="instead of the scatter in the table or the curve's sd column")
     curve: str | None = Field(None, description="CSV of a curve, seen from the folder of this file or the shipped data")
-    weight: float = Field(1.0, gt=0, description="factor on the square of the deviation in sd")
+    weight: float = Field(1.0, gt=0, le=1e6, description="factor on the square of the deviation in sd")
 
     @model_validator(mode="after")
     def _one_kind(self) -> Self:
@@ -96,7 +96,11 @@ class Calibration(Strict):
     )
     tolerance: float = number(0.02, "1", "a target is met within this share of its sd", gt=0, le=1)
     noise: float = number(
-        0.05, "1", "a parameter that moves the targets less than this, in sd, over its bounds does not matter", gt=0
+        0.05,
+        "1",
+        "a parameter that moves the targets less than this, in sd, over its bounds does not matter",
+        gt=0,
+        le=1,
     )
     step: float = number(0.05, "1", "finite difference, as a share of the bounds", gt=0, le=0.5)
     max_runs: int = Field(60, ge=2, le=100_000, description="most runs")

@@ -1,11 +1,11 @@
 """A fabric: densities, loop length, mass and thickness, its two yarns, its contact and its macro material."""
 
 import math
-from itertools import pairwise
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, ValidatorFunctionWrapHandler, WrapValidator, model_validator
 
+from knittest.config.agreement import check_area_mass, check_bending, check_law, check_thickness, check_yarn
 from knittest.config.base import BoundsError, Quantity, Strict, measure, number
 from knittest.config.shear import ShearLaw
 
@@ -23,26 +23,14 @@ class YarnLaw(Strict):
     """Axial law of a yarn: linear, linear after a parabolic toe, or a table."""
 
     kind: Literal["linear", "toe", "table"] = Field("linear", description="shape of the axial stress-strain law")
-    toe_strain: float = Field(
-        0.0, ge=0, le=2, description="strain at which the toe ends (kind toe)", json_schema_extra={"unit": "%"}
-    )
+    toe_strain: float = number(0.0, "%", "strain at which the toe ends (kind toe)", ge=0, le=2)
     points: list[Annotated[tuple[float, float], Field(strict=False)]] = Field(
         default_factory=list, description="strain [%] and stress [MPa] pairs, rising, first (0, 0) (kind table)"
     )
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
-        if self.kind == "toe" and self.toe_strain <= 0:
-            raise ValueError("kind toe needs toe_strain > 0 %")
-        if self.kind == "table":
-            strains = [p[0] for p in self.points]
-            stresses = [p[1] for p in self.points]
-            if len(self.points) < 2 or self.points[0] != (0.0, 0.0):
-                raise ValueError("kind table needs at least two points, the first [0, 0]")
-            if any(b <= a for a, b in pairwise(strains)):
-                raise ValueError("table strains must rise strictly")
-            if any(b < a for a, b in pairwise(stresses)):
-                raise ValueError("table stresses must not fall (failure is set by fracture_strain)")
+        check_law(self)
         return self
 
 
@@ -59,14 +47,27 @@ class Yarn(Strict):
     )
     law: YarnLaw = Field(default_factory=YarnLaw, description="shape of the axial law")
 
+    @model_validator(mode="after")
+    def _law_fits(self) -> Self:
+        check_yarn(self)
+        return self
+
 
 class ReinforcingYarn(Yarn):
     """The straight (slightly wavy) warp and weft inlays."""
 
-    bending_stiffness: PerDirection = measure("N mm2", "EI of one yarn, by the section integration rule", gt=0)
+    bending_stiffness: PerDirection = measure(
+        "N mm2", "EI of one yarn, by the section integration rule", gt=0, band=(1e-4, 1e4)
+    )
     crimp: PerDirection = measure("%", "extra length of the harmonic wave", ge=0, le=5)
     crimp_scatter: PerDirection = measure("1", "sd of the wave amplitude, relative, yarn to yarn", ge=0, le=0.5)
     slack: PerDirection = measure("%", "scale of the half-normal slack of a yarn before it carries load", ge=0, le=2)
+
+    @model_validator(mode="after")
+    def _bends_like_its_section(self) -> Self:
+        for direction in ("warp", "weft"):
+            check_bending(self, getattr(self.bending_stiffness, direction), f"bending_stiffness.{direction}")
+        return self
 
 
 class KnittingYarn(Yarn):
@@ -76,6 +77,11 @@ class KnittingYarn(Yarn):
     degree_of_set: Quantity = measure(
         "1", "share of its bend in the loop that the yarn keeps by itself; the rest presses the crossings", ge=0, le=1
     )
+
+    @model_validator(mode="after")
+    def _bends_like_its_section(self) -> Self:
+        check_bending(self, self.bending_stiffness, "bending_stiffness")
+        return self
 
 
 class Compaction(Strict):
@@ -170,6 +176,12 @@ class Fabric(Strict):
             raise BoundsError(
                 f"at these densities a loop needs more than {shortest:.3g} mm to span its cell", "loop_length"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _is_made_of_its_yarns(self) -> Self:
+        check_area_mass(self)
+        check_thickness(self)
         return self
 
     @model_validator(mode="after")

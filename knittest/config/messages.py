@@ -44,7 +44,7 @@ def _line(item: Mapping[str, Any], layers: Layers, kind: object) -> str:
     path: KeyPath = tuple(part for part in item["loc"] if part != "[key]")
     cause = item.get("ctx", {}).get("error")
     if isinstance(cause, BoundsError) and cause.part:
-        path = (*path, cause.part)
+        path = (*path, *cause.part.split("."))
     value, at = layers.get(path), path
     if item["type"] in ("missing", "extra_forbidden") or "[key]" in item["loc"]:
         return f"{layers.where(path) or 'defaults'}: {dotted(path)}: {_misplaced(item, path, kind)}"

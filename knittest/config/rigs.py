@@ -5,9 +5,10 @@ from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
+from knittest.config.agreement import check_friction_order
 from knittest.config.base import BoundsError, Strict, number
 from knittest.config.fabric import Direction
-from knittest.config.tools import Die, Holder, Stamp, check_fit
+from knittest.config.tools import Die, Holder, Stamp, check_blank, check_fit
 
 
 class StripRig(Strict):
@@ -94,6 +95,12 @@ class CantileverRig(StripRig):
         1e-4, "1", "residual force over weight, and drift over deflection, of shells at rest", gt=0, le=0.1
     )
 
+    @model_validator(mode="after")
+    def _strip_reaches_out(self) -> Self:
+        if self.overhang is not None and self.overhang >= self.length:
+            raise BoundsError(f"longer than the strip, expected less than rig.length = {self.length:g} mm", "overhang")
+        return self
+
 
 class FrictionRig(StripRig):
     """Friction: a strip is pulled out between two plates pressed together."""
@@ -113,6 +120,11 @@ class FrictionRig(StripRig):
         None, "mm", "side of a cell of the pressure map; none: a shell, or a third of the wale spacing",
         gt=0, band=(0.1, 100),
     )  # fmt: skip
+
+    @model_validator(mode="after")
+    def _sticks_more_than_it_slips(self) -> Self:
+        check_friction_order(self.static_coefficient, self.kinetic_coefficient)
+        return self
 
 
 class FormingRig(Strict):
@@ -142,7 +154,13 @@ class FormingRig(Strict):
     )
 
     @model_validator(mode="after")
+    def _sticks_more_than_it_slips(self) -> Self:
+        check_friction_order(self.static_coefficient, self.kinetic_coefficient)
+        return self
+
+    @model_validator(mode="after")
     def _tools_fit(self) -> Self:
+        check_blank(self.stamp, self.blank_width, self.blank_length)
         check_fit(self.stamp, self.die, self.holder if self.blank_holder_force > 0.0 else None, self.kernel("depth"))
         return self
 

@@ -4,6 +4,7 @@ from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
+from knittest.config.agreement import check_run
 from knittest.config.base import BoundsError, Strict, number
 from knittest.config.fabric import YARN_LEVEL, Fabric
 from knittest.config.rigs import CantileverRig, FormingRig, FrictionRig, PictureFrameRig, Rig, TensileRig
@@ -53,7 +54,9 @@ class Solver(Strict):
     ramp: float = number(0.5, "ms", "smooth start of the motion", ge=0, le=1000)
     safety: float = number(0.9, "1", "share of the critical time step", gt=0, le=0.99)
     damping: float = number(0.5, "1/ms", "mass-proportional damping", ge=0, le=100)
-    target_step: float | None = number(None, "us", "raise masses to reach this time step (mass scaling)", gt=0)
+    target_step: float | None = number(
+        None, "us", "raise masses to reach this time step (mass scaling)", gt=0, band=(1e-3, 1e3)
+    )
     max_added_mass: float = number(5.0, "%", "refuse more added mass than this", ge=0, le=1000)
     max_kinetic_ratio: float = number(5.0, "%", "kinetic energy over work above which comparison is refused", gt=0)
     max_energy_error: float = number(2.0, "%", "energy error above which comparison is refused; 10 stops", gt=0)
@@ -124,6 +127,11 @@ class Run(Strict):
         if missing and self.model.scale == "meso":
             needed = ", ".join(missing)
             raise BoundsError(f"the meso scale needs {needed}: give them, or use --scale macro", "fabric")
+        return self
+
+    @model_validator(mode="after")
+    def _specimen_is_possible(self) -> Self:
+        check_run(self)
         return self
 
     @property

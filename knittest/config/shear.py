@@ -5,8 +5,10 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from knittest.config.base import BoundsError, Quantity, Source, Strict, number
+from knittest.config.base import BoundsError, Quantity, Source, Strict, check_bounds, number
 
+#: shear angle and force that a point of the law may have
+ANGLE, FORCE = {"unit": "deg", "ge": 0, "le": 89}, {"unit": "N/mm", "ge": 0, "le": 1e3}
 ELASTIC = Quantity(value=0.0, source="assumed", ref="elastic: no unloading was measured")
 
 
@@ -42,7 +44,11 @@ class ShearLaw(Strict):
     ref: str = Field("", description="table, figure or reasoning behind a table")
     friction_share: Quantity = number(ELASTIC, "1", "share of the force that is friction", ge=0, le=1)
     unloading_stiffness: Quantity | None = number(
-        None, "N/mm", "stiffness of the friction before it slides; none: the steepest tangent of the law", gt=0
+        None,
+        "N/mm",
+        "stiffness of the friction before it slides; none: the steepest tangent of the law",
+        gt=0,
+        band=(1e-4, 1e6),
     )
 
     @model_validator(mode="after")
@@ -65,5 +71,6 @@ def _check_points(points: list[tuple[float, float]]) -> None:
         raise BoundsError("expected at least two, the first [0, 0]", "points")
     if any(b[0] <= a[0] for a, b in pairwise(points)):
         raise BoundsError("shear angles must rise strictly", "points")
-    if points[-1][0] >= 90.0:
-        raise BoundsError("shear angles must stay below 90 deg", "points")
+    for angle, force in points:
+        check_bounds(angle, ANGLE, "points")
+        check_bounds(force, FORCE, "points")

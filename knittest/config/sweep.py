@@ -90,7 +90,9 @@ class Ensemble(Strict):
     """Scatter from specimen to specimen."""
 
     specimens: int | None = Field(None, ge=1, le=1000, description="specimens in one run, of which mean and sd count")
-    seeds: list[int] = Field(default_factory=list, description="a run for each seed")
+    seeds: list[Annotated[int, Field(ge=0, le=2**32 - 1)]] = Field(
+        default_factory=list, description="a run for each seed"
+    )
 
 
 class Sweep(Strict):

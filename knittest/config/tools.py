@@ -22,7 +22,9 @@ class StlTool(Strict):
     spacing: float = number(
         1.0, "mm", "grid on which its distance is sampled: edges are rounded within a cell", gt=0, band=(0.05, 10)
     )
-    scale: float = number(1.0, "1", "mm per unit of length of the file: 25.4 for inches, 1000 for metres", gt=0)
+    scale: float = number(
+        1.0, "1", "mm per unit of length of the file: 25.4 for inches, 1000 for metres", gt=0, band=(1e-4, 1e4)
+    )
     offset_x: float = number(0.0, "mm", "moves it along x, the weft, after scaling", band=(-5000, 5000))
     offset_y: float = number(0.0, "mm", "moves it along y, the warp, after scaling", band=(-5000, 5000))
 
@@ -172,6 +174,18 @@ def check_fit(stamp: Stamp, die: Die, holder: Holder | None, depth: float) -> No
                 f"less the clearance ({opening.clearance:g} mm) and what the draft widens the stamp",
                 f"{name}.edge_radius",
             )
+
+
+def check_blank(stamp: Stamp, width: float, length: float) -> None:
+    """Raise :class:`BoundsError` when a blank of ``width`` by ``length`` [mm] does not cover the ``stamp``."""
+    if stamp.kind == "stl":
+        return
+    sphere = 2.0 * stamp.hemisphere.radius
+    t = (stamp.t.bar_length, stamp.t.bar_width + stamp.t.stem_length)
+    across, along = t if stamp.kind == "t" else (sphere, sphere)
+    for name, blank, needed in (("blank_width", width, across), ("blank_length", length, along)):
+        if blank < needed:
+            raise BoundsError(f"smaller than the stamp: must be at least {needed:g} mm", name)
 
 
 def opening_offset(stamp: Stamp, opening: Opening, depth: float) -> float:

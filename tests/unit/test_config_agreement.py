@@ -1,0 +1,162 @@
+"""Numbers of a config that exclude each other are refused with the field, and those beside them are taken."""
+
+import pytest
+
+from knittest.config.agreement import yarn_area_mass
+from knittest.config.loading import resolve
+from knittest.errors import InputError
+
+YARN = "fabric.reinforcing."
+TABLE = YARN + "law={{kind: table, points: {}}}"
+#: kind of test, setting taken, setting refused, field and words of the message
+CASES = {
+    "yarn stiffer than a tube": (
+        "tensile", YARN + "bending_stiffness.warp=3268", YARN + "bending_stiffness.warp=3270",
+        "fabric.reinforcing.bending_stiffness.warp = 3270: must be at most 3269 N mm2, that of a thin tube",
+    ),
+    "yarn of 1e9": (
+        "tensile", YARN + "bending_stiffness.weft=1000", YARN + "bending_stiffness.weft=1e9",
+        "fabric.reinforcing.bending_stiffness.weft = 1000000000.0: implausible, expected 0.0001 to 10000 N mm2",
+    ),
+    "loop yarn stiffer than a tube": (
+        "tensile", "fabric.knitting={bending_stiffness: 22.4, load_area: 0.01}",
+        "fabric.knitting={bending_stiffness: 99, load_area: 0.01}",
+        "fabric.knitting.bending_stiffness = 99: must be at most 22.47 N mm2",
+    ),
+    "toe beyond fracture": (
+        "tensile", YARN + "law={kind: toe, toe_strain: 0.99}", YARN + "law={kind: toe, toe_strain: 1.0}",
+        "fabric.reinforcing.law.toe_strain = 1.0: must be less than fracture_strain, 1 %",
+    ),
+    "table ends early": (
+        "tensile", TABLE.format("[[0, 0], [1.0, 500]]"), TABLE.format("[[0, 0], [0.99, 500]]"),
+        "the table ends at 0.99 %, before fracture_strain = 1 %",
+    ),
+    "table without slope": (
+        "tensile", TABLE.format("[[0, 0], [1, 500], [2, 500]]"), TABLE.format("[[0, 0], [1, 0], [2, 500]]"),
+        "the table has no slope at its start",
+    ),
+    "table of zeros": (
+        "tensile", TABLE.format("[[0, 0], [1, 500]]"), TABLE.format("[[0, 0], [1, 0], [2, 0]]"), "law.points",
+    ),
+    "table of huge stresses": (
+        "tensile", TABLE.format("[[0, 0], [50, 26000]]"), TABLE.format("[[0, 0], [1, 1e300]]"),
+        "law.points = [[0, 0], [1, 1e+300]]: must be at most 100000 MPa",
+    ),
+    "table of huge strains": (
+        "tensile", TABLE.format("[[0, 0], [50, 26000]]"), TABLE.format("[[0, 0], [50.1, 26000]]"),
+        "must be at most 50 %",
+    ),
+    "table in GPa": (
+        "tensile", TABLE.format("[[0, 0], [1, 60]]"), TABLE.format("[[0, 0], [1, 0.5]]"),
+        "the steepest part of the table has 0.05 GPa, implausible beside youngs_modulus = 59.3 GPa",
+    ),
+    "table in Pa": (
+        "tensile", TABLE.format("[[0, 0], [1, 5900]]"), TABLE.format("[[0, 0], [1, 6000]]"), "has 600 GPa",
+    ),
+    "scatter above the mean": (
+        "tensile", "fabric.loop_length={value: 14.4, sd: 14.4, source: user}",
+        "fabric.loop_length={value: 14.4, sd: 14.5, source: user}",
+        "fabric.loop_length.sd = 14.5: is larger than the value itself, 14.4",
+    ),
+    "scatter above the mean, one way": (
+        "tensile", "fabric.macro.fracture_strain.weft.sd=1.6", "fabric.macro.fracture_strain.weft.sd=1.61",
+        "fabric.macro.fracture_strain.weft.sd = 1.61: is larger than the value itself, 1.6",
+    ),
+    "mass below the yarns'": (
+        "tensile", "fabric.area_mass=469", "fabric.area_mass=467",
+        "fabric.area_mass = 467: implausible: densities, linear densities and loops make 935.7 g/m2",
+    ),
+    "mass above the yarns'": ("tensile", "fabric.area_mass=1870", "fabric.area_mass=1873", "expected 467.8 to 1871"),
+    "thinner than its inlays": (
+        "tensile", "fabric.thickness=0.75", "fabric.thickness=0.74",
+        "fabric.thickness = 0.74: implausible beside the beam_diameter of the yarns, expected 0.75 to 7.5 mm",
+    ),
+    "thicker than its yarns": ("tensile", "fabric.thickness=7.5", "fabric.thickness=7.6", "fabric.thickness = 7.6"),
+    "static below kinetic, plates": (
+        "friction", "rig.static_coefficient=0.075", "rig.kinetic_coefficient=0.1",
+        "rig.static_coefficient: 0.075 is less than kinetic_coefficient, 0.1: set both",
+    ),
+    "static below kinetic, tools": (
+        "forming", "rig.kinetic_coefficient=0.05", "rig.static_coefficient=0.05", "rig.static_coefficient = 0.05: 0.05",
+    ),
+    "static below kinetic, yarns": (
+        "tensile", "fabric.contact.static_friction_coefficient=0.3", "fabric.contact.static_friction_coefficient=0.29",
+        "fabric.contact.static_friction_coefficient = 0.29: must be at least friction_coefficient",
+    ),
+    "jaw longer than the gauge": (
+        "tensile", "rig.jaw_length=200", "rig={jaw_length: 60, gauge_length: 50}",
+        "rig.jaw_length = 60: must be at most rig.gauge_length, 50 mm",
+    ),
+    "nothing can fail": (
+        "tensile", "rig.max_strain=1.61", "rig.max_strain=1.6",
+        "rig.max_strain = 1.6: must exceed fabric.macro.fracture_strain.warp, 1.6 %, or nothing fails",
+    ),
+    "shell wider than the strip": (
+        "tensile", "model.macro.element_size=50", "model.macro.element_size=51",
+        "model.macro.element_size = 51: must be at most rig.width, 50 mm",
+    ),
+    "overhang longer than the strip": (
+        "cantilever", "rig.overhang=299", "rig.overhang=300", "rig.overhang = 300: longer than the strip",
+    ),
+    "uneven blank": (
+        "forming", "rig.imperfection=1.1", "rig.imperfection=1.11",
+        "rig.imperfection = 1.11: must be less than half the fabric's thickness, 1.11 mm",
+    ),
+    "uneven square": ("picture-frame", "rig.imperfection=1.1", "rig.imperfection=1.2", "rig.imperfection = 1.2: must"),
+    "blank shorter than the stamp": (
+        "forming", "rig.blank_length=150", "rig.blank_length=149", "rig.blank_length = 149: smaller than the stamp",
+    ),
+    "blank narrower than the stamp": (
+        "forming", "rig.blank_width=150", "rig.blank_width=149", "rig.blank_width = 149: smaller than the stamp",
+    ),
+    "blank below the ball": (
+        "forming", "rig={stamp: {kind: hemisphere}, blank_width: 100}",
+        "rig={stamp: {kind: hemisphere}, blank_width: 99}", "rig.blank_width = 99: smaller than the stamp",
+    ),
+}  # fmt: skip
+
+
+def resolved(kind: str, setting: str):
+    return resolve(
+        test=kind, variant="1", scale="macro", direction=None, parameters="as-measured",
+        sets=[setting] if setting else [],
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_contradiction_is_refused_and_its_neighbour_taken(case):
+    kind, taken, refused, words = CASES[case]
+    resolved(kind, taken)
+    with pytest.raises(InputError) as error:
+        resolved(kind, refused)
+    assert words in str(error.value)
+
+
+def test_yarns_must_be_able_to_break():
+    with pytest.raises(InputError, match=r"rig.max_strain = 1: must exceed fabric.reinforcing.fracture_strain, 1 %"):
+        resolve(variant="1", scale="meso", sets=["rig.max_strain=1"])
+    resolve(variant="1", scale="meso", sets=["rig.max_strain=1.1", "rig.jaw_length=150", "model.macro.element_size=99"])
+
+
+@pytest.mark.parametrize(
+    ("points", "refused"),
+    [
+        ("[[0, 0], [89, 1000]]", False),
+        ("[[0, 0], [89.1, 1]]", True),
+        ("[[0, 0], [40, 1001]]", True),
+        ("[[0, 0], [40, -1]]", True),
+    ],
+)
+def test_points_of_a_shear_law(points, refused):
+    setting = f"fabric.macro.shear={{kind: table, curve: null, source: user, points: {points}}}"
+    if not refused:
+        resolved("picture-frame", setting)
+        return
+    with pytest.raises(InputError, match=r"fabric.macro.shear.points = .*: must be at (most|least)"):
+        resolved("picture-frame", setting)
+
+
+def test_mass_of_the_yarns_in_closed_form():
+    """28 + 28 inlays of 1200 tex over 100 mm, longer by 0.6 %, and a loop of 14.4 mm, 230 tex, in (100/28 mm)^2."""
+    fabric = resolved("tensile", "").fabric
+    assert yarn_area_mass(fabric) == pytest.approx(2 * 280 * 1.2 * 1.006 + 14.4 * 230 / (100 / 28) ** 2, rel=1e-12)
