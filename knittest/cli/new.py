@@ -7,14 +7,25 @@ import click
 
 @click.command()
 @click.argument("name")
-def new(name: str) -> None:
+@click.option(
+    "--from",
+    "folder",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="Start from the tests that knittest data import put into DIR.",
+)
+def new(name: str, folder: Path | None) -> None:
     """Write configs/NAME.yaml, a commented fabric to edit, and configs/NAME-tensile.yaml, a rig.
 
-    Example: knittest new my-fabric && knittest tensile --variant my-fabric --config configs/my-fabric-tensile.yaml
+    All numbers are those of the shipped variant 1 and marked assumed; with --from, curves, fracture strains and what
+    else was imported are your own, with their sources.
+
+    Example: knittest new my-fabric --from data/my-fabric && knittest check tensile --variant my-fabric --scale macro
     """
     from knittest.config.loading import resolve
     from knittest.config.sources import NAME, NUMBERED
-    from knittest.config.templates import fabric_template, rig_template
+    from knittest.config.starting import starting_text
+    from knittest.config.templates import rig_template
     from knittest.errors import InputError, ResourceError
     from knittest.export.atomic import write_atomic
     from knittest.resources import configs_dir
@@ -25,7 +36,7 @@ def new(name: str) -> None:
         raise InputError(f"NAME {name}: a shipped fabric is called so; choose another name")
     like = resolve(variant="1", parameters="as-measured").fabric
     files = {
-        Path("configs") / f"{name}.yaml": fabric_template(name, like),
+        Path("configs") / f"{name}.yaml": starting_text(name, like, folder),
         Path("configs") / f"{name}-tensile.yaml": rig_template(
             f"--variant {name} --config configs/{name}-tensile.yaml"
         ),

@@ -1,8 +1,8 @@
 """Commented config files to start from, written from the models: their fields, units, bounds and defaults."""
 
 import json
-from collections.abc import Iterator
-from typing import Any, get_args
+from collections.abc import Iterator, Sequence
+from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel
 
@@ -10,6 +10,8 @@ from knittest.config.base import Quantity, field_meta
 from knittest.config.fabric import Fabric
 from knittest.config.rigs import TensileRig
 from knittest.config.run import Solver
+
+Model = TypeVar("Model", bound=BaseModel)
 
 #: fields of the rig that something else decides unless the file does: written as comments
 DECIDED_ELSEWHERE = {
@@ -31,27 +33,53 @@ def rig_template(use: str = "--variant 1 --config THIS_FILE") -> str:
     return "\n".join(head + body) + "\n"
 
 
-def fabric_template(name: str, like: Fabric) -> str:
-    """Fabric file called ``name`` with the numbers of ``like``, each marked as assumed until the user states better."""
+def fabric_template(fabric: Fabric, like: str, own: Sequence[str] = ()) -> str:
+    """Fabric file with the numbers of ``fabric``: those of the fabric ``like``, and its ``own``, described by lines."""
+    name = fabric.name
+    still = "Every number below is still that of" if not own else "What is not listed here is still that of"
     head = [
-        f"# Fabric {name}. Every number below is still that of {like.name}: put in your own, and state its source:",
+        *(f"# {line}" for line in own),
+        f"# Fabric {name}. {still} {like}: put in your own, and state its source:",
         "#   measured, derived (ref: the formula), tuned (tuned_on: [rows it was fitted to]) or assumed.",
         "# sd is the standard deviation, in the unit of the value. Use it with",
         f"#   knittest tensile --variant {name}",
-        f"# They are {like.name}'s as-measured numbers, without parameter sets: leave --parameters away.",
+        f"# They are {like}'s as-measured numbers, without parameter sets: leave --parameters away.",
         "# Sets can be added; --parameters NAME lays one over these numbers, calibrated if it is not given:",
         "#   parameter_sets:",
         "#     as-measured: {}",
         "#     calibrated:",
         "#       reinforcing: {youngs_modulus: {value: 67.5, source: tuned, tuned_on: [warp max. tensile force]}}",
+        f"# knittest check tensile --variant {name} compares these numbers with each other and with your tests.",
         "# To compare with tests of your own, see knittest data import --help and experiment: at the end.",
         "",
     ]
-    own = like.model_copy(update={"name": name, "title": "", "experiment": None, "experiment_variant": None})
-    return "\n".join(head + list(_fields(own, 0, {}, f"as {like.name}"))) + "\n"
+    return "\n".join(head + list(_fields(fabric, 0, {}))) + "\n"
 
 
-def _fields(model: BaseModel, level: int, commented_out: dict[str, str], ref: str = "") -> Iterator[str]:
+def taken_over(fabric: Fabric, name: str) -> Fabric:
+    """``fabric`` as the start of another one called ``name``: all that it says is assumed there, laws too."""
+    assumed = _assumed(fabric, f"as {fabric.name}")
+    nothing: dict[str, Any] = {"title": "", "experiment": None, "experiment_variant": None}
+    return assumed.model_copy(update={"name": name, **nothing})
+
+
+def _assumed(model: Model, ref: str) -> Model:
+    """A copy of ``model`` in which every source is ``assumed`` with the reason ``ref``."""
+    if isinstance(model, Quantity):
+        return model.model_copy(update={"source": "assumed", "ref": ref, "tuned_on": [], "chosen_by": []})
+    changed: dict[str, Any] = {
+        name: _assumed(value, ref)
+        for name in type(model).model_fields
+        if isinstance(value := getattr(model, name), BaseModel)
+    }
+    if made := getattr(model, "description", ""):
+        changed["description"] = f"{ref}: {made}"
+    if getattr(model, "source", None) is not None:  # a law with a source of its own
+        changed |= {"source": "assumed", "ref": ref}
+    return model.model_copy(update=changed)
+
+
+def _fields(model: BaseModel, level: int, commented_out: dict[str, str]) -> Iterator[str]:
     indent = "  " * level
     for name, info in type(model).model_fields.items():
         value = getattr(model, name)
@@ -61,11 +89,11 @@ def _fields(model: BaseModel, level: int, commented_out: dict[str, str], ref: st
             yield f"{indent}# {_comment(type(model), name)}"
         if isinstance(value, BaseModel) and not isinstance(value, Quantity):
             yield f"{indent}{name}:"
-            yield from _fields(value, level + 1, {}, ref)
+            yield from _fields(value, level + 1, {})
         elif name in commented_out:
-            yield f"{indent}# {name}: {_flow(value, ref)}  ({commented_out[name]})"
+            yield f"{indent}# {name}: {_flow(value)}  ({commented_out[name]})"
         else:
-            yield f"{indent}{name}: {_flow(value, ref)}"
+            yield f"{indent}{name}: {_flow(value)}"
 
 
 def _comment(model: type[BaseModel], name: str) -> str:
@@ -79,8 +107,10 @@ def _comment(model: type[BaseModel], name: str) -> str:
     return str(info.description) + (f" [{', '.join(notes)}]" if notes else "")
 
 
-def _flow(value: Any, ref: str) -> str:
+def _flow(value: Any) -> str:
     if isinstance(value, Quantity):
         scatter = "" if value.sd is None else f", sd: {value.sd:g}"
-        return f"{{value: {json.dumps(value.value)}{scatter}, source: assumed, ref: {json.dumps(ref)}}}"
+        rows = "".join(f", {n}: {json.dumps(r)}" for n in ("tuned_on", "chosen_by") if (r := getattr(value, n)))
+        shown = json.dumps(value.ref, ensure_ascii=False)
+        return f"{{value: {json.dumps(value.value)}{scatter}, source: {value.source}{rows}, ref: {shown}}}"
     return json.dumps(value, ensure_ascii=False)  # JSON is YAML 1.2

@@ -1,0 +1,83 @@
+"""A fabric to start from: a shipped one whose numbers are all assumed, and over them what imported tests say."""
+
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from knittest.config.fabric import Fabric
+from knittest.config.layers import Layers
+from knittest.config.messages import input_error
+from knittest.config.paths import settle_data_paths
+from knittest.config.run import TensileRun
+from knittest.config.templates import fabric_template, taken_over
+from knittest.config.yaml_loader import Document, KeyPath, describe, dotted, load_yaml
+from knittest.errors import InputError
+
+#: what ``knittest data import`` writes into its folder: a part of a fabric file
+PART = "fabric.yaml"
+#: fields of a shear law of which one excludes the others
+LAWS = ("stiffness", "curve", "points", "source", "ref", "definition")
+
+
+def starting_text(name: str, like: Fabric, folder: Path | None = None) -> str:
+    """Text of a fabric file ``name`` with the numbers of ``like``, assumed, and those of an import's ``folder``.
+
+    Raises :class:`InputError` when the folder is no import, its file is no part of a fabric, what it names cannot be
+    found from here, or its numbers and the assumed ones exclude each other.
+    """
+    start = taken_over(like, name)
+    if folder is None:
+        return fabric_template(start, like.name)
+    document = _part(folder)
+    fabric = _laid_over(start, document)
+    own = [
+        f"Started from {folder / PART}: of the imported tests are",
+        *(f"  {dotted(path)}" for path in _stated(document.data)),
+    ]
+    return fabric_template(fabric, like.name, own)
+
+
+def _part(folder: Path) -> Document:
+    if folder.is_dir() and not (folder / PART).is_file():
+        raise InputError(
+            f"--from {folder}: no {PART} in it; knittest data import FILES --out {folder} writes one with the tests"
+        )
+    if not folder.is_dir():
+        raise InputError(f"--from {folder}: expected the folder that knittest data import wrote (its --out)")
+    document = load_yaml(folder / PART)
+    if not isinstance(document.data, dict):
+        raise InputError(f"{document.where(())}: expected a part of a fabric file, found {describe(document.data)}")
+    return document
+
+
+def _laid_over(start: Fabric, document: Document) -> Fabric:
+    """``start`` with what ``document`` states, each number with its own source."""
+    layers = Layers()
+    layers.lay(start.model_dump(mode="json"), lambda path: f"{start.name}, as started", ("fabric",))
+    law = Layers(document.data).get(("macro", "shear"))
+    if isinstance(law, dict):  # its own law stands alone
+        layers.lay(
+            {key: _empty(key) for key in LAWS if key not in law}, lambda path: "defaults", ("fabric", "macro", "shear")
+        )
+    stated = {key: value for key, value in document.data.items() if key != "name"}
+    layers.lay(stated, lambda path: document.where(path[1:]), ("fabric",))
+    try:
+        run = TensileRun.model_validate({"fabric": layers.data["fabric"], "model": {"scale": "macro"}})
+    except ValidationError as error:
+        raise input_error(error, layers) from None
+    settle_data_paths(run, layers, [Path("configs")])
+    return run.fabric
+
+
+def _empty(key: str) -> Any:
+    return {"points": [], "ref": "", "definition": "conjugate"}.get(key)
+
+
+def _stated(data: dict[str, Any], at: KeyPath = ()) -> list[KeyPath]:
+    """Paths of all that a part states: a quantity or a law as one."""
+    found: list[KeyPath] = []
+    for key, value in data.items():
+        nested = isinstance(value, dict) and not {"value", "kind"} & value.keys()
+        found += _stated(value, (*at, key)) if nested else [(*at, key)]
+    return found

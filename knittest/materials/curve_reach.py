@@ -1,0 +1,74 @@
+"""How much of a tension curve a fracture strain leaves the shells: they are deleted there, and the rest is never seen."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from knittest.config.base import Quantity
+from knittest.config.fabric import Direction, Fabric
+from knittest.errors import InputError
+from knittest.experiment.borrowed import borrowed
+from knittest.experiment.curves import ReferenceCurve
+
+#: a fracture strain may stand this share before the strain at the largest force: rounding, and the mean of peaks
+MARGIN = 0.02
+
+
+@dataclass(frozen=True)
+class Reach:
+    """Largest force of a curve, at ``end`` [%], beside the ``fracture_strain`` of its ``direction``.
+
+    ``lost`` is the share of that force which the shells do not reach [-]; ``borrowed``: the curve is another fabric's.
+    """
+
+    direction: Direction
+    end: float
+    fracture_strain: Quantity
+    lost: float
+    borrowed: bool
+
+    @property
+    def is_cut(self) -> bool:
+        """Whether the fracture strain lies before the largest force by more than the margin."""
+        return self.fracture_strain.value < (1.0 - MARGIN) * self.end
+
+    @property
+    def is_blunder(self) -> bool:
+        """Whether nobody vouches for the number that cuts the fabric's own curve."""
+        return self.is_cut and self.fracture_strain.source == "assumed" and not self.borrowed
+
+    def text(self) -> str:
+        """What is cut, and by how much."""
+        strain = self.fracture_strain
+        return (
+            f"macro.fracture_strain.{self.direction} = {strain.value:g} % ({strain.source}) cuts macro.tension."
+            f"{self.direction}, whose largest force is at {self.end:.4g} %: {100.0 * self.lost:.0f} % of it are lost"
+        )
+
+
+def reaches(fabric: Fabric, curves: Mapping[Direction, ReferenceCurve]) -> list[Reach]:
+    """What the fracture strains of ``fabric`` leave of its tension ``curves``."""
+    owners = borrowed(fabric)
+    found = []
+    for direction, curve in curves.items():
+        top, strain = int(np.argmax(curve.mean)), getattr(fabric.macro.fracture_strain, direction)
+        lost = 1.0 - float(np.interp(strain.value, curve.x, curve.mean)) / float(curve.mean[top])
+        end = float(curve.x[top])
+        found.append(Reach(direction, end, strain, lost, f"macro.tension.{direction}" in owners))
+    return found
+
+
+def refuse_blunders(fabric: Fabric, curves: Mapping[Direction, ReferenceCurve]) -> None:
+    """Raise :class:`InputError` for an assumed fracture strain that cuts a curve of the fabric's own."""
+    for one in reaches(fabric, curves):
+        if one.is_blunder:
+            raise InputError(
+                f"fabric {fabric.name}, {one.text()}; expected that of your tests, about {one.end:.3g} %, with its "
+                "source (knittest new NAME --from FOLDER takes it over from the import)"
+            )
+
+
+def cut_curves(fabric: Fabric, curves: Mapping[Direction, ReferenceCurve]) -> tuple[str, ...]:
+    """A warning for each curve that a stated fracture strain cuts."""
+    return tuple(one.text() for one in reaches(fabric, curves) if one.is_cut)
