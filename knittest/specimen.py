@@ -2,7 +2,7 @@
 
 import time as clock
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numba
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from knittest.config.run import Run
 from knittest.gates import limits_judged
 from knittest.history import Cost, History, Overlaps, Quality
-from knittest.laboratory.base import Phase, Prepared, Update
+from knittest.laboratory.base import Phase, Prepared, Update, cut_curve_warnings
 from knittest.laboratory.registry import TESTS
 from knittest.simulation import Keeper, SimulationCost
 from knittest.warmup import warm
@@ -68,11 +68,17 @@ def run_specimen(
     return Specimen(
         history,
         test.results(run, prepared, history),
-        limits_judged(run, test.assess(run, prepared, history, cost)),
+        _assessed(run, prepared, history, cost),
         _cost(cost, elements, (clock.perf_counter() - start, clock.process_time() - cpu), compile_s, prepared, used),
         prepared.yarns,
         prepared.facts,
     )
+
+
+def _assessed(run: Run, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
+    """Gates of the test, of its limits, and warnings of what its material leaves out."""
+    quality = limits_judged(run, TESTS[run.rig.kind].assess(run, prepared, history, cost))
+    return replace(quality, warnings=(*quality.warnings, *cut_curve_warnings(run)))
 
 
 def _cost(

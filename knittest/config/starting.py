@@ -13,9 +13,8 @@ from knittest.config.run import TensileRun
 from knittest.config.templates import fabric_template, taken_over
 from knittest.config.yaml_loader import Document, KeyPath, describe, dotted, load_yaml
 from knittest.errors import InputError
+from knittest.experiment.lab_folder import FABRIC
 
-#: what ``knittest data import`` writes into its folder: a part of a fabric file
-PART = "fabric.yaml"
 #: fields of a shear law of which one excludes the others
 LAWS = ("stiffness", "curve", "points", "source", "ref", "definition")
 
@@ -32,20 +31,20 @@ def starting_text(name: str, like: Fabric, folder: Path | None = None) -> str:
     document = _part(folder)
     fabric = _laid_over(start, document)
     own = [
-        f"Started from {folder / PART}: of the imported tests are",
+        f"Started from {folder / FABRIC}: of the imported tests are",
         *(f"  {dotted(path)}" for path in _stated(document.data)),
     ]
     return fabric_template(fabric, like.name, own)
 
 
 def _part(folder: Path) -> Document:
-    if folder.is_dir() and not (folder / PART).is_file():
+    if folder.is_dir() and not (folder / FABRIC).is_file():
         raise InputError(
-            f"--from {folder}: no {PART} in it; knittest data import FILES --out {folder} writes one with the tests"
+            f"--from {folder}: no {FABRIC} in it; knittest data import FILES --out {folder} writes one with the tests"
         )
     if not folder.is_dir():
         raise InputError(f"--from {folder}: expected the folder that knittest data import wrote (its --out)")
-    document = load_yaml(folder / PART)
+    document = load_yaml(folder / FABRIC)
     if not isinstance(document.data, dict):
         raise InputError(f"{document.where(())}: expected a part of a fabric file, found {describe(document.data)}")
     return document

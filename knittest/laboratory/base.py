@@ -13,6 +13,7 @@ from knittest.experiment.curves import ReferenceCurve, load_curve
 from knittest.experiment.forces import per_width
 from knittest.history import History, Quality
 from knittest.kernels.shell_state import Laminate
+from knittest.materials.curve_reach import cut_curves, refuse_blunders
 from knittest.materials.laminate import laminate
 from knittest.models.explicit_model import ExplicitModel
 from knittest.resources import data_dir
@@ -61,13 +62,28 @@ class Test(Protocol):
 
 
 def fabric_laminate(run: Run) -> Laminate:
-    """Laminate of the run's fabric with its tension curves; raises InputError for mass scaling, which shells lack."""
+    """Laminate of the run's fabric with its tension curves.
+
+    Raises :class:`InputError` for mass scaling, which shells lack, and for an assumed fracture strain that cuts a
+    curve of the fabric's own.
+    """
     if run.solver.target_step is not None:
         raise InputError(
             f"solver.target_step = {run.solver.target_step:g} us: shells are not mass-scaled; leave it out"
         )
-    curves = {d: tension_curve(run.fabric, d) for d in run.fabric.macro.tension}
+    curves = tension_curves(run.fabric)
+    refuse_blunders(run.fabric, curves)
     return laminate(run.fabric, {d: (c.x, c.mean) for d, c in curves.items()}, shear_curve(run))
+
+
+def tension_curves(fabric: Fabric) -> dict[Direction, ReferenceCurve]:
+    """:func:`tension_curve` of both directions."""
+    return {d: tension_curve(fabric, d) for d in fabric.macro.tension}
+
+
+def cut_curve_warnings(run: Run) -> tuple[str, ...]:
+    """A warning for each curve of which the shells of ``run`` reach a part only."""
+    return cut_curves(run.fabric, tension_curves(run.fabric)) if run.model.scale == "macro" else ()
 
 
 def tension_curve(fabric: Fabric, direction: Direction) -> ReferenceCurve:

@@ -1,4 +1,4 @@
-"""How much of a tension curve a fracture strain leaves the shells: they are deleted there, and the rest is never seen."""
+"""How much of a tension curve a fracture strain leaves the shells: they are deleted there."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -12,7 +12,7 @@ from knittest.config.loading import resolve
 from knittest.config.rigs import TensileRig
 from knittest.config.run import Run, Solver
 from knittest.config.schema import run_schema
-from knittest.config.templates import fabric_template, rig_template
+from knittest.config.templates import fabric_template, rig_template, taken_over
 from knittest.config.yaml_loader import parse_document
 from knittest.errors import InputError
 from knittest.resources import configs_dir
@@ -96,7 +96,7 @@ def test_shipped_rig_file_is_the_template_and_states_the_defaults():
 def test_fabric_template_is_a_fabric_that_claims_nothing(tmp_path):
     like = resolve(variant="2", parameters="as-measured").fabric
     path = tmp_path / "mine.yaml"
-    path.write_text(fabric_template("mine", like), encoding="utf-8")
+    path.write_text(fabric_template(taken_over(like, "mine"), like.name), encoding="utf-8")
     fabric = resolve(fabric=path).fabric
     assert (fabric.name, fabric.experiment) == ("mine", None)
     assert fabric.loop_length.value == like.loop_length.value
@@ -106,7 +106,8 @@ def test_fabric_template_is_a_fabric_that_claims_nothing(tmp_path):
 
 
 def test_the_parameter_sets_that_the_fabric_template_proposes_work(tmp_path):
-    text = fabric_template("mine", resolve(variant="2", parameters="as-measured").fabric)
+    like = resolve(variant="2", parameters="as-measured").fabric
+    text = fabric_template(taken_over(like, "mine"), like.name)
     path = tmp_path / "mine.yaml"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match="has no parameter_sets, only one set of numbers: leave --parameters away"):
