@@ -10,6 +10,7 @@ import numpy as np
 from knittest.config.run import Run
 from knittest.gates import limits_judged
 from knittest.history import Cost, History, Overlaps, Quality
+from knittest.kernels.threading import limited
 from knittest.laboratory.base import Phase, Prepared, Update, cut_curve_warnings
 from knittest.laboratory.registry import TESTS
 from knittest.simulation import Keeper, SimulationCost
@@ -37,6 +38,11 @@ def prepare(run: Run, specimen: int = 0, phase: Phase | None = None) -> Prepared
     return prepared
 
 
+def threads_for(elements: int) -> int:
+    """Threads for a model of so many ``elements``: one for a small one, else those that were set."""
+    return 1 if elements < SERIAL_BELOW else numba.get_num_threads()
+
+
 def run_specimen(
     run: Run,
     specimen: int = 0,
@@ -58,13 +64,9 @@ def run_specimen(
     if phase is not None:
         phase(f"running {run.rig.kind} {run.direction}".strip())
     elements = len(prepared.model.mesh.cells)
-    threads = numba.get_num_threads()
-    numba.set_num_threads(1 if elements < SERIAL_BELOW else threads)
-    try:
+    with limited(threads_for(elements)):
         history, cost = test.solve(prepared, run, update, keeper)
         used = numba.get_num_threads()
-    finally:
-        numba.set_num_threads(threads)
     return Specimen(
         history,
         test.results(run, prepared, history),

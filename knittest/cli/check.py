@@ -14,22 +14,29 @@ from knittest.cli.options import describes_run, resolve_runs
 )
 @click.option("--direction", type=click.Choice(["warp", "weft", "both"]), default=None, help="[default: both]")
 @click.option("--convergence", is_flag=True, help="Run the test at its speed and at half of it, and compare.")
-def check(test: str, direction: str | None, convergence: bool, **chosen: Any) -> int:
-    """Show sizes, masses, time step, steps and initial overlap; run nothing, unless --convergence is given.
+@click.option(
+    "--no-time", is_flag=True, help="No estimate of the time, for which kernels are compiled and steps timed."
+)
+@click.option("--threads", type=click.IntRange(1), help="Threads.  [default: all cores]")
+@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout and nothing else there.")
+def check(
+    test: str,
+    direction: str | None,
+    convergence: bool,
+    no_time: bool,
+    threads: int | None,
+    as_json: bool,
+    **chosen: Any,
+) -> int:
+    """Show what a run would be, and compare the fabric's numbers with all that is known of them; run nothing.
 
-    TEST is tensile if not given.
+    Sizes, masses, time step, steps, initial overlap; the time, by a hundred steps or more of the real model; and each
+    number of the fabric beside its counterpart in the fabric's tests, in its curves, in its yarns and in the relaxed
+    cell: agrees, differs or no counterpart. With --convergence the test is run twice. TEST is tensile if not given.
 
     Example: knittest check tensile --variant 2 --scale meso --preset paper
     """
     runs = resolve_runs(test, None if test in ("picture-frame", "forming") else direction or "default", chosen)
-    from knittest.preflight import preflight, speed_study
+    from knittest.preflight.command import CheckOptions, check_command
 
-    code = 0
-    for run in runs:
-        for line in preflight(run):
-            click.echo(line)
-        if convergence:
-            lines, passed = speed_study(run)
-            click.echo("\n".join(lines))
-            code = code if passed else 5
-    return code
+    return check_command(runs, CheckOptions(threads, as_json, not no_time, convergence))

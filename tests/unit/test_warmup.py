@@ -6,7 +6,8 @@ import pytest
 
 from knittest import warmup
 from knittest.config.loading import resolve
-from knittest.preflight import preflight
+from knittest.preflight.model import model_facts, model_lines
+from knittest.specimen import prepare
 
 
 @pytest.fixture
@@ -37,7 +38,7 @@ def test_compilation_is_called_so_on_every_scale_and_processor(said, monkeypatch
 
 def test_preflight_says_where_the_area_mass_comes_from() -> None:
     run = resolve(variant="1", scale="macro", preset="quick", sets=["fabric.area_mass=800"])
-    assert any("(user 800 g/m2)" in line for line in preflight(run))
+    assert any("(user 800 g/m2)" in line for line in model_lines(run, model_facts(run, prepare(run))))
 
 
 def test_nothing_is_cached_without_a_folder(said, monkeypatch: pytest.MonkeyPatch) -> None:

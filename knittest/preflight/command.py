@@ -1,0 +1,76 @@
+"""What ``knittest check`` does: models, times and counterparts of its runs, as lines or as JSON."""
+
+import time as clock
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numba
+
+from knittest.config.fabric import Fabric
+from knittest.config.run import Run
+from knittest.errors import OutOfTolerance
+from knittest.kernels.threading import best_threads
+from knittest.preflight.counterpart import Counterpart, summary_line, table_lines
+from knittest.preflight.model import model_facts, model_lines
+from knittest.preflight.of_tests import test_counterparts
+from knittest.preflight.of_yarns import yarn_counterparts
+from knittest.preflight.speed import speed_study
+from knittest.preflight.timing import estimate
+from knittest.specimen import prepare
+from knittest.terminal_results import print_json
+
+
+@dataclass(frozen=True)
+class CheckOptions:
+    """What to leave out or add, and how to say it."""
+
+    threads: int | None = None
+    as_json: bool = False
+    timed: bool = True
+    convergence: bool = False
+
+
+def check_command(runs: Sequence[Run], options: CheckOptions) -> int:
+    """Check the models of ``runs`` and their fabric; returns the exit code."""
+    numba.set_num_threads(best_threads(options.threads))
+    passed, models = True, []
+    for run in runs:
+        lines, found = _model(run, options.timed)
+        models.append(found)
+        _say(lines, options)
+        if options.convergence:
+            study, converged = speed_study(run)
+            found["converged"] = converged
+            _say(study, options)
+            passed = passed and converged
+    rows = counterparts(runs[0].fabric)
+    _say([f"{runs[0].fabric.name}: its numbers beside what else is known of them", *table_lines(rows)], options)
+    _say([summary_line(rows)], options)
+    if options.as_json:
+        print_json({"models": models, "counterparts": [row.as_json() for row in rows]})
+    return 0 if passed else OutOfTolerance.exit_code
+
+
+def counterparts(fabric: Fabric) -> list[Counterpart]:
+    """All counterparts of the numbers of ``fabric``."""
+    return [*test_counterparts(fabric), *yarn_counterparts(fabric)]
+
+
+def _model(run: Run, timed: bool) -> tuple[list[str], dict[str, Any]]:
+    start = clock.perf_counter()
+    prepared = prepare(run)
+    spent = clock.perf_counter() - start
+    facts = model_facts(run, prepared)
+    lines = model_lines(run, facts)
+    if timed:
+        time = estimate(run, prepared, spent)
+        facts["estimate"] = None if time is None else time.as_json()
+        said = "none: a strip comes to rest after a number of steps that nobody knows before"
+        lines.append(f"  time                   {said if time is None else time.text()}")
+    return lines, facts
+
+
+def _say(lines: Sequence[str], options: CheckOptions) -> None:
+    if not options.as_json:
+        print("\n".join(lines))

@@ -1,0 +1,78 @@
+"""A number of a fabric file beside what else is known of it, from tests, curves, yarns or the relaxed cell."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from knittest.config.base import Quantity
+
+
+@dataclass(frozen=True)
+class Counterpart:
+    """Quantity ``name`` [``unit``]: ``stated`` by ``field`` of the file (its ``source``), and ``found`` by ``origin``.
+
+    ``found`` is None where nothing is known, and ``origin`` then says why. ``tolerance`` is the largest difference, in
+    the unit, at which both agree: that of the method, or the scatter of the specimens.
+    """
+
+    name: str
+    field: str
+    unit: str
+    stated: float
+    source: str
+    found: float | None
+    origin: str
+    tolerance: float = 0.0
+
+    @property
+    def verdict(self) -> str:
+        """Agrees, differs, or no counterpart."""
+        if self.found is None:
+            return "no counterpart"
+        return "agrees" if abs(self.stated - self.found) <= self.tolerance * (1.0 + 1e-9) else "differs"
+
+    @property
+    def difference(self) -> float | None:
+        """The file's number over its counterpart, less one [-]."""
+        return self.stated / self.found - 1.0 if self.found else None
+
+    def as_json(self) -> dict[str, Any]:
+        """All of it, for a program."""
+        found = {
+            "quantity": self.name, "field": self.field, "unit": self.unit, "in_file": self.stated,
+            "source": self.source, "counterpart": self.found, "from": self.origin, "tolerance": self.tolerance,
+        }  # fmt: skip
+        share = self.difference
+        return found | {"difference_pct": None if share is None else 100.0 * share, "verdict": self.verdict}
+
+
+def of_quantity(
+    name: str, field: str, unit: str, quantity: Quantity, found: float | None, origin: str, share: float = 0.0
+) -> Counterpart:
+    """Counterpart of a ``quantity``, which agrees within ``share`` [-] of what was found."""
+    tolerance = share * abs(found or 0.0)
+    return Counterpart(name, field, unit, quantity.value, quantity.source, found, origin, tolerance)
+
+
+def table_lines(rows: list[Counterpart]) -> list[str]:
+    """The counterparts as lines of a table, with a head."""
+    cells = [("quantity", "in the file", "", "counterpart", "difference", "verdict", "counterpart from")]
+    for row in rows:
+        other = "-" if row.found is None else f"{row.found:.4g} {row.unit}"
+        share = row.difference
+        difference = "-" if share is None else f"{100.0 * share:+.1f} %"
+        said = f"{row.stated:.4g} {row.unit}"
+        cells.append((row.name, said, row.source, other, difference, row.verdict, row.origin))
+    widths = [max(len(row[k]) for row in cells) for k in range(6)]
+    lines = ["  ".join(f"{text:<{width}}" for text, width in zip(row, widths, strict=False)) for row in cells]
+    return [f"  {line}  {row[6]}" for line, row in zip(lines, cells, strict=True)]
+
+
+def summary_line(rows: list[Counterpart]) -> str:
+    """How many agree, differ, and have none; the names of those that differ."""
+    counts = {v: [r.name for r in rows if r.verdict == v] for v in ("agrees", "differs", "no counterpart")}
+    differ = counts["differs"]
+    names = f": {', '.join(differ)}" if differ else ""
+    return (
+        f"  {len(counts['agrees'])} agree, {len(differ)} differ{names}; {len(counts['no counterpart'])} without "
+        "counterpart"
+    )
