@@ -107,8 +107,8 @@ def _row(fabric: Fabric, direction: str, *names: str) -> PublishedValue | None:
 
 
 def _cited(row: PublishedValue) -> str:
-    scatter = f" ± {row.sd:g}" if row.sd == row.sd else ""
-    return f"{row.table}: {row.mean:g}{scatter} {row.unit}"
+    scatter = f" ± {row.sd:.4g}" if row.sd == row.sd else ""
+    return f"{row.table}: {row.mean:.5g}{scatter} {row.unit}"
 
 
 def _no_row(fabric: Fabric) -> str:

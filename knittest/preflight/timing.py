@@ -48,7 +48,7 @@ class Estimate:
         return (
             f"about {_rounded(self.seconds)} for {self.steps} steps expected{all_of}, {self.threads} "
             f"thread{'s' * (self.threads > 1)}, by {self.timed} timed steps of {1e3 * self.step_s:.3g} ms; before them "
-            f"{_rounded(self.prepared_s)}, after them pictures and page"
+            f"{_rounded(self.prepared_s)} (what was compiled and relaxed is kept), after them pictures and page"
         )
 
     def as_json(self) -> dict[str, Any]:
@@ -84,9 +84,9 @@ class _Brief:
         self.times.append((time, clock.perf_counter()))
 
     def finished(self, force: float, peak: float, broken: bool) -> bool:
-        """Over with the second sample, when enough steps and seconds lie between it and the first one."""
-        if len(self.times) < 2:
-            return False
+        """Over when the test is, or as soon as enough steps and seconds lie between two samples."""
+        if len(self.times) < 2 or self._rig.finished(force, peak, broken):
+            return len(self.times) >= 2
         spent = self.times[-1][1] - self.times[0][1]
         return spent >= ENOUGH or (self.timed >= STEPS and spent >= SECONDS)
 

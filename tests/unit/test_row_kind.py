@@ -147,7 +147,9 @@ def test_the_default_friction_is_that_of_the_papers_fabrics_only():
     assert row_kind(run, "mu_paper") == "input"
     other = with_fabric(run, experiment="mine")
     assert row_kind(other, "mu_paper") == "assumed" and "pham2019" in assumed_inputs(other)[0]
-    own = resolve(test="friction", variant="1", scale="macro", sets=["rig.kinetic_coefficient=0.1"])
+    own = resolve(
+        test="friction", variant="1", scale="macro", sets=["rig.kinetic_coefficient=0.1", "rig.static_coefficient=0.1"]
+    )
     assert row_kind(with_fabric(own, experiment="mine"), "mu_paper") == "input"
 
 
