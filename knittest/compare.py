@@ -53,6 +53,7 @@ def compare_results(
             "deviation_pct": 100.0 * (results[row.quantity] / row.mean - 1.0) if row.mean else math.nan,
             "kind": kinds[row.quantity],
             "source": row.table,
+            **({"scaled": row.scaled} if row.scaled else {}),
         }
         for row in rows
         if row.quantity in results

@@ -190,10 +190,11 @@ def _judged(
     if row is None:
         return "-", "-", "-", "no reference"
     mean, deviation = _number(row["experiment_mean"], form), row["deviation_sd"]
+    scaled = f" ({row['scaled']})" if row.get("scaled") else ""
     if deviation is None or not math.isfinite(deviation):
         percent = _percent(row.get("simulated"), row["experiment_mean"], error, plus_minus)
-        return mean, percent or "-", row["kind"], UNSCATTERED if percent else "not comparable"
-    experiment = f"{mean} {plus_minus} {_number(row['experiment_sd'], form)}"
+        return mean + scaled, percent or "-", row["kind"], UNSCATTERED if percent else "not comparable"
+    experiment = f"{mean} {plus_minus} {_number(row['experiment_sd'], form)}{scaled}"
     share = 0.0 if error is None else error / row["experiment_sd"]
     told = "" if error is None else f" {plus_minus} {error_text(share, '{:.2f}')}"
     return experiment, f"{deviation:+.2f}{told} sd", row["kind"], verdict_of(deviation, share)

@@ -19,7 +19,8 @@ class PublishedValue:
     """One row: mean and standard deviation (NaN: not stated) of ``n`` specimens (0: not stated) in ``unit``.
 
     ``table`` is the citation that a reader is shown, ``file`` where the row stands, ``conditions`` are the sizes that
-    rows of the same file state for its variant and direction, such as ``strip_width_mm``.
+    rows of the same file state for its variant and direction, such as ``strip_width_mm``; ``scaled`` says for which
+    other size it stands.
     """
 
     quantity: str
@@ -30,6 +31,7 @@ class PublishedValue:
     table: str
     conditions: Conditions = UNKNOWN
     file: str = ""
+    scaled: str = ""
 
 
 def published(
@@ -81,8 +83,15 @@ def for_width(row: PublishedValue, width: float) -> PublishedValue:
         )
     if math.isclose(own, width, rel_tol=EXACT):
         return row
-    note = f", for {width:g} instead of {own:g} mm"
-    return replace(row, mean=row.mean * width / own, sd=row.sd * width / own, table=row.table + note)
+    scaled = replace(row, mean=row.mean * width / own, sd=row.sd * width / own)
+    return with_note(scaled, f"for {width:g} instead of {own:g} mm")
+
+
+def with_note(row: PublishedValue, note: str) -> PublishedValue:
+    """``row`` with ``note`` on how it was scaled, which stands behind its citation as well."""
+    if not note:
+        return row
+    return replace(row, table=f"{row.table}, {note}", scaled=", ".join(filter(None, (row.scaled, note))))
 
 
 def variants(folder: Path) -> list[str]:

@@ -112,6 +112,10 @@ def draw_end_point(axes: "Axes", point: EndPoint) -> None:
     """Draw the measured end point with a box of one standard deviation."""
     from matplotlib.patches import Rectangle
 
+    if not np.isfinite(point.strain_sd + point.force_sd):
+        label = f"experiment, mean, sd not stated ({point.source})"
+        axes.plot(point.strain_mean, point.force_mean, "D", color=RED, markersize=5, zorder=3, label=label)
+        return
     corner = (point.strain_mean - point.strain_sd, point.force_mean - point.force_sd)
     label = f"experiment, mean ± sd ({point.source})"
     box = Rectangle(

@@ -20,7 +20,8 @@ class ComparisonRow(TypedDict):
     ``simulated``, the experiment's mean and sd are in the unit that ``quantity`` ends with; ``deviation_sd`` is
     (simulated - mean) / sd, NaN where no sd is stated, ``deviation_pct`` the same difference in percent of the mean;
     ``kind`` says whether the simulated number is a prediction, was tuned on this row, only reproduces its input, or is
-    assumed; ``assumed`` are the fields that decide it and that nobody vouches for.
+    assumed; ``assumed`` are the fields that decide it and that nobody vouches for; ``scaled``
+    says for which size the experiment was scaled, if it was.
     """
 
     quantity: str
@@ -32,6 +33,7 @@ class ComparisonRow(TypedDict):
     kind: Literal["predicted", "tuned", "input", "assumed"]
     source: str
     assumed: NotRequired[list[str]]
+    scaled: NotRequired[str]
 
 
 class Spread(TypedDict):

@@ -98,7 +98,7 @@ def _beside(run: LoadedRun, several: bool, free: bool = False) -> tuple[Beside, 
     if force and strain:
         numbers = (strain.experiment_mean, strain.experiment_sd, force.experiment_mean, force.experiment_sd)
         x, x_sd, y, y_sd = (math.nan if n is None else n for n in numbers)
-        end_point = EndPoint(x, x_sd, y, y_sd, force.source + which) if math.isfinite(x + x_sd + y + y_sd) else None
+        end_point = EndPoint(x, x_sd, y, y_sd, force.source + which) if math.isfinite(x + y) else None
     levels = run.report.levels(run.run)
     try:
         reference = run.report.reference_curve(run.run)

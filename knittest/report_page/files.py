@@ -43,6 +43,7 @@ class ComparedRow(BaseModel):
     deviation_pct: Number = None
     kind: str = ""
     source: str = ""
+    scaled: str = ""
     assumed: list[str] = []
 
 

@@ -14,7 +14,7 @@ from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.forces import normalised
 from knittest.experiment.shear_csv import NORMALISED
 from knittest.experiment.simulated_studies import friction_curves
-from knittest.experiment.tables import PublishedValue
+from knittest.experiment.tables import PublishedValue, with_note
 from knittest.export.faces_picture import faces_picture
 from knittest.export.line_picture import Band, Level, Line, line_picture
 from knittest.export.map_picture import height_picture
@@ -136,8 +136,8 @@ def _for_size(row: PublishedValue, size: float, words: str) -> PublishedValue:
     factor = size * frame / fabric**2
     if math.isclose(factor, 1.0, rel_tol=EXACT):
         return row
-    note = f", for a {words} instead of {fabric:g} in {frame:g} mm"
-    return replace(row, mean=row.mean * factor, sd=row.sd * factor, table=row.table + note)
+    note = f"for a {words} instead of {fabric:g} in {frame:g} mm"
+    return with_note(replace(row, mean=row.mean * factor, sd=row.sd * factor), note)
 
 
 def _other_friction(run: PictureFrameRun, as_normalised: bool) -> list[Line]:

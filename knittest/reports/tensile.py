@@ -12,7 +12,7 @@ from knittest.experiment.conditions import EXACT
 from knittest.experiment.curves import ReferenceCurve, load_curve
 from knittest.experiment.forces import for_width as strip_force
 from knittest.experiment.forces import noted
-from knittest.experiment.tables import PublishedValue, for_width
+from knittest.experiment.tables import PublishedValue, for_width, with_note
 from knittest.export import curve_picture, strip_picture
 from knittest.export.line_picture import Level
 from knittest.laboratory.strips import yarns_across
@@ -50,10 +50,7 @@ class TensileReport:
     def scaled(self, run: TensileRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
         """Forces of the tested strip for the width of the run, and said so; of yarns also how many are whole."""
         width, note = run.rig.kernel("width"), _whole_yarns(run)
-        return [
-            replace(scaled := for_width(row, width), table=scaled.table + note) if row.unit == "N" else row
-            for row in rows
-        ]
+        return [with_note(for_width(row, width), note) if row.unit == "N" else row for row in rows]
 
     def size(self, run: TensileRun) -> tuple[float, str]:
         """Width [mm]."""
@@ -111,7 +108,9 @@ class TensileReport:
             force, strain = by_name["peak_force_n"], by_name["fracture_strain_pct"]
             end_point = curve_picture.EndPoint(strain.mean, strain.sd, force.mean, force.sd, force.table)
         curve = references.curve
-        shown = [] if curve is None else [curve_picture.Reference(curve.x, curve.mean, curve.kind, "Table 3")]
+        source = "" if curve is None else end_point.source if end_point else curve.source
+        shown = [] if curve is None else [curve_picture.Reference(curve.x, curve.mean, curve.kind, source)]
+        shown += [curve_picture.Reference(own.x, own.mean, own.kind, own.source) for own in references.own]
         count = round(specimens[0].results["peak_force_n"] / specimens[0].results["force_per_yarn_n"])
         curve_picture.curve_picture(
             path, [s.history.curve for s in specimens], title=title_of(run), references=shown, end_point=end_point,
@@ -128,7 +127,7 @@ def _whole_yarns(run: TensileRun) -> str:
     counts = [yarns_across(run, run.rig.direction, k) for k in range(run.variability.specimens)]
     if abs(float(np.mean(counts)) / exact - 1.0) <= UNEVEN:
         return ""
-    return f", by {' or '.join(str(n) for n in sorted(set(counts)))} whole yarns of {exact:.4g}"
+    return f"by {' or '.join(str(n) for n in sorted(set(counts)))} whole yarns of {exact:.4g}"
 
 
 def mean_curve(specimens: list[Specimen]) -> tuple[np.ndarray, np.ndarray]:

@@ -3,14 +3,18 @@
 import shutil
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
 from html_page import HtmlPage, near
 from report_sample import RESULTS, write_run
 
 from knittest.cli.main import run as command
+from knittest.config.loading import resolve
 from knittest.errors import InputError
 from knittest.report_page import folders
 from knittest.report_page.page import write_reports
+from knittest.reports.registry import REPORTS
 
 
 @pytest.fixture(scope="module")
@@ -123,3 +127,34 @@ def test_page_of_several_lies_in_the_working_folder(
     monkeypatch.chdir(tmp_path)
     path, count = write_reports([parent / "tensile" / "warp", parent / "plates"], None)
     assert (path, count) == (Path("knittest-report.html"), 2) and path.is_file()
+
+
+def test_runs_of_several_widths_are_compared_by_force_per_width(tmp_path: Path) -> None:
+    """50 and 100 mm: forces [N] have no change, those per width have; the picture is in N/mm, experiment included."""
+    for width in (50, 100):
+        results = {"peak_force_n": 120.0 * width, "peak_force_n_per_mm": 120.0}
+        folder = write_run(tmp_path / f"w{width}", sets=(f"rig.width={width}",), results=results)
+        strain = np.linspace(0.0, 1.6, 50)
+        pd.DataFrame({"strain_pct": strain, "force_n": 120.0 * width * strain}).to_csv(
+            folder / "curve.csv", index=False
+        )
+    page = page_of([tmp_path / "w50", tmp_path / "w100"], tmp_path / "page.html")
+    rows = {row[0]: row[1:] for row in next(iter(page.tables(page.section("comparison")).values()))}
+    assert rows["peak force [N]"][1].startswith("12000 other size")
+    assert rows["peak force per width [N/mm]"] == ["120.0", "120.0"]
+    drawn = page.pictures()[0].decode()
+    assert "<!-- force per width [N/mm] -->" in drawn and "<!-- force [N] -->" not in drawn
+    same = page_of([tmp_path / "w50", tmp_path / "w50"], tmp_path / "same.html")
+    assert "other size" not in same.text()
+
+
+def test_curves_free_of_size(tmp_path: Path) -> None:
+    """Force per width of whole yarns: 15 mm at 28 in 100 mm hold 4 of 4.2; a frame's own column is normalised."""
+    strip = resolve(variant="1", scale="meso", test="tensile", direction="warp", sets=["rig.width=15"])
+    axes, found = REPORTS["tensile"].size_free(strip, {"strain_pct": np.ones(2), "force_n": np.array([0.0, 400.0])})
+    assert found["force_n"][1] == pytest.approx(400.0 / (4 / 0.28)) and axes.ylabel == "force per width [N/mm]"
+    assert found["strain_pct"].tolist() == [1.0, 1.0]
+    frame = resolve(variant="1", scale="macro", test="picture-frame", sets=["rig.side=140", "rig.frame_side=216"])
+    size, told = REPORTS["picture-frame"].size(frame)
+    assert size == pytest.approx(140.0**2 / 216.0) and told == "square of 140 mm in a frame of 216 mm"
+    assert REPORTS["picture-frame"].size_free(frame, {})[0].y == "normalised_shear_force_n_per_mm"

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 from browser import needs_browser, seen_on_a_phone
@@ -9,8 +10,10 @@ from html_page import HtmlPage, near
 
 from knittest.batch import command
 from knittest.batch.command import BatchOptions, batch_command
+from knittest.batch.picture import _experiment, _Group, shown_results
 from knittest.cli.main import run
 from knittest.errors import ResourceError
+from knittest.export.figure import new_figure
 from knittest.trials.record import Record
 
 SWEEP = """
@@ -146,3 +149,17 @@ def test_a_phone_shows_it(batch, tmp_path):
     seen = seen_on_a_phone(batch / "report.html", tmp_path)
     assert seen["heading"] == "Sweep batch-s" and seen["wide"] <= seen["window"] <= 390
     assert seen["images"] == seen["shown"] == 1
+
+
+def test_forces_of_several_widths_stand_per_width_in_one_picture():
+    table = pd.DataFrame({"peak_force_n": [100.0, 200.0], "peak_force_n_per_mm": [10.0, 10.0]})
+    assert shown_results(table) == ["peak_force_n_per_mm"]
+    assert shown_results(table.assign(peak_force_n=[100.0, 100.0])) == ["peak_force_n", "peak_force_n_per_mm"]
+    assert shown_results(table[["peak_force_n"]]) == ["peak_force_n"]
+
+
+def test_an_experiment_without_scatter_is_a_line(tmp_path):
+    group = _Group("", "k", pd.DataFrame({"a_experiment_mean": [1.0], "a_experiment_sd": [np.nan]}))
+    axes = new_figure(1, 1).add_subplot()
+    _experiment(axes, group, "a")
+    assert len(axes.lines) == 1 and not axes.patches
