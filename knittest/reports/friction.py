@@ -36,6 +36,17 @@ class FrictionReport(NoSize):
                 )
         return list(rows)
 
+    def matched(self, run: FrictionRun, curve: ReferenceCurve) -> ReferenceCurve:
+        """As it is; raises :class:`InputError` for one under another normal force than the run's, or an unknown one."""
+        normal, tested = run.rig.kernel("normal_force"), curve.conditions.normal_force_n
+        if tested is None or not same(tested, normal):
+            stated = "an unknown normal force" if tested is None else f"{tested:g} N"
+            raise InputError(
+                f"{curve.file or curve.source}: {curve.y_name} under {stated}, the run presses with {normal:g} N: "
+                "expected rig.normal_force of the test, and '# normal_force_n: ...' in the header (or --normal-force)"
+            )
+        return super().matched(run, curve)
+
     def levels(self, run: FrictionRun) -> list[Level]:
         """Coulomb's levels of two faces."""
         rig = run.rig

@@ -227,13 +227,14 @@ def test_weights_decide_between_targets_that_disagree(tmp_path, monkeypatch):
     assert overhang(values(tmp_path)[0]) == pytest.approx((3 * 160 + 171) / 4, abs=0.3)
 
 
-HEAD = "# kind: measured\n# direction: warp\n# strip_width_mm: 50\n"
+HEAD = "# kind: measured\n# direction: warp\n"
 
 
-def test_a_curve_is_followed(tmp_path, monkeypatch):
+@pytest.mark.parametrize("width", [50, 100])
+def test_a_curve_is_followed_per_width(tmp_path, monkeypatch, width):
     strain = np.linspace(0.0, 2.0, 41)
-    rows = "\n".join(f"{x:g},{3000 * x**1.5:g},{100 * x:g}" for x in strain)
-    (tmp_path / "own.csv").write_text(HEAD + f"strain_pct,force_n,force_sd_n\n{rows}\n")
+    rows = "\n".join(f"{x:g},{60 * width * x**1.5:g},{2 * width * x:g}" for x in strain)
+    (tmp_path / "own.csv").write_text(f"{HEAD}# strip_width_mm: {width}\nstrain_pct,force_n,force_sd_n\n{rows}\n")
     text = """
 base: {variant: 1, scale: macro, preset: quick}
 parameters: {fabric.macro.fracture_strain.warp: {low: 1, high: 3}}
@@ -248,7 +249,9 @@ targets: [{test: pull, curve: own.csv}]
     pool = Pretending(lambda trial: {"peak_force_n": 1.0}, curve=curve)
     assert calibrate(text, tmp_path, monkeypatch, pool) == 0
     assert values(tmp_path)[0] == pytest.approx(1.7, rel=1e-3)
-    assert outcome(tmp_path)["targets"][0]["source"] == "own.csv (measured)"
+    assert outcome(tmp_path)["targets"][0]["source"] == (
+        "own.csv (measured)" if width == 50 else "own.csv (measured; for 50 instead of 100 mm)"
+    )
 
 
 def test_a_fabric_of_ones_own_takes_its_files_along(tmp_path, monkeypatch):

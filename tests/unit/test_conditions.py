@@ -247,3 +247,17 @@ def test_bending_stiffness_of_a_strip_grows_with_its_width():
     assert REPORTS["cantilever"].scaled(run(50.0), [row]) == [row]
     with pytest.raises(InputError, match="unknown width"):
         REPORTS["cantilever"].scaled(run(50.0), [replace(row, conditions=Conditions())])
+
+
+def test_a_pull_force_is_compared_under_its_own_normal_force(tmp_path):
+    path = tmp_path / "pull.csv"
+    path.write_text("# kind: measured\n# direction: warp\ndisplacement_mm,pull_force_n\n0,0\n1,300\n2,300\n")
+    run = resolve(variant="1", scale="macro", test="friction", direction="warp", sets=["rig.normal_force=2000"])
+    (curve,) = own_curves(run, [path], Conditions(normal_force_n=2000.0))
+    assert curve.mean.tolist() == [0.0, 300.0, 300.0]
+    for given, says in (
+        (Conditions(), "an unknown normal force"),
+        (Conditions(normal_force_n=1000.0), "1000 N, the run"),
+    ):
+        with pytest.raises(InputError, match=says):
+            own_curves(run, [path], given)
