@@ -15,7 +15,14 @@ from knittest.calibrate.files import FABRIC, rig_file, write_configs
 from knittest.calibrate.fit import best_of, fit, search_and_fit
 from knittest.calibrate.judge import Judgement, judge
 from knittest.calibrate.optuna_search import search_with_optuna
-from knittest.calibrate.optuna_storage import DATABASE, check_installed, open_storage, open_study, shown_url
+from knittest.calibrate.optuna_storage import (
+    DATABASE,
+    check_installed,
+    open_storage,
+    open_study,
+    shown_url,
+    without_password_of_storage,
+)
 from knittest.calibrate.outcome import Outcome, as_data, report_lines
 from knittest.calibrate.page import CALIBRATION, COPY, PICTURE, write_calibration_page
 from knittest.calibrate.picture import convergence_picture
@@ -67,7 +74,7 @@ def calibrate_command(path: Path, options: CalibrateOptions) -> int:
     problem = problem_of(load_yaml(path), options.accept_limits)
     storage = _storage(problem, options)
     pool = _pool(options)
-    folder = _folder(path, options.out)
+    folder = _folder(path, options.out, problem.calibration.storage)
     search = _search_of(problem, storage, folder)
     with says_how_to_go_on(), Interrupts() as interrupts, interrupts.deciding():
         outcome = _search(problem, search, pool, folder, options)
@@ -101,9 +108,10 @@ def _pool(options: CalibrateOptions) -> Pool:
     return LocalPool(options.workers, options.threads)
 
 
-def _folder(path: Path, out: Path | None) -> Path:
-    """The folder of the calibration, with a copy of its file; refuses one that holds something else."""
-    return study_folder(out or Path("runs") / f"calibrate-{slug(path.stem)}", COPY, path.read_bytes(), "calibration")
+def _folder(path: Path, out: Path | None, storage: str | None) -> Path:
+    """The folder of the calibration, with its file but for passwords; refuses one that holds something else."""
+    copy = without_password_of_storage(path.read_bytes().decode(), storage)
+    return study_folder(out or Path("runs") / f"calibrate-{slug(path.stem)}", COPY, copy, "calibration")
 
 
 def _search(problem: Problem, search: Search, pool: Pool, folder: Path, options: CalibrateOptions) -> Outcome:

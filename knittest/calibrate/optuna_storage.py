@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING
 from knittest.calibrate.problem import Problem
 from knittest.errors import InputError, ResourceError
 from knittest.export.jsonfile import json_ready
+from knittest.hiding import without_passwords
+from knittest.reading import excerpt
 from knittest.trials.trial import code_digest
 
 if TYPE_CHECKING:
@@ -48,15 +50,18 @@ def open_storage(url: str, where: str) -> "RDBStorage":
     optuna.logging.set_verbosity(optuna.logging.CRITICAL)  # what it has to say is in the exceptions
     try:
         parts = make_url(url)
-        shown = f"{where}: {parts.render_as_string(hide_password=True)}"
+        shown = f"{where}: {_shown(parts)}"
         parts.get_dialect().import_dbapi()
         _reach(parts, shown)
         with readable(shown):
             return optuna.storages.RDBStorage(url)
     except ImportError as error:
-        raise InputError(f"{shown}: the driver of this database is not installed: {error}") from None
+        raise InputError(
+            f"{shown}: the driver of this database is not installed: {without_passwords(str(error))}"
+        ) from None
     except (ArgumentError, NoSuchModuleError, ValueError) as error:
-        raise InputError(f"{where}: no URL of a database that is known: {error}; expected for example "
+        why = without_passwords(excerpt(str(error)))
+        raise InputError(f"{where}: no URL of a database that is known: {why}; expected for example "
                          "sqlite:///study.db or postgresql://user@host/name") from None  # fmt: skip
 
 
@@ -70,10 +75,10 @@ def readable(shown: str) -> Iterator[None]:
         yield
     except (SQLAlchemyError, StorageInternalError) as error:
         cause = error.__cause__ if isinstance(error, StorageInternalError) and error.__cause__ else error
-        why = str(getattr(cause, "orig", None) or cause).splitlines()[0]
+        why = without_passwords(excerpt(str(getattr(cause, "orig", None) or cause)))
         raise ResourceError(f"{shown}: the database does not answer: {why}; what is finished is kept") from None
     except RuntimeError as error:  # tables of another version of Optuna
-        raise ResourceError(f"{shown}: {str(error).splitlines()[0]}") from None
+        raise ResourceError(f"{shown}: {without_passwords(excerpt(str(error)))}") from None
 
 
 def open_study(problem: Problem, storage: "RDBStorage", folder: Path) -> "Study":
@@ -91,7 +96,25 @@ def open_study(problem: Problem, storage: "RDBStorage", folder: Path) -> "Study"
 
 def shown_url(storage: "RDBStorage") -> str:
     """Its URL without a password."""
-    return storage.engine.url.render_as_string(hide_password=True)
+    return _shown(storage.engine.url)
+
+
+def _shown(url: "URL") -> str:
+    return without_passwords(url.render_as_string(hide_password=True))
+
+
+def without_password_of_storage(text: str, storage: str | None) -> str:
+    """The calibration file ``text`` whose database is ``storage``, however it is written there, without passwords."""
+    import yaml
+
+    if storage is not None and without_passwords(storage) != storage:
+        root = yaml.compose(text, yaml.SafeLoader)
+        assert isinstance(root, yaml.MappingNode)  # it was read before
+        (value,) = (node for key, node in root.value if key.value == "storage")
+        begin, end = value.start_mark.index, value.end_mark.index
+        lines = "\n" * text.count("\n", begin, end)  # so that what stands behind keeps its line
+        text = f"{text[:begin]}{json.dumps(without_passwords(storage))}{lines}{text[end:]}"
+    return without_passwords(text)
 
 
 def _name(problem: Problem, folder: Path) -> str:

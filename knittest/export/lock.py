@@ -4,12 +4,12 @@ import errno
 import fcntl
 import json
 import os
-import socket
 from contextlib import suppress
 from pathlib import Path
 
 from knittest.errors import ResourceError
 from knittest.export.atomic import resource_error
+from knittest.hiding import host_name
 
 LOCK_NAME = "run.lock"
 # Blanks after the owner's line keep some room on a full disk for the last manifest, see RunLock.give_room.
@@ -57,7 +57,7 @@ class RunLock:
         return os.pread(self._handle, 4096, 0)
 
     def _write_owner(self) -> None:
-        owner = json.dumps({"pid": os.getpid(), "host": socket.gethostname()}) + "\n"
+        owner = json.dumps({"pid": os.getpid(), "host": host_name()}) + "\n"
         os.ftruncate(self._handle, 0)
         os.pwrite(self._handle, owner.encode().ljust(_PADDING), 0)
         os.fsync(self._handle)
@@ -84,6 +84,7 @@ def _describe(content: bytes) -> str | None:
         return None
     try:
         owner = json.loads(content)
-        return f"process {int(owner['pid'])} on {owner['host']}"
+        where = f" on {owner['host']}" if owner["host"] else ""
+        return f"process {int(owner['pid'])}{where}"
     except (ValueError, KeyError, TypeError):
         return "an unknown process"

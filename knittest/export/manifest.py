@@ -1,7 +1,6 @@
 """The manifest of a run folder: where the run comes from, how it began, went on and ended."""
 
 import os
-import socket
 from collections.abc import Iterable, Mapping
 from datetime import datetime
 from pathlib import Path
@@ -12,6 +11,7 @@ from knittest.config.run import Run
 from knittest.errors import KnittestError, OutOfTolerance
 from knittest.export import provenance
 from knittest.export.summary import Status
+from knittest.hiding import host_name
 from knittest.interrupts import Interrupted
 
 INTERRUPTED = 75
@@ -34,7 +34,7 @@ def first_manifest(
         "threads": threads,
         "libraries": provenance.library_versions(),
         "pid": os.getpid(),
-        "host": socket.gethostname(),
+        "host": host_name(),
         "started": now(),
         "ended": None,
         "exit_code": None,
@@ -45,7 +45,7 @@ def first_manifest(
 def restarted_manifest(manifest: Mapping[str, Any], threads: int, notes: Mapping[str, Any]) -> dict[str, Any]:
     """``manifest`` of a run that goes on, with ``notes`` on from where and what was changed by force."""
     again = {"status": "running", "ended": None, "exit_code": None, "message": "", "threads": threads}
-    here = {"pid": os.getpid(), "host": socket.gethostname()}
+    here = {"pid": os.getpid(), "host": host_name()}
     return {**manifest, **again, **here, "resumed": [*manifest.get("resumed", []), {"time": now(), **notes}]}
 
 

@@ -1,13 +1,13 @@
 """What became of a trial."""
 
 import json
-import socket
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Literal, Self
 
 from knittest.export.manifest import now
+from knittest.hiding import host_name
 from knittest.result_rows import unfolded
 
 Status = Literal["completed", "refused", "failed", "invalid", "error", "timeout", "crashed", "blocked"]
@@ -41,7 +41,7 @@ class Record:
     seconds: float = 0.0
     limit: float | None = None
     earlier: tuple[str, ...] = ()
-    host: str = field(default_factory=socket.gethostname)
+    host: str = field(default_factory=host_name)
     ended: str = field(default_factory=now)
 
     @property
