@@ -1,8 +1,9 @@
 """What a refusal tells its reader to change: a setting with a number derived from the run, and the rule behind it."""
 
 from collections.abc import Callable
-from math import floor, log10, sqrt
+from math import floor, isfinite, log10, sqrt
 
+from knittest.config.presets import FREE_BLANK
 from knittest.config.run import FormingRun, Run
 
 #: share of its limit that advice aims at, as the rules are estimates
@@ -15,13 +16,18 @@ def rounded_down(value: float) -> float:
     return float(f"{floor(value / place * (1.0 + 1e-12)) * place:.3g}")
 
 
-def advised(run: Run, key: str, share: float) -> str:
-    """What would bring the gate ``key`` to :data:`AIM` of its limit; ``share`` is the limit over the value, below 1.
+def advised(run: Run, key: str, value: float, limit: float) -> str:
+    """What would bring the gate ``key`` from ``value`` to :data:`AIM` of its ``limit``, both [%].
 
-    Empty where no setting of the run decides.
+    Empty where no setting of the run decides, or nothing is known of the value.
     """
     rule = RULES.get(key)
-    return rule(run, AIM * share) if rule and share > 0.0 else ""
+    if rule is None or not isfinite(value):
+        return ""
+    aim = AIM * limit
+    if key in OF_THE_WORK and value < 100.0:  # the loss is a part of the work, which shrinks with it
+        return rule(run, aim * (100.0 - value) / (value * (100.0 - aim)))
+    return rule(run, aim / value)
 
 
 def _slower(run: Run, share: float) -> str:
@@ -53,9 +59,12 @@ def _less_damping(run: Run, share: float) -> str:
     damping, speed = run.solver.damping, run.solver.speed
     if not isinstance(run, FormingRun):
         return f"it goes with the damping: solver.damping={rounded_down(damping * share):g} would pass"
-    # a free flange that is damped less swings more: both give way alike
-    damping, speed = (rounded_down(value * sqrt(share)) for value in (damping, speed))
-    return f"it goes with damping times speed: solver.damping={damping:g} with solver.speed={speed:g} would pass"
+    free_damping, free_speed = FREE_BLANK["damping"], FREE_BLANK["speed"]
+    if run.rig.blank_holder_force == 0.0 and (damping > free_damping or speed > free_speed):
+        found = "passes on shells of quick" if run.model.scale == "macro" else "passes on shells; try it on yarns"
+        return f"solver.damping={free_damping:g} with solver.speed={free_speed:g} {found}"
+    # a flange that is damped less swings more, so its loss falls about with the root of the damping
+    return f"try solver.damping={rounded_down(damping * share**2):g}"
 
 
 def _finer_shells(run: Run, share: float) -> str:
@@ -63,6 +72,7 @@ def _finer_shells(run: Run, share: float) -> str:
     return f"it falls with the size of the shells: try model.macro.element_size={size:g}"
 
 
+OF_THE_WORK = ("damping_over_work_max", "contact_damping_over_work_max")
 RULES: dict[str, Callable[[Run, float], str]] = {
     "ke_over_ie_max": _slower,
     "energy_error_max": _smaller_step,

@@ -137,7 +137,9 @@ def _layers(document: Document, source: FabricSource, settings: list[Setting], k
     preset = _choice(("model", "preset"), get_args(Preset), Model().preset, document, settings)
     layers = Layers()
     layers.lay({"rig": {"kind": kind}}, lambda path: "the command")
-    layers.lay(preset_settings(kind, preset, scale), lambda path: f"preset {preset}")
+    force = _stated(("rig", "blank_holder_force"), document, settings)
+    held = isinstance(force, int | float) and force > 0.0
+    layers.lay(preset_settings(kind, preset, scale, held), lambda path: f"preset {preset}")
     wanted = _stated(("parameters",), document, settings)
     if wanted is not None and not isinstance(wanted, str):
         raise InputError(f"{document.where(('parameters',))}: parameters: expected a name, found {describe(wanted)}")

@@ -112,6 +112,9 @@ SOLVER: dict[tuple[str, Scale], dict[str, float]] = {
     ("picture-frame", "meso"): {"speed": 3.0, "damping": 0.01, "safety": 0.7},
 }
 
+#: forming of shells without a holder: a flange that little but its weight keeps down must not be dragged by damping
+FREE_BLANK: dict[str, float] = {"speed": 0.05, "damping": 0.006}
+
 #: what a preset decides, unless a file or an option says it
 PRESET_PATHS: tuple[tuple[str, ...], ...] = (
     ("rig", "gauge_length"),
@@ -133,8 +136,11 @@ def default_scale(kind: str) -> Scale:
     return "macro" if kind in ("cantilever", "forming") else "meso"
 
 
-def preset_settings(kind: str, preset: Preset, scale: Scale) -> dict[str, Any]:
-    """Nested run settings of ``preset`` for a test of ``kind``; anything a file or an option says goes over them."""
+def preset_settings(kind: str, preset: Preset, scale: Scale, held: bool = False) -> dict[str, Any]:
+    """Nested run settings of ``preset`` for a test of ``kind``, of forming with a blank that is ``held`` or not.
+
+    Anything a file or an option says goes over them.
+    """
     values = PRESETS[preset]
     per_loop, per_wave = COARSER.get(kind, (ELEMENTS_PER_LOOP, ELEMENTS_PER_WAVE))
     forming = kind == "forming"
@@ -150,6 +156,8 @@ def preset_settings(kind: str, preset: Preset, scale: Scale) -> dict[str, Any]:
     settings: dict[str, Any] = {"model": model, "rig": _dimensions(kind, preset, values) if scale == "meso" else {}}
     if (kind, scale) in SOLVER:
         settings["solver"] = dict(SOLVER[kind, scale])
+    if (kind, scale) == ("forming", "macro") and not held:
+        settings["solver"] |= FREE_BLANK
     if (kind, scale) == ("forming", "meso"):  # less work is done on a small piece: its inertia must be smaller too
         settings["solver"]["speed"] = values.meso_stamp_speed
     if (kind, scale) == ("picture-frame", "meso"):  # shear waves cross a large square later

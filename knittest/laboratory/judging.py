@@ -119,6 +119,6 @@ def _judged(run: Run, quality: Quality, beyond: BeyondLaw) -> Quality:
 
 
 def _refusal(run: Run, gate: Gate, value: float, limit: float, beyond: BeyondLaw) -> str:
-    said = f"{gate.label} {value:.2f} % is above {limit:g} %" if np.isfinite(value) else f"{gate.label} is not a number"
-    advice = beyond.advice(run) if gate.key == "beyond_law" else advised(run, gate.key, limit / value)
+    said = f"{gate.label} is not a number" if np.isnan(value) else f"{gate.label} {value:.2f} % is above {limit:g} %"
+    advice = beyond.advice(run) if gate.key == "beyond_law" else advised(run, gate.key, value, limit)
     return f"{said}; {advice}" if advice else said

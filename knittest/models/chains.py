@@ -7,6 +7,7 @@ from math import sqrt
 import numpy as np
 from numpy.typing import NDArray
 
+from knittest.advice import rounded_down
 from knittest.errors import InputError
 from knittest.history import Mesh
 from knittest.kernels.beam import rotary_inertia_factor, wave_speed
@@ -87,10 +88,11 @@ class YarnContact:
 
 @dataclass(frozen=True)
 class MassScaling:
-    """Critical step [ms] to scale nodal masses to, before the safety factor, and the largest added share [-]."""
+    """Critical step [ms] to scale nodal masses to, before the ``safety`` factor, and the largest added share [-]."""
 
     step: float
     most: float
+    safety: float = 1.0
 
 
 @dataclass
@@ -219,11 +221,25 @@ def _scale_mass(
     scaled = np.maximum(mass, 0.25 * step**2 * load)
     added = float(scaled.sum() / mass.sum() - 1.0)
     if scaling is not None and added > scaling.most:
+        longest = 1e3 * scaling.safety * longest_step(load, mass, scaling.most, step)
         raise InputError(
             f"solver.target_step adds {100 * added:.1f} % mass, more than solver.max_added_mass = "
-            f"{100 * scaling.most:g} %; the unscaled critical step is {1e3 * steps[inner].min():.4f} us"
+            f"{100 * scaling.most:g} %; the unscaled critical step is {1e3 * steps[inner].min():.4f} us; "
+            f"solver.target_step={rounded_down(longest):g} would pass"
         )
     return step, scaled, inertia * scaled / mass, added
+
+
+def longest_step(load: Array, mass: Array, most: float, too_long: float) -> float:
+    """Step [ms], below one that is ``too_long``, to which nodes of ``mass`` [g] under ``load`` [N/mm], (n,), can be
+    scaled with a share of ``most`` [-] added; by bisection.
+    """
+    low, high = 0.0, too_long
+    for _ in range(50):
+        middle = 0.5 * (low + high)
+        fits = float(np.maximum(mass, 0.25 * middle**2 * load).sum() / mass.sum() - 1.0) <= most
+        low, high = (middle, high) if fits else (low, middle)
+    return low
 
 
 def _beams(lay: _Layout, tangent: Array) -> Beams:

@@ -63,7 +63,8 @@ def yarn_contact(run: Run) -> YarnContact:
 def _scaling(run: Run) -> MassScaling | None:
     if run.solver.target_step is None:
         return None
-    return MassScaling(run.solver.kernel("target_step") / run.solver.safety, 0.01 * run.solver.max_added_mass)
+    safety = run.solver.safety
+    return MassScaling(run.solver.kernel("target_step") / safety, 0.01 * run.solver.max_added_mass, safety)
 
 
 def _stretch(run: Run, path: YarnPath) -> float:

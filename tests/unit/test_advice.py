@@ -1,0 +1,87 @@
+"""What refusals tell their reader to change: numbers from the rules, and where no number is known none."""
+
+import re
+
+import numpy as np
+import pytest
+
+from knittest.advice import AIM, advised, rounded_down
+from knittest.config.loading import resolve
+from knittest.config.run import Run
+from knittest.models.chains import longest_step
+
+
+def run_of(test: str = "tensile", *sets: str, scale: str = "macro") -> Run:
+    direction = None if test in ("picture-frame", "forming") else "warp"
+    return resolve(variant="1", scale=scale, preset="quick", test=test, direction=direction, sets=sets)
+
+
+def number(text: str, field: str) -> float:
+    """What ``text`` says of ``field``."""
+    found = re.search(rf"{re.escape(field)}=([\d.e+-]+)", text)
+    assert found, text
+    return float(found[1])
+
+
+@pytest.mark.parametrize(
+    ("value", "rounded"),
+    [(0.4, 0.4), (0.449, 0.44), (0.0129, 0.012), (1.0, 1.0), (0.3, 0.3), (137.0, 130.0), (7.0, 7.0)],
+)
+def test_advice_is_rounded_to_the_safe_side(value: float, rounded: float) -> None:
+    assert rounded_down(value) == pytest.approx(rounded, rel=1e-12)
+
+
+def test_inertia_goes_with_the_square_of_the_speed_and_errors_with_that_of_the_step() -> None:
+    run = run_of("tensile", "solver.speed=2", "solver.safety=0.8")
+    text = advised(run, "ke_over_ie_max", 48.0, 5.0)
+    assert number(text, "solver.speed") == rounded_down(2.0 * np.sqrt(AIM * 5.0 / 48.0)) == 0.54
+    assert "square of the speed" in text and text.endswith("would pass")
+    assert number(advised(run, "energy_error_max", 8.0, 2.0), "solver.safety") == 0.33
+    assert number(advised(run, "penetration_over_radius_max", 50.0, 25.0), "solver.safety") == 0.47
+
+
+def test_a_loss_is_part_of_the_work_that_it_is_held_against() -> None:
+    """D / W = s makes D / (W - D) = s / (1 - s), which goes with the damping: 80 % to 3.5 % takes 1 / 110."""
+    run = run_of("tensile", "solver.damping=10", "solver.speed=2")
+    assert number(advised(run, "damping_over_work_max", 80.0, 5.0), "solver.damping") == 0.09
+    assert number(advised(run, "contact_damping_over_work_max", 10.0, 5.0), "solver.speed") == 0.65
+    assert number(advised(run, "hourglass_over_internal_max", 10.0, 5.0), "model.macro.element_size") == 3.5
+
+
+def test_a_free_blank_is_sent_to_what_was_measured_to_pass() -> None:
+    run = run_of("forming", "solver.damping=0.05", "solver.speed=0.19")
+    for key in ("damping_over_work_max", "drag_over_weight"):
+        text = advised(run, key, 15.0, 5.0)
+        preset = run_of("forming").solver
+        assert (number(text, "solver.damping"), number(text, "solver.speed")) == (preset.damping, preset.speed)
+    assert number(advised(run_of("forming"), "damping_over_work_max", 7.0, 5.0), "solver.damping") < preset.damping
+    assert "try it on yarns" in advised(run_of("forming", scale="meso"), "drag_over_weight", 100.0, 10.0)
+    held = run_of("forming", "rig.blank_holder_force=1", "solver.damping=0.05")
+    assert number(advised(held, "drag_over_weight", 20.0, 10.0), "solver.damping") == rounded_down(0.05 * 0.35**2)
+
+
+def test_contacts_of_yarns_are_stiffened_by_their_field() -> None:
+    run = run_of(scale="meso")
+    text = advised(run, "penetration_over_radius_max", 50.0, 25.0)
+    stiffness = number(text, "fabric.contact.normal_stiffness")
+    assert stiffness == pytest.approx(run.fabric.contact.normal_stiffness.value / (AIM * 0.5), rel=0.05)  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_nothing_is_advised_where_nothing_is_known(value: float) -> None:
+    assert advised(run_of(), "ke_over_ie_max", value, 5.0) == ""
+    assert advised(run_of(), "beyond_law", 7.0, 5.0) == ""
+
+
+def test_the_blank_decides_the_presets_speed_and_damping() -> None:
+    """A flange that its weight alone keeps down must not be dragged; one that is held may be drawn faster."""
+    free, held = run_of("forming").solver, run_of("forming", "rig.blank_holder_force=100").solver
+    assert (free.speed, free.damping, held.speed, held.damping) == (0.05, 0.006, 0.19, 0.05)
+    assert run_of("forming", "solver.speed=0.1").solver.speed == 0.1
+    assert run_of("forming", "rig.blank_holder_force=0").solver == free
+
+
+def test_the_longest_step_adds_the_most_mass_that_is_allowed() -> None:
+    load, mass = np.array([4.0, 1.0, 0.25]), np.ones(3)  # steps of 1, 2 and 4
+    assert longest_step(load, mass, 1.0, 9.0) == pytest.approx(2.0, rel=1e-9)  # 4 + 1 + 1 = 2 * 3
+    assert longest_step(load, mass, 5.0 / 3.0, 9.0) == pytest.approx(np.sqrt(5.6), rel=1e-9)  # 5.6 + 1.4 + 1 = 8
