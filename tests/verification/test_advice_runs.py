@@ -16,7 +16,6 @@ CASES = {
     "step": ("tensile", "energy_error_max", ["solver.max_energy_error=0.02"]),
     "damping": ("tensile", "damping_over_work_max", ["solver.damping=20"]),
     "damping of a frame": ("picture-frame", "damping_over_work_max", ["rig.side=60", "solver.damping=1"]),
-    "damping of contacts": ("friction", "contact_damping_over_work_max", ["solver.max_contact_damping=0.003"]),
 }
 
 
