@@ -1,14 +1,17 @@
 """Pose anything the kernel solves by hand: the public Python interface.
 
-Units everywhere: mm, ms, g, N, MPa (so mJ, N mm, mm/ms = m/s, N/mm). A cantilever under an end force::
+Units everywhere: mm, ms, g, N, MPa (so mJ, N mm, mm/ms = m/s, N/mm). A cantilever of 10 mm under an end force of
+0.5 N bends by F L^3 / (3 E I) = 0.179 mm:
 
-    from knittest.pose import Body, Chain, ramp, round_section
-    points = np.column_stack([np.linspace(0.0, 10.0, 21), np.zeros(21), np.zeros(21)])
-    body = Body.of_chains([Chain(points, round_section(modulus=60e3, diameter=0.75, density=2.5e-3))])
-    body.boundary.move([0], ALL)                      # hold all degrees of freedom of node 0
-    body.boundary.load([20], "z", 0.5, ramp(1.0, 1.0))
-    body.relax()
-    print(body.position[20], body.reaction(0))
+    >>> import numpy as np
+    >>> from knittest.pose import ALL, Body, Chain, ramp, round_section
+    >>> points = np.column_stack([np.linspace(0.0, 10.0, 21), np.zeros(21), np.zeros(21)])
+    >>> body = Body.of_chains([Chain(points, round_section(modulus=60e3, diameter=0.75, density=2.5e-3))])
+    >>> held = [body.boundary.move([0], dof) for dof in ALL]
+    >>> body.boundary.load([20], "z", 0.5, ramp(1.0, 1.0))
+    >>> relaxation = body.relax()
+    >>> print(f"{body.position[20, 2]:.3f} mm, {body.reaction(held[2]):.2f} N, {body.reaction(held[4]):.2f} N mm")
+    0.179 mm, -0.50 N, 5.00 N mm
 
 ``body.boundary`` takes supports and motions of single degrees of freedom, point loads, moments that keep their
 direction, gravity and rigid tools (:func:`plane`, :func:`plate`, :func:`cylinder`, :func:`surface`; held, moved or
@@ -22,11 +25,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from knittest.errors import InputError, NumericalError
 from knittest.kernels import monitor
 from knittest.kernels.drive_state import Drive
 from knittest.kernels.explicit import SCRATCH
 from knittest.kernels.laws import hinge_table
 from knittest.kernels.options import PARTITIONS
+from knittest.kernels.shell_arrays import set_strength
 from knittest.kernels.shell_state import Laminate
 from knittest.kernels.state import Tally
 from knittest.kernels.threading import best_threads, limited
@@ -49,9 +54,13 @@ from knittest.models.boundary import (
 )
 from knittest.models.chains import Chain, YarnContact, build_chains
 from knittest.models.explicit_model import ExplicitModel
+from knittest.models.fabric_model import FabricModel
+from knittest.models.inputs import chain_points, finite, quadrilaterals
+from knittest.models.natural_state import of_one_sign, turned_further
 from knittest.models.sheet import build_sheet
 from knittest.models.sheet_tracker import SheetContact
 from knittest.models.surface import read_surface, surface
+from knittest.models.yarn_model import YarnModel
 from knittest.relaxation import Relaxation, relax
 
 __all__ = [
@@ -113,23 +122,35 @@ def linear_laminate(
     shear: float,
     thickness: float,
     *,
+    twist: float | None = None,
     hourglass: float = 0.05,
     fail_strain: tuple[float, float] = (np.inf, np.inf),
 ) -> Laminate:
     """Linear laminate: ``membrane`` stiffness [N/mm] and ``bending`` stiffness [N mm] of warp and weft, ``shear``
     [N/mm].
 
-    The outer layers lie at half the ``thickness`` [mm]; transverse shear is that of the plate, 5 D / t^2. ``hourglass``
-    control as a share of the fully integrated element.
+    The outer layers lie at half the ``thickness`` [mm]; transverse shear is that of the plate, 5 D / t^2. ``twist``
+    [N mm] is the energy's factor of (2 kappa_ab)^2 / 2, by default that of three equal layers of the shear stiffness,
+    S t^2 / 6, twice that of a homogeneous plate, S t^2 / 12. ``hourglass`` control as a share of the fully integrated
+    element. Raises :class:`InputError` for a bending stiffness that the membrane cannot have at this thickness.
     """
-    stretch, bend = np.array(membrane, float), np.array(bending, float)
+    stretch, bend = finite(membrane, "membrane", (2,)), finite(bending, "bending", (2,))
+    if not (stretch.min() > 0.0 and bend.min() >= 0.0 and thickness > 0.0 and shear >= 0.0):
+        raise InputError("expected membrane and thickness above 0, bending and shear of at least 0")
     lever = 0.5 * thickness
     outer = bend / (2.0 * lever**2)
+    if (stretch <= 2.0 * outer).any():
+        least = float((2.0 * np.sqrt(bend / stretch)).max())
+        raise InputError(
+            f"bending {bending} N mm is too much for membrane {membrane} N/mm at thickness {thickness:g} mm: the "
+            f"middle layer would be negative; a thickness above {least:.4g} mm would do"
+        )
     transverse = 5.0 * bend / thickness**2
     return Laminate(
         lever=lever, outer=outer, compression=stretch - 2.0 * outer, knee=np.zeros((2, 1)),
         slope=(stretch - 2.0 * outer)[:, None].copy(), shear_knee=np.zeros(1), shear_slope=np.full(1, float(shear)),
-        shear_friction=0.0, shear_stick=1.0, twist=2.0 / 3.0 * shear * lever**2, transverse=transverse,
+        shear_friction=0.0, shear_stick=1.0, twist=2.0 / 3.0 * shear * lever**2 if twist is None else twist,
+        transverse=transverse,
         hourglass_membrane=hourglass * float(stretch.mean()) / 12.0,
         hourglass_bending=hourglass * float(bend.mean()) / 12.0,
         hourglass_transverse=hourglass * float(transverse.mean()) / 12.0,
@@ -140,7 +161,8 @@ def linear_laminate(
 class Body:
     """A model with what acts on it, advanced by hand.
 
-    ``boundary`` may be added to until the first advance. ``damping`` [1/ms] takes velocity in proportion to mass.
+    ``boundary`` may be added to until the first advance. ``damping`` [1/ms] takes velocity in proportion to mass; it
+    may change between advances.
     ``threads``: by default one for a body so small that threads would spend the step waiting for each other.
     """
 
@@ -150,11 +172,13 @@ class Body:
         self.model, self.dt, self.time = model, safety * model.critical_step, 0.0
         self.threads = threads or (1 if model.n_nodes < SMALL else best_threads(None))
         self.boundary = Boundary(model, self.dt)
-        self.damping = damping
+        self._damping = damping
         self.damping_loss = 0.0
+        self._natural = self.rotation
+        self._unloaded = model.position()
         self._started: tuple[Drive, Tally] | None = None
         self._scratch = np.zeros((PARTITIONS, SCRATCH))
-        self._row = np.zeros(0)
+        self._row, self._support = np.zeros(0), np.zeros(0)
         self._kinetic, self._loss = 0.0, 0.0
 
     @classmethod
@@ -166,6 +190,8 @@ class Body:
         **options: Any,
     ) -> "Body":
         """Beam chains, whose nodes are numbered in their order; yarns touch if ``contact`` says how."""
+        for number, chain in enumerate(chains):
+            chain_points(chain.points, number)
         return cls(build_chains(chains, part_names, contact), **options)
 
     @classmethod
@@ -184,21 +210,39 @@ class Body:
 
         They touch themselves and each other, ``thickness`` apart, if ``self_contact`` says how.
         """
-        model = build_sheet(
-            np.asarray(points, float), np.asarray(cells), laminate, area_mass, thickness, warp, contact=self_contact
-        )
+        places = finite(points, "points", (-1, 3))
+        conn = quadrilaterals(places, cells)
+        model = build_sheet(places, conn, laminate, area_mass, thickness, warp, contact=self_contact)
         return cls(model, **options)
 
+    def set_strength(self, strength: ArrayLike) -> None:
+        """Give each shell a ``strength`` (n_el,) over the laminate's fracture strains [-]."""
+        if not isinstance(self.model, FabricModel):
+            raise InputError("strength: of shells only; a Chain has fail_strain")
+        set_strength(self.model.shells, finite(strength, "strength", (len(self.model.mesh.cells),)))
+
     def place(self, position: ArrayLike, turn: ArrayLike = (0.0, 0.0, 0.0)) -> None:
-        """Put the nodes at ``position`` (n_nodes, 3), turned from the start by the rotation vectors ``turn`` (n_nodes,
-        3) or (3,) [rad].
+        """Put the nodes at ``position`` (n_nodes, 3), turned by the rotation vectors ``turn`` (n_nodes, 3) or (3,)
+        [rad] from the rotations of the start, which carry what was bent into chains that are not fully set.
         """
         n = self.model.n_nodes
-        vector = np.broadcast_to(np.asarray(turn, float), (n, 3))
-        angle = np.linalg.norm(vector, axis=1, keepdims=True)
-        self.model.nodes.position[:, :n] = np.asarray(position, float).T
-        self.model.nodes.rotation[0, :n] = np.cos(0.5 * angle[:, 0])
-        self.model.nodes.rotation[1:, :n] = (0.5 * np.sinc(0.5 * angle / pi) * vector).T
+        places = finite(position, "position", (n, 3))
+        vector = np.broadcast_to(finite(turn, "turn"), (n, 3))
+        rotation = turned_further(self._natural, vector)
+        if isinstance(self.model, YarnModel):
+            rotation = of_one_sign(rotation)
+        self.model.nodes.position[:, :n], self.model.nodes.rotation[:, :n] = places.T, rotation.T
+
+    @property
+    def damping(self) -> float:
+        """Mass-proportional damping [1/ms]."""
+        return self._damping
+
+    @damping.setter
+    def damping(self, value: float) -> None:
+        self._damping = value
+        if self._started is not None:
+            self.model.nodes.keep[:] = np.exp(-value * self.dt)
 
     def start(self) -> tuple[Drive, Tally]:
         """Fix what acts on the body; returns the kernel's arrays (called by :meth:`advance`)."""
@@ -224,23 +268,63 @@ class Body:
         with limited(self.threads):
             self.model.advance(steps, self.time, self.dt, drive, tally, self._scratch)
         self.time += steps * self.dt
-        self._row = take_readings(tally, drive, steps)
+        self._read(steps)
         kinetic, loss = monitor.kinetic_energy(self.model.nodes, self.model.mass, self.model.inertia, self.dt)
         self.damping_loss += 0.5 * (self._loss + loss) * steps
         self._kinetic, self._loss = kinetic, loss
 
-    def relax(self, **options: float) -> Relaxation:
-        """Find the static state under what acts at the end of all tables; see :func:`knittest.relaxation.relax`."""
+    def relax(self, must_converge: bool = True, **options: float) -> Relaxation:
+        """Find the static state under what acts at the end of all tables; see :func:`knittest.relaxation.relax`.
+
+        Raises :class:`InputError` where a motion does not come to its end, and :class:`NumericalError` for a state that
+        is not at rest after the most steps, unless that may be.
+        """
+        moving = self.boundary.still_moving()
+        if moving:
+            raise InputError(
+                f"relax: the table of motion {moving[0]} ends at a speed that is not 0: there is no state of rest; "
+                "advance to the place first, or end the table with 0"
+            )
         drive, tally = self.start()
         with limited(self.threads):
-            found = relax(self.model, drive, tally, self.dt, **options)
-        self._row = take_readings(tally, drive, found.last_chunk)
+            found = relax(self.model, drive, tally, self.dt, unloaded=self._unloaded, **options)
+        self._read(found.last_chunk)
+        if must_converge and not found.converged:
+            raise NumericalError(
+                f"relax: not at rest after {found.steps} steps: residual {found.residual:.2g}; allow more steps "
+                "(most_steps), or look at what moves (must_converge=False)"
+            )
         return found
+
+    def _read(self, steps: int) -> None:
+        """Take the means of the last ``steps``."""
+        drive, tally = self.start()
+        self._support = tally.support.sum(axis=0) / steps
+        self._row = take_readings(tally, drive, steps)
 
     @property
     def position(self) -> Array:
         """Positions [mm], (n_nodes, 3)."""
         return self.model.position()
+
+    @property
+    def rotation(self) -> Array:
+        """Rotations of the nodes as unit quaternions (w, x, y, z), (n_nodes, 4)."""
+        return np.ascontiguousarray(self.model.nodes.rotation[:, : self.model.n_nodes].T)
+
+    def fields(self) -> dict[str, Array]:
+        """Strains, forces and moments of the elements, (n_el,) each.
+
+        Beams: ``axial_strain`` [-], ``axial_force``, ``shear_force`` [N], ``torsion``, ``bending`` [N mm] and the
+        vectors ``force``, ``moment`` (n_el, 3) that the side of the second node exerts on that of the first. Shells:
+        ``strain_warp``, ``strain_weft`` [-], ``shear_angle`` [rad], ``force_warp``, ``force_weft`` [N/mm],
+        ``moment_warp``, ``moment_weft``, ``moment_twist`` [N]. ``alive`` is 1 for those that are whole.
+        """
+        return self.model.resultants()
+
+    def contact_forces(self) -> tuple[Array, Array, NDArray[np.int64]]:
+        """Places [mm] and forces [N] where yarns touch, (n, 3) each; forces on the first of their chains (n, 2)."""
+        return self.model.contact_forces()
 
     @property
     def velocity(self) -> Array:
@@ -258,8 +342,23 @@ class Body:
         return Readings.of(self._row, drive.tools.kind.size)
 
     def reaction(self, group: int) -> float:
-        """Mean reaction [N or N mm] over the last chunk of what ``boundary.move`` numbered ``group``."""
-        return float(self.readings().reaction[group])
+        """Mean sum of the reactions [N or N mm] over the last chunk of what ``boundary.move`` numbered ``group``.
+
+        One degree of freedom a group gives a force or a moment; several are added up.
+        """
+        self._check_group(group)
+        return float(self._support[group])
+
+    def conjugate(self, group: int) -> float:
+        """Mean reaction of ``group`` conjugate to its table: each reaction times its scale."""
+        self._check_group(group)
+        return float(self._row[group])
+
+    def _check_group(self, group: int) -> None:
+        if not 0 <= group < self.boundary.groups:
+            raise InputError(f"reaction of group {group}: expected a number that boundary.move returned")
+        if not self._row.size:
+            raise InputError("reaction: nothing has been advanced yet")
 
     def energies(self) -> dict[str, float]:
         """Energies [mJ]: kinetic, internal, contact, hourglass, friction, contact_damping (of free tools too), damping,

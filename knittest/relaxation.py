@@ -1,8 +1,7 @@
 """Static states by dynamic relaxation, damped critically for the slowest mode that still moves.
 
 Underwood (1983), Dynamic relaxation, in: Computational Methods for Transient Analysis. The frequency of that mode is
-the
-Rayleigh quotient of the movement over a chunk of steps: the work of the change of force over the movement's inertia.
+the Rayleigh quotient of the movement over a chunk of steps: work of the change of force over the movement's inertia.
 """
 
 from dataclasses import dataclass, field
@@ -27,6 +26,8 @@ AT_THE_END = 1e12
 SLOWEST = 1e-6
 #: speed [mm/ms] that no yarn and no sheet coming to rest can have
 TOO_FAST = 1e5
+#: sum of forces over that of m x / dt^2, which rounding causes: stiffnesses are at most 4 m / dt^2
+ROUNDING = 4.0 * float(np.finfo(float).eps)
 #: residual and most steps of a prestressed model that comes to rest before its test
 SETTLED, SETTLING = 0.01, 4000
 
@@ -35,10 +36,9 @@ SETTLED, SETTLING = 0.01, 4000
 class Relaxation:
     """How a static state was reached.
 
-    ``residual``: sum of out-of-balance forces over that of loads, of reactions where there are
-    none, or of contacts where a model settles.
-    ``history`` holds, a chunk, (steps,
-    residual, largest move [mm], circular frequency of the slowest mode a step). ``last_chunk``: steps whose reactions
+    ``residual``: sum of out-of-balance forces over that of loads, of reactions where there are none, or of contacts
+    where a model settles. ``history`` holds, a chunk, (steps, residual, largest move [mm], circular frequency of the
+    slowest mode a step). ``last_chunk``: steps whose reactions
     and forces on tools the tally holds at the end.
     """
 
@@ -68,15 +68,19 @@ def relax(
     tolerance: float = 1e-4,
     most_steps: float = 2e6,
     at: float = AT_THE_END,
+    unloaded: Array | None = None,
 ) -> Relaxation:
     """Relax ``model`` under the values of all tables ``at`` a time [ms], the last by default; ``dt`` [ms] is stable.
 
-    Converged when the residual is below ``tolerance`` and the move in a period of the slowest mode below
-    ``tolerance`` of
-    the largest displacement so far. Raises :class:`NumericalError` when the state is no longer finite.
+    Converged when the residual is below ``tolerance`` and the move in a period of the slowest mode below ``tolerance``
+    of the largest displacement so far from ``unloaded`` (n_nodes, 3), by default from where it begins; or when forces
+    are no more than the rounding of positions gives (:data:`ROUNDING`). Raises :class:`NumericalError` when the state
+    is no longer finite.
     """
     nodes, n = model.nodes, model.n_nodes
-    found, start, free = Relaxation(), model.position(), _free(model, drive)
+    found, free = Relaxation(), _free(model, drive)
+    start = model.position() if unloaded is None else unloaded
+    noise = ROUNDING * float(np.abs(start).max() * (model.mass @ free).sum()) / dt**2
     scratch, frequency = np.zeros((PARTITIONS, SCRATCH)), 0.05
     nodes.velocity[:], nodes.spin[:] = 0.0, 0.0
     keep = nodes.keep.copy()
@@ -85,7 +89,7 @@ def relax(
         nodes.keep[:] = np.exp(-2.0 * frequency)
         before = model.position()
         chunk = min(model.safe_steps(dt, CHUNK), CHUNK)
-        tally.reaction[:], tally.tool_sum[:] = 0.0, 0.0
+        tally.reaction[:], tally.tool_sum[:], tally.support[:] = 0.0, 0.0, 0.0
         model.advance(chunk, at, dt, drive, tally, scratch)
         found.steps, found.last_chunk = found.steps + chunk, chunk
         # the search for contacts would read beyond its cells
@@ -110,6 +114,7 @@ def relax(
         reach = max(float(np.abs(model.position() - start).max()), 1e-6)
         drift = moved * 2.0 * np.pi / (frequency * chunk)
         found.converged = found.steps > 4 * CHUNK and found.residual < tolerance and drift < tolerance * reach
+        found.converged |= bool(np.abs(force).sum() < noise)
     nodes.velocity[:], nodes.spin[:], nodes.keep[:] = 0.0, 0.0, keep
     return found
 

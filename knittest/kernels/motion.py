@@ -33,6 +33,7 @@ def impose_motions(partition, dt, nodes, motions, tables, tally):
             _turn(nodes, i, 0.5 * dt)
         # work-conjugate to the table, whatever the scale
         tally.reaction[partition, motions.group[k]] += motions.scale[k] * reaction
+        tally.support[partition, motions.group[k]] += reaction
         tally.energy[partition, 0] += reaction * 0.5 * (target + before) * dt
 
 

@@ -116,3 +116,23 @@ def shell_fields(n_el, nodes, shells, laminate):
                 force += hinge_force(strain, laminate.knee[i, h], laminate.slope[i, h])
             fields[3 + i, e] = force * shells.state[s + ALIVE]
     return fields
+
+
+@njit(**KERNEL)
+def shell_moments(n_el, nodes, shells, laminate):
+    """Moment per width of warp and weft [N], and of twisting [N], of each shell, (3, n_el).
+
+    Positive where the side that the normal points to is stretched.
+    """
+    moments = np.zeros((3, n_el))
+    for e in range(n_el):
+        s = state_index(e)
+        x, d = _corners(e, nodes, shells)
+        a, b, a_z, b_z = fibre_frame(x, d, fibres_of(shells.state, s))
+        inv_a, inv_b, _ = fibre_pair(a, b)
+        alive = shells.state[s + ALIVE]
+        stiffness = 2.0 * laminate.lever * laminate.lever * alive
+        moments[0, e] = stiffness * laminate.outer[0] * dot(a, a_z) * inv_a
+        moments[1, e] = stiffness * laminate.outer[1] * dot(b, b_z) * inv_b
+        moments[2, e] = alive * laminate.twist * (dot(a, b_z) + dot(b, a_z))
+    return moments

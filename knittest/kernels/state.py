@@ -104,7 +104,8 @@ class ContactLaw(NamedTuple):
 
 
 class Tally(NamedTuple):
-    """Accumulators: reaction (PARTITIONS, n_groups) [N or N mm, summed over steps]; energies (PARTITIONS, 4) [mJ].
+    """Accumulators over steps: ``reaction`` (PARTITIONS, n_groups) [N or N mm], conjugate to the table of each group,
+    ``support`` (PARTITIONS, n_groups) [N or N mm], the same without the scales; energies (PARTITIONS, 4) [mJ].
 
     Energy columns: work of motions, loads and tools; losses of friction, in contacts and in the shear of shells;
     energy of eroded elements; losses of the damping of contacts and of free tools.
@@ -115,3 +116,4 @@ class Tally(NamedTuple):
     energy: Array
     tool: Array
     tool_sum: Array
+    support: Array

@@ -7,6 +7,7 @@ from math import cos, sin
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from knittest.errors import InputError
 from knittest.kernels.drive_state import (
     CYLINDER,
     GRID,
@@ -21,9 +22,10 @@ from knittest.kernels.drive_state import (
 )
 from knittest.kernels.options import PARTITIONS
 from knittest.kernels.state import Tally
-from knittest.kernels.tool_contact import HELD
+from knittest.kernels.tool_contact import FREE, HELD
 from knittest.kernels.tool_shapes import FAR
 from knittest.models.explicit_model import ExplicitModel
+from knittest.models.inputs import finite, names_among, node_numbers
 from knittest.models.load_runs import in_runs
 
 Array = NDArray[np.float64]
@@ -44,6 +46,13 @@ class Table:
 
     time: tuple[float, ...]
     value: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        time, value = finite(self.time, "time of a table", (-1,)), finite(self.value, "value of a table", (-1,))
+        if len(time) != len(value) or not len(time):
+            raise InputError(f"a table has {len(time)} times and {len(value)} values; expected one value a time")
+        if (np.diff(time) < 0.0).any():
+            raise InputError(f"times of a table must not fall, got {self.time}")
 
     def integral(self, time: float) -> float:
         """Integral from 0 to ``time`` [ms]: the travel of a velocity table."""
@@ -142,7 +151,11 @@ def _plan_box(samples: Array, spacing: float, reach: float) -> tuple[float, floa
 
 
 class Boundary:
-    """What acts on ``model``; :meth:`drive` gives it to the kernel. Time step ``dt`` [ms] sets the tools' penalty."""
+    """What acts on ``model``; :meth:`drive` gives it to the kernel. Time step ``dt`` [ms] sets the tools' penalty.
+
+    ``drive`` fixes it: whatever is added later raises :class:`InputError`, as nodes that do not exist and unknown
+    degrees of freedom do.
+    """
 
     def __init__(self, model: ExplicitModel, dt: float) -> None:
         self.model, self.dt = model, dt
@@ -152,21 +165,28 @@ class Boundary:
         self.groups = 0
         self.tools: list[Tool] = []
         self.radius = np.zeros(model.n_nodes)
+        self._driven = False
 
     def table(self, table: Table) -> int:
         """Number of a table, for :class:`Tool`."""
+        self._open("a table")
         self.tables.append(table)
         return len(self.tables) - 1
 
-    def move(self, nodes: ArrayLike, dofs: Sequence[str], table: Table | None = None, scale: ArrayLike = 1.0) -> int:
+    def move(
+        self, nodes: ArrayLike, dofs: str | Sequence[str], table: Table | None = None, scale: ArrayLike = 1.0
+    ) -> int:
         """Prescribe velocities [mm/ms, rad/ms] of ``nodes``: ``scale`` (n,) times ``table`` (default: held).
 
-        Returns the number under which the reactions are summed.
+        Returns the number under which the reactions are summed, each times its scale: conjugate to the table.
         """
+        self._open("a motion")
+        node = node_numbers(nodes, self.model.n_nodes)
+        names = names_among(dofs, ALL, "degree of freedom")
+        share = _one_each(scale, "scale of a motion", node)
         number = 0 if table is None else self.table(table)
-        node = np.atleast_1d(np.asarray(nodes, np.int64))
-        for dof in dofs:
-            rows = np.broadcast_arrays(node, DOFS[dof], number, np.asarray(scale, float), self.groups)
+        for dof in names:
+            rows = np.broadcast_arrays(node, DOFS[dof], number, share, self.groups)
             self._motions.append(tuple(np.array(r) for r in rows))
         self.groups += 1
         return self.groups - 1
@@ -176,16 +196,28 @@ class Boundary:
 
         Cheaper than moving six degrees of freedom; only the reactions along ``dof`` are summed.
         """
+        group = self.move(nodes, dof, table)
         for array in (self.model.nodes.inv_mass, self.model.nodes.inv_inertia, self.model.mass, self.model.inertia):
             array[np.asarray(nodes)] = 0.0
-        return self.move(nodes, [dof], table)
+        return group
 
     def load(self, nodes: ArrayLike, dof: str, value: ArrayLike, table: Table | None = None) -> None:
         """Force [N] or moment [N mm] ``value`` (n,) times ``table`` (default: constant 1) on ``nodes``."""
-        node = np.atleast_1d(np.asarray(nodes, np.int64))
-        number = self.table(table or constant(1.0))
-        rows = np.broadcast_arrays(node, DOFS[dof], number, np.asarray(value, float))
+        self._open("a load")
+        node = node_numbers(nodes, self.model.n_nodes)
+        (name,) = names_among(dof, ALL, "degree of freedom")
+        size = _one_each(value, "value of a load", node)
+        rows = np.broadcast_arrays(node, DOFS[name], self.table(table or constant(1.0)), size)
         self._loads.append(tuple(np.array(r) for r in rows))
+
+    def still_moving(self) -> list[int]:
+        """Numbers of the motions whose tables do not end at rest."""
+        last = np.array([table.value[-1] for table in self.tables])
+        return sorted({int(g) for _, _, t, s, group in self._motions for g in group[(s * last[t.astype(int)]) != 0.0]})
+
+    def _open(self, what: str) -> None:
+        if self._driven:
+            raise InputError(f"{what} is added after the start and would do nothing: add it before the first step")
 
     def gravity(self, weight: Array, direction: ArrayLike = (0.0, 0.0, -1.0), table: Table | None = None) -> None:
         """Weight [N] of each node, (n_nodes,), along ``direction``."""
@@ -195,11 +227,32 @@ class Boundary:
 
     def add_tool(self, tool: Tool) -> int:
         """Add a rigid tool; returns its number."""
+        self._open("a tool")
         self.tools.append(tool)
         return len(self.tools) - 1
 
+    def move_tool(self, number: int, axes: str | Sequence[str], velocity: Table) -> None:
+        """Move tool ``number`` along ``axes`` (x, y, z) with ``velocity`` [mm/ms]; it is held along the others."""
+        table = self.table(velocity)
+        for axis in names_among(axes, ALL[:3], "axis"):
+            self.tools[number].motion[DOFS[axis]] = table
+
+    def free_tool(
+        self, number: int, axes: str | Sequence[str], mass: float, force: Table | None = None, drag: float = 0.0
+    ) -> None:
+        """Let tool ``number`` of ``mass`` [g] move along ``axes`` (x, y, z) under what it touches, ``force`` [N] along
+        each and a ``drag`` [1/ms] in proportion to its momentum.
+        """
+        if not (np.isfinite(mass) and mass > 0.0):
+            raise InputError(f"mass of a free tool: {mass:g} g; expected more than 0")
+        tool, load = self.tools[number], -1 if force is None else self.table(force)
+        tool.mass, tool.drag = mass, drag
+        for axis in names_among(axes, ALL[:3], "axis"):
+            tool.motion[DOFS[axis]], tool.load[DOFS[axis]] = FREE, load
+
     def drive(self) -> Drive:
         """All of it in the form of the kernel."""
+        self._driven = True
         knots = np.array([len(t.time) for t in self.tables])
         time, value = np.zeros((2, len(self.tables), knots.max()))
         for k, table in enumerate(self.tables):
@@ -232,6 +285,14 @@ class Boundary:
         )
 
 
+def _one_each(values: ArrayLike, name: str, node: Index) -> Array:
+    """Finite ``values``, one for all or one a node."""
+    array = finite(values, name)
+    if array.shape not in ((), (1,), node.shape):
+        raise InputError(f"{name}: {array.shape} numbers for {len(node)} nodes; expected one, or one a node")
+    return array
+
+
 def _tool_arrays(tools: list[Tool]) -> Tools:
     counts = np.array([t.samples.shape for t in tools], np.int64).reshape(-1, 3)
     offset = np.concatenate([[0], np.cumsum(counts.prod(axis=1))]).astype(np.int64)
@@ -258,17 +319,17 @@ def _tool_arrays(tools: list[Tool]) -> Tools:
 
 def new_tally(boundary: Boundary) -> Tally:
     """Empty accumulators for ``boundary``."""
-    n_tools = len(boundary.tools)
+    n_tools, groups = len(boundary.tools), (PARTITIONS, max(boundary.groups, 1))
     return Tally(
-        np.zeros((PARTITIONS, max(boundary.groups, 1))), np.zeros((PARTITIONS, 4)),
-        np.zeros((PARTITIONS, n_tools, 3)), np.zeros((n_tools, 3)),
+        np.zeros(groups), np.zeros((PARTITIONS, 4)), np.zeros((PARTITIONS, n_tools, 3)), np.zeros((n_tools, 3)),
+        np.zeros(groups),
     )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Readings:
-    """Means over a few steps: ``reaction`` (n_groups,) [N or N mm], ``tool_force`` on each tool [N], (n_tools, 3), and
-    the tools' ``tool_position`` [mm], (n_tools, 3), at their end.
+    """Means over a few steps: ``reaction`` (n_groups,) [N or N mm], conjugate to the tables, ``tool_force`` on each
+    tool [N], (n_tools, 3), and the tools' ``tool_position`` [mm], (n_tools, 3), at their end.
     """
 
     reaction: Array
@@ -287,5 +348,5 @@ def take_readings(tally: Tally, drive: Drive, steps: int) -> Array:
     row = np.concatenate(
         [tally.reaction.sum(axis=0) / steps, tally.tool_sum.ravel() / steps, drive.tools.position.ravel()]
     )
-    tally.reaction[:], tally.tool_sum[:] = 0.0, 0.0
+    tally.reaction[:], tally.tool_sum[:], tally.support[:] = 0.0, 0.0, 0.0
     return row

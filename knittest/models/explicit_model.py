@@ -92,6 +92,16 @@ class ExplicitModel(ABC):
         """Element fields of a frame, as in :class:`knittest.history.Frame`."""
 
     @abstractmethod
+    def resultants(self) -> dict[str, Array]:
+        """:meth:`fields` with the moments, by element."""
+
+    def contact_forces(self) -> tuple[Array, Array, Index]:
+        """Places [mm] and forces [N] of the yarn contacts that touch, (n, 3) each, the force on the first of their two
+        chains (n, 2).
+        """
+        return np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 2), np.int64)
+
+    @abstractmethod
     def name_of(self, node: int) -> str:
         """What ``node`` belongs to, for messages."""
 

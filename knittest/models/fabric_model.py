@@ -11,7 +11,7 @@ from knittest.kernels.explicit import advance_fabric
 from knittest.kernels.health import smallest_shell
 from knittest.kernels.sheet_contact import sheet_statistics
 from knittest.kernels.sheet_state import NO_LAW, NO_MESH, empty_contacts
-from knittest.kernels.shell_output import shell_energies, shell_fields
+from knittest.kernels.shell_output import shell_energies, shell_fields, shell_moments
 from knittest.kernels.shell_state import Laminate, Shells
 from knittest.kernels.state import Tally
 from knittest.models.explicit_model import Array, ExplicitModel, Index, Stored
@@ -89,6 +89,12 @@ class FabricModel(ExplicitModel):
         names = ("strain_warp", "strain_weft", "shear_angle", "force_warp", "force_weft")
         values = dict(zip(names, shell_fields(n_el, self.nodes, self.shells, self.laminate), strict=True))
         return values | {"alive": np.isinf(self.shells.fail_time[:n_el]).astype(float)}
+
+    def resultants(self) -> dict[str, Array]:
+        """See :meth:`ExplicitModel.resultants`; forces per width [N/mm], moments per width [N]."""
+        n_el = len(self.mesh.cells)
+        moments = shell_moments(n_el, self.nodes, self.shells, self.laminate)
+        return self.fields() | dict(zip(("moment_warp", "moment_weft", "moment_twist"), moments, strict=True))
 
     def complaint(self, dt: float) -> str:
         """Names a shell without area, or a node that went through one.

@@ -65,6 +65,22 @@ def _turned_back(q: Array, vector: Array) -> Array:
     return back
 
 
+def turned_further(rotation: Array, vector: Array) -> Array:
+    """Quaternions (n, 4) turned further by the rotation vectors ``vector`` (n, 3) [rad]."""
+    angle = np.linalg.norm(vector, axis=1, keepdims=True)
+    turn = np.hstack([np.cos(0.5 * angle), 0.5 * np.sinc(0.5 * angle / np.pi) * vector])
+    return _product(turn, rotation)
+
+
+def of_one_sign(rotation: Array) -> Array:
+    """Quaternions (n, 4) of the same rotations, each of the sign that lies nearer to the one before: the mean rotation
+    of two neighbours is that of their sum.
+    """
+    along = np.einsum("ij,ij->i", rotation[1:], rotation[:-1])
+    sign = np.cumprod(np.append(1.0, np.where(along < 0.0, -1.0, 1.0)))
+    return sign[:, None] * rotation
+
+
 def turned_about_x(rotation: Array, angle: Array) -> Array:
     """Quaternions (4, n) turned further about x by ``angle`` (n,) [rad]."""
     w, x, y, z = rotation

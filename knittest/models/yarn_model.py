@@ -7,11 +7,13 @@ from numba import get_num_threads
 
 from knittest.history import Overlaps
 from knittest.kernels import monitor
+from knittest.kernels.contact import spline_weights
 from knittest.kernels.drive_state import Drive
 from knittest.kernels.explicit import advance_yarns
 from knittest.kernels.state import Beams, ContactLaw, Tally
 from knittest.models.contact_tracker import ContactTracker, YarnContactGroup
 from knittest.models.explicit_model import Array, ExplicitModel, Index, Stored
+from knittest.models.resultants import beam_resultants
 from knittest.models.yarn_health import YarnHealth
 from knittest.snapshot import State, arrays_of, prefixed, put_back, under
 
@@ -78,6 +80,25 @@ class YarnModel(ExplicitModel):
         """Axial strain [-], axial force [N] and alive flag of every beam."""
         strain, force = monitor.axial_state(self.nodes, self.parts, self.beams)[:, self.element_node]
         return {"axial_strain": strain, "axial_force": force, "alive": self.beams.alive[self.element_node]}
+
+    def resultants(self) -> dict[str, Array]:
+        """See :meth:`ExplicitModel.resultants` and :func:`beam_resultants`."""
+        section = np.zeros(self.n_nodes, np.int64)
+        for first, stop, number in self.parts.span:
+            section[first:stop] = number
+        element = self.element_node
+        return self.fields() | beam_resultants(self.nodes, self.beams, element, section[element])
+
+    def contact_forces(self) -> tuple[Array, Array, Index]:
+        """See :meth:`ExplicitModel.contact_forces`."""
+        contacts, count = self.tracker.contacts, self.tracker.count
+        touching = np.flatnonzero((contacts.force[:, :count] != 0.0).any(axis=0))
+        piece, offset = contacts.piece[:, touching], contacts.offset[:, touching]
+        first, at, last = spline_weights.py_func(contacts.parameter[0, touching])
+        x = self.nodes.position
+        centre = first * x[:, piece[0] - 1] + at * x[:, piece[0]] + last * x[:, piece[0] + 1]
+        place = centre - contacts.arm[touching] * offset
+        return place.T, contacts.force[:, touching].T, self.group.chain[piece].T
 
     def search_seconds(self) -> float:
         """See :class:`ContactTracker`."""

@@ -263,7 +263,7 @@ def picture_frame(gamma: float, side: float = 200.0, n: int = 4) -> list[Row]:
     body.boundary.move(rim, ["z"])
     body.advance(1.05 * duration)
     settle(body, 1e-8)  # reactions are conjugate to the table, here 200 mm times a force
-    power = body.reaction(pulls[0]) * np.cos(gamma) - body.reaction(pulls[1]) * np.sin(gamma)
+    power = body.conjugate(pulls[0]) * np.cos(gamma) - body.conjugate(pulls[1]) * np.sin(gamma)
     lever = side * np.sin(0.25 * np.pi - 0.5 * gamma)
     far = np.linalg.norm(body.position[-1] - body.position[0]) - np.sqrt(2.0) * side
     case, source, mesh = f"picture frame, {gamma:g} rad", "virtual work; Pham et al. 2019, Eq. 1", f"{n} x {n}"

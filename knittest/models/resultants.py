@@ -1,0 +1,37 @@
+"""What sections and contacts carry, for whoever poses a problem by hand: forces and moments by element, by node."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knittest.kernels.beam import axial_strain, mean_frame, section_force
+from knittest.kernels.state import Beams, Nodes
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+def beam_resultants(nodes: Nodes, beams: Beams, element: Index, section: Index) -> dict[str, Array]:
+    """Force [N] and moment [N mm] in the middle of each beam, (n_el, 3) in global axes, 0 where it is broken.
+
+    ``element`` (n_el,) first node of each, ``section`` (n_el,) its card. They are what the side of the second node
+    exerts on that of the first. ``axial_force``, ``shear_force`` [N], ``torsion`` and ``bending`` [N mm], (n_el,), are
+    the parts along the axis and the sizes of those across it.
+    """
+    i, j = element, element + 1
+    ax, ay, az, cx, cy, cz, _ = mean_frame.py_func(*nodes.rotation[:, i], *nodes.rotation[:, j], *beams.tangent[:, i])
+    axis, turn = np.array([ax, ay, az]), np.array([cx, cy, cz])
+    chord, inv_length = nodes.position[:, j] - nodes.position[:, i], beams.inv_length[i]
+    compression, shear, torsion, bending = beams.stiffness[section].T
+    strain = axial_strain.py_func(*axis, *chord, inv_length)
+    axial = compression * np.minimum(strain, 0.0)
+    for knee, slope in zip(beams.hinge_strain[section].T, beams.hinge_slope[section].T, strict=True):
+        axial = axial + slope * np.maximum(strain - beams.slack[i] - knee, 0.0)
+    force = beams.alive[i] * np.array(section_force.py_func(axial, strain, shear, *axis, *chord, inv_length))
+    twist = np.sum(turn * axis, axis=0)
+    moment = beams.alive[i] * inv_length * (bending * turn + (torsion - bending) * twist * axis)
+    along, about = np.sum(force * axis, axis=0), np.sum(moment * axis, axis=0)
+    return {
+        "force": force.T, "moment": moment.T, "axial_force": along, "torsion": about,
+        "shear_force": np.linalg.norm(force - along * axis, axis=0),
+        "bending": np.linalg.norm(moment - about * axis, axis=0),
+    }  # fmt: skip
