@@ -69,8 +69,8 @@ def chain_points(points: ArrayLike, number: int) -> Array:
 
 
 def quadrilaterals(points: Array, cells: ArrayLike) -> Index:
-    """Cells (n_el, 4) on ``points`` (n, 3); raises :class:`InputError` for nodes that do not exist or belong to no cell
-    and for quadrilaterals that are collapsed, folded over or not convex.
+    """Cells (n_el, 4) on ``points`` (n, 3); raises :class:`InputError` for nodes that do not exist and for
+    quadrilaterals that are collapsed, folded over or not convex.
     """
     conn = np.asarray(cells)
     if conn.ndim != 2 or conn.shape[1] != 4 or not len(conn):
@@ -89,9 +89,6 @@ def quadrilaterals(points: Array, cells: ArrayLike) -> Index:
             f"cells: cell {bad[0]} (nodes {', '.join(map(str, conn[bad[0]]))}) is collapsed, folded over or not "
             "convex; expected corners in order around a convex quadrilateral"
         )
-    lonely = np.setdiff1d(np.arange(len(points)), conn)
-    if lonely.size:
-        raise InputError(f"points: node {lonely[0]} belongs to no cell and would have no mass")
     return conn
 
 

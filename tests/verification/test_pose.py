@@ -209,7 +209,6 @@ REFUSED = {
     "cell": (lambda: Body.of_shells(SQUARES, [[0, 1, 4, 9]], LAMINATE, 1e-3, 1.0), "9 is not a node"),
     "folded": (lambda: Body.of_shells(SQUARES, [[0, 4, 1, 3]], LAMINATE, 1e-3, 1.0), "cell 0 .*not convex"),
     "collapsed": (lambda: Body.of_shells(SQUARES, [[0, 1, 2, 2]], LAMINATE, 1e-3, 1.0), "cell 0 .*collapsed"),
-    "lonely": (lambda: Body.of_shells(SQUARES, [[0, 1, 4, 3]], LAMINATE, 1e-3, 1.0), "node 2 belongs to no cell"),
     "bending": (lambda: linear_laminate((100.0, 80.0), 2.0, 0.5, 1.0), "bending: expected the shape \\(2\\)"),
     "middle": (lambda: linear_laminate((100.0, 80.0), (30.0, 1.0), 0.5, 1.0), "thickness above 1.095 mm"),
     "place": (lambda: line().place(np.full((21, 3), np.inf)), "position: not finite"),
