@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from knittest.config.sources import NUMBERED
 from knittest.resources import data_dir
 
 Array = NDArray[np.float64]
@@ -42,24 +43,29 @@ class SpeedRow:
     half: float
 
 
-def friction_curves(variant: str) -> list[FrictionCurve]:
-    """Picture frames of the yarns of ``variant``, by rising coefficient; empty for a fabric that was not swept."""
+def friction_curves(fabric: str) -> list[FrictionCurve]:
+    """Picture frames of the yarns of ``fabric``, by rising coefficient; empty for one that was not swept."""
     table = _table(YARN_FRICTION)
-    of = table[table["variant"] == variant]
+    of = table[_fabrics(table) == fabric]
     return [
         FrictionCurve(float(mu), one[ANGLE].to_numpy(float), one[FORCE].to_numpy(float))
         for mu, one in of.groupby("friction_coefficient")
     ]
 
 
-def speed_rows(test: str, scale: str) -> list[SpeedRow]:
-    """The study of ``test`` at ``scale``; empty where there is none."""
+def speed_rows(test: str, scale: str, fabric: str) -> list[SpeedRow]:
+    """The study of ``test`` at ``scale`` with ``fabric``; empty where there is none."""
     table = _table(SPEED)
-    of = table[(table["test"] == test) & (table["scale"] == scale)]
+    of = table[(table["test"] == test) & (table["scale"] == scale) & (_fabrics(table) == fabric)]
     return [
         SpeedRow(r.variant, r.preset, r.setting, r.unit, r.value, r.quantity, r.result, r.result_half)
         for r in of.itertuples()
     ]
+
+
+def _fabrics(table: Any) -> Any:
+    """Names of the fabrics of the rows, which state them by their number."""
+    return table["variant"].replace(NUMBERED)
 
 
 def _table(name: str) -> Any:

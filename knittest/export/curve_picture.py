@@ -1,5 +1,6 @@
 """curve.png: force over strain, beside what it is compared with."""
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -7,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from knittest.export.figure import BLACK, BLUE, GREY, ORANGE, RED, SKY, dress, new_figure, save
+from knittest.export.figure import BLACK, BLUE, GREEN, GREY, ORANGE, RED, SKY, dress, new_figure, save
 from knittest.history import Array
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ class Reference:
     strain_pct: Array
     force_n: Array
     kind: Literal["measured", "digitised", "reconstructed", "simulated", "input"]
-    source: str = ""  # "Table 3", a file name
+    source: str = ""  # its citation, or a file name
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,7 @@ class EndPoint:
     strain_sd: float
     force_mean: float
     force_sd: float
-    source: str = "Table 3"
+    source: str = ""  # its citation
 
 
 @dataclass(frozen=True)
@@ -44,11 +45,16 @@ class Corridor:
     sd_n: Array
 
 
+#: characters of a line in the legend
+LEGEND = 56
+
+
 # Dashes tell a measured curve from what was made of an end point or fed into the model.
 _STYLE = {
     "measured": (RED, "-", "measured"),
     "digitised": (RED, (0, (6, 2)), "digitised"),
-    "reconstructed": (RED, (0, (4, 2)), "reconstructed from {source} end point"),
+    "reconstructed": (RED, (0, (4, 2)), "reconstructed"),
+    "simulated": (GREEN, (0, (5, 1, 1, 1)), "simulated elsewhere"),
     "input": (ORANGE, (0, (1, 1.2)), "input of the model"),
 }
 
@@ -98,9 +104,7 @@ def curve_picture(
 def draw_reference(axes: "Axes", reference: Reference) -> None:
     """Draw a curve to compare with in the style of its kind, which the legend names."""
     colour, dashes, text = _STYLE[reference.kind]
-    label = text.format(source=reference.source or "the published")
-    if reference.source and "{" not in text:
-        label += f" ({reference.source})"
+    label = _cited(text, reference.source)
     above = 4.5 if reference.kind == "input" else 2.0  # a simulation that returns its input would hide it
     axes.plot(
         reference.strain_pct, reference.force_n, color=colour, linestyle=dashes, linewidth=1.6, label=label,
@@ -117,12 +121,17 @@ def draw_end_point(axes: "Axes", point: EndPoint) -> None:
         axes.plot(point.strain_mean, point.force_mean, "D", color=RED, markersize=5, zorder=3, label=label)
         return
     corner = (point.strain_mean - point.strain_sd, point.force_mean - point.force_sd)
-    label = f"experiment, mean ± sd ({point.source})"
+    label = _cited("experiment, mean ± sd", point.source)
     box = Rectangle(
         corner, 2 * point.strain_sd, 2 * point.force_sd, facecolor=RED, alpha=0.13, edgecolor=RED, label=label, zorder=2
     )
     axes.add_patch(box)
     axes.plot(point.strain_mean, point.force_mean, marker="D", color=RED, markersize=5, linestyle="none", zorder=3)
+
+
+def _cited(text: str, source: str) -> str:
+    """``text`` with its citation in brackets, as one entry of a legend."""
+    return textwrap.fill(f"{text} ({source})" if source else text, LEGEND).replace("$", r"\$")
 
 
 def _ensemble(axes: "Axes", specimens: Sequence[Mapping[str, Array]], corridor: Corridor | None) -> None:

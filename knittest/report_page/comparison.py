@@ -7,7 +7,7 @@ from typing import Any
 from knittest.report_page.blocks import Block, Cell, Gallery, Picture, Section, Table, Text, Tone
 from knittest.report_page.curves import overlay, sizes_differ
 from knittest.report_page.loading import LoadedRun
-from knittest.report_page.parameters import leaves, quantities, shown, shown_quantity, unit_of
+from knittest.report_page.parameters import leaves, shown, shown_quantity, sourced, unit_of
 from knittest.report_page.pictures import CAPTIONS, picture
 from knittest.report_page.results import rows_of
 from knittest.result_rows import SIZED, ResultRow
@@ -133,8 +133,7 @@ def _change(value: float | None, base: float | None) -> str:
 def _told(run: LoadedRun) -> dict[str, str]:
     """Every parameter and setting as text."""
     fabric = {
-        ".".join(path): f"{shown_quantity(q)}{unit_of(path, run.rig)} ({q['source']})"
-        for path, q in quantities(run.config)
+        ".".join(path): f"{shown_quantity(q)}{unit_of(path, run.rig)} ({q['source']})" for path, q in sourced(run)
     }
     plain = {
         ".".join(path): shown(value) + (unit_of(path, run.rig) if isinstance(value, int | float) else "")

@@ -104,9 +104,11 @@ def _beside(run: LoadedRun, several: bool, free: bool = False) -> tuple[Beside, 
         reference = run.report.reference_curve(run.run)
     except InputError as error:
         return Beside(None, "", end_point, levels), str(error)
-    source = force.source if force else (reference.source if reference else "")
+    source = reference.source if reference else ""
     size, _ = run.report.size(run.run)
-    return _sized(Beside(reference, source + which, end_point, levels), size if free else 1.0), ""
+    return _sized(
+        Beside(reference, source + (which if which not in source else ""), end_point, levels), size if free else 1.0
+    ), ""
 
 
 def _sized(beside: Beside, size: float) -> Beside:

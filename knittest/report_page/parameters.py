@@ -4,16 +4,17 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from knittest.config.fields import place
+from knittest.experiment.borrowed import borrowed
 from knittest.report_page.blocks import Block, Cell, Section, Table, Text
 from knittest.report_page.loading import LoadedRun
 
 #: sources in the order of a page, and what a parameter of that source is worth
 SOURCES = {
-    "measured": "Measured: tests of yarn and fabric, as published",
+    "measured": "Measured: tests of yarn and fabric",
     "derived": "Derived: from measured numbers by a formula",
     "tuned": "Tuned: fitted to the rows named; these rows are no predictions",
     "predicted": "Predicted: by the model of the yarns, on numbers of which some are assumed",
-    "assumed": "Assumed: nobody measured them",
+    "assumed": "Assumed: nobody measured them for this fabric",
     "user": "Given by the user: source not stated",
 }
 Path = tuple[str, ...]
@@ -24,7 +25,7 @@ def parameters(run: LoadedRun) -> Section:
     blocks: list[Block] = []
     if not run.config:
         blocks.append(Text("config.yaml could not be read, so the parameters are not known.", "warn"))
-    found = list(quantities(run.config))
+    found = list(sourced(run))
     known = [*SOURCES, *sorted({str(q["source"]) for _, q in found} - set(SOURCES))]
     for source in known:
         rows = [_row(run, path, q) for path, q in found if str(q["source"]) == source]
@@ -36,6 +37,19 @@ def parameters(run: LoadedRun) -> Section:
         if rows:
             blocks.append(Table(caption, ("setting", "value", "meaning"), rows))
     return Section(f"run-{run.number}-parameters", "Specimen and parameters", blocks)
+
+
+def sourced(run: LoadedRun) -> Iterator[tuple[Path, Mapping[str, Any]]]:
+    """:func:`quantities` of the config, and curves that by their heads are another fabric's as assumed."""
+    owners = borrowed(run.run.fabric) if run.run else {}
+    for path, quantity in quantities(run.config):
+        owner = owners.pop(".".join(path).removeprefix("fabric."), "")
+        stated = f"; the fabric's file says {quantity['source']}"
+        assumed = {"source": "assumed", "ref": f"of {owner}, by its head{stated}"}
+        yield path, {**quantity, **assumed} if owner else quantity
+    for field, owner in owners.items():
+        path = ("fabric", *field.split("."))
+        yield path, {"value": run.setting(*path), "source": "assumed", "ref": f"of {owner}, by its head"}
 
 
 def quantities(fields: Any, at: Path = ()) -> Iterator[tuple[Path, Mapping[str, Any]]]:
@@ -93,7 +107,11 @@ def _row(run: LoadedRun, path: Path, quantity: Mapping[str, Any]) -> tuple[Cell,
     number = float(value) if isinstance(value, int | float) else None
     origin = str(quantity.get("ref") or "not stated")
     tuned = quantity.get("tuned_on")
-    fitted = f"fitted to: {', '.join(map(str, tuned))}" if isinstance(tuned, list) and tuned else ""
+    chosen = quantity.get("chosen_by")
+    told = {"fitted to": tuned, "chosen by": chosen}
+    fitted = "; ".join(
+        f"{how}: {', '.join(map(str, rows))}" for how, rows in told.items() if isinstance(rows, list) and rows
+    )
     return (
         Cell(".".join(path).removeprefix("fabric."), note=field.description if field else ""),
         Cell(shown_quantity(quantity) + unit_of(path, run.rig), number),
@@ -104,7 +122,8 @@ def _row(run: LoadedRun, path: Path, quantity: Mapping[str, Any]) -> tuple[Cell,
 def _settings(run: LoadedRun) -> Iterator[tuple[str, list[tuple[Path, Any]]]]:
     """Everything that is no quantity, by caption; the discretisation of the other scale has no part in the run."""
     other = {"macro": "meso", "meso": "macro"}.get(str(run.setting("model", "scale")))
-    found = [(p, v) for p, v in leaves(run.config) if p and p[:2] != ("model", other)]
+    told = {path for path, _ in sourced(run)}
+    found = [(p, v) for p, v in leaves(run.config) if p and p[:2] != ("model", other) and p not in told]
     yield "Fabric: make, laws, files", [(p, v) for p, v in found if p[0] == "fabric"]
     yield "Settings of test, model and solver: chosen", [(p, v) for p, v in found if p[0] != "fabric"]
 

@@ -15,17 +15,24 @@ from knittest.trellis import crosshead_of_normalised
 
 #: shear angles of the table [deg]
 ANGLES = (10.0, 20.0, 30.0, 40.0)
+NOT_STUDIED = (
+    "What speed does to this test was not studied with this fabric. Repeat the run with --verify, or study it: "
+    "knittest check {} --convergence with the fabric {} and the settings of this run."
+)
 SPEED_HEAD = ("result", "as set", "at half", "change")
 
 
 def studies(run: LoadedRun) -> list[Section]:
-    """One section, or none for a test that was not studied."""
-    blocks = [*_friction(run), *_speed(run)]
+    """One section; of a fabric or test that was not studied it says how to do so, of what is not known nothing."""
+    blocks: list[Block] = [*_friction(run), *_speed(run)]
+    if not blocks and run.run is not None:
+        blocks.append(Text(NOT_STUDIED.format(run.rig, run.run.fabric.name)))
     return [Section(f"run-{run.number}-studies", "Studies of the model", blocks)] if blocks else []
 
 
 def _speed(run: LoadedRun) -> list[Block]:
-    rows = speed_rows(run.rig, str(run.setting("model", "scale") or run.summary.scale))
+    scale, fabric = str(run.setting("model", "scale") or run.summary.scale), run.setting("fabric", "name")
+    rows = speed_rows(run.rig, scale, str(fabric))
     if not rows:
         return []
     first = rows[0]
@@ -58,7 +65,7 @@ def _friction(run: LoadedRun) -> list[Block]:
     given = run.run
     if not isinstance(given, PictureFrameRun) or given.model.scale != "meso":
         return []
-    curves = friction_curves(given.fabric.experiment_variant or "")
+    curves = friction_curves(given.fabric.name)
     if not curves:
         return []
     rig, used = given.rig, given.fabric.contact.friction_coefficient

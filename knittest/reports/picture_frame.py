@@ -146,7 +146,7 @@ def _other_friction(run: PictureFrameRun, as_normalised: bool) -> list[Line]:
         return []
     sides = fabric_side(run), run.rig.frame_side or run.rig.side
     lines = []
-    for curve in friction_curves(run.fabric.experiment_variant or ""):
+    for curve in friction_curves(run.fabric.name):
         newton = crosshead_of_normalised(curve.force, np.deg2rad(curve.angle), *sides)
         label = f"yarn-yarn friction {curve.coefficient:g} (simulated, shipped)"
         lines.append(Line(curve.angle, curve.force if as_normalised else newton, label, ":"))

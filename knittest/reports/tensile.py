@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from knittest.config.run import TensileRun
+from knittest.experiment.borrowed import borrowed
 from knittest.experiment.conditions import EXACT
 from knittest.experiment.curves import ReferenceCurve, load_curve
 from knittest.experiment.forces import for_width as strip_force
@@ -65,13 +66,21 @@ class TensileReport:
         return replace(self.axes, ylabel="force per width [N/mm]"), found
 
     def reference_curve(self, run: TensileRun) -> ReferenceCurve | None:
-        """Curve of the fabric's experiment for the width of the strip; the shells are fed with it."""
+        """Curve of the fabric's experiment for the width of the strip; the shells are fed with it.
+
+        Another fabric's curve is what the shells are given and nothing that yarns can be compared with.
+        """
+        owner = borrowed(run.fabric).get(f"macro.tension.{run.rig.direction}")
+        if owner and run.model.scale == "meso":
+            return None
         path = data_dir() / run.fabric.macro.tension[run.rig.direction]
         if not path.is_file():
             return None
         curve = self.matched(run, load_curve(path))
         if run.model.scale == "macro":
-            return noted(replace(curve, kind="input"), f"the input of the shells is itself {curve.kind}")
+            source = f"{curve.source}; assumed: of {owner}" if owner else curve.source
+            given = replace(curve, kind="input", source=source)
+            return noted(given, f"the input of the shells is itself {curve.kind}")
         return curve
 
     def matched(self, run: TensileRun, curve: ReferenceCurve) -> ReferenceCurve:
@@ -107,10 +116,7 @@ class TensileReport:
         if {"peak_force_n", "fracture_strain_pct"} <= set(by_name):
             force, strain = by_name["peak_force_n"], by_name["fracture_strain_pct"]
             end_point = curve_picture.EndPoint(strain.mean, strain.sd, force.mean, force.sd, force.table)
-        curve = references.curve
-        source = "" if curve is None else end_point.source if end_point else curve.source
-        shown = [] if curve is None else [curve_picture.Reference(curve.x, curve.mean, curve.kind, source)]
-        shown += [curve_picture.Reference(own.x, own.mean, own.kind, own.source) for own in references.own]
+        shown = [curve_picture.Reference(c.x, c.mean, c.kind, c.source) for c in references.curves]
         count = round(specimens[0].results["peak_force_n"] / specimens[0].results["force_per_yarn_n"])
         curve_picture.curve_picture(
             path, [s.history.curve for s in specimens], title=title_of(run), references=shown, end_point=end_point,

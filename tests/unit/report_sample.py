@@ -17,7 +17,7 @@ from knittest.export.line_picture import Line, line_picture
 from knittest.export.summary import build_summary
 from knittest.laboratory.registry import TESTS
 from knittest.resources import data_dir
-from knittest.row_kind import row_kind
+from knittest.row_kind import assumed_inputs, row_kind
 
 RESULTS = {
     "tensile": {"peak_force_n": 5666.25, "fracture_strain_pct": 1.578125, "force_per_yarn_n": 404.75},
@@ -52,11 +52,15 @@ def write_run(
     rows = [{**RESULTS[kind], **(results or {})}]
     rows += [{name: value * (1.0 + 0.1 * k) for name, value in rows[0].items()} for k in range(1, specimens)]
     fabric = run.fabric
-    references = published(
-        data_dir() / str(fabric.experiment), str(fabric.experiment_variant), run.direction, TESTS[kind].quantities
+    tables = data_dir() / str(fabric.experiment)
+    quantities = TESTS[kind].quantities
+    references = (
+        published(tables, str(fabric.experiment_variant), run.direction, quantities) if fabric.experiment else []
     )
     compared = compare_results(rows[0], references, {r.quantity: row_kind(run, r.quantity) for r in references})
+    compared = [row | {"assumed": list(assumed_inputs(run))} for row in compared]
     text = config_text or dump(run)
+    metrics = METRICS if fabric.name.startswith("pham2019") else METRICS | {"judged_against": "a curve of its own"}
     with RunFolder.create(path, run, config_text=text, threads=2, data_files=files) as folder:
         columns = curves(kind) if specimens == 1 else ensemble()
         folder.write_curve(columns)
@@ -68,7 +72,7 @@ def write_run(
             path / "deformed.png", [Line(columns[names[0]], columns[names[1]], "x")], title="t", xlabel="x", ylabel="y"
         )
         folder.write_comparison(
-            {"refused": list(failures), "rows": [], "curves": [METRICS] if kind == "tensile" else []}
+            {"refused": list(failures), "rows": [], "curves": [metrics] if kind == "tensile" else []}
         )
         folder.write_summary(build_summary(run, rows, quality(failures), cost(), compared))  # type: ignore[arg-type]
         if failures:

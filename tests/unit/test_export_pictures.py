@@ -113,7 +113,8 @@ def labels(figure) -> list[str]:
     [
         ("measured", "measured (lab.csv)"),
         ("digitised", "digitised (lab.csv)"),
-        ("reconstructed", "reconstructed from lab.csv end point"),
+        ("reconstructed", "reconstructed (lab.csv)"),
+        ("simulated", "simulated elsewhere (lab.csv)"),
         ("input", "input of the model (lab.csv)"),
     ],
 )

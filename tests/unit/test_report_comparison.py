@@ -89,7 +89,7 @@ def test_curves_of_one_test_share_a_picture_and_tests_do_not(parent: Path, tmp_p
         "run 1, warp meso",
         "run 3, warp macro",
         "run 4, weft macro",
-        "reconstructed from Table 3, warp end point",
+        "reconstructed (Table 3 of Pham et al. 2019, variant 1, warp)",
     ):
         assert f"<!-- {label} -->" in tensile
 

@@ -57,12 +57,13 @@ def test_the_table_marks_what_moves_and_reads_back(tmp_path: Path, monkeypatch: 
     (tmp_path / "simulated").mkdir()
     (tmp_path / "simulated" / CSV).write_text(csv_text(rows, "1"))
     monkeypatch.setattr(simulated_studies, "data_dir", lambda: tmp_path)
-    force, share, onset = speed_rows("friction", "macro")
+    force, share, onset = speed_rows("friction", "macro", "pham2019-v1")
     assert (force.variant, force.preset, force.setting, force.result, force.half) == (
         "1", "quick", "solver.speed", 300.0, 290.0,
     )  # fmt: skip
     assert share.quantity == "mu_paper" and math.isnan(onset.half)
-    assert speed_rows("friction", "meso") == []
+    assert speed_rows("friction", "meso", "pham2019-v1") == []
+    assert speed_rows("friction", "macro", "made-up") == []
 
 
 def records(status: Any) -> Any:
