@@ -16,6 +16,7 @@ from knittest.experiment.tables import published
 from knittest.export import vtu
 from knittest.export.folder import RunFolder
 from knittest.export.identity import cell_of, data_files
+from knittest.export.stamp import stamped
 from knittest.export.summary import ComparisonRow, build_summary, ensemble_results
 from knittest.history import Cost, Overlaps, Quality
 from knittest.interrupts import Interrupted, Interrupts
@@ -26,6 +27,7 @@ from knittest.report_page.page import write_if_possible, write_report
 from knittest.reports.against import own_curves
 from knittest.reports.base import References
 from knittest.reports.registry import REPORTS
+from knittest.reports.run_stamp import run_stamp
 from knittest.resources import data_dir
 from knittest.row_kind import assumed_inputs, row_kind
 from knittest.specimen import Specimen, run_specimen
@@ -186,6 +188,7 @@ def _write(
     if options.frames:
         vtu.write_frames(folder.path, first.history)
     if options.pictures:
-        report.pictures(run, specimens, references, folder.path)
+        with stamped(run_stamp(run, summary["refused"])):
+            report.pictures(run, specimens, references, folder.path)
     folder.write_comparison(comparison)
     folder.write_summary(summary)

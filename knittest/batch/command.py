@@ -6,16 +6,18 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from knittest.batch.live import Overview
 from knittest.batch.page import SWEEP, write_sweep_page
-from knittest.batch.picture import overview_picture
+from knittest.batch.picture import CHOICES, overview_picture
 from knittest.batch.plan import Plan, Row, plan_of
 from knittest.batch.table import check_parquet, results_table, write_table
 from knittest.config.yaml_loader import load_yaml
 from knittest.errors import InputError, NumericalError
 from knittest.export.atomic import resource_error
 from knittest.export.folder import slug
+from knittest.export.stamp import Stamp, stamped
 from knittest.interrupts import Interrupts
 from knittest.options import RunOptions
 from knittest.report_page.page import FILE, write_if_possible
@@ -28,6 +30,9 @@ from knittest.trials.trial import Trial
 
 #: more runs than this are asked for
 MANY = 10_000
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 
 @dataclass(frozen=True)
@@ -98,6 +103,14 @@ def _run(plan: Plan, trials: list[Trial], pool: Pool, folder: Path, options: Bat
                 view.ended(by_key[record.key], record)
 
 
+def _stamp(part: "DataFrame") -> Stamp:
+    """Fabrics, scales, directions and presets of the runs, and how many of them may be compared."""
+    said = [", ".join(dict.fromkeys(map(str, part[name].dropna()))) for name in CHOICES if name in part]
+    refused = int((part["status"] == "refused").sum())
+    verdict = f"comparison refused in {refused} of {len(part)} runs" if refused else "no run refused by its gates"
+    return Stamp(said, verdict, bad=refused > 0)
+
+
 def _pool(options: BatchOptions) -> Pool:
     if options.dask is None:
         return LocalPool(options.workers, options.threads)
@@ -117,7 +130,8 @@ def _write(plan: Plan, rows: Sequence[Row], folder: Path, options: BatchOptions)
             name = "overview.png" if len(tests) == 1 else f"overview-{test}.png"
             part = table[table["test"] == test]
             title = f"{folder.name}: {test}, {len(part)} runs"
-            overview_picture(folder / name, part, plan.swept, title)
+            with stamped(_stamp(part)):
+                overview_picture(folder / name, part, plan.swept, title)
         write_if_possible(folder, write_sweep_page)
     return records
 

@@ -9,6 +9,8 @@ import numpy as np
 from knittest.calibrate.outcome import Outcome, largest_deviations
 from knittest.calibrate.targets import Number
 from knittest.export.figure import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY, dress, new_figure, save
+from knittest.export.stamp import Stamp, stamped
+from knittest.reports.run_stamp import size_of
 from knittest.result_rows import LABELS
 
 if TYPE_CHECKING:
@@ -48,7 +50,20 @@ def convergence_picture(outcome: Outcome, path: Path) -> None:
         va="top",
         fontsize=12,
     )
-    save(figure, path)
+    with stamped(_stamp(outcome)):
+        save(figure, path)
+
+
+def _stamp(outcome: Outcome) -> Stamp:
+    """The tests of the calibration, and whether its result may be used."""
+    facts = []
+    for case in outcome.problem.cases:
+        run = case.run()
+        test = " ".join(filter(None, (run.rig.kind, run.direction)))
+        sizes = ", ".join(size_of(run))
+        facts.append(f"{run.fabric.name}, {test}, {run.model.scale}, preset {run.model.preset}, {sizes}")
+    verdict = "" if outcome.converged else f"not converged: {outcome.failure}"
+    return Stamp(facts, verdict, bad=not outcome.converged)
 
 
 def _deviations(axes: "Axes", outcome: Outcome) -> None:

@@ -28,9 +28,11 @@ def stl(out: Path, **chosen: Any) -> None:
 
     Example: knittest export stl --variant 1 --set rig.stamp.t.bar_length=140 --set rig.blank_holder_force=100
     """
+    from knittest.export.stamp import Stamp, stamped
     from knittest.export.tool_files import write_tools
     from knittest.export.tools_picture import tools_picture
     from knittest.laboratory.forming import tools_of
+    from knittest.reports.run_stamp import size_of
 
     (run,) = resolve_runs("forming", None, chosen)
     rig, thickness = run.rig, run.fabric.kernel("thickness")
@@ -38,6 +40,10 @@ def stl(out: Path, **chosen: Any) -> None:
     paths = write_tools(tools, out)
     blank = (rig.kernel("blank_width"), rig.kernel("blank_length"))
     title = f"tools of forming, {SHAPES[rig.stamp.kind]}"
-    tools_picture(out / "tools.png", tools, depth=rig.kernel("depth"), thickness=thickness, blank=blank, title=title)
+    facts = (f"for {run.fabric.name}, {thickness:g} mm thick", *size_of(run))
+    with stamped(Stamp(facts)):
+        tools_picture(
+            out / "tools.png", tools, depth=rig.kernel("depth"), thickness=thickness, blank=blank, title=title
+        )
     for line in (*tools.notes, *paths, out / "tools.png"):
         click.echo(str(line))

@@ -70,9 +70,13 @@ def show(out: Path, **which: Any) -> None:
     Example: knittest fabric show --variant 2 --out variant2.png
     """
     from knittest.export.cell_picture import cell_picture
+    from knittest.export.stamp import Stamp, stamped
 
     chosen, cell, _ = _relaxed(**which)
-    cell_picture(out, cell, chosen.name)
+    size = f"4 x 4 cells of {cell.spec.wale:.3f} x {cell.spec.course:.3f} mm"
+    loops = f"loop length {cell.spec.loop_length:g} mm"
+    with stamped(Stamp((chosen.name, f"parameters {which['parameters'] or 'as the fabric has them'}", size, loops))):
+        cell_picture(out, cell, chosen.name)
     click.echo(str(out))
 
 

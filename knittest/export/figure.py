@@ -1,10 +1,11 @@
-"""What all pictures share: a figure without display or global state, colours, and how it reaches the disk."""
+"""What all pictures share: a figure without display, colours, and how it reaches the disk with its stamp below."""
 
 import io
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from knittest.export.atomic import write_atomic
+from knittest.export.stamp import with_stamp
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -43,7 +44,9 @@ def dress(axes: "Axes") -> None:
 
 
 def save(figure: "Figure", path: Path) -> None:
-    """Write the figure as PNG, whole or not at all; raise :class:`ResourceError`."""
+    """Write the figure with its stamp as PNG, whole or not at all; raise :class:`ResourceError`."""
+    from matplotlib.image import imsave
+
     buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=DPI, metadata={"Software": "knittest"})
+    imsave(buffer, with_stamp(figure, DPI), format="png", dpi=DPI, metadata={"Software": "knittest"})
     write_atomic(path, buffer.getvalue())

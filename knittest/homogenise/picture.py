@@ -5,11 +5,13 @@ from typing import TYPE_CHECKING
 
 from knittest.experiment.shear_law import FRAME_ANGLE, NORMALISED
 from knittest.export.figure import BLUE, ORANGE, dress, new_figure, save
+from knittest.export.stamp import Stamp, stamped
 from knittest.homogenise.card import Tested
 from knittest.homogenise.check import ANGLES
 from knittest.homogenise.curves import read_columns, to_peak
 from knittest.homogenise.outcome import Outcome
 from knittest.homogenise.plan import Piece, overhang
+from knittest.reports.run_stamp import size_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,7 +37,10 @@ def homogenise_picture(outcome: Outcome, pairs: Pairs, path: Path) -> None:
     figure.suptitle(title, x=0.08, y=0.975, ha="left", va="top", fontsize=12)
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, frameon=False, fontsize=9.5, loc="upper left", bbox_to_anchor=(0.07, 0.945), ncols=2)
-    save(figure, path)
+    tested = [f"{piece.name}: {', '.join(size_of(yarns.run))}" for piece, (yarns, _) in pairs.items()]
+    facts = (run.fabric.name, f"parameters {run.parameters}", f"preset {run.model.preset}", *tested)
+    with stamped(Stamp(facts, f"yarns {outcome.status} by shells with the card", bad=not outcome.within)):
+        save(figure, path)
 
 
 def _curves(axes: "Axes", piece: Piece, yarns: Tested, shells: Tested) -> None:

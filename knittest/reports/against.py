@@ -14,8 +14,10 @@ from knittest.experiment.conditions import UNKNOWN, Conditions
 from knittest.experiment.curves import ReferenceCurve, load_curve, located
 from knittest.experiment.forces import noted
 from knittest.export.line_picture import Band, Line, line_picture
+from knittest.export.stamp import stamped
 from knittest.reports.base import title_of
 from knittest.reports.registry import REPORTS
+from knittest.reports.run_stamp import run_stamp
 from knittest.resources import data_dir
 
 #: characters of a line in the legend
@@ -70,10 +72,11 @@ def draw_against(run: Run, columns: Mapping[str, np.ndarray], curve: ReferenceCu
     if y == axes.mean and axes.sd in columns:
         spread = columns[axes.sd]
         bands.append(Band(columns[x], columns[y] - spread, columns[y] + spread, "simulated, ± sd"))
-    line_picture(
-        path, lines, title=title_of(run), xlabel=axes.xlabel, ylabel=axes.labels.get(y, axes.ylabel), bands=bands,
-        legend_columns=1,
-    )  # fmt: skip
+    with stamped(run_stamp(run, ())):  # a run that was refused is compared with nothing
+        line_picture(
+            path, lines, title=title_of(run), xlabel=axes.xlabel, ylabel=axes.labels.get(y, axes.ylabel), bands=bands,
+            legend_columns=1,
+        )  # fmt: skip
 
 
 def identity_of(run: Run, folder: Path, manifest: Mapping[str, Any]) -> str:

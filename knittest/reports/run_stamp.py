@@ -1,0 +1,52 @@
+"""What the pictures of a run say below: fabric, test, size, forces, and whether its gates passed."""
+
+from collections.abc import Sequence
+
+from knittest.config.looser import loosened
+from knittest.config.rigs import CantileverRig, FormingRig, FrictionRig, PictureFrameRig, TensileRig
+from knittest.config.run import Run
+from knittest.deciding import deciding
+from knittest.experiment.borrowed import borrowed
+from knittest.export.stamp import Stamp
+
+SCALES = {"macro": "shells (macro)", "meso": "yarns (meso)"}
+
+
+def run_stamp(run: Run, failures: Sequence[str]) -> Stamp:
+    """Stamp of the pictures of ``run``, whose gates refused it for ``failures`` or passed."""
+    test = " ".join(filter(None, (run.rig.kind, run.direction)))
+    many = f"{run.variability.specimens} specimens" if run.variability.specimens > 1 else ""
+    seed = f"seed {run.variability.seed}"
+    facts = (
+        run.fabric.name, f"parameters {run.parameters}", test, SCALES[run.model.scale], f"preset {run.model.preset}",
+        *size_of(run), many, seed,
+    )  # fmt: skip
+    verdict = f"comparison refused: {'; '.join(failures)}" if failures else "gates passed"
+    accepted = [one.stated for one in loosened(run)]
+    looser = f", with accepted limits: {'; '.join(accepted)}" if accepted and run.accept_limits else ""
+    return Stamp(facts, f"{verdict}{looser}{_taken_over(run)}", bad=bool(failures or looser))
+
+
+def size_of(run: Run) -> tuple[str, ...]:
+    """Size of the specimen and the forces on it, in words."""
+    rig = run.rig
+    if isinstance(rig, TensileRig):
+        return (f"strip {rig.width:g} mm wide, {rig.gauge_length:g} mm between the clamps",)
+    if isinstance(rig, PictureFrameRig):
+        return (f"square of {rig.side:g} mm in a frame of {rig.frame_side or rig.side:g} mm",)
+    if isinstance(rig, CantileverRig):
+        return (f"strip {rig.width:g} mm wide",)
+    if isinstance(rig, FrictionRig):
+        plate = f"plates {rig.plate_length:g} x {rig.plate_width:g} mm"
+        return f"strip {rig.length:g} x {rig.width:g} mm", plate, f"pressed by {rig.normal_force:g} N"
+    if isinstance(rig, FormingRig):
+        held = f"holder {rig.blank_holder_force:g} N" if rig.blank_holder_force > 0.0 else "no holder"
+        return f"blank {rig.blank_width:g} x {rig.blank_length:g} mm", f"stamp {rig.stamp.kind}, {rig.depth:g} mm", held
+    return ()
+
+
+def _taken_over(run: Run) -> str:
+    """Curves of another fabric that decide the test."""
+    owners = borrowed(run.fabric)
+    found = [f"{field} of {owners[field]}" for field in deciding(run) if field in owners]
+    return f"; assumed: {', '.join(found)}" if found else ""
