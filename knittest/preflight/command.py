@@ -10,6 +10,7 @@ import numba
 from knittest.config.fabric import Fabric
 from knittest.config.run import Run
 from knittest.errors import OutOfTolerance
+from knittest.experiment.borrowed import borrowed
 from knittest.kernels.threading import best_threads
 from knittest.preflight.counterpart import Counterpart, summary_line, table_lines
 from knittest.preflight.model import model_facts, model_lines
@@ -46,10 +47,23 @@ def check_command(runs: Sequence[Run], options: CheckOptions) -> int:
             passed = passed and converged
     rows = counterparts(runs[0].fabric)
     _say([f"{runs[0].fabric.name}: its numbers beside what else is known of them", *table_lines(rows)], options)
-    _say([summary_line(rows)], options)
+    _say([summary_line(rows), *taken_over(runs[0].fabric)], options)
     if options.as_json:
-        print_json({"models": models, "counterparts": [row.as_json() for row in rows]})
+        print_json(
+            {
+                "models": models,
+                "counterparts": [row.as_json() for row in rows],
+                "assumed_curves": borrowed(runs[0].fabric),
+            }
+        )
     return 0 if passed else OutOfTolerance.exit_code
+
+
+def taken_over(fabric: Fabric) -> list[str]:
+    """A line a curve of ``fabric`` that by its head is another fabric's, whatever the file says."""
+    return [
+        f"{field}: of {owner} by its head, so assumed for {fabric.name}" for field, owner in borrowed(fabric).items()
+    ]
 
 
 def counterparts(fabric: Fabric) -> list[Counterpart]:

@@ -8,6 +8,7 @@ from knittest.config.base import Quantity
 from knittest.config.loading import resolve
 from knittest.config.run import Run
 from knittest.experiment.borrowed import borrowed
+from knittest.preflight.command import taken_over
 from knittest.row_kind import assumed_inputs, cell_assumed_inputs, cell_row_kind, row_kind
 
 FORCE, STRAIN = "peak_force_n", "fracture_strain_pct"
@@ -161,6 +162,13 @@ def test_a_frame_of_shells_returns_its_law_and_that_of_yarns_predicts():
     measured = with_fabric(run, macro=run.fabric.macro.model_copy(update={"shear": shear}))
     assert row_kind(measured, "shear_force_n_at_deg.10") == "input"
     assert row_kind(resolve(test="picture-frame", variant="1", scale="meso"), "shear_force_n_at_deg.10") == "predicted"
+
+
+def test_check_names_the_curves_of_another_fabric():
+    run = resolve(test="picture-frame", variant="1", scale="macro")
+    assert taken_over(run.fabric) == []
+    *_, shear = taken_over(with_fabric(run, name="mine").fabric)
+    assert shear == "macro.shear: of pham2019-v1 by its head, so assumed for mine"
 
 
 def test_a_curve_without_a_fabric_in_its_head_is_the_fabrics_own(tmp_path: Path):

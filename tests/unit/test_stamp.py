@@ -18,8 +18,8 @@ SIZES = {
     "cantilever": (["rig.width=30"], ["30 mm wide"]),
     "friction": (["rig.normal_force=1500"], ["plates 150 x 50 mm", "1500 N"]),
     "forming": (
-        ["rig.blank_holder_force=100", "rig.blank_width=120", "rig.blank_length=120", "rig.depth=15"],
-        ["blank 120 x 120 mm", "holder 100 N", "stamp t, 15 mm"],
+        ["rig.blank_holder_force=100", "rig.blank_width=300", "rig.blank_length=290", "rig.depth=15"],
+        ["blank 300 x 290 mm", "holder 100 N", "stamp t, 15 mm"],
     ),
 }
 
