@@ -8,7 +8,7 @@ from typing import Any
 
 from knittest.batch.live import Overview
 from knittest.config.run import Run
-from knittest.errors import InputError
+from knittest.errors import InputError, ResourceError
 from knittest.export.atomic import write_atomic
 from knittest.export.jsonfile import json_text
 from knittest.export.provenance import cores
@@ -30,6 +30,8 @@ from knittest.trials.trial import Trial, trial_of
 FOLDER = "verify"
 #: wall seconds that a repeat may take: so many times those of the run, and never less than an hour
 PATIENCE, HOUR = 30.0, 3600.0
+#: ends of a repeat that stand: no other mesh fits, it would come to the same, or it takes too long
+ENDED = ("none", "timeout", *SETTLED)
 
 
 def unverified(folder: Path, run: Run) -> bool:
@@ -38,7 +40,7 @@ def unverified(folder: Path, run: Run) -> bool:
         return False
     summary = _summary(folder)
     repeats = [r for r in summary.get("verification", {}).values() if isinstance(r, Mapping)]
-    done = repeats and all(repeat.get("status") in ("none", *SETTLED) for repeat in repeats)
+    done = repeats and all(repeat.get("status") in ENDED for repeat in repeats)
     return not (summary["refused"] or done)
 
 
@@ -55,7 +57,8 @@ def finished(run: Run, folder: Path) -> Outcome:
 def verified(outcome: Outcome, options: RunOptions, interrupts: Interrupts) -> Outcome:
     """``outcome`` with its numerical errors, written to summary and page; as it is where its comparison is refused.
 
-    Repeats that are finished in the folder are not run again. Raises :class:`Interrupted` with the folder.
+    Repeats that are finished in the folder are not run again. Raises :class:`Interrupted` and :class:`ResourceError`
+    with the folder.
     """
     if outcome.quality.failures:
         return outcome
@@ -63,7 +66,7 @@ def verified(outcome: Outcome, options: RunOptions, interrupts: Interrupts) -> O
     try:
         records = _records(list(repeats.values()), outcome, options)
         interrupts.check()
-    except Interrupted as error:
+    except (Interrupted, ResourceError) as error:
         error.folder = outcome.folder
         raise
     summary = dict(outcome.summary) | _judged(outcome, repeats, notes, records)

@@ -92,7 +92,8 @@ def test_a_repeat_without_result_leaves_no_error_but_its_reason(
 
 def test_a_crash_is_tried_again_and_a_refusal_is_not(tmp_path: Path, monkeypatch: Any) -> None:
     assert unverified(tmp_path / "a", verified_run(tmp_path / "a", monkeypatch, 1.0, "crashed").run)
-    assert unverified(tmp_path / "t", verified_run(tmp_path / "t", monkeypatch, "timeout", 1.0).run)
+    assert unverified(tmp_path / "t", verified_run(tmp_path / "t", monkeypatch, "blocked", 1.0).run)
+    assert not unverified(tmp_path / "s", verified_run(tmp_path / "s", monkeypatch, "timeout", 1.0).run)
     assert not unverified(tmp_path / "b", verified_run(tmp_path / "b", monkeypatch, 1.0, "refused").run)
 
 
