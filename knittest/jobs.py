@@ -22,7 +22,7 @@ from knittest.run import EXIT_REFUSED, Outcome, execute, references_of
 from knittest.terminal import Progress
 from knittest.terminal_results import print_json, print_refused, print_results
 from knittest.threads import use_threads
-from knittest.verify import finished, unverified, verified
+from knittest.verify import REPEATS, finished, unverified, verified
 
 #: a run, and what opens its folder, or the folder where it is completed and only to be verified
 Job = tuple[Run, Opener | Path]
@@ -137,7 +137,7 @@ def _says_how_to_resume(parent: Path | None) -> Iterator[None]:
         raise Interrupted(f"{error}{_command(path)}" if path else str(error)) from None
     except ResourceError as error:
         path = parent or getattr(error, "folder", None)
-        kept = path is not None and any(path.rglob(PATTERN))
+        kept = path is not None and any(found for name in (PATTERN, REPEATS) for found in path.rglob(name))
         raise ResourceError(f"{error}{_command(path)}" if path and kept else str(error)) from error
 
 

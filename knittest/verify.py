@@ -21,6 +21,7 @@ from knittest.remeshing import Remeshing, remeshing
 from knittest.report_page.page import write_if_possible, write_report
 from knittest.result_rows import unfolded
 from knittest.run import Outcome
+from knittest.trials.ledger import PATTERN
 from knittest.trials.pool import LocalPool
 from knittest.trials.record import SETTLED, Record
 from knittest.trials.runner import TRIALS, TrialRunner
@@ -28,6 +29,8 @@ from knittest.trials.trial import Trial, trial_of
 
 #: folder of the repeats in that of the run
 FOLDER = "verify"
+#: what tells that there are some, of a run that is completed itself
+REPEATS = f"{FOLDER}/{PATTERN}"
 #: wall seconds that a repeat may take: so many times those of the run, and never less than an hour
 PATIENCE, HOUR = 30.0, 3600.0
 #: ends of a repeat that stand: no other mesh fits, it would come to the same, or it takes too long

@@ -13,7 +13,7 @@ from report_sample import edit_json, write_run
 from knittest import jobs, verify
 from knittest.config.loading import resolve
 from knittest.error_notes import NOT_ESTIMATED, UNFINISHED, error_notes
-from knittest.errors import InputError
+from knittest.errors import InputError, ResourceError
 from knittest.interrupts import Interrupts
 from knittest.options import RunOptions
 from knittest.report_page.page import write_report
@@ -187,6 +187,19 @@ def test_resume_verifies_a_completed_run_that_was_not(tmp_path: Path, monkeypatc
     assert jobs.resume_command(folder, RunOptions(quiet=True)) == 0 and len(asked) == 2
     assert "numerical_error" in json.loads((folder / "summary.json").read_text())
     assert jobs.resume_command(folder, RunOptions(quiet=True)) == 0 and len(asked) == 2
+
+
+def test_a_full_disk_among_the_repeats_says_how_to_go_on(tmp_path: Path, monkeypatch: Any) -> None:
+    folder = write_run(tmp_path / "r", preset="quick", **VERIFY)
+
+    def full(trials: Any, outcome: Any, options: Any) -> Any:
+        (folder / "verify").mkdir()
+        (folder / "verify" / "ledger.jsonl").touch()
+        raise ResourceError("the disk is full")
+
+    monkeypatch.setattr(verify, "_records", full)
+    with pytest.raises(ResourceError, match=f"continue with: knittest resume {folder}"):
+        jobs.resume_command(folder, RunOptions(quiet=True))
 
 
 def test_a_damaged_summary_is_an_error_of_input(tmp_path: Path) -> None:
