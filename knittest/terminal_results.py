@@ -21,7 +21,7 @@ _NUMBERS = (2, 3, 4)  # columns aligned to the right
 #: colours of verdicts; of any other red
 STYLES = {"within 1 sd": "green", "no reference": "yellow", UNRESOLVED: "yellow", UNSCATTERED: "yellow"}
 #: results that only summary.json shows
-_LEFT_OUT = ("force_per_yarn_n",)
+_LEFT_OUT = ("force_per_yarn_n", "peak_force_n_per_mm")
 
 
 class Outcome(Protocol):
