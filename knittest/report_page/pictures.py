@@ -21,6 +21,7 @@ CAPTIONS = {
     "yarn-forces.png": "Largest tension of every yarn over its strength",
     "pressure.png": "Contact pressure of the plates",
     "energies.png": "Energies and their ratios over time; what is shaded is not judged",
+    "compare.png": "The curve beside one that it was compared with later",
     "curve.png": "The curve as the run drew it, with every specimen and every curve it was compared with",
 }
 
