@@ -1,6 +1,6 @@
-"""Writes the reference of configuration and commands from the models and commands themselves. In a checkout:
+"""Writes the pages of docs that are made of the models, the commands and stored runs. In a checkout:
 
-python -m docs.generate           writes docs/reference-config.md and docs/reference-cli.md
+python -m docs.generate           writes docs/reference-config.md, reference-cli.md and validation.md
 python -m docs.generate --check   writes nothing, exits with 1 when one of them is not what it would write
 """
 
@@ -11,6 +11,7 @@ from typing import Any
 import click
 
 from docs.generate_config import config_reference, plain, table
+from docs.generate_validation import validation_page
 from knittest.cli.main import COMMANDS, cli
 
 HERE = Path(__file__).parent
@@ -25,7 +26,7 @@ CLI_INTRO = """
 
 
 def main() -> int:
-    """Write both files, or with ``--check`` compare them; returns the exit code."""
+    """Write all of them, or with ``--check`` compare them; returns the exit code."""
     stale = []
     for name, text in references().items():
         path = HERE / name
@@ -40,6 +41,7 @@ def main() -> int:
 def references() -> dict[str, str]:
     """Text of each file by its name in docs."""
     texts = {"reference-config.md": config_reference(), "reference-cli.md": cli_reference()}
+    texts["validation.md"] = validation_page()
     return {name: f"{NOTE}\n\n{text}" for name, text in texts.items()}
 
 

@@ -1,0 +1,69 @@
+"""Relaxed cells that pages quote, in docs/cells.json: thickness, mass and crimp of both variants, and their inputs."""
+
+import json
+from dataclasses import asdict, dataclass
+from functools import cache
+from pathlib import Path
+
+from knittest.config.fabric import Fabric
+from knittest.config.loading import resolve
+from knittest.export.manifest import now
+from knittest.export.provenance import git_commit
+from knittest.fabric.cell import CellSpec
+
+FILE = Path(__file__).parent / "cells.json"
+
+
+@dataclass(frozen=True)
+class StoredCell:
+    """Thickness [mm], area mass [g/m2] by lengths of yarns, as ``knittest check`` counts it, and crimps [-] of the cell
+    with ``spec`` (mm, N mm2).
+    """
+
+    thickness_mm: float
+    area_mass_g_m2: float
+    crimp: dict[str, float]
+    spec: dict[str, float]
+    commit: str | None
+    date: str
+
+    def stale(self, variant: str) -> list[str]:
+        """What the cell of ``variant`` is given now and was not then."""
+        is_now = _spec(fabric_of(variant))
+        return [
+            f"{name} was {self.spec.get(name)}, is {value}"
+            for name, value in is_now.items()
+            if self.spec.get(name) != value
+        ]
+
+
+@cache
+def fabric_of(variant: str) -> Fabric:
+    """A shipped variant, calibrated."""
+    return resolve(variant=variant, test="tensile", scale="meso").fabric
+
+
+def relaxed(variant: str) -> StoredCell:
+    """Relax the cell of ``variant``, or take it from the cache."""
+    from knittest.fabric.relax import relaxed_cell
+    from knittest.preflight.of_yarns import cell_mass
+
+    fabric = fabric_of(variant)
+    cell = relaxed_cell(fabric, lambda: None)
+    mass = 1e6 * cell_mass(fabric, cell) / (cell.spec.wale * cell.spec.course)
+    crimp = {system: cell.crimp(system) for system in ("warp", "weft")}
+    return StoredCell(cell.thickness, mass, crimp, _spec(fabric), git_commit(), now())
+
+
+def load() -> dict[str, StoredCell]:
+    """Stored cells by variant."""
+    return {name: StoredCell(**cell) for name, cell in json.loads(FILE.read_text(encoding="utf-8")).items()}
+
+
+def save(cells: dict[str, StoredCell]) -> None:
+    """Write all ``cells``."""
+    FILE.write_text(json.dumps({name: asdict(cell) for name, cell in cells.items()}, indent=1) + "\n", encoding="utf-8")
+
+
+def _spec(fabric: Fabric) -> dict[str, float]:
+    return asdict(CellSpec.of(fabric))
