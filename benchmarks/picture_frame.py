@@ -27,7 +27,7 @@ COLOURS = (ORANGE, GREEN, RED)
 
 def commands() -> dict[str, list[str]]:
     """Options of every run by the name of its folder."""
-    weave = ["picture-frame", "--variant", "cao2008-weave", "--scale", "macro"]
+    weave = ["picture-frame", "--variant", "cao2008-weave", "--scale", "macro", "--set", "solver.safety=0.6"]
     against = [part for _, file, _, _ in LABS for part in ("--against", f"cao2008/curves/{file}.csv")]
     runs = {
         file: [*weave, "--set", f"rig.side={fabric}", "--set", f"rig.frame_side={frame}", *against]
