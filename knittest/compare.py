@@ -162,8 +162,8 @@ def _at_angles(grid: np.ndarray, simulated: np.ndarray, measured: np.ndarray, re
     for angle in (*(a for a in ANGLES if grid[0] <= a < grid[-1]), float(grid[-1])):
         one, other = (float(np.interp(angle, grid, v)) for v in (simulated, measured))
         error = _rounded(100.0 * (one / other - 1.0)) if other else None
-        told = {"simulated": float(f"{one:.5g}"), "reference": float(f"{other:.5g}")}
-        found[f"{angle:.4g}"] = told | {"error_pct": error}
+        forces = (float(f"{force:.5g}") for force in (one, other))
+        found[f"{angle:.4g}"] = dict(zip(("simulated", "reference", "error_pct"), (*forces, error), strict=True))
     return {f"{ref.y_name}_at_deg": found}
 
 
