@@ -26,7 +26,8 @@ class Estimate:
     """``steps`` expected of ``at_most``, seconds a step, ``timed`` steps that say so, on ``threads`` threads.
 
     ``specimens`` are run one after the other; ``prepared_s`` were spent before the first step, on what a cache did not
-    hold of kernels and relaxed cells, and on the model.
+    hold of kernels and relaxed cells, and on the model; ``rest_s`` are spent before the first step of each
+    specimen, mostly on its coming to rest.
     """
 
     steps: int
@@ -36,11 +37,12 @@ class Estimate:
     threads: int
     specimens: int
     prepared_s: float
+    rest_s: float = 0.0
 
     @property
     def seconds(self) -> float:
-        """Of the steps of all specimens."""
-        return self.steps * self.step_s * self.specimens
+        """Of all specimens: to come to rest, and the steps."""
+        return (self.rest_s + self.steps * self.step_s) * self.specimens
 
     def text(self) -> str:
         """As a sentence."""
@@ -56,7 +58,7 @@ class Estimate:
         return {
             "seconds": self.seconds, "steps_expected": self.steps, "steps_at_most": self.at_most,
             "seconds_per_step": self.step_s, "steps_timed": self.timed, "threads": self.threads,
-            "specimens": self.specimens, "preparation_s": self.prepared_s,
+            "specimens": self.specimens, "preparation_s": self.prepared_s, "rest_s": self.rest_s,
         }  # fmt: skip
 
 
@@ -95,6 +97,11 @@ class _Brief:
         """Steps between the first sample and the last one."""
         return round((self.times[-1][0] - self.times[0][0]) / self.step)
 
+    def before(self, start: float) -> float:
+        """Seconds from ``start`` by the clock to the first step."""
+        simulated, sampled = self.times[0]
+        return max(sampled - start - simulated / self.step * self.step_s, 0.0)
+
     @property
     def step_s(self) -> float:
         """Seconds a step between them."""
@@ -113,11 +120,15 @@ def estimate(run: Run, prepared: Prepared, prepared_s: float = 0.0) -> Estimate 
     compiled_s = warm(run)
     rig = _Brief(prepared.rig)
     with limited(threads_for(len(prepared.model.mesh.cells))):
+        start = clock.perf_counter()
         simulate(prepared.model, rig, run.solver, run.output, progress=rig.note)
         threads = numba.get_num_threads()
     at_most = int(prepared.rig.duration / rig.step)
     steps = round(at_most * expected_share(run, prepared))
-    return Estimate(steps, at_most, rig.step_s, rig.timed, threads, run.variability.specimens, prepared_s + compiled_s)
+    return Estimate(
+        steps, at_most, rig.step_s, rig.timed, threads, run.variability.specimens, prepared_s + compiled_s,
+        rig.before(start),
+    )  # fmt: skip
 
 
 def expected_share(run: Run, prepared: Prepared) -> float:

@@ -56,6 +56,7 @@ def test_seconds_are_those_of_all_specimens_and_units_are_readable():
         "about 3 s for 1000 steps expected, 3 specimens, 2 threads, by 200 timed steps of 1 ms"
     )
     assert "before them 45 s" in one.text()
+    assert Estimate(1000, 4000, 1e-3, 200, 2, 3, 45.0, rest_s=0.5).seconds == 4.5
     for seconds, text in ((89.0, "89 s"), (91.0, "1.5 min"), (5500.0, "1.5 h")):
         assert Estimate(1, 1, seconds, 1, 1, 1, 0.0).text().startswith(f"about {text} for 1 step")
 
@@ -90,6 +91,13 @@ def timed(monkeypatch, seconds: float, broken_at: int = 10**9) -> timing._Brief:
 def test_enough_steps_and_seconds_are_timed_but_no_more(monkeypatch, seconds, steps):
     brief = timed(monkeypatch, seconds)
     assert brief.timed == steps and brief.step_s == pytest.approx(seconds / 40)
+
+
+def test_what_lies_before_the_first_step_is_told_apart(monkeypatch):
+    """The first sample is taken after 7 s and 40 steps of 0.1 s in all."""
+    brief = timed(monkeypatch, 0.1)
+    assert brief.before(brief.times[0][1] - 7.1) == pytest.approx(7.0)
+    assert brief.before(brief.times[0][1]) == 0.0
 
 
 def test_a_specimen_that_fails_ends_the_timing(monkeypatch):
