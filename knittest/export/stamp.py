@@ -15,8 +15,10 @@ from knittest import __version__
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: size of the letters [points], mean width of one over it, height of a line over it, margins [inch]
-LETTER, WIDE, LINE, MARGIN, BELOW = 7.5, 0.58, 1.45, 0.12, 0.08
+#: size of the letters [points], mean width of one over it, height of a line over it, margins at the sides, above and
+#: below [inch]
+LETTER, WIDE, LINE, MARGIN, ABOVE, BELOW = 7.5, 0.58, 1.45, 0.12, 0.09, 0.06
+BETWEEN = " · "
 FACTS, BAD = "#4a4f55", "#b3261e"
 
 
@@ -46,9 +48,12 @@ def lines_of(stamp: Stamp, width: float) -> list[tuple[str, str]]:
     """Lines of text and their colours for a picture ``width`` [inch] wide; version and date stand on every picture."""
     letters = int((width - 2.0 * MARGIN) * 72.0 / (WIDE * LETTER))
     today = datetime.now(UTC).date().isoformat()
-    facts = " · ".join([*filter(None, stamp.facts), f"knittest {__version__}", today])
-    found = [(line, FACTS) for line in textwrap.wrap(_plain(facts), letters)]
-    return found + [(line, BAD if stamp.bad else FACTS) for line in textwrap.wrap(_plain(stamp.verdict), letters)]
+    found = [""]
+    for fact in [*filter(None, stamp.facts), f"knittest {__version__}", today]:
+        joined = BETWEEN.join(filter(None, (found[-1], _plain(fact))))
+        found[-1:] = [joined] if len(joined) <= letters or not found[-1] else [found[-1], _plain(fact)]
+    facts = [(part, FACTS) for line in found for part in textwrap.wrap(line, letters)]
+    return facts + [(line, BAD if stamp.bad else FACTS) for line in textwrap.wrap(_plain(stamp.verdict), letters)]
 
 
 def with_stamp(figure: "Figure", dpi: int) -> np.ndarray:
@@ -60,11 +65,12 @@ def with_stamp(figure: "Figure", dpi: int) -> np.ndarray:
     width = above.shape[1] / dpi
     lines = lines_of(_PRESENT.get(), width)
     step = LETTER * LINE / 72.0
-    strip = Figure(figsize=(width, step * len(lines) + BELOW), dpi=dpi, facecolor="white")
+    strip = Figure(figsize=(width, ABOVE + step * len(lines) + BELOW), dpi=dpi, facecolor="white")
     FigureCanvasAgg(strip)
     high = strip.get_size_inches()[1]
     for number, (line, colour) in enumerate(lines):
-        strip.text(MARGIN / width, 1.0 - number * step / high, line, fontsize=LETTER, color=colour, va="top")
+        top = 1.0 - (ABOVE + number * step) / high
+        strip.text(MARGIN / width, top, line, fontsize=LETTER, color=colour, va="top")
     below = _pixels(strip, dpi)
     return np.concatenate([above, below[:, : above.shape[1]]])
 

@@ -63,6 +63,13 @@ def test_version_and_date_stand_below_every_picture_and_a_refusal_is_red() -> No
     assert last == ("comparison refused: x", BAD)
 
 
+def test_a_line_breaks_between_facts() -> None:
+    facts = [f"fact number {k}" for k in range(20)]
+    lines = [text for text, _ in lines_of(Stamp(facts), 4.0)]
+    assert len(lines) > 3 and not [line for line in lines if line.startswith("·") or line.endswith("·")]
+    assert [fact for line in lines for fact in line.split(" · ")][:20] == facts
+
+
 @pytest.mark.parametrize("width", [5.2, 8.0, 15.0])
 def test_no_line_is_wider_than_the_picture(width: float) -> None:
     failures = [f"kinetic energy over work {k}.{k}{k} % is above {k} %: WIDE CAPITALS MMMM" for k in range(1, 9)]
@@ -87,5 +94,7 @@ def test_the_stamp_lies_below_the_picture_and_covers_none_of_it(tmp_path: Path) 
     for pixels in (plain, long):
         assert (pixels[: 2 * DPI, :, :3] == [0.0, 1.0, 0.0]).all()
         assert pixels.shape[0] > 2 * DPI and pixels.shape[1] == 4 * DPI
-        assert (pixels[2 * DPI :, :, :3].mean(axis=2) < 0.6).any()
+        strip = pixels[2 * DPI :, :, :3].mean(axis=2)
+        assert (strip < 0.6).any()
+        assert (strip[:6] == 1.0).all() and (strip[-4:] == 1.0).all()  # no letter is cut
     assert long.shape[0] > plain.shape[0]
