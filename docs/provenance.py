@@ -90,6 +90,7 @@ TABLES: dict[tuple[str, str], Made] = {
         tuple(
             _run("forming", s, p, "1", _FORCE.format(f))
             for s, p, f in (
+                ("macro", "quick", 0),
                 ("macro", "quick", 100),
                 ("macro", "standard", 100),
                 ("macro", "paper", 100),
@@ -100,12 +101,15 @@ TABLES: dict[tuple[str, str], Made] = {
     ),
     ("forming.md", "window"): Made(
         "python benchmarks/forming.py window runs/batch-blank-holder",
-        tuple(_run("forming", "macro", "quick", "1", _FORCE.format(f)) for f in (25, 50, 100, 200, 400)),
+        tuple(_run("forming", "macro", "quick", "1", _FORCE.format(f)) for f in (0, 25, 50, 100, 200, 400)),
         (("forming", "macro"),),
     ),
     ("forming.md", "drag"): Made(
         "python benchmarks/forming.py drag RUN...",
-        (_run("forming", "macro", "quick", "1", "solver.damping=0.0125", "solver.speed=0.05"),),
+        (
+            _run("forming", "macro", "quick"),
+            _run("forming", "macro", "quick", "1", "solver.damping=0.0125", "solver.speed=0.05"),
+        ),
         (("forming", "macro"),),
     ),
 }
