@@ -1,13 +1,14 @@
 """Compiles the kernels of a scale on a tiny model, so that a user sees compilation as such, once."""
 
+import fcntl
 import hashlib
 import os
 import subprocess
 import sys
 import threading
 import time as clock
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import numpy as np
@@ -66,8 +67,30 @@ def warm(run: Run, phase: Callable[[str], None] | None = None) -> float:
 def _compile_apart(kernels: str) -> None:
     """Fill the cache from another process; if that fails, the kernels are compiled here, which says what is wrong.
 
-    That process ends with this one, however this one ends: its input is a pipe that nobody else holds.
+    That process ends with this one, however this one ends: its input is a pipe that nobody else holds. Of many that
+    start at once one compiles, the others wait for it.
     """
+    with _alone(kernels):
+        if not compiled_before(kernels):
+            _compile_in_child(kernels)
+
+
+@contextmanager
+def _alone(kernels: str) -> Iterator[None]:
+    """Wait for whoever compiles ``kernels`` into this cache; the lock goes with its process."""
+    assert CODE_FOLDER is not None
+    try:
+        lock = (CODE_FOLDER / f"{kernels}.lock").open("w")
+    except OSError:
+        yield
+        return
+    with lock:
+        with suppress(OSError):  # a file system without locks
+            fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
+
+
+def _compile_in_child(kernels: str) -> None:
     environment = os.environ | {VARIABLE: str(cache_root())}
     work = f"from knittest import warmup; warmup.end_with_parent(); warmup.fill_cache({kernels!r})"
     command = [sys.executable, "-P", "-c", work]

@@ -86,6 +86,7 @@ def cli() -> None:
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line and exit with its code; no traceback reaches the user."""
+    _open_what_is_closed()
     stops = UntilSaved()
     stops.install()
     for library in ("OPENBLAS", "MKL"):  # small systems: threads only wait for each other, long on a busy machine
@@ -97,6 +98,16 @@ def main(arguments: list[str] | None = None) -> None:
     if code == INTERRUPTED:
         _leave(code)
     sys.exit(code)
+
+
+def _open_what_is_closed() -> None:
+    """Let no file of a run take the place of a stream that was closed before the start, and what is printed go nowhere.
+
+    The lowest free descriptor is the one that is missing.
+    """
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: PTH123, SIM115 - to the end
 
 
 def run(arguments: list[str] | None = None, stops: UntilSaved | None = None) -> int:

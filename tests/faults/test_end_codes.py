@@ -6,12 +6,14 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 from restart_cases import MACRO
 from trial_cases import gone
 
+from knittest import warmup
 from knittest.cli.main import run
 from knittest.config.dumping import dump
 from knittest.config.loading import resolve
@@ -142,3 +144,33 @@ def test_the_compiler_ends_with_its_parent(tmp_path):
     parent.kill()
     parent.wait()
     assert gone(int(found[0]), 10.0)
+
+
+def test_of_many_that_start_at_once_one_compiles(tmp_path, monkeypatch):
+    """Four at a time, each as a process of its own would: the marker is there before the others have their turn."""
+    compiled = []
+
+    def compile_slowly(kernels):
+        compiled.append(kernels)
+        time.sleep(0.3)
+        warmup._marker(kernels).touch()
+
+    monkeypatch.setattr(warmup, "CODE_FOLDER", tmp_path)
+    monkeypatch.setattr(warmup, "_compile_in_child", compile_slowly)
+    with ThreadPoolExecutor(4) as threads:
+        list(threads.map(warmup._compile_apart, ["macro"] * 4))
+    assert compiled == ["macro"]
+    (tmp_path / "meso.lock").mkdir()  # a folder that takes no lock: compiled all the same
+    warmup._compile_apart("meso")
+    assert compiled == ["macro", "meso"]
+
+
+@pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", "<&- >&- 2>&-"])
+def test_streams_closed_before_the_start(tmp_path, closed):
+    command = f"cd {tmp_path}; {sys.executable} -m knittest.cli.main"
+    environment = os.environ | {"PYTHONPATH": str(PACKAGE.parent)}
+    for arguments, code in (("schema", 0), ("tensile --variant 7", 2)):
+        text = f"({command} {arguments} {closed}); echo $?"
+        done = subprocess.run(["bash", "-c", text], env=environment, capture_output=True, text=True)
+        assert done.stdout.splitlines()[-1] == str(code), done
+        assert "internal" not in done.stderr and "Traceback" not in done.stderr

@@ -1,0 +1,110 @@
+"""Random kills and signals: a command is stopped and gone on with until it ends, to the bits of one left alone."""
+
+import json
+import random
+import signal
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from soak_world import PROMPT, Case, World, catches, left_behind
+
+SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGUSR1)
+INTERRUPTED = 75
+
+
+@dataclass
+class Tally:
+    """How often a case was stopped and ended, the slowest answer to a signal [s], how many were late, what is wrong."""
+
+    stopped: int = 0
+    ended: int = 0
+    slowest: float = 0.0
+    late: int = 0
+    wrong: list[str] = field(default_factory=list)
+
+
+def soak_case(world: World, case: Case, stops: int, seed: int, kills: bool) -> Tally:
+    """Stop ``case`` so often, in as many runs as that takes, each to its end."""
+    dice, tally = random.Random(f"{case.name} {seed} {kills}"), Tally()
+    turn = 0
+    while tally.stopped < stops:
+        turn += 1
+        out = world.folder / ("kills" if kills else "signals") / f"{case.name}-{seed}-{turn}"
+        _to_its_end(world, case, out, dice, stops, kills, tally)
+    return tally
+
+
+def _to_its_end(
+    world: World, case: Case, out: Path, dice: random.Random, stops: int, kills: bool, tally: Tally
+) -> None:
+    whole, mark = world.whole[case.name], f"{out.parent.name}-{out.name}"
+    while True:
+        process = world.start(case.again(out), mark)
+        if tally.stopped < stops:
+            _wait_until_it_listens(process)
+            _wait(process, dice.uniform(0.0, 1.2 * whole.seconds))
+        if tally.stopped < stops and process.poll() is None:
+            tally.stopped += 1
+            ended = _kill(process) if kills else _signal(process, out, dice, tally, whole.code)
+        else:
+            _, error = process.communicate()
+            ended = True
+            if process.returncode != whole.code:
+                tally.wrong.append(f"{out}: ended with {process.returncode}, not {whole.code}: {error.strip()[-300:]}")
+        if behind := left_behind(mark):
+            tally.wrong.append(f"{out}: {len(behind)} processes left behind")
+        if ended:
+            break
+    tally.ended += 1
+    if case.results(out) != whole.results:
+        tally.wrong.append(f"{out}: other results than left alone")
+    if not case.is_batch and _status(out) != "completed":
+        tally.wrong.append(f"{out}: {_status(out)} at the end")
+
+
+def _kill(process) -> bool:
+    process.kill()
+    process.communicate()
+    return False
+
+
+def _signal(process, out: Path, dice: random.Random, tally: Tally, code: int) -> bool:
+    """Send one signal, or two; returns whether the command had come to its end all the same."""
+    number = dice.choice(SIGNALS)
+    began = time.monotonic()
+    process.send_signal(number)
+    if dice.random() < 0.3:
+        _wait(process, 0.05)
+        process.send_signal(dice.choice(SIGNALS))
+    _, error = process.communicate()
+    taken = time.monotonic() - began
+    tally.slowest, tally.late = max(tally.slowest, taken), tally.late + (taken > PROMPT)
+    if process.returncode == code:
+        return True
+    said = f"stopped by {signal.Signals(number).name}" in error and "Traceback" not in error
+    if process.returncode != INTERRUPTED or not said:
+        ended = f"{signal.Signals(number).name} ended it with {process.returncode}"
+        tally.wrong.append(f"{out}: {ended}: {error.strip()[-300:]}")
+    if _status(out) == "running":
+        tally.wrong.append(f"{out}: running for ever")
+    return False
+
+
+def _wait_until_it_listens(process) -> None:
+    """The interpreter itself has no handlers for the first tenth of a second."""
+    while not catches(process.pid, signal.SIGTERM) and process.poll() is None:
+        time.sleep(0.002)
+
+
+def _wait(process, seconds: float) -> None:
+    end = time.monotonic() + seconds
+    while process.poll() is None and time.monotonic() < end:
+        time.sleep(0.002)
+
+
+def _status(out: Path) -> str:
+    try:
+        return str(json.loads((out / "manifest.json").read_text())["status"])
+    except FileNotFoundError:
+        return "not there"
