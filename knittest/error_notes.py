@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
+from knittest.numerical_error import NO_NUMBER
+
 #: what a run that was not repeated says
 NOT_ESTIMATED = "numerical error: not estimated (--verify)"
 #: what a run says whose repeats were asked for and did not end
@@ -24,6 +26,7 @@ def error_notes(summary: Mapping[str, Any], *, asked: bool = False) -> list[str]
     if any(isinstance(value, Mapping) and "values" in value for value in summary["results"].values()):
         lines.append("numerical error: that of the first specimen")
     missing = {row.get("reason") for row in (summary.get("numerical_error") or {}).values() if row.get("error") is None}
+    missing -= {NO_NUMBER}
     if missing:
         lines.append("numerical error: not available: " + "; ".join(sorted(str(reason) for reason in missing)))
     return lines
@@ -36,4 +39,5 @@ def _line(what: str, repeat: Mapping[str, Any]) -> str:
     text = f"numerical error, {what}: {repeat['setting']} {repeat['value']} -> {repeat['other_value']}"
     wall, cpu = repeat.get("wall_s"), repeat.get("cpu_s")
     cost = f", {wall:.3g} s, {cpu:.3g} s of processor" if wall is not None and cpu is not None else ""
-    return f"{text}: {repeat.get('status')}{cost}"
+    instead = f", in place of {repeat['instead_of']}" if repeat.get("instead_of") else ""
+    return f"{text}: {repeat.get('status')}{cost}{instead}"

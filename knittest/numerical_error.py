@@ -19,6 +19,8 @@ SAFETY = 3.0
 ORDER = 2.0
 #: the half is the better one of the two, so the reported one is the coarser
 HALF_FACTOR = SAFETY * 2.0**ORDER / (2.0**ORDER - 1.0)
+#: why a result that the run does not have has no error
+NO_NUMBER = "the run has no number"
 
 
 @dataclass(frozen=True)
@@ -63,7 +65,7 @@ def numerical_errors(
 
 def _why(value: float | None, slow: float | None, half: Repeat, mesh: Repeat) -> str:
     if value is None:
-        return "the run has no number"
+        return NO_NUMBER
     at, repeat = ("at half the speed", half) if slow is None else ("on the other mesh", mesh)
     return repeat.reason or f"no number {at}"
 

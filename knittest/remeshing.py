@@ -17,7 +17,7 @@ SHELLS, YARNS = (1.5, 2.5), (1.3, 2.0)
 #: its order
 LEAST = (8, 2)
 #: difference of the ratios along two sides, or of loops and waves, that does not matter, and that is too much
-EVEN, UNEVEN = 0.05, 0.3
+EVEN, UNEVEN = 0.1, 0.3
 
 
 @dataclass(frozen=True)
@@ -47,16 +47,17 @@ class _Choice(NamedTuple):
         return max(self.ratios) / min(self.ratios) - 1.0
 
 
-def remeshing(run: Run) -> Remeshing:
-    """The next coarser mesh of ``run`` that fits its specimen; raises :class:`InputError` when none fits.
+def remeshing(run: Run, finer: bool = False) -> Remeshing:
+    """The next coarser mesh of ``run`` that fits its specimen, a finer one if asked for; raises :class:`InputError`
+    when none fits.
 
     Coarser before finer, even before uneven, near before far.
     """
     found = _shells(run) if run.model.scale == "macro" else _yarns(run)
-    choices = [c for c in found if c.mismatch <= UNEVEN]
+    choices = [c for c in found if c.mismatch <= UNEVEN and c.finer >= finer]
     if not choices:
         raise InputError("model: no other mesh fits the specimen: fewer or more elements along all its sides")
-    best = min(choices, key=lambda c: (c.finer, max(c.mismatch - EVEN, 0.0), max(c.ratios)))
+    best = min(choices, key=lambda c: (c.finer, max(c.mismatch - EVEN, 0.0), max(c.ratios), c.mismatch))
     return _sized(run, best) if run.model.scale == "macro" else _counted(run, best)
 
 

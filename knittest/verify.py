@@ -17,7 +17,7 @@ from knittest.history import Quality
 from knittest.interrupts import Interrupted, Interrupts
 from knittest.numerical_error import Repeat, numerical_errors
 from knittest.options import RunOptions
-from knittest.remeshing import Remeshing, remeshing
+from knittest.remeshing import remeshing
 from knittest.report_page.page import write_if_possible, write_report
 from knittest.result_rows import unfolded
 from knittest.run import Outcome
@@ -69,6 +69,12 @@ def verified(outcome: Outcome, options: RunOptions, interrupts: Interrupts) -> O
     try:
         records = _records(list(repeats.values()), outcome, options)
         interrupts.check()
+        if _too_coarse(repeats, notes, records) and (finer := _finer(outcome.run)):
+            told = records[repeats["mesh"].key]
+            instead = f"{notes['mesh']['other_value']}: {told.status}: {told.reason}"
+            repeats["mesh"], notes["mesh"] = finer[0], finer[1] | {"instead_of": instead}
+            records |= _records([repeats["mesh"]], outcome, options)
+            interrupts.check()
     except (Interrupted, ResourceError) as error:
         error.folder = outcome.folder
         raise
@@ -92,22 +98,42 @@ def _repeats(run: Run) -> tuple[dict[str, Trial], dict[str, dict[str, Any]]]:
     alone = first_alone(run)
     half = halving(alone)
     value, other = (f"{number:g} {half.unit}".removesuffix(" -") for number in (half.value, 0.5 * half.value))
-    name = " ".join(part for part in (run.rig.kind, run.direction) if part)
-    trials = {"half_speed": trial_of(half.half, f"{name}, {half.setting} {other}")}
+    trials = {"half_speed": trial_of(half.half, f"{_name(run)}, {half.setting} {other}")}
     notes = {"half_speed": {"setting": half.setting, "value": value, "other_value": other}}
     try:
-        mesh = remeshing(alone)
+        trials["mesh"], notes["mesh"] = _mesh(run, finer=False)
     except InputError as error:
-        return trials, notes | {"mesh": {"status": "none", "reason": str(error)}}
-    trials["mesh"] = trial_of(mesh.other, f"{name}, {mesh.setting} {mesh.other_value}")
-    return trials, notes | {"mesh": _mesh_note(mesh)}
+        notes["mesh"] = {"status": "none", "reason": str(error)}
+    return trials, notes
 
 
-def _mesh_note(mesh: Remeshing) -> dict[str, Any]:
-    return {
+def _mesh(run: Run, finer: bool) -> tuple[Trial, dict[str, Any]]:
+    """The repeat on another mesh, and what summary.json says of it; raises :class:`InputError` where none fits."""
+    mesh = remeshing(first_alone(run), finer)
+    return trial_of(mesh.other, f"{_name(run)}, {mesh.setting} {mesh.other_value}"), {
         "setting": mesh.setting, "value": mesh.value, "other_value": mesh.other_value, "ratio": mesh.ratio,
         "finer": mesh.finer,
     }  # fmt: skip
+
+
+def _finer(run: Run) -> tuple[Trial, dict[str, Any]] | None:
+    try:
+        return _mesh(run, finer=True)
+    except InputError:  # none fits: what became of the coarser one stands
+        return None
+
+
+def _too_coarse(
+    trials: Mapping[str, Trial], notes: Mapping[str, Mapping[str, Any]], records: Mapping[str, Record]
+) -> bool:
+    """Whether a coarser mesh has no result of its own, and a finer one may take its place."""
+    if "mesh" not in trials or notes["mesh"]["finer"]:
+        return False
+    return records[trials["mesh"].key].status in ("refused", "failed")
+
+
+def _name(run: Run) -> str:
+    return " ".join(part for part in (run.rig.kind, run.direction) if part)
 
 
 def _records(trials: list[Trial], outcome: Outcome, options: RunOptions) -> dict[str, Record]:

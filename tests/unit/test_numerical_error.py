@@ -134,6 +134,14 @@ def test_beams_stay_even_and_within_their_bounds(loop: int, wave: int, other: st
     assert (found.other_value, found.finer) == (other, finer)
 
 
+def test_length_and_width_need_not_fit_alike_for_a_near_mesh() -> None:
+    """22.5 by 5 shells: 14 by 3 rather than 9 by 2, 2.4 times as large."""
+    found = remeshing(chosen("tensile", "macro", sets=["rig.gauge_length=225"]))
+    assert found.other_value == "16.7 mm" and remeshing(found.run, finer=True).other_value == "6.25 mm"
+
+
 def test_where_no_mesh_fits_it_says_so() -> None:
     with pytest.raises(InputError, match="no other mesh fits"):
-        remeshing(chosen("tensile", "macro", sets=["rig.width=5", "rig.gauge_length=2000"]))
+        remeshing(
+            chosen("tensile", "macro", sets=["rig.width=7.4", "rig.gauge_length=2000", "model.macro.element_size=5"])
+        )

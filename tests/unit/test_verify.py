@@ -33,9 +33,10 @@ def repeats(monkeypatch: pytest.MonkeyPatch, *changed: Any) -> list[Any]:
     asked: list[Any] = []
 
     def run(trials: Any, outcome: Any, options: Any) -> dict[str, Record]:
+        now = changed[len(asked) : len(asked) + len(trials)]
         asked.extend(trials)
         records = {}
-        for trial, change in zip(trials, changed, strict=True):
+        for trial, change in zip(trials, now, strict=True):
             if isinstance(change, str):
                 records[trial.key] = Record(trial.key, change, "why")  # type: ignore[arg-type]
             else:
@@ -74,11 +75,12 @@ def test_the_summary_carries_changes_error_and_what_was_repeated(tmp_path: Path,
     ("changed", "reason"),
     [
         (("refused", 1.0), "solver.speed 0.25 m/s: refused: why"),
-        ((1.0, "failed"), "model.macro.element_size 16.7 mm: failed: why"),
+        ((1.0, "failed", "refused"), "model.macro.element_size 6.25 mm: refused: why"),
+        ((1.0, "error"), "model.macro.element_size 16.7 mm: error: why"),
     ],
 )
 def test_a_repeat_without_result_leaves_no_error_but_its_reason(
-    tmp_path: Path, monkeypatch: Any, changed: tuple[Any, Any], reason: str
+    tmp_path: Path, monkeypatch: Any, changed: tuple[Any, ...], reason: str
 ) -> None:
     outcome = verified_run(tmp_path / "r", monkeypatch, *changed)
     peak = outcome.summary["numerical_error"]["peak_force_n"]
@@ -90,11 +92,27 @@ def test_a_repeat_without_result_leaves_no_error_but_its_reason(
     assert "not available" in text and reason in text
 
 
+def test_a_finer_mesh_takes_the_place_of_a_coarser_one_that_is_refused(tmp_path: Path, monkeypatch: Any) -> None:
+    outcome = verified_run(tmp_path / "r", monkeypatch, 1.0, "refused", 0.99)
+    mesh, peak = outcome.summary["verification"]["mesh"], outcome.summary["numerical_error"]["peak_force_n"]
+    assert (mesh["finer"], mesh["ratio"], mesh["instead_of"]) == (True, 1.6, "16.7 mm: refused: why")
+    assert peak["finer_mesh_pct"] == pytest.approx(-1.0) and "coarser_mesh_pct" not in peak
+    assert peak["error"] == pytest.approx(3.0 * 1.6**2 / (1.6**2 - 1.0) * 0.01 * PEAK)
+    assert any("in place of 16.7 mm: refused: why" in line for line in error_lines([outcome]))
+
+
+def test_where_no_finer_mesh_fits_the_coarser_ones_refusal_stands(tmp_path: Path, monkeypatch: Any) -> None:
+    most = {"sets": ["output.verify=true", "model.meso.elements_per_loop=256", "model.meso.elements_per_wave=64"]}
+    outcome = verified_run(tmp_path / "r", monkeypatch, 1.0, "refused", scale="meso", **most)
+    peak = outcome.summary["numerical_error"]["peak_force_n"]
+    assert peak["error"] is None and "192 and 48: refused: why" in peak["reason"]
+
+
 def test_a_crash_is_tried_again_and_a_refusal_is_not(tmp_path: Path, monkeypatch: Any) -> None:
     assert unverified(tmp_path / "a", verified_run(tmp_path / "a", monkeypatch, 1.0, "crashed").run)
     assert unverified(tmp_path / "t", verified_run(tmp_path / "t", monkeypatch, "blocked", 1.0).run)
     assert not unverified(tmp_path / "s", verified_run(tmp_path / "s", monkeypatch, "timeout", 1.0).run)
-    assert not unverified(tmp_path / "b", verified_run(tmp_path / "b", monkeypatch, 1.0, "refused").run)
+    assert not unverified(tmp_path / "b", verified_run(tmp_path / "b", monkeypatch, 1.0, "refused", "refused").run)
 
 
 def test_a_refused_run_is_not_repeated(tmp_path: Path, monkeypatch: Any) -> None:
@@ -200,6 +218,12 @@ def test_a_full_disk_among_the_repeats_says_how_to_go_on(tmp_path: Path, monkeyp
     monkeypatch.setattr(verify, "_records", full)
     with pytest.raises(ResourceError, match=f"continue with: knittest resume {folder}"):
         jobs.resume_command(folder, RunOptions(quiet=True))
+
+
+def test_a_result_that_is_none_is_no_missing_error() -> None:
+    rows = {"a": {"error": None, "reason": "the run has no number"}, "b": {"error": None, "reason": "torn"}}
+    told = {"refused": [], "results": {}, "verification": {"specimen": 1}, "numerical_error": rows}
+    assert error_notes(told) == ["numerical error: not available: torn"]
 
 
 def test_a_damaged_summary_is_an_error_of_input(tmp_path: Path) -> None:
