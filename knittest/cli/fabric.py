@@ -42,7 +42,7 @@ def relax(**which: Any) -> None:
     """
     from knittest.fabric.cell_cache import cell_path
 
-    chosen, cell, seconds = _relaxed(**which)
+    chosen, _, cell, seconds = _relaxed(**which)
     stated = chosen.thickness
     scatter = f" ± {stated.sd:g}" if stated.sd else ""
     rows = (
@@ -72,10 +72,10 @@ def show(out: Path, **which: Any) -> None:
     from knittest.export.cell_picture import cell_picture
     from knittest.export.stamp import Stamp, stamped
 
-    chosen, cell, _ = _relaxed(**which)
+    chosen, parameters, cell, _ = _relaxed(**which)
     size = f"4 x 4 cells of {cell.spec.wale:.3f} x {cell.spec.course:.3f} mm"
     loops = f"loop length {cell.spec.loop_length:g} mm"
-    with stamped(Stamp((chosen.name, f"parameters {which['parameters'] or 'as the fabric has them'}", size, loops))):
+    with stamped(Stamp((chosen.name, f"parameters {parameters}", size, loops))):
         cell_picture(out, cell, chosen.name)
     click.echo(str(out))
 
@@ -92,19 +92,20 @@ def export(file: Path, wales: int, courses: int, **which: Any) -> None:
     """
     from knittest.export.centre_lines import export_centre_lines
 
-    _, cell, _ = _relaxed(**which)
+    _, _, cell, _ = _relaxed(**which)
     export_centre_lines(file, cell, wales, courses)
     click.echo(str(file))
 
 
 def _relaxed(
     variant: str | None, fabric: Path | None, parameters: str | None, sets: tuple[str, ...]
-) -> tuple["Fabric", "Cell", float | None]:
-    """Fabric, its cell and the seconds the relaxation took; ``None`` if the cache had it."""
+) -> tuple["Fabric", str, "Cell", float | None]:
+    """Fabric, its parameter set, its cell and the seconds the relaxation took; ``None`` if the cache had it."""
     from knittest.config.loading import resolve
     from knittest.fabric.relax import relaxed_cell
 
-    chosen = resolve(variant=variant, fabric=fabric, parameters=parameters, sets=sets).fabric
+    run = resolve(variant=variant, fabric=fabric, parameters=parameters, sets=sets)
+    chosen = run.fabric
     started: list[float] = []
 
     def note() -> None:
@@ -112,4 +113,4 @@ def _relaxed(
         started.append(time.perf_counter())
 
     cell = relaxed_cell(chosen, note)
-    return chosen, cell, time.perf_counter() - started[0] if started else None
+    return chosen, run.parameters, cell, time.perf_counter() - started[0] if started else None

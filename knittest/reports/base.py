@@ -7,7 +7,6 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from knittest.config.looser import loosened
 from knittest.config.run import Run
 from knittest.errors import InputError
 from knittest.experiment.curves import ReferenceCurve
@@ -155,10 +154,9 @@ def same_test(run: Run, curve: ReferenceCurve) -> ReferenceCurve:
 
 
 def title_of(run: Run) -> str:
-    """Title of the pictures, which says where a limit is looser than the preset's."""
+    """Title of the pictures; what stands below them says where a limit is looser than the preset's."""
     what = " ".join(part for part in (run.rig.kind, run.direction) if part)
-    looser = ", limits looser than the preset's" if loosened(run) else ""
-    return f"{run.fabric.name}, {what}, {run.model.scale} ({run.parameters}){looser}"
+    return f"{run.fabric.name}, {what}, {run.model.scale} ({run.parameters})"
 
 
 def draw_energies(run: Run, specimens: list[Specimen], folder: Path) -> None:
