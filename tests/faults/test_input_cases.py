@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 from knittest.cli.main import run
+from knittest.config.dumping import dump
+from knittest.config.loading import resolve
 from knittest.config.yaml_loader import MAX_BYTES, MAX_DEPTH
 from knittest.experiment import curves, lab_rows
 from knittest.resources import configs_dir
@@ -161,6 +163,7 @@ def test_16_the_setting_asked_for_settles_it(tmp_path, capsys):
 def finished_run(folder: Path, strain, force) -> Path:
     folder.mkdir()
     (folder / "manifest.json").write_text(json.dumps({"status": "completed", "exit_code": 0}))
+    (folder / "config.yaml").write_text(dump(resolve(test="tensile", variant="1", scale="macro", direction="warp")))
     rows = "".join(f"{x},{y}\n" for x, y in zip(strain, force, strict=True))
     (folder / "curve.csv").write_text("strain_pct,force_n\n" + rows)
     return folder
@@ -176,7 +179,7 @@ def finished_run(folder: Path, strain, force) -> Path:
 )
 def test_18_not_comparable_is_no_score(tmp_path, capsys, text, phrase):
     folder = finished_run(tmp_path / "run", np.linspace(0.0, 2.0, 50), np.linspace(0.0, 900.0, 50))
-    curve = written(tmp_path / "curve.csv", "# kind: measured\nstrain_pct,force_n\n" + text)
+    curve = written(tmp_path / "curve.csv", "# kind: measured\n# strip_width_mm: 50\nstrain_pct,force_n\n" + text)
     assert run(["compare", str(folder), "--against", str(curve)]) == 0
     found = json.loads(capsys.readouterr().out)
     assert (found["comparable"], found["reason"]) == (False, phrase)
