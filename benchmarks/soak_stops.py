@@ -22,11 +22,14 @@ class Tally:
     slowest: float = 0.0
     late: int = 0
     wrong: list[str] = field(default_factory=list)
+    #: how long the case takes [s], followed as the machine is busy or not
+    seconds: float = 0.0
 
 
 def soak_case(world: World, case: Case, stops: int, seed: int, kills: bool) -> Tally:
     """Stop ``case`` so often, in as many runs as that takes, each to its end."""
-    dice, tally = random.Random(f"{case.name} {seed} {kills}"), Tally()
+    dice = random.Random(f"{case.name} {seed} {kills}")
+    tally = Tally(seconds=world.whole[case.name].seconds)
     turn = 0
     while tally.stopped < stops:
         turn += 1
@@ -42,8 +45,12 @@ def _to_its_end(
     while True:
         process = world.start(case.again(out), mark)
         if tally.stopped < stops:
+            began = time.monotonic()
             _wait_until_it_listens(process)
-            _wait(process, dice.uniform(0.0, 1.2 * whole.seconds))
+            _wait(process, dice.uniform(0.0, 1.2 * tally.seconds))
+            tally.seconds *= 1.03
+            if process.poll() is not None:
+                tally.seconds = time.monotonic() - began
         if tally.stopped < stops and process.poll() is None:
             tally.stopped += 1
             ended = _kill(process) if kills else _signal(process, out, dice, tally, whole.code)

@@ -54,14 +54,15 @@ def cases(folder: Path) -> list[Case]:
     sweep = folder / "sweep.yaml"
     sweep.write_text(SWEEP)
     strip = ("--set", "rig.width=10", "--set", "rig.gauge_length=10", "--set", "solver.ramp=0.1")
+    blank = ("--set", "model.macro.element_size=20", "--set", "rig.depth=10")
     yarns = (*YARNS, *WARP, *SMALL, *strip, "--set", "solver.speed=0.5")
     return [
         Case("tensile of shells", ("tensile", "--variant", "2", *SHELLS, *WARP, *SMALL, "--set", "solver.speed=0.3")),
         Case("tensile of yarns", ("tensile", "--variant", "2", *yarns)),
         Case("picture frame", ("picture-frame", "--variant", "1", *SHELLS, *SMALL, "--set", "rig.side=50")),
-        Case("cantilever", ("cantilever", "--variant", "1", *SHELLS, *WARP, *SMALL, "--set", "rig.mode=overhang")),
+        Case("cantilever", ("cantilever", "--variant", "1", *SHELLS, *WARP, *SMALL)),
         Case("friction", ("friction", "--variant", "1", *SHELLS, *WARP, *SMALL, "--set", "rig.travel=3")),
-        Case("forming", ("forming", "--variant", "1", *SHELLS, *SMALL, "--set", "model.macro.element_size=20")),
+        Case("forming", ("forming", "--variant", "1", *SHELLS, *SMALL, *blank)),
         Case("batch", ("batch", str(sweep), "--workers", "2", "--threads", "1", "--quiet"), "curve.csv"),
     ]  # fmt: skip
 

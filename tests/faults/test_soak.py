@@ -15,7 +15,7 @@ import soak_world
 from soak_scenes import SCENES, judged
 from soak_world import Case, Whole, World, catches, left_behind
 
-SLEEP = [sys.executable, "-c", "import time; time.sleep(60)"]
+SLEEP = [sys.executable, "-c", "import time; print(flush=True); time.sleep(60)"]
 
 
 def test_a_few_stops_of_a_strip(capsys):
@@ -40,7 +40,8 @@ def test_every_case_and_scene_is_there(tmp_path):
 def test_a_process_left_behind_is_found_and_ended(tmp_path, monkeypatch):
     monkeypatch.setattr(soak_world, "GONE", 0.3)
     world = World(tmp_path)
-    process = subprocess.Popen(SLEEP, env=world.environment("mine"), start_new_session=True)
+    process = subprocess.Popen(SLEEP, env=world.environment("mine"), start_new_session=True, stdout=subprocess.PIPE)
+    process.stdout.readline()  # it has its environment
     assert left_behind("other") == []
     assert left_behind("mine") == [process.pid]
     assert process.wait(5.0) < 0
