@@ -59,13 +59,16 @@ def assess(
 
 
 def losses(energies: dict[str, Array]) -> tuple[Array, Array, Array]:
-    """Damping and contact damping over the work, hourglass over the internal energy [-], (n_rows,)."""
-    work = np.abs(energies["external_mj"])
+    """Damping and contact damping over the work, hourglass over the internal energy [-], (n_rows,).
+
+    Over the largest so far: a frame that turns gives some of both back.
+    """
+    work = np.maximum.accumulate(np.abs(energies["external_mj"]))
     internal = np.sum([values for name, values in energies.items() if name.startswith("internal_")], axis=0)
     return (
         _share(energies["damping_mj"], work),
         _share(energies["contact_damping_mj"], work),
-        _share(energies["hourglass_mj"], np.maximum(internal, 0.0)),
+        _share(energies["hourglass_mj"], np.maximum.accumulate(np.maximum(internal, 0.0))),
     )
 
 

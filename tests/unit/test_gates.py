@@ -91,6 +91,9 @@ def test_losses_of_nothing() -> None:
     assert shares[0][0] == 0.0 and shares[2][0] == np.inf, "hourglass energy without any other is no small share"
     turned = history(external_mj=-history().energies["external_mj"], damping_mj=at(50, 40.0)).energies
     assert losses(turned)[0][50] == pytest.approx(0.08), "work that is given back counts by its size"
+    work = 1000.0 - np.abs(1000.0 - 20.0 * np.arange(ROWS))  # there and back, as in a frame that turns
+    back = losses(history(external_mj=work, internal_fabric_mj=work, damping_mj=np.full(ROWS, 40.0)).energies)
+    assert back[0][90] == pytest.approx(0.04) and not np.isinf(back[2]).any()
 
 
 @pytest.mark.parametrize(
