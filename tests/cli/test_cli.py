@@ -11,6 +11,7 @@ import pytest
 
 from knittest.cli import main as cli_main
 from knittest.cli.main import COMMANDS, run
+from knittest.config.dumping import dump
 from knittest.config.loading import resolve
 from knittest.errors import InputError, NumericalError, OutOfTolerance, ResourceError
 
@@ -171,13 +172,17 @@ def test_compare_takes_a_plain_curve_and_names_the_runs_to_choose_from(tmp_path,
         folder = tmp_path / "both" / direction
         folder.mkdir(parents=True)
         (folder / "manifest.json").write_text('{"status": "completed", "exit_code": 0}')
+        given = resolve(test="tensile", variant="1", scale="macro", direction=direction)
+        (folder / "config.yaml").write_text(dump(given))
         (folder / "curve.csv").write_text("strain_pct,force_n\n0,0\n0.8,2000\n1.6,5800\n1.7,100\n")
     plain = tmp_path / "mine.csv"
     plain.write_text("Dehnung [%];Kraft [kN]\n0,0;0,0\n0,8;2,0\n1,6;5,8\n")
     assert run(["compare", str(tmp_path / "both"), "--against", str(plain)]) == 2
     said = capsys.readouterr().err
     assert f"choose one of {tmp_path / 'both' / 'warp'}, {tmp_path / 'both' / 'weft'}" in said
-    assert run(["compare", str(tmp_path / "both" / "warp"), "--against", str(plain)]) == 0
+    warp = str(tmp_path / "both" / "warp")
+    assert run(["compare", warp, "--against", str(plain)]) == 2 and "--width" in capsys.readouterr().err
+    assert run(["compare", warp, "--against", str(plain), "--width", "50"]) == 0
     said = json.loads(capsys.readouterr().out)
     assert (said["peak_error_pct"], said["rmse_force_n"], said["rating"]["grade"]) == (0.0, 0.0, "excellent")
     assert "taken as measured" in said["note"]
