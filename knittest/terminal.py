@@ -29,8 +29,9 @@ class Status:
         """One line, without the share done."""
         failure = " or until failure" if self.until_failure else ""
         eta = f"ETA {duration(self.eta_s)}{failure}  " if self.fraction < 1.0 else ""
-        ratio = f"kinetic/work {self.kinetic_ratio * 100:.2g} %"
-        return f"{eta}time {self.time_ms:.3f} ms  step {self.step_us:.3g} us  {ratio}"
+        going = self.fraction < 1.0  # at the end the gates tell, and what is broken flies apart
+        ratio = f"  kinetic/work {self.kinetic_ratio * 100:.2g} %" if going else ""
+        return f"{eta}time {self.time_ms:.3f} ms  step {self.step_us:.3g} us{ratio}"
 
 
 class _Display(Protocol):

@@ -205,7 +205,7 @@ def test_bad_commands_run_nothing(sweep, capsys, arguments, said):
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL], ids=["ctrl-c", "kill"])
 def test_the_same_command_goes_on_where_it_was_stopped(sweep, tmp_path, number):
-    folder = sweep(SLOW + "points: [{rig.width: 20, rig.max_strain: 0.5}, {rig.width: 30, rig.max_strain: 4.0}]\n")
+    folder = sweep(SLOW + "points: [{rig.width: 20, solver.speed: 4.0}, {rig.width: 30, solver.speed: 0.05}]\n")
     process = started("--workers", "1", cwd=tmp_path)
     while process.poll() is None and not (ledger(folder) and list(folder.glob("trials/*/run.lock"))):
         time.sleep(0.02)

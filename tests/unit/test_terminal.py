@@ -69,9 +69,10 @@ def test_a_pipe_gets_plain_lines_every_few_seconds() -> None:
     drive(stream)
     lines = stream.getvalue().splitlines()
     assert lines[0] == COMPILING and lines[1] == f"{COMPILING}: done in 18.0 s" and lines[2] == "warp: simulating"
-    shown = [line for line in lines if "kinetic/work" in line]
+    shown = [line for line in lines if "step 0.112 us" in line]
     assert [line[:6] for line in shown] == ["  25 %", "  50 %", "  75 %", " 100 %"]  # at 5, 10, 15 and 20 s
     assert shown[1] == "  50 %  ETA 0:10 or until failure  time 2.000 ms  step 0.112 us  kinetic/work 0.3 %"
+    assert shown[3] == " 100 %  time 4.000 ms  step 0.112 us"  # what is broken flies apart
     assert lines[-1] == "warp: simulating: done in 20.2 s" and "\x1b" not in stream.getvalue()
 
 
