@@ -99,5 +99,8 @@ def test_points_are_spread_all_over_a_surface():
     assert len(points) < 1000
     cross = np.cross(CORNERS[0, 1] - CORNERS[0, 0], points - CORNERS[0, 0])
     assert np.abs(points[:, 2]).max() == 0.0 and (cross[:, 2] >= -1e-9).all()  # on it, on the inner side of an edge
+    for a, b in (CORNERS[0, [0, 1]], CORNERS[0, [1, 2]], CORNERS[0, [2, 0]]):
+        on_edge = [point for point in points if abs(np.cross(b - a, point - a)[2]) < 1e-6]
+        assert len(on_edge) > np.linalg.norm(b - a) / 10.0  # each of the three, not only the corners
     assert len(mesh.spread(1e-6)) < 2_100_000
     assert len(mesh.spread(1e6)) == 3

@@ -134,7 +134,7 @@ def test_files_that_are_no_tools_are_refused(files, by_dimensions, tmp_path):
         with pytest.raises(InputError, match=message):
             built(*files)
     path.unlink()
-    with pytest.raises(InputError, match=r"stamp\.stl: not an STL file"):
+    with pytest.raises(InputError, match=r"stamp\.stl: no such file"):
         built(*files)
     with pytest.raises(InputError, match=r"rig\.die\.stl: missing"):
         build_tools(Stamp(kind="stl", stl=files[0]), Die(), None, DEPTH, THICKNESS, BLANK)
