@@ -46,9 +46,10 @@ def resume_command(folder: Path, options: RunOptions, force: bool = False) -> in
 
     Raises :class:`InputError` when it is no run folder, no checkpoint verifies, or something changed, unless ``force``.
     """
+    plans = _plans(folder)
     use_threads(options.threads)
     jobs, codes = [], []
-    for plan, place in _plans(folder):
+    for plan, place in plans:
         left = _what_is_left(plan, place, options, force)
         if isinstance(left, int):
             codes.append(left)

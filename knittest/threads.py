@@ -33,7 +33,7 @@ def check_layer() -> None:
     try:
         threading_layer()
     except ValueError as error:
-        why = str(error).splitlines()[0]
+        why = str(error).splitlines()[0].rstrip(".")
         raise InputError(
             f"NUMBA_THREADING_LAYER={excerpt(chosen)}: {why}; expected one of {LAYERS} that is installed, or nothing: "
             "leave it unset"

@@ -6,7 +6,8 @@ import os
 import sys
 import tempfile
 import traceback
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -121,7 +122,8 @@ def run(arguments: list[str] | None = None, stops: UntilSaved | None = None) -> 
     except KeyboardInterrupt as error:
         return _say(str(error) or "interrupted", INTERRUPTED)
     except click.ClickException as error:
-        error.show()
+        with _even_if_nobody_reads():
+            error.show()
         return 2
     except KnittestError as error:
         return _say(f"error: {error}", error.exit_code)
@@ -162,8 +164,18 @@ def _closed_pipe() -> int:
 
 
 def _say(text: str, code: int) -> int:
-    click.echo(f"knittest: {text}", err=True)
+    with _even_if_nobody_reads():
+        click.echo(f"knittest: {text}", err=True)
     return code
+
+
+@contextmanager
+def _even_if_nobody_reads() -> Iterator[None]:
+    """Let the exit code stand where standard error cannot be written: on a full disk, or closed."""
+    try:
+        yield
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stderr.fileno())
 
 
 def _log() -> Path:

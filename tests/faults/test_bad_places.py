@@ -85,3 +85,10 @@ def test_a_short_strip_bends_as_it_does(overhang):
     mounting = mount_shells(chosen, overhang).rig
     down = 0.5e-3 * np.maximum(mounting.flat[:, 1], 0.0) ** 2
     assert mounting.curvature(mounting.flat - np.outer(down, [0.0, 0.0, 1.0])) == pytest.approx(1e-3, rel=1e-9)
+
+
+@pytest.mark.parametrize("command", ["tensile --variant 7", "tensile --nonsense", "resume none"])
+def test_the_code_stands_where_no_error_can_be_written(command):
+    with open("/dev/full", "w") as full:  # noqa: PTH123
+        done = subprocess.run([sys.executable, "-m", "knittest.cli.main", *command.split()], stderr=full, stdout=full)
+    assert done.returncode == 2
