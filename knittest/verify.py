@@ -15,6 +15,7 @@ from knittest.export.provenance import cores
 from knittest.halving import halving
 from knittest.history import Quality
 from knittest.interrupts import Interrupted, Interrupts
+from knittest.laboratory.cantilever import at_the_plane
 from knittest.numerical_error import Repeat, numerical_errors
 from knittest.options import RunOptions
 from knittest.remeshing import remeshing
@@ -176,10 +177,26 @@ def _judged(
         reason = "" if record.status == "completed" else f"{at}: {record.status}: {record.reason}"
         repeats[name] = Repeat(record.results, reason)
     mesh = told["mesh"]
-    errors = numerical_errors(
-        values, repeats["half_speed"], repeats["mesh"], mesh.get("ratio", 2.0), mesh.get("finer", False)
-    )
+    errors = _errors(outcome.run, values, repeats, mesh)
     return {"numerical_error": errors, "verification": {"specimen": 1, **told}}
+
+
+def _errors(
+    run: Run, values: Mapping[str, float | None], repeats: Mapping[str, Repeat], mesh: Mapping[str, Any]
+) -> dict[str, dict[str, Any]]:
+    """Numerical errors of ``values``; an overhang that was looked for is also off by how far its chord misses the
+    plane, and changes as it would with all chords in it.
+    """
+    exact = at_the_plane(run, values)
+    half, other = (
+        replace(repeats[name], results=at_the_plane(run, repeats[name].results)) for name in ("half_speed", "mesh")
+    )
+    errors = numerical_errors(exact, half, other, mesh.get("ratio", 2.0), mesh.get("finer", False))
+    for quantity, row in errors.items():
+        value, there = values[quantity], exact[quantity]
+        if row["error"] is not None and value is not None and there is not None:
+            row["error"] += abs(there - value)
+    return errors
 
 
 def _summary(folder: Path) -> dict[str, Any]:

@@ -22,15 +22,13 @@ from knittest.experiment.lab_lines import table_lines
 from knittest.experiment.lab_numbers import NUMBER
 from knittest.experiment.lab_series import Results, write_results
 from knittest.experiment.lab_table import LabTable, read_table
-from knittest.laboratory.heavy_elastica import stiffness_of
+from knittest.laboratory.heavy_elastica import STANDARD_ANGLE, overhang_ratio
 
 Array = NDArray[np.float64]
 
 OVERHANG = re.compile(r"over ?hang|überhang|ueberhang|(?<![a-z])l_?o(?![a-z])", re.I)
 BENDING_LENGTH = re.compile(r"bending[ _-]*length|biege ?länge", re.I)
 SPECIMEN = re.compile(r"specimen|sample|probe|prüfling|muster|(?<![a-z])(no|nr|id)(?![a-z])", re.I)
-#: angle of the plane [deg] of the standard, at which Eq. 2 of Pham et al. (2019) holds
-STANDARD_ANGLE = 41.5
 GRAVITY = 9.81
 UNITS = {"overhang_mm": "mm", "bending_stiffness_n_mm_per_width": "N mm", "bending_stiffness_mncm2": "mN cm2"}
 HEADS = {
@@ -92,12 +90,12 @@ def read_overhangs(path: Path, given: Given) -> list[Bent]:
 
 
 def at_standard_angle(angle: float) -> float:
-    """Overhang at 41.5 deg over that at ``angle`` [deg], of the heavy elastica: loads go with its cube."""
-    if abs(angle - STANDARD_ANGLE) < 1e-9:
-        return 1.0
+    """Overhang at 41.5 deg over that at ``angle`` [deg], of the heavy elastica; raises :class:`InputError` where it is
+    hardly bent, or hangs.
+    """
     if not 5.0 <= angle <= 80.0:
         raise InputError(f"{PLANE_ANGLE.option} {angle:g}: expected 5 to 80 deg")
-    return float(np.cbrt(stiffness_of(angle, 1.0, 1.0) / stiffness_of(STANDARD_ANGLE, 1.0, 1.0)))
+    return overhang_ratio(STANDARD_ANGLE, angle)
 
 
 def _column(word: re.Pattern[str], cells: Sequence[str]) -> int | None:

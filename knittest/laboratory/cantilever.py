@@ -6,16 +6,18 @@ et al. (2019), B = w (L / 2)^3, holds within 0.05 %.
 """
 
 import time as clock
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.config.run import CantileverRun
+from knittest.config.rigs import CantileverRig
+from knittest.config.run import CantileverRun, Run
 from knittest.errors import InputError
 from knittest.experiment.tables import published
 from knittest.history import History, Quality
 from knittest.laboratory.base import Phase, Prepared, Update
-from knittest.laboratory.heavy_elastica import stiffness_of
+from knittest.laboratory.heavy_elastica import STANDARD_ANGLE, overhang_ratio
 from knittest.laboratory.mounting import Rest
 from knittest.laboratory.shell_cantilever import mount_shells, shells_to_rest
 from knittest.laboratory.yarn_cantilever import mount_yarns, yarns_to_rest
@@ -129,9 +131,31 @@ def given_overhang(run: CantileverRun) -> float:
 
 
 def strip_stiffness(run: CantileverRun, overhang: float) -> float:
-    """B = w (L / 2)^3 of the strip [N mm^2] (Eq. 2): 1 N mm^2 is 10 mN cm^2."""
+    """B = w (L / 2)^3 of the strip [N mm^2] (Eq. 2): 1 N mm^2 is 10 mN cm^2.
+
+    Eq. 2 holds at 41.5 deg: an ``overhang`` [mm] that was looked for at another plane counts as it would be there.
+    """
+    if run.rig.mode == "overhang":
+        overhang = overhang * overhang_ratio(STANDARD_ANGLE, run.rig.plane_angle)
     weight = run.fabric.kernel("area_mass") * run.rig.kernel("gravity") * run.rig.kernel("width")
     return weight * (0.5 * overhang) ** 3
+
+
+def at_the_plane(run: Run, results: Mapping[str, float | None]) -> dict[str, float | None]:
+    """``results`` of ``run`` with overhang and Eq. 2's stiffness as they would be with the chord in the plane, by the
+    heavy elastica; as they are where no overhang is looked for.
+
+    The search ends within a tolerance, at an overhang that two runs may share though their chords differ.
+    """
+    found = dict(results)
+    angle, rig = found.get("chord_angle_deg"), run.rig
+    if not isinstance(rig, CantileverRig) or rig.mode != "overhang" or angle is None or not 1.0 <= angle <= 85.0:
+        return found
+    ratio = overhang_ratio(rig.plane_angle, angle)
+    for name, power in (("overhang_mm", 1), ("bending_stiffness_mncm2", 3)):
+        value = found.get(name)
+        found[name] = value if value is None else value * ratio**power
+    return found
 
 
 def _next_overhang(rests: list[Rest], angle: float) -> float:
@@ -139,7 +163,7 @@ def _next_overhang(rests: list[Rest], angle: float) -> float:
     last = rests[-1]
     if len(rests) == 1:
         found = min(max(last.angle, 1.0), 85.0)  # between the loads that it is known for
-        return last.overhang * float(np.cbrt(stiffness_of(found, 1.0, 1.0) / stiffness_of(angle, 1.0, 1.0)))
+        return last.overhang * overhang_ratio(angle, found)
     before = rests[-2]
     slope = (last.angle - before.angle) / (last.overhang - before.overhang)
     return last.overhang + float(np.clip((angle - last.angle) / slope, -0.3 * last.overhang, 0.3 * last.overhang))

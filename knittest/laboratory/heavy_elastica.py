@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+#: chord [deg] of the standard's plane (DIN 53362), at which B = w (L / 2)^3 holds (Eq. 2 of Pham et al., 2019)
+STANDARD_ANGLE = 41.5
 #: loads w L^3 / B between which a stiffness is looked for: chords of 0.7 and 86 deg
 LIGHT, HEAVY = 0.1, 500.0
 
@@ -59,3 +61,10 @@ def stiffness_of(angle: float, overhang: float, weight: float) -> float:
         return chord_angle(overhang, weight, scale * float(np.exp(-logarithm))) - angle
 
     return scale * float(np.exp(-brentq(off, np.log(LIGHT), np.log(HEAVY), xtol=1e-6)))
+
+
+def overhang_ratio(angle: float, other: float) -> float:
+    """Overhang of a strip at the chord ``angle`` over that at the chord ``other`` [deg]: loads go with its cube."""
+    if abs(angle - other) < 1e-9:
+        return 1.0
+    return float(np.cbrt(stiffness_of(other, 1.0, 1.0) / stiffness_of(angle, 1.0, 1.0)))

@@ -1,16 +1,18 @@
 """Report of the cantilever: the strip from the side, and how it came to rest."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from knittest.config.run import CantileverRun
 from knittest.experiment.curves import ReferenceCurve
-from knittest.experiment.tables import PublishedValue, for_width
+from knittest.experiment.tables import PublishedValue, for_width, with_note
 from knittest.export.line_picture import Level, Line, line_picture
 from knittest.export.side_picture import side_picture
 from knittest.laboratory.cantilever import MOMENT_TOLERANCE
+from knittest.laboratory.heavy_elastica import STANDARD_ANGLE, overhang_ratio
 from knittest.laboratory.yarn_cantilever import BALANCED
 from knittest.reports.base import Columns, CurveAxes, Gate, NoSize, References, title_of
 from knittest.specimen import Specimen
@@ -24,6 +26,16 @@ def _residual(run: CantileverRun) -> str:
 
 def _tolerance(run: CantileverRun) -> float:
     return BALANCED if run.model.scale == "meso" else run.rig.tolerance
+
+
+def _for_plane(row: PublishedValue, run: CantileverRun) -> PublishedValue:
+    """An overhang, which tables have at 41.5 deg, at the plane that the run looks for, by the heavy elastica."""
+    plane = run.rig.plane_angle
+    if run.rig.mode != "overhang" or abs(plane - STANDARD_ANGLE) < 1e-9:
+        return row
+    ratio = overhang_ratio(plane, STANDARD_ANGLE)
+    scaled = replace(row, mean=row.mean * ratio, sd=row.sd * ratio)
+    return with_note(scaled, f"for a plane at {plane:g} instead of {STANDARD_ANGLE:g} deg")
 
 
 class CantileverReport(NoSize):
@@ -43,9 +55,10 @@ class CantileverReport(NoSize):
         ]
 
     def scaled(self, run: CantileverRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
-        """The bending stiffness of the tested strip for the width of the run, and said so; overhangs as they are."""
+        """The bending stiffness of the tested strip for the width of the run, overhangs for its plane, and said so."""
         width = run.rig.kernel("width")
-        return [for_width(row, width) if row.quantity == "bending_stiffness_mncm2" else row for row in rows]
+        rows = [for_width(row, width) if row.quantity == "bending_stiffness_mncm2" else row for row in rows]
+        return [_for_plane(row, run) if row.quantity == "overhang_mm" else row for row in rows]
 
     def reference_curve(self, run: CantileverRun) -> ReferenceCurve | None:
         """There is no curve."""
