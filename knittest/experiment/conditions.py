@@ -4,32 +4,23 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any, get_args
 
-from knittest.config.base import BoundsError, check_bounds, field_meta
 from knittest.config.fabric import Direction
-from knittest.config.rigs import FrictionRig, PictureFrameRig, TensileRig
 from knittest.errors import InputError
+from knittest.experiment.lab_conditions import FABRIC_SIDE, FRAME_SIDE, GAUGE, NORMAL_FORCE, SAME, WIDTH, Condition
 
-#: fields whose bounds a size must keep, and the option that states it
-SIZES: dict[str, tuple[Any, str, str]] = {
-    "strip_width_mm": (TensileRig, "width", "--width"),
-    "gauge_length_mm": (TensileRig, "gauge_length", "--gauge-length"),
-    "frame_side_mm": (PictureFrameRig, "frame_side", "--frame-side"),
-    "fabric_side_mm": (PictureFrameRig, "side", "--fabric-side"),
-    "normal_force_n": (FrictionRig, "normal_force", "--normal-force"),
-}
+#: sizes that curves and tables state, by their keys
+SIZES: dict[str, Condition] = {size.key: size for size in (WIDTH, GAUGE, FRAME_SIDE, FABRIC_SIDE, NORMAL_FORCE)}
 CHOICES: dict[str, tuple[str, ...]] = {
     "test": ("tensile", "picture-frame", "cantilever", "friction"),
     "direction": get_args(Direction),
 }
-#: difference [-] of two lengths that are meant to be the same
-SAME = 0.005
 #: difference [-] of two lengths below which forces are not scaled: that of rounding
 EXACT = 1e-6
 
 
 @dataclass(frozen=True)
 class Conditions:
-    """What a file or a user states of a test; empty or ``None`` where nothing is stated."""
+    """Statements of a file or a user on a test; empty or ``None`` where nothing is stated."""
 
     test: str = ""
     direction: str = ""
@@ -61,22 +52,6 @@ def conditions_of(texts: Mapping[str, tuple[str, str]]) -> Conditions:
     return checked(Conditions(**found), next((where for _, where in texts.values()), ""))
 
 
-def plausible(name: str, value: float, said: str) -> float:
-    """The size ``value``; raises :class:`InputError`, with the likely unit, outside the bounds of its field."""
-    model, field, _ = SIZES[name]
-    try:
-        check_bounds(value, field_meta(model, field))
-    except BoundsError as error:
-        raise InputError(f"{said} {value:g}: {error.expected}") from None
-    return value
-
-
-def unit_of(name: str) -> str:
-    """Unit of the size ``name``."""
-    model, field, _ = SIZES[name]
-    return str(field_meta(model, field)["unit"])
-
-
 def checked(conditions: Conditions, where: str) -> Conditions:
     """``conditions``; raises :class:`InputError` for a fabric that reaches beyond its frame."""
     frame, fabric = conditions.frame_side_mm, conditions.fabric_side_mm
@@ -89,18 +64,18 @@ def checked(conditions: Conditions, where: str) -> Conditions:
 
 
 def agreed(stated: Conditions, given: Conditions, where: str) -> Conditions:
-    """What the file ``where`` has ``stated``, and what a user has ``given`` besides by options.
+    """Conditions that the file ``where`` has ``stated``, with those that a user has ``given`` by options.
 
     Raises :class:`InputError` where they contradict each other.
     """
     found = {}
     for field in fields(Conditions):
         one, other = getattr(stated, field.name), getattr(given, field.name)
-        option = SIZES[field.name][2] if field.name in SIZES else f"--{field.name}"
+        option = SIZES[field.name].option if field.name in SIZES else f"--{field.name}"
         if other in (None, ""):
             continue
         if field.name in SIZES:
-            plausible(field.name, other, option)
+            SIZES[field.name].plausible(other, option)
         if one not in (None, "") and not same(one, other):
             raise InputError(f"{where}: its header says {field.name}: {one}, {option} says {other}")
         found[field.name] = other if one in (None, "") else one
@@ -108,7 +83,7 @@ def agreed(stated: Conditions, given: Conditions, where: str) -> Conditions:
 
 
 def same(one: Any, other: Any) -> bool:
-    """Whether two texts are equal, or two sizes meant to be the same."""
+    """Tell whether two texts are equal, or two sizes are meant to be the same."""
     return bool(one == other if isinstance(one, str) else abs(one - other) <= SAME * one)
 
 
@@ -116,5 +91,5 @@ def _size(name: str, text: str, where: str) -> float:
     try:
         value = float(text)
     except ValueError:
-        raise InputError(f"{where}: {name}: {text!r}; expected a number [{unit_of(name)}]") from None
-    return plausible(name, value, f"{where}: {name}:")
+        raise InputError(f"{where}: {name}: {text!r}; expected a number [{SIZES[name].unit}]") from None
+    return SIZES[name].plausible(value, f"{where}: {name}:")

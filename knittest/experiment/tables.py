@@ -8,7 +8,7 @@ from itertools import groupby
 from pathlib import Path
 
 from knittest.errors import InputError
-from knittest.experiment.conditions import EXACT, SIZES, UNKNOWN, Conditions, conditions_of, unit_of
+from knittest.experiment.conditions import EXACT, SIZES, UNKNOWN, Conditions, conditions_of
 
 COLUMNS = ["variant", "direction", "quantity", "mean", "sd", "n", "unit", "table"]
 TENSILE = ("peak_force_n", "fracture_strain_pct")
@@ -62,8 +62,8 @@ def _conditions(path: Path, rows: Iterable[tuple[int, dict[str, str]]]) -> Condi
         name, where = row["quantity"], f"{path}:{line}"
         if name not in SIZES:
             continue
-        if row["unit"] != unit_of(name):
-            raise InputError(f"{where}: {name}: unit = {row['unit']!r}; expected {unit_of(name)}")
+        if row["unit"] != SIZES[name].unit:
+            raise InputError(f"{where}: {name}: unit = {row['unit']!r}; expected {SIZES[name].unit}")
         if name in texts and texts[name][0] != row["mean"]:
             raise InputError(f"{where}: {name}: {row['mean']}; {texts[name][1]} says {texts[name][0]}")
         texts[name] = row["mean"], where
