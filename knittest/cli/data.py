@@ -54,7 +54,7 @@ def _reading(command: Any) -> Any:
         click.option(
             "--preload",
             type=click.Choice(["subtract", "keep"]),
-            help="What a force at the start is (picture-frame, friction).",
+            help="Whether to subtract or keep a force at the start (picture-frame, friction).",
         ),
         click.option(
             "--faces",

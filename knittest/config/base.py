@@ -63,7 +63,7 @@ class Quantity(BaseModel):
     ref: str = Field("", description="table, equation or reasoning behind the number")
     tuned_on: list[str] = Field(default_factory=list, description="rows a tuned number was fitted to")
     chosen_by: list[str] = Field(
-        default_factory=list, description="rows with which in view the number was chosen, so that they judge it no more"
+        default_factory=list, description="rows that were in view when the number was chosen, so they do not test it"
     )
 
     @classmethod

@@ -1,4 +1,4 @@
-"""What ``knittest check`` does: models, times and counterparts of its runs, as lines or as JSON."""
+"""Carries out ``knittest check``: models, times and counterparts of its runs, as lines or as JSON."""
 
 import time as clock
 from collections.abc import Sequence
@@ -24,7 +24,7 @@ from knittest.terminal_results import print_json
 
 @dataclass(frozen=True)
 class CheckOptions:
-    """What to leave out or add, and how to say it."""
+    """Options on what to leave out or add, and how to say it."""
 
     threads: int | None = None
     as_json: bool = False
@@ -80,7 +80,7 @@ def _model(run: Run, timed: bool) -> tuple[list[str], dict[str, Any]]:
     if timed:
         time = estimate(run, prepared, spent)
         facts["estimate"] = None if time is None else time.as_json()
-        said = "none: a strip comes to rest after a number of steps that nobody knows before"
+        said = "none: the number of steps that a strip takes to come to rest is not known beforehand"
         lines.append(f"  time                   {said if time is None else time.text()}")
     return lines, facts
 

@@ -41,7 +41,7 @@ class Estimate:
 
     @property
     def seconds(self) -> float:
-        """Of all specimens: to come to rest, and the steps."""
+        """Seconds for all specimens: to come to rest, and the steps."""
         return (self.rest_s + self.steps * self.step_s) * self.specimens
 
     def text(self) -> str:
@@ -109,8 +109,8 @@ class _Brief:
 
 
 def estimate(run: Run, prepared: Prepared, prepared_s: float = 0.0) -> Estimate | None:
-    """Time the first steps of ``prepared``, the model of ``run``; None for a strip that comes to rest, whose steps
-    nobody knows before.
+    """Time the first steps of ``prepared``, the model of ``run``; None for a strip that comes to rest, whose
+    number of steps is not known beforehand.
 
     Compiles what the run needs, as the run itself would; ``prepared_s`` [s] is what its model took. The model has moved
     afterwards.

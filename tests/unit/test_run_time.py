@@ -71,7 +71,7 @@ class Ticking:
 
 
 def timed(monkeypatch, seconds: float, broken_at: int = 10**9) -> timing._Brief:
-    """What is timed when each sample takes so many seconds and the specimen fails at sample ``broken_at``."""
+    """Estimate when each sample takes so many seconds and the specimen fails at sample ``broken_at``."""
     now = [0.0]
     monkeypatch.setattr(timing, "clock", SimpleNamespace(perf_counter=lambda: now[0]))
     brief = timing._Brief(Ticking())
@@ -118,7 +118,7 @@ def test_of_a_strip_at_rest_no_time_is_told(capsys):
         "warp",
     ]
     assert command(arguments) == 0
-    assert "  time                   none: a strip comes to rest" in capsys.readouterr().out
+    assert "  time                   none: the number of steps" in capsys.readouterr().out
 
 
 def test_the_estimate_is_that_of_the_run():
