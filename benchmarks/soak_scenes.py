@@ -63,7 +63,7 @@ int gettimeofday(struct timeval *out, void *zone) {
 
 
 def judged(world: World, case: Case, out: Path, code: int, error: str, mark: str) -> Wrong:
-    """What differs from the case left alone."""
+    """Differences from the case left alone."""
     whole, wrong = world.whole[case.name], []
     if code != whole.code or "Traceback" in error or "internal error" in error:
         wrong.append(f"{out.name}: {case.name}: {code}, not {whole.code}: {error.strip()[-300:]}")

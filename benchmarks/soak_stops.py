@@ -15,7 +15,7 @@ INTERRUPTED = 75
 
 @dataclass
 class Tally:
-    """How often a case was stopped and ended, the slowest answer to a signal [s], how many were late, what is wrong."""
+    """Counts of stops and ends of a case, its slowest answer to a signal [s], how many were late, and what is wrong."""
 
     stopped: int = 0
     ended: int = 0

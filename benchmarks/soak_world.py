@@ -1,4 +1,4 @@
-"""What the soak runs: small cases of every test and a batch as processes, what they leave, who is left behind."""
+"""Runs of the soak: small cases of every test and a batch as processes, what they leave, who is left behind."""
 
 import os
 import signal
@@ -124,7 +124,7 @@ def left_behind(mark: str) -> list[int]:
 
 
 def catches(pid: int, number: int) -> bool:
-    """Whether the process has a handler of its own for the signal."""
+    """Tell whether the process has a handler of its own for the signal."""
     try:
         status = Path(f"/proc/{pid}/status").read_text()
     except OSError:

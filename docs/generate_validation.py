@@ -70,7 +70,7 @@ def _cells() -> tuple[Sequence[str], Sequence[Sequence[str]]]:
 
 
 def _summary(runs: Sequence[StoredRun]) -> str:
-    """How many rows pass, by kind, and how often the model is nearer than the copy."""
+    """Count the rows that pass, by kind, and those in which the model is nearer than the copy."""
     tests = (("tensile", "meso"), ("tensile", "macro"), ("cantilever", "macro"), ("cantilever", "meso"),
              ("friction", "macro"), ("friction", "meso"))  # fmt: skip
     rows = [row for test in tests for row in rows_of(runs, *test)]
@@ -87,7 +87,7 @@ def _summary(runs: Sequence[StoredRun]) -> str:
 
 
 def _against_copies(rows: Sequence[Row]) -> Iterator[str]:
-    """How often calibrated yarns, single at the paper's size or ensembles, are nearer to the experiment than a copy."""
+    """Count the rows in which calibrated yarns, single at the paper's size or ensembles, are nearer than a copy."""
     for name, chosen in (("single runs of `paper`", ("paper", 1)), ("ensembles", ("standard", 8))):
         judged = [
             (abs(row.deviation), abs(row.copy.deviation(row.measured))) for row in rows

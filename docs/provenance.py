@@ -1,4 +1,4 @@
-"""Where the numbers of hand-written pages come from, so that none of them goes stale unnoticed: docs/provenance.json.
+"""Records where numbers of hand-written pages come from, so that none goes stale unnoticed: docs/provenance.json.
 
 A table between ``<!-- begin: NAME -->`` and ``<!-- end`` is written by a script of benchmarks. Its entry keeps the
 hash of the table (nobody edits it by hand), the numbers that its commands were given (a preset or a fabric that
@@ -33,7 +33,7 @@ BLOCK = re.compile(r"<!-- begin: (.*?) -->\n(.*?)<!-- end", re.S)
 
 @dataclass(frozen=True)
 class Made:
-    """How a table is made: the script, what resolves the configs of its runs, and the cases of the regression that are
+    """Recipe of a table: the script, what resolves the configs of its runs, and the cases of the regression that are
     nearest to them, by test and scale.
     """
 
@@ -123,7 +123,7 @@ def blocks() -> Iterator[tuple[str, str, str]]:
 
 
 def entry_of(made: Made, text: str, note: str = "") -> dict[str, Any]:
-    """What is kept of a table with ``text``."""
+    """Record that is kept of a table with ``text``."""
     known = baseline.load(baseline.shipped()).entries
     return {
         "by": made.by, "note": note, "commit": git_commit(), "date": now()[:10], "text": _hash(text),
@@ -133,7 +133,7 @@ def entry_of(made: Made, text: str, note: str = "") -> dict[str, Any]:
 
 
 def stale(entry: dict[str, Any], made: Made, text: str) -> list[str]:
-    """Why a table is not what its script would write."""
+    """Reasons why a table is not what its script would write."""
     fresh = entry_of(made, text)
     found = ["edited by hand"] if entry["text"] != fresh["text"] else []
     for given, run in zip(entry["inputs"], made.runs, strict=True):
@@ -146,7 +146,7 @@ def stale(entry: dict[str, Any], made: Made, text: str) -> list[str]:
 
 
 def _moved(case: Case, name: str, was: float, today: float | None) -> bool:
-    """Whether a stored number of the regression left the limits within which it may change unseen."""
+    """Tell whether a stored number of the regression left the limits within which it may change unseen."""
     limits = limits_of(case)
     limit = limits.buckled if name in BUCKLED else limits.number
     return today is None or abs(today - was) > limit * abs(was)

@@ -28,7 +28,7 @@ class StoredCell:
     date: str
 
     def stale(self, variant: str) -> list[str]:
-        """What the cell of ``variant`` is given now and was not then."""
+        """Inputs that the cell of ``variant`` is given now and was not then."""
         is_now = _spec(fabric_of(variant))
         return [
             f"{name} was {self.spec.get(name)}, is {value}"

@@ -43,7 +43,7 @@ class StoredRun:
 
     @property
     def command(self) -> str:
-        """What repeats it."""
+        """Command that repeats it."""
         given = {"direction": None, "parameters": "calibrated", "specimens": 1} | self.options
         words = ["knittest", given["test"]]
         for name in ("variant", "scale", "preset"):
@@ -56,15 +56,15 @@ class StoredRun:
 
     @property
     def specimens(self) -> int:
-        """How many of them the results are of."""
+        """Number of them that the results are of."""
         return int(self.options.get("specimens", 1))
 
     def run(self) -> Run:
-        """What its options mean now."""
+        """Run that its options mean now."""
         return _resolved(json.dumps(self.options, sort_keys=True))
 
     def stale(self) -> list[str]:
-        """What it was given and would not be given now."""
+        """Inputs that it was given and would not be given now."""
         return differences(self.inputs, self.run().model_dump(mode="json"))
 
 
@@ -91,7 +91,7 @@ def _leaves(value: Any, path: str) -> Iterator[tuple[str, Any]]:
 
 
 def differences(before: Mapping[str, Any], config: Mapping[str, Any]) -> list[str]:
-    """What a run was given and a resolved ``config`` does not give it now; a field that is new changes nothing."""
+    """Inputs that a run was given and a resolved ``config`` does not give it now; a new field changes nothing."""
     given = inputs_of(config)
     return [
         f"{path} was {value}, is {given.get(path, 'not there')}"

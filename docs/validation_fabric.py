@@ -51,7 +51,7 @@ def _cell_line(variant: str, quantity: str, value: float) -> list[str]:
 
 
 def verdict(deviation: float) -> str:
-    """Of a deviation in standard deviations."""
+    """Verdict on a deviation in standard deviations."""
     return "passed" if abs(deviation) <= LIMIT_SD else "**FAILED**"
 
 

@@ -64,7 +64,7 @@ class Row:
 
     @property
     def verdict(self) -> str:
-        """Whether it keeps to the limit of its kind, and whether its numerical error leaves that open."""
+        """Say whether it keeps to the limit of its kind, and whether its numerical error leaves that open."""
         if self.run.refused:
             return "**refused**"
         if self.kind == "assumed":
@@ -113,7 +113,7 @@ def density(variant: str, direction: str) -> float:
 
 
 def trivial(variant: str, direction: str, quantity: str) -> Copy | None:
-    """What copying another measured row of the same yarns gives, a force times the ratio of their densities; None for
+    """Value of another measured row of the same yarns as a copy, a force times the ratio of their densities; None for
     other tests than tension, whose rows are inputs.
     """
     if quantity not in QUANTITIES["tensile"]:
@@ -125,7 +125,7 @@ def trivial(variant: str, direction: str, quantity: str) -> Copy | None:
 
 
 def fitted(row: Row) -> bool:
-    """Whether a number of the fabric was fitted to it, not only chosen with it in view."""
+    """Tell whether a number of the fabric was fitted to it, not only chosen with it in view."""
     o = row.run.options
     name = f"V{o['variant']} {o['direction']} {ROW_NAMES.get(row.quantity, row.quantity)}"
     return any(name in q.tuned_on for q in quantities(row.run.run().fabric))

@@ -1,4 +1,4 @@
-"""What a refusal tells its reader to change: a setting with a number derived from the run, and the rule behind it."""
+"""Advice of a refusal: the setting to change, with a number derived from the run, and the rule behind it."""
 
 from collections.abc import Callable
 from math import floor, isfinite, log10, sqrt
@@ -17,7 +17,7 @@ def rounded_down(value: float) -> float:
 
 
 def advised(run: Run, key: str, value: float, limit: float) -> str:
-    """What would bring the gate ``key`` from ``value`` to :data:`AIM` of its ``limit``, both [%].
+    """Setting that would bring the gate ``key`` from ``value`` to :data:`AIM` of its ``limit``, both [%].
 
     Empty where no setting of the run decides, or nothing is known of the value.
     """

@@ -1,4 +1,4 @@
-"""Where compiled kernels and relaxed cells are kept between runs: where no other user can put anything."""
+"""Folder of compiled kernels and relaxed cells, kept between runs where no other user can put anything."""
 
 import os
 import tempfile
@@ -68,7 +68,7 @@ def _refusal(problem: str) -> str:
 
 
 def _problem(folder: Path) -> str:
-    """What is wrong with ``folder``, made where it is missing; empty also where it cannot be made."""
+    """Fault of ``folder``, which is made where it is missing; empty without one and where it cannot be made."""
     try:
         make_private(folder)
     except OSError:

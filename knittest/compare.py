@@ -129,7 +129,7 @@ def _rated(simulated: np.ndarray, measured: np.ndarray, reason: str) -> dict[str
 
 
 def _unrated(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> str:
-    """Why a rating would say nothing, or too much; empty if one may be given.
+    """Reason why a rating would say nothing, or too much; empty if one may be given.
 
     A strip's curve counts up to its peak, a frame's up to its end.
     """

@@ -1,4 +1,4 @@
-"""Which numbers decide the results of a test; others are needed, but move them little."""
+"""Numbers that decide the results of a test; others are needed, but move them little."""
 
 from knittest.config.run import Run
 
@@ -48,6 +48,6 @@ def deciding(run: Run) -> tuple[str, ...]:
 
 
 def is_fed(run: Run) -> bool:
-    """Whether the test returns what it was given: shells their curves, faces their friction, a strip its bending."""
+    """Tell whether the test returns its input: shells their curves, faces their friction, a strip its bending."""
     kinds = ("tensile", "picture-frame", "cantilever", "friction")
     return run.rig.kind in kinds if run.model.scale == "macro" else run.rig.kind in ("cantilever", "friction")

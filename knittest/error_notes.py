@@ -1,4 +1,4 @@
-"""What tables say beside results on their numerical error: how it was found, what it cost, or why there is none."""
+"""Notes below results on their numerical error: how it was found, what it cost, or why there is none."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -33,7 +33,7 @@ def error_notes(summary: Mapping[str, Any], *, asked: bool = False) -> list[str]
 
 
 def _line(what: str, repeat: Mapping[str, Any]) -> str:
-    """What was changed, and what the repeat cost."""
+    """Line on what was changed, and what the repeat cost."""
     if not repeat.get("setting"):
         return f"numerical error, {what}: none: {repeat.get('reason')}"
     text = f"numerical error, {what}: {repeat['setting']} {repeat['value']} -> {repeat['other_value']}"

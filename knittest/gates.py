@@ -27,11 +27,11 @@ class Gate:
     only: Literal["", "macro", "meso", "forming"] = ""
 
     def value(self, quality: Quality) -> float:
-        """Of a run [%]."""
+        """Value in a run [%]."""
         return self.scale * float(getattr(quality, self.key))
 
     def applies(self, run: Run) -> bool:
-        """Whether it means something in ``run``."""
+        """Tell whether it means something in ``run``."""
         return self.only in ("", run.model.scale, run.rig.kind)
 
 

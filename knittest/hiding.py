@@ -1,4 +1,4 @@
-"""What must not get into files and messages: passwords in URLs, and, where a user wants it so, this machine's name."""
+"""Keeps out of files and messages: passwords in URLs, and, where a user wants it so, this machine's name."""
 
 import os
 import re
@@ -17,5 +17,5 @@ def without_passwords(text: str) -> str:
 
 
 def host_name() -> str:
-    """What files call this machine: its name, or what ``KNITTEST_HOST`` says in its place, which may be nothing."""
+    """Name of this machine in files: its own, or what ``KNITTEST_HOST`` says in its place, which may be nothing."""
     return os.environ.get(HOST_VARIABLE, socket.gethostname())

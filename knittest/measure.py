@@ -1,4 +1,4 @@
-"""What a tensile test reports, and which rows of the energies of any test are judged."""
+"""Results of a tensile test, and the rows of the energies of any test that are judged."""
 
 from collections.abc import Mapping
 

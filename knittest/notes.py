@@ -1,4 +1,4 @@
-"""What a user is told on stderr beside errors, even when quiet: it concerns the result."""
+"""Notes to the user on stderr beside errors, even when quiet: they concern the result."""
 
 import sys
 from contextlib import suppress

@@ -46,7 +46,7 @@ def mesh_factor(ratio: float, finer: bool) -> float:
 def numerical_errors(
     results: Mapping[str, float | None], half: Repeat, mesh: Repeat, ratio: float, finer: bool
 ) -> dict[str, dict[str, Any]]:
-    """For every result that is no diagnostic the changes [%] and the error in its own unit: summary.json's block.
+    """Changes [%] and error, in its own unit, of every result that is no diagnostic: summary.json's block.
 
     An error that cannot be told is None, with the reason; never 0.
     """

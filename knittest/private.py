@@ -11,7 +11,7 @@ MOST_LINKS = 40
 
 
 def weakness(folder: Path) -> str:
-    """Why another user could put files into ``folder`` or exchange it, naming what is wrong; empty when none could.
+    """Reason why another user could put files into ``folder`` or exchange it; empty when none could.
 
     The folder is this user's and nobody else writes to it; each folder on the way to it, links followed, is this
     user's or the system's and closed to others, or sticky as that for temporary files is. Raises ``OSError``.
@@ -32,7 +32,7 @@ def weakness(folder: Path) -> str:
 
 
 def _open_to_others(state: os.stat_result) -> bool:
-    """Whether it is a folder in which another user can make files; the mode of a link says nothing."""
+    """Tell whether it is a folder in which another user can make files; the mode of a link says nothing."""
     return stat.S_ISDIR(state.st_mode) and bool(state.st_mode & OTHERS_WRITE)
 
 

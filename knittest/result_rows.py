@@ -201,7 +201,7 @@ def _judged(
 
 
 def verdict_of(deviation: float, error: float = 0.0) -> str:
-    """Whether a result lies within one sd of the experiment, wherever in its numerical ``error`` (both in sd) it is."""
+    """Verdict: within or outside one sd of the experiment, wherever in its numerical ``error`` (both in sd) it is."""
     if abs(deviation) + error <= 1.0:
         return "within 1 sd"
     return "outside 1 sd" if abs(deviation) - error > 1.0 else UNRESOLVED

@@ -100,7 +100,7 @@ def _guessed(fabric: Fabric, fields: Sequence[str]) -> tuple[str, ...]:
 
 
 def _at(fabric: Fabric, field: str) -> object:
-    """What stands in ``field``; a path of a curve has no source."""
+    """Entry of ``field``; a path of a curve has no source."""
     value: object = fabric
     for part in field.split("."):
         value = value.get(part) if isinstance(value, dict) else getattr(value, part, None)
@@ -108,7 +108,7 @@ def _at(fabric: Fabric, field: str) -> object:
 
 
 def _names_row(fabric: Fabric, scale: Scale, direction: str, quantity: str) -> bool:
-    """Whether a number that ``scale`` reads was tuned on the row or chosen with it in view."""
+    """Tell whether a number that ``scale`` reads was tuned on the row or chosen with it in view."""
     unread = YARN_LEVEL if scale == "macro" else ("macro",)
     read = fabric.model_copy(update=dict.fromkeys(unread))
     labels = [label for q in quantities(read) for label in (*q.tuned_on, *q.chosen_by)]
@@ -116,7 +116,7 @@ def _names_row(fabric: Fabric, scale: Scale, direction: str, quantity: str) -> b
 
 
 def _is_row(label: str, variant: str | None, direction: str, quantity: str) -> bool:
-    """Whether ``label`` means the row; one without a variant is of the fabric's own.
+    """Tell whether ``label`` means the row; one without a variant is of the fabric's own.
 
     A curve of the direction has its peak in it, and a value given to a calibration is that of its row.
     """

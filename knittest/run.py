@@ -76,7 +76,7 @@ def execute(run: Run, opener: Opener, interrupts: Interrupts, options: RunOption
 
 
 def references_of(run: Run, against: Sequence[Path]) -> References:
-    """What ``run`` is compared with: published rows, the reference curve, curves of the user's."""
+    """References of ``run``: published rows, the reference curve, curves of the user's."""
     return replace(_references(run), own=own_curves(run, against))
 
 

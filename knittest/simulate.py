@@ -176,7 +176,7 @@ def _keep_peak(run: Simulation) -> None:
 
 
 def is_new_peak(force: float, kept: float) -> bool:
-    """Whether a state at ``force`` is worth a frame where the last one shows ``kept`` [N]."""
+    """Tell whether a state at ``force`` is worth a frame where the last one shows ``kept`` [N]."""
     return force > 0.0 and force > (1.0 + NEAR_PEAK) * kept
 
 

@@ -85,7 +85,7 @@ def assumed_line(outcome: Outcome) -> str:
 
 
 def error_lines(outcomes: Sequence[Outcome]) -> list[str]:
-    """How the numerical errors were found, each line once, with the name of the run where there are several."""
+    """Lines on how the numerical errors were found, each once, with the name of the run where there are several."""
     told = [(_name(outcome), line) for outcome in outcomes for line in error_notes(outcome.summary)]
     common = {line for _, line in told if sum(line == other for _, other in told) == len(outcomes)}
     lines = [line if len(outcomes) == 1 or line in common else f"{name}: {line}" for name, line in told]

@@ -39,7 +39,7 @@ ENDED = ("none", "timeout", *SETTLED)
 
 
 def unverified(folder: Path, run: Run) -> bool:
-    """Whether the completed ``run`` in ``folder`` is still to be verified; one that was refused is not."""
+    """Tell whether the completed ``run`` in ``folder`` is still to be verified; one that was refused is not."""
     if not run.output.verify:
         return False
     summary = _summary(folder)
@@ -127,7 +127,7 @@ def _finer(run: Run) -> tuple[Trial, dict[str, Any]] | None:
 def _too_coarse(
     trials: Mapping[str, Trial], notes: Mapping[str, Mapping[str, Any]], records: Mapping[str, Record]
 ) -> bool:
-    """Whether a coarser mesh has no result of its own, and a finer one may take its place."""
+    """Tell whether a coarser mesh has no result of its own, and a finer one may take its place."""
     if "mesh" not in trials or notes["mesh"]["finer"]:
         return False
     return records[trials["mesh"].key].status in ("refused", "failed")

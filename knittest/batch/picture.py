@@ -97,7 +97,7 @@ def shown_results(table: "DataFrame") -> list[str]:
 
 
 def _sizes_differ(table: "DataFrame", name: str) -> bool:
-    """Whether the force ``name`` belongs to specimens of several sizes: it over the one free of it is the size."""
+    """Tell whether the force ``name`` is of specimens of several sizes: its ratio to the force free of size differs."""
     size = (table[name] / table[SIZED[name]]).dropna()
     return bool(len(size) and size.max() > size.min() * (1.0 + SAME_SIZE))
 

@@ -94,7 +94,7 @@ def _before(number: Quantity | float | None) -> dict[str, Any]:
 
 
 def warnings_of(outcome: Outcome) -> list[str]:
-    """What a reader must know of the result: limits of its runs first."""
+    """Warnings that a reader of the result must know: limits of its runs first."""
     limits = looser_note(record for one in outcome.history for record in one.records.values())
     return [*limits, *(outcome.judgement.warnings if outcome.judgement else [])]
 

@@ -65,7 +65,7 @@ class Curve:
 
     @property
     def source(self) -> str:
-        """What the curve is, whether it was measured, and how it was scaled to the test."""
+        """Source of the curve, whether it was measured, and how it was scaled to the test."""
         note = f"; {self.reference.note}" if self.reference.note else ""
         return f"{self.reference.source} ({self.reference.kind}{note})"
 

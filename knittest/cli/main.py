@@ -143,7 +143,7 @@ def run(arguments: list[str] | None = None, stops: UntilSaved | None = None) -> 
 
 
 def _place(error: OSError) -> str:
-    """Where it happened: an error without a file is one of what the command prints."""
+    """Place of the error; one without a file is of what the command prints."""
     from knittest.reading import excerpt
 
     return "standard output cannot be written" if error.filename is None else excerpt(os.fsdecode(error.filename))

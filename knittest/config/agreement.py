@@ -1,4 +1,4 @@
-"""What numbers of a fabric or a run must have in common: each function raises :class:`BoundsError` naming the field.
+"""Conditions on several numbers of a fabric or a run; each function raises :class:`BoundsError` naming the field.
 
 Bounds of single numbers stand beside the fields. Here two numbers exclude each other, each of them fine alone.
 """
@@ -115,7 +115,7 @@ def check_thickness(fabric: "Fabric") -> None:
 
 
 def check_friction_order(static: float, kinetic: float) -> None:
-    """What sticks holds at least as much as what slips."""
+    """Raise :class:`BoundsError` where static friction is below kinetic friction."""
     if static < kinetic:
         raise BoundsError(f"{static:g} is less than kinetic_coefficient, {kinetic:g}: set both", "static_coefficient")
 

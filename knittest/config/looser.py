@@ -38,7 +38,7 @@ class Loosened:
 
 
 def loosened(run: Run) -> list[Loosened]:
-    """What of ``run`` is looser than its preset's, whoever asked for it.
+    """Limits of ``run`` that are looser than its preset's, whoever asked for them.
 
     The reference are the tables of the presets and the defaults of the models, which no config reaches.
     """

@@ -23,7 +23,7 @@ def borrowed(fabric: Fabric) -> dict[str, str]:
 
 
 def stated_fabric(path: Path) -> str:
-    """What the ``# fabric:`` line in the head of a curve says, empty without one or where it cannot be read."""
+    """Fabric that the ``# fabric:`` line in the head of a curve names; empty without one or where it cannot be read."""
     try:
         lines = read_regular(path, MAX_BYTES, "a curve has fewer points").decode("utf-8-sig").splitlines()
     except (InputError, UnicodeDecodeError):

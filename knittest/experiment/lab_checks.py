@@ -119,5 +119,5 @@ def per_width(specimens: Sequence[Specimen]) -> list[Specimen]:
 
 
 def known_elsewhere(found: dict[str, Any], digests: Sequence[str]) -> bool:
-    """Whether the statistics ``found`` of another import hold one of these curves."""
+    """Tell whether the statistics ``found`` of another import hold one of these curves."""
     return bool(set(digests) & set(found.get("digests", ())))

@@ -41,7 +41,7 @@ class Condition:
     field: str
 
     def names(self, cell: str, tier: int) -> bool:
-        """Whether ``cell`` names this condition by label ``tier``."""
+        """Tell whether ``cell`` names this condition by label ``tier``."""
         cell = cell[:_LONGEST_LABEL]
         return bool(re.search(self.labels[tier], cell, re.I)) and not re.search(self.other, cell, re.I)
 
@@ -176,7 +176,7 @@ def unstated(wanted: Iterable[Condition], path: object) -> InputError:
 
 
 def same(one: float, other: float) -> bool:
-    """Whether two numbers are meant to be the same."""
+    """Tell whether two numbers are meant to be the same."""
     return abs(one - other) <= SAME * abs(other)
 
 

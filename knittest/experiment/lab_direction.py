@@ -29,7 +29,7 @@ class Said:
 
 
 def said_by(path: Path, head: Iterable[Row]) -> Said | None:
-    """What the rows of ``head``, else the file's name, else its folder's, say; ``None`` if nothing names just one."""
+    """Direction by the rows of ``head``, else the file's name, else its folder's; ``None`` if none names just one."""
     places: list[tuple[str, str, Literal["row", "name", "folder"]]] = [
         *((f"{path}:{line}", " ".join(cells), "row") for line, cells in head),
         (f"{path}: its name", path.stem, "name"),

@@ -1,4 +1,4 @@
-"""What the imported tests say of the fabric, as a part of its file."""
+"""Part of a fabric file that follows from the imported tests."""
 
 import json
 from pathlib import Path
@@ -57,7 +57,7 @@ def _fracture_strain(test: dict[str, Any]) -> dict[str, Any]:
 
 
 def _stiffness(test: dict[str, Any]) -> dict[str, Any]:
-    """Of the shells, by Eq. 2, from each strip's overhang."""
+    """Bending stiffness of the shells, by Eq. 2, from each strip's overhang."""
     found, overhang = test["bending_stiffness_n_mm_per_width"], test["overhang_mm"]
     mass = test["conditions"][AREA_MASS.key]
     of = f"{counted(found['n'], 'strip')}, overhang {overhang['mean']:.4g} mm, {mass:g} g/m2"

@@ -109,7 +109,7 @@ def statistics_text(
 
 
 def read_statistics(out: Path) -> dict[str, dict[str, Any]]:
-    """What the imports in ``out`` came to, by their folders; raises :class:`InputError` for one that cannot be read."""
+    """Statistics of the imports in ``out`` by folder; raises :class:`InputError` for one that cannot be read."""
     found = {}
     for name in FOLDERS:
         path = out / name / STATISTICS

@@ -1,4 +1,4 @@
-"""What a user says of laboratory files besides what they state themselves."""
+"""Statements of a user on laboratory files, besides what the files state themselves."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""What all pictures share: a figure without display, colours, and how it reaches the disk with its stamp below."""
+"""Basis of all pictures: a figure without display, colours, and how it reaches the disk with its stamp below."""
 
 import io
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What stands below every picture: which run it is of, by which version, when, and whether it may be compared."""
+"""Stamp below every picture: which run it is of, by which version, when, and whether it may be compared."""
 
 import textwrap
 from collections.abc import Iterator, Sequence

@@ -58,7 +58,7 @@ class Test(Protocol):
         """Quality gates."""
 
     def span(self, history: History) -> Any:
-        """What of a run that is integrated in time its energies are judged by."""
+        """Part of a run, integrated in time, by which its energies are judged."""
 
 
 def fabric_laminate(run: Run) -> Laminate:

@@ -20,7 +20,7 @@ BEFORE_FAILURE = 0.25
 
 @dataclass(frozen=True)
 class Span:
-    """What of a test is judged: to the first failure or to the end; its first number is ``reported_from`` [ms]."""
+    """Part of a test that is judged: to the first failure or to the end; its first number is ``reported_from`` [ms]."""
 
     to_failure: bool = False
     reported_from: float = np.inf
@@ -88,7 +88,7 @@ def _penetration(history: History, cost: SimulationCost, span: Span) -> float:
 
 
 def _short(run: Run, history: History, rows: slice, span: Span) -> Iterator[str]:
-    """What makes a judgement empty: no failure, too few rows, a first failure long before the peak."""
+    """Reasons why a judgement is empty: no failure, too few rows, a first failure long before the peak."""
     if span.to_failure and history.first_failure is None:
         yield "nothing failed up to rig.max_strain: the peak is not a strength"
     count = rows.stop - rows.start

@@ -29,14 +29,14 @@ class BeyondLaw:
 
     @property
     def stated(self) -> str:
-        """In words, for a warning."""
+        """Sentence for a warning."""
         return (
             f"{100.0 * self.share:.1f} % of the fabric is sheared beyond the end of its law, {self.end:.1f} deg, by up "
             f"to {self.largest:.0f} deg: there the law goes on with its last tangent, which nobody measured"
         )
 
     def advice(self, run: Run) -> str:
-        """What would bring less of the fabric beyond."""
+        """Change that would bring less of the fabric beyond."""
         if run.rig.kind == "picture-frame":
             return f"rig.max_angle={self.end:.3g} ends where the law does; or give a law that goes on (macro.shear)"
         return f"a law that goes on to {ceil(self.needed):d} deg would pass (fabric.macro.shear)"
@@ -57,7 +57,7 @@ def beyond_law(run: Run, history: History, to_failure: bool) -> BeyondLaw:
 
 
 def worst_of(angle: Array, area: Array, end: float) -> BeyondLaw:
-    """Of shells of ``area`` sheared by ``angle`` [deg], both (n,), under a law that ends at ``end`` [deg]."""
+    """Share of shells of ``area`` sheared by ``angle`` [deg], both (n,), under a law that ends at ``end`` [deg]."""
     whole = float(area.sum())
     if not whole > 0.0:
         return BeyondLaw(end=end)

@@ -1,4 +1,4 @@
-"""How much of a tension curve a fracture strain leaves the shells: they are deleted there."""
+"""Part of a tension curve that a fracture strain leaves the shells: they are deleted there."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -30,16 +30,16 @@ class Reach:
 
     @property
     def is_cut(self) -> bool:
-        """Whether the fracture strain lies before the largest force by more than the margin."""
+        """Tell whether the fracture strain lies before the largest force by more than the margin."""
         return self.fracture_strain.value < (1.0 - MARGIN) * self.end
 
     @property
     def is_blunder(self) -> bool:
-        """Whether nobody vouches for the number that cuts the fabric's own curve."""
+        """Tell whether nobody vouches for the number that cuts the fabric's own curve."""
         return self.is_cut and self.fracture_strain.source == "assumed" and not self.borrowed
 
     def text(self) -> str:
-        """What is cut, and by how much."""
+        """Sentence on what is cut, and by how much."""
         strain = self.fracture_strain
         return (
             f"macro.fracture_strain.{self.direction} = {strain.value:g} % ({strain.source}) cuts macro.tension."
@@ -48,7 +48,7 @@ class Reach:
 
 
 def reaches(fabric: Fabric, curves: Mapping[Direction, ReferenceCurve]) -> list[Reach]:
-    """What the fracture strains of ``fabric`` leave of its tension ``curves``."""
+    """Parts of its tension ``curves`` that the fracture strains of ``fabric`` leave."""
     owners = borrowed(fabric)
     found = []
     for direction, curve in curves.items():

@@ -1,4 +1,4 @@
-"""What sections and contacts carry, for whoever poses a problem by hand: forces and moments by element, by node."""
+"""Forces and moments that sections and contacts carry, by element and by node, for problems posed by hand."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,1 +1,1 @@
-"""What stands before a run: sizes, counterparts of its numbers, and the time it will take."""
+"""Checks before a run: sizes, counterparts of its numbers, and the time it will take."""

@@ -68,7 +68,7 @@ def table_lines(rows: list[Counterpart]) -> list[str]:
 
 
 def summary_line(rows: list[Counterpart]) -> str:
-    """How many agree, differ, and have none; the names of those that differ."""
+    """Count those that agree, differ and have none, and name those that differ."""
     counts = {v: [r.name for r in rows if r.verdict == v] for v in ("agrees", "differs", "no counterpart")}
     differ = counts["differs"]
     names = f": {', '.join(differ)}" if differ else ""

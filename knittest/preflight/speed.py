@@ -1,4 +1,4 @@
-"""Whether the speed of a run matters."""
+"""Judges whether the speed of a run matters."""
 
 from knittest.config.run import Run
 from knittest.halving import CONVERGED, LIMIT, changes, halving

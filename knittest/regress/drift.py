@@ -100,7 +100,7 @@ def drift_of(case: Case, run: Run, record: Record, folder: Path, entry: Entry | 
 
 
 def limits_of(case: Case) -> Limits:
-    """What the numbers of ``case`` may change by."""
+    """Limits of the change of the numbers of ``case``."""
     return AMPLIFIED.get((case.test, case.scale), LIMITS[case.scale])
 
 

@@ -55,7 +55,7 @@ def _chart(runs: Sequence[LoadedRun], labels: Sequence[str]) -> list[Block]:
 
 
 def sizes_differ(runs: Sequence[LoadedRun]) -> bool | None:
-    """Whether the forces of ``runs`` of one test belong to specimens of several sizes; ``None`` if one is not known."""
+    """Tell whether forces of ``runs`` of one test are of specimens of several sizes; ``None`` if one is not known."""
     if len(runs) < 2:
         return False
     sizes = []

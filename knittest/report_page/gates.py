@@ -46,7 +46,7 @@ def gates(run: LoadedRun) -> Section:
 
 
 def _looser(limit: LooserLimit) -> str:
-    """What a reader must know of a limit before the table above is worth anything."""
+    """Note on a limit that a reader must know before the table above is worth anything."""
     taken = "accepted by --accept-limits" if limit.accepted else "not accepted, so nothing is compared"
     value, preset = (f"{_shown(number)} {limit.unit}".strip() for number in (limit.value, limit.preset))
     return f"Looser than the preset: {limit.name} = {value}, the preset's is {preset}; {taken}"

@@ -100,7 +100,7 @@ class Report(Protocol):
         """
 
     def size(self, run: Any) -> tuple[float, str]:
-        """What the forces of the specimen grow with [mm], and its size in words; 1 where there is nothing."""
+        """Size that the forces of the specimen grow with [mm], and the same in words; 1 where there is none."""
 
     def size_free(self, run: Any, columns: Mapping[str, np.ndarray]) -> tuple[CurveAxes, Columns]:
         """Axes and columns of the curve as no size of a specimen enters it."""

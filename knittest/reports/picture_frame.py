@@ -110,7 +110,7 @@ class PictureFrameReport:
     def _curve_picture(
         self, run: PictureFrameRun, specimens: list[Specimen], references: References, path: Path
     ) -> None:
-        """In N, or normalised beside references, which are."""
+        """Picture of the force, in N, or normalised beside references, which are."""
         beside = bool(references.curves)
         column, label = (NORMALISED, NORMALISED_LABEL) if beside else (self.axes.y, self.axes.ylabel)
         lines = []

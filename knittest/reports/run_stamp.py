@@ -1,4 +1,4 @@
-"""What the pictures of a run say below: fabric, test, size, forces, and whether its gates passed."""
+"""Stamp below the pictures of a run: fabric, test, size, forces, and whether its gates passed."""
 
 from collections.abc import Sequence
 

@@ -126,7 +126,7 @@ class TensileReport:
 
 
 def _whole_yarns(run: TensileRun) -> str:
-    """How many yarns carry the force, where they are by more than :data:`UNEVEN` not those of the width."""
+    """Number of yarns that carry the force, where it is off that of the width by more than :data:`UNEVEN`."""
     if run.model.scale != "meso":
         return ""
     exact = run.rig.kernel("width") * run.fabric.kernel(f"{run.rig.direction}_density")

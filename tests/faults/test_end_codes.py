@@ -1,4 +1,4 @@
-"""What is left of a run that ended, however it ended: the code of ``resume``, the folder, the lock, the processes."""
+"""Leftovers of a run that ended, however it ended: the code of ``resume``, the folder, the lock, the processes."""
 
 import json
 import os

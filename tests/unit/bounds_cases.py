@@ -38,7 +38,7 @@ class Bounded:
 
     @property
     def two_sided(self) -> bool:
-        """Whether a number can neither be too small nor too large."""
+        """Tell whether a number can neither be too small nor too large."""
         low, high = {"gt", "ge"} & self.limits.keys(), {"lt", "le"} & self.limits.keys()
         return "band" in self.limits or bool(low and high)
 

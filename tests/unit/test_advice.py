@@ -1,4 +1,4 @@
-"""What refusals tell their reader to change: numbers from the rules, and where no number is known none."""
+"""Advice of refusals: numbers from the rules, and where no number is known none."""
 
 import re
 
@@ -17,7 +17,7 @@ def run_of(test: str = "tensile", *sets: str, scale: str = "macro") -> Run:
 
 
 def number(text: str, field: str) -> float:
-    """What ``text`` says of ``field``."""
+    """Number that ``text`` gives for ``field``."""
     found = re.search(rf"{re.escape(field)}=([\d.e+-]+)", text)
     assert found, text
     return float(found[1])

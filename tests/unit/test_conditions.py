@@ -181,7 +181,7 @@ def test_options_state_what_a_file_leaves_open_and_contradict_nothing(tmp_path):
 
 
 def frame_file(path, fabric, frame, head=True):
-    """What a frame measures of a fabric of S = 0.02 tan(gamma) N/mm."""
+    """File of a frame that shears a fabric of S = 0.02 tan(gamma) N/mm."""
     angle = np.linspace(0.0, 40.0, 81)
     gamma = np.deg2rad(angle)
     force = crosshead_force(0.02 * np.tan(gamma), gamma, fabric, frame)

@@ -1,4 +1,4 @@
-"""What knittest check says of a fabric's numbers: each beside its counterpart, judged by a stated tolerance."""
+"""Counterparts of a fabric's numbers in knittest check: each beside its counterpart, judged by a stated tolerance."""
 
 import json
 from math import pi, sqrt

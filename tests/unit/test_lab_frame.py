@@ -25,7 +25,7 @@ STIFFNESS = 0.1  # S = STIFFNESS gamma [N/mm]
 
 
 def frame_file(path, side=FRAME, fabric=FABRIC, end=45.0, back=0.0, preload=0.0, offset=0.0, stiffness=STIFFNESS):
-    """What a machine writes of the linear law, with decimal commas; after ``end`` [deg] it goes ``back`` [deg]."""
+    """File that a machine writes of the linear law, with decimal commas; after ``end`` [deg] it goes ``back`` [deg]."""
     up = np.linspace(0.0, end, 181)
     angle = np.deg2rad(np.concatenate([up, np.arange(end - 0.5, end - back, -0.5)]))
     force = crosshead_force(stiffness * angle, angle, fabric, side) * np.where(np.arange(len(angle)) < 181, 1.0, 0.5)

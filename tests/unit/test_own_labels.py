@@ -1,4 +1,4 @@
-"""What a reader is told of a fabric of one's own: its own sources, and what is another fabric's as assumed."""
+"""Labels of a fabric of one's own: its own sources, and what is another fabric's as assumed."""
 
 from pathlib import Path
 

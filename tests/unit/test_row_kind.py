@@ -1,4 +1,4 @@
-"""What a compared row is worth: predicted, tuned, input or assumed, and on which assumed inputs."""
+"""Kinds of compared rows: predicted, tuned, input or assumed, and on which assumed inputs."""
 
 from pathlib import Path
 

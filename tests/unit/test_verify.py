@@ -1,4 +1,4 @@
-"""What a verified run says of its numerical errors: summary, verdicts, terminal, page, and what is left to do."""
+"""Numerical errors of a verified run: summary, verdicts, terminal, page, and what is left to do."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""What refusals advise, done: each run is refused, follows the number in its reason, and then passes that gate.
+"""Advice of refusals, followed: each run is refused, follows the number in its reason, and then passes that gate.
 
 Shells of seconds; where a good run is far below a limit, a stricter one is set.
 """
