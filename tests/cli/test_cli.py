@@ -194,7 +194,7 @@ def test_data_import_prints_what_a_fabric_file_needs(tmp_path, monkeypatch, caps
     assert run(["data", "import", "a.csv", "--direction", "weft", "--out", "data/mine"]) == 0
     said = capsys.readouterr().out
     assert all(
-        line in said for line in ("experiment: mine", 'experiment_variant: "mine"', "weft: mine/weft/tension.csv")
+        line in said for line in ('experiment: "mine"', 'experiment_variant: "mine"', 'weft: "mine/weft/tension.csv"')
     )
     assert "5800.0             1.500" in said
     Path("mine").mkdir()

@@ -44,11 +44,11 @@ class Crossing:
             self.step(SMOOTH)
         self.contacts.spring[:], self.contacts.slipping[:] = 0.0, 0.0
 
-    def step(self, law: ContactLaw | None = None) -> float:
-        """Loss [mJ] of one step at the present positions."""
+    def step(self, law: ContactLaw | None = None) -> None:
+        """Evaluate the contact at the present positions."""
         self.contacts.reach[:] = REACH
         alive = np.ones(7)
-        return plain(contact_forces)(0, 1, DT, self.nodes, self.contacts, alive, law or self.law, np.zeros(SCRATCH))
+        plain(contact_forces)(0, 1, DT, self.nodes, self.contacts, alive, law or self.law, np.zeros(SCRATCH))
 
     def on_nodes(self) -> tuple[np.ndarray, np.ndarray]:
         """Forces [N] and moments [N mm] on the nodes, (6, 3)."""
@@ -98,10 +98,10 @@ def slide(steps: np.ndarray, slipping: float = 0.0) -> tuple[np.ndarray, np.ndar
     """
     spring, forces, springs, loss = (0.0, 0.0, 0.0), [], [], 0.0
     for step in steps:
-        *force, ex, ey, ez, slipping, lost = plain(contact_force)(
+        *force, ex, ey, ez, slipping, rubbed, damped = plain(contact_force)(
             0.8, 0.0, 0.0, 0.0, REACH, *spring, 0.0, step, 0.0, slipping, ROUGH, 1.0 / DT
         )
-        spring, loss = (ex, ey, ez), loss + lost
+        spring, loss = (ex, ey, ez), loss + rubbed + damped
         forces.append(force)
         springs.append(ey)
     return np.array(forces), np.array(springs), loss
