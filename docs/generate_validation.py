@@ -31,7 +31,8 @@ in proportion to the yarns' density. A model that is further off than the copy a
 SINGLE = """
 **Single** runs give the yarns quantiles of their scatter, and the calibration was done on them; **ensembles** draw
 eight specimens of `standard`, their mean and, in brackets, their standard deviation; the mean is known to a third of
-that. Both are judged.
+that. Both are judged. A strip of yarns has whole ones only: where they are not those of its width, the run says so, and
+its force is off by that too (an ensemble alternates).
 """.strip()
 BENT = """
 The overhang at which a strip meets the plane. Bending stiffness was derived from it by Eq. 2, of yarns' warps then
@@ -106,7 +107,7 @@ def _failures(rows: Sequence[Row]) -> Iterator[str]:
             o = row.run.options
             yield (
                 f"{o['test']} {o['scale']} V{o['variant']} {o['direction']} {row.quantity} ({o['parameters']}, "
-                f"{_how(row.run)}) {100.0 * row.deviation:+.1f} %"
+                f"{_how(row)}) {100.0 * row.deviation:+.1f} %"
             )
     for cells in _cells()[1]:
         if "FAILED" in cells[-1]:
@@ -151,7 +152,7 @@ def _tensile_table(rows: Sequence[Row]) -> tuple[Sequence[str], list[list[str]]]
         assert row.copy
         off = 100.0 * row.copy.deviation(row.measured)
         lines.append(
-            [*_named(row), _how(row.run), _value(row), f"{100.0 * row.deviation:+.1f} %", f"{row.deviation_sd:+.2f}",
+            [*_named(row), _how(row), _value(row), f"{100.0 * row.deviation:+.1f} %", f"{row.deviation_sd:+.2f}",
              f"{row.copy.value:.4g} ({row.copy.of})", f"{off:+.1f} %", row.kind, row.verdict]
         )  # fmt: skip
     return head, lines
@@ -172,7 +173,7 @@ def _plain(rows: Sequence[Row]) -> str:
         "verdict",
     )
     lines = [
-        [row.run.options["scale"], *_named(row), _how(row.run), _value(row), f"{100.0 * row.deviation:+.1f} %",
+        [row.run.options["scale"], *_named(row), _how(row), _value(row), f"{100.0 * row.deviation:+.1f} %",
          f"{row.deviation_sd:+.2f}", row.kind, row.verdict]
         for row in rows
     ]  # fmt: skip
@@ -185,8 +186,10 @@ def _named(row: Row) -> list[str]:
     return [o["variant"], o["direction"] or "", row.quantity, f"{row.measured.mean:g}{spread}"]
 
 
-def _how(run: StoredRun) -> str:
-    return run.options["preset"] + (f", mean of {run.specimens}" if run.specimens > 1 else ", single")
+def _how(row: Row) -> str:
+    run = row.run
+    how = run.options["preset"] + (f", mean of {run.specimens}" if run.specimens > 1 else ", single")
+    return ", ".join(filter(None, (how, row.measured.scaled)))
 
 
 def _value(row: Row) -> str:

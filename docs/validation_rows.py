@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from docs.stored_runs import StoredRun
-from knittest.experiment.tables import PublishedValue, for_width, published
+from knittest.experiment.tables import PublishedValue, published
+from knittest.reports.registry import REPORTS
 from knittest.resources import data_dir
 from knittest.row_kind import ROW_NAMES, RowKind, quantities, row_kind
 
@@ -87,7 +88,6 @@ def rows_of(runs: Sequence[StoredRun], test: str, scale: str) -> list[Row]:
 
 def _rows(run: StoredRun, runs: Sequence[StoredRun]) -> Iterator[Row]:
     now, options = run.run(), run.options
-    width = getattr(now.rig, "width", None)
     for row in measured(options["variant"], options["direction"], QUANTITIES[options["test"]]):
         value = run.results.get(row.quantity)
         if value is None:
@@ -95,7 +95,7 @@ def _rows(run: StoredRun, runs: Sequence[StoredRun]) -> Iterator[Row]:
         ensemble = value if isinstance(value, dict) else {"mean": value, "sd": math.nan}
         error, preset = numerical_error(run, runs, row.quantity)
         yield Row(
-            run, row.quantity, for_width(row, width) if row.quantity in COUNTED and width else row,
+            run, row.quantity, REPORTS[now.rig.kind].scaled(now, [row])[0],
             row_kind(now, row.quantity), ensemble["mean"], ensemble["sd"], error, preset,
             trivial(options["variant"], options["direction"], row.quantity),
         )  # fmt: skip
