@@ -78,21 +78,21 @@ def _kill(process) -> bool:
 
 def _signal(process, out: Path, dice: random.Random, tally: Tally, code: int) -> bool:
     """Send one signal, or two; returns whether the command had come to its end all the same."""
-    number = dice.choice(SIGNALS)
+    sent = dice.choices(SIGNALS, k=2 if dice.random() < 0.3 else 1)
     began = time.monotonic()
-    process.send_signal(number)
-    if dice.random() < 0.3:
+    process.send_signal(sent[0])
+    if len(sent) > 1:
         _wait(process, 0.05)
-        process.send_signal(dice.choice(SIGNALS))
+        process.send_signal(sent[1])
     _, error = process.communicate()
     taken = time.monotonic() - began
     tally.slowest, tally.late = max(tally.slowest, taken), tally.late + (taken > PROMPT)
     if process.returncode == code:
         return True
-    said = f"stopped by {signal.Signals(number).name}" in error and "Traceback" not in error
+    names = [signal.Signals(number).name for number in sent]
+    said = any(f"stopped by {name}" in error for name in names) and "Traceback" not in error  # of two, either is first
     if process.returncode != INTERRUPTED or not said:
-        ended = f"{signal.Signals(number).name} ended it with {process.returncode}"
-        tally.wrong.append(f"{out}: {ended}: {error.strip()[-300:]}")
+        tally.wrong.append(f"{out}: {', '.join(names)} ended it with {process.returncode}: {error.strip()[-300:]}")
     if _status(out) == "running":
         tally.wrong.append(f"{out}: running for ever")
     return False

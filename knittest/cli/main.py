@@ -3,6 +3,7 @@
 import errno
 import importlib
 import os
+import signal
 import sys
 import tempfile
 import traceback
@@ -15,7 +16,7 @@ import click
 
 from knittest import __version__
 from knittest.errors import InputError, KnittestError, ResourceError
-from knittest.interrupts import UntilSaved
+from knittest.interrupts import STOPPING, UntilSaved
 
 #: name of a command: module that holds it under the same name, and what ``--help`` says of it
 COMMANDS = {
@@ -90,15 +91,24 @@ def main(arguments: list[str] | None = None) -> None:
     _open_what_is_closed()
     stops = UntilSaved()
     stops.install()
+    sys.unraisablehook = _tell_but_of_signals
     for library in ("OPENBLAS", "MKL"):  # small systems: threads only wait for each other, long on a busy machine
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
     try:
         code = run(arguments, stops)
+        for number in STOPPING:  # all is done: until the interpreter has ended too, there is nothing to stop
+            signal.signal(number, signal.SIG_IGN)
     except KeyboardInterrupt:  # once more, while the first one was being told
         code = INTERRUPTED
     if code == INTERRUPTED:
         _leave(code)
     sys.exit(code)
+
+
+def _tell_but_of_signals(lost: "sys.UnraisableHookArgs") -> None:
+    """Show what went wrong where nothing can be raised, but not a signal in a library's callback, which is noted."""
+    if not isinstance(lost.exc_value, KeyboardInterrupt):
+        sys.__unraisablehook__(lost)
 
 
 def _open_what_is_closed() -> None:

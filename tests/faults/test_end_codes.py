@@ -174,3 +174,23 @@ def test_streams_closed_before_the_start(tmp_path, closed):
         done = subprocess.run(["bash", "-c", text], env=environment, capture_output=True, text=True)
         assert done.stdout.splitlines()[-1] == str(code), done
         assert "internal" not in done.stderr and "Traceback" not in done.stderr
+
+
+def test_a_signal_at_the_very_end_does_not_change_the_code(tmp_path):
+    """The interpreter puts the system's handlers back while it ends; a run that is done is no killed one."""
+    ending = "import atexit, os, signal; atexit.register(lambda: [os.kill(os.getpid(), n) for n in (15, 2, 10)])"
+    work = f"import sys, knittest.cli.main as m\nsys.argv = ['knittest', '--version']\n{ending}\nm.main()"
+    done = subprocess.run([sys.executable, "-c", work], capture_output=True, text=True, cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_a_signal_in_a_callback_shows_no_traceback(tmp_path):
+    """Raised where nothing can be raised, as in a callback of a library: noted, and not shown as a traceback."""
+    lose = "import os\nclass C:\n    def __del__(self): os.kill(os.getpid(), 15); [0 for _ in range(10)]\n"
+    work = (
+        f"import sys, knittest.cli.main as m\n{lose}\n"
+        "class D:\n    def __del__(self): raise ValueError('shown')\n"
+        "m.cli.main = lambda **named: (C(), D(), print('on'))[2]\nm.main([])"
+    )
+    done = subprocess.run([sys.executable, "-c", work], capture_output=True, text=True, cwd=tmp_path)
+    assert "Interrupted" not in done.stderr and "shown" in done.stderr, done
