@@ -50,7 +50,7 @@ def batch(
 
     The same command goes on where it was stopped; finished runs are not repeated.
 
-    Example: knittest batch configs/sweeps/strip-width.yaml --workers 2
+    Example: knittest batch configs/sweeps/blank-holder.yaml --workers 2
     """
     if dask is not None and workers is not None:
         raise click.UsageError("--workers are processes of this machine; with --dask the cluster has its own")

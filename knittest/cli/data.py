@@ -122,7 +122,7 @@ def stats(test: str, files: tuple[Path, ...], **reading: Any) -> None:
 def shear_law(run: Path, out: Path) -> None:
     """Homogenise a picture frame of yarns: write its force as a shear law of the shells.
 
-    Example: knittest data shear-law runs/picture-frame-1-meso --out data/mine/shear.csv
+    Example: knittest data shear-law runs/picture-frame-1-meso --out data/law/shear.csv
     """
     from knittest.experiment.shear_law import write_law
 

@@ -9,7 +9,7 @@ from knittest.config.loading import resolve
 from knittest.config.run import PictureFrameRun
 from knittest.errors import InputError
 from knittest.experiment.shear_csv import ANGLE
-from knittest.export.atomic import replacing
+from knittest.export.atomic import make_folder, replacing
 from knittest.trellis import to_conjugate
 
 Array = NDArray[np.float64]
@@ -47,6 +47,8 @@ def homogenised_law(angle: Array, normalised: Array) -> tuple[Array, Array]:
 def write_law(run: Path, out: Path) -> tuple[Array, Array]:
     """Read curve.csv of the picture-frame ``run`` of yarns and write its law to ``out``; returns it.
 
+    The folder of ``out`` is made if it is not there.
+
     The header says which fabric was sheared, and what was assumed of it. Raises :class:`InputError` when the folder
     holds no such run, its frame went less than two steps, or it is of shells, which return the law they were given.
     """
@@ -68,6 +70,7 @@ def write_law(run: Path, out: Path) -> tuple[Array, Array]:
         )
     rows = "".join(f"{a:.4f},{s:.6f}\n" for a, s in zip(angle, force, strict=True))
     head = "".join(f"# {line}\n" for line in _header(given)) + f"{ANGLE},shear_force_n_per_mm\n"
+    make_folder(out.parent)
     with replacing(out) as temporary:
         temporary.write_text(head + rows, encoding="utf-8")
     return angle, force

@@ -57,11 +57,11 @@ def run_folder(folder, law, **of):
 def test_the_file_says_what_its_force_hangs_on_and_is_read_as_a_law(tmp_path):
     sets = ["fabric.contact.friction_coefficient=0.4"]
     run = run_folder(tmp_path, lambda a: 1e-3 * a, scale="meso", sets=sets)
-    angle, force = write_law(run, tmp_path / "law.csv")
-    text = (tmp_path / "law.csv").read_text()
+    angle, force = write_law(run, tmp_path / "mine" / "law.csv")
+    text = (tmp_path / "mine" / "law.csv").read_text()
     assert "# yarn-yarn friction coefficient: 0.4 (user)" in text
     assert "# degree of set of the loops: 0.9 (assumed)" in text
-    curve = load_curve(tmp_path / "law.csv")
+    curve = load_curve(tmp_path / "mine" / "law.csv")
     assert (curve.kind, curve.source) == ("simulated", "picture frame of yarns, pham2019-v2 (calibrated), 50 mm")
     assert curve.x == pytest.approx(angle, abs=1e-4) and curve.mean == pytest.approx(force, abs=1e-6)
 

@@ -1,0 +1,110 @@
+"""Every command of README and docs does what it says: it ends with 0, or is planned to its first run."""
+
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+from documented import ROOT, Do, Shown, shown
+from documented_table import COMMANDS, NAMES, SETUP
+
+import knittest.bench
+import knittest.jobs
+import knittest.preflight.command
+import knittest.trials.dask_pool
+import knittest.trials.pool
+import knittest.warmup
+from knittest.cli.main import COMMANDS as REGISTERED
+from knittest.cli.main import run
+from knittest.resources import data_dir
+
+
+class Planned(BaseException):
+    """All is read, resolved and planned: the first run would begin."""
+
+
+def _begins(*_: object, **__: object) -> None:
+    raise Planned
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory):
+    """A folder with what the pages take for granted: sweeps, a laboratory's files, curves, a finished run."""
+    folder = tmp_path_factory.mktemp("documented")
+    for name in ("sweeps", "calibrations"):
+        shutil.copytree(ROOT / "configs" / name, folder / "configs" / name)
+    for path in (data_dir() / "tutorial").glob("*.csv"):
+        shutil.copy(path, folder)
+    (folder / "mine.csv").write_text("shear_angle_deg,normalised_shear_force_n_per_mm\n0,0\n5,0.005\n15,0.016\n")
+    (example,) = re.findall(
+        r"^```\n((?:# .*\n)*strain_pct.*?)^```$", (ROOT / "docs/tensile.md").read_text(), re.M | re.S
+    )
+    (folder / "example.csv").write_text(example)
+    (folder / "mean.csv").write_text("strain_pct,force_n\n0,0\n0.8,2100\n1.6,5800\n")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        shells = "tensile --variant 1 --scale macro --preset quick --no-frames --quiet --out runs/shells"
+        assert run(shells.split()) == 0
+    return folder
+
+
+@pytest.mark.parametrize(("text", "do"), COMMANDS.items(), ids=list(COMMANDS))
+def test_documented_command(place, monkeypatch, text: str, do: Do):
+    """In the order of the table: some take what one before them has left."""
+    monkeypatch.chdir(place)
+    number = list(COMMANDS).index(text)
+    words = [word.replace("{out}", f"runs/documented-{number}") for word in do.words(text)]
+    arguments = [found for word in words[1:] for found in _files(word)]
+    if not do.planned:
+        assert run(arguments) == 0, " ".join(words)
+        return
+    for pool in (knittest.trials.pool.LocalPool, knittest.trials.dask_pool.DaskPool):
+        monkeypatch.setattr(pool, "__init__", _begins)
+    for module, name in (
+        (knittest.jobs, "execute"), (knittest.preflight.command, "prepare"), (knittest.bench, "kernel_lines"),
+        (knittest.warmup, "warm"),
+    ):  # fmt: skip
+        monkeypatch.setattr(module, name, _begins)
+    with pytest.raises(Planned):
+        run(arguments)
+
+
+def _files(word: str) -> list[str]:
+    """What a shell makes of ``word``."""
+    return sorted(map(str, Path().glob(word))) if "*" in word else [word]
+
+
+def test_every_command_of_the_pages_is_tested():
+    """A new one goes into a table of documented_table.py, with what makes it small, or why it is only planned."""
+    known = {*COMMANDS, *NAMES, *SETUP}
+    assert [f"{one.page}: {one.text}" for one in shown() if one.text not in known] == []
+
+
+def test_the_tables_hold_nothing_that_no_page_shows():
+    texts = {one.text for one in shown()}
+    assert [text for text in (*COMMANDS, *NAMES, *SETUP) if text not in texts] == []
+
+
+@pytest.mark.parametrize("text", NAMES)
+def test_a_command_that_is_only_named_is_there(text):
+    assert text.split()[1] in REGISTERED
+
+
+def test_what_is_only_planned_says_why():
+    assert all(do.planned == "" or len(do.planned) > 5 for do in COMMANDS.values())
+
+
+def test_commands_are_found_in_blocks_and_lines(tmp_path, monkeypatch):
+    import documented
+
+    page = tmp_path / "page.md"
+    page.write_text(
+        "Take `knittest doctor` first.\n\n```\nknittest tensile --variant 1 \\\n    --scale macro   # shells\n```\n\n"
+        "1. Then\n\n  ```sh\n  knittest new a && knittest check\n  ```\n```yaml\nknittest: no command\n```\n"
+    )
+    monkeypatch.setattr(documented, "PAGES", (page,))
+    assert [(one.text, one.inline) for one in documented.shown()] == [
+        ("knittest tensile --variant 1 --scale macro", False), ("knittest new a", False), ("knittest check", False),
+        ("knittest doctor", True),
+    ]  # fmt: skip
+    assert isinstance(documented.shown()[0], Shown)
