@@ -13,7 +13,7 @@ from typing import Any
 
 from knittest.halving import DIAGNOSTIC, change
 
-#: of two solutions (Roache 1994); with it the index covers orders down to 0.4 of halves and 0.9 of meshes
+#: of two solutions (Roache 1994); with it the index covers orders down to 0.4 of halves and 0.9 to 1 of meshes
 SAFETY = 3.0
 #: order of inertia in the speed, and of shells and beams in their length
 ORDER = 2.0
@@ -37,10 +37,12 @@ class Repeat:
 
 def mesh_factor(ratio: float, finer: bool) -> float:
     """Error of the reported result over its change on a mesh with elements ``ratio`` times as long, or as short if
-    ``finer``.
+    ``finer``; never less than that of first order, which the index of a mesh more than twice as coarse is.
     """
     grown = ratio**ORDER
-    return SAFETY * (grown if finer else 1.0) / (grown - 1.0)
+    if finer:
+        return SAFETY * grown / (grown - 1.0)
+    return max(SAFETY / (grown - 1.0), 1.0 / (ratio - 1.0))
 
 
 def numerical_errors(

@@ -37,6 +37,14 @@ def test_an_error_of_first_order_is_still_covered() -> None:
     assert mesh_factor(2.0, False) == 1.0 and mesh_factor(2.0, True) == 4.0
 
 
+@pytest.mark.parametrize("finer", [False, True])
+@pytest.mark.parametrize("ratio", [1.3, 1.5, 2.0, 2.25, 2.5])
+def test_an_error_of_first_order_is_covered_at_every_ratio(ratio: float, finer: bool) -> None:
+    """c h: on a coarser mesh the result changes by c h (r - 1), on a finer one by c h (1 - 1 / r)."""
+    change = 1.0 - 1.0 / ratio if finer else ratio - 1.0
+    assert mesh_factor(ratio, finer) * change >= 1.0 - 1e-12
+
+
 def test_the_changes_stand_beside_the_error_under_the_name_of_the_mesh() -> None:
     half, mesh = Repeat({"mu_paper": 0.147}), Repeat({"mu_paper": 0.1515})
     row = numerical_errors({"mu_paper": 0.15}, half, mesh, 2.0, False)["mu_paper"]
