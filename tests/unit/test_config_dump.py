@@ -4,7 +4,7 @@ import json
 
 import pytest
 import yaml
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from knittest.config.dumping import dump, dump_mapping
@@ -67,6 +67,7 @@ VALUES = (
 )
 
 
+@settings(deadline=2000)
 @given(
     st.dictionaries(
         st.from_regex(r"[a-z]{1,8}", fullmatch=True).filter(lambda k: k not in ("null", "true", "false")), VALUES
