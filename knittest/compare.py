@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from knittest.config.unit_slips import likely_unit
 from knittest.errors import InputError
 from knittest.experiment.curves import ReferenceCurve
-from knittest.experiment.shear_csv import ANGLE
+from knittest.experiment.shear_csv import ANGLE, START
 from knittest.experiment.tables import PublishedValue
 from knittest.rating import grade, rate
 
@@ -94,13 +95,15 @@ def column_of(names: Sequence[str], wanted: str, reference: ReferenceCurve) -> s
 def compare_curves(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> dict[str, Any]:
     """Peak or values at angles, RMSE and ISO/TS 18571-type rating of y(x) on the range both curves cover.
 
-    ``x``, ``y`` (n,) in the units of the reference, x rising. Says what it was judged against. Curves that share no
-    range, have too few points, are constant or in other units are "not comparable", with the reason, without numbers. A
-    rating that would mislead is None, and ``no_rating`` says why.
+    ``x``, ``y`` (n,) in the units of the reference, x rising; shear counts from :data:`START` on. Says what it was
+    judged against. Curves that share no range, have too few points, are constant or in other units are "not
+    comparable", with the reason, without numbers. A rating that would mislead is None, and ``no_rating`` says why.
     """
     judged = {"judged_against": reference.source, "reference_kind": reference.kind}
     if reference.note:
         judged["note"] = reference.note
+    if reference.x_name == ANGLE:
+        x, y, reference = _after_start(x, y, reference)
     reason = _hindrance(x, y, reference)
     if reason:
         return judged | {"comparable": False, "reason": reason}
@@ -118,6 +121,18 @@ def compare_curves(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> d
         "rmse_pct_of_peak": _rounded(100.0 * rmse / peak),
         **_rated(simulated, measured, _unrated(x, y, reference)),
     }
+
+
+def _after_start(
+    x: np.ndarray, y: np.ndarray, reference: ReferenceCurve
+) -> tuple[np.ndarray, np.ndarray, ReferenceCurve]:
+    """Both curves of shear from :data:`START` on; as they are where one ends before."""
+    if min(x[-1], reference.x[-1]) <= START:
+        return x, y, reference
+    at, of = (np.append(START, a[a > START]) if a[0] < START else a for a in (x, reference.x))
+    mean = np.interp(of, reference.x, reference.mean)
+    sd = None if reference.sd is None else np.interp(of, reference.x, reference.sd)
+    return at, np.interp(at, x, y), replace(reference, x=of, mean=mean, sd=sd)
 
 
 def _rated(simulated: np.ndarray, measured: np.ndarray, reason: str) -> dict[str, Any]:

@@ -12,6 +12,9 @@ from knittest.experiment.lab_rows import read_rows
 Array = NDArray[np.float64]
 
 ANGLE, NORMALISED = "shear_angle_deg", "normalised_shear_force_n_per_mm"
+#: angle [deg] below which a simulated frame's force is that of its start: at half its speed it halves there, the rest
+#: stays
+START = 5.0
 #: names of the column of the force
 FORCES = ("force_n", NORMALISED)
 

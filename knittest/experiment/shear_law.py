@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from knittest.config.loading import resolve
 from knittest.config.run import PictureFrameRun
 from knittest.errors import InputError
-from knittest.experiment.shear_csv import ANGLE
+from knittest.experiment.shear_csv import ANGLE, START
 from knittest.export.atomic import make_folder, replacing
 from knittest.trellis import to_conjugate
 
@@ -16,8 +16,6 @@ Array = NDArray[np.float64]
 
 #: width of the steps over which the frame's force is averaged [deg]
 STEP = 2.5
-#: angle [deg] below which a frame's force is that of its start: at half its speed the hump there halves, the rest stays
-START = 5.0
 #: share of its width that a step must reach
 WHOLE = 0.9
 FRAME_ANGLE, NORMALISED = "frame_shear_angle_deg", "normalised_shear_force_n_per_mm"

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.kernels.beam import axial_strain, mean_frame, section_force
+from knittest.kernels.beam import axial_strain, mean_frame, section_force, section_moment
 from knittest.kernels.state import Beams, Nodes
 
 Array = NDArray[np.float64]
@@ -18,7 +18,7 @@ def beam_resultants(nodes: Nodes, beams: Beams, element: Index, section: Index) 
     the parts along the axis and the sizes of those across it.
     """
     i, j = element, element + 1
-    ax, ay, az, cx, cy, cz, _ = mean_frame.py_func(*nodes.rotation[:, i], *nodes.rotation[:, j], *beams.tangent[:, i])
+    ax, ay, az, cx, cy, cz, inv = mean_frame.py_func(*nodes.rotation[:, i], *nodes.rotation[:, j], *beams.tangent[:, i])
     axis, turn = np.array([ax, ay, az]), np.array([cx, cy, cz])
     chord, inv_length = nodes.position[:, j] - nodes.position[:, i], beams.inv_length[i]
     compression, shear, torsion, bending = beams.stiffness[section].T
@@ -26,9 +26,10 @@ def beam_resultants(nodes: Nodes, beams: Beams, element: Index, section: Index) 
     axial = compression * np.minimum(strain, 0.0)
     for knee, slope in zip(beams.hinge_strain[section].T, beams.hinge_slope[section].T, strict=True):
         axial = axial + slope * np.maximum(strain - beams.slack[i] - knee, 0.0)
-    force = beams.alive[i] * np.array(section_force.py_func(axial, strain, shear, *axis, *chord, inv_length))
-    twist = np.sum(turn * axis, axis=0)
-    moment = beams.alive[i] * inv_length * (bending * turn + (torsion - bending) * twist * axis)
+    force = np.array(section_force.py_func(axial, strain, shear, *axis, *chord, inv_length))
+    couple = np.cross(chord, force, axis=0)
+    moment = np.array(section_moment.py_func(torsion, bending, inv, inv_length, *axis, *turn, *couple))
+    force, moment = beams.alive[i] * force, beams.alive[i] * moment
     along, about = np.sum(force * axis, axis=0), np.sum(moment * axis, axis=0)
     return {
         "force": force.T, "moment": moment.T, "axial_force": along, "torsion": about,
