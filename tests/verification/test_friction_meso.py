@@ -8,13 +8,13 @@ from knittest.laboratory.friction import map_cell
 from knittest.laboratory.pressure import pressure_map
 from knittest.specimen import run_specimen
 
-#: a small piece, so the fall of the plate, and what its drag takes of it, is 5 % of all work (0.1 % with the strip of
-#: the paper)
+#: a small piece under a twentieth of the force: the fall of the plate is 5 % of all work (0.1 % with the strip of the
+#: paper), and its drag takes 28 % of the work up to the first rows that are judged, before anything is pulled
 FORCE = 100.0
 SETS = (
     "rig.width=11", "rig.length=40", "rig.plate_length=18", "rig.plate_width=11", "rig.travel=1.2",
     f"rig.normal_force={FORCE}", "solver.speed=1", "solver.max_kinetic_ratio=10",
-    "solver.max_contact_damping=10",
+    "solver.max_contact_damping=40",
 )  # fmt: skip
 
 
