@@ -81,12 +81,12 @@ def test_a_process_that_hangs_is_killed_at_the_limit_and_the_others_go_on(tmp_pa
     monkeypatch.setattr(child_module, "GRACE", 0.3)
     hanging, quick = trial(50.0, SLOW), trial(20.0)
     stopper = meanwhile(lambda: os.kill(process_in(tmp_path / "trials" / hanging.key), signal.SIGSTOP))
-    records = run(tmp_path, [hanging, quick], limit=2.0)
+    records = run(tmp_path, [hanging, quick], limit=8.0)
     stopper.join()
-    assert records[hanging.key].status == "timeout" and records[hanging.key].reason == "not done after 2 s"
+    assert records[hanging.key].status == "timeout" and records[hanging.key].reason == "not done after 8 s"
     assert records[quick.key].status == "refused"
     same, longer = Counting(), Counting()
-    run(tmp_path, [hanging, quick], limit=2.0, pool=same)
+    run(tmp_path, [hanging, quick], limit=8.0, pool=same)
     run(tmp_path, [hanging, quick], limit=60.0, pool=longer)
     assert same.asked == [] and longer.asked == [hanging.key]
 
