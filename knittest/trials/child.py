@@ -91,6 +91,10 @@ class Child:
                 _kill_group(self._process)
                 self._process.wait()
 
+    def close(self) -> None:
+        """Let go of what is left of a process that was ended."""
+        self._bury()
+
     def _attempt(self, task: Task, limit: float, heard: Heard | None) -> Record:
         start, key = clock.monotonic(), task.trial.key
         try:

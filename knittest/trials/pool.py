@@ -76,3 +76,5 @@ class LocalPool:
         for child in self.children:
             child.kill()
         self._watchers.shutdown()
+        for child in self.children:
+            child.close()

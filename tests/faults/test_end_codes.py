@@ -20,6 +20,7 @@ from knittest.config.loading import resolve
 from knittest.export.folder import RunFolder
 from knittest.export.lock import LOCK_NAME
 from knittest.resources import PACKAGE
+from knittest.trials.pool import LocalPool
 
 QUICK = (*MACRO, "--quiet", "--threads", "1")
 REFUSED = "comparison refused: kinetic energy over work 7 % is above 5 %"
@@ -194,3 +195,15 @@ def test_a_signal_in_a_callback_shows_no_traceback(tmp_path):
     )
     done = subprocess.run([sys.executable, "-c", work], capture_output=True, text=True, cwd=tmp_path)
     assert "Interrupted" not in done.stderr and "shown" in done.stderr, done
+
+
+def test_a_pool_leaves_no_file_open():
+    """Also of a process that nobody was waiting for: with warnings as errors, an open file is a traceback."""
+    pool = LocalPool(2, 1)
+    for child in pool.children:
+        child.begin()
+    errors, connections = ([getattr(c, name) for c in pool.children] for name in ("_errors", "_connection"))
+    pool.close()
+    assert all(stream.closed for stream in (*errors, *connections))
+    assert [child.pid for child in pool.children] == [None, None]
+    pool.close()
