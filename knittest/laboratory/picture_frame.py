@@ -95,22 +95,14 @@ class PictureFrame:
         return simulate(prepared.model, prepared.rig, run.solver, run.output, update, keeper)
 
     def results(self, run: PictureFrameRun, prepared: Prepared, history: History) -> dict[str, float]:
-        """Force at the angles; wrinkles at 40 deg and where they begin."""
-        side = run.rig.kernel("side")
+        """Force at the angles; where wrinkles begin, and what the fabric looks like at 40 deg if it gets there."""
         frames = first_loading(history)
-        amplitudes = [measure_wrinkles(f, history, side).amplitude for f in frames]
-        mapped = frame_at(history, MAPPED)
-        wrinkles = measure_wrinkles(mapped, history, side)
+        amplitudes = [measure_wrinkles(f, history, run.rig.kernel("side")).amplitude for f in frames]
         onset = _reached([f.coordinate for f in frames], amplitudes, ONSET * run.fabric.kernel("thickness"))
-        return (
-            forces_at(history, run.rig.max_angle)
-            | _material_at(history)
-            | {
-                "wrinkle_onset_deg": onset,
-                "wrinkle_amplitude_mm_at_40deg": wrinkles.amplitude,
-                "wrinkle_count_at_40deg": float(wrinkles.count),
-            }
-        )
+        found = forces_at(history, run.rig.max_angle)
+        if run.rig.max_angle >= MAPPED:
+            found |= _mapped(history, run.rig.kernel("side"))
+        return found | {"wrinkle_onset_deg": onset}
 
     def assess(self, run: PictureFrameRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
         """The gates of every run; of the motion only what is not the frame's own, whose inertia does no work."""
@@ -170,13 +162,16 @@ def material_angles(mesh: Mesh, frame: Frame) -> Array:
     return shell_angles(frame) if mesh.kind == "shells" else crossing_angles(mesh, frame)[0]
 
 
-def _material_at(history: History) -> dict[str, float]:
-    """Mean and sd of the material's shear angle at 40 deg of the frame."""
-    scatter = material_scatter(history)
-    if not scatter:
-        return {}
-    _, found = min(scatter, key=lambda row: abs(row[0] - MAPPED))
-    return {"material_shear_angle_deg_at_40deg": found.mean, "material_shear_angle_sd_deg_at_40deg": found.sd}
+def _mapped(history: History, side: float) -> dict[str, float]:
+    """Wrinkles, and mean and sd of the material's shear angle, at 40 deg of the frame."""
+    frame = frame_at(history, MAPPED)
+    wrinkles, scatter = measure_wrinkles(frame, history, side), angle_scatter(material_angles(history.mesh, frame))
+    return {
+        "material_shear_angle_deg_at_40deg": scatter.mean,
+        "material_shear_angle_sd_deg_at_40deg": scatter.sd,
+        "wrinkle_amplitude_mm_at_40deg": wrinkles.amplitude,
+        "wrinkle_count_at_40deg": float(wrinkles.count),
+    }
 
 
 def first_loading(history: History) -> list[Frame]:

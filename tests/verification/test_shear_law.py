@@ -213,3 +213,10 @@ def test_bad_shear_curves_are_refused(given, says):
 def test_bad_frames_are_refused(setting, says):
     with pytest.raises(InputError, match=says):
         prepare(frame(setting))
+
+
+def test_a_frame_that_stops_before_40_deg_says_nothing_of_40_deg():
+    """Its last state is no state at 40 deg, under whose name it stood."""
+    found = run_specimen(frame("rig.max_angle=12")).results
+    assert "shear_force_n_at_deg.10" in found and "wrinkle_onset_deg" in found
+    assert not [name for name in found if name.endswith("_at_40deg")]
