@@ -55,9 +55,10 @@ def comparison(folder: Path) -> list[str]:
         ]
         kind = "input" if found["reference_kind"] == "input" else "predicted"
         rating = found["rating"]
+        rated = f"{rating['overall']:.2f} ({rating['grade']})" if rating else "-"
         rows.append(
             f"| {name} | {frame} / {fabric} | {kind} | {' | '.join(cells)} "
-            f"| {found['rmse_pct_of_peak']:.1f} % | {rating['overall']:.2f} ({rating['grade']}) |"
+            f"| {found['rmse_pct_of_peak']:.1f} % | {rated} |"
         )
     return rows
 
