@@ -69,5 +69,6 @@ def _run_of(run: Path) -> tuple[Any, dict[str, Any], dict[str, Any]]:
     except (OSError, ValueError) as error:
         raise InputError(f"{run}: not a run folder with a curve: {error}") from None
     if manifest.get("status") != "completed" or manifest.get("exit_code"):
-        raise InputError(f"{run}: comparison refused: {manifest.get('message') or manifest.get('status')}")
+        reason = str(manifest.get("message") or manifest.get("status")).removeprefix("comparison refused: ")
+        raise InputError(f"{run}: comparison refused: {reason}")
     return resolve(config=run / "config.yaml"), {str(n): table[n].to_numpy(float) for n in table}, manifest

@@ -95,12 +95,15 @@ def _energies(run: LoadedRun) -> list[Block]:
 
 
 def _largest_force(run: LoadedRun) -> int | None:
-    """Row of the energies at the time of the largest force, ``None`` where it cannot be told."""
+    """Last row of the energies up to the time of the largest force, ``None`` where it cannot be told.
+
+    A row later the specimen may be torn.
+    """
     column = run.curve.get(run.report.axes.y) if run.report else None
     times, when = run.energies.get("time_ms"), run.curve.get("time_ms")
     if column is None or times is None or when is None or not np.isfinite(column).any():
         return None
-    return int(np.abs(times - when[np.nanargmax(column)]).argmin())
+    return max(int(np.searchsorted(times, when[np.nanargmax(column)], side="right")) - 1, 0)
 
 
 def _shown(value: Number) -> str:

@@ -18,6 +18,7 @@ from knittest.history import History, Overlaps, Quality
 from knittest.laboratory.judging import Span, assess, losses
 from knittest.laboratory.law_end import MARGIN, shell_areas, worst_of
 from knittest.measure import judged_rows
+from knittest.report_page.gates import _largest_force
 from knittest.run import _worst
 from knittest.simulation import SimulationCost
 
@@ -258,3 +259,12 @@ def test_no_setting_and_no_config_accepts_limits(tmp_path: Any) -> None:
     path.write_text("accept_limits: true\nsolver: {max_kinetic_ratio: 50}\n")
     run = resolve(config=path, variant="1", scale="macro", direction="warp")
     assert not run.accept_limits and limits_judged(run, judged(history(), run)).failures
+
+
+def test_energies_at_the_largest_force_are_of_the_row_before_the_break():
+    """The largest force falls between two rows, nearer to the second, in which the strip is torn."""
+    axes = SimpleNamespace(y="force_n")
+    curve = {"time_ms": np.array([0.0, 0.9, 1.0]), "force_n": np.array([0.0, 90.0, 5.0])}
+    times = {"time_ms": np.array([0.0, 0.5, 1.0])}
+    run: Any = SimpleNamespace(curve=curve, report=SimpleNamespace(axes=axes), energies=times)
+    assert _largest_force(run) == 1
