@@ -150,6 +150,8 @@ def _unrated(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> str:
     """
     if reference.kind in UNRATED:
         return UNRATED[reference.kind]
+    if reference.doubt:
+        return reference.doubt
     curves = {"simulated": (x, y), "reference": (reference.x, reference.mean)}
     ends = {name: a[-1] if reference.x_name == ANGLE else a[int(np.argmax(b))] for name, (a, b) in curves.items()}
     common = min(ends.values()) - max(x[0], reference.x[0])

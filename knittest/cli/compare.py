@@ -15,6 +15,9 @@ import click
     help="CSV with a header: strain_pct,force_n, or a laboratory's 'Dehnung [%];Kraft [kN]' with decimal comma; of a "
     "picture frame shear_angle_deg and force_n or normalised_shear_force_n_per_mm. Also a file of the shipped data.",
 )
+@click.option(
+    "--direction", type=click.Choice(["warp", "weft"]), help="Direction of the tested strip, where the CSV has none."
+)
 @click.option("--width", "strip_width_mm", type=float, help="Width of the tested strip [mm], where the CSV has none.")
 @click.option("--gauge-length", "gauge_length_mm", type=float, help="Distance of its clamps [mm].")
 @click.option("--frame-side", "frame_side_mm", type=float, help="Side of the tested frame, hinge to hinge [mm].")
@@ -23,15 +26,16 @@ import click
 @click.option(
     "--out", type=click.Path(path_type=Path), help="Picture of both curves (PNG).  [default: compare.png in the run]"
 )
-def compare(run: Path, against: Path, out: Path | None, **sizes: float | None) -> int:
+def compare(run: Path, against: Path, out: Path | None, direction: str | None, **sizes: float | None) -> int:
     """Compare the curve of a run folder with a curve of your own; prints JSON, says it in a line, draws both.
 
     The curve has a row of names and one of numbers a point, strain or shear angle rising; lines such as
     "# strip_width_mm: 100" and "# direction: weft" may stand above it, as data import writes them (corridor.csv). A
     strip of another width is compared by its force per width, a frame of another side by the normalised force; another
-    test or direction is refused.
+    test or direction is refused. Nothing is rated against data that the shells were given, nor against a strip of
+    unknown direction.
 
-    Example: knittest compare runs/tensile-.../warp --against mean.csv --width 50
+    Example: knittest compare runs/tensile-.../warp --against mean.csv --width 50 --direction warp
     """
     import json
 
@@ -41,7 +45,7 @@ def compare(run: Path, against: Path, out: Path | None, **sizes: float | None) -
     from knittest.terminal_results import curve_line
 
     given, columns, manifest = _run_of(run)
-    (reference,) = own_curves(given, [against], Conditions(**sizes))  # type: ignore[arg-type]
+    (reference,) = own_curves(given, [against], Conditions(direction=direction or "", **sizes))  # type: ignore[arg-type]
     found, picture = compare_columns(columns, reference), out or run / "compare.png"
     draw_against(given, columns, reference, picture, identity_of(given, run, manifest))
     click.echo(json.dumps(found | {"picture": str(picture)}, indent=2))

@@ -29,7 +29,8 @@ class ReferenceCurve:
     """Curve ``mean`` over ``x``, (n,) each, with its scatter ``sd`` if known; names hold the units.
 
     ``stated_peak`` is the mean of the specimens' own peaks (x, y), where the mean curve ends before it; ``note`` says
-    what was taken for granted, or how it was scaled; ``conditions`` are those of the test, ``file`` where it was read.
+    what was taken for granted, or how it was scaled; ``conditions`` are those of the test, ``file`` where it was read;
+    ``doubt`` is why nothing is rated against it.
     """
 
     kind: Kind
@@ -43,6 +44,7 @@ class ReferenceCurve:
     note: str = ""
     conditions: Conditions = UNKNOWN
     file: str = ""
+    doubt: str = ""
 
     @property
     def peak(self) -> tuple[float, float]:

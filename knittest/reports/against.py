@@ -16,16 +16,16 @@ from knittest.experiment.forces import noted
 from knittest.export.line_picture import Band, Line, line_picture
 from knittest.export.stamp import stamped
 from knittest.reports.base import title_of
+from knittest.reports.given_data import given_as
 from knittest.reports.registry import REPORTS
 from knittest.reports.run_stamp import run_stamp
-from knittest.resources import data_dir
 
 #: characters of a line in the legend
 LEGEND = 105
 
 
 def own_curves(run: Run, paths: Sequence[Path], given: Conditions = UNKNOWN) -> list[ReferenceCurve]:
-    """Curves in ``paths`` for the size of ``run``; one that the shells are fed with, or of its strips, is an input.
+    """Curves in ``paths`` for the size of ``run``; data that its shells were given are an input.
 
     ``given`` are conditions that the files may leave open. Raises :class:`InputError` for a curve of another test,
     direction or quantity, or of a specimen whose size is not known.
@@ -38,24 +38,10 @@ def _own_curve(run: Run, path: Path, given: Conditions) -> ReferenceCurve:
     names = (report.axes.x, report.axes.y, *report.axes.others)
     curve = load_curve(path, given)
     column_of(names, curve.x_name, curve)
-    curve = _fed(run, path, report.matched(run, curve))
+    known = given_as(run, path, curve)
+    curve = report.matched(run, curve)
     columns_of(names, curve)
-    return curve
-
-
-def _fed(run: Run, path: Path, curve: ReferenceCurve) -> ReferenceCurve:
-    """``curve`` as an input where the shells are given it, or another one of the same source."""
-    if run.model.scale != "macro":
-        return curve
-    macro = run.fabric.macro
-    files = [data_dir() / name for name in (*macro.tension.values(), macro.shear.curve) if name]
-    files = [file for file in files if file.is_file()]
-    if path.resolve() in [file.resolve() for file in files]:
-        return replace(curve, kind="input")
-    stated = curve.source if curve.source != path.name else ""
-    if stated and stated in [load_curve(file).source for file in files]:
-        return noted(replace(curve, kind="input"), "the shells were given a curve of the same source")
-    return curve
+    return noted(replace(curve, kind="input"), known) if known else curve
 
 
 def draw_against(run: Run, columns: Mapping[str, np.ndarray], curve: ReferenceCurve, path: Path, identity: str) -> None:

@@ -1,7 +1,7 @@
 """What the reports share."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -149,7 +149,8 @@ def same_test(run: Run, curve: ReferenceCurve) -> ReferenceCurve:
             + f" (by its header, else its name); the run is {' '.join(filter(None, own))}: not the same test"
         )
     if own[1] and not stated.direction:
-        return noted(curve, f"the file states no direction: taken as {own[1]}")
+        taken = f"the file states no direction: taken as {own[1]}"
+        return noted(replace(curve, doubt=f"{taken}; add '# direction: {own[1]}' to its head if it is"), taken)
     return curve
 
 

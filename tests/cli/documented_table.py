@@ -109,7 +109,7 @@ COMMANDS: dict[str, Do] = {
         given={"new my-fabric": "new tested", "data/my-fabric": "data/mine"}
     ),
     "knittest compare RUN --against FILE": Do(given={"RUN": "runs/shells/weft", "FILE": "example.csv"}),
-    "knittest compare runs/tensile-.../warp --against mean.csv --width 50": Do(given=STRIPS),
+    "knittest compare runs/tensile-.../warp --against mean.csv --width 50 --direction warp": Do(given=STRIPS),
     # pages and going on
     "knittest resume runs/tensile-...": Do(given=STRIPS),
     "knittest tensile --resume runs/tensile-...": Do(given=STRIPS),

@@ -229,7 +229,7 @@ def test_what_the_shells_were_made_of_is_an_input(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     head = "# kind: measured\n# source: mine, 5 strips of 50 mm, warp\n# strip_width_mm: 50\n"
     tension, corridor = (curve_file(tmp_path / "warp" / f"{name}.csv", head) for name in ("tension", "corridor"))
-    other = curve_file(tmp_path / "other.csv", head.replace("5 strips", "3 strips"))
+    other = curve_file(tmp_path / "other.csv", head.replace("5 strips", "3 strips"), 1.02)
     sets = [f"fabric.macro.tension={{warp: {tension}, weft: pham2019/curves/tensile-v1-weft.csv}}"]
     run = resolve(variant="1", scale="macro", test="tensile", direction="warp", sets=sets)
     assert [c.kind for c in own_curves(run, [tension, corridor, other])] == ["input", "input", "measured"]

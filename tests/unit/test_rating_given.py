@@ -108,7 +108,7 @@ def own_file(path: Path, factor: float, head: str = "") -> Path:
 
 def test_compare_scales_says_so_and_draws(strip, tmp_path):
     """A strip of 100 mm carries twice the force."""
-    mine, picture = own_file(tmp_path / "mine.csv", 2.0), tmp_path / "both.png"
+    mine, picture = own_file(tmp_path / "mine.csv", 2.0, "# direction: warp\n"), tmp_path / "both.png"
     result = CliRunner().invoke(
         cli, ["compare", str(strip), "--against", str(mine), "--width", "100", "--out", str(picture)]
     )
