@@ -21,8 +21,8 @@ ROW_NAMES = {
     "thickness_mm": "thickness",
     "area_mass_g_m2": "area mass",
 }
-#: the same row by another name
-OTHER_NAMES = {"overhang_mm": "overhang"}
+#: the same row by another name: Eq. 2 makes one of the other
+OTHER_NAMES = {"overhang_mm": "overhang", "bending_stiffness_mncm2": "overhang"}
 #: experiment whose friction is the rig's default
 DEFAULT_FRICTION_OF = "pham2019"
 

@@ -82,12 +82,18 @@ def check_area_mass(fabric: "Fabric") -> None:
     if (yarns := yarn_area_mass(fabric)) is None:
         return
     low, high = (share * yarns for share in AREA_MASS)
-    if not low <= fabric.area_mass.value <= high:
+    if not makes_mass(fabric, fabric.area_mass.value):
         raise BoundsError(
             f"implausible: densities, linear densities and loops make {yarns:.4g} g/m2, expected {low:.4g} to "
             f"{high:.4g} g/m2; correct it or them (shells alone need no loop_length, reinforcing, knitting, contact)",
             "area_mass",
         )
+
+
+def makes_mass(fabric: "Fabric", area_mass: float) -> bool:
+    """Tell whether the yarns of ``fabric``, if it has any, can make an area mass [g/m2]."""
+    yarns = yarn_area_mass(fabric)
+    return yarns is None or AREA_MASS[0] * yarns <= area_mass <= AREA_MASS[1] * yarns
 
 
 def yarn_area_mass(fabric: "Fabric") -> float | None:

@@ -5,7 +5,8 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from knittest.config.fabric import Fabric
+from knittest.config.agreement import makes_mass
+from knittest.config.fabric import YARN_LEVEL, Fabric
 from knittest.config.layers import Layers
 from knittest.config.messages import input_error
 from knittest.config.paths import settle_data_paths
@@ -34,6 +35,8 @@ def starting_text(name: str, like: Fabric, folder: Path | None = None) -> str:
         f"Started from {folder / FABRIC}: of the imported tests are",
         *(f"  {dotted(path)}" for path in _stated(document.data)),
     ]
+    if fabric.reinforcing is None:
+        own.append(f"Yarns of {like.name} cannot make this area mass and are left out: --scale meso needs others.")
     return fabric_template(fabric, like.name, own)
 
 
@@ -51,7 +54,9 @@ def _part(folder: Path) -> Document:
 
 
 def _laid_over(start: Fabric, document: Document) -> Fabric:
-    """``start`` with what ``document`` states, each number with its own source."""
+    """``start`` with what ``document`` states, each number with its own source; without yarns that cannot make the area
+    mass it states.
+    """
     layers = Layers()
     layers.lay(start.model_dump(mode="json"), lambda path: f"{start.name}, as started", ("fabric",))
     law = Layers(document.data).get(("macro", "shear"))
@@ -60,6 +65,9 @@ def _laid_over(start: Fabric, document: Document) -> Fabric:
             {key: _empty(key) for key in LAWS if key not in law}, lambda path: "defaults", ("fabric", "macro", "shear")
         )
     stated = {key: value for key, value in document.data.items() if key != "name"}
+    mass = Layers(stated).get(("area_mass", "value"))
+    if isinstance(mass, int | float) and not makes_mass(start, mass):
+        layers.lay(dict.fromkeys(YARN_LEVEL), lambda path: f"{start.name}, as started", ("fabric",))
     layers.lay(stated, lambda path: document.where(path[1:]), ("fabric",))
     try:
         run = TensileRun.model_validate({"fabric": layers.data["fabric"], "model": {"scale": "macro"}})

@@ -17,6 +17,7 @@ from knittest.experiment.lab_checks import common, digest, refuse_apart
 from knittest.experiment.lab_conditions import AREA_MASS, PLANE_ANGLE, WIDTH, Condition, agreed, needed, stated
 from knittest.experiment.lab_direction import Said, refuse_other, said_by
 from knittest.experiment.lab_fabric import finish
+from knittest.experiment.lab_folder import DIRECTIONS, folder_name, read_statistics
 from knittest.experiment.lab_given import Given
 from knittest.experiment.lab_lines import table_lines
 from knittest.experiment.lab_numbers import NUMBER
@@ -171,6 +172,18 @@ def write_cantilever(
     """Write ``cantilever-<direction>.csv`` and its statistics into the experiment ``out``; returns its variant."""
     if not trusted:
         refuse_other([s.said for s in strips], direction)
-    write_results(out, cantilever_results(strips, direction, files))
+    results = cantilever_results(strips, direction, files)
+    _refuse_other_mass(out, direction, results)
+    write_results(out, results)
     finish(out)
     return out.resolve().name
+
+
+def _refuse_other_mass(out: Path, direction: str, results: Results) -> None:
+    """Raise :class:`InputError` where the strips across were imported with another area mass: a fabric has one."""
+    (own,) = (value for what, value in results.conditions if what is AREA_MASS)
+    for other in DIRECTIONS:
+        name = folder_name("cantilever", other)
+        test = read_statistics(out).get(name) if other != direction else None
+        if test is not None:
+            common(AREA_MASS, [test["conditions"][AREA_MASS.key], own], [out / name, ", ".join(results.files)])

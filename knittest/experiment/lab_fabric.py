@@ -38,7 +38,8 @@ def fabric_part(out: Path) -> dict[str, Any]:
             macro.setdefault("bending_stiffness", {})[direction] = _stiffness(tests[f"cantilever-{direction}"])
     if FRAME in tests:
         macro["shear"] = _shear(tests[FRAME], (place / FRAME / SHEAR).as_posix())
-    return {"macro": macro, "experiment": place.as_posix(), "experiment_variant": out.resolve().name}
+    own = {"macro": macro, "experiment": place.as_posix(), "experiment_variant": out.resolve().name}
+    return _area_mass(tests, place) | own
 
 
 def finish(out: Path) -> None:
@@ -46,6 +47,15 @@ def finish(out: Path) -> None:
     if not (out / SOURCE_FILE).exists():
         write_atomic(out / SOURCE_FILE, SOURCE)
     write_atomic(out / FABRIC, HEAD + "\n".join(_lines(fabric_part(out), 0)) + "\n")
+
+
+def _area_mass(tests: dict[str, dict[str, Any]], place: Path) -> dict[str, Any]:
+    """The area mass that came with the overhangs, which also made their bending stiffness."""
+    bent = {name: t["conditions"][AREA_MASS.key] for name, t in tests.items() if name.startswith("cantilever-")}
+    if not bent:
+        return {}
+    mean = {"mean": sum(bent.values()) / len(bent), "sd": None}
+    return {"area_mass": quantity(mean, "measured", f"stated with {place.as_posix()}: {', '.join(bent)}")}
 
 
 def _fracture_strain(test: dict[str, Any]) -> dict[str, Any]:

@@ -38,7 +38,7 @@ DRIFT_TOLERANCE = 0.5
 class Cantilever:
     """See :class:`knittest.laboratory.base.Test`."""
 
-    quantities = ("overhang_mm",)
+    quantities = ("overhang_mm", "bending_stiffness_mncm2")
     ends_at_failure = False
 
     def prepare(self, run: CantileverRun, specimen: int = 0, phase: Phase | None = None) -> Prepared:

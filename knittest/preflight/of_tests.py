@@ -32,7 +32,10 @@ def test_counterparts(fabric: Fabric) -> Iterator[Counterpart]:
     """Densities, loops, mass, thickness, fracture strains, curves and bending beside the fabric's own experiment."""
     for field, (names, unit) in PLAIN.items():
         quantity = getattr(fabric, field)
-        if quantity is not None and (row := _row(fabric, field.partition("_")[0], *names)):
+        # an area mass may stand with the overhangs of either direction
+        directions = DIRECTIONS if field == "area_mass" else (field.partition("_")[0],)
+        found = {row.file: row for d in directions if quantity is not None and (row := _row(fabric, d, *names))}
+        for row in found.values():
             yield of_quantity(field.replace("_", " "), field, unit, quantity, row.mean, _cited(row), SAME)
     for direction in DIRECTIONS:
         yield _fracture_strain(fabric, direction)

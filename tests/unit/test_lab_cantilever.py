@@ -1,9 +1,14 @@
 """Import of overhang lengths: stiffness by Eq. 2 against the numbers of the paper, units, angles and readings."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import yaml
 
+from knittest.cli.main import run
+from knittest.config.fabric import YARN_LEVEL
+from knittest.config.loading import resolve
 from knittest.errors import InputError
 from knittest.experiment.lab_cantilever import (
     STANDARD_ANGLE,
@@ -15,7 +20,11 @@ from knittest.experiment.lab_cantilever import (
 )
 from knittest.experiment.lab_given import Given
 from knittest.experiment.tables import published
+from knittest.laboratory.cantilever import given_overhang, strip_stiffness
 from knittest.laboratory.heavy_elastica import chord_angle
+from knittest.preflight.of_tests import test_counterparts as of_tests
+from knittest.row_kind import row_kind
+from knittest.run import references_of
 
 V1 = Given(sizes={"area_mass_g_m2": 824.2, "strip_width_mm": 50.0})
 
@@ -119,3 +128,59 @@ def test_the_table_and_the_part_of_the_fabric(tmp_path):
     stated = read_overhangs(table(tmp_path, "overhang [mm]\n171\n165\n", "weft.csv"), V1)
     with pytest.raises(InputError, match=r"weft\.csv: its name says weft, --direction says warp"):
         write_cantilever(stated, out, "warp", ["weft.csv"])
+
+
+def test_the_area_mass_of_the_overhangs_is_the_fabrics(tmp_path, monkeypatch):
+    """A strip of 700 g/m2 and its own B meets the plane at its own overhang, not with another fabric's mass."""
+    monkeypatch.chdir(tmp_path)
+    out = Path("data/mine")
+    heavy = Given(sizes={"area_mass_g_m2": 700.0, "strip_width_mm": 50.0})
+    write_cantilever(read_overhangs(table(tmp_path, "overhang [mm]\n171\n165\n"), heavy), out, "warp", ["a.csv"])
+    part = yaml.safe_load((out / "fabric.yaml").read_text())
+    assert part["area_mass"] == {
+        "value": 700.0, "source": "measured", "ref": "stated with mine: cantilever-warp"
+    }  # fmt: skip
+    assert run(["new", "mine", "--from", "data/mine"]) == 0
+    asked = {"test": "cantilever", "scale": "macro", "variant": "mine", "direction": "warp"}
+    found = resolve(**asked)
+    overhang, mass = given_overhang(found), found.fabric.kernel("area_mass")
+    assert mass == pytest.approx(700e-6)
+    stiffness = found.fabric.macro.kernel("bending_stiffness", "warp")
+    assert chord_angle(overhang, mass * 9.81e-3, stiffness) == pytest.approx(STANDARD_ANGLE, abs=0.1)
+    rows = {row.quantity: row for row in references_of(found, ()).rows}
+    own = strip_stiffness(found, overhang) * 10.0
+    assert rows["bending_stiffness_mncm2"].mean == pytest.approx(own, rel=0.01)
+    assert row_kind(found, "bending_stiffness_mncm2") == "input"
+
+
+def test_overhangs_of_two_masses_are_not_one_fabric(tmp_path):
+    out = tmp_path / "mine"
+    for mass, direction in ((700.0, "warp"), (720.0, "weft")):
+        given = Given(sizes={"area_mass_g_m2": mass})
+        path = table(tmp_path, f"overhang [mm]\n{mass - 540}\n165\n", f"{direction}.csv")
+        write_cantilever(read_overhangs(path, given), out, direction, [path.name])
+    assert yaml.safe_load((out / "fabric.yaml").read_text())["area_mass"]["value"] == 710.0
+    other = read_overhangs(table(tmp_path, "overhang [mm]\n150\n165\n"), Given(sizes={"area_mass_g_m2": 900.0}))
+    with pytest.raises(InputError, match=r"a\.csv: .*area mass of 900 g/m2, .*cantilever-warp has 700"):
+        write_cantilever(other, out, "weft", ["a.csv"])
+
+
+def test_a_mass_that_no_assumed_yarns_make_starts_a_fabric_of_shells(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    light = Given(sizes={"area_mass_g_m2": 250.0})
+    write_cantilever(read_overhangs(table(tmp_path, "overhang [mm]\n90\n95\n"), light), Path("data/mine"), "warp", [])
+    assert run(["new", "mine", "--from", "data/mine"]) == 0
+    fabric = resolve(scale="macro", variant="mine").fabric
+    assert fabric.area_mass.value == 250.0 and all(getattr(fabric, name) is None for name in YARN_LEVEL)
+    assert "Yarns of pham2019-v1 cannot make this area mass" in Path("configs/mine.yaml").read_text()
+
+
+def test_check_shows_the_imported_mass_beside_another_one(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    heavy = Given(sizes={"area_mass_g_m2": 700.0})
+    write_cantilever(read_overhangs(table(tmp_path, "overhang [mm]\n171\n165\n"), heavy), Path("data/mine"), "weft", [])
+    assert run(["new", "mine", "--from", "data/mine"]) == 0
+    for stated, verdict in ((700, "agrees"), (824.2, "differs")):
+        fabric = resolve(scale="macro", variant="mine", sets=[f"fabric.area_mass={stated}"]).fabric
+        (row,) = [r for r in of_tests(fabric) if r.field == "area_mass"]
+        assert (row.verdict, row.found, row.stated) == (verdict, 700.0, stated) and "mine, 2 strips" in row.origin

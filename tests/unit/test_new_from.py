@@ -101,7 +101,7 @@ def test_a_shear_law_of_its_own_replaces_the_other_whole(imported):
         ('"mine"\n', '"other"\n', "no such folder"),
         (PART, "[1, 2]\n", "fabric.yaml:1"),
         (PART, "", "fabric.yaml:1"),
-        (PART, "area_mass: {value: 100, source: measured, ref: x}\n", "fabric.yaml:1: fabric.area_mass = 100: implaus"),
+        (PART, "area_mass: {value: 10, source: measured, ref: x}\n", "fabric.yaml:1: fabric.area_mass = 10: implaus"),
     ],
 )  # fmt: skip
 def test_a_part_that_is_none_is_refused_with_its_line(imported, capsys, old, new, phrase):
