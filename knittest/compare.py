@@ -1,7 +1,7 @@
 """Metrics of a simulated curve against a reference; knows nothing of models."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -37,14 +37,15 @@ DIGITS = 4
 
 
 def compare_results(
-    results: Mapping[str, float], rows: Sequence[PublishedValue], kinds: Mapping[str, str]
+    results: Mapping[str, float], rows: Sequence[PublishedValue], kinds: Mapping[str, str], given: Collection[str] = ()
 ) -> list[dict[str, Any]]:
     """One row a published value that the run has a result for: deviation in percent and in the experiment's standard
     deviations, NaN where it states none.
 
-    ``kinds`` says of each quantity whether the simulated number was predicted, tuned on this row, or input.
+    ``kinds`` says of each quantity whether the simulated number was predicted, tuned on this row, or input. Quantities
+    that the run was ``given`` as such have no deviation.
     """
-    return [
+    found = [
         {
             "quantity": row.quantity,
             "simulated": results[row.quantity],
@@ -59,6 +60,8 @@ def compare_results(
         for row in rows
         if row.quantity in results
     ]
+    unjudged = {"deviation_sd": math.nan, "deviation_pct": math.nan, "given": True}
+    return [row | unjudged if row["quantity"] in given else row for row in found]
 
 
 def compare_columns(columns: Mapping[str, np.ndarray], reference: ReferenceCurve) -> dict[str, Any]:

@@ -86,6 +86,8 @@ ON_ASSUMED = "on {} assumed input{}"
 UNRESOLVED = "unresolved: the numerical error crosses 1 sd"
 #: verdict where the experiment states no scatter, as of one specimen
 UNSCATTERED = "sd not stated"
+#: verdict on a number that the run was given as such
+GIVEN = "given"
 #: specimens of an ensemble up to which each is shown beside the mean
 SIDE_BY_SIDE = 2
 
@@ -191,13 +193,23 @@ def _judged(
         return "-", "-", "-", "no reference"
     mean, deviation = _number(row["experiment_mean"], form), row["deviation_sd"]
     scaled = f" ({row['scaled']})" if row.get("scaled") else ""
+    if row.get("given"):
+        return _experiment(row, form, plus_minus) + scaled, "-", row["kind"], GIVEN
     if deviation is None or not math.isfinite(deviation):
         percent = _percent(row.get("simulated"), row["experiment_mean"], error, plus_minus)
         return mean + scaled, percent or "-", row["kind"], UNSCATTERED if percent else "not comparable"
-    experiment = f"{mean} {plus_minus} {_number(row['experiment_sd'], form)}{scaled}"
     share = 0.0 if error is None else error / row["experiment_sd"]
     told = "" if error is None else f" {plus_minus} {error_text(share, '{:.2f}')}"
-    return experiment, f"{deviation:+.2f}{told} sd", row["kind"], verdict_of(deviation, share)
+    # what the model was given says nothing of the model, wherever its error reaches
+    verdict = verdict_of(deviation, 0.0 if row["kind"] == "input" else share)
+    return _experiment(row, form, plus_minus) + scaled, f"{deviation:+.2f}{told} sd", row["kind"], verdict
+
+
+def _experiment(row: Mapping[str, Any], form: str, plus_minus: str) -> str:
+    """Mean and sd of the experiment; the mean alone where no sd is stated."""
+    sd = row.get("experiment_sd")
+    scatter = f" {plus_minus} {_number(sd, form)}" if sd and math.isfinite(sd) else ""
+    return _number(row["experiment_mean"], form) + scatter
 
 
 def verdict_of(deviation: float, error: float = 0.0) -> str:

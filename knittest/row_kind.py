@@ -33,14 +33,22 @@ def row_kind(run: Run, quantity: str) -> RowKind:
     ``tuned``: a number of the fabric was fitted to the row, or chosen with it in view. ``input``: the model was given
     the row and returns it, as shells return their curves, and faces their friction. ``assumed``: what it was given, or
     every number that decides the row, is assumed or another fabric's. Bending follows from the overhang by Eq. 2: an
-    overhang that is found again is tuned, one that is given an input.
+    overhang that is found again is tuned, one that is given an input, whatever else is assumed.
     """
+    if quantity in given_results(run):
+        return "input"
     if _names_row(run.fabric, run.model.scale, run.direction, quantity):
         return "tuned"
     guessed = assumed_inputs(run)
     if is_fed(run):
         return "assumed" if guessed else _fed_kind(run)
     return "assumed" if len(guessed) == len(deciding(run)) else "predicted"
+
+
+def given_results(run: Run) -> tuple[str, ...]:
+    """Results of ``run`` that were given to it as such: nothing computes them."""
+    given = isinstance(run.rig, CantileverRig) and run.rig.mode == "angle"
+    return ("overhang_mm",) if given else ()
 
 
 def cell_row_kind(fabric: Fabric, quantity: str) -> RowKind:

@@ -29,7 +29,7 @@ from knittest.reports.base import References
 from knittest.reports.registry import REPORTS
 from knittest.reports.run_stamp import run_stamp
 from knittest.resources import data_dir
-from knittest.row_kind import assumed_inputs, row_kind
+from knittest.row_kind import assumed_inputs, given_results, row_kind
 from knittest.specimen import Specimen, run_specimen
 from knittest.specimen_store import specimen_of, specimen_state
 from knittest.terminal import Progress
@@ -134,7 +134,8 @@ def _judge(
     means = {k: v["mean"] for k, v in ensemble_results(results).items()}
     kinds = {row.quantity: row_kind(run, row.quantity) for row in references.rows}
     guessed = list(assumed_inputs(run)) if references.rows else []
-    compared = [row | {"assumed": guessed} for row in compare_results(means, references.rows, kinds)]
+    rows = compare_results(means, references.rows, kinds, given_results(run))
+    compared = [row | {"assumed": guessed} for row in rows]
     comparison: dict[str, Any] = {"refused": list(quality.failures), "rows": [], "curves": []}
     if not quality.failures:
         comparison["rows"] = compared

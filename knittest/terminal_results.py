@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TextIO
 from knittest.error_notes import error_notes
 from knittest.export.jsonfile import json_text
 from knittest.history import Quality
-from knittest.result_rows import KINDS, UNRESOLVED, UNSCATTERED, result_rows
+from knittest.result_rows import GIVEN, KINDS, UNRESOLVED, UNSCATTERED, result_rows
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -19,7 +19,13 @@ if TYPE_CHECKING:
 HEADER = ("direction", "quantity", "simulated", "experiment", "deviation", "kind", "verdict")
 _NUMBERS = (2, 3, 4)  # columns aligned to the right
 #: colours of verdicts; of any other red
-STYLES = {"within 1 sd": "green", "no reference": "yellow", UNRESOLVED: "yellow", UNSCATTERED: "yellow"}
+STYLES = {
+    "within 1 sd": "green",
+    "no reference": "yellow",
+    UNRESOLVED: "yellow",
+    UNSCATTERED: "yellow",
+    GIVEN: "yellow",
+}
 #: results that only summary.json shows
 _LEFT_OUT = ("force_per_yarn_n", "peak_force_n_per_mm")
 

@@ -21,7 +21,8 @@ class ComparisonRow(TypedDict):
     (simulated - mean) / sd, NaN where no sd is stated, ``deviation_pct`` the same difference in percent of the mean;
     ``kind`` says whether the simulated number is a prediction, was tuned on this row, only reproduces its input, or is
     assumed; ``assumed`` are the fields that decide it and that nobody vouches for; ``scaled``
-    says for which size the experiment was scaled, if it was.
+    says for which size the experiment was scaled, if it was; a ``given`` number was the run's own setting and has no
+    deviation.
     """
 
     quantity: str
@@ -34,6 +35,7 @@ class ComparisonRow(TypedDict):
     source: str
     assumed: NotRequired[list[str]]
     scaled: NotRequired[str]
+    given: NotRequired[bool]
 
 
 class Spread(TypedDict):

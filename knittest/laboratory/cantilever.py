@@ -33,6 +33,8 @@ ANGLE_TOLERANCE, MOST_TRIALS = {"macro": 0.05, "meso": 0.25}, 8
 MOMENT_TOLERANCE = 0.01
 #: largest move of the chord angle [deg] by the last turn of the sections of a strip of yarns
 DRIFT_TOLERANCE = 0.5
+#: chords [deg] between which the heavy elastica gives an overhang at another
+FLATTEST, STEEPEST = 1.0, 85.0
 
 
 class Cantilever:
@@ -82,7 +84,7 @@ class Cantilever:
         return {
             "chord_angle_deg": last["chord_angle_deg"],
             "overhang_mm": overhang,
-            "bending_stiffness_mncm2": strip_stiffness(run, overhang) * 10.0,
+            "bending_stiffness_mncm2": strip_stiffness(run, overhang, last["chord_angle_deg"]) * 10.0,
             "bending_stiffness_n_mm_per_width": last["root_moment_nmm"]
             / last["root_curvature_per_mm"]
             / prepared.facts["width_mm"],
@@ -130,13 +132,16 @@ def given_overhang(run: CantileverRun) -> float:
     raise InputError("rig.overhang: missing, and the fabric names no experiment with a measured overhang; set it in mm")
 
 
-def strip_stiffness(run: CantileverRun, overhang: float) -> float:
+def strip_stiffness(run: CantileverRun, overhang: float, chord: float) -> float:
     """B = w (L / 2)^3 of the strip [N mm^2] (Eq. 2): 1 N mm^2 is 10 mN cm^2.
 
-    Eq. 2 holds at 41.5 deg: an ``overhang`` [mm] that was looked for at another plane counts as it would be there.
+    Eq. 2 holds at 41.5 deg: an ``overhang`` [mm] that was looked for at another plane, or given and found at rest at
+    another ``chord`` [deg], counts as it would be there; NaN for a chord that is hardly bent or hangs down.
     """
-    if run.rig.mode == "overhang":
-        overhang = overhang * overhang_ratio(STANDARD_ANGLE, run.rig.plane_angle)
+    angle = run.rig.plane_angle if run.rig.mode == "overhang" else chord
+    if not FLATTEST <= angle <= STEEPEST:
+        return float("nan")
+    overhang = overhang * overhang_ratio(STANDARD_ANGLE, angle)
     weight = run.fabric.kernel("area_mass") * run.rig.kernel("gravity") * run.rig.kernel("width")
     return weight * (0.5 * overhang) ** 3
 
@@ -149,7 +154,12 @@ def at_the_plane(run: Run, results: Mapping[str, float | None]) -> dict[str, flo
     """
     found = dict(results)
     angle, rig = found.get("chord_angle_deg"), run.rig
-    if not isinstance(rig, CantileverRig) or rig.mode != "overhang" or angle is None or not 1.0 <= angle <= 85.0:
+    if (
+        not isinstance(rig, CantileverRig)
+        or rig.mode != "overhang"
+        or angle is None
+        or not FLATTEST <= angle <= STEEPEST
+    ):
         return found
     ratio = overhang_ratio(rig.plane_angle, angle)
     for name, power in (("overhang_mm", 1), ("bending_stiffness_mncm2", 3)):
@@ -162,7 +172,7 @@ def _next_overhang(rests: list[Rest], angle: float) -> float:
     """Secant in the overhang; from the first trial by the heavy elastica of the same stiffness, w L^3 / B."""
     last = rests[-1]
     if len(rests) == 1:
-        found = min(max(last.angle, 1.0), 85.0)  # between the loads that it is known for
+        found = min(max(last.angle, FLATTEST), STEEPEST)  # between the loads that it is known for
         return last.overhang * overhang_ratio(angle, found)
     before = rests[-2]
     slope = (last.angle - before.angle) / (last.overhang - before.overhang)

@@ -45,6 +45,7 @@ class ComparedRow(BaseModel):
     source: str = ""
     scaled: str = ""
     assumed: list[str] = []
+    given: bool = False
 
 
 class LooserLimit(BaseModel):

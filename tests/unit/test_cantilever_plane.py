@@ -1,5 +1,6 @@
 """The overhang that a cantilever looks for: its error by a chord that misses the plane, and planes not at 41.5 deg."""
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -90,7 +91,25 @@ def test_eq_2_is_that_of_the_strip_at_any_plane(plane: float) -> None:
     """Eq. 2 holds at 41.5 deg alone: taken at 30 deg as it is, it is 0.6 of the stiffness."""
     run = cantilever("rig.mode=overhang", f"rig.plane_angle={plane}")
     weight = run.fabric.kernel("area_mass") * run.rig.kernel("gravity") * run.rig.kernel("width")
-    assert strip_stiffness(run, overhang_at(plane, 250.0, weight)) == pytest.approx(250.0, rel=1e-3)
+    assert strip_stiffness(run, overhang_at(plane, 250.0, weight), plane) == pytest.approx(250.0, rel=1e-3)
+
+
+@pytest.mark.parametrize("chord", [30.0, 41.5, 60.0])
+def test_eq_2_of_a_given_overhang_is_by_the_chord_that_was_found(chord: float) -> None:
+    """The overhang is an input and the chord what the run finds: a strip twice as stiff gives twice the stiffness."""
+    run = cantilever()
+    weight = run.fabric.kernel("area_mass") * run.rig.kernel("gravity") * run.rig.kernel("width")
+    assert run.rig.mode == "angle"
+    assert strip_stiffness(run, overhang_at(chord, 250.0, weight), chord) == pytest.approx(250.0, rel=1e-3)
+    given = 171.0
+    stiff, soft = (weight * given**3 * stiffness_of(angle, 1.0, 1.0) for angle in (20.0, 45.0))
+    found = [strip_stiffness(run, given, angle) for angle in (20.0, 45.0)]
+    assert found == pytest.approx([stiff, soft], rel=1e-3) and stiff > 2.0 * soft
+
+
+@pytest.mark.parametrize("chord", [0.5, 86.0, float("nan")])
+def test_a_chord_that_tells_no_stiffness_gives_none(chord: float) -> None:
+    assert math.isnan(strip_stiffness(cantilever(), 171.0, chord))
 
 
 def test_the_measured_overhang_is_compared_at_the_plane_of_the_run() -> None:

@@ -4,12 +4,15 @@ from pathlib import Path
 
 import pytest
 
+from knittest.compare import compare_results
 from knittest.config.base import Quantity
 from knittest.config.loading import resolve
 from knittest.config.run import Run
 from knittest.experiment.borrowed import borrowed
+from knittest.experiment.tables import PublishedValue
 from knittest.preflight.command import taken_over
-from knittest.row_kind import assumed_inputs, cell_assumed_inputs, cell_row_kind, row_kind
+from knittest.result_rows import result_rows
+from knittest.row_kind import assumed_inputs, cell_assumed_inputs, cell_row_kind, given_results, row_kind
 
 FORCE, STRAIN = "peak_force_n", "fracture_strain_pct"
 
@@ -141,6 +144,28 @@ def test_bending_is_tuned_on_the_overhang_and_assumed_where_it_is_anothers(scale
     stiffness = holder.bending_stiffness.model_copy(update={"warp": Quantity(value=5.0, source="assumed")})
     other = with_fabric(run, **{field: holder.model_copy(update={"bending_stiffness": stiffness})})
     assert row_kind(other, "overhang_mm") == "assumed"
+
+
+@pytest.mark.parametrize("scale", ["macro", "meso"])
+def test_a_given_overhang_is_an_input_whatever_is_assumed_and_deviates_from_nothing(scale):
+    """The template's bending is another fabric's, the overhang is the strips' own all the same."""
+    run = resolve(test="cantilever", variant="1", direction="warp", scale=scale)
+    field = "macro" if scale == "macro" else "reinforcing"
+    holder = getattr(run.fabric, field)
+    stiffness = holder.bending_stiffness.model_copy(update={"warp": Quantity(value=5.0, source="assumed")})
+    run = with_fabric(run, **{field: holder.model_copy(update={"bending_stiffness": stiffness})})
+    assert row_kind(run, "overhang_mm") == "input" and given_results(run) == ("overhang_mm",)
+    looked_for = run.model_copy(update={"rig": run.rig.model_copy(update={"mode": "overhang"})})
+    assert row_kind(looked_for, "overhang_mm") == "assumed" and given_results(looked_for) == ()
+    rows = [PublishedValue("overhang_mm", 171.0, 51.0, 9, "mm", "Table 3")]
+    results = {"overhang_mm": 171.0}
+    for given, shown in (
+        (given_results(run), ("171.0 ± 51.0", "-", "input", "given")),
+        ((), ("171.0 ± 51.0", "+0.00 sd", "input", "within 1 sd")),
+    ):
+        found = compare_results(results, rows, {"overhang_mm": "input"}, given)
+        (row,) = result_rows({"results": results, "comparison": found}, refused=False)
+        assert (row.experiment, row.deviation, row.kind, row.verdict) == shown
 
 
 def test_the_default_friction_is_that_of_the_papers_fabrics_only():

@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -152,9 +153,13 @@ def test_the_deviation_carries_the_error_in_sd(tmp_path: Path, monkeypatch: Any)
     outcome = verified_run(tmp_path / "r", monkeypatch, 0.98, 1.0)
     row = next(r for r in outcome.summary["comparison"] if r["quantity"] == "peak_force_n")
     told = 4.0 * 0.02 * PEAK / row["experiment_sd"]
-    (shown,) = [r for r in results_table([outcome]) if r[1] == "peak force [N]"]
+    rows = [{**r, "kind": "predicted", "assumed": []} for r in outcome.summary["comparison"]]
+    predicted = replace(outcome, summary={**outcome.summary, "comparison": rows})
+    (shown,) = [r for r in results_table([predicted]) if r[1] == "peak force [N]"]
     assert shown[2] == "5666 ± 453" and shown[4] == f"{row['deviation_sd']:+.2f} ± {told:.2f} sd"
     assert shown[-1] == UNRESOLVED and f"{told:.2f}" == "0.98"
+    (given,) = [r for r in results_table([outcome]) if r[1] == "peak force [N]"]
+    assert given[4:] == (shown[4], "input", "within 1 sd")  # the model returns it, however well
 
 
 def test_a_deviation_from_one_specimen_carries_the_error_in_percent(tmp_path: Path, monkeypatch: Any) -> None:
@@ -194,7 +199,7 @@ def test_the_page_shows_every_change_and_the_border(tmp_path: Path, monkeypatch:
     (errors,) = [rows for caption, rows in tables.items() if caption.startswith("Numerical error")]
     assert errors[1][:3] == ["peak force [N]", "-2.00 %", "+1.00 %"] and errors[1][3].startswith("± ")
     (results,) = [rows for caption, rows in tables.items() if caption.startswith("Results ± numerical error")]
-    assert results[1][1].startswith("5666 ± ") and UNRESOLVED in results[1][3]
+    assert results[1][1].startswith("5666 ± ") and results[1][3].endswith("sd within 1 sd")
 
 
 def test_resume_verifies_a_completed_run_that_was_not(tmp_path: Path, monkeypatch: Any) -> None:
