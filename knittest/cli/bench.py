@@ -1,16 +1,32 @@
 """``knittest bench``."""
 
+from pathlib import Path
+
 import click
+from click.core import ParameterSource
 
 
 @click.command()
 @click.option("--variant", default="2", show_default=True, help="Shipped fabric.")
 @click.option("--preset", type=click.Choice(["quick", "standard", "paper"]), default="quick", show_default=True)
-def bench(variant: str, preset: str) -> None:
+@click.option(
+    "--against", type=click.Path(path_type=Path), help="Another checkout: time small runs of both by turns instead."
+)
+@click.option("--pairs", type=click.IntRange(1, 1000), default=5, show_default=True, help="Turns with --against.")
+def bench(variant: str, preset: str, against: Path | None, pairs: int) -> None:
     """Measure kernel throughput at 1 and all threads, and the share of each part of a real run.
 
     Example: knittest bench --preset paper
     """
+    if against is not None:
+        from knittest.bench_against import paired_lines
+        from knittest.errors import InputError
+
+        if any(_given(name) for name in ("variant", "preset")):
+            raise InputError("--against: times its own small runs; leave out --variant and --preset")
+        for line in paired_lines(against, pairs):
+            click.echo(line)
+        return
     from knittest.bench import kernel_lines, run_lines
     from knittest.config.loading import resolve
 
@@ -19,3 +35,8 @@ def bench(variant: str, preset: str) -> None:
     shells = resolve(variant=variant, scale="macro", direction="warp")
     for line in (*kernel_lines(run, loops, shells), *run_lines(run)):
         click.echo(line)
+
+
+def _given(parameter: str) -> bool:
+    """Tell whether the user stated ``parameter``."""
+    return click.get_current_context().get_parameter_source(parameter) is not ParameterSource.DEFAULT

@@ -35,6 +35,7 @@ COMMANDS: dict[str, Do] = {
     "knittest doctor": Do(),
     "knittest warmup": Do(planned="compiles all kernels, which the runs below do as they need them"),
     "knittest bench": Do(planned="a minute of full load of all cores"),
+    "knittest bench --against PATH": Do(planned="minutes; tests/unit/test_bench_against.py runs it on one small strip"),
     "knittest bench --preset paper": Do(planned="minutes of full load of all cores"),
     # shells: run as they stand, at the smallest preset
     "knittest friction --variant 1 --scale macro --direction warp": Do(SHELLS.format(out="runs/rubbed")),
