@@ -92,7 +92,7 @@ def _fed_kind(run: Run) -> RowKind:
 def _default_friction(fabric: Fabric, rig: FrictionRig) -> tuple[str, ...]:
     """The rig's own coefficient is that of the paper's fabrics: assumed for all others."""
     same = rig.kinetic_coefficient == FrictionRig.model_fields["kinetic_coefficient"].default
-    own = (fabric.experiment or "").rpartition("/")[2] == DEFAULT_FRICTION_OF
+    own = "friction" in fabric.rigs or (fabric.experiment or "").rpartition("/")[2] == DEFAULT_FRICTION_OF
     return (f"rig.kinetic_coefficient (the default, that of {DEFAULT_FRICTION_OF})",) if same and not own else ()
 
 

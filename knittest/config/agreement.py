@@ -123,7 +123,11 @@ def check_thickness(fabric: "Fabric") -> None:
 def check_friction_order(static: float, kinetic: float) -> None:
     """Raise :class:`BoundsError` where static friction is below kinetic friction."""
     if static < kinetic:
-        raise BoundsError(f"{static:g} is less than kinetic_coefficient, {kinetic:g}: set both", "static_coefficient")
+        raise BoundsError(
+            f"{static:g} is less than kinetic_coefficient, {kinetic:g}: set both, here --set "
+            f"rig.static_coefficient={kinetic:g} or more",
+            "static_coefficient",
+        )
 
 
 def check_run(run: "Run") -> None:

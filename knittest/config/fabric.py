@@ -10,6 +10,8 @@ from knittest.config.base import BoundsError, Quantity, Strict, measure, number
 from knittest.config.shear import ShearLaw
 
 Direction = Literal["warp", "weft"]
+#: tests whose rigs a fabric may state
+TestName = Literal["tensile", "picture-frame", "cantilever", "friction", "forming"]
 
 
 class PerDirection(Strict):
@@ -165,6 +167,12 @@ class Fabric(Strict):
     macro: MacroMaterial = Field(description="shell material of the macro scale")
     experiment: str | None = Field(None, description="folder of the measured results, in ./data or the shipped data")
     experiment_variant: str | None = Field(None, description="variant key in the experiment's tables")
+    rigs: dict[TestName, dict[str, float | dict[str, float]]] = Field(
+        default_factory=dict,
+        description="fields of the rig, by test, that runs of this fabric start from, such as its measured friction; "
+        "those of one direction under warp or weft; config file, options and --set go over them, sizes that a preset "
+        "gives to yarns stay",
+    )
 
     @model_validator(mode="after")
     def _loop_spans_its_cell(self) -> Self:

@@ -13,8 +13,10 @@ from pydantic import ValidationError
 from knittest.config.fabric import Direction
 from knittest.config.layers import Layers
 from knittest.config.messages import input_error, unknown
+from knittest.config.own_rig import lay_own_rig
 from knittest.config.paths import settle_data_paths
 from knittest.config.presets import PRESET_PATHS, default_scale, preset_settings
+from knittest.config.rigs import StripRig
 from knittest.config.run import RUNS, Model, Preset, Run, Scale
 from knittest.config.settings import Setting, lay_setting, parse_set, refuse_contradictions
 from knittest.config.sources import FabricSource, fabric_file, lay_fabric, variant_path
@@ -144,6 +146,10 @@ def _layers(document: Document, source: FabricSource, settings: list[Setting], k
     if wanted is not None and not isinstance(wanted, str):
         raise InputError(f"{document.where(('parameters',))}: parameters: expected a name, found {describe(wanted)}")
     chosen = lay_fabric(layers, source, wanted)
+    _refuse_silent_rig(settings)
+    stated = {key for key in ("side",) if _stated(("rig", key), document, settings) is not None}
+    direction = _stated(("rig", "direction"), document, settings) or StripRig().direction
+    lay_own_rig(layers, kind, direction, stated)
     _refuse_shadowed_preset(document, layers, preset)
     rest = {key: value for key, value in document.data.items() if key != "fabric"}
     layers.lay(rest, document.where)
@@ -166,6 +172,13 @@ def _refuse_silent_acceptance(settings: list[Setting]) -> None:
     for setting in settings:
         if setting.path == ACCEPTED:
             raise InputError(f"{setting.said}: {dotted(ACCEPTED)}: only --accept-limits says so: give that instead")
+
+
+def _refuse_silent_rig(settings: list[Setting]) -> None:
+    """Raise :class:`InputError` where a setting changes what the fabric says of rigs: that of the run is not asked."""
+    for setting in settings:
+        if setting.path[:2] == ("fabric", "rigs"):
+            raise InputError(f"{setting.said}: a run has one rig: give --set rig.{setting.path[-1]}=... instead")
 
 
 def _choice(path: KeyPath, names: tuple[Any, ...], default: Any, document: Document, settings: list[Setting]) -> Any:

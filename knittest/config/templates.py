@@ -59,7 +59,7 @@ def fabric_template(fabric: Fabric, like: str, own: Sequence[str] = ()) -> str:
 def taken_over(fabric: Fabric, name: str) -> Fabric:
     """``fabric`` as the start of another one called ``name``: all that it says is assumed there, laws too."""
     assumed = _assumed(fabric, f"as {fabric.name}")
-    nothing: dict[str, Any] = {"title": "", "experiment": None, "experiment_variant": None}
+    nothing: dict[str, Any] = {"title": "", "experiment": None, "experiment_variant": None, "rigs": {}}
     return assumed.model_copy(update={"name": name, **nothing})
 
 

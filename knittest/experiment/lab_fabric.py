@@ -16,6 +16,7 @@ from knittest.experiment.lab_folder import (
     named,
     read_statistics,
 )
+from knittest.experiment.lab_rigs import rigs_of
 from knittest.export.atomic import write_atomic
 
 FRAME = "picture-frame"
@@ -38,8 +39,9 @@ def fabric_part(out: Path) -> dict[str, Any]:
             macro.setdefault("bending_stiffness", {})[direction] = _stiffness(tests[f"cantilever-{direction}"])
     if FRAME in tests:
         macro["shear"] = _shear(tests[FRAME], (place / FRAME / SHEAR).as_posix())
-    own = {"macro": macro, "experiment": place.as_posix(), "experiment_variant": out.resolve().name}
-    return _area_mass(tests, place) | own
+    own: dict[str, Any] = {"experiment": place.as_posix(), "experiment_variant": out.resolve().name}
+    rigs = rigs_of(tests)
+    return _area_mass(tests, place) | ({"macro": macro} if macro else {}) | own | ({"rigs": rigs} if rigs else {})
 
 
 def finish(out: Path) -> None:

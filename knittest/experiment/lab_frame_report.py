@@ -16,6 +16,7 @@ from knittest.experiment.lab_folder import SHEAR, curve_text
 from knittest.experiment.lab_frame import Sheared
 from knittest.experiment.lab_lines import table_lines
 from knittest.experiment.lab_picture import plot
+from knittest.experiment.lab_rigs import END
 from knittest.experiment.lab_series import Results, write_results
 from knittest.experiment.shear_csv import ANGLE, NORMALISED
 from knittest.experiment.statistics import Corridor, band
@@ -118,8 +119,8 @@ def write_frames(specimens: Sequence[Sheared], out: Path, files: Sequence[str]) 
     """
     series = frame_series(specimens)
     results = Results(
-        "picture-frame", "", series.normalised | series.rows,
-        dict.fromkeys(series.normalised, "N/mm") | dict.fromkeys(series.rows, "N"),
+        "picture-frame", "", series.normalised | series.rows | {END: np.array([s.angle[-1] for s in specimens])},
+        dict.fromkeys(series.normalised, "N/mm") | dict.fromkeys(series.rows, "N") | {END: "deg"},
         [(FRAME_SIDE, series.frame), (FABRIC_SIDE, series.fabric)],
         ("frame", f"of {series.frame:g} mm, fabric of {series.fabric:g} mm"), files,
         [digest(s.angle, s.force) for s in specimens],

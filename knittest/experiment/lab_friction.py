@@ -20,6 +20,7 @@ from knittest.experiment.lab_given import Given, first_loading, tared
 from knittest.experiment.lab_lines import table_lines
 from knittest.experiment.lab_numbers import NUMBER
 from knittest.experiment.lab_picture import plot
+from knittest.experiment.lab_rigs import KINETIC, STATIC
 from knittest.experiment.lab_series import Results, write_results
 from knittest.experiment.lab_sign import drawn, pulled
 from knittest.experiment.lab_table import LabTable, columns, read_table
@@ -35,7 +36,7 @@ KINETIC_SHARE = 0.5
 #: travel of a test [mm], and Coulomb coefficient of one face
 TRAVELS, COEFFICIENTS = (1.0, 1000.0), (0.005, 2.0)
 SIZES = (NORMAL_FORCE, PLATE_LENGTH, PLATE_WIDTH)
-UNITS = {"pull_force_static_n": "N", "pull_force_kinetic_n": "N", "mu_paper": "1", "mu_per_face": "1"}
+UNITS = {"pull_force_static_n": "N", "pull_force_kinetic_n": "N", "mu_paper": "1", KINETIC: "1", STATIC: "1"}
 HEADS = ("static [N]", "kinetic [N]", "F_R/F_N of two faces", "of a face")
 
 
@@ -69,6 +70,11 @@ class Rubbed:
     def coefficient(self) -> float:
         """Coulomb coefficient of one face [-]: F_R / (faces F_N)."""
         return self.kinetic / (self.faces * self.sizes[0])
+
+    @property
+    def static_coefficient(self) -> float:
+        """The same of the largest force before half the travel."""
+        return self.static / (self.faces * self.sizes[0])
 
 
 def read_friction(path: Path, given: Given) -> list[Rubbed]:
@@ -140,7 +146,9 @@ def friction_results(strips: Sequence[Rubbed], direction: str, files: Sequence[s
     refuse_apart([(s.name, s.path) for s in strips], per_face, "coefficient of a face", "")
     digests = [digest(s.travel, s.force) for s in strips]
     refuse_copies([(s.name, d) for s, d in zip(strips, digests, strict=True)])
-    found = {"mu_paper": 2.0 * per_face, "mu_per_face": per_face}
+    found = {
+        "mu_paper": 2.0 * per_face, KINETIC: per_face, STATIC: np.array([s.static_coefficient for s in strips]),
+    }  # fmt: skip
     if strips[0].faces == 2:
         scale = sizes[0][1] / np.array([s.sizes[0] for s in strips])
         forces = np.array([(s.static, s.kinetic) for s in strips]).T * scale

@@ -3,7 +3,7 @@
 import time as clock
 from collections.abc import Sequence
 from dataclasses import replace
-from math import sqrt
+from math import floor, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,7 +41,7 @@ MAPPED = 40.0
 class PictureFrame:
     """See :class:`knittest.laboratory.base.Test`."""
 
-    quantities = tuple(f"{NORMALISED}_at_deg.{angle:g}" for angle in ANGLES)
+    quantities = tuple(f"{name}_at_deg.{angle:g}" for angle in ANGLES for name in ("shear_force_n", NORMALISED))
     ends_at_failure = False
 
     def prepare(self, run: PictureFrameRun, specimen: int = 0, phase: Phase | None = None) -> Prepared:
@@ -54,7 +54,8 @@ class PictureFrame:
         if run.rig.max_angle > known:
             raise InputError(
                 f"rig.max_angle = {run.rig.max_angle:g} deg: the fabric's shear law (macro.shear) ends at "
-                f"{known:g} deg; end the test before, or give a law that goes on"
+                f"{known:g} deg; --set rig.max_angle={floor(10.0 * known) / 10.0:g} ends the test there, or give a law "
+                "that goes on"
             )
         side, size = run.rig.kernel("side"), run.model.macro.kernel("element_size")
         n = max(round(side / size), 2)

@@ -33,9 +33,10 @@ def _chart(runs: Sequence[LoadedRun], labels: Sequence[str]) -> list[Block]:
     report = runs[0].report
     if report is None:
         return [Text(f"No curve is known for the test {runs[0].rig or '(not stated)'}.", "warn")]
-    free = sizes_differ(runs)
-    if free is None:
+    differ = sizes_differ(runs)
+    if differ is None:
         return [Text("The curves are not shown together: the size of a specimen is not known.", "warn")]
+    free = differ or any(_is_free(run, report.axes) for run in runs)
     blocks: list[Block] = []
     drawn = [_columns(run, report.axes, free) for run in runs]
     axes = drawn[0][0]
@@ -49,7 +50,7 @@ def _chart(runs: Sequence[LoadedRun], labels: Sequence[str]) -> list[Block]:
     uri = curve_chart([s for s in series if s is not None], axes, beside)
     if uri is None:
         return [Text("There is no curve to draw.", "warn"), *blocks]
-    sizes = "; the specimens differ in size" if free else ""
+    sizes = "; the specimens differ in size" if differ else ""
     caption = f"{axes.ylabel} over {axes.xlabel}{sizes}{_origin([b.reference for b in beside])}"
     return [Picture(uri, f"{caption}; {', '.join(labels)}", caption), *blocks]
 
@@ -64,6 +65,12 @@ def sizes_differ(runs: Sequence[LoadedRun]) -> bool | None:
             return None
         sizes.append(run.report.size(run.run)[0])
     return max(sizes) > min(sizes) * (1.0 + EXACT)
+
+
+def _is_free(run: LoadedRun, axes: CurveAxes) -> bool:
+    """Tell whether what a run is beside is a force of no size, such as a normalised one."""
+    reference = _beside(run, False)[0].reference
+    return reference is not None and reference.y_name in axes.others
 
 
 def _columns(run: LoadedRun, axes: CurveAxes, free: bool) -> tuple[CurveAxes, Columns]:

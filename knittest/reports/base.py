@@ -13,7 +13,7 @@ from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.forces import noted
 from knittest.experiment.tables import PublishedValue
 from knittest.export import energy_picture
-from knittest.export.line_picture import Level
+from knittest.export.line_picture import Band, Level
 from knittest.gates import gates_of
 from knittest.laboratory.registry import TESTS
 from knittest.specimen import Specimen
@@ -158,6 +158,11 @@ def title_of(run: Run) -> str:
     """Title of the pictures; what stands below them says where a limit is looser than the preset's."""
     what = " ".join(part for part in (run.rig.kind, run.direction) if part)
     return f"{run.fabric.name}, {what}, {run.model.scale} ({run.parameters})"
+
+
+def scatter(curves: Sequence[ReferenceCurve]) -> list[Band]:
+    """Mean and standard deviation of the references that are means of several specimens."""
+    return [Band(c.x, c.mean - c.sd, c.mean + c.sd, f"{c.source}, ± sd") for c in curves if c.sd is not None]
 
 
 def draw_energies(run: Run, specimens: list[Specimen], folder: Path) -> None:

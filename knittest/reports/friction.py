@@ -13,7 +13,18 @@ from knittest.export.pressure_picture import pressure_picture
 from knittest.laboratory.friction import FORCE_TOLERANCE, PENETRATION_TOLERANCE, map_cell
 from knittest.laboratory.pressure import PLATES, pressure_map
 from knittest.laboratory.strips import AXIS
-from knittest.reports.base import Columns, CurveAxes, Gate, NoSize, References, draw_energies, energy_gates, title_of
+from knittest.reports.base import (
+    Columns,
+    CurveAxes,
+    Gate,
+    NoSize,
+    References,
+    draw_energies,
+    energy_gates,
+    scatter,
+    title_of,
+)
+from knittest.reports.imported import imported_corridor
 from knittest.rigs.friction import KINETIC_SHARE
 from knittest.specimen import Specimen
 
@@ -69,8 +80,12 @@ class FrictionReport(NoSize):
         ]  # fmt: skip
 
     def reference_curve(self, run: FrictionRun) -> ReferenceCurve | None:
-        """No curve is published."""
-        return None
+        """The fabric's own strips under the same normal force; of the paper's fabrics no curve is published."""
+        curve = imported_corridor(run)
+        pressed = None if curve is None else curve.conditions.normal_force_n
+        if curve is None or pressed is None or not same(pressed, run.rig.kernel("normal_force")):
+            return None
+        return self.matched(run, curve)
 
     def curve(self, specimens: list[Specimen]) -> Columns:
         """Channels of the first specimen."""
@@ -86,9 +101,10 @@ class FrictionReport(NoSize):
             Line(s.history.curve["displacement_mm"], s.history.curve["pull_force_n"], f"simulated, specimen {k + 1}")
             for k, s in enumerate(specimens)
         ]
+        lines += [Line(c.x, c.mean, f"{c.source} ({c.kind})", "--") for c in references.curves]
         line_picture(
             folder / "curve.png", lines, title=title_of(run), xlabel=self.axes.xlabel, ylabel=self.axes.ylabel,
-            levels=self.levels(run),
+            levels=self.levels(run), bands=scatter(references.curves),
         )  # fmt: skip
         draw_energies(run, specimens, folder)
         found = pressure_map(specimens[0].history, map_cell(run))

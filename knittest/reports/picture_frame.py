@@ -22,7 +22,18 @@ from knittest.export.shear_picture import shear_picture
 from knittest.laboratory.picture_frame import MAPPED, fabric_side, frame_at, material_angles, material_scatter
 from knittest.laboratory.shear_angles import angle_table, crossing_angles
 from knittest.laboratory.wrinkles import measure_wrinkles
-from knittest.reports.base import Columns, CurveAxes, Gate, References, draw_energies, energy_gates, same_test, title_of
+from knittest.reports.base import (
+    Columns,
+    CurveAxes,
+    Gate,
+    References,
+    draw_energies,
+    energy_gates,
+    same_test,
+    scatter,
+    title_of,
+)
+from knittest.reports.imported import imported_corridor
 from knittest.specimen import Specimen
 from knittest.trellis import crosshead_of_normalised
 
@@ -71,8 +82,9 @@ class PictureFrameReport:
         return replace(self.axes, y=NORMALISED, ylabel=NORMALISED_LABEL), dict(columns)
 
     def reference_curve(self, run: PictureFrameRun) -> ReferenceCurve | None:
-        """No shear force is published."""
-        return None
+        """The fabric's own frames, normalised; of the paper's fabrics no shear force is published."""
+        curve = imported_corridor(run)
+        return None if curve is None else self.matched(run, curve)
 
     def curve(self, specimens: list[Specimen]) -> Columns:
         """Channels of the first specimen."""
@@ -121,7 +133,7 @@ class PictureFrameReport:
         lines += _other_friction(run, beside)
         line_picture(
             path, lines, title=title_of(run), xlabel=self.axes.xlabel, ylabel=label, levels=self.levels(run),
-            bands=_range(references.curves),
+            bands=[*scatter(references.curves), *_range(references.curves)],
         )  # fmt: skip
 
 

@@ -92,11 +92,14 @@ def curves(kind: str) -> dict[str, np.ndarray]:
     x = np.linspace(0.0, 40.0, 81)
     return {
         "tensile": curve(5800.0),
-        "picture-frame": {"time_ms": x, "displacement_mm": x, "frame_shear_angle_deg": x, "shear_force_n": 0.4 * x},
+        "picture-frame": {
+            "time_ms": x, "displacement_mm": x, "frame_shear_angle_deg": x, "shear_force_n": 0.4 * x,
+            "normalised_shear_force_n_per_mm": 0.002 * x,
+        },
         "cantilever": {"steps": 50.0 + 1000.0 * x, "residual": np.exp(-0.3 * x)},
         "friction": {"time_ms": x, "displacement_mm": x / 4.0, "pull_force_n": 300.0 * np.minimum(x, 1.0)},
         "forming": {"time_ms": x, "stamp_travel_mm": x, "stamp_force_n": 2.0 * x},
-    }[kind]
+    }[kind]  # fmt: skip
 
 
 def ensemble() -> dict[str, np.ndarray]:

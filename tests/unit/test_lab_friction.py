@@ -36,7 +36,8 @@ def test_levels_and_coefficients_say_what_they_are(tmp_path):
     (strip,) = read_friction(friction_file(tmp_path / "a.csv", start=3.0), Given())
     assert strip.sizes == (2000.0, 150.0, 50.0) and strip.travel[0] == 0.0
     found = friction_results([strip], "warp", []).found
-    expected = {"pull_force_static_n": 330.0, "pull_force_kinetic_n": 300.0, "mu_paper": 0.15, "mu_per_face": 0.075}
+    expected = {"pull_force_static_n": 330.0, "pull_force_kinetic_n": 300.0, "mu_paper": 0.15, "mu_per_face": 0.075,
+                "mu_static_per_face": 0.0825}  # fmt: skip
     assert {name: values[0] for name, values in found.items()} == pytest.approx(expected)
     assert KINETIC_SHARE == rig.KINETIC_SHARE
     text = "\n".join(friction_lines([strip]))
@@ -59,7 +60,7 @@ def test_a_sled_rubs_on_one_face(tmp_path):
     (sled,) = read_friction(friction_file(tmp_path / "a.csv"), Given(faces=1))
     results = friction_results([sled], "warp", [])
     assert {name: values[0] for name, values in results.found.items()} == pytest.approx(
-        {"mu_paper": 0.3, "mu_per_face": 0.15}
+        {"mu_paper": 0.3, "mu_per_face": 0.15, "mu_static_per_face": 0.165}
     )
     assert "1 face rubbing" in results.what[1]
 
