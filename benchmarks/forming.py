@@ -13,7 +13,7 @@ import matplotlib.pyplot as plt
 import pandas as pd
 import yaml
 
-from knittest.result_rows import LABELS, unfolded
+from knittest.base.result_rows import LABELS, unfolded
 
 DOCS = Path(__file__).parent.parent / "docs"
 FORCE = "rig.blank_holder_force"

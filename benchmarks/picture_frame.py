@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from knittest.base.figure import BLUE, GREEN, GREY, ORANGE, RED, dress, new_figure, save
+from knittest.base.resources import data_dir
 from knittest.cli.main import run
 from knittest.experiment.curves import load_curve
-from knittest.export.figure import BLUE, GREEN, GREY, ORANGE, RED, dress, new_figure, save
-from knittest.resources import data_dir
 
 DOCS = Path(__file__).parents[1] / "docs"
 BEGIN, END = "<!-- begin: benchmarks/picture_frame.py -->", "<!-- end -->"

@@ -15,8 +15,8 @@ import yaml
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from docs import stored_cells, stored_runs
 from docs.stored_runs import StoredRun, inputs_of
+from knittest.base.result_rows import unfolded
 from knittest.config.loading import resolve
-from knittest.result_rows import unfolded
 
 #: what a preset or an option decides, so that a difference to it is a --set
 FREE = ("rig.", "solver.", "model.")

@@ -1,19 +1,14 @@
 """Advice of a refusal: the setting to change, with a number derived from the run, and the rule behind it."""
 
 from collections.abc import Callable
-from math import floor, isfinite, log10, sqrt
+from math import isfinite, sqrt
 
+from knittest.base.rounding import rounded_down
 from knittest.config.presets import FREE_BLANK
 from knittest.config.run import FormingRun, Run
 
 #: share of its limit that advice aims at, as the rules are estimates
 AIM = 0.7
-
-
-def rounded_down(value: float) -> float:
-    """``value`` above 0 with two digits, never more than it is."""
-    place = 10.0 ** (floor(log10(value)) - 1)
-    return float(f"{floor(value / place * (1.0 + 1e-12)) * place:.3g}")
 
 
 def advised(run: Run, key: str, value: float, limit: float) -> str:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from knittest.errors import InputError, NumericalError
+from knittest.base.errors import InputError, NumericalError
 
 #: the runs by name: both models, loops and inlays, bending shells
 CASES = {

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from knittest.base.errors import InputError
 from knittest.config.unit_slips import likely_unit
-from knittest.errors import InputError
 from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.shear_csv import ANGLE, START
 from knittest.experiment.tables import PublishedValue

@@ -4,7 +4,7 @@ from math import isfinite
 
 import numpy as np
 
-from knittest.errors import NumericalError
+from knittest.base.errors import NumericalError
 from knittest.simulation import Simulation
 
 #: kinetic energy over the work done, plus the second times the energy of the specimen at clamp speed, above which the

@@ -8,18 +8,18 @@ from datetime import datetime
 from functools import partial
 from pathlib import Path
 
+from knittest.base.atomic import make_folder, write_atomic
+from knittest.base.errors import InputError, ResourceError
+from knittest.base.interrupts import Interrupted, Interrupts
+from knittest.base.progress import Progress
 from knittest.config.dumping import dump
 from knittest.config.loading import resolve
 from knittest.config.run import Run
-from knittest.errors import InputError, ResourceError
-from knittest.export.atomic import make_folder, write_atomic
 from knittest.export.checkpoints import PATTERN
 from knittest.export.folder import fresh_folder, run_name
-from knittest.interrupts import Interrupted, Interrupts
 from knittest.opening import Opener, manifest_of, open_again, open_new, tidy_completed
 from knittest.options import RunOptions
 from knittest.run import EXIT_REFUSED, Outcome, execute, references_of
-from knittest.terminal import Progress
 from knittest.terminal_results import print_json, print_refused, print_results
 from knittest.threads import use_threads
 from knittest.verify import REPEATS, finished, unverified, verified

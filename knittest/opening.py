@@ -6,15 +6,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from knittest.base.errors import InputError
+from knittest.base.interrupts import Interrupts
+from knittest.base.notes import tell
 from knittest.config.dumping import dump
 from knittest.config.run import Run
-from knittest.errors import InputError
 from knittest.export.checkpoints import PATTERN, Checkpoints
 from knittest.export.folder import RunFolder
 from knittest.export.identity import Identity, cell_of, changes, identity_of
 from knittest.export.lock import LOCK_NAME, RunLock
-from knittest.interrupts import Interrupts
-from knittest.notes import tell
 from knittest.report_page.page import FILE, write_if_possible, write_report
 
 #: changes that an error message lists

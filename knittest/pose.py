@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from knittest.errors import InputError, NumericalError
+from knittest.base.errors import InputError, NumericalError
 from knittest.kernels import monitor
 from knittest.kernels.drive_state import Drive
 from knittest.kernels.explicit import SCRATCH

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.errors import NumericalError
+from knittest.base.errors import NumericalError
 from knittest.kernels.drive_state import Drive
 from knittest.kernels.explicit import SCRATCH
 from knittest.kernels.options import PARTITIONS

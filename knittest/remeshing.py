@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from itertools import product
 from typing import NamedTuple
 
+from knittest.base.errors import InputError
 from knittest.config.base import field_meta
 from knittest.config.rigs import CantileverRig, FormingRig, FrictionRig, PictureFrameRig
 from knittest.config.run import MacroModel, MesoModel, Run
-from knittest.errors import InputError
 
 #: ratio of element lengths between two meshes. Below 1.3 noise is taken for error (Celik et al. 2008, J. Fluids Eng.
 #: 130, 078001), far above it the coarser one says little of the finer; the even counts of loops and waves leave no more

@@ -6,10 +6,10 @@ from typing import Literal
 from pydantic import BaseModel
 
 from knittest.config.base import Quantity
+from knittest.config.deciding import CELL, deciding, is_fed
 from knittest.config.fabric import YARN_LEVEL, Fabric
 from knittest.config.rigs import CantileverRig, FrictionRig
 from knittest.config.run import Run, Scale
-from knittest.deciding import CELL, deciding, is_fed
 from knittest.experiment.borrowed import borrowed
 
 RowKind = Literal["predicted", "tuned", "input", "assumed"]

@@ -9,17 +9,19 @@ from typing import Any, cast
 
 import numpy as np
 
+from knittest.base.errors import NumericalError, ResourceError
+from knittest.base.history import Cost, Overlaps, Quality, Specimen
+from knittest.base.interrupts import Interrupted, Interrupts
+from knittest.base.progress import Progress
+from knittest.base.resources import data_dir
+from knittest.base.stamp import stamped
 from knittest.compare import compare_columns, compare_results
 from knittest.config.run import Run
-from knittest.errors import NumericalError, ResourceError
 from knittest.experiment.tables import published
 from knittest.export import vtu
 from knittest.export.folder import RunFolder
 from knittest.export.identity import cell_of, data_files
-from knittest.export.stamp import stamped
 from knittest.export.summary import ComparisonRow, build_summary, ensemble_results
-from knittest.history import Cost, Overlaps, Quality
-from knittest.interrupts import Interrupted, Interrupts
 from knittest.laboratory.registry import TESTS
 from knittest.opening import Opened, Opener
 from knittest.options import RunOptions
@@ -28,11 +30,9 @@ from knittest.reports.against import own_curves
 from knittest.reports.base import References
 from knittest.reports.registry import REPORTS
 from knittest.reports.run_stamp import run_stamp
-from knittest.resources import data_dir
 from knittest.row_kind import assumed_inputs, given_results, row_kind
-from knittest.specimen import Specimen, run_specimen
+from knittest.specimen import run_specimen
 from knittest.specimen_store import specimen_of, specimen_state
-from knittest.terminal import Progress
 
 EXIT_REFUSED = NumericalError.exit_code
 

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from knittest.base.errors import NumericalError
+from knittest.base.history import Frame, History
 from knittest.config.run import Output, Solver
-from knittest.errors import NumericalError
 from knittest.guards import check_balance, check_entities, check_motion
-from knittest.history import Frame, History
 from knittest.kernels import monitor
 from knittest.kernels.explicit import SCRATCH
 from knittest.kernels.options import PARTITIONS

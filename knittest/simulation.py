@@ -7,8 +7,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from knittest.base.history import Frame, Overlaps
 from knittest.config.run import Solver
-from knittest.history import Frame, Overlaps
 from knittest.kernels.drive_state import Drive
 from knittest.kernels.state import Tally
 from knittest.models.explicit_model import ExplicitModel

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from knittest.errors import InputError
+from knittest.base.errors import InputError
 
 State = dict[str, np.ndarray]
 

@@ -2,14 +2,13 @@
 
 import time as clock
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numba
-import numpy as np
 
+from knittest.base.history import Cost, History, Overlaps, Quality, Specimen
+from knittest.config.gates import limits_judged
 from knittest.config.run import Run
-from knittest.gates import limits_judged
-from knittest.history import Cost, History, Overlaps, Quality
 from knittest.kernels.threading import limited
 from knittest.laboratory.base import Phase, Prepared, Update, cut_curve_warnings
 from knittest.laboratory.registry import TESTS
@@ -18,18 +17,6 @@ from knittest.warmup import warm
 
 #: elements below which a second thread costs more than it brings
 SERIAL_BELOW = 2000
-
-
-@dataclass(frozen=True)
-class Specimen:
-    """Outcome of one specimen; ``facts`` are numbers of its model that pictures need."""
-
-    history: History
-    results: dict[str, float]
-    quality: Quality
-    cost: Cost
-    yarns: dict[str, np.ndarray]
-    facts: dict[str, float] = field(default_factory=dict)
 
 
 def prepare(run: Run, specimen: int = 0, phase: Phase | None = None) -> Prepared:

@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from knittest.history import Cost, History, Mesh, Overlaps, Quality
+from knittest.base.history import Cost, History, Mesh, Overlaps, Quality, Specimen
 from knittest.simulation import frame_of, frame_state
 from knittest.snapshot import State, arrays_of, entry, prefixed, under
-from knittest.specimen import Specimen
 
 MESH_ARRAYS = ("cells", "part", "yarn", "radius")
 

@@ -8,10 +8,10 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TextIO
 
+from knittest.base.history import Quality
+from knittest.base.result_rows import GIVEN, KINDS, UNRESOLVED, UNSCATTERED, result_rows
 from knittest.error_notes import error_notes
 from knittest.export.jsonfile import json_text
-from knittest.history import Quality
-from knittest.result_rows import GIVEN, KINDS, UNRESOLVED, UNSCATTERED, result_rows
 
 if TYPE_CHECKING:
     from rich.console import Console

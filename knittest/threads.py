@@ -2,8 +2,8 @@
 
 import os
 
-from knittest.errors import InputError
-from knittest.reading import excerpt
+from knittest.base.errors import InputError
+from knittest.base.reading import excerpt
 
 LAYERS = "omp, tbb, workqueue, default, safe, forksafe or threadsafe"
 

@@ -6,21 +6,21 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from knittest.base.atomic import write_atomic
+from knittest.base.errors import InputError, ResourceError
+from knittest.base.history import Quality
+from knittest.base.interrupts import Interrupted, Interrupts
+from knittest.base.result_rows import unfolded
 from knittest.batch.live import Overview
 from knittest.config.run import Run
-from knittest.errors import InputError, ResourceError
-from knittest.export.atomic import write_atomic
 from knittest.export.jsonfile import json_text
 from knittest.export.provenance import cores
 from knittest.halving import halving
-from knittest.history import Quality
-from knittest.interrupts import Interrupted, Interrupts
 from knittest.laboratory.cantilever import at_the_plane
 from knittest.numerical_error import Repeat, numerical_errors
 from knittest.options import RunOptions
 from knittest.remeshing import remeshing
 from knittest.report_page.page import write_if_possible, write_report
-from knittest.result_rows import unfolded
 from knittest.run import Outcome
 from knittest.trials.ledger import PATTERN
 from knittest.trials.pool import LocalPool

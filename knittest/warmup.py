@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from knittest.cache import VARIABLE, cache_root
+from knittest.base.cache import VARIABLE, cache_root
 from knittest.config.run import Output, Run, Scale
 from knittest.fabric.strip import YarnPath
 from knittest.fabric.variability import YarnDraws

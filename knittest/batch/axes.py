@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from knittest.base.errors import InputError
 from knittest.batch.draws import drawn
 from knittest.config.settings import Setting
 from knittest.config.sweep import Range, Sweep
 from knittest.config.yaml_loader import Document, KeyPath, dotted
-from knittest.errors import InputError
 
 #: what of ``base`` and ``ensemble`` is a field of the run
 FIELDS: dict[tuple[str, str], KeyPath] = {

@@ -8,17 +8,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from knittest.base.atomic import resource_error
+from knittest.base.errors import InputError, NumericalError
+from knittest.base.interrupts import Interrupts
+from knittest.base.stamp import Stamp, stamped
 from knittest.batch.live import Overview
 from knittest.batch.page import SWEEP, write_sweep_page
 from knittest.batch.picture import CHOICES, overview_picture
 from knittest.batch.plan import Plan, Row, plan_of
 from knittest.batch.table import check_parquet, results_table, write_table
 from knittest.config.yaml_loader import load_yaml
-from knittest.errors import InputError, NumericalError
-from knittest.export.atomic import resource_error
 from knittest.export.folder import slug
-from knittest.export.stamp import Stamp, stamped
-from knittest.interrupts import Interrupts
 from knittest.options import RunOptions
 from knittest.report_page.page import FILE, write_if_possible
 from knittest.trials.ledger import read_ledgers

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from knittest.base.history import Array
 from knittest.config.sweep import Distribution, Sample
-from knittest.history import Array
 
 
 def drawn(sample: Sample) -> list[tuple[float | int, ...]]:

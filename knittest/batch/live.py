@@ -8,8 +8,8 @@ from collections.abc import Callable
 from types import TracebackType
 from typing import Protocol, Self, TextIO
 
-from knittest.result_rows import LABELS
-from knittest.terminal import duration
+from knittest.base.progress import duration
+from knittest.base.result_rows import LABELS
 from knittest.trials.record import Record
 from knittest.trials.trial import Trial
 

@@ -4,19 +4,19 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from knittest.base.errors import InputError
+from knittest.base.result_rows import LABELS, UNSCATTERED
 from knittest.batch.axes import axes_of
 from knittest.batch.plan import Plan, Swept
 from knittest.batch.table import INVALID, OPEN
 from knittest.config.fields import place
 from knittest.config.sweep import parse_sweep
 from knittest.config.yaml_loader import parse_document
-from knittest.errors import InputError
 from knittest.report_page.blocks import Block, Cell, Code, Page, Section, Table, Text, Tone
 from knittest.report_page.files import Reader
 from knittest.report_page.page import target_file, write_page
 from knittest.report_page.pictures import picture
 from knittest.report_page.trials import Column, file_to_save, link, provenance, wide
-from knittest.result_rows import LABELS, UNSCATTERED
 from knittest.trials.record import MEANING
 
 if TYPE_CHECKING:

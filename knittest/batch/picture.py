@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from knittest.base.figure import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY, dress, new_figure, save
+from knittest.base.history import Array
+from knittest.base.result_rows import LABELS, SIZED
 from knittest.batch.plan import Swept
 from knittest.batch.table import OPEN
 from knittest.config.fields import place
-from knittest.export.figure import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY, dress, new_figure, save
-from knittest.history import Array
-from knittest.result_rows import LABELS, SIZED
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from knittest.base.errors import InputError
 from knittest.batch.axes import Axis, axes_of
 from knittest.config.fields import place
 from knittest.config.loading import planned_directions, resolve
@@ -16,7 +17,6 @@ from knittest.config.settings import Setting
 from knittest.config.sources import variant_path
 from knittest.config.sweep import Sweep, parse_sweep
 from knittest.config.yaml_loader import Document, KeyPath, dotted, shown
-from knittest.errors import InputError
 from knittest.trials.trial import Trial, trial_of
 
 DIRECTION: KeyPath = ("rig", "direction")

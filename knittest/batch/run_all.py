@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from knittest.base.interrupts import Interrupted, Interrupts
 from knittest.batch.live import Overview
-from knittest.interrupts import Interrupted, Interrupts
 from knittest.trials.pool import Pool
 from knittest.trials.record import Record
 from knittest.trials.runner import TrialRunner

@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from knittest.base.atomic import replacing, write_atomic
+from knittest.base.errors import InputError
+from knittest.base.result_rows import unfolded
 from knittest.batch.plan import Plan, Row
-from knittest.errors import InputError
-from knittest.export.atomic import replacing, write_atomic
-from knittest.result_rows import unfolded
 from knittest.trials.record import Record
 from knittest.trials.runner import TRIALS
 

@@ -9,6 +9,9 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from knittest.base.atomic import write_atomic
+from knittest.base.errors import InputError, NumericalError
+from knittest.base.interrupts import Interrupts
 from knittest.batch.live import Overview
 from knittest.calibrate.evaluate import Evaluation, Evaluator, Exhausted, TrialEvaluator
 from knittest.calibrate.files import FABRIC, rig_file, write_configs
@@ -31,11 +34,8 @@ from knittest.calibrate.root import find_root
 from knittest.calibrate.targets import Number
 from knittest.config.run import RUNS
 from knittest.config.yaml_loader import load_yaml
-from knittest.errors import InputError, NumericalError
-from knittest.export.atomic import write_atomic
 from knittest.export.folder import slug
 from knittest.export.jsonfile import json_ready
-from knittest.interrupts import Interrupts
 from knittest.options import RunOptions
 from knittest.report_page.page import FILE, write_if_possible
 from knittest.trials.pool import LocalPool, Pool

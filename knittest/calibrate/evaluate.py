@@ -6,9 +6,9 @@ from typing import Protocol
 
 import numpy as np
 
+from knittest.base.errors import InputError, KnittestError, ResourceError
+from knittest.base.history import Array
 from knittest.calibrate.problem import Problem, described
-from knittest.errors import InputError, KnittestError, ResourceError
-from knittest.history import Array
 from knittest.trials.record import Record
 from knittest.trials.runner import TrialRunner
 from knittest.trials.trial import Trial, trial_of

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from knittest.base.atomic import write_atomic
 from knittest.calibrate.outcome import Outcome
 from knittest.calibrate.parameters import Parameter
 from knittest.config.base import Quantity
@@ -11,7 +12,6 @@ from knittest.config.dumping import dump_mapping
 from knittest.config.fields import place
 from knittest.config.run import Run
 from knittest.config.yaml_loader import KeyPath
-from knittest.export.atomic import write_atomic
 from knittest.export.own_data import kept_beside
 
 FABRIC, EXPERIMENT = "fabric.yaml", "experiment"

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 from scipy.optimize import Bounds, differential_evolution, least_squares
 
+from knittest.base.errors import NumericalError
+from knittest.base.history import Array
 from knittest.calibrate.evaluate import Evaluation, Evaluator, Exhausted, Point
 from knittest.calibrate.parameters import Parameter
-from knittest.errors import NumericalError
-from knittest.history import Array
 
 #: least squares ends when a step is this share of the bounds, or changes the sum of squares by this share
 SMALL_STEP, SMALL_GAIN = 2e-3, 1e-3

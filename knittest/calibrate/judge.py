@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from knittest.base.history import Array
 from knittest.calibrate.evaluate import Evaluation, Evaluator
 from knittest.calibrate.fit import jacobian, positions_of, prior_slopes
 from knittest.calibrate.parameters import Parameter
-from knittest.history import Array
 
 #: half width of a 95 % interval in standard deviations
 Z95 = 1.959964

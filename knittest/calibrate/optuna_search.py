@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from knittest.base.errors import NumericalError
 from knittest.calibrate.evaluate import Evaluation, Evaluator, Exhausted, Point
 from knittest.calibrate.fit import GLOBAL_SHARE, best_of, cost, least_squares_from
 from knittest.calibrate.optuna_storage import readable
-from knittest.errors import NumericalError
 
 if TYPE_CHECKING:
     from optuna import Study

@@ -9,11 +9,11 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from knittest.base.errors import InputError, ResourceError
+from knittest.base.hiding import without_passwords
+from knittest.base.reading import excerpt
 from knittest.calibrate.problem import Problem
-from knittest.errors import InputError, ResourceError
 from knittest.export.jsonfile import json_ready
-from knittest.hiding import without_passwords
-from knittest.reading import excerpt
 from knittest.trials.trial import code_digest
 
 if TYPE_CHECKING:

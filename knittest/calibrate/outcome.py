@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 import knittest
+from knittest.base.result_rows import LABELS
 from knittest.calibrate.evaluate import Evaluation
 from knittest.calibrate.judge import Judgement
 from knittest.calibrate.parameters import current
@@ -15,7 +16,6 @@ from knittest.calibrate.problem import Problem
 from knittest.calibrate.targets import Number
 from knittest.config.base import Quantity
 from knittest.export.manifest import now
-from knittest.result_rows import LABELS
 from knittest.trials.record import looser_note
 from knittest.trials.trial import code_digest
 

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from knittest.base.result_rows import LABELS, result_rows
 from knittest.calibrate.files import FABRIC, rig_file
 from knittest.calibrate.written import Calibration, ParameterRow, Point, TargetRow
 from knittest.config.run import RUNS
@@ -13,7 +14,6 @@ from knittest.report_page.files import Number, Reader, Summary
 from knittest.report_page.page import target_file, write_page
 from knittest.report_page.pictures import picture
 from knittest.report_page.trials import Column, file_to_save, link, provenance, wide
-from knittest.result_rows import LABELS, result_rows
 from knittest.trials.runner import TRIALS
 
 CALIBRATION, PICTURE, COPY = "calibration.json", "convergence.png", "calibration.yaml"

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from knittest.base.errors import InputError
 from knittest.config import calibration as file
 from knittest.config.base import Quantity
 from knittest.config.fields import all_paths, place
@@ -12,7 +13,6 @@ from knittest.config.messages import unknown
 from knittest.config.run import Run
 from knittest.config.settings import Setting
 from knittest.config.yaml_loader import Document, KeyPath, dotted
-from knittest.errors import InputError
 
 #: digits of a value that is tried: enough for any use, few enough that a trial is found again
 DIGITS = 8

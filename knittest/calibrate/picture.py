@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from knittest.base.figure import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY, dress, new_figure, save
+from knittest.base.result_rows import LABELS
+from knittest.base.stamp import Stamp, stamped
 from knittest.calibrate.outcome import Outcome, largest_deviations
 from knittest.calibrate.targets import Number
-from knittest.export.figure import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY, dress, new_figure, save
-from knittest.export.stamp import Stamp, stamped
 from knittest.reports.run_stamp import size_of
-from knittest.result_rows import LABELS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from knittest.base.errors import InputError
 from knittest.calibrate.parameters import Parameter, parameters_of
 from knittest.calibrate.targets import Number, Target, targets_of
 from knittest.config import calibration as file
@@ -13,7 +14,6 @@ from knittest.config.run import Run
 from knittest.config.settings import Setting
 from knittest.config.sources import variant_path
 from knittest.config.yaml_loader import Document, dotted
-from knittest.errors import InputError
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,8 @@ from itertools import pairwise
 
 from scipy.optimize import brentq
 
+from knittest.base.errors import NumericalError
 from knittest.calibrate.evaluate import Evaluation, Evaluator
-from knittest.errors import NumericalError
 
 #: a bracket this narrow, as a share of the bounds, holds a jump if the target is not met in it
 NARROWEST = 1e-5

@@ -6,16 +6,16 @@ from pathlib import Path
 
 import numpy as np
 
+from knittest.base.errors import InputError
+from knittest.base.history import Array
+from knittest.base.resources import data_dir
 from knittest.compare import columns_of
 from knittest.config import calibration as file
 from knittest.config.run import Run
 from knittest.config.yaml_loader import Document
-from knittest.errors import InputError
 from knittest.experiment.curves import ReferenceCurve, find_curve
 from knittest.experiment.tables import PublishedValue, published
-from knittest.history import Array
 from knittest.reports.registry import REPORTS
-from knittest.resources import data_dir
 from knittest.row_kind import ROW_NAMES
 from knittest.trials.record import Record
 

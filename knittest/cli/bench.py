@@ -19,8 +19,8 @@ def bench(variant: str, preset: str, against: Path | None, pairs: int) -> None:
     Example: knittest bench --preset paper
     """
     if against is not None:
+        from knittest.base.errors import InputError
         from knittest.bench_against import paired_lines
-        from knittest.errors import InputError
 
         if any(_given(name) for name in ("variant", "preset")):
             raise InputError("--against: times its own small runs; leave out --variant and --preset")

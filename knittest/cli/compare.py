@@ -59,8 +59,8 @@ def _run_of(run: Path) -> tuple[Any, dict[str, Any], dict[str, Any]]:
 
     import pandas as pd
 
+    from knittest.base.errors import InputError
     from knittest.config.loading import resolve
-    from knittest.errors import InputError
 
     runs = sorted(path.parent.name for path in run.glob("*/manifest.json"))
     if runs and not (run / "manifest.json").exists():

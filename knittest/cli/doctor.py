@@ -13,10 +13,10 @@ def doctor() -> None:
     import sys
 
     from knittest import __version__
-    from knittest.cache import cache_root
+    from knittest.base.cache import cache_root
+    from knittest.base.resources import configs_dir, data_dir
     from knittest.export.provenance import cpu_model, library_versions
     from knittest.kernels.threading import threading_layer
-    from knittest.resources import configs_dir, data_dir
     from knittest.threads import use_threads
 
     threads = use_threads(None)

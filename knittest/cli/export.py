@@ -28,7 +28,7 @@ def stl(out: Path, **chosen: Any) -> None:
 
     Example: knittest export stl --variant 1 --set rig.stamp.t.bar_length=140 --set rig.blank_holder_force=100
     """
-    from knittest.export.stamp import Stamp, stamped
+    from knittest.base.stamp import Stamp, stamped
     from knittest.export.tool_files import write_tools
     from knittest.export.tools_picture import tools_picture
     from knittest.laboratory.forming import tools_of

@@ -69,8 +69,8 @@ def show(out: Path, **which: Any) -> None:
 
     Example: knittest fabric show --variant 2 --out variant2.png
     """
+    from knittest.base.stamp import Stamp, stamped
     from knittest.export.cell_picture import cell_picture
-    from knittest.export.stamp import Stamp, stamped
 
     chosen, parameters, cell, _ = _relaxed(**which)
     size = f"4 x 4 cells of {cell.spec.wale:.3f} x {cell.spec.course:.3f} mm"

@@ -15,8 +15,8 @@ from typing import Any
 import click
 
 from knittest import __version__
-from knittest.errors import InputError, KnittestError, ResourceError
-from knittest.interrupts import STOPPING, UntilSaved
+from knittest.base.errors import InputError, KnittestError, ResourceError
+from knittest.base.interrupts import STOPPING, UntilSaved
 
 #: name of a command: module that holds it under the same name, and what ``--help`` says of it
 COMMANDS = {
@@ -154,7 +154,7 @@ def run(arguments: list[str] | None = None, stops: UntilSaved | None = None) -> 
 
 def _place(error: OSError) -> str:
     """Place of the error; one without a file is of what the command prints."""
-    from knittest.reading import excerpt
+    from knittest.base.reading import excerpt
 
     return "standard output cannot be written" if error.filename is None else excerpt(os.fsdecode(error.filename))
 

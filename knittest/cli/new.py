@@ -22,13 +22,13 @@ def new(name: str, folder: Path | None) -> None:
 
     Example: knittest new my-fabric --from data/my-fabric && knittest check tensile --variant my-fabric --scale macro
     """
+    from knittest.base.atomic import write_atomic
+    from knittest.base.errors import InputError, ResourceError
+    from knittest.base.resources import configs_dir
     from knittest.config.loading import resolve
     from knittest.config.sources import NAME, NUMBERED
     from knittest.config.starting import starting_text
     from knittest.config.templates import rig_template
-    from knittest.errors import InputError, ResourceError
-    from knittest.export.atomic import write_atomic
-    from knittest.resources import configs_dir
 
     if not NAME.match(name):
         raise InputError(f"NAME {name!r}: expected letters, digits, '.', '_', '-', at most 40, first a letter or digit")

@@ -13,8 +13,8 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema
 
+from knittest.base.units import to_kernel
 from knittest.config.unit_slips import likely_unit
-from knittest.units import to_kernel
 
 Source = Literal["measured", "derived", "tuned", "predicted", "assumed", "user"]
 

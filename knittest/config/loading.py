@@ -10,6 +10,7 @@ from typing import Any, get_args
 
 from pydantic import ValidationError
 
+from knittest.base.errors import InputError
 from knittest.config.fabric import Direction
 from knittest.config.layers import Layers
 from knittest.config.messages import input_error, unknown
@@ -21,7 +22,6 @@ from knittest.config.run import RUNS, Model, Preset, Run, Scale
 from knittest.config.settings import Setting, lay_setting, parse_set, refuse_contradictions
 from knittest.config.sources import FabricSource, fabric_file, lay_fabric, variant_path
 from knittest.config.yaml_loader import Document, KeyPath, describe, dotted, load_yaml, shown
-from knittest.errors import InputError
 
 #: says that limits looser than the preset's are accepted
 ACCEPTED: KeyPath = ("accept_limits",)

@@ -6,12 +6,12 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
+from knittest.base.errors import InputError
 from knittest.config.base import BoundsError
 from knittest.config.fields import Place, all_paths, nearest, place
 from knittest.config.layers import Layers
 from knittest.config.unit_slips import in_field_unit
 from knittest.config.yaml_loader import KeyPath, describe, dotted, shown
-from knittest.errors import InputError
 
 MOST_SHOWN = 20
 _DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?$")

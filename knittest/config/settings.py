@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 from typing import Any
 
+from knittest.base.errors import InputError
 from knittest.config.fields import place
 from knittest.config.layers import Layers
 from knittest.config.yaml_loader import KeyPath, parse_value, shown
-from knittest.errors import InputError
 
 
 @dataclass(frozen=True)

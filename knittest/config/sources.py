@@ -5,11 +5,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from knittest.base.errors import InputError
+from knittest.base.resources import configs_dir
 from knittest.config.layers import Layers
 from knittest.config.messages import unknown
 from knittest.config.yaml_loader import Document, KeyPath, describe, load_yaml
-from knittest.errors import InputError
-from knittest.resources import configs_dir
 
 #: the paper's two variants by number
 NUMBERED = {"1": "pham2019-v1", "2": "pham2019-v2"}

@@ -5,6 +5,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from knittest.base.errors import InputError
 from knittest.config.agreement import makes_mass
 from knittest.config.fabric import YARN_LEVEL, Fabric
 from knittest.config.layers import Layers
@@ -13,7 +14,6 @@ from knittest.config.paths import settle_data_paths
 from knittest.config.run import TensileRun
 from knittest.config.templates import fabric_template, taken_over
 from knittest.config.yaml_loader import Document, KeyPath, describe, dotted, load_yaml
-from knittest.errors import InputError
 from knittest.experiment.lab_folder import FABRIC
 
 #: fields of a shear law of which one excludes the others

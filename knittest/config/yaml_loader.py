@@ -12,9 +12,9 @@ from typing import Any
 
 import yaml
 
+from knittest.base.errors import InputError
+from knittest.base.reading import read_regular
 from knittest.config.scalars import Scalar, read_plain
-from knittest.errors import InputError
-from knittest.reading import read_regular
 
 MAX_BYTES = 1_000_000
 MAX_DEPTH = 24

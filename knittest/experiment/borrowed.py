@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
+from knittest.base.errors import InputError
+from knittest.base.reading import read_regular
+from knittest.base.resources import data_dir
 from knittest.config.fabric import Fabric
-from knittest.errors import InputError
-from knittest.reading import read_regular
-from knittest.resources import data_dir
 
 MAX_BYTES = 10_000_000
 #: line in the head of a curve

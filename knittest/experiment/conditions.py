@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any, get_args
 
+from knittest.base.errors import InputError
 from knittest.config.fabric import Direction
-from knittest.errors import InputError
 from knittest.experiment.lab_conditions import FABRIC_SIDE, FRAME_SIDE, GAUGE, NORMAL_FORCE, SAME, WIDTH, Condition
 
 #: sizes that curves and tables state, by their keys

@@ -7,13 +7,13 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.errors import InputError
+from knittest.base.errors import InputError
+from knittest.base.reading import read_regular
+from knittest.base.resources import data_dir
 from knittest.experiment.conditions import CHOICES, SIZES, UNKNOWN, Conditions, agreed, conditions_of
 from knittest.experiment.lab_csv import read_lab
 from knittest.experiment.lab_direction import Said, said_by
 from knittest.experiment.shear_csv import ANGLE, read_shear
-from knittest.reading import read_regular
-from knittest.resources import data_dir
 
 Array = NDArray[np.float64]
 Kind = Literal["measured", "digitised", "reconstructed", "simulated", "input"]

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from knittest.errors import InputError
+from knittest.base.errors import InputError
 from knittest.experiment.conditions import EXACT
 from knittest.experiment.curves import FORCE, FORCE_PER_WIDTH, ReferenceCurve
 from knittest.experiment.shear_csv import NORMALISED

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from knittest.base.errors import InputError
 from knittest.config.base import BoundsError, check_bounds, field_meta
 from knittest.config.fabric import MacroMaterial
 from knittest.config.rigs import CantileverRig
-from knittest.errors import InputError
 from knittest.experiment import lab_units
 from knittest.experiment.lab_checks import common, digest, refuse_apart
 from knittest.experiment.lab_conditions import AREA_MASS, PLANE_ANGLE, WIDTH, Condition, agreed, needed, stated

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from knittest.base.errors import InputError
 from knittest.config.base import BoundsError, check_bounds, field_meta
 from knittest.config.fabric import MacroMaterial
 from knittest.config.unit_slips import likely_unit
-from knittest.errors import InputError
 from knittest.experiment.lab_conditions import GAUGE, WIDTH, Condition, unstated
 from knittest.experiment.lab_csv import Specimen
 from knittest.experiment.statistics import peaks

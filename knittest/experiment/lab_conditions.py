@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from knittest.base.errors import InputError
 from knittest.config import rigs
 from knittest.config.base import BoundsError, check_bounds, field_meta
 from knittest.config.fabric import Fabric
-from knittest.errors import InputError
 from knittest.experiment import lab_units
 from knittest.experiment.lab_numbers import NUMBER, read_number
 from knittest.experiment.lab_rows import Row

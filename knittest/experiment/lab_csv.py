@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.errors import InputError
+from knittest.base.errors import InputError
 from knittest.experiment import lab_units
 from knittest.experiment.lab_conditions import GAUGE, WIDTH, agreed, agreeing, stated
 from knittest.experiment.lab_direction import Said, said_by

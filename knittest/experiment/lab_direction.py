@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from knittest.base.errors import InputError
 from knittest.config.fabric import Direction
-from knittest.errors import InputError
 from knittest.experiment.lab_rows import Row
 
 #: a weft-knitted fabric has both

@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+from knittest.base.atomic import write_atomic
 from knittest.experiment.lab_conditions import AREA_MASS, FABRIC_SIDE, FRAME_SIDE, GAUGE, WIDTH
 from knittest.experiment.lab_folder import (
     DIRECTIONS,
@@ -17,7 +18,6 @@ from knittest.experiment.lab_folder import (
     read_statistics,
 )
 from knittest.experiment.lab_rigs import rigs_of
-from knittest.export.atomic import write_atomic
 
 FRAME = "picture-frame"
 HEAD = """\

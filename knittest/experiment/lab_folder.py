@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from knittest.errors import InputError, ResourceError
+from knittest.base.errors import InputError, ResourceError
 from knittest.experiment.lab_conditions import Condition
 from knittest.experiment.statistics import mean_sd
 from knittest.experiment.tables import COLUMNS

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from knittest.base.errors import InputError
 from knittest.config.base import BoundsError, check_bounds, field_meta
 from knittest.config.rigs import PictureFrameRig
-from knittest.errors import InputError
 from knittest.experiment import lab_units
 from knittest.experiment.lab_conditions import FABRIC_SIDE, FRAME_SIDE, SAME, agreed, stated, unstated
 from knittest.experiment.lab_csv import FORCE

@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from knittest.base.atomic import write_atomic
+from knittest.base.errors import InputError
 from knittest.config.unit_slips import likely_unit
-from knittest.errors import InputError
 from knittest.experiment.lab_checks import common, digest, refuse_apart, refuse_copies
 from knittest.experiment.lab_conditions import FABRIC_SIDE, FRAME_SIDE
 from knittest.experiment.lab_fabric import finish
@@ -20,7 +21,6 @@ from knittest.experiment.lab_rigs import END
 from knittest.experiment.lab_series import Results, write_results
 from knittest.experiment.shear_csv import ANGLE, NORMALISED
 from knittest.experiment.statistics import Corridor, band
-from knittest.export.atomic import write_atomic
 from knittest.trellis import crosshead_of_normalised, to_conjugate
 
 Array = NDArray[np.float64]

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.errors import InputError
+from knittest.base.atomic import write_atomic
+from knittest.base.errors import InputError
 from knittest.experiment import lab_units
 from knittest.experiment.lab_checks import common, digest, refuse_apart, refuse_copies
 from knittest.experiment.lab_conditions import NORMAL_FORCE, PLATE_LENGTH, PLATE_WIDTH, needed
@@ -25,7 +26,6 @@ from knittest.experiment.lab_series import Results, write_results
 from knittest.experiment.lab_sign import drawn, pulled
 from knittest.experiment.lab_table import LabTable, columns, read_table
 from knittest.experiment.statistics import band
-from knittest.export.atomic import write_atomic
 
 Array = NDArray[np.float64]
 

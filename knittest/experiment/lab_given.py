@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.errors import InputError
+from knittest.base.errors import InputError
 from knittest.experiment.lab_sign import Sign
 
 Array = NDArray[np.float64]

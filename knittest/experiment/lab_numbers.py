@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
+from knittest.base.errors import InputError
 from knittest.config.yaml_loader import shown
-from knittest.errors import InputError
 
 #: digits and marks, whatever they mean; looks ahead for a digit, so that a long cell takes no quadratic time
 NUMBER = re.compile(r"[+-]?(?=[.,]*\d)[\d.,]+(e[+-]?\d+)?$", re.I)

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from knittest.base.figure import BLUE, dress, new_figure, save
 from knittest.experiment.statistics import Corridor
-from knittest.export.figure import BLUE, dress, new_figure, save
 
 Array = NDArray[np.float64]
 

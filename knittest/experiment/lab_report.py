@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from knittest.base.atomic import write_atomic
 from knittest.experiment.lab_checks import digest, one_series, per_width
 from knittest.experiment.lab_conditions import GAUGE, WIDTH
 from knittest.experiment.lab_csv import Specimen
@@ -17,7 +18,6 @@ from knittest.experiment.lab_picture import plot
 from knittest.experiment.lab_series import Results, write_results
 from knittest.experiment.statistics import Corridor, corridor, mean_sd, peaks, tension_curve
 from knittest.experiment.tables import TENSILE
-from knittest.export.atomic import write_atomic
 
 UNITS = {"peak_force_n": "N", "fracture_strain_pct": "%"}
 STRAIN, FORCE, FORCE_SD = "strain_pct", "force_n_per_mm", "force_sd_n_per_mm"

@@ -5,9 +5,9 @@ import io
 from collections.abc import Iterator
 from pathlib import Path
 
+from knittest.base.errors import InputError
+from knittest.base.reading import read_regular
 from knittest.config.yaml_loader import shown
-from knittest.errors import InputError
-from knittest.reading import read_regular
 
 #: what a table of a machine stays below; together they bound memory to some 0.6 GB
 MAX_BYTES, MAX_ROWS, MAX_ROW_LENGTH = 20_000_000, 500_000, 20_000

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from knittest.errors import InputError
+from knittest.base.atomic import write_atomic
+from knittest.base.errors import InputError
 from knittest.experiment.lab_checks import known_elsewhere
 from knittest.experiment.lab_conditions import Condition
 from knittest.experiment.lab_folder import (
@@ -20,7 +21,6 @@ from knittest.experiment.lab_folder import (
     table_name,
     table_text,
 )
-from knittest.export.atomic import write_atomic
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.errors import InputError
+from knittest.base.errors import InputError
 
 Array = NDArray[np.float64]
 Sign = Literal["positive", "negative"]

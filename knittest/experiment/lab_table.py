@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.errors import InputError
+from knittest.base.errors import InputError
 from knittest.experiment.lab_numbers import NUMBER, decimal_mark, read_number
 from knittest.experiment.lab_rows import Row, read_rows
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from knittest.errors import InputError
+from knittest.base.errors import InputError
 from knittest.experiment.lab_cantilever import cantilever_lines, read_overhangs, write_cantilever
 from knittest.experiment.lab_checks import plausible_strips
 from knittest.experiment.lab_conditions import (

@@ -3,7 +3,7 @@
 import math
 import re
 
-from knittest.errors import InputError
+from knittest.base.errors import InputError
 
 #: factor to N
 FORCE = {"N": 1.0, "kN": 1e3, "daN": 10.0, "cN": 1e-2, "mN": 1e-3, "kgf": 9.80665, "lbf": 4.4482216152605}

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
+from knittest.base.resources import data_dir
 from knittest.experiment.tables import published
-from knittest.resources import data_dir
 
 AXIAL = 59.3e3 * 0.784  # EA of a yarn [N]
 #: strip of DIN EN ISO 13934-1 [mm]

@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from knittest.base.atomic import make_folder, replacing
+from knittest.base.errors import InputError
 from knittest.config.loading import resolve
 from knittest.config.run import PictureFrameRun
-from knittest.errors import InputError
 from knittest.experiment.shear_csv import ANGLE, START
-from knittest.export.atomic import make_folder, replacing
 from knittest.trellis import to_conjugate
 
 Array = NDArray[np.float64]

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from knittest.base.resources import data_dir
 from knittest.config.sources import NUMBERED
-from knittest.resources import data_dir
 
 Array = NDArray[np.float64]
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.errors import InputError
+from knittest.base.errors import InputError
 from knittest.experiment.lab_csv import Specimen
 
 Array = NDArray[np.float64]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import groupby
 from pathlib import Path
 
-from knittest.errors import InputError
+from knittest.base.errors import InputError
 from knittest.experiment.conditions import EXACT, SIZES, UNKNOWN, Conditions, conditions_of
 
 COLUMNS = ["variant", "direction", "quantity", "mean", "sd", "n", "unit", "table"]

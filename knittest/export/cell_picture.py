@@ -4,11 +4,11 @@ from pathlib import Path
 
 import numpy as np
 
-from knittest.export.figure import new_figure, save
+from knittest.base.figure import new_figure, save
+from knittest.base.history import Array
 from knittest.export.tubes import View, render_tubes
 from knittest.fabric.cell import Cell
 from knittest.fabric.strip import YarnPath, centre_lines
-from knittest.history import Array
 
 _PIXEL = 0.02  # mm
 _CELLS = 4

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from knittest.errors import InputError
-from knittest.export.atomic import replacing, write_atomic
+from knittest.base.atomic import replacing, write_atomic
+from knittest.base.errors import InputError
 from knittest.fabric.cell import SYSTEMS, Cell
 from knittest.fabric.strip import YarnPath, centre_lines
 

@@ -15,10 +15,10 @@ from typing import Self
 
 import numpy as np
 
-from knittest.errors import InputError, ResourceError
+from knittest.base.errors import InputError, ResourceError
+from knittest.base.interrupts import Interrupts
 from knittest.export.identity import Identity
 from knittest.export.npz import Damaged, read_arrays, write_arrays
-from knittest.interrupts import Interrupts
 from knittest.simulation import Snapshot
 from knittest.snapshot import State
 

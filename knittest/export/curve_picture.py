@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from knittest.export.figure import BLACK, BLUE, GREEN, GREY, ORANGE, RED, SKY, dress, new_figure, save
-from knittest.history import Array
+from knittest.base.figure import BLACK, BLUE, GREEN, GREY, ORANGE, RED, SKY, dress, new_figure, save
+from knittest.base.history import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

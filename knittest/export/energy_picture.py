@@ -5,9 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knittest.export.figure import BLACK, BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY, YELLOW, dress, new_figure, save
-from knittest.history import Array, History
-from knittest.measure import START_UP, judged_rows
+from knittest.base.figure import BLACK, BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY, YELLOW, dress, new_figure, save
+from knittest.base.history import START_UP, Array, History, judged_rows
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
-from knittest.export.figure import new_figure, save
+from knittest.base.figure import new_figure, save
+from knittest.base.history import Array, Frame, Mesh
 from knittest.export.tubes import View, render_tubes
-from knittest.history import Array, Frame, Mesh
 
 _GROUND = "#23282e"
 _PIXELS = 900_000

@@ -11,9 +11,9 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
+from knittest.base.atomic import make_folder, resource_error, write_atomic
+from knittest.base.errors import InputError, KnittestError
 from knittest.config.run import Run
-from knittest.errors import InputError, KnittestError
-from knittest.export.atomic import make_folder, resource_error, write_atomic
 from knittest.export.jsonfile import json_text
 from knittest.export.lock import LOCK_NAME, RunLock
 from knittest.export.manifest import ending, first_manifest, now, restarted_manifest

@@ -5,13 +5,13 @@ from pathlib import Path
 from typing import Any
 
 import knittest
+from knittest.base.resources import data_dir
 from knittest.config.dumping import dump
 from knittest.config.run import Run
 from knittest.config.tools import stl_tools
 from knittest.export import provenance
 from knittest.fabric.cell_cache import cell_digest
 from knittest.fabric.relax import relaxed_cell
-from knittest.resources import data_dir
 
 #: libraries that do the arithmetic
 ARITHMETIC = ("numpy", "numba", "llvmlite", "scipy")

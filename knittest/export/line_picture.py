@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from knittest.export.figure import BLUE, GREEN, GREY, ORANGE, RED, SKY, dress, new_figure, save
-from knittest.history import Array
+from knittest.base.figure import BLUE, GREEN, GREY, ORANGE, RED, SKY, dress, new_figure, save
+from knittest.base.history import Array
 
 _COLOURS = (BLUE, ORANGE, GREEN, RED, SKY)
 

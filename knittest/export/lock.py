@@ -7,9 +7,9 @@ import os
 from contextlib import suppress
 from pathlib import Path
 
-from knittest.errors import ResourceError
-from knittest.export.atomic import resource_error
-from knittest.hiding import host_name
+from knittest.base.atomic import resource_error
+from knittest.base.errors import ResourceError
+from knittest.base.hiding import host_name
 
 LOCK_NAME = "run.lock"
 # Blanks after the owner's line keep some room on a full disk for the last manifest, see RunLock.give_room.

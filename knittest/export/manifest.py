@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import knittest
+from knittest.base.errors import KnittestError, OutOfTolerance
+from knittest.base.hiding import host_name
+from knittest.base.interrupts import Interrupted
 from knittest.config.run import Run
-from knittest.errors import KnittestError, OutOfTolerance
 from knittest.export import provenance
 from knittest.export.summary import Status
-from knittest.hiding import host_name
-from knittest.interrupts import Interrupted
 
 INTERRUPTED = 75
 

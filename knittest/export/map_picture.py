@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from knittest.export.figure import GREY, new_figure, save
-from knittest.history import Array
+from knittest.base.figure import GREY, new_figure, save
+from knittest.base.history import Array
 
 
 def height_picture(path: Path, x: Array, y: Array, height: Array, *, title: str, note: str) -> None:

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from knittest.export.atomic import replacing, resource_error
-from knittest.sealed import Damaged, seal, unseal
+from knittest.base.atomic import replacing, resource_error
+from knittest.base.sealed import Damaged, seal, unseal
 
 __all__ = ["Damaged", "read_arrays", "write_arrays"]
 

@@ -3,8 +3,8 @@
 import shutil
 from pathlib import Path
 
-from knittest.export.atomic import resource_error
-from knittest.resources import data_dir
+from knittest.base.atomic import resource_error
+from knittest.base.resources import data_dir
 
 #: subfolder for them
 OWN = "data"

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from knittest.export.figure import BLACK, GREY, new_figure, save
-from knittest.history import Array
+from knittest.base.figure import BLACK, GREY, new_figure, save
+from knittest.base.history import Array
 
 
 @dataclass(frozen=True)

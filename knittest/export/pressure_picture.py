@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from knittest.export.figure import GREY, new_figure, save
-from knittest.history import Array
+from knittest.base.figure import GREY, new_figure, save
+from knittest.base.history import Array
 
 #: share of the loaded cells that the colours span; the few above have the last colour
 SPANNED = 99.0

@@ -9,7 +9,7 @@ from importlib import metadata
 from pathlib import Path
 
 import knittest
-from knittest.errors import InputError
+from knittest.base.errors import InputError
 
 _LIBRARIES = ("llvmlite", "matplotlib", "meshio", "numba", "numpy", "pandas", "pydantic", "PyYAML", "scipy")
 

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from knittest.export.figure import BLUE, GREY, dress, new_figure, save
-from knittest.history import Array
+from knittest.base.figure import BLUE, GREY, dress, new_figure, save
+from knittest.base.history import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.export.figure import BLUE, GREY, ORANGE, dress, new_figure, save
-from knittest.history import Array
+from knittest.base.figure import BLUE, GREY, ORANGE, dress, new_figure, save
+from knittest.base.history import Array
 
 
 def side_picture(

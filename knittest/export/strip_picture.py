@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from knittest.base.figure import new_figure, save
+from knittest.base.history import Array, Frame, History, Mesh
 from knittest.config.fabric import Direction
-from knittest.export.figure import new_figure, save
 from knittest.export.tubes import View, render_tubes
-from knittest.history import Array, Frame, History, Mesh
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -4,11 +4,11 @@ import statistics
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal, NotRequired, TypedDict
 
+from knittest.base.history import Cost, Quality
+from knittest.base.result_rows import folded
+from knittest.config.gates import GATES
 from knittest.config.looser import Loosened, loosened
 from knittest.config.run import Run
-from knittest.gates import GATES
-from knittest.history import Cost, Quality
-from knittest.result_rows import folded
 
 Status = Literal["running", "completed", "failed", "interrupted"]
 Results = Mapping[str, float]

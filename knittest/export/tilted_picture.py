@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from knittest.export.figure import new_figure, save
+from knittest.base.figure import new_figure, save
+from knittest.base.history import Array, Frame, Mesh
 from knittest.export.tubes import View, render_tubes
-from knittest.history import Array, Frame, Mesh
 
 #: turn about the vertical and tilt of the line of sight against it [deg]
 TURN, TILT = 30.0, 50.0

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from knittest.export.atomic import replacing, resource_error
+from knittest.base.atomic import replacing, resource_error
 from knittest.tooling.toolset import ToolSet
 
 

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knittest.export.figure import BLUE, GREEN, GREY, ORANGE, dress, new_figure, save
-from knittest.history import Array
+from knittest.base.figure import BLUE, GREEN, GREY, ORANGE, dress, new_figure, save
+from knittest.base.history import Array
 from knittest.tooling.toolset import PLATE, RigidTool, ToolSet
 
 if TYPE_CHECKING:

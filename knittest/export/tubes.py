@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.history import Array
+from knittest.base.history import Array
 
 # Direction to the light, from the upper left and towards the viewer; unit length.
 _LIGHT = np.array([-0.45, 0.45, 0.7714])

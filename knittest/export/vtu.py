@@ -7,8 +7,8 @@ from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
 
-from knittest.export.atomic import replacing, resource_error, write_atomic
-from knittest.history import Array, Frame, History, Mesh
+from knittest.base.atomic import replacing, resource_error, write_atomic
+from knittest.base.history import Array, Frame, History, Mesh
 
 _CELL_TYPE = {"beams": "line", "shells": "quad"}
 

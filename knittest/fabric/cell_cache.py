@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from knittest.cache import cache_folder
+from knittest.base.cache import cache_folder
+from knittest.base.notes import tell
+from knittest.base.sealed import Damaged, checksum, seal, unseal
 from knittest.fabric.cell import SYSTEMS, Cell, CellSpec
-from knittest.notes import tell
-from knittest.sealed import Damaged, checksum, seal, unseal
 
 #: what shapes a cell, beside its inputs
 SOURCES = (

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.errors import InputError
+from knittest.base.errors import InputError
 from knittest.fabric.spline import polyline_length
 
 Array = NDArray[np.float64]

@@ -5,8 +5,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from knittest.base.errors import InputError, NumericalError
 from knittest.config.fabric import Fabric
-from knittest.errors import InputError, NumericalError
 from knittest.fabric.cell import Cell, CellSpec
 from knittest.fabric.cell_cache import load_cell, save_cell
 from knittest.fabric.spline import polyline_length

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.errors import NumericalError
+from knittest.base.errors import NumericalError
 from knittest.fabric.cell import SYSTEMS
 
 if TYPE_CHECKING:

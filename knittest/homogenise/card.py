@@ -7,13 +7,13 @@ from typing import Any, get_args
 
 import numpy as np
 
+from knittest.base.atomic import write_atomic
 from knittest.config.dumping import dump_mapping
 from knittest.config.fabric import Direction
 from knittest.config.run import Run, TensileRun
 from knittest.experiment.curves import FORCE_PER_WIDTH
 from knittest.experiment.shear_csv import ANGLE
 from knittest.experiment.shear_law import FRAME_ANGLE, NORMALISED, homogenised_law
-from knittest.export.atomic import write_atomic
 from knittest.export.own_data import OWN, kept_beside
 from knittest.homogenise.curves import Array, read_columns, tension_curve
 from knittest.homogenise.plan import PIECES, Piece, overhang, width

@@ -5,9 +5,10 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from knittest.base.atomic import write_atomic
+from knittest.base.errors import InputError, KnittestError, NumericalError, OutOfTolerance, ResourceError
+from knittest.base.interrupts import Interrupts
 from knittest.config.run import Run
-from knittest.errors import InputError, KnittestError, NumericalError, OutOfTolerance, ResourceError
-from knittest.export.atomic import write_atomic
 from knittest.export.folder import slug
 from knittest.export.jsonfile import json_text
 from knittest.homogenise.card import FABRIC, Card, Tested, card_of, write_card
@@ -15,7 +16,6 @@ from knittest.homogenise.check import compared
 from knittest.homogenise.outcome import Ended, Outcome, as_data, report_lines
 from knittest.homogenise.picture import homogenise_picture
 from knittest.homogenise.plan import PIECES, Piece, Request, shell_run, yarn_run
-from knittest.interrupts import Interrupts
 from knittest.trials.pool import LocalPool, Pool
 from knittest.trials.runner import TrialRunner
 from knittest.trials.study import says_how_to_go_on, study_folder

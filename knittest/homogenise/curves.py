@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.errors import NumericalError
+from knittest.base.errors import NumericalError
 
 Array = NDArray[np.float64]
 

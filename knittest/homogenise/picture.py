@@ -3,9 +3,9 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from knittest.base.figure import BLUE, ORANGE, dress, new_figure, save
+from knittest.base.stamp import Stamp, stamped
 from knittest.experiment.shear_law import FRAME_ANGLE, NORMALISED
-from knittest.export.figure import BLUE, ORANGE, dress, new_figure, save
-from knittest.export.stamp import Stamp, stamped
 from knittest.homogenise.card import Tested
 from knittest.homogenise.check import ANGLES
 from knittest.homogenise.curves import read_columns, to_peak

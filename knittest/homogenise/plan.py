@@ -4,12 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from knittest.base.errors import InputError
 from knittest.config.fabric import Direction
 from knittest.config.loading import resolve
 from knittest.config.rigs import StripRig
 from knittest.config.run import CantileverRun, PictureFrameRun, Run, TensileRun
 from knittest.config.settings import Setting, parse_set
-from knittest.errors import InputError
 from knittest.laboratory.strips import yarns_across
 
 #: a strip of a cantilever is at least this much longer than its overhang

@@ -9,7 +9,7 @@ import hashlib
 import os
 from pathlib import Path
 
-from knittest.cache import cache_folder
+from knittest.base.cache import cache_folder
 
 
 def _source_digest() -> str:

@@ -6,17 +6,17 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from knittest.base.errors import InputError
+from knittest.base.history import History, Quality
+from knittest.base.resources import data_dir
 from knittest.config.fabric import Direction, Fabric
 from knittest.config.run import Run
-from knittest.errors import InputError
 from knittest.experiment.curves import ReferenceCurve, load_curve
 from knittest.experiment.forces import per_width
-from knittest.history import History, Quality
 from knittest.kernels.shell_state import Laminate
 from knittest.materials.curve_reach import cut_curves, refuse_blunders
 from knittest.materials.laminate import laminate
 from knittest.models.explicit_model import ExplicitModel
-from knittest.resources import data_dir
 from knittest.rigs.base import Rig
 from knittest.simulation import Keeper, SimulationCost
 

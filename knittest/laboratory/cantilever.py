@@ -11,18 +11,18 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from knittest.base.errors import InputError
+from knittest.base.history import History, Quality
+from knittest.base.resources import data_dir
 from knittest.config.rigs import CantileverRig
 from knittest.config.run import CantileverRun, Run
-from knittest.errors import InputError
 from knittest.experiment.tables import published
-from knittest.history import History, Quality
 from knittest.laboratory.base import Phase, Prepared, Update
 from knittest.laboratory.heavy_elastica import STANDARD_ANGLE, overhang_ratio
 from knittest.laboratory.mounting import Rest
 from knittest.laboratory.shell_cantilever import mount_shells, shells_to_rest
 from knittest.laboratory.yarn_cantilever import mount_yarns, yarns_to_rest
 from knittest.models.explicit_model import ExplicitModel
-from knittest.resources import data_dir
 from knittest.simulation import Keeper, SimulationCost
 
 Array = NDArray[np.float64]

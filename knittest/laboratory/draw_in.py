@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.history import Frame, Mesh
+from knittest.base.history import Frame, Mesh
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

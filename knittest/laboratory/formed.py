@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.history import Frame, History, Mesh
+from knittest.base.history import Frame, History, Mesh
 from knittest.tooling.toolset import ToolSet
 
 Array = NDArray[np.float64]

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from knittest.base.errors import InputError
+from knittest.base.history import Frame, History, Mesh, Quality
 from knittest.config.rigs import FormingRig
 from knittest.config.run import FormingRun
-from knittest.errors import InputError
-from knittest.history import Frame, History, Mesh, Quality
 from knittest.laboratory.base import Phase, Prepared, Update, fabric_laminate
 from knittest.laboratory.draw_in import draw_in
 from knittest.laboratory.formed import Formed, formed

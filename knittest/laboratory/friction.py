@@ -4,9 +4,9 @@ import time as clock
 
 import numpy as np
 
+from knittest.base.errors import InputError
+from knittest.base.history import History, Quality
 from knittest.config.run import FrictionRun
-from knittest.errors import InputError
-from knittest.history import History, Quality
 from knittest.laboratory.base import Phase, Prepared, Update, fabric_laminate
 from knittest.laboratory.judging import Span, assess
 from knittest.laboratory.pressure import pressure_map, shares

@@ -6,12 +6,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from knittest.advice import advised
+from knittest.base.history import Array, History, Quality, judged_rows
+from knittest.config.gates import LEAST_ROWS, NEAR, Gate, gates_of
 from knittest.config.run import Run
-from knittest.gates import LEAST_ROWS, NEAR, Gate, gates_of
-from knittest.history import Array, History, Quality
 from knittest.laboratory.base import Prepared
 from knittest.laboratory.law_end import BeyondLaw, beyond_law
-from knittest.measure import judged_rows
 from knittest.simulation import SimulationCost
 
 #: share of the work up to the largest force that must be done before the first failure, as nothing after it is judged

@@ -6,8 +6,8 @@ from math import ceil
 
 import numpy as np
 
+from knittest.base.history import Array, Frame, History
 from knittest.config.run import Run
-from knittest.history import Array, Frame, History
 from knittest.laboratory.base import shear_curve
 from knittest.laboratory.shear_angles import shell_angles
 from knittest.materials.shear import last_angle

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.history import Frame, Mesh
+from knittest.base.history import Frame, Mesh
 from knittest.laboratory.shear_angles import pieces
 
 Array = NDArray[np.float64]

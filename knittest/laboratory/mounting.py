@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from knittest.base.history import Frame
 from knittest.config.run import CantileverRun, FormingRun
-from knittest.history import Frame
 from knittest.models.boundary import Boundary, Readings
 from knittest.models.explicit_model import ExplicitModel
 from knittest.relaxation import Relaxation

@@ -8,10 +8,10 @@ from math import floor, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
+from knittest.base.errors import InputError
+from knittest.base.history import Frame, History, Mesh, Quality
 from knittest.config.run import PictureFrameRun
-from knittest.errors import InputError
 from knittest.experiment.shear_csv import NORMALISED
-from knittest.history import Frame, History, Mesh, Quality
 from knittest.laboratory.base import Phase, Prepared, Update, fabric_laminate, shear_curve
 from knittest.laboratory.judging import Span, assess
 from knittest.laboratory.shear_angles import AngleScatter, angle_scatter, crossing_angles, shell_angles

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.history import History, Mesh
+from knittest.base.history import History, Mesh
 
 Array = NDArray[np.float64]
 

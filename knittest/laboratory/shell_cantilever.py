@@ -4,8 +4,8 @@ from math import atan2, degrees
 
 import numpy as np
 
+from knittest.base.history import Frame
 from knittest.config.run import CantileverRun
-from knittest.history import Frame
 from knittest.laboratory.base import Prepared, fabric_laminate
 from knittest.laboratory.mounting import Mounting, Rest, weights
 from knittest.materials.laminate import softened

@@ -2,8 +2,8 @@
 
 import time as clock
 
+from knittest.base.history import History, Quality
 from knittest.config.run import TensileRun
-from knittest.history import History, Quality
 from knittest.laboratory.base import Phase, Prepared, Update, fabric_laminate
 from knittest.laboratory.judging import Span, assess
 from knittest.laboratory.strips import AXIS, cut, pitch, yarns_across

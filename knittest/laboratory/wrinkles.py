@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import LinearNDInterpolator
 
-from knittest.history import Frame, History
+from knittest.base.history import Frame, History
 
 Array = NDArray[np.float64]
 

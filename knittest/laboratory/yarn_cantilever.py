@@ -14,8 +14,8 @@ from math import atan2, ceil, degrees
 import numpy as np
 from numpy.typing import NDArray
 
+from knittest.base.history import Frame
 from knittest.config.run import CantileverRun
-from knittest.history import Frame
 from knittest.laboratory.base import Phase, Prepared
 from knittest.laboratory.heavy_elastica import heavy_elastica
 from knittest.laboratory.mounting import Mounting, Rest, weights

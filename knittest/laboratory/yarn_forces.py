@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from knittest.base.history import Frame, Mesh
 from knittest.config.fabric import Direction
 from knittest.config.run import Run
-from knittest.history import Frame, Mesh
 from knittest.laboratory.base import tension_curve
 from knittest.materials.yarn_section import sections
 

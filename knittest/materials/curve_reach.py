@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from knittest.base.errors import InputError
 from knittest.config.base import Quantity
 from knittest.config.fabric import Direction, Fabric
-from knittest.errors import InputError
 from knittest.experiment.borrowed import borrowed
 from knittest.experiment.curves import ReferenceCurve
 

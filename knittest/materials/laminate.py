@@ -12,14 +12,14 @@ from math import sqrt
 import numpy as np
 from numpy.typing import NDArray
 
+from knittest.base.errors import InputError
+from knittest.base.units import to_kernel
 from knittest.config.fabric import Direction, Fabric
-from knittest.errors import InputError
 from knittest.experiment.curves import ReferenceCurve
 from knittest.kernels.laws import hinge_table
 from knittest.kernels.shell_state import Laminate
 from knittest.materials.shear import shear_table
 from knittest.materials.thinning import thin
-from knittest.units import to_kernel
 
 Array = NDArray[np.float64]
 

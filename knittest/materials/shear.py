@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from knittest.base.errors import InputError
 from knittest.config.fabric import Fabric
-from knittest.errors import InputError
 from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.shear_csv import ANGLE
 from knittest.kernels.laws import hinge_table

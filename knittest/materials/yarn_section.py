@@ -6,9 +6,9 @@ from math import pi, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
+from knittest.base.errors import InputError
+from knittest.base.units import to_kernel
 from knittest.config.fabric import Fabric, Yarn, YarnLaw
-from knittest.errors import InputError
-from knittest.units import to_kernel
 
 Array = NDArray[np.float64]
 

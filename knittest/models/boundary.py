@@ -7,7 +7,7 @@ from math import cos, sin
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from knittest.errors import InputError
+from knittest.base.errors import InputError
 from knittest.kernels.drive_state import (
     CYLINDER,
     GRID,

@@ -7,9 +7,9 @@ from math import sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.advice import rounded_down
-from knittest.errors import InputError
-from knittest.history import Mesh
+from knittest.base.errors import InputError
+from knittest.base.history import Mesh
+from knittest.base.rounding import rounded_down
 from knittest.kernels.beam import rotary_inertia_factor, wave_speed
 from knittest.kernels.contact import penalty
 from knittest.kernels.state import Beams, ContactLaw

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.errors import InputError, NumericalError
-from knittest.history import OVERLAP_COUNTS, Overlaps
+from knittest.base.errors import InputError, NumericalError
+from knittest.base.history import OVERLAP_COUNTS, Overlaps
 from knittest.kernels import search
 from knittest.kernels.options import PARTITIONS
 from knittest.kernels.pair_search import Cells, Pieces, find_pairs

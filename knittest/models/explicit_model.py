@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.history import Mesh, Overlaps
+from knittest.base.history import Mesh, Overlaps
 from knittest.kernels.drive_state import Drive
 from knittest.kernels.options import PARTITIONS
 from knittest.kernels.state import Nodes, Partitions, Tally
@@ -89,7 +89,7 @@ class ExplicitModel(ABC):
 
     @abstractmethod
     def fields(self) -> dict[str, Array]:
-        """Element fields of a frame, as in :class:`knittest.history.Frame`."""
+        """Element fields of a frame, as in :class:`knittest.base.history.Frame`."""
 
     @abstractmethod
     def resultants(self) -> dict[str, Array]:

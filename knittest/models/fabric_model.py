@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import get_num_threads
 
-from knittest.history import Overlaps
+from knittest.base.history import Overlaps
 from knittest.kernels.drive_state import Drive
 from knittest.kernels.explicit import advance_fabric
 from knittest.kernels.health import smallest_shell

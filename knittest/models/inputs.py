@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from knittest.errors import InputError
+from knittest.base.errors import InputError
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from knittest.history import Mesh
+from knittest.base.history import Mesh
 from knittest.kernels.shell_arrays import build_shells, set_strength
 from knittest.kernels.shell_state import Laminate, Shells
 from knittest.models.explicit_model import make_nodes, make_partitions

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from knittest.errors import InputError
+from knittest.base.errors import InputError
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

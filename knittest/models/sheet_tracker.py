@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.errors import InputError, NumericalError
-from knittest.history import OVERLAP_COUNTS, Overlaps
+from knittest.base.errors import InputError, NumericalError
+from knittest.base.history import OVERLAP_COUNTS, Overlaps
 from knittest.kernels import search, sheet_search
 from knittest.kernels.sheet_state import SheetContacts, SheetLaw, SheetMesh, empty_contacts
 from knittest.kernels.shell_state import Shells

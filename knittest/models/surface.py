@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from knittest.errors import InputError
+from knittest.base.errors import InputError
+from knittest.base.reading import excerpt, read_regular
 from knittest.kernels.triangle_distance import crossings, far_distance, inherit, near_distance
 from knittest.models.boundary import Tool, sampled
 from knittest.models.triangle_mesh import TriangleMesh
-from knittest.reading import excerpt, read_regular
 
 Array = NDArray[np.float64]
 

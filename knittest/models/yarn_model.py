@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numba import get_num_threads
 
-from knittest.history import Overlaps
+from knittest.base.history import Overlaps
 from knittest.kernels import monitor
 from knittest.kernels.contact import spline_weights
 from knittest.kernels.drive_state import Drive

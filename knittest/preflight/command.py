@@ -7,9 +7,9 @@ from typing import Any
 
 import numba
 
+from knittest.base.errors import OutOfTolerance
 from knittest.config.fabric import Fabric
 from knittest.config.run import Run
-from knittest.errors import OutOfTolerance
 from knittest.experiment.borrowed import borrowed
 from knittest.kernels.threading import best_threads
 from knittest.preflight.counterpart import Counterpart, summary_line, table_lines

@@ -2,8 +2,8 @@
 
 from typing import Any
 
+from knittest.base.history import OVERLAP_COUNTS, Overlaps
 from knittest.config.run import Run
-from knittest.history import OVERLAP_COUNTS, Overlaps
 from knittest.laboratory.base import Prepared
 
 #: bytes a node takes in all arrays, about

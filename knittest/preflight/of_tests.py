@@ -4,15 +4,15 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from knittest.base.errors import InputError
+from knittest.base.resources import data_dir
+from knittest.base.units import to_kernel
 from knittest.config.base import Quantity
 from knittest.config.fabric import Direction, Fabric
-from knittest.errors import InputError
 from knittest.experiment.tables import PublishedValue, for_width, published
 from knittest.laboratory.base import tension_curve
 from knittest.materials.curve_reach import MARGIN, reaches
 from knittest.preflight.counterpart import Counterpart, of_quantity
-from knittest.resources import data_dir
-from knittest.units import to_kernel
 
 DIRECTIONS: tuple[Direction, Direction] = ("warp", "weft")
 GRAVITY = 9.81  # [m/s2]

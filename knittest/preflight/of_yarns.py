@@ -4,10 +4,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from knittest.base.errors import KnittestError
 from knittest.config.base import Quantity
 from knittest.config.fabric import YARN_LEVEL, Direction, Fabric
 from knittest.config.run import Variability
-from knittest.errors import KnittestError
 from knittest.fabric.cell import Cell
 from knittest.fabric.relax import relaxed_cell
 from knittest.fabric.spline import polyline_length

@@ -8,16 +8,16 @@ import numpy as np
 import pandas as pd
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from knittest.base.atomic import write_atomic
+from knittest.base.errors import InputError
+from knittest.base.history import Array
+from knittest.base.resources import data_dir
 from knittest.compare import STRAIN
 from knittest.config.run import Run
-from knittest.errors import InputError
-from knittest.export.atomic import write_atomic
 from knittest.export.jsonfile import json_text
 from knittest.export.manifest import now
 from knittest.export.provenance import cpu_model, git_commit
-from knittest.history import Array
 from knittest.reports.registry import REPORTS
-from knittest.resources import data_dir
 from knittest.trials.record import Record
 
 #: points of a stored curve

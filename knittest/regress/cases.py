@@ -4,9 +4,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
+from knittest.base.errors import InputError
 from knittest.config.loading import resolve
 from knittest.config.run import Preset, Scale
-from knittest.errors import InputError
 from knittest.trials.trial import Trial, trial_of
 
 Level = Literal["quick", "full"]

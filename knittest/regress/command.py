@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from knittest.base.atomic import resource_error, write_atomic
+from knittest.base.errors import InputError
 from knittest.batch.run_all import run_all
-from knittest.errors import InputError
-from knittest.export.atomic import resource_error, write_atomic
 from knittest.export.jsonfile import json_text
 from knittest.regress import baseline as stored
 from knittest.regress.cases import LIMITS, Case, Level, Table, chosen_cases

@@ -4,9 +4,9 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
+from knittest.base.resources import data_dir
 from knittest.experiment.tables import published
 from knittest.regress.cases import Case
-from knittest.resources import data_dir
 from knittest.trials.record import Record
 
 SOURCE, VARIANT = "pham2019", "1"

@@ -4,13 +4,13 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from knittest.base.errors import InputError
+from knittest.base.resources import data_dir
 from knittest.compare import compare_results
 from knittest.config.run import Run, Scale
-from knittest.errors import InputError
 from knittest.experiment.tables import PublishedValue, published
 from knittest.regress.cases import QUANTITIES, Case
 from knittest.reports.registry import REPORTS
-from knittest.resources import data_dir
 from knittest.row_kind import RowKind, row_kind
 from knittest.trials.record import Record
 

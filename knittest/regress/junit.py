@@ -5,7 +5,7 @@ import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 from pathlib import Path
 
-from knittest.export.atomic import write_atomic
+from knittest.base.atomic import write_atomic
 from knittest.regress.drift import Drift
 from knittest.regress.judge import Row
 from knittest.regress.outcome import Outcome

@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from knittest.errors import OutOfTolerance, ResourceError
+from knittest.base.errors import OutOfTolerance, ResourceError
 from knittest.export.provenance import cpu_model, git_commit
 from knittest.regress.cases import Case, Level
 from knittest.regress.cost import CostRow

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from knittest.base.figure import BLACK, BLUE, GREEN, ORANGE, PINK, RED, SKY, dress, new_figure
+from knittest.base.history import Array
 from knittest.experiment.curves import ReferenceCurve
 from knittest.export.curve_picture import EndPoint, Reference, draw_end_point, draw_reference
-from knittest.export.figure import BLACK, BLUE, GREEN, ORANGE, PINK, RED, SKY, dress, new_figure
 from knittest.export.line_picture import Level
-from knittest.history import Array
 from knittest.report_page.pictures import data_uri
 from knittest.report_page.wording import label
 from knittest.reports.base import CurveAxes

@@ -4,13 +4,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import groupby
 from typing import Any
 
+from knittest.base.result_rows import SIZED, ResultRow
 from knittest.report_page.blocks import Block, Cell, Gallery, Picture, Section, Table, Text, Tone
 from knittest.report_page.curves import overlay, sizes_differ
 from knittest.report_page.loading import LoadedRun
 from knittest.report_page.parameters import leaves, shown, shown_quantity, sourced, unit_of
 from knittest.report_page.pictures import CAPTIONS, picture
 from knittest.report_page.results import rows_of
-from knittest.result_rows import SIZED, ResultRow
 
 #: columns of runs that fit a sheet of paper
 ABREAST = 4

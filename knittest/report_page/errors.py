@@ -2,11 +2,11 @@
 
 import math
 
+from knittest.base.result_rows import LABELS, error_text
 from knittest.error_notes import error_notes
 from knittest.report_page.blocks import Block, Cell, Table, Text
 from knittest.report_page.files import Number
 from knittest.report_page.loading import LoadedRun
-from knittest.result_rows import LABELS, error_text
 
 HEADER = ("quantity", "at half the speed", "on the other mesh", "numerical error")
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from pydantic import BaseModel, ValidationError
 
-from knittest.errors import InputError
-from knittest.reading import read_regular
+from knittest.base.errors import InputError
+from knittest.base.reading import read_regular
 
 if TYPE_CHECKING:
     from pandas import DataFrame

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from knittest.errors import InputError
+from knittest.base.errors import InputError
 
 #: a folder with one of these is a run folder
 MARKS = ("manifest.json", "summary.json")

@@ -5,11 +5,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from knittest.base.result_rows import unfolded
 from knittest.report_page.blocks import Block, Cell, Section, Table, Text
 from knittest.report_page.files import LooserLimit, Number, Spread
 from knittest.report_page.loading import LoadedRun
 from knittest.reports.base import Gate
-from knittest.result_rows import unfolded
 
 _COST = {
     "wall_s": "time on the clock [s]",

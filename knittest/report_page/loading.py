@@ -4,10 +4,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from knittest.base.errors import InputError
 from knittest.config.loading import resolve
 from knittest.config.run import Run
 from knittest.config.yaml_loader import parse_document
-from knittest.errors import InputError
 from knittest.report_page.files import Columns, Comparison, Manifest, Reader, Summary
 from knittest.reports.base import Report
 from knittest.reports.registry import REPORTS

@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from knittest import __version__
-from knittest.errors import InputError
-from knittest.export.atomic import write_atomic
+from knittest.base.atomic import write_atomic
+from knittest.base.errors import InputError
 from knittest.report_page.blocks import Block, Cell, Page, Section, Table
 from knittest.report_page.comparison import differences, overview, side_by_side
 from knittest.report_page.curves import curve

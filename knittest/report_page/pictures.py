@@ -3,8 +3,8 @@
 import base64
 from pathlib import Path
 
-from knittest.errors import InputError
-from knittest.reading import read_regular
+from knittest.base.errors import InputError
+from knittest.base.reading import read_regular
 from knittest.report_page.blocks import Block, Picture, Section, Text
 from knittest.report_page.loading import LoadedRun
 

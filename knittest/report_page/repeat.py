@@ -1,7 +1,7 @@
 """How to repeat a run: commands, config, versions, hashes, seed."""
 
+from knittest.base.errors import InputError
 from knittest.config.run import Run
-from knittest.errors import InputError
 from knittest.export.identity import data_files
 from knittest.export.provenance import sha256_files, sha256_text
 from knittest.report_page.blocks import Block, Cell, Code, Section, Table, Text

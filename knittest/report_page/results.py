@@ -3,11 +3,11 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from knittest.base.result_rows import KINDS, UNRESOLVED, UNSCATTERED, ResultRow, result_rows
 from knittest.compare import UNRATED
 from knittest.report_page.blocks import Block, Cell, Section, Table, Text, Tone
 from knittest.report_page.errors import error_blocks
 from knittest.report_page.loading import LoadedRun
-from knittest.result_rows import KINDS, UNRESOLVED, UNSCATTERED, ResultRow, result_rows
 
 _VERDICTS: dict[str, Tone] = {
     "within 1 sd": "good", "outside 1 sd": "bad", "refused": "bad", "not comparable": "warn", UNRESOLVED: "warn",

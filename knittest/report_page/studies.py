@@ -4,13 +4,13 @@ import math
 
 import numpy as np
 
+from knittest.base.result_rows import LABELS
 from knittest.config.run import PictureFrameRun
 from knittest.experiment.simulated_studies import SpeedRow, friction_curves, speed_rows
 from knittest.halving import LIMIT, change
 from knittest.laboratory.picture_frame import fabric_side
 from knittest.report_page.blocks import Block, Cell, Section, Table, Text
 from knittest.report_page.loading import LoadedRun
-from knittest.result_rows import LABELS
 from knittest.trellis import crosshead_of_normalised
 
 #: shear angles of the table [deg]

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from knittest.base.stamp import stamped
 from knittest.compare import column_of, columns_of
 from knittest.config.run import Run
 from knittest.experiment.conditions import UNKNOWN, Conditions
 from knittest.experiment.curves import ReferenceCurve, load_curve, located
 from knittest.experiment.forces import noted
 from knittest.export.line_picture import Band, Line, line_picture
-from knittest.export.stamp import stamped
 from knittest.reports.base import title_of
 from knittest.reports.given_data import given_as
 from knittest.reports.registry import REPORTS

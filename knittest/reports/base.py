@@ -7,16 +7,16 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from knittest.base.errors import InputError
+from knittest.base.history import Specimen
+from knittest.config.gates import gates_of
 from knittest.config.run import Run
-from knittest.errors import InputError
 from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.forces import noted
 from knittest.experiment.tables import PublishedValue
 from knittest.export import energy_picture
 from knittest.export.line_picture import Band, Level
-from knittest.gates import gates_of
 from knittest.laboratory.registry import TESTS
-from knittest.specimen import Specimen
 
 Columns = dict[str, np.ndarray]
 

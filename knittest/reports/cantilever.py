@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from knittest.base.history import Specimen
 from knittest.config.run import CantileverRun
 from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.tables import PublishedValue, for_width, with_note
@@ -15,7 +16,6 @@ from knittest.laboratory.cantilever import MOMENT_TOLERANCE
 from knittest.laboratory.heavy_elastica import STANDARD_ANGLE, overhang_ratio
 from knittest.laboratory.yarn_cantilever import BALANCED
 from knittest.reports.base import Columns, CurveAxes, Gate, NoSize, References, title_of
-from knittest.specimen import Specimen
 
 
 def _residual(run: CantileverRun) -> str:

@@ -6,18 +6,17 @@ from typing import Any
 
 import numpy as np
 
+from knittest.base.history import Array, Frame, History, Specimen
 from knittest.config.run import FormingRun
 from knittest.experiment.curves import ReferenceCurve
 from knittest.export.line_picture import Level, Line, line_picture
 from knittest.export.plan_picture import Outlines, outline_picture, plan_picture
 from knittest.export.tilted_picture import tilted_picture
-from knittest.history import Array, Frame, History
 from knittest.laboratory.draw_in import DrawIn, draw_in
 from knittest.laboratory.formed import Formed
 from knittest.laboratory.forming import allowed_depth, drawn, shear_field, tools_of
 from knittest.laboratory.yarn_forces import yarn_forces
 from knittest.reports.base import Columns, CurveAxes, Gate, NoSize, References, draw_energies, energy_gates, title_of
-from knittest.specimen import Specimen
 
 #: share of the elements whose value the colours of a picture hold [%]
 SHOWN = 99.5

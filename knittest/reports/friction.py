@@ -3,8 +3,9 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from knittest.base.errors import InputError
+from knittest.base.history import Specimen
 from knittest.config.run import FrictionRun
-from knittest.errors import InputError
 from knittest.experiment.conditions import same
 from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.tables import PublishedValue
@@ -26,7 +27,6 @@ from knittest.reports.base import (
 )
 from knittest.reports.imported import imported_corridor
 from knittest.rigs.friction import KINETIC_SHARE
-from knittest.specimen import Specimen
 
 
 class FrictionReport(NoSize):

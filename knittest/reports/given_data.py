@@ -6,15 +6,15 @@ from pathlib import Path
 
 import numpy as np
 
+from knittest.base.errors import InputError
+from knittest.base.resources import data_dir
 from knittest.compare import LEFT_OUT, STRAIN
 from knittest.config.run import Run
-from knittest.errors import InputError
 from knittest.experiment.curves import ReferenceCurve, load_curve
 from knittest.experiment.forces import normalised, per_width
 from knittest.experiment.lab_folder import SHEAR, TENSION
 from knittest.experiment.lab_frame_report import CONJUGATE
 from knittest.experiment.shear_csv import NORMALISED
-from knittest.resources import data_dir
 from knittest.trellis import to_conjugate
 
 #: rms difference of two curves, over the largest force, below which they are the same data: that of rounding and of

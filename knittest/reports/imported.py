@@ -2,12 +2,12 @@
 
 from dataclasses import replace
 
+from knittest.base.resources import data_dir
 from knittest.config.run import Run
 from knittest.experiment.curves import ReferenceCurve, load_curve
 from knittest.experiment.forces import noted
 from knittest.experiment.lab_folder import folder_name
 from knittest.reports.given_data import given_as
-from knittest.resources import data_dir
 
 
 def imported_corridor(run: Run) -> ReferenceCurve | None:

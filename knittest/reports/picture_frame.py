@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
+from knittest.base.errors import InputError
+from knittest.base.history import Specimen
 from knittest.config.run import PictureFrameRun
-from knittest.errors import InputError
 from knittest.experiment.conditions import EXACT
 from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.forces import normalised
@@ -34,7 +35,6 @@ from knittest.reports.base import (
     title_of,
 )
 from knittest.reports.imported import imported_corridor
-from knittest.specimen import Specimen
 from knittest.trellis import crosshead_of_normalised
 
 NORMALISED_LABEL = r"normalised shear force $F_s L_{frame} / L_{fabric}^2$ [N/mm]"

@@ -2,12 +2,12 @@
 
 from collections.abc import Sequence
 
+from knittest.base.stamp import Stamp
+from knittest.config.deciding import deciding
 from knittest.config.looser import loosened
 from knittest.config.rigs import CantileverRig, FormingRig, FrictionRig, PictureFrameRig, TensileRig
 from knittest.config.run import Run
-from knittest.deciding import deciding
 from knittest.experiment.borrowed import borrowed
-from knittest.export.stamp import Stamp
 
 SCALES = {"macro": "shells (macro)", "meso": "yarns (meso)"}
 

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+from knittest.base.history import Specimen
+from knittest.base.resources import data_dir
 from knittest.config.run import TensileRun
 from knittest.experiment.borrowed import borrowed
 from knittest.experiment.conditions import EXACT
@@ -28,8 +30,6 @@ from knittest.reports.base import (
     same_test,
     title_of,
 )
-from knittest.resources import data_dir
-from knittest.specimen import Specimen
 
 #: share of the yarns by which whole ones may differ from those of the width without a word
 UNEVEN = 0.01

@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from knittest.base.atomic import write_atomic
+from knittest.base.errors import NumericalError
 from knittest.batch.run_all import run_all
 from knittest.config.loading import resolve
 from knittest.config.run import Run
-from knittest.errors import NumericalError
-from knittest.export.atomic import write_atomic
 from knittest.halving import LIMIT, Halving, halving
 from knittest.speed_study.table import Row, csv_text, markdown, rows_of
 from knittest.terminal_results import print_text

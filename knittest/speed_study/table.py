@@ -5,8 +5,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from knittest import __version__
+from knittest.base.result_rows import LABELS
 from knittest.halving import DIAGNOSTIC, LIMIT, Halving, change
-from knittest.result_rows import LABELS
 
 COLUMNS = (
     "test", "scale", "variant", "direction", "preset", "setting", "unit", "value", "quantity", "result", "result_half",

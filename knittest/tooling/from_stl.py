@@ -7,12 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
+from knittest.base.errors import InputError
+from knittest.base.resources import data_dir
 from knittest.config.tools import StlTool
-from knittest.errors import InputError
 from knittest.models.boundary import Tool
 from knittest.models.surface import read_stl, surface
 from knittest.models.triangle_mesh import TriangleMesh
-from knittest.resources import data_dir
 from knittest.tooling.mending import mended
 
 Array = NDArray[np.float64]

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from knittest.errors import InputError
+from knittest.base.errors import InputError
 from knittest.models.triangle_mesh import TriangleMesh
 
 Index = NDArray[np.int64]

@@ -8,9 +8,9 @@ from math import tan
 import numpy as np
 from numpy.typing import NDArray
 
+from knittest.base.errors import InputError
 from knittest.config.base import BoundsError
 from knittest.config.tools import FLAT, Die, Holder, Opening, Stamp, StlTool, check_fit, opening_offset
-from knittest.errors import InputError
 from knittest.models.boundary import Tool
 from knittest.models.triangle_mesh import TriangleMesh
 from knittest.tooling.from_stl import Placement, sampled_distance, stl_body, stl_tool

@@ -14,10 +14,10 @@ from multiprocessing.connection import Connection, Pipe
 from pathlib import Path
 from typing import IO, Any
 
+from knittest.base.errors import ResourceError
+from knittest.base.resources import PACKAGE
 from knittest.config.run import Run
-from knittest.errors import ResourceError
 from knittest.options import RunOptions
-from knittest.resources import PACKAGE
 from knittest.trials.record import Record
 from knittest.trials.trial import Trial, code_digest
 from knittest.trials.work import Task

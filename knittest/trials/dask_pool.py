@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from knittest.errors import InputError, KnittestError, ResourceError
+from knittest.base.errors import InputError, KnittestError, ResourceError
 from knittest.options import RunOptions
 from knittest.trials.child import Child
 from knittest.trials.pool import Place, Watch

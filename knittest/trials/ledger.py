@@ -9,8 +9,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from knittest.errors import ResourceError
-from knittest.export.atomic import resource_error
+from knittest.base.atomic import resource_error
+from knittest.base.errors import ResourceError
 from knittest.export.jsonfile import json_ready
 from knittest.trials.record import Record
 

@@ -4,11 +4,11 @@ import shutil
 from contextlib import suppress
 from pathlib import Path
 
+from knittest.base.atomic import resource_error
+from knittest.base.errors import InputError
+from knittest.base.interrupts import Interrupts
 from knittest.config.run import Run
-from knittest.errors import InputError
-from knittest.export.atomic import resource_error
 from knittest.export.lock import RunLock
-from knittest.interrupts import Interrupts
 from knittest.opening import Opened, open_again, open_new
 
 

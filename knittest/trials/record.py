@@ -6,9 +6,9 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Literal, Self
 
+from knittest.base.hiding import host_name
+from knittest.base.result_rows import unfolded
 from knittest.export.manifest import now
-from knittest.hiding import host_name
-from knittest.result_rows import unfolded
 
 Status = Literal["completed", "refused", "failed", "invalid", "error", "timeout", "crashed", "blocked"]
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from knittest.notes import tell as say
+from knittest.base.notes import tell as say
 from knittest.options import RunOptions
 from knittest.trials.ledger import Ledger, read_ledgers
 from knittest.trials.pool import Pool, Watch

@@ -5,9 +5,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from knittest.errors import InputError
-from knittest.export.atomic import make_folder, resource_error, write_atomic
-from knittest.interrupts import Interrupted
+from knittest.base.atomic import make_folder, resource_error, write_atomic
+from knittest.base.errors import InputError
+from knittest.base.interrupts import Interrupted
 
 
 def study_folder(folder: Path, marker: str, content: bytes | str, what: str) -> Path:

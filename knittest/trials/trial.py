@@ -6,15 +6,15 @@ from dataclasses import dataclass
 from functools import cache
 
 import knittest
+from knittest.base.errors import InputError
+from knittest.base.resources import PACKAGE
 from knittest.config.run import Run
-from knittest.errors import InputError
 from knittest.export.identity import FREE, data_files
 from knittest.export.provenance import sha256_files
-from knittest.resources import PACKAGE
 
 #: sources that show, schedule or judge runs; a change of any other one makes all trials new
 AROUND = (
-    "cli", "batch", "calibrate", "homogenise", "regress", "report_page", "speed_study", "trials", "terminal.py",
+    "cli", "batch", "calibrate", "homogenise", "regress", "report_page", "speed_study", "trials", "base/progress.py",
     "terminal_results.py", "jobs.py", "verify.py", "error_notes.py", "numerical_error.py", "remeshing.py",
 )  # fmt: skip
 KEY_DIGITS = 16
@@ -62,6 +62,6 @@ def code_digest() -> str:
     digest = hashlib.sha256()
     for path in sorted(PACKAGE.rglob("*.py")):
         name = path.relative_to(PACKAGE)
-        if name.parts[0] not in AROUND:
+        if not any(name.is_relative_to(one) for one in AROUND):
             digest.update(name.as_posix().encode() + path.read_bytes())
     return digest.hexdigest()[:KEY_DIGITS]

@@ -18,11 +18,11 @@ from functools import partial
 from multiprocessing.connection import Connection
 from pathlib import Path
 
+from knittest.base.errors import InputError, NumericalError, ResourceError
+from knittest.base.interrupts import Interrupted, Interrupts
+from knittest.base.progress import Progress
 from knittest.config.run import Run
-from knittest.errors import InputError, NumericalError, ResourceError
-from knittest.interrupts import Interrupted, Interrupts
 from knittest.options import RunOptions
-from knittest.terminal import Progress
 from knittest.threads import use_threads
 from knittest.trials.record import Record, Status, record_of
 from knittest.trials.trial import Trial, code_digest

@@ -11,10 +11,10 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from knittest.base.resources import PACKAGE
 from knittest.batch import command, live
 from knittest.batch.command import BatchOptions, batch_command
 from knittest.cli.main import run
-from knittest.resources import PACKAGE
 from knittest.trials.record import Record
 from knittest.trials.trial import trial_of
 

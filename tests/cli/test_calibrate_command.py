@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from knittest.base.resources import PACKAGE, configs_dir
 from knittest.cli.main import run
-from knittest.resources import PACKAGE, configs_dir
 
 EXAMPLES = configs_dir() / "calibrations"
 

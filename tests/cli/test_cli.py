@@ -9,11 +9,11 @@ from pathlib import Path
 
 import pytest
 
+from knittest.base.errors import InputError, NumericalError, OutOfTolerance, ResourceError
 from knittest.cli import main as cli_main
 from knittest.cli.main import COMMANDS, run
 from knittest.config.dumping import dump
 from knittest.config.loading import resolve
-from knittest.errors import InputError, NumericalError, OutOfTolerance, ResourceError
 
 HEAVY = ("numba", "pandas", "matplotlib", "pydantic", "rich", "scipy", "numpy", "yaml")
 ROOT = Path(cli_main.__file__).resolve().parents[2]

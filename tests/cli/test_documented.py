@@ -14,9 +14,9 @@ import knittest.preflight.command
 import knittest.trials.dask_pool
 import knittest.trials.pool
 import knittest.warmup
+from knittest.base.resources import data_dir
 from knittest.cli.main import COMMANDS as REGISTERED
 from knittest.cli.main import run
-from knittest.resources import data_dir
 
 
 class Planned(BaseException):

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from knittest.base.errors import InputError
 from knittest.cli.main import run as knittest
 from knittest.config.loading import resolve
-from knittest.errors import InputError
 from knittest.export.identity import data_files
 from knittest.laboratory.forming import tools_of
 from knittest.models.surface import read_stl

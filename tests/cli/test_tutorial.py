@@ -11,8 +11,8 @@ import pytest
 import yaml
 from html_page import HtmlPage
 
+from knittest.base.resources import data_dir
 from knittest.cli.main import run
-from knittest.resources import data_dir
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs/own-fabric.md").read_text(encoding="utf-8")

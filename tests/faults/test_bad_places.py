@@ -6,10 +6,10 @@ import sys
 import numpy as np
 import pytest
 
+from knittest.base.errors import InputError
 from knittest.cli.main import run
 from knittest.config.fabric import YarnLaw
 from knittest.config.loading import resolve
-from knittest.errors import InputError
 from knittest.laboratory.shell_cantilever import mount_shells
 from knittest.materials.yarn_section import section
 from knittest.threads import check_layer

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from knittest.errors import InputError
+from knittest.base.errors import InputError
 from knittest.export.checkpoints import Checkpoints
 from knittest.simulation import Snapshot
 

@@ -12,8 +12,8 @@ import time
 import pytest
 from trial_cases import SLOW, meanwhile, process_in, trial
 
-from knittest.errors import InputError, ResourceError
-from knittest.resources import PACKAGE
+from knittest.base.errors import InputError, ResourceError
+from knittest.base.resources import PACKAGE
 from knittest.trials import dask_pool
 from knittest.trials.dask_pool import DaskPool
 from knittest.trials.runner import TrialRunner

@@ -14,12 +14,12 @@ from restart_cases import MACRO
 from trial_cases import gone
 
 from knittest import warmup
+from knittest.base.resources import PACKAGE
 from knittest.cli.main import run
 from knittest.config.dumping import dump
 from knittest.config.loading import resolve
 from knittest.export.folder import RunFolder
 from knittest.export.lock import LOCK_NAME
-from knittest.resources import PACKAGE
 from knittest.trials.pool import LocalPool
 
 QUICK = (*MACRO, "--quiet", "--threads", "1")

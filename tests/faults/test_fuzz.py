@@ -19,13 +19,13 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from knittest.base.errors import InputError
+from knittest.base.resources import configs_dir, data_dir
 from knittest.config.loading import resolve
 from knittest.config.yaml_loader import load_yaml
-from knittest.errors import InputError
 from knittest.experiment import lab_rows
 from knittest.experiment.curves import load_curve
 from knittest.experiment.lab_csv import read_lab
-from knittest.resources import configs_dir, data_dir
 
 SECONDS = 2.0
 MEBIBYTES = 64

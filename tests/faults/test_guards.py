@@ -9,9 +9,9 @@ import pytest
 from restart_cases import MACRO
 
 from knittest import simulate as simulation_loop
+from knittest.base.errors import NumericalError
 from knittest.cli.main import run as knittest
 from knittest.config.loading import resolve
-from knittest.errors import NumericalError
 from knittest.export.npz import read_arrays
 from knittest.models import contact_tracker, yarn_health
 from knittest.simulate import simulate

@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from knittest.base.resources import configs_dir
 from knittest.cli.main import run
 from knittest.config.dumping import dump
 from knittest.config.loading import resolve
 from knittest.config.yaml_loader import MAX_BYTES, MAX_DEPTH
 from knittest.experiment import curves, lab_rows
-from knittest.resources import configs_dir
 
 V1 = (configs_dir() / "fabrics" / "pham2019-v1.yaml").read_text(encoding="utf-8")
 BOMB = "a: &a [x, x]\nb: &b [*a, *a]\nc: [*b, *b]\n"

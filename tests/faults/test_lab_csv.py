@@ -5,7 +5,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from knittest.errors import InputError
+from knittest.base.errors import InputError
 from knittest.experiment.lab_csv import read_lab
 from knittest.experiment.statistics import corridor, peaks
 

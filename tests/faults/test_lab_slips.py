@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from knittest.errors import InputError
+from knittest.base.errors import InputError
 from knittest.experiment.lab_checks import plausible_strips
 from knittest.experiment.lab_csv import read_lab
 from knittest.experiment.lab_direction import said_by

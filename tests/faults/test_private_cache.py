@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from knittest import cache
-from knittest.cache import VARIABLE, cache_folder, cache_root
+from knittest.base import cache
+from knittest.base.cache import VARIABLE, cache_folder, cache_root
+from knittest.base.errors import InputError
+from knittest.base.private import make_private, weakness
+from knittest.base.resources import PACKAGE
 from knittest.cli.main import run
-from knittest.errors import InputError
-from knittest.private import make_private, weakness
-from knittest.resources import PACKAGE
 
 OTHER = 12345
 

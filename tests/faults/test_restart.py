@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from restart_cases import CASES, MACRO, MESO, OFTEN, finish, numbers, results, run, start, stop
 
-from knittest.errors import ResourceError
+from knittest.base.errors import ResourceError
+from knittest.base.interrupts import Interrupted, Interrupts
 from knittest.export.checkpoints import Checkpoints
 from knittest.export.npz import Damaged, read_arrays, write_arrays
-from knittest.interrupts import Interrupted, Interrupts
 from knittest.simulation import Snapshot
 
 

@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from knittest.resources import PACKAGE
+from knittest.base.resources import PACKAGE
 
 sys.path.insert(0, str(PACKAGE.parent / "benchmarks"))
 import soak

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
+from knittest.base.errors import InputError
+from knittest.base.reading import EXCERPT, excerpt
 from knittest.config.loading import resolve
-from knittest.errors import InputError
 from knittest.laboratory.forming import tools_of
 from knittest.models import surface
 from knittest.models.surface import MOST_TRIANGLES, read_stl
 from knittest.models.triangle_mesh import TriangleMesh
-from knittest.reading import EXCERPT, excerpt
 
 CORNERS = np.array([[[-150.0, -100.0, 0.0], [150.0, -100.0, 0.0], [0.0, 160.0, 0.0]]])
 

@@ -8,7 +8,7 @@ import signal
 import pytest
 from trial_cases import SLOW, gone, meanwhile, process_in, trial
 
-from knittest.errors import InputError, NumericalError, ResourceError
+from knittest.base.errors import InputError, NumericalError, ResourceError
 from knittest.options import RunOptions
 from knittest.trials import child as child_module
 from knittest.trials import pool as pool_module

@@ -2,9 +2,9 @@
 
 import pytest
 
+from knittest.base.errors import InputError
+from knittest.base.resources import configs_dir
 from knittest.config.loading import resolve
-from knittest.errors import InputError
-from knittest.resources import configs_dir
 
 V1 = (configs_dir() / "fabrics" / "pham2019-v1.yaml").read_text(encoding="utf-8")
 

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from knittest.base.errors import InputError
 from knittest.config.yaml_loader import MAX_BYTES, MAX_DEPTH, MAX_NODES, load_yaml, parse_document
-from knittest.errors import InputError
 
 
 def refused(text: str) -> str:

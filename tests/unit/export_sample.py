@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from knittest.history import Cost, Frame, History, Mesh, Quality
+from knittest.base.history import Cost, Frame, History, Mesh, Quality
 
 WALE, COURSE = 100 / 28, 100 / 41
 LOOP = {"H": 3.6707, "zs": -0.6414, "zn": -0.0317, "zl": 1.3655, "A": 0.729417}

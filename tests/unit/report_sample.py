@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from export_sample import cost, curve, energies, quality
 
+from knittest.base.resources import data_dir
 from knittest.compare import compare_results
 from knittest.config.dumping import dump
 from knittest.config.loading import resolve
@@ -16,7 +17,6 @@ from knittest.export.folder import RunFolder
 from knittest.export.line_picture import Line, line_picture
 from knittest.export.summary import build_summary
 from knittest.laboratory.registry import TESTS
-from knittest.resources import data_dir
 from knittest.row_kind import assumed_inputs, row_kind
 
 RESULTS = {

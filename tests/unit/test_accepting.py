@@ -4,14 +4,14 @@ from pathlib import Path
 
 import pytest
 
+from knittest.base.errors import InputError
+from knittest.base.resources import configs_dir
 from knittest.batch.plan import plan_of
 from knittest.batch.table import results_table
 from knittest.calibrate.problem import problem_of
 from knittest.config.looser import loosened
 from knittest.config.yaml_loader import load_yaml
-from knittest.errors import InputError
 from knittest.homogenise.plan import PIECES, Request, yarn_run
-from knittest.resources import configs_dir
 from knittest.trials.record import Record, looser_note
 
 SWEEP = """

@@ -5,7 +5,8 @@ import re
 import numpy as np
 import pytest
 
-from knittest.advice import AIM, advised, rounded_down
+from knittest.advice import AIM, advised
+from knittest.base.rounding import rounded_down
 from knittest.config.loading import resolve
 from knittest.config.run import Run
 from knittest.models.chains import longest_step

@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 from calibration_cases import BEND, EQ_2, Pretending, bending, calibrate, outcome, overhang, values
 
+from knittest.base.errors import InputError, ResourceError
+from knittest.base.interrupts import Interrupted
+from knittest.base.resources import configs_dir
 from knittest.calibrate import command
 from knittest.calibrate.command import CalibrateOptions, calibrate_command
 from knittest.calibrate.judge import judgement
@@ -13,9 +16,6 @@ from knittest.calibrate.parameters import Parameter
 from knittest.calibrate.problem import problem_of
 from knittest.config.loading import resolve
 from knittest.config.yaml_loader import load_yaml
-from knittest.errors import InputError, ResourceError
-from knittest.interrupts import Interrupted
-from knittest.resources import configs_dir
 
 TWO = """
 base: {variant: 1, scale: macro, preset: quick}

@@ -8,8 +8,8 @@ import pytest
 from report_sample import write_run
 
 from knittest import verify
+from knittest.base.interrupts import Interrupts
 from knittest.config.loading import resolve
-from knittest.interrupts import Interrupts
 from knittest.laboratory.cantilever import at_the_plane, strip_stiffness
 from knittest.laboratory.heavy_elastica import chord_angle, overhang_ratio, stiffness_of
 from knittest.numerical_error import mesh_factor
@@ -121,8 +121,8 @@ def test_the_measured_overhang_is_compared_at_the_plane_of_the_run() -> None:
 
 
 def _rows(plane: float, mode: str) -> Any:
+    from knittest.base.resources import data_dir
     from knittest.experiment.tables import published
-    from knittest.resources import data_dir
 
     run = cantilever(f"rig.mode={mode}", f"rig.plane_angle={plane}")
     rows = published(data_dir() / "pham2019", "1", "warp", ("overhang_mm",))

@@ -6,9 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from knittest.base.errors import InputError
+from knittest.base.resources import data_dir
 from knittest.compare import compare_columns
 from knittest.config.loading import resolve
-from knittest.errors import InputError
 from knittest.experiment.conditions import Conditions
 from knittest.experiment.curves import load_curve
 from knittest.experiment.forces import for_width, normalised, per_width
@@ -19,7 +20,6 @@ from knittest.laboratory.cantilever import strip_stiffness
 from knittest.laboratory.yarn_forces import strengths
 from knittest.reports.against import own_curves
 from knittest.reports.registry import REPORTS
-from knittest.resources import data_dir
 from knittest.trellis import crosshead_force
 
 HEAD = "variant,direction,quantity,mean,sd,n,unit,table\n"

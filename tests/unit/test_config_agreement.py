@@ -2,9 +2,9 @@
 
 import pytest
 
+from knittest.base.errors import InputError
 from knittest.config.agreement import yarn_area_mass
 from knittest.config.loading import resolve
-from knittest.errors import InputError
 
 YARN = "fabric.reinforcing."
 TABLE = YARN + "law={{kind: table, points: {}}}"

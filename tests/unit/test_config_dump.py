@@ -7,6 +7,8 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from knittest.base.errors import InputError
+from knittest.base.resources import configs_dir
 from knittest.config.dumping import dump, dump_mapping
 from knittest.config.loading import resolve
 from knittest.config.rigs import TensileRig
@@ -14,8 +16,6 @@ from knittest.config.run import Run, Solver
 from knittest.config.schema import run_schema
 from knittest.config.templates import fabric_template, rig_template, taken_over
 from knittest.config.yaml_loader import parse_document
-from knittest.errors import InputError
-from knittest.resources import configs_dir
 
 
 @pytest.fixture

@@ -3,12 +3,12 @@
 import pandas as pd
 import pytest
 
+from knittest.base.errors import InputError
+from knittest.base.resources import data_dir
 from knittest.config.base import Quantity
 from knittest.config.loading import resolve
-from knittest.errors import InputError
 from knittest.laboratory.base import shear_curve
 from knittest.materials.shear import last_angle
-from knittest.resources import data_dir
 
 GRAVITY = 9.81  # m/s2
 OVERHANG = {("1", "warp"): 171, ("1", "weft"): 151, ("2", "warp"): 178, ("2", "weft"): 194}  # mm, Table 3

@@ -2,11 +2,11 @@
 
 import pytest
 
+from knittest.base.errors import InputError
+from knittest.base.resources import configs_dir
 from knittest.config.layers import Layers
 from knittest.config.loading import planned_directions, resolve
 from knittest.config.presets import PRESETS
-from knittest.errors import InputError
-from knittest.resources import configs_dir
 
 
 @pytest.fixture

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from knittest.errors import InputError
+from knittest.base.errors import InputError
+from knittest.base.resources import data_dir
 from knittest.experiment.curves import load_curve
 from knittest.experiment.lab_csv import Specimen
 from knittest.experiment.reconstruct import CASES, curve, text
 from knittest.experiment.statistics import mean_curve, tension_curve
 from knittest.experiment.tables import published
-from knittest.resources import data_dir
 
 
 def test_table_3_is_read_with_its_scatter():

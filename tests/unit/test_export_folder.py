@@ -13,9 +13,10 @@ import numpy as np
 import pytest
 from export_sample import cost, curve, quality
 
+from knittest.base import atomic
+from knittest.base.errors import InputError, NumericalError, OutOfTolerance, ResourceError
 from knittest.config.run import Run, TensileRun
-from knittest.errors import InputError, NumericalError, OutOfTolerance, ResourceError
-from knittest.export import atomic, lock
+from knittest.export import lock
 from knittest.export.folder import RunFolder, run_name, slug
 from knittest.export.summary import build_summary, ensemble_results
 

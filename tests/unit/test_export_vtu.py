@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from export_sample import beam_history, shell_history
 
-from knittest.errors import ResourceError
+from knittest.base.errors import ResourceError
 from knittest.export.vtu import write_frames
 
 

@@ -11,8 +11,8 @@ import pytest
 from click.testing import CliRunner, Result
 from matplotlib.image import imread
 
+from knittest.base.errors import InputError
 from knittest.cli.fabric import fabric
-from knittest.errors import InputError
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from fabric_cases import COURSE, LOOP_LENGTH, WALE
 
-from knittest.errors import InputError
+from knittest.base.errors import InputError
 from knittest.fabric.loop import start_loop
 
 REACH = 0.625

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from fabric_cases import relaxed
 
-from knittest.errors import NumericalError
+from knittest.base.errors import NumericalError
 from knittest.fabric.cell import Cell
 from knittest.fabric.spline import points_on
 from knittest.fabric.topology import KNIT_CODE, check_topology, crossings, knit_code

@@ -8,16 +8,15 @@ import numpy as np
 import pytest
 from export_sample import shell_history
 
+from knittest.base.errors import InputError
+from knittest.base.history import History, Overlaps, Quality, judged_rows
 from knittest.config.dumping import dump
+from knittest.config.gates import gates_of, limits_judged
 from knittest.config.loading import resolve
 from knittest.config.looser import loosened
 from knittest.config.run import Run
-from knittest.errors import InputError
-from knittest.gates import gates_of, limits_judged
-from knittest.history import History, Overlaps, Quality
 from knittest.laboratory.judging import Span, assess, losses
 from knittest.laboratory.law_end import MARGIN, shell_areas, worst_of
-from knittest.measure import judged_rows
 from knittest.report_page.gates import _largest_force
 from knittest.run import _worst
 from knittest.simulation import SimulationCost

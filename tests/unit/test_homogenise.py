@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from homogenise_cases import BENDING, OUT, STRAIN, YARN_FORCE, Formulas, homogenise, outcome, pull, shear
 
+from knittest.base.errors import InputError, NumericalError, ResourceError
+from knittest.base.interrupts import Interrupted
 from knittest.cli.main import run as knittest
 from knittest.config.loading import resolve
-from knittest.errors import InputError, NumericalError, ResourceError
 from knittest.experiment.curves import load_curve
 from knittest.homogenise.curves import LEAST_TANGENT, tension_curve
 from knittest.homogenise.plan import PIECES, Request, yarn_run
-from knittest.interrupts import Interrupted
 from knittest.laboratory.base import fabric_laminate
 from knittest.laboratory.heavy_elastica import chord_angle, stiffness_of
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import yaml
 
+from knittest.base.errors import InputError
 from knittest.cli.main import run
 from knittest.config.fabric import YARN_LEVEL
 from knittest.config.loading import resolve
-from knittest.errors import InputError
 from knittest.experiment.lab_cantilever import (
     STANDARD_ANGLE,
     at_standard_angle,

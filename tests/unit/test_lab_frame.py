@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import yaml
 
+from knittest.base.errors import InputError
 from knittest.config.fabric import MacroMaterial
 from knittest.config.loading import resolve
-from knittest.errors import InputError
 from knittest.experiment.conditions import UNKNOWN
 from knittest.experiment.curves import load_curve
 from knittest.experiment.lab_frame import read_frames

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from knittest.base.errors import InputError
 from knittest.config.loading import resolve
-from knittest.errors import InputError
 from knittest.experiment.conditions import UNKNOWN
 from knittest.experiment.lab_friction import (
     KINETIC_SHARE,

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import yaml
 
+from knittest.base.errors import InputError
 from knittest.config.fabric import MacroMaterial
-from knittest.errors import InputError
 from knittest.experiment.curves import load_curve
 from knittest.experiment.lab_csv import Specimen, read_lab
 from knittest.experiment.lab_direction import Said

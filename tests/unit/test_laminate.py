@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from knittest.errors import InputError
+from knittest.base.errors import InputError
 from knittest.kernels.laws import hinge_force
 from knittest.materials.laminate import laminate
 

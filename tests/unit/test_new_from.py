@@ -6,10 +6,10 @@ import pytest
 import yaml
 
 from knittest import specimen
+from knittest.base.errors import InputError
+from knittest.base.history import Quality
 from knittest.cli.main import run
 from knittest.config.loading import resolve
-from knittest.errors import InputError
-from knittest.history import Quality
 from knittest.laboratory.base import cut_curve_warnings, fabric_laminate, tension_curves
 from knittest.materials.curve_reach import reaches
 from knittest.row_kind import quantities

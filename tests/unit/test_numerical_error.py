@@ -5,10 +5,10 @@ from typing import Any
 
 import pytest
 
+from knittest.base.errors import InputError
 from knittest.config.loading import resolve
 from knittest.config.presets import PRESETS
 from knittest.config.run import RUNS
-from knittest.errors import InputError
 from knittest.halving import DIAGNOSTIC
 from knittest.numerical_error import Repeat, mesh_factor, numerical_errors
 from knittest.remeshing import SHELLS, YARNS, remeshing, sides

@@ -9,10 +9,10 @@ from report_sample import write_run
 from test_lab_frame import frame_file
 from test_lab_friction import friction_file
 
+from knittest.base.errors import InputError
 from knittest.cli.main import run
 from knittest.config.dumping import dump
 from knittest.config.loading import resolve
-from knittest.errors import InputError
 from knittest.experiment.lab_frame import read_frames
 from knittest.experiment.lab_frame_report import write_frames
 from knittest.experiment.lab_friction import read_friction, write_friction

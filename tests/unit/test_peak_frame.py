@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from knittest.base.history import History
 from knittest.config.loading import resolve
-from knittest.history import History
 from knittest.simulate import is_new_peak, simulate
 from knittest.specimen import prepare
 from knittest.specimen_store import specimen_of, specimen_state
@@ -46,7 +46,7 @@ def test_a_frame_is_kept_for_each_tenth_of_a_percent(force, kept, new):
 def test_a_kept_specimen_still_knows_its_frame(tmp_path):
     from export_sample import cost, quality, shell_history
 
-    from knittest.specimen import Specimen
+    from knittest.base.history import Specimen
 
     history = shell_history()
     history.peak = 1

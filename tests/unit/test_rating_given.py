@@ -10,14 +10,14 @@ from click.testing import CliRunner
 from html_page import HtmlPage
 from report_sample import edit_json, write_run
 
+from knittest.base.errors import InputError
+from knittest.base.result_rows import result_rows
 from knittest.cli.main import cli
 from knittest.cli.main import run as command
 from knittest.compare import compare_columns, compare_curves, compare_results
-from knittest.errors import InputError
 from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.tables import PublishedValue
 from knittest.report_page.page import write_reports
-from knittest.result_rows import result_rows
 from knittest.terminal_results import curve_line
 
 X = np.linspace(0.0, 1.6, 201)

@@ -10,8 +10,8 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from report_sample import edit_json, write_run
 
+from knittest.base.errors import InputError, NumericalError
 from knittest.cli.main import run as command
-from knittest.errors import InputError, NumericalError
 from knittest.export.folder import RunFolder
 from knittest.report_page.page import write_if_possible, write_report, write_reports
 

@@ -9,9 +9,9 @@ import pytest
 from html_page import HtmlPage, near
 from report_sample import RESULTS, write_run
 
+from knittest.base.errors import InputError
 from knittest.cli.main import run as command
 from knittest.config.loading import resolve
-from knittest.errors import InputError
 from knittest.report_page import folders
 from knittest.report_page.page import write_reports
 from knittest.reports.registry import REPORTS

@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from knittest.base.errors import InputError
+from knittest.base.history import Frame, History
+from knittest.base.result_rows import folded, result_rows, unfolded
 from knittest.cli.main import cli
 from knittest.compare import columns_of, compare_columns
 from knittest.config.loading import resolve
-from knittest.errors import InputError
 from knittest.experiment.curves import ReferenceCurve, find_curve, load_curve
 from knittest.experiment.shear_csv import NORMALISED
-from knittest.history import Frame, History
 from knittest.laboratory.picture_frame import first_loading, frame_at
 from knittest.laboratory.shear_angles import angle_scatter, angle_table
 from knittest.reports.against import own_curves
-from knittest.result_rows import folded, result_rows, unfolded
 
 ANGLE = np.linspace(0.0, 45.0, 451)
 #: a frame that shears to 30, turns to 10 and goes on to 45 deg

@@ -4,10 +4,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from knittest.base.errors import InputError
 from knittest.cli.main import run as knittest
 from knittest.config.dumping import dump
 from knittest.config.loading import resolve
-from knittest.errors import InputError
 from knittest.experiment.curves import load_curve
 from knittest.experiment.shear_law import homogenised_law, write_law
 

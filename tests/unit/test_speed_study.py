@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
+from knittest.base.errors import NumericalError
 from knittest.config.loading import resolve
-from knittest.errors import NumericalError
 from knittest.experiment import simulated_studies
 from knittest.experiment.simulated_studies import speed_rows
 from knittest.halving import change, halving

@@ -7,9 +7,9 @@ import pytest
 from matplotlib.image import imread
 
 from knittest import __version__
+from knittest.base.figure import DPI, new_figure, save
+from knittest.base.stamp import BAD, FACTS, LETTER, MARGIN, Stamp, lines_of, stamped
 from knittest.config.loading import resolve
-from knittest.export.figure import DPI, new_figure, save
-from knittest.export.stamp import BAD, FACTS, LETTER, MARGIN, Stamp, lines_of, stamped
 from knittest.reports.run_stamp import run_stamp, size_of
 
 SIZES = {

@@ -8,12 +8,12 @@ import pytest
 from browser import needs_browser, seen_on_a_phone
 from html_page import HtmlPage, near
 
+from knittest.base.errors import ResourceError
+from knittest.base.figure import new_figure
 from knittest.batch import command
 from knittest.batch.command import BatchOptions, batch_command
 from knittest.batch.picture import _experiment, _Group, shown_results
 from knittest.cli.main import run
-from knittest.errors import ResourceError
-from knittest.export.figure import new_figure
 from knittest.trials.record import Record
 
 SWEEP = """

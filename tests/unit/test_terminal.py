@@ -13,9 +13,9 @@ from typing import Any
 import pytest
 from export_sample import quality
 
-from knittest.history import Quality
+from knittest.base.history import Quality
+from knittest.base.progress import Progress, duration
 from knittest.laboratory.registry import TESTS
-from knittest.terminal import Progress, duration
 from knittest.terminal_results import (
     HEADER,
     aligned,

@@ -12,13 +12,13 @@ from html_page import HtmlPage
 from report_sample import edit_json, write_run
 
 from knittest import jobs, verify
+from knittest.base.errors import InputError, ResourceError
+from knittest.base.interrupts import Interrupts
+from knittest.base.result_rows import UNRESOLVED, result_rows, verdict_of
 from knittest.config.loading import resolve
 from knittest.error_notes import NOT_ESTIMATED, UNFINISHED, error_notes
-from knittest.errors import InputError, ResourceError
-from knittest.interrupts import Interrupts
 from knittest.options import RunOptions
 from knittest.report_page.page import write_report
-from knittest.result_rows import UNRESOLVED, result_rows, verdict_of
 from knittest.terminal_results import error_lines, results_table
 from knittest.trials.record import Record
 from knittest.trials.trial import trial_of

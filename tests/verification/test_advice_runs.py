@@ -7,8 +7,8 @@ import re
 
 import pytest
 
+from knittest.config.gates import GATES
 from knittest.config.loading import resolve
-from knittest.gates import GATES
 from knittest.specimen import run_specimen
 
 CASES = {

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from cases.yarn_contact import struck
 
-from knittest.errors import NumericalError
+from knittest.base.errors import NumericalError
 from knittest.pose import ALL, Body, Chain, Table, YarnContact, constant, ramp, section
 
 LAW = section(1e4, 5.0, 0.2, 1e-3)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from chebyshev import net_shear
 
+from knittest.base.errors import InputError
+from knittest.base.history import Frame
 from knittest.config.loading import resolve
-from knittest.errors import InputError
-from knittest.history import Frame
 from knittest.laboratory.base import fabric_laminate
 from knittest.laboratory.draw_in import draw_in
 from knittest.laboratory.formed import formed

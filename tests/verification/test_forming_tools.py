@@ -7,8 +7,8 @@ import pytest
 from matplotlib.image import imread
 from pydantic import ValidationError
 
+from knittest.base.errors import InputError
 from knittest.config.tools import Die, DomeStamp, Holder, Stamp, TStamp
-from knittest.errors import InputError
 from knittest.export.tools_picture import tools_picture
 from knittest.kernels.tool_shapes import least_distances, tool_distance, tool_frame
 from knittest.models.boundary import Tool, _tool_arrays

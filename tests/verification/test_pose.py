@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import knittest.pose
-from knittest.errors import InputError, NumericalError
+from knittest.base.errors import InputError, NumericalError
 from knittest.pose import (
     ALL,
     Body,

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from knittest.errors import InputError
+from knittest.base.errors import InputError
 from knittest.fabric import start
 from knittest.fabric.cell import CellSpec
 from knittest.fabric.relax import relax_cell

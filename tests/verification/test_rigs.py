@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from knittest.base.errors import InputError
 from knittest.config.loading import resolve
-from knittest.errors import InputError
 from knittest.specimen import prepare, run_specimen
 from knittest.trellis import crosshead, frame_angle
 

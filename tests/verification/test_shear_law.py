@@ -7,8 +7,8 @@ import pytest
 from shell_cases import Solid, X, fabric, grid, linear_laminate
 from test_shell_shear import SIDE, TABULATED, table, trellis
 
+from knittest.base.errors import InputError
 from knittest.config.loading import resolve
-from knittest.errors import InputError
 from knittest.experiment.curves import ReferenceCurve
 from knittest.kernels.shell_arrays import build_shells
 from knittest.materials.shear import shear_table

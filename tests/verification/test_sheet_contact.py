@@ -6,7 +6,7 @@ from cases import sheet_contact as case
 from cases import sheet_fold as folds
 from shell_cases import grid
 
-from knittest.errors import InputError
+from knittest.base.errors import InputError
 from knittest.models.sheet_topology import edge_neighbours, near_shells
 from knittest.pose import Body, SheetContact
 

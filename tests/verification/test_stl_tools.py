@@ -7,8 +7,8 @@ import meshio
 import numpy as np
 import pytest
 
+from knittest.base.errors import InputError
 from knittest.config.tools import Die, Holder, Stamp, StlTool
-from knittest.errors import InputError
 from knittest.export.tool_files import write_tools
 from knittest.models.surface import surface
 from knittest.models.triangle_mesh import TriangleMesh

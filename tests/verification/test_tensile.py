@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from knittest.base.resources import data_dir
 from knittest.config.loading import resolve
 from knittest.experiment.curves import load_curve
 from knittest.experiment.forces import for_width
@@ -10,7 +11,6 @@ from knittest.fabric.variability import bundle_peak, draw
 from knittest.laboratory.strips import yarns_across
 from knittest.materials.yarn_section import sections
 from knittest.models.boundary import Boundary
-from knittest.resources import data_dir
 from knittest.specimen import prepare, run_specimen
 
 SMALL = ["rig.width=18", "rig.gauge_length=18", "solver.ramp=0.1"]

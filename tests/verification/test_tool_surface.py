@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from knittest.errors import InputError
+from knittest.base.errors import InputError
 from knittest.kernels.tool_shapes import tool_distance
 from knittest.models.boundary import Tool, _tool_arrays
 from knittest.models.surface import read_surface, surface

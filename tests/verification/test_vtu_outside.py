@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from export_sample import beam_history, shell_history
 
+from knittest.base.history import Frame, History
 from knittest.export.vtu import write_frames
-from knittest.history import Frame, History
 
 io = pytest.importorskip("vtkmodules.vtkIOXML", reason="needs vtk, from the extra viz")
 xml = pytest.importorskip("vtkmodules.vtkIOXMLParser", reason="needs vtk, from the extra viz")

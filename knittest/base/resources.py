@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-PACKAGE = Path(__file__).resolve().parent
+#: folder of the package
+PACKAGE = Path(__file__).resolve().parent.parent
 
 
 def configs_dir() -> Path:

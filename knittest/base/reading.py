@@ -4,7 +4,7 @@ import os
 import stat
 from pathlib import Path
 
-from knittest.errors import InputError
+from knittest.base.errors import InputError
 
 #: most characters of a file's content in a message
 EXCERPT = 100

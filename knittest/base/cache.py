@@ -6,9 +6,9 @@ from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
-from knittest.errors import InputError
-from knittest.notes import tell
-from knittest.private import make_private, weakness
+from knittest.base.errors import InputError
+from knittest.base.notes import tell
+from knittest.base.private import make_private, weakness
 
 VARIABLE = "KNITTEST_CACHE_DIR"
 

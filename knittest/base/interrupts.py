@@ -8,7 +8,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Any, Self
 
-from knittest.errors import KnittestError
+from knittest.base.errors import KnittestError
 
 #: asked to stop by a user, a batch system or its warning before the time limit
 STOPPING = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGINT", "SIGUSR1") if hasattr(signal, name))

@@ -9,6 +9,8 @@ Array = NDArray[np.float64]
 
 #: overlap at the start over the smaller radius that is worth a mention
 OVERLAP_COUNTS = 0.01
+#: quality is judged from this share of the work at the first failure on: below it everything is still start-up
+START_UP = 0.05
 
 
 @dataclass(frozen=True)
@@ -135,3 +137,29 @@ class Cost:
     element_steps_per_s: float
     threads: int
     time_step_us: float
+
+
+@dataclass(frozen=True)
+class Specimen:
+    """Outcome of one specimen; ``facts`` are numbers of its model that pictures need."""
+
+    history: History
+    results: dict[str, float]
+    quality: Quality
+    cost: Cost
+    yarns: dict[str, np.ndarray]
+    facts: dict[str, float] = field(default_factory=dict)
+
+
+def judged_rows(history: History, *, to_failure: bool = True, reported_from: float = np.inf) -> slice:
+    """Rows of the energies between start-up and the first failure, or of a test not ``to_failure`` the end.
+
+    Start-up is over at a share of the work, and at the latest when the first number is ``reported_from`` [ms].
+    """
+    energies = history.energies
+    end = history.first_failure if to_failure and history.first_failure is not None else len(energies["time_ms"])
+    end = max(end, 1)
+    work = np.abs(energies["external_mj"][:end])
+    start = int(np.argmax(work >= START_UP * work[-1]))
+    start = min(start, int(np.searchsorted(energies["time_ms"][:end], reported_from)))
+    return slice(start, max(end, start + 1))

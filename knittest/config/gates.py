@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 from typing import Literal
 
+from knittest.base.history import Quality
 from knittest.config.looser import loosened
 from knittest.config.run import Run
-from knittest.history import Quality
 
 #: rows of the energies that a judgement needs
 LEAST_ROWS = 10

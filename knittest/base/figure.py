@@ -4,8 +4,8 @@ import io
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from knittest.export.atomic import write_atomic
-from knittest.export.stamp import with_stamp
+from knittest.base.atomic import write_atomic
+from knittest.base.stamp import with_stamp
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from knittest.errors import InputError, ResourceError
-from knittest.reading import excerpt
+from knittest.base.errors import InputError, ResourceError
+from knittest.base.reading import excerpt
 
 _HINTS = {
     errno.ENOSPC: "the disk is full; free some space or choose another folder with --out",
