@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from knittest.trellis import crosshead, crosshead_of_normalised
+from knittest.materials.trellis import crosshead, crosshead_of_normalised
 
 SEED = 20190812
 #: share of the strain at the peak in which the curve is a parabola: the yarns' waves straighten

@@ -11,9 +11,9 @@ from knittest.kernels.explicit import SCRATCH
 from knittest.kernels.options import PARTITIONS
 from knittest.kernels.threading import best_threads
 from knittest.models.boundary import Boundary, new_tally
-from knittest.simulate import simulate
+from knittest.solve.simulate import simulate
+from knittest.solve.warmup import warm
 from knittest.specimen import prepare
-from knittest.warmup import warm
 
 STEPS, REPEATS = 50, 5
 

@@ -20,8 +20,8 @@ from knittest.export.folder import fresh_folder, run_name
 from knittest.opening import Opener, manifest_of, open_again, open_new, tidy_completed
 from knittest.options import RunOptions
 from knittest.run import EXIT_REFUSED, Outcome, execute, references_of
+from knittest.solve.threads import use_threads
 from knittest.terminal_results import print_json, print_refused, print_results
-from knittest.threads import use_threads
 from knittest.verify import REPEATS, finished, unverified, verified
 
 #: a run, and what opens its folder, or the folder where it is completed and only to be verified

@@ -61,7 +61,7 @@ from knittest.models.sheet import build_sheet
 from knittest.models.sheet_tracker import SheetContact
 from knittest.models.surface import read_surface, surface
 from knittest.models.yarn_model import YarnModel
-from knittest.relaxation import Relaxation, relax
+from knittest.solve.relax import Relaxation, relax
 
 __all__ = [
     "ALL", "Body", "Boundary", "Chain", "Laminate", "Readings", "Relaxation", "Section", "SheetContact",
@@ -274,7 +274,7 @@ class Body:
         self._kinetic, self._loss = kinetic, loss
 
     def relax(self, must_converge: bool = True, **options: float) -> Relaxation:
-        """Find the static state under what acts at the end of all tables; see :func:`knittest.relaxation.relax`.
+        """Find the static state under what acts at the end of all tables; see :func:`knittest.solve.relax.relax`.
 
         Raises :class:`InputError` where a motion does not come to its end, and :class:`NumericalError` for a state that
         is not at rest after the most steps, unless that may be.

@@ -12,8 +12,8 @@ from knittest.config.run import Run
 from knittest.kernels.threading import limited
 from knittest.laboratory.base import Phase, Prepared, Update, cut_curve_warnings
 from knittest.laboratory.registry import TESTS
-from knittest.simulation import Keeper, SimulationCost
-from knittest.warmup import warm
+from knittest.solve.state import Keeper, SimulationCost
+from knittest.solve.warmup import warm
 
 #: elements below which a second thread costs more than it brings
 SERIAL_BELOW = 2000

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from knittest.base.history import Cost, History, Mesh, Overlaps, Quality, Specimen
-from knittest.simulation import frame_of, frame_state
-from knittest.snapshot import State, arrays_of, entry, prefixed, under
+from knittest.models.snapshot import State, arrays_of, entry, prefixed, under
+from knittest.solve.state import frame_of, frame_state
 
 MESH_ARRAYS = ("cells", "part", "yarn", "radius")
 

@@ -17,7 +17,7 @@ def doctor() -> None:
     from knittest.base.resources import configs_dir, data_dir
     from knittest.export.provenance import cpu_model, library_versions
     from knittest.kernels.threading import threading_layer
-    from knittest.threads import use_threads
+    from knittest.solve.threads import use_threads
 
     threads = use_threads(None)
     layer = threading_layer()

@@ -10,7 +10,7 @@ def warmup() -> None:
     Example: knittest warmup
     """
     from knittest.config.loading import resolve
-    from knittest.warmup import kernels_of, warm
+    from knittest.solve.warmup import kernels_of, warm
 
     runs = [resolve(variant="1", scale="macro", sets=sets) for sets in ([], ["model.macro.self_contact=true"])]
     for run in [*runs, resolve(variant="1", scale="meso")]:

@@ -13,7 +13,8 @@ from knittest.base.resources import data_dir
 from knittest.experiment.conditions import CHOICES, SIZES, UNKNOWN, Conditions, agreed, conditions_of
 from knittest.experiment.lab_csv import read_lab
 from knittest.experiment.lab_direction import Said, said_by
-from knittest.experiment.shear_csv import ANGLE, read_shear
+from knittest.experiment.shear_csv import read_shear
+from knittest.materials.trellis import ANGLE
 
 Array = NDArray[np.float64]
 Kind = Literal["measured", "digitised", "reconstructed", "simulated", "input"]

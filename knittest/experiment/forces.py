@@ -1,7 +1,7 @@
 """Forces of strips and frames of any size as what does not depend on the size, and for the size of a run.
 
 A strip carries its force over its width: F / b [N/mm]. A frame is judged by the normalised shear force
-F_s L_frame / L_fabric^2 [N/mm] of :mod:`knittest.trellis`.
+F_s L_frame / L_fabric^2 [N/mm] of :mod:`knittest.materials.trellis`.
 """
 
 import math
@@ -12,8 +12,7 @@ import numpy as np
 from knittest.base.errors import InputError
 from knittest.experiment.conditions import EXACT
 from knittest.experiment.curves import FORCE, FORCE_PER_WIDTH, ReferenceCurve
-from knittest.experiment.shear_csv import NORMALISED
-from knittest.trellis import normalised_force
+from knittest.materials.trellis import NORMALISED, normalised_force
 
 
 def per_width(curve: ReferenceCurve) -> ReferenceCurve:

@@ -23,7 +23,7 @@ from knittest.experiment.lab_lines import table_lines
 from knittest.experiment.lab_numbers import NUMBER
 from knittest.experiment.lab_series import Results, write_results
 from knittest.experiment.lab_table import LabTable, read_table
-from knittest.laboratory.heavy_elastica import STANDARD_ANGLE, overhang_ratio
+from knittest.materials.heavy_elastica import STANDARD_ANGLE, overhang_ratio
 
 Array = NDArray[np.float64]
 

@@ -17,7 +17,7 @@ from knittest.experiment.lab_given import Given, first_loading, tared
 from knittest.experiment.lab_numbers import NUMBER
 from knittest.experiment.lab_sign import drawn, pulled
 from knittest.experiment.lab_table import LabTable, columns, read_table
-from knittest.trellis import frame_angle, normalised_force
+from knittest.materials.trellis import frame_angle, normalised_force
 
 Array = NDArray[np.float64]
 

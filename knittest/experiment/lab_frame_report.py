@@ -19,9 +19,8 @@ from knittest.experiment.lab_lines import table_lines
 from knittest.experiment.lab_picture import plot
 from knittest.experiment.lab_rigs import END
 from knittest.experiment.lab_series import Results, write_results
-from knittest.experiment.shear_csv import ANGLE, NORMALISED
 from knittest.experiment.statistics import Corridor, band
-from knittest.trellis import crosshead_of_normalised, to_conjugate
+from knittest.materials.trellis import ANGLE, NORMALISED, crosshead_of_normalised, to_conjugate
 
 Array = NDArray[np.float64]
 

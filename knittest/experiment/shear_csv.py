@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 from knittest.base.errors import InputError
 from knittest.experiment.lab_numbers import decimal_mark, read_number
 from knittest.experiment.lab_rows import read_rows
+from knittest.materials.trellis import ANGLE, NORMALISED
 
 Array = NDArray[np.float64]
 
-ANGLE, NORMALISED = "shear_angle_deg", "normalised_shear_force_n_per_mm"
 #: angle [deg] below which a simulated frame's force is that of its start: at half its speed it halves there, the rest
 #: stays
 START = 5.0

@@ -9,8 +9,8 @@ from knittest.base.atomic import make_folder, replacing
 from knittest.base.errors import InputError
 from knittest.config.loading import resolve
 from knittest.config.run import PictureFrameRun
-from knittest.experiment.shear_csv import ANGLE, START
-from knittest.trellis import to_conjugate
+from knittest.experiment.shear_csv import START
+from knittest.materials.trellis import ANGLE, to_conjugate
 
 Array = NDArray[np.float64]
 

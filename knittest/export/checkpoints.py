@@ -19,8 +19,8 @@ from knittest.base.errors import InputError, ResourceError
 from knittest.base.interrupts import Interrupts
 from knittest.export.identity import Identity
 from knittest.export.npz import Damaged, read_arrays, write_arrays
-from knittest.simulation import Snapshot
-from knittest.snapshot import State
+from knittest.models.snapshot import State
+from knittest.solve.state import Snapshot
 
 PATTERN = "checkpoint-*.npz"
 KEPT = 2
@@ -153,7 +153,7 @@ class Checkpoints:
 
 
 class SpecimenKeeper:
-    """Keeps the simulation of one specimen: :class:`knittest.simulation.Keeper`."""
+    """Keeps the simulation of one specimen: :class:`knittest.solve.state.Keeper`."""
 
     def __init__(self, store: Checkpoints, specimen: int) -> None:
         self.store, self.specimen = store, specimen

@@ -12,12 +12,12 @@ from knittest.config.dumping import dump_mapping
 from knittest.config.fabric import Direction
 from knittest.config.run import Run, TensileRun
 from knittest.experiment.curves import FORCE_PER_WIDTH
-from knittest.experiment.shear_csv import ANGLE
 from knittest.experiment.shear_law import FRAME_ANGLE, NORMALISED, homogenised_law
 from knittest.export.own_data import OWN, kept_beside
 from knittest.homogenise.curves import Array, read_columns, tension_curve
 from knittest.homogenise.plan import PIECES, Piece, overhang, width
-from knittest.laboratory.heavy_elastica import stiffness_of
+from knittest.materials.heavy_elastica import stiffness_of
+from knittest.materials.trellis import ANGLE
 
 FABRIC = "fabric.yaml"
 #: characters of a fabric's name, and what is added to it

@@ -17,8 +17,8 @@ from knittest.kernels.shell_state import Laminate
 from knittest.materials.curve_reach import cut_curves, refuse_blunders
 from knittest.materials.laminate import laminate
 from knittest.models.explicit_model import ExplicitModel
-from knittest.rigs.base import Rig
-from knittest.simulation import Keeper, SimulationCost
+from knittest.solve.rig import Rig
+from knittest.solve.state import Keeper, SimulationCost
 
 Phase = Callable[[str], None]
 Update = Callable[[float, float, float, float], None]

@@ -25,8 +25,8 @@ from knittest.models.macro import rectangle, self_contact
 from knittest.models.meso import build_meso
 from knittest.models.sheet import build_sheet
 from knittest.rigs.forming import FormingTest
-from knittest.simulate import simulate
-from knittest.simulation import Keeper, SimulationCost
+from knittest.solve.simulate import simulate
+from knittest.solve.state import Keeper, SimulationCost
 from knittest.tooling.shapes import stamp_outline
 from knittest.tooling.toolset import ToolSet, build_tools
 

@@ -14,8 +14,8 @@ from knittest.laboratory.strips import AXIS, cut, pitch, yarns_across
 from knittest.models.macro import build_strip, self_contact
 from knittest.models.meso import build_meso
 from knittest.rigs.friction import KINETIC_SHARE, FrictionTest
-from knittest.simulate import simulate
-from knittest.simulation import Keeper, SimulationCost
+from knittest.solve.simulate import simulate
+from knittest.solve.state import Keeper, SimulationCost
 
 #: largest deviation of the normal force while the strip is pulled
 FORCE_TOLERANCE = 0.01

@@ -11,7 +11,7 @@ from knittest.config.gates import LEAST_ROWS, NEAR, Gate, gates_of
 from knittest.config.run import Run
 from knittest.laboratory.base import Prepared
 from knittest.laboratory.law_end import BeyondLaw, beyond_law
-from knittest.simulation import SimulationCost
+from knittest.solve.state import SimulationCost
 
 #: share of the work up to the largest force that must be done before the first failure, as nothing after it is judged
 BEFORE_FAILURE = 0.25

@@ -9,7 +9,7 @@ from knittest.base.history import Frame
 from knittest.config.run import CantileverRun, FormingRun
 from knittest.models.boundary import Boundary, Readings
 from knittest.models.explicit_model import ExplicitModel
-from knittest.relaxation import Relaxation
+from knittest.solve.relax import Relaxation
 
 Array = NDArray[np.float64]
 

@@ -11,19 +11,19 @@ from numpy.typing import NDArray
 from knittest.base.errors import InputError
 from knittest.base.history import Frame, History, Mesh, Quality
 from knittest.config.run import PictureFrameRun
-from knittest.experiment.shear_csv import NORMALISED
 from knittest.laboratory.base import Phase, Prepared, Update, fabric_laminate, shear_curve
 from knittest.laboratory.judging import Span, assess
 from knittest.laboratory.shear_angles import AngleScatter, angle_scatter, crossing_angles, shell_angles
 from knittest.laboratory.strips import cut
 from knittest.laboratory.wrinkles import measure_wrinkles
 from knittest.materials.shear import last_angle
+from knittest.materials.trellis import NORMALISED
 from knittest.models.macro import self_contact
 from knittest.models.meso import build_meso
 from knittest.models.sheet import build_sheet
 from knittest.rigs.picture_frame import ANGLES, PictureFrameTest
-from knittest.simulate import simulate
-from knittest.simulation import Keeper, SimulationCost
+from knittest.solve.simulate import simulate
+from knittest.solve.state import Keeper, SimulationCost
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -11,8 +11,8 @@ from knittest.laboratory.mounting import Mounting, Rest, weights
 from knittest.materials.laminate import softened
 from knittest.models.boundary import Boundary, new_tally
 from knittest.models.macro import build_rectangle
-from knittest.relaxation import relax
-from knittest.simulation import SimulationCost
+from knittest.solve.relax import relax
+from knittest.solve.state import SimulationCost
 
 
 def mount_shells(run: CantileverRun, overhang: float) -> Prepared:

@@ -11,8 +11,8 @@ from knittest.measure import tensile_results
 from knittest.models.macro import build_strip, self_contact
 from knittest.models.meso import build_meso
 from knittest.rigs.tensile import TensileTest
-from knittest.simulate import simulate
-from knittest.simulation import Keeper, SimulationCost
+from knittest.solve.simulate import simulate
+from knittest.solve.state import Keeper, SimulationCost
 
 #: pitches of the pattern inside each clamp of a meso model: enough to grip every yarn
 JAW_PITCHES = 1

@@ -15,10 +15,9 @@ from numpy.typing import NDArray
 from knittest.base.errors import InputError
 from knittest.base.units import to_kernel
 from knittest.config.fabric import Direction, Fabric
-from knittest.experiment.curves import ReferenceCurve
 from knittest.kernels.laws import hinge_table
 from knittest.kernels.shell_state import Laminate
-from knittest.materials.shear import shear_table
+from knittest.materials.shear import ShearCurve, shear_table
 from knittest.materials.thinning import thin
 
 Array = NDArray[np.float64]
@@ -39,7 +38,7 @@ HOURGLASS = 0.05
 
 
 def laminate(
-    fabric: Fabric, curves: Mapping[Direction, tuple[Array, Array]], shear_curve: ReferenceCurve | None = None
+    fabric: Fabric, curves: Mapping[Direction, tuple[Array, Array]], shear_curve: ShearCurve | None = None
 ) -> Laminate:
     """Laminate of ``fabric`` with tension ``curves``: strain [%] and force per width [N/mm], (n,) each.
 

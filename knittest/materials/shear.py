@@ -1,30 +1,42 @@
 """Shear law of a fabric to the hinges, friction and twisting stiffness of the shells."""
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
 from knittest.config.fabric import Fabric
-from knittest.experiment.curves import ReferenceCurve
-from knittest.experiment.shear_csv import ANGLE
 from knittest.kernels.laws import hinge_table
 from knittest.materials.thinning import thin
-from knittest.trellis import Definition, to_conjugate
+from knittest.materials.trellis import ANGLE, DEFINITIONS, Definition, to_conjugate
 
 Array = NDArray[np.float64]
 
-#: what the column of a shear force holds
-DEFINITIONS: dict[str, Definition] = {
-    "shear_force_n_per_mm": "conjugate",
-    "normalised_shear_force_n_per_mm": "normalised",
-    "cauchy_shear_n_per_mm": "cauchy",
-}
 #: points of a shear curve are dropped while it moves by less than this share of its peak
 TOLERANCE = 5e-4
 #: a measured curve may fall by this share of its peak from row to row; the law then stays level
 NOISE = 5e-3
+
+
+class ShearCurve(Protocol):
+    """A curve ``mean`` over ``x``, (n,) each, in the columns ``y_name`` and ``x_name``."""
+
+    @property
+    def x(self) -> Array:
+        """Shear angle [deg]."""
+
+    @property
+    def mean(self) -> Array:
+        """Shear force [N/mm]."""
+
+    @property
+    def x_name(self) -> str:
+        """Name of the column of ``x``."""
+
+    @property
+    def y_name(self) -> str:
+        """Name of the column of ``mean``, which says how the force is defined."""
 
 
 class ShearTable(NamedTuple):
@@ -39,7 +51,7 @@ class ShearTable(NamedTuple):
     twisting: float
 
 
-def shear_table(fabric: Fabric, curve: ReferenceCurve | None = None) -> ShearTable:
+def shear_table(fabric: Fabric, curve: ShearCurve | None = None) -> ShearTable:
     """Shear law of ``fabric``; ``curve`` is that of its CSV, if it names one.
 
     Raises :class:`InputError` for a curve of other columns, one that falls, and friction that would slide late.
@@ -62,7 +74,7 @@ def shear_table(fabric: Fabric, curve: ReferenceCurve | None = None) -> ShearTab
     return ShearTable(knee, slope, friction, stick, float((force[1:] / angle[1:]).min()))
 
 
-def last_angle(fabric: Fabric, curve: ReferenceCurve | None = None) -> float:
+def last_angle(fabric: Fabric, curve: ShearCurve | None = None) -> float:
     """Largest shear angle [deg] that the law of ``fabric`` knows."""
     law = fabric.macro.shear
     if law.kind == "linear":
@@ -70,7 +82,7 @@ def last_angle(fabric: Fabric, curve: ReferenceCurve | None = None) -> float:
     return float(curve.x[-1]) if curve is not None else law.points[-1][0]
 
 
-def _envelope(fabric: Fabric, curve: ReferenceCurve | None) -> tuple[Array, Array]:
+def _envelope(fabric: Fabric, curve: ShearCurve | None) -> tuple[Array, Array]:
     """Shear angle [rad] and S [N/mm] from (0, 0), thinned."""
     law = fabric.macro.shear
     definition: Definition

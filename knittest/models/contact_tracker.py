@@ -13,7 +13,7 @@ from knittest.kernels import search
 from knittest.kernels.options import PARTITIONS
 from knittest.kernels.pair_search import Cells, Pieces, find_pairs
 from knittest.kernels.state import ContactLaw, Contacts, Nodes
-from knittest.snapshot import State, arrays_of, entry, put_back
+from knittest.models.snapshot import State, arrays_of, entry, put_back
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

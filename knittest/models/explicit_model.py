@@ -10,7 +10,7 @@ from knittest.base.history import Mesh, Overlaps
 from knittest.kernels.drive_state import Drive
 from knittest.kernels.options import PARTITIONS
 from knittest.kernels.state import Nodes, Partitions, Tally
-from knittest.snapshot import State, arrays_of, put_back
+from knittest.models.snapshot import State, arrays_of, put_back
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

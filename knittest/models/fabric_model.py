@@ -16,7 +16,7 @@ from knittest.kernels.shell_state import Laminate, Shells
 from knittest.kernels.state import Tally
 from knittest.models.explicit_model import Array, ExplicitModel, Index, Stored
 from knittest.models.sheet_tracker import SheetTracker
-from knittest.snapshot import State, arrays_of, prefixed, put_back, under
+from knittest.models.snapshot import State, arrays_of, prefixed, put_back, under
 
 #: arrays of the shells that a run changes
 CHANGING = ("state", "corner", "fail_time")

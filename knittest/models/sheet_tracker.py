@@ -13,7 +13,7 @@ from knittest.kernels.sheet_state import SheetContacts, SheetLaw, SheetMesh, emp
 from knittest.kernels.shell_state import Shells
 from knittest.kernels.state import Nodes, Partitions
 from knittest.models.sheet_topology import edge_neighbours, near_shells
-from knittest.snapshot import State, arrays_of, entry, put_back
+from knittest.models.snapshot import State, arrays_of, entry, put_back
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

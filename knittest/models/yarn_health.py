@@ -1,16 +1,13 @@
 """What makes a model of yarns unusable: a collapsed beam, a yarn that passes another, a node too stiff for the step."""
 
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from knittest.kernels import health
-from knittest.kernels.state import Beams, Partitions
-from knittest.models.contact_tracker import LEAST_STEPS
-
-if TYPE_CHECKING:
-    from knittest.models.yarn_model import YarnModel
+from knittest.kernels.state import Beams, ContactLaw, Nodes, Partitions
+from knittest.models.contact_tracker import LEAST_STEPS, ContactTracker, YarnContactGroup
 
 Array = NDArray[np.float64]
 
@@ -22,10 +19,32 @@ NEAREST = 0.1
 STIFFNESS_LOOKS = 4
 
 
+class Yarns(Protocol):
+    """The parts of a model of yarns that are looked at."""
+
+    nodes: Nodes
+    parts: Partitions
+    beams: Beams
+    group: YarnContactGroup
+    tracker: ContactTracker
+    law: ContactLaw
+    contact: bool
+
+    @property
+    def n_nodes(self) -> int:
+        """Number of nodes."""
+
+    def position(self) -> Array:
+        """Positions [mm], (n_nodes, 3)."""
+
+    def name_of(self, node: int) -> str:
+        """System and number of the yarn that owns ``node``."""
+
+
 class YarnHealth:
     """Looks at one model; the arrays that kernels renew are asked for each time."""
 
-    def __init__(self, model: "YarnModel") -> None:
+    def __init__(self, model: Yarns) -> None:
         self.model = model
         self.axial, self.shear = _stiffness(model.parts, model.beams)
         self.load = np.zeros((model.n_nodes, 6))

@@ -14,8 +14,8 @@ from knittest.kernels.state import Beams, ContactLaw, Tally
 from knittest.models.contact_tracker import ContactTracker, YarnContactGroup
 from knittest.models.explicit_model import Array, ExplicitModel, Index, Stored
 from knittest.models.resultants import beam_resultants
+from knittest.models.snapshot import State, arrays_of, prefixed, put_back, under
 from knittest.models.yarn_health import YarnHealth
-from knittest.snapshot import State, arrays_of, prefixed, put_back, under
 
 NO_CONTACT = ContactLaw(0.0, 0.0, 0.0, 0.0, 0.0)
 #: arrays of the beams that a run changes

@@ -10,10 +10,10 @@ from knittest.config.run import Run
 from knittest.kernels.threading import limited
 from knittest.laboratory.base import Prepared
 from knittest.models.boundary import Boundary, Readings
-from knittest.rigs.base import Rig
-from knittest.simulate import simulate
+from knittest.solve.rig import Rig
+from knittest.solve.simulate import simulate
+from knittest.solve.warmup import warm
 from knittest.specimen import threads_for
-from knittest.warmup import warm
 
 #: steps and seconds that are timed at least, and seconds after which no further sample is begun
 STEPS, SECONDS, ENOUGH = 100, 0.5, 10.0

@@ -9,9 +9,9 @@ from knittest.config.run import PictureFrameRun
 from knittest.experiment.simulated_studies import SpeedRow, friction_curves, speed_rows
 from knittest.halving import LIMIT, change
 from knittest.laboratory.picture_frame import fabric_side
+from knittest.materials.trellis import crosshead_of_normalised
 from knittest.report_page.blocks import Block, Cell, Section, Table, Text
 from knittest.report_page.loading import LoadedRun
-from knittest.trellis import crosshead_of_normalised
 
 #: shear angles of the table [deg]
 ANGLES = (10.0, 20.0, 30.0, 40.0)

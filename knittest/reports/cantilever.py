@@ -13,8 +13,8 @@ from knittest.experiment.tables import PublishedValue, for_width, with_note
 from knittest.export.line_picture import Level, Line, line_picture
 from knittest.export.side_picture import side_picture
 from knittest.laboratory.cantilever import MOMENT_TOLERANCE
-from knittest.laboratory.heavy_elastica import STANDARD_ANGLE, overhang_ratio
 from knittest.laboratory.yarn_cantilever import BALANCED
+from knittest.materials.heavy_elastica import STANDARD_ANGLE, overhang_ratio
 from knittest.reports.base import Columns, CurveAxes, Gate, NoSize, References, title_of
 
 

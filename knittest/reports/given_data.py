@@ -14,8 +14,7 @@ from knittest.experiment.curves import ReferenceCurve, load_curve
 from knittest.experiment.forces import normalised, per_width
 from knittest.experiment.lab_folder import SHEAR, TENSION
 from knittest.experiment.lab_frame_report import CONJUGATE
-from knittest.experiment.shear_csv import NORMALISED
-from knittest.trellis import to_conjugate
+from knittest.materials.trellis import NORMALISED, to_conjugate
 
 #: rms difference of two curves, over the largest force, below which they are the same data: that of rounding and of
 #: points placed otherwise; strips of one fabric scatter ten times as much

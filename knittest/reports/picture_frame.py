@@ -13,7 +13,6 @@ from knittest.config.run import PictureFrameRun
 from knittest.experiment.conditions import EXACT
 from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.forces import normalised
-from knittest.experiment.shear_csv import NORMALISED
 from knittest.experiment.simulated_studies import friction_curves
 from knittest.experiment.tables import PublishedValue, with_note
 from knittest.export.faces_picture import faces_picture
@@ -23,6 +22,7 @@ from knittest.export.shear_picture import shear_picture
 from knittest.laboratory.picture_frame import MAPPED, fabric_side, frame_at, material_angles, material_scatter
 from knittest.laboratory.shear_angles import angle_table, crossing_angles
 from knittest.laboratory.wrinkles import measure_wrinkles
+from knittest.materials.trellis import NORMALISED, crosshead_of_normalised
 from knittest.reports.base import (
     Columns,
     CurveAxes,
@@ -35,7 +35,6 @@ from knittest.reports.base import (
     title_of,
 )
 from knittest.reports.imported import imported_corridor
-from knittest.trellis import crosshead_of_normalised
 
 NORMALISED_LABEL = r"normalised shear force $F_s L_{frame} / L_{fabric}^2$ [N/mm]"
 

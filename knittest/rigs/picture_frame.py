@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.config.run import PictureFrameRun
+from knittest.materials.trellis import crosshead, normalised_force
 from knittest.models.boundary import Boundary, Readings, Table, ramp
-from knittest.trellis import crosshead, normalised_force
 
 Array = NDArray[np.float64]
 

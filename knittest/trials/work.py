@@ -23,7 +23,7 @@ from knittest.base.interrupts import Interrupted, Interrupts
 from knittest.base.progress import Progress
 from knittest.config.run import Run
 from knittest.options import RunOptions
-from knittest.threads import use_threads
+from knittest.solve.threads import use_threads
 from knittest.trials.record import Record, Status, record_of
 from knittest.trials.trial import Trial, code_digest
 
@@ -116,7 +116,7 @@ def _listen(connection: Connection, tasks: "queue.SimpleQueue[Task | Run]") -> N
 
 def _warm(run: Run, told: Told) -> None:
     """Load the kernels that ``run`` needs, or compile them and say so."""
-    from knittest.warmup import compiled_before, kernels_of, warm
+    from knittest.solve.warmup import compiled_before, kernels_of, warm
 
     if not compiled_before(kernels_of(run)):
         told("at", None)

@@ -11,9 +11,9 @@ from documented_table import COMMANDS, NAMES, SETUP
 import knittest.bench
 import knittest.jobs
 import knittest.preflight.command
+import knittest.solve.warmup
 import knittest.trials.dask_pool
 import knittest.trials.pool
-import knittest.warmup
 from knittest.base.resources import data_dir
 from knittest.cli.main import COMMANDS as REGISTERED
 from knittest.cli.main import run
@@ -62,7 +62,7 @@ def test_documented_command(place, monkeypatch, text: str, do: Do):
         monkeypatch.setattr(pool, "__init__", _begins)
     for module, name in (
         (knittest.jobs, "execute"), (knittest.preflight.command, "prepare"), (knittest.bench, "kernel_lines"),
-        (knittest.warmup, "warm"),
+        (knittest.solve.warmup, "warm"),
     ):  # fmt: skip
         monkeypatch.setattr(module, name, _begins)
     with pytest.raises(Planned):

@@ -12,7 +12,7 @@ from knittest.config.fabric import YarnLaw
 from knittest.config.loading import resolve
 from knittest.laboratory.shell_cantilever import mount_shells
 from knittest.materials.yarn_section import section
-from knittest.threads import check_layer
+from knittest.solve.threads import check_layer
 
 SHELLS = ["tensile", "--variant", "1", "--scale", "macro", "--direction", "warp", "--quiet"]
 PLACES = {"long": "x" * 300, "deep": "x/" * 5000 + "x", "nested": "x/" * 1500 + "x", "within": "y/" + "x" * 300 + "/z"}

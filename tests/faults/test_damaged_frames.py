@@ -5,7 +5,7 @@ import pytest
 
 from knittest.base.errors import InputError
 from knittest.export.checkpoints import Checkpoints
-from knittest.simulation import Snapshot
+from knittest.solve.state import Snapshot
 
 FRAMES = (1, 2, 2, 3, 3)
 

@@ -13,13 +13,13 @@ import pytest
 from restart_cases import MACRO
 from trial_cases import gone
 
-from knittest import warmup
 from knittest.base.resources import PACKAGE
 from knittest.cli.main import run
 from knittest.config.dumping import dump
 from knittest.config.loading import resolve
 from knittest.export.folder import RunFolder
 from knittest.export.lock import LOCK_NAME
+from knittest.solve import warmup
 from knittest.trials.pool import LocalPool
 
 QUICK = (*MACRO, "--quiet", "--threads", "1")
@@ -133,7 +133,7 @@ def test_a_curve_that_is_not_there_leaves_no_folder(tmp_path, direction):
 
 def test_the_compiler_ends_with_its_parent(tmp_path):
     environment = os.environ | {"KNITTEST_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": str(PACKAGE.parent)}
-    work = "from knittest import warmup; warmup._compile_apart('macro')"
+    work = "from knittest.solve import warmup; warmup._compile_apart('macro')"
     parent = subprocess.Popen([sys.executable, "-c", work], env=environment)
     children = Path(f"/proc/{parent.pid}/task/{parent.pid}/children")
     while not (found := children.read_text().split()):

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from restart_cases import MACRO
 
-from knittest import simulate as simulation_loop
 from knittest.base.errors import NumericalError
 from knittest.cli.main import run as knittest
 from knittest.config.loading import resolve
 from knittest.export.npz import read_arrays
 from knittest.models import contact_tracker, yarn_health
-from knittest.simulate import simulate
+from knittest.solve import simulate as simulation_loop
+from knittest.solve.simulate import simulate
 from knittest.specimen import prepare, run_specimen
 
 MESO = [

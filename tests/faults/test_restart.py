@@ -15,7 +15,7 @@ from knittest.base.errors import ResourceError
 from knittest.base.interrupts import Interrupted, Interrupts
 from knittest.export.checkpoints import Checkpoints
 from knittest.export.npz import Damaged, read_arrays, write_arrays
-from knittest.simulation import Snapshot
+from knittest.solve.state import Snapshot
 
 
 @pytest.fixture(scope="module")

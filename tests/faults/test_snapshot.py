@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from knittest.config.loading import resolve
-from knittest.simulate import simulate
+from knittest.solve.simulate import simulate
 from knittest.specimen import prepare
 
 SETS = {

@@ -8,7 +8,7 @@ import numpy as np
 from knittest.homogenise import command
 from knittest.homogenise.command import HomogeniseOptions, homogenise_command
 from knittest.homogenise.plan import Request, overhang, width
-from knittest.laboratory.heavy_elastica import chord_angle
+from knittest.materials.heavy_elastica import chord_angle
 from knittest.trials.record import Record
 
 OUT = Path("h")

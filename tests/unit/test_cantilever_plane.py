@@ -11,7 +11,7 @@ from knittest import verify
 from knittest.base.interrupts import Interrupts
 from knittest.config.loading import resolve
 from knittest.laboratory.cantilever import at_the_plane, strip_stiffness
-from knittest.laboratory.heavy_elastica import chord_angle, overhang_ratio, stiffness_of
+from knittest.materials.heavy_elastica import chord_angle, overhang_ratio, stiffness_of
 from knittest.numerical_error import mesh_factor
 from knittest.options import RunOptions
 from knittest.reports.registry import REPORTS

@@ -18,9 +18,9 @@ from knittest.experiment.tables import published
 from knittest.laboratory.base import fabric_laminate, tension_curve
 from knittest.laboratory.cantilever import strip_stiffness
 from knittest.laboratory.yarn_forces import strengths
+from knittest.materials.trellis import crosshead_force
 from knittest.reports.against import own_curves
 from knittest.reports.registry import REPORTS
-from knittest.trellis import crosshead_force
 
 HEAD = "variant,direction,quantity,mean,sd,n,unit,table\n"
 STRAIN = np.linspace(0.0, 1.6, 81)

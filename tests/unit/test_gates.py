@@ -19,7 +19,7 @@ from knittest.laboratory.judging import Span, assess, losses
 from knittest.laboratory.law_end import MARGIN, shell_areas, worst_of
 from knittest.report_page.gates import _largest_force
 from knittest.run import _worst
-from knittest.simulation import SimulationCost
+from knittest.solve.state import SimulationCost
 
 ROWS = 101
 PREPARED: Any = SimpleNamespace(model=SimpleNamespace(added_mass=0.0))

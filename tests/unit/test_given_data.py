@@ -119,7 +119,7 @@ def test_the_frames_of_a_shear_law_are_its_inputs(imported):
     for name in ("corridor", "specimen-01", "specimen-03"):
         assert judged_as_input(compared(folder / f"{name}.csv", "picture-frame")), name
     law = load_curve(folder / "shear.csv")
-    normalised = law.mean / np.cos(np.deg2rad(law.x))  # S / cos gamma, knittest/trellis.py
+    normalised = law.mean / np.cos(np.deg2rad(law.x))  # S / cos gamma, knittest/materials/trellis.py
     for factor, given in ((1.0, True), (1.02, False)):
         own = imported / "frame.csv"
         rows = "".join(f"{a:.6f},{factor * f:.8f}\n" for a, f in zip(law.x, normalised, strict=True))

@@ -14,7 +14,7 @@ from knittest.experiment.curves import load_curve
 from knittest.homogenise.curves import LEAST_TANGENT, tension_curve
 from knittest.homogenise.plan import PIECES, Request, yarn_run
 from knittest.laboratory.base import fabric_laminate
-from knittest.laboratory.heavy_elastica import chord_angle, stiffness_of
+from knittest.materials.heavy_elastica import chord_angle, stiffness_of
 
 #: yarns of variant 2 in 100 mm
 DENSITY = {"warp": 28.0, "weft": 41.0}

@@ -21,7 +21,7 @@ from knittest.experiment.lab_cantilever import (
 from knittest.experiment.lab_given import Given
 from knittest.experiment.tables import published
 from knittest.laboratory.cantilever import given_overhang, strip_stiffness
-from knittest.laboratory.heavy_elastica import chord_angle
+from knittest.materials.heavy_elastica import chord_angle
 from knittest.preflight.of_tests import test_counterparts as of_tests
 from knittest.row_kind import row_kind
 from knittest.run import references_of

@@ -17,15 +17,14 @@ from knittest.experiment.lab_frame import read_frames
 from knittest.experiment.lab_frame_report import write_frames
 from knittest.experiment.lab_friction import read_friction, write_friction
 from knittest.experiment.lab_given import Given
-from knittest.experiment.shear_csv import NORMALISED
 from knittest.laboratory.registry import TESTS
+from knittest.materials.trellis import NORMALISED, crosshead_force
 from knittest.report_page.curves import curve as page_curve
 from knittest.report_page.loading import load_run
 from knittest.reports.base import scatter
 from knittest.reports.picture_frame import NORMALISED_LABEL
 from knittest.row_kind import assumed_inputs, row_kind
 from knittest.run import references_of
-from knittest.trellis import crosshead_force
 
 OUT = Path("data/mine")
 

@@ -5,7 +5,7 @@ import pytest
 
 from knittest.base.history import History
 from knittest.config.loading import resolve
-from knittest.simulate import is_new_peak, simulate
+from knittest.solve.simulate import is_new_peak, simulate
 from knittest.specimen import prepare
 from knittest.specimen_store import specimen_of, specimen_state
 

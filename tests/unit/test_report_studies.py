@@ -9,8 +9,8 @@ from report_sample import write_run
 
 from knittest.experiment import simulated_studies
 from knittest.experiment.simulated_studies import friction_curves
+from knittest.materials.trellis import crosshead_of_normalised, normalised_force
 from knittest.report_page.page import write_report
-from knittest.trellis import crosshead_of_normalised, normalised_force
 
 SPEED = """# kind: simulated
 test,scale,variant,direction,preset,setting,unit,value,quantity,result,result_half

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from knittest.laboratory.heavy_elastica import heavy_elastica
 from knittest.laboratory.mounting import Mounting
+from knittest.materials.heavy_elastica import heavy_elastica
 
 OVERHANG, WEIGHT = 171.0, 4.6e-4
 STIFFNESS = WEIGHT * OVERHANG**3 / 8.0

@@ -14,9 +14,9 @@ from knittest.cli.main import cli
 from knittest.compare import columns_of, compare_columns
 from knittest.config.loading import resolve
 from knittest.experiment.curves import ReferenceCurve, find_curve, load_curve
-from knittest.experiment.shear_csv import NORMALISED
 from knittest.laboratory.picture_frame import first_loading, frame_at
 from knittest.laboratory.shear_angles import angle_scatter, angle_table
+from knittest.materials.trellis import NORMALISED
 from knittest.reports.against import own_curves
 
 ANGLE = np.linspace(0.0, 45.0, 451)

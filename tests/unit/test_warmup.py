@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from knittest import warmup
 from knittest.config.loading import resolve
 from knittest.preflight.model import model_facts, model_lines
+from knittest.solve import warmup
 from knittest.specimen import prepare
 
 

@@ -2,7 +2,7 @@
 
 from knittest.config.loading import resolve
 from knittest.halving import halving
-from knittest.laboratory.heavy_elastica import chord_angle
+from knittest.materials.heavy_elastica import chord_angle
 from knittest.numerical_error import Repeat, numerical_errors
 from knittest.remeshing import remeshing
 from knittest.specimen import run_specimen

@@ -5,8 +5,8 @@ import pytest
 
 from knittest.base.errors import InputError
 from knittest.config.loading import resolve
+from knittest.materials.trellis import crosshead, frame_angle
 from knittest.specimen import prepare, run_specimen
-from knittest.trellis import crosshead, frame_angle
 
 
 def specimen(test, *sets, variant="1", direction=None):

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from knittest.config.loading import resolve
-from knittest.laboratory.heavy_elastica import heavy_elastica
 from knittest.laboratory.picture_frame import material_scatter
+from knittest.materials.heavy_elastica import heavy_elastica
 from knittest.specimen import prepare, run_specimen
 
 

@@ -12,8 +12,8 @@ from knittest.config.loading import resolve
 from knittest.experiment.curves import ReferenceCurve
 from knittest.kernels.shell_arrays import build_shells
 from knittest.materials.shear import shear_table
+from knittest.materials.trellis import crosshead_force, normalised_force, to_conjugate
 from knittest.specimen import prepare, run_specimen
-from knittest.trellis import crosshead_force, normalised_force, to_conjugate
 
 C, SHARE, STICK = 0.5, 0.4, 1.6  # S = C gamma [N/mm], share of friction, sticking stiffness [N/mm]
 

@@ -12,8 +12,8 @@ from knittest.config.run import Solver
 from knittest.kernels.drive_state import Drive
 from knittest.kernels.state import Tally
 from knittest.models.explicit_model import ExplicitModel
-from knittest.rigs.base import Rig
-from knittest.snapshot import State, arrays_of, columns, entry, prefixed, put_back, rows_of, under
+from knittest.models.snapshot import State, arrays_of, columns, entry, prefixed, put_back, rows_of, under
+from knittest.solve.rig import Rig
 
 Array = NDArray[np.float64]
 

@@ -5,7 +5,7 @@ from math import isfinite
 import numpy as np
 
 from knittest.base.errors import NumericalError
-from knittest.simulation import Simulation
+from knittest.solve.state import Simulation
 
 #: kinetic energy over the work done, plus the second times the energy of the specimen at clamp speed, above which the
 #: state blows up: a specimen that tears turns at most all of the work into motion

@@ -18,6 +18,15 @@ import numpy as np
 
 Definition = Literal["conjugate", "normalised", "cauchy"]
 
+#: columns of a curve of shear: angle and normalised force
+ANGLE, NORMALISED = "shear_angle_deg", "normalised_shear_force_n_per_mm"
+#: what the column of a shear force holds
+DEFINITIONS: dict[str, Definition] = {
+    "shear_force_n_per_mm": "conjugate",
+    NORMALISED: "normalised",
+    "cauchy_shear_n_per_mm": "cauchy",
+}
+
 
 def frame_angle(displacement: float, side: float) -> float:
     """Shear angle [rad] at a crosshead displacement [mm] (Eq. 1 of Pham et al.; its sqrt(2L) is a misprint)."""

@@ -23,8 +23,8 @@ from knittest.models.boundary import Boundary, Readings, plane, ramp
 from knittest.models.explicit_model import ExplicitModel
 from knittest.models.macro import build_strip, self_contact
 from knittest.models.meso import build_meso
-from knittest.simulate import simulate
-from knittest.threads import check_layer
+from knittest.solve.simulate import simulate
+from knittest.solve.threads import check_layer
 
 #: kernels of the macro scale with self-contact
 MACRO_CONTACT = "macro-contact"
@@ -92,7 +92,7 @@ def _alone(kernels: str) -> Iterator[None]:
 
 def _compile_in_child(kernels: str) -> None:
     environment = os.environ | {VARIABLE: str(cache_root())}
-    work = f"from knittest import warmup; warmup.end_with_parent(); warmup.fill_cache({kernels!r})"
+    work = f"from knittest.solve import warmup; warmup.end_with_parent(); warmup.fill_cache({kernels!r})"
     command = [sys.executable, "-P", "-c", work]
     pipe, quiet = subprocess.PIPE, subprocess.DEVNULL
     with suppress(OSError):

@@ -10,16 +10,16 @@ from numpy.typing import NDArray
 from knittest.base.errors import NumericalError
 from knittest.base.history import Frame, History
 from knittest.config.run import Output, Solver
-from knittest.guards import check_balance, check_entities, check_motion
 from knittest.kernels import monitor
 from knittest.kernels.explicit import SCRATCH
 from knittest.kernels.options import PARTITIONS
 from knittest.kernels.tool_contact import tool_energies
 from knittest.models.boundary import Boundary, Readings, new_tally, take_readings
 from knittest.models.explicit_model import ExplicitModel, Stored
-from knittest.relaxation import settle
-from knittest.rigs.base import Rig
-from knittest.simulation import Keeper, Simulation, SimulationCost, Snapshot
+from knittest.solve.guards import check_balance, check_entities, check_motion
+from knittest.solve.relax import settle
+from knittest.solve.rig import Rig
+from knittest.solve.state import Keeper, Simulation, SimulationCost, Snapshot
 
 Array = NDArray[np.float64]
 ProgressCall = Callable[[float, float, float, float], None]
@@ -56,7 +56,7 @@ def simulate(
     """Run ``rig`` on ``model`` to its end; ``progress(fraction, time_ms, step_us, kinetic_ratio)`` is called per row.
 
     ``keeper`` says where to go on and is shown the state after every chunk. Raises :class:`NumericalError` when the
-    state is no longer finite, blows up or is ill otherwise (:mod:`knittest.guards`).
+    state is no longer finite, blows up or is ill otherwise (:mod:`knittest.solve.guards`).
     """
     keeper = keeper or _NoKeeper()
     run = _begin(model, rig, solver, keeper)
