@@ -8,8 +8,8 @@ from docs.stored_cells import StoredCell, fabric_of
 from docs.validation_rows import LIMIT_SD, density, measured
 from knittest.base.resources import data_dir
 from knittest.experiment.curves import load_curve
+from knittest.experiment.row_kind import cell_row_kind
 from knittest.experiment.tables import PublishedValue
-from knittest.row_kind import cell_row_kind
 
 CELL_HEAD = (
     "variant",

@@ -15,8 +15,9 @@ from knittest.base.interrupts import Interrupted, Interrupts
 from knittest.base.progress import Progress
 from knittest.base.resources import data_dir
 from knittest.base.stamp import stamped
-from knittest.compare import compare_columns, compare_results
 from knittest.config.run import Run
+from knittest.experiment.compare import compare_columns, compare_results
+from knittest.experiment.row_kind import assumed_inputs, given_results, row_kind
 from knittest.experiment.tables import published
 from knittest.export import vtu
 from knittest.export.folder import RunFolder
@@ -30,7 +31,6 @@ from knittest.reports.against import own_curves
 from knittest.reports.base import References
 from knittest.reports.registry import REPORTS
 from knittest.reports.run_stamp import run_stamp
-from knittest.row_kind import assumed_inputs, given_results, row_kind
 from knittest.specimen import run_specimen
 from knittest.specimen_store import specimen_of, specimen_state
 

@@ -9,14 +9,14 @@ import numpy as np
 from knittest.base.errors import InputError
 from knittest.base.history import Array
 from knittest.base.resources import data_dir
-from knittest.compare import columns_of
 from knittest.config import calibration as file
 from knittest.config.run import Run
 from knittest.config.yaml_loader import Document
+from knittest.experiment.compare import columns_of
 from knittest.experiment.curves import ReferenceCurve, find_curve
+from knittest.experiment.row_kind import ROW_NAMES
 from knittest.experiment.tables import PublishedValue, published
 from knittest.reports.registry import REPORTS
-from knittest.row_kind import ROW_NAMES
 from knittest.trials.record import Record
 
 #: points of a curve that are compared, evenly spaced over its range

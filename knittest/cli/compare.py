@@ -39,7 +39,7 @@ def compare(run: Path, against: Path, out: Path | None, direction: str | None, *
     """
     import json
 
-    from knittest.compare import compare_columns
+    from knittest.experiment.compare import compare_columns
     from knittest.experiment.conditions import Conditions
     from knittest.reports.against import draw_against, identity_of, own_curves
     from knittest.terminal_results import curve_line

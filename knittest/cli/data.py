@@ -90,7 +90,7 @@ def import_(
 
     Example: knittest data import frame-*.csv --test picture-frame --frame-side 200 --fabric-side 180 --out data/mine
     """
-    from knittest.experiment.lab_folder import FABRIC
+    from knittest.config.starting import FABRIC
     from knittest.experiment.lab_tests import LAB_TESTS, read_files, write_files
 
     specimens = read_files(test, files, reading)

@@ -6,12 +6,12 @@ from pathlib import Path
 
 from knittest.base.errors import InputError
 from knittest.base.resources import data_dir
+from knittest.base.tidy_tables import variants
 from knittest.config.layers import Layers
 from knittest.config.rigs import Rig
 from knittest.config.run import Run
 from knittest.config.tools import stl_tools
 from knittest.config.yaml_loader import KeyPath, dotted, shown
-from knittest.experiment.tables import variants
 
 
 def settle_data_paths(run: Run, layers: Layers, folders: Sequence[Path]) -> Run:

@@ -14,8 +14,9 @@ from knittest.config.paths import settle_data_paths
 from knittest.config.run import TensileRun
 from knittest.config.templates import fabric_template, taken_over
 from knittest.config.yaml_loader import Document, KeyPath, describe, dotted, load_yaml
-from knittest.experiment.lab_folder import FABRIC
 
+#: part of a fabric file that an import writes
+FABRIC = "fabric.yaml"
 #: fields of a shear law of which one excludes the others
 LAWS = ("stiffness", "curve", "points", "source", "ref", "definition")
 

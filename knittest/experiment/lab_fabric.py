@@ -5,10 +5,10 @@ from pathlib import Path
 from typing import Any
 
 from knittest.base.atomic import write_atomic
+from knittest.config.starting import FABRIC
 from knittest.experiment.lab_conditions import AREA_MASS, FABRIC_SIDE, FRAME_SIDE, GAUGE, WIDTH
 from knittest.experiment.lab_folder import (
     DIRECTIONS,
-    FABRIC,
     SHEAR,
     SOURCE,
     SOURCE_FILE,

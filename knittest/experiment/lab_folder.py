@@ -12,11 +12,12 @@ from typing import Any
 import numpy as np
 
 from knittest.base.errors import InputError, ResourceError
+from knittest.base.tidy_tables import COLUMNS
+from knittest.config.starting import FABRIC
 from knittest.experiment.lab_conditions import Condition
 from knittest.experiment.statistics import mean_sd
-from knittest.experiment.tables import COLUMNS
 
-STATISTICS, FABRIC, SOURCE_FILE = "statistics.json", "fabric.yaml", "SOURCE.md"
+STATISTICS, SOURCE_FILE = "statistics.json", "SOURCE.md"
 TENSION, SHEAR = "tension.csv", "shear.csv"
 DIRECTIONS = ("warp", "weft")
 #: folders of the imports, each with a table of its name beside it but for the tensile ones

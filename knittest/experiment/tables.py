@@ -1,16 +1,15 @@
 """Published results: tidy tables of means and standard deviations."""
 
-import csv
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from itertools import groupby
 from pathlib import Path
 
 from knittest.base.errors import InputError
+from knittest.base.tidy_tables import tidy_rows
 from knittest.experiment.conditions import EXACT, SIZES, UNKNOWN, Conditions, conditions_of
 
-COLUMNS = ["variant", "direction", "quantity", "mean", "sd", "n", "unit", "table"]
 TENSILE = ("peak_force_n", "fracture_strain_pct")
 
 
@@ -44,7 +43,7 @@ def published(
     contradict each other.
     """
     found = {}
-    for path, rows in groupby(_rows(folder), key=lambda row: row[0]):
+    for path, rows in groupby(tidy_rows(folder), key=lambda row: row[0]):
         own = [
             (line, row) for _, line, row in rows if row["variant"] == variant and row["direction"] in (direction, "")
         ]
@@ -92,25 +91,6 @@ def with_note(row: PublishedValue, note: str) -> PublishedValue:
     if not note:
         return row
     return replace(row, table=f"{row.table}, {note}", scaled=", ".join(filter(None, (row.scaled, note))))
-
-
-def variants(folder: Path) -> list[str]:
-    """Variants that the tables of ``folder`` have rows of; raises as :func:`published` does."""
-    return sorted({row["variant"] for _, _, row in _rows(folder)})
-
-
-def _rows(folder: Path) -> Iterator[tuple[Path, int, dict[str, str]]]:
-    """File, line and cells of every row in all tables of ``folder``."""
-    files = sorted(folder.glob("*.csv"))
-    if not files:
-        raise InputError(f"{folder}: no tables of an experiment (*.csv) here; knittest data import writes some")
-    for path in files:
-        with path.open(encoding="utf-8", newline="") as stream:
-            reader = csv.DictReader(stream)
-            if reader.fieldnames != COLUMNS:
-                raise InputError(f"{path}:1: no table of an experiment: expected the columns {','.join(COLUMNS)}")
-            for row in reader:
-                yield path, reader.line_num, row
 
 
 def _value(path: Path, line: int, row: dict[str, str], conditions: Conditions) -> PublishedValue:

@@ -12,8 +12,8 @@ from knittest.base.atomic import write_atomic
 from knittest.base.errors import InputError
 from knittest.base.history import Array
 from knittest.base.resources import data_dir
-from knittest.compare import STRAIN
 from knittest.config.run import Run
+from knittest.experiment.compare import STRAIN
 from knittest.export.jsonfile import json_text
 from knittest.export.manifest import now
 from knittest.export.provenance import cpu_model, git_commit

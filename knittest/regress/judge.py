@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 from knittest.base.errors import InputError
 from knittest.base.resources import data_dir
-from knittest.compare import compare_results
 from knittest.config.run import Run, Scale
+from knittest.experiment.compare import compare_results
+from knittest.experiment.row_kind import RowKind, row_kind
 from knittest.experiment.tables import PublishedValue, published
 from knittest.regress.cases import QUANTITIES, Case
 from knittest.reports.registry import REPORTS
-from knittest.row_kind import RowKind, row_kind
 from knittest.trials.record import Record
 
 #: an input must come back within this share of the mean: the presets promise it of tension curves

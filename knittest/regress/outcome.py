@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from knittest.base.errors import OutOfTolerance, ResourceError
+from knittest.experiment.row_kind import RowKind
 from knittest.export.provenance import cpu_model, git_commit
 from knittest.regress.cases import Case, Level
 from knittest.regress.cost import CostRow
 from knittest.regress.drift import Change, Drift
 from knittest.regress.judge import Row
-from knittest.row_kind import RowKind
 from knittest.trials.record import Record
 
 

@@ -4,12 +4,12 @@ import math
 from collections.abc import Iterator
 
 from knittest.base.result_rows import LABELS
+from knittest.experiment.row_kind import RowKind
 from knittest.export.provenance import cpu_model
 from knittest.regress.cost import CostRow
 from knittest.regress.drift import AMPLIFIED, LIMITS, Drift
 from knittest.regress.judge import Row
 from knittest.regress.outcome import Outcome, largest_of
-from knittest.row_kind import RowKind
 
 HEAD3 = ("specimen", "scale", "preset", "quantity", "simulated", "experiment", "deviation", "kind", "passes", "verdict")
 HEAD4 = ("test", "scale", "elements, paper", "ours", "CPU h, paper", "ours", "")

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from knittest.base.result_rows import KINDS, UNRESOLVED, UNSCATTERED, ResultRow, result_rows
-from knittest.compare import UNRATED
+from knittest.experiment.compare import UNRATED
 from knittest.report_page.blocks import Block, Cell, Section, Table, Text, Tone
 from knittest.report_page.errors import error_blocks
 from knittest.report_page.loading import LoadedRun

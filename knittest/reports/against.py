@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from knittest.base.stamp import stamped
-from knittest.compare import column_of, columns_of
 from knittest.config.run import Run
+from knittest.experiment.compare import column_of, columns_of
 from knittest.experiment.conditions import UNKNOWN, Conditions
 from knittest.experiment.curves import ReferenceCurve, load_curve, located
 from knittest.experiment.forces import noted

@@ -8,8 +8,8 @@ import numpy as np
 
 from knittest.base.errors import InputError
 from knittest.base.resources import data_dir
-from knittest.compare import LEFT_OUT, STRAIN
 from knittest.config.run import Run
+from knittest.experiment.compare import LEFT_OUT, STRAIN
 from knittest.experiment.curves import ReferenceCurve, load_curve
 from knittest.experiment.forces import normalised, per_width
 from knittest.experiment.lab_folder import SHEAR, TENSION

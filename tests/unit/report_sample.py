@@ -8,16 +8,16 @@ import numpy as np
 from export_sample import cost, curve, energies, quality
 
 from knittest.base.resources import data_dir
-from knittest.compare import compare_results
 from knittest.config.dumping import dump
 from knittest.config.loading import resolve
+from knittest.experiment.compare import compare_results
+from knittest.experiment.row_kind import assumed_inputs, row_kind
 from knittest.experiment.tables import published
 from knittest.export.curve_picture import curve_picture
 from knittest.export.folder import RunFolder
 from knittest.export.line_picture import Line, line_picture
 from knittest.export.summary import build_summary
 from knittest.laboratory.registry import TESTS
-from knittest.row_kind import assumed_inputs, row_kind
 
 RESULTS = {
     "tensile": {"peak_force_n": 5666.25, "fracture_strain_pct": 1.578125, "force_per_yarn_n": 404.75},

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from knittest.compare import compare_curves, compare_results
+from knittest.experiment.compare import compare_curves, compare_results
 from knittest.experiment.curves import ReferenceCurve
+from knittest.experiment.rating import best_shift, corridor_score, grade, magnitude_score, rate, slope_score
 from knittest.experiment.tables import PublishedValue
-from knittest.rating import best_shift, corridor_score, grade, magnitude_score, rate, slope_score
 
 X = np.linspace(0.0, 1.6, 201)
 Y = 5800.0 * (X / 1.6) ** 2

@@ -8,8 +8,8 @@ import pytest
 
 from knittest.base.errors import InputError
 from knittest.base.resources import data_dir
-from knittest.compare import compare_columns
 from knittest.config.loading import resolve
+from knittest.experiment.compare import compare_columns
 from knittest.experiment.conditions import Conditions
 from knittest.experiment.curves import load_curve
 from knittest.experiment.forces import for_width, normalised, per_width

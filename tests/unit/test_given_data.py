@@ -9,8 +9,8 @@ import pytest
 from report_sample import write_run
 
 from knittest.cli.main import run as command
-from knittest.compare import compare_columns
 from knittest.config.loading import resolve
+from knittest.experiment.compare import compare_columns
 from knittest.experiment.conditions import Conditions
 from knittest.experiment.curves import load_curve
 from knittest.experiment.forces import per_width

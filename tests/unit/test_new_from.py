@@ -10,9 +10,9 @@ from knittest.base.errors import InputError
 from knittest.base.history import Quality
 from knittest.cli.main import run
 from knittest.config.loading import resolve
+from knittest.experiment.row_kind import quantities
 from knittest.laboratory.base import cut_curve_warnings, fabric_laminate, tension_curves
 from knittest.materials.curve_reach import reaches
-from knittest.row_kind import quantities
 
 STRAIN = {"warp": 2.31, "weft": 1.9}
 PART = """# Written by knittest data import

@@ -17,13 +17,13 @@ from knittest.experiment.lab_frame import read_frames
 from knittest.experiment.lab_frame_report import write_frames
 from knittest.experiment.lab_friction import read_friction, write_friction
 from knittest.experiment.lab_given import Given
+from knittest.experiment.row_kind import assumed_inputs, row_kind
 from knittest.laboratory.registry import TESTS
 from knittest.materials.trellis import NORMALISED, crosshead_force
 from knittest.report_page.curves import curve as page_curve
 from knittest.report_page.loading import load_run
 from knittest.reports.base import scatter
 from knittest.reports.picture_frame import NORMALISED_LABEL
-from knittest.row_kind import assumed_inputs, row_kind
 from knittest.run import references_of
 
 OUT = Path("data/mine")

@@ -14,7 +14,7 @@ from knittest.base.errors import InputError
 from knittest.base.result_rows import result_rows
 from knittest.cli.main import cli
 from knittest.cli.main import run as command
-from knittest.compare import compare_columns, compare_curves, compare_results
+from knittest.experiment.compare import compare_columns, compare_curves, compare_results
 from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.tables import PublishedValue
 from knittest.report_page.page import write_reports

@@ -5,14 +5,14 @@ from pathlib import Path
 import pytest
 
 from knittest.base.result_rows import result_rows
-from knittest.compare import compare_results
 from knittest.config.base import Quantity
 from knittest.config.loading import resolve
 from knittest.config.run import Run
 from knittest.experiment.borrowed import borrowed
+from knittest.experiment.compare import compare_results
+from knittest.experiment.row_kind import assumed_inputs, cell_assumed_inputs, cell_row_kind, given_results, row_kind
 from knittest.experiment.tables import PublishedValue
 from knittest.preflight.command import taken_over
-from knittest.row_kind import assumed_inputs, cell_assumed_inputs, cell_row_kind, given_results, row_kind
 
 FORCE, STRAIN = "peak_force_n", "fracture_strain_pct"
 

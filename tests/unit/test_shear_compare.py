@@ -11,8 +11,8 @@ from knittest.base.errors import InputError
 from knittest.base.history import Frame, History
 from knittest.base.result_rows import folded, result_rows, unfolded
 from knittest.cli.main import cli
-from knittest.compare import columns_of, compare_columns
 from knittest.config.loading import resolve
+from knittest.experiment.compare import columns_of, compare_columns
 from knittest.experiment.curves import ReferenceCurve, find_curve, load_curve
 from knittest.laboratory.picture_frame import first_loading, frame_at
 from knittest.laboratory.shear_angles import angle_scatter, angle_table

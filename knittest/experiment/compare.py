@@ -10,10 +10,10 @@ import numpy as np
 from knittest.base.errors import InputError
 from knittest.config.unit_slips import likely_unit
 from knittest.experiment.curves import ReferenceCurve
+from knittest.experiment.rating import grade, rate
 from knittest.experiment.shear_csv import START
 from knittest.experiment.tables import PublishedValue
 from knittest.materials.trellis import ANGLE
-from knittest.rating import grade, rate
 
 #: points of the common grid on the overlap
 GRID = 201
