@@ -13,9 +13,9 @@ import time
 from pathlib import Path
 
 from knittest.config.loading import resolve
-from knittest.trials.pool import LocalPool
-from knittest.trials.runner import TrialRunner
-from knittest.trials.trial import Trial, trial_of
+from knittest.studies.trials.pool import LocalPool
+from knittest.studies.trials.runner import TrialRunner
+from knittest.studies.trials.trial import Trial, trial_of
 
 
 def trials(count: int) -> list[Trial]:

@@ -22,9 +22,9 @@ from docs.stored_runs import differences, inputs_of, lines_of, packed, unpacked
 from knittest.config.loading import resolve
 from knittest.export.manifest import now
 from knittest.export.provenance import git_commit
-from knittest.regress import baseline
-from knittest.regress.cases import LEVELS, Case
-from knittest.regress.drift import BUCKLED, limits_of
+from knittest.studies.regress import baseline
+from knittest.studies.regress.cases import LEVELS, Case
+from knittest.studies.regress.drift import BUCKLED, limits_of
 
 HERE = Path(__file__).parent
 FILE = HERE / "provenance.json"

@@ -46,7 +46,7 @@ def fabric_of(variant: str) -> Fabric:
 def relaxed(variant: str) -> StoredCell:
     """Relax the cell of ``variant``, or take it from the cache."""
     from knittest.fabric.relax import relaxed_cell
-    from knittest.preflight.of_yarns import cell_mass
+    from knittest.runs.preflight.of_yarns import cell_mass
 
     fabric = fabric_of(variant)
     cell = relaxed_cell(fabric, lambda: None)

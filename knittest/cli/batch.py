@@ -54,7 +54,7 @@ def batch(
     """
     if dask is not None and workers is not None:
         raise click.UsageError("--workers are processes of this machine; with --dask the cluster has its own")
-    from knittest.batch.command import BatchOptions, batch_command
+    from knittest.studies.batch.command import BatchOptions, batch_command
 
     def agree(question: str) -> bool:
         return yes or (sys.stdin.isatty() and click.confirm(f"{question}: run them?", err=True))

@@ -20,15 +20,15 @@ def bench(variant: str, preset: str, against: Path | None, pairs: int) -> None:
     """
     if against is not None:
         from knittest.base.errors import InputError
-        from knittest.bench_against import paired_lines
+        from knittest.runs.bench_against import paired_lines
 
         if any(_given(name) for name in ("variant", "preset")):
             raise InputError("--against: times its own small runs; leave out --variant and --preset")
         for line in paired_lines(against, pairs):
             click.echo(line)
         return
-    from knittest.bench import kernel_lines, run_lines
     from knittest.config.loading import resolve
+    from knittest.runs.bench import kernel_lines, run_lines
 
     run = resolve(variant=variant, scale="meso", preset=preset, direction="warp")
     loops = resolve(variant=variant, scale="meso", preset=preset, test="picture-frame")

@@ -30,6 +30,6 @@ def calibrate(
 
     Example: knittest calibrate configs/calibrations/v1-warp-bending.yaml
     """
-    from knittest.calibrate.command import CalibrateOptions, calibrate_command
+    from knittest.studies.calibrate.command import CalibrateOptions, calibrate_command
 
     return calibrate_command(calibration, CalibrateOptions(out, workers, threads, quiet, storage, accept_limits))

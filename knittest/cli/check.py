@@ -37,6 +37,6 @@ def check(
     Example: knittest check tensile --variant 2 --scale meso --preset paper
     """
     runs = resolve_runs(test, None if test in ("picture-frame", "forming") else direction or "default", chosen)
-    from knittest.preflight.command import CheckOptions, check_command
+    from knittest.runs.preflight.command import CheckOptions, check_command
 
     return check_command(runs, CheckOptions(threads, as_json, not no_time, convergence))

@@ -42,7 +42,7 @@ def compare(run: Path, against: Path, out: Path | None, direction: str | None, *
     from knittest.experiment.compare import compare_columns
     from knittest.experiment.conditions import Conditions
     from knittest.reports.against import draw_against, identity_of, own_curves
-    from knittest.terminal_results import curve_line
+    from knittest.runs.show import curve_line
 
     given, columns, manifest = _run_of(run)
     (reference,) = own_curves(given, [against], Conditions(direction=direction or "", **sizes))  # type: ignore[arg-type]

@@ -40,8 +40,8 @@ def homogenise(
 
     Example: knittest homogenise --variant 1
     """
-    from knittest.homogenise.command import HomogeniseOptions, homogenise_command
-    from knittest.homogenise.plan import Request
+    from knittest.studies.homogenise.command import HomogeniseOptions, homogenise_command
+    from knittest.studies.homogenise.plan import Request
 
     if not (chosen["variant"] or chosen["fabric"]):
         raise click.UsageError("which fabric? Give --variant 1, --variant 2 or --fabric FILE")

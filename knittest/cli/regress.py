@@ -41,7 +41,7 @@ def regress(table: str | None, as_json: bool, **chosen: Any) -> int:
 
     Example: knittest regress --level quick --junit regress.xml
     """
-    from knittest.regress.command import RegressOptions, regress_command
+    from knittest.studies.regress.command import RegressOptions, regress_command
 
     number: Any = None if table is None else int(table)
     return regress_command(RegressOptions(table=number, json=as_json, **chosen))

@@ -20,9 +20,9 @@ def report(runs: tuple[Path, ...], out: Path | None) -> int:
 
     Example: knittest report runs/tensile-... runs/friction-... --out comparison.html
     """
-    from knittest.batch.page import is_sweep, write_sweep_page
-    from knittest.calibrate.page import is_calibration, write_calibration_page
     from knittest.report_page.page import write_reports
+    from knittest.studies.batch.page import is_sweep, write_sweep_page
+    from knittest.studies.calibrate.page import is_calibration, write_calibration_page
 
     for is_one, write in ((is_sweep, write_sweep_page), (is_calibration, write_calibration_page)):
         if len(runs) == 1 and is_one(runs[0]):

@@ -20,7 +20,7 @@ def resume(
 
     Example: knittest resume runs/tensile-...
     """
-    from knittest.jobs import resume_command
-    from knittest.options import RunOptions
+    from knittest.runs.options import RunOptions
+    from knittest.studies.command import resume_command
 
     return resume_command(run, RunOptions(None, threads, as_json, quiet, not no_frames, against=against), force)

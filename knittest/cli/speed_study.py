@@ -33,7 +33,7 @@ def speed_study(variant: str | None, fabric: Path | None, tests: tuple[str, ...]
 
     Example: knittest speed-study --variant 2 --test friction --scale macro
     """
-    from knittest.speed_study.command import SCALES, TESTS, StudyOptions, study_command
+    from knittest.studies.speed_study.command import SCALES, TESTS, StudyOptions, study_command
 
     if variant is None and fabric is None:
         variant = "1"

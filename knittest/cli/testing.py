@@ -44,7 +44,7 @@ def test_command(
         direction: str | None = None,
         **chosen: Any,
     ) -> int:
-        from knittest.options import RunOptions
+        from knittest.runs.options import RunOptions
 
         given = {field: chosen.pop(name) for name, field in fields.items()}
         chosen["sets"] = (*chosen["sets"], *(f"{field}={v:g}" for field, v in given.items() if v is not None))
@@ -52,14 +52,14 @@ def test_command(
         if resume is not None:
             if direction or out or verify or any(chosen.values()):
                 raise click.UsageError("--resume takes everything from the run folder: leave out what describes a run")
-            from knittest.jobs import resume_command
+            from knittest.studies.command import resume_command
 
             return resume_command(resume, options, force)
         if force:
             raise click.UsageError("--force goes with --resume")
         chosen["sets"] = (*chosen["sets"], *(["output.verify=true"] if verify else []))
         runs = resolve_runs(kind, (direction or "default") if directional else None, chosen)
-        from knittest.jobs import run_command
+        from knittest.studies.command import run_command
 
         return run_command(runs, options)
 

@@ -4,9 +4,9 @@ import numpy as np
 
 from knittest.base.resources import data_dir
 from knittest.experiment.tables import published
-from knittest.regress.cases import QUANTITIES
 from knittest.reports.registry import REPORTS
-from knittest.trials.record import Record
+from knittest.studies.regress.cases import QUANTITIES
+from knittest.studies.trials.record import Record
 
 ELEMENTS, CPU_S = 100, 36.0
 UNPUBLISHED = {

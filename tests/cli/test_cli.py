@@ -210,7 +210,7 @@ def test_tensile_hands_runs_and_options_on(monkeypatch, tmp_path):
         handed.update(runs=runs, options=options)
         return 3
 
-    monkeypatch.setattr("knittest.jobs.run_command", record)
+    monkeypatch.setattr("knittest.studies.command.run_command", record)
     arguments = ["--variant", "2", "--scale", "macro", "--preset", "quick", "--set", "rig.width=25", "--seed", "5"]
     options = ["--out", str(tmp_path / "o"), "--threads", "1", "--json", "--quiet", "--no-frames"]
     assert run(["tensile", *arguments, *options]) == 3

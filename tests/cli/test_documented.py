@@ -8,12 +8,12 @@ import pytest
 from documented import ROOT, Do, Shown, shown
 from documented_table import COMMANDS, NAMES, SETUP
 
-import knittest.bench
-import knittest.jobs
-import knittest.preflight.command
+import knittest.runs.bench
+import knittest.runs.preflight.command
 import knittest.solve.warmup
-import knittest.trials.dask_pool
-import knittest.trials.pool
+import knittest.studies.command
+import knittest.studies.trials.dask_pool
+import knittest.studies.trials.pool
 from knittest.base.resources import data_dir
 from knittest.cli.main import COMMANDS as REGISTERED
 from knittest.cli.main import run
@@ -58,11 +58,11 @@ def test_documented_command(place, monkeypatch, text: str, do: Do):
     if not do.planned:
         assert run(arguments) == 0, " ".join(words)
         return
-    for pool in (knittest.trials.pool.LocalPool, knittest.trials.dask_pool.DaskPool):
+    for pool in (knittest.studies.trials.pool.LocalPool, knittest.studies.trials.dask_pool.DaskPool):
         monkeypatch.setattr(pool, "__init__", _begins)
     for module, name in (
-        (knittest.jobs, "execute"), (knittest.preflight.command, "prepare"), (knittest.bench, "kernel_lines"),
-        (knittest.solve.warmup, "warm"),
+        (knittest.studies.command, "execute"), (knittest.runs.preflight.command, "prepare"),
+        (knittest.runs.bench, "kernel_lines"), (knittest.solve.warmup, "warm"),
     ):  # fmt: skip
         monkeypatch.setattr(module, name, _begins)
     with pytest.raises(Planned):

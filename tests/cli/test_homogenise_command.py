@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from knittest.cli.main import run as knittest
-from knittest.homogenise import command
-from knittest.trials.pool import LocalPool
+from knittest.studies.homogenise import command
+from knittest.studies.trials.pool import LocalPool
 
 sys.path.append(str(Path(__file__).parents[1] / "unit"))
 from homogenise_cases import BENDING, Formulas, outcome

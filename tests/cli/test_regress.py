@@ -9,8 +9,8 @@ import pytest
 from regress_cases import CPU_S, ELEMENTS, Pretending
 
 from knittest.cli.main import run
-from knittest.regress import baseline, cases, command
-from knittest.regress.cases import LEVELS, Case
+from knittest.studies.regress import baseline, cases, command
+from knittest.studies.regress.cases import LEVELS, Case
 
 TENSILE = "tensile-macro-v1-warp-quick"
 FORMING, YARNS = "forming-macro-v1-quick-100n", "picture-frame-meso-v1-quick-20mm"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from knittest.base.errors import InputError
-from knittest.export.checkpoints import Checkpoints
+from knittest.runs.checkpoints import Checkpoints
 from knittest.solve.state import Snapshot
 
 FRAMES = (1, 2, 2, 3, 3)

@@ -14,9 +14,9 @@ from trial_cases import SLOW, meanwhile, process_in, trial
 
 from knittest.base.errors import InputError, ResourceError
 from knittest.base.resources import PACKAGE
-from knittest.trials import dask_pool
-from knittest.trials.dask_pool import DaskPool
-from knittest.trials.runner import TrialRunner
+from knittest.studies.trials import dask_pool
+from knittest.studies.trials.dask_pool import DaskPool
+from knittest.studies.trials.runner import TrialRunner
 
 pytest.importorskip("distributed")
 

@@ -20,7 +20,7 @@ from knittest.config.loading import resolve
 from knittest.export.folder import RunFolder
 from knittest.export.lock import LOCK_NAME
 from knittest.solve import warmup
-from knittest.trials.pool import LocalPool
+from knittest.studies.trials.pool import LocalPool
 
 QUICK = (*MACRO, "--quiet", "--threads", "1")
 REFUSED = "comparison refused: kinetic energy over work 7 % is above 5 %"
@@ -64,14 +64,14 @@ def test_a_sibling_that_goes_on_does_not_hide_a_refusal(tmp_path, monkeypatch):
         text = dump(resolve(variant="2", scale="macro", direction=direction))
         (tmp_path / f"config-{direction}.yaml").write_text(text)
     ended_run(tmp_path / "warp", 3, REFUSED)
-    monkeypatch.setattr("knittest.jobs._run_jobs", lambda jobs, options, parent: 0)
+    monkeypatch.setattr("knittest.studies.command._run_jobs", lambda jobs, options, parent: 0)
     assert run(["resume", str(tmp_path)]) == 3
 
 
 def test_resume_writes_the_page_and_removes_the_leavings_of_a_kill(tmp_path, monkeypatch):
     folder = ended_run(tmp_path / "run")
     written = []
-    monkeypatch.setattr("knittest.opening.write_if_possible", lambda path, write: written.append(path))
+    monkeypatch.setattr("knittest.runs.opening.write_if_possible", lambda path, write: written.append(path))
     assert run(["resume", str(folder)]) == 0 and written == []
     (folder / LOCK_NAME).write_bytes(b"")
     (folder / "checkpoint-0003.npz").write_bytes(b"")

@@ -13,9 +13,9 @@ from knittest.cli.main import run as knittest
 from knittest.config.loading import resolve
 from knittest.export.npz import read_arrays
 from knittest.models import contact_tracker, yarn_health
+from knittest.runs.specimen import prepare, run_specimen
 from knittest.solve import simulate as simulation_loop
 from knittest.solve.simulate import simulate
-from knittest.specimen import prepare, run_specimen
 
 MESO = [
     "rig.width=10", "rig.gauge_length=10", "solver.ramp=0.1", "output.frames=1",

@@ -11,12 +11,12 @@ from calibration_cases import Pretending, calibrate
 
 from knittest.base.errors import KnittestError, ResourceError
 from knittest.base.hiding import host_name, without_passwords
-from knittest.calibrate import command
-from knittest.calibrate.optuna_storage import open_storage, readable, without_password_of_storage
 from knittest.config.loading import resolve
 from knittest.export.lock import RunLock
 from knittest.export.manifest import first_manifest, restarted_manifest
-from knittest.trials.record import Record
+from knittest.studies.calibrate import command
+from knittest.studies.calibrate.optuna_storage import open_storage, readable, without_password_of_storage
+from knittest.studies.trials.record import Record
 
 WORD = "ge:h/eim"
 

@@ -124,7 +124,7 @@ def test_11_device(refused, option, device):
 def test_03_yaml_1_2_numbers_are_read_right(tmp_path, monkeypatch):
     """3e1 is a number and 012 is twelve: text and ten by YAML 1.1."""
     handed = []
-    monkeypatch.setattr("knittest.jobs.run_command", lambda runs, options: handed.extend(runs) or 0)
+    monkeypatch.setattr("knittest.studies.command.run_command", lambda runs, options: handed.extend(runs) or 0)
     text = "rig:\n  width: 3e1\n  gauge_length: 0120\nvariability: {seed: 012}\n"
     config = written(tmp_path / "rig.yaml", text)
     assert run(["tensile", "--variant", "1", "--config", str(config), "--out", str(tmp_path / "o")]) == 0

@@ -13,8 +13,8 @@ from restart_cases import CASES, MACRO, MESO, OFTEN, finish, numbers, results, r
 
 from knittest.base.errors import ResourceError
 from knittest.base.interrupts import Interrupted, Interrupts
-from knittest.export.checkpoints import Checkpoints
 from knittest.export.npz import Damaged, read_arrays, write_arrays
+from knittest.runs.checkpoints import Checkpoints
 from knittest.solve.state import Snapshot
 
 

@@ -12,8 +12,8 @@ import pytest
 from restart_cases import MACRO, numbers, results
 
 from knittest.cli.main import run
-from knittest.export.checkpoints import Checkpoints
 from knittest.export.lock import RunLock
+from knittest.runs.checkpoints import Checkpoints
 
 QUICK = (*MACRO, "--quiet", "--threads", "1", "--set", "output.frames=3", "--set", "output.checkpoint_interval=0.02")
 

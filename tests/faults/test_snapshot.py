@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from knittest.config.loading import resolve
+from knittest.runs.specimen import prepare
 from knittest.solve.simulate import simulate
-from knittest.specimen import prepare
 
 SETS = {
     "macro": ["solver.speed=1", "output.frames=3", "output.samples=40"],

@@ -9,14 +9,14 @@ import pytest
 from trial_cases import SLOW, gone, meanwhile, process_in, trial
 
 from knittest.base.errors import InputError, NumericalError, ResourceError
-from knittest.options import RunOptions
-from knittest.trials import child as child_module
-from knittest.trials import pool as pool_module
-from knittest.trials import work
-from knittest.trials.ledger import Ledger, read_ledgers
-from knittest.trials.pool import LocalPool
-from knittest.trials.record import Record
-from knittest.trials.runner import TrialRunner
+from knittest.runs.options import RunOptions
+from knittest.studies.trials import child as child_module
+from knittest.studies.trials import pool as pool_module
+from knittest.studies.trials import work
+from knittest.studies.trials.ledger import Ledger, read_ledgers
+from knittest.studies.trials.pool import LocalPool
+from knittest.studies.trials.record import Record
+from knittest.studies.trials.runner import TrialRunner
 
 QUIET = RunOptions(quiet=True, frames=False, pictures=False)
 
@@ -132,7 +132,7 @@ def test_what_goes_wrong_in_a_trial_has_a_status(tmp_path, monkeypatch, error, s
     def fail(*_):
         raise error
 
-    monkeypatch.setattr("knittest.run.execute", fail)
+    monkeypatch.setattr("knittest.runs.execute.execute", fail)
     monkeypatch.setattr(work, "_warm", lambda *_: None)
     record = work.perform(work.Task(trial(), tmp_path / "x", QUIET), lambda *_: None)
     assert record.status == status and record.settled is settled
@@ -177,7 +177,7 @@ def test_the_key_follows_config_code_and_data(monkeypatch, tmp_path):
     assert trial().key == base.key
     assert trial(51.0).key != base.key
     slower_clock = base.run.output.model_copy(update={"checkpoint_interval": 5.0})
-    from knittest.trials import trial as module
+    from knittest.studies.trials import trial as module
 
     assert module.trial_of(base.run.model_copy(update={"output": slower_clock})).key == base.key
     monkeypatch.setattr(module, "code_digest", lambda: "other")

@@ -6,7 +6,7 @@ import time
 from pathlib import Path
 
 from knittest.config.loading import resolve
-from knittest.trials.trial import Trial, trial_of
+from knittest.studies.trials.trial import Trial, trial_of
 
 #: shells, a second or so; some ten of it at SLOW
 QUICK, SLOW = 4.0, 0.1

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from knittest.calibrate import command
-from knittest.calibrate.command import CalibrateOptions, calibrate_command
-from knittest.trials.record import Record
+from knittest.studies.calibrate import command
+from knittest.studies.calibrate.command import CalibrateOptions, calibrate_command
+from knittest.studies.trials.record import Record
 
 BEND = """
 base: {variant: 1, scale: macro, preset: quick}

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 
-from knittest.homogenise import command
-from knittest.homogenise.command import HomogeniseOptions, homogenise_command
-from knittest.homogenise.plan import Request, overhang, width
 from knittest.materials.heavy_elastica import chord_angle
-from knittest.trials.record import Record
+from knittest.studies.homogenise import command
+from knittest.studies.homogenise.command import HomogeniseOptions, homogenise_command
+from knittest.studies.homogenise.plan import Request, overhang, width
+from knittest.studies.trials.record import Record
 
 OUT = Path("h")
 #: what a yarn of a strip carries at its fracture strain [%], and the bending stiffness of the strip [N mm]

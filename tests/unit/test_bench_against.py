@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from knittest import bench_against
 from knittest.base.errors import InputError
-from knittest.bench_against import difference, paired_lines
 from knittest.cli.bench import bench
+from knittest.runs import bench_against
+from knittest.runs.bench_against import difference, paired_lines
 
 HERE = Path(bench_against.__file__).resolve().parents[1]
 TINY = "tensile --variant 1 --scale macro --direction warp --set rig.gauge_length=40 --set rig.width=40"

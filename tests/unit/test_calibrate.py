@@ -9,13 +9,13 @@ from calibration_cases import BEND, EQ_2, Pretending, bending, calibrate, outcom
 from knittest.base.errors import InputError, ResourceError
 from knittest.base.interrupts import Interrupted
 from knittest.base.resources import configs_dir
-from knittest.calibrate import command
-from knittest.calibrate.command import CalibrateOptions, calibrate_command
-from knittest.calibrate.judge import judgement
-from knittest.calibrate.parameters import Parameter
-from knittest.calibrate.problem import problem_of
 from knittest.config.loading import resolve
 from knittest.config.yaml_loader import load_yaml
+from knittest.studies.calibrate import command
+from knittest.studies.calibrate.command import CalibrateOptions, calibrate_command
+from knittest.studies.calibrate.judge import judgement
+from knittest.studies.calibrate.parameters import Parameter
+from knittest.studies.calibrate.problem import problem_of
 
 TWO = """
 base: {variant: 1, scale: macro, preset: quick}

@@ -11,9 +11,9 @@ from calibration_cases import EQ_2, Pretending, calibrate, outcome, values
 
 from knittest.base.errors import InputError, ResourceError
 from knittest.base.interrupts import Interrupted
-from knittest.calibrate import command, optuna_storage
-from knittest.calibrate.command import CalibrateOptions, calibrate_command
 from knittest.cli.main import run as knittest
+from knittest.studies.calibrate import command, optuna_storage
+from knittest.studies.calibrate.command import CalibrateOptions, calibrate_command
 
 optuna = pytest.importorskip("optuna")
 

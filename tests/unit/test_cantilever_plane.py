@@ -7,15 +7,15 @@ from typing import Any
 import pytest
 from report_sample import write_run
 
-from knittest import verify
 from knittest.base.interrupts import Interrupts
 from knittest.config.loading import resolve
 from knittest.laboratory.cantilever import at_the_plane, strip_stiffness
 from knittest.materials.heavy_elastica import chord_angle, overhang_ratio, stiffness_of
 from knittest.numerical_error import mesh_factor
-from knittest.options import RunOptions
 from knittest.reports.registry import REPORTS
-from knittest.trials.record import Record
+from knittest.runs.options import RunOptions
+from knittest.studies import verify
+from knittest.studies.trials.record import Record
 
 STIFFNESS, WEIGHT = 5.0, 8e-6
 FOUND = {"overhang_mm": 171.0, "bending_stiffness_mncm2": 2500.0}

@@ -8,10 +8,10 @@ import pytest
 from knittest.cli.main import run
 from knittest.config.loading import resolve
 from knittest.fabric.relax import relaxed_cell
-from knittest.preflight.command import counterparts
-from knittest.preflight.counterpart import Counterpart, summary_line, table_lines
-from knittest.preflight.of_tests import test_counterparts as of_tests
-from knittest.preflight.of_yarns import cell_counterparts, cell_mass
+from knittest.runs.preflight.command import counterparts
+from knittest.runs.preflight.counterpart import Counterpart, summary_line, table_lines
+from knittest.runs.preflight.of_tests import test_counterparts as of_tests
+from knittest.runs.preflight.of_yarns import cell_counterparts, cell_mass
 
 
 def fabric_with(*sets: str, variant: str = "1", **asked):

@@ -11,10 +11,10 @@ from knittest.base.interrupts import Interrupted
 from knittest.cli.main import run as knittest
 from knittest.config.loading import resolve
 from knittest.experiment.curves import load_curve
-from knittest.homogenise.curves import LEAST_TANGENT, tension_curve
-from knittest.homogenise.plan import PIECES, Request, yarn_run
 from knittest.laboratory.base import fabric_laminate
 from knittest.materials.heavy_elastica import chord_angle, stiffness_of
+from knittest.studies.homogenise.curves import LEAST_TANGENT, tension_curve
+from knittest.studies.homogenise.plan import PIECES, Request, yarn_run
 
 #: yarns of variant 2 in 100 mm
 DENSITY = {"warp": 28.0, "weft": 41.0}
@@ -173,6 +173,6 @@ def test_shells_of_the_card_are_built(tmp_path, monkeypatch):
     assert sheet.fail_strain == pytest.approx([0.016, 0.018], rel=2e-3)
     assert 2.0 * sheet.outer * sheet.lever**2 == pytest.approx([6.0, 4.0], rel=1e-5)
     with pytest.raises(InputError, match="shear law"):
-        from knittest.specimen import prepare
+        from knittest.runs.specimen import prepare
 
         prepare(resolve(fabric=OUT / "fabric.yaml", scale="macro", test="picture-frame", sets=["rig.max_angle=60"]))

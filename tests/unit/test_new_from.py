@@ -5,7 +5,6 @@ from pathlib import Path
 import pytest
 import yaml
 
-from knittest import specimen
 from knittest.base.errors import InputError
 from knittest.base.history import Quality
 from knittest.cli.main import run
@@ -13,6 +12,7 @@ from knittest.config.loading import resolve
 from knittest.experiment.row_kind import quantities
 from knittest.laboratory.base import cut_curve_warnings, fabric_laminate, tension_curves
 from knittest.materials.curve_reach import reaches
+from knittest.runs import specimen
 
 STRAIN = {"warp": 2.31, "weft": 1.9}
 PART = """# Written by knittest data import

@@ -110,7 +110,7 @@ def test_every_preset_of_every_test_has_another_mesh_within_the_bounds(test: str
 
 @pytest.mark.parametrize("test", ["tensile", "picture-frame", "cantilever", "friction", "forming"])
 def test_the_models_have_as_many_shells_as_the_ratio_says(test: str) -> None:
-    from knittest.specimen import prepare
+    from knittest.runs.specimen import prepare
 
     found = remeshing(chosen(test, "macro"))
     shells, other = (len(prepare(run).model.mesh.cells) for run in (found.run, found.other))

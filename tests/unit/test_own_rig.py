@@ -24,7 +24,7 @@ from knittest.report_page.curves import curve as page_curve
 from knittest.report_page.loading import load_run
 from knittest.reports.base import scatter
 from knittest.reports.picture_frame import NORMALISED_LABEL
-from knittest.run import references_of
+from knittest.runs.execute import references_of
 
 OUT = Path("data/mine")
 

@@ -5,9 +5,9 @@ import pytest
 
 from knittest.base.history import History
 from knittest.config.loading import resolve
+from knittest.runs.specimen import prepare
+from knittest.runs.specimen_store import specimen_of, specimen_state
 from knittest.solve.simulate import is_new_peak, simulate
-from knittest.specimen import prepare
-from knittest.specimen_store import specimen_of, specimen_state
 
 #: shells that tear at once, and yarns that break one by one
 SETS = {

@@ -18,7 +18,7 @@ from knittest.experiment.compare import compare_columns, compare_curves, compare
 from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.tables import PublishedValue
 from knittest.report_page.page import write_reports
-from knittest.terminal_results import curve_line
+from knittest.runs.show import curve_line
 
 X = np.linspace(0.0, 1.6, 201)
 Y = 5800.0 * (X / 1.6) ** 2

@@ -12,7 +12,7 @@ from knittest.experiment.borrowed import borrowed
 from knittest.experiment.compare import compare_results
 from knittest.experiment.row_kind import assumed_inputs, cell_assumed_inputs, cell_row_kind, given_results, row_kind
 from knittest.experiment.tables import PublishedValue
-from knittest.preflight.command import taken_over
+from knittest.runs.preflight.command import taken_over
 
 FORCE, STRAIN = "peak_force_n", "fracture_strain_pct"
 

@@ -6,9 +6,9 @@ import pytest
 
 from knittest.cli.main import run as command
 from knittest.config.loading import resolve
-from knittest.preflight import timing
-from knittest.preflight.timing import Estimate, expected_share, failure_strain
-from knittest.specimen import SERIAL_BELOW, prepare, threads_for
+from knittest.runs.preflight import timing
+from knittest.runs.preflight.timing import Estimate, expected_share, failure_strain
+from knittest.runs.specimen import SERIAL_BELOW, prepare, threads_for
 
 
 def shells(*sets: str, test: str = "tensile", **asked):
@@ -123,7 +123,7 @@ def test_of_a_strip_at_rest_no_time_is_told(capsys):
 
 def test_the_estimate_is_that_of_the_run():
     """Steps within 3 % of those that the run takes; its time hangs on what else the machine does."""
-    from knittest.specimen import run_specimen
+    from knittest.runs.specimen import run_specimen
 
     run = shells()
     found = timing.estimate(run, prepare(run))

@@ -11,10 +11,10 @@ from knittest.config.loading import resolve
 from knittest.experiment import simulated_studies
 from knittest.experiment.simulated_studies import speed_rows
 from knittest.halving import change, halving
-from knittest.speed_study import command
-from knittest.speed_study.command import CSV, MARKDOWN, StudyOptions, study_command
-from knittest.speed_study.table import csv_text, markdown, rows_of
-from knittest.trials.record import Record
+from knittest.studies.speed_study import command
+from knittest.studies.speed_study.command import CSV, MARKDOWN, StudyOptions, study_command
+from knittest.studies.speed_study.table import csv_text, markdown, rows_of
+from knittest.studies.trials.record import Record
 
 RESULTS = {"pull_force_kinetic_n": 300.0, "mu_paper": 0.15, "wrinkle_onset_deg": math.nan, "residual": 1e-5}
 

@@ -8,10 +8,10 @@ from scipy import stats
 
 from knittest.base.errors import InputError
 from knittest.base.resources import PACKAGE, configs_dir
-from knittest.batch.draws import drawn
-from knittest.batch.plan import Swept, plan_of
 from knittest.config.sweep import Distribution, Sample
 from knittest.config.yaml_loader import load_yaml, parse_document
+from knittest.studies.batch.draws import drawn
+from knittest.studies.batch.plan import Swept, plan_of
 
 BASE = "base: {variant: 1, scale: macro, preset: quick, direction: warp}\n"
 

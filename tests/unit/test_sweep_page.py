@@ -10,11 +10,11 @@ from html_page import HtmlPage, near
 
 from knittest.base.errors import ResourceError
 from knittest.base.figure import new_figure
-from knittest.batch import command
-from knittest.batch.command import BatchOptions, batch_command
-from knittest.batch.picture import _experiment, _Group, shown_results
 from knittest.cli.main import run
-from knittest.trials.record import Record
+from knittest.studies.batch import command
+from knittest.studies.batch.command import BatchOptions, batch_command
+from knittest.studies.batch.picture import _experiment, _Group, shown_results
+from knittest.studies.trials.record import Record
 
 SWEEP = """
 base: {variant: 1, scale: macro, preset: quick, direction: warp}

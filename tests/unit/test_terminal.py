@@ -16,7 +16,7 @@ from export_sample import quality
 from knittest.base.history import Quality
 from knittest.base.progress import Progress, duration
 from knittest.laboratory.registry import TESTS
-from knittest.terminal_results import (
+from knittest.runs.show import (
     HEADER,
     aligned,
     print_json,
@@ -268,7 +268,7 @@ def test_json_is_one_object_without_nan() -> None:
 
 def test_a_closed_standard_output_ends_in_silence() -> None:
     script = (
-        "from knittest.terminal_results import print_json\n"
+        "from knittest.runs.show import print_json\n"
         "print_json({'a': list(range(200000))})\n"
         "print_json({'a': 1})\n"
         "import sys; print('end', file=sys.stderr)"

@@ -11,18 +11,18 @@ import pytest
 from html_page import HtmlPage
 from report_sample import edit_json, write_run
 
-from knittest import jobs, verify
 from knittest.base.errors import InputError, ResourceError
 from knittest.base.interrupts import Interrupts
 from knittest.base.result_rows import UNRESOLVED, result_rows, verdict_of
 from knittest.config.loading import resolve
 from knittest.error_notes import NOT_ESTIMATED, UNFINISHED, error_notes
-from knittest.options import RunOptions
 from knittest.report_page.page import write_report
-from knittest.terminal_results import error_lines, results_table
-from knittest.trials.record import Record
-from knittest.trials.trial import trial_of
-from knittest.verify import finished, first_alone, unverified, verified
+from knittest.runs.options import RunOptions
+from knittest.runs.show import error_lines, results_table
+from knittest.studies import command, verify
+from knittest.studies.trials.record import Record
+from knittest.studies.trials.trial import trial_of
+from knittest.studies.verify import finished, first_alone, unverified, verified
 
 VERIFY = {"sets": ["output.verify=true"]}
 PEAK, STRAIN = 5666.25, 1.578125
@@ -206,10 +206,10 @@ def test_resume_verifies_a_completed_run_that_was_not(tmp_path: Path, monkeypatc
     folder = write_run(tmp_path / "r", preset="quick", **VERIFY)
     asked = repeats(monkeypatch, 1.0, 1.0)
     with pytest.raises(InputError, match="--against"):
-        jobs.resume_command(folder, RunOptions(quiet=True, against=(Path("x.csv"),)))
-    assert jobs.resume_command(folder, RunOptions(quiet=True)) == 0 and len(asked) == 2
+        command.resume_command(folder, RunOptions(quiet=True, against=(Path("x.csv"),)))
+    assert command.resume_command(folder, RunOptions(quiet=True)) == 0 and len(asked) == 2
     assert "numerical_error" in json.loads((folder / "summary.json").read_text())
-    assert jobs.resume_command(folder, RunOptions(quiet=True)) == 0 and len(asked) == 2
+    assert command.resume_command(folder, RunOptions(quiet=True)) == 0 and len(asked) == 2
 
 
 def test_a_full_disk_among_the_repeats_says_how_to_go_on(tmp_path: Path, monkeypatch: Any) -> None:
@@ -222,7 +222,7 @@ def test_a_full_disk_among_the_repeats_says_how_to_go_on(tmp_path: Path, monkeyp
 
     monkeypatch.setattr(verify, "_records", full)
     with pytest.raises(ResourceError, match=f"continue with: knittest resume {folder}"):
-        jobs.resume_command(folder, RunOptions(quiet=True))
+        command.resume_command(folder, RunOptions(quiet=True))
 
 
 def test_a_result_that_is_none_is_no_missing_error() -> None:
@@ -260,7 +260,9 @@ def test_the_option_asks_for_it(monkeypatch: Any) -> None:
     from knittest.cli.main import run
 
     handed = SimpleNamespace()
-    monkeypatch.setattr("knittest.jobs.run_command", lambda runs, options: setattr(handed, "runs", runs) or 0)
+    monkeypatch.setattr(
+        "knittest.studies.command.run_command", lambda runs, options: setattr(handed, "runs", runs) or 0
+    )
     for kind in ("tensile", "picture-frame", "cantilever", "friction", "forming"):
         assert run([kind, "--variant", "1", "--verify"]) == 0
         assert all(one.output.verify for one in handed.runs)

@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from knittest.config.loading import resolve
-from knittest.preflight.model import model_facts, model_lines
+from knittest.runs.preflight.model import model_facts, model_lines
+from knittest.runs.specimen import prepare
 from knittest.solve import warmup
-from knittest.specimen import prepare
 
 
 @pytest.fixture

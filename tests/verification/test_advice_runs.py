@@ -9,7 +9,7 @@ import pytest
 
 from knittest.config.gates import GATES
 from knittest.config.loading import resolve
-from knittest.specimen import run_specimen
+from knittest.runs.specimen import run_specimen
 
 CASES = {
     "speed": ("tensile", "ke_over_ie_max", ["solver.speed=10"]),

@@ -5,7 +5,7 @@ from knittest.halving import halving
 from knittest.materials.heavy_elastica import chord_angle
 from knittest.numerical_error import Repeat, numerical_errors
 from knittest.remeshing import remeshing
-from knittest.specimen import run_specimen
+from knittest.runs.specimen import run_specimen
 
 
 def test_the_error_of_a_bent_strip_covers_the_heavy_elastica() -> None:

@@ -15,7 +15,7 @@ from knittest.laboratory.formed import formed
 from knittest.laboratory.forming import _wrinkles, dragged, shear_field, tools_of
 from knittest.materials.laminate import softened_at_most
 from knittest.models.shell_step import _largest_tangent
-from knittest.specimen import prepare, run_specimen
+from knittest.runs.specimen import prepare, run_specimen
 
 RADIUS = 40.0
 DOME = [

@@ -9,7 +9,7 @@ from knittest.config.loading import resolve
 from knittest.export.tool_files import write_tools
 from knittest.laboratory.forming import tools_of
 from knittest.models.triangle_mesh import TriangleMesh
-from knittest.specimen import run_specimen
+from knittest.runs.specimen import run_specimen
 
 SMALL = [
     "rig.stamp.kind=hemisphere", "rig.stamp.hemisphere.radius=25", "rig.blank_length=120", "rig.blank_width=120",

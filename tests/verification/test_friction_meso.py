@@ -6,7 +6,7 @@ import pytest
 from knittest.config.loading import resolve
 from knittest.laboratory.friction import map_cell
 from knittest.laboratory.pressure import pressure_map
-from knittest.specimen import run_specimen
+from knittest.runs.specimen import run_specimen
 
 #: a small piece under a twentieth of the force: the fall of the plate is 5 % of all work (0.1 % with the strip of the
 #: paper), and its drag takes 28 % of the work up to the first rows that are judged, before anything is pulled

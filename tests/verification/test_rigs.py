@@ -6,7 +6,7 @@ import pytest
 from knittest.base.errors import InputError
 from knittest.config.loading import resolve
 from knittest.materials.trellis import crosshead, frame_angle
-from knittest.specimen import prepare, run_specimen
+from knittest.runs.specimen import prepare, run_specimen
 
 
 def specimen(test, *sets, variant="1", direction=None):

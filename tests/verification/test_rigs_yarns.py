@@ -8,7 +8,7 @@ import pytest
 from knittest.config.loading import resolve
 from knittest.laboratory.picture_frame import material_scatter
 from knittest.materials.heavy_elastica import heavy_elastica
-from knittest.specimen import prepare, run_specimen
+from knittest.runs.specimen import prepare, run_specimen
 
 
 def specimen(test, *sets, direction=None):

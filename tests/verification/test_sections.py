@@ -6,7 +6,7 @@ import pytest
 from knittest.config.loading import resolve
 from knittest.laboratory import yarn_cantilever
 from knittest.laboratory.sections import Sections
-from knittest.specimen import run_specimen
+from knittest.runs.specimen import run_specimen
 
 LENGTH = 160.0
 

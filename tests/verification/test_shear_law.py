@@ -13,7 +13,7 @@ from knittest.experiment.curves import ReferenceCurve
 from knittest.kernels.shell_arrays import build_shells
 from knittest.materials.shear import shear_table
 from knittest.materials.trellis import crosshead_force, normalised_force, to_conjugate
-from knittest.specimen import prepare, run_specimen
+from knittest.runs.specimen import prepare, run_specimen
 
 C, SHARE, STICK = 0.5, 0.4, 1.6  # S = C gamma [N/mm], share of friction, sticking stiffness [N/mm]
 

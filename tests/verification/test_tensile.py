@@ -11,7 +11,7 @@ from knittest.fabric.variability import bundle_peak, draw
 from knittest.laboratory.strips import yarns_across
 from knittest.materials.yarn_section import sections
 from knittest.models.boundary import Boundary
-from knittest.specimen import prepare, run_specimen
+from knittest.runs.specimen import prepare, run_specimen
 
 SMALL = ["rig.width=18", "rig.gauge_length=18", "solver.ramp=0.1"]
 

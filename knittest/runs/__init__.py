@@ -1,0 +1,1 @@
+"""Executes, keeps and shows the runs of a test: folders, checkpoints, specimens, tables; checks before them."""

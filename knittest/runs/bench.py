@@ -1,0 +1,84 @@
+"""Throughput of the kernels and where the time of a real run goes; medians of repeated measurements."""
+
+import statistics
+import time as clock
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from knittest.config.run import Run
+from knittest.kernels.explicit import SCRATCH
+from knittest.kernels.options import PARTITIONS
+from knittest.kernels.threading import best_threads
+from knittest.models.boundary import Boundary, new_tally
+from knittest.runs.specimen import prepare
+from knittest.solve.simulate import simulate
+from knittest.solve.warmup import warm
+
+STEPS, REPEATS = 50, 5
+
+
+def _median(call: Callable[[], object]) -> float:
+    """Median wall time [s] of a call, after one to warm up."""
+    call()
+    times = []
+    for _ in range(REPEATS):
+        start = clock.perf_counter()
+        call()
+        times.append(clock.perf_counter() - start)
+    return statistics.median(times)
+
+
+def _stepping(run: Run, contact: bool) -> tuple[Callable[[], object], int]:
+    """A call that advances a fresh model by STEPS at rest, and its number of elements."""
+    meso = run.model.meso.model_copy(update={"contact": contact})
+    prepared = prepare(run.model_copy(update={"model": run.model.model_copy(update={"meso": meso})}))
+    model = prepared.model
+    scratch, dt = np.zeros((PARTITIONS, SCRATCH)), run.solver.safety * model.critical_step
+    boundary = Boundary(model, dt)
+    prepared.rig.constrain(boundary)
+    drive, tally = boundary.drive(), new_tally(boundary)
+    model.prepare()
+    return lambda: model.advance(STEPS, 0.0, dt, drive, tally, scratch), len(model.mesh.cells)
+
+
+def kernel_lines(yarns: Run, loops: Run, shells: Run) -> Iterator[str]:
+    """Element steps a second of beams, without and with contact, of ``loops`` and shells; one thread and all."""
+    import numba
+
+    for run in (yarns, shells):
+        warm(run)
+    cases = [
+        ("beams", yarns, False), ("beams and contact", yarns, True),
+        ("loops and contact", loops, True), ("shells", shells, False),
+    ]  # fmt: skip
+    yield f"{'kernel':<20}{'elements':>10}{'threads':>9}{'ns/element-step':>17}{'M element-steps/s':>19}"
+    for name, run, contact in cases:
+        call, elements = _stepping(run, contact)
+        for threads in sorted({1, best_threads(None)}):
+            numba.set_num_threads(threads)
+            seconds = _median(call) / STEPS / elements
+            yield f"{name:<20}{elements:>10}{threads:>9}{1e9 * seconds:>17.1f}{1e-6 / seconds:>19.1f}"
+
+
+def run_lines(run: Run) -> Iterator[str]:
+    """Wall time of a tensile run by part, after compilation and with the relaxed cell cached."""
+    prepare(run)
+    start = clock.perf_counter()
+    prepared = prepare(run)
+    built = clock.perf_counter()
+    _, cost = simulate(prepared.model, prepared.rig, run.solver, run.output)
+    end = clock.perf_counter()
+    search = prepared.model.search_seconds()
+    elements = len(prepared.model.mesh.cells)
+    what = f"{run.fabric.name} {run.direction}, preset {run.model.preset}"
+    yield f"run: {what}, {elements} elements, {cost.steps} steps"
+    whole = end - start
+    for name, seconds in (
+        ("geometry and arrays", built - start),
+        ("contact search", search),
+        ("steps", cost.advance_s - search),
+        ("energies, frames", end - built - cost.advance_s),
+    ):
+        yield f"  {name:<22}{seconds:8.2f} s {100.0 * seconds / whole:6.1f} %"
+    yield f"  {'whole':<22}{whole:8.2f} s, {1e-6 * cost.steps * elements / whole:.1f} M element-steps/s with all upkeep"

@@ -1,0 +1,90 @@
+"""Carries out ``knittest check``: models, times and counterparts of its runs, as lines or as JSON."""
+
+import time as clock
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numba
+
+from knittest.base.errors import OutOfTolerance
+from knittest.config.fabric import Fabric
+from knittest.config.run import Run
+from knittest.experiment.borrowed import borrowed
+from knittest.kernels.threading import best_threads
+from knittest.runs.preflight.counterpart import Counterpart, summary_line, table_lines
+from knittest.runs.preflight.model import model_facts, model_lines
+from knittest.runs.preflight.of_tests import test_counterparts
+from knittest.runs.preflight.of_yarns import yarn_counterparts
+from knittest.runs.preflight.speed import speed_study
+from knittest.runs.preflight.timing import estimate
+from knittest.runs.show import print_json
+from knittest.runs.specimen import prepare
+
+
+@dataclass(frozen=True)
+class CheckOptions:
+    """Options on what to leave out or add, and how to say it."""
+
+    threads: int | None = None
+    as_json: bool = False
+    timed: bool = True
+    convergence: bool = False
+
+
+def check_command(runs: Sequence[Run], options: CheckOptions) -> int:
+    """Check the models of ``runs`` and their fabric; returns the exit code."""
+    numba.set_num_threads(best_threads(options.threads))
+    passed, models = True, []
+    for run in runs:
+        lines, found = _model(run, options.timed)
+        models.append(found)
+        _say(lines, options)
+        if options.convergence:
+            study, converged = speed_study(run)
+            found["converged"] = converged
+            _say(study, options)
+            passed = passed and converged
+    rows = counterparts(runs[0].fabric)
+    _say([f"{runs[0].fabric.name}: its numbers beside what else is known of them", *table_lines(rows)], options)
+    _say([summary_line(rows), *taken_over(runs[0].fabric)], options)
+    if options.as_json:
+        print_json(
+            {
+                "models": models,
+                "counterparts": [row.as_json() for row in rows],
+                "assumed_curves": borrowed(runs[0].fabric),
+            }
+        )
+    return 0 if passed else OutOfTolerance.exit_code
+
+
+def taken_over(fabric: Fabric) -> list[str]:
+    """A line a curve of ``fabric`` that by its head is another fabric's, whatever the file says."""
+    return [
+        f"{field}: of {owner} by its head, so assumed for {fabric.name}" for field, owner in borrowed(fabric).items()
+    ]
+
+
+def counterparts(fabric: Fabric) -> list[Counterpart]:
+    """All counterparts of the numbers of ``fabric``."""
+    return [*test_counterparts(fabric), *yarn_counterparts(fabric)]
+
+
+def _model(run: Run, timed: bool) -> tuple[list[str], dict[str, Any]]:
+    start = clock.perf_counter()
+    prepared = prepare(run)
+    spent = clock.perf_counter() - start
+    facts = model_facts(run, prepared)
+    lines = model_lines(run, facts)
+    if timed:
+        time = estimate(run, prepared, spent)
+        facts["estimate"] = None if time is None else time.as_json()
+        said = "none: the number of steps that a strip takes to come to rest is not known beforehand"
+        lines.append(f"  time                   {said if time is None else time.text()}")
+    return lines, facts
+
+
+def _say(lines: Sequence[str], options: CheckOptions) -> None:
+    if not options.as_json:
+        print("\n".join(lines))

@@ -1,0 +1,118 @@
+"""Counterparts of a fabric's numbers in its own tests and in its curves."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from knittest.base.errors import InputError
+from knittest.base.resources import data_dir
+from knittest.base.units import to_kernel
+from knittest.config.base import Quantity
+from knittest.config.fabric import Direction, Fabric
+from knittest.experiment.tables import PublishedValue, for_width, published
+from knittest.laboratory.base import tension_curve
+from knittest.materials.curve_reach import MARGIN, reaches
+from knittest.runs.preflight.counterpart import Counterpart, of_quantity
+
+DIRECTIONS: tuple[Direction, Direction] = ("warp", "weft")
+GRAVITY = 9.81  # [m/s2]
+#: an input and the test that it was read from differ by rounding and by the mean of curves, not more [-]
+SAME = 0.05
+#: field of the fabric: quantity of tables, and its unit
+PLAIN = {
+    "warp_density": (("yarn_density",), "yarn/100 mm"),
+    "weft_density": (("yarn_density",), "yarn/100 mm"),
+    "loop_length": (("loop_length", "loop_length_mm"), "mm"),
+    "area_mass": (("area_mass", "area_mass_g_m2"), "g/m2"),
+    "thickness": (("thickness", "thickness_mm"), "mm"),
+}
+
+
+def test_counterparts(fabric: Fabric) -> Iterator[Counterpart]:
+    """Densities, loops, mass, thickness, fracture strains, curves and bending beside the fabric's own experiment."""
+    for field, (names, unit) in PLAIN.items():
+        quantity = getattr(fabric, field)
+        # an area mass may stand with the overhangs of either direction
+        directions = DIRECTIONS if field == "area_mass" else (field.partition("_")[0],)
+        found = {row.file: row for d in directions if quantity is not None and (row := _row(fabric, d, *names))}
+        for row in found.values():
+            yield of_quantity(field.replace("_", " "), field, unit, quantity, row.mean, _cited(row), SAME)
+    for direction in DIRECTIONS:
+        yield _fracture_strain(fabric, direction)
+        yield _end_of_curve(fabric, direction)
+        yield _peak(fabric, direction)
+        yield _bending(fabric, direction)
+
+
+def _fracture_strain(fabric: Fabric, direction: Direction) -> Counterpart:
+    row = _row(fabric, direction, "fracture_strain_pct")
+    quantity: Quantity = getattr(fabric.macro.fracture_strain, direction)
+    return of_quantity(
+        f"{direction} fracture strain", f"macro.fracture_strain.{direction}", "%", quantity,
+        row.mean if row else None, _cited(row) if row else _no_row(fabric), SAME,
+    )  # fmt: skip
+
+
+def _end_of_curve(fabric: Fabric, direction: Direction) -> Counterpart:
+    """The fracture strain beside the strain at the largest force of the curve that it ends."""
+    quantity: Quantity = getattr(fabric.macro.fracture_strain, direction)
+    name, field = f"{direction} fracture strain", f"macro.fracture_strain.{direction}"
+    try:
+        (reach,) = reaches(fabric, {direction: tension_curve(fabric, direction)})
+    except InputError as error:
+        return of_quantity(name, field, "%", quantity, None, str(error))
+    whose = "another fabric's curve" if reach.borrowed else "curve"
+    origin = f"largest force of the {whose} {fabric.macro.tension[direction]}"
+    return of_quantity(name, field, "%", quantity, reach.end, origin, MARGIN)
+
+
+def _peak(fabric: Fabric, direction: Direction) -> Counterpart:
+    """Largest force per width of the curve beside that of the strips."""
+    name, field = f"{direction} curve, largest force", f"macro.tension.{direction}"
+    stated, source = largest_force(fabric, direction)
+    row = _row(fabric, direction, "peak_force_n")
+    if row is None or stated is None:
+        reason = _no_row(fabric) if row is None else "the curve has no width"
+        return Counterpart(name, field, "N/mm", stated or 0.0, source, None, reason)
+    try:
+        found = for_width(row, 1.0).mean
+    except InputError as error:
+        return Counterpart(name, field, "N/mm", stated, source, None, str(error))
+    return Counterpart(name, field, "N/mm", stated, source, found, _cited(row), SAME * found)
+
+
+def largest_force(fabric: Fabric, direction: Direction) -> tuple[float | None, str]:
+    """Largest force per width [N/mm] of a curve, and what kind of curve it is."""
+    try:
+        curve = tension_curve(fabric, direction)
+    except InputError:
+        return None, ""
+    return float(np.max(curve.mean)), curve.kind
+
+
+def _bending(fabric: Fabric, direction: Direction) -> Counterpart:
+    """Bending stiffness per width beside that of the overhang, B = w (L / 2)^3 (DIN 53362)."""
+    quantity: Quantity = getattr(fabric.macro.bending_stiffness, direction)
+    row = _row(fabric, direction, "overhang_mm")
+    weight = fabric.kernel("area_mass") * to_kernel(GRAVITY, "m/s2")
+    found = None if row is None else weight * (0.5 * row.mean) ** 3
+    origin = _no_row(fabric) if row is None else f"overhang {row.mean:g} mm and area_mass; {_cited(row)}"
+    return of_quantity(
+        f"{direction} bending stiffness", f"macro.bending_stiffness.{direction}", "N mm", quantity, found, origin, SAME
+    )
+
+
+def _row(fabric: Fabric, direction: str, *names: str) -> PublishedValue | None:
+    if fabric.experiment is None or fabric.experiment_variant is None:
+        return None
+    rows = published(data_dir() / fabric.experiment, fabric.experiment_variant, direction, names)
+    return rows[0] if rows else None
+
+
+def _cited(row: PublishedValue) -> str:
+    scatter = f" ± {row.sd:.4g}" if row.sd == row.sd else ""
+    return f"{row.table}: {row.mean:.5g}{scatter} {row.unit}"
+
+
+def _no_row(fabric: Fabric) -> str:
+    return "not in the fabric's experiment" if fabric.experiment else "the fabric names no experiment"

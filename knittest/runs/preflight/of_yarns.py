@@ -1,0 +1,108 @@
+"""Counterparts of a fabric's numbers in its yarns and in its relaxed cell."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from knittest.base.errors import KnittestError
+from knittest.config.base import Quantity
+from knittest.config.fabric import YARN_LEVEL, Direction, Fabric
+from knittest.config.run import Variability
+from knittest.fabric.cell import Cell
+from knittest.fabric.relax import relaxed_cell
+from knittest.fabric.spline import polyline_length
+from knittest.fabric.variability import bundle_peak, draw
+from knittest.materials.yarn_section import sections
+from knittest.runs.preflight.counterpart import Counterpart, of_quantity
+from knittest.runs.preflight.of_tests import DIRECTIONS, largest_force
+
+#: yarns of the bundle whose strength is compared
+BUNDLE = 200
+#: a bundle of yarns without loops is no strip: its force and strain [-]
+STRENGTH, STRAIN = 0.25, 0.15
+#: yarns side by side are no fabric: their bending [-]
+BENDING = 0.3
+#: relaxed cell: thickness and mass [-], unless the specimens scatter more; crimp and loop length [-]
+THICKNESS, MASS, CRIMP, LOOP = 0.05, 0.10, 0.10, 0.005
+
+
+def yarn_counterparts(fabric: Fabric) -> Iterator[Counterpart]:
+    """Strength, fracture strain and bending beside those of the yarns, shape and mass beside the relaxed cell's."""
+    if any(getattr(fabric, name) is None for name in YARN_LEVEL):
+        none = "the yarns are not described"
+        yield of_quantity("thickness", "thickness", "mm", fabric.thickness, None, none)
+        yield of_quantity("area mass", "area_mass", "g/m2", fabric.area_mass, None, none)
+        return
+    for direction in DIRECTIONS:
+        yield from _bundle(fabric, direction)
+        yield _bending(fabric, direction)
+    try:
+        yield from cell_counterparts(fabric, relaxed_cell(fabric))
+    except KnittestError as error:  # a cell that cannot be relaxed says nothing of the shells
+        yield of_quantity("thickness", "thickness", "mm", fabric.thickness, None, f"no relaxed cell: {error}")
+
+
+def _bundle(fabric: Fabric, direction: Direction) -> Iterator[Counterpart]:
+    """Curve and fracture strain of the strip beside a bundle of its yarns, of scattered strength (Daniels, 1945)."""
+    yarn = fabric.reinforcing
+    card = dict(zip(("warp", "weft"), sections(fabric), strict=False))[direction]
+    fracture = yarn.kernel("fracture_strain")
+    force = float((card.hinge_slope * np.maximum(fracture - card.hinge_strain, 0.0)).sum())
+    peak, strain = bundle_peak(draw(fabric, Variability(), direction, BUNDLE, 0), force / fracture)
+    stated, kind = largest_force(fabric, direction)
+    if stated is not None:
+        found = fabric.kernel(f"{direction}_density") * peak / BUNDLE
+        yield Counterpart(
+            f"{direction} curve, largest force", f"macro.tension.{direction}", "N/mm", stated, kind, found,
+            "bundle of the yarns: density, modulus, area, fracture strain and its sd", STRENGTH * found,
+        )  # fmt: skip
+    quantity: Quantity = getattr(fabric.macro.fracture_strain, direction)
+    straight = 100.0 * ((1.0 + yarn.kernel("crimp", direction)) * (1.0 + strain) - 1.0)
+    yield of_quantity(
+        f"{direction} fracture strain", f"macro.fracture_strain.{direction}", "%", quantity, straight,
+        "bundle of the yarns, with crimp and slack", STRAIN,
+    )  # fmt: skip
+
+
+def _bending(fabric: Fabric, direction: Direction) -> Counterpart:
+    quantity: Quantity = getattr(fabric.macro.bending_stiffness, direction)
+    yarns = fabric.kernel(f"{direction}_density") * fabric.reinforcing.kernel("bending_stiffness", direction)
+    return of_quantity(
+        f"{direction} bending stiffness", f"macro.bending_stiffness.{direction}", "N mm", quantity, yarns,
+        "yarns side by side: density x reinforcing.bending_stiffness", BENDING,
+    )  # fmt: skip
+
+
+def cell_counterparts(fabric: Fabric, cell: Cell) -> Iterator[Counterpart]:
+    """Thickness, loop length, crimp and mass beside those of the relaxed ``cell``."""
+    where = "relaxed cell"
+    yield _measured("thickness", "thickness", "mm", fabric.thickness, cell.thickness, where, THICKNESS)
+    loop = polyline_length(cell.closed("knit"))
+    yield of_quantity("loop length", "loop_length", "mm", fabric.loop_length, loop, where, LOOP)
+    for direction in DIRECTIONS:
+        quantity: Quantity = getattr(fabric.reinforcing.crimp, direction)
+        found = 100.0 * cell.crimp(direction)
+        yield Counterpart(
+            f"{direction} crimp", f"reinforcing.crimp.{direction}", "%", quantity.value, quantity.source, found, where,
+            max(CRIMP * found, 0.02),
+        )  # fmt: skip
+    mass, area = cell_mass(fabric, cell), cell.spec.wale * cell.spec.course
+    yield _measured(
+        "area mass", "area_mass", "g/m2", fabric.area_mass, 1e6 * mass / area, "yarns of the relaxed cell", MASS
+    )
+
+
+def cell_mass(fabric: Fabric, cell: Cell) -> float:
+    """Mass [g] of one cell: the lengths of its yarns times their linear densities."""
+    tex = {"knit": fabric.knitting.kernel("linear_density")} | dict.fromkeys(
+        DIRECTIONS, fabric.reinforcing.kernel("linear_density")
+    )
+    return sum(polyline_length(cell.closed(system)) * density for system, density in tex.items())
+
+
+def _measured(
+    name: str, field: str, unit: str, quantity: Quantity, found: float, origin: str, share: float
+) -> Counterpart:
+    """A counterpart that agrees within ``share`` of it, or within the scatter of the measured value."""
+    tolerance = max(share * found, quantity.sd or 0.0)
+    return Counterpart(name, field, unit, quantity.value, quantity.source, found, origin, tolerance)

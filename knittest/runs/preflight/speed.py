@@ -1,0 +1,19 @@
+"""Judges whether the speed of a run matters."""
+
+from knittest.config.run import Run
+from knittest.halving import CONVERGED, LIMIT, changes, halving
+from knittest.runs.specimen import run_specimen
+
+
+def speed_study(run: Run) -> tuple[list[str], bool]:
+    """All results of ``run`` and of its half speed; whether the first of them holds within its tolerance."""
+    study = halving(run)
+    fast, slow = (run_specimen(r).results for r in (study.run, study.half))
+    found = changes(fast, slow)
+    heads = [f"{value:g} {study.unit}".removesuffix(" -") for value in (study.value, 0.5 * study.value)]
+    lines = [f"  {study.setting:<34}{heads[0]:>14}{heads[1]:>14}    change"]
+    lines += [f"  {n:<34}{fast[n]:>14.5g}{slow[n]:>14.5g}{100.0 * found[n]:>+9.2f} %" for n in fast]
+    first, limit = next(iter(found)), CONVERGED.get(run.rig.kind, LIMIT)
+    passed = abs(found[first]) < limit
+    lines.append(f"  {first}: {'within' if passed else 'NOT within'} {100.0 * limit:g} %")
+    return lines, passed

@@ -1,0 +1,205 @@
+"""The page of a sweep, from what it left in its folder."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from knittest.base.errors import InputError
+from knittest.base.result_rows import LABELS, UNSCATTERED
+from knittest.config.fields import place
+from knittest.config.sweep import parse_sweep
+from knittest.config.yaml_loader import parse_document
+from knittest.report_page.blocks import Block, Cell, Code, Page, Section, Table, Text, Tone
+from knittest.report_page.files import Reader
+from knittest.report_page.page import target_file, write_page
+from knittest.report_page.pictures import picture
+from knittest.report_page.trials import Column, file_to_save, link, provenance, wide
+from knittest.studies.batch.axes import axes_of
+from knittest.studies.batch.plan import Plan, Swept
+from knittest.studies.batch.table import INVALID, OPEN
+from knittest.studies.trials.record import MEANING
+
+if TYPE_CHECKING:
+    from pandas import DataFrame, Series
+
+SWEEP, TABLE = "sweep.yaml", "results.csv"
+#: rows of the table on the page
+MOST_ROWS = 300
+#: reasons on the page
+MOST_REASONS = 100
+CHOICES = ("test", "fabric", "scale", "direction", "preset", "parameters")
+HEAD = ("run", "status", "reason", *CHOICES, "folder")
+_MEANING: dict[object, str] = {**dict(MEANING.items()), INVALID: "the input is refused", OPEN: "not run yet"}
+_TONES: dict[str, Tone] = {"completed": "good", OPEN: "warn"}
+
+
+def is_sweep(folder: Path) -> bool:
+    """Whether ``folder`` is that of a sweep with a table."""
+    return (folder / SWEEP).is_file() and (folder / TABLE).is_file()
+
+
+def write_sweep_page(folder: Path, out: Path | None = None) -> Path:
+    """Write the page of the sweep in ``folder`` into it, or to ``out``; raises as ``write_reports`` does."""
+    target = target_file([folder], out)
+    return write_page(target, sweep_page(folder, target.parent))
+
+
+def sweep_page(folder: Path, at: Path) -> Page:
+    """The page of the sweep in ``folder``, to lie in the folder ``at``.
+
+    What is missing or damaged is named on it and costs its own part only.
+    """
+    reader = Reader(folder)
+    swept, table = _swept(reader), _table(reader)
+    parts = [
+        Section("reasons", "What went wrong", _reasons(folder, at, table), 2),
+        Section("runs", "Runs and results", _runs(folder, at, table, swept), 2),
+        Section("pictures", "Results over what was swept", _pictures(folder), 2),
+        Section("repeat", "How to repeat it", _repeat(reader, table), 2),
+    ]
+    head = Section("summary", "Sweep", [*_ending(table), *_problems(reader), *_states(table, swept)], 2)
+    return Page(f"Sweep {folder.resolve().name}", f"{len(table)} runs", [head, *parts])
+
+
+def _table(reader: Reader) -> "DataFrame":
+    """results.csv, with the columns that every table has."""
+    import pandas as pd
+
+    table = reader.frame(TABLE)
+    if table is None:
+        return pd.DataFrame(columns=HEAD)
+    missing = [name for name in HEAD if name not in table]
+    if missing:
+        reader.complain(f"{TABLE}: no column {', '.join(missing)}")
+    return table.assign(**dict.fromkeys(missing, "")).fillna({name: "" for name in HEAD if name not in missing})
+
+
+def _swept(reader: Reader) -> list[Swept]:
+    raw = reader.raw(SWEEP, 1_000_000)
+    if raw is None:
+        return []
+    try:
+        document = parse_document(raw.decode("utf-8", errors="replace"), SWEEP)
+        sweep = parse_sweep(document)
+        return Plan(sweep, [], axes_of(sweep, document)).swept
+    except InputError as error:
+        reader.complain(error)
+        return []
+
+
+def _ending(table: "DataFrame") -> list[Block]:
+    counts = table["status"].value_counts()
+    left, lost = int(counts.get(OPEN, 0)), int(len(table) - counts.get("completed", 0) - counts.get(OPEN, 0))
+    blocks: list[Block] = []
+    if left:
+        blocks.append(Text(f"Not finished; runs left: {left}. The same command goes on with them.", "warn"))
+    if lost:
+        blocks.append(Text(f"Without a result that counts: {lost} of {len(table)} runs; each has its reason.", "bad"))
+    if "looser_limits" in table:
+        found = table["looser_limits"].dropna()
+        named = ", ".join(dict.fromkeys("; ".join(map(str, found)).split("; ")))
+        blocks.append(Text(f"Limits looser than the preset's in {len(found)} of {len(table)} runs: {named}", "bad"))
+    return blocks
+
+
+def _problems(reader: Reader) -> list[Block]:
+    return [Text("Missing or not readable: " + "; ".join(reader.problems), "warn")] if reader.problems else []
+
+
+def _states(table: "DataFrame", swept: Sequence[Swept]) -> list[Block]:
+    counts = table["status"].value_counts()
+    rows = [(Cell(str(s), tone=_tone(s)), Cell(str(n), float(n)), Cell(_MEANING.get(s, ""))) for s, n in counts.items()]
+    facts = [("swept", ", ".join(_name(table, field) for field in swept) or "nothing")]
+    facts += [(name, ", ".join(dict.fromkeys(filter(None, map(str, table[name]))))) for name in CHOICES]
+    if "cpu_s" in table and table["cpu_s"].notna().any():
+        facts.append(("processor time", f"{table['cpu_s'].sum():.4g} s"))
+    described = Table("The sweep", (), [(Cell(name), Cell(value)) for name, value in facts if value])
+    return [described, Table("How the runs ended", ("state", "runs", "meaning"), rows, (1,))]
+
+
+def _reasons(folder: Path, at: Path, table: "DataFrame") -> list[Block]:
+    """State and reason of every run without a result that counts."""
+    lost = table[~table["status"].isin(("completed", OPEN))]
+    if lost.empty:
+        return [Text("Every run that ended gave a result that counts.")]
+    rows = [
+        (*_naming(folder, at, row), Cell(str(row["reason"]) or "no reason is recorded"))
+        for _, row in lost.head(MOST_REASONS).iterrows()
+    ]
+    caption = f"Without a result that counts: {len(lost)}"
+    caption += f", the first {MOST_REASONS} of them; {TABLE} has all" if len(lost) > MOST_REASONS else ""
+    return [Table(caption, ("run", "state", "reason"), rows)]
+
+
+def _naming(folder: Path, at: Path, row: "Series") -> tuple[Cell, Cell]:
+    """Number of a run with a link to it, and its state."""
+    run = Cell(str(row["run"]), href=link(folder, str(row["folder"]), at))
+    return run, Cell(row["status"], tone=_tone(row["status"]))
+
+
+def _runs(folder: Path, at: Path, table: "DataFrame", swept: Sequence[Swept]) -> list[Block]:
+    """One row a run; of very many those without a result first."""
+    caption = "Runs; small print: deviation from the experiment, and kind of the row"
+    if len(table) > MOST_ROWS:
+        caption = f"{MOST_ROWS} of {len(table)} runs, those that did not complete first; {TABLE} has all"
+        settled = table["status"].isin(("completed", OPEN))
+        table = table.loc[settled.sort_values(kind="stable").index].head(MOST_ROWS)
+    rows = [row for _, row in table.iterrows()]
+    named = [_naming(folder, at, row) for row in rows]
+    naming = [Column("run", [run for run, _ in named]), Column("state", [state for _, state in named])]
+    varying = [name for name in CHOICES if table[name].nunique() > 1]
+    beside = [Column(name, [Cell(str(row[name])) for row in rows]) for name in varying]
+    beside += [_field(table, field, rows) for field in swept if field.name in table and field.name not in CHOICES]
+    results = [name for name in LABELS if name in table and table[name].notna().any()]
+    beside += [Column(LABELS[name][0], [_result(row, name) for row in rows], numeric=True) for name in results]
+    return wide(caption, naming, beside)
+
+
+def _field(table: "DataFrame", field: Swept, rows: Sequence["Series"]) -> Column:
+    cells = []
+    for row in rows:
+        number = _number(row[field.name])
+        cells.append(Cell(str(row[field.name])) if number is None else Cell(f"{number:.6g}", number))
+    return Column(_name(table, field), cells, numeric=all(cell.value is not None for cell in cells))
+
+
+def _result(row: "Series", name: str) -> Cell:
+    value = _number(row[name])
+    if value is None:
+        return Cell("-")
+    form = LABELS[name][1]
+    sd, deviation = _number(row.get(f"{name}_sd")), _number(row.get(f"{name}_deviation_sd"))
+    share, kind = _number(row.get(f"{name}_deviation_pct")), row.get(f"{name}_kind")
+    off = [] if share is None else [f"{share:+.1f} %, {UNSCATTERED}"]
+    notes = ["refused"] if row["status"] == "refused" else off if deviation is None else [f"{deviation:+.2f} sd"]
+    notes += [kind] if isinstance(kind, str) and row["status"] == "completed" else []
+    text = form.format(value) + (f" ± {form.format(sd)}" if sd is not None else "")
+    return Cell(text, value, note=", ".join(notes))
+
+
+def _number(value: Any) -> float | None:
+    """A finite number, ``None`` for anything else."""
+    import numpy as np
+
+    return float(value) if isinstance(value, int | float | np.number) and np.isfinite(value) else None
+
+
+def _name(table: "DataFrame", field: Swept) -> str:
+    found = place(tuple(field.name.split(".")), table["test"].iloc[0] if len(table) else None)
+    return f"{field.name} [{found.unit}]" if found and found.unit not in ("", "1") else field.name
+
+
+def _tone(status: Any) -> Tone:
+    return _TONES.get(str(status), "bad")
+
+
+def _pictures(folder: Path) -> list[Block]:
+    names = sorted(folder.glob("overview*.png"))
+    caption = "Filled: completed; hollow: refused by a quality gate; cross: no result"
+    return [picture(name, caption) for name in names] or [Text("There is no picture: no result, or nothing varies.")]
+
+
+def _repeat(reader: Reader, table: "DataFrame") -> list[Block]:
+    blocks: list[Block] = [Code(f"knittest batch {SWEEP}", f"Command; {SWEEP} is the one below")]
+    blocks += file_to_save(reader, SWEEP, "The sweep; its files of fabrics and rigs are seen from its own folder")
+    return [*blocks, *provenance(reader.folder, [str(name) for name in table["folder"]])]

@@ -1,0 +1,224 @@
+"""The overview picture of a sweep: every result over every swept field, with the runs that gave none."""
+
+import textwrap
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from knittest.base.figure import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY, dress, new_figure, save
+from knittest.base.history import Array
+from knittest.base.result_rows import LABELS, SIZED
+from knittest.config.fields import place
+from knittest.studies.batch.plan import Swept
+from knittest.studies.batch.table import OPEN
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+    from pandas import DataFrame, Series
+
+COLOURS = (BLUE, ORANGE, GREEN, PINK, SKY, GREY)
+MOST_RESULTS, MOST_FIELDS = 8, 6
+#: difference [-] of sizes that whole yarns and rounding make
+SAME_SIZE = 1e-3
+#: runs from which a rank correlation is stated
+ENOUGH = 8
+#: sizes [inch]
+PANEL, LEFT, RIGHT, TOP, BOTTOM = (2.9, 2.2), 0.85, 0.2, 0.55, 0.7
+#: of the legend: a row, and a column at least
+ROW, COLUMN = 0.19, 2.3
+CHOICES = ("fabric", "scale", "direction", "preset", "parameters")
+
+
+@dataclass(frozen=True)
+class _Group:
+    """Runs with a result that differ in swept fields only."""
+
+    name: str
+    colour: str
+    rows: "DataFrame"
+
+
+@dataclass(frozen=True)
+class _Scale:
+    """Places of a field's values on an axis: the numbers, or the ranks of its ``names``."""
+
+    names: list[str]
+    log: bool
+    drawn: bool
+
+    def places(self, values: "Series") -> Array:
+        """Place of each of ``values`` (n,)."""
+        if self.names:
+            return np.array([self.names.index(str(value)) for value in values], dtype=float)
+        return values.to_numpy(float)
+
+
+def overview_picture(path: Path, table: "DataFrame", fields: Sequence[Swept], title: str) -> None:
+    """Draw the runs of one test, ``table`` of :func:`knittest.studies.batch.table.results_table`, to ``path`` (PNG).
+
+    ``fields`` are the swept columns. Filled: completed; hollow: refused by a quality gate; cross: no result. Lines
+    join medians over listed values. Raises :class:`ResourceError`.
+    """
+    results = shown_results(table)[:MOST_RESULTS]
+    shown = [field for field in fields if table[field.name].nunique() > 1][:MOST_FIELDS]
+    if not results or not shown:
+        return
+    groups = list(_groups(table, fields))
+    lost = table[table[results].isna().all(axis=1) & (table["status"] != OPEN)]
+    marks = _marks(groups, table, results, lost)
+    columns = max(int(len(shown) * PANEL[0] / COLUMN), 1)
+    figure, grid = _panels(len(results), len(shown), -(-len(marks) // columns))
+    for column, field in enumerate(shown):
+        scale = _scale(table[field.name], field)
+        for row, result in enumerate(results):
+            _panel(grid[row, column], groups, lost, field.name, result, scale)
+        _field_axis(grid[-1, column], field.name, table, scale)
+    for row, result in enumerate(results):
+        grid[row, 0].set_ylabel(textwrap.fill(LABELS[result][0], 24), fontsize=9)
+    figure.align_ylabels(grid[:, 0])
+    width, height = figure.get_size_inches()
+    figure.legend(
+        handles=marks, loc="lower left", bbox_to_anchor=(LEFT / width, 0.08 / height), ncols=columns, frameon=False,
+        fontsize=8.5, borderaxespad=0.0,
+    )  # fmt: skip
+    figure.suptitle(title, x=LEFT / width, y=1.0 - 0.15 / height, ha="left", va="top", fontsize=12)
+    save(figure, path)
+
+
+def shown_results(table: "DataFrame") -> list[str]:
+    """Columns of results that can stand in one picture: where specimens differ in size, the forces free of it."""
+    found = [name for name in LABELS if name in table and table[name].notna().any()]
+    return [name for name in found if not (SIZED.get(name) in found and _sizes_differ(table, name))]
+
+
+def _sizes_differ(table: "DataFrame", name: str) -> bool:
+    """Tell whether the force ``name`` is of specimens of several sizes: its ratio to the force free of size differs."""
+    size = (table[name] / table[SIZED[name]]).dropna()
+    return bool(len(size) and size.max() > size.min() * (1.0 + SAME_SIZE))
+
+
+def _panels(high: int, wide: int, legend_rows: int) -> tuple["Figure", Any]:
+    """A figure with ``high`` x ``wide`` panels of one size and room for the legend, and the panels."""
+    bottom = BOTTOM + ROW * legend_rows
+    width, height = LEFT + wide * PANEL[0] + RIGHT, TOP + high * PANEL[1] + bottom
+    figure = new_figure(width, height)
+    grid = figure.subplots(high, wide, squeeze=False, sharex="col", sharey="row")
+    figure.subplots_adjust(
+        left=LEFT / width, right=1.0 - RIGHT / width, bottom=bottom / height, top=1.0 - TOP / height,
+        wspace=0.08, hspace=0.18,
+    )  # fmt: skip
+    return figure, grid
+
+
+def _groups(table: "DataFrame", fields: Sequence[Swept]) -> Iterator[_Group]:
+    """One for each fabric, scale, direction, preset and parameter set, as far as these differ and are no axis."""
+    ran = table[table["status"].isin(("completed", "refused"))]
+    axes = {field.name.rpartition(".")[2] for field in fields}
+    by = [name for name in CHOICES if ran[name].nunique() > 1 and name not in axes]
+    if not by:
+        yield _Group("", COLOURS[0], ran)
+        return
+    for number, (key, rows) in enumerate(ran.groupby(by, sort=False)):
+        yield _Group(" ".join(map(str, key)), COLOURS[number % len(COLOURS)], rows)
+
+
+def _scale(values: "Series", field: Swept) -> _Scale:
+    numbers = all(isinstance(v, int | float) and not isinstance(v, bool) for v in values.dropna().tolist())
+    return _Scale([] if numbers else list(dict.fromkeys(map(str, values))), field.log, field.drawn)
+
+
+def _panel(axes: "Axes", groups: list[_Group], lost: "DataFrame", field: str, result: str, scale: _Scale) -> None:
+    from matplotlib.ticker import LogLocator, NullLocator
+
+    dress(axes)
+    axes.tick_params(labelsize=8)
+    axes.spines["right"].set_visible(False)
+    if scale.log:
+        axes.set_xscale("log")
+        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes.xaxis.set_major_formatter("{x:g}")
+        axes.xaxis.set_minor_locator(NullLocator())
+    for group in groups:
+        _experiment(axes, group, result)
+        _runs(axes, group, field, result, scale)
+    bottom = axes.get_xaxis_transform()
+    axes.plot(
+        scale.places(lost[field]), np.full(len(lost), 0.04), "x", color=RED, markersize=5, transform=bottom, zorder=5
+    )
+    if len(groups) == 1 and not scale.names and (rank := _rank_correlation(groups[0].rows, field, result)) is not None:
+        axes.set_title(f"rank correlation {rank:+.2f}", loc="right", fontsize=8, color=GREY, pad=3)
+
+
+def _runs(axes: "Axes", group: _Group, field: str, result: str, scale: _Scale) -> None:
+    for status, face in (("completed", group.colour), ("refused", "none")):
+        rows = group.rows[group.rows["status"] == status]
+        axes.plot(
+            scale.places(rows[field]), rows[result].to_numpy(float), "o", color=group.colour, markerfacecolor=face,
+            markersize=4.5, alpha=0.75, zorder=4,
+        )  # fmt: skip
+    done = group.rows[group.rows["status"] == "completed"]
+    if not (scale.names or scale.drawn) and done[field].nunique() > 1:
+        medians = done.groupby(field)[result].median()
+        axes.plot(medians.index.to_numpy(float), medians.to_numpy(float), "-", color=group.colour, linewidth=1.2)
+
+
+def _experiment(axes: "Axes", group: _Group, result: str) -> None:
+    """Mean and sd of the experiment, where all runs of the group are compared with the same."""
+    mean, sd = f"{result}_experiment_mean", f"{result}_experiment_sd"
+    if mean in group.rows and group.rows[mean].nunique() == 1:
+        middle, spread = float(group.rows[mean].dropna().iloc[0]), group.rows[sd].dropna()
+        if len(spread):  # of one specimen there is none
+            around = middle - float(spread.iloc[0]), middle + float(spread.iloc[0])
+            axes.axhspan(*around, color=group.colour, alpha=0.08, linewidth=0)
+        axes.axhline(middle, color=group.colour, linewidth=1.0, linestyle=(0, (4, 2)))
+
+
+def _rank_correlation(rows: "DataFrame", field: str, result: str) -> float | None:
+    """Spearman's, over the completed runs; None where it says nothing."""
+    done = rows[rows["status"] == "completed"]
+    if len(done) < ENOUGH or done[field].nunique() < 3 or done[result].nunique() < 3:
+        return None
+    return float(done[field].astype(float).corr(done[result].astype(float), method="spearman"))
+
+
+def _field_axis(axes: "Axes", field: str, table: "DataFrame", scale: _Scale) -> None:
+    """Name and unit of the field, in two lines where it is long; names of its choices."""
+    found = place(tuple(field.split(".")), table["test"].iloc[0])
+    unit = f" [{found.unit if found.unit != '1' else '-'}]" if found and found.unit else ""
+    holder, _, name = field.rpartition(".")
+    label = f"{holder}.\n{name}{unit}" if len(field) + len(unit) > 30 else f"{field}{unit}"
+    axes.set_xlabel(label, fontsize=9)
+    if scale.names:
+        axes.set_xticks(range(len(scale.names)), [shorten(name, 14) for name in scale.names])
+        axes.set_xlim(-0.5, len(scale.names) - 0.5)
+
+
+def _marks(groups: list[_Group], table: "DataFrame", results: list[str], lost: "DataFrame") -> "list[Line2D]":
+    """What the legend explains."""
+    from matplotlib.lines import Line2D
+
+    def mark(label: str, colour: str, **look: Any) -> Line2D:
+        return Line2D([], [], color=colour, label=label, **({"marker": "o", "linestyle": "none"} | look))
+
+    first = groups[0].colour if len(groups) == 1 else GREY
+    marks = [mark(group.name, group.colour) for group in groups if group.name]
+    marks += [mark("completed", first)] if len(groups) == 1 else []
+    if (table["status"] == "refused").any():
+        marks.append(mark("refused by a quality gate", first, markerfacecolor="none"))
+    if len(lost):
+        marks.append(mark("no result (results.csv says why)", RED, marker="x"))
+    kinds = {kind for name in results if f"{name}_kind" in table for kind in table[f"{name}_kind"].dropna()}
+    if kinds:
+        label = f"experiment, mean ± sd (rows: {', '.join(sorted(kinds))})"
+        marks.append(mark(label, first, marker="", linestyle=(0, (4, 2))))
+    return marks
+
+
+def shorten(text: str, limit: int) -> str:
+    """``text`` with its middle left out where it is longer than ``limit``."""
+    return text if len(text) <= limit else f"{text[: limit // 2 - 1]}…{text[-(limit // 2) :]}"

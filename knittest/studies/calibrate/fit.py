@@ -1,0 +1,158 @@
+"""Several parameters: least squares with bounds, after a global search where asked for."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from scipy.optimize import Bounds, differential_evolution, least_squares
+
+from knittest.base.errors import NumericalError
+from knittest.base.history import Array
+from knittest.studies.calibrate.evaluate import Evaluation, Evaluator, Exhausted, Point
+from knittest.studies.calibrate.parameters import Parameter
+
+#: least squares ends when a step is this share of the bounds, or changes the sum of squares by this share
+SMALL_STEP, SMALL_GAIN = 2e-3, 1e-3
+#: members of a generation for each parameter, and the share of the runs that the global search may take
+MEMBERS, GLOBAL_SHARE = 5, 0.6
+
+
+class _Met(Exception):
+    """All targets are met within the tolerance."""
+
+
+def point_at(parameters: Sequence[Parameter], positions: Sequence[float] | Array) -> Point:
+    """Values at ``positions`` (n,) between the bounds."""
+    return tuple(p.value(float(x)) for p, x in zip(parameters, positions, strict=True))
+
+
+def positions_of(parameters: Sequence[Parameter], values: Point) -> Array:
+    """The inverse of :func:`point_at` (n,)."""
+    return np.array([p.position(v) for p, v in zip(parameters, values, strict=True)])
+
+
+def prior_residuals(parameters: Sequence[Parameter], values: Point) -> Array:
+    """Deviation of each parameter that has a prior from its mean, over its sd."""
+    pairs = zip(parameters, values, strict=True)
+    return np.array([(v - p.prior[0]) / p.prior[1] for p, v in pairs if p.prior is not None])
+
+
+def cost(parameters: Sequence[Parameter], evaluation: Evaluation) -> float:
+    """Sum of squares of residuals and priors; infinite without numbers."""
+    if not evaluation.good:
+        return np.inf
+    prior = prior_residuals(parameters, evaluation.values)
+    return float(np.sum(evaluation.residuals**2) + np.sum(prior**2))
+
+
+def best_of(parameters: Sequence[Parameter], history: Sequence[Evaluation]) -> Evaluation | None:
+    """The good evaluation of least cost."""
+    good = [one for one in history if one.good]
+    return min(good, key=lambda one: cost(parameters, one), default=None)
+
+
+def jacobian(evaluator: Evaluator, values: Point) -> Array:
+    """Change of the residuals (m, n) over the whole bounds of each parameter, from steps inside them.
+
+    A step whose run gives no number is taken to the other side; raises :class:`NumericalError` when that gives none
+    either.
+    """
+    parameters = evaluator.problem.parameters
+    step = evaluator.problem.calibration.step
+    here = positions_of(parameters, values)
+    sides = np.where(here + step <= 1.0, step, -step)
+    first = evaluator.many([_stepped(parameters, here, k, sides[k]) for k in range(len(here))])
+    middle = evaluator.many([values])[0].residuals
+    columns = []
+    for k, evaluation in enumerate(first):
+        if not evaluation.good:
+            evaluation = evaluator.many([_stepped(parameters, here, k, -sides[k])])[0]
+        if not evaluation.good:
+            raise NumericalError(
+                f"no run beside {parameters[k].name} = {values[k]:g} gives a number: {evaluation.reason}"
+            )
+        distance = positions_of(parameters, evaluation.values)[k] - here[k]
+        columns.append((evaluation.residuals - middle) / distance)
+    return np.stack(columns, axis=1)
+
+
+def fit(evaluator: Evaluator) -> None:
+    """Least squares from the start; the points are in the history of ``evaluator``.
+
+    Raises :class:`NumericalError` when there is no number at the start, or steps shrink to nothing.
+    """
+    least_squares_from(evaluator, tuple(p.start for p in evaluator.problem.parameters))
+
+
+def search_and_fit(evaluator: Evaluator) -> None:
+    """Differential evolution (Storn and Price, 1997) over the bounds with a part of the runs, then least squares."""
+    parameters, calibration = evaluator.problem.parameters, evaluator.problem.calibration
+    tests, n = len(evaluator.problem.cases), len(parameters)
+    generations = int(GLOBAL_SHARE * calibration.max_runs / (tests * MEMBERS * n)) - 1
+    if generations < 1:
+        least = int(2 * tests * MEMBERS * n / GLOBAL_SHARE) + 1
+        raise Exhausted(f"max_runs = {calibration.max_runs}: differential-evolution needs {least} runs here at least")
+
+    def costs(positions: Any) -> Any:
+        found = evaluator.many([point_at(parameters, column) for column in np.atleast_2d(positions.T)])
+        return np.array([cost(parameters, one) for one in found])
+
+    start = positions_of(parameters, tuple(p.start for p in parameters))
+    differential_evolution(
+        costs, Bounds(np.zeros(n), np.ones(n)), maxiter=generations, popsize=MEMBERS, seed=calibration.seed,
+        polish=False, init="latinhypercube", updating="deferred", vectorized=True, x0=start,
+    )  # fmt: skip
+    best = best_of(parameters, evaluator.history)
+    if best is None:
+        raise NumericalError(f"none of {len(evaluator.history)} points gives a number: {evaluator.history[-1].reason}")
+    least_squares_from(evaluator, best.values)
+
+
+def least_squares_from(evaluator: Evaluator, start: Point) -> None:
+    """Least squares from ``start``; raises as :func:`fit`."""
+    parameters, tolerance = evaluator.problem.parameters, evaluator.problem.calibration.tolerance
+    first = evaluator.many([start])[0]
+    if not first.good:
+        raise NumericalError(f"no number at the start: {first.reason}")
+    size = len(first.residuals) + len(prior_residuals(parameters, start))
+
+    def residuals(positions: Array) -> Array:
+        evaluation = evaluator.many([point_at(parameters, positions)])[0]
+        if not evaluation.good:
+            return np.full(size, np.inf)  # the step is not taken, a shorter one is tried
+        prior = prior_residuals(parameters, evaluation.values)
+        if evaluation.deviations is not None and not len(prior) and np.abs(evaluation.deviations).max() <= tolerance:
+            raise _Met
+        return np.concatenate([evaluation.residuals, prior])
+
+    def slopes(positions: Array) -> Array:
+        values = point_at(parameters, positions)
+        return np.vstack([jacobian(evaluator, values), prior_slopes(parameters, values)])
+
+    try:
+        found: Any = least_squares(
+            residuals, np.clip(positions_of(parameters, start), 1e-9, 1.0 - 1e-9), jac=slopes, bounds=(0.0, 1.0),
+            xtol=SMALL_STEP, ftol=SMALL_GAIN, max_nfev=evaluator.problem.calibration.max_runs,
+        )  # fmt: skip
+    except _Met:
+        return
+    if not found.success:
+        raise NumericalError(f"least squares came to no end: {found.message}")
+
+
+def prior_slopes(parameters: Sequence[Parameter], values: Point) -> Array:
+    """Change of the priors' residuals (k, n) over the whole bounds of each parameter."""
+    rows = []
+    for k, (p, value) in enumerate(zip(parameters, values, strict=True)):
+        if p.prior is not None:
+            row = np.zeros(len(parameters))
+            span = value * np.log(p.high / p.low) if p.log else p.high - p.low
+            row[k] = span / p.prior[1]
+            rows.append(row)
+    return np.array(rows).reshape(-1, len(parameters))
+
+
+def _stepped(parameters: Sequence[Parameter], here: Array, k: int, step: float) -> Point:
+    there = here.copy()
+    there[k] += step
+    return point_at(parameters, there)

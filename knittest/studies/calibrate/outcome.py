@@ -1,0 +1,155 @@
+"""What a calibration came to, as calibration.json holds it."""
+
+import math
+from collections import Counter
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+import knittest
+from knittest.base.result_rows import LABELS
+from knittest.config.base import Quantity
+from knittest.export.manifest import now
+from knittest.studies.calibrate.evaluate import Evaluation
+from knittest.studies.calibrate.judge import Judgement
+from knittest.studies.calibrate.parameters import current
+from knittest.studies.calibrate.problem import Problem
+from knittest.studies.calibrate.targets import Number
+from knittest.studies.trials.record import looser_note
+from knittest.studies.trials.trial import code_digest
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """``history`` in the order of the search, its ``best`` and what is known of it; ``failure`` says why it did not end
+    well, and is empty where it did.
+    """
+
+    problem: Problem
+    history: list[Evaluation]
+    best: Evaluation | None
+    judgement: Judgement | None
+    failure: str = ""
+
+    @property
+    def converged(self) -> bool:
+        """Whether the search came to its end and its result may be used."""
+        return not self.failure
+
+    @property
+    def runs(self) -> int:
+        """Number of runs, those that came to nothing included."""
+        return len({record.key for one in self.history for record in one.records.values()})
+
+    @property
+    def rms(self) -> float:
+        """Root mean square over the targets of the best point's deviation [sd]; nan without one."""
+        rows = target_rows(self) if self.best else []
+        return math.sqrt(sum(row["deviation_sd"] ** 2 for row in rows) / len(rows)) if rows else math.nan
+
+
+def target_rows(outcome: Outcome) -> list[dict[str, Any]]:
+    """Each target beside the best point; the deviation of a curve is its root mean square."""
+    best = outcome.best
+    rows: list[dict[str, Any]] = []
+    for k, target in enumerate(outcome.problem.targets):
+        simulated = best.simulated[k] if best else None
+        row: dict[str, Any] = {"target": target.label, "test": target.test, "weight": target.weight}
+        row["source"] = target.source
+        if isinstance(target, Number):
+            row |= {"quantity": target.quantity, "mean": target.mean, "sd": target.sd, "simulated": simulated}
+            row["deviation_sd"] = None if simulated is None else (simulated - target.mean) / target.sd
+        else:
+            row["deviation_sd"] = simulated
+        rows.append(row)
+    return rows
+
+
+def parameter_rows(outcome: Outcome) -> list[dict[str, Any]]:
+    """Each parameter: bounds, start, prior, what it was before and what was found."""
+    rows = []
+    runs = [case.run() for case in outcome.problem.cases]
+    for k, parameter in enumerate(outcome.problem.parameters):
+        row: dict[str, Any] = {
+            "fields": [".".join(map(str, path)) for path in parameter.paths],
+            "unit": parameter.unit, "low": parameter.low, "high": parameter.high, "start": parameter.start,
+            "prior_mean": parameter.prior[0] if parameter.prior else None,
+            "prior_sd": parameter.prior[1] if parameter.prior else None,
+            "value": outcome.best.values[k] if outcome.best else None,
+            **_before(current(parameter.paths[0], runs)),
+        }  # fmt: skip
+        if outcome.judgement:
+            found = outcome.judgement.found[k]
+            finite = found.sd if math.isfinite(found.sd) else None
+            row |= {"sd": finite, "interval_95": list(found.interval), "sensitivity_sd": found.sensitivity}
+        rows.append(row)
+    return rows
+
+
+def _before(number: Quantity | float | None) -> dict[str, Any]:
+    if isinstance(number, Quantity):
+        return {"before": number.value, "before_source": number.source}
+    return {"before": number, "before_source": ""}
+
+
+def warnings_of(outcome: Outcome) -> list[str]:
+    """Warnings that a reader of the result must know: limits of its runs first."""
+    limits = looser_note(record for one in outcome.history for record in one.records.values())
+    return [*limits, *(outcome.judgement.warnings if outcome.judgement else [])]
+
+
+def as_data(outcome: Outcome) -> dict[str, Any]:
+    """Plain data of calibration.json."""
+    statuses = {r.key: r.status for one in outcome.history for r in one.records.values()}
+    return {
+        "calibration": outcome.problem.name,
+        "status": "converged" if outcome.converged else "not converged",
+        "reason": outcome.failure,
+        "method": outcome.problem.method,
+        "parameters": parameter_rows(outcome),
+        "targets": target_rows(outcome),
+        "rms_deviation_sd": outcome.rms if outcome.best else None,
+        "warnings": warnings_of(outcome),
+        "runs": outcome.runs,
+        "runs_by_status": dict(Counter(statuses.values())),
+        "evaluations": [_evaluation(one) for one in outcome.history],
+        "version": knittest.__version__,
+        "code": code_digest(),
+        "written": now(),
+    }
+
+
+def _evaluation(one: Evaluation) -> dict[str, Any]:
+    return {
+        "number": one.number,
+        "values": list(one.values),
+        "simulated": list(one.simulated) if one.good else None,
+        "reason": one.reason,
+        "trials": {name: record.key for name, record in one.records.items()},
+    }
+
+
+def report_lines(outcome: Outcome) -> list[str]:
+    """What the command says at its end."""
+    lines = [f"{'converged' if outcome.converged else 'not converged: ' + outcome.failure} ({outcome.runs} runs)"]
+    for parameter, row in zip(outcome.problem.parameters, parameter_rows(outcome), strict=True):
+        if row["value"] is not None:
+            unit = f" {parameter.unit}" if parameter.unit not in ("", "1") else ""
+            ends = row.get("interval_95")
+            interval = f", 95 % interval {ends[0]:.4g} to {ends[1]:.4g}" if ends else ""
+            lines.append(f"  {' = '.join(row['fields'])} = {row['value']:.5g}{unit}{interval}")
+    for row in target_rows(outcome) if outcome.best else []:
+        form = LABELS.get(row.get("quantity", ""), ("", "{:.5g}"))[1]
+        values = f"{form.format(row['simulated'])} for {row['mean']:g} ± {row['sd']:g}, " if "mean" in row else ""
+        lines.append(f"  {row['target']}: {values}{row['deviation_sd']:+.3f} sd ({row['source']})")
+    lines += [f"  warning: {text}" for text in warnings_of(outcome)]
+    lost = [one for one in outcome.history if not one.good]
+    lines += [f"  no number at point {one.number}: {one.reason}" for one in lost]
+    return lines
+
+
+def largest_deviations(outcome: Outcome) -> np.ndarray:
+    """Largest deviation [sd] among the targets at each point (n,), nan without numbers."""
+    found = [np.abs(one.deviations).max() if one.deviations is not None else math.nan for one in outcome.history]
+    return np.array(found)

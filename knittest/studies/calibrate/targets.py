@@ -1,0 +1,159 @@
+"""What a calibration wants a test to come to, and how far a finished trial is from it, in standard deviations."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from knittest.base.errors import InputError
+from knittest.base.history import Array
+from knittest.base.resources import data_dir
+from knittest.config import calibration as file
+from knittest.config.run import Run
+from knittest.config.yaml_loader import Document
+from knittest.experiment.compare import columns_of
+from knittest.experiment.curves import ReferenceCurve, find_curve
+from knittest.experiment.row_kind import ROW_NAMES
+from knittest.experiment.tables import PublishedValue, published
+from knittest.reports.registry import REPORTS
+from knittest.studies.trials.record import Record
+
+#: points of a curve that are compared, evenly spaced over its range
+CURVE_POINTS = 21
+#: scatter of a curve is at least this share of its largest one: a curve that starts at the origin has none there
+LEAST_SCATTER = 0.1
+
+
+@dataclass(frozen=True)
+class Number:
+    """A result ``quantity`` that must be ``mean``; deviations are over ``sd``; ``source`` is where these come from."""
+
+    test: str
+    quantity: str
+    mean: float
+    sd: float
+    weight: float
+    source: str
+    label: str
+    where: str
+
+    def simulated(self, record: Record, folder: Path) -> float:
+        """The result in ``record``; raises :class:`InputError` where the test has none of that name."""
+        if self.quantity not in record.results:
+            known = ", ".join(record.results)
+            raise InputError(f"{self.where}: quantity = {self.quantity}: the test has no such result (known: {known})")
+        return record.results[self.quantity]
+
+    def deviations(self, record: Record, folder: Path) -> Array:
+        """Deviation from the mean over sd (1,)."""
+        return np.array([(self.simulated(record, folder) - self.mean) / self.sd])
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A reference that the curve of a test must follow; ``sd`` (n,) belongs to the points ``x`` (n,), ``y`` (n,)."""
+
+    test: str
+    reference: ReferenceCurve
+    x: Array
+    y: Array
+    sd: Array
+    weight: float
+    label: str
+    where: str
+
+    @property
+    def source(self) -> str:
+        """Source of the curve, whether it was measured, and how it was scaled to the test."""
+        note = f"; {self.reference.note}" if self.reference.note else ""
+        return f"{self.reference.source} ({self.reference.kind}{note})"
+
+    def simulated(self, record: Record, folder: Path) -> float:
+        """Root mean square of the deviations."""
+        return float(np.sqrt(np.sum(self.deviations(record, folder) ** 2)))
+
+    def deviations(self, record: Record, folder: Path) -> Array:
+        """Deviations over sd (n,), each over sqrt(n): a curve counts as much as a number.
+
+        Where the test ended before the reference, its last force counts.
+        """
+        import pandas as pd
+
+        table = pd.read_csv(folder / "curve.csv")
+        columns = {str(name): table[name].to_numpy(float) for name in table}
+        x, y = (columns[name] for name in columns_of(columns, self.reference))
+        forward = np.append(True, x[1:] > np.maximum.accumulate(x)[:-1])
+        found = np.interp(self.x, x[forward], y[forward])
+        deviations: Array = (found - self.y) / self.sd / np.sqrt(len(self.x))
+        return deviations
+
+
+Target = Number | Curve
+
+
+def targets_of(calibration: file.Calibration, document: Document, runs: dict[str, Run]) -> list[Target]:
+    """All targets; ``runs`` are the tests by name. Raises :class:`InputError` for one without data or scatter."""
+    folder = Path(document.source).resolve().parent
+    found: list[Target] = []
+    for number, one in enumerate(calibration.targets):
+        where = document.where(("targets", number))
+        if one.test not in runs:
+            raise InputError(f"{where}: test = {one.test}: no such test here (known: {', '.join(runs)})")
+        run = runs[one.test]
+        found.append(_curve(one, run, folder, where) if one.curve else _number(one, run, where))
+    return found
+
+
+def _number(one: file.Target, run: Run, where: str) -> Number:
+    quantity = str(one.quantity)
+    if one.value is not None and one.sd is not None:
+        label = f"{run.direction} {quantity} = {one.value:g}".strip()
+        return Number(one.test, quantity, one.value, one.sd, one.weight, "given in the file", label, where)
+    row = _row(quantity, run, where)
+    sd = row.sd if one.sd is None else one.sd
+    if not sd > 0.0:
+        raise InputError(f"{where}: quantity = {quantity}: the table states no scatter: give sd")
+    label = " ".join(
+        filter(None, (f"V{run.fabric.experiment_variant}", run.direction, ROW_NAMES.get(quantity, quantity)))
+    )
+    return Number(one.test, quantity, row.mean, sd, one.weight, row.table, label, where)
+
+
+def _row(quantity: str, run: Run, where: str) -> PublishedValue:
+    """The table's row, for the size of the strip in ``run``."""
+    fabric = run.fabric
+    if fabric.experiment is None or fabric.experiment_variant is None:
+        raise InputError(f"{where}: quantity = {quantity}: {fabric.name} names no experiment: give value and sd")
+    folder = data_dir() / fabric.experiment
+    try:
+        rows = published(folder, fabric.experiment_variant, run.direction, (quantity,))
+    except InputError as error:
+        raise InputError(f"{where}: quantity = {quantity}: {error}; give value and sd instead") from None
+    scaled: Sequence[PublishedValue] = REPORTS[run.rig.kind].scaled(run, rows)
+    if not scaled:
+        wanted = f"variant {fabric.experiment_variant} {run.direction}".strip()
+        raise InputError(f"{where}: quantity = {quantity}: no row of {wanted} in {folder}: give value and sd")
+    return scaled[0]
+
+
+def _curve(one: file.Target, run: Run, folder: Path, where: str) -> Curve:
+    beside = folder / str(one.curve)
+    try:
+        found = find_curve(beside if beside.is_file() else Path(str(one.curve)))
+        reference: ReferenceCurve = REPORTS[run.rig.kind].matched(run, found)
+    except InputError as error:
+        raise InputError(f"{where}: curve: {error}") from None
+    x = np.linspace(reference.x[0], reference.x[-1], CURVE_POINTS)
+    if reference.sd is None and one.sd is None:
+        raise InputError(f"{where}: curve = {one.curve}: it has no third column with the sd of the force: give sd")
+    sd = (
+        np.full(CURVE_POINTS, one.sd or 0.0)
+        if reference.sd is None or one.sd
+        else np.interp(x, reference.x, reference.sd)
+    )
+    if not sd.max() > 0.0:
+        raise InputError(f"{where}: curve = {one.curve}: its sd is 0 everywhere: give sd")
+    y, sd = np.interp(x, reference.x, reference.mean), np.maximum(sd, LEAST_SCATTER * sd.max())
+    label = f"{run.direction} curve {Path(str(one.curve)).name}".strip()
+    return Curve(one.test, reference, x, y, sd, one.weight, label, where)

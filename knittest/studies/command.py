@@ -1,0 +1,146 @@
+"""What the commands that run tests do: a list of runs, one folder each, one table; started or gone on with."""
+
+import shlex
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from datetime import datetime
+from functools import partial
+from pathlib import Path
+
+from knittest.base.atomic import make_folder, write_atomic
+from knittest.base.errors import InputError, ResourceError
+from knittest.base.interrupts import Interrupted, Interrupts
+from knittest.base.progress import Progress
+from knittest.config.dumping import dump
+from knittest.config.loading import resolve
+from knittest.config.run import Run
+from knittest.export.folder import fresh_folder, run_name
+from knittest.runs.checkpoints import PATTERN
+from knittest.runs.execute import EXIT_REFUSED, Outcome, execute, references_of
+from knittest.runs.opening import Opener, manifest_of, open_again, open_new, tidy_completed
+from knittest.runs.options import RunOptions
+from knittest.runs.show import print_json, print_refused, print_results
+from knittest.solve.threads import use_threads
+from knittest.studies.verify import REPEATS, finished, unverified, verified
+
+#: a run, and what opens its folder, or the folder where it is completed and only to be verified
+Job = tuple[Run, Opener | Path]
+
+
+def run_command(runs: list[Run], options: RunOptions) -> int:
+    """Run every direction into its own folder, print one table; returns the exit code."""
+    use_threads(options.threads)
+    for run in runs:  # before there is a folder that stands in the way of the corrected command
+        references_of(run, options.against)
+    if len(runs) == 1:
+        return _run_jobs([(runs[0], partial(open_new, out=options.out))], options, None)
+    parent = options.out or fresh_folder(Path("runs") / run_name(runs[0], direction="both", at=datetime.now()))
+    _write_plan(parent, runs)
+    return _run_jobs([(run, partial(open_new, out=parent / run.direction)) for run in runs], options, parent)
+
+
+def resume_command(folder: Path, options: RunOptions, force: bool = False) -> int:
+    """Go on with the run in ``folder``, or with all runs that were planned in it; returns the exit code, of a run that
+    is complete the one that it ended with.
+
+    Raises :class:`InputError` when it is no run folder, no checkpoint verifies, or something changed, unless ``force``.
+    """
+    plans = _plans(folder)
+    use_threads(options.threads)
+    jobs, codes = [], []
+    for plan, place in plans:
+        left = _what_is_left(plan, place, options, force)
+        if isinstance(left, int):
+            codes.append(left)
+        else:
+            jobs.append(left)
+    return max([*codes, _run_jobs(jobs, options, folder) if jobs else 0])
+
+
+def _plans(folder: Path) -> list[tuple[Path, Path]]:
+    """Config and folder of each run that was planned in ``folder``."""
+    if (folder / "config.yaml").is_file():
+        return [(folder / "config.yaml", folder)]
+    plans = sorted(folder.glob("config-*.yaml"))
+    if not plans:
+        raise InputError(f"{folder}: not a run folder: it has no config.yaml")
+    return [(plan, folder / plan.stem.removeprefix("config-")) for plan in plans]
+
+
+def _what_is_left(plan: Path, folder: Path, options: RunOptions, force: bool) -> Job | int:
+    """The job that is left of the run in ``folder``, planned in ``plan``; the exit code of one that is complete."""
+    config = folder / "config.yaml"
+    if not config.is_file():
+        return resolve(config=plan, accept_limits=None), partial(open_new, out=folder)
+    manifest = manifest_of(folder)
+    if manifest["status"] != "completed":
+        return resolve(config=config, accept_limits=None), partial(open_again, path=folder, force=force)
+    tidy_completed(folder, options.pictures)
+    run = resolve(config=config, accept_limits=None)
+    if unverified(folder, run):
+        return run, folder
+    reason = f": {manifest['message']}" if manifest.get("message") else ""
+    print(
+        f"{folder}: completed on {manifest.get('ended')}{reason}; nothing to resume",
+        file=sys.stderr if options.json else sys.stdout,
+    )
+    code = manifest.get("exit_code")
+    return code if isinstance(code, int) else 0
+
+
+def _write_plan(parent: Path, runs: Sequence[Run]) -> None:
+    """Keep what is to be run, for a resume before the later ones have a folder."""
+    make_folder(parent)
+    if any(parent.glob("config-*.yaml")):
+        raise InputError(
+            f"--out {parent}: holds a run; continue it with: knittest resume {parent}, or choose a new folder"
+        )
+    for run in runs:
+        write_atomic(parent / f"config-{run.direction}.yaml", dump(run))
+
+
+def _run_jobs(jobs: Sequence[Job], options: RunOptions, parent: Path | None) -> int:
+    """Run the jobs one after the other; ``parent`` is what a user resumes, if not the folder of the run itself."""
+    completed = [opener for _, opener in jobs if isinstance(opener, Path)]
+    if completed and options.against:
+        raise InputError(f"--against: {completed[0]} is completed but for --verify; use knittest compare after it")
+    outcomes: list[Outcome] = []
+    with (
+        Interrupts() as interrupts,
+        Progress(quiet=options.quiet) as progress,
+        _says_how_to_resume(parent),
+        interrupts.deciding(),
+    ):
+        for run, opener in jobs:
+            if isinstance(opener, Path):
+                outcome = finished(run, opener)
+            else:
+                outcome = execute(run, opener, interrupts, options, progress)
+            outcomes.append(verified(outcome, options, interrupts) if run.output.verify else outcome)
+    if options.json:
+        summaries = [o.summary | {"folder": str(o.folder), "curves": list(o.curves)} for o in outcomes]
+        print_json(summaries[0] if len(summaries) == 1 else {"runs": summaries})
+    elif not options.quiet:
+        print_results(outcomes)
+    if options.quiet:
+        print_refused(outcomes)
+    return EXIT_REFUSED if any(o.quality.failures for o in outcomes) else 0
+
+
+@contextmanager
+def _says_how_to_resume(parent: Path | None) -> Iterator[None]:
+    """Add the command to a signal's message, and to that of a full disk when there is something to go on from."""
+    try:
+        yield
+    except Interrupted as error:
+        path = parent or error.folder
+        raise Interrupted(f"{error}{_command(path)}" if path else str(error)) from None
+    except ResourceError as error:
+        path = parent or getattr(error, "folder", None)
+        kept = path is not None and any(found for name in (PATTERN, REPEATS) for found in path.rglob(name))
+        raise ResourceError(f"{error}{_command(path)}" if path and kept else str(error)) from error
+
+
+def _command(path: Path) -> str:
+    return f"; continue with: knittest resume {shlex.quote(str(path))}"

@@ -1,0 +1,85 @@
+"""Shells with the card against the yarns it was made of, number by number."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from knittest.experiment.shear_law import FRAME_ANGLE, NORMALISED
+from knittest.studies.homogenise.card import Tested, bending_stiffness
+from knittest.studies.homogenise.curves import Array, read_columns, to_peak
+from knittest.studies.homogenise.plan import Piece
+
+#: largest deviation [%] at which shells reproduce the yarns
+TOLERANCE = 5.0
+#: shares of the fracture strain and shear angles [deg] at which forces are compared
+SHARES, ANGLES = (0.5, 0.75), (10.0, 20.0, 30.0, 40.0)
+#: half the range over which a force is averaged, as a share of the fracture strain and in deg
+NEAR_STRAIN, NEAR_ANGLE = 0.01, 0.5
+
+
+@dataclass(frozen=True)
+class Row:
+    """One number of both scales; ``deviation`` [%] is that of the shells."""
+
+    test: str
+    quantity: str
+    unit: str
+    yarns: float
+    shells: float
+    deviation: float
+
+    @property
+    def within(self) -> bool:
+        """Whether it is met."""
+        return abs(self.deviation) <= TOLERANCE
+
+
+def compared(piece: Piece, yarns: Tested, shells: Tested) -> list[Row]:
+    """All rows of a test that both scales went through, of the same size."""
+    if piece.kind == "tensile":
+        return _pulled(piece, yarns, shells)
+    if piece.kind == "picture-frame":
+        return _sheared(piece, yarns, shells)
+    angle, other = (t.results["chord_angle_deg"] for t in (yarns, shells))
+    stiffness = bending_stiffness(yarns.run, angle), bending_stiffness(shells.run, other)
+    return [
+        _row(piece, "chord angle", "deg", angle, other),
+        _row(piece, "bending stiffness", "N mm", *stiffness),
+    ]
+
+
+def _pulled(piece: Piece, yarns: Tested, shells: Tested) -> list[Row]:
+    rows = [
+        _row(piece, name, unit, yarns.results[key], shells.results[key])
+        for name, unit, key in (("largest force", "N", "peak_force_n"), ("strain there", "%", "fracture_strain_pct"))
+    ]
+    own, other = (to_peak(*read_columns(t.folder, "strain_pct", "force_n")) for t in (yarns, shells))
+    last = own[0][-1]
+    for share in SHARES:
+        forces = (_near(*curve, share * last, NEAR_STRAIN * last) for curve in (own, other))
+        rows.append(_row(piece, f"force at {100 * share:g} % of the strain", "N", *forces))
+    shared = own[0] <= other[0][-1]
+    off = np.interp(own[0][shared], *other) - own[1][shared]
+    worst = int(np.argmax(np.abs(off)))
+    force, share = float(own[1][worst]), float(100.0 * off[worst] / own[1][-1])
+    name = f"largest difference, at {own[0][worst]:.2f} %, over the peak"
+    return [*rows, Row(piece.name, name, "N", force, force + float(off[worst]), share)]
+
+
+def _sheared(piece: Piece, yarns: Tested, shells: Tested) -> list[Row]:
+    own, other = (read_columns(t.folder, FRAME_ANGLE, NORMALISED) for t in (yarns, shells))
+    last = min(own[0][-1], other[0][-1])
+    return [
+        _row(piece, f"normalised force at {a:g} deg", "N/mm", *(_near(*c, a, NEAR_ANGLE) for c in (own, other)))
+        for a in ANGLES
+        if a <= last
+    ]
+
+
+def _near(x: Array, y: Array, at: float, half: float) -> float:
+    """Mean of y within ``half`` of ``at``, on lines between the points."""
+    return float(np.interp(np.linspace(at - half, at + half, 21), x, y).mean())
+
+
+def _row(piece: Piece, quantity: str, unit: str, yarns: float, shells: float) -> Row:
+    return Row(piece.name, quantity, unit, yarns, shells, 100.0 * (shells / yarns - 1.0) if yarns else np.inf)

@@ -1,0 +1,126 @@
+"""What ``knittest regress`` does: run what is left, judge, compare with the baseline, write."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from knittest.base.atomic import resource_error, write_atomic
+from knittest.base.errors import InputError
+from knittest.export.jsonfile import json_text
+from knittest.runs.show import print_json, print_text
+from knittest.studies.regress import baseline as stored
+from knittest.studies.regress.cases import LIMITS, Case, Level, Table, chosen_cases
+from knittest.studies.regress.cost import table4_rows
+from knittest.studies.regress.drift import Drift, drift_of
+from knittest.studies.regress.judge import table3_rows
+from knittest.studies.regress.junit import write_junit
+from knittest.studies.regress.outcome import Outcome
+from knittest.studies.regress.show import lines_of
+from knittest.studies.trials.pool import LocalPool
+from knittest.studies.trials.record import Record
+from knittest.studies.trials.run_all import run_all
+from knittest.studies.trials.trial import Trial
+
+LEDGER, RESULT = "ledger.jsonl", "regress.json"
+
+
+@dataclass(frozen=True)
+class RegressOptions:
+    """What to run, where, and what to leave; ``table`` None is both, ``limit_sd`` what predicted and tuned rows may
+    deviate, ``baseline`` None the shipped file.
+    """
+
+    table: Table | None = None
+    scale: Literal["macro", "meso", "both"] = "both"
+    level: Level = "quick"
+    limit_sd: float = 1.0
+    baseline: Path | None = None
+    update: bool = False
+    out: Path = Path("runs/regress")
+    junit: Path | None = None
+    workers: int | None = None
+    threads: int | None = None
+    json: bool = False
+    quiet: bool = False
+
+
+def regress_command(options: RegressOptions) -> int:
+    """Run the regression; returns the exit code. Raises :class:`InputError` before anything runs."""
+    cases = chosen_cases(options.level, options.scale, options.table)
+    path = options.baseline or stored.shipped()
+    before = stored.Baseline() if options.update and not path.exists() else stored.load(path)
+    for file in (options.junit, path if options.update else None):
+        _check_writable(file)
+    _check_folder(options.out)
+    trials = {case: case.trial() for case in cases}
+    pool = LocalPool(options.workers, options.threads)
+    records = run_all(list(trials.values()), options.out, pool, limit=LIMITS[options.level], quiet=options.quiet)
+    outcome = _outcome(options, trials, {c: records[t.key] for c, t in trials.items()}, before, path)
+    write_atomic(options.out / RESULT, json_text(outcome.to_dict()))
+    if options.junit is not None:
+        write_junit(options.junit, outcome)
+    if options.json:
+        print_json(outcome.to_dict())
+    elif not options.quiet:
+        print_text(lines_of(outcome))
+    return outcome.exit_code
+
+
+def _outcome(
+    options: RegressOptions,
+    trials: Mapping[Case, Trial],
+    records: Mapping[Case, Record],
+    before: stored.Baseline,
+    path: Path,
+) -> Outcome:
+    """Judge ``records``; the baseline is rewritten first if that is asked for."""
+    entries = before.entries
+    updated: tuple[str, ...] = ()
+    if options.update:
+        fresh = {
+            case.name: stored.entry_of(trials[case].run, record, _place(options, trials[case]))
+            for case, record in records.items()
+            if record.status == "completed"
+        }
+        updated = tuple(stored.difference(name, entries.get(name), new) for name, new in fresh.items())
+        after = stored.renewed(before, fresh)
+        stored.save(path, after)
+        entries = after.entries
+
+    def drift(case: Case) -> Drift:
+        trial = trials[case]
+        return drift_of(case, trial.run, records[case], _place(options, trial), entries.get(case.name))
+
+    rows = (row for c, t in trials.items() for row in table3_rows(c, t.run, records[c], options.limit_sd))
+    return Outcome(
+        level=options.level,
+        records=records,
+        rows=tuple(rows) if options.table in (3, None) else (),
+        costs=tuple(table4_rows(records)) if options.table in (4, None) else (),
+        drifts=tuple(drift(case) for case in trials),
+        baseline=path,
+        updated=updated,
+    )
+
+
+def _place(options: RegressOptions, trial: Trial) -> Path:
+    return options.out / "trials" / trial.key
+
+
+def _check_writable(file: Path | None) -> None:
+    """Refuse a file whose folder is not there before hours are spent."""
+    if file is not None and (file.is_dir() or not file.parent.is_dir()):
+        raise InputError(f"{file}: expected a file in a folder that is there")
+
+
+def _check_folder(folder: Path) -> None:
+    """Refuse a folder that holds something else."""
+    try:
+        names = [entry.name for entry in folder.iterdir()] if folder.exists() else []
+    except NotADirectoryError:
+        raise InputError(f"--out {folder}: is a file, expected a folder") from None
+    except OSError as error:
+        raise resource_error(folder, error) from error
+    if names and LEDGER not in names:
+        raise InputError(f"--out {folder}: holds {names[0]}, but no regression: choose a new folder")

@@ -1,0 +1,139 @@
+"""Drift: the code's numbers and curves now against its own stored ones, whatever the experiment says."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from knittest.config.run import Run, Scale
+from knittest.studies.regress.baseline import Entry, has_curve, points
+from knittest.studies.regress.cases import Case
+from knittest.studies.regress.judge import no_result
+from knittest.studies.trials.record import Record
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Change that a number may have over its stored value, a curve over its largest value, and a number of
+    :data:`BUCKLED` over its stored value.
+    """
+
+    number: float
+    curve: float
+    buckled: float
+
+
+#: one processor model gives the same bits; others and newer libraries round differently, which contact and breaking
+#: yarns enlarge
+LIMITS: dict[Scale, Limits] = {"macro": Limits(0.001, 0.002, 0.001), "meso": Limits(0.01, 0.02, 0.01)}
+#: sheets that buckle and fold enlarge it most: an unevenness changed by 2e-9 of itself (of yarns: the slack) moves a
+#: frame of shells by 0.15 %, its curve by 3.1 % and its buckles by 9.5 %, forming by 1.7, 0.8 and 3.9 %, a frame of
+#: yarns by 0.5, 1.0 and 0.8 % (two to four such runs each); twice that and more is allowed
+AMPLIFIED: dict[tuple[str, Scale], Limits] = {
+    ("picture-frame", "macro"): Limits(0.005, 0.06, 0.20),
+    ("picture-frame", "meso"): Limits(0.01, 0.03, 0.03),
+    ("forming", "macro"): Limits(0.04, 0.02, 0.10),
+}
+#: results that are nothing but the buckles
+BUCKLED = (
+    "material_shear_angle_sd_deg_at_40deg", "wrinkle_amplitude_mm_at_40deg", "max_wrinkle_height_mm",
+    "wrinkle_height_p95_mm", "rim_wave_height_mm",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Change:
+    """One number, or the point of the curve that changed most: as stored, now, and the change [-] it may have."""
+
+    what: str
+    stored: float
+    now: float
+    change: float
+    limit: float
+
+    @property
+    def passed(self) -> bool:
+        """Whether the change is within its limit; one that is no number is not."""
+        return abs(self.change) <= self.limit
+
+    def __str__(self) -> str:
+        return (
+            f"{self.what}: {self.stored:.6g} stored, {self.now:.6g} now ({100.0 * self.change:+.3g} %, "
+            f"limit {100.0 * self.limit:g} %)"
+        )
+
+
+@dataclass(frozen=True)
+class Drift:
+    """What changed of a case since ``entry``, None where the baseline has none; ``problem``: nothing to compare."""
+
+    case: Case
+    entry: Entry | None
+    changes: tuple[Change, ...] = ()
+    problem: str = ""
+
+    @property
+    def reasons(self) -> list[str]:
+        """What is out of tolerance."""
+        return [self.problem] if self.problem else [str(change) for change in self.changes if not change.passed]
+
+    @property
+    def passed(self) -> bool:
+        """Whether nothing is out of tolerance; a case without a stored entry is not judged."""
+        return not self.reasons
+
+    @property
+    def largest(self) -> Change | None:
+        """The change that uses most of its limit."""
+        return max(self.changes, key=_used, default=None)
+
+
+def drift_of(case: Case, run: Run, record: Record, folder: Path, entry: Entry | None) -> Drift:
+    """The drift of ``case`` that ran in ``folder``; raises :class:`InputError` when its curve is gone."""
+    if record.status != "completed":
+        return Drift(case, entry, problem=no_result(record))
+    if entry is None:
+        return Drift(case, None)
+    return Drift(case, entry, tuple(_changes(limits_of(case), run, record, folder, entry)))
+
+
+def limits_of(case: Case) -> Limits:
+    """Limits of the change of the numbers of ``case``."""
+    return AMPLIFIED.get((case.test, case.scale), LIMITS[case.scale])
+
+
+def _changes(limits: Limits, run: Run, record: Record, folder: Path, entry: Entry) -> Iterator[Change]:
+    elements = record.summary["cost"]["elements"]
+    yield Change("elements", entry.elements, elements, elements / entry.elements - 1.0, 0.0)
+    for name, stored in entry.results.items():
+        found = record.results.get(name)
+        now = math.nan if found is None else found
+        yield Change(name, stored, now, _relative(stored, now), limits.buckled if name in BUCKLED else limits.number)
+    if has_curve(run) and entry.curve is not None:
+        yield _curve_change(run, folder, entry, limits.curve)
+
+
+def _curve_change(run: Run, folder: Path, entry: Entry, limit: float) -> Change:
+    assert entry.curve is not None
+    stored = np.array(entry.curve.y)
+    now = np.interp(entry.curve.x, *points(run, folder))
+    share = (now - stored) / np.abs(stored).max()
+    worst = int(np.argmax(np.abs(share)))
+    what = f"curve, {entry.curve.y_name} at {entry.curve.x_name} {entry.curve.x[worst]:.4g}"
+    return Change(what, float(stored[worst]), float(now[worst]), float(share[worst]), limit)
+
+
+def _relative(stored: float, now: float) -> float:
+    if stored == 0.0:
+        return 0.0 if now == 0.0 else math.inf
+    return (now - stored) / abs(stored)
+
+
+def _used(change: Change) -> float:
+    if not math.isfinite(change.change):
+        return math.inf
+    if change.limit > 0.0:
+        return abs(change.change) / change.limit
+    return 0.0 if change.change == 0.0 else math.inf

@@ -1,0 +1,89 @@
+"""All that a regression found, and as plain data for ``--json`` and ``regress.json``."""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from knittest.base.errors import OutOfTolerance, ResourceError
+from knittest.experiment.row_kind import RowKind
+from knittest.export.provenance import cpu_model, git_commit
+from knittest.studies.regress.cases import Case, Level
+from knittest.studies.regress.cost import CostRow
+from knittest.studies.regress.drift import Change, Drift
+from knittest.studies.regress.judge import Row
+from knittest.studies.trials.record import Record
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Records of the runs, rows of both tables (none: not asked for), and drift against the file ``baseline``."""
+
+    level: Level
+    records: Mapping[Case, Record]
+    rows: tuple[Row, ...]
+    costs: tuple[CostRow, ...]
+    drifts: tuple[Drift, ...]
+    baseline: Path
+    updated: tuple[str, ...] = ()
+
+    @property
+    def failures(self) -> int:
+        """Rows and cases that do not pass."""
+        return sum(not row.passed for row in self.rows) + sum(not drift.passed for drift in self.drifts)
+
+    @property
+    def exit_code(self) -> int:
+        """0; 4 when a run found no room, which says nothing of the code; 5 when something does not pass."""
+        if any(record.status == "blocked" for record in self.records.values()):
+            return ResourceError.exit_code
+        return OutOfTolerance.exit_code if self.failures else 0
+
+    def tally(self, kind: RowKind) -> tuple[int, int]:
+        """How many rows of ``kind`` pass, and how many there are."""
+        rows = [row for row in self.rows if row.kind == kind]
+        return sum(row.passed for row in rows), len(rows)
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain data; its keys are a contract."""
+        return {
+            "passed": self.exit_code == 0,
+            "exit_code": self.exit_code,
+            "level": self.level,
+            "commit": git_commit(),
+            "cpu": cpu_model(),
+            "table3": [_row(row) for row in self.rows],
+            "table4": [asdict(row) for row in self.costs],
+            "drift": list(self._drift()),
+            "baseline": {"file": str(self.baseline), "updated": list(self.updated)},
+            "runs": [_run(case, record) for case, record in self.records.items()],
+        }
+
+    def _drift(self) -> Iterator[dict[str, Any]]:
+        for drift in self.drifts:
+            yield {
+                "run": drift.case.name,
+                "judged": drift.entry is not None or bool(drift.problem),
+                "passed": drift.passed,
+                "reasons": drift.reasons,
+                "changes": [asdict(change) for change in drift.changes],
+                "baseline_commit": drift.entry.commit if drift.entry else None,
+                "baseline_cpu": drift.entry.cpu if drift.entry else None,
+            }
+
+
+def _row(row: Row) -> dict[str, Any]:
+    data = asdict(row)
+    return {"run": row.case.name} | {k: v for k, v in data.items() if k != "case"} | {"passed": row.passed}
+
+
+def _run(case: Case, record: Record) -> dict[str, Any]:
+    return {**asdict(case), "run": case.name, "status": record.status, "reason": record.reason,
+            "seconds": record.seconds, "key": record.key}  # fmt: skip
+
+
+def largest_of(drifts: list[Drift]) -> Change | None:
+    """The change among ``drifts`` that is largest."""
+    changes = [change for drift in drifts for change in drift.changes]
+    return max(changes, key=lambda c: abs(c.change) if math.isfinite(c.change) else math.inf, default=None)

@@ -1,0 +1,110 @@
+"""A regression as text: Table 3 row by row, Table 4 beside ours, drift, and the verdict."""
+
+import math
+from collections.abc import Iterator
+
+from knittest.base.result_rows import LABELS
+from knittest.experiment.row_kind import RowKind
+from knittest.export.provenance import cpu_model
+from knittest.studies.regress.cost import CostRow
+from knittest.studies.regress.drift import AMPLIFIED, LIMITS, Drift
+from knittest.studies.regress.judge import Row
+from knittest.studies.regress.outcome import Outcome, largest_of
+
+HEAD3 = ("specimen", "scale", "preset", "quantity", "simulated", "experiment", "deviation", "kind", "passes", "verdict")
+HEAD4 = ("test", "scale", "elements, paper", "ours", "CPU h, paper", "ours", "")
+RIGHT3, RIGHT4 = (4, 5, 6), (2, 3, 4, 5)
+
+
+def lines_of(outcome: Outcome) -> Iterator[str]:
+    """The whole text."""
+    if outcome.rows:
+        yield "Table 3 of Pham et al. (2019), and F_R/F_N of Eq. 3: mean and sd of the experiment"
+        yield from _columns([HEAD3, *map(_row3, outcome.rows)], RIGHT3)
+        yield (
+            "predicted: no parameter was fitted to it or chosen with it in view; tuned: one was; input: given to the "
+            "model, which returns it; assumed: decided by what is assumed"
+        )
+        yield ""
+    if outcome.costs:
+        yield "Table 4, variant 1: different machines and, unless the preset is paper, another size of the model"
+        yield from _columns([HEAD4, *map(_row4, outcome.costs)], RIGHT4)
+        yield ""
+    yield from _drift_lines(outcome)
+    yield from _verdict(outcome)
+
+
+def _row3(row: Row) -> tuple[str, ...]:
+    label, form = LABELS.get(row.quantity, (row.quantity, "{:.4g}"))
+    experiment = _number(row.mean, form) + (f" ± {_number(row.sd, form)}" if math.isfinite(row.sd) else "")
+    share = 100.0 * (row.simulated / row.mean - 1.0)
+    deviation = f"{row.deviation_sd:+.2f} sd" if math.isfinite(row.deviation_sd) else f"{share:+.1f} %"
+    deviation = deviation if math.isfinite(share) else "-"
+    verdict = "pass" if row.passed else f"FAIL: {row.reason}"
+    case = row.case
+    return (
+        case.specimen, case.scale, case.preset, label, _number(row.simulated, form), experiment, deviation, row.kind,
+        row.rule, verdict,
+    )  # fmt: skip
+
+
+def _row4(row: CostRow) -> tuple[str, ...]:
+    numbers = (row.paper_elements, row.elements, row.paper_cpu_h, row.cpu_h)
+    forms = ("{:.0f}", "{:.0f}", "{:.4g}", "{:.2g}")
+    return (row.test, row.scale, *map(_number, numbers, forms), row.note)
+
+
+def _drift_lines(outcome: Outcome) -> Iterator[str]:
+    if outcome.updated:
+        yield f"baseline {outcome.baseline}: {len(outcome.updated)} runs written"
+        yield from (f"  {text}" for text in outcome.updated)
+    judged = [drift for drift in outcome.drifts if drift.entry is not None or drift.problem]
+    for scale, limits in LIMITS.items():
+        mine = [drift for drift in judged if drift.case.scale == scale]
+        if mine:
+            good = sum(drift.passed for drift in mine)
+            yield f"drift from the baseline, {scale}: {good} of {len(mine)} runs pass{_largest(mine)}"
+            number, curve = 100.0 * limits.number, 100.0 * limits.curve
+            yield f"  limits: {number:g} % of a number, {curve:g} % of a curve's largest value"
+            yield from _wider(mine)
+            yield from (f"  FAIL {drift.case.name}: {reason}" for drift in mine for reason in drift.reasons)
+    if any(drift.entry is not None and drift.entry.cpu != cpu_model() for drift in judged):
+        yield "  some of the baseline was written on another processor model, which rounds differently"
+    left = [drift.case.name for drift in outcome.drifts if drift not in judged]
+    if left:
+        yield f"not in the baseline, so not judged for drift: {', '.join(left)}"
+
+
+def _wider(drifts: list[Drift]) -> Iterator[str]:
+    """The tests with limits of their own."""
+    for test, scale in dict.fromkeys((drift.case.test, drift.case.scale) for drift in drifts):
+        if limits := AMPLIFIED.get((test, scale)):
+            number, curve, buckled = (100.0 * v for v in (limits.number, limits.curve, limits.buckled))
+            yield f"  {test}, which enlarges rounding: {number:g} %, {curve:g} %, of its buckles {buckled:g} %"
+
+
+def _largest(drifts: list[Drift]) -> str:
+    change = largest_of(drifts)
+    return f"; largest change {100.0 * abs(change.change):.2g} %, {change.what}" if change else ""
+
+
+def _verdict(outcome: Outcome) -> Iterator[str]:
+    kinds: tuple[RowKind, ...] = ("predicted", "tuned", "input", "assumed")
+    tallies = {kind: outcome.tally(kind) for kind in kinds}
+    counts = [f"{good} of {total} {kind}" for kind, (good, total) in tallies.items() if total]
+    said = f": rows that pass: {', '.join(counts)}" if counts else ""
+    yield ("PASS" if outcome.exit_code == 0 else "FAIL") + said
+
+
+def _number(value: float, form: str) -> str:
+    return form.format(value) if math.isfinite(value) else "-"
+
+
+def _columns(rows: list[tuple[str, ...]], right: tuple[int, ...]) -> list[str]:
+    """Rows as lines of aligned columns, those of ``right`` to the right."""
+    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+    return [
+        "  ".join(c.rjust(w) if k in right else c.ljust(w) for k, (c, w) in enumerate(zip(row, widths, strict=True)))
+        .rstrip()
+        for row in rows
+    ]  # fmt: skip

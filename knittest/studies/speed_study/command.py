@@ -1,0 +1,79 @@
+"""What ``knittest speed-study`` does: run each test at its speed and at half of it, write the table."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from knittest.base.atomic import write_atomic
+from knittest.base.errors import NumericalError
+from knittest.config.loading import resolve
+from knittest.config.run import Run
+from knittest.halving import LIMIT, Halving, halving
+from knittest.runs.show import print_text
+from knittest.studies.speed_study.table import Row, csv_text, markdown, rows_of
+from knittest.studies.trials.pool import LocalPool
+from knittest.studies.trials.record import Record
+from knittest.studies.trials.run_all import run_all
+from knittest.studies.trials.trial import Trial, trial_of
+
+CSV, MARKDOWN = "speed-study.csv", "speed-study.md"
+#: wall seconds that one run may take
+TIME_LIMIT = 14400.0
+TESTS = ("tensile", "picture-frame", "cantilever", "friction")
+SCALES = ("macro", "meso")
+
+
+@dataclass(frozen=True)
+class StudyOptions:
+    """What to run and where to; ``tests`` and ``scales`` may be any of :data:`TESTS` and :data:`SCALES`."""
+
+    out: Path
+    variant: str | None = None
+    fabric: Path | None = None
+    tests: Sequence[str] = TESTS
+    scales: Sequence[str] = SCALES
+    direction: str = "warp"
+    preset: str = "quick"
+    workers: int | None = None
+    threads: int | None = None
+    quiet: bool = False
+
+
+def study_command(options: StudyOptions) -> int:
+    """Run what is not finished in the folder, write CSV and Markdown there, print; returns the exit code.
+
+    Raises :class:`NumericalError` when a run gave no result.
+    """
+    studies = [halving(_run(options, test, scale)) for test in options.tests for scale in options.scales]
+    pairs = [tuple(trial_of(run, _label(run, study)) for run in (study.run, study.half)) for study in studies]
+    pool = LocalPool(options.workers, options.threads)
+    trials = [trial for pair in pairs for trial in pair]
+    records = run_all(trials, options.out, pool, limit=TIME_LIMIT, quiet=options.quiet)
+    rows: list[Row] = []
+    for study, pair in zip(studies, pairs, strict=True):
+        fast, slow = (_results(records[trial.key], trial) for trial in pair)
+        rows += rows_of(study, fast, slow)
+    lines = markdown(rows)
+    write_atomic(options.out / CSV, csv_text(rows, options.variant or str(options.fabric)))
+    write_atomic(options.out / MARKDOWN, "\n".join(lines) + "\n")
+    if not options.quiet:
+        moved = [row for row in rows if row.within is False]
+        print_text([*lines, f"{len(rows)} results, {len(moved)} of them move by {100.0 * LIMIT:g} % or more"])
+    return 0
+
+
+def _run(options: StudyOptions, test: str, scale: str) -> Run:
+    return resolve(
+        test=test, variant=options.variant, fabric=options.fabric, scale=scale, preset=options.preset,
+        direction=None if test == "picture-frame" else options.direction,
+    )  # fmt: skip
+
+
+def _label(run: Run, study: Halving) -> str:
+    return f"{run.rig.kind} {run.model.scale}" + (f", {study.setting} halved" if run is study.half else "")
+
+
+def _results(record: Record, trial: Trial) -> dict[str, float]:
+    if record.status != "completed":
+        raise NumericalError(f"{trial.label}: {record.status}: {record.reason}; no study without its result")
+    return record.results

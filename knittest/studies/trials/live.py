@@ -1,0 +1,159 @@
+"""What a batch shows while it runs: a live overview on a terminal, a line a run in a pipe, nothing when quiet."""
+
+import sys
+import threading
+import time
+from collections import Counter
+from collections.abc import Callable
+from types import TracebackType
+from typing import Protocol, Self, TextIO
+
+from knittest.base.progress import duration
+from knittest.base.result_rows import LABELS
+from knittest.studies.trials.record import Record
+from knittest.studies.trials.trial import Trial
+
+REFRESH_S, SHOWN = 0.2, 12
+STYLES = {"completed": "green", "refused": "yellow"}
+
+
+class _Display(Protocol):
+    def ended(self, text: str, record: Record) -> None: ...
+    def draw(self, head: str, running: list[str], share: float) -> None: ...
+    def close(self) -> None: ...
+
+
+class Overview:
+    """How a batch of ``total`` runs goes; a context manager, for any thread.
+
+    A closed stream silences it, never the batch.
+    """
+
+    def __init__(self, total: int, *, at_most: bool = False, quiet: bool = False, stream: TextIO | None = None) -> None:
+        """Show on ``stream`` (standard error); of ``at_most`` ``total`` runs nobody knows when they end."""
+        stream = stream or sys.stderr
+        self._total, self._known, self._done = total, 0, 0
+        self._at_most = at_most
+        self._counts: Counter[str] = Counter()
+        self._running: dict[str, tuple[str, float | None, float]] = {}  # label, share, when it began
+        self._began, self._drawn = time.monotonic(), 0.0
+        self._lock = threading.RLock()
+        self._display: _Display | None = None
+        if not quiet:
+            self._display = _Live(stream) if stream.isatty() else _Lines(stream)
+
+    def begin(self, known: int) -> None:
+        """The runs begin; ``known`` of them are finished from before."""
+        with self._lock:
+            self._known, self._began = known, time.monotonic()
+            self._draw()
+
+    def watch(self, trial: Trial, share: float | None) -> None:
+        """A trial began, or ``share`` of it is done; None: its kernels are compiled."""
+        with self._lock:
+            _, _, began = self._running.get(trial.key, ("", None, time.monotonic()))
+            self._running[trial.key] = (trial.label, share, began)
+            if time.monotonic() - self._drawn >= REFRESH_S:
+                self._draw()
+
+    def ended(self, trial: Trial, record: Record) -> None:
+        """A trial ended."""
+        with self._lock:
+            self._running.pop(record.key, None)
+            self._done += 1
+            self._counts[record.status] += 1
+            number = f"[{self._known + self._done}/{self._total}]"
+            self._show(lambda display: display.ended(f"{number} {trial.label}: {outcome(record)}", record))
+            self._draw()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        with self._lock:
+            self._show(lambda display: display.close())
+            self._display = None
+
+    def _draw(self) -> None:
+        now = self._drawn = time.monotonic()
+        left = self._total - self._known - self._done
+        spent = now - self._began
+        eta = f", ETA {duration(spent * left / self._done)}" if self._done and left and not self._at_most else ""
+        counts = ", ".join(f"{count} {status}" for status, count in self._counts.items())
+        known = f", {self._known} from before" if self._known else ""
+        of = " of at most " if self._at_most else "/"
+        head = (
+            f"{self._known + self._done}{of}{self._total} runs ({counts or 'none yet'}{known}), {duration(spent)}{eta}"
+        )
+        running = [_running(*state, now) for state in self._running.values()]
+        self._show(lambda display: display.draw(head, running, (self._known + self._done) / max(self._total, 1)))
+
+    def _show(self, act: Callable[[_Display], None]) -> None:
+        if self._display is None:
+            return
+        try:
+            act(self._display)
+        except (OSError, ValueError):  # a closed pipe, a closed file
+            self._display = None
+
+
+class _Lines:
+    """A line a run, for a pipe, a log or CI."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def ended(self, text: str, record: Record) -> None:
+        self._stream.write(text + "\n")
+        self._stream.flush()
+
+    def draw(self, head: str, running: list[str], share: float) -> None:
+        pass
+
+    def close(self) -> None:
+        pass
+
+
+class _Live:
+    """A bar, the runs under way, and above them those that did not complete; drawn by the calls only."""
+
+    def __init__(self, stream: TextIO) -> None:
+        from rich.console import Console
+        from rich.live import Live
+
+        self._console = Console(file=stream, highlight=False, markup=False)
+        self._live = Live(console=self._console, auto_refresh=False, transient=True)
+        self._live.start()
+
+    def ended(self, text: str, record: Record) -> None:
+        if record.status != "completed":
+            self._console.print(text, style=STYLES.get(record.status, "red"), soft_wrap=True)
+
+    def draw(self, head: str, running: list[str], share: float) -> None:
+        from rich.console import Group
+        from rich.padding import Padding
+        from rich.progress_bar import ProgressBar
+        from rich.text import Text
+
+        shown = running[:SHOWN] + ([f"... and {len(running) - SHOWN} more"] if len(running) > SHOWN else [])
+        lines = [Text(f"  {line}", overflow="ellipsis", no_wrap=True) for line in shown]
+        bar = Padding(ProgressBar(1.0, share, width=60), 0)  # on a line of its own
+        self._live.update(Group(Text(head), bar, *lines), refresh=True)
+
+    def close(self) -> None:
+        self._live.stop()
+
+
+def outcome(record: Record) -> str:
+    """Status, first results or reason, and seconds of a record in one line."""
+    numbers = [f"{LABELS.get(k, (k, '{:.4g}'))[0]} {v:.4g}" for k, v in list(record.results.items())[:2]]
+    again = f" (attempt {1 + len(record.earlier)})" if record.earlier else ""
+    said = ", ".join(numbers) or record.reason
+    return f"{record.status}{again}{f': {said}' if said else ''} ({record.seconds:.1f} s)"
+
+
+def _running(label: str, share: float | None, began: float, now: float) -> str:
+    state = "compiling kernels, once per installation" if share is None else f"{100.0 * share:3.0f} %"
+    return f"{state}  {duration(now - began)}  {label}"

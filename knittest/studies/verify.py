@@ -1,0 +1,211 @@
+"""Repeats a finished run at half its speed and on another mesh, side by side, and gives its results their error."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from knittest.base.atomic import write_atomic
+from knittest.base.errors import InputError, ResourceError
+from knittest.base.history import Quality
+from knittest.base.interrupts import Interrupted, Interrupts
+from knittest.base.result_rows import unfolded
+from knittest.config.run import Run
+from knittest.export.jsonfile import json_text
+from knittest.export.provenance import cores
+from knittest.halving import halving
+from knittest.laboratory.cantilever import at_the_plane
+from knittest.numerical_error import Repeat, numerical_errors
+from knittest.remeshing import remeshing
+from knittest.report_page.page import write_if_possible, write_report
+from knittest.runs.execute import Outcome
+from knittest.runs.options import RunOptions
+from knittest.studies.trials.ledger import PATTERN
+from knittest.studies.trials.live import Overview
+from knittest.studies.trials.pool import LocalPool
+from knittest.studies.trials.record import SETTLED, Record
+from knittest.studies.trials.runner import TRIALS, TrialRunner
+from knittest.studies.trials.trial import Trial, trial_of
+
+#: folder of the repeats in that of the run
+FOLDER = "verify"
+#: what tells that there are some, of a run that is completed itself
+REPEATS = f"{FOLDER}/{PATTERN}"
+#: wall seconds that a repeat may take: so many times those of the run, and never less than an hour
+PATIENCE, HOUR = 30.0, 3600.0
+#: ends of a repeat that stand: no other mesh fits, it would come to the same, or it takes too long
+ENDED = ("none", "timeout", *SETTLED)
+
+
+def unverified(folder: Path, run: Run) -> bool:
+    """Tell whether the completed ``run`` in ``folder`` is still to be verified; one that was refused is not."""
+    if not run.output.verify:
+        return False
+    summary = _summary(folder)
+    repeats = [r for r in summary.get("verification", {}).values() if isinstance(r, Mapping)]
+    done = repeats and all(repeat.get("status") in ENDED for repeat in repeats)
+    return not (summary["refused"] or done)
+
+
+def finished(run: Run, folder: Path) -> Outcome:
+    """The outcome of the completed ``run`` in ``folder``; raises :class:`InputError` where its summary is damaged."""
+    summary = _summary(folder)
+    quality, unknown = summary["quality"], float("nan")
+    gates = {name: quality.get(name, unknown) for name in Quality.__dataclass_fields__}
+    gates = {name: unknown if value is None else value for name, value in gates.items()}
+    reasons = {"failures": tuple(summary["refused"]), "warnings": tuple(summary["warnings"])}
+    return Outcome(run, folder, summary, Quality(**(gates | reasons)))
+
+
+def verified(outcome: Outcome, options: RunOptions, interrupts: Interrupts) -> Outcome:
+    """``outcome`` with its numerical errors, written to summary and page; as it is where its comparison is refused.
+
+    Repeats that are finished in the folder are not run again. Raises :class:`Interrupted` and :class:`ResourceError`
+    with the folder.
+    """
+    if outcome.quality.failures:
+        return outcome
+    repeats, notes = _repeats(outcome.run)
+    try:
+        records = _records(list(repeats.values()), outcome, options)
+        interrupts.check()
+        if _too_coarse(repeats, notes, records) and (finer := _finer(outcome.run)):
+            told = records[repeats["mesh"].key]
+            instead = f"{notes['mesh']['other_value']}: {told.status}: {told.reason}"
+            repeats["mesh"], notes["mesh"] = finer[0], finer[1] | {"instead_of": instead}
+            records |= _records([repeats["mesh"]], outcome, options)
+            interrupts.check()
+    except (Interrupted, ResourceError) as error:
+        error.folder = outcome.folder
+        raise
+    summary = dict(outcome.summary) | _judged(outcome, repeats, notes, records)
+    write_atomic(outcome.folder / "summary.json", json_text(summary))
+    if options.pictures:
+        write_if_possible(outcome.folder, write_report)
+    return replace(outcome, summary=json.loads(json_text(summary)))
+
+
+def first_alone(run: Run) -> Run:
+    """The first specimen of ``run`` as a run of its own that is not verified."""
+    update: dict[str, Any] = {"output": run.output.model_copy(update={"verify": False})}
+    if run.variability.specimens > 1:  # those of an ensemble are drawn at random
+        update["variability"] = run.variability.model_copy(update={"specimens": 1, "mode": "random"})
+    return run.model_copy(update=update)
+
+
+def _repeats(run: Run) -> tuple[dict[str, Trial], dict[str, dict[str, Any]]]:
+    """The repeats by name, those that there are, and what summary.json says of them."""
+    alone = first_alone(run)
+    half = halving(alone)
+    value, other = (f"{number:g} {half.unit}".removesuffix(" -") for number in (half.value, 0.5 * half.value))
+    trials = {"half_speed": trial_of(half.half, f"{_name(run)}, {half.setting} {other}")}
+    notes = {"half_speed": {"setting": half.setting, "value": value, "other_value": other}}
+    try:
+        trials["mesh"], notes["mesh"] = _mesh(run, finer=False)
+    except InputError as error:
+        notes["mesh"] = {"status": "none", "reason": str(error)}
+    return trials, notes
+
+
+def _mesh(run: Run, finer: bool) -> tuple[Trial, dict[str, Any]]:
+    """The repeat on another mesh, and what summary.json says of it; raises :class:`InputError` where none fits."""
+    mesh = remeshing(first_alone(run), finer)
+    return trial_of(mesh.other, f"{_name(run)}, {mesh.setting} {mesh.other_value}"), {
+        "setting": mesh.setting, "value": mesh.value, "other_value": mesh.other_value, "ratio": mesh.ratio,
+        "finer": mesh.finer,
+    }  # fmt: skip
+
+
+def _finer(run: Run) -> tuple[Trial, dict[str, Any]] | None:
+    try:
+        return _mesh(run, finer=True)
+    except InputError:  # none fits: what became of the coarser one stands
+        return None
+
+
+def _too_coarse(
+    trials: Mapping[str, Trial], notes: Mapping[str, Mapping[str, Any]], records: Mapping[str, Record]
+) -> bool:
+    """Tell whether a coarser mesh has no result of its own, and a finer one may take its place."""
+    if "mesh" not in trials or notes["mesh"]["finer"]:
+        return False
+    return records[trials["mesh"].key].status in ("refused", "failed")
+
+
+def _name(run: Run) -> str:
+    return " ".join(part for part in (run.rig.kind, run.direction) if part)
+
+
+def _records(trials: list[Trial], outcome: Outcome, options: RunOptions) -> dict[str, Record]:
+    """Run what is not finished, side by side where there are cores; records by key."""
+    threads = options.threads or cores()
+    workers = min(len(trials), threads)
+    pool = LocalPool(workers, max(threads // workers, 1))
+    limit = max(PATIENCE * float(outcome.summary["cost"]["wall_s"] or 0.0), HOUR)
+    by_key, records = {trial.key: trial for trial in trials}, {}
+    with (
+        Overview(len(trials), quiet=options.quiet) as view,
+        TrialRunner(outcome.folder / FOLDER, pool, limit=limit, watch=view.watch) as runner,
+    ):
+        known = runner.finished(trials)
+        view.begin(len(known))
+        for record in runner.run(trials):
+            records[record.key] = record
+            if record.key not in known:
+                view.ended(by_key[record.key], record)
+    return records
+
+
+def _judged(
+    outcome: Outcome, trials: Mapping[str, Trial], notes: Mapping[str, dict[str, Any]], records: Mapping[str, Record]
+) -> dict[str, Any]:
+    """Blocks ``numerical_error`` and ``verification`` of summary.json."""
+    values = {
+        k: v["values"][0] if isinstance(v, Mapping) else v for k, v in unfolded(outcome.summary["results"]).items()
+    }
+    told: dict[str, dict[str, Any]] = {name: dict(note) for name, note in notes.items()}
+    repeats = {name: Repeat({}, note.get("reason", "")) for name, note in notes.items()}
+    for name, trial in trials.items():
+        record = records[trial.key]
+        cost = record.summary.get("cost", {})
+        told[name] |= {
+            "status": record.status, "reason": record.reason, "folder": f"{FOLDER}/{TRIALS}/{trial.key}",
+            "wall_s": cost.get("wall_s"), "cpu_s": cost.get("cpu_s"),
+        }  # fmt: skip
+        at = f"{told[name]['setting']} {told[name]['other_value']}"
+        reason = "" if record.status == "completed" else f"{at}: {record.status}: {record.reason}"
+        repeats[name] = Repeat(record.results, reason)
+    mesh = told["mesh"]
+    errors = _errors(outcome.run, values, repeats, mesh)
+    return {"numerical_error": errors, "verification": {"specimen": 1, **told}}
+
+
+def _errors(
+    run: Run, values: Mapping[str, float | None], repeats: Mapping[str, Repeat], mesh: Mapping[str, Any]
+) -> dict[str, dict[str, Any]]:
+    """Numerical errors of ``values``; an overhang that was looked for is also off by how far its chord misses the
+    plane, and changes as it would with all chords in it.
+    """
+    exact = at_the_plane(run, values)
+    half, other = (
+        replace(repeats[name], results=at_the_plane(run, repeats[name].results)) for name in ("half_speed", "mesh")
+    )
+    errors = numerical_errors(exact, half, other, mesh.get("ratio", 2.0), mesh.get("finer", False))
+    for quantity, row in errors.items():
+        value, there = values[quantity], exact[quantity]
+        if row["error"] is not None and value is not None and there is not None:
+            row["error"] += abs(there - value)
+    return errors
+
+
+def _summary(folder: Path) -> dict[str, Any]:
+    path = folder / "summary.json"
+    try:
+        summary = json.loads(path.read_text(encoding="utf-8"))
+        missing = {"results", "quality", "cost", "refused", "warnings"} - set(summary)
+    except (OSError, ValueError, TypeError) as error:
+        raise InputError(f"{path}: not the summary of a completed run: {error}") from None
+    if missing:
+        raise InputError(f"{path}: not the summary of a completed run: no {', '.join(sorted(missing))}")
+    return dict(summary)
