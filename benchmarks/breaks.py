@@ -100,10 +100,10 @@ BREAKS = [
     Break(SHEAR + "a_table_loses_its_share_and_keeps_the_rest", "energy of the sticking spring forgotten",
           "kernels/shell_output.py", "+ 0.5 * friction * friction / stick", "+ 0.0 * friction"),
     Break(SHEAR + "the_frame_force_of_a_table_is_the_closed_form", "crosshead of the fabric's side, not the frame's",
-          "rigs/picture_frame.py", "q) / (sqrt(2.0) * self.side)", "q) / (sqrt(2.0) * self.fabric_side)"),
+          "laboratory/picture_frame/rig.py", "q) / (sqrt(2.0) * self.side)", "q) / (sqrt(2.0) * self.fabric_side)"),
     Break(SHEAR + "a_cycle_in_the_frame_is_a_loop_and_the_energies_balance", "loss of the shells not booked",
           "kernels/explicit.py", "tally.energy[p, 1] += rubbed", "tally.energy[p, 1] += 0.0 * rubbed"),
-    Break(SHEAR + "definitions_are_converted_on_input", "normalised force taken as it is", "trellis.py",
+    Break(SHEAR + "definitions_are_converted_on_input", "normalised force taken as it is", "materials/trellis.py",
           "else value * np.cos(angle)", "else value"),
 ]  # fmt: skip
 

@@ -37,29 +37,18 @@ from knittest.kernels.state import Tally
 from knittest.kernels.threading import best_threads, limited
 from knittest.kernels.tool_contact import tool_energies
 from knittest.materials.yarn_section import POISSON, Section
-from knittest.models.boundary import (
-    ALL,
-    Boundary,
-    Readings,
-    Table,
-    Tool,
-    constant,
-    cylinder,
-    new_tally,
-    plane,
-    plate,
-    ramp,
-    sampled,
-    take_readings,
-)
+from knittest.models.boundary import ALL, Boundary
 from knittest.models.chains import Chain, YarnContact, build_chains
 from knittest.models.explicit_model import ExplicitModel
 from knittest.models.fabric_model import FabricModel
 from knittest.models.inputs import chain_points, finite, quadrilaterals
 from knittest.models.natural_state import of_one_sign, turned_further
+from knittest.models.readings import Readings, new_tally, take_readings
 from knittest.models.sheet import build_sheet
 from knittest.models.sheet_tracker import SheetContact
 from knittest.models.surface import read_surface, surface
+from knittest.models.table import Table, constant, ramp
+from knittest.models.tool import Tool, cylinder, plane, plate, sampled
 from knittest.models.yarn_model import YarnModel
 from knittest.solve.relax import Relaxation, relax
 

@@ -41,7 +41,7 @@ def compare(run: Path, against: Path, out: Path | None, direction: str | None, *
 
     from knittest.experiment.compare import compare_columns
     from knittest.experiment.conditions import Conditions
-    from knittest.reports.against import draw_against, identity_of, own_curves
+    from knittest.laboratory.against import draw_against, identity_of, own_curves
     from knittest.runs.show import curve_line
 
     given, columns, manifest = _run_of(run)

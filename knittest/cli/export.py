@@ -29,10 +29,10 @@ def stl(out: Path, **chosen: Any) -> None:
     Example: knittest export stl --variant 1 --set rig.stamp.t.bar_length=140 --set rig.blank_holder_force=100
     """
     from knittest.base.stamp import Stamp, stamped
-    from knittest.export.tool_files import write_tools
-    from knittest.export.tools_picture import tools_picture
-    from knittest.laboratory.forming import tools_of
-    from knittest.reports.run_stamp import size_of
+    from knittest.laboratory.forming.test import tools_of
+    from knittest.laboratory.forming.tool_files import write_tools
+    from knittest.laboratory.forming.tools_picture import tools_picture
+    from knittest.laboratory.run_stamp import size_of
 
     (run,) = resolve_runs("forming", None, chosen)
     rig, thickness = run.rig, run.fabric.kernel("thickness")

@@ -14,7 +14,7 @@ from knittest.config.run import Run
 from knittest.experiment.curves import ReferenceCurve, load_curve
 from knittest.experiment.forces import per_width
 from knittest.kernels.shell_state import Laminate
-from knittest.materials.curve_reach import cut_curves, refuse_blunders
+from knittest.laboratory.curve_reach import cut_curves, refuse_blunders
 from knittest.materials.laminate import laminate
 from knittest.models.explicit_model import ExplicitModel
 from knittest.solve.rig import Rig

@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from knittest.advice import advised
 from knittest.base.history import Array, History, Quality, judged_rows
 from knittest.config.gates import LEAST_ROWS, NEAR, Gate, gates_of
 from knittest.config.run import Run
+from knittest.laboratory.advice import advised
 from knittest.laboratory.base import Prepared
 from knittest.laboratory.law_end import BeyondLaw, beyond_law
 from knittest.solve.state import SimulationCost

@@ -2,11 +2,11 @@
 
 from typing import Any
 
-from knittest.laboratory.cantilever import Cantilever
-from knittest.laboratory.forming import Forming
-from knittest.laboratory.friction import Friction
-from knittest.laboratory.picture_frame import PictureFrame
-from knittest.laboratory.tensile import Tensile
+from knittest.laboratory.cantilever.test import Cantilever
+from knittest.laboratory.forming.test import Forming
+from knittest.laboratory.friction.test import Friction
+from knittest.laboratory.picture_frame.test import PictureFrame
+from knittest.laboratory.tensile.test import Tensile
 
 TESTS: dict[str, Any] = {
     "tensile": Tensile(),

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from knittest.base.errors import InputError
 from knittest.base.reading import excerpt, read_regular
 from knittest.kernels.triangle_distance import crossings, far_distance, inherit, near_distance
-from knittest.models.boundary import Tool, sampled
+from knittest.models.tool import Tool, sampled
 from knittest.models.triangle_mesh import TriangleMesh
 
 Array = NDArray[np.float64]

@@ -12,9 +12,9 @@ from knittest.base.history import Array
 from knittest.experiment.curves import ReferenceCurve
 from knittest.export.curve_picture import EndPoint, Reference, draw_end_point, draw_reference
 from knittest.export.line_picture import Level
+from knittest.laboratory.report_base import CurveAxes
 from knittest.report_page.pictures import data_uri
 from knittest.report_page.wording import label
-from knittest.reports.base import CurveAxes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

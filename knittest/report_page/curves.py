@@ -8,11 +8,11 @@ from knittest.base.errors import InputError
 from knittest.experiment.conditions import EXACT
 from knittest.experiment.curves import FORCE, ReferenceCurve
 from knittest.export.curve_picture import EndPoint
+from knittest.laboratory.report_base import CurveAxes
 from knittest.report_page.blocks import Block, Picture, Section, Text
 from knittest.report_page.chart import Beside, Series, curve_chart
 from knittest.report_page.files import Columns
 from knittest.report_page.loading import LoadedRun
-from knittest.reports.base import CurveAxes
 
 
 def curve(run: LoadedRun) -> tuple[Section, bool]:

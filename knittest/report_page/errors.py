@@ -3,7 +3,7 @@
 import math
 
 from knittest.base.result_rows import LABELS, error_text
-from knittest.error_notes import error_notes
+from knittest.laboratory.error_notes import error_notes
 from knittest.report_page.blocks import Block, Cell, Table, Text
 from knittest.report_page.files import Number
 from knittest.report_page.loading import LoadedRun

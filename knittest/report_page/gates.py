@@ -6,10 +6,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from knittest.base.result_rows import unfolded
+from knittest.laboratory.report_base import Gate
 from knittest.report_page.blocks import Block, Cell, Section, Table, Text
 from knittest.report_page.files import LooserLimit, Number, Spread
 from knittest.report_page.loading import LoadedRun
-from knittest.reports.base import Gate
 
 _COST = {
     "wall_s": "time on the clock [s]",

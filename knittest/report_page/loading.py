@@ -8,9 +8,9 @@ from knittest.base.errors import InputError
 from knittest.config.loading import resolve
 from knittest.config.run import Run
 from knittest.config.yaml_loader import parse_document
+from knittest.laboratory.report_base import Report
+from knittest.laboratory.report_registry import REPORTS
 from knittest.report_page.files import Columns, Comparison, Manifest, Reader, Summary
-from knittest.reports.base import Report
-from knittest.reports.registry import REPORTS
 
 MAX_CONFIG = 1_000_000
 

@@ -7,8 +7,8 @@ import numpy as np
 from knittest.base.result_rows import LABELS
 from knittest.config.run import PictureFrameRun
 from knittest.experiment.simulated_studies import SpeedRow, friction_curves, speed_rows
-from knittest.halving import LIMIT, change
-from knittest.laboratory.picture_frame import fabric_side
+from knittest.laboratory.halving import LIMIT, change
+from knittest.laboratory.picture_frame.test import fabric_side
 from knittest.materials.trellis import crosshead_of_normalised
 from knittest.report_page.blocks import Block, Cell, Section, Table, Text
 from knittest.report_page.loading import LoadedRun

@@ -10,7 +10,8 @@ from knittest.config.run import Run
 from knittest.kernels.explicit import SCRATCH
 from knittest.kernels.options import PARTITIONS
 from knittest.kernels.threading import best_threads
-from knittest.models.boundary import Boundary, new_tally
+from knittest.models.boundary import Boundary
+from knittest.models.readings import new_tally
 from knittest.runs.specimen import prepare
 from knittest.solve.simulate import simulate
 from knittest.solve.warmup import warm

@@ -23,12 +23,12 @@ from knittest.export import vtu
 from knittest.export.folder import RunFolder
 from knittest.export.identity import cell_of, data_files
 from knittest.export.summary import ComparisonRow, build_summary, ensemble_results
+from knittest.laboratory.against import own_curves
 from knittest.laboratory.registry import TESTS
+from knittest.laboratory.report_base import References
+from knittest.laboratory.report_registry import REPORTS
+from knittest.laboratory.run_stamp import run_stamp
 from knittest.report_page.page import write_if_possible, write_report
-from knittest.reports.against import own_curves
-from knittest.reports.base import References
-from knittest.reports.registry import REPORTS
-from knittest.reports.run_stamp import run_stamp
 from knittest.runs.opening import Opened, Opener
 from knittest.runs.options import RunOptions
 from knittest.runs.specimen import run_specimen

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, Protocol, TextIO
 
 from knittest.base.history import Quality
 from knittest.base.result_rows import GIVEN, KINDS, UNRESOLVED, UNSCATTERED, result_rows
-from knittest.error_notes import error_notes
 from knittest.export.jsonfile import json_text
+from knittest.laboratory.error_notes import error_notes
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -2,7 +2,8 @@
 
 from typing import Protocol
 
-from knittest.models.boundary import Boundary, Readings
+from knittest.models.boundary import Boundary
+from knittest.models.readings import Readings
 
 
 class Rig(Protocol):

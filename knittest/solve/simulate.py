@@ -14,8 +14,9 @@ from knittest.kernels import monitor
 from knittest.kernels.explicit import SCRATCH
 from knittest.kernels.options import PARTITIONS
 from knittest.kernels.tool_contact import tool_energies
-from knittest.models.boundary import Boundary, Readings, new_tally, take_readings
+from knittest.models.boundary import Boundary
 from knittest.models.explicit_model import ExplicitModel, Stored
+from knittest.models.readings import Readings, new_tally, take_readings
 from knittest.solve.guards import check_balance, check_entities, check_motion
 from knittest.solve.relax import settle
 from knittest.solve.rig import Rig

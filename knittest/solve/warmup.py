@@ -19,10 +19,13 @@ from knittest.fabric.strip import YarnPath
 from knittest.fabric.variability import YarnDraws
 from knittest.kernels import CODE_FOLDER
 from knittest.materials.laminate import laminate
-from knittest.models.boundary import Boundary, Readings, plane, ramp
+from knittest.models.boundary import Boundary
 from knittest.models.explicit_model import ExplicitModel
 from knittest.models.macro import build_strip, self_contact
 from knittest.models.meso import build_meso
+from knittest.models.readings import Readings
+from knittest.models.table import ramp
+from knittest.models.tool import plane
 from knittest.solve.simulate import simulate
 from knittest.solve.threads import check_layer
 

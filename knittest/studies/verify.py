@@ -14,10 +14,10 @@ from knittest.base.result_rows import unfolded
 from knittest.config.run import Run
 from knittest.export.jsonfile import json_text
 from knittest.export.provenance import cores
-from knittest.halving import halving
-from knittest.laboratory.cantilever import at_the_plane
-from knittest.numerical_error import Repeat, numerical_errors
-from knittest.remeshing import remeshing
+from knittest.laboratory.cantilever.test import at_the_plane
+from knittest.laboratory.halving import halving
+from knittest.laboratory.numerical_error import Repeat, numerical_errors
+from knittest.laboratory.remeshing import remeshing
 from knittest.report_page.page import write_if_possible, write_report
 from knittest.runs.execute import Outcome
 from knittest.runs.options import RunOptions

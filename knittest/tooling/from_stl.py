@@ -10,8 +10,8 @@ from scipy.ndimage import map_coordinates
 from knittest.base.errors import InputError
 from knittest.base.resources import data_dir
 from knittest.config.tools import StlTool
-from knittest.models.boundary import Tool
 from knittest.models.surface import read_stl, surface
+from knittest.models.tool import Tool
 from knittest.models.triangle_mesh import TriangleMesh
 from knittest.tooling.mending import mended
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.kernels.tool_shapes import edge_distances
-from knittest.models.boundary import Tool, swept
+from knittest.models.tool import Tool, swept
 from knittest.models.triangle_mesh import TriangleMesh
 from knittest.tooling.outline import Outline
 from knittest.tooling.solids import cap, wall

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from knittest.base.errors import InputError
 from knittest.config.base import BoundsError
 from knittest.config.tools import FLAT, Die, Holder, Opening, Stamp, StlTool, check_fit, opening_offset
-from knittest.models.boundary import Tool
+from knittest.models.tool import Tool
 from knittest.models.triangle_mesh import TriangleMesh
 from knittest.tooling.from_stl import Placement, sampled_distance, stl_body, stl_tool
 from knittest.tooling.outline import rectangle

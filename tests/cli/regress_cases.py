@@ -4,7 +4,7 @@ import numpy as np
 
 from knittest.base.resources import data_dir
 from knittest.experiment.tables import published
-from knittest.reports.registry import REPORTS
+from knittest.laboratory.report_registry import REPORTS
 from knittest.studies.regress.cases import QUANTITIES
 from knittest.studies.trials.record import Record
 

@@ -8,7 +8,7 @@ from knittest.base.errors import InputError
 from knittest.cli.main import run as knittest
 from knittest.config.loading import resolve
 from knittest.export.identity import data_files
-from knittest.laboratory.forming import tools_of
+from knittest.laboratory.forming.test import tools_of
 from knittest.models.surface import read_stl
 
 CONFIG = """

@@ -10,7 +10,7 @@ from knittest.base.errors import InputError
 from knittest.cli.main import run
 from knittest.config.fabric import YarnLaw
 from knittest.config.loading import resolve
-from knittest.laboratory.shell_cantilever import mount_shells
+from knittest.laboratory.cantilever.shells import mount_shells
 from knittest.materials.yarn_section import section
 from knittest.solve.threads import check_layer
 

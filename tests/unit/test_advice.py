@@ -5,10 +5,10 @@ import re
 import numpy as np
 import pytest
 
-from knittest.advice import AIM, advised
 from knittest.base.rounding import rounded_down
 from knittest.config.loading import resolve
 from knittest.config.run import Run
+from knittest.laboratory.advice import AIM, advised
 from knittest.models.chains import longest_step
 
 

@@ -9,10 +9,10 @@ from report_sample import write_run
 
 from knittest.base.interrupts import Interrupts
 from knittest.config.loading import resolve
-from knittest.laboratory.cantilever import at_the_plane, strip_stiffness
+from knittest.laboratory.cantilever.test import at_the_plane, strip_stiffness
+from knittest.laboratory.numerical_error import mesh_factor
+from knittest.laboratory.report_registry import REPORTS
 from knittest.materials.heavy_elastica import chord_angle, overhang_ratio, stiffness_of
-from knittest.numerical_error import mesh_factor
-from knittest.reports.registry import REPORTS
 from knittest.runs.options import RunOptions
 from knittest.studies import verify
 from knittest.studies.trials.record import Record

@@ -15,12 +15,12 @@ from knittest.experiment.curves import load_curve
 from knittest.experiment.forces import for_width, normalised, per_width
 from knittest.experiment.lab_csv import read_lab
 from knittest.experiment.tables import published
+from knittest.laboratory.against import own_curves
 from knittest.laboratory.base import fabric_laminate, tension_curve
-from knittest.laboratory.cantilever import strip_stiffness
-from knittest.laboratory.yarn_forces import strengths
+from knittest.laboratory.cantilever.test import strip_stiffness
+from knittest.laboratory.forming.yarn_forces import strengths
+from knittest.laboratory.report_registry import REPORTS
 from knittest.materials.trellis import crosshead_force
-from knittest.reports.against import own_curves
-from knittest.reports.registry import REPORTS
 
 HEAD = "variant,direction,quantity,mean,sd,n,unit,table\n"
 STRAIN = np.linspace(0.0, 1.6, 81)

@@ -18,7 +18,7 @@ from knittest.experiment.lab_csv import Specimen
 from knittest.experiment.lab_frame import Sheared
 from knittest.experiment.lab_frame_report import write_frames
 from knittest.experiment.lab_report import write_import
-from knittest.reports.against import own_curves
+from knittest.laboratory.against import own_curves
 
 SHARE = np.linspace(0.0, 1.0, 60)
 ENDS = (1.5, 1.56, 1.62)

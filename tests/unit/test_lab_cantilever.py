@@ -21,7 +21,7 @@ from knittest.experiment.lab_cantilever import (
 from knittest.experiment.lab_given import Given
 from knittest.experiment.row_kind import row_kind
 from knittest.experiment.tables import published
-from knittest.laboratory.cantilever import given_overhang, strip_stiffness
+from knittest.laboratory.cantilever.test import given_overhang, strip_stiffness
 from knittest.materials.heavy_elastica import chord_angle
 from knittest.runs.execute import references_of
 from knittest.runs.preflight.of_tests import test_counterparts as of_tests

@@ -16,8 +16,8 @@ from knittest.experiment.lab_frame_report import frame_lines, frame_series, shea
 from knittest.experiment.lab_given import Given
 from knittest.experiment.tables import published
 from knittest.laboratory.registry import TESTS
+from knittest.laboratory.report_registry import REPORTS
 from knittest.materials.trellis import DEFINITIONS, crosshead, crosshead_force
-from knittest.reports.registry import REPORTS
 
 FRAME, FABRIC = 200.0, 160.0
 STIFFNESS = 0.1  # S = STIFFNESS gamma [N/mm]

@@ -17,8 +17,8 @@ from knittest.experiment.lab_friction import (
 )
 from knittest.experiment.lab_given import Given
 from knittest.experiment.tables import published
-from knittest.reports.registry import REPORTS
-from knittest.rigs import friction as rig
+from knittest.laboratory.friction import rig
+from knittest.laboratory.report_registry import REPORTS
 
 HEAD = "Normalkraft;2,0;kN\nPlattenlänge;150;mm\nPlattenbreite;50;mm\n"
 

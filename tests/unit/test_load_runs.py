@@ -2,13 +2,15 @@
 
 import numpy as np
 import pytest
+from knittest.models.readings import new_tally
+from knittest.models.table import constant
 
 from knittest.config.loading import resolve
 from knittest.kernels.loads import apply_loads, book_loads
 from knittest.kernels.options import PARTITIONS
 from knittest.kernels.tables import read_tables
 from knittest.laboratory.base import fabric_laminate
-from knittest.models.boundary import Boundary, constant, new_tally
+from knittest.models.boundary import Boundary
 from knittest.models.macro import rectangle
 from knittest.models.sheet import build_sheet
 

@@ -11,7 +11,7 @@ from knittest.cli.main import run
 from knittest.config.loading import resolve
 from knittest.experiment.row_kind import quantities
 from knittest.laboratory.base import cut_curve_warnings, fabric_laminate, tension_curves
-from knittest.materials.curve_reach import reaches
+from knittest.laboratory.curve_reach import reaches
 from knittest.runs import specimen
 
 STRAIN = {"warp": 2.31, "weft": 1.9}

@@ -9,9 +9,9 @@ from knittest.base.errors import InputError
 from knittest.config.loading import resolve
 from knittest.config.presets import PRESETS
 from knittest.config.run import RUNS
-from knittest.halving import DIAGNOSTIC
-from knittest.numerical_error import Repeat, mesh_factor, numerical_errors
-from knittest.remeshing import SHELLS, YARNS, remeshing, sides
+from knittest.laboratory.halving import DIAGNOSTIC
+from knittest.laboratory.numerical_error import Repeat, mesh_factor, numerical_errors
+from knittest.laboratory.remeshing import SHELLS, YARNS, remeshing, sides
 
 EXACT, INERTIA, COARSENESS = 100.0, 2.0, 0.5
 

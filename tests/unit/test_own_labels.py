@@ -9,8 +9,8 @@ from report_sample import write_run
 from knittest.cli.main import run as command
 from knittest.config.loading import resolve
 from knittest.experiment.curves import ReferenceCurve
+from knittest.laboratory.report_registry import REPORTS
 from knittest.report_page.page import write_report, write_reports
-from knittest.reports.registry import REPORTS
 
 TABLE = """variant,direction,quantity,mean,sd,n,unit,table
 mine,,strip_width_mm,100,,,mm,strips of mine

@@ -18,12 +18,12 @@ from knittest.experiment.lab_frame_report import write_frames
 from knittest.experiment.lab_friction import read_friction, write_friction
 from knittest.experiment.lab_given import Given
 from knittest.experiment.row_kind import assumed_inputs, row_kind
+from knittest.laboratory.picture_frame.report import NORMALISED_LABEL
 from knittest.laboratory.registry import TESTS
+from knittest.laboratory.report_base import scatter
 from knittest.materials.trellis import NORMALISED, crosshead_force
 from knittest.report_page.curves import curve as page_curve
 from knittest.report_page.loading import load_run
-from knittest.reports.base import scatter
-from knittest.reports.picture_frame import NORMALISED_LABEL
 from knittest.runs.execute import references_of
 
 OUT = Path("data/mine")

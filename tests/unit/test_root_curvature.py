@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from knittest.laboratory.mounting import Mounting
+from knittest.laboratory.cantilever.mounting import Mounting
 from knittest.materials.heavy_elastica import heavy_elastica
 
 OVERHANG, WEIGHT = 171.0, 4.6e-4

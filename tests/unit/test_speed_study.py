@@ -10,7 +10,7 @@ from knittest.base.errors import NumericalError
 from knittest.config.loading import resolve
 from knittest.experiment import simulated_studies
 from knittest.experiment.simulated_studies import speed_rows
-from knittest.halving import change, halving
+from knittest.laboratory.halving import change, halving
 from knittest.studies.speed_study import command
 from knittest.studies.speed_study.command import CSV, MARKDOWN, StudyOptions, study_command
 from knittest.studies.speed_study.table import csv_text, markdown, rows_of

@@ -15,7 +15,7 @@ from knittest.base.errors import InputError, ResourceError
 from knittest.base.interrupts import Interrupts
 from knittest.base.result_rows import UNRESOLVED, result_rows, verdict_of
 from knittest.config.loading import resolve
-from knittest.error_notes import NOT_ESTIMATED, UNFINISHED, error_notes
+from knittest.laboratory.error_notes import NOT_ESTIMATED, UNFINISHED, error_notes
 from knittest.report_page.page import write_report
 from knittest.runs.options import RunOptions
 from knittest.runs.show import error_lines, results_table

@@ -1,10 +1,10 @@
 """The numerical error of a strip whose shape is known: it covers what the shells are off, and not much more."""
 
 from knittest.config.loading import resolve
-from knittest.halving import halving
+from knittest.laboratory.halving import halving
+from knittest.laboratory.numerical_error import Repeat, numerical_errors
+from knittest.laboratory.remeshing import remeshing
 from knittest.materials.heavy_elastica import chord_angle
-from knittest.numerical_error import Repeat, numerical_errors
-from knittest.remeshing import remeshing
 from knittest.runs.specimen import run_specimen
 
 

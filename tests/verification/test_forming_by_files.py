@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from knittest.config.loading import resolve
-from knittest.export.tool_files import write_tools
-from knittest.laboratory.forming import tools_of
+from knittest.laboratory.forming.test import tools_of
+from knittest.laboratory.forming.tool_files import write_tools
 from knittest.models.triangle_mesh import TriangleMesh
 from knittest.runs.specimen import run_specimen
 

@@ -4,14 +4,14 @@ from math import cos, pi, radians, sin, tan
 
 import numpy as np
 import pytest
+from knittest.models.tool import Tool, _tool_arrays
 from matplotlib.image import imread
 from pydantic import ValidationError
 
 from knittest.base.errors import InputError
 from knittest.config.tools import Die, DomeStamp, Holder, Stamp, TStamp
-from knittest.export.tools_picture import tools_picture
 from knittest.kernels.tool_shapes import least_distances, tool_distance, tool_frame
-from knittest.models.boundary import Tool, _tool_arrays
+from knittest.laboratory.forming.tools_picture import tools_picture
 from knittest.tooling.shapes import stamp_outline
 from knittest.tooling.toolset import ToolSet, build_tools
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from knittest.config.loading import resolve
-from knittest.laboratory.friction import map_cell
-from knittest.laboratory.pressure import pressure_map
+from knittest.laboratory.friction.pressure import pressure_map
+from knittest.laboratory.friction.test import map_cell
 from knittest.runs.specimen import run_specimen
 
 #: a small piece under a twentieth of the force: the fall of the plate is 5 % of all work (0.1 % with the strip of the

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from knittest.config.loading import resolve
-from knittest.laboratory.picture_frame import material_scatter
+from knittest.laboratory.picture_frame.test import material_scatter
 from knittest.materials.heavy_elastica import heavy_elastica
 from knittest.runs.specimen import prepare, run_specimen
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from knittest.config.loading import resolve
-from knittest.laboratory import yarn_cantilever
-from knittest.laboratory.sections import Sections
+from knittest.laboratory.cantilever import yarns as yarn_cantilever
+from knittest.laboratory.cantilever.sections import Sections
 from knittest.runs.specimen import run_specimen
 
 LENGTH = 160.0

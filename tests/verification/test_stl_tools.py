@@ -9,7 +9,7 @@ import pytest
 
 from knittest.base.errors import InputError
 from knittest.config.tools import Die, Holder, Stamp, StlTool
-from knittest.export.tool_files import write_tools
+from knittest.laboratory.forming.tool_files import write_tools
 from knittest.models.surface import surface
 from knittest.models.triangle_mesh import TriangleMesh
 from knittest.tooling.toolset import ToolSet, build_tools

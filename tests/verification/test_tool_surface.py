@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from knittest.models.tool import Tool, _tool_arrays
 from scipy.spatial import ConvexHull
 
 from knittest.base.errors import InputError
 from knittest.kernels.tool_shapes import tool_distance
-from knittest.models.boundary import Tool, _tool_arrays
 from knittest.models.surface import read_surface, surface
 
 BOX = np.array([[x, y, z] for x in (0.0, 10.0) for y in (0.0, 8.0) for z in (0.0, 6.0)])

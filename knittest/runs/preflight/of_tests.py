@@ -11,7 +11,7 @@ from knittest.config.base import Quantity
 from knittest.config.fabric import Direction, Fabric
 from knittest.experiment.tables import PublishedValue, for_width, published
 from knittest.laboratory.base import tension_curve
-from knittest.materials.curve_reach import MARGIN, reaches
+from knittest.laboratory.curve_reach import MARGIN, reaches
 from knittest.runs.preflight.counterpart import Counterpart, of_quantity
 
 DIRECTIONS: tuple[Direction, Direction] = ("warp", "weft")

@@ -1,7 +1,7 @@
 """Judges whether the speed of a run matters."""
 
 from knittest.config.run import Run
-from knittest.halving import CONVERGED, LIMIT, changes, halving
+from knittest.laboratory.halving import CONVERGED, LIMIT, changes, halving
 from knittest.runs.specimen import run_specimen
 
 

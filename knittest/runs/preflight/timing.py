@@ -9,7 +9,8 @@ import numba
 from knittest.config.run import Run
 from knittest.kernels.threading import limited
 from knittest.laboratory.base import Prepared
-from knittest.models.boundary import Boundary, Readings
+from knittest.models.boundary import Boundary
+from knittest.models.readings import Readings
 from knittest.runs.specimen import threads_for
 from knittest.solve.rig import Rig
 from knittest.solve.simulate import simulate

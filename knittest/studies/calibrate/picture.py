@@ -9,7 +9,7 @@ import numpy as np
 from knittest.base.figure import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY, dress, new_figure, save
 from knittest.base.result_rows import LABELS
 from knittest.base.stamp import Stamp, stamped
-from knittest.reports.run_stamp import size_of
+from knittest.laboratory.run_stamp import size_of
 from knittest.studies.calibrate.outcome import Outcome, largest_deviations
 from knittest.studies.calibrate.targets import Number
 

@@ -10,7 +10,7 @@ from knittest.config.run import Run, Scale
 from knittest.experiment.compare import compare_results
 from knittest.experiment.row_kind import RowKind, row_kind
 from knittest.experiment.tables import PublishedValue, published
-from knittest.reports.registry import REPORTS
+from knittest.laboratory.report_registry import REPORTS
 from knittest.studies.regress.cases import QUANTITIES, Case
 from knittest.studies.trials.record import Record
 

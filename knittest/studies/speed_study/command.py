@@ -8,7 +8,7 @@ from knittest.base.atomic import write_atomic
 from knittest.base.errors import NumericalError
 from knittest.config.loading import resolve
 from knittest.config.run import Run
-from knittest.halving import LIMIT, Halving, halving
+from knittest.laboratory.halving import LIMIT, Halving, halving
 from knittest.runs.show import print_text
 from knittest.studies.speed_study.table import Row, csv_text, markdown, rows_of
 from knittest.studies.trials.pool import LocalPool

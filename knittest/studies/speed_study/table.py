@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from knittest import __version__
 from knittest.base.result_rows import LABELS
-from knittest.halving import DIAGNOSTIC, LIMIT, Halving, change
+from knittest.laboratory.halving import DIAGNOSTIC, LIMIT, Halving, change
 
 COLUMNS = (
     "test", "scale", "variant", "direction", "preset", "setting", "unit", "value", "quantity", "result", "result_half",

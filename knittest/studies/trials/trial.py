@@ -14,8 +14,8 @@ from knittest.export.provenance import sha256_files
 
 #: sources that show, schedule or judge runs; a change of any other one makes all trials new
 AROUND = (
-    "cli", "studies", "report_page", "base/progress.py", "runs/show.py", "error_notes.py", "numerical_error.py",
-    "remeshing.py",
+    "cli", "studies", "report_page", "base/progress.py", "runs/show.py", "laboratory/error_notes.py",
+    "laboratory/numerical_error.py", "laboratory/remeshing.py",
 )  # fmt: skip
 KEY_DIGITS = 16
 

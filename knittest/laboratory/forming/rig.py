@@ -9,7 +9,10 @@ from numpy.typing import NDArray
 
 from knittest.config.run import FormingRun
 from knittest.kernels.tool_contact import FREE
-from knittest.models.boundary import Boundary, Readings, Table, Tool, plane, ramp
+from knittest.models.boundary import Boundary
+from knittest.models.readings import Readings
+from knittest.models.table import Table, ramp
+from knittest.models.tool import Tool, plane
 from knittest.tooling.toolset import ToolSet
 
 Array = NDArray[np.float64]

@@ -1,6 +1,6 @@
 """What the reports share."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Protocol
@@ -8,7 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from knittest.base.errors import InputError
-from knittest.base.history import Specimen
+from knittest.base.history import History, Specimen
 from knittest.config.gates import gates_of
 from knittest.config.run import Run
 from knittest.experiment.curves import ReferenceCurve
@@ -16,7 +16,7 @@ from knittest.experiment.forces import noted
 from knittest.experiment.tables import PublishedValue
 from knittest.export import energy_picture
 from knittest.export.line_picture import Band, Level
-from knittest.laboratory.registry import TESTS
+from knittest.laboratory.judging import Span
 
 Columns = dict[str, np.ndarray]
 
@@ -165,11 +165,11 @@ def scatter(curves: Sequence[ReferenceCurve]) -> list[Band]:
     return [Band(c.x, c.mean - c.sd, c.mean + c.sd, f"{c.source}, ± sd") for c in curves if c.sd is not None]
 
 
-def draw_energies(run: Run, specimens: list[Specimen], folder: Path) -> None:
-    """energies.png of the first specimen, with the limits of the gates."""
+def draw_energies(run: Run, specimens: list[Specimen], folder: Path, span: Callable[[History], Span]) -> None:
+    """energies.png of the first specimen, with the limits of the gates and the ``span`` of the run that is judged."""
     history = specimens[0].history
     energy_picture.energy_picture(
         folder / "energies.png", history, title=title_of(run),
         kinetic_limit=0.01 * run.solver.max_kinetic_ratio, energy_limit=0.01 * run.solver.max_energy_error,
-        rows=TESTS[run.rig.kind].span(history).rows(history),
+        rows=span(history).rows(history),
     )  # fmt: skip

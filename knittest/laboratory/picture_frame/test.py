@@ -13,15 +13,15 @@ from knittest.base.history import Frame, History, Mesh, Quality
 from knittest.config.run import PictureFrameRun
 from knittest.laboratory.base import Phase, Prepared, Update, fabric_laminate, shear_curve
 from knittest.laboratory.judging import Span, assess
+from knittest.laboratory.picture_frame.rig import ANGLES, PictureFrameTest
+from knittest.laboratory.picture_frame.wrinkles import measure_wrinkles
 from knittest.laboratory.shear_angles import AngleScatter, angle_scatter, crossing_angles, shell_angles
 from knittest.laboratory.strips import cut
-from knittest.laboratory.wrinkles import measure_wrinkles
 from knittest.materials.shear import last_angle
 from knittest.materials.trellis import NORMALISED
 from knittest.models.macro import self_contact
 from knittest.models.meso import build_meso
 from knittest.models.sheet import build_sheet
-from knittest.rigs.picture_frame import ANGLES, PictureFrameTest
 from knittest.solve.simulate import simulate
 from knittest.solve.state import Keeper, SimulationCost
 

@@ -4,7 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.config.run import TensileRun
-from knittest.models.boundary import ALL, Boundary, Readings, ramp
+from knittest.models.boundary import ALL, Boundary
+from knittest.models.readings import Readings
+from knittest.models.table import ramp
 
 Array = NDArray[np.float64]
 

@@ -7,10 +7,10 @@ from knittest.config.run import TensileRun
 from knittest.laboratory.base import Phase, Prepared, Update, fabric_laminate
 from knittest.laboratory.judging import Span, assess
 from knittest.laboratory.strips import AXIS, cut, pitch, yarns_across
-from knittest.measure import tensile_results
+from knittest.laboratory.tensile.peak import tensile_results
+from knittest.laboratory.tensile.rig import TensileTest
 from knittest.models.macro import build_strip, self_contact
 from knittest.models.meso import build_meso
-from knittest.rigs.tensile import TensileTest
 from knittest.solve.simulate import simulate
 from knittest.solve.state import Keeper, SimulationCost
 

@@ -11,20 +11,20 @@ from knittest.base.history import Frame, History, Mesh, Quality
 from knittest.config.rigs import FormingRig
 from knittest.config.run import FormingRun
 from knittest.laboratory.base import Phase, Prepared, Update, fabric_laminate
-from knittest.laboratory.draw_in import draw_in
-from knittest.laboratory.formed import Formed, formed
+from knittest.laboratory.forming.draw_in import draw_in
+from knittest.laboratory.forming.formed import Formed, formed
+from knittest.laboratory.forming.layer_order import out_of_order
+from knittest.laboratory.forming.rig import FormingTest
+from knittest.laboratory.forming.rim_waves import rim_waves
+from knittest.laboratory.forming.yarn_forces import DIRECTIONS, yarn_forces
 from knittest.laboratory.judging import Span, assess
-from knittest.laboratory.layer_order import out_of_order
-from knittest.laboratory.mounting import weights
-from knittest.laboratory.rim_waves import rim_waves
 from knittest.laboratory.shear_angles import crossing_angles, shell_angles
 from knittest.laboratory.strips import cut
-from knittest.laboratory.yarn_forces import DIRECTIONS, yarn_forces
+from knittest.laboratory.weights import weights
 from knittest.materials.laminate import softened_at_most
 from knittest.models.macro import rectangle, self_contact
 from knittest.models.meso import build_meso
 from knittest.models.sheet import build_sheet
-from knittest.rigs.forming import FormingTest
 from knittest.solve.simulate import simulate
 from knittest.solve.state import Keeper, SimulationCost
 from knittest.tooling.shapes import stamp_outline

@@ -69,7 +69,7 @@ def sides(run: Run) -> tuple[float, float]:
     if isinstance(rig, PictureFrameRig):
         return rig.side, rig.side
     if isinstance(rig, CantileverRig):
-        from knittest.laboratory.cantilever import given_overhang
+        from knittest.laboratory.cantilever.test import given_overhang
 
         return given_overhang(run), rig.width  # type: ignore[arg-type]
     return rig.length if isinstance(rig, FrictionRig) else rig.gauge_length, rig.width

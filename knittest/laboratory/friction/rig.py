@@ -8,7 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.config.run import FrictionRun
-from knittest.models.boundary import Boundary, Readings, Table, plate, ramp
+from knittest.models.boundary import Boundary
+from knittest.models.readings import Readings
+from knittest.models.table import Table, ramp
+from knittest.models.tool import plate
 
 Array = NDArray[np.float64]
 

@@ -15,10 +15,10 @@ from knittest.experiment.conditions import UNKNOWN, Conditions
 from knittest.experiment.curves import ReferenceCurve, load_curve, located
 from knittest.experiment.forces import noted
 from knittest.export.line_picture import Band, Line, line_picture
-from knittest.reports.base import title_of
-from knittest.reports.given_data import given_as
-from knittest.reports.registry import REPORTS
-from knittest.reports.run_stamp import run_stamp
+from knittest.laboratory.given_data import given_as
+from knittest.laboratory.report_base import title_of
+from knittest.laboratory.report_registry import REPORTS
+from knittest.laboratory.run_stamp import run_stamp
 
 #: characters of a line in the legend
 LEGEND = 105

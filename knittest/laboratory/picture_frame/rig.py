@@ -18,7 +18,9 @@ from numpy.typing import NDArray
 
 from knittest.config.run import PictureFrameRun
 from knittest.materials.trellis import crosshead, normalised_force
-from knittest.models.boundary import Boundary, Readings, Table, ramp
+from knittest.models.boundary import Boundary
+from knittest.models.readings import Readings
+from knittest.models.table import Table, ramp
 
 Array = NDArray[np.float64]
 

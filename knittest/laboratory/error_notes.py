@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from knittest.numerical_error import NO_NUMBER
+from knittest.laboratory.numerical_error import NO_NUMBER
 
 #: what a run that was not repeated says
 NOT_ESTIMATED = "numerical error: not estimated (--verify)"

@@ -19,11 +19,17 @@ from knittest.export.faces_picture import faces_picture
 from knittest.export.line_picture import Band, Level, Line, line_picture
 from knittest.export.map_picture import height_picture
 from knittest.export.shear_picture import shear_picture
-from knittest.laboratory.picture_frame import MAPPED, fabric_side, frame_at, material_angles, material_scatter
-from knittest.laboratory.shear_angles import angle_table, crossing_angles
-from knittest.laboratory.wrinkles import measure_wrinkles
-from knittest.materials.trellis import NORMALISED, crosshead_of_normalised
-from knittest.reports.base import (
+from knittest.laboratory.imported import imported_corridor
+from knittest.laboratory.picture_frame.test import (
+    MAPPED,
+    PictureFrame,
+    fabric_side,
+    frame_at,
+    material_angles,
+    material_scatter,
+)
+from knittest.laboratory.picture_frame.wrinkles import measure_wrinkles
+from knittest.laboratory.report_base import (
     Columns,
     CurveAxes,
     Gate,
@@ -34,13 +40,14 @@ from knittest.reports.base import (
     scatter,
     title_of,
 )
-from knittest.reports.imported import imported_corridor
+from knittest.laboratory.shear_angles import angle_table, crossing_angles
+from knittest.materials.trellis import NORMALISED, crosshead_of_normalised
 
 NORMALISED_LABEL = r"normalised shear force $F_s L_{frame} / L_{fabric}^2$ [N/mm]"
 
 
 class PictureFrameReport:
-    """See :class:`knittest.reports.base.Report`."""
+    """See :class:`knittest.laboratory.report_base.Report`."""
 
     axes = CurveAxes(
         "frame_shear_angle_deg",
@@ -96,7 +103,7 @@ class PictureFrameReport:
     def pictures(self, run: PictureFrameRun, specimens: list[Specimen], references: References, folder: Path) -> None:
         """curve.png, energies.png, wrinkles.png, shear-angle.png, and deformed.png of yarns."""
         self._curve_picture(run, specimens, references, folder / "curve.png")
-        draw_energies(run, specimens, folder)
+        draw_energies(run, specimens, folder, PictureFrame().span)
         history = specimens[0].history
         frame = frame_at(history, MAPPED)
         found = measure_wrinkles(frame, history, run.rig.side)

@@ -17,13 +17,15 @@ from numpy.typing import NDArray
 from knittest.base.history import Frame
 from knittest.config.run import CantileverRun
 from knittest.laboratory.base import Phase, Prepared
-from knittest.laboratory.mounting import Mounting, Rest, weights
-from knittest.laboratory.sections import Sections
+from knittest.laboratory.cantilever.mounting import Mounting, Rest
+from knittest.laboratory.cantilever.sections import Sections
 from knittest.laboratory.strips import cut, pitch, yarns_across
+from knittest.laboratory.weights import weights
 from knittest.materials.heavy_elastica import heavy_elastica
-from knittest.models.boundary import Boundary, new_tally
+from knittest.models.boundary import Boundary
 from knittest.models.meso import build_meso
 from knittest.models.natural_state import turned_about_x
+from knittest.models.readings import new_tally
 from knittest.solve.relax import Relaxation, relax
 from knittest.solve.state import SimulationCost
 

@@ -18,9 +18,7 @@ from knittest.experiment.forces import noted
 from knittest.experiment.tables import PublishedValue, for_width, with_note
 from knittest.export import curve_picture, strip_picture
 from knittest.export.line_picture import Level
-from knittest.laboratory.strips import yarns_across
-from knittest.laboratory.tensile import carrying_width
-from knittest.reports.base import (
+from knittest.laboratory.report_base import (
     Columns,
     CurveAxes,
     Gate,
@@ -30,13 +28,15 @@ from knittest.reports.base import (
     same_test,
     title_of,
 )
+from knittest.laboratory.strips import yarns_across
+from knittest.laboratory.tensile.test import Tensile, carrying_width
 
 #: share of the yarns by which whole ones may differ from those of the width without a word
 UNEVEN = 0.01
 
 
 class TensileReport:
-    """See :class:`knittest.reports.base.Report`."""
+    """See :class:`knittest.laboratory.report_base.Report`."""
 
     axes = CurveAxes("strain_pct", "force_n", "strain [%]", "force [N]", "force_mean_n", "force_sd_n")
 
@@ -105,7 +105,7 @@ class TensileReport:
     def pictures(self, run: TensileRun, specimens: list[Specimen], references: References, folder: Path) -> None:
         """curve.png, energies.png, deformed.png."""
         self._curve_picture(run, specimens, references, folder / "curve.png")
-        draw_energies(run, specimens, folder)
+        draw_energies(run, specimens, folder, Tensile().span)
         strip_picture.strip_picture(
             folder / "deformed.png", specimens[0].history, direction=run.rig.direction, title=title_of(run)
         )

@@ -7,7 +7,7 @@ from knittest.config.run import Run
 from knittest.experiment.curves import ReferenceCurve, load_curve
 from knittest.experiment.forces import noted
 from knittest.experiment.lab_folder import folder_name
-from knittest.reports.given_data import given_as
+from knittest.laboratory.given_data import given_as
 
 
 def imported_corridor(run: Run) -> ReferenceCurve | None:

@@ -6,9 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.history import Frame
-from knittest.config.run import CantileverRun, FormingRun
-from knittest.models.boundary import Boundary, Readings
-from knittest.models.explicit_model import ExplicitModel
+from knittest.models.boundary import Boundary
+from knittest.models.readings import Readings
 from knittest.solve.relax import Relaxation
 
 Array = NDArray[np.float64]
@@ -91,9 +90,3 @@ class Mounting:
     def finished(self, force: float, peak: float, broken: bool) -> bool:
         """There is no time at rest."""
         return True
-
-
-def weights(run: CantileverRun | FormingRun, model: ExplicitModel, area: float) -> Array:
-    """Weight of each node [N]: the measured area mass on ``area`` [mm^2], spread as the model's mass."""
-    given = run.fabric.kernel("area_mass") * area
-    return model.mass * (given / model.mass.sum()) * run.rig.kernel("gravity")

@@ -11,10 +11,11 @@ from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.tables import PublishedValue
 from knittest.export.line_picture import Level, Line, line_picture
 from knittest.export.pressure_picture import pressure_picture
-from knittest.laboratory.friction import FORCE_TOLERANCE, PENETRATION_TOLERANCE, map_cell
-from knittest.laboratory.pressure import PLATES, pressure_map
-from knittest.laboratory.strips import AXIS
-from knittest.reports.base import (
+from knittest.laboratory.friction.pressure import PLATES, pressure_map
+from knittest.laboratory.friction.rig import KINETIC_SHARE
+from knittest.laboratory.friction.test import FORCE_TOLERANCE, PENETRATION_TOLERANCE, Friction, map_cell
+from knittest.laboratory.imported import imported_corridor
+from knittest.laboratory.report_base import (
     Columns,
     CurveAxes,
     Gate,
@@ -25,12 +26,11 @@ from knittest.reports.base import (
     scatter,
     title_of,
 )
-from knittest.reports.imported import imported_corridor
-from knittest.rigs.friction import KINETIC_SHARE
+from knittest.laboratory.strips import AXIS
 
 
 class FrictionReport(NoSize):
-    """See :class:`knittest.reports.base.Report`."""
+    """See :class:`knittest.laboratory.report_base.Report`."""
 
     axes = CurveAxes("displacement_mm", "pull_force_n", "travel of the clamp [mm]", "pull force [N]")
 
@@ -106,7 +106,7 @@ class FrictionReport(NoSize):
             folder / "curve.png", lines, title=title_of(run), xlabel=self.axes.xlabel, ylabel=self.axes.ylabel,
             levels=self.levels(run), bands=scatter(references.curves),
         )  # fmt: skip
-        draw_energies(run, specimens, folder)
+        draw_energies(run, specimens, folder, Friction().span)
         found = pressure_map(specimens[0].history, map_cell(run))
         low, travel = (1.0 - KINETIC_SHARE) * run.rig.travel, run.rig.travel
         forces = " and ".join(f"{f:.0f} N ({name})" for f, name in zip(found.force, PLATES, strict=True))

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from knittest.halving import DIAGNOSTIC, change
+from knittest.laboratory.halving import DIAGNOSTIC, change
 
 #: of two solutions (Roache 1994); with it the index covers orders down to 0.4 of halves and 0.9 to 1 of meshes
 SAFETY = 3.0

@@ -12,11 +12,20 @@ from knittest.experiment.curves import ReferenceCurve
 from knittest.export.line_picture import Level, Line, line_picture
 from knittest.export.plan_picture import Outlines, outline_picture, plan_picture
 from knittest.export.tilted_picture import tilted_picture
-from knittest.laboratory.draw_in import DrawIn, draw_in
-from knittest.laboratory.formed import Formed
-from knittest.laboratory.forming import allowed_depth, drawn, shear_field, tools_of
-from knittest.laboratory.yarn_forces import yarn_forces
-from knittest.reports.base import Columns, CurveAxes, Gate, NoSize, References, draw_energies, energy_gates, title_of
+from knittest.laboratory.forming.draw_in import DrawIn, draw_in
+from knittest.laboratory.forming.formed import Formed
+from knittest.laboratory.forming.test import Forming, allowed_depth, drawn, shear_field, tools_of
+from knittest.laboratory.forming.yarn_forces import yarn_forces
+from knittest.laboratory.report_base import (
+    Columns,
+    CurveAxes,
+    Gate,
+    NoSize,
+    References,
+    draw_energies,
+    energy_gates,
+    title_of,
+)
 
 #: share of the elements whose value the colours of a picture hold [%]
 SHOWN = 99.5
@@ -25,7 +34,7 @@ AROUND = 1.06
 
 
 class FormingReport(NoSize):
-    """See :class:`knittest.reports.base.Report`."""
+    """See :class:`knittest.laboratory.report_base.Report`."""
 
     axes = CurveAxes("stamp_travel_mm", "stamp_force_n", "travel of the stamp [mm]", "force [N]")
 
@@ -69,7 +78,7 @@ class FormingReport(NoSize):
         history, surface, title = first.history, _surface(run, first), title_of(run)
         last, results = history.frames[-1], first.results
         self._forces(run, specimens, folder / "curve.png")
-        draw_energies(run, specimens, folder)
+        draw_energies(run, specimens, folder, Forming().span)
         outlines = _outlines(run, first)
         _deformed(run, history, last, folder / "deformed.png")
         angle, place = shear_field(history.mesh, last)

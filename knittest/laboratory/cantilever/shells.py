@@ -7,10 +7,12 @@ import numpy as np
 from knittest.base.history import Frame
 from knittest.config.run import CantileverRun
 from knittest.laboratory.base import Prepared, fabric_laminate
-from knittest.laboratory.mounting import Mounting, Rest, weights
+from knittest.laboratory.cantilever.mounting import Mounting, Rest
+from knittest.laboratory.weights import weights
 from knittest.materials.laminate import softened
-from knittest.models.boundary import Boundary, new_tally
+from knittest.models.boundary import Boundary
 from knittest.models.macro import build_rectangle
+from knittest.models.readings import new_tally
 from knittest.solve.relax import relax
 from knittest.solve.state import SimulationCost
 

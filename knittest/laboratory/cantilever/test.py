@@ -18,9 +18,9 @@ from knittest.config.rigs import CantileverRig
 from knittest.config.run import CantileverRun, Run
 from knittest.experiment.tables import published
 from knittest.laboratory.base import Phase, Prepared, Update
-from knittest.laboratory.mounting import Rest
-from knittest.laboratory.shell_cantilever import mount_shells, shells_to_rest
-from knittest.laboratory.yarn_cantilever import mount_yarns, yarns_to_rest
+from knittest.laboratory.cantilever.mounting import Rest
+from knittest.laboratory.cantilever.shells import mount_shells, shells_to_rest
+from knittest.laboratory.cantilever.yarns import mount_yarns, yarns_to_rest
 from knittest.materials.heavy_elastica import STANDARD_ANGLE, overhang_ratio
 from knittest.models.explicit_model import ExplicitModel
 from knittest.solve.state import Keeper, SimulationCost

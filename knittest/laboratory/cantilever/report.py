@@ -12,10 +12,10 @@ from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.tables import PublishedValue, for_width, with_note
 from knittest.export.line_picture import Level, Line, line_picture
 from knittest.export.side_picture import side_picture
-from knittest.laboratory.cantilever import MOMENT_TOLERANCE
-from knittest.laboratory.yarn_cantilever import BALANCED
+from knittest.laboratory.cantilever.test import MOMENT_TOLERANCE
+from knittest.laboratory.cantilever.yarns import BALANCED
+from knittest.laboratory.report_base import Columns, CurveAxes, Gate, NoSize, References, title_of
 from knittest.materials.heavy_elastica import STANDARD_ANGLE, overhang_ratio
-from knittest.reports.base import Columns, CurveAxes, Gate, NoSize, References, title_of
 
 
 def _residual(run: CantileverRun) -> str:
@@ -39,7 +39,7 @@ def _for_plane(row: PublishedValue, run: CantileverRun) -> PublishedValue:
 
 
 class CantileverReport(NoSize):
-    """See :class:`knittest.reports.base.Report`."""
+    """See :class:`knittest.laboratory.report_base.Report`."""
 
     axes = CurveAxes("steps", "residual", "relaxation steps", "out of balance, share of the weight", logarithmic=True)
 

@@ -8,12 +8,12 @@ from knittest.base.errors import InputError
 from knittest.base.history import History, Quality
 from knittest.config.run import FrictionRun
 from knittest.laboratory.base import Phase, Prepared, Update, fabric_laminate
+from knittest.laboratory.friction.pressure import pressure_map, shares
+from knittest.laboratory.friction.rig import KINETIC_SHARE, FrictionTest
 from knittest.laboratory.judging import Span, assess
-from knittest.laboratory.pressure import pressure_map, shares
 from knittest.laboratory.strips import AXIS, cut, pitch, yarns_across
 from knittest.models.macro import build_strip, self_contact
 from knittest.models.meso import build_meso
-from knittest.rigs.friction import KINETIC_SHARE, FrictionTest
 from knittest.solve.simulate import simulate
 from knittest.solve.state import Keeper, SimulationCost
 

@@ -1,0 +1,1 @@
+"""Cantilever: a strip bends over an edge under its own weight."""

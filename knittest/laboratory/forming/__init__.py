@@ -1,0 +1,1 @@
+"""Forming: a blank between stamp, die and blank holder."""

@@ -1,0 +1,1 @@
+"""Friction: a strip is pulled out between two plates."""

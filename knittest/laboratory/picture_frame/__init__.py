@@ -1,0 +1,1 @@
+"""Picture frame: a square of fabric is sheared by four hinged sides."""

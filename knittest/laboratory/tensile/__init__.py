@@ -1,0 +1,1 @@
+"""Tensile test: a strip between two clamps."""
