@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from knittest.models.readings import new_tally
-from knittest.models.table import constant
 
 from knittest.config.loading import resolve
 from knittest.kernels.loads import apply_loads, book_loads
@@ -12,7 +10,9 @@ from knittest.kernels.tables import read_tables
 from knittest.laboratory.base import fabric_laminate
 from knittest.models.boundary import Boundary
 from knittest.models.macro import rectangle
+from knittest.models.readings import new_tally
 from knittest.models.sheet import build_sheet
+from knittest.models.table import constant
 
 
 def test_loads_in_runs_are_the_loads_given():

@@ -4,7 +4,6 @@ from math import cos, pi, radians, sin, tan
 
 import numpy as np
 import pytest
-from knittest.models.tool import Tool, _tool_arrays
 from matplotlib.image import imread
 from pydantic import ValidationError
 
@@ -12,6 +11,7 @@ from knittest.base.errors import InputError
 from knittest.config.tools import Die, DomeStamp, Holder, Stamp, TStamp
 from knittest.kernels.tool_shapes import least_distances, tool_distance, tool_frame
 from knittest.laboratory.forming.tools_picture import tools_picture
+from knittest.models.tool import Tool, tool_arrays
 from knittest.tooling.shapes import stamp_outline
 from knittest.tooling.toolset import ToolSet, build_tools
 
@@ -33,7 +33,7 @@ def dome() -> ToolSet:
 
 
 def kernel(tool: Tool, points: np.ndarray) -> np.ndarray:
-    arrays = _tool_arrays([tool])
+    arrays = tool_arrays([tool])
     return np.array([tool_distance(0, arrays, *p) for p in points])
 
 
@@ -95,7 +95,7 @@ def test_the_kernel_s_tools_are_the_exact_ones(shaped, name):
 @pytest.mark.parametrize("name", ["stamp", "die", "holder"])
 def test_least_distances_of_tools_are_lower_bounds(shaped, name):
     points = near_surface(shaped, name, 30.0, 500)
-    arrays, least = _tool_arrays([shaped.by_name[name].tool]), np.empty(500)
+    arrays, least = tool_arrays([shaped.by_name[name].tool]), np.empty(500)
     frame, radius = tool_frame(0, arrays), np.full(500, 1.0)
     least_distances(
         arrays.kind[0], frame, arrays.grid[0], arrays.samples, 0, 500, *np.ascontiguousarray(points.T), radius, least

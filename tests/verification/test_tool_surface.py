@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from knittest.models.tool import Tool, _tool_arrays
 from scipy.spatial import ConvexHull
 
 from knittest.base.errors import InputError
 from knittest.kernels.tool_shapes import tool_distance
 from knittest.models.surface import read_surface, surface
+from knittest.models.tool import Tool, tool_arrays
 
 BOX = np.array([[x, y, z] for x in (0.0, 10.0) for y in (0.0, 8.0) for z in (0.0, 6.0)])
 
@@ -24,7 +24,7 @@ def hull(points: np.ndarray) -> np.ndarray:
 
 
 def distances(tool: Tool, points: np.ndarray) -> np.ndarray:
-    arrays = _tool_arrays([tool])
+    arrays = tool_arrays([tool])
     return np.array([tool_distance(0, arrays, *p) for p in points])
 
 

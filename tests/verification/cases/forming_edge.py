@@ -4,10 +4,10 @@ from math import pi, radians, tan
 
 import numpy as np
 from cases.row import Row
-from knittest.models.tool import Tool
 
 from knittest.config.tools import Die, Stamp
 from knittest.models.surface import surface
+from knittest.models.tool import Tool
 from knittest.pose import Body, Chain, ramp, section
 from knittest.tooling.toolset import RigidTool, build_tools
 

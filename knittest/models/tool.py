@@ -1,0 +1,115 @@
+"""Rigid tools by shape, and all of them as the kernel reads them."""
+
+from dataclasses import dataclass, field
+from math import cos, sin
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from knittest.kernels.drive_state import CYLINDER, GRID, PLANE, PLATE, SWEPT, Tools
+from knittest.kernels.tool_contact import HELD
+from knittest.kernels.tool_shapes import FAR
+
+Array = NDArray[np.float64]
+
+
+@dataclass
+class Tool:
+    """A rigid body as :class:`Tools` holds it; made by the functions below."""
+
+    kind: int
+    position: Array
+    axes: Array
+    size: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    friction: tuple[float, float] = (0.0, 0.0)
+    stiffness: float = 1.0
+    motion: list[int] = field(default_factory=lambda: [HELD, HELD, HELD])
+    load: list[int] = field(default_factory=lambda: [-1, -1, -1])
+    mass: float = 1.0
+    drag: float = 0.0
+    samples: Array = field(default_factory=lambda: np.zeros((0, 0, 0)))
+    plan: tuple[float, float, float, float, float] = (0.0, 0.0, FAR, FAR, 0.0)
+
+
+def axes_along(direction: ArrayLike) -> Array:
+    """Orthonormal axes as rows, the third along ``direction`` (3,)."""
+    third = np.asarray(direction, float) / np.linalg.norm(direction)
+    first = np.eye(3)[np.argmin(np.abs(third))]
+    first = first - (first @ third) * third
+    first /= np.linalg.norm(first)
+    return np.array([first, np.cross(third, first), third])
+
+
+def plane(point: ArrayLike, normal: ArrayLike) -> Tool:
+    """Half space below the plane through ``point`` [mm] with outward ``normal``."""
+    return Tool(PLANE, np.array(point, float), axes_along(normal))
+
+
+def plate(centre: ArrayLike, lengths: ArrayLike, edge_radius: float, axes: ArrayLike | None = None) -> Tool:
+    """Box of side ``lengths`` (3,) about ``centre`` with rounded edges [mm]."""
+    half = 0.5 * np.asarray(lengths, float)
+    return Tool(
+        PLATE, np.array(centre, float), np.eye(3) if axes is None else np.array(axes, float), (*half, edge_radius)
+    )
+
+
+def cylinder(centre: ArrayLike, axis: ArrayLike, radius: float, length: float) -> Tool:
+    """Cylinder about ``axis`` through ``centre`` [mm], without caps."""
+    return Tool(CYLINDER, np.array(centre, float), axes_along(axis), (radius, 0.5 * length, 0.0, 0.0))
+
+
+def sampled(origin: ArrayLike, spacing: float, samples: Array) -> Tool:
+    """A shape by its signed distance [mm] at a regular grid (nx, ny, nz) of ``spacing`` from ``origin``."""
+    return Tool(GRID, np.array(origin, float), np.eye(3), (spacing, 0.0, 0.0, 0.0), samples=np.asarray(samples, float))
+
+
+def swept(
+    origin: ArrayLike, spacing: float, samples: Array, radius: float, draft: float = 0.0, down: bool = False
+) -> Tool:
+    """A rounded edge swept along an outline: a body with its flat face up (or ``down``) at the height of ``origin``.
+
+    ``samples`` (nx, ny) are the distances in plan from the sharp edge [mm], negative over the face, at a regular grid
+    of ``spacing`` from ``origin`` (3,). ``radius`` of the edge [mm]; the wall leans outwards, away from the face, by
+    ``draft`` [rad]. The body has no end away from its face.
+    """
+    axes = np.diag([1.0, 1.0, -1.0 if down else 1.0])
+    size = (spacing, radius, sin(draft), cos(draft))
+    samples = np.asarray(samples, float)
+    plan = _plan_box(samples, spacing, radius * (1.0 - sin(draft)) / cos(draft))
+    return Tool(SWEPT, np.array(origin, float), axes, size, samples=samples[:, :, None], plan=plan)
+
+
+def _plan_box(samples: Array, spacing: float, reach: float) -> tuple[float, float, float, float, float]:
+    """``Tools.plan`` of a swept edge whose rounding reaches ``reach`` [mm] over the face: one spacing is to spare."""
+    border = np.concatenate([samples[0], samples[-1], samples[:, 0], samples[:, -1]])
+    outside = float(np.all(border < -reach))
+    found = np.argwhere(samples > -reach if outside else samples <= 0.0)
+    if not len(found) or not (outside or border.min() > 0.0):
+        return 0.0, 0.0, FAR, FAR, 0.0
+    low, high = spacing * (found.min(axis=0) - 1.0), spacing * (found.max(axis=0) + 1.0)
+    return (*(0.5 * (low + high)).tolist(), *(0.5 * (high - low)).tolist(), outside)
+
+
+def tool_arrays(tools: list[Tool]) -> Tools:
+    """``tools`` in the form of the kernel."""
+    counts = np.array([t.samples.shape for t in tools], np.int64).reshape(-1, 3)
+    offset = np.concatenate([[0], np.cumsum(counts.prod(axis=1))]).astype(np.int64)
+
+    def rows(values: list, width: tuple[int, ...], kind: type = float) -> NDArray:
+        return np.array(values, kind).reshape(len(tools), *width)
+
+    return Tools(
+        kind=rows([t.kind for t in tools], (), np.int64),
+        size=rows([t.size for t in tools], (4,)),
+        axes=rows([t.axes for t in tools], (3, 3)),
+        plan=rows([t.plan for t in tools], (5,)),
+        position=rows([t.position for t in tools], (3,)),
+        velocity=np.zeros((len(tools), 3)),
+        motion=rows([t.motion for t in tools], (3,), np.int64),
+        load=rows([t.load for t in tools], (3,), np.int64),
+        mass=rows([t.mass for t in tools], ()),
+        drag=rows([t.drag for t in tools], ()),
+        law=rows([[t.stiffness, 0.5 * t.stiffness, *t.friction] for t in tools], (4,)),
+        grid=np.column_stack([offset[:-1], counts]),
+        samples=np.concatenate([np.zeros(0), *(t.samples.ravel() for t in tools)]),
+    )
