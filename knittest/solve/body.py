@@ -1,0 +1,268 @@
+"""A body posed by hand: a model with what acts on it, its steps, its state at rest and what is read from it."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from knittest.base.errors import InputError, NumericalError
+from knittest.kernels import monitor
+from knittest.kernels.drive_state import Drive
+from knittest.kernels.explicit import SCRATCH
+from knittest.kernels.options import PARTITIONS
+from knittest.kernels.shell_arrays import set_strength
+from knittest.kernels.shell_state import Laminate
+from knittest.kernels.state import Tally
+from knittest.kernels.threading import best_threads, limited
+from knittest.kernels.tool_contact import tool_energies
+from knittest.models.boundary import Boundary
+from knittest.models.chains import Chain, YarnContact, build_chains
+from knittest.models.explicit_model import ExplicitModel
+from knittest.models.fabric_model import FabricModel
+from knittest.models.inputs import chain_points, finite, quadrilaterals
+from knittest.models.natural_state import of_one_sign, turned_further
+from knittest.models.readings import Readings, new_tally, take_readings
+from knittest.models.sheet import build_sheet
+from knittest.models.sheet_tracker import SheetContact
+from knittest.models.yarn_model import YarnModel
+from knittest.solve.relax import Relaxation, relax
+
+Array = NDArray[np.float64]
+
+#: steps between looks at displacement and damping loss
+CHUNK = 20
+#: nodes below which one thread is faster
+SMALL = 1000
+
+
+class Body:
+    """A model with what acts on it, advanced by hand.
+
+    ``boundary`` may be added to until the first advance. ``damping`` [1/ms] takes velocity in proportion to mass; it
+    may change between advances.
+    ``threads``: by default one for a body so small that threads would spend the step waiting for each other.
+    """
+
+    def __init__(
+        self, model: ExplicitModel, safety: float = 0.9, damping: float = 0.0, threads: int | None = None
+    ) -> None:
+        self.model, self.dt, self.time = model, safety * model.critical_step, 0.0
+        self.threads = threads or (1 if model.n_nodes < SMALL else best_threads(None))
+        self.boundary = Boundary(model, self.dt)
+        self._damping = damping
+        self.damping_loss = 0.0
+        self._natural = self.rotation
+        self._unloaded = model.position()
+        self._started: tuple[Drive, Tally] | None = None
+        self._scratch = np.zeros((PARTITIONS, SCRATCH))
+        self._row, self._support = np.zeros(0), np.zeros(0)
+        self._kinetic, self._loss = 0.0, 0.0
+
+    @classmethod
+    def of_chains(
+        cls,
+        chains: Sequence[Chain],
+        contact: YarnContact | None = None,
+        part_names: tuple[str, ...] = ("yarn",),
+        **options: Any,
+    ) -> "Body":
+        """Beam chains, whose nodes are numbered in their order; yarns touch if ``contact`` says how."""
+        for number, chain in enumerate(chains):
+            chain_points(chain.points, number)
+        return cls(build_chains(chains, part_names, contact), **options)
+
+    @classmethod
+    def of_shells(
+        cls,
+        points: ArrayLike,
+        cells: ArrayLike,
+        laminate: Laminate,
+        area_mass: float,
+        thickness: float,
+        warp: ArrayLike = (0.0, 1.0, 0.0),
+        self_contact: SheetContact | None = None,
+        **options: Any,
+    ) -> "Body":
+        """Shells at rest in ``points`` (n, 3) with corners ``cells`` (n_el, 4); ``area_mass`` [g/mm^2].
+
+        They touch themselves and each other, ``thickness`` apart, if ``self_contact`` says how.
+        """
+        places = finite(points, "points", (-1, 3))
+        conn = quadrilaterals(places, cells)
+        model = build_sheet(places, conn, laminate, area_mass, thickness, warp, contact=self_contact)
+        return cls(model, **options)
+
+    def set_strength(self, strength: ArrayLike) -> None:
+        """Give each shell a ``strength`` (n_el,) over the laminate's fracture strains [-]."""
+        if not isinstance(self.model, FabricModel):
+            raise InputError("strength: of shells only; a Chain has fail_strain")
+        set_strength(self.model.shells, finite(strength, "strength", (len(self.model.mesh.cells),)))
+
+    def place(self, position: ArrayLike, turn: ArrayLike = (0.0, 0.0, 0.0)) -> None:
+        """Put the nodes at ``position`` (n_nodes, 3), turned by the rotation vectors ``turn`` (n_nodes, 3) or (3,)
+        [rad] from the rotations of the start, which carry what was bent into chains that are not fully set.
+        """
+        n = self.model.n_nodes
+        places = finite(position, "position", (n, 3))
+        vector = np.broadcast_to(finite(turn, "turn"), (n, 3))
+        rotation = turned_further(self._natural, vector)
+        if isinstance(self.model, YarnModel):
+            rotation = of_one_sign(rotation)
+        self.model.nodes.position[:, :n], self.model.nodes.rotation[:, :n] = places.T, rotation.T
+
+    @property
+    def damping(self) -> float:
+        """Mass-proportional damping [1/ms]."""
+        return self._damping
+
+    @damping.setter
+    def damping(self, value: float) -> None:
+        self._damping = value
+        if self._started is not None:
+            self.model.nodes.keep[:] = np.exp(-value * self.dt)
+
+    def start(self) -> tuple[Drive, Tally]:
+        """Fix what acts on the body; returns the kernel's arrays (called by :meth:`advance`)."""
+        if self._started is None:
+            self.model.nodes.keep[:] = np.exp(-self.damping * self.dt)
+            self.model.prepare()
+            self._started = self.boundary.drive(), new_tally(self.boundary)
+        return self._started
+
+    def advance(self, duration: float, watch: Callable[["Body"], None] | None = None) -> None:
+        """Integrate for ``duration`` [ms]; ``watch`` is called after every chunk of at most 20 steps."""
+        steps = max(round(duration / self.dt), 1)
+        while steps > 0:
+            chunk = min(self.model.safe_steps(self.dt, CHUNK), steps)
+            self.step(chunk)
+            steps -= chunk
+            if watch is not None:
+                watch(self)
+
+    def step(self, steps: int = 1) -> None:
+        """Advance by ``steps`` time steps."""
+        drive, tally = self.start()
+        with limited(self.threads):
+            self.model.advance(steps, self.time, self.dt, drive, tally, self._scratch)
+        self.time += steps * self.dt
+        self._read(steps)
+        kinetic, loss = monitor.kinetic_energy(self.model.nodes, self.model.mass, self.model.inertia, self.dt)
+        self.damping_loss += 0.5 * (self._loss + loss) * steps
+        self._kinetic, self._loss = kinetic, loss
+
+    def relax(self, must_converge: bool = True, **options: float) -> Relaxation:
+        """Find the static state under what acts at the end of all tables; see :func:`knittest.solve.relax.relax`.
+
+        Raises :class:`InputError` where a motion does not come to its end, and :class:`NumericalError` for a state that
+        is not at rest after the most steps, unless that may be.
+        """
+        moving = self.boundary.still_moving()
+        if moving:
+            raise InputError(
+                f"relax: the table of motion {moving[0]} ends at a speed that is not 0: there is no state of rest; "
+                "advance to the place first, or end the table with 0"
+            )
+        drive, tally = self.start()
+        with limited(self.threads):
+            found = relax(self.model, drive, tally, self.dt, unloaded=self._unloaded, **options)
+        self._read(found.last_chunk)
+        if must_converge and not found.converged:
+            raise NumericalError(
+                f"relax: not at rest after {found.steps} steps: residual {found.residual:.2g}; allow more steps "
+                "(most_steps), or look at what moves (must_converge=False)"
+            )
+        return found
+
+    def _read(self, steps: int) -> None:
+        """Take the means of the last ``steps``."""
+        drive, tally = self.start()
+        self._support = tally.support.sum(axis=0) / steps
+        self._row = take_readings(tally, drive, steps)
+
+    @property
+    def position(self) -> Array:
+        """Positions [mm], (n_nodes, 3)."""
+        return self.model.position()
+
+    @property
+    def rotation(self) -> Array:
+        """Rotations of the nodes as unit quaternions (w, x, y, z), (n_nodes, 4)."""
+        return np.ascontiguousarray(self.model.nodes.rotation[:, : self.model.n_nodes].T)
+
+    def fields(self) -> dict[str, Array]:
+        """Strains, forces and moments of the elements, (n_el,) each.
+
+        Beams: ``axial_strain`` [-], ``axial_force``, ``shear_force`` [N], ``torsion``, ``bending`` [N mm] and the
+        vectors ``force``, ``moment`` (n_el, 3) that the side of the second node exerts on that of the first. Shells:
+        ``strain_warp``, ``strain_weft`` [-], ``shear_angle`` [rad], ``force_warp``, ``force_weft`` [N/mm],
+        ``moment_warp``, ``moment_weft``, ``moment_twist`` [N]. ``alive`` is 1 for those that are whole.
+        """
+        return self.model.resultants()
+
+    def contact_forces(self) -> tuple[Array, Array, NDArray[np.int64]]:
+        """Places [mm] and forces [N] where yarns touch, (n, 3) each; forces on the first of their chains (n, 2)."""
+        return self.model.contact_forces()
+
+    @property
+    def velocity(self) -> Array:
+        """Velocities half a step ago [mm/ms], (n_nodes, 3); may be set before the first advance."""
+        return self.model.nodes.velocity[:, : self.model.n_nodes].T
+
+    @property
+    def spin(self) -> Array:
+        """Angular velocities in global axes [rad/ms], (n_nodes, 3)."""
+        return self.model.nodes.spin[:, : self.model.n_nodes].T
+
+    def readings(self) -> Readings:
+        """Mean reactions and forces on tools over the last chunk of steps."""
+        drive, _ = self.start()
+        return Readings.of(self._row, drive.tools.kind.size)
+
+    def reaction(self, group: int) -> float:
+        """Mean sum of the reactions [N or N mm] over the last chunk of what ``boundary.move`` numbered ``group``.
+
+        One degree of freedom a group gives a force or a moment; several are added up.
+        """
+        self._check_group(group)
+        return float(self._support[group])
+
+    def conjugate(self, group: int) -> float:
+        """Mean reaction of ``group`` conjugate to its table: each reaction times its scale."""
+        self._check_group(group)
+        return float(self._row[group])
+
+    def _check_group(self, group: int) -> None:
+        if not 0 <= group < self.boundary.groups:
+            raise InputError(f"reaction of group {group}: expected a number that boundary.move returned")
+        if not self._row.size:
+            raise InputError("reaction: nothing has been advanced yet")
+
+    def energies(self) -> dict[str, float]:
+        """Energies [mJ]: kinetic, internal, contact, hourglass, friction, contact_damping (of free tools too), damping,
+        eroded, external and their balance.
+
+        Takes one step, because central differences conserve the kinetic energy of the velocities around an instant.
+        """
+        drive, tally = self.start()
+        stored = self.model.stored()
+        elastic, moving, _ = tool_energies(self.model.nodes, drive.tools, drive.touch, self.model.n_nodes)
+        before, spinning = float(tally.energy[:, 0].sum()), self._spinning()
+        self.step(1)
+        external, friction, eroded, damped = (float(v) for v in tally.energy.sum(axis=0))
+        external = 0.5 * (before + external)  # half of the work of this step is done after the instant of its forces
+        found = {
+            "kinetic": self._kinetic + 0.5 * (spinning - self._spinning()) + moving,
+            "internal": float(stored.internal.sum()),
+            "contact": stored.contact + elastic,
+            "hourglass": stored.hourglass,
+            "friction": friction,
+            "contact_damping": damped,
+            "damping": self.damping_loss,
+            "eroded": eroded,
+        }
+        return found | {"external": external, "balance": external - sum(found.values())}
+
+    def _spinning(self) -> float:
+        """Rotary kinetic energy [mJ] half a step ago."""
+        return 0.5 * float((self.model.inertia[:, None] * self.spin**2).sum())
