@@ -12,7 +12,7 @@ from knittest.cli.bench import bench
 from knittest.runs import bench_against
 from knittest.runs.bench_against import difference, paired_lines
 
-HERE = Path(bench_against.__file__).resolve().parents[1]
+HERE = Path(bench_against.__file__).resolve().parents[2]
 TINY = "tensile --variant 1 --scale macro --direction warp --set rig.gauge_length=40 --set rig.width=40"
 
 
