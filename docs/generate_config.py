@@ -9,9 +9,9 @@ from pydantic.fields import FieldInfo
 
 from knittest.config import calibration, sweep
 from knittest.config.base import Quantity, field_meta
-from knittest.config.fabric import PerDirection
 from knittest.config.presets import PRESETS, default_scale, preset_settings
 from knittest.config.run import RUNS, Run
+from knittest.config.yarn import PerDirection
 
 WORDS = {float: "number", int: "whole number", bool: "yes or no", str: "text", Any: "anything", Quantity: "quantity"}
 FIELD_HEADER = ("field", "type", "unit", "default", "bounds", "what")

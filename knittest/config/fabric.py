@@ -5,85 +5,17 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, ValidatorFunctionWrapHandler, WrapValidator, model_validator
 
-from knittest.config.agreement import check_area_mass, check_bending, check_law, check_thickness, check_yarn
 from knittest.config.base import BoundsError, Quantity, Strict, measure, number
 from knittest.config.shear import ShearLaw
+from knittest.config.yarn import KnittingYarn, PerDirection, ReinforcingYarn
 
 Direction = Literal["warp", "weft"]
 #: tests whose rigs a fabric may state
 TestName = Literal["tensile", "picture-frame", "cantilever", "friction", "forming"]
-
-
-class PerDirection(Strict):
-    """One quantity for each direction; the unit is that of the field which holds it."""
-
-    warp: Quantity
-    weft: Quantity
-
-
-class YarnLaw(Strict):
-    """Axial law of a yarn: linear, linear after a parabolic toe, or a table."""
-
-    kind: Literal["linear", "toe", "table"] = Field("linear", description="shape of the axial stress-strain law")
-    toe_strain: float = number(0.0, "%", "strain at which the toe ends (kind toe)", ge=0, le=2)
-    points: list[Annotated[tuple[float, float], Field(strict=False)]] = Field(
-        default_factory=list, description="strain [%] and stress [MPa] pairs, rising, first (0, 0) (kind table)"
-    )
-
-    @model_validator(mode="after")
-    def _consistent(self) -> Self:
-        check_law(self)
-        return self
-
-
-class Yarn(Strict):
-    """What both yarn systems share."""
-
-    description: str = Field("", description="make of the yarn")
-    linear_density: Quantity = measure("tex", "mass per length", gt=0, band=(1, 20000))
-    beam_diameter: Quantity = measure("mm", "diameter of the circular beam in contact", gt=0, band=(0.05, 10))
-    youngs_modulus: Quantity = measure("GPa", "axial modulus on the load area", gt=0, band=(0.1, 1000))
-    load_area: Quantity = measure("mm2", "area that carries the modulus", gt=0, band=(1e-3, 50))
-    fracture_strain: Quantity = measure(
-        "%", "axial strain at failure; sd is the yarn-to-yarn scatter", gt=0, band=(0.1, 50)
-    )
-    law: YarnLaw = Field(default_factory=YarnLaw, description="shape of the axial law")
-
-    @model_validator(mode="after")
-    def _law_fits(self) -> Self:
-        check_yarn(self)
-        return self
-
-
-class ReinforcingYarn(Yarn):
-    """The straight (slightly wavy) warp and weft inlays."""
-
-    bending_stiffness: PerDirection = measure(
-        "N mm2", "EI of one yarn, by the section integration rule", gt=0, band=(1e-4, 1e4)
-    )
-    crimp: PerDirection = measure("%", "extra length of the harmonic wave", ge=0, le=5)
-    crimp_scatter: PerDirection = measure("1", "sd of the wave amplitude, relative, yarn to yarn", ge=0, le=0.5)
-    slack: PerDirection = measure("%", "scale of the half-normal slack of a yarn before it carries load", ge=0, le=2)
-
-    @model_validator(mode="after")
-    def _bends_like_its_section(self) -> Self:
-        for direction in ("warp", "weft"):
-            check_bending(self, getattr(self.bending_stiffness, direction), f"bending_stiffness.{direction}")
-        return self
-
-
-class KnittingYarn(Yarn):
-    """The yarn of the loops."""
-
-    bending_stiffness: Quantity = measure("N mm2", "EI of the yarn", gt=0, band=(1e-4, 100))
-    degree_of_set: Quantity = measure(
-        "1", "share of its bend in the loop that the yarn keeps by itself; the rest presses the crossings", ge=0, le=1
-    )
-
-    @model_validator(mode="after")
-    def _bends_like_its_section(self) -> Self:
-        check_bending(self, self.bending_stiffness, "bending_stiffness")
-        return self
+#: measured area mass over that of the yarns: beyond, densities, loop length or tex are another fabric's
+AREA_MASS = (0.5, 2.0)
+#: thickness over two inlays, at least, and over two inlays and two loop yarns, at most
+THICKNESS = (0.5, 3.0)
 
 
 class Compaction(Strict):
@@ -188,8 +120,8 @@ class Fabric(Strict):
 
     @model_validator(mode="after")
     def _is_made_of_its_yarns(self) -> Self:
-        check_area_mass(self)
-        check_thickness(self)
+        _check_area_mass(self)
+        _check_thickness(self)
         return self
 
     @model_validator(mode="after")
@@ -207,3 +139,46 @@ class Fabric(Strict):
     def course_spacing(self) -> float:
         """Distance of the courses, which is that of the weft yarns [mm]."""
         return 1.0 / self.kernel("weft_density")
+
+
+def _check_area_mass(fabric: Fabric) -> None:
+    """The measured mass is, within a factor, that of the yarns."""
+    if (yarns := yarn_area_mass(fabric)) is None:
+        return
+    low, high = (share * yarns for share in AREA_MASS)
+    if not makes_mass(fabric, fabric.area_mass.value):
+        raise BoundsError(
+            f"implausible: densities, linear densities and loops make {yarns:.4g} g/m2, expected {low:.4g} to "
+            f"{high:.4g} g/m2; correct it or them (shells alone need no loop_length, reinforcing, knitting, contact)",
+            "area_mass",
+        )
+
+
+def makes_mass(fabric: Fabric, area_mass: float) -> bool:
+    """Tell whether the yarns of ``fabric``, if it has any, can make an area mass [g/m2]."""
+    yarns = yarn_area_mass(fabric)
+    return yarns is None or AREA_MASS[0] * yarns <= area_mass <= AREA_MASS[1] * yarns
+
+
+def yarn_area_mass(fabric: Fabric) -> float | None:
+    """Area mass [g/m2] of the yarns: densities times linear densities with crimp, and one loop a cell; None without."""
+    if fabric.loop_length is None or fabric.reinforcing is None or fabric.knitting is None:
+        return None
+    inlay, loop = fabric.reinforcing.kernel("linear_density"), fabric.knitting.kernel("linear_density")
+    straight = sum(
+        fabric.kernel(f"{d}_density") * (1.0 + fabric.reinforcing.kernel("crimp", d)) for d in ("warp", "weft")
+    )
+    loops = fabric.kernel("loop_length") / (fabric.wale_spacing * fabric.course_spacing)
+    return 1e6 * (straight * inlay + loops * loop)
+
+
+def _check_thickness(fabric: Fabric) -> None:
+    """The thickness is one of an inlay each way between loops."""
+    if fabric.reinforcing is None or fabric.knitting is None:
+        return
+    inlays = 2.0 * fabric.reinforcing.beam_diameter.value
+    low, high = THICKNESS[0] * inlays, THICKNESS[1] * (inlays + 2.0 * fabric.knitting.beam_diameter.value)
+    if not low <= fabric.thickness.value <= high:
+        raise BoundsError(
+            f"implausible beside the beam_diameter of the yarns, expected {low:.3g} to {high:.3g} mm", "thickness"
+        )

@@ -5,7 +5,6 @@ from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
-from knittest.config.agreement import check_friction_order
 from knittest.config.base import BoundsError, Strict, number
 from knittest.config.fabric import Direction
 from knittest.config.tools import Die, Holder, Stamp, check_blank, check_fit
@@ -123,7 +122,7 @@ class FrictionRig(StripRig):
 
     @model_validator(mode="after")
     def _sticks_more_than_it_slips(self) -> Self:
-        check_friction_order(self.static_coefficient, self.kinetic_coefficient)
+        _check_friction_order(self.static_coefficient, self.kinetic_coefficient)
         return self
 
 
@@ -155,7 +154,7 @@ class FormingRig(Strict):
 
     @model_validator(mode="after")
     def _sticks_more_than_it_slips(self) -> Self:
-        check_friction_order(self.static_coefficient, self.kinetic_coefficient)
+        _check_friction_order(self.static_coefficient, self.kinetic_coefficient)
         return self
 
     @model_validator(mode="after")
@@ -166,3 +165,13 @@ class FormingRig(Strict):
 
 
 Rig = TensileRig | PictureFrameRig | CantileverRig | FrictionRig | FormingRig
+
+
+def _check_friction_order(static: float, kinetic: float) -> None:
+    """Raise :class:`BoundsError` where static friction is below kinetic friction."""
+    if static < kinetic:
+        raise BoundsError(
+            f"{static:g} is less than kinetic_coefficient, {kinetic:g}: set both, here --set "
+            f"rig.static_coefficient={kinetic:g} or more",
+            "static_coefficient",
+        )

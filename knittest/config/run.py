@@ -4,8 +4,7 @@ from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
-from knittest.config.agreement import check_run
-from knittest.config.base import BoundsError, Strict, number
+from knittest.config.base import BoundsError, Quantity, Strict, number
 from knittest.config.fabric import YARN_LEVEL, Fabric
 from knittest.config.rigs import CantileverRig, FormingRig, FrictionRig, PictureFrameRig, Rig, TensileRig
 
@@ -131,13 +130,52 @@ class Run(Strict):
 
     @model_validator(mode="after")
     def _specimen_is_possible(self) -> Self:
-        check_run(self)
+        _check_run(self)
         return self
 
     @property
     def direction(self) -> str:
         """Yarn system along the strip; empty for a test that has none."""
         return getattr(self.rig, "direction", "")
+
+
+def _check_run(run: Run) -> None:
+    """The specimen is larger than its elements, the fabric thicker than its unevenness, and a strip can fail."""
+    rig, shells = run.rig, run.model.scale == "macro"
+    if shells:
+        _check_element(run)
+    uneven = getattr(rig, "imperfection", 0.0)
+    if uneven >= 0.5 * run.fabric.thickness.value:
+        half = 0.5 * run.fabric.thickness.value
+        raise BoundsError(f"must be less than half the fabric's thickness, {half:g} mm", "rig.imperfection")
+    if rig.kind != "tensile":
+        return
+    if shells and rig.jaw_length > rig.gauge_length:
+        raise BoundsError(f"must be at most rig.gauge_length, {rig.gauge_length:g} mm", "rig.jaw_length")
+    _check_extension(run, rig.max_strain, rig.direction)
+
+
+def _check_element(run: Run) -> None:
+    """A shell is no larger than its specimen."""
+    lengths = {
+        name: size
+        for name in ("width", "gauge_length", "side", "length", "blank_length", "blank_width")
+        if (size := getattr(run.rig, name, None)) is not None
+    }
+    name = min(lengths, key=lengths.__getitem__)
+    if run.model.macro.element_size > lengths[name]:
+        raise BoundsError(f"must be at most rig.{name}, {lengths[name]:g} mm", "model.macro.element_size")
+
+
+def _check_extension(run: Run, largest: float, direction: str) -> None:
+    """A strip can reach the strain [%] at which its shells or its yarns fail."""
+    if run.model.scale == "macro":
+        quantity: Quantity = getattr(run.fabric.macro.fracture_strain, direction)
+        name = f"fabric.macro.fracture_strain.{direction}"
+    else:
+        quantity, name = run.fabric.reinforcing.fracture_strain, "fabric.reinforcing.fracture_strain"
+    if largest <= quantity.value:
+        raise BoundsError(f"must exceed {name}, {quantity.value:g} %, or nothing fails", "rig.max_strain")
 
 
 class TensileRun(Run):

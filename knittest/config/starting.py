@@ -6,8 +6,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from knittest.base.errors import InputError
-from knittest.config.agreement import makes_mass
-from knittest.config.fabric import YARN_LEVEL, Fabric
+from knittest.config.fabric import YARN_LEVEL, Fabric, makes_mass
 from knittest.config.layers import Layers
 from knittest.config.messages import input_error
 from knittest.config.paths import settle_data_paths

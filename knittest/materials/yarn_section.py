@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
 from knittest.base.units import to_kernel
-from knittest.config.fabric import Fabric, Yarn, YarnLaw
+from knittest.config.fabric import Fabric
+from knittest.config.yarn import Yarn, YarnLaw
 
 Array = NDArray[np.float64]
 

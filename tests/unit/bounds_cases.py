@@ -11,7 +11,7 @@ from pydantic import BaseModel
 
 from knittest import config
 from knittest.config.base import Quantity, Strict, field_meta
-from knittest.config.fabric import PerDirection
+from knittest.config.yarn import PerDirection
 
 LIMITS = ("gt", "ge", "lt", "le", "band", "multiple_of", "min_length", "max_length", "pattern")
 

@@ -3,7 +3,7 @@
 import pytest
 
 from knittest.base.errors import InputError
-from knittest.config.agreement import yarn_area_mass
+from knittest.config.fabric import yarn_area_mass
 from knittest.config.loading import resolve
 
 YARN = "fabric.reinforcing."

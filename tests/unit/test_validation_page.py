@@ -12,7 +12,7 @@ from docs.generate_validation import validation_page
 from docs.stored_runs import StoredRun, inputs_of
 from docs.validation_fabric import cell_rows, shear_line, shear_rows
 from docs.validation_rows import rows_of, trivial
-from knittest.config.agreement import yarn_area_mass
+from knittest.config.fabric import yarn_area_mass
 from knittest.config.loading import resolve
 
 OPTIONS = {

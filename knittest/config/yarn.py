@@ -1,0 +1,143 @@
+"""The two yarns of a fabric; each number alone is bounded beside its field, numbers that exclude each other below.
+
+Every condition raises :class:`BoundsError` naming the field.
+"""
+
+from itertools import pairwise
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from knittest.config.base import BoundsError, Quantity, Strict, check_bounds, measure, number
+
+#: strain [%] and stress [MPa] that a point of a yarn's law may have
+LAW_STRAIN, LAW_STRESS = {"unit": "%", "ge": 0, "le": 50}, {"unit": "MPa", "ge": 0, "le": 1e5}
+#: steepest tangent of a yarn's law over its modulus: beyond, stresses are in another unit
+LAW_STEEPNESS = (0.1, 10.0)
+
+
+class PerDirection(Strict):
+    """One quantity for each direction; the unit is that of the field which holds it."""
+
+    warp: Quantity
+    weft: Quantity
+
+
+class YarnLaw(Strict):
+    """Axial law of a yarn: linear, linear after a parabolic toe, or a table."""
+
+    kind: Literal["linear", "toe", "table"] = Field("linear", description="shape of the axial stress-strain law")
+    toe_strain: float = number(0.0, "%", "strain at which the toe ends (kind toe)", ge=0, le=2)
+    points: list[Annotated[tuple[float, float], Field(strict=False)]] = Field(
+        default_factory=list, description="strain [%] and stress [MPa] pairs, rising, first (0, 0) (kind table)"
+    )
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        _check_law(self)
+        return self
+
+
+class Yarn(Strict):
+    """What both yarn systems share."""
+
+    description: str = Field("", description="make of the yarn")
+    linear_density: Quantity = measure("tex", "mass per length", gt=0, band=(1, 20000))
+    beam_diameter: Quantity = measure("mm", "diameter of the circular beam in contact", gt=0, band=(0.05, 10))
+    youngs_modulus: Quantity = measure("GPa", "axial modulus on the load area", gt=0, band=(0.1, 1000))
+    load_area: Quantity = measure("mm2", "area that carries the modulus", gt=0, band=(1e-3, 50))
+    fracture_strain: Quantity = measure(
+        "%", "axial strain at failure; sd is the yarn-to-yarn scatter", gt=0, band=(0.1, 50)
+    )
+    law: YarnLaw = Field(default_factory=YarnLaw, description="shape of the axial law")
+
+    @model_validator(mode="after")
+    def _law_fits(self) -> Self:
+        _check_yarn(self)
+        return self
+
+
+class ReinforcingYarn(Yarn):
+    """The straight (slightly wavy) warp and weft inlays."""
+
+    bending_stiffness: PerDirection = measure(
+        "N mm2", "EI of one yarn, by the section integration rule", gt=0, band=(1e-4, 1e4)
+    )
+    crimp: PerDirection = measure("%", "extra length of the harmonic wave", ge=0, le=5)
+    crimp_scatter: PerDirection = measure("1", "sd of the wave amplitude, relative, yarn to yarn", ge=0, le=0.5)
+    slack: PerDirection = measure("%", "scale of the half-normal slack of a yarn before it carries load", ge=0, le=2)
+
+    @model_validator(mode="after")
+    def _bends_like_its_section(self) -> Self:
+        for direction in ("warp", "weft"):
+            _check_bending(self, getattr(self.bending_stiffness, direction), f"bending_stiffness.{direction}")
+        return self
+
+
+class KnittingYarn(Yarn):
+    """The yarn of the loops."""
+
+    bending_stiffness: Quantity = measure("N mm2", "EI of the yarn", gt=0, band=(1e-4, 100))
+    degree_of_set: Quantity = measure(
+        "1", "share of its bend in the loop that the yarn keeps by itself; the rest presses the crossings", ge=0, le=1
+    )
+
+    @model_validator(mode="after")
+    def _bends_like_its_section(self) -> Self:
+        _check_bending(self, self.bending_stiffness, "bending_stiffness")
+        return self
+
+
+def _check_law(law: YarnLaw) -> None:
+    """A law has the numbers of its kind, rises from the start, and its points are strains and stresses."""
+    if law.kind == "toe" and law.toe_strain <= 0:
+        raise BoundsError("kind toe needs toe_strain > 0 %", "toe_strain")
+    if law.kind == "table":
+        _check_points(law.points)
+
+
+def _check_points(points: list[tuple[float, float]]) -> None:
+    if len(points) < 2 or points[0] != (0.0, 0.0):
+        raise BoundsError("kind table needs at least two points, the first [0, 0]", "points")
+    for strain, stress in points:
+        check_bounds(strain, LAW_STRAIN, "points")
+        check_bounds(stress, LAW_STRESS, "points")
+    if any(b[0] <= a[0] for a, b in pairwise(points)):
+        raise BoundsError("table strains must rise strictly", "points")
+    if any(b[1] < a[1] for a, b in pairwise(points)):
+        raise BoundsError("table stresses must not fall (failure is set by fracture_strain)", "points")
+    if points[1][1] <= 0.0:
+        raise BoundsError(
+            "the table has no slope at its start: a yarn would carry nothing; give slack by reinforcing.slack", "points"
+        )
+
+
+def _check_yarn(yarn: Yarn) -> None:
+    """The law of ``yarn`` reaches its fracture strain, and its table is one of its modulus."""
+    law, fracture = yarn.law, yarn.fracture_strain.value
+    if law.kind == "toe" and law.toe_strain >= fracture:
+        raise BoundsError(f"must be less than fracture_strain, {fracture:g} %", "law.toe_strain")
+    if law.kind != "table":
+        return
+    if law.points[-1][0] < fracture:
+        raise BoundsError(
+            f"the table ends at {law.points[-1][0]:g} %, before fracture_strain = {fracture:g} %", "law.points"
+        )
+    steepest = max((b[1] - a[1]) / (b[0] - a[0]) for a, b in pairwise(law.points)) / 10.0  # MPa per % to GPa
+    low, high = (share * yarn.youngs_modulus.value for share in LAW_STEEPNESS)
+    if not low <= steepest <= high:
+        raise BoundsError(
+            f"the steepest part of the table has {steepest:.3g} GPa, implausible beside youngs_modulus = "
+            f"{yarn.youngs_modulus.value:g} GPa (stresses are in MPa, strains in %)",
+            "law.points",
+        )
+
+
+def _check_bending(yarn: ReinforcingYarn | KnittingYarn, stiffness: Quantity, field: str) -> None:
+    """No section of modulus E, area A and diameter d is stiffer than the thin tube, E A d^2 / 8."""
+    tube = 1e3 * yarn.youngs_modulus.value * yarn.load_area.value * yarn.beam_diameter.value**2 / 8.0
+    if stiffness.value > tube:
+        raise BoundsError(
+            f"must be at most {tube:.4g} N mm2, that of a thin tube of youngs_modulus, load_area and beam_diameter",
+            field,
+        )
