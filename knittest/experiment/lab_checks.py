@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from knittest.base.errors import InputError
 from knittest.config.base import BoundsError, check_bounds, field_meta
 from knittest.config.fabric import MacroMaterial
-from knittest.config.unit_slips import likely_unit
 from knittest.experiment.lab_conditions import GAUGE, WIDTH, Condition, unstated
 from knittest.experiment.lab_csv import Specimen
+from knittest.experiment.lab_units import likely_force
 from knittest.experiment.statistics import peaks
 
 Array = NDArray[np.float64]
@@ -37,7 +37,7 @@ def plausible_strips(specimens: Sequence[Specimen]) -> None:
             per = "" if s.width is None else f", {top / s.width:.4g} N/mm of its {s.width:g} mm"
             raise InputError(
                 f"{s.path}: specimen {s.name}: maximum force {top:.6g} N{per}: implausible, expected "
-                f"{band[0]:g} to {band[1]:g} N{likely_unit(top, 'N', band)}: check the unit of the force"
+                f"{band[0]:g} to {band[1]:g} N{likely_force(top, s.unit, band)}: check the unit of the force"
             )
         try:
             check_bounds(float(at), field_meta(MacroMaterial, "fracture_strain"))

@@ -28,7 +28,7 @@ TRAVEL = re.compile(r"strain|dehnung|displacement|travel|weg|extension|elongatio
 class Specimen:
     """Strain [%] and force [N] of one specimen, (n,) each; width and gauge length [mm] where they are known.
 
-    ``path`` is its file, ``said`` the direction that the file states, if any.
+    ``path`` is its file, ``said`` the direction that the file states, if any, ``unit`` the unit of its forces there.
     """
 
     name: str
@@ -38,6 +38,7 @@ class Specimen:
     gauge: float | None = None
     path: Path = Path()
     said: Said | None = None
+    unit: str = "N"
 
 
 def read_lab(
@@ -62,8 +63,13 @@ def read_lab(
     for number, (pair, wide) in enumerate(zip(pairs, widths, strict=True), 1):
         name = path.stem if len(pairs) == 1 else f"{path.stem}-{number}"
         strain, force = _curve(table, name, pair, gauge, sign)
-        specimens.append(Specimen(name, strain, force, wide, gauge, path, said))
+        unit = _force_unit(table, pair[1])
+        specimens.append(Specimen(name, strain, force, wide, gauge, path, said, unit))
     return specimens
+
+
+def _force_unit(table: LabTable, column: int) -> str:
+    return lab_units.force_unit(table.names[column], table.units[column], table.where)
 
 
 def _to_strain(unit: str, gauge: float | None, where: str) -> float:
@@ -120,7 +126,7 @@ def _curve(
     unit = lab_units.travel_unit(table.names[travel], table.units[travel], table.where)
     factors = (
         _to_strain(unit, gauge, table.where),
-        lab_units.force_factor(table.names[pull], table.units[pull], table.where),
+        lab_units.FORCE[_force_unit(table, pull)],
     )
     where = f"{table.path}:{{}}: specimen {name}"
     with np.errstate(over="ignore", invalid="ignore"):  # refused below

@@ -33,7 +33,7 @@ LEAST = 3.0
 class Sheared:
     """Shear angle [deg], rising, and crosshead force [N] of one specimen on its first loading, (n,) each.
 
-    ``turned`` says that more loading follows, which is left out. Sides in mm.
+    ``turned`` says that more loading follows, which is left out. Sides in mm; ``unit`` is that of the file's forces.
     """
 
     name: str
@@ -43,6 +43,7 @@ class Sheared:
     fabric_side: float
     path: Path
     turned: bool
+    unit: str = "N"
 
     @property
     def normalised(self) -> Array:
@@ -76,7 +77,8 @@ def read_frames(path: Path, given: Given) -> list[Sheared]:
     for number, pair in enumerate(pairs, 1):
         name = path.stem if len(pairs) == 1 else f"{path.stem}-{number}"
         angle, force, turned = _curve(table, name, pair, frame, given)
-        found.append(Sheared(name, angle, force, frame, fabric, path, turned))
+        unit = lab_units.force_unit(table.names[pair[1]], table.units[pair[1]], table.where)
+        found.append(Sheared(name, angle, force, frame, fabric, path, turned, unit))
     return found
 
 
@@ -99,7 +101,7 @@ def _curve(
     _, values = columns(table, pair, name)
     move, pull = pair
     with np.errstate(over="ignore", invalid="ignore"):  # refused below
-        force = values[:, 1] * lab_units.force_factor(table.names[pull], table.units[pull], table.where)
+        force = values[:, 1] * lab_units.FORCE[lab_units.force_unit(table.names[pull], table.units[pull], table.where)]
     if not np.isfinite(force).all():
         raise InputError(f"{where}: no finite force")
     moved = drawn(values[:, 0], given.sign)

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from knittest.base.atomic import write_atomic
 from knittest.base.errors import InputError
-from knittest.config.unit_slips import likely_unit
 from knittest.experiment.lab_checks import common, digest, refuse_apart, refuse_copies
 from knittest.experiment.lab_conditions import FABRIC_SIDE, FRAME_SIDE
 from knittest.experiment.lab_fabric import finish
@@ -19,6 +18,7 @@ from knittest.experiment.lab_lines import table_lines
 from knittest.experiment.lab_picture import plot
 from knittest.experiment.lab_rigs import END
 from knittest.experiment.lab_series import Results, write_results
+from knittest.experiment.lab_units import likely_force
 from knittest.experiment.statistics import Corridor, band
 from knittest.materials.trellis import ANGLE, NORMALISED, crosshead_of_normalised, to_conjugate
 
@@ -64,7 +64,7 @@ def frame_series(specimens: Sequence[Sheared]) -> FrameSeries:
             limits = (FORCES[0] * force / top, FORCES[1] * force / top) if top else (FORCES[0], FORCES[1])
             raise InputError(
                 f"{s.path}: specimen {s.name}: maximum force {force:.6g} N, normalised {top:.4g} N/mm: implausible, "
-                f"expected {FORCES[0]:g} to {FORCES[1]:g} N/mm{likely_unit(force, 'N', limits)}: check the unit"
+                f"expected {FORCES[0]:g} to {FORCES[1]:g} N/mm{likely_force(force, s.unit, limits)}: check the unit"
             )
     at_end = np.array([np.interp(end, s.angle, s.normalised) for s in specimens])
     refuse_apart([(s.name, s.path) for s in specimens], at_end, f"normalised force at {end:.3g} deg", "N/mm")

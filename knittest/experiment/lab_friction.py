@@ -25,7 +25,8 @@ from knittest.experiment.lab_rigs import KINETIC, STATIC
 from knittest.experiment.lab_series import Results, write_results
 from knittest.experiment.lab_sign import drawn, pulled
 from knittest.experiment.lab_table import LabTable, columns, read_table
-from knittest.experiment.statistics import band
+from knittest.experiment.lab_units import likely_force
+from knittest.experiment.statistics import band as corridor_band
 
 Array = NDArray[np.float64]
 
@@ -44,7 +45,7 @@ HEADS = ("static [N]", "kinetic [N]", "F_R/F_N of two faces", "of a face")
 class Rubbed:
     """Travel [mm] from the start and pull force [N] of one strip, (n,) each; ``faces`` of it rub.
 
-    ``sizes`` are normal force [N], length and width [mm] of the plates.
+    ``sizes`` are normal force [N], length and width [mm] of the plates; ``unit`` is that of the file's pull forces.
     """
 
     name: str
@@ -54,6 +55,7 @@ class Rubbed:
     faces: int
     path: Path
     said: Said | None
+    unit: str = "N"
 
     @property
     def kinetic(self) -> float:
@@ -92,7 +94,8 @@ def read_friction(path: Path, given: Given) -> list[Rubbed]:
     for number, pair in enumerate(pairs, 1):
         name = path.stem if len(pairs) == 1 else f"{path.stem}-{number}"
         travel, force = _curve(table, name, pair, given)
-        found.append(Rubbed(name, travel, force, (normal, long, wide), given.faces, path, said))
+        unit = lab_units.force_unit(table.names[pair[1]], table.units[pair[1]], table.where)
+        found.append(Rubbed(name, travel, force, (normal, long, wide), given.faces, path, said, unit))
     return found
 
 
@@ -112,7 +115,7 @@ def _curve(table: LabTable, name: str, pair: tuple[int, int], given: Given) -> t
     _, values = columns(table, pair, name)
     way, pull = pair
     unit = lab_units.stated(table.names[way], table.units[way], lab_units.LENGTH, table.where) or "mm"
-    force_factor = lab_units.force_factor(table.names[pull], table.units[pull], table.where)
+    force_factor = lab_units.FORCE[lab_units.force_unit(table.names[pull], table.units[pull], table.where)]
     with np.errstate(over="ignore", invalid="ignore"):  # refused below
         travel, force = drawn(values[:, 0], given.sign) * lab_units.LENGTH[unit], values[:, 1] * force_factor
     if not np.isfinite(force).all():
@@ -137,10 +140,11 @@ def friction_results(strips: Sequence[Rubbed], direction: str, files: Sequence[s
     sizes = [(what, common(what, [s.sizes[k] for s in strips], paths)) for k, what in enumerate(SIZES)]
     for s in strips:
         if not COEFFICIENTS[0] <= s.coefficient <= COEFFICIENTS[1]:
+            band = (COEFFICIENTS[0] * s.faces * s.sizes[0], COEFFICIENTS[1] * s.faces * s.sizes[0])
             raise InputError(
                 f"{s.path}: specimen {s.name}: {s.kinetic:.4g} N of pull under {s.sizes[0]:g} N is a coefficient of "
-                f"{s.coefficient:.4g} a face: implausible, expected {COEFFICIENTS[0]:g} to {COEFFICIENTS[1]:g}: check "
-                "the units of both forces"
+                f"{s.coefficient:.4g} a face: implausible, expected {COEFFICIENTS[0]:g} to {COEFFICIENTS[1]:g}"
+                f"{likely_force(s.kinetic, s.unit, band)}: check the units of both forces"
             )
     per_face = np.array([s.coefficient for s in strips])
     refuse_apart([(s.name, s.path) for s in strips], per_face, "coefficient of a face", "")
@@ -177,7 +181,7 @@ def write_friction(
         refuse_other([s.said for s in strips], direction)
     results = friction_results(strips, direction, files)
     end = min(float(s.travel[-1]) for s in strips)
-    corridor = band([(s.travel, s.force) for s in strips], end, "travel")
+    corridor = corridor_band([(s.travel, s.force) for s in strips], end, "travel")
     inner = write_results(out, results)
     notes = results.notes(out)
     for number, s in enumerate(strips, 1):

@@ -29,20 +29,31 @@ _MARKED = re.compile(r"(?:/|\bin\b)\s*(\S+)$")
 _LAST_WORD = re.compile(r"[_\s,]\s*([^_\s,]+)$")
 
 
-def force_factor(name: str, below: str, where: str) -> float:
-    """Factor to N of the force column ``name``; ``below`` is its cell in the row of units; none stated means N.
+def force_unit(name: str, below: str, where: str) -> str:
+    """Unit of the force column ``name``; ``below`` is its cell in the row of units; none stated means N.
 
     Raises :class:`InputError` for a force per width, which is no force of a strip.
     """
     if _PER_LENGTH.search(name):
         raise InputError(f"{where}: column {name!r}: a force per width: expected the force of the whole strip [N]")
-    return FORCE[stated(name, below, FORCE, where) or "N"]
+    return stated(name, below, FORCE, where) or "N"
+
+
+def likely_force(newton: float, unit: str, band: tuple[float, float]) -> str:
+    """Name the units in which the number that ``unit`` made ``newton`` would fall into ``band`` [N], or say nothing.
+
+    A column of N under a head that says kN looks like N, whatever other unit would fit as well.
+    """
+    low, high = band
+    number = newton / FORCE[unit]
+    found = [f"{u}: {number * f:.6g} N" for u, f in FORCE.items() if u != unit and low <= number * f <= high]
+    return f" (it looks like {' or '.join(found[:2])})" if found else ""
 
 
 def travel_unit(name: str, below: str, where: str) -> str:
     """Unit of the travel column ``name``: a key of LENGTH or STRAIN; none stated means mm, for a strain it is refused.
 
-    Raises :class:`InputError`, as :func:`force_factor` does, for any unit that is not known.
+    Raises :class:`InputError`, as :func:`force_unit` does, for any unit that is not known.
     """
     unit = stated(name, below, LENGTH | STRAIN, where)
     if not unit and _STRAIN_NAME.search(name):

@@ -121,7 +121,7 @@ def test_a_force_in_the_wrong_unit_is_refused_with_the_likely_one(tmp_path, unit
 def test_forces_of_yarns_and_strains_are_judged_too(tmp_path):
     plausible_strips(read_lab(written(tmp_path, "Weg;Kraft\nmm;N\n0;0\n3,5;6,4\n"), 200.0))
     for text, words in (
-        ("Weg;Kraft\nmm;kN\n0;0\n3,5;3200\n", r"3\.2e\+06 N: implausible, .*it looks like cN: 32000 N or mN: 3200 N"),
+        ("Weg;Kraft\nmm;kN\n0;0\n3,5;3200\n", r"3\.2e\+06 N: implausible, .*it looks like N: 3200 N or daN: 32000 N"),
         ("Dehnung [%];Kraft\n0;0\n0,016;3200\n", r"strain at maximum force 0\.016 %.*it looks like a fraction: 1\.6 %"),
         ("Weg;Kraft\nmm;N\n0;0\n150;3200\n", r"strain at maximum force 75 %: implausible, expected 0\.1 to 50 %"),
     ):

@@ -148,7 +148,7 @@ def test_the_area_mass_of_the_overhangs_is_the_fabrics(tmp_path, monkeypatch):
     stiffness = found.fabric.macro.kernel("bending_stiffness", "warp")
     assert chord_angle(overhang, mass * 9.81e-3, stiffness) == pytest.approx(STANDARD_ANGLE, abs=0.1)
     rows = {row.quantity: row for row in references_of(found, ()).rows}
-    own = strip_stiffness(found, overhang) * 10.0
+    own = strip_stiffness(found, overhang, STANDARD_ANGLE) * 10.0
     assert rows["bending_stiffness_mncm2"].mean == pytest.approx(own, rel=0.01)
     assert row_kind(found, "bending_stiffness_mncm2") == "input"
 

@@ -174,3 +174,10 @@ def test_rows_of_a_frame_are_for_the_sides_of_the_run_or_for_any(tmp_path, monke
     assert "for a square of 50 mm in a frame of 50 mm instead of 160 in 200 mm" in force.table
     with pytest.raises(InputError, match="of a frame of unknown sides"):
         REPORTS["picture-frame"].scaled(run, [replace(rows[1], conditions=UNKNOWN)])
+
+
+def test_a_force_in_newton_under_a_head_of_kilonewton_looks_like_newton(tmp_path):
+    path = frame_file(tmp_path / "a.csv", stiffness=2.0)
+    path.write_text(path.read_text(encoding="utf-8").replace("Kraft [N]", "Kraft [kN]"), encoding="utf-8")
+    with pytest.raises(InputError, match=r"implausible, .*\(it looks like N: \d+\.?\d* N or cN"):
+        frame_series(read_frames(path, Given()))

@@ -136,3 +136,10 @@ def test_a_pull_force_belongs_to_its_normal_force(tmp_path):
         REPORTS["friction"].scaled(lighter, rows)
     with pytest.raises(InputError, match="an unknown normal force"):
         REPORTS["friction"].scaled(run, [replace(rows[1], conditions=UNKNOWN)])
+
+
+def test_a_pull_in_newton_under_a_head_of_kilonewton_looks_like_newton(tmp_path):
+    path = friction_file(tmp_path / "a.csv")
+    path.write_text(path.read_text(encoding="utf-8").replace("Kraft [N]", "Kraft [kN]"), encoding="utf-8")
+    with pytest.raises(InputError, match=r"coefficient of 75 a face: .*it looks like N: 300 N or daN: 3000 N\)"):
+        friction_results(read_friction(path, Given()), "warp", [])
