@@ -35,9 +35,7 @@ def _reading(command: Any) -> Any:
         click.option(
             "--test",
             type=click.Choice(["tensile", "picture-frame", "cantilever", "friction"]),
-            default="tensile",
-            show_default=True,
-            help="What was tested.",
+            help="What was tested; tensile if not given, unless a file looks like another test.",
         ),
         *(
             click.option(name, type=float, help=f"{text} [{unit}], if the files do not state it.")
@@ -77,7 +75,7 @@ def _reading(command: Any) -> Any:
 @click.option("--trust-direction", is_flag=True, help="Go by --direction where a file names the other one.")
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder of the experiment, for all tests.")
 def import_(
-    test: str, files: tuple[Path, ...], direction: str | None, trust_direction: bool, out: Path, **reading: Any
+    test: str | None, files: tuple[Path, ...], direction: str | None, trust_direction: bool, out: Path, **reading: Any
 ) -> None:  # fmt: skip
     """Read testing-machine exports; write an experiment that a fabric file can name.
 
@@ -91,8 +89,10 @@ def import_(
     Example: knittest data import frame-*.csv --test picture-frame --frame-side 200 --fabric-side 180 --out data/mine
     """
     from knittest.config.starting import FABRIC
+    from knittest.experiment.lab_guess import stated_test
     from knittest.experiment.lab_tests import LAB_TESTS, read_files, write_files
 
+    test = stated_test(test, files, reading["delimiter"])
     specimens = read_files(test, files, reading)
     lines = LAB_TESTS[test].lines(specimens)
     write_files(test, specimens, out, direction, files=[f.name for f in files], trusted=trust_direction)
@@ -103,7 +103,7 @@ def import_(
 
 @data.command()
 @_reading
-def stats(test: str, files: tuple[Path, ...], **reading: Any) -> None:
+def stats(test: str | None, files: tuple[Path, ...], **reading: Any) -> None:
     """Print the results of every specimen, mean and sd: of a tensile test maximum force and strain at it.
 
     Strips or yarns: what has no width is judged by its force alone. Other tests need the conditions that data import
@@ -111,8 +111,10 @@ def stats(test: str, files: tuple[Path, ...], **reading: Any) -> None:
 
     Example: knittest data stats warp-*.csv --gauge-length 200
     """
+    from knittest.experiment.lab_guess import stated_test
     from knittest.experiment.lab_tests import LAB_TESTS, read_files
 
+    test = stated_test(test, files, reading["delimiter"])
     click.echo("\n".join(LAB_TESTS[test].lines(read_files(test, files, reading))))
 
 

@@ -57,27 +57,36 @@ class Solver(Strict):
         None, "us", "raise masses to reach this time step (mass scaling)", gt=0, band=(1e-3, 1e3)
     )
     max_added_mass: float = number(5.0, "%", "refuse more added mass than this", ge=0, le=1000)
-    max_kinetic_ratio: float = number(5.0, "%", "kinetic energy over work above which comparison is refused", gt=0)
-    max_energy_error: float = number(2.0, "%", "energy error above which comparison is refused; 10 stops", gt=0)
-    max_penetration: float = number(25.0, "%", "penetration over radius above which comparison is refused", gt=0)
-    max_overlap: float = number(
-        10.0, "%", "overlap of yarns at the start over radius above which comparison is refused; 20 stops", gt=0
+    max_kinetic_ratio: float = number(
+        5.0, "%", "kinetic energy over work above which comparison is refused", gt=0, le=100
     )
-    max_damping: float = number(5.0, "%", "damping over work above which comparison is refused", gt=0)
+    max_energy_error: float = number(2.0, "%", "energy error above which comparison is refused; 10 stops", gt=0, le=10)
+    max_penetration: float = number(
+        25.0, "%", "penetration over radius above which comparison is refused", gt=0, le=100
+    )
+    max_overlap: float = number(
+        10.0, "%", "overlap of yarns at the start over radius above which comparison is refused; 20 stops", gt=0, le=20
+    )
+    max_damping: float = number(5.0, "%", "damping over work above which comparison is refused", gt=0, le=100)
     max_contact_damping: float = number(
-        5.0, "%", "damping of contacts and free tools over work above which comparison is refused", gt=0
+        5.0, "%", "damping of contacts and free tools over work above which comparison is refused", gt=0, le=100
     )
     max_hourglass: float = number(
-        5.0, "%", "hourglass energy of shells over internal energy above which comparison is refused", gt=0
+        5.0, "%", "hourglass energy of shells over internal energy above which comparison is refused", gt=0, le=100
     )
     max_beyond_law: float = number(
-        5.0, "%", "share of the shells sheared beyond the end of the law above which comparison is refused", gt=0
+        5.0,
+        "%",
+        "share of the shells sheared beyond the end of the law above which comparison is refused",
+        gt=0,
+        le=100,
     )
     max_drag: float = number(
         10.0,
         "%",
         "forming: drag of damping at full speed, over weight and holder's force, above which comparison is refused",
         gt=0,
+        le=100,
     )
 
 

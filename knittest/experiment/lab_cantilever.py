@@ -163,6 +163,7 @@ def cantilever_lines(strips: Sequence[Bent]) -> list[str]:
     angle = strips[0].angle
     turned = "" if angle == STANDARD_ANGLE else f"; overhangs are for {STANDARD_ANGLE:g} deg, by the heavy elastica"
     lines.append(f"plane at {angle:g} deg{turned}; B = area mass x g x (overhang / 2)^3")
+    lines.append("overhangs are taken as corrected, for a strip that curls as well")
     return lines + [f"{what.name}: {value:g} {what.unit}" for what, value in results.conditions]
 
 

@@ -107,6 +107,9 @@ def frame_lines(specimens: Sequence[Sheared]) -> list[str]:
     for s in specimens:
         turned = ", turns there: first loading alone" if s.turned else ""
         lines.append(f"{s.name}: up to {s.angle[-1]:.3g} deg{turned}")
+    lines.append(
+        "forces are taken as those of the fabric alone: that of the empty frame must have been subtracted before"
+    )
     return [*lines, f"frame side: {series.frame:g} mm", f"fabric side: {series.fabric:g} mm"]
 
 

@@ -170,6 +170,9 @@ def friction_lines(strips: Sequence[Rubbed]) -> list[str]:
         f"kinetic: mean over the last half of the travel; static: largest before it; {strips[0].faces} "
         f"face{'s' * (strips[0].faces > 1)} rubbing (--faces)"
     )
+    lines.append(
+        "pull forces are taken as those of the strip alone: what the empty rig takes must have been subtracted"
+    )
     return lines + [f"{what.name}: {value:g} {what.unit}" for what, value in results.conditions]
 
 

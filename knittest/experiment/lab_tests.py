@@ -25,6 +25,7 @@ from knittest.experiment.lab_frame import read_frames
 from knittest.experiment.lab_frame_report import frame_lines, write_frames
 from knittest.experiment.lab_friction import friction_lines, read_friction, write_friction
 from knittest.experiment.lab_given import Given
+from knittest.experiment.lab_guess import hinted
 from knittest.experiment.lab_report import summary_lines, write_import
 
 CONDITIONS = (
@@ -93,7 +94,14 @@ def read_files(test: str, files: Sequence[Path], options: Mapping[str, Any]) -> 
         if name not in kind.options:
             raise _useless(f"--{name}", test)
     given = Given(options.get("decimal"), options.get("delimiter"), sizes=sizes, **said)
-    return [specimen for path in files for specimen in kind.read(path, given)]
+    return [specimen for path in files for specimen in _read(test, path, given)]
+
+
+def _read(test: str, path: Path, given: Given) -> Sequence[Any]:
+    try:
+        return LAB_TESTS[test].read(path, given)
+    except InputError as error:
+        raise hinted(error, test, path, given.delimiter) from None
 
 
 def write_files(test: str, specimens: Sequence[Any], out: Path, direction: str | None, **how: Any) -> str:

@@ -27,6 +27,8 @@ def given_as(run: Run, path: Path, curve: ReferenceCurve) -> str:
 
     The same file, one of the same source, the same data, or a specimen of the import that a given file was made of.
     """
+    if _gave_friction(run, path):
+        return "its coefficients were given to the run"
     if run.model.scale != "macro":
         return ""
     macro = run.fabric.macro
@@ -45,6 +47,14 @@ def given_as(run: Run, path: Path, curve: ReferenceCurve) -> str:
     if any(_same_data(made, one) for made in beside for one in given):
         return "it is a specimen of the import that the shells were given"
     return ""
+
+
+def _gave_friction(run: Run, path: Path) -> bool:
+    """Tell whether ``path`` is of the fabric's own friction tests, whose coefficients its file gives to the rig."""
+    own = run.fabric.experiment
+    if run.rig.kind != "friction" or "friction" not in run.fabric.rigs or own is None:
+        return False
+    return path.resolve().is_relative_to((data_dir() / own).resolve())
 
 
 def _readable(paths: list[Path]) -> Iterator[ReferenceCurve]:

@@ -22,6 +22,4 @@ def imported_corridor(run: Run) -> ReferenceCurve | None:
         return None
     curve = load_curve(path)
     known = given_as(run, path, curve)
-    if run.rig.kind in run.fabric.rigs and run.rig.kind == "friction":
-        known = "its coefficients were given to the run"
     return noted(replace(curve, kind="input"), known) if known else curve

@@ -162,7 +162,7 @@ def title_of(run: Run) -> str:
 
 def scatter(curves: Sequence[ReferenceCurve]) -> list[Band]:
     """Mean and standard deviation of the references that are means of several specimens."""
-    return [Band(c.x, c.mean - c.sd, c.mean + c.sd, f"{c.source}, ± sd") for c in curves if c.sd is not None]
+    return [Band(c.x, c.mean - c.sd, c.mean + c.sd, f"{c.kind}, ± sd") for c in curves if c.sd is not None]
 
 
 def draw_energies(run: Run, specimens: list[Specimen], folder: Path, span: Callable[[History], Span]) -> None:

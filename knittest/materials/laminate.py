@@ -7,7 +7,7 @@ that for a fabric; a curve with a softer toe moves them out. In compression only
 """
 
 from collections.abc import Mapping
-from math import sqrt
+from math import ceil, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -101,12 +101,18 @@ def softened_at_most(card: Laminate, share: float) -> Laminate:
     return _linear(card, share, largest, compression)._replace(fail_strain=strength / (share * largest))
 
 
+def _enough(least: Array) -> float:
+    """A share, of two digits, that is a fifth above the ``least`` of each layer (2,)."""
+    return min(ceil(120.0 * float(least.max())) / 100.0, 1.0)
+
+
 def _linear(card: Laminate, share: float, tension: Array, compression: Array) -> Laminate:
     """A laminate with ``share`` of ``tension`` and with ``compression`` [N/mm], (2,) each, of all layers."""
     slope = share * tension - 2.0 * card.outer
     if (slope <= 0.0).any():
         raise InputError(
-            f"rig.membrane_share = {share:g}: leaves less membrane stiffness than bending needs; expected more"
+            f"rig.membrane_share = {share:g}: leaves less membrane stiffness than bending needs; --set "
+            f"rig.membrane_share={_enough(2.0 * card.outer / tension):g} leaves enough"
         )
     return card._replace(knee=np.zeros((2, 1)), slope=slope[:, None], compression=compression - 2.0 * card.outer)
 

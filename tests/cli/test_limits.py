@@ -7,7 +7,7 @@ from knittest.cli.main import run
 
 STRIP = ["tensile", "--scale", "macro", "--direction", "warp", "--no-frames", "--quiet"]
 FAST = ["--variant", "1", "--preset", "quick", "--set", "solver.speed=30"]
-LOOSE = ["--set", "solver.max_kinetic_ratio=1e9", "--set", "solver.max_energy_error=1e9"]
+LOOSE = ["--set", "solver.max_kinetic_ratio=100", "--set", "solver.max_energy_error=10"]
 
 
 def left_by(folder: Path) -> tuple[dict, str]:
@@ -21,15 +21,23 @@ def test_widened_gates_refuse_are_marked_and_stay_so_in_the_folders_config(tmp_p
     assert run([*STRIP, *FAST, *LOOSE, "--out", str(folder)]) == 3
     summary, page = left_by(folder)
     assert [(one["name"], one["value"], one["preset"], one["accepted"]) for one in summary["limits"]] == [
-        ("solver.max_kinetic_ratio", 1e9, 5.0, False),
-        ("solver.max_energy_error", 1e9, 2.0, False),
+        ("solver.max_kinetic_ratio", 100.0, 5.0, False),
+        ("solver.max_energy_error", 10.0, 2.0, False),
     ]
     assert summary["comparison"] == [] and sum("--accept-limits" in reason for reason in summary["refused"]) == 2
-    assert "Looser than the preset: solver.max_kinetic_ratio = 1e+09 %, the preset&#39;s is 5 %; not accepted" in page
+    assert "Looser than the preset: solver.max_kinetic_ratio = 100 %, the preset&#39;s is 5 %; not accepted" in page
     assert json.loads((folder / "manifest.json").read_text())["exit_code"] == 3
     again = [*STRIP, "--config", str(folder / "config.yaml")]
     assert run([*again, "--out", str(tmp_path / "b")]) == 3
     assert len(left_by(tmp_path / "b")[0]["limits"]) == 2
+
+
+def test_a_limit_that_nothing_passes_is_no_limit(capsys) -> None:
+    assert run([*STRIP, *FAST, "--set", "solver.max_kinetic_ratio=1e9"]) == 2
+    assert (
+        "--set solver.max_kinetic_ratio: solver.max_kinetic_ratio = 1e9: must be at most 100 %"
+        in capsys.readouterr().err
+    )
 
 
 def test_accepted_limits_count_and_are_recorded_and_do_not_pass_on(tmp_path: Path) -> None:

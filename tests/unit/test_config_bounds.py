@@ -24,12 +24,6 @@ OPEN = {
     **dict.fromkeys(("Target.value", "Target.sd"), "any result, in its unit"),
     **dict.fromkeys(("Sample.n", "Range.steps"), "the number of runs of the sweep, which is counted and limited"),
     "PictureFrameRig.turns": "max_angle",
-    **dict.fromkeys(
-        ("Solver.max_kinetic_ratio", "Solver.max_energy_error", "Solver.max_penetration", "Solver.max_overlap",
-         "Solver.max_damping", "Solver.max_contact_damping", "Solver.max_hourglass", "Solver.max_drag",
-         "Solver.max_beyond_law"),
-        "a limit looser than the preset's is marked and refuses the comparison",
-    ),
 }  # fmt: skip
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from knittest.base.errors import InputError
 from knittest.kernels.laws import hinge_force
-from knittest.materials.laminate import laminate
+from knittest.materials.laminate import laminate, softened
 
 sys.path.append(str(Path(__file__).parents[1] / "verification"))
 from shell_cases import CURVES, fabric, per_width, toe_curve
@@ -77,3 +77,15 @@ def test_bad_curves_are_refused(curve, says):
         laminate(fabric(), per_width(curve))
     assert "macro.tension.warp (warp.csv)" in str(caught.value)
     assert "expected" in str(caught.value)
+
+
+def test_too_small_a_share_names_one_that_is_enough():
+    """The outer layers alone may not be more than the share of the whole."""
+    card = laminate(fabric(), CURVES)
+    soft = softened(card, 1.0)
+    tension = soft.slope[:, 0] + 2.0 * soft.outer
+    least = float((2.0 * soft.outer / tension).max())
+    with pytest.raises(InputError, match=r"--set rig\.membrane_share=[\d.]+ leaves enough") as refused:
+        softened(card, 0.99 * least)
+    named = float(str(refused.value).rpartition("=")[2].split()[0])
+    assert least < named <= 1.2 * least + 0.01 and (softened(card, named).slope[:, 0] > 0.0).all()

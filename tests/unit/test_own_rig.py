@@ -18,6 +18,7 @@ from knittest.experiment.lab_frame_report import write_frames
 from knittest.experiment.lab_friction import read_friction, write_friction
 from knittest.experiment.lab_given import Given
 from knittest.experiment.row_kind import assumed_inputs, row_kind
+from knittest.laboratory.against import own_curves
 from knittest.laboratory.picture_frame.report import NORMALISED_LABEL
 from knittest.laboratory.registry import TESTS
 from knittest.laboratory.report_base import scatter
@@ -148,7 +149,7 @@ def test_a_frame_stands_beside_its_import(place):
     assert crosshead.mean == pytest.approx(crosshead_force(0.1 * gamma, gamma, 170.0, 200.0), rel=1e-3)
     assert crosshead.scaled == "" and rows[f"{NORMALISED}_at_deg.20"].unit == "N/mm"
     assert (found.curve.kind, found.curve.y_name) == ("input", NORMALISED) and found.curve.sd is not None
-    assert [band.label for band in scatter(found.curves)] == ["mine, 2 frames of 200 mm, fabric of 170 mm, ± sd"]
+    assert [band.label for band in scatter(found.curves)] == ["input, ± sd"]
     beside = scatter(found.curves)[0]
     assert beside.high - beside.low == pytest.approx(2.0 * found.curve.sd)
     yarns = references_of(mine("picture-frame", scale="meso"), ())
@@ -160,6 +161,8 @@ def test_friction_stands_beside_its_import_under_the_same_force(place):
     assert run(["new", "mine", "--from", "data/mine"]) == 0
     curve = references_of(mine("friction", direction="warp"), ()).curve
     assert (curve.kind, curve.y_name, curve.mean[-1]) == ("input", "pull_force_n", pytest.approx(200.0, rel=1e-3))
+    (against,) = own_curves(mine("friction", direction="warp"), [OUT / "friction-warp/corridor.csv"])
+    assert against.kind == "input" and "coefficients were given" in against.note
     lighter = references_of(mine("friction", direction="warp", sets=["rig.normal_force=400"]), ())
     assert lighter.curve is None and [row.quantity for row in lighter.rows] == ["mu_paper"]
     assert references_of(mine("friction", direction="weft"), ()).curve is None

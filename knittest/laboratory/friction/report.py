@@ -62,10 +62,10 @@ class FrictionReport(NoSize):
         """Coulomb's levels of two faces."""
         rig = run.rig
         level = 2.0 * rig.kinetic_coefficient * rig.normal_force
-        levels = [Level(level, f"two faces, kinetic: 2 x {rig.kinetic_coefficient:g} x {rig.normal_force:g} N")]
+        levels = [Level(level, f"two faces, kinetic: 2 x {rig.kinetic_coefficient:.4g} x {rig.normal_force:g} N")]
         if rig.static_coefficient != rig.kinetic_coefficient:
             most = 2.0 * rig.static_coefficient * rig.normal_force
-            levels.append(Level(most, f"two faces, static: 2 x {rig.static_coefficient:g} x {rig.normal_force:g} N"))
+            levels.append(Level(most, f"two faces, static: 2 x {rig.static_coefficient:.4g} x {rig.normal_force:g} N"))
         return levels
 
     def gates(self, run: FrictionRun) -> list[Gate]:
@@ -105,6 +105,7 @@ class FrictionReport(NoSize):
         line_picture(
             folder / "curve.png", lines, title=title_of(run), xlabel=self.axes.xlabel, ylabel=self.axes.ylabel,
             levels=self.levels(run), bands=scatter(references.curves),
+            legend_columns=1 if references.curves else 2,
         )  # fmt: skip
         draw_energies(run, specimens, folder, Friction().span)
         found = pressure_map(specimens[0].history, map_cell(run))
