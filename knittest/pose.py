@@ -13,16 +13,18 @@ Units everywhere: mm, ms, g, N, MPa (so mJ, N mm, mm/ms = m/s, N/mm). A cantilev
     >>> print(f"{body.position[20, 2]:.3f} mm, {body.reaction(held[2]):.2f} N, {body.reaction(held[4]):.2f} N mm")
     0.179 mm, -0.50 N, 5.00 N mm
 
-``body.boundary`` takes supports and motions of single degrees of freedom, point loads, moments that keep their
-direction, gravity and rigid tools (:func:`plane`, :func:`plate`, :func:`cylinder`, :func:`surface`; held, moved or
-loaded). The rigs of the laboratory are posed through the same class.
+``body.boundary`` takes supports and motions of single degrees of freedom in global axes or one's own (an inclined
+roller, a symmetry plane at an angle), point loads, moments that keep their direction, gravity and rigid tools
+(:func:`plane`, :func:`plate`, :func:`cylinder`, :func:`surface`; held, moved or loaded). The rigs of the laboratory are
+posed through the same class. Chains have one bending stiffness or two (:func:`strip_section`); shells may contract
+across a pull (``poisson`` of :func:`linear_laminate`).
 """
 
 from knittest.kernels.shell_state import Laminate
 from knittest.materials.yarn_section import Section
 from knittest.models.boundary import ALL, Boundary
 from knittest.models.chains import Chain, YarnContact
-from knittest.models.from_stiffness import linear_laminate, round_section, section
+from knittest.models.from_stiffness import linear_laminate, round_section, section, strip_section
 from knittest.models.readings import Readings
 from knittest.models.sheet_tracker import SheetContact
 from knittest.models.surface import read_surface, surface
@@ -36,5 +38,5 @@ __all__ = [
     "Table", "Tool", "YarnContact",
     "constant", "cylinder", "linear_laminate", "plane", "plate", "ramp",
     "read_surface", "round_section", "sampled",
-    "section", "surface",
+    "section", "strip_section", "surface",
 ]  # fmt: skip

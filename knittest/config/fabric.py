@@ -57,6 +57,10 @@ class MacroMaterial(Strict):
     bending_stiffness: PerDirection = measure("N mm", "bending stiffness per width", gt=0, band=(1e-3, 1e4))
     shear: ShearLaw = Field(description="in-plane shear force over the shear angle")
     compression_ratio: Quantity = measure("1", "compressive over largest tensile tangent", gt=0, le=1)
+    poisson: Quantity = number(
+        Quantity(value=0.0, source="assumed", ref="inlays of both directions slide on each other"),
+        "1", "contraction of the weft over the strain of the warp when the warp is pulled alone", gt=-1, le=2,
+    )  # fmt: skip
     self_friction: Quantity = number(
         Quantity(value=0.3, source="assumed", ref="as yarn on yarn; fabric on fabric is not published"),
         "1", "Coulomb coefficient of the fabric on itself, one face (model.macro.self_contact)", ge=0, le=2,

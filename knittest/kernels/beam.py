@@ -2,7 +2,8 @@
 
 Hughes & Liu (1981) in the resultant form of Reissner (1981) and Simo & Vu-Quoc (1986): strains are measured in the mean
 frame of the two nodal rotations, the section rule enters through EA, EI, GJ and GA. Each element stores its initial
-tangent, so natural curvature costs nothing. Forces are the exact gradient of the stored energy.
+tangent, so natural curvature costs nothing, and the normal of a flat section, about which it bends with another EI.
+Forces are the exact gradient of the stored energy.
 """
 
 from math import sqrt
@@ -71,6 +72,23 @@ def elastic_energy(stretching, strain, shear, torsion, bending, ax, ay, az, rx, 
     twist = cx * ax + cy * ay + cz * az
     turning = 0.5 * (bending * curvature2 + (torsion - bending) * twist * twist) * inv_length
     return length * (stretching + 0.5 * shear * across) + turning
+
+
+@njit(**INLINE)
+def flat_moment(excess, inv, inv_length, nx, ny, nz, cx, cy, cz):
+    """Moment [N mm] that a section adds which is stiffer by ``excess`` [N mm^2] in bending about its normal ``n``.
+
+    In the mean frame the curvature ``c`` changes by 4 / |q1 + q2|^2 times the turn of the nodes against each other.
+    """
+    moment = 4.0 * inv * inv_length * excess * (cx * nx + cy * ny + cz * nz)
+    return moment * nx, moment * ny, moment * nz
+
+
+@njit(**INLINE)
+def flat_energy(excess, nx, ny, nz, cx, cy, cz, inv_length):
+    """Energy [mJ] of :func:`flat_moment`."""
+    about = cx * nx + cy * ny + cz * nz
+    return 0.5 * excess * about * about * inv_length
 
 
 @njit(**INLINE)

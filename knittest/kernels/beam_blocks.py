@@ -11,6 +11,8 @@ from numba import njit
 from knittest.kernels.beam import (
     axial_strain,
     elastic_energy,
+    flat_energy,
+    flat_moment,
     mean_frame,
     quaternion_step,
     section_force,
@@ -91,6 +93,24 @@ def _forces(start, count, nodes, beams, section, w):
         w[FX + m], w[FY + m], w[FZ + m] = alive * nx, alive * ny, alive * nz
         w[AX + m], w[AY + m], w[AZ + m] = alive * (mx + 0.5 * tx), alive * (my + 0.5 * ty), alive * (mz + 0.5 * tz)
         w[BX + m], w[BY + m], w[BZ + m] = alive * (mx - 0.5 * tx), alive * (my - 0.5 * ty), alive * (mz - 0.5 * tz)
+
+
+@njit(**INLINE)
+def _flat_moments(start, count, nodes, beams, excess, w):
+    """Adds the moments of sections that are stiffer by ``excess`` about their normal; a sweep that round ones skip."""
+    qw_, qx_, qy_, qz_ = rows4(nodes.rotation)
+    dx_, dy_, dz_ = rows3(beams.normal)
+    for k in range(U(count)):
+        i = U(start) + k
+        j = i + ONE
+        nx, ny, nz, cx, cy, cz, inv = mean_frame(
+            qw_[i], qx_[i], qy_[i], qz_[i], qw_[j], qx_[j], qy_[j], qz_[j],
+            dx_[i], dy_[i], dz_[i],
+        )  # fmt: skip
+        mx, my, mz = flat_moment(beams.alive[i] * excess, inv, beams.inv_length[i], nx, ny, nz, cx, cy, cz)
+        m = k + ONE
+        w[AX + m], w[AY + m], w[AZ + m] = w[AX + m] + mx, w[AY + m] + my, w[AZ + m] + mz
+        w[BX + m], w[BY + m], w[BZ + m] = w[BX + m] + mx, w[BY + m] + my, w[BZ + m] + mz
 
 
 @njit(**INLINE)
@@ -178,10 +198,19 @@ def beam_energy(i, section, nodes, beams):
         stretching += hinge_energy(
             strain - beams.slack[i], beams.hinge_strain[section, h], beams.hinge_slope[section, h]
         )
-    return elastic_energy(
+    energy = elastic_energy(
         stretching, strain, shear, torsion, bending,
         ax, ay, az, rx, ry, rz, cx, cy, cz, inv_length,
     )  # fmt: skip
+    excess = beams.excess[section]
+    if excess != 0.0:
+        dx_, dy_, dz_ = rows3(beams.normal)
+        nx, ny, nz, _, _, _, _ = mean_frame(
+            qw_[i], qx_[i], qy_[i], qz_[i], qw_[j], qx_[j], qy_[j], qz_[j],
+            dx_[i], dy_[i], dz_[i],
+        )  # fmt: skip
+        energy += flat_energy(excess, nx, ny, nz, cx, cy, cz, inv_length)
+    return energy
 
 
 @njit(**KERNEL)
@@ -212,6 +241,8 @@ def advance_beams(start, stop, section, time, dt, nodes, beams, w):
         if _axial_law(block, count, beams, section, w) > 0.0:
             lost += _erode(block, count, section, time, nodes, beams)
         _forces(block, count, nodes, beams, section, w)
+        if beams.excess[section] != 0.0:
+            _flat_moments(block, count, nodes, beams, beams.excess[section], w)
         _translate(block, count, dt, nodes, w)
         _spin(block, count, dt, nodes, w)
         _rotate(block, count, dt, nodes)

@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
+#: degrees of freedom of motions beyond those of the global axes: along and about ``Motions.axis``
+ALONG, ABOUT = 6, 7
 #: shapes of tools
 PLANE, PLATE, CYLINDER, GRID, SWEPT = 0, 1, 2, 3, 4
 #: columns of ``Tools.law``: penalty and sticking stiffness as multiples of each node's, static and kinetic coefficient
@@ -30,8 +32,8 @@ class Tables(NamedTuple):
 class Motions(NamedTuple):
     """Prescribed velocities, sorted by the partition that owns the node; start (PARTITIONS + 1,).
 
-    Degree of freedom ``dof`` (0-2 translations [mm/ms], 3-5 spins [rad/ms]) of ``node`` moves with ``scale`` times
-    table ``table``; all (n,). Reactions are summed by ``group`` (n,).
+    Degree of freedom ``dof`` (0-2 translations [mm/ms], 3-5 spins [rad/ms], or those along and about ``axis``) of
+    ``node`` moves with ``scale`` times table ``table``; all (n,), ``axis`` (n, 3). Reactions are summed by ``group``.
     """
 
     start: Index
@@ -40,6 +42,7 @@ class Motions(NamedTuple):
     table: Index
     scale: Array
     group: Index
+    axis: Array
 
 
 class Loads(NamedTuple):

@@ -90,6 +90,23 @@ def _fabric_share(p, dt, nodes, parts, shells, count, contacts, tables, motions,
     book_loads(p, dt, nodes, loads, tables, tally)
 
 
+@njit(**KERNEL)
+def _yarns_alone(
+    steps, time, dt, nodes, parts, beams, contacts, count, law, tables, motions, loads, tools, touch, tally, w
+):
+    """:func:`advance_yarns` on one thread, which neither forks nor claims what nobody else wants."""
+    for step in range(steps):
+        now = time + step * dt
+        read_tables(tables, now - 0.5 * dt, now + 0.5 * dt)
+        if count > 0:
+            for p in range(PARTITIONS):
+                _contact_share(p, count, dt, nodes, contacts, beams.alive, law, tally, w)
+        for p in range(PARTITIONS):
+            if parts.node[p] < parts.node[p + 1]:
+                _yarn_share(p, now, dt, nodes, parts, beams, contacts, tables, motions, loads, tools, touch, tally, w)
+        move_tools(dt, tools, tables, tally)
+
+
 @njit(**PARALLEL)
 def advance_yarns(
     threads,
@@ -116,6 +133,12 @@ def advance_yarns(
     tuples); ``scratch`` (PARTITIONS, SCRATCH). State is updated in
     place.
     """
+    if threads == 1:
+        _yarns_alone(
+            steps, time, dt, nodes, parts, beams, contacts, count, law, tables, motions, loads, tools, touch, tally,
+            scratch[0],
+        )  # fmt: skip
+        return
     claimed = np.zeros(PARTITIONS, np.int64)
     for step in range(steps):
         now = time + step * dt
@@ -148,6 +171,28 @@ def advance_yarns(
         move_tools(dt, tools, tables, tally)
 
 
+@njit(**KERNEL)
+def _fabric_alone(
+    steps, time, dt, nodes, parts, shells, laminate, sheet, contacts, count, law, tables, motions, loads, tools, touch,
+    tally, w,
+):  # fmt: skip
+    """:func:`advance_fabric` on one thread; as :func:`_yarns_alone`."""
+    for step in range(steps):
+        now = time + step * dt
+        read_tables(tables, now - 0.5 * dt, now + 0.5 * dt)
+        if count > 0:
+            for p in range(PARTITIONS):
+                _sheet_share(p, dt, nodes, shells, sheet, count, law, contacts, tally)
+        for p in range(PARTITIONS):
+            _shell_share(p, now, nodes, shells, laminate, tally, w)
+        for p in range(PARTITIONS):
+            if parts.node[p] < parts.node[p + 1]:
+                _fabric_share(
+                    p, dt, nodes, parts, shells, count, contacts, tables, motions, loads, tools, touch, tally, w
+                )
+        move_tools(dt, tools, tables, tally)
+
+
 @njit(**PARALLEL)
 def advance_fabric(
     threads,
@@ -174,6 +219,12 @@ def advance_fabric(
 
     ``count`` of the ``contacts`` of ``sheet`` with itself are in use, by ``law`` (:mod:`knittest.kernels.sheet_state`).
     """
+    if threads == 1:
+        _fabric_alone(
+            steps, time, dt, nodes, parts, shells, laminate, sheet, contacts, count, law, tables, motions, loads, tools,
+            touch, tally, scratch[0],
+        )  # fmt: skip
+        return
     claimed = np.zeros(PARTITIONS, np.int64)
     for step in range(steps):
         now = time + step * dt

@@ -115,6 +115,18 @@ def laminate_gradients(frame, area, strains, middle, shear_force, stiffness):
 
 
 @njit(**INLINE)
+def coupling_gradients(frame, stiffness):
+    """Gradients of ``stiffness`` kappa_a kappa_b [mJ] with respect to a, b, a', b'; bends as in the laminate."""
+    a, b, a_z, b_z = frame
+    inv_a, inv_b, _ = fibre_pair(a, b)
+    bend_a, bend_b = dot(a, a_z) * inv_a, dot(b, b_z) * inv_b
+    on_a, on_b = stiffness * bend_b * inv_a, stiffness * bend_a * inv_b
+    grad_a = combine(on_a, a_z, -on_a * bend_a * inv_a, a)
+    grad_b = combine(on_b, b_z, -on_b * bend_b * inv_b, b)
+    return grad_a, grad_b, scale(on_a, a), scale(on_b, b)
+
+
+@njit(**INLINE)
 def hourglass(p, distortion):
     """Part of the pattern p1 - p2 + p3 - p4 that no linear field causes; ``distortion`` is that of the element."""
     p31, p42 = diagonals(p)

@@ -13,6 +13,7 @@ from knittest.kernels.options import INLINE, KERNEL, U
 from knittest.kernels.rows import load3, rows3, rows4, store3
 from knittest.kernels.shell import (
     arcsine,
+    coupling_gradients,
     fibre_frame,
     fibre_pair,
     fibre_strain,
@@ -40,7 +41,7 @@ from knittest.kernels.shell_state import (
     normal_of,
     state_index,
 )
-from knittest.kernels.vec import add, rotate, scale
+from knittest.kernels.vec import add, rotate, scale, sub
 
 LANES = np.uintp(BLOCK)
 ROW2, ROW3 = np.uintp(2 * BLOCK), np.uintp(3 * BLOCK)
@@ -188,6 +189,37 @@ def _forces(at, out, state, laminate, corner, w):
         _store_corner(corner, out + OUT[3] + k, add(f[3], ft[3]), add(g[3], gt[3]), d[3])
 
 
+@njit(**INLINE)
+def _couple_membrane(laminate, w):
+    """Add to the force of each direction what the strain of the other does."""
+    coupling = laminate.coupling_membrane
+    for k in range(LANES):
+        w[MIDDLE_A + k] += coupling * w[STRAIN_B + k]
+        w[MIDDLE_B + k] += coupling * w[STRAIN_A + k]
+
+
+@njit(**INLINE)
+def _add_corner(corner, i, grad_x, grad_d, director):
+    store3(corner, i, LANES, sub(load3(corner, i, LANES), grad_x))
+    store3(corner, i + ROW3, LANES, add(load3(corner, i + ROW3, LANES), moment_of(grad_d, director)))
+
+
+@njit(**INLINE)
+def _couple_bending(at, out, state, laminate, corner, w):
+    """Add what the bend of one direction does to the moment of the other: a sweep that uncoupled laminates skip."""
+    for k in range(LANES):
+        s = at + k
+        x, d, fibres, distortion = _corners(w, X + k), _corners(w, D + k), fibres_of(state, s), distortion_of(state, s)
+        stiffness = state[s + ALIVE] * state[s + AREA] * laminate.coupling_bending
+        grad_a, grad_b, grad_az, grad_bz = coupling_gradients(fibre_frame(x, d, fibres), stiffness)
+        none = (0.0, 0.0, 0.0)
+        f, g = spread(grad_a, grad_b, none, fibres, distortion), spread(grad_az, grad_bz, none, fibres, distortion)
+        _add_corner(corner, out + OUT[0] + k, f[0], g[0], d[0])
+        _add_corner(corner, out + OUT[1] + k, f[1], g[1], d[1])
+        _add_corner(corner, out + OUT[2] + k, f[2], g[2], d[2])
+        _add_corner(corner, out + OUT[3] + k, f[3], g[3], d[3])
+
+
 @njit(**KERNEL)
 def _erode(block, time, nodes, shells, laminate):
     """Stamp newly failed elements of a block with the time; returns their lost energy [mJ]."""
@@ -217,8 +249,12 @@ def shell_forces(block_start, block_stop, time, nodes, shells, laminate, w):
             lost += _erode(block, time, nodes, shells, laminate)
         _middle_layer(STRAIN_A, MIDDLE_A, 0, laminate, w)
         _middle_layer(STRAIN_B, MIDDLE_B, 1, laminate, w)
+        if laminate.coupling_membrane != 0.0:
+            _couple_membrane(laminate, w)
         rubbed += _shear(at, shells.state, laminate, w)
         _forces(at, out, shells.state, laminate, shells.corner, w)
+        if laminate.coupling_bending != 0.0:
+            _couple_bending(at, out, shells.state, laminate, shells.corner, w)
     return lost, rubbed
 
 

@@ -77,6 +77,9 @@ def element_energy(e, nodes, shells, laminate):
     inv_a, inv_b, sine = fibre_pair(a, b)
     density = _layers_energy(fibre_strain(a, inv_a), dot(a, a_z) * inv_a, 0, laminate)
     density += _layers_energy(fibre_strain(b, inv_b), dot(b, b_z) * inv_b, 1, laminate)
+    if laminate.coupling_membrane != 0.0 or laminate.coupling_bending != 0.0:
+        density += laminate.coupling_membrane * fibre_strain(a, inv_a) * fibre_strain(b, inv_b)
+        density += laminate.coupling_bending * dot(a, a_z) * inv_a * dot(b, b_z) * inv_b
     density += _shear_energy(arcsine(sine), shells.state[s + SLIP], laminate)
     density += 0.5 * laminate.twist * (dot(a, b_z) + dot(b, a_z)) ** 2
     shear_a, shear_b, along, across = transverse_shears(x, d, fibres, shells.state[s + WARP])
@@ -114,6 +117,7 @@ def shell_fields(n_el, nodes, shells, laminate):
             force = 2.0 * laminate.outer[i] * strain + laminate.compression[i] * min(strain, 0.0)
             for h in range(laminate.knee.shape[1]):
                 force += hinge_force(strain, laminate.knee[i, h], laminate.slope[i, h])
+            force += laminate.coupling_membrane * fields[1 - i, e]
             fields[3 + i, e] = force * shells.state[s + ALIVE]
     return fields
 
@@ -131,8 +135,9 @@ def shell_moments(n_el, nodes, shells, laminate):
         a, b, a_z, b_z = fibre_frame(x, d, fibres_of(shells.state, s))
         inv_a, inv_b, _ = fibre_pair(a, b)
         alive = shells.state[s + ALIVE]
-        stiffness = 2.0 * laminate.lever * laminate.lever * alive
-        moments[0, e] = stiffness * laminate.outer[0] * dot(a, a_z) * inv_a
-        moments[1, e] = stiffness * laminate.outer[1] * dot(b, b_z) * inv_b
+        stiffness, coupling = 2.0 * laminate.lever * laminate.lever * alive, laminate.coupling_bending * alive
+        bend_a, bend_b = dot(a, a_z) * inv_a, dot(b, b_z) * inv_b
+        moments[0, e] = stiffness * laminate.outer[0] * bend_a + coupling * bend_b
+        moments[1, e] = stiffness * laminate.outer[1] * bend_b + coupling * bend_a
         moments[2, e] = alive * laminate.twist * (dot(a, b_z) + dot(b, a_z))
     return moments

@@ -33,7 +33,8 @@ class Laminate(NamedTuple):
     ``shear_friction`` of it is friction: a slider of the limit shear_friction |E| behind a spring ``shear_stick``
     [N/mm], in parallel to the elastic rest. ``twist`` [N mm] for twisting, ``transverse`` (2,) for transverse shear
     [N/mm], hourglass stiffnesses of the membrane [N/mm], bending [N mm] and transverse shear [N/mm], ``fail_strain``
-    (2,) of the membrane.
+    (2,) of the membrane. ``coupling_membrane`` [N/mm]: force of one direction over the strain of the other, and
+    ``coupling_bending`` [N mm] likewise, 0 without Poisson coupling.
     """
 
     lever: float
@@ -51,6 +52,8 @@ class Laminate(NamedTuple):
     hourglass_bending: float
     hourglass_transverse: float
     fail_strain: Array
+    coupling_membrane: float = 0.0
+    coupling_bending: float = 0.0
 
 
 class Shells(NamedTuple):

@@ -47,7 +47,8 @@ class Beams(NamedTuple):
     Initial unit ``tangent`` (3, n_nodes); inverse rest length [1/mm], alive, strain at failure [-], slack strain [-]
     below which the law carries nothing, time of failure [ms] (inf while alive, nan for chain ends), all (n_nodes,).
     ``stiffness`` (n_sections, 4): compressive EA, GA [N], GJ, EI [N mm^2]. Axial law as hinge tables, (n_sections,
-    n_hinges): N(e) = compression min(e, 0) + sum_k slope[k] max(e - slack - strain[k], 0).
+    n_hinges): N(e) = compression min(e, 0) + sum_k slope[k] max(e - slack - strain[k], 0). ``excess`` (n_sections,):
+    EI about the initial unit ``normal`` (3, n_nodes) less the other [N mm^2], 0 for round sections.
     """
 
     tangent: Array
@@ -59,6 +60,8 @@ class Beams(NamedTuple):
     stiffness: Array
     hinge_strain: Array
     hinge_slope: Array
+    excess: Array
+    normal: Array
 
 
 class Contacts(NamedTuple):

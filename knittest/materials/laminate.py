@@ -17,6 +17,7 @@ from knittest.base.units import to_kernel
 from knittest.config.fabric import Direction, Fabric
 from knittest.kernels.laws import hinge_table
 from knittest.kernels.shell_state import Laminate
+from knittest.materials.coupling import coupled
 from knittest.materials.shear import ShearCurve, shear_table
 from knittest.materials.thinning import thin
 
@@ -58,7 +59,7 @@ def laminate(
     slope[:, 0] -= 2.0 * outer
     shear = shear_table(fabric, shear_curve)
     transverse = TRANSVERSE * bending / thickness**2
-    return Laminate(
+    card = Laminate(
         lever=lever,
         outer=outer,
         compression=macro.kernel("compression_ratio") * largest - 2.0 * outer,
@@ -76,6 +77,7 @@ def laminate(
         hourglass_transverse=HOURGLASS * float(transverse.mean()) / 12.0,
         fail_strain=fail,
     )
+    return coupled(card, macro.kernel("poisson"), f"fabric {fabric.name}, macro.poisson")
 
 
 def softened(card: Laminate, share: float) -> Laminate:
@@ -114,7 +116,10 @@ def _linear(card: Laminate, share: float, tension: Array, compression: Array) ->
             f"rig.membrane_share = {share:g}: leaves less membrane stiffness than bending needs; --set "
             f"rig.membrane_share={_enough(2.0 * card.outer / tension):g} leaves enough"
         )
-    return card._replace(knee=np.zeros((2, 1)), slope=slope[:, None], compression=compression - 2.0 * card.outer)
+    return card._replace(
+        knee=np.zeros((2, 1)), slope=slope[:, None], compression=compression - 2.0 * card.outer,
+        coupling_membrane=share * card.coupling_membrane,
+    )  # fmt: skip
 
 
 def _tension_points(

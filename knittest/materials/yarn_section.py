@@ -25,7 +25,8 @@ class Section:
     """Constants of one yarn system: EA, GA [N], GJ, EI [N mm^2], radius [mm], mass per length [g/mm].
 
     The axial law is N(e) = compression * min(e, 0) + sum_k slope[k] max(e - strain[k], 0). ``offset_factor`` is the
-    ring radius of the integration rule over the one that gives the solid circle's EI.
+    ring radius of the integration rule over the one that gives the solid circle's EI. A flat section has another EI
+    ``across`` [N mm^2] for bending about the normal of its chain (None: round).
     """
 
     axial: float
@@ -38,6 +39,12 @@ class Section:
     hinge_slope: Array
     compression: float
     offset_factor: float
+    across: float | None = None
+
+    @property
+    def excess(self) -> float:
+        """EI about the normal less the other [N mm^2], 0 for a round section."""
+        return 0.0 if self.across is None else self.across - self.bending
 
 
 def ring_rule(area: float, second_moment: float, points: int = 8) -> tuple[Array, Array, Array]:

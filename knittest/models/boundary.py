@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from knittest.base.errors import InputError
-from knittest.kernels.drive_state import Drive, Motions, Tables, Touch
+from knittest.kernels.drive_state import ABOUT, ALONG, Drive, Motions, Tables, Touch
 from knittest.kernels.options import PARTITIONS
 from knittest.kernels.tool_contact import FREE
 from knittest.models.explicit_model import ExplicitModel
-from knittest.models.inputs import finite, names_among, node_numbers
+from knittest.models.inputs import above, finite, independent, names_among, node_numbers, orthonormal
 from knittest.models.load_runs import in_runs
 from knittest.models.table import Table, constant
 from knittest.models.tool import Tool, tool_arrays
@@ -38,6 +38,7 @@ class Boundary:
         self.model, self.dt = model, dt
         self.tables: list[Table] = [constant(0.0)]
         self._motions: list[tuple[Array, ...]] = []
+        self._axes: list[Array] = [np.eye(3)]
         self._loads: list[tuple[Array, ...]] = []
         self.groups = 0
         self.tools: list[Tool] = []
@@ -51,19 +52,30 @@ class Boundary:
         return len(self.tables) - 1
 
     def move(
-        self, nodes: ArrayLike, dofs: str | Sequence[str], table: Table | None = None, scale: ArrayLike = 1.0
+        self,
+        nodes: ArrayLike,
+        dofs: str | Sequence[str],
+        table: Table | None = None,
+        scale: ArrayLike = 1.0,
+        axes: ArrayLike | None = None,
     ) -> int:
         """Prescribe velocities [mm/ms, rad/ms] of ``nodes``: ``scale`` (n,) times ``table`` (default: held).
 
-        Returns the number under which the reactions are summed, each times its scale: conjugate to the table.
+        ``axes`` (3, 3): rows along which x, y, z of ``dofs`` lie, at right angles, and about which rx, ry, rz turn;
+        they stand still. A symmetry plane across the first holds x, ry and rz, an inclined roller x. Returns the number
+        under which the reactions are summed, each times its scale: conjugate to the table.
         """
         self._open("a motion")
         node = node_numbers(nodes, self.model.n_nodes)
         names = names_among(dofs, ALL, "degree of freedom")
         share = _one_each(scale, "scale of a motion", node)
-        number = 0 if table is None else self.table(table)
+        number, frame = 0 if table is None else self.table(table), 0
+        if axes is not None:
+            self._axes.append(orthonormal(axes))
+            frame = len(self._axes) - 1
         for dof in names:
-            rows = np.broadcast_arrays(node, DOFS[dof], number, share, self.groups)
+            kind = DOFS[dof] if axes is None else (ALONG if DOFS[dof] < 3 else ABOUT)
+            rows = np.broadcast_arrays(node, kind, number, share, self.groups, 3 * frame + DOFS[dof] % 3)
             self._motions.append(tuple(np.array(r) for r in rows))
         self.groups += 1
         return self.groups - 1
@@ -90,7 +102,9 @@ class Boundary:
     def still_moving(self) -> list[int]:
         """Numbers of the motions whose tables do not end at rest."""
         last = np.array([table.value[-1] for table in self.tables])
-        return sorted({int(g) for _, _, t, s, group in self._motions for g in group[(s * last[t.astype(int)]) != 0.0]})
+        return sorted(
+            {int(g) for _, _, t, s, group, _ in self._motions for g in group[(s * last[t.astype(int)]) != 0.0]}
+        )
 
     def _open(self, what: str) -> None:
         if self._driven:
@@ -110,9 +124,9 @@ class Boundary:
 
     def move_tool(self, number: int, axes: str | Sequence[str], velocity: Table) -> None:
         """Move tool ``number`` along ``axes`` (x, y, z) with ``velocity`` [mm/ms]; it is held along the others."""
-        table = self.table(velocity)
+        table, tool = self.table(velocity), self._tool(number)
         for axis in names_among(axes, ALL[:3], "axis"):
-            self.tools[number].motion[DOFS[axis]] = table
+            tool.motion[DOFS[axis]] = table
 
     def free_tool(
         self, number: int, axes: str | Sequence[str], mass: float, force: Table | None = None, drag: float = 0.0
@@ -120,12 +134,17 @@ class Boundary:
         """Let tool ``number`` of ``mass`` [g] move along ``axes`` (x, y, z) under what it touches, ``force`` [N] along
         each and a ``drag`` [1/ms] in proportion to its momentum.
         """
-        if not (np.isfinite(mass) and mass > 0.0):
-            raise InputError(f"mass of a free tool: {mass:g} g; expected more than 0")
-        tool, load = self.tools[number], -1 if force is None else self.table(force)
+        above(mass, "mass of a free tool [g]")
+        above(drag, "drag of a free tool [1/ms]", equal=True)
+        tool, load = self._tool(number), -1 if force is None else self.table(force)
         tool.mass, tool.drag = mass, drag
         for axis in names_among(axes, ALL[:3], "axis"):
             tool.motion[DOFS[axis]], tool.load[DOFS[axis]] = FREE, load
+
+    def _tool(self, number: int) -> Tool:
+        if not 0 <= number < len(self.tools):
+            raise InputError(f"tool {number}: expected a number that add_tool returned; there are {len(self.tools)}")
+        return self.tools[number]
 
     def drive(self) -> Drive:
         """All of it in the form of the kernel."""
@@ -134,10 +153,18 @@ class Boundary:
         time, value = np.zeros((2, len(self.tables), knots.max()))
         for k, table in enumerate(self.tables):
             time[k, : knots[k]], value[k, : knots[k]] = table.time, table.value
-        motions = self._sorted(self._motions, (np.int64, np.int64, np.int64, np.float64, np.int64))
+        motions = self._motion_arrays()
         loads = in_runs(*self._sorted(self._loads, (np.int64, np.int64, np.int64, np.float64), runs=True))
         tables = Tables(knots, time, value, np.zeros((2, len(self.tables))))
-        return Drive(tables, Motions(*motions), loads, tool_arrays(self.tools), self._touch())
+        return Drive(tables, motions, loads, tool_arrays(self.tools), self._touch())
+
+    def _motion_arrays(self) -> Motions:
+        """Motions as the kernel takes them; raises :class:`InputError` for axes that one node cannot have together."""
+        kinds = (np.int64, np.int64, np.int64, np.float64, np.int64, np.int64)
+        start, node, dof, table, scale, group, row = self._sorted(self._motions, kinds)
+        axis = np.concatenate(self._axes)[row]
+        independent(node, np.isin(dof, (3, 4, 5, ABOUT)), axis, dof >= ALONG)
+        return Motions(start, node, dof, table, scale, group, axis)
 
     def _sorted(self, groups: list[tuple[Array, ...]], kinds: tuple[type, ...], runs: bool = False) -> list[NDArray]:
         """Starts of the partitions, then columns (node, dof, table, ...) sorted by partition, node, dof or, for

@@ -16,7 +16,8 @@ from knittest.kernels.state import Beams, ContactLaw
 from knittest.materials.yarn_section import Section
 from knittest.models.contact_tracker import YarnContactGroup
 from knittest.models.explicit_model import make_nodes, make_partitions
-from knittest.models.natural_state import natural_state
+from knittest.models.inputs import across_chain
+from knittest.models.natural_state import natural_normal, natural_state
 from knittest.models.yarn_model import YarnModel
 from knittest.models.yarn_step import nodal_loads
 
@@ -42,7 +43,8 @@ class Chain:
     the
     model. ``fail_strain`` and ``slack`` [-] of its elements, (n - 1,) or one for all. ``stretch`` is true length over
     that of the polygon, for its mass. ``degree_of_set`` (n - 1,) or one for all: share of the curvature that is free of
-    moment; the rest was bent in.
+    moment; the rest was bent in. ``normal`` (3,) or (n - 1, 3) of a flat section, one for all or one an element: the
+    direction at the start about which it bends with ``Section.across``; what of it lies along the chain does not count.
     """
 
     points: Array
@@ -52,6 +54,7 @@ class Chain:
     slack: Array | float = 0.0
     stretch: float = 1.0
     degree_of_set: Array | float = 1.0
+    normal: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -142,6 +145,15 @@ class _Layout:
             ]
         )
 
+    def normals(self) -> Array:
+        """Normals of the chains' elements (n, 3), not yet across them; nan where a round section has none."""
+        rows = []
+        for number, chain in enumerate(self.chains):
+            rows.append(np.full((len(chain.points), 3), np.nan))
+            if chain.section.across is not None:
+                rows[-1][:-1] = across_chain(chain.points, chain.normal, number)
+        return np.concatenate(rows)
+
     def mean_length(self, card: int) -> float:
         """Mean element length of a section [mm]."""
         of = (self.section == card) & self.joined
@@ -168,11 +180,12 @@ def build_chains(
     )  # fmt: skip
     parts = make_partitions(lay.start, number)
     rotation, tangent = natural_state(lay.start, lay.chord, lay.of_elements("degree_of_set"))
+    normal = natural_normal(rotation, lay.normals())
     nodes = make_nodes(lay.position, mass, inertia)
     nodes.rotation[:, :-1] = rotation.T
     return YarnModel(
         nodes, parts, mass, inertia, mesh, step, added,
-        wave_speed(lay.cards[0].axial, lay.cards[0].linear_density), _beams(lay, tangent), cells,
+        wave_speed(lay.cards[0].axial, lay.cards[0].linear_density), _beams(lay, tangent, normal), cells,
         np.array([part for _, part in used]), _contact_group(lay, mass, parts.node, contact), contact is not None,
         bool((lay.of_elements("degree_of_set")[lay.joined] < 1.0).any()),
     )  # fmt: skip
@@ -187,7 +200,8 @@ def _lump(lay: _Layout) -> tuple[Array, Array]:
     spread = np.empty(len(half))
     for s, card in enumerate(lay.cards):
         of = (lay.section == s) & lay.joined
-        alpha = rotary_inertia_factor(card.axial, card.shear, card.torsion, card.bending, lay.mean_length(s))
+        bending = max(card.bending, card.across or 0.0)
+        alpha = rotary_inertia_factor(card.axial, card.shear, card.torsion, bending, lay.mean_length(s))
         spread[lay.section == s] = alpha * float(lay.length[of].max()) ** 2 if of.any() else 1.0
     return mass, spread * mass
 
@@ -242,7 +256,7 @@ def longest_step(load: Array, mass: Array, most: float, too_long: float) -> floa
     return low
 
 
-def _beams(lay: _Layout, tangent: Array) -> Beams:
+def _beams(lay: _Layout, tangent: Array, normal: Array) -> Beams:
     n_hinges = max(len(c.hinge_strain) for c in lay.cards)
     knees, slopes = np.zeros((len(lay.cards), n_hinges)), np.zeros((len(lay.cards), n_hinges))
     for s, card in enumerate(lay.cards):
@@ -252,7 +266,8 @@ def _beams(lay: _Layout, tangent: Array) -> Beams:
     slack = np.where(lay.joined, lay.of_elements("slack"), 0.0)
     return Beams(
         tangent.T.copy(), 1.0 / lay.length, lay.joined.astype(float), lay.of_elements("fail_strain"), slack,
-        np.where(lay.joined, np.inf, np.nan), stiffness, knees, slopes,
+        np.where(lay.joined, np.inf, np.nan), stiffness, knees, slopes, np.array([c.excess for c in lay.cards]),
+        normal.T.copy(),
     )  # fmt: skip
 
 

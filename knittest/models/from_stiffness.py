@@ -1,6 +1,6 @@
 """Sections of beams and laminates of shells by their stiffnesses, for bodies posed by hand."""
 
-from math import pi
+from math import pi, tanh
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -8,8 +8,9 @@ from numpy.typing import ArrayLike
 from knittest.base.errors import InputError
 from knittest.kernels.laws import hinge_table
 from knittest.kernels.shell_state import Laminate
+from knittest.materials.coupling import coupled
 from knittest.materials.yarn_section import POISSON, Section
-from knittest.models.inputs import finite
+from knittest.models.inputs import above, finite, one_an_element, tension_law
 
 
 def section(
@@ -21,13 +22,22 @@ def section(
     torsion: float | None = None,
     shear: float | None = None,
     law: tuple[ArrayLike, ArrayLike] | None = None,
+    across: float | None = None,
 ) -> Section:
     """Section by its stiffnesses EA [N] and EI [N mm^2], contact ``radius`` [mm] and mass per length [g/mm].
 
     GJ and GA default to those of an isotropic section with nu = 0.3. ``law`` is a table of axial strain [-] and force
-    [N] from (0, 0); its first tangent holds in compression.
+    [N] from (0, 0); its first tangent holds in compression. A flat section bends with ``bending`` but for bending about
+    the ``normal`` of its :class:`Chain`, in which it has the EI ``across`` [N mm^2]; its ``torsion`` must be given. It
+    touches others as a round one does.
     """
-    knee, slope = (np.zeros(1), np.full(1, axial)) if law is None else hinge_table(*(np.asarray(v, float) for v in law))
+    if across is not None and (torsion is None or not across > 0.0):
+        raise InputError("section: expected EI across above 0, and torsion, which does not follow from two EI")
+    above(axial, "EA of a section [N]")
+    above(linear_density, "linear_density of a section [g/mm]")
+    for name, value in (("EI", bending), ("radius", radius), ("GJ", torsion or 0.0), ("GA", shear or 0.0)):
+        above(value, f"{name} of a section", equal=True)
+    knee, slope = (np.zeros(1), np.full(1, axial)) if law is None else hinge_table(*tension_law(*law))
     tangent = float(np.cumsum(slope).max())
     return Section(
         axial=max(axial, tangent),
@@ -40,6 +50,7 @@ def section(
         hinge_slope=slope,
         compression=float(slope[0]),
         offset_factor=1.0,
+        across=across,
     )
 
 
@@ -47,6 +58,28 @@ def round_section(modulus: float, diameter: float, density: float) -> Section:
     """Solid circle: ``modulus`` [MPa], ``diameter`` [mm], ``density`` [g/mm^3]."""
     area = 0.25 * pi * diameter**2
     return section(modulus * area, modulus * pi * diameter**4 / 64.0, 0.5 * diameter, density * area)
+
+
+def strip_section(modulus: float, width: float, thickness: float, density: float) -> Section:
+    """Solid rectangle: ``modulus`` [MPa], sides [mm], ``density`` [g/mm^3]; the chain's ``normal`` is across the width.
+
+    So it bends in the plane of its width with E t w^3 / 12 and out of it with E w t^3 / 12. GJ after Saint-Venant,
+    G w t^3 (1 - 192 t / (pi^5 w) sum_k tanh(k pi w / (2 t)) / k^5) / 3 over odd k, t <= w, nu = 0.3.
+    """
+    if not 0.0 < thickness <= width:
+        raise InputError(f"strip: expected a thickness above 0 up to the width {width:g} mm, got {thickness:g}")
+    area, slim = width * thickness, width / thickness
+    edge = sum(tanh(0.5 * k * pi * slim) / k**5 for k in range(1, 20, 2))
+    shear_modulus = modulus / (2.0 * (1.0 + POISSON))
+    return section(
+        modulus * area,
+        modulus * width * thickness**3 / 12.0,
+        0.5 * thickness,
+        density * area,
+        torsion=shear_modulus * width * thickness**3 * (1.0 - 192.0 / (pi**5 * slim) * edge) / 3.0,
+        shear=5.0 / 6.0 * shear_modulus * area,
+        across=modulus * thickness * width**3 / 12.0,
+    )
 
 
 def linear_laminate(
@@ -58,6 +91,7 @@ def linear_laminate(
     twist: float | None = None,
     hourglass: float = 0.05,
     fail_strain: tuple[float, float] = (np.inf, np.inf),
+    poisson: float = 0.0,
 ) -> Laminate:
     """Linear laminate: ``membrane`` stiffness [N/mm] and ``bending`` stiffness [N mm] of warp and weft, ``shear``
     [N/mm].
@@ -65,9 +99,16 @@ def linear_laminate(
     The outer layers lie at half the ``thickness`` [mm]; transverse shear is that of the plate, 5 D / t^2. ``twist``
     [N mm] is the energy's factor of (2 kappa_ab)^2 / 2, by default that of three equal layers of the shear stiffness,
     S t^2 / 6, twice that of a homogeneous plate, S t^2 / 12. ``hourglass`` control as a share of the fully integrated
-    element. Raises :class:`InputError` for a bending stiffness that the membrane cannot have at this thickness.
+    element. ``poisson``: contraction of the weft over the strain of the warp when that is pulled alone, in membrane and
+    bending, whose stiffnesses stay those of strips, E t and E t^3 / 12; transverse shear is that over 1 + nu. Raises
+    :class:`InputError` for a bending stiffness that the membrane cannot have at this thickness, and for a ``poisson``
+    whose square is not below the ratio of warp to weft.
     """
     stretch, bend = finite(membrane, "membrane", (2,)), finite(bending, "bending", (2,))
+    above(hourglass, "hourglass", equal=True)
+    above(twist or 0.0, "twist", equal=True)
+    if (one_an_element(fail_strain, "fail_strain of warp and weft", 2) <= 0.0).any():
+        raise InputError("fail_strain: expected more than 0")
     if not (stretch.min() > 0.0 and bend.min() >= 0.0 and thickness > 0.0 and shear >= 0.0):
         raise InputError("expected membrane and thickness above 0, bending and shear of at least 0")
     lever = 0.5 * thickness
@@ -78,8 +119,10 @@ def linear_laminate(
             f"bending {bending} N mm is too much for membrane {membrane} N/mm at thickness {thickness:g} mm: the "
             f"middle layer would be negative; a thickness above {least:.4g} mm would do"
         )
-    transverse = 5.0 * bend / thickness**2
-    return Laminate(
+    if not -1.0 < poisson < np.inf:
+        raise InputError(f"poisson: expected a number above -1, got {poisson:g}")
+    transverse = 5.0 * bend / thickness**2 / (1.0 + poisson)
+    card = Laminate(
         lever=lever, outer=outer, compression=stretch - 2.0 * outer, knee=np.zeros((2, 1)),
         slope=(stretch - 2.0 * outer)[:, None].copy(), shear_knee=np.zeros(1), shear_slope=np.full(1, float(shear)),
         shear_friction=0.0, shear_stick=1.0, twist=2.0 / 3.0 * shear * lever**2 if twist is None else twist,
@@ -89,3 +132,4 @@ def linear_laminate(
         hourglass_transverse=hourglass * float(transverse.mean()) / 12.0,
         fail_strain=np.array(fail_strain, float),
     )  # fmt: skip
+    return coupled(card, poisson)

@@ -11,6 +11,8 @@ from knittest.base.errors import InputError
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
+#: deviation of products of unit vectors from 1 and 0 that is taken for rounding
+ROUNDED = 1e-9
 #: area of a quadrilateral over the square of its longest side, and sine of a corner, below which it is degenerate
 FLAT = 1e-6
 
@@ -30,10 +32,52 @@ def finite(values: ArrayLike, name: str, shape: tuple[int, ...] | None = None) -
         wanted = ", ".join("n" if length < 0 else str(length) for length in shape or ())
         raise InputError(f"{name}: expected the shape ({wanted}), got {array.shape}")
     bad = np.argwhere(~np.isfinite(array))
+    if len(bad) and not array.ndim:
+        raise InputError(f"{name}: not finite: {float(array):g}")
     if len(bad):
         at = ", ".join(str(k) for k in bad[0])
         raise InputError(f"{name}: not finite at [{at}]: {array[tuple(bad[0])]:g}; {len(bad)} such numbers")
     return array
+
+
+def above(value: float, name: str, least: float = 0.0, *, equal: bool = False) -> float:
+    """``value`` as a finite number; raises :class:`InputError` unless above ``least``, or ``equal`` to it."""
+    number = float(finite(value, name, ()))
+    if not (number >= least if equal else number > least):
+        raise InputError(f"{name}: {number:g}; expected {'at least' if equal else 'more than'} {least:g}")
+    return number
+
+
+def direction(vector: ArrayLike, name: str) -> Array:
+    """``vector`` (3,) as a unit vector; raises :class:`InputError` for one without length."""
+    array = finite(vector, name, (3,))
+    size = float(np.linalg.norm(array))
+    if size == 0.0:
+        raise InputError(f"{name}: a vector without length has no direction")
+    return np.asarray(array / size)
+
+
+def one_an_element(values: ArrayLike, name: str, count: int) -> Array:
+    """``values`` (count,) or one for all, (count,); raises :class:`InputError` for others and NaN; infinity may be."""
+    try:
+        array = np.asarray(values, float)
+    except (TypeError, ValueError):
+        raise InputError(f"{name}: expected numbers, got {_short(values)}") from None
+    if array.shape not in ((), (count,)):
+        raise InputError(f"{name}: expected one number or one of each of {count} elements, got {array.shape}")
+    if np.isnan(array).any():
+        raise InputError(f"{name}: not a number (NaN)")
+    return np.broadcast_to(array, (count,))
+
+
+def tension_law(strain: ArrayLike, force: ArrayLike) -> tuple[Array, Array]:
+    """Table of a section's law; raises :class:`InputError` unless it rises from (0, 0)."""
+    e, f = finite(strain, "strain of a law", (-1,)), finite(force, "force of a law", (-1,))
+    if len(e) != len(f) or len(e) < 2 or e[0] != 0.0 or f[0] != 0.0:
+        raise InputError("law: expected strains and forces, as many of each and two at least, from (0, 0) on")
+    if (np.diff(e) <= 0.0).any() or (np.diff(f) < 0.0).any() or f[1] <= 0.0:
+        raise InputError("law: expected strains that rise and forces that do not fall, the second above 0")
+    return e, f
 
 
 def node_numbers(nodes: ArrayLike, count: int) -> Index:
@@ -57,6 +101,37 @@ def names_among(given: str | Iterable[str], known: Sequence[str], what: str) -> 
     return names
 
 
+def orthonormal(axes: ArrayLike) -> Array:
+    """``axes`` (3, 3), rows; raises :class:`InputError` unless of length 1 and at right angles."""
+    rows = finite(axes, "axes", (3, 3))
+    if np.abs(rows @ rows.T - np.eye(3)).max() > ROUNDED:
+        raise InputError(f"axes: expected three rows of length 1 at right angles, got {rows.tolist()}")
+    return rows
+
+
+def independent(node: Index, turns: NDArray[np.bool_], axis: Array, local: NDArray[np.bool_]) -> None:
+    """Raises :class:`InputError` where motions of one node, of which one is ``local``, are not at right angles.
+
+    Of each motion (n,): its ``node``, whether it ``turns``, its unit ``axis`` (n, 3). Motions are imposed one after
+    the other: a later one would undo an earlier one in part.
+    """
+    own = node * 2 + turns
+    order = np.flatnonzero(np.isin(own, own[local]))
+    order = order[np.argsort(own[order], kind="stable")]
+    for apart in range(1, len(order)):  # three motions at right angles are all that a node can have
+        first, second = order[:-apart], order[apart:]
+        same = own[first] == own[second]
+        if not same.any():
+            return
+        bad = np.flatnonzero(same & (np.abs(np.sum(axis[first] * axis[second], axis=1)) > ROUNDED))
+        if bad.size:
+            one, other = (", ".join(f"{v:.3g}" for v in axis[k[bad[0]]]) for k in (first, second))
+            raise InputError(
+                f"motions of node {node[first[bad[0]]]} along or about ({one}) and ({other}): expected axes at right "
+                "angles on one node; where two symmetry planes meet, hold it in both directions across their line"
+            )
+
+
 def chain_points(points: ArrayLike, number: int) -> Array:
     """Points (n, 3) of chain ``number``; raises :class:`InputError` for fewer than two and for two in one place."""
     array = finite(points, f"points of chain {number}", (-1, 3))
@@ -66,6 +141,56 @@ def chain_points(points: ArrayLike, number: int) -> Array:
     if same.size:
         raise InputError(f"points of chain {number}: points {same[0]} and {same[0] + 1} lie in one place")
     return array
+
+
+def chain_fields(fail_strain: ArrayLike, slack: ArrayLike, degree_of_set: ArrayLike, count: int, number: int) -> None:
+    """Refuses what the ``count`` elements of chain ``number`` cannot have."""
+    of = f"of chain {number}"
+    if (one_an_element(fail_strain, f"fail_strain {of}", count) <= 0.0).any():
+        raise InputError(f"fail_strain {of}: expected more than 0")
+    if not np.isfinite(one_an_element(slack, f"slack {of}", count)).all():
+        raise InputError(f"slack {of}: expected finite strains")
+    share = one_an_element(degree_of_set, f"degree_of_set {of}", count)
+    if ((share < 0.0) | (share > 1.0)).any():
+        raise InputError(f"degree_of_set {of}: expected a share from 0 to 1")
+
+
+def across_shells(warp: ArrayLike, points: Array, cells: Index) -> Array:
+    """``warp`` (3,) or (n_el, 3); raises :class:`InputError` where it has no length or stands on the shell."""
+    array = finite(warp, "warp")
+    if array.shape not in ((3,), (len(cells), 3)):
+        raise InputError(f"warp: expected the shape (3) or ({len(cells)}, 3), got {array.shape}")
+    x = points[cells]
+    normal = np.cross(x[:, 2] - x[:, 0], x[:, 3] - x[:, 1])
+    rows = np.broadcast_to(array, normal.shape)
+    along = np.linalg.norm(np.cross(rows, normal), axis=1) / np.linalg.norm(normal, axis=1)
+    bad = np.flatnonzero(along <= FLAT * np.maximum(np.linalg.norm(rows, axis=1), 1e-300))
+    if bad.size:
+        raise InputError(f"warp: without length, or across cell {bad[0]}; expected a direction in its plane")
+    return array
+
+
+def across_chain(points: ArrayLike, normal: ArrayLike | None, number: int) -> Array:
+    """Unit normals (n - 1, 3) across the elements through ``points`` (n, 3) of chain ``number``.
+
+    ``normal`` (3,) or (n - 1, 3). Raises :class:`InputError` where there is none, and where it lies along the chain.
+    """
+    chord = np.diff(np.asarray(points, float), axis=0)
+    if normal is None:
+        raise InputError(
+            f"chain {number}: a section with two bending stiffnesses needs normal=, the direction about "
+            "which it bends with the second"
+        )
+    given = finite(normal, f"normal of chain {number}")
+    if given.shape not in ((3,), chord.shape):
+        raise InputError(f"normal of chain {number}: expected the shape (3) or {chord.shape}, got {given.shape}")
+    along = chord / np.linalg.norm(chord, axis=1, keepdims=True)
+    across = given - np.sum(given * along, axis=1, keepdims=True) * along
+    size = np.linalg.norm(across, axis=1)
+    bad = np.flatnonzero(size <= FLAT * np.linalg.norm(np.broadcast_to(given, chord.shape), axis=1))
+    if bad.size:
+        raise InputError(f"normal of chain {number}: zero or along the chain at element {bad[0]}")
+    return np.asarray(across / size[:, None])
 
 
 def quadrilaterals(points: Array, cells: ArrayLike) -> Index:

@@ -32,6 +32,16 @@ def natural_state(start: Index, chord: Array, degree_of_set: Array) -> tuple[Arr
     return rotation, tangent
 
 
+def natural_normal(rotation: Array, normal: Array) -> Array:
+    """``normal`` (n, 3) of elements as it was before nodes turned by ``rotation`` (n, 4); x where it is not finite."""
+    mean = rotation[:-1] + rotation[1:]
+    mean = np.vstack([mean, rotation[-1:]])
+    size = np.linalg.norm(mean, axis=1, keepdims=True)
+    known = np.isfinite(normal).all(axis=1, keepdims=True)
+    back = _turned_back(mean / np.where(size > 0.0, size, 1.0), np.where(known, normal, 0.0))
+    return np.where(known, back, [1.0, 0.0, 0.0])
+
+
 def _at_nodes(direction: Array) -> Array:
     """Unit directions at the nodes of chains, (m, k + 1, 3), halfway between those of the elements (m, k, 3)."""
     between = direction[:, :-1] + direction[:, 1:]

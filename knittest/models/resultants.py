@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.kernels.beam import axial_strain, mean_frame, section_force, section_moment
+from knittest.kernels.beam import axial_strain, flat_moment, mean_frame, section_force, section_moment
 from knittest.kernels.state import Beams, Nodes
 
 Array = NDArray[np.float64]
@@ -15,7 +15,8 @@ def beam_resultants(nodes: Nodes, beams: Beams, element: Index, section: Index) 
 
     ``element`` (n_el,) first node of each, ``section`` (n_el,) its card. They are what the side of the second node
     exerts on that of the first. ``axial_force``, ``shear_force`` [N], ``torsion`` and ``bending`` [N mm], (n_el,), are
-    the parts along the axis and the sizes of those across it.
+    the parts along the axis and the sizes of those across it; ``bending_normal`` is the part about the normal of a flat
+    section.
     """
     i, j = element, element + 1
     ax, ay, az, cx, cy, cz, inv = mean_frame.py_func(*nodes.rotation[:, i], *nodes.rotation[:, j], *beams.tangent[:, i])
@@ -29,10 +30,12 @@ def beam_resultants(nodes: Nodes, beams: Beams, element: Index, section: Index) 
     force = np.array(section_force.py_func(axial, strain, shear, *axis, *chord, inv_length))
     couple = np.cross(chord, force, axis=0)
     moment = np.array(section_moment.py_func(torsion, bending, inv, inv_length, *axis, *turn, *couple))
+    normal = np.array(mean_frame.py_func(*nodes.rotation[:, i], *nodes.rotation[:, j], *beams.normal[:, i])[:3])
+    moment += np.array(flat_moment.py_func(beams.excess[section], inv, inv_length, *normal, *turn))
     force, moment = beams.alive[i] * force, beams.alive[i] * moment
     along, about = np.sum(force * axis, axis=0), np.sum(moment * axis, axis=0)
     return {
         "force": force.T, "moment": moment.T, "axial_force": along, "torsion": about,
         "shear_force": np.linalg.norm(force - along * axis, axis=0),
-        "bending": np.linalg.norm(moment - about * axis, axis=0),
+        "bending": np.linalg.norm(moment - about * axis, axis=0), "bending_normal": np.sum(moment * normal, axis=0),
     }  # fmt: skip

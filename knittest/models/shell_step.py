@@ -4,10 +4,11 @@ The energy of an element is a sum of squares k s^2 / 2 of strains s, each linear
 so its stiffness is the highest eigenvalue of the matrix sqrt(k k') grad s . grad s', which no row sum of absolute
 values is below. The gradient of a fibre strain is a pattern of the corners, which does not change when the element
 distorts, times the fibre's direction. The patterns of warp, weft and hourglass control of a rectangle are orthogonal,
-so its stiffness is that of the stiffest and not the sum. Not in the bound: an hourglass pattern as large as a tenth of
-the side adds some per cent to the squared frequency, a seventh where its control governs; shear that is as stiff as a
-fibre, whose force turns with it and whose gradients grow where fibres shorten, adds up to 0.45 in a distorted element
-(a fabric's is a thousandth). A safety factor of 0.9 leaves a quarter.
+so its stiffness is that of the stiffest and not the sum. Poisson coupling c e_a e_b is at most c (r e_a^2 + e_b^2 / r)
+/ 2, with r^2 the ratio of both stiffnesses. Not in the bound: an hourglass pattern as large as a tenth of the side adds
+some per cent to the squared frequency, a seventh where its control governs; shear that is as stiff as a fibre, whose
+force turns with it and whose gradients grow where fibres shorten, adds up to 0.45 in a distorted element (a fabric's is
+a thousandth). A safety factor of 0.9 leaves a quarter.
 """
 
 from collections.abc import Callable, Sequence
@@ -54,7 +55,11 @@ def highest_stiffness(
     rotation = shape * (2.0 * distortion * laminate.hourglass_bending + 0.5 * edges * laminate.hourglass_transverse)
     # shares of the patterns (-1, 0, 1, 0) and (0, -1, 0, 1); that of the hourglass control adds (1, -1, 1, -1)
     patterns = ((row(ALPHA_A), row(BETA_A)), (row(ALPHA_B), row(BETA_B)), (row(C31), row(C42)))
-    stiffness = [area * (_largest_tangent(laminate, i) + laminate.transverse[i]) for i in range(2)]
+    tangent = [_largest_tangent(laminate, i) for i in range(2)]
+    bent = [2.0 * float(laminate.outer[i]) * laminate.lever**2 for i in range(2)]
+    tangent = _with_coupling(tangent, laminate.coupling_membrane)
+    bent = _with_coupling(bent, laminate.coupling_bending)
+    stiffness = [area * (tangent[i] + laminate.transverse[i]) for i in range(2)]
     control = 2.0 * shape * laminate.hourglass_membrane  # along both fibres
     translation = _largest_row_sum(patterns, [*stiffness, control]) + 8.0 * shape * laminate.hourglass_transverse
     # warp turned against weft: gradients of both, which add where the fibres lean and an element is no rectangle
@@ -62,9 +67,15 @@ def highest_stiffness(
     for i, (alpha, beta) in enumerate(patterns[:2]):
         gradient2 = 2.0 * (alpha**2 + beta**2)
         translation += area * (gradient2 + 2.0 * lean) * _shear_tangent(laminate)
-        bending = 2.0 * laminate.outer[i] * laminate.lever**2 + 2.0 * laminate.twist
+        bending = bent[i] + 2.0 * laminate.twist
         rotation += area * (gradient2 * bending + 0.5 * laminate.transverse[i] * (alpha**2 * x31 + beta**2 * x42))
     return translation, rotation, area
+
+
+def _with_coupling(stiffness: list[float], coupling: float) -> list[float]:
+    """Two uncoupled stiffnesses that are at least two coupled ones in every state."""
+    ratio = np.sqrt(stiffness[0] / stiffness[1]) if coupling != 0.0 else 1.0
+    return [stiffness[0] + abs(coupling) * ratio, stiffness[1] + abs(coupling) / ratio]
 
 
 def _rows(shells: Shells, n_el: int) -> Callable[[np.integer], Array]:

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from knittest.kernels.drive_state import CYLINDER, GRID, PLANE, PLATE, SWEPT, Tools
 from knittest.kernels.tool_contact import HELD
 from knittest.kernels.tool_shapes import FAR
+from knittest.models.inputs import above, direction, finite, orthonormal
 
 Array = NDArray[np.float64]
 
@@ -31,9 +32,9 @@ class Tool:
     plan: tuple[float, float, float, float, float] = (0.0, 0.0, FAR, FAR, 0.0)
 
 
-def axes_along(direction: ArrayLike) -> Array:
-    """Orthonormal axes as rows, the third along ``direction`` (3,)."""
-    third = np.asarray(direction, float) / np.linalg.norm(direction)
+def axes_along(third: ArrayLike) -> Array:
+    """Orthonormal axes as rows, the last along ``third`` (3,)."""
+    third = direction(third, "normal or axis of a tool")
     first = np.eye(3)[np.argmin(np.abs(third))]
     first = first - (first @ third) * third
     first /= np.linalg.norm(first)
@@ -42,20 +43,24 @@ def axes_along(direction: ArrayLike) -> Array:
 
 def plane(point: ArrayLike, normal: ArrayLike) -> Tool:
     """Half space below the plane through ``point`` [mm] with outward ``normal``."""
-    return Tool(PLANE, np.array(point, float), axes_along(normal))
+    return Tool(PLANE, finite(point, "point of a plane", (3,)).copy(), axes_along(normal))
 
 
 def plate(centre: ArrayLike, lengths: ArrayLike, edge_radius: float, axes: ArrayLike | None = None) -> Tool:
     """Box of side ``lengths`` (3,) about ``centre`` with rounded edges [mm]."""
-    half = 0.5 * np.asarray(lengths, float)
+    half = 0.5 * finite(lengths, "lengths of a plate", (3,))
+    above(float(half.min()), "half the least length of a plate")
+    above(edge_radius, "edge_radius of a plate", equal=True)
     return Tool(
-        PLATE, np.array(centre, float), np.eye(3) if axes is None else np.array(axes, float), (*half, edge_radius)
-    )
+        PLATE, finite(centre, "centre of a plate", (3,)).copy(), np.eye(3) if axes is None else orthonormal(axes),
+        (*half, edge_radius),
+    )  # fmt: skip
 
 
 def cylinder(centre: ArrayLike, axis: ArrayLike, radius: float, length: float) -> Tool:
     """Cylinder about ``axis`` through ``centre`` [mm], without caps."""
-    return Tool(CYLINDER, np.array(centre, float), axes_along(axis), (radius, 0.5 * length, 0.0, 0.0))
+    size = above(radius, "radius of a cylinder"), 0.5 * above(length, "length of a cylinder"), 0.0, 0.0
+    return Tool(CYLINDER, finite(centre, "centre of a cylinder", (3,)).copy(), axes_along(axis), size)
 
 
 def sampled(origin: ArrayLike, spacing: float, samples: Array) -> Tool:

@@ -20,7 +20,7 @@ from knittest.models.boundary import Boundary
 from knittest.models.chains import Chain, YarnContact, build_chains
 from knittest.models.explicit_model import ExplicitModel
 from knittest.models.fabric_model import FabricModel
-from knittest.models.inputs import chain_points, finite, quadrilaterals
+from knittest.models.inputs import above, across_shells, chain_fields, chain_points, finite, quadrilaterals
 from knittest.models.natural_state import of_one_sign, turned_further
 from knittest.models.readings import Readings, new_tally, take_readings
 from knittest.models.sheet import build_sheet
@@ -47,10 +47,14 @@ class Body:
     def __init__(
         self, model: ExplicitModel, safety: float = 0.9, damping: float = 0.0, threads: int | None = None
     ) -> None:
-        self.model, self.dt, self.time = model, safety * model.critical_step, 0.0
+        self.model, self.dt, self.time = model, above(safety, "safety") * model.critical_step, 0.0
+        if safety > 1.0:
+            raise InputError(f"safety: {safety:g}; above 1 the step is longer than the critical one")
+        if threads is not None:
+            above(threads, "threads", 1.0, equal=True)
         self.threads = threads or (1 if model.n_nodes < SMALL else best_threads(None))
         self.boundary = Boundary(model, self.dt)
-        self._damping = damping
+        self._damping = above(damping, "damping [1/ms]", equal=True)
         self.damping_loss = 0.0
         self._natural = self.rotation
         self._unloaded = model.position()
@@ -68,8 +72,15 @@ class Body:
         **options: Any,
     ) -> "Body":
         """Beam chains, whose nodes are numbered in their order; yarns touch if ``contact`` says how."""
+        if not chains:
+            raise InputError("chains: none given")
+        for name in ("normal", "tangential", "friction", "damping") if contact else ():
+            above(getattr(contact, name), f"{name} of the contact", equal=True)
         for number, chain in enumerate(chains):
-            chain_points(chain.points, number)
+            count = len(chain_points(chain.points, number)) - 1
+            chain_fields(chain.fail_strain, chain.slack, chain.degree_of_set, count, number)
+            if not 0 <= chain.part < len(part_names):
+                raise InputError(f"part {chain.part} of chain {number}: there are {len(part_names)} part_names")
         return cls(build_chains(chains, part_names, contact), **options)
 
     @classmethod
@@ -90,6 +101,9 @@ class Body:
         """
         places = finite(points, "points", (-1, 3))
         conn = quadrilaterals(places, cells)
+        warp = across_shells(warp, places, conn)
+        above(area_mass, "area_mass [g/mm2]")
+        above(thickness, "thickness [mm]")
         model = build_sheet(places, conn, laminate, area_mass, thickness, warp, contact=self_contact)
         return cls(model, **options)
 
@@ -97,7 +111,10 @@ class Body:
         """Give each shell a ``strength`` (n_el,) over the laminate's fracture strains [-]."""
         if not isinstance(self.model, FabricModel):
             raise InputError("strength: of shells only; a Chain has fail_strain")
-        set_strength(self.model.shells, finite(strength, "strength", (len(self.model.mesh.cells),)))
+        share = finite(strength, "strength", (len(self.model.mesh.cells),))
+        if (share <= 0.0).any():
+            raise InputError(f"strength of shell {int(np.argmax(share <= 0.0))}: expected more than 0")
+        set_strength(self.model.shells, share)
 
     def place(self, position: ArrayLike, turn: ArrayLike = (0.0, 0.0, 0.0)) -> None:
         """Put the nodes at ``position`` (n_nodes, 3), turned by the rotation vectors ``turn`` (n_nodes, 3) or (3,)
@@ -118,7 +135,7 @@ class Body:
 
     @damping.setter
     def damping(self, value: float) -> None:
-        self._damping = value
+        self._damping = above(value, "damping [1/ms]", equal=True)
         if self._started is not None:
             self.model.nodes.keep[:] = np.exp(-value * self.dt)
 
@@ -132,7 +149,7 @@ class Body:
 
     def advance(self, duration: float, watch: Callable[["Body"], None] | None = None) -> None:
         """Integrate for ``duration`` [ms]; ``watch`` is called after every chunk of at most 20 steps."""
-        steps = max(round(duration / self.dt), 1)
+        steps = max(round(above(duration, "duration [ms]", equal=True) / self.dt), 1)
         while steps > 0:
             chunk = min(self.model.safe_steps(self.dt, CHUNK), steps)
             self.step(chunk)
@@ -193,10 +210,11 @@ class Body:
     def fields(self) -> dict[str, Array]:
         """Strains, forces and moments of the elements, (n_el,) each.
 
-        Beams: ``axial_strain`` [-], ``axial_force``, ``shear_force`` [N], ``torsion``, ``bending`` [N mm] and the
-        vectors ``force``, ``moment`` (n_el, 3) that the side of the second node exerts on that of the first. Shells:
-        ``strain_warp``, ``strain_weft`` [-], ``shear_angle`` [rad], ``force_warp``, ``force_weft`` [N/mm],
-        ``moment_warp``, ``moment_weft``, ``moment_twist`` [N]. ``alive`` is 1 for those that are whole.
+        Beams: ``axial_strain`` [-], ``axial_force``, ``shear_force`` [N], ``torsion``, ``bending`` [N mm], of it
+        ``bending_normal`` about the normal of a flat section, and the vectors ``force``, ``moment`` (n_el, 3) that the
+        side of the second node exerts on that of the first. Shells: ``strain_warp``, ``strain_weft`` [-],
+        ``shear_angle`` [rad], ``force_warp``, ``force_weft`` [N/mm], ``moment_warp``, ``moment_weft``,
+        ``moment_twist`` [N]. ``alive`` is 1 for those that are whole.
         """
         return self.model.resultants()
 

@@ -21,10 +21,16 @@ def rotated(quaternion: np.ndarray, vector: np.ndarray) -> np.ndarray:
     return np.concatenate([[w * qw - v @ q], w * q + qw * v + np.cross(v, q)])
 
 
+def across(chord: np.ndarray) -> np.ndarray:
+    """A unit vector across ``chord``."""
+    found = np.cross(chord, [0.3, -0.5, 0.8])
+    return found / np.linalg.norm(found)
+
+
 class Chain:
     """Three beams, bent in space by large turns, of which one is stretched, one compressed and one slack."""
 
-    def __init__(self, seed: int = 5) -> None:
+    def __init__(self, seed: int = 5, excess: float = 0.0) -> None:
         rng = np.random.default_rng(seed)
         start = np.cumsum(rng.normal([1.0, 0.2, -0.1], 0.3, (N, 3)), axis=0)
         chord = np.diff(start, axis=0, append=start[-1:] + np.array([[1.0, 0.0, 0.0]]))
@@ -34,6 +40,7 @@ class Chain:
             alive=np.array([1.0, 1.0, 1.0, 0.0]), fail_strain=np.full(N, 10.0),
             slack=np.array([0.01, 0.0, 5.0, 0.0]), fail_time=np.full(N, np.inf), stiffness=STIFFNESS,
             hinge_strain=np.array([[0.0, 0.02]]), hinge_slope=np.array([[500.0, 800.0]]),
+            excess=np.array([excess]), normal=np.array([across(c) for c in chord]).T.copy(),
         )  # fmt: skip
         turn = rng.normal(0.0, 0.6, (N, 3))
         rotation = np.array([rotated(np.array([1.0, 0.0, 0.0, 0.0]), t) for t in turn]).T.copy()
@@ -55,6 +62,7 @@ class Chain:
         plain(beam_blocks._kinematics)(0, N, self.nodes, self.beams, w)
         assert plain(beam_blocks._axial_law)(0, N, self.beams, 0, w) == 0.0
         plain(beam_blocks._forces)(0, N, self.nodes, self.beams, 0, w)
+        plain(beam_blocks._flat_moments)(0, N, self.nodes, self.beams, self.beams.excess[0], w)
         k = np.arange(N)
         force = [w[int(row) + k + 1] - w[int(row) + k] for row in (FX, FY, FZ)]
         moment = [
@@ -63,9 +71,10 @@ class Chain:
         return np.array(force).T, np.array(moment).T
 
 
-def test_forces_are_the_gradient_of_the_energy():
-    """f = -dU/dx, m = -dU/d(rotation) by central differences: error of the order h^2."""
-    chain, h = Chain(), 1e-5
+@pytest.mark.parametrize("excess", [0.0, -45.0, 600.0])
+def test_forces_are_the_gradient_of_the_energy(excess):
+    """f = -dU/dx, m = -dU/d(rotation) by central differences: error of the order h^2. Round sections and flat ones."""
+    chain, h = Chain(excess=excess), 1e-5
     force, moment = chain.forces()
     for i in range(N):
         for axis in range(3):
@@ -83,19 +92,20 @@ def test_forces_are_the_gradient_of_the_energy():
             assert -(found[0] - found[1]) / (2.0 * h) == pytest.approx(moment[i, axis], abs=1e-7 * np.abs(moment).max())
 
 
-def test_forces_balance():
+@pytest.mark.parametrize("excess", [0.0, 600.0])
+def test_forces_balance(excess):
     """Action is reaction, and the couples balance the forces' moments (round-off)."""
-    chain = Chain(7)
+    chain = Chain(7, excess)
     force, moment = chain.forces()
     position = chain.nodes.position[:, :N].T
     assert np.abs(force.sum(axis=0)).max() < 1e-12 * np.abs(force).max()
     assert np.abs((np.cross(position, force) + moment).sum(axis=0)).max() < 1e-12 * np.abs(moment).max() * N
 
 
-@pytest.mark.parametrize("angle", [0.4, 2.5])
-def test_a_rigid_turn_turns_the_forces(angle):
+@pytest.mark.parametrize(("angle", "excess"), [(0.4, 0.0), (2.5, 0.0), (2.5, 600.0)])
+def test_a_rigid_turn_turns_the_forces(angle, excess):
     """Forces are objective: they turn with the chain, and its energy stays."""
-    chain = Chain()
+    chain = Chain(excess=excess)
     energy, (force, moment) = chain.energy(), chain.forces()
     vector = angle * np.array([0.36, 0.48, 0.8])
     turn = np.array([rotated_vector(vector, e) for e in np.eye(3)]).T
@@ -125,3 +135,21 @@ def test_tension_is_the_table():
     force, moment = chain.forces()
     assert force[0] == pytest.approx((500.0 * 0.02 + 800.0 * 0.0) * chain.beams.tangent[:, 0], abs=1e-9)
     assert np.abs(moment).max() < 1e-12
+
+
+@pytest.mark.parametrize(("about", "stiffness"), [("normal", 670.0), ("binormal", 70.0), ("tangent", 40.0)])
+def test_a_flat_section_bends_with_the_stiffness_of_each_axis(about, stiffness):
+    """Moment EI phi / L about the normal, the other EI about the binormal, GJ about the axis; small turns."""
+    chain = Chain(excess=600.0)
+    tangent, normal = chain.beams.tangent[:, 0], chain.beams.normal[:, 0]
+    axis = {"normal": normal, "binormal": np.cross(tangent, normal), "tangent": tangent}[about]
+    chain.nodes.rotation[:] = np.array([[1.0], [0.0], [0.0], [0.0]])
+    half = 0.5e-4 * axis
+    for node, turn in enumerate((-half, half)):
+        chain.nodes.rotation[:, node] = rotated(chain.nodes.rotation[:, node], turn)
+    chain.nodes.position[:, 1] = chain.nodes.position[:, 0] + tangent / chain.beams.inv_length[0]
+    chain.beams.alive[1:] = 0.0
+    _, moment = chain.forces()
+    assert moment[0] == pytest.approx(stiffness * 1e-4 * chain.beams.inv_length[0] * axis, abs=1e-8)
+    energy = plain(beam_energy)(0, 0, chain.nodes, chain.beams)
+    assert energy == pytest.approx(0.5 * stiffness * 1e-8 * chain.beams.inv_length[0], rel=1e-6)

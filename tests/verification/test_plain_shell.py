@@ -29,9 +29,14 @@ class PlainSolid(Solid):
         return sum(plain(shell_energies)(self.nodes, self.shells, self.laminate))
 
 
-def deformed() -> tuple[PlainSolid, np.ndarray, np.ndarray]:
+#: without and with Poisson coupling
+COUPLINGS = ({}, {"coupling_membrane": 150.0, "coupling_bending": 2.0})
+
+
+def deformed(**coupling: float) -> tuple[PlainSolid, np.ndarray, np.ndarray]:
     """Two leaning, warped shells: stretched, sheared and folded against each other, with directors of their own."""
-    solid = PlainSolid(POINTS, build_shells(POINTS, CONN, np.array([0.8, 0.6, 0.1])), curved_laminate())
+    card = curved_laminate()._replace(**coupling)
+    solid = PlainSolid(POINTS, build_shells(POINTS, CONN, np.array([0.8, 0.6, 0.1])), card)
     rng = np.random.default_rng(2)
     shift = POINTS @ np.array([[0.05, 0.0, 0.0], [0.2, 0.03, 0.0], [0.1, 0.2, 0.0]]) + rng.normal(0.0, 0.2, (6, 3))
     turn = rng.normal(0.0, 0.3, (6, 3))
@@ -39,9 +44,10 @@ def deformed() -> tuple[PlainSolid, np.ndarray, np.ndarray]:
     return solid, shift, turn
 
 
-def test_forces_are_the_gradient_of_the_energy():
+@pytest.mark.parametrize("coupling", COUPLINGS)
+def test_forces_are_the_gradient_of_the_energy(coupling):
     """f = -dU/dx, m = -dU/d(rotation) by central differences: error of the order h^2."""
-    solid, _, _ = deformed()
+    solid, _, _ = deformed(**coupling)
     force, moment = solid.forces()
     h = 1e-5
     for i in range(solid.n):
@@ -60,18 +66,20 @@ def test_forces_are_the_gradient_of_the_energy():
             assert -(found[0] - found[1]) / (2.0 * h) == pytest.approx(moment[i, axis], abs=1e-6 * np.abs(moment).max())
 
 
-def test_forces_balance():
+@pytest.mark.parametrize("coupling", COUPLINGS)
+def test_forces_balance(coupling):
     """Internal forces add no momentum and no angular momentum (round-off)."""
-    solid, shift, _ = deformed()
+    solid, shift, _ = deformed(**coupling)
     force, moment = solid.forces()
     total = np.cross(POINTS + shift, force) + moment
     assert np.abs(force.sum(axis=0)).max() < 1e-12 * np.abs(force).sum()
     assert np.abs(total.sum(axis=0)).max() < 1e-12 * np.abs(force).sum() * 10.0
 
 
-def test_a_rigid_turn_turns_the_forces():
+@pytest.mark.parametrize("coupling", COUPLINGS)
+def test_a_rigid_turn_turns_the_forces(coupling):
     """Forces are objective: they turn with the shells, and the energy stays."""
-    solid, _, _ = deformed()
+    solid, _, _ = deformed(**coupling)
     energy, (force, moment) = solid.energy(), solid.forces()
     vector = np.array([[0.9, 1.2, 2.0]])
     w, axis = quaternion(vector)[0][0], quaternion(vector)[0][1:]

@@ -15,6 +15,7 @@ LAMINATES = {
     "control": linear_laminate(600.0, 900.0, hourglass_membrane=300.0),
     "stiff shear": linear_laminate(900.0, 900.0, hourglass_membrane=3.0, shear_slope=np.array([900.0])),
     "shear": linear_laminate(900.0, 900.0, hourglass_membrane=3.0, shear_slope=np.array([300.0])),
+    "poisson": linear_laminate(900.0, 600.0, hourglass_membrane=3.0, coupling_membrane=500.0, coupling_bending=3.0),
 }
 
 
@@ -68,7 +69,7 @@ def ratios(
     return np.array(found)
 
 
-@pytest.mark.parametrize("card", ["fibre", "control", "shear"])
+@pytest.mark.parametrize("card", ["fibre", "control", "shear", "poisson"])
 @pytest.mark.parametrize("distortion", [0.0, 0.1, 0.25])
 @pytest.mark.parametrize(("hourglass", "limit"), [(0.0, 1.0), (0.1, 1.2)])
 def test_no_state_of_an_element_is_above_its_bound(card, distortion, hourglass, limit):
