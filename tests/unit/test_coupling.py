@@ -8,8 +8,10 @@ import pytest
 
 from knittest.base.errors import InputError
 from knittest.kernels.laws import hinge_force
+from knittest.kernels.shell_arrays import build_shells
 from knittest.materials.coupling import coupled
 from knittest.materials.laminate import laminate, softened
+from knittest.models import shell_step
 from knittest.models.shell_step import highest_stiffness
 from knittest.pose import linear_laminate
 
@@ -86,11 +88,18 @@ def test_a_softened_laminate_is_coupled_by_its_share():
     assert softened(card, 0.5).coupling_membrane == pytest.approx(0.5 * card.coupling_membrane)
 
 
+@pytest.mark.parametrize("coupling", [15.0, -30.0])
+def test_two_uncoupled_stiffnesses_bound_two_coupled_ones(coupling):
+    """What is left of the bound is never negative, and nothing in one direction."""
+    bound = np.diag(shell_step._with_coupling([100.0, 40.0], coupling))
+    rest = np.linalg.eigvalsh(bound - np.array([[100.0, coupling], [coupling, 40.0]]))
+    assert rest[0] == pytest.approx(0.0, abs=1e-9)
+    assert rest[1] > 0.0
+
+
 @pytest.mark.parametrize("poisson", [0.3, -0.3, 0.9])
 def test_the_bound_of_the_step_is_above_both_coupled_directions(poisson):
     """The largest eigenvalue of the membrane's matrix, over that of the stiffer direction alone, on a square."""
-    from knittest.kernels.shell_arrays import build_shells
-
     square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
     conn = np.array([[0, 1, 2, 3]])
     shells = build_shells(square, conn, np.array([0.0, 1.0, 0.0]))
