@@ -8,7 +8,7 @@ import sys
 import threading
 import time as clock
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 
 import numpy as np
@@ -78,6 +78,18 @@ def _compile_apart(kernels: str) -> None:
             _compile_in_child(kernels)
 
 
+def compile_all() -> float:
+    """Compile what the cache lacks of all kernels, the two scales side by side; returns the seconds it took."""
+    check_layer()
+    start = clock.perf_counter()
+    if CODE_FOLDER is not None:
+        with _alone("meso"), nullcontext() if compiled_before("meso") else _compiling("meso"):
+            for kernels in ("macro", MACRO_CONTACT):  # the second loads what the first has compiled
+                if not compiled_before(kernels):
+                    _compile_apart(kernels)
+    return clock.perf_counter() - start
+
+
 @contextmanager
 def _alone(kernels: str) -> Iterator[None]:
     """Wait for whoever compiles ``kernels`` into this cache; the lock goes with its process."""
@@ -94,17 +106,28 @@ def _alone(kernels: str) -> Iterator[None]:
 
 
 def _compile_in_child(kernels: str) -> None:
+    with _compiling(kernels):
+        pass
+
+
+@contextmanager
+def _compiling(kernels: str) -> Iterator[None]:
+    """Another process fills the cache meanwhile: waited for at the end, ended by whatever goes wrong before."""
     environment = os.environ | {VARIABLE: str(cache_root())}
     work = f"from knittest.solve import warmup; warmup.end_with_parent(); warmup.fill_cache({kernels!r})"
     command = [sys.executable, "-P", "-c", work]
     pipe, quiet = subprocess.PIPE, subprocess.DEVNULL
-    with suppress(OSError):
+    try:
         compiler = subprocess.Popen(command, env=environment, stdin=pipe, stdout=quiet, stderr=quiet)
-        try:
-            compiler.wait()
-        finally:
-            compiler.kill()
-            compiler.communicate()
+    except OSError:
+        yield
+        return
+    try:
+        yield
+        compiler.wait()
+    finally:
+        compiler.kill()
+        compiler.communicate()
 
 
 def end_with_parent() -> None:

@@ -13,7 +13,7 @@ IMPORT = "--width 50 --gauge-length 200"
 #: not of knittest: installing, testing and linting are what .ci/run does
 SETUP = (
     "dask scheduler --host 10.0.0.1", "dask worker tcp://10.0.0.1:8786 --nworkers 4 --nthreads 1",
-    "python3 -m venv .venv", ".venv/bin/pip install .", ".venv/bin/pip install '.[test]'", ".venv/bin/python -m pytest",
+    "python3 -m venv .venv", ".venv/bin/pip install .", ".venv/bin/pip install '.[test]'", ".venv/bin/python -m pytest -n 2",
     ".venv/bin/pip install -e '.[dev]'", ".venv/bin/ruff check .", ".venv/bin/ruff format --check .", ".venv/bin/mypy",
     ".venv/bin/lint-imports",
 )  # fmt: skip

@@ -52,7 +52,7 @@ def test_the_shipped_bending_gives_the_shipped_stiffness(tmp_path):
 
 def test_the_same_command_goes_on_after_ctrl_c(tmp_path):
     text = (
-        (EXAMPLES / "v1-friction.yaml").read_text().replace("preset: quick", "preset: quick, set: {solver.speed: 0.25}")
+        (EXAMPLES / "v1-friction.yaml").read_text().replace("preset: quick", "preset: quick, set: {solver.speed: 0.8}")
     )
     (tmp_path / "c.yaml").write_text(text)
     command = [sys.executable, "-m", "knittest.cli.main", "calibrate", "c.yaml", "--workers", "1"]
