@@ -1,14 +1,14 @@
 """Closed outlines in plan of straight lines and arcs that join without corners."""
 
 from dataclasses import dataclass
-from math import pi
+from math import cos, pi, sin
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
-#: overlap of an arc with its neighbours, so that rounding leaves no gap between them [rad]
+#: overlap of an arc [rad] or line [mm] with its neighbours, so that rounding leaves no gap between them
 SLACK = 1e-9
 
 
@@ -34,14 +34,11 @@ class Outline:
         found = np.full(len(p), np.inf)
         for centre, radius, start, span in zip(self.centre, self.radius, self.start, self.span, strict=True):
             off = p - centre
-            bend = np.sign(span)
-            turned = np.mod(bend * (np.arctan2(off[:, 1], off[:, 0]) - start), 2.0 * pi)
-            passed = (turned <= abs(span) + SLACK) | (turned >= 2.0 * pi - SLACK)
-            candidate = np.where(passed, bend * (np.hypot(off[:, 0], off[:, 1]) - radius), np.inf)
-            found = np.where(np.abs(candidate) < np.abs(found), candidate, found)
+            passed = np.flatnonzero(_passed(off, start, span))
+            _keep_nearer(found, passed, np.sign(span) * (np.hypot(off[passed, 0], off[passed, 1]) - radius))
         for begin, end in self._lines():
-            candidate = _from_line(p, begin, end)
-            found = np.where(np.abs(candidate) < np.abs(found), candidate, found)
+            near = np.flatnonzero(_from_endless_line(p, begin, end) <= np.abs(found) + SLACK)
+            _keep_nearer(found, near, _from_line(p[near], begin, end))
         return found
 
     def stations(self, longest: float, reach: float = 0.0) -> tuple[Array, Array]:
@@ -125,6 +122,30 @@ def rectangle(length_x: float, length_y: float, radius: float) -> Outline:
     """Rectangle about the origin with rounded corners [mm]."""
     x, y = 0.5 * length_x, 0.5 * length_y
     return rounded_polygon([(-x, -y), (x, -y), (x, y), (-x, y)], np.full(4, radius))
+
+
+def _passed(off: Array, start: float, span: float) -> NDArray[np.bool_]:
+    """Whether the rays of an arc from the direction ``start`` over ``span`` [rad] pass ``off`` (n, 2) its centre."""
+    if abs(span) >= 2.0 * pi:
+        return np.ones(len(off), bool)
+    bend, end, x, y = np.sign(span), start + span, off[:, 0], off[:, 1]
+    slack = -SLACK * (np.abs(x) + np.abs(y))
+    behind_start = bend * (cos(start) * y - sin(start) * x) >= slack
+    before_end = bend * (x * sin(end) - y * cos(end)) >= slack
+    return behind_start & before_end if abs(span) <= pi else behind_start | before_end
+
+
+def _keep_nearer(found: Array, index: NDArray[np.intp], candidate: Array) -> None:
+    """Put into ``found`` at ``index`` each signed distance of ``candidate`` that is smaller."""
+    nearer = np.abs(candidate) < np.abs(found[index])
+    found[index[nearer]] = candidate[nearer]
+
+
+def _from_endless_line(p: Array, begin: Array, end: Array) -> Array:
+    """Distance of ``p`` (n, 2) from the line through a piece of it: at most that from the piece."""
+    along = end - begin
+    length = max(float(np.linalg.norm(along)), 1e-9)
+    return np.abs((p[:, 0] - begin[0]) * along[1] - (p[:, 1] - begin[1]) * along[0]) / length
 
 
 def _from_line(p: Array, begin: Array, end: Array) -> Array:

@@ -9,6 +9,7 @@ from documented import ROOT, Do, Shown, shown
 from documented_table import COMMANDS, NAMES, SETUP
 
 import knittest.runs.bench
+import knittest.runs.bench_against
 import knittest.runs.preflight.command
 import knittest.solve.warmup
 import knittest.studies.command
@@ -63,6 +64,7 @@ def test_documented_command(place, monkeypatch, text: str, do: Do):
     for module, name in (
         (knittest.studies.command, "execute"), (knittest.runs.preflight.command, "prepare"),
         (knittest.runs.bench, "kernel_lines"), (knittest.solve.warmup, "warm"),
+        (knittest.runs.bench_against, "paired_lines"),
     ):  # fmt: skip
         monkeypatch.setattr(module, name, _begins)
     with pytest.raises(Planned):

@@ -13,6 +13,7 @@ from restart_cases import MACRO, numbers, results
 
 from knittest.cli.main import run
 from knittest.export.lock import RunLock
+from knittest.laboratory.tensile.report import TensileReport
 from knittest.runs.checkpoints import Checkpoints
 
 QUICK = (*MACRO, "--quiet", "--threads", "1", "--set", "output.frames=3", "--set", "output.checkpoint_interval=0.02")
@@ -28,6 +29,12 @@ def folders(tmp_path_factory):
         assert run(["tensile", *QUICK, "--out", str(base / "stopped")]) == 75
     assert len(numbers(base / "stopped")) == 2
     return base
+
+
+@pytest.fixture(autouse=True)
+def no_pictures(monkeypatch):
+    """None of these tests looks at one."""
+    monkeypatch.setattr(TensileReport, "pictures", lambda *_: None)
 
 
 def stop_when(patch, when):

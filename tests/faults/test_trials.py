@@ -48,7 +48,7 @@ class Counting:
 
 
 def test_a_killed_process_loses_nothing_and_its_trial_runs_again_to_the_same_bits(tmp_path):
-    quick, slow = trial(20.0), trial(50.0, SLOW)
+    quick, slow = trial(20.0), trial(50.0, 0.3)  # a second, a checkpoint each tenth
     place = tmp_path / "trials" / slow.key
     killer = meanwhile(lambda: os.kill(process_in(place, checkpoint=True), signal.SIGKILL))
     records = run(tmp_path, [quick, slow])

@@ -14,7 +14,7 @@ STRIP = (
     "tensile", "--variant", "1", "--scale", "macro", "--preset", "quick", "--direction", "warp",
     "--set", "rig.gauge_length=140", "--set", "output.frames=2",
 )  # fmt: skip
-SLOW = ("--set", "output.checkpoint_interval=0.02", "--set", "solver.speed=0.1")
+SLOW = ("--set", "output.checkpoint_interval=0.02", "--set", "solver.speed=0.2")
 
 
 def summary(folder: Path) -> Any:

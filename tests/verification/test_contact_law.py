@@ -91,10 +91,10 @@ def dragged(contact: YarnContact, press: float, speed: float, time: float) -> tu
 
 def test_static_friction_lets_go_at_its_coefficient_and_slides_at_the_kinetic_one():
     """The drag is read as means over 20 steps, in which it climbs by 1 % of the static one at this speed."""
-    way, drag, _ = dragged(YarnContact(NORMAL, TANGENTIAL, 0.2, static=0.4), press=2.0, speed=0.03, time=4.0)
+    way, drag, _ = dragged(YarnContact(NORMAL, TANGENTIAL, 0.2, static=0.4), press=2.0, speed=0.03, time=2.5)
     assert drag.max() == pytest.approx(0.4 * 2.0, rel=0.02)
     assert drag[way > 0.05].mean() == pytest.approx(0.2 * 2.0, rel=0.02)
-    equal = dragged(YarnContact(NORMAL, TANGENTIAL, 0.2), press=2.0, speed=0.05, time=3.0)[1]
+    equal = dragged(YarnContact(NORMAL, TANGENTIAL, 0.2), press=2.0, speed=0.05, time=1.0)[1]
     assert equal.max() == pytest.approx(0.2 * 2.0, rel=0.02)
 
 
