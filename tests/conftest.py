@@ -1,4 +1,7 @@
-"""What holds for all tests when several processes share them."""
+"""What holds for all tests when two processes share them (``-n 2``)."""
+
+import os
+from collections.abc import Iterator
 
 import pytest
 
@@ -6,6 +9,23 @@ import pytest
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_setupnodes() -> None:
     """Compile the kernels before the workers start: each of them would compile what it needs first, or wait for it."""
-    from knittest.warmup import compile_all
+    from knittest.solve.warmup import compile_all
 
     compile_all()
+
+
+@pytest.fixture(scope="session", autouse=True)
+def one_thread_each() -> Iterator[None]:
+    """Where nobody asks for a number of threads a worker has one: threads that wait for each other's core burn time."""
+    if "PYTEST_XDIST_WORKER" not in os.environ:
+        yield
+        return
+    import numba
+
+    from knittest.kernels import threading
+
+    best_threads = threading.best_threads
+    numba.set_num_threads(1)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(threading, "best_threads", lambda wanted: best_threads(wanted or 1))
+        yield

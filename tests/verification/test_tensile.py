@@ -41,7 +41,7 @@ def test_yarns_without_wave_and_contact_are_a_bundle(seed):
     run = resolve(
         variant="1", scale="meso", direction="warp", seed=seed,
         sets=[*flat, "model.meso.contact=false", "variability.mode=random", "rig.gauge_length=50",
-              "solver.speed=0.25", "output.samples=1500"],
+              "solver.speed=0.25", "output.samples=4000"],
     )  # fmt: skip
     prepared = prepare(run)
     yarn = prepared.model.position()[prepared.model.group.chain == 0]
