@@ -22,7 +22,7 @@ SETUP = (
 #: names of commands, without what they need: they must be there
 NAMES = (
     "knittest regress", "knittest speed-study", "knittest resume", "knittest picture-frame", "knittest forming",
-    "knittest check", "knittest compare", "knittest batch", "knittest calibrate",
+    "knittest check", "knittest compare", "knittest batch", "knittest calibrate", "knittest friction",
 )  # fmt: skip
 
 #: in this order, in one folder
