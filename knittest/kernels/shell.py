@@ -7,6 +7,9 @@ a = alpha x31 + beta x42 now, and its rate of change through the thickness a' = 
 The fibres are the co-rotational frame. Every term of the energy depends on scalar products of such vectors only, hence
 rigid motions cost nothing, forces are the exact gradient, and energies have a closed form.
 
+A corner's turn about the normal is held to that of the fibres by an energy of its own (drilling, after Hughes & Brezzi,
+1989), which no stretch and no trellis shear feels.
+
 Transverse shear is sampled along line segments, as in the element of Bathe & Dvorkin (1985), which makes it vanish in
 constant curvature on any mesh. Notation: a warp, b weft; per reference area [mJ/mm^2] and per reference width [N/mm].
 """
@@ -47,16 +50,24 @@ def diagonals(p):
 
 
 @njit(**INLINE)
+def fibre_vectors(p, fibres):
+    """Fibre vectors a, b [-] of corners ``p`` [mm], or their rates through the thickness [1/mm] of directors ``p`` [-].
+
+    ``fibres`` (alpha_a, beta_a, alpha_b, beta_b) [1/mm].
+    """
+    p31, p42 = diagonals(p)
+    return combine(fibres[0], p31, fibres[1], p42), combine(fibres[2], p31, fibres[3], p42)
+
+
+@njit(**INLINE)
 def fibre_frame(x, d, fibres):
     """Fibre vectors a, b [-] and their rates through the thickness a', b' [1/mm].
 
     Corners ``x`` [mm], directors ``d`` [-], ``fibres`` (alpha_a, beta_a, alpha_b, beta_b) [1/mm].
     """
-    x31, x42 = diagonals(x)
-    d31, d42 = diagonals(d)
-    alpha_a, beta_a, alpha_b, beta_b = fibres
-    a, b = combine(alpha_a, x31, beta_a, x42), combine(alpha_b, x31, beta_b, x42)
-    return a, b, combine(alpha_a, d31, beta_a, d42), combine(alpha_b, d31, beta_b, d42)
+    a, b = fibre_vectors(x, fibres)
+    a_z, b_z = fibre_vectors(d, fibres)
+    return a, b, a_z, b_z
 
 
 @njit(**INLINE)
@@ -144,6 +155,25 @@ def hourglass_gradients(frame, pattern, stiffness):
 def hourglass_energy(frame, pattern, stiffness):
     """Energy [mJ] of :func:`hourglass_gradients`."""
     return 0.5 * stiffness * (dot(pattern, frame[0]) ** 2 + dot(pattern, frame[1]) ** 2)
+
+
+@njit(**INLINE)
+def drill(a, b, warp, director):
+    """Turn of a corner about its normal against the fibres [rad], and the corner's weft.
+
+    ``warp`` is the initial warp as the corner has turned it, R a0, and its weft R b0 = d x R a0. The turn
+    (b . R a0 - a . R b0) / 2 vanishes for F = R U whatever the stretch U, trellis shear included.
+    """
+    weft = cross(director, warp)
+    return 0.5 * (dot(b, warp) - dot(a, weft)), weft
+
+
+@njit(**INLINE)
+def drill_gradients(a, b, warp, director, stiffness):
+    """Gradients of stiffness turn^2 / 2 of :func:`drill` with respect to a and b, and the corner's moment."""
+    turn, weft = drill(a, b, warp, director)
+    pull = 0.5 * stiffness * turn
+    return scale(-pull, weft), scale(pull, warp), scale(pull, sub(cross(b, warp), cross(a, weft)))
 
 
 @njit(**INLINE)

@@ -37,7 +37,7 @@ def set_strength(shells: Shells, strength: Array) -> None:
 
 
 def _element_constants(corners: Array, warp: Array) -> Array:
-    """Rows ALPHA_A to ALIVE of elements with ``corners`` (n_el, 4, 3), (n_el, 15)."""
+    """Rows ALPHA_A to ALIVE of elements with ``corners`` (n_el, 4, 3), (n_el, 18)."""
     x31, x42 = corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]
     pattern = corners[:, 0] - corners[:, 1] + corners[:, 2] - corners[:, 3]
     normal = np.cross(x31, x42)
@@ -50,7 +50,7 @@ def _element_constants(corners: Array, warp: Array) -> Array:
     columns = [*(_on_diagonals(v, x31, x42, normal) for v in (along, np.cross(normal, along), pattern))]
     initial_warp = np.sum(normal * pattern, axis=1)
     one = np.ones(len(area))
-    return np.column_stack([*columns, initial_warp, area, shape, normal, one, 0.0 * one, one])
+    return np.column_stack([*columns, initial_warp, area, shape, normal, along, one, 0.0 * one, one])
 
 
 def _on_diagonals(vector: Array, x31: Array, x42: Array, normal: Array) -> Array:

@@ -1,7 +1,7 @@
 """Shell forces block by block, and their deterministic gather at the nodes; the only place that knows about blocking.
 
 A block of 64 elements is gathered into a flat scratch with compile-time strides, then the loops over its lanes
-vectorise: directors and strains, the tabulated laws, the forces. Corner forces are stored for each element, and every
+vectorise: strains, tabulated laws, drilling, directors, forces. Corner forces are stored for each element, and every
 node collects its own in a fixed order, so the bits do not depend on the number of threads.
 """
 
@@ -14,9 +14,11 @@ from knittest.kernels.rows import load3, rows3, rows4, store3
 from knittest.kernels.shell import (
     arcsine,
     coupling_gradients,
+    drill_gradients,
     fibre_frame,
     fibre_pair,
     fibre_strain,
+    fibre_vectors,
     hourglass,
     hourglass_gradients,
     laminate_gradients,
@@ -40,8 +42,9 @@ from knittest.kernels.shell_state import (
     fibres_of,
     normal_of,
     state_index,
+    warp_of,
 )
-from knittest.kernels.vec import add, rotate, scale, sub
+from knittest.kernels.vec import add, combine, rotate, scale, sub
 
 LANES = np.uintp(BLOCK)
 ROW2, ROW3 = np.uintp(2 * BLOCK), np.uintp(3 * BLOCK)
@@ -78,22 +81,16 @@ def _gather(block, nodes, conn, w):
 
 
 @njit(**INLINE)
-def _director(w, i, normal):
-    """Replace the rotation at ``i`` by the director into which it turns the initial normal."""
-    store3(w, i, LANES, rotate(w[i], w[i + LANES], w[i + ROW2], w[i + ROW3], normal))
+def _turned(w, i, vector):
+    """``vector`` as the rotation at ``i`` turns it."""
+    return rotate(w[i], w[i + LANES], w[i + ROW2], w[i + ROW3], vector)
 
 
 @njit(**INLINE)
 def _strains(at, state, w):
-    """Directors, fibre strains and shear angle of a block."""
+    """Fibre strains and shear angle of a block."""
     for k in range(LANES):
-        normal = normal_of(state, at + k)
-        _director(w, D + CORNERS[0] + k, normal)
-        _director(w, D + CORNERS[1] + k, normal)
-        _director(w, D + CORNERS[2] + k, normal)
-        _director(w, D + CORNERS[3] + k, normal)
-    for k in range(LANES):
-        a, b, _, _ = fibre_frame(_corners(w, X + k), _corners(w, D + k), fibres_of(state, at + k))
+        a, b = fibre_vectors(_corners(w, X + k), fibres_of(state, at + k))
         inv_a, inv_b, sine = fibre_pair(a, b)
         w[STRAIN_A + k], w[STRAIN_B + k] = fibre_strain(a, inv_a), fibre_strain(b, inv_b)
         w[ANGLE + k] = arcsine(sine)
@@ -152,14 +149,47 @@ def _delete(at, state, laminate, w):
 
 
 @njit(**INLINE)
-def _store_corner(corner, i, grad_x, grad_d, director):
-    store3(corner, i, LANES, scale(-1.0, grad_x))
-    store3(corner, i + ROW3, LANES, moment_of(grad_d, director))
+def _drill_corner(w, i, corner, to, fibres, axes, stiffness):
+    """Store the drilling moment of a corner, rotated by ``i``, at ``to``; returns the gradients at ``fibres`` a, b.
+
+    ``axes`` are the initial warp and normal. The corner's rotation is replaced by its director.
+    """
+    director = _turned(w, i, axes[1])
+    grad_a, grad_b, moment = drill_gradients(fibres[0], fibres[1], _turned(w, i, axes[0]), director, stiffness)
+    store3(corner, to + ROW3, LANES, moment)
+    store3(w, i, LANES, director)
+    return grad_a, grad_b
+
+
+@njit(**INLINE)
+def _drilling(at, out, state, laminate, corner, w):
+    """Store what holds the corners' turns about the normal to those of the fibres; rotations become directors."""
+    for k in range(LANES):
+        s, d, o = at + k, D + k, out + k
+        axes, fibres = (warp_of(state, s), normal_of(state, s)), fibres_of(state, s)
+        ab = fibre_vectors(_corners(w, X + k), fibres)
+        stiffness = 0.25 * laminate.drilling * state[s + ALIVE] * state[s + AREA]
+        a1, b1 = _drill_corner(w, d + CORNERS[0], corner, o + OUT[0], ab, axes, stiffness)
+        a2, b2 = _drill_corner(w, d + CORNERS[1], corner, o + OUT[1], ab, axes, stiffness)
+        a3, b3 = _drill_corner(w, d + CORNERS[2], corner, o + OUT[2], ab, axes, stiffness)
+        a4, b4 = _drill_corner(w, d + CORNERS[3], corner, o + OUT[3], ab, axes, stiffness)
+        grad_a, grad_b = add(add(a1, a2), add(a3, a4)), add(add(b1, b2), add(b3, b4))
+        g31, g42 = combine(fibres[0], grad_a, fibres[2], grad_b), combine(fibres[1], grad_a, fibres[3], grad_b)
+        store3(corner, o + OUT[0], LANES, g31)
+        store3(corner, o + OUT[1], LANES, g42)
+        store3(corner, o + OUT[2], LANES, scale(-1.0, g31))
+        store3(corner, o + OUT[3], LANES, scale(-1.0, g42))
+
+
+@njit(**INLINE)
+def _add_corner(corner, i, grad_x, grad_d, director):
+    store3(corner, i, LANES, sub(load3(corner, i, LANES), grad_x))
+    store3(corner, i + ROW3, LANES, add(load3(corner, i + ROW3, LANES), moment_of(grad_d, director)))
 
 
 @njit(**INLINE)
 def _forces(at, out, state, laminate, corner, w):
-    """Corner forces and moments of a block: minus the gradient of the element's energy."""
+    """Add the corner forces and moments of a block to those of drilling: minus the gradient of the energy."""
     for k in range(LANES):
         s = at + k
         x, d, fibres, distortion = _corners(w, X + k), _corners(w, D + k), fibres_of(state, s), distortion_of(state, s)
@@ -183,10 +213,10 @@ def _forces(at, out, state, laminate, corner, w):
             hold_edge * across,
         )
         ft, gt = transverse_gradients(x, d, fibres, forces)
-        _store_corner(corner, out + OUT[0] + k, add(f[0], ft[0]), add(g[0], gt[0]), d[0])
-        _store_corner(corner, out + OUT[1] + k, add(f[1], ft[1]), add(g[1], gt[1]), d[1])
-        _store_corner(corner, out + OUT[2] + k, add(f[2], ft[2]), add(g[2], gt[2]), d[2])
-        _store_corner(corner, out + OUT[3] + k, add(f[3], ft[3]), add(g[3], gt[3]), d[3])
+        _add_corner(corner, out + OUT[0] + k, add(f[0], ft[0]), add(g[0], gt[0]), d[0])
+        _add_corner(corner, out + OUT[1] + k, add(f[1], ft[1]), add(g[1], gt[1]), d[1])
+        _add_corner(corner, out + OUT[2] + k, add(f[2], ft[2]), add(g[2], gt[2]), d[2])
+        _add_corner(corner, out + OUT[3] + k, add(f[3], ft[3]), add(g[3], gt[3]), d[3])
 
 
 @njit(**INLINE)
@@ -196,12 +226,6 @@ def _couple_membrane(laminate, w):
     for k in range(LANES):
         w[MIDDLE_A + k] += coupling * w[STRAIN_B + k]
         w[MIDDLE_B + k] += coupling * w[STRAIN_A + k]
-
-
-@njit(**INLINE)
-def _add_corner(corner, i, grad_x, grad_d, director):
-    store3(corner, i, LANES, sub(load3(corner, i, LANES), grad_x))
-    store3(corner, i + ROW3, LANES, add(load3(corner, i + ROW3, LANES), moment_of(grad_d, director)))
 
 
 @njit(**INLINE)
@@ -252,6 +276,7 @@ def shell_forces(block_start, block_stop, time, nodes, shells, laminate, w):
         if laminate.coupling_membrane != 0.0:
             _couple_membrane(laminate, w)
         rubbed += _shear(at, shells.state, laminate, w)
+        _drilling(at, out, shells.state, laminate, shells.corner, w)
         _forces(at, out, shells.state, laminate, shells.corner, w)
         if laminate.coupling_bending != 0.0:
             _couple_bending(at, out, shells.state, laminate, shells.corner, w)

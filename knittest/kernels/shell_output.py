@@ -7,6 +7,7 @@ from knittest.kernels.laws import hinge_energy, hinge_force, odd_hinge_energy, o
 from knittest.kernels.options import KERNEL
 from knittest.kernels.shell import (
     arcsine,
+    drill,
     fibre_frame,
     fibre_pair,
     fibre_strain,
@@ -25,6 +26,7 @@ from knittest.kernels.shell_state import (
     fibres_of,
     normal_of,
     state_index,
+    warp_of,
 )
 from knittest.kernels.vec import dot, rotate
 
@@ -44,6 +46,18 @@ def _corners(e, nodes, shells):
     x3, d3 = _corner(shells.conn[e, 2], normal, nodes)
     x4, d4 = _corner(shells.conn[e, 3], normal, nodes)
     return (x1, x2, x3, x4), (d1, d2, d3, d4)
+
+
+@njit(**KERNEL)
+def _drilling_energy(e, a, b, directors, nodes, shells, laminate):
+    """Energy of the corners' turns about the normal against the fibres a, b, per area."""
+    energy = 0.0
+    for c in range(4):
+        q, n = nodes.rotation, shells.conn[e, c]
+        warp = rotate(q[0, n], q[1, n], q[2, n], q[3, n], warp_of(shells.state, state_index(e)))
+        turn, _ = drill(a, b, warp, directors[c])
+        energy += 0.125 * laminate.drilling * turn * turn
+    return energy
 
 
 @njit(**KERNEL)
@@ -68,7 +82,7 @@ def _shear_energy(angle, slip, laminate):
 
 @njit(**KERNEL)
 def element_energy(e, nodes, shells, laminate):
-    """Elastic energy and energy of the hourglass control [mJ] of element ``e``, whether alive or not."""
+    """Elastic energy, and energy of the hourglass control and of drilling [mJ], of element ``e``, alive or not."""
     s = state_index(e)
     fibres, distortion = fibres_of(shells.state, s), distortion_of(shells.state, s)
     x, d = _corners(e, nodes, shells)
@@ -87,12 +101,13 @@ def element_energy(e, nodes, shells, laminate):
     control = hourglass_energy(frame, hourglass(x, distortion), laminate.hourglass_membrane)
     control += hourglass_energy(frame, hourglass(d, distortion), laminate.hourglass_bending)
     control += 0.5 * laminate.hourglass_transverse * (along**2 + across**2)
-    return shells.state[s + AREA] * density, shells.state[s + SHAPE] * control
+    drilling = _drilling_energy(e, a, b, d, nodes, shells, laminate)
+    return shells.state[s + AREA] * density, shells.state[s + SHAPE] * control + shells.state[s + AREA] * drilling
 
 
 @njit(**KERNEL)
 def shell_energies(nodes, shells, laminate):
-    """Elastic energy and energy of the hourglass control of all living shells [mJ]."""
+    """Elastic energy, and energy of the hourglass control and of drilling, of all living shells [mJ]."""
     internal, control = 0.0, 0.0
     for e in range(shells.fail_time.size):
         if shells.state[state_index(e) + ALIVE] > 0.0:

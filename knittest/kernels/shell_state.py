@@ -14,12 +14,13 @@ Index = NDArray[np.int64]
 #: elements of a block; one row of a block is one quantity of its elements
 BLOCK = 64
 # rows of the element constants: fibres from diagonals (warp alpha, beta; weft alpha, beta), distortion (c31, c42),
-# initial warp [mm], reference area [mm^2], hourglass shape factor [-], initial unit normal (3), strength over the
-# laminate's [-], slip of the shear friction [rad], 1 while alive
-ALPHA_A, BETA_A, ALPHA_B, BETA_B, C31, C42, WARP, AREA, SHAPE, NORMAL_X, NORMAL_Y, NORMAL_Z, STRENGTH, SLIP, ALIVE = (
-    np.uintp(BLOCK * k) for k in range(15)
-)
-STATE_ROWS = 15
+# initial warp [mm], reference area [mm^2], hourglass shape factor [-], initial unit vectors along the normal (3) and
+# the warp fibre (3), strength over the laminate's [-], slip of the shear friction [rad], 1 while alive
+(
+    ALPHA_A, BETA_A, ALPHA_B, BETA_B, C31, C42, WARP, AREA, SHAPE, NORMAL_X, NORMAL_Y, NORMAL_Z,
+    FIBRE_X, FIBRE_Y, FIBRE_Z, STRENGTH, SLIP, ALIVE,
+) = (np.uintp(BLOCK * k) for k in range(18))  # fmt: skip
+STATE_ROWS = 18
 CORNER_ROWS = 24
 
 
@@ -32,9 +33,10 @@ class Laminate(NamedTuple):
     sum_k shear_slope[k] (max(g - shear_knee[k], 0) + min(g + shear_knee[k], 0)), (n_shear,). The share
     ``shear_friction`` of it is friction: a slider of the limit shear_friction |E| behind a spring ``shear_stick``
     [N/mm], in parallel to the elastic rest. ``twist`` [N mm] for twisting, ``transverse`` (2,) for transverse shear
-    [N/mm], hourglass stiffnesses of the membrane [N/mm], bending [N mm] and transverse shear [N/mm], ``fail_strain``
-    (2,) of the membrane. ``coupling_membrane`` [N/mm]: force of one direction over the strain of the other, and
-    ``coupling_bending`` [N mm] likewise, 0 without Poisson coupling.
+    [N/mm], hourglass stiffnesses of the membrane [N/mm], bending [N mm] and transverse shear [N/mm], ``drilling``
+    stiffness of turns about the normal against the fibres [N/mm], ``fail_strain`` (2,) of the membrane.
+    ``coupling_membrane`` [N/mm]: force of one direction over the strain of the other, and ``coupling_bending`` [N mm]
+    likewise, 0 without Poisson coupling.
     """
 
     lever: float
@@ -51,6 +53,7 @@ class Laminate(NamedTuple):
     hourglass_membrane: float
     hourglass_bending: float
     hourglass_transverse: float
+    drilling: float
     fail_strain: Array
     coupling_membrane: float = 0.0
     coupling_bending: float = 0.0
@@ -59,7 +62,7 @@ class Laminate(NamedTuple):
 class Shells(NamedTuple):
     """Shells in blocks of 64, padded with dead copies of the last one.
 
-    ``conn`` (n_blocks * 64, 4) node numbers; ``state`` (n_blocks * 15 * 64,) the rows above, block by block; ``corner``
+    ``conn`` (n_blocks * 64, 4) node numbers; ``state`` (n_blocks * 18 * 64,) the rows above, block by block; ``corner``
     (n_blocks * 24 * 64,) force (3) [N] and moment (3) [N mm] of corner 1, 2, 3, 4; ``node_start`` (n_nodes + 1,) and
     ``node_entry`` say where in ``corner`` the entries of a node begin; ``fail_time`` (n_blocks * 64,) [ms], inf while
     alive, nan for padding.
@@ -95,3 +98,9 @@ def distortion_of(state, s):
 def normal_of(state, s):
     """Initial unit normal."""
     return state[s + NORMAL_X], state[s + NORMAL_Y], state[s + NORMAL_Z]
+
+
+@njit(**INLINE)
+def warp_of(state, s):
+    """Initial unit vector along the warp."""
+    return state[s + FIBRE_X], state[s + FIBRE_Y], state[s + FIBRE_Z]

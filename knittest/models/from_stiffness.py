@@ -9,6 +9,7 @@ from knittest.base.errors import InputError
 from knittest.kernels.laws import hinge_table
 from knittest.kernels.shell_state import Laminate
 from knittest.materials.coupling import coupled
+from knittest.materials.laminate import DRILLING
 from knittest.materials.yarn_section import POISSON, Section
 from knittest.models.inputs import above, finite, one_an_element, tension_law
 
@@ -90,6 +91,7 @@ def linear_laminate(
     *,
     twist: float | None = None,
     hourglass: float = 0.05,
+    drilling: float = DRILLING,
     fail_strain: tuple[float, float] = (np.inf, np.inf),
     poisson: float = 0.0,
 ) -> Laminate:
@@ -99,13 +101,15 @@ def linear_laminate(
     The outer layers lie at half the ``thickness`` [mm]; transverse shear is that of the plate, 5 D / t^2. ``twist``
     [N mm] is the energy's factor of (2 kappa_ab)^2 / 2, by default that of three equal layers of the shear stiffness,
     S t^2 / 6, twice that of a homogeneous plate, S t^2 / 12. ``hourglass`` control as a share of the fully integrated
-    element. ``poisson``: contraction of the weft over the strain of the warp when that is pulled alone, in membrane and
-    bending, whose stiffnesses stay those of strips, E t and E t^3 / 12; transverse shear is that over 1 + nu. Raises
-    :class:`InputError` for a bending stiffness that the membrane cannot have at this thickness, and for a ``poisson``
-    whose square is not below the ratio of warp to weft.
+    element; ``drilling``, the stiffness of turns about the normal, as a share of shear. ``poisson``: contraction of the
+    weft over the strain of the warp when that is pulled alone, in membrane and bending, whose stiffnesses stay those of
+    strips, E t and E t^3 / 12; transverse shear is that over 1 + nu. Raises :class:`InputError` for a bending stiffness
+    that the membrane cannot have at this thickness, and for a ``poisson`` whose square is not below the ratio of warp
+    to weft.
     """
     stretch, bend = finite(membrane, "membrane", (2,)), finite(bending, "bending", (2,))
     above(hourglass, "hourglass", equal=True)
+    above(drilling, "drilling", equal=True)
     above(twist or 0.0, "twist", equal=True)
     if (one_an_element(fail_strain, "fail_strain of warp and weft", 2) <= 0.0).any():
         raise InputError("fail_strain: expected more than 0")
@@ -130,6 +134,7 @@ def linear_laminate(
         hourglass_membrane=hourglass * float(stretch.mean()) / 12.0,
         hourglass_bending=hourglass * float(bend.mean()) / 12.0,
         hourglass_transverse=hourglass * float(transverse.mean()) / 12.0,
+        drilling=drilling * float(shear),
         fail_strain=np.array(fail_strain, float),
     )  # fmt: skip
     return coupled(card, poisson)

@@ -69,7 +69,9 @@ def highest_stiffness(
         translation += area * (gradient2 + 2.0 * lean) * _shear_tangent(laminate)
         bending = bent[i] + 2.0 * laminate.twist
         rotation += area * (gradient2 * bending + 0.5 * laminate.transverse[i] * (alpha**2 * x31 + beta**2 * x42))
-    return translation, rotation, area
+        # a turn is that of the fibres less that of the corner: its square is at most twice the sum of both squares
+        translation += 0.5 * area * laminate.drilling * gradient2
+    return translation, rotation + 0.5 * area * laminate.drilling, area
 
 
 def _with_coupling(stiffness: list[float], coupling: float) -> list[float]:

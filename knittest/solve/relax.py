@@ -2,6 +2,7 @@
 
 Underwood (1983), Dynamic relaxation, in: Computational Methods for Transient Analysis. The frequency of that mode is
 the Rayleigh quotient of the movement over a chunk of steps: work of the change of force over the movement's inertia.
+Turns count as movements of the nodes' radius of gyration, and moments as forces at it.
 """
 
 from dataclasses import dataclass, field
@@ -36,9 +37,9 @@ SETTLED, SETTLING = 0.01, 4000
 class Relaxation:
     """How a static state was reached.
 
-    ``residual``: sum of out-of-balance forces over that of loads, of reactions where there are none, or of contacts
-    where a model settles. ``history`` holds, a chunk, (steps, residual, largest move [mm], circular frequency of the
-    slowest mode a step). ``last_chunk``: steps whose reactions
+    ``residual``: sum of out-of-balance forces (and moments over radii of gyration) over that of loads, of reactions
+    where there are none, or of contacts where a model settles. ``history`` holds, a chunk, (steps,
+    residual, largest move [mm], circular frequency of the slowest mode a step). ``last_chunk``: steps whose reactions
     and forces on tools the tally holds at the end.
     """
 
@@ -78,16 +79,16 @@ def relax(
     is no longer finite.
     """
     nodes, n = model.nodes, model.n_nodes
-    found, free = Relaxation(), _free(model, drive)
+    found, free, arm = Relaxation(), _free(model, drive), _gyration(model)
     start = model.position() if unloaded is None else unloaded
-    noise = ROUNDING * float(np.abs(start).max() * (model.mass @ free).sum()) / dt**2
+    noise = _noise(model.mass, free * arm, float(np.abs(start).max()), dt)
     scratch, frequency = np.zeros((PARTITIONS, SCRATCH)), 0.05
     nodes.velocity[:], nodes.spin[:] = 0.0, 0.0
     keep = nodes.keep.copy()
     last: Array | None = None
     while found.steps < most_steps and not found.converged:
         nodes.keep[:] = np.exp(-2.0 * frequency)
-        before = model.position()
+        before, facing = model.position(), nodes.rotation[:, :n].copy()
         chunk = min(model.safe_steps(dt, CHUNK), CHUNK)
         tally.reaction[:], tally.tool_sum[:], tally.support[:] = 0.0, 0.0, 0.0
         model.advance(chunk, at, dt, drive, tally, scratch)
@@ -101,8 +102,8 @@ def relax(
                 f"dynamic relaxation is no longer finite after {found.steps} steps, first at node {bad} of "
                 f"{model.name_of(bad)}; reduce solver.safety"
             )
-        force = nodes.force[:, :n].T * free
-        move = (model.position() - before) * free
+        force = np.hstack([nodes.force[:, :n].T, nodes.moment[:, :n].T]) / arm * free
+        move = np.hstack([model.position() - before, _turn(facing, nodes.rotation[:, :n])]) * arm * free
         if last is not None:
             frequency = _slowest(move, force - last, model.mass, dt, frequency)
         last = force
@@ -120,11 +121,29 @@ def relax(
 
 
 def _free(model: ExplicitModel, drive: Drive) -> Array:
-    """1 for translations that may move, else 0, (n_nodes, 3)."""
-    free = np.repeat((model.mass > 0.0).astype(float)[:, None], 3, axis=1)
-    translation = drive.motions.dof < 3
-    free[drive.motions.node[translation], drive.motions.dof[translation]] = 0.0
+    """1 for degrees of freedom that may move, else 0, (n_nodes, 6)."""
+    free = np.repeat(np.column_stack([model.mass > 0.0, model.inertia > 0.0]).astype(float), 3, axis=1)
+    free[drive.motions.node, drive.motions.dof] = 0.0
     return free
+
+
+def _gyration(model: ExplicitModel) -> Array:
+    """Radius of gyration [mm] of the turns of each node, 1 for its translations, (n_nodes, 6)."""
+    turning = (model.mass > 0.0) & (model.inertia > 0.0)
+    arm = np.sqrt(np.where(turning, model.inertia, 1.0) / np.where(turning, model.mass, 1.0))
+    return np.repeat(np.column_stack([np.ones(model.n_nodes), arm]), 3, axis=1)
+
+
+def _noise(mass: Array, arm: Array, size: float, dt: float) -> float:
+    """Sum of forces [N] that rounding causes: of positions of ``size`` [mm] and of quaternions, whose size is 1."""
+    return ROUNDING * float((mass @ arm) @ np.repeat([size, 1.0], 3)) / dt**2
+
+
+def _turn(before: Array, after: Array) -> Array:
+    """Rotation vectors (n, 3) [rad] of small turns between unit quaternions (4, n)."""
+    v, u = before[1:], after[1:]
+    cosine = np.sum(before * after, axis=0)
+    return np.asarray(2.0 * np.sign(cosine) * (before[0] * u - after[0] * v - np.cross(v, u, axis=0))).T
 
 
 def _slowest(move: Array, change: Array, mass: Array, dt: float, frequency: float) -> float:

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 from plain import plain
-from shell_cases import Solid, product, quaternion
+from scipy.spatial.transform import Rotation
+from shell_cases import Solid, X, linear_laminate, product, quaternion
 from test_shell_gradient import curved_laminate
 
+from knittest.kernels.shell import drill
 from knittest.kernels.shell_arrays import build_shells
 from knittest.kernels.shell_blocks import gather_shells, shell_forces
 from knittest.kernels.shell_output import shell_energies
@@ -64,6 +66,47 @@ def test_forces_are_the_gradient_of_the_energy(coupling):
                 found.append(solid.energy())
             solid.nodes.rotation[:, i] = before
             assert -(found[0] - found[1]) / (2.0 * h) == pytest.approx(moment[i, axis], abs=1e-6 * np.abs(moment).max())
+
+
+def test_a_stretch_does_not_drill():
+    """(b . R a0 - a . R b0) / 2 is 0 for F = R U, and -s sin(t) for a corner that stays while fibres of mean stretch s
+    turn by t.
+    """
+    stretch = np.array([[1.1, 0.4, 0.0], [0.4, 0.9, 0.0], [0.0, 0.0, 1.0]])
+    turn = Rotation.from_rotvec([0.3, -0.8, 1.9])
+    a, b = (tuple(turn.apply(stretch @ e)) for e in np.eye(3)[:2])
+    warp, normal = tuple(turn.apply([1.0, 0.0, 0.0])), tuple(turn.apply([0.0, 0.0, 1.0]))
+    found, weft = plain(drill)(a, b, warp, normal)
+    assert found == pytest.approx(0.0, abs=1e-15)
+    assert weft == pytest.approx(turn.apply([0.0, 1.0, 0.0]))
+    spun = Rotation.from_rotvec([0.0, 0.0, 0.2])
+    a, b = (tuple(spun.apply(stretch @ e)) for e in np.eye(3)[:2])
+    found, _ = plain(drill)(a, b, (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    assert found == pytest.approx(-np.sin(0.2))
+
+
+def test_a_corner_that_spins_is_held():
+    """All corners of a square turned by t about its normal: torque beta S A sin t cos t / 4 of each, and their forces
+    answer it.
+    """
+    square = 3.0 * np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    solid = PlainSolid(square, build_shells(square, np.array([[0, 1, 2, 3]]), X), linear_laminate(drilling=0.8))
+    angle = 0.1
+    solid.place(np.zeros((4, 3)), np.tile([0.0, 0.0, angle], (4, 1)))
+    force, moment = solid.forces()
+    assert moment == pytest.approx(np.tile([0.0, 0.0, -0.25 * 0.8 * 9.0 * np.sin(angle) * np.cos(angle)], (4, 1)))
+    assert np.cross(square, force).sum(axis=0) == pytest.approx(-moment.sum(axis=0))
+    internal, control = plain(shell_energies)(solid.nodes, solid.shells, solid.laminate)
+    assert (internal, control) == (0.0, pytest.approx(0.5 * 0.8 * 9.0 * np.sin(angle) ** 2))
+
+
+def test_a_deleted_shell_does_not_drill():
+    """A shell torn by its strain leaves no force and no moment, whatever its corners' turns."""
+    square = 3.0 * np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    card = linear_laminate(drilling=0.8, fail_strain=np.full(2, 0.01))
+    solid = PlainSolid(square, build_shells(square, np.array([[0, 1, 2, 3]]), X), card)
+    solid.place(0.05 * square, np.tile([0.0, 0.0, 0.1], (4, 1)))
+    assert all((v == 0.0).all() for v in solid.forces())
 
 
 @pytest.mark.parametrize("coupling", COUPLINGS)

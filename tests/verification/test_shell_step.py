@@ -9,11 +9,12 @@ from knittest.models.sheet import build_sheet
 SIDE, AREA_MASS, THICKNESS = 2.0, 824.2e-6, 2.22
 SQUARE = SIDE * np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
 LEANING = SQUARE + SIDE * np.array([[0.0, 0, 0], [0, 0, 0], [1, 0, 0], [1, 0, 0]])
-#: what governs: a fibre, hourglass control, shear
+#: what governs: a fibre, hourglass control, shear, drilling
 LAMINATES = {
     "fibre": linear_laminate(900.0, 600.0, hourglass_membrane=3.0),
     "control": linear_laminate(600.0, 900.0, hourglass_membrane=300.0),
     "stiff shear": linear_laminate(900.0, 900.0, hourglass_membrane=3.0, shear_slope=np.array([900.0])),
+    "drilling": linear_laminate(30.0, 30.0, hourglass_membrane=3.0, drilling=900.0),
     "shear": linear_laminate(900.0, 900.0, hourglass_membrane=3.0, shear_slope=np.array([300.0])),
     "poisson": linear_laminate(900.0, 600.0, hourglass_membrane=3.0, coupling_membrane=500.0, coupling_bending=3.0),
 }
@@ -84,6 +85,12 @@ def test_a_leaning_element_shears_along_both_fibres_at_once():
     """Gradients of warp and weft turning against each other add, where those of a rectangle are orthogonal."""
     for seed in range(4):
         assert ratios("stiff shear", 0.0, 0.0, seed, plan=LEANING).max() < 1.0, seed
+
+
+def test_drilling_is_in_the_bound():
+    """Stretches that lengthen its fibres add to it: none, as of hourglass control."""
+    for seed in range(4):
+        assert 0.2 < ratios("drilling", 0.25 * (seed % 2), 0.0, seed, states=1).max() < 1.0, seed
 
 
 def test_the_bound_of_a_square_is_its_frequency():
