@@ -35,7 +35,7 @@ def test_widened_gates_refuse_are_marked_and_stay_so_in_the_folders_config(tmp_p
 def test_a_limit_that_nothing_passes_is_no_limit(capsys) -> None:
     assert run([*STRIP, *FAST, "--set", "solver.max_kinetic_ratio=1e9"]) == 2
     assert (
-        "--set solver.max_kinetic_ratio: solver.max_kinetic_ratio = 1e9: must be at most 100 %"
+        "--set solver.max_kinetic_ratio: solver.max_kinetic_ratio = 1000000000.0: must be at most 100 %"
         in capsys.readouterr().err
     )
 
