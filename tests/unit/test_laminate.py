@@ -81,7 +81,8 @@ def test_bad_curves_are_refused(curve, says):
 
 def test_too_small_a_share_names_one_that_is_enough():
     """The outer layers alone may not be more than the share of the whole."""
-    card = laminate(fabric(), CURVES)
+    card = laminate(fabric(), per_width(CURVES))
+    card = card._replace(outer=0.2 * card.slope[:, 0])
     soft = softened(card, 1.0)
     tension = soft.slope[:, 0] + 2.0 * soft.outer
     least = float((2.0 * soft.outer / tension).max())
