@@ -55,6 +55,10 @@ class MacroMaterial(Strict):
     )
     fracture_strain: PerDirection = measure("%", "element deletion strain", gt=0, band=(0.1, 50))
     bending_stiffness: PerDirection = measure("N mm", "bending stiffness per width", gt=0, band=(1e-3, 1e4))
+    in_plane_bending: PerDirection | None = number(
+        None, "N mm", "bending stiffness of the yarns in the plane, per width (EI over their distance); none: none",
+        gt=0, band=(1e-3, 1e4),
+    )  # fmt: skip
     shear: ShearLaw = Field(description="in-plane shear force over the shear angle")
     compression_ratio: Quantity = measure("1", "compressive over largest tensile tangent", gt=0, le=1)
     poisson: Quantity = number(

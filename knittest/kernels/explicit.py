@@ -8,10 +8,11 @@ number of threads. Yarns and shells have an entry each, so that a run compiles o
 import numpy as np
 from numba import njit, prange
 
-from knittest.kernels import beam_blocks, contact_blocks, shell_blocks, tool_blocks
+from knittest.kernels import beam_blocks, contact_blocks, in_plane_blocks, shell_blocks, tool_blocks
 from knittest.kernels.beam_blocks import advance_beams, advance_free
 from knittest.kernels.claims import claim, in_turn
 from knittest.kernels.contact_blocks import contact_forces, scatter_contacts
+from knittest.kernels.in_plane_blocks import bend_forces, gather_bends
 from knittest.kernels.loads import apply_loads, book_loads
 from knittest.kernels.motion import impose_motions
 from knittest.kernels.options import KERNEL, PARALLEL, PARTITIONS
@@ -22,7 +23,7 @@ from knittest.kernels.tool_blocks import touch_tools
 from knittest.kernels.tool_contact import move_tools
 
 #: work space of one partition, in floats
-SCRATCH = max(beam_blocks.SCRATCH, contact_blocks.SCRATCH, shell_blocks.SCRATCH, tool_blocks.SCRATCH)
+SCRATCH = max(m.SCRATCH for m in (beam_blocks, contact_blocks, shell_blocks, in_plane_blocks, tool_blocks))
 
 
 @njit(**KERNEL)
@@ -49,10 +50,14 @@ def _sheet_share(p, dt, nodes, shells, sheet, count, law, contacts, tally):
 
 
 @njit(**KERNEL)
-def _shell_share(p, time, nodes, shells, laminate, tally, w):
+def _shell_share(p, time, nodes, shells, laminate, bends, tally, w):
     blocks = shells.conn.shape[0] // shell_blocks.BLOCK
     first, last = blocks * p // PARTITIONS, blocks * (p + 1) // PARTITIONS
     lost, rubbed = shell_forces(first, last, time, nodes, shells, laminate, w)
+    blocks = bends.first.size - 1
+    first, last = blocks * p // PARTITIONS, blocks * (p + 1) // PARTITIONS
+    bends.broken[p] += lost  # whether another partition sees it now or in the next step, it cuts in the next
+    lost += bend_forces(first, last, time, nodes, shells.fail_time, bends, w)
     tally.energy[p, 1] += rubbed
     tally.energy[p, 2] += lost
 
@@ -78,11 +83,13 @@ def _yarn_share(p, time, dt, nodes, parts, beams, contacts, tables, motions, loa
 
 
 @njit(**KERNEL)
-def _fabric_share(p, dt, nodes, parts, shells, count, contacts, tables, motions, loads, tools, touch, tally, w):
+def _fabric_share(p, dt, nodes, parts, shells, bends, count, contacts, tables, motions, loads, tools, touch, tally, w):
     start, stop = parts.node[p], parts.node[p + 1]
     _clear(start, stop, nodes.force)
     _clear(start, stop, nodes.moment)
     gather_shells(start, stop, nodes, shells)
+    if bends.alive.size > 0:
+        gather_bends(start, stop, nodes, bends)
     scatter_sheet(p, start, stop, count, nodes, shells, contacts)
     _outside(p, dt, nodes, parts, tables, loads, tools, touch, tally, w)
     advance_free(start, stop, dt, nodes, w)
@@ -173,8 +180,8 @@ def advance_yarns(
 
 @njit(**KERNEL)
 def _fabric_alone(
-    steps, time, dt, nodes, parts, shells, laminate, sheet, contacts, count, law, tables, motions, loads, tools, touch,
-    tally, w,
+    steps, time, dt, nodes, parts, shells, laminate, bends, sheet, contacts, count, law, tables, motions, loads, tools,
+    touch, tally, w,
 ):  # fmt: skip
     """:func:`advance_fabric` on one thread; as :func:`_yarns_alone`."""
     for step in range(steps):
@@ -184,11 +191,11 @@ def _fabric_alone(
             for p in range(PARTITIONS):
                 _sheet_share(p, dt, nodes, shells, sheet, count, law, contacts, tally)
         for p in range(PARTITIONS):
-            _shell_share(p, now, nodes, shells, laminate, tally, w)
+            _shell_share(p, now, nodes, shells, laminate, bends, tally, w)
         for p in range(PARTITIONS):
             if parts.node[p] < parts.node[p + 1]:
                 _fabric_share(
-                    p, dt, nodes, parts, shells, count, contacts, tables, motions, loads, tools, touch, tally, w
+                    p, dt, nodes, parts, shells, bends, count, contacts, tables, motions, loads, tools, touch, tally, w
                 )
         move_tools(dt, tools, tables, tally)
 
@@ -203,6 +210,7 @@ def advance_fabric(
     parts,
     shells,
     laminate,
+    bends,
     sheet,
     contacts,
     count,
@@ -221,8 +229,8 @@ def advance_fabric(
     """
     if threads == 1:
         _fabric_alone(
-            steps, time, dt, nodes, parts, shells, laminate, sheet, contacts, count, law, tables, motions, loads, tools,
-            touch, tally, scratch[0],
+            steps, time, dt, nodes, parts, shells, laminate, bends, sheet, contacts, count, law, tables, motions, loads,
+            tools, touch, tally, scratch[0],
         )  # fmt: skip
         return
     claimed = np.zeros(PARTITIONS, np.int64)
@@ -239,7 +247,7 @@ def advance_fabric(
             for k in range(PARTITIONS):
                 p = in_turn(k, thread, threads)
                 if claim(claimed, p, 3 * step + 2):
-                    _shell_share(p, now, nodes, shells, laminate, tally, scratch[p])
+                    _shell_share(p, now, nodes, shells, laminate, bends, tally, scratch[p])
         for thread in prange(threads):
             for k in range(PARTITIONS):
                 p = in_turn(k, thread, threads)
@@ -250,6 +258,7 @@ def advance_fabric(
                         nodes,
                         parts,
                         shells,
+                        bends,
                         count,
                         contacts,
                         tables,

@@ -36,7 +36,8 @@ class Laminate(NamedTuple):
     [N/mm], hourglass stiffnesses of the membrane [N/mm], bending [N mm] and transverse shear [N/mm], ``drilling``
     stiffness of turns about the normal against the fibres [N/mm], ``fail_strain`` (2,) of the membrane.
     ``coupling_membrane`` [N/mm]: force of one direction over the strain of the other, and ``coupling_bending`` [N mm]
-    likewise, 0 without Poisson coupling.
+    likewise, 0 without Poisson coupling. ``in_plane`` (2,) bending stiffness of the yarns in the
+    plane, per width [N mm].
     """
 
     lever: float
@@ -57,6 +58,7 @@ class Laminate(NamedTuple):
     fail_strain: Array
     coupling_membrane: float = 0.0
     coupling_bending: float = 0.0
+    in_plane: Array = np.zeros(2)
 
 
 class Shells(NamedTuple):

@@ -80,6 +80,7 @@ def laminate(
         hourglass_transverse=HOURGLASS * float(transverse.mean()) / 12.0,
         drilling=0.0,  # tests of the laboratory start flat; see docs/limits.md
         fail_strain=fail,
+        in_plane=np.array([macro.kernel("in_plane_bending", d) if macro.in_plane_bending else 0.0 for d in DIRECTIONS]),
     )
     return coupled(card, macro.kernel("poisson"), f"fabric {fabric.name}, macro.poisson")
 

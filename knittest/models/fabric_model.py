@@ -9,6 +9,8 @@ from knittest.base.history import Overlaps
 from knittest.kernels.drive_state import Drive
 from knittest.kernels.explicit import advance_fabric
 from knittest.kernels.health import smallest_shell
+from knittest.kernels.in_plane_blocks import bend_energy
+from knittest.kernels.in_plane_state import Bends
 from knittest.kernels.sheet_contact import sheet_statistics
 from knittest.kernels.sheet_state import NO_LAW, NO_MESH, empty_contacts
 from knittest.kernels.shell_output import shell_energies, shell_fields, shell_moments
@@ -20,6 +22,8 @@ from knittest.models.snapshot import State, arrays_of, prefixed, put_back, under
 
 #: arrays of the shells that a run changes
 CHANGING = ("state", "corner", "fail_time")
+#: the same of their fibres' bending in the plane
+BENDING = ("alive", "broken")
 #: contact arguments of the kernel for sheets that do not see each other
 BLIND = (NO_MESH, empty_contacts(0), 0, NO_LAW)
 #: area over reference area below which a shell has collapsed
@@ -32,6 +36,7 @@ class FabricModel(ExplicitModel):
 
     shells: Shells
     laminate: Laminate
+    bends: Bends
     tracker: SheetTracker | None = None
 
     def prepare(self) -> Overlaps:
@@ -56,6 +61,7 @@ class FabricModel(ExplicitModel):
             self.parts,
             self.shells,
             self.laminate,
+            self.bends,
             *contact,
             *drive,
             tally,
@@ -63,8 +69,9 @@ class FabricModel(ExplicitModel):
         )
 
     def stored(self) -> Stored:
-        """Energies of the living shells and of their contacts."""
+        """Energies of the living shells, of their fibres' bending in the plane and of their contacts."""
         internal, hourglass = shell_energies(self.nodes, self.shells, self.laminate)
+        internal += bend_energy(self.nodes, self.bends)
         if self.tracker is None:
             return Stored(np.array([internal]), hourglass=hourglass)
         mesh, contacts, count, law = self.tracker.arguments
@@ -111,14 +118,20 @@ class FabricModel(ExplicitModel):
     def state(self) -> State:
         """See :meth:`ExplicitModel.state`; adds living shells, corner forces and contacts."""
         contacts = prefixed("tracker", self.tracker.state()) if self.tracker else {}
-        return super().state() | arrays_of("shells", self.shells, CHANGING) | contacts
+        return super().state() | arrays_of("shells", self.shells, CHANGING) | self._bending() | contacts
 
     def restore(self, state: State) -> None:
         """See :meth:`ExplicitModel.restore`."""
         super().restore(state)
         put_back(state, "shells", self.shells, CHANGING)
+        if self._bending():
+            put_back(state, "bends", self.bends, BENDING)
         if self.tracker:
             self.tracker.restore(under(state, "tracker"))
+
+    def _bending(self) -> State:
+        """Which fibres are whole, if they bend in the plane."""
+        return arrays_of("bends", self.bends, BENDING) if self.bends.alive.size else {}
 
     def name_of(self, node: int) -> str:
         """The shells around ``node``."""

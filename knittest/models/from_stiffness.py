@@ -94,6 +94,7 @@ def linear_laminate(
     drilling: float = DRILLING,
     fail_strain: tuple[float, float] = (np.inf, np.inf),
     poisson: float = 0.0,
+    in_plane: tuple[float, float] = (0.0, 0.0),
 ) -> Laminate:
     """Linear laminate: ``membrane`` stiffness [N/mm] and ``bending`` stiffness [N mm] of warp and weft, ``shear``
     [N/mm].
@@ -103,9 +104,9 @@ def linear_laminate(
     S t^2 / 6, twice that of a homogeneous plate, S t^2 / 12. ``hourglass`` control as a share of the fully integrated
     element; ``drilling``, the stiffness of turns about the normal, as a share of shear. ``poisson``: contraction of the
     weft over the strain of the warp when that is pulled alone, in membrane and bending, whose stiffnesses stay those of
-    strips, E t and E t^3 / 12; transverse shear is that over 1 + nu. Raises :class:`InputError` for a bending stiffness
-    that the membrane cannot have at this thickness, and for a ``poisson`` whose square is not below the ratio of warp
-    to weft.
+    strips, E t and E t^3 / 12; transverse shear is that over 1 + nu. ``in_plane`` [N mm]: bending stiffness of the yarns
+    in the plane, EI over their distance. Raises :class:`InputError` for a bending stiffness that the membrane cannot
+    have at this thickness, and for a ``poisson`` whose square is not below the ratio of warp to weft.
     """
     stretch, bend = finite(membrane, "membrane", (2,)), finite(bending, "bending", (2,))
     above(hourglass, "hourglass", equal=True)
@@ -115,6 +116,8 @@ def linear_laminate(
         raise InputError("fail_strain: expected more than 0")
     if not (stretch.min() > 0.0 and bend.min() >= 0.0 and thickness > 0.0 and shear >= 0.0):
         raise InputError("expected membrane and thickness above 0, bending and shear of at least 0")
+    yarns = finite(in_plane, "in_plane", (2,))
+    above(float(yarns.min()), "in_plane", equal=True)
     lever = 0.5 * thickness
     outer = bend / (2.0 * lever**2)
     if (stretch <= 2.0 * outer).any():
@@ -136,5 +139,6 @@ def linear_laminate(
         hourglass_transverse=hourglass * float(transverse.mean()) / 12.0,
         drilling=drilling * float(shear),
         fail_strain=np.array(fail_strain, float),
+        in_plane=yarns,
     )  # fmt: skip
     return coupled(card, poisson)

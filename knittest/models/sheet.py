@@ -4,10 +4,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from knittest.base.history import Mesh
+from knittest.kernels.in_plane_state import Bends
 from knittest.kernels.shell_arrays import build_shells, set_strength
 from knittest.kernels.shell_state import Laminate, Shells
 from knittest.models.explicit_model import make_nodes, make_partitions
 from knittest.models.fabric_model import FabricModel
+from knittest.models.in_plane import bend_bound, build_bends
 from knittest.models.sheet_tracker import SheetContact, SheetTracker
 from knittest.models.shell_step import highest_stiffness, rotary_inertia
 
@@ -34,7 +36,8 @@ def build_sheet(
     shells = build_shells(points, cells, np.asarray(warp, float))
     if strength is not None:
         set_strength(shells, strength)
-    mass, inertia, step = lump(laminate, points, cells, shells, area_mass, thickness)
+    bends = build_bends(points, cells, shells, laminate.in_plane)
+    mass, inertia, step = lump(laminate, points, cells, shells, area_mass, thickness, bends)
     n, n_el = len(points), len(cells)
     zeros = np.zeros(n_el, np.int64)
     mesh = Mesh("shells", cells, zeros, ("fabric",), zeros, np.full(n_el, 0.5 * thickness))
@@ -42,20 +45,29 @@ def build_sheet(
     parts = make_partitions(np.arange(n + 1), np.full(n, -1))
     nodes = make_nodes(points, mass, inertia)
     tracker = SheetTracker(nodes, shells, parts, cells, mass, step, thickness, contact) if contact else None
-    return FabricModel(nodes, parts, mass, inertia, mesh, step, 0.0, wave, shells, laminate, tracker)
+    return FabricModel(nodes, parts, mass, inertia, mesh, step, 0.0, wave, shells, laminate, bends, tracker)
 
 
 def lump(
-    laminate: Laminate, position: Array, conn: Index, shells: Shells, area_mass: float, thickness: float
+    laminate: Laminate,
+    position: Array,
+    conn: Index,
+    shells: Shells,
+    area_mass: float,
+    thickness: float,
+    bends: Bends,
 ) -> tuple[Array, Array, float]:
     """Nodal mass [g] and rotary inertia [g mm^2] from the area mass, and the critical step [ms].
 
-    The frequency of the model is at most that of its worst element with a quarter of its mass on each corner.
+    The squared frequency of the model is at most that of its worst element with a quarter of its mass on each corner,
+    and what the bending in the plane adds at its worst node.
     """
     translation, rotation, area = highest_stiffness(laminate, position, conn, shells)
     share = 0.25 * area_mass * area
     spread = rotary_inertia(translation, rotation, thickness)
-    mass = np.bincount(conn.ravel(), np.repeat(share, 4), len(position))
+    mass = np.bincount(conn.ravel(), np.repeat(share, 4), len(position)).astype(float)
     inertia = np.bincount(conn.ravel(), np.repeat(share * spread, 4), len(position))
     frequency2 = float(np.max((translation + rotation / spread) / share))
-    return mass.astype(float), inertia.astype(float), 2.0 / frequency2**0.5
+    if bends.first.size > 1:
+        frequency2 += bend_bound(bends, mass)
+    return mass, inertia.astype(float), 2.0 / frequency2**0.5

@@ -46,7 +46,7 @@ def highest_stiffness(
     laminate: Laminate, position: Array, conn: NDArray[np.integer], shells: Shells
 ) -> tuple[Array, Array, Array]:
     """Bounds of each element's stiffness against translation [N/mm] and rotation [N mm], and its area, (n_el,) each."""
-    row = _rows(shells, len(conn))
+    row = element_rows(shells, len(conn))
     area, shape = row(AREA), row(SHAPE)
     distortion = 4.0 + 2.0 * (row(C31) ** 2 + row(C42) ** 2)
     corners = position[conn]
@@ -80,7 +80,7 @@ def _with_coupling(stiffness: list[float], coupling: float) -> list[float]:
     return [stiffness[0] + abs(coupling) * ratio, stiffness[1] + abs(coupling) / ratio]
 
 
-def _rows(shells: Shells, n_el: int) -> Callable[[np.integer], Array]:
+def element_rows(shells: Shells, n_el: int) -> Callable[[np.integer], Array]:
     """Looks up an element constant (n_el,) by its row."""
     blocks = shells.state.reshape(-1, STATE_ROWS, BLOCK)
     return lambda start: blocks[:, int(start) // BLOCK].ravel()[:n_el]

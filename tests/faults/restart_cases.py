@@ -10,8 +10,11 @@ import knittest
 
 ROOT = Path(knittest.__file__).resolve().parents[1]
 OFTEN = ("--set", "output.checkpoint_interval=0.02", "--set", "output.frames=3")
-#: shells without contact, some 0.3 s of simulation
-MACRO = ("--variant", "2", "--scale", "macro", "--preset", "quick", "--direction", "warp", "--set", "solver.speed=0.3")
+#: shells without contact whose yarns bend in the plane, some 0.3 s of simulation
+MACRO = (
+    "--variant", "2", "--scale", "macro", "--preset", "quick", "--direction", "warp", "--set", "solver.speed=0.3",
+    "--set", "fabric.macro.in_plane_bending.warp=4", "--set", "fabric.macro.in_plane_bending.weft=4",
+)  # fmt: skip
 #: yarns with contact that break one after the other, some 0.5 s of simulation
 MESO = (
     "--variant", "2", "--scale", "meso", "--preset", "quick", "--direction", "warp", "--set", "rig.width=10",

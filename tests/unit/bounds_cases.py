@@ -71,7 +71,7 @@ class Bounded:
     def placed(self, value: Any) -> Iterator[tuple[str, dict[str, Any]]]:
         """Path as a message names it and the data of the model, with ``value`` in the field."""
         annotation = self.model.model_fields[self.name].annotation
-        if annotation is PerDirection:
+        if PerDirection in (annotation, *get_args(annotation)):
             middle = {"value": self.inside()[0], "source": "user"}
             for one, other in (("warp", "weft"), ("weft", "warp")):
                 yield f"{self.name}.{one}", {self.name: {one: {"value": value, "source": "user"}, other: middle}}
