@@ -104,9 +104,9 @@ def linear_laminate(
     S t^2 / 6, twice that of a homogeneous plate, S t^2 / 12. ``hourglass`` control as a share of the fully integrated
     element; ``drilling``, the stiffness of turns about the normal, as a share of shear. ``poisson``: contraction of the
     weft over the strain of the warp when that is pulled alone, in membrane and bending, whose stiffnesses stay those of
-    strips, E t and E t^3 / 12; transverse shear is that over 1 + nu. ``in_plane`` [N mm]: bending stiffness of the yarns
-    in the plane, EI over their distance. Raises :class:`InputError` for a bending stiffness that the membrane cannot
-    have at this thickness, and for a ``poisson`` whose square is not below the ratio of warp to weft.
+    strips, E t and E t^3 / 12; transverse shear is that over 1 + nu. ``in_plane`` [N mm]: bending stiffness of the
+    yarns in the plane, EI over their distance. Raises :class:`InputError` for a bending stiffness that the membrane
+    cannot have at this thickness, and for a ``poisson`` whose square is not below the ratio of warp to weft.
     """
     stretch, bend = finite(membrane, "membrane", (2,)), finite(bending, "bending", (2,))
     above(hourglass, "hourglass", equal=True)
