@@ -25,7 +25,7 @@ LABELS = {
     "plate_load_on_knit_pct": ("plates' load on loops [%]", "{:.1f}"),
     "plate_penetration_um": ("deepest penetration of a plate [um]", "{:.2f}"),
     "element_deformation_um": ("largest deformation of an element [um]", "{:.1f}"),
-    "penetration_over_deformation_pct": ("penetration/deformation [%]", "{:.1f}"),
+    "penetration_over_deformation_pct": ("penetration over deformation [%]", "{:.1f}"),
     "chord_angle_deg": ("chord angle [deg]", "{:.2f}"),
     "overhang_mm": ("overhang [mm]", "{:.1f}"),
     "bending_stiffness_mncm2": ("B by Eq. 2, of the strip [mN cm2]", "{:.0f}"),

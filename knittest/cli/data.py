@@ -113,9 +113,10 @@ def stats(test: str | None, files: tuple[Path, ...], **reading: Any) -> None:
     """
     from knittest.experiment.lab_guess import stated_test
     from knittest.experiment.lab_tests import LAB_TESTS, read_files
+    from knittest.runs.show import print_text
 
     test = stated_test(test, files, reading["delimiter"])
-    click.echo("\n".join(LAB_TESTS[test].lines(read_files(test, files, reading))))
+    print_text(LAB_TESTS[test].lines(read_files(test, files, reading)))
 
 
 @data.command("shear-law")

@@ -6,15 +6,13 @@ import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, TextIO
+from typing import Any, Protocol, TextIO
 
 from knittest.base.history import Quality
 from knittest.base.result_rows import GIVEN, KINDS, UNRESOLVED, UNSCATTERED, result_rows
 from knittest.export.jsonfile import json_text
 from knittest.laboratory.error_notes import error_notes
-
-if TYPE_CHECKING:
-    from rich.console import Console
+from knittest.base.layout import nearest, table, width_of, wrapped
 
 HEADER = ("direction", "quantity", "simulated", "experiment", "deviation", "kind", "verdict")
 _NUMBERS = (2, 3, 4)  # columns aligned to the right
@@ -144,7 +142,8 @@ def print_refused(outcomes: Sequence[Outcome], stream: TextIO | None = None) -> 
         for outcome in outcomes:
             if outcome.quality.failures:
                 reasons = "; ".join(outcome.quality.failures)
-                stream.write(f"knittest: {outcome.folder}: comparison refused: {reasons}\n")
+                line = f"knittest: {nearest(outcome.folder)}: comparison refused: {reasons}"
+                stream.write("\n".join(wrapped(line, width_of(stream))) + "\n")
         stream.flush()
 
 
@@ -157,57 +156,45 @@ def print_json(payload: Mapping[str, Any], stream: TextIO | None = None) -> None
 
 
 def print_text(lines: Iterable[str], stream: TextIO | None = None) -> None:
-    """Print ``lines`` on ``stream`` (standard output), which need not know the sign ±; a closed pipe is harmless."""
+    """Print ``lines`` on ``stream`` (standard output), wrapped on a terminal; it need not know the sign ±, and a closed
+    pipe is harmless.
+    """
     stream = stream or sys.stdout
-    text = "".join(f"{line}\n" for line in lines)
+    text = "".join(f"{part}\n" for line in lines for part in wrapped(line, width_of(stream)))
     with _pipe_may_close(stream):
         stream.write(text if _can_encode("±", stream) else text.replace("±", "+-"))
         stream.flush()
 
 
 def _print(outcomes: Sequence[Outcome], stream: TextIO) -> None:
-    rows = results_table(outcomes, "±" if _can_encode("±", stream) else "+-")
+    rows, width = results_table(outcomes, "±" if _can_encode("±", stream) else "+-"), width_of(stream)
     kinds = {row[HEADER.index("kind")] for row in rows}
     notes = [text for kind, text in KINDS.items() if kind in kinds]
     notes += [line for outcome in outcomes if (line := assumed_line(outcome))]
     lines = [*notes, *error_lines(outcomes)]
     lines += [line for outcome in outcomes for line in (*curve_lines(outcome), *quality_lines(outcome))]
-    lines += [f"run folder: {outcome.folder}" for outcome in outcomes]
+    lines += [f"run folder: {nearest(outcome.folder)}" for outcome in outcomes]
+    told = table([HEADER, *rows], width, _NUMBERS)
     if stream.isatty():
-        from rich.console import Console
-
-        console = Console(file=stream, highlight=False, markup=False)
-        _rich_table(console, rows)
-        for line in lines:
-            console.print(line, soft_wrap=True)
+        _print_coloured(told, rows, stream)
     else:
-        stream.write("\n".join([*aligned([HEADER, *rows]), "", *lines]) + "\n")
+        stream.write("\n".join(line for row in told for line in row) + "\n")
+    stream.write("\n".join(["", *(part for line in lines for part in wrapped(line, width))]) + "\n")
 
 
-def aligned(rows: Sequence[tuple[str, ...]]) -> list[str]:
-    """Rows as lines of aligned columns, numbers to the right."""
-    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
-    return [
-        "  ".join(
-            cell.rjust(width) if column in _NUMBERS else cell.ljust(width)
-            for column, (cell, width) in enumerate(zip(row, widths, strict=True))
-        ).rstrip()
-        for row in rows
-    ]
-
-
-def _rich_table(console: "Console", rows: Sequence[tuple[str, ...]]) -> None:
-    from rich import box
-    from rich.table import Table
+def _print_coloured(told: Sequence[Sequence[str]], rows: Sequence[tuple[str, ...]], stream: TextIO) -> None:
+    """Print the lines of a head and of each of ``rows``, the verdict in its colour."""
+    from rich.console import Console
     from rich.text import Text
 
-    table = Table(box=box.SIMPLE_HEAD)
-    for column, name in enumerate(HEADER):
-        table.add_column(name, justify="right" if column in _NUMBERS else "left")
-    for row in rows:
-        style = STYLES.get(row[-1], "red")
-        table.add_row(*(Text(cell) for cell in row[:-1]), Text(row[-1], style=style))
-    console.print(table)
+    console = Console(file=stream, highlight=False, markup=False)
+    start = told[0][0].rindex(HEADER[-1])
+    styles = ["bold", *(STYLES.get(row[-1], "red") for row in rows)]
+    for lines, style in zip(told, styles, strict=True):
+        for line in lines:
+            text = Text(line, style="bold" if lines is told[0] else "")
+            text.stylize(style, start)
+            console.print(text, soft_wrap=True)
 
 
 def _can_encode(text: str, stream: TextIO) -> bool:

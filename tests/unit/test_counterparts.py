@@ -9,7 +9,7 @@ from knittest.cli.main import run
 from knittest.config.loading import resolve
 from knittest.fabric.relax import relaxed_cell
 from knittest.runs.preflight.command import counterparts
-from knittest.runs.preflight.counterpart import Counterpart, summary_line, table_lines
+from knittest.runs.preflight.counterpart import Counterpart, summary_line, table_cells
 from knittest.runs.preflight.of_tests import test_counterparts as of_tests
 from knittest.runs.preflight.of_yarns import cell_counterparts, cell_mass
 
@@ -114,8 +114,8 @@ def test_the_verdict_is_the_tolerances():
     row = Counterpart("a", "b", "mm", 1.0, "measured", 2.0, "c", 1.0)
     assert (row.verdict, row.difference) == ("agrees", -0.5)
     assert Counterpart("a", "b", "mm", 1.0, "measured", 2.01, "c", 1.0).verdict == "differs"
-    lines = table_lines([row, Counterpart("a", "b", "mm", 1.0, "assumed", None, "why")])
-    assert "-50.0 %" in lines[1] and "agrees" in lines[1] and lines[2].split()[-4:] == ["-", "no", "counterpart", "why"]
+    lines = table_cells([row, Counterpart("a", "b", "mm", 1.0, "assumed", None, "why")])
+    assert "-50.0 %" in lines[1] and "agrees" in lines[1] and lines[2][-4:] == ("-", "-", "no counterpart", "why")
     assert summary_line([row]) == "  1 agree, 0 differ; 0 without counterpart"
 
 

@@ -16,9 +16,9 @@ from export_sample import quality
 from knittest.base.history import Quality
 from knittest.base.progress import Progress, duration
 from knittest.laboratory.registry import TESTS
+from knittest.base.layout import table
 from knittest.runs.show import (
     HEADER,
-    aligned,
     print_json,
     print_refused,
     print_results,
@@ -240,7 +240,7 @@ def test_a_narrow_terminal_keeps_the_folder_in_one_piece(monkeypatch: pytest.Mon
     monkeypatch.setenv("COLUMNS", "40")
     stream = Terminal()
     print_results([weft()], stream)
-    assert f"run folder: {weft().folder}\n" in stream.getvalue()
+    assert f"run folder:\n  {weft().folder}\n" in stream.getvalue()
     monkeypatch.setenv("COLUMNS", "120")
     stream = Terminal()
     print_results([weft()], stream)
@@ -256,7 +256,8 @@ def test_an_ascii_stream_gets_ascii() -> None:
 
 
 def test_numbers_are_aligned_to_the_right() -> None:
-    lines = aligned([HEADER, ("warp", "q", "5", "1", "2", "k", "v"), ("weft", "q", "5000", "1", "2", "k", "v")])
+    rows = [HEADER, ("warp", "q", "5", "1", "2", "k", "v"), ("weft", "q", "5000", "1", "2", "k", "v")]
+    lines = [line for row in table(rows, right=(2, 3, 4)) for line in row]
     assert lines[1].index("5") == lines[2].index("5000") + 3
 
 

@@ -1,5 +1,6 @@
 """Carries out ``knittest check``: models, times and counterparts of its runs, as lines or as JSON."""
 
+import sys
 import time as clock
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,13 +13,14 @@ from knittest.config.fabric import Fabric
 from knittest.config.run import Run
 from knittest.experiment.borrowed import borrowed
 from knittest.kernels.threading import best_threads
-from knittest.runs.preflight.counterpart import Counterpart, summary_line, table_lines
+from knittest.base.layout import table, width_of
+from knittest.runs.preflight.counterpart import Counterpart, summary_line, table_cells
 from knittest.runs.preflight.model import model_facts, model_lines
 from knittest.runs.preflight.of_tests import test_counterparts
 from knittest.runs.preflight.of_yarns import yarn_counterparts
 from knittest.runs.preflight.speed import speed_study
 from knittest.runs.preflight.timing import estimate
-from knittest.runs.show import print_json
+from knittest.runs.show import print_json, print_text
 from knittest.runs.specimen import prepare
 
 
@@ -46,7 +48,8 @@ def check_command(runs: Sequence[Run], options: CheckOptions) -> int:
             _say(study, options)
             passed = passed and converged
     rows = counterparts(runs[0].fabric)
-    _say([f"{runs[0].fabric.name}: its numbers beside what else is known of them", *table_lines(rows)], options)
+    told = [line for row in table(table_cells(rows), width_of(sys.stdout), indent="  ") for line in row]
+    _say([f"{runs[0].fabric.name}: its numbers beside what else is known of them", *told], options)
     _say([summary_line(rows), *taken_over(runs[0].fabric)], options)
     if options.as_json:
         print_json(
@@ -87,4 +90,4 @@ def _model(run: Run, timed: bool) -> tuple[list[str], dict[str, Any]]:
 
 def _say(lines: Sequence[str], options: CheckOptions) -> None:
     if not options.as_json:
-        print("\n".join(lines))
+        print_text(lines)

@@ -53,18 +53,18 @@ def of_quantity(
     return Counterpart(name, field, unit, quantity.value, quantity.source, found, origin, tolerance)
 
 
-def table_lines(rows: list[Counterpart]) -> list[str]:
-    """The counterparts as lines of a table, with a head."""
-    cells = [("quantity", "in the file", "", "counterpart", "difference", "verdict", "counterpart from")]
+def table_cells(rows: list[Counterpart]) -> list[tuple[str, ...]]:
+    """The counterparts as cells of a table, with a head."""
+    cells: list[tuple[str, ...]] = [
+        ("quantity", "in the file", "", "counterpart", "difference", "verdict", "counterpart from")
+    ]
     for row in rows:
         other = "-" if row.found is None else f"{row.found:.4g} {row.unit}"
         share = row.difference
         difference = "-" if share is None else f"{100.0 * share:+.1f} %"
         said = f"{row.stated:.4g} {row.unit}"
         cells.append((row.name, said, row.source, other, difference, row.verdict, row.origin))
-    widths = [max(len(row[k]) for row in cells) for k in range(6)]
-    lines = ["  ".join(f"{text:<{width}}" for text, width in zip(row, widths, strict=False)) for row in cells]
-    return [f"  {line}  {row[6]}" for line, row in zip(lines, cells, strict=True)]
+    return cells
 
 
 def summary_line(rows: list[Counterpart]) -> str:

@@ -12,6 +12,7 @@ from knittest.config.fabric import Direction, Fabric
 from knittest.experiment.tables import PublishedValue, for_width, published
 from knittest.laboratory.base import tension_curve
 from knittest.laboratory.curve_reach import MARGIN, reaches
+from knittest.base.layout import nearest
 from knittest.runs.preflight.counterpart import Counterpart, of_quantity
 
 DIRECTIONS: tuple[Direction, Direction] = ("warp", "weft")
@@ -62,7 +63,7 @@ def _end_of_curve(fabric: Fabric, direction: Direction) -> Counterpart:
     except InputError as error:
         return of_quantity(name, field, "%", quantity, None, str(error))
     whose = "another fabric's curve" if reach.borrowed else "curve"
-    origin = f"largest force of the {whose} {fabric.macro.tension[direction]}"
+    origin = f"largest force of the {whose} {nearest(fabric.macro.tension[direction])}"
     return of_quantity(name, field, "%", quantity, reach.end, origin, MARGIN)
 
 

@@ -1,11 +1,13 @@
 """A regression as text: Table 3 row by row, Table 4 beside ours, drift, and the verdict."""
 
 import math
+import sys
 from collections.abc import Iterator
 
 from knittest.base.result_rows import LABELS
 from knittest.experiment.row_kind import RowKind
 from knittest.export.provenance import cpu_model
+from knittest.base.layout import table, width_of
 from knittest.studies.regress.cost import CostRow
 from knittest.studies.regress.drift import AMPLIFIED, LIMITS, Drift
 from knittest.studies.regress.judge import Row
@@ -20,7 +22,7 @@ def lines_of(outcome: Outcome) -> Iterator[str]:
     """The whole text."""
     if outcome.rows:
         yield "Table 3 of Pham et al. (2019), and F_R/F_N of Eq. 3: mean and sd of the experiment"
-        yield from _columns([HEAD3, *map(_row3, outcome.rows)], RIGHT3)
+        yield from _lines([HEAD3, *map(_row3, outcome.rows)], RIGHT3)
         yield (
             "predicted: no parameter was fitted to it or chosen with it in view; tuned: one was; input: given to the "
             "model, which returns it; assumed: decided by what is assumed"
@@ -28,7 +30,7 @@ def lines_of(outcome: Outcome) -> Iterator[str]:
         yield ""
     if outcome.costs:
         yield "Table 4, variant 1: different machines and, unless the preset is paper, another size of the model"
-        yield from _columns([HEAD4, *map(_row4, outcome.costs)], RIGHT4)
+        yield from _lines([HEAD4, *map(_row4, outcome.costs)], RIGHT4)
         yield ""
     yield from _drift_lines(outcome)
     yield from _verdict(outcome)
@@ -100,11 +102,5 @@ def _number(value: float, form: str) -> str:
     return form.format(value) if math.isfinite(value) else "-"
 
 
-def _columns(rows: list[tuple[str, ...]], right: tuple[int, ...]) -> list[str]:
-    """Rows as lines of aligned columns, those of ``right`` to the right."""
-    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
-    return [
-        "  ".join(c.rjust(w) if k in right else c.ljust(w) for k, (c, w) in enumerate(zip(row, widths, strict=True)))
-        .rstrip()
-        for row in rows
-    ]  # fmt: skip
+def _lines(rows: list[tuple[str, ...]], right: tuple[int, ...]) -> list[str]:
+    return [line for row in table(rows, width_of(sys.stdout), right) for line in row]
