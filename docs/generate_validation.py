@@ -24,7 +24,8 @@ number is `tuned` also where a parameter was chosen with it in view. Only end po
 curve is validated.
 
 *±* is the numerical error ([--verify](reference-cli.md): half the speed and another mesh) of the row itself, or,
-where it says so, the share found at a smaller preset. "within ± open" marks a verdict that it could turn. *Copy* is
+where it says so, the share found at a smaller preset; where it says "not estimated", nothing is known of it. "within
+± open" marks a verdict that it could turn. *Copy* is
 the trivial predictor: another measured row of the same yarns, variant 1 warp (for that row itself: weft), a force
 in proportion to the yarns' density. A model that is further off than the copy adds nothing to that row.
 """.strip()
@@ -195,7 +196,7 @@ def _how(row: Row) -> str:
 def _value(row: Row) -> str:
     spread = f" (sd {row.sd:.3g})" if math.isfinite(row.sd) else ""
     if not math.isfinite(row.error):
-        return f"{row.value:.4g}{spread}, ± not verified"
+        return f"{row.value:.4g}{spread}, ± not estimated"
     own = row.error_of == row.run.options["preset"] and row.run.specimens == 1
     return f"{row.value:.4g}{spread} ± {float(f'{row.error:.2g}'):g}" + ("" if own else f" (found at `{row.error_of}`)")
 

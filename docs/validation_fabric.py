@@ -44,7 +44,8 @@ def _cell_line(variant: str, quantity: str, value: float) -> list[str]:
     copy = other.mean * (_inlays(variant) / _inlays("2" if variant == "1" else "1") if quantity == "area_mass" else 1.0)
     deviation = (value - row.mean) / row.sd
     return [
-        variant, f"{quantity.replace('_', ' ')} [{row.unit}]", f"{row.mean:g} ± {row.sd:g}", f"{value:.4g}",
+        variant, f"{quantity.replace('_', ' ')} [{row.unit}]", f"{row.mean:g} ± {row.sd:g}",
+        f"{value:.4g}, ± not estimated",
         f"{copy:.4g}", _off(value, row), _off(copy, row), f"{deviation:+.2f}",
         cell_row_kind(fabric_of(variant), name), verdict(deviation),
     ]  # fmt: skip
@@ -77,7 +78,7 @@ def shear_line(angle: float, first: float, second: float) -> list[str]:
         f"{angle:g}",
         f"{first:.4f}",
         f"{second:.4f}",
-        f"{ratio:.2f} ({100.0 * (ratio - 1.0):+.0f} %)",
+        f"{ratio:.2f} ({100.0 * (ratio - 1.0):+.0f} %), ± not estimated",
         "below 1",
         verdict,
     ]

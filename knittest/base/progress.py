@@ -9,6 +9,8 @@ from types import TracebackType
 from typing import Protocol, Self, TextIO
 
 _REFRESH_S = 0.1
+#: kinetic energy over work above which the work has hardly begun
+MEANT = 1.0
 
 
 @dataclass(frozen=True)
@@ -30,7 +32,9 @@ class Status:
         failure = " or until failure" if self.until_failure else ""
         eta = f"ETA {duration(self.eta_s)}{failure}  " if self.fraction < 1.0 else ""
         going = self.fraction < 1.0  # at the end the gates tell, and what is broken flies apart
-        ratio = f"  kinetic/work {self.kinetic_ratio * 100:.2g} %" if going else ""
+        # before the first work, or of what only falls so far, the ratio means nothing
+        share = f"{self.kinetic_ratio * 100:.2g} %" if self.kinetic_ratio <= MEANT else "-"
+        ratio = f"  kinetic/work {share}" if going else ""
         return f"{eta}time {self.time_ms:.3f} ms  step {self.step_us:.3g} us{ratio}"
 
 

@@ -18,6 +18,8 @@ HINGES: dict[tuple[str, ...], int] = {
     ("model", "macro", "self_contact"): -1,
     ("model", "meso", "contact"): -1,
 }
+#: words of every refusal for a limit
+LOOSER = "looser than the preset's"
 _SCALES: dict[str, Scale] = {"macro": "macro", "meso": "meso"}
 
 
@@ -34,7 +36,7 @@ class Loosened:
     def stated(self) -> str:
         """``solver.max_kinetic_ratio = 50 %, looser than the preset's 5 %``."""
         unit = "" if self.unit in ("", "1") else f" {self.unit}"
-        return f"{self.name} = {_shown(self.value)}{unit}, looser than the preset's {_shown(self.preset)}{unit}"
+        return f"{self.name} = {_shown(self.value)}{unit}, {LOOSER} {_shown(self.preset)}{unit}"
 
 
 def loosened(run: Run) -> list[Loosened]:

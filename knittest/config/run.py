@@ -58,7 +58,7 @@ class Solver(Strict):
     )
     max_added_mass: float = number(5.0, "%", "refuse more added mass than this", ge=0, le=1000)
     max_kinetic_ratio: float = number(
-        5.0, "%", "kinetic energy over work above which comparison is refused", gt=0, le=100
+        5.0, "%", "kinetic energy over work [%] above which comparison is refused: 5 is 5 %, not a share", gt=0, le=100
     )
     max_energy_error: float = number(2.0, "%", "energy error above which comparison is refused; 10 stops", gt=0, le=10)
     max_penetration: float = number(

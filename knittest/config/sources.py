@@ -15,7 +15,14 @@ from knittest.config.yaml_loader import Document, KeyPath, describe, load_yaml
 NUMBERED = {"1": "pham2019-v1", "2": "pham2019-v2"}
 DEFAULT_SET = "calibrated"
 SETS = "parameter_sets"
+#: what a run states of a fabric that has no sets
+BASE = "base"
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,39}$")
+
+
+def numbers_of(parameters: str) -> str:
+    """Name of a parameter set for a reader; that of a fabric without any says so."""
+    return "as in the fabric file" if parameters == BASE else parameters
 
 
 @dataclass(frozen=True)
@@ -82,7 +89,7 @@ def lay_fabric(layers: Layers, source: FabricSource, wanted: str | None) -> str:
                 f"{where}: --parameters {wanted}: the fabric has no {SETS}, only one set of numbers: leave "
                 f"--parameters away, or add {SETS}: {{{wanted}: {{...}}}} to the file"
             )
-        return wanted or "base"
+        return wanted or BASE
     at = (*source.root, SETS)
     name = _chosen_set(document, fields[SETS], at, wanted)
     at = (*at, name)

@@ -11,6 +11,7 @@ from knittest.base.errors import InputError
 from knittest.base.history import History, Specimen
 from knittest.config.gates import gates_of
 from knittest.config.run import Run
+from knittest.config.sources import numbers_of
 from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.forces import noted
 from knittest.experiment.tables import PublishedValue
@@ -157,7 +158,7 @@ def same_test(run: Run, curve: ReferenceCurve) -> ReferenceCurve:
 def title_of(run: Run) -> str:
     """Title of the pictures; what stands below them says where a limit is looser than the preset's."""
     what = " ".join(part for part in (run.rig.kind, run.direction) if part)
-    return f"{run.fabric.name}, {what}, {run.model.scale} ({run.parameters})"
+    return f"{run.fabric.name}, {what}, {run.model.scale} ({numbers_of(run.parameters)})"
 
 
 def scatter(curves: Sequence[ReferenceCurve]) -> list[Band]:

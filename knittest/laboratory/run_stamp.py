@@ -7,6 +7,7 @@ from knittest.config.deciding import deciding
 from knittest.config.looser import loosened
 from knittest.config.rigs import CantileverRig, FormingRig, FrictionRig, PictureFrameRig, TensileRig
 from knittest.config.run import Run
+from knittest.config.sources import numbers_of
 from knittest.experiment.borrowed import borrowed
 
 SCALES = {"macro": "shells (macro)", "meso": "yarns (meso)"}
@@ -18,8 +19,8 @@ def run_stamp(run: Run, failures: Sequence[str]) -> Stamp:
     many = f"{run.variability.specimens} specimens" if run.variability.specimens > 1 else ""
     seed = f"seed {run.variability.seed}"
     facts = (
-        run.fabric.name, f"parameters {run.parameters}", test, SCALES[run.model.scale], f"preset {run.model.preset}",
-        *size_of(run), many, seed,
+        run.fabric.name, f"parameters {numbers_of(run.parameters)}", test, SCALES[run.model.scale],
+        f"preset {run.model.preset}", *size_of(run), many, seed,
     )  # fmt: skip
     verdict = f"comparison refused: {'; '.join(failures)}" if failures else "gates passed"
     accepted = [one.stated for one in loosened(run)]

@@ -51,7 +51,7 @@ def cut(
     their length at both ends, so that their weakest place lies between.
     """
     if phase is not None:
-        phase("relaxing geometry")
+        phase("laying out the yarns")  # the cell was relaxed, and announced, before the folder was opened
     cell = relaxed_cell(run.fabric)
     counts = {"warp": n_wales, "weft": n_courses, "knit": n_courses}
     draws = {s: draw(run.fabric, run.variability, s, n, specimen) for s, n in counts.items()}

@@ -8,6 +8,7 @@ from pathlib import Path
 from knittest import __version__
 from knittest.base.atomic import write_atomic
 from knittest.base.errors import InputError
+from knittest.config.sources import numbers_of
 from knittest.report_page.blocks import Block, Cell, Page, Section, Table
 from knittest.report_page.comparison import differences, overview, side_by_side
 from knittest.report_page.curves import curve
@@ -98,7 +99,7 @@ def _facts(run: LoadedRun) -> Block:
         "scale": run.setting("model", "scale") or run.summary.scale,
         "direction": run.setting("rig", "direction") or run.summary.direction,
         "preset": run.setting("model", "preset"),
-        "parameter set": run.setting("parameters"),
+        "parameter set": numbers_of(str(run.setting("parameters") or "")),
         "specimens": variability if variability is None else shown(variability),
         "status": run.manifest.status,
         "run folder": run.name,

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from knittest.config.fields import place
+from knittest.config.sources import numbers_of
 from knittest.experiment.borrowed import borrowed
 from knittest.report_page.blocks import Block, Cell, Section, Table, Text
 from knittest.report_page.loading import LoadedRun
@@ -132,4 +133,5 @@ def _setting(run: LoadedRun, path: Path, value: Any) -> tuple[Cell, ...]:
     field = place(path, run.rig)
     unit = unit_of(path, run.rig) if isinstance(value, int | float) else ""
     meaning = field.description if field and path[-1] != "kind" else ""
-    return Cell(".".join(path)), Cell(shown(value) + unit), Cell(meaning)
+    text = numbers_of(str(value)) if path == ("parameters",) else shown(value)
+    return Cell(".".join(path)), Cell(text + unit), Cell(meaning)

@@ -14,7 +14,7 @@ from knittest.base.result_rows import unfolded
 from knittest.config.run import Run
 from knittest.export.jsonfile import json_text
 from knittest.export.provenance import cores
-from knittest.laboratory.cantilever.test import at_the_plane
+from knittest.laboratory.cantilever.test import after_drift, at_the_plane
 from knittest.laboratory.halving import halving
 from knittest.laboratory.numerical_error import Repeat, numerical_errors
 from knittest.laboratory.remeshing import remeshing
@@ -185,17 +185,17 @@ def _errors(
     run: Run, values: Mapping[str, float | None], repeats: Mapping[str, Repeat], mesh: Mapping[str, Any]
 ) -> dict[str, dict[str, Any]]:
     """Numerical errors of ``values``; an overhang that was looked for is also off by how far its chord misses the
-    plane, and changes as it would with all chords in it.
+    plane, and changes as it would with all chords in it; a strip of yarns by what its last drift would change.
     """
-    exact = at_the_plane(run, values)
+    exact, drifted = at_the_plane(run, values), after_drift(run, values)
     half, other = (
         replace(repeats[name], results=at_the_plane(run, repeats[name].results)) for name in ("half_speed", "mesh")
     )
     errors = numerical_errors(exact, half, other, mesh.get("ratio", 2.0), mesh.get("finer", False))
     for quantity, row in errors.items():
-        value, there = values[quantity], exact[quantity]
-        if row["error"] is not None and value is not None and there is not None:
-            row["error"] += abs(there - value)
+        value, there, later = values[quantity], exact[quantity], drifted[quantity]
+        if row["error"] is not None and value is not None and there is not None and later is not None:
+            row["error"] += abs(there - value) + abs(later - there)
     return errors
 
 

@@ -9,7 +9,7 @@ from report_sample import write_run
 
 from knittest.base.interrupts import Interrupts
 from knittest.config.loading import resolve
-from knittest.laboratory.cantilever.test import at_the_plane, strip_stiffness
+from knittest.laboratory.cantilever.test import after_drift, at_the_plane, strip_stiffness
 from knittest.laboratory.numerical_error import mesh_factor
 from knittest.laboratory.report_registry import REPORTS
 from knittest.materials.heavy_elastica import chord_angle, overhang_ratio, stiffness_of
@@ -105,6 +105,20 @@ def test_eq_2_of_a_given_overhang_is_by_the_chord_that_was_found(chord: float) -
     stiff, soft = (weight * given**3 * stiffness_of(angle, 1.0, 1.0) for angle in (20.0, 45.0))
     found = [strip_stiffness(run, given, angle) for angle in (20.0, 45.0)]
     assert found == pytest.approx([stiff, soft], rel=1e-3) and stiff > 2.0 * soft
+
+
+@pytest.mark.parametrize("mode", ["angle", "overhang"])
+def test_the_error_of_yarns_holds_what_the_last_drift_would_change(tmp_path: Path, monkeypatch: Any, mode: str) -> None:
+    """All runs agree, and the chord still moved by 0.3 deg: that is known no better."""
+    monkeypatch.setitem(FOUND, "drift_deg", -0.3)
+    errors = error_of(tmp_path / "r", monkeypatch, mode, (41.5, 41.5, 41.5))["numerical_error"]
+    ratio = overhang_ratio(41.5, 41.8)
+    assert errors["chord_angle_deg"]["error"] == pytest.approx(0.3)
+    assert errors["bending_stiffness_mncm2"]["error"] == pytest.approx(2500.0 * (1.0 - ratio**3), rel=1e-6)
+    expected = 171.0 * (1.0 - ratio) if mode == "overhang" else 0.0
+    assert errors["overhang_mm"]["error"] == pytest.approx(expected, abs=1e-9) and ratio < 1.0
+    known = {"chord_angle_deg": 41.5, "overhang_mm": 171.0}
+    assert known.items() <= after_drift(cantilever(f"rig.mode={mode}"), known).items()
 
 
 @pytest.mark.parametrize("chord", [0.5, 86.0, float("nan")])

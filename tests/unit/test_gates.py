@@ -39,6 +39,8 @@ def history(**columns: Any) -> History:
         "contact_damping_mj": zero, "hourglass_mj": zero, "kinetic_ratio": zero, "energy_error": zero,
     } | columns  # fmt: skip
     curve = {"time_ms": time, "force_n": np.append(time[:91], np.zeros(10)), "frame_shear_angle_deg": 0.45 * time}
+    # a pull that is largest at 4 mm, before half of its way
+    curve |= {"displacement_mm": 0.1 * time, "pull_force_n": 300.0 - np.abs(time - 40.0)}
     return History(shell_history().mesh, curve, table, [replace(f, fields={}) for f in shell_history().frames])
 
 
@@ -146,6 +148,22 @@ def test_the_span_of_the_frame_begins_at_its_first_angle() -> None:
     assert not span.to_failure and span.reported_from == pytest.approx(22.0)  # 9.5 deg are passed at 21.1 ms
     assert TESTS["tensile"].span(history()).to_failure
     assert not any(TESTS[test].span(history()).to_failure for test in ("friction", "forming"))
+
+
+def test_the_span_of_friction_holds_the_samples_of_its_static_force() -> None:
+    """Work that comes late would leave them out; energies before them are those of the start."""
+    from knittest.laboratory.friction.test import Friction, static_force
+
+    late = history(external_mj=np.append(np.zeros(60), np.linspace(0.0, 1000.0, ROWS - 60)))
+    force, since = static_force(late.curve)
+    assert force == pytest.approx(300.0 - 1.2) and since == pytest.approx(38.0)  # mean of 298, 299, 300, 299, 298
+    span = Friction().span(late)
+    assert span.rows(late).start == 38 < judged_rows(late, to_failure=False).start
+    for row, passes in ((37, True), (39, False)):
+        found = replace(late, energies=late.energies | {"kinetic_ratio": at(row, 0.5)})
+        assert judged(found, span=span).quasi_static == passes
+    still = static_force({name: np.zeros(5) for name in ("displacement_mm", "pull_force_n", "time_ms")})
+    assert np.isnan(still[0]) and still[1] == np.inf
 
 
 def test_too_few_rows_and_a_failure_long_before_the_peak_refuse() -> None:

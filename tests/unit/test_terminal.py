@@ -14,9 +14,9 @@ import pytest
 from export_sample import quality
 
 from knittest.base.history import Quality
-from knittest.base.progress import Progress, duration
-from knittest.laboratory.registry import TESTS
 from knittest.base.layout import table
+from knittest.base.progress import Progress, Status, duration
+from knittest.laboratory.registry import TESTS
 from knittest.runs.show import (
     HEADER,
     print_json,
@@ -221,6 +221,20 @@ def test_gates_in_one_line_without_what_a_shell_has_not() -> None:
         "added mass 0 %)",
         "  warning: kinetic energy 3 %",
     ]
+
+
+def test_a_limit_that_is_loosened_has_not_failed() -> None:
+    loose = "solver.max_kinetic_ratio = 50 %, looser than the preset's 5 %: leave it"
+    for reasons, verdict in (
+        ((loose,), "passed as loosened; comparison refused: limit loosened"),
+        ((loose, "kinetic energy 60 %"), "FAILED, comparison refused"),
+    ):
+        assert quality_lines(weft(quality(reasons)))[0].startswith(f"quality gates, weft: {verdict} (")
+
+
+@pytest.mark.parametrize(("ratio", "shown"), [(1e7, "-"), (math.nan, "-"), (1.01, "-"), (0.99, "99 %"), (0.0, "0 %")])
+def test_kinetic_energy_before_the_first_work_is_no_ratio(ratio: float, shown: str) -> None:
+    assert Status(0.5, 2.0, 0.1, ratio, 10.0).text().endswith(f"kinetic/work {shown}")
 
 
 def test_a_pipe_gets_an_aligned_table() -> None:

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from dataclasses import replace
 
 import pytest
@@ -21,6 +22,8 @@ OPTIONS = {
 }  # fmt: skip
 QUALITY = {"ke_over_ie_max": 0.02, "energy_error_max": 0.001}
 COST = {"elements": 100, "steps": 10, "cpu_s": 5.0}
+#: heads of the columns that hold what was simulated
+SIMULATED = ("simulated ±", "simulated", "V2 over V1")
 
 
 def stored(peak=5744.0, strain=1.6, error=None, **options) -> StoredRun:
@@ -171,14 +174,32 @@ def test_area_mass_is_lengths_of_yarns_times_tex():
 def test_mass_and_thickness_stand_with_their_copies():
     lines = {(line[0], line[1].split(" [")[0]): line for line in cell_rows(stored_cells.load())[1]}
     mass, thickness = lines["1", "area mass"], lines["2", "thickness"]
-    assert mass[3:8] == ["937.1", "972.9", "+13.7 %", "+18.0 %", "+2.47"] and mass[-1] == "**FAILED**"
-    assert thickness[3] == "2.416" and thickness[4] == "2.22" and thickness[-2:] == ["predicted", "**FAILED**"]
+    assert mass[3:8] == ["937.1, ± not estimated", "972.9", "+13.7 %", "+18.0 %", "+2.47"] and mass[-1] == "**FAILED**"
+    assert (
+        thickness[3] == "2.416, ± not estimated"
+        and thickness[4] == "2.22"
+        and thickness[-2:] == ["predicted", "**FAILED**"]
+    )
     assert lines["1", "thickness"][-2] == "tuned"
 
 
 @pytest.mark.parametrize(("second", "verdict"), [(0.99, "passed"), (1.01, "**FAILED**")])
 def test_variant_2_is_to_lie_below_variant_1(second, verdict):
     assert shear_line(20.0, 1.0, second)[-1] == verdict
+
+
+def test_every_simulated_number_has_its_error_or_says_that_none_is_known():
+    found, column = [], None
+    for line in validation_page().splitlines():
+        cells = [cell.strip() for cell in line.split("|")[1:-1]]
+        if not cells or set(cells) == {"---"}:
+            column = column if cells else None
+        elif column is None:
+            column = next((cells.index(head) for head in SIMULATED if head in cells), -1)
+        elif column >= 0:
+            found.append(cells[column])
+    assert len(found) >= 50 and all(re.search(r"± ([0-9.e-]+|not estimated)", cell) for cell in found)
+    assert "171 ± 0.19" in found and "4998 ± 150" in found and "937.1, ± not estimated" in found
 
 
 def test_the_page_says_that_shear_fails():

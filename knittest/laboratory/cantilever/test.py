@@ -168,6 +168,21 @@ def at_the_plane(run: Run, results: Mapping[str, float | None]) -> dict[str, flo
     return found
 
 
+def after_drift(run: Run, results: Mapping[str, float | None]) -> dict[str, float | None]:
+    """:func:`at_the_plane` of ``results`` with the chord moved on by its last drift: what the criterion of rest leaves
+    open of a strip of yarns.
+    """
+    found = dict(results)
+    angle, drift, stiffness = (found.get(n) for n in ("chord_angle_deg", "drift_deg", "bending_stiffness_mncm2"))
+    if angle is None or drift is None:
+        return at_the_plane(run, found)
+    moved = found["chord_angle_deg"] = angle + abs(drift)
+    given = isinstance(run.rig, CantileverRig) and run.rig.mode == "angle"
+    if given and stiffness is not None and FLATTEST <= angle <= moved <= STEEPEST:
+        found["bending_stiffness_mncm2"] = stiffness * overhang_ratio(angle, moved) ** 3
+    return at_the_plane(run, found)
+
+
 def _next_overhang(rests: list[Rest], angle: float) -> float:
     """Secant in the overhang; from the first trial by the heavy elastica of the same stiffness, w L^3 / B."""
     last = rests[-1]

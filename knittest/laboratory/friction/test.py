@@ -1,6 +1,7 @@
 """Friction test: a strip between two plates."""
 
 import time as clock
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -80,11 +81,10 @@ class Friction:
         """Levels, the paper's coefficient of two faces and that of one, pressure, penetration against deformation."""
         curve, normal = history.curve, run.rig.kernel("normal_force")
         late = curve["displacement_mm"] > (1.0 - KINETIC_SHARE) * run.rig.kernel("travel")
-        early = (curve["displacement_mm"] > 0.0) & ~late
         kinetic = float(curve["pull_force_n"][late].mean())
         return {
             "pull_force_kinetic_n": kinetic,
-            "pull_force_static_n": float(_smooth(curve["pull_force_n"][early]).max()),
+            "pull_force_static_n": static_force(curve)[0],
             "mu_paper": kinetic / normal,
             "mu_per_face": kinetic / (2.0 * normal),
             "normal_force_n": float(curve["normal_force_n"][late].mean()),
@@ -107,8 +107,20 @@ class Friction:
         return quality
 
     def span(self, history: History) -> Span:
-        """The whole pull."""
-        return Span()
+        """The whole pull, at the latest from the samples of the static force on."""
+        return Span(reported_from=static_force(history.curve)[1])
+
+
+def static_force(curve: Mapping[str, np.ndarray]) -> tuple[float, float]:
+    """Largest force [N] before the share of the travel that is kinetic, and the time [ms] of the first sample of its
+    mean; infinite where nothing was pulled.
+    """
+    moved = curve["displacement_mm"]
+    early = (moved > 0.0) & (moved <= (1.0 - KINETIC_SHARE) * moved.max())
+    if not early.any():
+        return float("nan"), float("inf")
+    force = _smooth(curve["pull_force_n"][early])
+    return float(force.max()), float(curve["time_ms"][early][int(np.argmax(force))])
 
 
 def map_cell(run: FrictionRun) -> float:

@@ -9,11 +9,11 @@ from typing import Any
 import numba
 
 from knittest.base.errors import OutOfTolerance
+from knittest.base.layout import table, width_of
 from knittest.config.fabric import Fabric
 from knittest.config.run import Run
 from knittest.experiment.borrowed import borrowed
 from knittest.kernels.threading import best_threads
-from knittest.base.layout import table, width_of
 from knittest.runs.preflight.counterpart import Counterpart, summary_line, table_cells
 from knittest.runs.preflight.model import model_facts, model_lines
 from knittest.runs.preflight.of_tests import test_counterparts

@@ -4,6 +4,7 @@ from typing import Any
 
 from knittest.base.history import OVERLAP_COUNTS, Overlaps
 from knittest.config.run import Run
+from knittest.config.sources import numbers_of
 from knittest.laboratory.base import Prepared
 
 #: bytes a node takes in all arrays, about
@@ -47,7 +48,7 @@ def model_lines(run: Run, facts: dict[str, Any]) -> list[str]:
     specimen = ", ".join(f"{name.replace('_', ' ')} {value:g}" for name, value in facts["specimen"].items())
     given = run.fabric.area_mass
     lines = [
-        f"{facts['fabric']} ({facts['parameters']}), {what}, {facts['scale']}, {facts['preset']}",
+        f"{facts['fabric']} ({numbers_of(facts['parameters'])}), {what}, {facts['scale']}, {facts['preset']}",
         f"  specimen               {specimen}",
         f"  elements, nodes        {facts['elements']}, {facts['nodes']}",
         f"  mass                   {facts['mass_g']:.3f} g, {facts['area_mass_g_m2']:.0f} g/m2 ({given.source} "

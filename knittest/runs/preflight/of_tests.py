@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from knittest.base.errors import InputError
+from knittest.base.layout import nearest
 from knittest.base.resources import data_dir
 from knittest.base.units import to_kernel
 from knittest.config.base import Quantity
@@ -12,7 +13,6 @@ from knittest.config.fabric import Direction, Fabric
 from knittest.experiment.tables import PublishedValue, for_width, published
 from knittest.laboratory.base import tension_curve
 from knittest.laboratory.curve_reach import MARGIN, reaches
-from knittest.base.layout import nearest
 from knittest.runs.preflight.counterpart import Counterpart, of_quantity
 
 DIRECTIONS: tuple[Direction, Direction] = ("warp", "weft")

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 from knittest.base.figure import BLUE, ORANGE, dress, new_figure, save
 from knittest.base.stamp import Stamp, stamped
+from knittest.config.sources import numbers_of
 from knittest.experiment.shear_law import FRAME_ANGLE, NORMALISED
 from knittest.laboratory.run_stamp import size_of
 from knittest.studies.homogenise.card import Tested
@@ -33,12 +34,13 @@ def homogenise_picture(outcome: Outcome, pairs: Pairs, path: Path) -> None:
     _chords(panels[3], {piece: pair for piece, pair in pairs.items() if piece.kind == "cantilever"})
     run, worst = outcome.run, outcome.worst
     said = f"; largest deviation {worst.deviation:+.1f} %" if worst else ""
-    title = f"{run.fabric.name} ({run.parameters}), {run.model.preset}: shells with the card made of yarns{said}"
+    numbers = numbers_of(run.parameters)
+    title = f"{run.fabric.name} ({numbers}), {run.model.preset}: shells with the card made of yarns{said}"
     figure.suptitle(title, x=0.08, y=0.975, ha="left", va="top", fontsize=12)
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, frameon=False, fontsize=9.5, loc="upper left", bbox_to_anchor=(0.07, 0.945), ncols=2)
     tested = [f"{piece.name}: {', '.join(size_of(yarns.run))}" for piece, (yarns, _) in pairs.items()]
-    facts = (run.fabric.name, f"parameters {run.parameters}", f"preset {run.model.preset}", *tested)
+    facts = (run.fabric.name, f"parameters {numbers}", f"preset {run.model.preset}", *tested)
     with stamped(Stamp(facts, f"yarns {outcome.status} by shells with the card", bad=not outcome.within)):
         save(figure, path)
 

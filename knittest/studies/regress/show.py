@@ -4,10 +4,10 @@ import math
 import sys
 from collections.abc import Iterator
 
+from knittest.base.layout import table, width_of
 from knittest.base.result_rows import LABELS
 from knittest.experiment.row_kind import RowKind
 from knittest.export.provenance import cpu_model
-from knittest.base.layout import table, width_of
 from knittest.studies.regress.cost import CostRow
 from knittest.studies.regress.drift import AMPLIFIED, LIMITS, Drift
 from knittest.studies.regress.judge import Row
