@@ -29,3 +29,9 @@ def one_thread_each() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(threading, "best_threads", lambda wanted: best_threads(wanted or 1))
         yield
+
+
+@pytest.fixture(autouse=True)
+def no_width(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Lines are as long as they are, unless a test sets COLUMNS itself: workers have it of their terminal."""
+    monkeypatch.delenv("COLUMNS", raising=False)
