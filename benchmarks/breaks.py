@@ -111,7 +111,7 @@ BREAKS = [
 
 
 def verdict(output: str) -> str:
-    """What failed first: the numbers of the assertion, or the error."""
+    """First failure: the numbers of the assertion, or the error."""
     if re.search(r"^\d+ passed", output, re.MULTILINE):
         return "**not noticed**"
     found = re.search(r"^E +(?:AssertionError: )?assert (.+)", output, re.MULTILINE)

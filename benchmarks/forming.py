@@ -41,7 +41,7 @@ def column(folder: Path) -> tuple[str, dict[str, str]]:
 
 
 def drag(folders: list[Path]) -> None:
-    """What damping does to a blank that nothing but its weight keeps down."""
+    """Effect of damping on a blank that nothing but its weight keeps down."""
     header = ["damping, speed of the stamp"]
     columns = [column(folder)[1] for folder in folders]
     for folder in folders:

@@ -64,7 +64,7 @@ def comparison(folder: Path) -> list[str]:
 
 
 def loop(folder: Path) -> str:
-    """What the cycle 0 - 30 - 0 deg took and what was booked, in a sentence."""
+    """Work that the cycle 0 - 30 - 0 deg took, and what was booked, in a sentence."""
     curve, energies = (pd.read_csv(folder / "cycle" / f"{name}.csv") for name in ("curve", "energies"))
     angle = curve[X].to_numpy()
     top = int(np.argmax(angle > 29.99))

@@ -95,7 +95,7 @@ def _said(option: click.Option) -> str:
 
 
 def _value(option: click.Option) -> str:
-    """What an option takes: its choices, or a word for it and the range of a number."""
+    """Values that an option takes: its choices, or a word for it and the range of a number."""
     if isinstance(option.type, click.Choice):
         return " or ".join(f"`{choice}`" for choice in option.type.choices)
     word = option.metavar or option.type.name.upper().removesuffix(" RANGE")

@@ -149,7 +149,7 @@ def _summary(model: type[BaseModel]) -> str:
 
 
 def _presets(kind: str) -> str:
-    """What the presets set of a test, by scale."""
+    """Settings of a test that the presets make, by scale."""
     rows = []
     for scale in ("macro", "meso"):
         columns = [dict(_leaves(preset_settings(kind, preset, scale))) for preset in PRESETS]

@@ -1,4 +1,4 @@
-"""What holds for all tests when two processes share them (``-n 2``)."""
+"""Settings for all tests when two processes share them (``-n 2``)."""
 
 import os
 from collections.abc import Iterator
@@ -16,7 +16,7 @@ def pytest_xdist_setupnodes() -> None:
 
 @pytest.fixture(scope="session", autouse=True)
 def one_thread_each() -> Iterator[None]:
-    """Where nobody asks for a number of threads a worker has one: threads that wait for each other's core burn time."""
+    """Give a worker one thread where nobody asks for a number: threads that wait for each other's core burn time."""
     if "PYTEST_XDIST_WORKER" not in os.environ:
         yield
         return

@@ -1,1 +1,1 @@
-"""What every other package reads and none decides: errors, units, files, progress, what a simulation leaves behind."""
+"""Foundation that every other package reads: errors, units, files, progress, the record of a simulation."""

@@ -1,4 +1,4 @@
-"""What a simulation leaves behind: mesh, frames, curves, energies, quality and cost. Numpy only."""
+"""Record of a simulation: mesh, frames, curves, energies, quality and cost. Numpy only."""
 
 from dataclasses import dataclass, field, replace
 
@@ -61,8 +61,7 @@ class History:
     """Sampled channels: ``curve`` and ``energies`` map a column name with unit to an array (n_samples,).
 
     Tensile ``curve`` columns: time_ms, displacement_mm, strain_pct, force_n (mean of both clamps), force_moving_n,
-    force_fixed_n,
-    failed_warp, failed_weft, failed_knit (counts; shells: failed_fabric).
+    force_fixed_n, failed_warp, failed_weft, failed_knit (counts; shells: failed_fabric).
     The first of ``frames`` is the unloaded state (displacements count from it), the last the end of the run.
     ``energies`` columns: time_ms, kinetic_mj, internal_<part>_mj, hourglass_mj, contact_mj, friction_mj,
     contact_damping_mj (that of free tools too), damping_mj, eroded_mj, external_mj, balance_error_mj, kinetic_ratio,
@@ -126,7 +125,7 @@ class Quality:
 
 @dataclass(frozen=True)
 class Cost:
-    """What a run cost."""
+    """Cost of a run."""
 
     wall_s: float
     cpu_s: float

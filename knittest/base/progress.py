@@ -1,4 +1,4 @@
-"""What a run shows while it runs: a bar on a terminal, plain lines in a pipe, nothing when quiet."""
+"""Progress of a run on standard error: a bar on a terminal, plain lines in a pipe, nothing when quiet."""
 
 import math
 import sys
@@ -15,7 +15,8 @@ MEANT = 1.0
 
 @dataclass(frozen=True)
 class Status:
-    """Where a simulation stands: share done, simulated time [ms], step [us], kinetic energy over work, seconds left.
+    """State of a simulation on its way: share done, simulated time [ms], step [us], kinetic energy over work, seconds
+    left.
 
     Share and seconds count to the end of the rig's motion; a test ``until_failure`` mostly ends before.
     """

@@ -1,4 +1,4 @@
-"""Where the shipped configs and data lie: inside the package of a wheel, at the top level of a checkout."""
+"""Folders of the shipped configs and data: inside the package of a wheel, at the top level of a checkout."""
 
 from pathlib import Path
 

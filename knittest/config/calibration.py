@@ -66,7 +66,7 @@ class Test(Strict):
 
 
 class Target(Strict):
-    """What a test must come to: a row of the fabric's experiment, a value with its sd, or a curve."""
+    """Target of a test: a row of the fabric's experiment, a value with its sd, or a curve."""
 
     test: str = Field(description="name of one of the tests")
     quantity: str | None = Field(None, description="result of the test, such as overhang_mm; alone: the table's row")

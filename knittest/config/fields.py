@@ -1,4 +1,4 @@
-"""What the models say about a key path of a run: its fields, unit and description."""
+"""Fields, unit and description that the models give a key path of a run."""
 
 import difflib
 from collections.abc import Iterator
@@ -23,7 +23,7 @@ class Place:
 
     @property
     def is_quantity(self) -> bool:
-        """Whether the field holds a number with its source."""
+        """Tell whether the field holds a number with its source."""
         return self.model is Quantity
 
     @property

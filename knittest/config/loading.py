@@ -160,7 +160,7 @@ def _layers(document: Document, source: FabricSource, settings: list[Setting], k
 
 
 def _stated(path: KeyPath, document: Document, settings: list[Setting]) -> Any:
-    """What the command line, else the config file, says at ``path``."""
+    """Value of the command line, else of the config file, at ``path``."""
     for setting in reversed(settings):
         if setting.path == path:
             return setting.value

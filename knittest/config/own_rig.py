@@ -1,4 +1,4 @@
-"""What a fabric says of the rigs of its own tests, as settings that a run starts from."""
+"""Conditions of a fabric's own tests as settings of their rigs, that a run starts from."""
 
 from collections.abc import Collection
 from functools import partial

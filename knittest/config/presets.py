@@ -1,4 +1,4 @@
-"""What ``--preset`` means: element counts, and at the meso scale the length of the strip. The only such table."""
+"""Meaning of ``--preset``: element counts, and at the meso scale the length of the strip. The only such table."""
 
 from dataclasses import dataclass
 from typing import Any

@@ -103,7 +103,7 @@ class Variability(Strict):
 
 
 class Output(Strict):
-    """What a run keeps."""
+    """Output that a run keeps."""
 
     samples: int = Field(400, ge=20, le=100000, description="rows of curve.csv and energies.csv, about")
     frames: int = Field(12, ge=0, le=2000, description="VTU frames over the run")

@@ -51,7 +51,7 @@ def refuse_contradictions(options: list[Setting], sets: list[Setting]) -> None:
 
 
 def _users_own(old: Any) -> dict[str, Any]:
-    """What becomes of a quantity's other fields when the user sets its value or scatter."""
+    """Changes to a quantity's other fields when the user sets its value or scatter."""
     if not isinstance(old, dict):
         return {"source": "user"} if old is None else {"value": old, "source": "user"}
     if old.get("source") == "user":

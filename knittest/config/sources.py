@@ -62,7 +62,7 @@ def variant_path(variant: str) -> Path:
 
 
 def _is_fabric(path: Path) -> bool:
-    """Whether a file holds a fabric, not a rig or a whole run; a broken one may."""
+    """Tell whether a file holds a fabric, not a rig or a whole run; a broken one may."""
     try:
         return "name" in load_yaml(path).data
     except InputError:

@@ -22,7 +22,7 @@ Names = Annotated[list[str], BeforeValidator(_listed)]
 
 
 class Base(Strict):
-    """What all runs share; a list makes a run of each."""
+    """Settings that all runs share; a list makes a run of each."""
 
     test: Names = Field(
         default_factory=lambda: ["tensile"],
@@ -54,7 +54,7 @@ class Range(Strict):
 
 
 class Distribution(Strict):
-    """What a field is drawn from; ``low`` and ``high`` truncate a normal distribution."""
+    """Distribution that a field is drawn from; ``low`` and ``high`` truncate a normal distribution."""
 
     kind: Literal["uniform", "log-uniform", "normal"] = Field("uniform", description="distribution")
     low: float | None = Field(None, description="smallest value")

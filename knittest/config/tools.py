@@ -47,7 +47,7 @@ class TStamp(Strict):
 
     @property
     def edge_reach(self) -> float:
-        """How far the rounded edge reaches inwards from the sharp outline [mm]."""
+        """Reach of the rounded edge inwards from the sharp outline [mm]."""
         draft = self.kernel("draft_angle")
         return self.edge_radius * (1.0 - sin(draft)) / cos(draft)
 

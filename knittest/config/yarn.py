@@ -39,7 +39,7 @@ class YarnLaw(Strict):
 
 
 class Yarn(Strict):
-    """What both yarn systems share."""
+    """Fields that both yarn systems share."""
 
     description: str = Field("", description="make of the yarn")
     linear_density: Quantity = measure("tex", "mass per length", gt=0, band=(1, 20000))

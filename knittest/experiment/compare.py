@@ -197,7 +197,7 @@ def _rounded(value: float) -> float:
 
 
 def _hindrance(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> str:
-    """Why two curves cannot be compared; empty if they can."""
+    """Reason why two curves cannot be compared; empty if they can."""
     for name, values in (("simulated", y), ("reference", reference.mean)):
         if len(values) < 3:
             return f"the {name} curve has {len(values)} points"
@@ -209,7 +209,7 @@ def _hindrance(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> str:
 
 
 def _other_units(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> str:
-    """What of the peaks lies so far apart that one of them is in another unit."""
+    """Peaks, or their places, that lie so far apart that one of them is in another unit; empty if none."""
     end, peak = int(np.argmax(y)), reference.peak
     if reference.x_name == ANGLE:  # up to where the shorter one ends
         last = min(x[-1], reference.x[-1])

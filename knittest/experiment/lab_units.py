@@ -81,7 +81,7 @@ def stated(name: str, below: str, units: dict[str, float], where: str) -> str:
 
 
 def _in_name(name: str, units: dict[str, float]) -> str:
-    """What stands in the place of a unit in a column's name: a known unit, else what can be nothing else."""
+    """Text in the place of a unit in a column's name: a known unit, else what can be nothing else."""
     bracketed = [(square or round_).strip() for square, round_ in _BRACKETS.findall(name)]
     bare = _BRACKETS.sub("", name).strip()[-_UNIT_WITHIN:]
     marked = _MARKED.findall(bare)

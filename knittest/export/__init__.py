@@ -1,1 +1,1 @@
-"""What a run leaves behind: run folder, summary, VTU frames and pictures."""
+"""Files of a run: run folder, summary, VTU frames and pictures."""

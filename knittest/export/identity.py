@@ -1,4 +1,4 @@
-"""What the bits of a run depend on, and what of it differs between a checkpoint and now."""
+"""Identity of a run: all that its bits depend on, and the differences between a checkpoint and now."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
@@ -64,7 +64,7 @@ def kernel_digest() -> str:
 
 
 def changes(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
-    """What changed, one text each: ``solver.damping was 0.5, is 0.6``; empty when the bits must come out the same."""
+    """Changes, one text each: ``solver.damping was 0.5, is 0.6``; empty when the bits must come out the same."""
     old, new = (dict(_leaves({k: v for k, v in i.items() if k != "config_sha256"})) for i in (before, now))
     names = {k: k.removeprefix("config.") for k in sorted(old.keys() | new.keys())}
     return [

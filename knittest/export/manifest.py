@@ -63,5 +63,5 @@ def ending(error: BaseException | None) -> tuple[Status, int, str]:
 
 
 def now() -> str:
-    """This moment, with its time zone."""
+    """Present time in ISO 8601, with its time zone."""
     return datetime.now().astimezone().isoformat(timespec="seconds")

@@ -1,4 +1,4 @@
-"""Where a run comes from: versions, commit, hashes, machine."""
+"""Origin of a run: versions, commit, hashes, machine."""
 
 import hashlib
 import os

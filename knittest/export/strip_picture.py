@@ -166,7 +166,7 @@ def _broken_inlays(mesh: Mesh, frame: Frame) -> NDArray[np.bool_]:
 
 
 def _fracture(mesh: Mesh, broken: Frame, position: Array) -> Array:
-    """Where to look, (2,) [mm]: the failed inlay element with most others near, of these the most central one."""
+    """Place to look at, (2,) [mm]: the failed inlay element with most others near, of these the most central one."""
     centre = (position[:, :2].min(axis=0) + position[:, :2].max(axis=0)) / 2
     middle = position[mesh.cells[_broken_inlays(mesh, broken)]].mean(axis=1)[:, :2]
     if not len(middle):

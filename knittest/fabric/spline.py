@@ -19,7 +19,7 @@ def polyline_length(points: Array) -> float:
 def arc_at(curve: Array, period: Array, axis: int, plane: float) -> float:
     """Arc length [mm] from curve[0] at which ``curve`` (m, 3) crosses coordinate ``axis`` = ``plane`` [mm].
 
-    Of several crossings it takes the one nearest to the middle of the period; images of the plane do not count.
+    Of several crossings it takes the one nearest to the middle of the period; images of the plane are excluded.
     """
     line = np.vstack([curve - period, curve, curve + period, curve[:1] + 2.0 * period])
     arc = _arc(line)

@@ -1,8 +1,8 @@
 """Numba kernels: plain arrays in kernel units (mm, ms, g, N, MPa); nothing here knows of configs.
 
-Importing this package points Numba's cache at a folder named after a hash of all kernel sources, because Numba
-does not notice when a helper in another file was edited and would serve stale machine code. Where no private folder
-is to be had, nothing is cached: Numba unpickles what it finds there.
+Importing this package sets Numba's cache to a folder named after a hash of all kernel sources: Numba does not notice
+that a function in another file was edited, and would serve stale machine code. Without a private folder nothing is
+cached, because Numba unpickles what it finds there.
 """
 
 import hashlib

@@ -1,4 +1,4 @@
-"""Shares of a parallel loop that go to whichever thread is free: dear and cheap ones, busy and idle cores even out."""
+"""Shares of a parallel loop for whichever thread is free: expensive and cheap ones, busy and idle cores even out."""
 
 from typing import Any
 
@@ -25,7 +25,7 @@ def _exchange(typingctx: Any, array: Any, index: Any, value: Any) -> Any:
 
 @njit(**INLINE)
 def claim(claimed, p, sweep):
-    """Whether the caller is the first to ask for partition ``p`` in a ``sweep``, a number above that of the last.
+    """Tell whether the caller is the first to ask for partition ``p`` in a ``sweep``, a number above that of the last.
 
     ``claimed`` (PARTITIONS,) holds the last sweep of each, 0 at the start. A look first spares the others' cache.
     """

@@ -1,4 +1,4 @@
-"""What acts on a model from outside, as NamedTuples: motions, loads and rigid tools."""
+"""Actions on a model from outside, as NamedTuples: motions, loads and rigid tools."""
 
 from typing import NamedTuple
 
@@ -93,9 +93,9 @@ class Tools(NamedTuple):
 class Touch(NamedTuple):
     """Contact of nodes with tools.
 
-    ``radius`` [mm] and penalty ``stiffness`` [N/mm] of each node, (n_nodes,); ``viscous`` [N ms/mm] (n_nodes,);
-    sticking
-    ``spring`` [mm] (n_tools, 3, n_nodes), ``slipping`` flag and ``pressure`` normal force [N] (n_tools, n_nodes).
+    Of each node, (n_nodes,): ``radius`` [mm], penalty ``stiffness`` [N/mm] and ``viscous`` coefficient [N ms/mm]. Of
+    each tool and node: sticking ``spring`` [mm], (n_tools, 3, n_nodes), ``slipping`` flag and normal force ``pressure``
+    [N], (n_tools, n_nodes).
     """
 
     radius: Array

@@ -134,10 +134,10 @@ def advance_yarns(
     tally,
     scratch,
 ):
-    """Advance a model of beam chains by ``steps`` time steps of ``dt`` [ms] from ``time`` on so many ``threads``.
+    """Advance a model of beam chains by ``steps`` time steps of ``dt`` [ms] from ``time`` [ms].
 
-    ``count`` contacts in use; ``tables`` to ``touch`` are the fields of :class:`Drive` (parallel loops take no nested
-    tuples); ``scratch`` (PARTITIONS, SCRATCH). State is updated in
+    ``threads`` is the number of threads, ``count`` that of contacts in use. ``tables`` to ``touch`` are the fields of
+    :class:`Drive` (parallel loops take no nested tuples); ``scratch`` is (PARTITIONS, SCRATCH). State is updated in
     place.
     """
     if threads == 1:

@@ -39,7 +39,7 @@ def count_pierced(offset, reach, line, count, limit):
 
 @njit(**INLINE)
 def _largest_eigenvalue(xx, yy, zz, yz, xz, xy):
-    """Of a symmetric 3 x 3 matrix (Smith, 1961, Eigenvalues of a symmetric 3 x 3 matrix, Comm. ACM 4)."""
+    """Eigenvalues of a symmetric 3 x 3 matrix (Smith, 1961, Eigenvalues of a symmetric 3 x 3 matrix, Comm. ACM 4)."""
     mean = (xx + yy + zz) / 3.0
     x, y, z = xx - mean, yy - mean, zz - mean
     spread = (x * x + y * y + z * z + 2.0 * (yz * yz + xz * xz + xy * xy)) / 6.0

@@ -39,5 +39,5 @@ PARALLEL: dict[str, Any] = {
 PARTITIONS = 16
 _BITS = (PARTITIONS - 1).bit_length()
 #: the order in which they are shared out, bits reversed: a thread takes a run of it and so gets partitions from all
-#: over the fabric, whose dear and cheap regions (some of the contacts, what the tools touch) are shared evenly
+#: over the fabric, whose expensive and cheap regions (some of the contacts, what the tools touch) are shared evenly
 SHARED_OUT = np.array([int(f"{p:0{_BITS}b}"[::-1], 2) for p in range(PARTITIONS)])

@@ -21,8 +21,8 @@ NEWTON_STEPS, BEYOND = 4, 1e-3
 
 
 class Pieces(NamedTuple):
-    """Of every piece ``radius`` and ``half_piece`` length [mm], how many along its yarn it never touches (``exclude``),
-    and its ``chain``; (n_nodes,) each.
+    """Pieces of yarns, (n_nodes,) each: ``radius`` and ``half_piece`` length [mm], the number of pieces along its yarn
+    that it never touches (``exclude``), and its ``chain``.
     """
 
     radius: Array
@@ -63,7 +63,7 @@ def _along(x, y, z, i, wx, wy, wz):
 
 @njit(**INLINE)
 def _apart(x, y, z, i, j, gap):
-    """Whether a slab of thickness ``gap`` [mm] across the line of their middles separates pieces i and j.
+    """Tell whether a slab of thickness ``gap`` [mm] across the line of their middles separates pieces i and j.
 
     About the middle a piece is c(s) = m + (s - 1/2) (P[i+1] - P[i-1])/2 + (s - 1/2)^2 (P[i+1] - 2 P[i] + P[i-1])/2.
     """

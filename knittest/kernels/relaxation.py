@@ -90,7 +90,7 @@ def _chord(x, yarns, i):
 
 @njit(**KERNEL)
 def _excluded(yarns, i, j, a, b):
-    """Whether segments i and j (image a, b) are neighbours along one yarn."""
+    """Tell whether segments i and j (image a, b) are neighbours along one yarn."""
     c = yarns.chain[i]
     if c != yarns.chain[j]:
         return False
@@ -103,7 +103,10 @@ def _excluded(yarns, i, j, a, b):
 
 @njit(**KERNEL)
 def periodic_pairs(x, yarns, skin, pairs):
-    """Segments that may touch: rows (i, j, image x, image y); returns the number, which may exceed the capacity."""
+    """Fill ``pairs`` with segments that may touch, rows (i, j, image x, image y).
+
+    Returns their number, which may exceed the capacity.
+    """
     n, count = len(x), 0
     for i in range(n):
         u = _chord(x, yarns, i)
@@ -204,10 +207,10 @@ def _farthest(x, start):
 
 @njit(**KERNEL)
 def relax(x, yarns, pairs, count, penalty, tolerance, iterations, skin):
-    """FIRE until the largest force component is below ``tolerance`` [N] or a node moved by half of ``skin`` [mm].
+    """Relax yarns by FIRE until the largest force component is below ``tolerance`` [N] or a node moved by ``skin`` / 2.
 
-    Moves ``x`` (n, 3) [mm] in place; ``penalty`` [N/mm]. Returns (iterations done, largest force [N], largest
-    penetration over radius seen, the same at the end).
+    Moves ``x`` (n, 3) [mm] in place; ``penalty`` [N/mm], ``skin`` [mm]. Returns the iterations done, the largest force
+    [N], and the largest penetration over radius: of all iterations, and at the end.
     """
     velocity, force, start = np.zeros_like(x), np.zeros_like(x), x.copy()
     length = yarns.length

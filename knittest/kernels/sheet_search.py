@@ -66,7 +66,7 @@ def _copy(source, a, target, b):
 
 @njit(**KERNEL)
 def _beside(e, first, count, new, conn):
-    """Whether shell ``e`` is, or shares a corner with, the shell of a contact first..count."""
+    """Tell whether shell ``e`` is, or shares a corner with, the shell of a contact first..count."""
     for c in range(first, count):
         for a in range(4):
             for b in range(4):

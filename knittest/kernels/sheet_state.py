@@ -10,9 +10,9 @@ Index = NDArray[np.int64]
 
 
 class SheetMesh(NamedTuple):
-    """What stays: ``neighbour`` (n_el, 4) is 4 e + k if corners c, c + 1 of a shell are edge k of shell e, -1 at an
-    edge that is free; ``owner`` (n_nodes,) partition of each node; ``stiffness`` (n_nodes,) penalty of each [N/mm].
-    Shells that a node never touches: ``near`` from near_start[node] to near_start[node + 1].
+    """Topology of the shells, which stays: ``neighbour`` (n_el, 4) is 4 e + k if corners c, c + 1 of a shell are edge k
+    of shell e, -1 at an edge that is free; ``owner`` (n_nodes,) partition of each node; ``stiffness`` (n_nodes,)
+    penalty of each [N/mm]. Shells that a node never touches: ``near`` from near_start[node] to near_start[node + 1].
     """
 
     neighbour: NDArray[np.int32]

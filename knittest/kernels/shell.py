@@ -194,7 +194,7 @@ def line_shear(x1, x2, d1, d2):
 def transverse_shears(x, d, fibres, warp):
     """Transverse shear of warp and weft fibre [-], and its two linear parts from opposite edges [mm].
 
-    ``warp`` is the initial out-of-plane pattern of the element [mm], which shall not count.
+    ``warp`` is the initial out-of-plane pattern of the element [mm], which is excluded.
     """
     x1, x2, x3, x4 = x
     d1, d2, d3, d4 = d

@@ -56,7 +56,9 @@ def touch_tools(partition, first, last, dt, nodes, tools, touch, tally, w):
 
 @njit(**INLINE)
 def _pack(t, frame, start, count, dt, nodes, tools, touch, w):
-    """What the forces of the touching nodes of a block depend on; returns how many. Others forget their springs."""
+    """Pack all that the forces of the touching nodes of a block depend on; returns their number. Others forget their
+    springs.
+    """
     # fields are read once: in the loop each reading would count a reference
     x, y, z = rows3(nodes.position)
     vx, vy, vz = rows3(nodes.velocity)

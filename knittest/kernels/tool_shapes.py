@@ -191,7 +191,7 @@ def least_distances(kind, frame, grid, samples, start, count, x, y, z, radius, l
 
 @njit(**INLINE)
 def _least_swept(frame, grid, samples, start, count, x, y, z, radius, least):
-    """That of the sharp edge: height over its face, or distance from its wall by the nearest sample.
+    """Distance from the sharp edge: height over its face, or distance from its wall by the nearest sample.
 
     Samples are one in plan, so that a point is a spacing farther than the nearest one at most. Beyond the box in plan
     the face goes on, or the wall is farther than the box.

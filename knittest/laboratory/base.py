@@ -1,4 +1,4 @@
-"""What the tests share: a prepared specimen, and what a test must offer."""
+"""Parts that all tests share: a prepared specimen, and the interface of a test."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field

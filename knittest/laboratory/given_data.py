@@ -23,7 +23,7 @@ SPECIMENS = "specimen-*.csv"
 
 
 def given_as(run: Run, path: Path, curve: ReferenceCurve) -> str:
-    """What of ``curve`` in ``path``, as it was read, the shells of ``run`` were given; empty if nothing is known.
+    """Part of ``curve`` in ``path``, as it was read, that the shells of ``run`` were given; empty if none is known.
 
     The same file, one of the same source, the same data, or a specimen of the import that a given file was made of.
     """

@@ -29,7 +29,7 @@ class Halving:
 
 
 def halving(run: Run) -> Halving:
-    """What to halve: the speed; of a state at rest the residual of shells; of yarns, whose balance at rest is fixed,
+    """Setting to halve: the speed; of a state at rest the residual of shells; of yarns, whose balance at rest is fixed,
     the step.
     """
     if run.rig.kind != "cantilever":

@@ -1,4 +1,4 @@
-"""What the reports share."""
+"""Parts that all reports share."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -82,7 +82,7 @@ def energy_gates(run: Run) -> list[Gate]:
 
 
 class Report(Protocol):
-    """How a test is compared and shown; pictures show the first specimen."""
+    """Comparison and pictures of a test; pictures show the first specimen."""
 
     axes: CurveAxes
 
@@ -125,15 +125,15 @@ class NoSize:
     axes: CurveAxes
 
     def scaled(self, run: Any, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
-        """As they are."""
+        """Values as they are."""
         return list(rows)
 
     def matched(self, run: Any, curve: ReferenceCurve) -> ReferenceCurve:
-        """As it is, of the same test."""
+        """Curve as it is, of the same test."""
         return same_test(run, curve)
 
     def size(self, run: Any) -> tuple[float, str]:
-        """Nothing."""
+        """No size: a factor of 1 without a unit."""
         return 1.0, ""
 
     def size_free(self, run: Any, columns: Mapping[str, np.ndarray]) -> tuple[CurveAxes, Columns]:

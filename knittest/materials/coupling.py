@@ -36,7 +36,7 @@ def coupled(card: Laminate, poisson: float, name: str = "poisson") -> Laminate:
 
 
 def _of_strips(stiffness: Array, poisson: float, name: str, what: str) -> tuple[Array, float]:
-    """What (2,) is added to the stiffnesses (2,) of strips, and the coupling."""
+    """Additions (2,) to the stiffnesses (2,) of strips, and the coupling."""
     back = poisson * float(stiffness[1] / stiffness[0])
     if poisson * back >= 1.0:
         most = float(np.sqrt(stiffness[0] / stiffness[1]))

@@ -28,7 +28,8 @@ TOOL_DAMPING = 0.05
 
 
 class Boundary:
-    """What acts on ``model``; :meth:`drive` gives it to the kernel. Time step ``dt`` [ms] sets the tools' penalty.
+    """Motions, loads and tools that act on ``model``; :meth:`drive` gives it to the kernel. Time step ``dt`` [ms] sets
+    the tools' penalty.
 
     ``drive`` fixes it: whatever is added later raises :class:`InputError`, as nodes that do not exist and unknown
     degrees of freedom do.

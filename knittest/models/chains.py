@@ -39,12 +39,14 @@ CONTACT_STEP_SHARE, END_STEP_SHARE = 2.0, 45.0 / 16.0
 
 @dataclass(frozen=True)
 class Chain:
-    """One yarn: ``points`` (n, 3) [mm], its shape at the start and the control points of its centre-line; ``part`` of
-    the
-    model. ``fail_strain`` and ``slack`` [-] of its elements, (n - 1,) or one for all. ``stretch`` is true length over
-    that of the polygon, for its mass. ``degree_of_set`` (n - 1,) or one for all: share of the curvature that is free of
-    moment; the rest was bent in. ``normal`` (3,) or (n - 1, 3) of a flat section, one for all or one an element: the
-    direction at the start about which it bends with ``Section.across``; what of it lies along the chain does not count.
+    """One yarn as a chain of beams.
+
+    ``points`` (n, 3) [mm] are its shape at the start and the control points of its centre-line; ``part`` numbers the
+    part of the model. ``fail_strain`` and ``slack`` [-] of its elements are (n - 1,) or one for all. ``stretch`` [-] is
+    the true length over that of the polygon, for its mass. ``degree_of_set`` [-], (n - 1,) or one for all, is the share
+    of the curvature that is free of moment; the rest was bent in. ``normal`` of a flat section, (3,) for all elements
+    or (n - 1, 3), is the direction at the start about which it bends with ``Section.across``; its component along the
+    chain is ignored.
     """
 
     points: Array
@@ -73,7 +75,7 @@ class YarnContact:
     compaction: tuple[int, float] | None = None
 
     def law(self, radius: float, viscous: float) -> ContactLaw:
-        """Of yarns whose smallest radius is ``radius`` [mm], with ``viscous`` [N ms/mm]."""
+        """Contact law of yarns whose smallest radius is ``radius`` [mm], with ``viscous`` [N ms/mm]."""
         coefficients = [0.0, 0.0, 0.0]
         if self.compaction is not None:
             exponent, depth = self.compaction

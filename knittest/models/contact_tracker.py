@@ -51,7 +51,7 @@ def _used(contacts: Contacts, count: int) -> Contacts:
 
 @dataclass
 class YarnContactGroup:
-    """What the search needs, each (n_nodes,): radius and half piece length [mm], pieces along the same yarn that never
+    """Input of the search, each (n_nodes,): radius and half piece length [mm], pieces along the same yarn that never
     touch, where a spline piece is, chain numbers; ``node_cut`` first nodes of the partitions; ``law`` of all pairs.
     """
 

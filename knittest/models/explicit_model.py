@@ -39,7 +39,7 @@ class Stored:
 
 @dataclass
 class ExplicitModel(ABC):
-    """What the simulation needs of a model.
+    """Interface of a model for the simulation.
 
     ``mass`` [g], ``inertia`` [g mm^2] (n_nodes,), 0 where clamped; ``critical_step`` [ms] before the safety factor;
     ``added_mass`` [-] share added by mass scaling; ``wave_speed`` [mm/ms] of the pulled yarn;
@@ -103,14 +103,16 @@ class ExplicitModel(ABC):
 
     @abstractmethod
     def name_of(self, node: int) -> str:
-        """What ``node`` belongs to, for messages."""
+        """Name of the part that ``node`` belongs to, for messages."""
 
     def complaint(self, dt: float) -> str:
-        """What makes the present state unusable at time step ``dt`` [ms], naming the entity; empty if nothing."""
+        """Diagnose the present state at time step ``dt`` [ms]: what makes it unusable, naming the entity; empty if
+        nothing.
+        """
         return ""
 
     def state(self) -> State:
-        """Everything that a run changes; with it in a freshly built model, a run goes on with the same bits.
+        """State that a run changes, complete; with it in a freshly built model, a run goes on with the same bits.
 
         A model with more that changes adds its entries here and in :meth:`restore`.
         """

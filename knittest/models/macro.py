@@ -46,7 +46,7 @@ def build_strip(
 
 
 def self_contact(fabric: Fabric, macro: MacroModel, safety: float) -> SheetContact | None:
-    """How the fabric touches itself at ``safety`` times the critical step, None if it is not to."""
+    """Law of the fabric's contact with itself at ``safety`` times the critical step, None if it is not to."""
     return SheetContact(fabric.macro.kernel("self_friction"), safety=safety) if macro.self_contact else None
 
 

@@ -1,4 +1,4 @@
-"""What a run sums up of reactions and forces on tools, and its means."""
+"""Sums of a run over reactions and forces on tools, and its means."""
 
 from dataclasses import dataclass
 
@@ -34,7 +34,7 @@ class Readings:
 
     @classmethod
     def of(cls, row: Array, n_tools: int) -> "Readings":
-        """From the flat form that :func:`take_readings` gives."""
+        """Readings from the flat form that :func:`take_readings` gives."""
         tools = row[len(row) - 6 * n_tools :].reshape(2, n_tools, 3)
         return cls(row[: len(row) - 6 * n_tools], tools[0], tools[1])
 

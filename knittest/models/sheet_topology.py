@@ -1,4 +1,4 @@
-"""Which shells are neighbours: across edges, and within a distance along the sheet."""
+"""Neighbours of shells: across edges, and within a distance along the sheet."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -111,7 +111,7 @@ class SheetTracker:
 
     @property
     def arguments(self) -> tuple[SheetMesh, SheetContacts, int, SheetLaw]:
-        """What the kernel takes."""
+        """Arguments of the kernel."""
         return self.mesh, self.contacts, self.count, self.law
 
     def pressing(self) -> float:

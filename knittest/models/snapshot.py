@@ -48,6 +48,6 @@ def columns(rows: list[dict[str, float]]) -> State:
 
 
 def rows_of(state: Mapping[str, np.ndarray]) -> list[dict[str, float]]:
-    """What :func:`columns` was made of."""
+    """Rows that :func:`columns` was made of."""
     lists = {k: v.tolist() for k, v in state.items()}
     return [dict(zip(lists, values, strict=True)) for values in zip(*lists.values(), strict=True)]

@@ -19,8 +19,8 @@ SMALLEST, LARGEST = 0.5, 5000.0
 MARGIN = 3
 #: the grid begins off round numbers by this share of its spacing, so that its columns miss edges drawn along the axes
 SHIFT = np.array([0.3819660, 0.2360680, 0.0])
-#: distances up to so many spacings are those of the nearest triangle of all; farther ones of that of the nearest such
-#: sample, or of a neighbour's, asked so many times
+#: number of spacings within which a distance is that of the nearest triangle of all; beyond, of the triangle of the
+#: nearest such sample or of a neighbour of it; number of rounds in which neighbours are asked
 BAND, PASSES = 4.0, 2
 #: most triangles of a file, and the bytes that one takes in ASCII at most and in lines
 MOST_TRIANGLES, ASCII_BYTES, ASCII_LINES = 1_000_000, 500, 7

@@ -35,7 +35,7 @@ def constant(value: float) -> Table:
 
 
 def ramp(duration: float, value: float, knots: int = 64) -> Table:
-    """From 0 to ``value`` over ``duration`` [ms] by the quintic 10 u^3 - 15 u^4 + 6 u^5, then constant."""
+    """Ramp from 0 to ``value`` over ``duration`` [ms] by the quintic 10 u^3 - 15 u^4 + 6 u^5, then constant."""
     u = np.linspace(0.0, 1.0, knots + 1)
     smooth = u**3 * (10.0 - u * (15.0 - 6.0 * u))
     return Table(tuple(max(duration, 1e-9) * u), tuple(value * smooth))

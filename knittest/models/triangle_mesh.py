@@ -88,7 +88,7 @@ class TriangleMesh:
         return found
 
     def turned(self, which: NDArray[np.bool_] | None = None) -> "TriangleMesh":
-        """With all triangles, or those of ``which`` (m,), turned inside out."""
+        """Mesh with all triangles, or those of ``which`` (m,), turned inside out."""
         turn = np.ones(len(self.triangles), bool) if which is None else which
         return TriangleMesh(self.points, np.where(turn[:, None], self.triangles[:, ::-1], self.triangles))
 

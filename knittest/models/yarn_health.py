@@ -1,4 +1,6 @@
-"""What makes a model of yarns unusable: a collapsed beam, a yarn that passes another, a node too stiff for the step."""
+"""Faults that make a model of yarns unusable: a collapsed beam, a yarn that passes another, a node too stiff for the
+step.
+"""
 
 from typing import Protocol
 
@@ -15,7 +17,7 @@ Array = NDArray[np.float64]
 SHORTEST = 0.1
 #: distance of the centre-lines of a crossing over its reach below which one yarn is about to pass the other
 NEAREST = 0.1
-#: the stiffness changes with the contacts on a node, slowly, and costs most to look at: every so many looks
+#: the stiffness changes with the contacts on a node, slowly, and costs most to look at: number of looks between
 STIFFNESS_LOOKS = 4
 
 
@@ -53,7 +55,7 @@ class YarnHealth:
         self.farthest = float(model.group.radius.min()) / LEAST_STEPS
 
     def complaint(self, dt: float) -> str:
-        """What is wrong with the present state at time step ``dt`` [ms]; empty if nothing."""
+        """Diagnose the present state at time step ``dt`` [ms]; empty if nothing is wrong."""
         model = self.model
         if health.count_short_beams(model.nodes.position, model.beams.alive, model.beams.inv_length, SHORTEST):
             return self._collapsed()

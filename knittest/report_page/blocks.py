@@ -1,4 +1,4 @@
-"""What a page is made of: sections of blocks. Plain data without markup; the templates escape all of it."""
+"""Elements of a page: sections of blocks. Plain data without markup; the templates escape all of it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field

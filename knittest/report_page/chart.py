@@ -44,7 +44,7 @@ class Series:
 
 @dataclass(frozen=True)
 class Beside:
-    """What curves are shown beside."""
+    """References that curves are shown beside."""
 
     reference: ReferenceCurve | None = None
     source: str = ""  # of the reference and the end point

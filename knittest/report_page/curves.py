@@ -129,7 +129,7 @@ def _sized(beside: Beside, size: float) -> Beside:
 
 
 def _origin(references: Sequence[ReferenceCurve | None]) -> str:
-    """What the curves of the experiment are."""
+    """Sentence on the origin of the curves of the experiment."""
     told = {f"{r.source}: {r.kind}{'; ' + r.note if r.note else ''}" for r in references if r is not None}
     return f". Beside it: {'. '.join(sorted(told))}" if told else ""
 

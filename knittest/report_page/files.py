@@ -1,4 +1,4 @@
-"""What run folders hold, read so that a missing, broken or older part costs that part only."""
+"""Contents of run folders, read so that a missing, broken or older part costs that part only."""
 
 import io
 import json

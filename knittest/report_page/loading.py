@@ -44,11 +44,11 @@ class LoadedRun:
 
     @property
     def report(self) -> Report | None:
-        """How its test is shown."""
+        """Report of its test; ``None`` for an unknown one."""
         return REPORTS.get(self.rig)
 
     def setting(self, *path: str) -> Any:
-        """What config.yaml says at ``path``, ``None`` if nothing."""
+        """Setting of config.yaml at ``path``, ``None`` if nothing."""
         found: Any = self.config
         for part in path:
             found = found.get(part) if isinstance(found, dict) else None
@@ -81,7 +81,7 @@ def load_run(path: Path, number: int = 1) -> LoadedRun:
 
 
 def _swept(path: Path, manifest: Manifest) -> bool:
-    """Whether a run that did not complete lacks its results as it should."""
+    """Tell whether a run that did not complete lacks its results as it should."""
     return manifest.status not in ("", "completed") and not (path / "summary.json").exists()
 
 

@@ -113,7 +113,7 @@ def _raised(section: Section) -> Section:
 
 
 def target_file(paths: list[Path], out: Path | None) -> Path:
-    """Where the page on ``paths`` goes; raises :class:`InputError` for a file that is there and not a page."""
+    """Path of the page on ``paths``; raises :class:`InputError` for a file that is there and not a page."""
     target = out if out is not None else paths[0] / FILE if len(paths) == 1 else Path(f"knittest-{FILE}")
     if target.is_dir():
         raise InputError(f"--out {target}: is a folder, expected a file such as {target / FILE}")

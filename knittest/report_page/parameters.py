@@ -77,7 +77,7 @@ def leaves(fields: Any, at: Path = ()) -> Iterator[tuple[Path, Any]]:
 
 
 def is_quantity(value: Any) -> bool:
-    """Whether ``value`` is a number with its source."""
+    """Tell whether ``value`` is a number with its source."""
     return isinstance(value, Mapping) and "value" in value and "source" in value
 
 
@@ -121,7 +121,7 @@ def _row(run: LoadedRun, path: Path, quantity: Mapping[str, Any]) -> tuple[Cell,
 
 
 def _settings(run: LoadedRun) -> Iterator[tuple[str, list[tuple[Path, Any]]]]:
-    """Everything that is no quantity, by caption; the discretisation of the other scale has no part in the run."""
+    """Settings that are no quantities, by caption; the discretisation of the other scale has no part in the run."""
     other = {"macro": "meso", "meso": "macro"}.get(str(run.setting("model", "scale")))
     told = {path for path, _ in sourced(run)}
     found = [(p, v) for p, v in leaves(run.config) if p and p[:2] != ("model", other) and p not in told]

@@ -1,4 +1,4 @@
-"""How to repeat a run: commands, config, versions, hashes, seed."""
+"""Recipe to repeat a run: commands, config, versions, hashes, seed."""
 
 from knittest.base.errors import InputError
 from knittest.config.run import Run
@@ -52,7 +52,7 @@ def _provenance(run: LoadedRun) -> list[tuple[Cell, ...]]:
 
 
 def _changed(run: LoadedRun) -> list[str]:
-    """What no longer is as the run read it."""
+    """Inputs that are no longer as the run read them."""
     found, manifest = [], run.manifest
     known = {manifest.config_sha256, *(str(note.get("config_sha256")) for note in manifest.resumed)}
     if manifest.config_sha256 and run.config_text and sha256_text(run.config_text) not in known:

@@ -1,4 +1,4 @@
-"""What came out of a run: how it ended, results beside the experiment, and the metrics of its curve."""
+"""Outcome of a run: its end, results beside the experiment, and the metrics of its curve."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -1,4 +1,4 @@
-"""What is known of a test beside the run: what half its speed does, and the friction that nobody published."""
+"""Knowledge of a test beside the run: what half its speed does, and the friction that nobody published."""
 
 import math
 

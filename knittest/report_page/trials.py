@@ -1,4 +1,4 @@
-"""What pages on many trials share: links to their folders, wide tables in parts, where they ran."""
+"""Parts of pages on many trials: links to their folders, wide tables in pieces, the place where they ran."""
 
 import os
 import re

@@ -76,7 +76,7 @@ class Checkpoints:
             path.unlink(missing_ok=True)
 
     def finished(self, specimen: int) -> State | None:
-        """What was kept of a finished specimen, if it was."""
+        """State kept of a finished specimen; ``None`` if there is none."""
         path = self.folder / f"checkpoint-specimen-{specimen:04d}.npz"
         if not path.exists():
             return None

@@ -104,7 +104,7 @@ def _specimens(run: Run, progress: Progress, opened: Opened) -> list[Specimen]:
 
 
 def _log_overlaps(folder: RunFolder, specimen: int, overlaps: Overlaps) -> None:
-    """Which yarns overlap before the run."""
+    """Log the yarns that overlap before the run."""
     if overlaps.largest > 0.0:
         largest = round(100.0 * overlaps.largest, 3)
         folder.log("overlap", number=specimen, contacts=overlaps.count, largest_pct=largest, worst=overlaps.worst)
@@ -176,7 +176,7 @@ def _write(
     folder: RunFolder,
     options: RunOptions,
 ) -> None:
-    """Everything of the run folder; pictures and frames show the first specimen."""
+    """Write all files of the run folder; pictures and frames show the first specimen."""
     first, report = specimens[0], REPORTS[run.rig.kind]
     folder.write_curve(report.curve(specimens))
     folder.write_energies(first.history.energies)

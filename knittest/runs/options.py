@@ -6,8 +6,8 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class RunOptions:
-    """Where and how to report: output folder, threads, JSON on stdout, silence, VTU frames, pictures with the report
-    page; curves to compare with.
+    """Place and form of what a run reports: output folder, threads, JSON on stdout, silence, VTU frames, pictures with
+    the report page; curves to compare with.
     """
 
     out: Path | None = None

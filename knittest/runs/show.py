@@ -34,7 +34,7 @@ class Outcome(Protocol):
 
     @property
     def summary(self) -> Mapping[str, Any]:
-        """What ``summary.json`` holds."""
+        """Contents of ``summary.json``."""
 
     @property
     def quality(self) -> Quality:
@@ -46,7 +46,7 @@ class Outcome(Protocol):
 
     @property
     def folder(self) -> Path:
-        """Where its files are."""
+        """Folder of its files."""
 
 
 def results_table(outcomes: Sequence[Outcome], plus_minus: str = "±") -> list[tuple[str, ...]]:
@@ -106,7 +106,7 @@ def _looser(limit: Mapping[str, Any]) -> str:
 
 
 def curve_lines(outcome: Outcome) -> list[str]:
-    """What comparison.json says of the user's own curves, one line a curve."""
+    """Metrics of the user's own curves in comparison.json, one line a curve."""
     return [curve_line(metrics) for metrics in outcome.curves]
 
 

@@ -26,7 +26,7 @@ def prepare(run: Run, specimen: int = 0, phase: Phase | None = None) -> Prepared
 
 
 def threads_for(elements: int) -> int:
-    """Threads for a model of so many ``elements``: one for a small one, else those that were set."""
+    """Number of threads for a model of ``elements``: one for a small one, else those that were set."""
     return 1 if elements < SERIAL_BELOW else numba.get_num_threads()
 
 

@@ -39,7 +39,7 @@ def specimen_state(specimen: Specimen, frames: bool) -> State:
 
 
 def specimen_of(state: State) -> Specimen:
-    """What :func:`specimen_state` was made of."""
+    """Specimen that :func:`specimen_state` was made of."""
     plain = json.loads(str(entry(state, "plain")))
     arrays = {name: entry(state, f"mesh/{name}") for name in MESH_ARRAYS}
     mesh = Mesh(plain["kind"], part_names=tuple(plain["part_names"]), **arrays)

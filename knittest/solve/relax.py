@@ -35,7 +35,7 @@ SETTLED, SETTLING = 0.01, 4000
 
 @dataclass
 class Relaxation:
-    """How a static state was reached.
+    """Account of how a static state was reached.
 
     ``residual``: sum of out-of-balance forces (and moments over radii of gyration) over that of loads, of reactions
     where there are none, or of contacts where a model settles. ``history`` holds, a chunk, (steps,

@@ -1,4 +1,4 @@
-"""What a rig is: boundary motion, stop rule and channels; it owns no time loop."""
+"""Interface of a rig: boundary motion, stop rule and channels; it owns no time loop."""
 
 from typing import Protocol
 
@@ -25,4 +25,4 @@ class Rig(Protocol):
         """Curve columns at ``time`` [ms] from the means of the last steps."""
 
     def finished(self, force: float, peak: float, broken: bool) -> bool:
-        """Whether the test is over, with the force and its peak [N] and whether anything has failed."""
+        """Tell whether the test is over, with the force and its peak [N] and whether anything has failed."""

@@ -40,7 +40,7 @@ def kernels_of(run: Run) -> str:
 
 
 def compiled_before(kernels: str) -> bool:
-    """Whether the cache on disk holds all of ``kernels`` for this processor and these versions."""
+    """Tell whether the cache on disk holds all of ``kernels`` for this processor and these versions."""
     marker = _marker(kernels)
     return marker is not None and marker.is_file()
 

@@ -1,4 +1,4 @@
-"""What the commands that run tests do: a list of runs, one folder each, one table; started or gone on with."""
+"""Commands that run tests: a list of runs, one folder each, one table; started or gone on with."""
 
 import shlex
 import sys

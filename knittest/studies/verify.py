@@ -32,7 +32,7 @@ from knittest.studies.trials.trial import Trial, trial_of
 FOLDER = "verify"
 #: what tells that there are some, of a run that is completed itself
 REPEATS = f"{FOLDER}/{PATTERN}"
-#: wall seconds that a repeat may take: so many times those of the run, and never less than an hour
+#: wall seconds that a repeat may take: a multiple of those of the run, and never less than an hour
 PATIENCE, HOUR = 30.0, 3600.0
 #: ends of a repeat that stand: no other mesh fits, it would come to the same, or it takes too long
 ENDED = ("none", "timeout", *SETTLED)

@@ -25,8 +25,8 @@ RIM = 10.0
 
 @dataclass(frozen=True)
 class Placement:
-    """Where a file's body comes to lie: its highest point (``away`` = -1) or its lowest (1) at ``face`` [mm], with the
-    fabric, of extent ``blank`` [mm] in x and y, up to ``height`` [mm] from there on its other side.
+    """Place of a file's body: its highest point (``away`` = -1) or its lowest (1) at ``face`` [mm], with the fabric, of
+    extent ``blank`` [mm] in x and y, up to ``height`` [mm] from there on its other side.
     """
 
     face: float

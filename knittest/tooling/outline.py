@@ -125,7 +125,7 @@ def rectangle(length_x: float, length_y: float, radius: float) -> Outline:
 
 
 def _passed(off: Array, start: float, span: float) -> NDArray[np.bool_]:
-    """Whether the rays of an arc from the direction ``start`` over ``span`` [rad] pass ``off`` (n, 2) its centre."""
+    """Tell whether the rays of an arc from direction ``start`` over ``span`` [rad] pass ``off`` (n, 2) its centre."""
     if abs(span) >= 2.0 * pi:
         return np.ones(len(off), bool)
     bend, end, x, y = np.sign(span), start + span, off[:, 0], off[:, 1]
@@ -163,6 +163,6 @@ def _from_line(p: Array, begin: Array, end: Array) -> Array:
 
 
 def _distinct(points: Array, normals: Array) -> tuple[Array, Array]:
-    """Without points that repeat the one before, round the end."""
+    """Points and normals without those that repeat the one before, round the end."""
     gap = np.linalg.norm(points - np.roll(points, 1, axis=0), axis=1)
     return points[gap > 1e-9], normals[gap > 1e-9]

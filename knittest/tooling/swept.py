@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 #: sides of the meshes: length along the outline, and deepest chord under a rounded edge [mm]
 LONGEST, SAG = 1.5, 0.02
-#: grid of distances in plan: at most this [mm], and so many samples over the smallest radius, as far as so many will do
+#: grid of distances in plan: at most this [mm], and the number of samples over the smallest radius; most samples
 SPACING, PER_RADIUS, MOST_SAMPLES = 0.5, 16.0, 1e6
 #: samples beyond the rounded edge on every side [mm]
 MARGIN = 5.0
@@ -44,7 +44,7 @@ class SweptEdge:
 
     @property
     def reach(self) -> float:
-        """How far the rounded edge reaches over the face from the sharp one [mm]."""
+        """Reach of the rounded edge over the face from the sharp one [mm]."""
         return self.radius * (1.0 - sin(self.draft)) / cos(self.draft)
 
     def distance(self, points: Array) -> Array:
@@ -97,7 +97,7 @@ class SweptEdge:
         return plan if self.inside else self.offset - plan
 
     def _body_at(self, points: Array, edge: float, outer: Outline | None) -> NDArray[np.bool_]:
-        """Whether the body is at ``points`` (n, 2) of a height at which it ends at ``edge`` from the outline."""
+        """Tell whether the body is at ``points`` (n, 2) of a height at which it ends at ``edge`` from the outline."""
         distance = self.outline.distance(points)
         if outer is None:
             return distance < edge

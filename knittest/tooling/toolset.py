@@ -62,7 +62,7 @@ class ToolSet:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was mended in files."""
+        """Notes on what was mended in files."""
         return tuple(f"{name}: {note}" for name, tool in self.by_name.items() for note in tool.notes)
 
 

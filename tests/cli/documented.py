@@ -36,7 +36,7 @@ class Do:
     planned: str = ""
 
     def words(self, text: str) -> list[str]:
-        """What is run instead of ``text``."""
+        """Command that is run instead of ``text``."""
         for word, value in self.given.items():
             assert word in text, f"{word} is not in: {text}"
             text = text.replace(word, value)

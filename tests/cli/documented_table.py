@@ -1,4 +1,4 @@
-"""What test_documented.py does with each command of the pages. A command that is in none of these tables fails it."""
+"""Treatment of each command of the pages by test_documented.py. A command that is in none of these tables fails it."""
 
 from documented import Do
 

@@ -77,7 +77,7 @@ def started(*arguments, cwd) -> subprocess.Popen:
 
 
 def gone(pid: int) -> bool:
-    """Whether the process ends soon."""
+    """Tell whether the process ends soon."""
     end = time.monotonic() + 20.0
     while time.monotonic() < end and Path(f"/proc/{pid}").exists():
         time.sleep(0.05)

@@ -72,7 +72,7 @@ def test_documented_command(place, monkeypatch, text: str, do: Do):
 
 
 def _files(word: str) -> list[str]:
-    """What a shell makes of ``word``."""
+    """Expansion of ``word`` by a shell."""
     return sorted(map(str, Path().glob(word))) if "*" in word else [word]
 
 

@@ -35,7 +35,7 @@ def command(line: str) -> None:
 
 
 def _files(word: str) -> list[str]:
-    """What a shell makes of ``word``."""
+    """Expansion of ``word`` by a shell."""
     return sorted(map(str, Path().glob(word))) if "*" in word else [word]
 
 

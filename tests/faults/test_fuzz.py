@@ -104,12 +104,12 @@ def place(tmp_path_factory) -> Path:
 
 @pytest.fixture(scope="module", autouse=True)
 def imported():
-    """What is imported and built once counts neither as time nor as memory of a case."""
+    """Import and build once what counts neither as time nor as memory of a case."""
     resolve(variant="1")
 
 
 def read_or_refused(path: Path, raw: bytes, read: Callable[[Path], object]) -> object:
-    """What ``read`` makes of the bytes, or ``None`` if it refuses them; within time and memory."""
+    """Result of ``read`` on the bytes, or ``None`` if it refuses them; within time and memory."""
     path.write_bytes(raw)
     before, start = peak_memory(), time.process_time()  # of this process, as others may be busy
     try:

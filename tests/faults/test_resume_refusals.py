@@ -1,4 +1,4 @@
-"""What ``knittest resume`` refuses, what it admits by force, and what a full disk leaves behind; in this process."""
+"""Refusals of ``knittest resume``, what it admits by force, and what a full disk leaves behind; in this process."""
 
 import errno
 import json

@@ -23,7 +23,7 @@ def write(path, corners):
 
 
 def sparse(path, triangles: int):
-    """A binary file of so many triangles that takes no room on the disk."""
+    """A binary file of a given number of ``triangles`` that takes no room on the disk."""
     path.write_bytes(b" " * 80 + np.uint32(triangles).tobytes())
     with path.open("rb+") as stream:
         stream.truncate(84 + 50 * triangles)

@@ -40,7 +40,7 @@ def meanwhile(act) -> threading.Thread:
 
 
 def gone(pid: int, seconds: float = 20.0) -> bool:
-    """Whether the process ends within ``seconds``."""
+    """Tell whether the process ends within ``seconds``."""
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         state = Path(f"/proc/{pid}/stat")

@@ -25,7 +25,7 @@ needs_browser = pytest.mark.skipif(BROWSER is None, reason="no chromium or chrom
 
 
 def seen_on_a_phone(page: Path, folder: Path) -> dict[str, Any]:
-    """What a reader of ``page`` sees on a screen 390 pixels wide; files of the browser go to ``folder``."""
+    """View of ``page``, as a reader has it, on a screen 390 pixels wide; files of the browser go to ``folder``."""
     (folder / "frame.html").write_text(FRAME.format(page=page.resolve().as_uri()))
     dom = browse(folder, "--dump-dom", (folder / "frame.html").as_uri())
     seen: dict[str, Any] = json.loads(dom.partition("<title>")[2].partition("</title>")[0].replace("&quot;", '"'))

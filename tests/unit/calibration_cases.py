@@ -73,5 +73,5 @@ def outcome(folder: Path) -> dict:
 
 
 def values(folder: Path) -> np.ndarray:
-    """What was found (n,)."""
+    """Values that were found (n,)."""
     return np.array([row["value"] for row in outcome(folder)["parameters"]])

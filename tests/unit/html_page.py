@@ -92,5 +92,5 @@ class HtmlPage:
 
 
 def near(value: float, numbers: list[float]) -> bool:
-    """Whether ``value`` is among ``numbers``."""
+    """Tell whether ``value`` is among ``numbers``."""
     return any(math.isclose(value, n, rel_tol=1e-12) for n in numbers)

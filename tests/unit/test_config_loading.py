@@ -1,4 +1,4 @@
-"""How fabric file, config file, preset, options and ``--set`` go over each other."""
+"""Precedence of fabric file, config file, preset, options and ``--set``."""
 
 import pytest
 

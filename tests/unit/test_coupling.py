@@ -90,7 +90,7 @@ def test_a_softened_laminate_is_coupled_by_its_share():
 
 @pytest.mark.parametrize("coupling", [15.0, -30.0])
 def test_two_uncoupled_stiffnesses_bound_two_coupled_ones(coupling):
-    """What is left of the bound is never negative, and nothing in one direction."""
+    """The rest of the bound is never negative, and nothing in one direction."""
     bound = np.diag(shell_step._with_coupling([100.0, 40.0], coupling))
     rest = np.linalg.eigvalsh(bound - np.array([[100.0, coupling], [coupling, 40.0]]))
     assert rest[0] == pytest.approx(0.0, abs=1e-9)

@@ -117,7 +117,7 @@ def test_friction_opposes_the_slide():
 
 
 def test_work_of_friction_is_spring_and_loss():
-    """There and back: minus the work of the mean force on the slide = energy in the spring + loss, to round-off."""
+    """Minus the work of the mean force on a slide there and back = energy in the spring + loss, to round-off."""
     steps = 1e-3 * np.concatenate([np.full(120, 1.0), np.full(150, -1.0), np.full(7, 1.0)])
     forces, springs, loss = slide(steps)
     mean = 0.5 * (forces[:, 1] + np.concatenate([[0.0], forces[:-1, 1]]))

@@ -1,4 +1,4 @@
-"""What a page shows beside a run: the shipped studies of speed and of yarn-yarn friction."""
+"""Studies that a page shows beside a run: the shipped studies of speed and of yarn-yarn friction."""
 
 from pathlib import Path
 

@@ -71,7 +71,7 @@ class Ticking:
 
 
 def timed(monkeypatch, seconds: float, broken_at: int = 10**9) -> timing._Brief:
-    """Estimate when each sample takes so many seconds and the specimen fails at sample ``broken_at``."""
+    """Estimate when each sample takes ``seconds`` of wall time and the specimen fails at sample ``broken_at``."""
     now = [0.0]
     monkeypatch.setattr(timing, "clock", SimpleNamespace(perf_counter=lambda: now[0]))
     brief = timing._Brief(Ticking())

@@ -41,7 +41,7 @@ def reference(name="shear_force_n", factor=1.0, end=40.0):
 @pytest.mark.parametrize(("name", "factor"), [("shear_force_n", 1.0), (NORMALISED, 0.01)])
 @pytest.mark.parametrize("angle", [ANGLE, TURNING])
 def test_the_force_of_that_name_and_only_the_first_loading_is_compared(name, factor, angle):
-    """Force and normalised force each meet their own column; ways back and repeated ones do not count."""
+    """Force and normalised force each meet their own column; ways back and repeated ones are left out."""
     found = compare_columns(columns(angle), reference(name, factor, end=44.0))
     assert found["range_shear_angle_deg"] == [5.0, 44.0]  # before it a frame is starting
     at = found[f"{name}_at_deg"]

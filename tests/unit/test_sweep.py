@@ -1,4 +1,4 @@
-"""From a sweep file to its runs: what multiplies, what is drawn, what is refused and where."""
+"""Way of a sweep file to its runs: what multiplies, what is drawn, what is refused and where."""
 
 from dataclasses import replace
 

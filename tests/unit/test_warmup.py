@@ -1,4 +1,4 @@
-"""What a user is told about compilation."""
+"""Messages to the user about compilation."""
 
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from knittest.solve import warmup
 
 @pytest.fixture
 def said(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
-    """What warming the macro kernels says, without compiling anything."""
+    """Messages on warming the macro kernels, without compiling anything."""
     monkeypatch.setattr(warmup, "CODE_FOLDER", tmp_path)
     for name in ("_exercise", "_compile_apart"):
         monkeypatch.setattr(warmup, name, lambda _: None)

@@ -151,7 +151,7 @@ def test_normals_of_the_kernel_are_gradients_of_the_distance(name):
 
 
 def test_the_gap_at_full_depth_is_the_clearance(shaped):
-    """Where the stamp, moved down, passes the die's face: across from wall to wall, 8 mm along the level."""
+    """Place where the stamp, moved down, passes the die's face: across from wall to wall, 8 mm along the level."""
     stamp_wall = 75.0 + DEPTH * tan(radians(2.0))
     moved = np.array([[0.0, stamp_wall, 0.5 * THICKNESS + DEPTH]])
     assert shaped.stamp.distance(moved) == pytest.approx([0.0], abs=1e-12)

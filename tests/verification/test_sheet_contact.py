@@ -76,9 +76,9 @@ def test_a_fold_pressed_flat_keeps_its_layers_apart():
 
 
 def test_a_fold_that_snaps_shut_keeps_its_energy():
-    """How it snaps, and into which of its shapes, hangs on rounding, which differs between compilations: the
-    median over five dampings is judged. Over them the error is 1.3 to 3.5 % at 0.45 of the critical step, 0.6 to 1.7 %
-    at 0.3, 0.8 to 1.4 % at 0.225.
+    """The snap, and the shape it ends in, depend on rounding, which differs between compilations: the median over five
+    dampings is judged. Over them the error is 1.3 to 3.5 % at 0.45 of the critical step, 0.6 to 1.7 % at 0.3, 0.8 to
+    1.4 % at 0.225.
     """
     dampings = (1.8, 1.9, 2.0, 2.1, 2.2)
     errors = [folds.pressed_fold(gap=3.98, damping=d, safety=0.3)[1]["energy_error"] for d in dampings]

@@ -80,13 +80,13 @@ class Mounting:
         return float(np.linalg.lstsq(basis, drop[near], rcond=None)[0][0])
 
     def ring_time(self, wave_speed: float) -> float:
-        """Nothing rings at rest."""
+        """Any time [ms]: nothing rings at rest."""
         return 1.0
 
     def channels(self, time: float, readings: Readings) -> dict[str, float]:
-        """There is no time at rest."""
+        """No channels: there is no time at rest."""
         return {}
 
     def finished(self, force: float, peak: float, broken: bool) -> bool:
-        """There is no time at rest."""
+        """True at once: there is no time at rest."""
         return True

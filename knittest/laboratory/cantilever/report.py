@@ -44,7 +44,7 @@ class CantileverReport(NoSize):
     axes = CurveAxes("steps", "residual", "relaxation steps", "out of balance, share of the weight", logarithmic=True)
 
     def levels(self, run: CantileverRun) -> list[Level]:
-        """What counts as rest."""
+        """Residual below which the strip is at rest."""
         return [Level(_tolerance(run), "tolerance of the residual")]
 
     def gates(self, run: CantileverRun) -> list[Gate]:
@@ -61,7 +61,7 @@ class CantileverReport(NoSize):
         return [_for_plane(row, run) if row.quantity == "overhang_mm" else row for row in rows]
 
     def reference_curve(self, run: CantileverRun) -> ReferenceCurve | None:
-        """There is no curve."""
+        """No curve is published."""
         return None
 
     def curve(self, specimens: list[Specimen]) -> Columns:

@@ -1,4 +1,4 @@
-"""What the results of forming are read from: the mid-surface of the blank over its tools."""
+"""Source of the results of forming: the mid-surface of the blank over its tools."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""Whether every warp still lies on its side of the wefts that it crosses."""
+"""Order of the layers: every warp on its side of the wefts that it crosses, or not."""
 
 import numpy as np
 from numpy.typing import NDArray

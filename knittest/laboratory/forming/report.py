@@ -44,7 +44,7 @@ class FormingReport(NoSize):
         return [Level(force, f"force on the blank holder: {force:g} N")] if force > 0.0 else []
 
     def gates(self, run: FormingRun) -> list[Gate]:
-        """Those of every test, and how deep nodes are in tools."""
+        """Standard gates, and the depth of nodes in tools."""
         depth = Gate(
             "deepest penetration of a tool", "results", "tool_penetration_max_um", allowed_depth(run), unit="um"
         )

@@ -35,7 +35,7 @@ class FrictionReport(NoSize):
     axes = CurveAxes("displacement_mm", "pull_force_n", "travel of the clamp [mm]", "pull force [N]")
 
     def scaled(self, run: FrictionRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
-        """As they are; raises :class:`InputError` for a pull force under another normal force than the run's."""
+        """Values as they are; raises :class:`InputError` for a pull force under another normal force than the run's."""
         normal = run.rig.kernel("normal_force")
         for row in rows:
             tested = row.conditions.normal_force_n
@@ -48,7 +48,9 @@ class FrictionReport(NoSize):
         return list(rows)
 
     def matched(self, run: FrictionRun, curve: ReferenceCurve) -> ReferenceCurve:
-        """As it is; raises :class:`InputError` for one under another normal force than the run's, or an unknown one."""
+        """Curve as it is; raises :class:`InputError` for one under another normal force than the run's, or an unknown
+        one.
+        """
         normal, tested = run.rig.kernel("normal_force"), curve.conditions.normal_force_n
         if tested is None or not same(tested, normal):
             stated = "an unknown normal force" if tested is None else f"{tested:g} N"
@@ -69,7 +71,7 @@ class FrictionReport(NoSize):
         return levels
 
     def gates(self, run: FrictionRun) -> list[Gate]:
-        """Those of every test, and the force that presses the plates."""
+        """Standard gates, and the force that presses the plates."""
         return [
             *energy_gates(run),
             Gate("normal force off", "results", "normal_force_error_pct", 100.0 * FORCE_TOLERANCE),

@@ -59,11 +59,11 @@ class PictureFrameReport:
     )
 
     def levels(self, run: PictureFrameRun) -> list[Level]:
-        """There is none."""
+        """No level is drawn."""
         return []
 
     def gates(self, run: PictureFrameRun) -> list[Gate]:
-        """Those of every test."""
+        """Standard gates."""
         return energy_gates(run)
 
     def scaled(self, run: PictureFrameRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
@@ -172,7 +172,7 @@ def _other_friction(run: PictureFrameRun, as_normalised: bool) -> list[Line]:
 
 
 def _range(curves: list[ReferenceCurve]) -> list[Band]:
-    """What lies between the references, where all of them are."""
+    """Band between the references, where all of them are."""
     low, high = max((c.x[0] for c in curves), default=0.0), min((c.x[-1] for c in curves), default=0.0)
     if len(curves) < 2 or not high > low:
         return []

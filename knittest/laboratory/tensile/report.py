@@ -41,11 +41,11 @@ class TensileReport:
     axes = CurveAxes("strain_pct", "force_n", "strain [%]", "force [N]", "force_mean_n", "force_sd_n")
 
     def levels(self, run: TensileRun) -> list[Level]:
-        """There is none."""
+        """No level is drawn."""
         return []
 
     def gates(self, run: TensileRun) -> list[Gate]:
-        """Those of every test."""
+        """Standard gates."""
         return energy_gates(run)
 
     def scaled(self, run: TensileRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:

@@ -46,7 +46,7 @@ class Estimate:
         return (self.rest_s + self.steps * self.step_s) * self.specimens
 
     def text(self) -> str:
-        """As a sentence."""
+        """Estimate as a sentence."""
         all_of = f", {self.specimens} specimens" if self.specimens > 1 else ""
         return (
             f"about {_rounded(self.seconds)} for {self.steps} steps expected{all_of}, {self.threads} "

@@ -1,4 +1,4 @@
-"""What ``knittest batch`` does: plan, run what is left, write table and picture."""
+"""Command ``knittest batch``: plan, run what is left, write table and picture."""
 
 import fcntl
 from collections import Counter
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class BatchOptions:
-    """Where a batch runs and what it leaves; ``shard`` (i, n) takes the i-th of n shares, from 1."""
+    """Place of a batch and the files it leaves; ``shard`` (i, n) takes the i-th of n shares, from 1."""
 
     out: Path | None = None
     workers: int | None = None
@@ -80,7 +80,7 @@ def _folder(path: Path, out: Path | None) -> Path:
 
 
 def _share(trials: Sequence[Trial], shard: tuple[int, int] | None) -> list[Trial]:
-    """Distinct trials of the shard: every n-th by key, which spreads dear ones evenly."""
+    """Distinct trials of the shard: every n-th by key, which spreads expensive ones evenly."""
     distinct = {trial.key: trial for trial in trials}
     if shard is None:
         return list(distinct.values())

@@ -34,7 +34,7 @@ _TONES: dict[str, Tone] = {"completed": "good", OPEN: "warn"}
 
 
 def is_sweep(folder: Path) -> bool:
-    """Whether ``folder`` is that of a sweep with a table."""
+    """Tell whether ``folder`` is that of a sweep with a table."""
     return (folder / SWEEP).is_file() and (folder / TABLE).is_file()
 
 

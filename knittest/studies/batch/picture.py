@@ -199,7 +199,7 @@ def _field_axis(axes: "Axes", field: str, table: "DataFrame", scale: _Scale) -> 
 
 
 def _marks(groups: list[_Group], table: "DataFrame", results: list[str], lost: "DataFrame") -> "list[Line2D]":
-    """What the legend explains."""
+    """Entries of the legend."""
     from matplotlib.lines import Line2D
 
     def mark(label: str, colour: str, **look: Any) -> Line2D:

@@ -1,4 +1,4 @@
-"""From a sweep to its runs."""
+"""Plan of a sweep: its runs."""
 
 import itertools
 import math
@@ -68,7 +68,7 @@ class Plan:
 
     @property
     def swept(self) -> list[Swept]:
-        """What changes from run to run."""
+        """Fields that change from run to run."""
         sample = self.sweep.sample
         log = {n for n, one in sample.fields.items() if one.kind == "log-uniform"} if sample else set()
         log |= {name for name, one in self.sweep.range.items() if one.spacing == "log"}

@@ -1,4 +1,4 @@
-"""What ``knittest calibrate`` does: pose the problem, search, judge, write."""
+"""Command ``knittest calibrate``: pose the problem, search, judge, write."""
 
 import json
 import sys
@@ -56,7 +56,7 @@ SEARCHES: dict[str, Search] = {
 
 @dataclass(frozen=True)
 class CalibrateOptions:
-    """Where a calibration runs and what it says; ``storage`` goes before that of the file."""
+    """Place of a calibration and what it reports; ``storage`` goes before that of the file."""
 
     out: Path | None = None
     workers: int | None = None

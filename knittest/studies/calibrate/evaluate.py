@@ -22,7 +22,7 @@ class Exhausted(KnittestError):
 
 @dataclass(frozen=True)
 class Evaluation:
-    """What came of the tests at ``values``; ``reason`` says why there is no number, and is empty where there is one.
+    """Outcome of the tests at ``values``; ``reason`` says why there is no number, and is empty where there is one.
 
     ``simulated`` is that of each target and ``deviations`` (m,) are over sd, a number one, a curve several;
     ``weights`` (m,). ``records`` are by test.
@@ -38,7 +38,7 @@ class Evaluation:
 
     @property
     def good(self) -> bool:
-        """Whether there are numbers."""
+        """Tell whether there are numbers."""
         return self.deviations is not None
 
     @property
@@ -51,7 +51,7 @@ class Evaluation:
 
 
 class Evaluator(Protocol):
-    """What the searches ask."""
+    """Interface that the searches ask for evaluations."""
 
     problem: Problem
     history: list[Evaluation]

@@ -1,4 +1,4 @@
-"""How well the targets determine what was found: sensitivities, intervals, warnings."""
+"""Certainty of the parameters that the targets determine: sensitivities, intervals, warnings."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -36,7 +36,7 @@ class Found:
 
 @dataclass(frozen=True)
 class Judgement:
-    """What is known of every parameter, and ``warnings``."""
+    """Findings on every parameter, and ``warnings``."""
 
     found: list[Found]
     warnings: list[str]
@@ -50,7 +50,7 @@ def judge(evaluator: Evaluator, best: Evaluation) -> Judgement:
 
 
 def judgement(parameters: Sequence[Parameter], values: tuple[float, ...], slopes: Array, noise: float) -> Judgement:
-    """From ``slopes`` (m, n): change of the residuals over the whole bounds of each parameter.
+    """Covariance from ``slopes`` (m, n): change of the residuals over the whole bounds of each parameter.
 
     The covariance is (J' J)^-1 with J of residuals and priors over their sd, which is that of the values that single
     specimens would lead to.

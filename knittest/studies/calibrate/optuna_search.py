@@ -119,7 +119,7 @@ def _lost_as(evaluation: Evaluation) -> "TrialState":
 
 
 def _met(evaluator: Evaluator) -> bool:
-    """Whether a point meets all targets, and no prior pulls elsewhere."""
+    """Tell whether a point meets all targets, and no prior pulls elsewhere."""
     tolerance = evaluator.problem.calibration.tolerance
     if any(p.prior for p in evaluator.problem.parameters):
         return False

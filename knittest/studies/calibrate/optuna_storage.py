@@ -95,7 +95,7 @@ def open_study(problem: Problem, storage: "RDBStorage", folder: Path) -> "Study"
 
 
 def shown_url(storage: "RDBStorage") -> str:
-    """Its URL without a password."""
+    """URL of ``storage`` without a password."""
     return _shown(storage.engine.url)
 
 

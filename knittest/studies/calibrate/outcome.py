@@ -1,4 +1,4 @@
-"""What a calibration came to, as calibration.json holds it."""
+"""Outcome of a calibration, as calibration.json holds it."""
 
 import math
 from collections import Counter
@@ -34,7 +34,7 @@ class Outcome:
 
     @property
     def converged(self) -> bool:
-        """Whether the search came to its end and its result may be used."""
+        """Tell whether the search came to its end and its result may be used."""
         return not self.failure
 
     @property
@@ -131,7 +131,7 @@ def _evaluation(one: Evaluation) -> dict[str, Any]:
 
 
 def report_lines(outcome: Outcome) -> list[str]:
-    """What the command says at its end."""
+    """Lines that the command prints at its end."""
     lines = [f"{'converged' if outcome.converged else 'not converged: ' + outcome.failure} ({outcome.runs} runs)"]
     for parameter, row in zip(outcome.problem.parameters, parameter_rows(outcome), strict=True):
         if row["value"] is not None:

@@ -20,7 +20,7 @@ CALIBRATION, PICTURE, COPY = "calibration.json", "convergence.png", "calibration
 
 
 def is_calibration(folder: Path) -> bool:
-    """Whether ``folder`` is that of a calibration that came to an end."""
+    """Tell whether ``folder`` is that of a calibration that came to an end."""
     return (folder / CALIBRATION).is_file()
 
 

@@ -104,7 +104,7 @@ def _start(one: file.Parameter, here: Quantity | float | None) -> float:
 
 
 def current(path: KeyPath, runs: Sequence[Run]) -> Quantity | float | None:
-    """What the first run that has ``path`` has there; ``None`` for anything but a number."""
+    """Number at ``path`` in the first run that has it; ``None`` for anything but a number."""
     for run in runs:
         if place(path, run.rig.kind) is None:
             continue

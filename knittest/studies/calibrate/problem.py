@@ -1,4 +1,4 @@
-"""From a calibration file to its parameters, tests and targets."""
+"""Problem of a calibration file: its parameters, tests and targets."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -37,7 +37,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Problem:
-    """What a calibration looks for and how it is judged."""
+    """Parameters, tests and targets of a calibration."""
 
     name: str
     calibration: file.Calibration
@@ -60,7 +60,7 @@ class Problem:
 
     @property
     def root_hindrance(self) -> str:
-        """Why no root can be looked for; empty if one can."""
+        """Reason why no root can be looked for; empty if one can."""
         if len(self.parameters) != 1 or len(self.targets) != 1 or not isinstance(self.targets[0], Number):
             return "it takes one parameter, and one number as target"
         return "a prior has no place in it" if self.parameters[0].prior else ""

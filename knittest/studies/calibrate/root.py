@@ -15,7 +15,7 @@ MOST_STEPS = 60
 
 
 class _Lost(Exception):
-    """There is no number at a position."""
+    """Signal that there is no number at a position."""
 
 
 class _Search:

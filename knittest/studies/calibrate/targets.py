@@ -1,4 +1,4 @@
-"""What a calibration wants a test to come to, and how far a finished trial is from it, in standard deviations."""
+"""Targets of a calibration, and the distance of a finished trial from them in standard deviations."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -141,7 +141,7 @@ def _derived(value: float, ref: str) -> dict[str, Any]:
 
 
 def _story(card: Card, kind: str, direction: Direction | None = None) -> str:
-    """Which run a number comes from."""
+    """Sentence on the run that a number comes from."""
     piece = next(p for p in PIECES if (p.kind, p.direction) == (kind, direction))
     test = card.tests[piece]
     run = test.run

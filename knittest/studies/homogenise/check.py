@@ -30,7 +30,7 @@ class Row:
 
     @property
     def within(self) -> bool:
-        """Whether it is met."""
+        """Tell whether the deviation is within :data:`TOLERANCE`."""
         return abs(self.deviation) <= TOLERANCE
 
 

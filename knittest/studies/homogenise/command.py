@@ -1,4 +1,4 @@
-"""What ``knittest homogenise`` does: tests of yarns, a card of the shells, tests of shells with it, a table of both."""
+"""Command ``knittest homogenise``: tests of yarns, a card of the shells, tests of shells with it, a table of both."""
 
 import sys
 from contextlib import suppress
@@ -26,7 +26,7 @@ RESULT, PICTURE, REQUEST = "homogenise.json", "homogenise.png", "command.txt"
 
 @dataclass(frozen=True)
 class HomogeniseOptions:
-    """Where a homogenisation runs, how long [s] a test of it may take, and what it says."""
+    """Place of a homogenisation, the time [s] that a test of it may take, and what it reports."""
 
     out: Path | None = None
     workers: int | None = None

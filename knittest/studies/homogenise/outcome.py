@@ -1,4 +1,4 @@
-"""What a homogenisation came to, as homogenise.json holds it and the command says it."""
+"""Outcome of a homogenisation, as homogenise.json holds it and the command prints it."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
@@ -15,7 +15,7 @@ from knittest.studies.trials.trial import code_digest
 
 @dataclass(frozen=True)
 class Ended:
-    """What became of one run: ``scale`` yarns or shells, ``name`` of its test."""
+    """End of one run: ``scale`` yarns or shells, ``name`` of its test."""
 
     scale: str
     name: str
@@ -35,14 +35,14 @@ class Outcome:
 
     @property
     def status(self) -> str:
-        """In words."""
+        """Status in words."""
         if self.failure:
             return "no card"
         return "reproduced" if self.within else "not reproduced"
 
     @property
     def within(self) -> bool:
-        """Whether shells with the card reproduce the yarns."""
+        """Tell whether shells with the card reproduce the yarns."""
         return not self.failure and bool(self.rows) and all(row.within for row in self.rows)
 
     @property
@@ -79,7 +79,7 @@ def _run(one: Ended) -> dict[str, Any]:
 
 
 def report_lines(outcome: Outcome) -> list[str]:
-    """What the command says at its end."""
+    """Lines that the command prints at its end."""
     lines = [f"  {one.name} of {one.scale} {_brief(one.record)}" for one in outcome.ended if _lost(one.record)]
     lines += looser_note(one.record for one in outcome.ended)
     if outcome.failure:

@@ -25,7 +25,7 @@ class Piece:
 
     @property
     def name(self) -> str:
-        """Such as ``tensile warp``."""
+        """Name such as ``tensile warp``."""
         return f"{self.kind} {self.direction or ''}".strip()
 
 
@@ -40,7 +40,7 @@ PIECES = (
 
 @dataclass(frozen=True)
 class Request:
-    """Which fabric is homogenised, and how its yarns are modelled; as the options of the command say it.
+    """Fabric to be homogenised and the model of its yarns, as the options of the command give them.
 
     ``sets`` are ``key.path=value`` for all tests, or ``TEST.key.path=value`` for those of a kind.
     """
@@ -119,7 +119,7 @@ def overhang(run: Run) -> float:
 
 
 def _settings(texts: Sequence[str], piece: Piece) -> list[Setting]:
-    """Those of ``texts`` that are for ``piece``."""
+    """Settings among ``texts`` that are for ``piece``."""
     kinds = {one.kind for one in PIECES}
     found = []
     for text in texts:

@@ -42,7 +42,7 @@ class Curve(_Stored):
 
 
 class Entry(_Stored):
-    """What a run came to, and with which code (commit), when and on which processor."""
+    """Result of a run, with the code (commit), time and processor that gave it."""
 
     commit: str | None
     date: str
@@ -107,7 +107,7 @@ def points(run: Run, folder: Path) -> tuple[Array, Array]:
 
 
 def has_curve(run: Run) -> bool:
-    """Whether the test has a curve of a physical quantity; relaxation to rest has none."""
+    """Tell whether the test has a curve of a physical quantity; relaxation to rest has none."""
     return not REPORTS[run.rig.kind].axes.logarithmic
 
 
@@ -132,7 +132,7 @@ def renewed(baseline: Baseline, entries: Mapping[str, Entry]) -> Baseline:
 
 
 def difference(name: str, old: Entry | None, new: Entry) -> str:
-    """What the entry ``name`` was before, in a line: the number that changed most."""
+    """Former entry ``name`` in a line: the number that changed most."""
     if old is None:
         return f"{name}: new"
     both = [(k, old.results[k], v) for k, v in new.results.items() if old.results.get(k)]

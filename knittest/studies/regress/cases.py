@@ -57,7 +57,7 @@ class Case:
         return (*published, 4) if self.variant == "1" else tuple(published)
 
     def trial(self) -> Trial:
-        """Its trial, with the code and data that are here now."""
+        """Trial of this case, with the code and data that are here now."""
         run = resolve(
             test=self.test, variant=self.variant, scale=self.scale, direction=self.direction, preset=self.preset,
             sets=(*SETS.get(self.test, ()), *self.sets),
@@ -70,7 +70,7 @@ def _strips(test: str, scale: Scale, preset: Preset) -> Iterator[Case]:
         yield Case(test, scale, variant, direction, preset)
 
 
-#: dear ones first, so that no worker is left alone with one at the end
+#: expensive ones first, so that no worker is left alone with one at the end
 LEVELS: dict[Level, tuple[Case, ...]] = {
     "quick": (
         Case("forming", "macro", "1", None, "quick", ("rig.blank_holder_force=100",), "100n"),

@@ -1,4 +1,4 @@
-"""What ``knittest regress`` does: run what is left, judge, compare with the baseline, write."""
+"""Command ``knittest regress``: run what is left, judge, compare with the baseline, write."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -27,8 +27,8 @@ LEDGER, RESULT = "ledger.jsonl", "regress.json"
 
 @dataclass(frozen=True)
 class RegressOptions:
-    """What to run, where, and what to leave; ``table`` None is both, ``limit_sd`` what predicted and tuned rows may
-    deviate, ``baseline`` None the shipped file.
+    """Runs of a regression, their place and the files to leave; ``table`` None is both, ``limit_sd`` what predicted and
+    tuned rows may deviate, ``baseline`` None the shipped file.
     """
 
     table: Table | None = None

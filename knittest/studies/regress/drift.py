@@ -55,7 +55,7 @@ class Change:
 
     @property
     def passed(self) -> bool:
-        """Whether the change is within its limit; one that is no number is not."""
+        """Tell whether the change is within its limit; one that is no number is not."""
         return abs(self.change) <= self.limit
 
     def __str__(self) -> str:
@@ -67,7 +67,7 @@ class Change:
 
 @dataclass(frozen=True)
 class Drift:
-    """What changed of a case since ``entry``, None where the baseline has none; ``problem``: nothing to compare."""
+    """Changes of a case since ``entry``, None where the baseline has none; ``problem``: nothing to compare."""
 
     case: Case
     entry: Entry | None
@@ -76,12 +76,12 @@ class Drift:
 
     @property
     def reasons(self) -> list[str]:
-        """What is out of tolerance."""
+        """Changes that are out of tolerance."""
         return [self.problem] if self.problem else [str(change) for change in self.changes if not change.passed]
 
     @property
     def passed(self) -> bool:
-        """Whether nothing is out of tolerance; a case without a stored entry is not judged."""
+        """Tell whether nothing is out of tolerance; a case without a stored entry is not judged."""
         return not self.reasons
 
     @property

@@ -40,7 +40,7 @@ class Row:
 
     @property
     def passed(self) -> bool:
-        """Whether nothing is wrong with it."""
+        """Tell whether the row passes: no reason speaks against it."""
         return not self.reason
 
 
@@ -78,7 +78,7 @@ def _judge(scale: Scale, kind: RowKind, simulated: float, value: PublishedValue,
 
 
 def no_result(record: Record) -> str:
-    """Why a run gave no number."""
+    """Reason why a run gave no number."""
     if record.status == "completed":
         return "the run has no such result"
     return f"the run {record.status}: {record.reason}" if record.reason else f"the run {record.status}"

@@ -41,12 +41,12 @@ class Outcome:
         return OutOfTolerance.exit_code if self.failures else 0
 
     def tally(self, kind: RowKind) -> tuple[int, int]:
-        """How many rows of ``kind`` pass, and how many there are."""
+        """Number of rows of ``kind`` that pass, and of all of them."""
         rows = [row for row in self.rows if row.kind == kind]
         return sum(row.passed for row in rows), len(rows)
 
     def to_dict(self) -> dict[str, Any]:
-        """As plain data; its keys are a contract."""
+        """Outcome as plain data; its keys are a contract."""
         return {
             "passed": self.exit_code == 0,
             "exit_code": self.exit_code,

@@ -1,4 +1,4 @@
-"""What ``knittest speed-study`` does: run each test at its speed and at half of it, write the table."""
+"""Command ``knittest speed-study``: run each test at its speed and at half of it, write the table."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ SCALES = ("macro", "meso")
 
 @dataclass(frozen=True)
 class StudyOptions:
-    """What to run and where to; ``tests`` and ``scales`` may be any of :data:`TESTS` and :data:`SCALES`."""
+    """Tests to run and their folder; ``tests`` and ``scales`` may be any of :data:`TESTS` and :data:`SCALES`."""
 
     out: Path
     variant: str | None = None

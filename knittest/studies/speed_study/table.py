@@ -29,7 +29,7 @@ class Row:
 
     @property
     def within(self) -> bool | None:
-        """Whether it holds within :data:`LIMIT`; None where there is nothing to compare."""
+        """Tell whether it holds within :data:`LIMIT`; None where there is nothing to compare."""
         return None if math.isnan(self.change) else abs(self.change) < LIMIT
 
 

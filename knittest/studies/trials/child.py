@@ -50,7 +50,7 @@ class Child:
 
     @property
     def pid(self) -> int | None:
-        """Of its process, while there is one."""
+        """Process id, while there is a process."""
         process = self._process
         return None if process is None else process.pid
 

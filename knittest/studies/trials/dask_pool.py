@@ -1,4 +1,4 @@
-"""Where trials run: the workers of a Dask cluster, which see the same folder and run the same code."""
+"""Pool of the workers of a Dask cluster, which see the same folder and run the same code."""
 
 import asyncio
 import logging

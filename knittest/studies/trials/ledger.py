@@ -61,7 +61,7 @@ class Ledger:
 def read_ledgers(folder: Path, tell: Callable[[str], None]) -> dict[str, Record]:
     """The last record of every key in all ledgers of ``folder``, but a settled one before any other.
 
-    ``tell`` hears of damaged lines, which do not count.
+    ``tell`` hears of damaged lines, which are left out.
     """
     records: dict[str, Record] = {}
     for path in sorted(folder.glob(PATTERN)):

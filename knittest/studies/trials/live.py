@@ -1,4 +1,4 @@
-"""What a batch shows while it runs: a live overview on a terminal, a line a run in a pipe, nothing when quiet."""
+"""Progress of a batch on standard error: a live overview on a terminal, a line a run in a pipe, nothing when quiet."""
 
 import sys
 import threading
@@ -24,7 +24,7 @@ class _Display(Protocol):
 
 
 class Overview:
-    """How a batch of ``total`` runs goes; a context manager, for any thread.
+    """Overview of a batch of ``total`` runs; a context manager, for any thread.
 
     A closed stream silences it, never the batch.
     """

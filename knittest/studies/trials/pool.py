@@ -1,4 +1,4 @@
-"""Where trials run: processes of this machine."""
+"""Pool of processes of this machine, in which trials run."""
 
 import queue
 from collections.abc import Callable, Iterator, Sequence

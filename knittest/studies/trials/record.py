@@ -1,4 +1,4 @@
-"""What became of a trial."""
+"""Record of a trial: its end, results and cost."""
 
 import json
 from collections.abc import Iterable
@@ -58,15 +58,15 @@ class Record:
 
     @property
     def settled(self) -> bool:
-        """Whether the trial would come to the same if run again."""
+        """Tell whether the trial would come to the same if run again."""
         return self.status in SETTLED
 
     def settled_within(self, limit: float) -> bool:
-        """Whether it would come to the same with ``limit`` seconds: what timed out may need more."""
+        """Tell whether it would come to the same with ``limit`` seconds: what timed out may need more."""
         return self.settled or (self.status == "timeout" and limit <= (self.limit or 0.0))
 
     def to_dict(self) -> dict[str, Any]:
-        """As plain data."""
+        """Record as plain data."""
         return asdict(self)
 
     @classmethod

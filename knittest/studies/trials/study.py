@@ -1,4 +1,4 @@
-"""What batches, calibrations and homogenisations share: the folder that they go on in, and how they say so."""
+"""Common part of batches, calibrations and homogenisations: the folder that they go on in, and how they say so."""
 
 import os
 from collections.abc import Iterator

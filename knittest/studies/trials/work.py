@@ -35,7 +35,7 @@ BEAT = 0.5
 
 @dataclass(frozen=True)
 class Task:
-    """What a process is told to do: run ``trial`` in ``folder``, keeping ``options``."""
+    """Task of a process: run ``trial`` in ``folder``, keeping ``options``."""
 
     trial: Trial
     folder: Path
@@ -132,7 +132,7 @@ def _judged(error: Exception) -> tuple[Status, str]:
 
 
 def _located(error: Exception) -> str:
-    """What went wrong and where, for a bug report."""
+    """Error with its place in the code, for a bug report."""
     last = traceback.extract_tb(error.__traceback__)[-1]
     return f"{type(error).__name__}: {error} ({Path(last.filename).name}:{last.lineno})"
 

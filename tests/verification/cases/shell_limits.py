@@ -1,4 +1,4 @@
-"""What shells and rigid tools cannot do, measured; the numbers of ``docs/limits.md``."""
+"""Limits of shells and rigid tools, measured; the numbers of ``docs/limits.md``."""
 
 import numpy as np
 from cases.row import Row
