@@ -130,7 +130,7 @@ class FabricModel(ExplicitModel):
             self.tracker.restore(under(state, "tracker"))
 
     def _bending(self) -> State:
-        """Which fibres are whole, if they bend in the plane."""
+        """Flags of the fibres that are whole, where they bend in the plane."""
         return arrays_of("bends", self.bends, BENDING) if self.bends.alive.size else {}
 
     def name_of(self, node: int) -> str:
