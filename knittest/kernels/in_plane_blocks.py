@@ -14,17 +14,30 @@ from knittest.kernels.rows import load3, rows3, store3
 from knittest.kernels.vec import add, combine, scale
 
 LANES = np.uintp(BLOCK)
+ROW2, ROW3 = np.uintp(2 * BLOCK), np.uintp(3 * BLOCK)
 # rows of the scratch: warp and weft fibre, their second derivatives, three each, in place their gradients
 WARP, WEFT, WARP_S, WEFT_T = (np.uintp(3 * BLOCK * k) for k in range(4))
-#: position of a member
+#: position of a member, later the force on it
 PLACE = np.uintp(12 * BLOCK)
-SCRATCH = 15 * BLOCK
+#: weights of a member
+SHARE = np.uintp(15 * BLOCK)
+#: natural curvatures and stiffnesses of warp and weft
+OWN = np.uintp(19 * BLOCK)
+SCRATCH = 23 * BLOCK
 
 
 @njit(**INLINE)
-def _weights(weight, i):
-    """Weights of a member, the first at ``i``."""
-    return weight[i], weight[i + LANES], weight[i + LANES + LANES], weight[i + LANES + LANES + LANES]
+def _four(w, i):
+    """Four numbers of a lane, the first at ``i``."""
+    return w[i], w[i + LANES], w[i + ROW2], w[i + ROW3]
+
+
+@njit(**INLINE)
+def _take_weights(row, weight, w):
+    """Copy the weights of a row of members: loops over one array vectorise, as nothing can overlap."""
+    at = U(row) * U(WEIGHTS * BLOCK)
+    for k in range(U(WEIGHTS * BLOCK)):
+        w[SHARE + k] = weight[at + k]
 
 
 @njit(**INLINE)
@@ -45,16 +58,16 @@ def _fibres(w, k):
 def _gather(block, nodes, bends, w):
     """Fibres and second derivatives of a block, from the positions of its members."""
     x, y, z = rows3(nodes.position)
-    for k in range(SCRATCH):
+    for k in range(PLACE):
         w[k] = 0.0
     for row in range(bends.first[block], bends.first[block + 1]):
         for k in range(BLOCK):
             n = U(bends.member[row, k])
             store3(w, PLACE + U(k), LANES, (x[n], y[n], z[n]))
-        at = U(row) * U(WEIGHTS * BLOCK)
+        _take_weights(row, bends.weight, w)
         for k in range(LANES):
             place = load3(w, PLACE + k, LANES)
-            warp, weft, warp_s, weft_t = _weights(bends.weight, at + k)
+            warp, weft, warp_s, weft_t = _four(w, SHARE + k)
             _grow(w, WARP + k, warp, place)
             _grow(w, WEFT + k, weft, place)
             _grow(w, WARP_S + k, warp_s, place)
@@ -69,20 +82,24 @@ def _forces(block, bends, w):
     start = U(block) * LANES
     for k in range(LANES):
         s = start + k
-        alive = bends.alive[s]
-        a, b, a_s, b_t = bending_gradients(
-            _fibres(w, k), (natural[s], other_natural[s]), (alive * stiffness[s], alive * other[s])
-        )
+        w[OWN + k], w[OWN + LANES + k] = natural[s], other_natural[s]
+        w[OWN + ROW2 + k], w[OWN + ROW3 + k] = bends.alive[s] * stiffness[s], bends.alive[s] * other[s]
+    for k in range(LANES):
+        natural_a, natural_b, stiff_a, stiff_b = _four(w, OWN + k)
+        a, b, a_s, b_t = bending_gradients(_fibres(w, k), (natural_a, natural_b), (stiff_a, stiff_b))
         store3(w, WARP + k, LANES, a)
         store3(w, WEFT + k, LANES, b)
         store3(w, WARP_S + k, LANES, a_s)
         store3(w, WEFT_T + k, LANES, b_t)
     for row in range(bends.first[block], bends.first[block + 1]):
-        at, out = U(row) * U(WEIGHTS * BLOCK), U(row) * U(3 * BLOCK)
+        _take_weights(row, bends.weight, w)
         for k in range(LANES):
             a, b, a_s, b_t = _fibres(w, k)
-            warp, weft, warp_s, weft_t = _weights(bends.weight, at + k)
-            store3(bends.force, out + k, LANES, add(combine(-warp, a, -weft, b), combine(-warp_s, a_s, -weft_t, b_t)))
+            warp, weft, warp_s, weft_t = _four(w, SHARE + k)
+            store3(w, PLACE + k, LANES, add(combine(-warp, a, -weft, b), combine(-warp_s, a_s, -weft_t, b_t)))
+        out = U(row) * ROW3
+        for k in range(ROW3):
+            bends.force[out + k] = w[PLACE + k]
 
 
 @njit(**KERNEL)
