@@ -12,7 +12,7 @@ import click
 
 from docs.generate_config import config_reference, plain, table
 from docs.generate_validation import validation_page
-from knittest.cli.main import COMMANDS, cli
+from knittest.cli.main import cli, summaries
 
 HERE = Path(__file__).parent
 NOTE = "<!-- written by python -m docs.generate: do not edit -->"
@@ -48,7 +48,7 @@ def references() -> dict[str, str]:
 def cli_reference() -> str:
     """Markdown of every command with its arguments and options."""
     parts = [CLI_INTRO]
-    for name in COMMANDS:
+    for name in summaries():
         command = cli.get_command(click.Context(cli), name)
         parts += _command(f"knittest {name}", command)
     return "\n\n".join(parts) + "\n"

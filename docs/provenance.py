@@ -19,12 +19,13 @@ from pathlib import Path
 from typing import Any
 
 from docs.stored_runs import differences, inputs_of, lines_of, packed, unpacked
+from knittest.base.kinds import kinds
 from knittest.config.loading import resolve
 from knittest.export.manifest import now
 from knittest.export.provenance import git_commit
 from knittest.studies.regress import baseline
-from knittest.studies.regress.cases import LEVELS, Case
-from knittest.studies.regress.drift import BUCKLED, limits_of
+from knittest.studies.regress.cases import Case, cases_of
+from knittest.studies.regress.drift import limits_of
 
 HERE = Path(__file__).parent
 FILE = HERE / "provenance.json"
@@ -148,12 +149,12 @@ def stale(entry: dict[str, Any], made: Made, text: str) -> list[str]:
 def _moved(case: Case, name: str, was: float, today: float | None) -> bool:
     """Tell whether a stored number of the regression left the limits within which it may change unseen."""
     limits = limits_of(case)
-    limit = limits.buckled if name in BUCKLED else limits.number
+    limit = limits.buckled if name in kinds()[case.test].regression.buckled else limits.number
     return today is None or abs(today - was) > limit * abs(was)
 
 
 def _cases(made: Made) -> list[Case]:
-    return [case for case in LEVELS["quick"] if (case.test, case.scale) in made.cases]
+    return [case for case in cases_of("quick") if (case.test, case.scale) in made.cases]
 
 
 def _config(run: dict[str, Any]) -> dict[str, Any]:

@@ -5,73 +5,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from knittest.base.kinds import Joined
+
 #: label and format of a result
-LABELS = {
-    "peak_force_n": ("peak force [N]", "{:.0f}"),
-    "fracture_strain_pct": ("fracture strain [%]", "{:.2f}"),
-    "peak_force_n_per_mm": ("peak force per width [N/mm]", "{:.1f}"),
-    "force_per_yarn_n": ("force per yarn [N]", "{:.1f}"),
-    "pull_force_kinetic_n": ("pull force, kinetic [N]", "{:.1f}"),
-    "pull_force_static_n": ("pull force, largest [N]", "{:.1f}"),
-    "mu_paper": ("F_R/F_N, two faces [-]", "{:.4f}"),
-    "mu_per_face": ("F_R/(2 F_N), a face [-]", "{:.4f}"),
-    "normal_force_n": ("normal force [N]", "{:.1f}"),
-    "normal_force_error_pct": ("largest normal force error [%]", "{:.2f}"),
-    "compression_mm": ("plates closed by [mm]", "{:.3f}"),
-    "pressure_mean_mpa": ("mean pressure [MPa]", "{:.3f}"),
-    "pressure_peak_mpa": ("largest pressure of a cell [MPa]", "{:.2f}"),
-    "plate_load_on_warp_pct": ("plates' load on warp yarns [%]", "{:.1f}"),
-    "plate_load_on_weft_pct": ("plates' load on weft yarns [%]", "{:.1f}"),
-    "plate_load_on_knit_pct": ("plates' load on loops [%]", "{:.1f}"),
-    "plate_penetration_um": ("deepest penetration of a plate [um]", "{:.2f}"),
-    "element_deformation_um": ("largest deformation of an element [um]", "{:.1f}"),
-    "penetration_over_deformation_pct": ("penetration over deformation [%]", "{:.1f}"),
-    "chord_angle_deg": ("chord angle [deg]", "{:.2f}"),
-    "overhang_mm": ("overhang [mm]", "{:.1f}"),
-    "bending_stiffness_mncm2": ("B by Eq. 2, of the strip [mN cm2]", "{:.0f}"),
-    "bending_stiffness_n_mm_per_width": ("B, root moment/curvature [N mm]", "{:.2f}"),
-    "moment_error_pct": ("root moment off weight [%]", "{:.2f}"),
-    "residual": ("out of balance, of the weight", "{:.2g}"),
-    "curl_moment_nmm": ("curl of the loops, held [N mm]", "{:.3f}"),
-    "drift_deg": ("chord drift by the last turn [deg]", "{:.2f}"),
-    "shear_force_n_at_deg.10": ("shear force at 10 deg [N]", "{:.2f}"),
-    "shear_force_n_at_deg.20": ("shear force at 20 deg [N]", "{:.2f}"),
-    "shear_force_n_at_deg.30": ("shear force at 30 deg [N]", "{:.2f}"),
-    "shear_force_n_at_deg.40": ("shear force at 40 deg [N]", "{:.2f}"),
-    "normalised_shear_force_n_per_mm_at_deg.10": ("normalised shear force at 10 deg [N/mm]", "{:.4f}"),
-    "normalised_shear_force_n_per_mm_at_deg.20": ("normalised shear force at 20 deg [N/mm]", "{:.4f}"),
-    "normalised_shear_force_n_per_mm_at_deg.30": ("normalised shear force at 30 deg [N/mm]", "{:.4f}"),
-    "normalised_shear_force_n_per_mm_at_deg.40": ("normalised shear force at 40 deg [N/mm]", "{:.4f}"),
-    "material_shear_angle_deg_at_40deg": ("material shear at 40 deg, mean [deg]", "{:.2f}"),
-    "material_shear_angle_sd_deg_at_40deg": ("material shear at 40 deg, sd [deg]", "{:.2f}"),
-    "wrinkle_onset_deg": ("wrinkle onset [deg]", "{:.1f}"),
-    "wrinkle_amplitude_mm_at_40deg": ("wrinkle amplitude at 40 deg [mm]", "{:.2f}"),
-    "wrinkle_count_at_40deg": ("wrinkles at 40 deg", "{:.0f}"),
-    "stamp_force_max_n": ("stamp force, largest [N]", "{:.1f}"),
-    "max_shear_angle_deg": ("shear angle, largest [deg]", "{:.1f}"),
-    "max_wrinkle_height_mm": ("wrinkle of the flange, largest [mm]", "{:.2f}"),
-    "wrinkled_area_pct": ("flange above half the thickness [%]", "{:.1f}"),
-    "draw_in_max_mm": ("draw-in, largest [mm]", "{:.1f}"),
-    "max_yarn_force_n": ("yarn force, largest [N]", "{:.2f}"),
-    "max_yarn_utilisation_pct": ("yarn force over strength [%]", "{:.2f}"),
-    "yarns_at_risk": ("yarns at risk", "{:.0f}"),
-    "shear_angle_p95_deg": ("shear angle, 95th percentile [deg]", "{:.1f}"),
-    "shear_angle_inner_corners_p95_deg": ("same, at the inner corners [deg]", "{:.1f}"),
-    "shear_angle_elsewhere_p95_deg": ("same, elsewhere [deg]", "{:.1f}"),
-    "wrinkle_height_p95_mm": ("wrinkle of the flange, 95th percentile [mm]", "{:.2f}"),
-    "rim_wave_height_mm": ("wave of the rim, crest over trough, largest [mm]", "{:.2f}"),
-    "rim_wave_count": ("waves of the rim", "{:.0f}"),
-    "off_stamp_area_pct": ("bottom off the stamp by half the thickness [%]", "{:.1f}"),
-    "draw_in_warp_mm": ("draw-in, warp ends, middle [mm]", "{:.1f}"),
-    "draw_in_weft_mm": ("draw-in, weft ends, middle [mm]", "{:.1f}"),
-    "tool_penetration_max_um": ("deepest penetration of a tool [um]", "{:.1f}"),
-    "max_membrane_strain_pct": ("strain of a shell, largest [%]", "{:.2f}"),
-    "crossings_out_of_order": ("crossings out of order", "{:.0f}"),
-}
+LABELS: Mapping[str, tuple[str, str]] = Joined("labels")
 #: results that grow with the specimen, and the same as no size enters it
-SIZED = {"peak_force_n": "peak_force_n_per_mm"} | {
-    f"shear_force_n_at_deg.{a}": f"normalised_shear_force_n_per_mm_at_deg.{a}" for a in (10, 20, 30, 40)
-}
+SIZED: Mapping[str, str] = Joined("sized")
 #: what a kind of row is worth
 KINDS = {
     "tuned": "tuned: a parameter was fitted to this row, or chosen with it in view: it proves nothing by itself",

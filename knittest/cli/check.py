@@ -4,14 +4,13 @@ from typing import Any
 
 import click
 
+from knittest.base.kinds import DEFAULT, names
 from knittest.cli.options import describes_run, resolve_runs
 
 
 @click.command()
 @describes_run
-@click.argument(
-    "test", type=click.Choice(["tensile", "picture-frame", "cantilever", "friction", "forming"]), default="tensile"
-)
+@click.argument("test", type=click.Choice(names()), default=DEFAULT)
 @click.option("--direction", type=click.Choice(["warp", "weft", "both"]), default=None, help="[default: both]")
 @click.option("--convergence", is_flag=True, help="Run the test at its speed and at half of it, and compare.")
 @click.option(
@@ -36,7 +35,7 @@ def check(
 
     Example: knittest check tensile --variant 2 --scale meso --preset paper
     """
-    runs = resolve_runs(test, None if test in ("picture-frame", "forming") else direction or "default", chosen)
+    runs = resolve_runs(test, direction, chosen)
     from knittest.runs.preflight.command import CheckOptions, check_command
 
     return check_command(runs, CheckOptions(threads, as_json, not no_time, convergence))

@@ -5,6 +5,8 @@ from typing import Any
 
 import click
 
+from knittest.base.kinds import names
+
 
 @click.group()
 def data() -> None:
@@ -34,7 +36,7 @@ def _reading(command: Any) -> Any:
     for option in (
         click.option(
             "--test",
-            type=click.Choice(["tensile", "picture-frame", "cantilever", "friction"]),
+            type=click.Choice(names("laboratory")),
             help="What was tested; tensile if not given, unless a file looks like another test.",
         ),
         *(
@@ -90,7 +92,8 @@ def import_(
     """
     from knittest.config.starting import FABRIC
     from knittest.experiment.lab_guess import stated_test
-    from knittest.experiment.lab_tests import LAB_TESTS, read_files, write_files
+    from knittest.experiment.lab_kind import LAB_TESTS
+    from knittest.experiment.lab_tests import read_files, write_files
 
     test = stated_test(test, files, reading["delimiter"])
     specimens = read_files(test, files, reading)
@@ -112,7 +115,8 @@ def stats(test: str | None, files: tuple[Path, ...], **reading: Any) -> None:
     Example: knittest data stats warp-*.csv --gauge-length 200
     """
     from knittest.experiment.lab_guess import stated_test
-    from knittest.experiment.lab_tests import LAB_TESTS, read_files
+    from knittest.experiment.lab_kind import LAB_TESTS
+    from knittest.experiment.lab_tests import read_files
     from knittest.runs.show import print_text
 
     test = stated_test(test, files, reading["delimiter"])

@@ -17,15 +17,11 @@ import click
 from knittest import __version__
 from knittest.base.errors import InputError, KnittestError, ResourceError
 from knittest.base.interrupts import STOPPING, UntilSaved
+from knittest.base.kinds import kinds
 
-#: name of a command: module that holds it under the same name, and what ``--help`` says of it
+#: name of a command that is no test: module that holds it under the same name, and what ``--help`` says of it
 COMMANDS = {
-    "tensile": ("knittest.cli.tensile", "Strip tensile test to failure, macro or meso."),
     "resume": ("knittest.cli.resume", "Go on with a run that was stopped, to the same result."),
-    "picture-frame": ("knittest.cli.picture_frame", "Shear in a hinged frame, macro or meso."),
-    "cantilever": ("knittest.cli.cantilever", "Bending under its own weight, macro or meso."),
-    "friction": ("knittest.cli.friction", "Pull-out between two plates, macro or meso."),
-    "forming": ("knittest.cli.forming", "Draw a blank into a die with a stamp, macro or meso."),
     "check": ("knittest.cli.check", "Show what a run would do; --convergence repeats it at half the speed."),
     "speed-study": ("knittest.cli.speed_study", "Every test at its speed and at half of it, as a table."),
     "batch": ("knittest.cli.batch", "Run a sweep over any fields, on this machine or a cluster."),
@@ -54,13 +50,13 @@ class LazyGroup(click.Group):
     """Imports a command's module only when the command is used, so that ``--help`` is quick."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Names in the order of the table."""
-        return list(COMMANDS)
+        """Names in the order of the help."""
+        return list(summaries())
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """The command itself."""
         if cmd_name not in COMMANDS:
-            return None
+            return _test_command(cmd_name)
         command: click.Command = getattr(importlib.import_module(COMMANDS[cmd_name][0]), cmd_name.replace("-", "_"))
         return command
 
@@ -74,7 +70,24 @@ class LazyGroup(click.Group):
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the commands without importing them."""
         with formatter.section("Commands"):
-            formatter.write_dl([(name, text) for name, (_, text) in COMMANDS.items()])
+            formatter.write_dl(list(summaries().items()))
+
+
+def summaries() -> dict[str, str]:
+    """What ``--help`` says of each command, the tests first; raises :class:`InputError` for a test named like one."""
+    tests = {name: kind.summary for name, kind in kinds().items()}
+    if taken := sorted(tests.keys() & COMMANDS.keys()):
+        raise InputError(f"test {taken[0]}: knittest {taken[0]} is a command of knittest: uninstall the test's package")
+    return tests | {name: text for name, (_, text) in COMMANDS.items()}
+
+
+def _test_command(name: str) -> click.Command | None:
+    """The command of a test, if there is one of that name."""
+    if name not in kinds():
+        return None
+    from knittest.cli.testing import test_command
+
+    return test_command(kinds()[name])
 
 
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})

@@ -6,6 +6,8 @@ from typing import Any
 
 import click
 
+from knittest.base.kinds import kinds
+
 #: option of all commands that run tests
 ACCEPT_LIMITS = click.option(
     "--accept-limits",
@@ -62,14 +64,13 @@ def reports(command: Callable[..., Any]) -> Callable[..., Any]:
     return command
 
 
-def resolve_runs(test: str | None, direction: str | None, chosen: dict[str, Any]) -> list[Any]:
-    """The runs that the options describe, one a direction; ``direction`` None where the test has none."""
+def resolve_runs(test: str, direction: str | None, chosen: dict[str, Any]) -> list[Any]:
+    """The runs of ``test`` that the options describe, one a direction; both unless one is asked for."""
     from knittest.config.loading import planned_directions, resolve
 
     if not any(chosen.get(name) for name in ("variant", "fabric", "config")):
         raise click.UsageError("which fabric? Give --variant 1, --variant 2 or --fabric FILE")
-    if direction is None:
+    if not kinds()[test].directional:
         return [resolve(test=test, **chosen)]
-    asked = None if direction == "default" else direction
-    directions = planned_directions(asked, chosen["config"], chosen["sets"])
+    directions = planned_directions(direction, chosen["config"], chosen["sets"])
     return [resolve(direction=d, test=test, **chosen) for d in directions]

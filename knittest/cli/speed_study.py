@@ -5,6 +5,8 @@ from typing import Any
 
 import click
 
+from knittest.base.kinds import names
+
 
 @click.command("speed-study")
 @click.option("--variant", help="Shipped fabric.  [default: 1]")
@@ -13,7 +15,7 @@ import click
     "--test",
     "tests",
     multiple=True,
-    type=click.Choice(["tensile", "picture-frame", "cantilever", "friction"]),
+    type=click.Choice(names("studied")),
     help="Only this test; repeatable.  [default: all]",
 )
 @click.option(
@@ -33,9 +35,11 @@ def speed_study(variant: str | None, fabric: Path | None, tests: tuple[str, ...]
 
     Example: knittest speed-study --variant 2 --test friction --scale macro
     """
-    from knittest.studies.speed_study.command import SCALES, TESTS, StudyOptions, study_command
+    from knittest.studies.speed_study.command import SCALES, StudyOptions, study_command
 
     if variant is None and fabric is None:
         variant = "1"
     scales = SCALES if scale == "both" else (scale,)
-    return study_command(StudyOptions(variant=variant, fabric=fabric, tests=tests or TESTS, scales=scales, **chosen))
+    return study_command(
+        StudyOptions(variant=variant, fabric=fabric, tests=tests or names("studied"), scales=scales, **chosen)
+    )

@@ -1,11 +1,11 @@
 """Makes the command of a test: the same options for all, a direction where the specimen is a strip."""
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import click
 
+from knittest.base.kinds import TestKind
 from knittest.cli.options import ACCEPT_LIMITS, describes_run, reports, resolve_runs
 
 _DIRECTION = click.option(
@@ -23,13 +23,9 @@ _FOLDER = (
 )
 
 
-def test_command(
-    kind: str, text: str, directional: bool = True, shortcuts: Mapping[str, tuple[str, str]] | None = None
-) -> click.Command:
-    """The command ``knittest <kind>`` with help ``text``; ``shortcuts`` are options for numbers of the rig: the field
-    and the help by name.
-    """
-    fields = {name.replace("-", "_"): field for name, (field, _) in (shortcuts or {}).items()}
+def test_command(kind: TestKind) -> click.Command:
+    """The command of the tests of ``kind``."""
+    fields = {name.replace("-", "_"): field for name, (field, _) in kind.shortcuts.items()}
 
     def command(
         out: Path | None,
@@ -58,17 +54,17 @@ def test_command(
         if force:
             raise click.UsageError("--force goes with --resume")
         chosen["sets"] = (*chosen["sets"], *(["output.verify=true"] if verify else []))
-        runs = resolve_runs(kind, (direction or "default") if directional else None, chosen)
+        runs = resolve_runs(kind.name, direction, chosen)
         from knittest.studies.command import run_command
 
         return run_command(runs, options)
 
-    command.__doc__ = text
+    command.__doc__ = kind.usage
     wrapped: Any = reports(command)
-    for name, (_, meaning) in (shortcuts or {}).items():
+    for name, (_, meaning) in kind.shortcuts.items():
         wrapped = click.option(f"--{name}", type=float, help=meaning)(wrapped)
     for option in reversed((*_FOLDER, ACCEPT_LIMITS)):
         wrapped = option(wrapped)
-    if directional:
+    if kind.directional:
         wrapped = _DIRECTION(wrapped)
-    return click.command(name=kind)(describes_run(wrapped))
+    return click.command(name=kind.name)(describes_run(wrapped))

@@ -6,6 +6,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from knittest.config.base import BoundsError, Strict, number
 from knittest.config.fabric import Direction
+from knittest.config.kind_name import TestName
 from knittest.config.parsing import parse_as
 from knittest.config.run import Preset, Scale
 from knittest.config.sweep import check_order
@@ -57,7 +58,7 @@ class Parameter(Strict):
 class Test(Strict):
     """A test to run at every point; what it does not say is that of ``base``."""
 
-    test: Literal["tensile", "picture-frame", "cantilever", "friction", "forming"] = Field(description="kind of test")
+    test: TestName = Field(description="kind of test")
     direction: Direction | None = Field(None, description="warp or weft")
     config: str | None = Field(None, description="a rig file, seen from the folder of this file")
     scale: Scale | None = Field(None, description="macro or meso")

@@ -5,6 +5,7 @@ from typing import Any
 import yaml
 
 from knittest import __version__
+from knittest.base.kinds import DEFAULT
 from knittest.config.fields import place
 from knittest.config.run import Run
 from knittest.config.scalars import CORE_SCHEMA
@@ -37,7 +38,7 @@ def dump_mapping(data: dict[str, Any], at: KeyPath = ()) -> str:
     """YAML of settings rooted at ``at`` of a run, each field with its unit as a comment."""
     text = yaml.dump(data, Dumper=_CoreDumper, sort_keys=False, allow_unicode=True, width=LINE_WIDTH)
     lines = text.splitlines()
-    kind = data.get("rig", {}).get("kind", "tensile") if not at else "tensile"
+    kind = data.get("rig", {}).get("kind", DEFAULT) if not at else DEFAULT
     for path, line in parse_document(text, "dump").lines.items():
         field = place(at + path, kind)
         if field and field.unit and path[-1] not in ("value", "sd", "warp", "weft"):

@@ -6,12 +6,11 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, ValidatorFunctionWrapHandler, WrapValidator, model_validator
 
 from knittest.config.base import BoundsError, Quantity, Strict, measure, number
+from knittest.config.kind_name import TestName
 from knittest.config.shear import ShearLaw
 from knittest.config.yarn import KnittingYarn, PerDirection, ReinforcingYarn
 
 Direction = Literal["warp", "weft"]
-#: tests whose rigs a fabric may state
-TestName = Literal["tensile", "picture-frame", "cantilever", "friction", "forming"]
 #: measured area mass over that of the yarns: beyond, densities, loop length or tex are another fabric's
 AREA_MASS = (0.5, 2.0)
 #: thickness over two inlays, at least, and over two inlays and two loop yarns, at most

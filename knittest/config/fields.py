@@ -8,6 +8,7 @@ from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel
 
+from knittest.base.kinds import DEFAULT
 from knittest.config.base import Quantity, field_meta
 from knittest.config.run import RUNS
 from knittest.config.yaml_loader import KeyPath
@@ -32,7 +33,7 @@ class Place:
         return list(self.model.model_fields) if self.model else []
 
 
-def place(path: KeyPath, kind: object = "tensile") -> Place | None:
+def place(path: KeyPath, kind: object = DEFAULT) -> Place | None:
     """The field at ``path`` of a run of ``kind`` (or of the model ``kind``), ``None`` where its models have none."""
     here = Place(_root(kind), "", "the run")
     for part in path:
@@ -54,13 +55,13 @@ def nearest(name: str, names: list[str]) -> str | None:
 
 
 @cache
-def all_paths(kind: object = "tensile") -> tuple[str, ...]:
+def all_paths(kind: object = DEFAULT) -> tuple[str, ...]:
     """Dotted path of every field of a run of ``kind`` (or of the model ``kind``), as ``--set`` takes it."""
     return tuple(_paths_below(_root(kind), ""))
 
 
 def _root(kind: object) -> type[BaseModel]:
-    return kind if isinstance(kind, type) else RUNS.get(str(kind), RUNS["tensile"])
+    return kind if isinstance(kind, type) else RUNS[str(kind) if str(kind) in RUNS else DEFAULT]
 
 
 def _paths_below(model: type[BaseModel], prefix: str) -> Iterator[str]:

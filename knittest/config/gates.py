@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from knittest.base.history import Quality
+from knittest.base.kinds import kinds
 from knittest.config.looser import loosened
 from knittest.config.run import Run
 
@@ -17,14 +18,15 @@ NEAR = 0.5
 class Gate:
     """A number of :class:`Quality`, and of summary.json, by ``key``, times ``scale`` [%].
 
-    ``limit`` is the solver's field that bounds it; ``only`` a scale or a test, where it is not for all.
+    ``limit`` is the solver's field that bounds it; ``only`` a scale, or ``own`` for tests whose record names it, where
+    it is not for all.
     """
 
     label: str
     key: str
     limit: str
     scale: float = 100.0
-    only: Literal["", "macro", "meso", "forming"] = ""
+    only: Literal["", "macro", "meso", "own"] = ""
 
     def value(self, quality: Quality) -> float:
         """Value in a run [%]."""
@@ -32,7 +34,9 @@ class Gate:
 
     def applies(self, run: Run) -> bool:
         """Tell whether it means something in ``run``."""
-        return self.only in ("", run.model.scale, run.rig.kind)
+        if self.only == "own":
+            return self.key in kinds()[run.rig.kind].gates
+        return self.only in ("", run.model.scale)
 
 
 GATES = (
@@ -45,7 +49,7 @@ GATES = (
     Gate("overlap of yarns at the start", "overlap_at_start", "max_overlap"),
     Gate("added mass", "added_mass_pct", "max_added_mass", scale=1.0),
     Gate("sheared beyond the end of the law", "beyond_law", "max_beyond_law", only="macro"),
-    Gate("drag of damping over weight and holder's force", "drag_over_weight", "max_drag", only="forming"),
+    Gate("drag of damping over weight and holder's force", "drag_over_weight", "max_drag", only="own"),
 )
 
 

@@ -11,12 +11,13 @@ from typing import Any, get_args
 from pydantic import ValidationError
 
 from knittest.base.errors import InputError
+from knittest.base.kinds import DEFAULT
 from knittest.config.fabric import Direction
 from knittest.config.layers import Layers
 from knittest.config.messages import input_error, unknown
 from knittest.config.own_rig import lay_own_rig
 from knittest.config.paths import settle_data_paths
-from knittest.config.presets import PRESET_PATHS, default_scale, preset_settings
+from knittest.config.presets import default_scale, preset_paths, preset_settings
 from knittest.config.rigs import StripRig
 from knittest.config.run import RUNS, Model, Preset, Run, Scale
 from knittest.config.settings import Setting, lay_setting, parse_set, refuse_contradictions
@@ -93,7 +94,7 @@ def _settings(sets: Sequence[str | Setting]) -> list[Setting]:
 
 
 def _kind(document: Document, asked: str | None) -> str:
-    """Kind of test: the command's, which a config file may not contradict, else the file's, else tensile."""
+    """Kind of test: the command's, which a config file may not contradict, else the file's, else the default one."""
     stated = Layers(document.data).get(("rig", "kind"))
     if stated is not None and stated not in RUNS:
         names = unknown(str(stated), list(RUNS), "test")
@@ -103,7 +104,7 @@ def _kind(document: Document, asked: str | None) -> str:
             f"{document.where(('rig', 'kind'))}: rig.kind = {stated}: the file describes another test; "
             f"use knittest {stated}"
         )
-    return str(stated or asked or "tensile")
+    return str(stated or asked or DEFAULT)
 
 
 def _run_document(config: Path | str | None) -> Document:
@@ -139,9 +140,8 @@ def _layers(document: Document, source: FabricSource, settings: list[Setting], k
     preset = _choice(("model", "preset"), get_args(Preset), Model().preset, document, settings)
     layers = Layers()
     layers.lay({"rig": {"kind": kind}}, lambda path: "the command")
-    force = _stated(("rig", "blank_holder_force"), document, settings)
-    held = isinstance(force, int | float) and force > 0.0
-    layers.lay(preset_settings(kind, preset, scale, held), lambda path: f"preset {preset}")
+    chosen_sizes = preset_settings(kind, preset, scale, lambda field: _stated(("rig", field), document, settings))
+    layers.lay(chosen_sizes, lambda path: f"preset {preset}")
     wanted = _stated(("parameters",), document, settings)
     if wanted is not None and not isinstance(wanted, str):
         raise InputError(f"{document.where(('parameters',))}: parameters: expected a name, found {describe(wanted)}")
@@ -150,7 +150,7 @@ def _layers(document: Document, source: FabricSource, settings: list[Setting], k
     stated = {key for key in ("side",) if _stated(("rig", key), document, settings) is not None}
     direction = _stated(("rig", "direction"), document, settings) or StripRig().direction
     lay_own_rig(layers, kind, direction, stated)
-    _refuse_shadowed_preset(document, layers, preset)
+    _refuse_shadowed_preset(document, layers, preset, kind)
     rest = {key: value for key, value in document.data.items() if key != "fabric"}
     layers.lay(rest, document.where)
     for setting in settings:
@@ -193,12 +193,12 @@ def _choice(path: KeyPath, names: tuple[Any, ...], default: Any, document: Docum
     return stated
 
 
-def _refuse_shadowed_preset(document: Document, layers: Layers, preset: str) -> None:
+def _refuse_shadowed_preset(document: Document, layers: Layers, preset: str, kind: str) -> None:
     """A config that states another preset with all its values would silently keep them: refuse."""
     written = Layers(document.data)
     if written.get(("model", "preset")) in (None, preset):
         return
-    for path in PRESET_PATHS:
+    for path in preset_paths(kind):
         value = written.get(path)
         if value is not None and value != layers.get(path):
             raise InputError(

@@ -4,17 +4,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from knittest.base.kinds import kinds
 from knittest.config.base import field_meta
 from knittest.config.presets import preset_settings
 from knittest.config.run import Run, Scale, Solver
 from knittest.config.yaml_loader import dotted
 
-#: fields beside the limits of the gates that a gate hangs on, and the sign of the looser side: what counts as rest and
-#: as the end of a strip, stiffness that may be left out, contact that lets yarns and folds pass through each other
+#: fields of the model that a gate hangs on, beside the limits of the gates and what tests state of their rigs, and the
+#: sign of the looser side: contact that lets yarns and folds pass through each other
 HINGES: dict[tuple[str, ...], int] = {
-    ("rig", "tolerance"): 1,
-    ("rig", "stop_force_ratio"): 1,
-    ("rig", "membrane_share"): -1,
     ("model", "macro", "self_contact"): -1,
     ("model", "meso", "contact"): -1,
 }
@@ -45,7 +43,8 @@ def loosened(run: Run) -> list[Loosened]:
     The reference are the tables of the presets and the defaults of the models, which no config reaches.
     """
     limits = {("solver", name): 1 for name in Solver.model_fields if name.startswith("max_")}
-    return list(_looser(run, limits | HINGES))
+    rig = {("rig", name): sign for name, sign in kinds()[run.rig.kind].hinges.items()}
+    return list(_looser(run, limits | rig | HINGES))
 
 
 def _looser(run: Run, fields: dict[tuple[str, ...], int]) -> Iterator[Loosened]:

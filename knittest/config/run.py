@@ -1,9 +1,11 @@
 """A run: rig, model, solver, variability and output. The fully resolved config of a run folder is one of these."""
 
+from collections.abc import Mapping
 from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
+from knittest.base.kinds import Parts
 from knittest.config.base import BoundsError, Quantity, Strict, number
 from knittest.config.fabric import YARN_LEVEL, Fabric
 from knittest.config.rigs import CantileverRig, FormingRig, FrictionRig, PictureFrameRig, Rig, TensileRig
@@ -218,10 +220,4 @@ class FormingRun(Run):
 
 
 #: the run model of every kind of test
-RUNS: dict[str, type[Run]] = {
-    "tensile": TensileRun,
-    "picture-frame": PictureFrameRun,
-    "cantilever": CantileverRun,
-    "friction": FrictionRun,
-    "forming": FormingRun,
-}
+RUNS: Mapping[str, type[Run]] = Parts(lambda kind: kind.load("run"))

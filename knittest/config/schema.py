@@ -2,13 +2,14 @@
 
 from typing import Any
 
+from knittest.base.kinds import DEFAULT
 from knittest.config.run import RUNS
 
 #: bounds as the models keep them -> their names in JSON schema (draft 2020-12); of a quantity they bind the bare number
 KEYWORDS = {"gt": "exclusiveMinimum", "ge": "minimum", "le": "maximum"}
 
 
-def run_schema(kind: str = "tensile") -> dict[str, Any]:
+def run_schema(kind: str = DEFAULT) -> dict[str, Any]:
     """JSON schema of a run of ``kind``, for editors that complete and check YAML."""
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **_standard(RUNS[kind].model_json_schema())}
 

@@ -5,6 +5,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
+from knittest.base.kinds import DEFAULT, kinds
 from knittest.config.base import BoundsError, Strict, number
 from knittest.config.parsing import parse_as
 from knittest.config.yaml_loader import Document, load_yaml
@@ -25,9 +26,9 @@ class Base(Strict):
     """Settings that all runs share; a list makes a run of each."""
 
     test: Names = Field(
-        default_factory=lambda: ["tensile"],
+        default_factory=lambda: [DEFAULT],
         min_length=1,
-        description="tensile, picture-frame, cantilever, friction, forming",
+        description=", ".join(kinds()),
     )
     variant: Names = Field(default_factory=list, description="shipped fabrics: 1, 2, or names of configs/NAME.yaml")
     fabric: Names = Field(default_factory=list, description="fabric files, seen from the folder of the sweep")

@@ -5,15 +5,12 @@ from dataclasses import dataclass, fields, replace
 from typing import Any, get_args
 
 from knittest.base.errors import InputError
+from knittest.base.kinds import names
 from knittest.config.fabric import Direction
 from knittest.experiment.lab_conditions import FABRIC_SIDE, FRAME_SIDE, GAUGE, NORMAL_FORCE, SAME, WIDTH, Condition
 
 #: sizes that curves and tables state, by their keys
 SIZES: dict[str, Condition] = {size.key: size for size in (WIDTH, GAUGE, FRAME_SIDE, FABRIC_SIDE, NORMAL_FORCE)}
-CHOICES: dict[str, tuple[str, ...]] = {
-    "test": ("tensile", "picture-frame", "cantilever", "friction"),
-    "direction": get_args(Direction),
-}
 #: difference [-] of two lengths below which forces are not scaled: that of rounding
 EXACT = 1e-6
 
@@ -40,7 +37,7 @@ def conditions_of(texts: Mapping[str, tuple[str, str]]) -> Conditions:
     Raises :class:`InputError` for another test or direction than there is, and for what is no plausible size.
     """
     found: dict[str, Any] = {}
-    for name, known in CHOICES.items():
+    for name, known in {"test": names("laboratory"), "direction": get_args(Direction)}.items():
         if name in texts:
             value, where = texts[name]
             if value not in known:

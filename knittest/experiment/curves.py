@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from knittest.base.errors import InputError
 from knittest.base.reading import read_regular
 from knittest.base.resources import data_dir
-from knittest.experiment.conditions import CHOICES, SIZES, UNKNOWN, Conditions, agreed, conditions_of
+from knittest.experiment.conditions import SIZES, UNKNOWN, Conditions, agreed, conditions_of
 from knittest.experiment.lab_csv import read_lab
 from knittest.experiment.lab_direction import Said, said_by
 from knittest.experiment.shear_csv import read_shear
@@ -105,7 +105,7 @@ def _notes(path: Path, lines: list[str]) -> Notes:
     for number, line in enumerate(lines, 1):
         if line.startswith("#"):
             key, _, value = (part.strip() for part in line[1:].partition(":"))
-            if key in notes and key in (*SIZES, *CHOICES) and notes[key][0] != value:
+            if key in notes and key in (*SIZES, "test", "direction") and notes[key][0] != value:
                 raise InputError(f"{path}:{number}: # {key}: {value}; {notes[key][1]} says {notes[key][0]}")
             notes[key] = value, f"{path}:{number}"
     return notes

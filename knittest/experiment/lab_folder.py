@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from knittest.base.errors import InputError, ResourceError
+from knittest.base.kinds import DEFAULT, kinds, names
 from knittest.base.tidy_tables import COLUMNS
 from knittest.config.starting import FABRIC
 from knittest.experiment.lab_conditions import Condition
@@ -20,12 +21,6 @@ from knittest.experiment.statistics import mean_sd
 STATISTICS, SOURCE_FILE = "statistics.json", "SOURCE.md"
 TENSION, SHEAR = "tension.csv", "shear.csv"
 DIRECTIONS = ("warp", "weft")
-#: folders of the imports, each with a table of its name beside it but for the tensile ones
-FOLDERS = {
-    **{d: ("tensile", d) for d in DIRECTIONS},
-    **{f"{t}-{d}": (t, d) for t in ("cantilever", "friction") for d in DIRECTIONS},
-    "picture-frame": ("picture-frame", ""),
-}
 SOURCE = """# Source
 
 Tests imported with `knittest data import`; write here who tested what, where and how.
@@ -46,8 +41,13 @@ def table_name(test: str, direction: str) -> str:
 
 
 def folder_name(test: str, direction: str) -> str:
-    """Name of the folder of an import."""
-    return next(name for name, key in FOLDERS.items() if key == (test, direction))
+    """Name of the folder of an import; that of the default test is the direction alone."""
+    return direction if test == DEFAULT else f"{test}-{direction}".removesuffix("-")
+
+
+def _imports() -> list[tuple[str, str]]:
+    """Test and direction of all imports that there may be."""
+    return [(test, d) for test in names("laboratory") for d in (DIRECTIONS if kinds()[test].directional else ("",))]
 
 
 def prepared(out: Path, test: str, direction: str) -> Path:
@@ -67,7 +67,7 @@ def prepared(out: Path, test: str, direction: str) -> Path:
 
 
 def _refuse_foreign(out: Path, inner: Path) -> None:
-    own = {SOURCE_FILE, FABRIC, *FOLDERS, *(table_name(t, d) for t, d in FOLDERS.values())}
+    own = {SOURCE_FILE, FABRIC, *(name(t, d) for t, d in _imports() for name in (folder_name, table_name))}
     for folder in (out, inner):
         if folder.exists() and not folder.is_dir():
             raise InputError(f"--out {out}: {folder} is a file: choose a new or empty folder")
@@ -112,7 +112,7 @@ def statistics_text(
 def read_statistics(out: Path) -> dict[str, dict[str, Any]]:
     """Statistics of the imports in ``out`` by folder; raises :class:`InputError` for one that cannot be read."""
     found = {}
-    for name in FOLDERS:
+    for name in (folder_name(test, direction) for test, direction in _imports()):
         path = out / name / STATISTICS
         if not path.is_file():
             continue

@@ -16,7 +16,6 @@ from knittest.experiment.lab_folder import SHEAR, curve_text
 from knittest.experiment.lab_frame import Sheared
 from knittest.experiment.lab_lines import table_lines
 from knittest.experiment.lab_picture import plot
-from knittest.experiment.lab_rigs import END
 from knittest.experiment.lab_series import Results, write_results
 from knittest.experiment.lab_units import likely_force
 from knittest.experiment.statistics import Corridor, band
@@ -26,6 +25,8 @@ Array = NDArray[np.float64]
 
 #: shear angles at which the force is a row [deg]: those of a run
 ANGLES = (10.0, 20.0, 30.0, 40.0)
+#: row of the largest angle of each frame
+END = "end_of_first_loading_deg"
 #: normalised shear force of textiles [N/mm]: from a loose knit at 3 deg to carbon fabrics beyond locking
 FORCES = (5e-4, 20.0)
 #: width of the steps over which the law is averaged [deg]

@@ -21,7 +21,6 @@ from knittest.experiment.lab_given import Given, first_loading, tared
 from knittest.experiment.lab_lines import table_lines
 from knittest.experiment.lab_numbers import NUMBER
 from knittest.experiment.lab_picture import plot
-from knittest.experiment.lab_rigs import KINETIC, STATIC
 from knittest.experiment.lab_series import Results, write_results
 from knittest.experiment.lab_sign import drawn, pulled
 from knittest.experiment.lab_table import LabTable, columns, read_table
@@ -37,6 +36,8 @@ KINETIC_SHARE = 0.5
 #: travel of a test [mm], and Coulomb coefficient of one face
 TRAVELS, COEFFICIENTS = (1.0, 1000.0), (0.005, 2.0)
 SIZES = (NORMAL_FORCE, PLATE_LENGTH, PLATE_WIDTH)
+#: coefficients of a face
+STATIC, KINETIC = "mu_static_per_face", "mu_per_face"
 UNITS = {"pull_force_static_n": "N", "pull_force_kinetic_n": "N", "mu_paper": "1", KINETIC: "1", STATIC: "1"}
 HEADS = ("static [N]", "kinetic [N]", "F_R/F_N of two faces", "of a face")
 

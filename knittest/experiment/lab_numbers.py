@@ -48,3 +48,8 @@ def read_number(path: Path, line: int, cell: str, mark: str) -> float:
     if not np.isfinite(value):
         raise InputError(f"{path}:{line}: {shown(cell)} is not a finite number")
     return value
+
+
+def plain(value: float) -> float:
+    """``value`` to six digits, as files state it."""
+    return float(f"{value:.6g}")

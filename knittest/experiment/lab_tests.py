@@ -1,13 +1,10 @@
 """The tests of a laboratory that can be imported: how each is read, shown and written."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from knittest.base.errors import InputError
-from knittest.experiment.lab_cantilever import cantilever_lines, read_overhangs, write_cantilever
-from knittest.experiment.lab_checks import plausible_strips
 from knittest.experiment.lab_conditions import (
     AREA_MASS,
     FABRIC_SIDE,
@@ -18,61 +15,14 @@ from knittest.experiment.lab_conditions import (
     PLATE_LENGTH,
     PLATE_WIDTH,
     WIDTH,
-    Condition,
 )
-from knittest.experiment.lab_csv import Specimen, read_lab
-from knittest.experiment.lab_frame import read_frames
-from knittest.experiment.lab_frame_report import frame_lines, write_frames
-from knittest.experiment.lab_friction import friction_lines, read_friction, write_friction
 from knittest.experiment.lab_given import Given
 from knittest.experiment.lab_guess import hinted
-from knittest.experiment.lab_report import summary_lines, write_import
+from knittest.experiment.lab_kind import LAB_TESTS, directed
 
 CONDITIONS = (
     WIDTH, GAUGE, FRAME_SIDE, FABRIC_SIDE, AREA_MASS, PLANE_ANGLE, NORMAL_FORCE, PLATE_LENGTH, PLATE_WIDTH,
 )  # fmt: skip
-
-
-@dataclass(frozen=True)
-class LabTest:
-    """``read`` a file into specimens, show them as ``lines``, ``write`` them with direction and whether it is trusted.
-
-    ``conditions`` and ``options`` are those that a user may give.
-    """
-
-    read: Callable[[Path, Given], list[Any]]
-    lines: Callable[[Sequence[Any]], list[str]]
-    write: Callable[[Sequence[Any], Path, str, Sequence[str], bool], str]
-    conditions: tuple[Condition, ...]
-    options: tuple[str, ...] = ()
-    directed: bool = True
-
-
-def _read_tensile(path: Path, given: Given) -> list[Specimen]:
-    sizes = given.sizes
-    return read_lab(path, sizes.get(GAUGE.key), given.decimal, given.delimiter, sizes.get(WIDTH.key), given.sign)
-
-
-def _tensile_lines(specimens: Sequence[Specimen]) -> list[str]:
-    plausible_strips(specimens)
-    return summary_lines(specimens)
-
-
-def _write_frames(specimens: Sequence[Any], out: Path, direction: str, files: Sequence[str], trusted: bool) -> str:
-    return write_frames(specimens, out, files)
-
-
-LAB_TESTS: Mapping[str, LabTest] = {
-    "tensile": LabTest(_read_tensile, _tensile_lines, write_import, (WIDTH, GAUGE), ("sign",)),
-    "picture-frame": LabTest(
-        read_frames, frame_lines, _write_frames, (FRAME_SIDE, FABRIC_SIDE), ("sign", "zero", "preload"), directed=False
-    ),
-    "cantilever": LabTest(read_overhangs, cantilever_lines, write_cantilever, (AREA_MASS, PLANE_ANGLE, WIDTH)),
-    "friction": LabTest(
-        read_friction, friction_lines, write_friction, (NORMAL_FORCE, PLATE_LENGTH, PLATE_WIDTH),
-        ("sign", "preload", "faces"),
-    ),
-}  # fmt: skip
 
 
 def read_files(test: str, files: Sequence[Path], options: Mapping[str, Any]) -> list[Any]:
@@ -111,9 +61,9 @@ def write_files(test: str, specimens: Sequence[Any], out: Path, direction: str |
     :class:`InputError` for a direction that is missing, or that the test has not.
     """
     kind = LAB_TESTS[test]
-    if kind.directed and direction is None:
+    if directed(test) and direction is None:
         raise InputError(f"--direction: missing: which yarn system runs along the strips, warp or weft? ({test})")
-    if not kind.directed and direction is not None:
+    if not directed(test) and direction is not None:
         raise _useless("--direction", test)
     return kind.write(specimens, out, direction or "", how["files"], how["trusted"])
 

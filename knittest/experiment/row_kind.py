@@ -1,10 +1,11 @@
 """Says of a compared row what its simulated number is worth: predicted, tuned on it, its own input, or assumed."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Literal
 
 from pydantic import BaseModel
 
+from knittest.base.kinds import Joined
 from knittest.config.base import Quantity
 from knittest.config.deciding import CELL, deciding, is_fed
 from knittest.config.fabric import YARN_LEVEL, Fabric
@@ -15,14 +16,9 @@ from knittest.experiment.borrowed import borrowed
 RowKind = Literal["predicted", "tuned", "input", "assumed"]
 
 #: names of rows as ``tuned_on`` and ``chosen_by`` write them, after variant and direction: "V1 warp max. tensile force"
-ROW_NAMES = {
-    "peak_force_n": "max. tensile force",
-    "fracture_strain_pct": "fracture strain",
-    "thickness_mm": "thickness",
-    "area_mass_g_m2": "area mass",
-}
-#: the same row by another name: Eq. 2 makes one of the other
-OTHER_NAMES = {"overhang_mm": "overhang", "bending_stiffness_mncm2": "overhang"}
+ROW_NAMES: Mapping[str, str] = Joined("row_names", {"thickness_mm": "thickness", "area_mass_g_m2": "area mass"})
+#: the same row by another name
+OTHER_NAMES: Mapping[str, str] = Joined("other_names")
 #: experiment whose friction is the rig's default
 DEFAULT_FRICTION_OF = "pham2019"
 

@@ -13,40 +13,28 @@ from typing import Any, Self
 
 from knittest.base.atomic import make_folder, resource_error, write_atomic
 from knittest.base.errors import InputError, KnittestError
+from knittest.base.kinds import listed
 from knittest.config.run import Run
 from knittest.export.jsonfile import json_text
 from knittest.export.lock import LOCK_NAME, RunLock
 from knittest.export.manifest import ending, first_manifest, now, restarted_manifest
 from knittest.export.summary import Status
 
-# What only a completed run may show; a failed one keeps its tables under a name that says so.
-_RESULTS = (
-    "summary.json",
-    "comparison.json",
-    "curve.png",
-    "energies.png",
-    "deformed.png",
-    "wrinkles.png",
-    "shear-angle.png",
-    "pressure.png",
-    "draw-in.png",
-    "yarn-forces.png",
-    "report.html",
-)
-_TABLES = (
-    "curve.csv",
-    "energies.csv",
-    "contacts.csv",
-    "yarns.csv",
-    "shear-angle.csv",
-    "pressure.csv",
-    "draw-in.csv",
-    "yarn-forces.csv",
-    "shear-field.csv",
-    "height-field.csv",
-)
+# What only a completed run may show; a failed one keeps its tables under a name that says so. Tests add their own.
+_RESULTS = ("summary.json", "comparison.json", "report.html")
+_TABLES = ("curve.csv", "energies.csv", "contacts.csv", "yarns.csv")
 CHECKPOINTS = "checkpoint-*.npz"
-_OWN = ("manifest.json", "config.yaml", "log.jsonl", "frames.pvd", LOCK_NAME, *_RESULTS, *_TABLES)
+_OWN = ("manifest.json", "config.yaml", "log.jsonl", "frames.pvd", LOCK_NAME)
+
+
+def results_of_runs() -> tuple[str, ...]:
+    """Names of the files that only a completed run of any test may show."""
+    return tuple(dict.fromkeys((*_RESULTS, *listed("pictures"))))
+
+
+def tables_of_runs() -> tuple[str, ...]:
+    """Names of the tables of runs of all tests."""
+    return tuple(dict.fromkeys((*_TABLES, *listed("tables"))))
 
 
 class RunFolder:
@@ -102,7 +90,7 @@ class RunFolder:
         """The folder of a run that did not complete, which goes on under ``lock``; ``notes`` go into its manifest."""
         folder = cls(path, lock, restarted_manifest(manifest, threads, notes))
         folder.notice = ""
-        for name in _TABLES:
+        for name in tables_of_runs():
             (path / _incomplete(name)).unlink(missing_ok=True)
         folder._write_manifest()
         folder.log("resumed", **notes)
@@ -195,10 +183,10 @@ class RunFolder:
                 path.unlink()
 
     def _sweep(self) -> None:
-        for name in _RESULTS:
+        for name in results_of_runs():
             with suppress(OSError):
                 (self.path / name).unlink(missing_ok=True)
-        for name in _TABLES:
+        for name in tables_of_runs():
             with suppress(OSError):
                 (self.path / name).replace(self.path / _incomplete(name))
 
@@ -262,7 +250,7 @@ def _clear_dead_run(path: Path, lock: RunLock) -> None:
     if _completed(path):  # and killed before its lock was removed
         raise InputError(f"--out {path}: holds a completed run; choose a new folder, or remove this one")
     leftover = [name for name in names if re.fullmatch(r"\..*\.tmp(\.\w+)?", name)]
-    strange = sorted(names - set(_OWN) - {"frames", *leftover})
+    strange = sorted(names - {*_OWN, *results_of_runs(), *tables_of_runs()} - {"frames", *leftover})
     if strange:
         raise InputError(
             f"--out {path}: left by {lock.stale_owner or 'a run'}, which is no longer running, and holds {strange[0]}; "

@@ -3,9 +3,9 @@
 from collections.abc import Callable
 from math import isfinite, sqrt
 
+from knittest.base.kinds import kinds
 from knittest.base.rounding import rounded_down
-from knittest.config.presets import FREE_BLANK
-from knittest.config.run import FormingRun, Run
+from knittest.config.run import Run
 
 #: share of its limit that advice aims at, as the rules are estimates
 AIM = 0.7
@@ -16,7 +16,8 @@ def advised(run: Run, key: str, value: float, limit: float) -> str:
 
     Empty where no setting of the run decides, or nothing is known of the value.
     """
-    rule = RULES.get(key)
+    kind = kinds()[run.rig.kind]
+    rule = (RULES | (kind.load("advice") if kind.advice else {})).get(key)
     if rule is None or not isfinite(value):
         return ""
     aim = AIM * limit
@@ -52,15 +53,8 @@ def _stiffer_contacts(run: Run, share: float) -> str:
 
 
 def _less_damping(run: Run, share: float) -> str:
-    damping, speed = run.solver.damping, run.solver.speed
-    if not isinstance(run, FormingRun):
-        return f"it goes with the damping: solver.damping={rounded_down(damping * share):g} would pass"
-    free_damping, free_speed = FREE_BLANK["damping"], FREE_BLANK["speed"]
-    if run.rig.blank_holder_force == 0.0 and (damping > free_damping or speed > free_speed):
-        found = "passes on shells of quick" if run.model.scale == "macro" else "passes on shells; try it on yarns"
-        return f"solver.damping={free_damping:g} with solver.speed={free_speed:g} {found}"
-    # a flange that is damped less swings more, so its loss falls about with the root of the damping
-    return f"try solver.damping={rounded_down(damping * share**2):g}"
+    damping = rounded_down(run.solver.damping * share)
+    return f"it goes with the damping: solver.damping={damping:g} would pass"
 
 
 def _finer_shells(run: Run, share: float) -> str:
@@ -73,7 +67,6 @@ RULES: dict[str, Callable[[Run, float], str]] = {
     "ke_over_ie_max": _slower,
     "energy_error_max": _smaller_step,
     "damping_over_work_max": _less_damping,
-    "drag_over_weight": _less_damping,
     "contact_damping_over_work_max": _slower_contacts,
     "hourglass_over_internal_max": _finer_shells,
     "penetration_over_radius_max": _stiffer_contacts,

@@ -16,8 +16,8 @@ from knittest.experiment.curves import ReferenceCurve, load_curve, located
 from knittest.experiment.forces import noted
 from knittest.export.line_picture import Band, Line, line_picture
 from knittest.laboratory.given_data import given_as
+from knittest.laboratory.registry import REPORTS
 from knittest.laboratory.report_base import title_of
-from knittest.laboratory.report_registry import REPORTS
 from knittest.laboratory.run_stamp import run_stamp
 
 #: characters of a line in the legend

@@ -38,8 +38,6 @@ class Prepared:
 class Test(Protocol):
     """A test of the laboratory."""
 
-    #: published quantities that it predicts
-    quantities: tuple[str, ...]
     #: whether a failure of the specimen ends it before the rig's motion does
     ends_at_failure: bool
 

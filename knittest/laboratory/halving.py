@@ -4,17 +4,11 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from knittest.base.kinds import kinds, listed
 from knittest.config.run import Run
 
-#: change of the first result on halving the speed that still counts as converged [-]; 2 % where it is not named
-CONVERGED = {"tensile": 0.01}
+#: change of a result on halving the speed that says that it moves [-]
 LIMIT = 0.02
-#: results that say how well a run went, not what it found: their own changes say nothing
-DIAGNOSTIC = (
-    "residual", "moment_error_pct", "drift_deg", "normal_force_error_pct", "plate_penetration_um",
-    "element_deformation_um", "penetration_over_deformation_pct",
-    "tool_penetration_max_um",
-)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -29,14 +23,15 @@ class Halving:
 
 
 def halving(run: Run) -> Halving:
-    """Setting to halve: the speed; of a state at rest the residual of shells; of yarns, whose balance at rest is fixed,
-    the step.
-    """
-    if run.rig.kind != "cantilever":
-        return _halved(run, "solver", "speed", "m/s")
-    return (
-        _halved(run, "rig", "tolerance", "-") if run.model.scale == "macro" else _halved(run, "solver", "safety", "-")
-    )
+    """Setting to halve: the speed, or the one that the record of a test that comes to rest names."""
+    field, unit = kinds()[run.rig.kind].halved.get(run.model.scale, ("solver.speed", "m/s"))
+    part, _, name = field.partition(".")
+    return _halved(run, part, name, unit)
+
+
+def diagnostic() -> tuple[str, ...]:
+    """Results of all tests that say how well a run went, not what it found: their own changes say nothing."""
+    return listed("diagnostic")
 
 
 def change(value: float | None, half: float | None) -> float:

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from knittest.laboratory.halving import DIAGNOSTIC, change
+from knittest.laboratory.halving import change, diagnostic
 
 #: of two solutions (Roache 1994); with it the index covers orders down to 0.4 of halves and 0.9 to 1 of meshes
 SAFETY = 3.0
@@ -54,7 +54,7 @@ def numerical_errors(
     """
     name = "finer_mesh_pct" if finer else "coarser_mesh_pct"
     found = {}
-    for quantity in (q for q in results if q not in DIAGNOSTIC):
+    for quantity in (q for q in results if q not in diagnostic()):
         value, slow, other = _finite(results[quantity]), half.of(quantity), mesh.of(quantity)
         row: dict[str, Any] = {"half_speed_pct": _percent(value, slow), name: _percent(value, other)}
         if value is None or slow is None or other is None:

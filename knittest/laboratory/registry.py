@@ -1,17 +1,9 @@
-"""The tests by the name of their rig."""
+"""Tests and their reports by the name of the rig, of all installed packages."""
 
+from collections.abc import Mapping
 from typing import Any
 
-from knittest.laboratory.cantilever.test import Cantilever
-from knittest.laboratory.forming.test import Forming
-from knittest.laboratory.friction.test import Friction
-from knittest.laboratory.picture_frame.test import PictureFrame
-from knittest.laboratory.tensile.test import Tensile
+from knittest.base.kinds import Parts
 
-TESTS: dict[str, Any] = {
-    "tensile": Tensile(),
-    "cantilever": Cantilever(),
-    "friction": Friction(),
-    "picture-frame": PictureFrame(),
-    "forming": Forming(),
-}
+TESTS: Mapping[str, Any] = Parts(lambda kind: kind.load("test")())
+REPORTS: Mapping[str, Any] = Parts(lambda kind: kind.load("report")())

@@ -8,8 +8,8 @@ from knittest.base.errors import InputError
 from knittest.config.loading import resolve
 from knittest.config.run import Run
 from knittest.config.yaml_loader import parse_document
+from knittest.laboratory.registry import REPORTS
 from knittest.laboratory.report_base import Report
-from knittest.laboratory.report_registry import REPORTS
 from knittest.report_page.files import Columns, Comparison, Manifest, Reader, Summary
 
 MAX_CONFIG = 1_000_000

@@ -12,6 +12,7 @@ import numpy as np
 from knittest.base.errors import NumericalError, ResourceError
 from knittest.base.history import Cost, Overlaps, Quality, Specimen
 from knittest.base.interrupts import Interrupted, Interrupts
+from knittest.base.kinds import kinds
 from knittest.base.progress import Progress
 from knittest.base.resources import data_dir
 from knittest.base.stamp import stamped
@@ -24,9 +25,8 @@ from knittest.export.folder import RunFolder
 from knittest.export.identity import cell_of, data_files
 from knittest.export.summary import ComparisonRow, build_summary, ensemble_results
 from knittest.laboratory.against import own_curves
-from knittest.laboratory.registry import TESTS
+from knittest.laboratory.registry import REPORTS, TESTS
 from knittest.laboratory.report_base import References
-from knittest.laboratory.report_registry import REPORTS
 from knittest.laboratory.run_stamp import run_stamp
 from knittest.report_page.page import write_if_possible, write_report
 from knittest.runs.opening import Opened, Opener
@@ -119,7 +119,7 @@ def _references(run: Run) -> References:
     fabric = run.fabric
     if fabric.experiment is None or fabric.experiment_variant is None:
         return References()
-    quantities = TESTS[run.rig.kind].quantities
+    quantities = kinds()[run.rig.kind].published
     report = REPORTS[run.rig.kind]
     rows = published(data_dir() / fabric.experiment, fabric.experiment_variant, run.direction, quantities)
     return References(report.scaled(run, rows), report.reference_curve(run))

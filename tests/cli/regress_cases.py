@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from knittest.base.kinds import kinds
 from knittest.base.resources import data_dir
 from knittest.experiment.tables import published
-from knittest.laboratory.report_registry import REPORTS
-from knittest.studies.regress.cases import QUANTITIES
+from knittest.laboratory.registry import REPORTS
 from knittest.studies.trials.record import Record
 
 ELEMENTS, CPU_S = 100, 36.0
@@ -37,7 +37,9 @@ class Pretending:
         if status != "completed":
             return Record(trial.key, status, f"{status} with a bell \a", seconds=1.0)
         run, kind = trial.run, trial.run.rig.kind
-        rows = published(data_dir() / "pham2019", run.fabric.experiment_variant, run.direction, QUANTITIES[kind])
+        rows = published(
+            data_dir() / "pham2019", run.fabric.experiment_variant, run.direction, kinds()[kind].regression.rows
+        )
         results = {row.quantity: self.factor * row.mean for row in REPORTS[kind].scaled(run, rows)}
         results |= {name: self.factor * value for name, value in UNPUBLISHED.get(kind, {}).items()}
         results |= self.more.get(trial.label, {})

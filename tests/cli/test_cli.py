@@ -11,7 +11,7 @@ import pytest
 
 from knittest.base.errors import InputError, NumericalError, OutOfTolerance, ResourceError
 from knittest.cli import main as cli_main
-from knittest.cli.main import COMMANDS, run
+from knittest.cli.main import run, summaries
 from knittest.config.dumping import dump
 from knittest.config.loading import resolve
 
@@ -56,7 +56,7 @@ def test_help_is_quick():
     assert min(seconds) < 0.6  # 0.1 s measured; a busy machine may take longer
 
 
-@pytest.mark.parametrize("name", list(COMMANDS))
+@pytest.mark.parametrize("name", list(summaries()))
 def test_every_command_of_the_table_has_help_with_an_example(name, capsys):
     assert run([name, "--help"]) == 0
     text = capsys.readouterr().out

@@ -8,9 +8,10 @@ from pathlib import Path
 import pytest
 from regress_cases import CPU_S, ELEMENTS, Pretending
 
+from knittest.base.kinds import kinds
 from knittest.cli.main import run
 from knittest.studies.regress import baseline, cases, command
-from knittest.studies.regress.cases import LEVELS, Case
+from knittest.studies.regress.cases import Case, cases_of
 
 TENSILE = "tensile-macro-v1-warp-quick"
 FORMING, YARNS = "forming-macro-v1-quick-100n", "picture-frame-meso-v1-quick-20mm"
@@ -163,7 +164,7 @@ def test_update_rewrites_with_provenance_and_keeps_what_did_not_complete(stored,
 def test_finished_runs_are_not_repeated(stored):
     pool = Pretending()
     assert stored("--quiet", pool=pool, out="same") == 0
-    assert len(pool.asked) == len(LEVELS["quick"])
+    assert len(pool.asked) == len(cases_of("quick"))
     again = Pretending()
     assert stored("--quiet", pool=again, out="same") == 0
     assert again.asked == []
@@ -235,15 +236,15 @@ def test_bad_input_ends_with_2_before_anything_runs(stored, arguments, said, cap
 
 
 def test_no_such_rows_is_bad_input(stored, monkeypatch, capsys):
-    monkeypatch.setitem(cases.LEVELS, "quick", ())
+    monkeypatch.setattr(cases, "cases_of", lambda level: [])
     assert stored() == 2
     assert "no run has such rows" in capsys.readouterr().err
 
 
 def test_quick_runs_every_test_on_shells_and_on_yarns_what_yarns_alone_do():
     """Tests of shells: all. Of yarns: breaking (tensile) and contact with friction (frame)."""
-    quick = {(case.test, case.scale) for case in LEVELS["quick"]}
-    assert {test for test, scale in quick if scale == "macro"} == set(cases.QUANTITIES)
+    quick = {(case.test, case.scale) for case in cases_of("quick")}
+    assert {test for test, scale in quick if scale == "macro"} == set(kinds())
     assert {test for test, scale in quick if scale == "meso"} == {"tensile", "picture-frame"}
 
 
@@ -257,13 +258,13 @@ def test_ci_runs_the_regression_for_real():
 
 def test_shipped_baseline_knows_every_quick_run():
     known = baseline.load(baseline.shipped()).entries
-    assert {case.name for case in LEVELS["quick"]} <= set(known)
+    assert {case.name for case in cases_of("quick")} <= set(known)
     assert all(entry.commit and not entry.commit.endswith("-dirty") for entry in known.values())
 
 
 def test_the_code_has_not_drifted(tmp_path, monkeypatch):
     one = Case("tensile", "macro", "1", "warp", "quick")
-    monkeypatch.setitem(cases.LEVELS, "quick", (one,))
+    monkeypatch.setattr(cases, "cases_of", lambda level: [one])
     assert run(["regress", "--out", str(tmp_path / "out"), "--workers", "1", "--threads", "1", "--quiet"]) == 0
     (drift,) = json.loads((tmp_path / "out" / "regress.json").read_text())["drift"]
     assert drift["judged"] and len(drift["changes"]) >= 4

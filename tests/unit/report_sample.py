@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from export_sample import cost, curve, energies, quality
 
+from knittest.base.kinds import kinds
 from knittest.base.resources import data_dir
 from knittest.config.dumping import dump
 from knittest.config.loading import resolve
@@ -17,7 +18,6 @@ from knittest.export.curve_picture import curve_picture
 from knittest.export.folder import RunFolder
 from knittest.export.line_picture import Line, line_picture
 from knittest.export.summary import build_summary
-from knittest.laboratory.registry import TESTS
 
 RESULTS = {
     "tensile": {"peak_force_n": 5666.25, "fracture_strain_pct": 1.578125, "force_per_yarn_n": 404.75},
@@ -53,7 +53,7 @@ def write_run(
     rows += [{name: value * (1.0 + 0.1 * k) for name, value in rows[0].items()} for k in range(1, specimens)]
     fabric = run.fabric
     tables = data_dir() / str(fabric.experiment)
-    quantities = TESTS[kind].quantities
+    quantities = kinds()[kind].published
     references = (
         published(tables, str(fabric.experiment_variant), run.direction, quantities) if fabric.experiment else []
     )

@@ -11,7 +11,7 @@ from knittest.base.interrupts import Interrupts
 from knittest.config.loading import resolve
 from knittest.laboratory.cantilever.test import after_drift, at_the_plane, strip_stiffness
 from knittest.laboratory.numerical_error import mesh_factor
-from knittest.laboratory.report_registry import REPORTS
+from knittest.laboratory.registry import REPORTS
 from knittest.materials.heavy_elastica import chord_angle, overhang_ratio, stiffness_of
 from knittest.runs.options import RunOptions
 from knittest.studies import verify

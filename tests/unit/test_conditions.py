@@ -19,7 +19,7 @@ from knittest.laboratory.against import own_curves
 from knittest.laboratory.base import fabric_laminate, tension_curve
 from knittest.laboratory.cantilever.test import strip_stiffness
 from knittest.laboratory.forming.yarn_forces import strengths
-from knittest.laboratory.report_registry import REPORTS
+from knittest.laboratory.registry import REPORTS
 from knittest.materials.trellis import crosshead_force
 
 HEAD = "variant,direction,quantity,mean,sd,n,unit,table\n"

@@ -7,6 +7,7 @@ from knittest.base.resources import configs_dir
 from knittest.config.layers import Layers
 from knittest.config.loading import planned_directions, resolve
 from knittest.config.presets import PRESETS
+from knittest.laboratory.tensile.presets import GAUGE
 
 
 @pytest.fixture
@@ -25,7 +26,7 @@ def test_preset_sets_counts_and_the_meso_gauge(preset):
     meso, macro = (resolve(variant="2", scale=scale, preset=preset) for scale in ("meso", "macro"))
     assert meso.model.meso.elements_per_loop == 30
     assert meso.model.meso.elements_per_wave == 8
-    assert meso.rig.gauge_length == values.meso_gauge_length
+    assert meso.rig.gauge_length == GAUGE[preset]
     assert macro.model.macro.element_size == values.element_size
     assert macro.rig.gauge_length == 200.0
     assert meso.model.preset == macro.model.preset == preset

@@ -7,6 +7,7 @@ import pytest
 import yaml
 
 from knittest.base.errors import InputError
+from knittest.base.kinds import kinds
 from knittest.config.fabric import MacroMaterial
 from knittest.config.loading import resolve
 from knittest.experiment.conditions import UNKNOWN
@@ -15,8 +16,7 @@ from knittest.experiment.lab_frame import read_frames
 from knittest.experiment.lab_frame_report import frame_lines, frame_series, shear_law, write_frames
 from knittest.experiment.lab_given import Given
 from knittest.experiment.tables import published
-from knittest.laboratory.registry import TESTS
-from knittest.laboratory.report_registry import REPORTS
+from knittest.laboratory.registry import REPORTS
 from knittest.materials.trellis import DEFINITIONS, crosshead, crosshead_force
 
 FRAME, FABRIC = 200.0, 160.0
@@ -165,7 +165,7 @@ def test_rows_of_a_frame_are_for_the_sides_of_the_run_or_for_any(tmp_path, monke
     write_frames(read_frames(frame_file(tmp_path / "a.csv"), Given()), tmp_path / "mine", ["a.csv"])
     names = ("normalised_shear_force_n_per_mm_at_deg.20", "shear_force_n_at_deg.20")
     run = resolve(test="picture-frame", variant="1", scale="macro", sets=["rig.side=50"])
-    assert set(names[:1]) <= set(TESTS["picture-frame"].quantities)
+    assert set(names[:1]) <= set(kinds()["picture-frame"].published)
     rows = published(tmp_path / "mine", "mine", "", names)
     free, force = REPORTS["picture-frame"].scaled(run, rows)
     gamma = np.deg2rad(20.0)

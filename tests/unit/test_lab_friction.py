@@ -18,7 +18,7 @@ from knittest.experiment.lab_friction import (
 from knittest.experiment.lab_given import Given
 from knittest.experiment.tables import published
 from knittest.laboratory.friction import rig
-from knittest.laboratory.report_registry import REPORTS
+from knittest.laboratory.registry import REPORTS
 
 HEAD = "Normalkraft;2,0;kN\nPlattenlänge;150;mm\nPlattenbreite;50;mm\n"
 

@@ -167,7 +167,7 @@ def test_a_run_carries_the_warning(imported, monkeypatch):
         def assess(self, *_) -> Quality:
             return Quality(0.0, 0.0, 0.0, 0.0, 0.0, True, (), warnings=("before",))
 
-    monkeypatch.setitem(specimen.TESTS, "tensile", Passed())
+    monkeypatch.setattr(specimen, "TESTS", {"tensile": Passed()})
     own_curve_beside(imported, "{value: 2.0, source: user}")
     warnings = specimen._assessed(shells(), None, None, None).warnings
     assert warnings[0] == "before" and "2 % (user) cuts macro.tension.warp" in warnings[1] and len(warnings) == 2

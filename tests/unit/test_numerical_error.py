@@ -9,7 +9,7 @@ from knittest.base.errors import InputError
 from knittest.config.loading import resolve
 from knittest.config.presets import PRESETS
 from knittest.config.run import RUNS
-from knittest.laboratory.halving import DIAGNOSTIC
+from knittest.laboratory.halving import diagnostic
 from knittest.laboratory.numerical_error import Repeat, mesh_factor, numerical_errors
 from knittest.laboratory.remeshing import SHELLS, YARNS, remeshing, sides
 
@@ -75,7 +75,7 @@ def test_an_error_that_cannot_be_told_is_none_with_the_reason(
 
 
 def test_what_says_how_well_a_run_went_has_no_error() -> None:
-    results = dict.fromkeys((*DIAGNOSTIC, "overhang_mm"), 1.0)
+    results = dict.fromkeys((*diagnostic(), "overhang_mm"), 1.0)
     assert list(numerical_errors(results, Repeat(results), Repeat(results), 2.0, False)) == ["overhang_mm"]
 
 

@@ -10,8 +10,8 @@ from knittest.cli.main import run as command
 from knittest.config.loading import resolve
 from knittest.experiment.curves import ReferenceCurve
 from knittest.laboratory import strips
+from knittest.laboratory.registry import REPORTS
 from knittest.laboratory.report_base import title_of
-from knittest.laboratory.report_registry import REPORTS
 from knittest.laboratory.run_stamp import run_stamp
 from knittest.report_page.page import write_report, write_reports
 

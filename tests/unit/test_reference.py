@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 import pytest
 
-from knittest.cli.main import COMMANDS, cli
+from knittest.cli.main import cli, summaries
 from knittest.config.fields import all_paths, place
 from knittest.config.run import RUNS
 
@@ -42,7 +42,7 @@ def test_every_field_is_there_with_its_unit(generate, kind):
 
 def test_every_option_of_every_command_is_there_with_its_help(generate):
     text = generate.cli_reference()
-    commands = [(f"knittest {name}", cli.get_command(click.Context(cli), name)) for name in COMMANDS]
+    commands = [(f"knittest {name}", cli.get_command(click.Context(cli), name)) for name in summaries()]
     for name, command in commands:
         if isinstance(command, click.Group):
             commands += [(f"{name} {below}", one) for below, one in command.commands.items()]

@@ -10,7 +10,7 @@ from html_page import HtmlPage, near
 from report_sample import METRICS, RESULTS, RIGS, curves, edit_json, write_run
 
 from knittest.config.yaml_loader import load_yaml
-from knittest.laboratory.report_registry import REPORTS
+from knittest.laboratory.registry import REPORTS
 from knittest.report_page.page import write_report, write_reports
 
 HOSTILE = "</style><script>alert(1)</script>\"'><img src=x onerror=alert(2)> {{ 7*7 }} $\\frac{$ & ü"

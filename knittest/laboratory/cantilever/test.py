@@ -40,7 +40,6 @@ FLATTEST, STEEPEST = 1.0, 85.0
 class Cantilever:
     """See :class:`knittest.laboratory.base.Test`."""
 
-    quantities = ("overhang_mm", "bending_stiffness_mncm2")
     ends_at_failure = False
 
     def prepare(self, run: CantileverRun, specimen: int = 0, phase: Phase | None = None) -> Prepared:

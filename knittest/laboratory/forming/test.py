@@ -48,7 +48,6 @@ HIGH = 95.0
 class Forming:
     """See :class:`knittest.laboratory.base.Test`."""
 
-    quantities: tuple[str, ...] = ()
     ends_at_failure = False
 
     def prepare(self, run: FormingRun, specimen: int = 0, phase: Phase | None = None) -> Prepared:

@@ -27,7 +27,6 @@ PENETRATION_TOLERANCE = 1.0
 class Friction:
     """See :class:`knittest.laboratory.base.Test`."""
 
-    quantities = ("mu_paper",)
     ends_at_failure = False
 
     def prepare(self, run: FrictionRun, specimen: int = 0, phase: Phase | None = None) -> Prepared:

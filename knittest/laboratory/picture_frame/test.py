@@ -41,7 +41,6 @@ MAPPED = 40.0
 class PictureFrame:
     """See :class:`knittest.laboratory.base.Test`."""
 
-    quantities = tuple(f"{name}_at_deg.{angle:g}" for angle in ANGLES for name in ("shear_force_n", NORMALISED))
     ends_at_failure = False
 
     def prepare(self, run: PictureFrameRun, specimen: int = 0, phase: Phase | None = None) -> Prepared:

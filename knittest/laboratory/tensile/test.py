@@ -21,7 +21,6 @@ JAW_PITCHES = 1
 class Tensile:
     """See :class:`knittest.laboratory.base.Test`."""
 
-    quantities = ("peak_force_n", "fracture_strain_pct")
     ends_at_failure = True
 
     def prepare(self, run: TensileRun, specimen: int = 0, phase: Phase | None = None) -> Prepared:

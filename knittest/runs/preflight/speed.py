@@ -1,7 +1,8 @@
 """Judges whether the speed of a run matters."""
 
+from knittest.base.kinds import kinds
 from knittest.config.run import Run
-from knittest.laboratory.halving import CONVERGED, LIMIT, changes, halving
+from knittest.laboratory.halving import changes, halving
 from knittest.runs.specimen import run_specimen
 
 
@@ -13,7 +14,7 @@ def speed_study(run: Run) -> tuple[list[str], bool]:
     heads = [f"{value:g} {study.unit}".removesuffix(" -") for value in (study.value, 0.5 * study.value)]
     lines = [f"  {study.setting:<34}{heads[0]:>14}{heads[1]:>14}    change"]
     lines += [f"  {n:<34}{fast[n]:>14.5g}{slow[n]:>14.5g}{100.0 * found[n]:>+9.2f} %" for n in fast]
-    first, limit = next(iter(found)), CONVERGED.get(run.rig.kind, LIMIT)
+    first, limit = next(iter(found)), kinds()[run.rig.kind].converged
     passed = abs(found[first]) < limit
     lines.append(f"  {first}: {'within' if passed else 'NOT within'} {100.0 * limit:g} %")
     return lines, passed

@@ -16,7 +16,7 @@ from knittest.experiment.compare import columns_of
 from knittest.experiment.curves import ReferenceCurve, find_curve
 from knittest.experiment.row_kind import ROW_NAMES
 from knittest.experiment.tables import PublishedValue, published
-from knittest.laboratory.report_registry import REPORTS
+from knittest.laboratory.registry import REPORTS
 from knittest.studies.trials.record import Record
 
 #: points of a curve that are compared, evenly spaced over its range

@@ -17,7 +17,7 @@ from knittest.experiment.compare import STRAIN
 from knittest.export.jsonfile import json_text
 from knittest.export.manifest import now
 from knittest.export.provenance import cpu_model, git_commit
-from knittest.laboratory.report_registry import REPORTS
+from knittest.laboratory.registry import REPORTS
 from knittest.studies.trials.record import Record
 
 #: points of a stored curve

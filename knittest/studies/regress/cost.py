@@ -4,13 +4,13 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
+from knittest.base.kinds import names
 from knittest.base.resources import data_dir
 from knittest.experiment.tables import published
 from knittest.studies.regress.cases import Case
 from knittest.studies.trials.record import Record
 
 SOURCE, VARIANT = "pham2019", "1"
-TESTS = ("tensile", "picture-frame", "cantilever", "friction", "forming")
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class CostRow:
 def table4_rows(done: Mapping[Case, Record]) -> Iterator[CostRow]:
     """All rows of Table 4 at the scales among ``done``, each with the run of variant 1 that has its cost."""
     scales = [scale for scale in ("macro", "meso") if any(case.scale == scale for case in done)]
-    for test in TESTS:
+    for test in names():
         for scale in scales:
             name = f"{test.replace('-', '_')}_{scale}"
             elements, cost = f"{name}_elements", f"{name}_cost"

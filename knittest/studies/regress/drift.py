@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from knittest.base.kinds import kinds
 from knittest.config.run import Run, Scale
 from knittest.studies.regress.baseline import Entry, has_curve, points
 from knittest.studies.regress.cases import Case
@@ -16,8 +17,8 @@ from knittest.studies.trials.record import Record
 
 @dataclass(frozen=True)
 class Limits:
-    """Change that a number may have over its stored value, a curve over its largest value, and a number of
-    :data:`BUCKLED` over its stored value.
+    """Change that a number may have over its stored value, a curve over its largest value, and a number that is
+    nothing but buckles over its stored value.
     """
 
     number: float
@@ -28,19 +29,6 @@ class Limits:
 #: one processor model gives the same bits; others and newer libraries round differently, which contact and breaking
 #: yarns enlarge
 LIMITS: dict[Scale, Limits] = {"macro": Limits(0.001, 0.002, 0.001), "meso": Limits(0.01, 0.02, 0.01)}
-#: sheets that buckle and fold enlarge it most: an unevenness changed by 2e-9 of itself (of yarns: the slack) moves a
-#: frame of shells by 0.15 %, its curve by 3.1 % and its buckles by 9.5 %, forming by 1.7, 0.8 and 3.9 %, a frame of
-#: yarns by 0.5, 1.0 and 0.8 % (two to four such runs each); twice that and more is allowed
-AMPLIFIED: dict[tuple[str, Scale], Limits] = {
-    ("picture-frame", "macro"): Limits(0.005, 0.06, 0.20),
-    ("picture-frame", "meso"): Limits(0.01, 0.03, 0.03),
-    ("forming", "macro"): Limits(0.04, 0.02, 0.10),
-}
-#: results that are nothing but the buckles
-BUCKLED = (
-    "material_shear_angle_sd_deg_at_40deg", "wrinkle_amplitude_mm_at_40deg", "max_wrinkle_height_mm",
-    "wrinkle_height_p95_mm", "rim_wave_height_mm",
-)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -96,21 +84,28 @@ def drift_of(case: Case, run: Run, record: Record, folder: Path, entry: Entry | 
         return Drift(case, entry, problem=no_result(record))
     if entry is None:
         return Drift(case, None)
-    return Drift(case, entry, tuple(_changes(limits_of(case), run, record, folder, entry)))
+    return Drift(case, entry, tuple(_changes(case, run, record, folder, entry)))
 
 
 def limits_of(case: Case) -> Limits:
-    """Limits of the change of the numbers of ``case``."""
-    return AMPLIFIED.get((case.test, case.scale), LIMITS[case.scale])
+    """Limits of the change of the numbers of ``case``: those of its test, else of its scale."""
+    own = kinds()[case.test].regression.drift.get(case.scale)
+    return Limits(*own) if own else LIMITS[case.scale]
 
 
-def _changes(limits: Limits, run: Run, record: Record, folder: Path, entry: Entry) -> Iterator[Change]:
-    elements = record.summary["cost"]["elements"]
+def _changes(case: Case, run: Run, record: Record, folder: Path, entry: Entry) -> Iterator[Change]:
+    limits, elements = limits_of(case), record.summary["cost"]["elements"]
     yield Change("elements", entry.elements, elements, elements / entry.elements - 1.0, 0.0)
     for name, stored in entry.results.items():
         found = record.results.get(name)
         now = math.nan if found is None else found
-        yield Change(name, stored, now, _relative(stored, now), limits.buckled if name in BUCKLED else limits.number)
+        yield Change(
+            name,
+            stored,
+            now,
+            _relative(stored, now),
+            limits.buckled if name in kinds()[case.test].regression.buckled else limits.number,
+        )
     if has_curve(run) and entry.curve is not None:
         yield _curve_change(run, folder, entry, limits.curve)
 

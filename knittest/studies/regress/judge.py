@@ -5,13 +5,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from knittest.base.errors import InputError
+from knittest.base.kinds import kinds
 from knittest.base.resources import data_dir
 from knittest.config.run import Run, Scale
 from knittest.experiment.compare import compare_results
 from knittest.experiment.row_kind import RowKind, row_kind
 from knittest.experiment.tables import PublishedValue, published
-from knittest.laboratory.report_registry import REPORTS
-from knittest.studies.regress.cases import QUANTITIES, Case
+from knittest.laboratory.registry import REPORTS
+from knittest.studies.regress.cases import Case
 from knittest.studies.trials.record import Record
 
 #: an input must come back within this share of the mean: the presets promise it of tension curves
@@ -52,12 +53,14 @@ def table3_rows(case: Case, run: Run, record: Record, limit_sd: float) -> Iterat
     fabric = run.fabric
     if fabric.experiment is None or fabric.experiment_variant is None:
         raise InputError(f"variant {case.variant}: the fabric names no experiment to be judged by")
-    raw = published(data_dir() / fabric.experiment, fabric.experiment_variant, run.direction, QUANTITIES[case.test])
+    raw = published(
+        data_dir() / fabric.experiment, fabric.experiment_variant, run.direction, kinds()[case.test].regression.rows
+    )
     values = REPORTS[case.test].scaled(run, raw)
-    kinds = {value.quantity: row_kind(run, value.quantity) for value in values}
-    found = {row["quantity"]: row for row in compare_results(record.results, values, kinds)}
+    row_kinds = {value.quantity: row_kind(run, value.quantity) for value in values}
+    found = {row["quantity"]: row for row in compare_results(record.results, values, row_kinds)}
     for value in values:
-        compared, kind = found.get(value.quantity), kinds[value.quantity]
+        compared, kind = found.get(value.quantity), row_kinds[value.quantity]
         simulated = compared["simulated"] if compared else math.nan
         deviation = compared["deviation_sd"] if compared else math.nan
         rule, reason = _judge(case.scale, kind, simulated, value, limit_sd)

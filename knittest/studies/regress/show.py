@@ -4,12 +4,13 @@ import math
 import sys
 from collections.abc import Iterator
 
+from knittest.base.kinds import kinds
 from knittest.base.layout import table, width_of
 from knittest.base.result_rows import LABELS
 from knittest.experiment.row_kind import RowKind
 from knittest.export.provenance import cpu_model
 from knittest.studies.regress.cost import CostRow
-from knittest.studies.regress.drift import AMPLIFIED, LIMITS, Drift
+from knittest.studies.regress.drift import LIMITS, Drift
 from knittest.studies.regress.judge import Row
 from knittest.studies.regress.outcome import Outcome, largest_of
 
@@ -80,8 +81,8 @@ def _drift_lines(outcome: Outcome) -> Iterator[str]:
 def _wider(drifts: list[Drift]) -> Iterator[str]:
     """The tests with limits of their own."""
     for test, scale in dict.fromkeys((drift.case.test, drift.case.scale) for drift in drifts):
-        if limits := AMPLIFIED.get((test, scale)):
-            number, curve, buckled = (100.0 * v for v in (limits.number, limits.curve, limits.buckled))
+        if limits := kinds()[test].regression.drift.get(scale):
+            number, curve, buckled = (100.0 * v for v in limits)
             yield f"  {test}, which enlarges rounding: {number:g} %, {curve:g} %, of its buckles {buckled:g} %"
 
 
@@ -91,8 +92,8 @@ def _largest(drifts: list[Drift]) -> str:
 
 
 def _verdict(outcome: Outcome) -> Iterator[str]:
-    kinds: tuple[RowKind, ...] = ("predicted", "tuned", "input", "assumed")
-    tallies = {kind: outcome.tally(kind) for kind in kinds}
+    row_kinds: tuple[RowKind, ...] = ("predicted", "tuned", "input", "assumed")
+    tallies = {kind: outcome.tally(kind) for kind in row_kinds}
     counts = [f"{good} of {total} {kind}" for kind, (good, total) in tallies.items() if total]
     said = f": rows that pass: {', '.join(counts)}" if counts else ""
     yield ("PASS" if outcome.exit_code == 0 else "FAIL") + said

@@ -1,11 +1,12 @@
 """Command ``knittest speed-study``: run each test at its speed and at half of it, write the table."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from knittest.base.atomic import write_atomic
 from knittest.base.errors import NumericalError
+from knittest.base.kinds import kinds, names
 from knittest.config.loading import resolve
 from knittest.config.run import Run
 from knittest.laboratory.halving import LIMIT, Halving, halving
@@ -19,18 +20,17 @@ from knittest.studies.trials.trial import Trial, trial_of
 CSV, MARKDOWN = "speed-study.csv", "speed-study.md"
 #: wall seconds that one run may take
 TIME_LIMIT = 14400.0
-TESTS = ("tensile", "picture-frame", "cantilever", "friction")
 SCALES = ("macro", "meso")
 
 
 @dataclass(frozen=True)
 class StudyOptions:
-    """Tests to run and their folder; ``tests`` and ``scales`` may be any of :data:`TESTS` and :data:`SCALES`."""
+    """Tests to run and their folder; ``tests`` are any, by default those of a study, ``scales`` of :data:`SCALES`."""
 
     out: Path
     variant: str | None = None
     fabric: Path | None = None
-    tests: Sequence[str] = TESTS
+    tests: Sequence[str] = field(default_factory=lambda: names("studied"))
     scales: Sequence[str] = SCALES
     direction: str = "warp"
     preset: str = "quick"
@@ -65,7 +65,7 @@ def study_command(options: StudyOptions) -> int:
 def _run(options: StudyOptions, test: str, scale: str) -> Run:
     return resolve(
         test=test, variant=options.variant, fabric=options.fabric, scale=scale, preset=options.preset,
-        direction=None if test == "picture-frame" else options.direction,
+        direction=options.direction if kinds()[test].directional else None,
     )  # fmt: skip
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from knittest import __version__
 from knittest.base.result_rows import LABELS
-from knittest.laboratory.halving import DIAGNOSTIC, LIMIT, Halving, change
+from knittest.laboratory.halving import LIMIT, Halving, change, diagnostic
 
 COLUMNS = (
     "test", "scale", "variant", "direction", "preset", "setting", "unit", "value", "quantity", "result", "result_half",
@@ -36,7 +36,7 @@ class Row:
 def rows_of(study: Halving, fast: Mapping[str, float], slow: Mapping[str, float]) -> Iterator[Row]:
     """One row a result that a user would report."""
     for quantity, result in fast.items():
-        if quantity not in DIAGNOSTIC:
+        if quantity not in diagnostic():
             yield Row(study, quantity, _number(result), _number(slow.get(quantity)))
 
 

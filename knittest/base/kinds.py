@@ -1,0 +1,242 @@
+"""Tests of the laboratory as packages offer them: one record a test, found by entry points.
+
+A record names what is heavy (models of its config, the test, its report) as ``module:name`` and holds what is light:
+reading it imports no numpy, so that ``knittest --help`` is quick, and no room below the laboratory imports the
+laboratory: they ask the record.
+"""
+
+import importlib
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from importlib.metadata import EntryPoint, entry_points
+from types import MappingProxyType
+from typing import Any, TypeVar
+
+from knittest.base.errors import InputError
+from knittest.base.resources import PACKAGE
+
+#: group of the entry points; the name of one is that of its test, its value where the record is
+GROUP = "knittest.tests"
+#: test that a command or a file means unless it names one
+DEFAULT = "tensile"
+#: label and format of a result
+Label = tuple[str, str]
+
+#: what config file and command line state of a field of the rig, None without
+Stated = Callable[[str], object]
+
+T = TypeVar("T")
+_NONE: Mapping[str, Any] = MappingProxyType({})
+
+
+@dataclass(frozen=True)
+class Regressed:
+    """Runs of a regression: of ``specimens``, (variant, direction or None), with ``sets`` that ``label`` stands for.
+
+    Runs start by ``rank``, expensive ones first, so that no worker is left alone with one at the end.
+    """
+
+    rank: int
+    level: str
+    scale: str
+    preset: str
+    specimens: tuple[tuple[str, str | None], ...]
+    sets: tuple[str, ...] = ()
+    label: str | None = None
+
+
+@dataclass(frozen=True)
+class Regression:
+    """A test in ``knittest regress``.
+
+    ``rows`` of Table 3 that it gives, ``sets`` of all its runs, ``runs``; ``drift`` is the change that a number, a
+    curve and a number that is nothing but buckles, one of ``buckled``, may have, by scale, where it is not everyone's.
+    """
+
+    rows: tuple[str, ...] = ()
+    sets: tuple[str, ...] = ()
+    runs: tuple[Regressed, ...] = ()
+    drift: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
+    buckled: tuple[str, ...] = ()
+
+
+#: specimens of the paper on a strip
+STRIPS = (("1", "warp"), ("1", "weft"), ("2", "warp"), ("2", "weft"))
+
+
+@dataclass(frozen=True)
+class TestKind:
+    """Everything that the rest of knittest asks of one test; ``module:name`` stands for what is loaded when used.
+
+    ``name`` is its command, ``rig.kind`` and the name of its entry point; ``summary`` and ``usage`` are what the help
+    says; ``run`` is the model of its config, ``test`` and ``report`` are classes (:mod:`knittest.laboratory`).
+    """
+
+    __test__ = False  # nor one of pytest's
+
+    name: str
+    summary: str
+    usage: str
+    run: str
+    test: str
+    report: str
+    #: place among the tests in help and tables, and whether it is on a strip along warp or weft
+    place: int = 100
+    directional: bool = True
+    #: options of the command for numbers of the rig: field and help by name
+    shortcuts: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+
+    #: label and format of each result, in the order of tables; what grows with the specimen: the same without a size
+    labels: Mapping[str, Label] = field(default_factory=dict)
+    sized: Mapping[str, str] = field(default_factory=dict)
+    #: results that say how well a run went, not what it found
+    diagnostic: tuple[str, ...] = ()
+    #: published quantities that it predicts, what lists of tuned rows call them, and the same row by another name
+    published: tuple[str, ...] = ()
+    row_names: Mapping[str, str] = field(default_factory=dict)
+    other_names: Mapping[str, str] = field(default_factory=dict)
+
+    #: files that it leaves besides those of every run: pictures, and tables (CSV)
+    pictures: tuple[str, ...] = ()
+    tables: tuple[str, ...] = ()
+
+    #: scale unless one is asked for; ``module:name`` of what a preset sets; fields of the rig that a preset decides
+    scale: str = "meso"
+    presets: str = ""
+    sizes: tuple[str, ...] = ()
+    #: fields that decide its results, by scale ({d}: the direction), and scales at which it returns its input
+    deciding: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    fed: tuple[str, ...] = ()
+
+    #: gates of its own by key, and fields of its rig that a gate hangs on with the sign of the looser side
+    gates: tuple[str, ...] = ()
+    hinges: Mapping[str, int] = field(default_factory=dict)
+    #: ``module:name`` of the rules of advice by gate, where those of all tests do not hold
+    advice: str = ""
+    #: field that is halved to see whether the speed matters, with its unit, by scale; change that counts as converged
+    halved: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+    converged: float = 0.02
+    #: whether it is a row of the speed study if none is asked for
+    studied: bool = False
+    #: its part of ``knittest regress``
+    regression: Regression = field(default_factory=lambda: Regression())
+    #: ``module:name`` of how files of a testing machine are read
+    laboratory: str = ""
+
+    def load(self, part: str) -> Any:
+        """Object that the field ``part`` names; raises :class:`InputError` where it is not there."""
+        return _object(getattr(self, part), f"test {self.name}: {part}")
+
+
+@cache
+def kinds() -> Mapping[str, TestKind]:
+    """Read the records of all installed tests, by name and in their order.
+
+    Raises :class:`InputError` where one cannot be loaded, two have one name or label a result differently, or a test
+    of knittest itself is not installed.
+    """
+    entries = {(entry.name, entry.value): entry for entry in entry_points(group=GROUP)}.values()
+    _refuse_missing({entry.value.partition(":")[0] for entry in entries})
+    found: dict[str, TestKind] = {}
+    for entry in entries:
+        if entry.name in found:
+            raise InputError(f"test {entry.name}: two packages offer it, one of them {_package(entry)}: uninstall one")
+        found[entry.name] = _record(entry)
+    return MappingProxyType(dict(sorted(found.items(), key=lambda item: (item[1].place, item[0]))))
+
+
+def _record(entry: EntryPoint) -> TestKind:
+    where = f"test {entry.name} of {_package(entry)}: entry point {entry.value}"
+    record = _object(entry.value, where)
+    if not isinstance(record, TestKind):
+        raise InputError(f"{where}: expected a knittest.base.kinds.TestKind, found a {type(record).__name__}")
+    if record.name != entry.name:
+        raise InputError(f"{where}: its record is named {record.name}: name both alike")
+    return record
+
+
+def _object(path: str, where: str) -> Any:
+    module, colon, name = path.partition(":")
+    if not colon:
+        raise InputError(f"{where}: expected module:name, found {path!r}")
+    try:
+        return getattr(importlib.import_module(module), name)
+    except (ImportError, AttributeError) as error:
+        raise InputError(f"{where}: cannot be loaded: {error}: repair or uninstall the package") from error
+
+
+def _package(entry: EntryPoint) -> str:
+    return f"{entry.dist.name} {entry.dist.version}" if entry.dist else "an unknown package"
+
+
+def _refuse_missing(stated: set[str]) -> None:
+    """Raise :class:`InputError` where a folder of the laboratory holds a record that no entry point names."""
+    here = {f"knittest.laboratory.{path.parent.name}.kind" for path in PACKAGE.glob("laboratory/*/kind.py")}
+    if missing := sorted(here - stated):
+        raise InputError(
+            f"knittest's own tests are not installed ({', '.join(missing)}): the entry points of its installation are "
+            f"older than its code, or there is none; run: pip install {PACKAGE.parent} (with -e for a checkout)"
+        )
+
+
+class Parts(Mapping[str, T]):
+    """A part of each test by the test's name, made by ``make`` when it is asked for and kept; of those tests whose
+    record has a ``part``, if one is named.
+    """
+
+    def __init__(self, make: Callable[[TestKind], T], part: str = "") -> None:
+        self._make, self._part, self._made = make, part, dict[str, T]()
+
+    def __getitem__(self, name: str) -> T:
+        if name not in self._made:
+            self._made[name] = self._make(kinds()[name])
+        return self._made[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in names(self._part)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(names(self._part))
+
+    def __len__(self) -> int:
+        return len(names(self._part))
+
+
+class Joined(Mapping[str, T]):
+    """Entries of all tests in one: of their records' maps ``part``; two that state one differently are refused."""
+
+    def __init__(self, part: str, more: Mapping[str, T] = _NONE) -> None:
+        self._part, self._more, self._all = part, more, dict[str, T]()
+
+    def __getitem__(self, name: str) -> T:
+        return self._joined()[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._joined())
+
+    def __len__(self) -> int:
+        return len(self._joined())
+
+    def _joined(self) -> dict[str, T]:
+        if not self._all:
+            found = dict(self._more)
+            for kind in kinds().values():
+                for name, value in getattr(kind, self._part).items():
+                    if found.setdefault(name, value) != value:
+                        raise InputError(
+                            f"test {kind.name}: {self._part}: {name} is {found[name]!r} of another test: state the "
+                            "same, or choose another name"
+                        )
+            self._all = found
+        return self._all
+
+
+def listed(part: str) -> tuple[str, ...]:
+    """Entries of all tests' tuples ``part``, each once."""
+    return tuple(dict.fromkeys(name for kind in kinds().values() for name in getattr(kind, part)))
+
+
+def names(part: str = "") -> list[str]:
+    """Names of the tests, of those whose record has a ``part`` if one is named."""
+    return [name for name, kind in kinds().items() if not part or getattr(kind, part)]

@@ -1,0 +1,50 @@
+"""What the record of a test says of files of a testing machine: how they are read, shown, written and told apart."""
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from knittest.base.kinds import Parts, kinds
+from knittest.experiment.lab_conditions import Condition
+from knittest.experiment.lab_given import Given
+
+#: fields of the rig, by test, from the statistics of an experiment by folder
+Rigs = dict[str, dict[str, Any]]
+
+
+def nobody(cells: Sequence[str]) -> bool:
+    """Cells that tell nothing."""
+    return False
+
+
+def no_rigs(tests: Mapping[str, dict[str, Any]]) -> Rigs:
+    """Of a test that says nothing of rigs."""
+    return {}
+
+
+@dataclass(frozen=True)
+class LabTest:
+    """``read`` a file into specimens, show them as ``lines``, ``write`` them with direction and whether it is trusted.
+
+    ``conditions`` and ``options`` are those that a user may give. ``looks`` tells by the cells at the head of a file
+    whether it is one of this test, ``named`` by its name; ``rigs`` is what an experiment says of rigs.
+    """
+
+    read: Callable[[Path, Given], list[Any]]
+    lines: Callable[[Sequence[Any]], list[str]]
+    write: Callable[[Sequence[Any], Path, str, Sequence[str], bool], str]
+    conditions: tuple[Condition, ...]
+    options: tuple[str, ...] = ()
+    looks: Callable[[Sequence[str]], bool] = nobody
+    named: re.Pattern[str] | None = None
+    rigs: Callable[[Mapping[str, dict[str, Any]]], Rigs] = no_rigs
+
+
+LAB_TESTS: Mapping[str, LabTest] = Parts(lambda kind: kind.load("laboratory"), "laboratory")
+
+
+def directed(test: str) -> bool:
+    """Tell whether specimens of ``test`` lie along warp or weft."""
+    return kinds()[test].directional

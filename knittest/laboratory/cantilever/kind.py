@@ -1,0 +1,53 @@
+"""Record of the cantilever."""
+
+from knittest.base.kinds import STRIPS, Regressed, Regression, TestKind
+
+KIND = TestKind(
+    name="cantilever",
+    place=3,
+    summary="Bending under its own weight, macro or meso.",
+    usage="""Let a strip bend over an edge under its own weight: chord angle, overhang, bending stiffness.
+
+    Example: knittest cantilever --variant 1 --scale macro --direction warp --set rig.mode=overhang
+    """,
+    run="knittest.config.run:CantileverRun",
+    test="knittest.laboratory.cantilever.test:Cantilever",
+    report="knittest.laboratory.cantilever.report:CantileverReport",
+    labels={
+        "chord_angle_deg": ("chord angle [deg]", "{:.2f}"),
+        "overhang_mm": ("overhang [mm]", "{:.1f}"),
+        "bending_stiffness_mncm2": ("B by Eq. 2, of the strip [mN cm2]", "{:.0f}"),
+        "bending_stiffness_n_mm_per_width": ("B, root moment/curvature [N mm]", "{:.2f}"),
+        "moment_error_pct": ("root moment off weight [%]", "{:.2f}"),
+        "residual": ("out of balance, of the weight", "{:.2g}"),
+        "curl_moment_nmm": ("curl of the loops, held [N mm]", "{:.3f}"),
+        "drift_deg": ("chord drift by the last turn [deg]", "{:.2f}"),
+    },
+    diagnostic=("residual", "moment_error_pct", "drift_deg"),
+    published=("overhang_mm", "bending_stiffness_mncm2"),
+    # Eq. 2 makes one of the other
+    other_names={"overhang_mm": "overhang", "bending_stiffness_mncm2": "overhang"},
+    pictures=("curve.png", "deformed.png"),
+    scale="macro",  # bending is an input of both, which the shells are faster to confirm
+    presets="knittest.laboratory.cantilever.presets:settings",
+    sizes=("width",),
+    deciding={
+        "macro": ("macro.bending_stiffness.{d}", "area_mass"),
+        "meso": ("reinforcing.bending_stiffness.{d}", "area_mass"),
+    },
+    fed=("macro", "meso"),
+    hinges={"tolerance": 1, "membrane_share": -1},
+    # at rest: the residual of shells; of yarns, whose balance at rest is fixed, the step
+    halved={"macro": ("rig.tolerance", "-"), "meso": ("solver.safety", "-")},
+    studied=True,
+    regression=Regression(
+        rows=("overhang_mm", "bending_stiffness_mncm2"),
+        sets=("rig.mode=overhang",),  # the laboratory's cantilever finds the overhang; the paper's is given it
+        runs=(
+            Regressed(5, "quick", "macro", "quick", STRIPS),
+            Regressed(2, "full", "meso", "paper", STRIPS),
+            Regressed(6, "full", "macro", "paper", STRIPS),
+        ),
+    ),
+    laboratory="knittest.experiment.lab_overhang_files:LAB",
+)

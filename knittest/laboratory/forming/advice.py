@@ -1,0 +1,24 @@
+"""What a refused forming test is advised to change."""
+
+from collections.abc import Callable
+
+from knittest.base.rounding import rounded_down
+from knittest.config.run import FormingRun
+from knittest.laboratory.forming.presets import FREE_BLANK
+
+
+def less_damping(run: FormingRun, share: float) -> str:
+    """Damping, with the speed of a free blank, at which its loss comes down to ``share`` of itself."""
+    damping, speed = run.solver.damping, run.solver.speed
+    free_damping, free_speed = FREE_BLANK["damping"], FREE_BLANK["speed"]
+    if run.rig.blank_holder_force == 0.0 and (damping > free_damping or speed > free_speed):
+        found = "passes on shells of quick" if run.model.scale == "macro" else "passes on shells; try it on yarns"
+        return f"solver.damping={free_damping:g} with solver.speed={free_speed:g} {found}"
+    # a flange that is damped less swings more, so its loss falls about with the root of the damping
+    return f"try solver.damping={rounded_down(damping * share**2):g}"
+
+
+ADVICE: dict[str, Callable[[FormingRun, float], str]] = {
+    "damping_over_work_max": less_damping,
+    "drag_over_weight": less_damping,
+}

@@ -1,0 +1,53 @@
+"""Record of the friction test."""
+
+from knittest.base.kinds import Regressed, Regression, TestKind
+
+KIND = TestKind(
+    name="friction",
+    place=4,
+    summary="Pull-out between two plates, macro or meso.",
+    usage="""Pull a strip out between two plates pressed together: pull force, friction coefficient.
+
+    Example: knittest friction --variant 1 --scale macro --direction warp
+    """,
+    run="knittest.config.run:FrictionRun",
+    test="knittest.laboratory.friction.test:Friction",
+    report="knittest.laboratory.friction.report:FrictionReport",
+    labels={
+        "pull_force_kinetic_n": ("pull force, kinetic [N]", "{:.1f}"),
+        "pull_force_static_n": ("pull force, largest [N]", "{:.1f}"),
+        "mu_paper": ("F_R/F_N, two faces [-]", "{:.4f}"),
+        "mu_per_face": ("F_R/(2 F_N), a face [-]", "{:.4f}"),
+        "normal_force_n": ("normal force [N]", "{:.1f}"),
+        "normal_force_error_pct": ("largest normal force error [%]", "{:.2f}"),
+        "compression_mm": ("plates closed by [mm]", "{:.3f}"),
+        "pressure_mean_mpa": ("mean pressure [MPa]", "{:.3f}"),
+        "pressure_peak_mpa": ("largest pressure of a cell [MPa]", "{:.2f}"),
+        "plate_load_on_warp_pct": ("plates' load on warp yarns [%]", "{:.1f}"),
+        "plate_load_on_weft_pct": ("plates' load on weft yarns [%]", "{:.1f}"),
+        "plate_load_on_knit_pct": ("plates' load on loops [%]", "{:.1f}"),
+        "plate_penetration_um": ("deepest penetration of a plate [um]", "{:.2f}"),
+        "element_deformation_um": ("largest deformation of an element [um]", "{:.1f}"),
+        "penetration_over_deformation_pct": ("penetration over deformation [%]", "{:.1f}"),
+    },
+    diagnostic=(
+        "normal_force_error_pct", "plate_penetration_um", "element_deformation_um", "penetration_over_deformation_pct",
+    ),
+    published=("mu_paper",),
+    pictures=("curve.png", "energies.png", "pressure.png"),
+    tables=("pressure.csv",),
+    presets="knittest.laboratory.friction.presets:settings",
+    sizes=("width",),
+    deciding={"macro": ("rig.kinetic_coefficient",), "meso": ("rig.kinetic_coefficient",)},
+    fed=("macro", "meso"),
+    studied=True,
+    regression=Regression(
+        rows=("mu_paper",),
+        runs=(
+            Regressed(6, "quick", "macro", "quick", (("1", "warp"),)),
+            Regressed(3, "full", "meso", "standard", (("1", "warp"),)),
+            Regressed(7, "full", "macro", "paper", (("1", "warp"), ("2", "warp"))),
+        ),
+    ),
+    laboratory="knittest.experiment.lab_friction_files:LAB",
+)  # fmt: skip

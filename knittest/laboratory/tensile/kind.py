@@ -1,0 +1,44 @@
+"""Record of the tensile test."""
+
+from knittest.base.kinds import STRIPS, Regressed, Regression, TestKind
+from knittest.laboratory.deciding_fields import PULLED
+
+KIND = TestKind(
+    name="tensile",
+    place=1,
+    summary="Strip tensile test to failure, macro or meso.",
+    usage="""Pull a strip (200 x 50 mm, DIN EN ISO 13934-1) to failure and compare with the experiment.
+
+    Example: knittest tensile --variant 2 --scale meso --preset paper --direction weft
+    """,
+    run="knittest.config.run:TensileRun",
+    test="knittest.laboratory.tensile.test:Tensile",
+    report="knittest.laboratory.tensile.report:TensileReport",
+    labels={
+        "peak_force_n": ("peak force [N]", "{:.0f}"),
+        "fracture_strain_pct": ("fracture strain [%]", "{:.2f}"),
+        "peak_force_n_per_mm": ("peak force per width [N/mm]", "{:.1f}"),
+        "force_per_yarn_n": ("force per yarn [N]", "{:.1f}"),
+    },
+    sized={"peak_force_n": "peak_force_n_per_mm"},
+    published=("peak_force_n", "fracture_strain_pct"),
+    row_names={"peak_force_n": "max. tensile force", "fracture_strain_pct": "fracture strain"},
+    pictures=("curve.png", "energies.png", "deformed.png"),
+    presets="knittest.laboratory.tensile.presets:settings",
+    sizes=("gauge_length", "width"),
+    deciding={"macro": ("macro.tension.{d}", "macro.fracture_strain.{d}"), "meso": ("{d}_density", *PULLED)},
+    fed=("macro",),
+    hinges={"stop_force_ratio": 1},
+    converged=0.01,
+    studied=True,
+    regression=Regression(
+        rows=("peak_force_n", "fracture_strain_pct"),
+        runs=(
+            Regressed(2, "quick", "meso", "quick", (("1", "weft"),)),  # nothing was tuned on its strain
+            Regressed(7, "quick", "macro", "quick", STRIPS),
+            Regressed(4, "full", "meso", "paper", STRIPS),
+            Regressed(8, "full", "macro", "paper", STRIPS),
+        ),
+    ),
+    laboratory="knittest.experiment.lab_tensile:LAB",
+)
