@@ -67,7 +67,7 @@ STRIPS = (("1", "warp"), ("1", "weft"), ("2", "warp"), ("2", "weft"))
 
 @dataclass(frozen=True)
 class TestKind:
-    """Everything that the rest of knittest asks of one test; ``module:name`` stands for what is loaded when used.
+    """Record of all that the rest of knittest asks of a test; ``module:name`` stands for what is loaded when used.
 
     ``name`` is its command, ``rig.kind`` and the name of its entry point; ``summary`` and ``usage`` are what the help
     says; ``run`` is the model of its config, ``test`` and ``report`` are classes (:mod:`knittest.laboratory`).

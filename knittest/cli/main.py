@@ -74,7 +74,7 @@ class LazyGroup(click.Group):
 
 
 def summaries() -> dict[str, str]:
-    """What ``--help`` says of each command, the tests first; raises :class:`InputError` for a test named like one."""
+    """Line of ``--help`` for each command, the tests first; raises :class:`InputError` for a test named like one."""
     tests = {name: kind.summary for name, kind in kinds().items()}
     if taken := sorted(tests.keys() & COMMANDS.keys()):
         raise InputError(f"test {taken[0]}: knittest {taken[0]} is a command of knittest: uninstall the test's package")

@@ -32,7 +32,7 @@ MODEL_PATHS: tuple[tuple[str, ...], ...] = (
 
 
 def preset_paths(kind: str) -> tuple[tuple[str, ...], ...]:
-    """What a preset decides of a test of ``kind``, unless a file or an option says it."""
+    """Fields that a preset decides of a test of ``kind``, unless a file or an option says it."""
     return (*(("rig", name) for name in kinds()[kind].sizes), *MODEL_PATHS)
 
 
@@ -45,7 +45,7 @@ def default_scale(kind: str) -> Scale:
 
 
 def nothing(field: str) -> None:
-    """Of no field of the rig is anything stated."""
+    """Return None: no field of the rig is stated."""
 
 
 def preset_settings(kind: str, preset: Preset, scale: Scale, stated: Stated = nothing) -> dict[str, Any]:

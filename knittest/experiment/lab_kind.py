@@ -1,4 +1,4 @@
-"""What the record of a test says of files of a testing machine: how they are read, shown, written and told apart."""
+"""Files of a testing machine in the record of a test: how they are read, shown, written and told apart."""
 
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -20,7 +20,7 @@ def nobody(cells: Sequence[str]) -> bool:
 
 
 def no_rigs(tests: Mapping[str, dict[str, Any]]) -> Rigs:
-    """Of a test that says nothing of rigs."""
+    """Return no fields, of a test that says nothing of rigs."""
     return {}
 
 

@@ -11,7 +11,6 @@ from knittest.studies.trials.trial import AROUND
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "knittest"
-TESTS = ("cantilever", "forming", "friction", "picture_frame", "tensile")
 TEXT = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
 
 
@@ -76,9 +75,13 @@ def test_the_table_of_floors_is_the_contract():
 
 
 def test_a_test_is_a_folder():
+    """The entry points that an installation gets, and no other folder, are tests."""
+    entries = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["entry-points"]
+    folders = [name.replace("-", "_") for name in entries["knittest.tests"]]
     found = {path.name for path in (PACKAGE / "laboratory").iterdir() if (path / "test.py").is_file()}
-    assert found == set(TESTS)
-    assert all((PACKAGE / "laboratory" / name / "report.py").is_file() for name in TESTS)
+    assert found == set(folders) and len(found) >= 5
+    assert list(entries["knittest.tests"].values()) == [f"knittest.laboratory.{name}.kind:KIND" for name in folders]
+    assert all((PACKAGE / "laboratory" / name / "report.py").is_file() for name in folders)
 
 
 def test_lists_of_sources_name_what_is_there():

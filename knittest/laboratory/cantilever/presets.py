@@ -9,6 +9,6 @@ WIDTH = {"quick": 25.0, "standard": 25.0, "paper": 50.0}
 
 
 def settings(preset: str, scale: str, stated: Stated) -> dict[str, Any]:
-    """What ``preset`` sets at ``scale``."""
+    """Settings of ``preset`` at ``scale``."""
     found: dict[str, Any] = {"model": {"meso": {"elements_per_loop": 24, "elements_per_wave": 4}}}
     return found if scale == "macro" else found | {"rig": {"width": WIDTH[preset]}}

@@ -1,4 +1,4 @@
-"""What a refused forming test is advised to change."""
+"""Advice on what a refused forming test should change."""
 
 from collections.abc import Callable
 

@@ -46,7 +46,7 @@ FREE_BLANK: dict[str, float] = {"speed": 0.05, "damping": 0.006}
 
 
 def settings(preset: str, scale: str, stated: Stated) -> dict[str, Any]:
-    """What ``preset`` sets at ``scale``, of shells for a blank that a stated force holds or not.
+    """Settings of ``preset`` at ``scale``, of shells for a blank that a stated force holds or not.
 
     Penalties grow with the inverse square of the step: folds of shells and yarns on tools want them stiff.
     """

@@ -9,7 +9,7 @@ WIDTH = {"quick": 15.0, "standard": 25.0, "paper": 50.0}
 
 
 def settings(preset: str, scale: str, stated: Stated) -> dict[str, Any]:
-    """What ``preset`` sets at ``scale``.
+    """Settings of ``preset`` at ``scale``.
 
     What slides must not be held back by damping: m c v is a force; the test is seen from the clamp, where the strip
     hardly moves. Penalties grow with the inverse square of the step: plates want them stiff. What slides of yarns is

@@ -9,7 +9,7 @@ SIDE = {"quick": 50.0, "standard": 100.0, "paper": 200.0}
 
 
 def settings(preset: str, scale: str, stated: Stated) -> dict[str, Any]:
-    """What ``preset`` sets at ``scale``; shear waves cross a large square later."""
+    """Settings of ``preset`` at ``scale``; shear waves cross a large square later."""
     model = {"meso": {"elements_per_loop": 30, "elements_per_wave": 4}}
     if scale == "macro":
         return {"model": model, "solver": {"speed": 0.5, "ramp": 5.0, "damping": 0.002}}

@@ -9,7 +9,7 @@ GAUGE = {"quick": 50.0, "standard": 100.0, "paper": 200.0}
 
 
 def settings(preset: str, scale: str, stated: Stated) -> dict[str, Any]:
-    """What ``preset`` sets at ``scale``.
+    """Settings of ``preset`` at ``scale``.
 
     A tension curve is an input of the shells and must come back within 1 %, which takes calm, and a shell breaks at its
     largest strain: central differences swell the waves of an element by 1 / sqrt(1 - (omega dt / 2)^2).
