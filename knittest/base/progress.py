@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from types import TracebackType
-from typing import Protocol, Self, TextIO
+from typing import Generic, Protocol, Self, TextIO, TypeVar
 
 _REFRESH_S = 0.1
 #: kinetic energy over work above which the work has hardly begun
@@ -48,11 +48,34 @@ class _Display(Protocol):
     def close(self) -> None: ...
 
 
-class Progress:
+D = TypeVar("D")
+
+
+class OnDisplay(Generic[D]):
+    """Base of what is shown on a display of type ``D``, or on none; a closed stream silences it, never the run."""
+
+    _display: D | None = None
+
+    def _safely(self, act: Callable[[D], None]) -> None:
+        if self._display is None:
+            return
+        try:
+            act(self._display)
+        except (OSError, ValueError):  # a closed pipe, a closed file
+            self._display = None
+
+
+def write_line(stream: TextIO, text: str) -> None:
+    """Write ``text`` as a line of its own, at once."""
+    stream.write(text + "\n")
+    stream.flush()
+
+
+class Progress(OnDisplay[_Display]):
     """Phases of a run and the progress within one; a context manager.
 
     :meth:`phase` ends the phase before it and names the next one, ``compiling kernels (once, about 20 s)``;
-    :meth:`update` turns the phase into one with a known end. A closed stream silences it, never the run.
+    :meth:`update` turns the phase into one with a known end.
     """
 
     def __init__(
@@ -66,7 +89,6 @@ class Progress:
         """Show on ``stream`` (standard error); ``interval`` [s] lies between plain lines."""
         stream = stream or sys.stderr
         self._clock = clock
-        self._display: _Display | None = None
         if not quiet and stream is not None:
             self._display = _Bar(stream) if stream.isatty() else _Lines(stream, interval)
         self._phase: str | None = None
@@ -126,14 +148,6 @@ class Progress:
         gained = fraction - first
         return (now - began) * (1.0 - fraction) / gained if gained > 0 else math.nan
 
-    def _safely(self, act: Callable[[_Display], None]) -> None:
-        if self._display is None:
-            return
-        try:
-            act(self._display)
-        except (OSError, ValueError):  # a closed pipe, a closed file
-            self._display = None
-
 
 class _Lines:
     """Plain lines, for a pipe, a log or CI."""
@@ -143,21 +157,17 @@ class _Lines:
         self.interval = interval
 
     def begin(self, text: str) -> None:
-        self._line(text)
+        write_line(self._stream, text)
 
     def show(self, text: str, status: Status) -> None:
         if math.isfinite(status.eta_s):
-            self._line(f"{status.fraction * 100:4.0f} %  {status.text()}")
+            write_line(self._stream, f"{status.fraction * 100:4.0f} %  {status.text()}")
 
     def end(self, text: str, seconds: float) -> None:
-        self._line(f"{text}: done in {seconds:.1f} s")
+        write_line(self._stream, f"{text}: done in {seconds:.1f} s")
 
     def close(self) -> None:
         pass
-
-    def _line(self, text: str) -> None:
-        self._stream.write(text + "\n")
-        self._stream.flush()
 
 
 class _Bar:

@@ -15,8 +15,8 @@ NEAR = 0.5
 
 
 @dataclass(frozen=True)
-class Gate:
-    """A number of :class:`Quality`, and of summary.json, by ``key``, times ``scale`` [%].
+class SolverGate:
+    """Gate on a number of :class:`Quality`, and of summary.json, by ``key``, times ``scale`` [%].
 
     ``limit`` is the solver's field that bounds it; ``only`` a scale, or ``own`` for tests whose record names it, where
     it is not for all.
@@ -40,20 +40,20 @@ class Gate:
 
 
 GATES = (
-    Gate("kinetic energy over work", "ke_over_ie_max", "max_kinetic_ratio"),
-    Gate("energy error", "energy_error_max", "max_energy_error"),
-    Gate("damping over work", "damping_over_work_max", "max_damping"),
-    Gate("damping of contacts over work", "contact_damping_over_work_max", "max_contact_damping"),
-    Gate("hourglass over internal energy", "hourglass_over_internal_max", "max_hourglass", only="macro"),
-    Gate("penetration over radius", "penetration_over_radius_max", "max_penetration"),
-    Gate("overlap of yarns at the start", "overlap_at_start", "max_overlap"),
-    Gate("added mass", "added_mass_pct", "max_added_mass", scale=1.0),
-    Gate("sheared beyond the end of the law", "beyond_law", "max_beyond_law", only="macro"),
-    Gate("drag of damping over weight and holder's force", "drag_over_weight", "max_drag", only="own"),
+    SolverGate("kinetic energy over work", "ke_over_ie_max", "max_kinetic_ratio"),
+    SolverGate("energy error", "energy_error_max", "max_energy_error"),
+    SolverGate("damping over work", "damping_over_work_max", "max_damping"),
+    SolverGate("damping of contacts over work", "contact_damping_over_work_max", "max_contact_damping"),
+    SolverGate("hourglass over internal energy", "hourglass_over_internal_max", "max_hourglass", only="macro"),
+    SolverGate("penetration over radius", "penetration_over_radius_max", "max_penetration"),
+    SolverGate("overlap of yarns at the start", "overlap_at_start", "max_overlap"),
+    SolverGate("added mass", "added_mass_pct", "max_added_mass", scale=1.0),
+    SolverGate("sheared beyond the end of the law", "beyond_law", "max_beyond_law", only="macro"),
+    SolverGate("drag of damping over weight and holder's force", "drag_over_weight", "max_drag", only="own"),
 )
 
 
-def gates_of(run: Run) -> list[Gate]:
+def gates_of(run: Run) -> list[SolverGate]:
     """The gates of a test that is integrated in time."""
     return [gate for gate in GATES if gate.applies(run)]
 

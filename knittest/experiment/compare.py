@@ -102,6 +102,12 @@ def compare_curves(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> d
     ``x``, ``y`` (n,) in the units of the reference, x rising; shear counts from :data:`START` on. Says what it was
     judged against. Curves that share no range, have too few points, are constant or in other units are "not
     comparable", with the reason, without numbers. A rating that would mislead is None, and ``no_rating`` says why.
+
+    >>> x = np.linspace(0.0, 2.0, 50)
+    >>> strips = ReferenceCurve("measured", x, 3000.0 * x, None, "strain_pct", "force_n", "five strips")
+    >>> found = compare_curves(x, 2700.0 * x, strips)
+    >>> found["peak_error_pct"], found["fracture_strain_error_pct"], found["rating"]["grade"]
+    (-10.0, 0.0, 'excellent')
     """
     judged = {"judged_against": reference.source, "reference_kind": reference.kind}
     if reference.note:

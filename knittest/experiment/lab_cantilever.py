@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
+from knittest.base.units import to_kernel
 from knittest.config.base import BoundsError, check_bounds, field_meta
 from knittest.config.fabric import MacroMaterial
 from knittest.config.rigs import CantileverRig
@@ -23,7 +24,7 @@ from knittest.experiment.lab_lines import table_lines
 from knittest.experiment.lab_numbers import NUMBER
 from knittest.experiment.lab_series import Results, write_results
 from knittest.experiment.lab_table import LabTable, read_table
-from knittest.materials.heavy_elastica import STANDARD_ANGLE, overhang_ratio
+from knittest.materials.heavy_elastica import STANDARD_ANGLE, bending_stiffness, overhang_ratio
 
 Array = NDArray[np.float64]
 
@@ -56,8 +57,8 @@ class Bent:
 
     @property
     def stiffness(self) -> float:
-        """B = w (overhang / 2)^3 per width [N mm] (Eq. 2), with the weight w per area [N/mm2]."""
-        return self.area_mass * 1e-9 * GRAVITY * (0.5 * self.overhang) ** 3
+        """Bending stiffness per width [N mm] (Eq. 2)."""
+        return bending_stiffness(self.overhang, to_kernel(self.area_mass, "g/m2") * to_kernel(GRAVITY, "m/s2"))
 
 
 def read_overhangs(path: Path, given: Given) -> list[Bent]:

@@ -1,25 +1,22 @@
 """Units of force and travel in laboratory files: read from the name of a column or the row below it, or refused."""
 
-import math
 import re
 
 from knittest.base.errors import InputError
+from knittest.base.units import plainly, ratios
 
-#: factor to N
-FORCE = {"N": 1.0, "kN": 1e3, "daN": 10.0, "cN": 1e-2, "mN": 1e-3, "kgf": 9.80665, "lbf": 4.4482216152605}
-#: factor to mm
-LENGTH = {"mm": 1.0, "cm": 10.0, "m": 1e3, "um": 1e-3, "inch": 25.4}
-#: factor to deg
-ANGLE = {"deg": 1.0, "rad": 180.0 / math.pi}
-#: factor to g/m2
-AREA_MASS = {"g/m2": 1.0, "kg/m2": 1e3, "g/cm2": 1e4, "oz/yd2": 33.90575}
-#: factor to %
-STRAIN = {"%": 1.0, "mm/mm": 100.0}
-#: other spellings; both characters look like a micro sign
-_SPELT = {
-    "µm": "um", "μm": "um", "in": "inch", '"': "inch", "pct": "%", "°": "deg", "grad": "deg", "g/m²": "g/m2",
-    "kg/m²": "kg/m2", "g/cm²": "g/cm2",
-}  # fmt: skip
+#: factors to N
+FORCE = ratios("N", "kN", "daN", "cN", "mN", "kgf", "lbf")
+#: factors to mm
+LENGTH = ratios("mm", "cm", "m", "um", "inch")
+#: factors to deg
+ANGLE = ratios("deg", "rad")
+#: factors to g/m2
+AREA_MASS = ratios("g/m2", "kg/m2", "g/cm2", "oz/yd2")
+#: factors to %
+STRAIN = ratios("%", "mm/mm")
+#: other names
+_NAMED = {"in": "inch", '"': "inch", "pct": "%", "°": "deg", "grad": "deg"}
 _STRAIN_NAME = re.compile(r"strain|dehnung", re.I)
 #: after these marks stands a unit; after an underscore, blank or comma only if it is a known one
 _BRACKETS = re.compile(r"\[([^\[\]]*)\]|\(([^()]*)\)")
@@ -63,8 +60,8 @@ def travel_unit(name: str, below: str, where: str) -> str:
 
 def known(text: str, units: dict[str, float]) -> str:
     """The unit of ``units`` that ``text`` spells, in any case; ``""`` for none and for MN, which is not mN."""
-    text = text.strip("[]() ")
-    text = _SPELT.get(text.lower(), text)
+    text = plainly(text.strip("[]() "))
+    text = _NAMED.get(text.lower(), text)
     return next((u for u in units if u == text or (u.lower() == text.lower() and text != "MN")), "")
 
 

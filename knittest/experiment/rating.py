@@ -26,7 +26,12 @@ GRADES = ((0.94, "excellent"), (0.80, "good"), (0.58, "fair"))
 
 
 def rate(curve: Array, reference: Array) -> dict[str, float]:
-    """All scores [-] of ``curve`` against ``reference``, both (n,) on one equally spaced grid."""
+    """All scores [-] of ``curve`` against ``reference``, both (n,) on one equally spaced grid.
+
+    >>> x = np.linspace(0.0, 1.0, 201)
+    >>> {name: round(score, 2) for name, score in rate(1.02 * x**2, x**2).items()}
+    {'corridor': 1.0, 'phase': 1.0, 'magnitude': 0.99, 'slope': 0.99, 'overall': 1.0}
+    """
     shift = best_shift(curve, reference)
     shifted, kept = aligned(curve, reference, shift)
     scores = {
@@ -39,7 +44,11 @@ def rate(curve: Array, reference: Array) -> dict[str, float]:
 
 
 def grade(overall: float) -> str:
-    """Grade of an overall rating: excellent, good, fair or poor."""
+    """Grade of an overall rating: excellent, good, fair or poor.
+
+    >>> grade(0.95), grade(0.5)
+    ('excellent', 'poor')
+    """
     return next((name for limit, name in GRADES if overall > limit), "poor")
 
 

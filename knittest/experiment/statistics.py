@@ -33,7 +33,11 @@ def peaks(specimens: Sequence[Specimen]) -> tuple[Array, Array]:
 
 
 def mean_sd(values: Array) -> tuple[float, float]:
-    """Mean and sample standard deviation, NaN for one value: one specimen says nothing of scatter."""
+    """Mean and sample standard deviation, NaN for one value: one specimen says nothing of scatter.
+
+    >>> mean_sd(np.array([2.0, 4.0, 6.0]))
+    (4.0, 2.0)
+    """
     return float(np.mean(values)), float(np.std(values, ddof=1)) if len(values) > 1 else np.nan
 
 
@@ -54,9 +58,18 @@ def band(curves: Sequence[tuple[Array, Array]], end: float, common: str, points:
     start = max(float(x[0]) for x, _ in curves)
     if not end > start:
         raise InputError(f"the specimens share no range of {common}")
-    grid = np.linspace(start, end, points)
+    return corridor_on(np.linspace(start, end, points), curves)
+
+
+def corridor_on(grid: Array, curves: Sequence[tuple[Array, Array]]) -> Corridor:
+    """Corridor of ``curves`` (x, y) on ``grid`` (points,) of x.
+
+    >>> found = corridor_on(np.array([0.5]), [(np.array([0.0, 1.0]), np.array([0.0, f])) for f in (2.0, 4.0, 6.0)])
+    >>> found.mean.item(), found.sd.item(), found.n
+    (2.0, 1.0, 3)
+    """
     values = np.array([np.interp(grid, x, y) for x, y in curves])
-    sd = values.std(axis=0, ddof=1) if len(curves) > 1 else np.full(points, np.nan)
+    sd = values.std(axis=0, ddof=1) if len(curves) > 1 else np.full(len(grid), np.nan)
     return Corridor(grid, values.mean(axis=0), sd, len(curves))
 
 

@@ -27,7 +27,7 @@ class Reference:
 
 @dataclass(frozen=True)
 class EndPoint:
-    """Measured peak force [N] over fracture strain [%], mean and standard deviation."""
+    """Peak force [N] over the strain at it [%], mean and standard deviation."""
 
     strain_mean: float
     strain_sd: float
@@ -38,11 +38,12 @@ class EndPoint:
 
 @dataclass(frozen=True)
 class Corridor:
-    """Mean and standard deviation of specimens' forces [N] on a common strain grid [%], each (n,)."""
+    """Mean and standard deviation of specimens' forces [N] on a common strain grid [%], each (n,); their mean peak."""
 
     strain_pct: Array
     mean_n: Array
     sd_n: Array
+    peak: EndPoint
 
 
 #: characters of a line in the legend
@@ -142,20 +143,15 @@ def _ensemble(axes: "Axes", specimens: Sequence[Mapping[str, Array]], corridor: 
         low, high = corridor.mean_n - corridor.sd_n, corridor.mean_n + corridor.sd_n
         axes.fill_between(corridor.strain_pct, low, high, color=BLUE, alpha=0.16, linewidth=0, label="simulated, ± sd")
         axes.plot(corridor.strain_pct, corridor.mean_n, color=BLUE, linewidth=2.4, label="simulated, mean", zorder=4)
-    peaks = np.array([[c["strain_pct"][np.nanargmax(c["force_n"])], np.nanmax(c["force_n"])] for c in specimens])
-    mean, sd = peaks.mean(axis=0), peaks.std(axis=0, ddof=1)
-    axes.errorbar(
-        mean[0],
-        mean[1],
-        xerr=sd[0],
-        yerr=sd[1],
-        fmt="o",
-        color=BLACK,
-        markersize=5,
-        capsize=3,
-        label=f"simulated peaks {mean[1]:.0f} ± {sd[1]:.0f} N at {mean[0]:.2f} ± {sd[0]:.2f} %",
-        zorder=6,
-    )
+        peak = corridor.peak
+        label = (
+            f"simulated peaks {peak.force_mean:.0f} ± {peak.force_sd:.0f} N "
+            f"at {peak.strain_mean:.2f} ± {peak.strain_sd:.2f} %"
+        )
+        axes.errorbar(
+            peak.strain_mean, peak.force_mean, xerr=peak.strain_sd, yerr=peak.force_sd, fmt="o", color=BLACK,
+            markersize=5, capsize=3, label=label, zorder=6,
+        )  # fmt: skip
 
 
 def _force_per_yarn(axes: "Axes", count: int, name: str) -> None:

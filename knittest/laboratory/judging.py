@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from knittest.base.history import Array, History, Quality, judged_rows
-from knittest.config.gates import LEAST_ROWS, NEAR, Gate, gates_of
+from knittest.config.gates import LEAST_ROWS, NEAR, SolverGate, gates_of
 from knittest.config.run import Run
 from knittest.laboratory.advice import advised
 from knittest.laboratory.base import Prepared
@@ -120,7 +120,7 @@ def _judged(run: Run, quality: Quality, beyond: BeyondLaw) -> Quality:
     return replace(quality, quasi_static=100.0 * quality.ke_over_ie_max <= run.solver.max_kinetic_ratio)
 
 
-def _refusal(run: Run, gate: Gate, value: float, limit: float, beyond: BeyondLaw) -> str:
+def _refusal(run: Run, gate: SolverGate, value: float, limit: float, beyond: BeyondLaw) -> str:
     said = f"{gate.label} is not a number" if np.isnan(value) else f"{gate.label} {value:.2f} % is above {limit:g} %"
     advice = beyond.advice(run) if gate.key == "beyond_law" else advised(run, gate.key, value, limit)
     return f"{said}; {advice}" if advice else said

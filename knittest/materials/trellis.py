@@ -29,22 +29,38 @@ DEFINITIONS: dict[str, Definition] = {
 
 
 def frame_angle(displacement: float, side: float) -> float:
-    """Shear angle [rad] at a crosshead displacement [mm] (Eq. 1 of Pham et al.; its sqrt(2L) is a misprint)."""
+    """Shear angle [rad] at a crosshead displacement [mm] (Eq. 1 of Pham et al.; its sqrt(2L) is a misprint).
+
+    >>> round(np.rad2deg(frame_angle(50.0, 150.0)).item(), 2)  # a frame with sides of 150 mm
+    31.8
+    """
     return pi / 2.0 - 2.0 * float(np.arccos(min((sqrt(2.0) * side + displacement) / (2.0 * side), 1.0)))
 
 
 def crosshead(angle: float, side: float) -> float:
-    """Crosshead displacement [mm] at a shear angle [rad]: the inverse of :func:`frame_angle`."""
+    """Crosshead displacement [mm] at a shear angle [rad]: the inverse of :func:`frame_angle`.
+
+    >>> round(crosshead(np.deg2rad(30.0), 150.0).item(), 2)
+    47.68
+    """
     return sqrt(2.0) * side * (np.cos(0.5 * angle) + np.sin(0.5 * angle) - 1.0)
 
 
 def crosshead_force(shear: Any, angle: Any, fabric_side: float, frame_side: float) -> Any:
-    """Crosshead force F [N] of the shear force S [N/mm] at ``angle``, numbers or arrays."""
+    """Crosshead force F [N] of the shear force S [N/mm] at ``angle``, numbers or arrays.
+
+    >>> round(crosshead_force(0.1, np.deg2rad(30.0), 150.0, 150.0).item(), 2)  # 0.1 x 150 / sin 30 deg
+    30.0
+    """
     return shear * fabric_side**2 / (frame_side * np.sin(pi / 4.0 - 0.5 * np.asarray(angle)))
 
 
 def normalised_force(force: Any, angle: Any, fabric_side: float, frame_side: float) -> Any:
-    """Normalised shear force [N/mm] of the crosshead force ``force`` [N]."""
+    """Normalised shear force [N/mm] of the crosshead force ``force`` [N].
+
+    >>> round(normalised_force(30.0, np.deg2rad(30.0), 150.0, 150.0).item(), 4)  # 0.1 / cos 30 deg
+    0.1155
+    """
     along_side = force / (2.0 * np.cos(pi / 4.0 - 0.5 * np.asarray(angle)))
     return along_side * frame_side / fabric_side**2
 
@@ -55,5 +71,9 @@ def crosshead_of_normalised(normalised: Any, angle: Any, fabric_side: float, fra
 
 
 def to_conjugate(value: Any, angle: Any, definition: Definition) -> Any:
-    """S [N/mm] of a shear force by ``definition`` [N/mm]."""
+    """S [N/mm] of a shear force by ``definition`` [N/mm].
+
+    >>> round(to_conjugate(0.1155, np.deg2rad(30.0), "normalised").item(), 4)
+    0.1
+    """
     return value if definition == "conjugate" else value * np.cos(angle)

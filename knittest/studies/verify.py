@@ -22,10 +22,10 @@ from knittest.report_page.page import write_if_possible, write_report
 from knittest.runs.execute import Outcome
 from knittest.runs.options import RunOptions
 from knittest.studies.trials.ledger import PATTERN
-from knittest.studies.trials.live import Overview
 from knittest.studies.trials.pool import LocalPool
 from knittest.studies.trials.record import SETTLED, Record
-from knittest.studies.trials.runner import TRIALS, TrialRunner
+from knittest.studies.trials.run_all import run_shown
+from knittest.studies.trials.runner import TRIALS
 from knittest.studies.trials.trial import Trial, trial_of
 
 #: folder of the repeats in that of the run
@@ -143,18 +143,7 @@ def _records(trials: list[Trial], outcome: Outcome, options: RunOptions) -> dict
     workers = min(len(trials), threads)
     pool = LocalPool(workers, max(threads // workers, 1))
     limit = max(PATIENCE * float(outcome.summary["cost"]["wall_s"] or 0.0), HOUR)
-    by_key, records = {trial.key: trial for trial in trials}, {}
-    with (
-        Overview(len(trials), quiet=options.quiet) as view,
-        TrialRunner(outcome.folder / FOLDER, pool, limit=limit, watch=view.watch) as runner,
-    ):
-        known = runner.finished(trials)
-        view.begin(len(known))
-        for record in runner.run(trials):
-            records[record.key] = record
-            if record.key not in known:
-                view.ended(by_key[record.key], record)
-    return records
+    return run_shown(trials, outcome.folder / FOLDER, pool, limit=limit, quiet=options.quiet)
 
 
 def _judged(

@@ -137,14 +137,14 @@ def test_the_box_is_one_sd_each_way(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_an_ensemble_shows_specimens_corridor_and_its_spread(monkeypatch: pytest.MonkeyPatch) -> None:
     kept = saved(monkeypatch, curves)
     grid = np.linspace(0, 1.5, 10)
-    corridor = curves.Corridor(grid, 3000 * grid, 100 * grid)
+    corridor = curves.Corridor(grid, 3000 * grid, 100 * grid, curves.EndPoint(1.6, 0.02, 5500.0, 500.0))
     specimens = [curve(peak) for peak in (5000.0, 5500.0, 6000.0)]
     curves.curve_picture(Path("x.png"), specimens, title="t", corridor=corridor)
     assert labels(kept[0]) == [
         "3 simulated specimens",
         "simulated, ± sd",
         "simulated, mean",
-        "simulated peaks 5500 ± 500 N at 1.60 ± 0.00 %",
+        "simulated peaks 5500 ± 500 N at 1.60 ± 0.02 %",
     ]
 
 

@@ -21,7 +21,7 @@ from knittest.laboratory.base import Phase, Prepared, Update
 from knittest.laboratory.cantilever.mounting import Rest
 from knittest.laboratory.cantilever.shells import mount_shells, shells_to_rest
 from knittest.laboratory.cantilever.yarns import mount_yarns, yarns_to_rest
-from knittest.materials.heavy_elastica import STANDARD_ANGLE, overhang_ratio
+from knittest.materials.heavy_elastica import STANDARD_ANGLE, bending_stiffness, overhang_ratio
 from knittest.models.explicit_model import ExplicitModel
 from knittest.solve.state import Keeper, SimulationCost
 
@@ -142,7 +142,7 @@ def strip_stiffness(run: CantileverRun, overhang: float, chord: float) -> float:
         return float("nan")
     overhang = overhang * overhang_ratio(STANDARD_ANGLE, angle)
     weight = run.fabric.kernel("area_mass") * run.rig.kernel("gravity") * run.rig.kernel("width")
-    return weight * (0.5 * overhang) ** 3
+    return bending_stiffness(overhang, weight)
 
 
 def at_the_plane(run: Run, results: Mapping[str, float | None]) -> dict[str, float | None]:

@@ -15,6 +15,7 @@ from knittest.experiment.conditions import EXACT
 from knittest.experiment.curves import ReferenceCurve, load_curve
 from knittest.experiment.forces import for_width as strip_force
 from knittest.experiment.forces import noted
+from knittest.experiment.statistics import Corridor, corridor_on, mean_sd
 from knittest.experiment.tables import PublishedValue, for_width, with_note
 from knittest.export import curve_picture, strip_picture
 from knittest.export.line_picture import Level
@@ -33,6 +34,8 @@ from knittest.laboratory.tensile.test import Tensile, carrying_width
 
 #: share of the yarns by which whole ones may differ from those of the width without a word
 UNEVEN = 0.01
+#: points of a corridor
+POINTS = 400
 
 
 class TensileReport:
@@ -95,8 +98,8 @@ class TensileReport:
         """The channels of one specimen, or mean and sd of the force of several."""
         if len(specimens) == 1:
             return specimens[0].history.curve
-        strain, mean, sd = corridor(specimens)
-        return {self.axes.x: strain, self.axes.mean: mean, self.axes.sd: sd}
+        found = corridor(specimens)
+        return {self.axes.x: found.strain, self.axes.mean: found.mean, self.axes.sd: found.sd}
 
     def tables(self, run: TensileRun, specimens: list[Specimen]) -> dict[str, Columns]:
         """None besides those of every test."""
@@ -120,7 +123,7 @@ class TensileReport:
         count = round(specimens[0].results["peak_force_n"] / specimens[0].results["force_per_yarn_n"])
         curve_picture.curve_picture(
             path, [s.history.curve for s in specimens], title=title_of(run), references=shown, end_point=end_point,
-            corridor=curve_picture.Corridor(*corridor(specimens)) if len(specimens) > 1 else None,
+            corridor=_shown(specimens) if len(specimens) > 1 else None,
             yarns=(count, run.rig.direction) if run.model.scale == "meso" else None,
         )  # fmt: skip
 
@@ -136,20 +139,17 @@ def _whole_yarns(run: TensileRun) -> str:
     return f"by {' or '.join(str(n) for n in sorted(set(counts)))} whole yarns of {exact:.4g}"
 
 
-def mean_curve(specimens: list[Specimen]) -> tuple[np.ndarray, np.ndarray]:
-    """Strain [%] and force [N] of one specimen up to its peak, or the mean over the strains all of them reach."""
+def corridor(specimens: list[Specimen]) -> Corridor:
+    """Corridor of the force [N] up to the smallest strain at maximum force, so that it is of all specimens."""
     curves = [_to_peak(s) for s in specimens]
-    if len(curves) == 1:
-        return curves[0]
-    grid = np.linspace(0.0, min(x[-1] for x, _ in curves), 400)
-    return grid, np.mean([np.interp(grid, x, y) for x, y in curves], axis=0)
+    return corridor_on(np.linspace(0.0, min(x[-1] for x, _ in curves), POINTS), curves)
 
 
-def corridor(specimens: list[Specimen]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Strain [%], mean and sd of the force [N] up to the smallest fracture strain, so that all specimens count."""
-    grid, mean = mean_curve(specimens)
-    forces = [np.interp(grid, *_to_peak(s)) for s in specimens]
-    return grid, mean, np.std(forces, axis=0, ddof=1)
+def _shown(specimens: list[Specimen]) -> curve_picture.Corridor:
+    """Corridor with the mean and sd of the peaks, for the picture."""
+    found, ends = corridor(specimens), np.array([[v[-1] for v in _to_peak(s)] for s in specimens])
+    peak = curve_picture.EndPoint(*mean_sd(ends[:, 0]), *mean_sd(ends[:, 1]))
+    return curve_picture.Corridor(found.strain, found.mean, found.sd, peak)
 
 
 def _to_peak(specimen: Specimen) -> tuple[np.ndarray, np.ndarray]:

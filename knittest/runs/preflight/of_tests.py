@@ -13,6 +13,7 @@ from knittest.config.fabric import Direction, Fabric
 from knittest.experiment.tables import PublishedValue, for_width, published
 from knittest.laboratory.base import tension_curve
 from knittest.laboratory.curve_reach import MARGIN, reaches
+from knittest.materials.heavy_elastica import bending_stiffness
 from knittest.runs.preflight.counterpart import Counterpart, of_quantity
 
 DIRECTIONS: tuple[Direction, Direction] = ("warp", "weft")
@@ -96,7 +97,7 @@ def _bending(fabric: Fabric, direction: Direction) -> Counterpart:
     quantity: Quantity = getattr(fabric.macro.bending_stiffness, direction)
     row = _row(fabric, direction, "overhang_mm")
     weight = fabric.kernel("area_mass") * to_kernel(GRAVITY, "m/s2")
-    found = None if row is None else weight * (0.5 * row.mean) ** 3
+    found = None if row is None else bending_stiffness(row.mean, weight)
     origin = _no_row(fabric) if row is None else f"overhang {row.mean:g} mm and area_mass; {_cited(row)}"
     return of_quantity(
         f"{direction} bending stiffness", f"macro.bending_stiffness.{direction}", "N mm", quantity, found, origin, SAME

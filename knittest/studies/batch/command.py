@@ -21,10 +21,10 @@ from knittest.studies.batch.picture import CHOICES, overview_picture
 from knittest.studies.batch.plan import Plan, Row, plan_of
 from knittest.studies.batch.table import check_parquet, results_table, write_table
 from knittest.studies.trials.ledger import read_ledgers
-from knittest.studies.trials.live import Overview
 from knittest.studies.trials.pool import LocalPool, Pool
 from knittest.studies.trials.record import MEANING, Record
-from knittest.studies.trials.runner import TrialRunner
+from knittest.studies.trials.run_all import run_shown
+from knittest.studies.trials.runner import LEDGER
 from knittest.studies.trials.study import says_how_to_go_on, study_folder
 from knittest.studies.trials.trial import Trial
 
@@ -89,18 +89,10 @@ def _share(trials: Sequence[Trial], shard: tuple[int, int] | None) -> list[Trial
 
 
 def _run(plan: Plan, trials: list[Trial], pool: Pool, folder: Path, options: BatchOptions) -> None:
-    by_key = {trial.key: trial for trial in trials}
-    ledger = "ledger.jsonl" if options.shard is None else "ledger-{}-of-{}.jsonl".format(*options.shard)
+    ledger = LEDGER if options.shard is None else "ledger-{}-of-{}.jsonl".format(*options.shard)
     keep = RunOptions(quiet=True, frames=plan.sweep.keep == "frames", pictures=plan.sweep.keep != "tables")
-    with (
-        Overview(len(trials), quiet=options.quiet) as view,
-        TrialRunner(folder, pool, limit=plan.sweep.time_limit, ledger=ledger, options=keep, watch=view.watch) as runner,
-    ):
-        known = runner.finished(trials)
-        view.begin(len(known))
-        for record in runner.run(trials):
-            if record.key not in known:
-                view.ended(by_key[record.key], record)
+    limit = plan.sweep.time_limit
+    run_shown(trials, folder, pool, limit=limit, quiet=options.quiet, ledger=ledger, options=keep)
 
 
 def _stamp(part: "DataFrame") -> Stamp:

@@ -20,9 +20,10 @@ from knittest.studies.regress.show import lines_of
 from knittest.studies.trials.pool import LocalPool
 from knittest.studies.trials.record import Record
 from knittest.studies.trials.run_all import run_all
+from knittest.studies.trials.runner import LEDGER
 from knittest.studies.trials.trial import Trial
 
-LEDGER, RESULT = "ledger.jsonl", "regress.json"
+RESULT = "regress.json"
 
 
 @dataclass(frozen=True)

@@ -4,11 +4,10 @@ import sys
 import threading
 import time
 from collections import Counter
-from collections.abc import Callable
 from types import TracebackType
 from typing import Protocol, Self, TextIO
 
-from knittest.base.progress import duration
+from knittest.base.progress import OnDisplay, duration, write_line
 from knittest.base.result_rows import LABELS
 from knittest.studies.trials.record import Record
 from knittest.studies.trials.trial import Trial
@@ -23,11 +22,8 @@ class _Display(Protocol):
     def close(self) -> None: ...
 
 
-class Overview:
-    """Overview of a batch of ``total`` runs; a context manager, for any thread.
-
-    A closed stream silences it, never the batch.
-    """
+class Overview(OnDisplay[_Display]):
+    """Overview of a batch of ``total`` runs; a context manager, for any thread."""
 
     def __init__(self, total: int, *, at_most: bool = False, quiet: bool = False, stream: TextIO | None = None) -> None:
         """Show on ``stream`` (standard error); of ``at_most`` ``total`` runs nobody knows when they end."""
@@ -38,7 +34,6 @@ class Overview:
         self._running: dict[str, tuple[str, float | None, float]] = {}  # label, share, when it began
         self._began, self._drawn = time.monotonic(), 0.0
         self._lock = threading.RLock()
-        self._display: _Display | None = None
         if not quiet:
             self._display = _Live(stream) if stream.isatty() else _Lines(stream)
 
@@ -63,7 +58,7 @@ class Overview:
             self._done += 1
             self._counts[record.status] += 1
             number = f"[{self._known + self._done}/{self._total}]"
-            self._show(lambda display: display.ended(f"{number} {trial.label}: {outcome(record)}", record))
+            self._safely(lambda display: display.ended(f"{number} {trial.label}: {outcome(record)}", record))
             self._draw()
 
     def __enter__(self) -> Self:
@@ -73,7 +68,7 @@ class Overview:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         with self._lock:
-            self._show(lambda display: display.close())
+            self._safely(lambda display: display.close())
             self._display = None
 
     def _draw(self) -> None:
@@ -88,15 +83,7 @@ class Overview:
             f"{self._known + self._done}{of}{self._total} runs ({counts or 'none yet'}{known}), {duration(spent)}{eta}"
         )
         running = [_running(*state, now) for state in self._running.values()]
-        self._show(lambda display: display.draw(head, running, (self._known + self._done) / max(self._total, 1)))
-
-    def _show(self, act: Callable[[_Display], None]) -> None:
-        if self._display is None:
-            return
-        try:
-            act(self._display)
-        except (OSError, ValueError):  # a closed pipe, a closed file
-            self._display = None
+        self._safely(lambda display: display.draw(head, running, (self._known + self._done) / max(self._total, 1)))
 
 
 class _Lines:
@@ -106,8 +93,7 @@ class _Lines:
         self._stream = stream
 
     def ended(self, text: str, record: Record) -> None:
-        self._stream.write(text + "\n")
-        self._stream.flush()
+        write_line(self._stream, text)
 
     def draw(self, head: str, running: list[str], share: float) -> None:
         pass

@@ -4,10 +4,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from knittest.base.interrupts import Interrupted, Interrupts
+from knittest.runs.options import RunOptions
 from knittest.studies.trials.live import Overview
 from knittest.studies.trials.pool import Pool
 from knittest.studies.trials.record import Record
-from knittest.studies.trials.runner import TrialRunner
+from knittest.studies.trials.runner import LEDGER, TrialRunner
 from knittest.studies.trials.trial import Trial
 
 
@@ -16,21 +17,34 @@ def run_all(trials: Sequence[Trial], folder: Path, pool: Pool, *, limit: float, 
 
     Raises :class:`Interrupted`, saying how to go on.
     """
-    by_key = {trial.key: trial for trial in trials}
-    records: dict[str, Record] = {}
     try:
-        with (
-            Interrupts() as interrupts,
-            interrupts.deciding(),
-            Overview(len(by_key), quiet=quiet) as view,
-            TrialRunner(folder, pool, limit=limit, watch=view.watch) as runner,
-        ):
-            known = runner.finished(trials)
-            view.begin(len(known))
-            for record in runner.run(trials):
-                records[record.key] = record
-                if record.key not in known:
-                    view.ended(by_key[record.key], record)
+        with Interrupts() as interrupts, interrupts.deciding():
+            return run_shown(trials, folder, pool, limit=limit, quiet=quiet)
     except Interrupted as error:
         raise Interrupted(f"{error}; what is finished is kept: go on with the same command") from None
+
+
+def run_shown(
+    trials: Sequence[Trial],
+    folder: Path,
+    pool: Pool,
+    *,
+    limit: float,
+    quiet: bool,
+    ledger: str = LEDGER,
+    options: RunOptions | None = None,
+) -> dict[str, Record]:
+    """Run ``trials`` as :class:`TrialRunner` does, with an overview unless ``quiet``; records by key."""
+    by_key = {trial.key: trial for trial in trials}
+    records: dict[str, Record] = {}
+    with (
+        Overview(len(by_key), quiet=quiet) as view,
+        TrialRunner(folder, pool, limit=limit, ledger=ledger, options=options, watch=view.watch) as runner,
+    ):
+        known = runner.finished(trials)
+        view.begin(len(known))
+        for record in runner.run(trials):
+            records[record.key] = record
+            if record.key not in known:
+                view.ended(by_key[record.key], record)
     return records

@@ -13,7 +13,7 @@ from knittest.studies.trials.pool import Pool, Watch
 from knittest.studies.trials.record import Record, recovered
 from knittest.studies.trials.trial import Trial
 
-TRIALS = "trials"
+TRIALS, LEDGER = "trials", "ledger.jsonl"
 
 
 def _unwatched(trial: Trial, share: float | None) -> None:
@@ -34,7 +34,7 @@ class TrialRunner:
         pool: Pool,
         *,
         limit: float,
-        ledger: str = "ledger.jsonl",
+        ledger: str = LEDGER,
         options: RunOptions | None = None,
         watch: Watch = _unwatched,
         tell: Callable[[str], None] = say,
