@@ -35,6 +35,28 @@ _QUANTITY = {unit: quantity for quantity, units in UNITS.items() for unit in uni
 #: characters of units that have a plain spelling; both micro signs are in use
 _PLAIN = str.maketrans({"µ": "u", "μ": "u", "²": "2", "³": "3"})
 
+#: how names of numbers in kernel units end, by the unit that the user gives; what has none keeps its name
+SUFFIX = {
+    "mm": "mm",
+    "deg": "rad",
+    "%": "fraction",
+    "kg": "g",
+    "tex": "g_per_mm",
+    "g/m2": "g_per_mm2",
+    "GPa": "mpa",
+    "N": "n",
+    "N/mm": "n_per_mm",
+    "N mm": "n_mm",
+    "N mm2": "n_mm2",
+    "mm2": "mm2",
+    "yarn/100 mm": "per_mm",
+    "m/s": "mm_per_ms",
+    "m/s2": "mm_per_ms2",
+    "ms": "ms",
+    "us": "ms",
+    "1/ms": "per_ms",
+}
+
 
 def to_kernel(value: float, unit: str) -> float:
     """Convert ``value`` in user ``unit`` to kernel units; raise ``KeyError`` for an unknown unit.

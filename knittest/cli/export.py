@@ -35,15 +35,13 @@ def stl(out: Path, **chosen: Any) -> None:
     from knittest.laboratory.run_stamp import size_of
 
     (run,) = resolve_runs("forming", None, chosen)
-    rig, thickness = run.rig, run.fabric.kernel("thickness")
+    rig, thickness = run.rig, run.fabric.thickness_mm
     tools = tools_of(run, thickness)
     paths = write_tools(tools, out)
-    blank = (rig.kernel("blank_width"), rig.kernel("blank_length"))
+    blank = (rig.blank_width_mm, rig.blank_length_mm)
     title = f"tools of forming, {SHAPES[rig.stamp.kind]}"
     facts = (f"for {run.fabric.name}, {thickness:g} mm thick", *size_of(run))
     with stamped(Stamp(facts)):
-        tools_picture(
-            out / "tools.png", tools, depth=rig.kernel("depth"), thickness=thickness, blank=blank, title=title
-        )
+        tools_picture(out / "tools.png", tools, depth=rig.depth_mm, thickness=thickness, blank=blank, title=title)
     for line in (*tools.notes, *paths, out / "tools.png"):
         click.echo(str(line))

@@ -13,7 +13,7 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema
 
-from knittest.base.units import to_kernel
+from knittest.config.kernel_units import check_names, field_meta
 from knittest.config.unit_slips import likely_unit
 
 Source = Literal["measured", "derived", "tuned", "predicted", "assumed", "user"]
@@ -41,13 +41,9 @@ class Strict(BaseModel):
             _check_scatter(value, "sd")
         return value
 
-    def kernel(self, name: str, direction: str | None = None) -> float:
-        """Value of field ``name`` (of its ``direction``, if it has one) in kernel units (mm, ms, g, N, MPa)."""
-        value = getattr(self, name)
-        if direction is not None:
-            value = getattr(value, direction)
-        number = value.value if isinstance(value, Quantity) else value
-        return to_kernel(float(number), field_meta(type(self), name)["unit"])
+    @classmethod
+    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        check_names(cls)
 
 
 class Quantity(BaseModel):
@@ -84,12 +80,6 @@ class Quantity(BaseModel):
         if self.source == "tuned" and not self.tuned_on:
             raise ValueError("a tuned value must say in tuned_on which rows it was fitted to")
         return self
-
-
-def field_meta(model: type[BaseModel], name: str) -> dict[str, Any]:
-    """Unit, bounds and plausibility band of a field; empty for fields without."""
-    extra = model.model_fields[name].json_schema_extra
-    return dict(extra) if isinstance(extra, dict) else {}
 
 
 class BoundsError(ValueError):

@@ -1,11 +1,12 @@
 """A fabric: densities, loop length, mass and thickness, its two yarns, its contact and its macro material."""
 
 import math
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, ValidatorFunctionWrapHandler, WrapValidator, model_validator
 
 from knittest.config.base import BoundsError, Quantity, Strict, measure, number
+from knittest.config.kernel_units import Directed, Kernel
 from knittest.config.kind_name import TestName
 from knittest.config.shear import ShearLaw
 from knittest.config.yarn import KnittingYarn, PerDirection, ReinforcingYarn
@@ -22,6 +23,7 @@ class Compaction(Strict):
 
     exponent: Literal[1, 2, 3] = Field(2, description="power with which the stiffness grows")
     depth: Quantity = measure("mm", "penetration at which the force is twice the linear one", gt=0, band=(1e-3, 10))
+    depth_mm: ClassVar[Kernel[float]] = Kernel("depth")
 
 
 class YarnContact(Strict):
@@ -34,6 +36,7 @@ class YarnContact(Strict):
         json_schema_extra={"unit": "1", "ge": 0, "le": 2},
     )
     normal_stiffness: Quantity = measure("N/mm", "penalty stiffness of one crossing", gt=0, band=(1, 1e6))
+    normal_stiffness_n_per_mm: ClassVar[Kernel[float]] = Kernel("normal_stiffness")
     tangential_ratio: Quantity = measure("1", "sticking stiffness over normal stiffness", gt=0, le=1)
     compaction: Compaction | None = Field(None, description="progressive normal force; none: linear")
 
@@ -53,11 +56,14 @@ class MacroMaterial(Strict):
         "./data or the shipped data"
     )
     fracture_strain: PerDirection = measure("%", "element deletion strain", gt=0, band=(0.1, 50))
+    fracture_strain_fraction: ClassVar[Kernel[Directed]] = Kernel("fracture_strain")
     bending_stiffness: PerDirection = measure("N mm", "bending stiffness per width", gt=0, band=(1e-3, 1e4))
+    bending_stiffness_n_mm: ClassVar[Kernel[Directed]] = Kernel("bending_stiffness")
     in_plane_bending: PerDirection | None = number(
         None, "N mm", "bending stiffness of the yarns in the plane, per width (EI over their distance); none: none",
         gt=0, band=(1e-3, 1e4),
     )  # fmt: skip
+    in_plane_bending_n_mm: ClassVar[Kernel[Directed | None]] = Kernel("in_plane_bending")
     shear: ShearLaw = Field(description="in-plane shear force over the shear angle")
     compression_ratio: Quantity = measure("1", "compressive over largest tensile tangent", gt=0, le=1)
     poisson: Quantity = number(
@@ -96,10 +102,15 @@ class Fabric(Strict):
     name: str = Field(description="short name, used in file names", pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,39}$")
     title: str = Field("", description="one line for reports")
     warp_density: Quantity = measure("yarn/100 mm", "warp yarns (wales) per width", gt=0, band=(5, 200))
+    warp_density_per_mm: ClassVar[Kernel[float]] = Kernel("warp_density")
     weft_density: Quantity = measure("yarn/100 mm", "weft yarns (courses) per length", gt=0, band=(5, 200))
+    weft_density_per_mm: ClassVar[Kernel[float]] = Kernel("weft_density")
     loop_length: Annotated[Quantity, Absent] = number(None, "mm", "knitting yarn in one loop", gt=0, band=(1, 100))
+    loop_length_mm: ClassVar[Kernel[float]] = Kernel("loop_length")
     area_mass: Quantity = measure("g/m2", "mass per area", gt=0, band=(20, 20000))
+    area_mass_g_per_mm2: ClassVar[Kernel[float]] = Kernel("area_mass")
     thickness: Quantity = measure("mm", "thickness of the fabric", gt=0, band=(0.1, 30))
+    thickness_mm: ClassVar[Kernel[float]] = Kernel("thickness")
     reinforcing: Annotated[ReinforcingYarn, Absent] = _yarn_level("warp and weft inlay yarn")
     knitting: Annotated[KnittingYarn, Absent] = _yarn_level("yarn of the loops")
     contact: Annotated[YarnContact, Absent] = _yarn_level("yarn-yarn contact")
@@ -140,12 +151,17 @@ class Fabric(Strict):
     @property
     def wale_spacing(self) -> float:
         """Distance of the wales, which is that of the warp yarns [mm]."""
-        return 1.0 / self.kernel("warp_density")
+        return 1.0 / self.warp_density_per_mm
 
     @property
     def course_spacing(self) -> float:
         """Distance of the courses, which is that of the weft yarns [mm]."""
-        return 1.0 / self.kernel("weft_density")
+        return 1.0 / self.weft_density_per_mm
+
+    @property
+    def density_per_mm(self) -> Directed:
+        """Yarns of each direction over the length across them."""
+        return Directed(self.warp_density_per_mm, self.weft_density_per_mm)
 
 
 def _check_area_mass(fabric: Fabric) -> None:
@@ -171,11 +187,11 @@ def yarn_area_mass(fabric: Fabric) -> float | None:
     """Area mass [g/m2] of the yarns: densities times linear densities with crimp, and one loop a cell; None without."""
     if fabric.loop_length is None or fabric.reinforcing is None or fabric.knitting is None:
         return None
-    inlay, loop = fabric.reinforcing.kernel("linear_density"), fabric.knitting.kernel("linear_density")
+    inlay, loop = fabric.reinforcing.linear_density_g_per_mm, fabric.knitting.linear_density_g_per_mm
     straight = sum(
-        fabric.kernel(f"{d}_density") * (1.0 + fabric.reinforcing.kernel("crimp", d)) for d in ("warp", "weft")
+        fabric.density_per_mm.of(d) * (1.0 + fabric.reinforcing.crimp_fraction.of(d)) for d in ("warp", "weft")
     )
-    loops = fabric.kernel("loop_length") / (fabric.wale_spacing * fabric.course_spacing)
+    loops = fabric.loop_length_mm / (fabric.wale_spacing * fabric.course_spacing)
     return 1e6 * (straight * inlay + loops * loop)
 
 

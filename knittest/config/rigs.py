@@ -1,12 +1,13 @@
 """The tests of the laboratory: one model a rig, with the dimensions of the paper as defaults."""
 
 from itertools import pairwise
-from typing import Literal, Self
+from typing import ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
 from knittest.config.base import BoundsError, Strict, number
 from knittest.config.fabric import Direction
+from knittest.config.kernel_units import Kernel
 from knittest.config.tools import Die, Holder, Stamp, check_blank, check_fit
 
 
@@ -15,6 +16,7 @@ class StripRig(Strict):
 
     direction: Direction = Field("warp", description="yarn system along the strip")
     width: float = number(50.0, "mm", "width of the strip", gt=0, band=(5, 1000))
+    width_mm: ClassVar[Kernel[float]] = Kernel("width")
     yarn_rounding: Literal["down", "up"] = Field(
         "down", description="whole yarns when width times density is fractional; ensembles alternate"
     )
@@ -25,8 +27,11 @@ class TensileRig(StripRig):
 
     kind: Literal["tensile"] = "tensile"
     gauge_length: float = number(200.0, "mm", "distance of the clamps", gt=0, band=(5, 2000))
+    gauge_length_mm: ClassVar[Kernel[float]] = Kernel("gauge_length")
     jaw_length: float = number(10.0, "mm", "length modelled inside each clamp (meso: always one pitch)", gt=0, le=200)
+    jaw_length_mm: ClassVar[Kernel[float]] = Kernel("jaw_length")
     max_strain: float = number(4.0, "%", "stop at this engineering strain", gt=0, le=100)
+    max_strain_fraction: ClassVar[Kernel[float]] = Kernel("max_strain")
     stop_force_ratio: float = number(0.2, "1", "stop when the force has fallen to this share of its peak", ge=0, le=1)
 
 
@@ -35,10 +40,12 @@ class PictureFrameRig(Strict):
 
     kind: Literal["picture-frame"] = "picture-frame"
     side: float = number(200.0, "mm", "side of the sheared square", gt=0, band=(10, 1000))
+    side_mm: ClassVar[Kernel[float]] = Kernel("side")
     frame_side: float | None = number(
         None, "mm", "side of the frame, hinge to hinge, which holds the square by arms; none: that of the square",
         gt=0, band=(10, 2000),
     )  # fmt: skip
+    frame_side_mm: ClassVar[Kernel[float | None]] = Kernel("frame_side")
     max_angle: float = number(45.0, "deg", "end of the test: shear angle of the frame", gt=0, le=80)
     turns: list[float] = Field(
         default_factory=list,
@@ -47,6 +54,7 @@ class PictureFrameRig(Strict):
     mounting_slack: float = number(
         0.05, "%", "slack with which the yarns hang on the needles (assumed); taut yarns cannot wrinkle", ge=0, le=5
     )
+    mounting_slack_fraction: ClassVar[Kernel[float]] = Kernel("mounting_slack")
     membrane_share: float = number(
         0.05,
         "1",
@@ -55,6 +63,7 @@ class PictureFrameRig(Strict):
         le=1,
     )
     imperfection: float = number(0.05, "mm", "amplitude of the seeded unevenness from which wrinkles start", ge=0, le=5)
+    imperfection_mm: ClassVar[Kernel[float]] = Kernel("imperfection")
 
     @model_validator(mode="after")
     def _frame_holds_the_square(self) -> Self:
@@ -84,9 +93,12 @@ class CantileverRig(StripRig):
     overhang: float | None = number(
         None, "mm", "overhang; none: the mean measured one of the fabric's experiment", gt=0, band=(5, 1000)
     )
+    overhang_mm: ClassVar[Kernel[float | None]] = Kernel("overhang")
     plane_angle: float = number(41.5, "deg", "angle of the plane", gt=0, le=80)
     length: float = number(300.0, "mm", "length of the strip", gt=0, band=(10, 2000))
+    length_mm: ClassVar[Kernel[float]] = Kernel("length")
     gravity: float = number(9.81, "m/s2", "gravity", gt=0, band=(0.1, 100))
+    gravity_mm_per_ms2: ClassVar[Kernel[float]] = Kernel("gravity")
     membrane_share: float = number(
         0.01, "1", "share of the membrane stiffness that is kept: bending decides, and the step grows", gt=0, le=1
     )
@@ -106,10 +118,15 @@ class FrictionRig(StripRig):
 
     kind: Literal["friction"] = "friction"
     length: float = number(200.0, "mm", "length of the strip", gt=0, band=(10, 2000))
+    length_mm: ClassVar[Kernel[float]] = Kernel("length")
     plate_length: float = number(150.0, "mm", "length of the plates", gt=0, band=(5, 1000))
+    plate_length_mm: ClassVar[Kernel[float]] = Kernel("plate_length")
     plate_width: float = number(50.0, "mm", "width of the plates, at least that of the strip", gt=0, band=(5, 1000))
+    plate_width_mm: ClassVar[Kernel[float]] = Kernel("plate_width")
     normal_force: float = number(2000.0, "N", "force that presses the plates together", gt=0, band=(0.1, 1e5))
+    normal_force_n: ClassVar[Kernel[float]] = Kernel("normal_force")
     travel: float = number(10.0, "mm", "pull of the clamp", gt=0, band=(0.5, 100))
+    travel_mm: ClassVar[Kernel[float]] = Kernel("travel")
     static_coefficient: float = number(
         0.075, "1", "Coulomb coefficient of each face before it slips; the paper's F_R/F_N = 0.15 is that of two faces",
         ge=0, le=2,
@@ -119,6 +136,7 @@ class FrictionRig(StripRig):
         None, "mm", "side of a cell of the pressure map; none: a shell, or a third of the wale spacing",
         gt=0, band=(0.1, 100),
     )  # fmt: skip
+    pressure_cell_mm: ClassVar[Kernel[float | None]] = Kernel("pressure_cell")
 
     @model_validator(mode="after")
     def _sticks_more_than_it_slips(self) -> Self:
@@ -131,19 +149,25 @@ class FormingRig(Strict):
 
     kind: Literal["forming"] = "forming"
     blank_length: float = number(330.0, "mm", "blank along the warp, y", gt=0, band=(20, 2000))
+    blank_length_mm: ClassVar[Kernel[float]] = Kernel("blank_length")
     blank_width: float = number(330.0, "mm", "blank along the weft, x", gt=0, band=(20, 2000))
+    blank_width_mm: ClassVar[Kernel[float]] = Kernel("blank_width")
     depth: float = number(40.0, "mm", "travel of the stamp from the face of the blank", gt=0, band=(1, 500))
+    depth_mm: ClassVar[Kernel[float]] = Kernel("depth")
     stamp: Stamp = Field(default_factory=Stamp, description="the stamp")
     die: Die = Field(default_factory=Die, description="the die")
     holder: Holder = Field(default_factory=Holder, description="the blank holder, if there is a force on it")
     blank_holder_force: float = number(0.0, "N", "force on the blank holder; 0: no holder", ge=0, le=1e5)
+    blank_holder_force_n: ClassVar[Kernel[float]] = Kernel("blank_holder_force")
     static_coefficient: float = number(
         0.075, "1", "Coulomb coefficient between fabric and tools before it slips: one face of the friction test",
         ge=0, le=2,
     )  # fmt: skip
     kinetic_coefficient: float = number(0.075, "1", "Coulomb coefficient while it slips", ge=0, le=2)
     gravity: float = number(9.81, "m/s2", "gravity", ge=0, le=100)
+    gravity_mm_per_ms2: ClassVar[Kernel[float]] = Kernel("gravity")
     imperfection: float = number(0.05, "mm", "amplitude of the seeded unevenness from which wrinkles start", ge=0, le=5)
+    imperfection_mm: ClassVar[Kernel[float]] = Kernel("imperfection")
     membrane_share: float = number(
         0.05, "1", "share of the membrane or axial stiffness that is kept: yarns are far from their strength, and the "
         "step grows", gt=0, le=1,
@@ -160,7 +184,7 @@ class FormingRig(Strict):
     @model_validator(mode="after")
     def _tools_fit(self) -> Self:
         check_blank(self.stamp, self.blank_width, self.blank_length)
-        check_fit(self.stamp, self.die, self.holder if self.blank_holder_force > 0.0 else None, self.kernel("depth"))
+        check_fit(self.stamp, self.die, self.holder if self.blank_holder_force > 0.0 else None, self.depth_mm)
         return self
 
 

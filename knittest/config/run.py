@@ -1,13 +1,14 @@
 """A run: rig, model, solver, variability and output. The fully resolved config of a run folder is one of these."""
 
 from collections.abc import Mapping
-from typing import Literal, Self
+from typing import ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
 from knittest.base.kinds import Parts
-from knittest.config.base import BoundsError, Quantity, Strict, number
+from knittest.config.base import BoundsError, Strict, number
 from knittest.config.fabric import YARN_LEVEL, Fabric
+from knittest.config.kernel_units import Kernel
 from knittest.config.rigs import CantileverRig, FormingRig, FrictionRig, PictureFrameRig, Rig, TensileRig
 
 Scale = Literal["macro", "meso"]
@@ -33,7 +34,9 @@ class MacroModel(Strict):
     """Discretisation of the shell model."""
 
     element_size: float = number(5.0, "mm", "side of a square shell", gt=0, band=(0.2, 100))
+    element_size_mm: ClassVar[Kernel[float]] = Kernel("element_size")
     imperfection: float = number(0.0, "mm", "seeded out-of-plane imperfection amplitude", ge=0, le=5)
+    imperfection_mm: ClassVar[Kernel[float]] = Kernel("imperfection")
     self_contact: bool = Field(
         False, description="the sheet touches itself where it folds, a thickness apart, with fabric.macro.self_friction"
     )
@@ -52,12 +55,16 @@ class Solver(Strict):
     """Explicit time integration and its guards."""
 
     speed: float = number(2.0, "m/s", "clamp speed after the ramp", gt=0, band=(1e-3, 50))
+    speed_mm_per_ms: ClassVar[Kernel[float]] = Kernel("speed")
     ramp: float = number(0.5, "ms", "smooth start of the motion", ge=0, le=1000)
+    ramp_ms: ClassVar[Kernel[float]] = Kernel("ramp")
     safety: float = number(0.9, "1", "share of the critical time step", gt=0, le=0.99)
     damping: float = number(0.5, "1/ms", "mass-proportional damping", ge=0, le=100)
+    damping_per_ms: ClassVar[Kernel[float]] = Kernel("damping")
     target_step: float | None = number(
         None, "us", "raise masses to reach this time step (mass scaling)", gt=0, band=(1e-3, 1e3)
     )
+    target_step_ms: ClassVar[Kernel[float | None]] = Kernel("target_step")
     max_added_mass: float = number(5.0, "%", "refuse more added mass than this", ge=0, le=1000)
     max_kinetic_ratio: float = number(
         5.0, "%", "kinetic energy over work [%] above which comparison is refused: 5 is 5 %, not a share", gt=0, le=100
@@ -181,7 +188,7 @@ def _check_element(run: Run) -> None:
 def _check_extension(run: Run, largest: float, direction: str) -> None:
     """A strip can reach the strain [%] at which its shells or its yarns fail."""
     if run.model.scale == "macro":
-        quantity: Quantity = getattr(run.fabric.macro.fracture_strain, direction)
+        quantity = run.fabric.macro.fracture_strain.of(direction)
         name = f"fabric.macro.fracture_strain.{direction}"
     else:
         quantity, name = run.fabric.reinforcing.fracture_strain, "fabric.reinforcing.fracture_strain"

@@ -1,11 +1,12 @@
 """Shear law of the shells: a line or a table, and how much of it is friction."""
 
 from itertools import pairwise
-from typing import Annotated, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
 from knittest.config.base import BoundsError, Quantity, Source, Strict, check_bounds, number
+from knittest.config.kernel_units import Kernel
 
 #: shear angle and force that a point of the law may have
 ANGLE, FORCE = {"unit": "deg", "ge": 0, "le": 89}, {"unit": "N/mm", "ge": 0, "le": 1e3}
@@ -25,6 +26,7 @@ class ShearLaw(Strict):
     stiffness: Quantity | None = number(
         None, "N/mm", "force per length and radian (kind linear)", gt=0, band=(1e-4, 1e3)
     )
+    stiffness_n_per_mm: ClassVar[Kernel[float | None]] = Kernel("stiffness")
     curve: str | None = Field(
         None,
         description="CSV in ./data or the shipped data (kind table): shear_angle_deg and shear_force_n_per_mm "
@@ -50,6 +52,7 @@ class ShearLaw(Strict):
         gt=0,
         band=(1e-4, 1e6),
     )
+    unloading_stiffness_n_per_mm: ClassVar[Kernel[float | None]] = Kernel("unloading_stiffness")
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:

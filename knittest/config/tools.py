@@ -5,11 +5,12 @@ and 2.6 mm thickness, drawn 40 mm deep; the reasons stand in docs/forming-tools.
 """
 
 from math import cos, sin, tan
-from typing import Literal, Self
+from typing import ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
 from knittest.config.base import BoundsError, Strict, number
+from knittest.config.kernel_units import Kernel
 
 #: narrowest flat bottom of a T [mm]
 FLAT = 1.0
@@ -22,11 +23,14 @@ class StlTool(Strict):
     spacing: float = number(
         1.0, "mm", "grid on which its distance is sampled: edges are rounded within a cell", gt=0, band=(0.05, 10)
     )
+    spacing_mm: ClassVar[Kernel[float]] = Kernel("spacing")
     scale: float = number(
         1.0, "1", "mm per unit of length of the file: 25.4 for inches, 1000 for metres", gt=0, band=(1e-4, 1e4)
     )
     offset_x: float = number(0.0, "mm", "moves it along x, the weft, after scaling", band=(-5000, 5000))
+    offset_x_mm: ClassVar[Kernel[float]] = Kernel("offset_x")
     offset_y: float = number(0.0, "mm", "moves it along y, the warp, after scaling", band=(-5000, 5000))
+    offset_y_mm: ClassVar[Kernel[float]] = Kernel("offset_y")
 
 
 class TStamp(Strict):
@@ -35,20 +39,28 @@ class TStamp(Strict):
     """
 
     bar_length: float = number(150.0, "mm", "length of the bar", gt=0, band=(20, 1000))
+    bar_length_mm: ClassVar[Kernel[float]] = Kernel("bar_length")
     bar_width: float = number(50.0, "mm", "width of the bar", gt=0, band=(5, 500))
+    bar_width_mm: ClassVar[Kernel[float]] = Kernel("bar_width")
     stem_length: float = number(100.0, "mm", "length of the stem, from the bar's side to its end", gt=0, band=(5, 1000))
+    stem_length_mm: ClassVar[Kernel[float]] = Kernel("stem_length")
     stem_width: float = number(50.0, "mm", "width of the stem", gt=0, band=(5, 500))
+    stem_width_mm: ClassVar[Kernel[float]] = Kernel("stem_width")
     draft_angle: float = number(2.0, "deg", "slope of the walls against the direction of pressing", ge=0, le=45)
+    draft_angle_rad: ClassVar[Kernel[float]] = Kernel("draft_angle")
     edge_radius: float = number(8.0, "mm", "radius of the edge round the bottom", gt=0, band=(0.5, 200))
+    edge_radius_mm: ClassVar[Kernel[float]] = Kernel("edge_radius")
     outer_corner_radius: float = number(12.0, "mm", "radius of the six outer corners in plan", gt=0, band=(0.5, 200))
+    outer_corner_radius_mm: ClassVar[Kernel[float]] = Kernel("outer_corner_radius")
     inner_corner_radius: float = number(
         20.0, "mm", "radius of the two corners between bar and stem in plan", gt=0, band=(0.5, 200)
     )
+    inner_corner_radius_mm: ClassVar[Kernel[float]] = Kernel("inner_corner_radius")
 
     @property
     def edge_reach(self) -> float:
         """Reach of the rounded edge inwards from the sharp outline [mm]."""
-        draft = self.kernel("draft_angle")
+        draft = self.draft_angle_rad
         return self.edge_radius * (1.0 - sin(draft)) / cos(draft)
 
     @model_validator(mode="after")
@@ -83,6 +95,7 @@ class DomeStamp(Strict):
     """A hemisphere, and above it a cylinder."""
 
     radius: float = number(50.0, "mm", "radius of the hemisphere", gt=0, band=(5, 500))
+    radius_mm: ClassVar[Kernel[float]] = Kernel("radius")
 
 
 class Stamp(Strict):
@@ -104,7 +117,7 @@ class Stamp(Strict):
     @property
     def draft(self) -> float:
         """Slope of its walls [rad]."""
-        return self.t.kernel("draft_angle") if self.kind == "t" else 0.0
+        return self.t.draft_angle_rad if self.kind == "t" else 0.0
 
 
 class Opening(Strict):
@@ -116,7 +129,9 @@ class Opening(Strict):
         "gap between the opening and the stamp's wall, at full depth and the face's height: room for fabric and folds",
         gt=0, band=(0.1, 200),
     )  # fmt: skip
+    clearance_mm: ClassVar[Kernel[float]] = Kernel("clearance")
     edge_radius: float = number(8.0, "mm", "radius of the edge round the opening", gt=0, band=(0.2, 100))
+    edge_radius_mm: ClassVar[Kernel[float]] = Kernel("edge_radius")
     stl: StlTool | None = Field(None, description="file of one's own, instead of the dimensions above")
 
 
@@ -143,9 +158,11 @@ class Holder(Opening):
         "true plate would be too inert to follow the fabric",
         gt=0, band=(1e-4, 1000),
     )  # fmt: skip
+    mass_g: ClassVar[Kernel[float | None]] = Kernel("mass")
     drag: float = number(
         1.0, "1/ms", "damping of its motion, as a rate: drag times mass times its speed is a force", ge=0, le=1000
     )
+    drag_per_ms: ClassVar[Kernel[float]] = Kernel("drag")
 
 
 def stl_tools(rig: object) -> dict[str, StlTool]:
@@ -193,4 +210,4 @@ def opening_offset(stamp: Stamp, opening: Opening, depth: float) -> float:
 
     The clearance is the gap to the wall of the stamp where this passes the face of the opening at full ``depth`` [mm].
     """
-    return opening.kernel("clearance") + depth * tan(stamp.draft)
+    return opening.clearance_mm + depth * tan(stamp.draft)

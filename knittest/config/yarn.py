@@ -4,11 +4,12 @@ Every condition raises :class:`BoundsError` naming the field.
 """
 
 from itertools import pairwise
-from typing import Annotated, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
 from knittest.config.base import BoundsError, Quantity, Strict, check_bounds, measure, number
+from knittest.config.kernel_units import Directed, Kernel
 
 #: strain [%] and stress [MPa] that a point of a yarn's law may have
 LAW_STRAIN, LAW_STRESS = {"unit": "%", "ge": 0, "le": 50}, {"unit": "MPa", "ge": 0, "le": 1e5}
@@ -21,6 +22,10 @@ class PerDirection(Strict):
 
     warp: Quantity
     weft: Quantity
+
+    def of(self, direction: str) -> Quantity:
+        """Return that of ``direction``; raise ``KeyError`` where it is neither warp nor weft."""
+        return {"warp": self.warp, "weft": self.weft}[direction]
 
 
 class YarnLaw(Strict):
@@ -43,12 +48,17 @@ class Yarn(Strict):
 
     description: str = Field("", description="make of the yarn")
     linear_density: Quantity = measure("tex", "mass per length", gt=0, band=(1, 20000))
+    linear_density_g_per_mm: ClassVar[Kernel[float]] = Kernel("linear_density")
     beam_diameter: Quantity = measure("mm", "diameter of the circular beam in contact", gt=0, band=(0.05, 10))
+    beam_diameter_mm: ClassVar[Kernel[float]] = Kernel("beam_diameter")
     youngs_modulus: Quantity = measure("GPa", "axial modulus on the load area", gt=0, band=(0.1, 1000))
+    youngs_modulus_mpa: ClassVar[Kernel[float]] = Kernel("youngs_modulus")
     load_area: Quantity = measure("mm2", "area that carries the modulus", gt=0, band=(1e-3, 50))
+    load_area_mm2: ClassVar[Kernel[float]] = Kernel("load_area")
     fracture_strain: Quantity = measure(
         "%", "axial strain at failure; sd is the yarn-to-yarn scatter", gt=0, band=(0.1, 50)
     )
+    fracture_strain_fraction: ClassVar[Kernel[float]] = Kernel("fracture_strain")
     law: YarnLaw = Field(default_factory=YarnLaw, description="shape of the axial law")
 
     @model_validator(mode="after")
@@ -63,14 +73,17 @@ class ReinforcingYarn(Yarn):
     bending_stiffness: PerDirection = measure(
         "N mm2", "EI of one yarn, by the section integration rule", gt=0, band=(1e-4, 1e4)
     )
+    bending_stiffness_n_mm2: ClassVar[Kernel[Directed]] = Kernel("bending_stiffness")
     crimp: PerDirection = measure("%", "extra length of the harmonic wave", ge=0, le=5)
+    crimp_fraction: ClassVar[Kernel[Directed]] = Kernel("crimp")
     crimp_scatter: PerDirection = measure("1", "sd of the wave amplitude, relative, yarn to yarn", ge=0, le=0.5)
     slack: PerDirection = measure("%", "scale of the half-normal slack of a yarn before it carries load", ge=0, le=2)
+    slack_fraction: ClassVar[Kernel[Directed]] = Kernel("slack")
 
     @model_validator(mode="after")
     def _bends_like_its_section(self) -> Self:
         for direction in ("warp", "weft"):
-            _check_bending(self, getattr(self.bending_stiffness, direction), f"bending_stiffness.{direction}")
+            _check_bending(self, self.bending_stiffness.of(direction), f"bending_stiffness.{direction}")
         return self
 
 
@@ -78,6 +91,7 @@ class KnittingYarn(Yarn):
     """The yarn of the loops."""
 
     bending_stiffness: Quantity = measure("N mm2", "EI of the yarn", gt=0, band=(1e-4, 100))
+    bending_stiffness_n_mm2: ClassVar[Kernel[float]] = Kernel("bending_stiffness")
     degree_of_set: Quantity = measure(
         "1", "share of its bend in the loop that the yarn keeps by itself; the rest presses the crossings", ge=0, le=1
     )

@@ -35,14 +35,14 @@ class CellSpec:
         return cls(
             wale=fabric.wale_spacing,
             course=fabric.course_spacing,
-            loop_length=fabric.kernel("loop_length"),
-            diameter=yarn.kernel("beam_diameter"),
-            knit_diameter=knit.kernel("beam_diameter"),
-            crimp_warp=yarn.kernel("crimp", "warp"),
-            crimp_weft=yarn.kernel("crimp", "weft"),
-            bending_warp=yarn.kernel("bending_stiffness", "warp"),
-            bending_weft=yarn.kernel("bending_stiffness", "weft"),
-            bending_knit=knit.kernel("bending_stiffness"),
+            loop_length=fabric.loop_length_mm,
+            diameter=yarn.beam_diameter_mm,
+            knit_diameter=knit.beam_diameter_mm,
+            crimp_warp=yarn.crimp_fraction.warp,
+            crimp_weft=yarn.crimp_fraction.weft,
+            bending_warp=yarn.bending_stiffness_n_mm2.warp,
+            bending_weft=yarn.bending_stiffness_n_mm2.weft,
+            bending_knit=knit.bending_stiffness_n_mm2,
         )
 
     @property

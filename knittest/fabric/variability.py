@@ -41,12 +41,12 @@ def draw(fabric: Fabric, variability: Variability, system: str, n: int, specimen
     from scipy.stats import halfnorm, norm
 
     yarn = fabric.knitting if system == "knit" else fabric.reinforcing
-    mean = yarn.kernel("fracture_strain")
+    mean = yarn.fracture_strain_fraction
     relative = (yarn.fracture_strain.sd or 0.0) / yarn.fracture_strain.value
     slack = amplitude = 0.0
     if system != "knit":
-        slack = fabric.reinforcing.kernel("slack", system)
-        amplitude = fabric.reinforcing.kernel("crimp_scatter", system)
+        slack = fabric.reinforcing.slack_fraction.of(system)
+        amplitude = fabric.reinforcing.crimp_scatter.of(system).value
     rng = np.random.default_rng([variability.seed, specimen, ("warp", "weft", "knit").index(system)])
     weakest = rng.random(n)
     if variability.mode == "uniform":

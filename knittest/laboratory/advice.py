@@ -48,7 +48,7 @@ def _stiffer_contacts(run: Run, share: float) -> str:
         return f"it goes with the square of the step: solver.safety={safety:g} would pass"
     if run.fabric.contact is None:
         return ""
-    stiffness = run.fabric.contact.kernel("normal_stiffness") / share
+    stiffness = run.fabric.contact.normal_stiffness_n_per_mm / share
     return f"it goes with the inverse of the stiffness: fabric.contact.normal_stiffness={stiffness:.2g} would pass"
 
 

@@ -52,7 +52,7 @@ def reaches(fabric: Fabric, curves: Mapping[Direction, ReferenceCurve]) -> list[
     owners = borrowed(fabric)
     found = []
     for direction, curve in curves.items():
-        top, strain = int(np.argmax(curve.mean)), getattr(fabric.macro.fracture_strain, direction)
+        top, strain = int(np.argmax(curve.mean)), fabric.macro.fracture_strain.of(direction)
         lost = 1.0 - float(np.interp(strain.value, curve.x, curve.mean)) / float(curve.mean[top])
         end = float(curve.x[top])
         found.append(Reach(direction, end, strain, lost, f"macro.tension.{direction}" in owners))

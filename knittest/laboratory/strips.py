@@ -27,7 +27,7 @@ class YarnStrip:
 
 def yarns_across(run: Any, direction: Direction, specimen: int = 0) -> int:
     """Whole yarns of ``direction`` in the width; a fractional count goes down or up, alternately in an ensemble."""
-    exact = run.rig.kernel("width") * run.fabric.kernel(f"{direction}_density")
+    exact = run.rig.width_mm * run.fabric.density_per_mm.of(direction)
     if abs(exact - round(exact)) < 0.25:
         return max(round(exact), 1)
     up = (run.rig.yarn_rounding == "up") != (run.variability.specimens > 1 and specimen % 2 == 1)
@@ -75,7 +75,7 @@ def _slack_as_wave(run: Run, system: str, draws: YarnDraws) -> YarnDraws:
 
     A law that carries nothing up to the slack makes a yarn a row of loose links, which rattle when they are pulled.
     """
-    crimp = run.fabric.reinforcing.kernel("crimp", system)
+    crimp = run.fabric.reinforcing.crimp_fraction.of(system)
     if crimp <= 0.0:
         return draws
     wider = np.sqrt(1.0 + draws.slack / crimp)

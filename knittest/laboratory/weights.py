@@ -11,5 +11,5 @@ Array = NDArray[np.float64]
 
 def weights(run: CantileverRun | FormingRun, model: ExplicitModel, area: float) -> Array:
     """Weight of each node [N]: the measured area mass on ``area`` [mm^2], spread as the model's mass."""
-    given = run.fabric.kernel("area_mass") * area
-    return model.mass * (given / model.mass.sum()) * run.rig.kernel("gravity")
+    given = run.fabric.area_mass_g_per_mm2 * area
+    return model.mass * (given / model.mass.sum()) * run.rig.gravity_mm_per_ms2

@@ -50,9 +50,9 @@ def laminate(
     that does not start at the origin, does not rise up to the fracture strain, ends before it, or is too soft for the
     bending stiffness, and for what :func:`shear_table` refuses.
     """
-    macro, thickness = fabric.macro, fabric.kernel("thickness")
-    fail = np.array([macro.kernel("fracture_strain", d) for d in DIRECTIONS])
-    bending = np.array([macro.kernel("bending_stiffness", d) for d in DIRECTIONS])
+    macro, thickness = fabric.macro, fabric.thickness_mm
+    fail = np.array(macro.fracture_strain_fraction)
+    bending = np.array(macro.bending_stiffness_n_mm)
     points = [_tension_points(fabric, d, curves[d], fail[i]) for i, d in enumerate(DIRECTIONS)]
     tangents = [np.diff(force) / np.diff(strain) for strain, force in points]
     lever = _lever(fabric, bending, tangents)
@@ -65,7 +65,7 @@ def laminate(
     card = Laminate(
         lever=lever,
         outer=outer,
-        compression=macro.kernel("compression_ratio") * largest - 2.0 * outer,
+        compression=macro.compression_ratio.value * largest - 2.0 * outer,
         knee=knee,
         slope=slope,
         shear_knee=shear.knee,
@@ -80,9 +80,9 @@ def laminate(
         hourglass_transverse=HOURGLASS * float(transverse.mean()) / 12.0,
         drilling=0.0,  # tests of the laboratory start flat; see docs/limits.md
         fail_strain=fail,
-        in_plane=np.array([macro.kernel("in_plane_bending", d) if macro.in_plane_bending else 0.0 for d in DIRECTIONS]),
+        in_plane=np.array(macro.in_plane_bending_n_mm or (0.0, 0.0)),
     )
-    return coupled(card, macro.kernel("poisson"), f"fabric {fabric.name}, macro.poisson")
+    return coupled(card, macro.poisson.value, f"fabric {fabric.name}, macro.poisson")
 
 
 def softened(card: Laminate, share: float) -> Laminate:
@@ -162,7 +162,7 @@ def _cut(strain: Array, force: Array, end: float) -> tuple[Array, Array]:
 
 def _lever(fabric: Fabric, bending: Array, tangents: list[Array]) -> float:
     """Distance of the outer layers from the middle [mm]: half the thickness, or more where the curve is soft."""
-    thickness = fabric.kernel("thickness")
+    thickness = fabric.thickness_mm
     needed = [sqrt(bending[i] / t.min()) for i, t in enumerate(tangents)]
     if max(needed) > LARGEST_LEVER * thickness:
         worst = int(np.argmax(needed))

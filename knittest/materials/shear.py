@@ -57,15 +57,15 @@ def shear_table(fabric: Fabric, curve: ShearCurve | None = None) -> ShearTable:
     Raises :class:`InputError` for a curve of other columns, one that falls, and friction that would slide late.
     """
     law = fabric.macro.shear
-    friction = law.kernel("friction_share")
+    friction = law.friction_share.value
     if law.kind == "linear":
-        stiffness = law.kernel("stiffness")
-        angle, force = np.array([0.0, 1.0]), np.array([0.0, stiffness])
+        assert law.stiffness_n_per_mm is not None  # the config refuses a line without
+        angle, force = np.array([0.0, 1.0]), np.array([0.0, law.stiffness_n_per_mm])
     else:
         angle, force = _envelope(fabric, curve)
     knee, slope = hinge_table(angle, force)
     steepest = float(np.cumsum(slope).max())
-    stick = steepest if law.unloading_stiffness is None else law.kernel("unloading_stiffness")
+    stick = steepest if law.unloading_stiffness_n_per_mm is None else law.unloading_stiffness_n_per_mm
     if stick < friction * steepest * (1.0 - 1e-9):
         raise InputError(
             f"fabric {fabric.name}, macro.shear.unloading_stiffness = {stick:g} N/mm: the friction would lag behind "

@@ -76,7 +76,7 @@ def hinges(law: YarnLaw, modulus: float) -> tuple[Array, Array]:
 
 def section(yarn: Yarn, bending: float) -> Section:
     """Section constants of ``yarn`` with bending stiffness EI ``bending`` [N mm^2]."""
-    modulus, area, diameter = yarn.kernel("youngs_modulus"), yarn.kernel("load_area"), yarn.kernel("beam_diameter")
+    modulus, area, diameter = yarn.youngs_modulus_mpa, yarn.load_area_mm2, yarn.beam_diameter_mm
     y, z, a = ring_rule(area, bending / modulus)
     strain, slope = hinges(yarn.law, modulus)
     tangent = float(np.max(np.cumsum(slope)))
@@ -93,7 +93,7 @@ def section(yarn: Yarn, bending: float) -> Section:
         torsion=shear_modulus * float((a * (y**2 + z**2)).sum()),
         bending=modulus * float((a * z**2).sum()),
         radius=0.5 * diameter,
-        linear_density=yarn.kernel("linear_density"),
+        linear_density=yarn.linear_density_g_per_mm,
         hinge_strain=strain,
         hinge_slope=slope * float(a.sum()),
         compression=float(slope[0]) * float(a.sum()),
@@ -105,9 +105,9 @@ def sections(fabric: Fabric, axial_share: float = 1.0) -> tuple[Section, ...]:
     """Sections of warp, weft and knitting yarn with a share of their axial and shear stiffness."""
     reinforcing = fabric.reinforcing
     cards = (
-        section(reinforcing, reinforcing.kernel("bending_stiffness", "warp")),
-        section(reinforcing, reinforcing.kernel("bending_stiffness", "weft")),
-        section(fabric.knitting, fabric.knitting.kernel("bending_stiffness")),
+        section(reinforcing, reinforcing.bending_stiffness_n_mm2.warp),
+        section(reinforcing, reinforcing.bending_stiffness_n_mm2.weft),
+        section(fabric.knitting, fabric.knitting.bending_stiffness_n_mm2),
     )
     return tuple(_softened(card, axial_share) for card in cards)
 

@@ -40,14 +40,14 @@ def build_strip(
     free = np.abs(position[:, 1]) < edge
     position[free, 2] = np.random.default_rng(seed).uniform(-imperfection, imperfection, int(free.sum()))
     return build_sheet(
-        position, conn, laminate, fabric.kernel("area_mass"), fabric.kernel("thickness"),
+        position, conn, laminate, fabric.area_mass_g_per_mm2, fabric.thickness_mm,
         ALONG if direction == "warp" else ACROSS, _strength(position, conn, edge, seed), contact,
     )  # fmt: skip
 
 
 def self_contact(fabric: Fabric, macro: MacroModel, safety: float) -> SheetContact | None:
     """Law of the fabric's contact with itself at ``safety`` times the critical step, None if it is not to."""
-    return SheetContact(fabric.macro.kernel("self_friction"), safety=safety) if macro.self_contact else None
+    return SheetContact(fabric.macro.self_friction.value, safety=safety) if macro.self_contact else None
 
 
 def build_rectangle(
@@ -59,8 +59,8 @@ def build_rectangle(
         position,
         conn,
         laminate,
-        fabric.kernel("area_mass"),
-        fabric.kernel("thickness"),
+        fabric.area_mass_g_per_mm2,
+        fabric.thickness_mm,
         ALONG if direction == "warp" else ACROSS,
     )
 

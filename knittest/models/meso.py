@@ -49,22 +49,22 @@ def build_meso(
 def yarn_contact(run: Run) -> YarnContact:
     """Contact between the yarns of the fabric."""
     card = run.fabric.contact
-    normal = card.kernel("normal_stiffness")
+    normal = card.normal_stiffness_n_per_mm
     static, compaction = card.static_friction_coefficient, card.compaction
     return YarnContact(
         normal,
-        normal * card.kernel("tangential_ratio"),
-        card.kernel("friction_coefficient"),
+        normal * card.tangential_ratio.value,
+        card.friction_coefficient.value,
         static=None if static is None else static.value,
-        compaction=None if compaction is None else (compaction.exponent, compaction.kernel("depth")),
+        compaction=None if compaction is None else (compaction.exponent, compaction.depth_mm),
     )
 
 
 def _scaling(run: Run) -> MassScaling | None:
-    if run.solver.target_step is None:
+    if (step := run.solver.target_step_ms) is None:
         return None
     safety = run.solver.safety
-    return MassScaling(run.solver.kernel("target_step") / safety, 0.01 * run.solver.max_added_mass, safety)
+    return MassScaling(step / safety, 0.01 * run.solver.max_added_mass, safety)
 
 
 def _stretch(run: Run, path: YarnPath) -> float:
@@ -73,14 +73,14 @@ def _stretch(run: Run, path: YarnPath) -> float:
         return 1.0
     polygon = float(np.linalg.norm(np.diff(path.points, axis=0), axis=1).sum())
     loops = (len(path.points) - 1) / run.model.meso.elements_per_loop
-    return loops * run.fabric.kernel("loop_length") / polygon
+    return loops * run.fabric.loop_length_mm / polygon
 
 
 def _degree_of_set(run: Run, path: YarnPath, rows: int) -> Array | float:
     """Set of each element; loops at the cut edges, which nothing holds, are taken as set."""
     if path.system != "knit" or path.index in (0, rows - 1):
         return 1.0
-    share = np.full(len(path.points) - 1, run.fabric.knitting.kernel("degree_of_set"))
+    share = np.full(len(path.points) - 1, run.fabric.knitting.degree_of_set.value)
     loop = run.model.meso.elements_per_loop
     share[:loop] = share[-loop:] = 1.0
     return share

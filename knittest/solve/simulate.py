@@ -75,7 +75,7 @@ def _begin(model: ExplicitModel, rig: Rig, solver: Solver, keeper: Keeper) -> Si
     boundary = Boundary(model, dt)
     rig.constrain(boundary)
     run = Simulation(model, rig, solver, boundary.drive(), new_tally(boundary), dt)
-    run.kinetic_scale = 0.5 * float(model.mass.sum()) * solver.kernel("speed") ** 2
+    run.kinetic_scale = 0.5 * float(model.mass.sum()) * solver.speed_mm_per_ms**2
     model.nodes.keep[:] = run.rest_keep
     run.cost.time_step = run.dt
     run.overlaps, run.tool_force = model.prepare(), np.zeros_like(run.drive.touch.pressure)

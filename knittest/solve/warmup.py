@@ -199,7 +199,7 @@ class _Tug:
 
 def _crossing_yarns(run: Run) -> ExplicitModel:
     along = np.arange(-5.0, 5.01, 0.5)
-    zero, above = np.zeros_like(along), np.full_like(along, run.fabric.reinforcing.kernel("beam_diameter"))
+    zero, above = np.zeros_like(along), np.full_like(along, run.fabric.reinforcing.beam_diameter_mm)
     paths = [
         YarnPath("warp", 0, np.column_stack([zero, along, zero])),
         YarnPath("weft", 0, np.column_stack([along, zero, above])),

@@ -40,7 +40,7 @@ def stl_body(stl: StlTool, place: Placement) -> tuple[TriangleMesh, list[str]]:
     path = data_dir() / stl.path
     mesh = read_stl(path)
     dropped = mesh.dropped
-    mesh = mesh.moved((stl.kernel("offset_x"), stl.kernel("offset_y"), 0.0), stl.scale)
+    mesh = mesh.moved((stl.offset_x_mm, stl.offset_y_mm, 0.0), stl.scale)
     _check_extent(path, mesh, place)
     try:
         body, notes = mended(mesh, place.away, 2.0 * place.height)  # its far side lies where nothing touches it
@@ -58,7 +58,7 @@ def stl_tool(stl: StlTool, body: TriangleMesh, place: Placement) -> Tool:
     half = 0.5 * np.array(place.blank) + RIM
     ends = sorted((place.face - place.away * place.height, place.face + place.away * place.height))
     try:
-        return surface(body.points, body.triangles, stl.kernel("spacing"), [[*-half, ends[0]], [*half, ends[1]]])
+        return surface(body.points, body.triangles, stl.spacing_mm, [[*-half, ends[0]], [*half, ends[1]]])
     except InputError as error:
         raise InputError(f"{stl.path}: {error}") from None
 

@@ -11,19 +11,19 @@ def stamp_outline(stamp: Stamp) -> Outline:
 
 def stamp_edge(stamp: Stamp) -> float:
     """Radius of the edge round the stamp's bottom [mm]: a hemisphere is all edge."""
-    return stamp.t.kernel("edge_radius") if stamp.kind == "t" else stamp.hemisphere.kernel("radius")
+    return stamp.t.edge_radius_mm if stamp.kind == "t" else stamp.hemisphere.radius_mm
 
 
 def _t_outline(t: TStamp) -> Outline:
-    bar, stem = 0.5 * t.kernel("bar_length"), 0.5 * t.kernel("stem_width")
-    top = 0.5 * (t.kernel("bar_width") + t.kernel("stem_length"))
-    side = top - t.kernel("bar_width")
+    bar, stem = 0.5 * t.bar_length_mm, 0.5 * t.stem_width_mm
+    top = 0.5 * (t.bar_width_mm + t.stem_length_mm)
+    side = top - t.bar_width_mm
     corners = [
         (stem, -top), (stem, side), (bar, side), (bar, top), (-bar, top), (-bar, side), (-stem, side), (-stem, -top),
     ]  # fmt: skip
-    outer, inner = t.kernel("outer_corner_radius"), t.kernel("inner_corner_radius")
+    outer, inner = t.outer_corner_radius_mm, t.inner_corner_radius_mm
     return rounded_polygon(corners, [outer, inner, outer, outer, outer, outer, inner, outer])
 
 
 def _dome_outline(dome: DomeStamp) -> Outline:
-    return circle(dome.kernel("radius"))
+    return circle(dome.radius_mm)

@@ -84,7 +84,7 @@ def build_tools(
         if opening.stl is not None:
             return _from_file(opening.stl, Placement(face, 1.0 if down else -1.0, tall, blank))
         edge = SweptEdge(
-            stamp_outline(stamp), face, opening.kernel("edge_radius"), inside=False, down=down,
+            stamp_outline(stamp), face, opening.edge_radius_mm, inside=False, down=down,
             offset=opening_offset(stamp, opening, depth),
         )  # fmt: skip
         return _opening(edge, height, blank)

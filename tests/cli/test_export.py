@@ -30,7 +30,7 @@ def exported(tmp_path_factory) -> Path:
 def test_tools_are_written(exported):
     """The very meshes of the run, in mm, and a picture."""
     run = resolve(test="forming", variant="1", scale="macro", sets=("rig.blank_holder_force=100",))
-    for name, tool in tools_of(run, run.fabric.kernel("thickness")).by_name.items():
+    for name, tool in tools_of(run, run.fabric.thickness_mm).by_name.items():
         mesh = read_stl(exported / f"{name}.stl")
         assert mesh.volume == pytest.approx(tool.solid.volume, rel=1e-6)
     assert (exported / "tools.png").read_bytes().startswith(b"\x89PNG")

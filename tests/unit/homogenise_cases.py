@@ -38,11 +38,11 @@ def formula(trial, folder: Path, factor: float = 1.0) -> dict[str, float]:
     """Results of a test of yarns, whose curve goes to ``folder``."""
     run = trial.run
     if run.rig.kind == "cantilever":
-        weight = run.fabric.kernel("area_mass") * run.rig.kernel("gravity")
+        weight = run.fabric.area_mass_g_per_mm2 * run.rig.gravity_mm_per_ms2
         return {"chord_angle_deg": chord_angle(overhang(run), weight, factor * BENDING[run.direction])}
     if run.rig.kind == "tensile":
         last = STRAIN[run.direction]
-        number = round(width(run) * run.fabric.kernel(f"{run.direction}_density"))
+        number = round(width(run) * run.fabric.density_per_mm.of(run.direction))
         strain = np.linspace(0.0, 1.5 * last, 600)
         force = factor * number * np.where(strain <= last, pull(strain, last), 0.1 * YARN_FORCE)
         _write(folder, {"strain_pct": strain, "force_n": force})

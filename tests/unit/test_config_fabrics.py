@@ -84,7 +84,7 @@ def test_load_areas_follow_from_tex_and_densities(fabric):
 def test_bending_stiffness_follows_from_overhang(variant, fabric, direction):
     overhang = OVERHANG[variant, direction] * 1e-3
     per_width = GRAVITY * fabric.area_mass.value * 1e-3 * (overhang / 2) ** 3 * 1e3  # N mm, Eq. 2
-    per_yarn = per_width / fabric.kernel(f"{direction}_density")
+    per_yarn = per_width / fabric.density_per_mm.of(direction)
     assert getattr(fabric.macro.bending_stiffness, direction).value == pytest.approx(per_width, rel=2e-3)
     assert getattr(fabric.reinforcing.bending_stiffness, direction).value == pytest.approx(per_yarn, rel=5e-3)
 
@@ -92,5 +92,5 @@ def test_bending_stiffness_follows_from_overhang(variant, fabric, direction):
 def test_fabric_strength_is_in_reach_of_its_yarns(fabric):
     """facts.md's check of the load area: E A times 1.00 % gives 465 N a yarn, above the 410 to 416 N of Table 3."""
     yarn = fabric.reinforcing
-    force = yarn.kernel("youngs_modulus") * yarn.kernel("load_area") * yarn.kernel("fracture_strain")
+    force = yarn.youngs_modulus_mpa * yarn.load_area_mm2 * yarn.fracture_strain_fraction
     assert force == pytest.approx(465, abs=1)

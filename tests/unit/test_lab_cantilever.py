@@ -143,9 +143,9 @@ def test_the_area_mass_of_the_overhangs_is_the_fabrics(tmp_path, monkeypatch):
     assert run(["new", "mine", "--from", "data/mine"]) == 0
     asked = {"test": "cantilever", "scale": "macro", "variant": "mine", "direction": "warp"}
     found = resolve(**asked)
-    overhang, mass = given_overhang(found), found.fabric.kernel("area_mass")
+    overhang, mass = given_overhang(found), found.fabric.area_mass_g_per_mm2
     assert mass == pytest.approx(700e-6)
-    stiffness = found.fabric.macro.kernel("bending_stiffness", "warp")
+    stiffness = found.fabric.macro.bending_stiffness_n_mm.warp
     assert chord_angle(overhang, mass * 9.81e-3, stiffness) == pytest.approx(STANDARD_ANGLE, abs=0.1)
     rows = {row.quantity: row for row in references_of(found, ()).rows}
     own = strip_stiffness(found, overhang, STANDARD_ANGLE) * 10.0

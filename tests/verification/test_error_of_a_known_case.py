@@ -20,8 +20,8 @@ def test_the_error_of_a_bent_strip_covers_the_heavy_elastica() -> None:
     assert mesh.finer
     found, half, other = (run_specimen(r).results for r in (run, halving(run).half, mesh.other))
     errors = numerical_errors(found, Repeat(half), Repeat(other), mesh.ratio, mesh.finer)
-    stiffness = run.fabric.macro.kernel("bending_stiffness", "warp")
-    angle = chord_angle(80.0, run.fabric.kernel("area_mass") * run.rig.kernel("gravity"), stiffness)
+    stiffness = run.fabric.macro.bending_stiffness_n_mm.warp
+    angle = chord_angle(80.0, run.fabric.area_mass_g_per_mm2 * run.rig.gravity_mm_per_ms2, stiffness)
     for quantity, exact in (("chord_angle_deg", angle), ("bending_stiffness_n_mm_per_width", stiffness)):
         off, error = abs(found[quantity] - exact), errors[quantity]["error"]
         assert 1.5 * off <= error <= 6.0 * off, quantity

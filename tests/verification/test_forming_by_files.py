@@ -25,7 +25,7 @@ def test_a_draw_by_files_is_that_by_dimensions(tmp_path, monkeypatch):
     """
     monkeypatch.chdir(tmp_path)
     plain = resolve(variant="1", scale="macro", test="forming", sets=SMALL)
-    tools = tools_of(plain, plain.fabric.kernel("thickness"))
+    tools = tools_of(plain, plain.fabric.thickness_mm)
     write_tools(tools, tmp_path)
     die = tools.die.solid
     touched = (die.points[:, 2] > die.points[:, 2].min() + 1.0)[die.triangles].any(axis=1)

@@ -12,7 +12,7 @@ def test_tabulated_law_and_slack_carry_what_the_table_says():
     run = card(
         "model.meso.contact=false", "fabric.reinforcing.law={kind: table, points: [[0, 0], [0.4, 80], [1.2, 500]]}"
     )
-    area = run.fabric.reinforcing.kernel("load_area")
+    area = run.fabric.reinforcing.load_area_mm2
     line = np.column_stack([np.zeros(5), np.arange(5.0), np.zeros(5)])
     loose = {"warp": YarnDraws(np.full(1, 1.0), np.full(1, 0.001), np.ones(1), np.full(1, 0.5))}
     model = yarns(run, line, draws=loose)

@@ -56,7 +56,7 @@ class CantileverReport(NoSize):
 
     def scaled(self, run: CantileverRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
         """The bending stiffness of the tested strip for the width of the run, overhangs for its plane, and said so."""
-        width = run.rig.kernel("width")
+        width = run.rig.width_mm
         rows = [for_width(row, width) if row.quantity == "bending_stiffness_mncm2" else row for row in rows]
         return [_for_plane(row, run) if row.quantity == "overhang_mm" else row for row in rows]
 

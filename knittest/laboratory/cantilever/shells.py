@@ -19,15 +19,15 @@ from knittest.solve.state import SimulationCost
 
 def mount_shells(run: CantileverRun, overhang: float) -> Prepared:
     """The strip flat, its edge at 0."""
-    size = run.model.macro.kernel("element_size")
+    size = run.model.macro.element_size_mm
     rows = max(round(overhang / size), 4)
     step = overhang / rows
     y = np.concatenate([[-step], step * np.arange(rows + 1)])
     soft = softened(fabric_laminate(run), run.rig.membrane_share)
-    model = build_rectangle(run.fabric, soft, run.rig.direction, y, run.rig.kernel("width"), size)
-    area = run.rig.kernel("width") * (overhang + step)
+    model = build_rectangle(run.fabric, soft, run.rig.direction, y, run.rig.width_mm, size)
+    area = run.rig.width_mm * (overhang + step)
     test = Mounting(model.position(), weights(run, model, area))
-    facts = {"overhang_mm": overhang, "width_mm": run.rig.kernel("width"), "area_mm2": area}
+    facts = {"overhang_mm": overhang, "width_mm": run.rig.width_mm, "area_mm2": area}
     return Prepared(model, test, facts=facts)
 
 

@@ -120,8 +120,8 @@ def _come_to_rest(prepared: Prepared, run: CantileverRun, cost: SimulationCost) 
 
 def given_overhang(run: CantileverRun) -> float:
     """Overhang of the run, else the mean measured one [mm]."""
-    if run.rig.overhang is not None:
-        return run.rig.kernel("overhang")
+    if run.rig.overhang_mm is not None:
+        return run.rig.overhang_mm
     fabric = run.fabric
     if fabric.experiment is not None and fabric.experiment_variant is not None:
         folder = data_dir() / fabric.experiment
@@ -141,7 +141,7 @@ def strip_stiffness(run: CantileverRun, overhang: float, chord: float) -> float:
     if not FLATTEST <= angle <= STEEPEST:
         return float("nan")
     overhang = overhang * overhang_ratio(STANDARD_ANGLE, angle)
-    weight = run.fabric.kernel("area_mass") * run.rig.kernel("gravity") * run.rig.kernel("width")
+    weight = run.fabric.area_mass_g_per_mm2 * run.rig.gravity_mm_per_ms2 * run.rig.width_mm
     return bending_stiffness(overhang, weight)
 
 

@@ -128,12 +128,12 @@ class _Course:
 
 def yarns_to_rest(prepared: Prepared, run: CantileverRun, cost: SimulationCost) -> Rest:
     """Bend the strip until the moments of all its sections carry the weight beyond them."""
-    per_length = run.fabric.kernel("area_mass") * run.rig.kernel("gravity") * prepared.facts["width_mm"]
+    per_length = run.fabric.area_mass_g_per_mm2 * run.rig.gravity_mm_per_ms2 * prepared.facts["width_mm"]
     overhang, mounting, model = prepared.facts["overhang_mm"], _mounting(prepared), prepared.model
     fresh = model.state()
     curl = -float(_Course(prepared, run, cost, None).settle(SETTLE)[ENDS:-ENDS].mean())
     model.restore(fresh)
-    stiffness = run.fabric.reinforcing.kernel("bending_stiffness", run.rig.direction) * len(_tips(prepared, run))
+    stiffness = run.fabric.reinforcing.bending_stiffness_n_mm2.of(run.rig.direction) * len(_tips(prepared, run))
     _bend(prepared, overhang, per_length, stiffness)
     course = _Course(prepared, run, cost, curl)
     moments, before = course.settle(SETTLE), _angle(prepared, run)

@@ -36,11 +36,11 @@ class FormingTest:
     def __init__(self, run: FormingRun, tools: ToolSet, thickness: float, radius: Array, weight: Array) -> None:
         self.rig, self.scale, self.tools, self.radius, self.weight = run.rig, run.model.scale, tools, radius, weight
         gap = run.rig.die.floor_gap
-        self.floor = None if gap is None else -run.rig.kernel("depth") - 0.5 * thickness - gap
-        self.holder_force = run.rig.kernel("blank_holder_force")
-        start = run.solver.kernel("ramp")
+        self.floor = None if gap is None else -run.rig.depth_mm - 0.5 * thickness - gap
+        self.holder_force = run.rig.blank_holder_force_n
+        start = run.solver.ramp_ms
         begin = PRESS + SETTLE if tools.holder is not None else 0.0
-        self.move, stop = _stroke(begin, run.solver.kernel("speed"), start, run.rig.kernel("depth"))
+        self.move, stop = _stroke(begin, run.solver.speed_mm_per_ms, start, run.rig.depth_mm)
         self.duration = stop + start
 
     def constrain(self, boundary: Boundary) -> None:
@@ -54,8 +54,8 @@ class FormingTest:
         if self.tools.holder is not None:
             holder, card = self._rubbing(self.tools.holder.tool), self.rig.holder
             holder.motion[2], holder.load[2] = FREE, boundary.table(ramp(PRESS, -self.holder_force))
-            holder.mass = float(boundary.model.mass.sum()) if card.mass is None else card.kernel("mass")
-            holder.drag = card.kernel("drag")
+            holder.mass = float(boundary.model.mass.sum()) if card.mass_g is None else card.mass_g
+            holder.drag = card.drag_per_ms
             boundary.add_tool(holder)
         if self.floor is not None:
             boundary.add_tool(self._rubbing(plane((0.0, 0.0, self.floor), (0.0, 0.0, 1.0))))
@@ -67,7 +67,7 @@ class FormingTest:
 
     def ring_time(self, wave_speed: float) -> float:
         """Time [ms] a wave needs across the blank."""
-        return max(self.rig.kernel("blank_length"), self.rig.kernel("blank_width")) / wave_speed
+        return max(self.rig.blank_length_mm, self.rig.blank_width_mm) / wave_speed
 
     def travel(self, time: float) -> float:
         """Travel of the stamp [mm] at ``time`` [ms]."""

@@ -58,15 +58,15 @@ class Forming:
         return prepared
 
     def _shells(self, run: FormingRun, specimen: int) -> Prepared:
-        rig, fabric, size = run.rig, run.fabric, run.model.macro.kernel("element_size")
-        length, width, thickness = rig.kernel("blank_length"), rig.kernel("blank_width"), fabric.kernel("thickness")
+        rig, fabric, size = run.rig, run.fabric, run.model.macro.element_size_mm
+        length, width, thickness = rig.blank_length_mm, rig.blank_width_mm, fabric.thickness_mm
         rows = np.linspace(-0.5 * length, 0.5 * length, max(round(length / size), 2) + 1)
         points, cells = rectangle(rows, width, size)
-        height = rig.kernel("imperfection")
+        height = rig.imperfection_mm
         points[:, 2] = np.random.default_rng(run.variability.seed + specimen).uniform(-height, height, len(points))
         soft = softened_at_most(fabric_laminate(run), rig.membrane_share)
         contact = self_contact(fabric, run.model.macro, run.solver.safety)
-        model = build_sheet(points, cells, soft, fabric.kernel("area_mass"), thickness, contact=contact)
+        model = build_sheet(points, cells, soft, fabric.area_mass_g_per_mm2, thickness, contact=contact)
         # unevenness does not reach into the tools
         radius = 0.5 * thickness - np.abs(points[:, 2])
         area = length * width
@@ -76,8 +76,8 @@ class Forming:
     def _yarns(self, run: FormingRun, specimen: int, phase: Phase | None) -> Prepared:
         start = clock.perf_counter()
         rig, fabric = run.rig, run.fabric
-        n_wales = max(round(rig.kernel("blank_width") / fabric.wale_spacing), 2)
-        n_courses = max(round(rig.kernel("blank_length") / fabric.course_spacing), 2)
+        n_wales = max(round(rig.blank_width_mm / fabric.wale_spacing), 2)
+        n_courses = max(round(rig.blank_length_mm / fabric.course_spacing), 2)
         piece = cut(run, n_wales, n_courses, specimen, phase)
         size = np.array([n_wales * fabric.wale_spacing, n_courses * fabric.course_spacing, 0.0])
         points = np.concatenate([p.points for p in piece.paths])
@@ -144,14 +144,14 @@ def dragged(run: FormingRun, prepared: Prepared) -> float:
     A free flange, which little but its weight keeps down, lifts too little under a drag of that size.
     """
     assert isinstance(prepared.rig, FormingTest)
-    drag = run.solver.kernel("damping") * run.solver.kernel("speed") * float(prepared.model.mass.sum())
+    drag = run.solver.damping_per_ms * run.solver.speed_mm_per_ms * float(prepared.model.mass.sum())
     held = float(prepared.rig.weight.sum()) + prepared.rig.holder_force
     return drag / held if held > 0.0 else np.inf if drag > 0.0 else 0.0
 
 
 def _check_holder(rig: FormingRig, blank: float) -> None:
     """Raise :class:`InputError` for a holder too light for its contacts with a ``blank`` [g] at the step of the run."""
-    mass = rig.holder.kernel("mass") if rig.holder.mass is not None else blank
+    mass = blank if rig.holder.mass_g is None else rig.holder.mass_g
     if rig.blank_holder_force > 0.0 and mass < LIGHTEST * blank:
         raise InputError(
             f"rig.holder.mass = {rig.holder.mass:g} kg: too light for the step, as the whole blank may press on it; "
@@ -177,16 +177,16 @@ def allowed_depth(run: FormingRun) -> float:
     """Deepest penetration of a tool [um] that is allowed."""
     fabric = run.fabric
     if run.model.scale == "macro":
-        return 1e3 * DEEPEST * 0.5 * fabric.kernel("thickness")
-    return 1e3 * DEEPEST * 0.5 * min(y.kernel("beam_diameter") for y in (fabric.reinforcing, fabric.knitting))
+        return 1e3 * DEEPEST * 0.5 * fabric.thickness_mm
+    return 1e3 * DEEPEST * 0.5 * min(y.beam_diameter_mm for y in (fabric.reinforcing, fabric.knitting))
 
 
 def tools_of(run: FormingRun, thickness: float) -> ToolSet:
     """The tools of ``run`` about a blank of ``thickness`` [mm]."""
     rig = run.rig
     holder = rig.holder if rig.blank_holder_force > 0.0 else None
-    blank = (rig.kernel("blank_width"), rig.kernel("blank_length"))
-    return build_tools(rig.stamp, rig.die, holder, rig.kernel("depth"), thickness, blank)
+    blank = (rig.blank_width_mm, rig.blank_length_mm)
+    return build_tools(rig.stamp, rig.die, holder, rig.depth_mm, thickness, blank)
 
 
 def drawn(run: FormingRun, facts: dict[str, float], history: History, frame: Frame) -> Formed:

@@ -21,10 +21,10 @@ def strengths(run: Run) -> dict[str, float]:
     """Force [N] at which a mean yarn of warp, weft and knit breaks: that of its law, or of the fabric's curve."""
     if run.model.scale == "macro":
         curves = {d: tension_curve(run.fabric, d) for d in DIRECTIONS}
-        return {d: float(c.mean.max()) / run.fabric.kernel(f"{d}_density") for d, c in curves.items()}
+        return {d: float(c.mean.max()) / run.fabric.density_per_mm.of(d) for d, c in curves.items()}
     cards = sections(run.fabric)
     breaks = (run.fabric.reinforcing, run.fabric.reinforcing, run.fabric.knitting)
-    strain = [yarn.kernel("fracture_strain") for yarn in breaks]
+    strain = [yarn.fracture_strain_fraction for yarn in breaks]
     return {
         name: float((card.hinge_slope * np.maximum(e - card.hinge_strain, 0.0)).sum())
         for name, card, e in zip(("warp", "weft", "knit"), cards, strain, strict=True)
@@ -54,7 +54,7 @@ def _force(run: Run, mesh: Mesh, frame: Frame, system: str) -> Array:
     """Tension of a yarn of ``system`` in each element [N]."""
     if mesh.kind == "beams":
         return frame.fields["axial_force"]
-    force: Array = frame.fields[f"force_{system}"] / run.fabric.kernel(f"{system}_density")
+    force: Array = frame.fields[f"force_{system}"] / run.fabric.density_per_mm.of(system)
     return force
 
 
@@ -73,7 +73,7 @@ def _of_shells(run: Run, mesh: Mesh, first: Frame) -> list[tuple[str, int, NDArr
     for axis, system in ((0, "warp"), (1, "weft")):
         low, high = first.position[:, axis].min(), first.position[:, axis].max()
         columns = np.unique(np.round(centre[:, axis], 6))
-        count = max(round((high - low) * run.fabric.kernel(f"{system}_density")), 1)
+        count = max(round((high - low) * run.fabric.density_per_mm.of(system)), 1)
         places = low + (np.arange(count) + 0.5) * (high - low) / count
         nearest = columns[np.abs(columns - places[:, None]).argmin(axis=1)]
         found += [(system, k + 1, np.flatnonzero(np.abs(centre[:, axis] - x) < 1e-5)) for k, x in enumerate(nearest)]

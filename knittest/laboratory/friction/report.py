@@ -36,7 +36,7 @@ class FrictionReport(NoSize):
 
     def scaled(self, run: FrictionRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
         """Values as they are; raises :class:`InputError` for a pull force under another normal force than the run's."""
-        normal = run.rig.kernel("normal_force")
+        normal = run.rig.normal_force_n
         for row in rows:
             tested = row.conditions.normal_force_n
             if row.quantity.startswith("pull_force") and (tested is None or not same(tested, normal)):
@@ -51,7 +51,7 @@ class FrictionReport(NoSize):
         """Curve as it is; raises :class:`InputError` for one under another normal force than the run's, or an unknown
         one.
         """
-        normal, tested = run.rig.kernel("normal_force"), curve.conditions.normal_force_n
+        normal, tested = run.rig.normal_force_n, curve.conditions.normal_force_n
         if tested is None or not same(tested, normal):
             stated = "an unknown normal force" if tested is None else f"{tested:g} N"
             raise InputError(
@@ -85,7 +85,7 @@ class FrictionReport(NoSize):
         """The fabric's own strips under the same normal force; of the paper's fabrics no curve is published."""
         curve = imported_corridor(run)
         pressed = None if curve is None else curve.conditions.normal_force_n
-        if curve is None or pressed is None or not same(pressed, run.rig.kernel("normal_force")):
+        if curve is None or pressed is None or not same(pressed, run.rig.normal_force_n):
             return None
         return self.matched(run, curve)
 

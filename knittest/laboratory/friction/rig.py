@@ -36,12 +36,12 @@ class FrictionTest:
 
     def __init__(self, run: FrictionRun, axis: int, faces: tuple[float, float], radius: Array) -> None:
         self.rig, self.axis, self.faces, self.radius = run.rig, axis, faces, radius
-        self.pull = _pull(run.solver.kernel("speed"), run.solver.kernel("ramp"))
+        self.pull = _pull(run.solver.speed_mm_per_ms, run.solver.ramp_ms)
         end = self.pull.time[-1]
-        rest = run.rig.kernel("travel") + self.pull.integral(end)
-        self.kinetic_from = (1.0 - KINETIC_SHARE) * run.rig.kernel("travel")
-        self.averaged_from = end + max(self.kinetic_from + self.pull.integral(end), 0.0) / run.solver.kernel("speed")
-        self.duration = end + rest / run.solver.kernel("speed")
+        rest = run.rig.travel_mm + self.pull.integral(end)
+        self.kinetic_from = (1.0 - KINETIC_SHARE) * run.rig.travel_mm
+        self.averaged_from = end + max(self.kinetic_from + self.pull.integral(end), 0.0) / run.solver.speed_mm_per_ms
+        self.duration = end + rest / run.solver.speed_mm_per_ms
 
     def constrain(self, boundary: Boundary) -> None:
         """Plates under all but the pulled end of the strip, which is gripped."""
@@ -52,27 +52,27 @@ class FrictionTest:
         mass, pull = float(boundary.model.mass.sum()), boundary.table(self.pull)
         boundary.grip(np.flatnonzero(along >= high[self.axis] - self._grip(along)), "xyz"[self.axis])
         centre = 0.5 * (low + high)
-        centre[self.axis] = low[self.axis] + 0.5 * self.rig.kernel("plate_length")
+        centre[self.axis] = low[self.axis] + 0.5 * self.rig.plate_length_mm
         lengths = np.full(3, THICKNESS)
-        lengths[self.axis] = self.rig.kernel("plate_length") + 2.0 * EDGE
-        lengths[1 - self.axis] = self.rig.kernel("plate_width") + 2.0 * EDGE
+        lengths[self.axis] = self.rig.plate_length_mm + 2.0 * EDGE
+        lengths[1 - self.axis] = self.rig.plate_width_mm + 2.0 * EDGE
         for face, side in zip(self.faces, (-1.0, 1.0), strict=True):
             centre[2] = face + 0.5 * side * THICKNESS
             tool = plate(centre, lengths, EDGE)
             tool.friction = (self.rig.static_coefficient, self.rig.kinetic_coefficient)
             tool.motion[self.axis] = pull
             if side > 0.0:
-                tool.motion[2], tool.load[2] = -2, boundary.table(ramp(PRESS, -self.rig.kernel("normal_force")))
+                tool.motion[2], tool.load[2] = -2, boundary.table(ramp(PRESS, -self.rig.normal_force_n))
                 tool.mass, tool.drag = mass, PLATE_DRAG
             boundary.add_tool(tool)
 
     def _grip(self, along: Array) -> float:
         """Length of the end that is gripped: the last tenth of what sticks out of the plates."""
-        return 0.1 * (float(np.ptp(along)) - self.rig.kernel("plate_length"))
+        return 0.1 * (float(np.ptp(along)) - self.rig.plate_length_mm)
 
     def ring_time(self, wave_speed: float) -> float:
         """Time [ms] a wave needs along the strip."""
-        return self.rig.kernel("length") / wave_speed
+        return self.rig.length_mm / wave_speed
 
     def channels(self, time: float, readings: Readings) -> dict[str, float]:
         """Travel of the clamp against the plates, pull force, force on the lower plate and height of the upper one."""

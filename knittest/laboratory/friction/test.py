@@ -46,28 +46,28 @@ class Friction:
         return self._yarns(run, specimen, phase) if meso else self._shells(run, specimen)
 
     def _shells(self, run: FrictionRun, specimen: int) -> Prepared:
-        rig, size = run.rig, run.model.macro.kernel("element_size")
+        rig, size = run.rig, run.model.macro.element_size_mm
         # the model of the tensile strip, its clamps being its first and last row
         model = build_strip(
-            run.fabric, fabric_laminate(run), rig.direction, rig.kernel("length") - 2.0 * size, rig.kernel("width"),
+            run.fabric, fabric_laminate(run), rig.direction, rig.length_mm - 2.0 * size, rig.width_mm,
             size, size, 0.0, run.variability.seed + specimen,
             self_contact(run.fabric, run.model.macro, run.solver.safety),
         )  # fmt: skip
-        half = 0.5 * run.fabric.kernel("thickness")
+        half = 0.5 * run.fabric.thickness_mm
         test = FrictionTest(run, 1, (-half, half), np.full(model.n_nodes, half))
-        return Prepared(model, test, facts={"area_mm2": rig.kernel("length") * rig.kernel("width")})
+        return Prepared(model, test, facts={"area_mm2": rig.length_mm * rig.width_mm})
 
     def _yarns(self, run: FrictionRun, specimen: int, phase: Phase | None) -> Prepared:
         start = clock.perf_counter()
         direction, period = run.rig.direction, pitch(run, run.rig.direction)
-        across, along = yarns_across(run, direction, specimen), round(run.rig.kernel("length") / period)
+        across, along = yarns_across(run, direction, specimen), round(run.rig.length_mm / period)
         n_wales, n_courses = (across, along) if direction == "warp" else (along, across)
         piece = cut(run, n_wales, n_courses, specimen, phase)
         model = build_meso(run, piece.paths, piece.draws)
         z, radius = model.position()[:, 2], model.group.radius
         faces = (float((z - radius).min()), float((z + radius).max()))
         test = FrictionTest(run, AXIS[direction], faces, radius)
-        facts = {"yarns_across": float(across), "area_mm2": along * period * run.rig.kernel("width")}
+        facts = {"yarns_across": float(across), "area_mm2": along * period * run.rig.width_mm}
         return Prepared(model, test, clock.perf_counter() - start, piece.table, facts)
 
     def solve(
@@ -78,8 +78,8 @@ class Friction:
 
     def results(self, run: FrictionRun, prepared: Prepared, history: History) -> dict[str, float]:
         """Levels, the paper's coefficient of two faces and that of one, pressure, penetration against deformation."""
-        curve, normal = history.curve, run.rig.kernel("normal_force")
-        late = curve["displacement_mm"] > (1.0 - KINETIC_SHARE) * run.rig.kernel("travel")
+        curve, normal = history.curve, run.rig.normal_force_n
+        late = curve["displacement_mm"] > (1.0 - KINETIC_SHARE) * run.rig.travel_mm
         kinetic = float(curve["pull_force_n"][late].mean())
         return {
             "pull_force_kinetic_n": kinetic,
@@ -124,17 +124,17 @@ def static_force(curve: Mapping[str, np.ndarray]) -> tuple[float, float]:
 
 def map_cell(run: FrictionRun) -> float:
     """Side of a cell of the pressure map [mm]: a shell, or small enough to tell the loops."""
-    if run.rig.pressure_cell is not None:
-        return run.rig.kernel("pressure_cell")
-    return run.fabric.wale_spacing / 3.0 if run.model.scale == "meso" else run.model.macro.kernel("element_size")
+    if run.rig.pressure_cell_mm is not None:
+        return run.rig.pressure_cell_mm
+    return run.fabric.wale_spacing / 3.0 if run.model.scale == "meso" else run.model.macro.element_size_mm
 
 
 def _pressures(run: FrictionRun, history: History) -> dict[str, float]:
     """Mean pressure [MPa] on what lies between the plates, the largest one of a cell, and who carries it (yarns)."""
     rig = run.rig
-    covered = rig.kernel("plate_length") - (1.0 - 0.5 * KINETIC_SHARE) * rig.kernel("travel")
+    covered = rig.plate_length_mm - (1.0 - 0.5 * KINETIC_SHARE) * rig.travel_mm
     found = {
-        "pressure_mean_mpa": rig.kernel("normal_force") / (covered * rig.kernel("width")),
+        "pressure_mean_mpa": rig.normal_force_n / (covered * rig.width_mm),
         "pressure_peak_mpa": float(pressure_map(history, map_cell(run)).pressure.max()),
     }
     if run.model.scale == "meso":

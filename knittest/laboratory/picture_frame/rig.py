@@ -40,12 +40,12 @@ class PictureFrameTest:
         """``area`` [mm2] is that of the fabric, which of yarns comes in whole pitches."""
         rig = run.rig
         self.fabric_side, self.held = sqrt(area), held
-        self.side = rig.kernel("side" if rig.frame_side is None else "frame_side")
-        self.slack = rig.kernel("mounting_slack")
-        start = run.solver.kernel("ramp")
+        self.side = rig.side_mm if rig.frame_side_mm is None else rig.frame_side_mm
+        self.slack = rig.mounting_slack_fraction
+        start = run.solver.ramp_ms
         self.close = ramp(start, self.slack)
         stops = np.deg2rad([*rig.turns, rig.max_angle]).tolist()
-        self.shear = _there_and_back(start, sqrt(2.0) * run.solver.kernel("speed") / self.side, stops)
+        self.shear = _there_and_back(start, sqrt(2.0) * run.solver.speed_mm_per_ms / self.side, stops)
         self.duration = self.shear.time[-1]
         self.times = np.linspace(0.0, self.duration, KNOTS * len(stops))
         angles = np.array([self.angle(t) for t in self.times])

@@ -56,7 +56,7 @@ class PictureFrame:
                 f"{known:g} deg; --set rig.max_angle={floor(10.0 * known) / 10.0:g} ends the test there, or give a law "
                 "that goes on"
             )
-        side, size = run.rig.kernel("side"), run.model.macro.kernel("element_size")
+        side, size = run.rig.side_mm, run.model.macro.element_size_mm
         n = max(round(side / size), 2)
         u = np.linspace(-0.5 * side, 0.5 * side, n + 1)
         points = np.column_stack([np.tile(u, n + 1), np.repeat(u, n + 1), np.zeros((n + 1) ** 2)])
@@ -64,12 +64,12 @@ class PictureFrame:
         cells = np.column_stack([corner, corner + 1, corner + n + 2, corner + n + 1])
         edge = np.abs(points[:, :2]).max(axis=1) > 0.4999 * side
         rng = np.random.default_rng(run.variability.seed + specimen)
-        height = run.rig.kernel("imperfection")
+        height = run.rig.imperfection_mm
         points[~edge, 2] = rng.uniform(-height, height, int((~edge).sum()))
         fabric = run.fabric
         warp = _turned(np.array([[0.0, 1.0, 0.0]]))[0]
         model = build_sheet(
-            _turned(points), cells, fabric_laminate(run), fabric.kernel("area_mass"), fabric.kernel("thickness"), warp,
+            _turned(points), cells, fabric_laminate(run), fabric.area_mass_g_per_mm2, fabric.thickness_mm, warp,
             contact=self_contact(fabric, run.model.macro, run.solver.safety),
         )  # fmt: skip
         test = PictureFrameTest(run, np.flatnonzero(edge), side**2)
@@ -77,7 +77,7 @@ class PictureFrame:
 
     def _yarns(self, run: PictureFrameRun, specimen: int, phase: Phase | None) -> Prepared:
         start = clock.perf_counter()
-        side, fabric = run.rig.kernel("side"), run.fabric
+        side, fabric = run.rig.side_mm, run.fabric
         n_wales, n_courses = _whole_pitches(run)
         piece = cut(run, n_wales, n_courses, specimen, phase)
         size = np.array([n_wales * fabric.wale_spacing, n_courses * fabric.course_spacing, 0.0])
@@ -97,11 +97,11 @@ class PictureFrame:
     def results(self, run: PictureFrameRun, prepared: Prepared, history: History) -> dict[str, float]:
         """Force at the angles; where wrinkles begin, and what the fabric looks like at 40 deg if it gets there."""
         frames = first_loading(history)
-        amplitudes = [measure_wrinkles(f, history, run.rig.kernel("side")).amplitude for f in frames]
-        onset = _reached([f.coordinate for f in frames], amplitudes, ONSET * run.fabric.kernel("thickness"))
+        amplitudes = [measure_wrinkles(f, history, run.rig.side_mm).amplitude for f in frames]
+        onset = _reached([f.coordinate for f in frames], amplitudes, ONSET * run.fabric.thickness_mm)
         found = forces_at(history, run.rig.max_angle)
         if run.rig.max_angle >= MAPPED:
-            found |= _mapped(history, run.rig.kernel("side"))
+            found |= _mapped(history, run.rig.side_mm)
         return found | {"wrinkle_onset_deg": onset}
 
     def assess(self, run: PictureFrameRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
@@ -123,7 +123,7 @@ class PictureFrame:
 
 def fabric_side(run: PictureFrameRun) -> float:
     """Side [mm] of a square of the fabric's area, which of yarns comes in whole pitches."""
-    side = run.rig.kernel("side")
+    side = run.rig.side_mm
     if run.model.scale == "macro":
         return side
     n_wales, n_courses = _whole_pitches(run)
@@ -132,7 +132,7 @@ def fabric_side(run: PictureFrameRun) -> float:
 
 def _whole_pitches(run: PictureFrameRun) -> tuple[int, int]:
     """Wales and courses of the square of yarns."""
-    side = run.rig.kernel("side")
+    side = run.rig.side_mm
     return max(round(side / run.fabric.wale_spacing), 2), max(round(side / run.fabric.course_spacing), 2)
 
 

@@ -53,13 +53,13 @@ class TensileReport:
 
     def scaled(self, run: TensileRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
         """Forces of the tested strip for the width of the run, and said so; of yarns also how many are whole."""
-        width, note = run.rig.kernel("width"), _whole_yarns(run)
+        width, note = run.rig.width_mm, _whole_yarns(run)
         return [with_note(for_width(row, width), note) if row.unit == "N" else row for row in rows]
 
     def size(self, run: TensileRun) -> tuple[float, str]:
         """Width [mm]."""
-        width = run.rig.kernel("width")
-        return width, f"{width:g} mm wide, {run.rig.kernel('gauge_length'):g} mm between the clamps"
+        width = run.rig.width_mm
+        return width, f"{width:g} mm wide, {run.rig.gauge_length_mm:g} mm between the clamps"
 
     def size_free(self, run: TensileRun, columns: Mapping[str, np.ndarray]) -> tuple[CurveAxes, Columns]:
         """Force per width, of yarns per that of whole ones."""
@@ -88,8 +88,8 @@ class TensileReport:
 
     def matched(self, run: TensileRun, curve: ReferenceCurve) -> ReferenceCurve:
         """Force [N] of the tested strip for the width of the run; strain is relative, another gauge length is said."""
-        curve = strip_force(same_test(run, curve), run.rig.kernel("width"))
-        gauge, own = curve.conditions.gauge_length_mm, run.rig.kernel("gauge_length")
+        curve = strip_force(same_test(run, curve), run.rig.width_mm)
+        gauge, own = curve.conditions.gauge_length_mm, run.rig.gauge_length_mm
         if gauge is None or math.isclose(gauge, own, rel_tol=EXACT):
             return curve
         return noted(curve, f"{own:g} instead of {gauge:g} mm between the clamps; strain is relative to it")
@@ -132,7 +132,7 @@ def _whole_yarns(run: TensileRun) -> str:
     """Number of yarns that carry the force, where it is off that of the width by more than :data:`UNEVEN`."""
     if run.model.scale != "meso":
         return ""
-    exact = run.rig.kernel("width") * run.fabric.kernel(f"{run.rig.direction}_density")
+    exact = run.rig.width_mm * run.fabric.density_per_mm.of(run.rig.direction)
     counts = [yarns_across(run, run.rig.direction, k) for k in range(run.variability.specimens)]
     if abs(float(np.mean(counts)) / exact - 1.0) <= UNEVEN:
         return ""

@@ -26,11 +26,11 @@ class TensileTest:
 
     def __init__(self, run: TensileRun, axis: int, gauge: float, middle: float) -> None:
         self.axis, self.gauge, self.middle = axis, gauge, middle
-        self.speed = run.solver.kernel("speed")
-        self.pull = ramp(run.solver.kernel("ramp"), self.speed)
-        self.max_strain = run.rig.kernel("max_strain")
+        self.speed = run.solver.speed_mm_per_ms
+        self.pull = ramp(run.solver.ramp_ms, self.speed)
+        self.max_strain = run.rig.max_strain_fraction
         self.stop_ratio = run.rig.stop_force_ratio
-        self.duration = 0.5 * run.solver.kernel("ramp") + self.max_strain * self.gauge / self.speed
+        self.duration = 0.5 * run.solver.ramp_ms + self.max_strain * self.gauge / self.speed
 
     def constrain(self, boundary: Boundary) -> None:
         """Grip all nodes outside the gauge length."""

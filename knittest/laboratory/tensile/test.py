@@ -30,19 +30,19 @@ class Tensile:
 
     def _shells(self, run: TensileRun, specimen: int) -> Prepared:
         rig, macro = run.rig, run.model.macro
-        gauge = rig.kernel("gauge_length")
+        gauge = rig.gauge_length_mm
         model = build_strip(
-            run.fabric, fabric_laminate(run), rig.direction, gauge, rig.kernel("width"), rig.kernel("jaw_length"),
-            macro.kernel("element_size"), macro.kernel("imperfection"), run.variability.seed + specimen,
+            run.fabric, fabric_laminate(run), rig.direction, gauge, rig.width_mm, rig.jaw_length_mm,
+            macro.element_size_mm, macro.imperfection_mm, run.variability.seed + specimen,
             self_contact(run.fabric, macro, run.solver.safety),
         )  # fmt: skip
-        facts = _facts(run, specimen, gauge, gauge + 2.0 * rig.kernel("jaw_length"))
+        facts = _facts(run, specimen, gauge, gauge + 2.0 * rig.jaw_length_mm)
         return Prepared(model, TensileTest(run, axis=1, gauge=gauge, middle=0.0), facts=facts)
 
     def _yarns(self, run: TensileRun, specimen: int, phase: Phase | None) -> Prepared:
         start = clock.perf_counter()
         direction, period = run.rig.direction, pitch(run, run.rig.direction)
-        along = max(round(run.rig.kernel("gauge_length") / period), 1)
+        along = max(round(run.rig.gauge_length_mm / period), 1)
         across, whole = yarns_across(run, direction, specimen), along + 2 * JAW_PITCHES
         n_wales, n_courses = (across, whole) if direction == "warp" else (whole, across)
         grip = (JAW_PITCHES + 0.5) / whole
@@ -76,9 +76,9 @@ class Tensile:
 def carrying_width(run: TensileRun, specimen: int = 0) -> float:
     """Width [mm] that carries the force of a strip: its own of shells, that of its whole yarns of yarns."""
     if run.model.scale == "macro":
-        return run.rig.kernel("width")
+        return run.rig.width_mm
     direction = run.rig.direction
-    return yarns_across(run, direction, specimen) / run.fabric.kernel(f"{direction}_density")
+    return yarns_across(run, direction, specimen) / run.fabric.density_per_mm.of(direction)
 
 
 def _facts(run: TensileRun, specimen: int, gauge: float, length: float) -> dict[str, float]:
@@ -86,5 +86,5 @@ def _facts(run: TensileRun, specimen: int, gauge: float, length: float) -> dict[
         "yarns_across": float(yarns_across(run, run.rig.direction, specimen)),
         "width_mm": carrying_width(run, specimen),
         "gauge_mm": gauge,
-        "area_mm2": length * run.rig.kernel("width"),
+        "area_mm2": length * run.rig.width_mm,
     }

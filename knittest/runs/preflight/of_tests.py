@@ -8,7 +8,6 @@ from knittest.base.errors import InputError
 from knittest.base.layout import nearest
 from knittest.base.resources import data_dir
 from knittest.base.units import to_kernel
-from knittest.config.base import Quantity
 from knittest.config.fabric import Direction, Fabric
 from knittest.experiment.tables import PublishedValue, for_width, published
 from knittest.laboratory.base import tension_curve
@@ -48,7 +47,7 @@ def test_counterparts(fabric: Fabric) -> Iterator[Counterpart]:
 
 def _fracture_strain(fabric: Fabric, direction: Direction) -> Counterpart:
     row = _row(fabric, direction, "fracture_strain_pct")
-    quantity: Quantity = getattr(fabric.macro.fracture_strain, direction)
+    quantity = fabric.macro.fracture_strain.of(direction)
     return of_quantity(
         f"{direction} fracture strain", f"macro.fracture_strain.{direction}", "%", quantity,
         row.mean if row else None, _cited(row) if row else _no_row(fabric), SAME,
@@ -57,7 +56,7 @@ def _fracture_strain(fabric: Fabric, direction: Direction) -> Counterpart:
 
 def _end_of_curve(fabric: Fabric, direction: Direction) -> Counterpart:
     """The fracture strain beside the strain at the largest force of the curve that it ends."""
-    quantity: Quantity = getattr(fabric.macro.fracture_strain, direction)
+    quantity = fabric.macro.fracture_strain.of(direction)
     name, field = f"{direction} fracture strain", f"macro.fracture_strain.{direction}"
     try:
         (reach,) = reaches(fabric, {direction: tension_curve(fabric, direction)})
@@ -94,9 +93,9 @@ def largest_force(fabric: Fabric, direction: Direction) -> tuple[float | None, s
 
 def _bending(fabric: Fabric, direction: Direction) -> Counterpart:
     """Bending stiffness per width beside that of the overhang, B = w (L / 2)^3 (DIN 53362)."""
-    quantity: Quantity = getattr(fabric.macro.bending_stiffness, direction)
+    quantity = fabric.macro.bending_stiffness.of(direction)
     row = _row(fabric, direction, "overhang_mm")
-    weight = fabric.kernel("area_mass") * to_kernel(GRAVITY, "m/s2")
+    weight = fabric.area_mass_g_per_mm2 * to_kernel(GRAVITY, "m/s2")
     found = None if row is None else bending_stiffness(row.mean, weight)
     origin = _no_row(fabric) if row is None else f"overhang {row.mean:g} mm and area_mass; {_cited(row)}"
     return of_quantity(

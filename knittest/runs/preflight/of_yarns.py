@@ -46,18 +46,18 @@ def _bundle(fabric: Fabric, direction: Direction) -> Iterator[Counterpart]:
     """Curve and fracture strain of the strip beside a bundle of its yarns, of scattered strength (Daniels, 1945)."""
     yarn = fabric.reinforcing
     card = dict(zip(("warp", "weft"), sections(fabric), strict=False))[direction]
-    fracture = yarn.kernel("fracture_strain")
+    fracture = yarn.fracture_strain_fraction
     force = float((card.hinge_slope * np.maximum(fracture - card.hinge_strain, 0.0)).sum())
     peak, strain = bundle_peak(draw(fabric, Variability(), direction, BUNDLE, 0), force / fracture)
     stated, kind = largest_force(fabric, direction)
     if stated is not None:
-        found = fabric.kernel(f"{direction}_density") * peak / BUNDLE
+        found = fabric.density_per_mm.of(direction) * peak / BUNDLE
         yield Counterpart(
             f"{direction} curve, largest force", f"macro.tension.{direction}", "N/mm", stated, kind, found,
             "bundle of the yarns: density, modulus, area, fracture strain and its sd", STRENGTH * found,
         )  # fmt: skip
-    quantity: Quantity = getattr(fabric.macro.fracture_strain, direction)
-    straight = 100.0 * ((1.0 + yarn.kernel("crimp", direction)) * (1.0 + strain) - 1.0)
+    quantity = fabric.macro.fracture_strain.of(direction)
+    straight = 100.0 * ((1.0 + yarn.crimp_fraction.of(direction)) * (1.0 + strain) - 1.0)
     yield of_quantity(
         f"{direction} fracture strain", f"macro.fracture_strain.{direction}", "%", quantity, straight,
         "bundle of the yarns, with crimp and slack", STRAIN,
@@ -65,8 +65,8 @@ def _bundle(fabric: Fabric, direction: Direction) -> Iterator[Counterpart]:
 
 
 def _bending(fabric: Fabric, direction: Direction) -> Counterpart:
-    quantity: Quantity = getattr(fabric.macro.bending_stiffness, direction)
-    yarns = fabric.kernel(f"{direction}_density") * fabric.reinforcing.kernel("bending_stiffness", direction)
+    quantity = fabric.macro.bending_stiffness.of(direction)
+    yarns = fabric.density_per_mm.of(direction) * fabric.reinforcing.bending_stiffness_n_mm2.of(direction)
     return of_quantity(
         f"{direction} bending stiffness", f"macro.bending_stiffness.{direction}", "N mm", quantity, yarns,
         "yarns side by side: density x reinforcing.bending_stiffness", BENDING,
@@ -80,7 +80,7 @@ def cell_counterparts(fabric: Fabric, cell: Cell) -> Iterator[Counterpart]:
     loop = polyline_length(cell.closed("knit"))
     yield of_quantity("loop length", "loop_length", "mm", fabric.loop_length, loop, where, LOOP)
     for direction in DIRECTIONS:
-        quantity: Quantity = getattr(fabric.reinforcing.crimp, direction)
+        quantity = fabric.reinforcing.crimp.of(direction)
         found = 100.0 * cell.crimp(direction)
         yield Counterpart(
             f"{direction} crimp", f"reinforcing.crimp.{direction}", "%", quantity.value, quantity.source, found, where,
@@ -94,8 +94,8 @@ def cell_counterparts(fabric: Fabric, cell: Cell) -> Iterator[Counterpart]:
 
 def cell_mass(fabric: Fabric, cell: Cell) -> float:
     """Mass [g] of one cell: the lengths of its yarns times their linear densities."""
-    tex = {"knit": fabric.knitting.kernel("linear_density")} | dict.fromkeys(
-        DIRECTIONS, fabric.reinforcing.kernel("linear_density")
+    tex = {"knit": fabric.knitting.linear_density_g_per_mm} | dict.fromkeys(
+        DIRECTIONS, fabric.reinforcing.linear_density_g_per_mm
     )
     return sum(polyline_length(cell.closed(system)) * density for system, density in tex.items())
 

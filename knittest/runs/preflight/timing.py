@@ -136,7 +136,7 @@ def expected_share(run: Run, prepared: Prepared) -> float:
     """Share of the rig's motion after which its specimen fails, 1 where none does."""
     if run.rig.kind != "tensile":
         return 1.0
-    duration, start = prepared.rig.duration, 0.5 * run.solver.kernel("ramp")
+    duration, start = prepared.rig.duration, 0.5 * run.solver.ramp_ms
     end = start + (duration - start) * failure_strain(run) / run.rig.max_strain
     return min(end / duration, 1.0)
 
@@ -145,7 +145,7 @@ def failure_strain(run: Run) -> float:
     """Strain [%] at which a tensile strip has failed: that of its shells, or of the last of its yarns."""
     direction = run.direction
     if run.model.scale == "macro":
-        return float(getattr(run.fabric.macro.fracture_strain, direction).value)
+        return float(run.fabric.macro.fracture_strain.of(direction).value)
     yarn = run.fabric.reinforcing
     fracture, crimp, slack = (
         yarn.fracture_strain, getattr(yarn.crimp, direction).value, getattr(yarn.slack, direction).value,

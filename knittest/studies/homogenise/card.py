@@ -10,7 +10,7 @@ import numpy as np
 from knittest.base.atomic import write_atomic
 from knittest.config.dumping import dump_mapping
 from knittest.config.fabric import Direction
-from knittest.config.run import Run, TensileRun
+from knittest.config.run import CantileverRun, Run, TensileRun
 from knittest.experiment.curves import FORCE_PER_WIDTH
 from knittest.experiment.shear_law import FRAME_ANGLE, NORMALISED, homogenised_law
 from knittest.export.own_data import OWN, kept_beside
@@ -67,7 +67,8 @@ def bending_stiffness(run: Run, angle: float) -> float:
     """Bending stiffness per width [N mm] of the heavy elastica that has the chord ``angle`` [deg] of the cantilever
     ``run``.
     """
-    weight = run.fabric.kernel("area_mass") * run.rig.kernel("gravity")
+    assert isinstance(run, CantileverRun)
+    weight = run.fabric.area_mass_g_per_mm2 * run.rig.gravity_mm_per_ms2
     return stiffness_of(angle, overhang(run), weight)
 
 

@@ -80,8 +80,8 @@ def free_overhang(run: CantileverRun) -> float:
     of Pham et al. (2019).
     """
     fabric, direction = run.fabric, run.rig.direction
-    stiffness = fabric.reinforcing.kernel("bending_stiffness", direction) * fabric.kernel(f"{direction}_density")
-    return 2.0 * float((stiffness / (fabric.kernel("area_mass") * run.rig.kernel("gravity"))) ** (1.0 / 3.0))
+    stiffness = fabric.reinforcing.bending_stiffness_n_mm2.of(direction) * fabric.density_per_mm.of(direction)
+    return 2.0 * float((stiffness / (fabric.area_mass_g_per_mm2 * run.rig.gravity_mm_per_ms2)) ** (1.0 / 3.0))
 
 
 def shell_run(piece: Piece, yarns: Run, card: Path, last_angle: float) -> Run:
@@ -109,13 +109,14 @@ def width(run: Run) -> float:
     """Width [mm] of a strip of whole yarns: their number times their distance."""
     assert isinstance(run.rig, StripRig)
     direction = run.rig.direction
-    return yarns_across(run, direction) / run.fabric.kernel(f"{direction}_density")
+    return yarns_across(run, direction) / run.fabric.density_per_mm.of(direction)
 
 
 def overhang(run: Run) -> float:
     """Overhang [mm] of a cantilever of this plan, all of which state theirs."""
     assert isinstance(run, CantileverRun)
-    return run.rig.kernel("overhang")
+    assert run.rig.overhang_mm is not None
+    return run.rig.overhang_mm
 
 
 def _settings(texts: Sequence[str], piece: Piece) -> list[Setting]:
