@@ -48,7 +48,7 @@ ALL = list(attributes())
 
 
 def sample(annotation: object) -> object:
-    """A value such as the field holds: a number, a quantity, or one a direction."""
+    """Return a value such as the field holds: a number, a quantity, or one a direction."""
     kinds = [annotation, *get_args(annotation)]
     if PerDirection in kinds:
         return PerDirection.model_construct(warp=Quantity(value=3.0, source="user"), weft=Quantity.model_validate(7.0))

@@ -1,4 +1,4 @@
-"""What a type checker sees of numbers in kernel units: their types, and that a name which nobody declared is wrong."""
+"""Types of numbers in kernel units, as a type checker sees them, and names that nobody declared."""
 
 import subprocess
 import sys
