@@ -34,27 +34,25 @@ FACTOR = {unit: factor for units in UNITS.values() for unit, factor in units.ite
 _QUANTITY = {unit: quantity for quantity, units in UNITS.items() for unit in units}
 #: characters of units that have a plain spelling; both micro signs are in use
 _PLAIN = str.maketrans({"µ": "u", "μ": "u", "²": "2", "³": "3"})
-
-#: how names of numbers in kernel units end, by the unit that the user gives; what has none keeps its name
+#: quantity -> how the names of numbers in kernel units end
 SUFFIX = {
-    "mm": "mm",
-    "deg": "rad",
-    "%": "fraction",
-    "kg": "g",
-    "tex": "g_per_mm",
-    "g/m2": "g_per_mm2",
-    "GPa": "mpa",
-    "N": "n",
-    "N/mm": "n_per_mm",
-    "N mm": "n_mm",
-    "N mm2": "n_mm2",
-    "mm2": "mm2",
-    "yarn/100 mm": "per_mm",
-    "m/s": "mm_per_ms",
-    "m/s2": "mm_per_ms2",
-    "ms": "ms",
-    "us": "ms",
-    "1/ms": "per_ms",
+    "number": "fraction",
+    "length": "mm",
+    "area": "mm2",
+    "angle": "rad",
+    "mass": "g",
+    "mass per length": "g_per_mm",
+    "mass per area": "g_per_mm2",
+    "time": "ms",
+    "speed": "mm_per_ms",
+    "acceleration": "mm_per_ms2",
+    "rate": "per_ms",
+    "force": "n",
+    "force per length": "n_per_mm",
+    "stress": "mpa",
+    "moment": "n_mm",
+    "bending stiffness": "n_mm2",
+    "threads per length": "per_mm",
 }
 
 
@@ -74,6 +72,15 @@ def from_kernel(value: float, unit: str) -> float:
     25.0
     """
     return value / FACTOR[unit]
+
+
+def suffix(unit: str) -> str:
+    """Return how the name of a number ends that was given in ``unit`` and is in kernel units.
+
+    >>> suffix("GPa"), suffix("tex")
+    ('mpa', 'g_per_mm')
+    """
+    return SUFFIX[_QUANTITY[unit]]
 
 
 def ratio(unit: str, other: str) -> float:

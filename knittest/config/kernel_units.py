@@ -4,7 +4,7 @@ from typing import Any, Generic, NamedTuple, Self, TypeVar, overload
 
 from pydantic import BaseModel
 
-from knittest.base.units import SUFFIX, to_kernel
+from knittest.base.units import suffix, to_kernel
 
 T = TypeVar("T", bound="float | Directed | None")
 
@@ -49,7 +49,7 @@ def check_names(model: type[BaseModel]) -> None:
         if not isinstance(attribute, Kernel):
             continue
         unit = field_meta(model, attribute.field).get("unit") if attribute.field in model.model_fields else None
-        expected = f"{attribute.field}_{SUFFIX[unit]}" if unit in SUFFIX else "a field with a unit"
+        expected = f"{attribute.field}_{suffix(unit)}" if unit else "a field with a unit"
         if name != expected:
             raise TypeError(f"{model.__name__}.{name}: expected {expected}, of {attribute.field} in {unit}")
 
