@@ -1,6 +1,5 @@
 """Parts that all tests share: a prepared specimen, and the interface of a test."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -17,11 +16,9 @@ from knittest.kernels.shell_state import Laminate
 from knittest.laboratory.curve_reach import cut_curves, refuse_blunders
 from knittest.materials.laminate import laminate
 from knittest.models.explicit_model import ExplicitModel
+from knittest.solve.observer import SILENT, Observer
 from knittest.solve.rig import Rig
-from knittest.solve.state import Keeper, SimulationCost
-
-Phase = Callable[[str], None]
-Update = Callable[[float, float, float, float], None]
+from knittest.solve.state import SimulationCost
 
 
 @dataclass(frozen=True)
@@ -41,12 +38,10 @@ class Test(Protocol):
     #: whether a failure of the specimen ends it before the rig's motion does
     ends_at_failure: bool
 
-    def prepare(self, run: Any, specimen: int = 0, phase: Phase | None = None) -> Prepared:
+    def prepare(self, run: Any, specimen: int = 0, observer: Observer = SILENT) -> Prepared:
         """Cut and mount specimen number ``specimen``."""
 
-    def solve(
-        self, prepared: Prepared, run: Any, update: Update | None, keeper: Keeper | None
-    ) -> tuple[History, SimulationCost]:
+    def solve(self, prepared: Prepared, run: Any, observer: Observer) -> tuple[History, SimulationCost]:
         """Run it."""
 
     def results(self, run: Any, prepared: Prepared, history: History) -> dict[str, float]:

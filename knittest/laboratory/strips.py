@@ -11,7 +11,7 @@ from knittest.config.run import Run
 from knittest.fabric.relax import relaxed_cell
 from knittest.fabric.strip import YarnPath, strip, wave_elements, wave_scale
 from knittest.fabric.variability import YarnDraws, draw
-from knittest.laboratory.base import Phase
+from knittest.solve.observer import SILENT, Observer
 
 AXIS = {"warp": 1, "weft": 0}
 
@@ -44,14 +44,13 @@ def cut(
     n_wales: int,
     n_courses: int,
     specimen: int = 0,
-    phase: Phase | None = None,
+    observer: Observer = SILENT,
     gripped: tuple[Direction, float] | None = None,
 ) -> YarnStrip:
     """Yarn paths of ``n_wales`` by ``n_courses`` cells; ``gripped`` names a system whose yarns are held over a share of
     their length at both ends, so that their weakest place lies between.
     """
-    if phase is not None:
-        phase("laying out the yarns")  # the cell was relaxed, and announced, before the folder was opened
+    observer.phase("laying out the yarns")  # the cell was relaxed, and announced, before the folder was opened
     cell = relaxed_cell(run.fabric)
     counts = {"warp": n_wales, "weft": n_courses, "knit": n_courses}
     draws = {s: draw(run.fabric, run.variability, s, n, specimen) for s, n in counts.items()}

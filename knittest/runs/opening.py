@@ -1,10 +1,9 @@
 """Opens the folder of a run, new or to go on in, with its checkpoints."""
 
 import json
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from knittest.base.errors import InputError
 from knittest.base.interrupts import Interrupts
@@ -12,7 +11,7 @@ from knittest.base.notes import tell
 from knittest.config.dumping import dump
 from knittest.config.run import Run
 from knittest.export.folder import RunFolder
-from knittest.export.identity import Identity, cell_of, changes, identity_of
+from knittest.export.identity import Identity, cell_of, changes, data_files, identity_of
 from knittest.export.lock import LOCK_NAME, RunLock
 from knittest.report_page.page import FILE, write_if_possible, write_report
 from knittest.runs.checkpoints import PATTERN, Checkpoints
@@ -29,37 +28,55 @@ class Opened:
     checkpoints: Checkpoints
 
 
-#: opens the folder of a run that reads the data files, under the interrupts
-Opener = Callable[[Run, list[Path], Interrupts], Opened]
+class Place(Protocol):
+    """Where a run is to lie, new or gone on with."""
+
+    def open(self, run: Run, interrupts: Interrupts) -> Opened:
+        """Lock the folder of ``run``, which ``interrupts`` may stop at a checkpoint."""
 
 
-def open_new(run: Run, data_files: list[Path], interrupts: Interrupts, *, out: Path | None) -> Opened:
-    """A new folder ``out``; see :meth:`RunFolder.create`."""
-    folder = RunFolder.create(
-        out, run, config_text=dump(run), threads=_threads(), data_files=data_files, cell=cell_of(run)
-    )
-    return Opened(folder, _checkpoints(run, folder.path, identity_of(run, data_files), interrupts))
+@dataclass(frozen=True)
+class NewFolder:
+    """A new folder ``out``, else one named after the run and the time."""
+
+    out: Path | None = None
+
+    def open(self, run: Run, interrupts: Interrupts) -> Opened:
+        """Make it; see :meth:`RunFolder.create`."""
+        files = data_files(run)
+        folder = RunFolder.create(
+            self.out, run, config_text=dump(run), threads=_threads(), data_files=files, cell=cell_of(run)
+        )
+        return Opened(folder, _checkpoints(run, folder.path, identity_of(run, files), interrupts))
 
 
-def open_again(run: Run, data_files: list[Path], interrupts: Interrupts, *, path: Path, force: bool) -> Opened:
-    """The folder ``path`` of a run that did not complete.
+@dataclass(frozen=True)
+class StoppedRun:
+    """The folder of a run that did not complete, gone on with whatever changed since if ``force``."""
 
-    Raises :class:`InputError` when no checkpoint verifies or, without ``force``, when something changed that the result
-    depends on; then nothing in the folder changes. :class:`ResourceError` when it is in use or cannot be written.
-    """
-    lock = RunLock(path)
-    try:
-        now = identity_of(run, data_files)
-        checkpoints = _checkpoints(run, path, now, interrupts)
-        changed = _changes(path, checkpoints.find(), now, force)
-        checkpoints.tidy()
-        notes: dict[str, Any] = {"at_ms": checkpoints.found[1].time if checkpoints.found else 0.0}
-        if changed:
-            notes |= {"forced": changed, "config_sha256": now["config_sha256"]}
-        return Opened(RunFolder.reopen(path, lock, manifest_of(path), threads=_threads(), notes=notes), checkpoints)
-    except BaseException:
-        lock.release()
-        raise
+    path: Path
+    force: bool = False
+
+    def open(self, run: Run, interrupts: Interrupts) -> Opened:
+        """Open it again.
+
+        Raises :class:`InputError` when no checkpoint verifies or, without force, when something changed that the result
+        depends on; then nothing in the folder changes. :class:`ResourceError` when it is in use or cannot be written.
+        """
+        path, lock = self.path, RunLock(self.path)
+        try:
+            now = identity_of(run, data_files(run))
+            checkpoints = _checkpoints(run, path, now, interrupts)
+            changed = _changes(path, checkpoints.find(), now, self.force)
+            checkpoints.tidy()
+            notes: dict[str, Any] = {"at_ms": checkpoints.found[1].time if checkpoints.found else 0.0}
+            if changed:
+                notes |= {"forced": changed, "config_sha256": now["config_sha256"]}
+            folder = RunFolder.reopen(path, lock, manifest_of(path), threads=_threads(), notes=notes)
+            return Opened(folder, checkpoints)
+        except BaseException:
+            lock.release()
+            raise
 
 
 def tidy_completed(path: Path, pictures: bool) -> None:

@@ -1,27 +1,27 @@
 """One specimen of a test end to end: geometry, model, simulation, results, quality."""
 
 import time as clock
-from collections.abc import Callable
 from dataclasses import replace
 
 import numba
 
-from knittest.base.history import Cost, History, Overlaps, Quality, Specimen
+from knittest.base.history import Cost, History, Quality, Specimen
 from knittest.config.gates import limits_judged
 from knittest.config.run import Run
 from knittest.kernels.threading import limited
-from knittest.laboratory.base import Phase, Prepared, Update, cut_curve_warnings
+from knittest.laboratory.base import Prepared, cut_curve_warnings
 from knittest.laboratory.registry import TESTS
-from knittest.solve.state import Keeper, SimulationCost
+from knittest.solve.observer import SILENT, Observer
+from knittest.solve.state import SimulationCost
 from knittest.solve.warmup import warm
 
 #: elements below which a second thread costs more than it brings
 SERIAL_BELOW = 2000
 
 
-def prepare(run: Run, specimen: int = 0, phase: Phase | None = None) -> Prepared:
-    """Build model and rig of specimen number ``specimen``; ``phase`` is told what takes time."""
-    prepared: Prepared = TESTS[run.rig.kind].prepare(run, specimen, phase)
+def prepare(run: Run, specimen: int = 0, observer: Observer = SILENT) -> Prepared:
+    """Build model and rig of specimen number ``specimen``."""
+    prepared: Prepared = TESTS[run.rig.kind].prepare(run, specimen, observer)
     return prepared
 
 
@@ -30,29 +30,16 @@ def threads_for(elements: int) -> int:
     return 1 if elements < SERIAL_BELOW else numba.get_num_threads()
 
 
-def run_specimen(
-    run: Run,
-    specimen: int = 0,
-    phase: Phase | None = None,
-    update: Update | None = None,
-    keeper: Keeper | None = None,
-    found: Callable[[Overlaps], None] | None = None,
-) -> Specimen:
-    """Build, compile, simulate and measure one specimen; ``keeper`` keeps its checkpoints.
-
-    ``found`` is told which yarns overlap, before anything moves.
-    """
+def run_specimen(run: Run, specimen: int = 0, observer: Observer = SILENT) -> Specimen:
+    """Build, compile, simulate and measure specimen number ``specimen``."""
     start, cpu = clock.perf_counter(), clock.process_time()
     test = TESTS[run.rig.kind]
-    prepared = test.prepare(run, specimen, phase)
-    compile_s = warm(run, phase)
-    if found is not None:
-        found(prepared.model.prepare())
-    if phase is not None:
-        phase(f"running {run.rig.kind} {run.direction}".strip())
+    prepared = test.prepare(run, specimen, observer)
+    compile_s = warm(run, observer)
+    observer.phase(f"running {run.rig.kind} {run.direction}".strip())
     elements = len(prepared.model.mesh.cells)
     with limited(threads_for(elements)):
-        history, cost = test.solve(prepared, run, update, keeper)
+        history, cost = test.solve(prepared, run, observer)
         used = numba.get_num_threads()
     return Specimen(
         history,

@@ -1,7 +1,6 @@
 """Runs a rig on a model in chunks: contacts kept current, energies booked, guards, frames, progress, checkpoints."""
 
 import time as clock
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -10,20 +9,17 @@ from numpy.typing import NDArray
 from knittest.base.errors import NumericalError
 from knittest.base.history import Frame, History
 from knittest.config.run import Output, Solver
-from knittest.kernels import monitor
-from knittest.kernels.explicit import SCRATCH
-from knittest.kernels.options import PARTITIONS
 from knittest.kernels.tool_contact import tool_energies
 from knittest.models.boundary import Boundary
 from knittest.models.explicit_model import ExplicitModel, Stored
 from knittest.models.readings import Readings, new_tally, take_readings
 from knittest.solve.guards import check_balance, check_entities, check_motion
+from knittest.solve.observer import SILENT, Observer
 from knittest.solve.relax import settle
 from knittest.solve.rig import Rig
-from knittest.solve.state import Keeper, Simulation, SimulationCost, Snapshot
+from knittest.solve.state import Simulation, SimulationCost
 
 Array = NDArray[np.float64]
-ProgressCall = Callable[[float, float, float, float], None]
 
 #: steps between looks at displacement, kinetic energy and damping loss
 CHUNK = 20
@@ -33,53 +29,39 @@ NEAR_PEAK = 0.001
 RINGING = 4.0
 
 
-class _NoKeeper:
-    """Keeps nothing."""
-
-    def resume_from(self) -> Snapshot | None:
-        return None
-
-    def visit(self, take: Callable[[], Snapshot]) -> None:
-        pass
-
-    def failed(self, take: Callable[[], Snapshot]) -> None:
-        pass
-
-
 def simulate(
     model: ExplicitModel,
     rig: Rig,
     solver: Solver,
     output: Output,
-    progress: ProgressCall | None = None,
-    keeper: Keeper | None = None,
+    observer: Observer = SILENT,
 ) -> tuple[History, SimulationCost]:
-    """Run ``rig`` on ``model`` to its end; ``progress(fraction, time_ms, step_us, kinetic_ratio)`` is called per row.
+    """Run ``rig`` on ``model`` to its end, or from where ``observer`` says to go on.
 
-    ``keeper`` says where to go on and is shown the state after every chunk. Raises :class:`NumericalError` when the
-    state is no longer finite, blows up or is ill otherwise (:mod:`knittest.solve.guards`).
+    Raises :class:`NumericalError` when the state is no longer finite, blows up or is ill otherwise
+    (:mod:`knittest.solve.guards`).
     """
-    keeper = keeper or _NoKeeper()
-    run = _begin(model, rig, solver, keeper)
+    run = _begin(model, rig, solver, observer)
     try:
-        _run_rows(run, output, progress, keeper)
+        _run_rows(run, output, observer)
     except NumericalError:
-        keeper.failed(run.snapshot)
+        observer.failed(run.snapshot)
         raise
     return _history(run), run.cost
 
 
-def _begin(model: ExplicitModel, rig: Rig, solver: Solver, keeper: Keeper) -> Simulation:
+def _begin(model: ExplicitModel, rig: Rig, solver: Solver, observer: Observer) -> Simulation:
     """The state at the start, or the one to go on from."""
     dt = solver.safety * model.critical_step
     boundary = Boundary(model, dt)
     rig.constrain(boundary)
-    run = Simulation(model, rig, solver, boundary.drive(), new_tally(boundary), dt)
+    run = Simulation(model, boundary.drive(), new_tally(boundary), dt, rig=rig, solver=solver)
     run.kinetic_scale = 0.5 * float(model.mass.sum()) * solver.speed_mm_per_ms**2
     model.nodes.keep[:] = run.rest_keep
     run.cost.time_step = run.dt
     run.overlaps, run.tool_force = model.prepare(), np.zeros_like(run.drive.touch.pressure)
-    snapshot = keeper.resume_from()
+    observer.overlaps(run.overlaps)
+    snapshot = observer.resume_from()
     run.start_energy = _elastic(_stored(run))
     if snapshot is None:
         if model.prestressed:
@@ -93,37 +75,35 @@ def _begin(model: ExplicitModel, rig: Rig, solver: Solver, keeper: Keeper) -> Si
     return run
 
 
-def _run_rows(run: Simulation, output: Output, progress: ProgressCall | None, keeper: Keeper) -> None:
+def _run_rows(run: Simulation, output: Output, observer: Observer) -> None:
     """Advance row by row to the end of the test."""
     row_steps = max(CHUNK, round(run.rig.duration / run.dt / output.samples))
     # the first frame is the start; one row takes one frame at most
     even = np.linspace(0.0, 1.0, output.frames + 1)
     marks = [*sorted({*even.tolist(), *run.rig.marks}), np.inf]
-    scratch = np.zeros((PARTITIONS, SCRATCH))
     while run.time < run.rig.duration or run.row_steps > 0:  # a row once begun is finished, also after a restart
-        row = _record(run, _advance_row(run, row_steps, scratch, keeper))
+        row = _record(run, _advance_row(run, row_steps, observer))
         fraction = run.time / run.rig.duration
         if fraction >= marks[len(run.frames)]:
             run.frames.append(_frame(run, row))
         force = row[run.rig.force]
         run.peak = max(run.peak, force)
-        if progress is not None:
-            progress(fraction, run.time, 1e3 * run.dt, run.energy_rows[-1]["kinetic_ratio"])
+        observer.progress(fraction, run.time, 1e3 * run.dt, run.energy_rows[-1]["kinetic_ratio"])
         if run.rig.finished(force, run.peak, run.eroded > 0.0):
             break
-        keeper.visit(run.snapshot)
+        observer.visit(run.snapshot)
 
 
-def _advance_row(run: Simulation, steps: int, scratch: Array, keeper: Keeper) -> Stored:
+def _advance_row(run: Simulation, steps: int, observer: Observer) -> Stored:
     """Advance to the next sample; returns the elastic energies one step before, where the kinetic energy is taken."""
     while run.row_steps < steps - 1:
         chunk = min(run.model.safe_steps(run.dt, CHUNK), steps - 1 - run.row_steps)
-        _advance_chunk(run, chunk, scratch)
+        _advance_chunk(run, chunk)
         run.row_steps += chunk
         if run.row_steps < steps - 1:
-            keeper.visit(run.snapshot)
+            observer.visit(run.snapshot)
     stored = _stored(run)
-    _advance_chunk(run, 1, scratch)
+    _advance_chunk(run, 1)
     run.row_steps = 0
     return stored
 
@@ -140,21 +120,16 @@ def _elastic(stored: Stored) -> Array:
     return np.append(stored.internal, stored.contact + stored.tools)
 
 
-def _advance_chunk(run: Simulation, steps: int, scratch: Array) -> None:
+def _advance_chunk(run: Simulation, steps: int) -> None:
     """Advance, book damping and reactions, check the state."""
-    model, dt = run.model, run.dt
     start = clock.perf_counter()
-    model.advance(steps, run.time, dt, run.drive, run.tally, scratch)
-    run.time += steps * dt
+    run.step(steps)
     run.cost.steps += steps
-    kinetic, loss = monitor.kinetic_energy(model.nodes, model.mass, model.inertia, dt)
-    run.damping_loss += 0.5 * (run.loss_rate + loss) * steps
-    run.kinetic, run.loss_rate = kinetic, loss
-    work, _, eroded, _ = run.tally.energy.sum(axis=0).tolist()
+    work, _, eroded, _ = run.work()
     if eroded > run.eroded:
         run.eroded = eroded
         _damp_recoil(run)
-    run.fine.append((run.time - 0.5 * steps * dt, take_readings(run.tally, run.drive, steps)))
+    run.fine.append((run.time - 0.5 * steps * run.dt, take_readings(run.tally, run.drive, steps)))
     _keep_peak(run)
     run.cost.advance_s += clock.perf_counter() - start
     check_motion(run, work)
@@ -234,7 +209,7 @@ def _contacts(run: Simulation, stored: Stored) -> dict[str, float]:
 
 
 def _balance(run: Simulation, stored: Stored) -> dict[str, float]:
-    external, friction, eroded, damped = (float(v) for v in run.tally.energy.sum(axis=0))
+    external, friction, eroded, damped = run.work()
     *internal, contact = _elastic(stored) - run.start_energy
     kinetic = run.kinetic + stored.tool_kinetic
     elastic = float(sum(internal)) + float(contact) + stored.hourglass

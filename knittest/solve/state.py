@@ -1,19 +1,16 @@
 """State of a simulation between two chunks, and the same as arrays for a checkpoint."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.history import Frame, Overlaps
 from knittest.config.run import Solver
-from knittest.kernels.drive_state import Drive
 from knittest.kernels.state import Tally
-from knittest.models.explicit_model import ExplicitModel
 from knittest.models.snapshot import State, arrays_of, columns, entry, prefixed, put_back, rows_of, under
 from knittest.solve.rig import Rig
+from knittest.solve.stepping import Stepping
 
 Array = NDArray[np.float64]
 
@@ -48,36 +45,15 @@ class Snapshot:
         return float(self.state["run/time"])
 
 
-class Keeper(Protocol):
-    """Keeps snapshots of a simulation; the simulation calls it, and it decides when to write."""
-
-    def resume_from(self) -> Snapshot | None:
-        """State to go on from; None to start."""
-
-    def visit(self, take: Callable[[], Snapshot]) -> None:
-        """Called after every chunk; may raise to stop the run."""
-
-    def failed(self, take: Callable[[], Snapshot]) -> None:
-        """Called when the numbers have gone wrong, with the state as it is."""
-
-
-@dataclass
-class Simulation:
+@dataclass(kw_only=True)
+class Simulation(Stepping):
     """State of one run between chunks; ``row_steps`` steps of the present row are done."""
 
-    model: ExplicitModel
     rig: Rig
     solver: Solver
-    drive: Drive
-    tally: Tally
-    dt: float
-    time: float = 0.0
     row_steps: int = 0
-    damping_loss: float = 0.0
-    kinetic: float = 0.0
     kinetic_scale: float = 0.0  # of the specimen at clamp speed [mJ]
     start_energy: Array = field(default_factory=lambda: np.zeros(0))  # elastic, by part, then of contacts [mJ]
-    loss_rate: float = 0.0  # energy that damping takes in one step [mJ]
     eroded: float = 0.0
     fine: list[tuple[float, Array]] = field(default_factory=list)
     rows: list[dict[str, float]] = field(default_factory=list)
@@ -97,7 +73,7 @@ class Simulation:
         return float(np.exp(-self.solver.damping * self.dt))
 
     def snapshot(self) -> Snapshot:
-        """State of this run that changes, complete, as copies."""
+        """Everything of this run that changes, as copies."""
         state = prefixed("model", self.model.state()) | arrays_of(
             "run", self, (*SCALARS, "row_steps", "rest_keep", "start_energy")
         )
@@ -142,7 +118,7 @@ def frame_state(frame: Frame) -> State:
 
 
 def frame_of(state: State) -> Frame:
-    """Frame that :func:`frame_state` was made of."""
+    """What :func:`frame_state` was made of."""
     names = ("time", "coordinate", "force")
     time, coordinate, force = (float(entry(state, f"frame/{name}", ())) for name in names)
     return Frame(time, coordinate, force, entry(state, "frame/position"), under(state, "field"))

@@ -7,7 +7,7 @@ import subprocess
 import sys
 import threading
 import time as clock
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 
@@ -26,6 +26,7 @@ from knittest.models.meso import build_meso
 from knittest.models.readings import Readings
 from knittest.models.table import ramp
 from knittest.models.tool import plane
+from knittest.solve.observer import SILENT, Observer
 from knittest.solve.simulate import simulate
 from knittest.solve.threads import check_layer
 
@@ -45,7 +46,7 @@ def compiled_before(kernels: str) -> bool:
     return marker is not None and marker.is_file()
 
 
-def warm(run: Run, phase: Callable[[str], None] | None = None) -> float:
+def warm(run: Run, observer: Observer = SILENT) -> float:
     """Compile, or load from the cache, what ``run`` needs; returns the seconds it took (0 the second time).
 
     A process that compiles a kernel links other copies of its helpers than one that loads it from the cache, and its
@@ -56,9 +57,8 @@ def warm(run: Run, phase: Callable[[str], None] | None = None) -> float:
         return 0.0
     check_layer()
     ready, kept = compiled_before(kernels), CODE_FOLDER is not None
-    if phase is not None:
-        once = "once per installation" if kept else "nothing is cached"
-        phase(f"loading the {kernels} kernels" if ready else f"compiling the {kernels} kernels ({once})")
+    once = "once per installation" if kept else "nothing is cached"
+    observer.phase(f"loading the {kernels} kernels" if ready else f"compiling the {kernels} kernels ({once})")
     start = clock.perf_counter()
     if kept and not ready:
         _compile_apart(kernels)

@@ -5,7 +5,6 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from datetime import datetime
-from functools import partial
 from pathlib import Path
 
 from knittest.base.atomic import make_folder, write_atomic
@@ -17,15 +16,16 @@ from knittest.config.loading import resolve
 from knittest.config.run import Run
 from knittest.export.folder import fresh_folder, run_name
 from knittest.runs.checkpoints import PATTERN
-from knittest.runs.execute import EXIT_REFUSED, Outcome, execute, references_of
-from knittest.runs.opening import Opener, manifest_of, open_again, open_new, tidy_completed
+from knittest.runs.execute import EXIT_REFUSED, Outcome, execute
+from knittest.runs.judgement import references_of
+from knittest.runs.opening import NewFolder, Place, StoppedRun, manifest_of, tidy_completed
 from knittest.runs.options import RunOptions
 from knittest.runs.show import print_json, print_refused, print_results
 from knittest.solve.threads import use_threads
 from knittest.studies.verify import REPEATS, finished, unverified, verified
 
-#: a run, and what opens its folder, or the folder where it is completed and only to be verified
-Job = tuple[Run, Opener | Path]
+#: a run, and where it is to lie, or the folder where it is completed and only to be verified
+Job = tuple[Run, Place | Path]
 
 
 def run_command(runs: list[Run], options: RunOptions) -> int:
@@ -34,10 +34,10 @@ def run_command(runs: list[Run], options: RunOptions) -> int:
     for run in runs:  # before there is a folder that stands in the way of the corrected command
         references_of(run, options.against)
     if len(runs) == 1:
-        return _run_jobs([(runs[0], partial(open_new, out=options.out))], options, None)
+        return _run_jobs([(runs[0], NewFolder(options.out))], options, None)
     parent = options.out or fresh_folder(Path("runs") / run_name(runs[0], direction="both", at=datetime.now()))
     _write_plan(parent, runs)
-    return _run_jobs([(run, partial(open_new, out=parent / run.direction)) for run in runs], options, parent)
+    return _run_jobs([(run, NewFolder(parent / run.direction)) for run in runs], options, parent)
 
 
 def resume_command(folder: Path, options: RunOptions, force: bool = False) -> int:
@@ -72,10 +72,10 @@ def _what_is_left(plan: Path, folder: Path, options: RunOptions, force: bool) ->
     """The job that is left of the run in ``folder``, planned in ``plan``; the exit code of one that is complete."""
     config = folder / "config.yaml"
     if not config.is_file():
-        return resolve(config=plan, accept_limits=None), partial(open_new, out=folder)
+        return resolve(config=plan, accept_limits=None), NewFolder(folder)
     manifest = manifest_of(folder)
     if manifest["status"] != "completed":
-        return resolve(config=config, accept_limits=None), partial(open_again, path=folder, force=force)
+        return resolve(config=config, accept_limits=None), StoppedRun(folder, force)
     tidy_completed(folder, options.pictures)
     run = resolve(config=config, accept_limits=None)
     if unverified(folder, run):
@@ -102,7 +102,7 @@ def _write_plan(parent: Path, runs: Sequence[Run]) -> None:
 
 def _run_jobs(jobs: Sequence[Job], options: RunOptions, parent: Path | None) -> int:
     """Run the jobs one after the other; ``parent`` is what a user resumes, if not the folder of the run itself."""
-    completed = [opener for _, opener in jobs if isinstance(opener, Path)]
+    completed = [place for _, place in jobs if isinstance(place, Path)]
     if completed and options.against:
         raise InputError(f"--against: {completed[0]} is completed but for --verify; use knittest compare after it")
     outcomes: list[Outcome] = []
@@ -112,11 +112,11 @@ def _run_jobs(jobs: Sequence[Job], options: RunOptions, parent: Path | None) -> 
         _says_how_to_resume(parent),
         interrupts.deciding(),
     ):
-        for run, opener in jobs:
-            if isinstance(opener, Path):
-                outcome = finished(run, opener)
+        for run, place in jobs:
+            if isinstance(place, Path):
+                outcome = finished(run, place)
             else:
-                outcome = execute(run, opener, interrupts, options, progress)
+                outcome = execute(run, place, interrupts, options, progress)
             outcomes.append(verified(outcome, options, interrupts) if run.output.verify else outcome)
     if options.json:
         summaries = [o.summary | {"folder": str(o.folder), "curves": list(o.curves)} for o in outcomes]

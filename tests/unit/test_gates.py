@@ -18,7 +18,7 @@ from knittest.config.run import Run
 from knittest.laboratory.judging import Span, assess, losses
 from knittest.laboratory.law_end import MARGIN, shell_areas, worst_of
 from knittest.report_page.gates import _largest_force
-from knittest.runs.execute import _worst
+from knittest.runs.judgement import _worst
 from knittest.solve.state import SimulationCost
 
 ROWS = 101

@@ -23,7 +23,7 @@ from knittest.experiment.row_kind import row_kind
 from knittest.experiment.tables import published
 from knittest.laboratory.cantilever.test import given_overhang, strip_stiffness
 from knittest.materials.heavy_elastica import chord_angle
-from knittest.runs.execute import references_of
+from knittest.runs.judgement import references_of
 from knittest.runs.preflight.of_tests import test_counterparts as of_tests
 
 V1 = Given(sizes={"area_mass_g_m2": 824.2, "strip_width_mm": 50.0})

@@ -25,7 +25,7 @@ from knittest.laboratory.report_base import scatter
 from knittest.materials.trellis import NORMALISED, crosshead_force
 from knittest.report_page.curves import curve as page_curve
 from knittest.report_page.loading import load_run
-from knittest.runs.execute import references_of
+from knittest.runs.judgement import references_of
 
 OUT = Path("data/mine")
 

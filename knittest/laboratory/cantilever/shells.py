@@ -13,6 +13,7 @@ from knittest.materials.laminate import softened
 from knittest.models.boundary import Boundary
 from knittest.models.macro import build_rectangle
 from knittest.models.readings import new_tally
+from knittest.solve.observer import Observer
 from knittest.solve.relax import relax
 from knittest.solve.state import SimulationCost
 
@@ -31,7 +32,7 @@ def mount_shells(run: CantileverRun, overhang: float) -> Prepared:
     return Prepared(model, test, facts=facts)
 
 
-def shells_to_rest(prepared: Prepared, run: CantileverRun, cost: SimulationCost) -> Rest:
+def shells_to_rest(prepared: Prepared, run: CantileverRun, cost: SimulationCost, observer: Observer) -> Rest:
     """Relax under gravity and read the shape."""
     model, mounting = prepared.model, prepared.rig
     assert isinstance(mounting, Mounting)
@@ -39,7 +40,7 @@ def shells_to_rest(prepared: Prepared, run: CantileverRun, cost: SimulationCost)
     boundary = Boundary(model, dt)
     mounting.constrain(boundary)
     boundary.gravity(mounting.weight)
-    model.prepare()
+    observer.overlaps(model.prepare())
     drive, tally = boundary.drive(), new_tally(boundary)
     first = model.position()
     relaxation = relax(model, drive, tally, dt, run.rig.tolerance)

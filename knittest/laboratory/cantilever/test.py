@@ -17,13 +17,14 @@ from knittest.base.resources import data_dir
 from knittest.config.rigs import CantileverRig
 from knittest.config.run import CantileverRun, Run
 from knittest.experiment.tables import published
-from knittest.laboratory.base import Phase, Prepared, Update
+from knittest.laboratory.base import Prepared
 from knittest.laboratory.cantilever.mounting import Rest
 from knittest.laboratory.cantilever.shells import mount_shells, shells_to_rest
 from knittest.laboratory.cantilever.yarns import mount_yarns, yarns_to_rest
 from knittest.materials.heavy_elastica import STANDARD_ANGLE, bending_stiffness, overhang_ratio
 from knittest.models.explicit_model import ExplicitModel
-from knittest.solve.state import Keeper, SimulationCost
+from knittest.solve.observer import SILENT, Observer
+from knittest.solve.state import SimulationCost
 
 Array = NDArray[np.float64]
 
@@ -42,7 +43,7 @@ class Cantilever:
 
     ends_at_failure = False
 
-    def prepare(self, run: CantileverRun, specimen: int = 0, phase: Phase | None = None) -> Prepared:
+    def prepare(self, run: CantileverRun, specimen: int = 0, observer: Observer = SILENT) -> Prepared:
         """The strip flat over the edge, at the given or measured overhang."""
         overhang = given_overhang(run)
         if overhang >= run.rig.length:
@@ -50,14 +51,12 @@ class Cantilever:
                 f"rig.overhang = {overhang:g} mm: longer than the strip, expected less than rig.length = "
                 f"{run.rig.length:g} mm"
             )
-        return _mount(run, overhang, specimen, phase)
+        return _mount(run, overhang, specimen, observer)
 
-    def solve(
-        self, prepared: Prepared, run: CantileverRun, update: Update | None, keeper: Keeper | None
-    ) -> tuple[History, SimulationCost]:
+    def solve(self, prepared: Prepared, run: CantileverRun, observer: Observer) -> tuple[History, SimulationCost]:
         """Come to rest; in the laboratory's mode, at overhangs that lead to the angle of the plane."""
         cost, start = SimulationCost(), clock.perf_counter()
-        rests, longest = [_come_to_rest(prepared, run, cost)], prepared
+        rests, longest = [_come_to_rest(prepared, run, cost, observer)], prepared
         while (
             run.rig.mode == "overhang" and abs(rests[-1].angle - run.rig.plane_angle) > ANGLE_TOLERANCE[run.model.scale]
         ):
@@ -71,8 +70,7 @@ class Cantilever:
                 )
             longest = _mount(run, longer)
             rests.append(_come_to_rest(longest, run, cost))
-            if update is not None:
-                update(len(rests) / MOST_TRIALS, 0.0, 1e3 * cost.time_step, 0.0)
+            observer.progress(len(rests) / MOST_TRIALS, 0.0, 1e3 * cost.time_step, 0.0)
         cost.advance_s = clock.perf_counter() - start
         return _history(longest.model, rests), cost
 
@@ -109,13 +107,14 @@ def _meso(run: CantileverRun) -> bool:
     return run.model.scale == "meso"
 
 
-def _mount(run: CantileverRun, overhang: float, specimen: int = 0, phase: Phase | None = None) -> Prepared:
+def _mount(run: CantileverRun, overhang: float, specimen: int = 0, observer: Observer = SILENT) -> Prepared:
     """The strip, flat, at an overhang [mm]."""
-    return mount_yarns(run, overhang, specimen, phase) if _meso(run) else mount_shells(run, overhang)
+    return mount_yarns(run, overhang, specimen, observer) if _meso(run) else mount_shells(run, overhang)
 
 
-def _come_to_rest(prepared: Prepared, run: CantileverRun, cost: SimulationCost) -> Rest:
-    return yarns_to_rest(prepared, run, cost) if _meso(run) else shells_to_rest(prepared, run, cost)
+def _come_to_rest(prepared: Prepared, run: CantileverRun, cost: SimulationCost, observer: Observer = SILENT) -> Rest:
+    to_rest = yarns_to_rest if _meso(run) else shells_to_rest
+    return to_rest(prepared, run, cost, observer)
 
 
 def given_overhang(run: CantileverRun) -> float:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from knittest.base.history import Frame
 from knittest.config.run import CantileverRun
-from knittest.laboratory.base import Phase, Prepared
+from knittest.laboratory.base import Prepared
 from knittest.laboratory.cantilever.mounting import Mounting, Rest
 from knittest.laboratory.cantilever.sections import Sections
 from knittest.laboratory.strips import cut, pitch, yarns_across
@@ -26,6 +26,7 @@ from knittest.models.boundary import Boundary
 from knittest.models.meso import build_meso
 from knittest.models.natural_state import turned_about_x
 from knittest.models.readings import new_tally
+from knittest.solve.observer import SILENT, Observer
 from knittest.solve.relax import Relaxation, relax
 from knittest.solve.state import SimulationCost
 
@@ -44,13 +45,13 @@ STIFFER = 1.6
 HELD = 1
 
 
-def mount_yarns(run: CantileverRun, overhang: float, specimen: int = 0, phase: Phase | None = None) -> Prepared:
+def mount_yarns(run: CantileverRun, overhang: float, specimen: int = 0, observer: Observer = SILENT) -> Prepared:
     """The strip flat along y, its edge at 0 and its free end a whole number of pitches from its held one."""
     start = clock.perf_counter()
     direction, period = run.rig.direction, pitch(run, run.rig.direction)
     across, along = yarns_across(run, direction, specimen), ceil(overhang / period) + HELD
     n_wales, n_courses = (across, along) if direction == "warp" else (along, across)
-    piece = cut(run, n_wales, n_courses, specimen, phase)
+    piece = cut(run, n_wales, n_courses, specimen, observer)
     edge = along * period - overhang
     paths = [replace(p, points=_along_y(p.points, direction, edge)) for p in piece.paths]
     model = build_meso(run, paths, piece.draws, run.rig.membrane_share, rubbing=False)
@@ -83,7 +84,7 @@ class _Course:
             tips = _tips(self.prepared, self.run)
             boundary.gravity(mounting.weight)
             boundary.load(tips, "rx", -self.curl / len(tips))
-        model.prepare()
+        self.overlaps = model.prepare()
         self.drive, self.tally, self.done = boundary.drive(), new_tally(boundary), Relaxation()
         self.last: list[tuple[int, float, float, float]] = []
         self.sections = Sections(mounting.flat, model.mass, self.prepared.facts["overhang_mm"])
@@ -126,12 +127,14 @@ class _Course:
         model.nodes.rotation[:, :n] = turned_about_x(model.nodes.rotation[:, :n], -turn)
 
 
-def yarns_to_rest(prepared: Prepared, run: CantileverRun, cost: SimulationCost) -> Rest:
+def yarns_to_rest(prepared: Prepared, run: CantileverRun, cost: SimulationCost, observer: Observer) -> Rest:
     """Bend the strip until the moments of all its sections carry the weight beyond them."""
     per_length = run.fabric.area_mass_g_per_mm2 * run.rig.gravity_mm_per_ms2 * prepared.facts["width_mm"]
     overhang, mounting, model = prepared.facts["overhang_mm"], _mounting(prepared), prepared.model
     fresh = model.state()
-    curl = -float(_Course(prepared, run, cost, None).settle(SETTLE)[ENDS:-ENDS].mean())
+    flat = _Course(prepared, run, cost, None)
+    observer.overlaps(flat.overlaps)
+    curl = -float(flat.settle(SETTLE)[ENDS:-ENDS].mean())
     model.restore(fresh)
     stiffness = run.fabric.reinforcing.bending_stiffness_n_mm2.of(run.rig.direction) * len(_tips(prepared, run))
     _bend(prepared, overhang, per_length, stiffness)

@@ -10,7 +10,7 @@ from knittest.base.errors import InputError
 from knittest.base.history import Frame, History, Mesh, Quality
 from knittest.config.rigs import FormingRig
 from knittest.config.run import FormingRun
-from knittest.laboratory.base import Phase, Prepared, Update, fabric_laminate
+from knittest.laboratory.base import Prepared, fabric_laminate
 from knittest.laboratory.forming.draw_in import draw_in
 from knittest.laboratory.forming.formed import Formed, formed
 from knittest.laboratory.forming.layer_order import out_of_order
@@ -25,8 +25,9 @@ from knittest.materials.laminate import softened_at_most
 from knittest.models.macro import rectangle, self_contact
 from knittest.models.meso import build_meso
 from knittest.models.sheet import build_sheet
+from knittest.solve.observer import SILENT, Observer
 from knittest.solve.simulate import simulate
-from knittest.solve.state import Keeper, SimulationCost
+from knittest.solve.state import SimulationCost
 from knittest.tooling.shapes import stamp_outline
 from knittest.tooling.toolset import ToolSet, build_tools
 
@@ -50,10 +51,10 @@ class Forming:
 
     ends_at_failure = False
 
-    def prepare(self, run: FormingRun, specimen: int = 0, phase: Phase | None = None) -> Prepared:
+    def prepare(self, run: FormingRun, specimen: int = 0, observer: Observer = SILENT) -> Prepared:
         """The blank flat on the die, the stamp on it."""
         meso = run.model.scale == "meso"
-        prepared = self._yarns(run, specimen, phase) if meso else self._shells(run, specimen)
+        prepared = self._yarns(run, specimen, observer) if meso else self._shells(run, specimen)
         _check_holder(run.rig, float(prepared.model.mass.sum()))
         return prepared
 
@@ -73,12 +74,12 @@ class Forming:
         test = FormingTest(run, tools_of(run, thickness), thickness, radius, weights(run, model, area))
         return Prepared(model, test, facts={"thickness_mm": thickness, "area_mm2": area})
 
-    def _yarns(self, run: FormingRun, specimen: int, phase: Phase | None) -> Prepared:
+    def _yarns(self, run: FormingRun, specimen: int, observer: Observer) -> Prepared:
         start = clock.perf_counter()
         rig, fabric = run.rig, run.fabric
         n_wales = max(round(rig.blank_width_mm / fabric.wale_spacing), 2)
         n_courses = max(round(rig.blank_length_mm / fabric.course_spacing), 2)
-        piece = cut(run, n_wales, n_courses, specimen, phase)
+        piece = cut(run, n_wales, n_courses, specimen, observer)
         size = np.array([n_wales * fabric.wale_spacing, n_courses * fabric.course_spacing, 0.0])
         points = np.concatenate([p.points for p in piece.paths])
         middle = 0.5 * (points[:, 2].min() + points[:, 2].max())
@@ -92,11 +93,9 @@ class Forming:
         facts = {"thickness_mm": thickness, "area_mm2": area}
         return Prepared(model, test, clock.perf_counter() - start, piece.table, facts)
 
-    def solve(
-        self, prepared: Prepared, run: FormingRun, update: Update | None, keeper: Keeper | None
-    ) -> tuple[History, SimulationCost]:
+    def solve(self, prepared: Prepared, run: FormingRun, observer: Observer) -> tuple[History, SimulationCost]:
         """Press the holder, draw, rest."""
-        return simulate(prepared.model, prepared.rig, run.solver, run.output, update, keeper)
+        return simulate(prepared.model, prepared.rig, run.solver, run.output, observer)
 
     def results(self, run: FormingRun, prepared: Prepared, history: History) -> dict[str, float]:
         """Forces, shear angles, wrinkles, draw-in and yarn forces at the end of the draw."""

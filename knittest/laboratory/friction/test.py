@@ -8,15 +8,16 @@ import numpy as np
 from knittest.base.errors import InputError
 from knittest.base.history import History, Quality
 from knittest.config.run import FrictionRun
-from knittest.laboratory.base import Phase, Prepared, Update, fabric_laminate
+from knittest.laboratory.base import Prepared, fabric_laminate
 from knittest.laboratory.friction.pressure import pressure_map, shares
 from knittest.laboratory.friction.rig import KINETIC_SHARE, FrictionTest
 from knittest.laboratory.judging import Span, assess
 from knittest.laboratory.strips import AXIS, cut, pitch, yarns_across
 from knittest.models.macro import build_strip, self_contact
 from knittest.models.meso import build_meso
+from knittest.solve.observer import SILENT, Observer
 from knittest.solve.simulate import simulate
-from knittest.solve.state import Keeper, SimulationCost
+from knittest.solve.state import SimulationCost
 
 #: largest deviation of the normal force while the strip is pulled
 FORCE_TOLERANCE = 0.01
@@ -29,7 +30,7 @@ class Friction:
 
     ends_at_failure = False
 
-    def prepare(self, run: FrictionRun, specimen: int = 0, phase: Phase | None = None) -> Prepared:
+    def prepare(self, run: FrictionRun, specimen: int = 0, observer: Observer = SILENT) -> Prepared:
         """The strip between its plates; raises InputError for plates that do not cover it."""
         rig = run.rig
         if rig.plate_width < rig.width:
@@ -43,7 +44,7 @@ class Friction:
                 f"below rig.length = {rig.length:g} mm, so that the pulled end sticks out"
             )
         meso = run.model.scale == "meso"
-        return self._yarns(run, specimen, phase) if meso else self._shells(run, specimen)
+        return self._yarns(run, specimen, observer) if meso else self._shells(run, specimen)
 
     def _shells(self, run: FrictionRun, specimen: int) -> Prepared:
         rig, size = run.rig, run.model.macro.element_size_mm
@@ -57,12 +58,12 @@ class Friction:
         test = FrictionTest(run, 1, (-half, half), np.full(model.n_nodes, half))
         return Prepared(model, test, facts={"area_mm2": rig.length_mm * rig.width_mm})
 
-    def _yarns(self, run: FrictionRun, specimen: int, phase: Phase | None) -> Prepared:
+    def _yarns(self, run: FrictionRun, specimen: int, observer: Observer) -> Prepared:
         start = clock.perf_counter()
         direction, period = run.rig.direction, pitch(run, run.rig.direction)
         across, along = yarns_across(run, direction, specimen), round(run.rig.length_mm / period)
         n_wales, n_courses = (across, along) if direction == "warp" else (along, across)
-        piece = cut(run, n_wales, n_courses, specimen, phase)
+        piece = cut(run, n_wales, n_courses, specimen, observer)
         model = build_meso(run, piece.paths, piece.draws)
         z, radius = model.position()[:, 2], model.group.radius
         faces = (float((z - radius).min()), float((z + radius).max()))
@@ -70,11 +71,9 @@ class Friction:
         facts = {"yarns_across": float(across), "area_mm2": along * period * run.rig.width_mm}
         return Prepared(model, test, clock.perf_counter() - start, piece.table, facts)
 
-    def solve(
-        self, prepared: Prepared, run: FrictionRun, update: Update | None, keeper: Keeper | None
-    ) -> tuple[History, SimulationCost]:
+    def solve(self, prepared: Prepared, run: FrictionRun, observer: Observer) -> tuple[History, SimulationCost]:
         """Press, settle, pull."""
-        return simulate(prepared.model, prepared.rig, run.solver, run.output, update, keeper)
+        return simulate(prepared.model, prepared.rig, run.solver, run.output, observer)
 
     def results(self, run: FrictionRun, prepared: Prepared, history: History) -> dict[str, float]:
         """Levels, the paper's coefficient of two faces and that of one, pressure, penetration against deformation."""

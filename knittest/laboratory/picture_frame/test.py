@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from knittest.base.errors import InputError
 from knittest.base.history import Frame, History, Mesh, Quality
 from knittest.config.run import PictureFrameRun
-from knittest.laboratory.base import Phase, Prepared, Update, fabric_laminate, shear_curve
+from knittest.laboratory.base import Prepared, fabric_laminate, shear_curve
 from knittest.laboratory.judging import Span, assess
 from knittest.laboratory.picture_frame.rig import ANGLES, PictureFrameTest
 from knittest.laboratory.picture_frame.wrinkles import measure_wrinkles
@@ -22,8 +22,9 @@ from knittest.materials.trellis import NORMALISED
 from knittest.models.macro import self_contact
 from knittest.models.meso import build_meso
 from knittest.models.sheet import build_sheet
+from knittest.solve.observer import SILENT, Observer
 from knittest.solve.simulate import simulate
-from knittest.solve.state import Keeper, SimulationCost
+from knittest.solve.state import SimulationCost
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -43,10 +44,10 @@ class PictureFrame:
 
     ends_at_failure = False
 
-    def prepare(self, run: PictureFrameRun, specimen: int = 0, phase: Phase | None = None) -> Prepared:
+    def prepare(self, run: PictureFrameRun, specimen: int = 0, observer: Observer = SILENT) -> Prepared:
         """The square, its diagonals along x and y."""
         meso = run.model.scale == "meso"
-        return self._yarns(run, specimen, phase) if meso else self._shells(run, specimen)
+        return self._yarns(run, specimen, observer) if meso else self._shells(run, specimen)
 
     def _shells(self, run: PictureFrameRun, specimen: int) -> Prepared:
         known = last_angle(run.fabric, shear_curve(run))
@@ -75,11 +76,11 @@ class PictureFrame:
         test = PictureFrameTest(run, np.flatnonzero(edge), side**2)
         return Prepared(model, test, facts={"side_mm": side, "area_mm2": side**2})
 
-    def _yarns(self, run: PictureFrameRun, specimen: int, phase: Phase | None) -> Prepared:
+    def _yarns(self, run: PictureFrameRun, specimen: int, observer: Observer) -> Prepared:
         start = clock.perf_counter()
         side, fabric = run.rig.side_mm, run.fabric
         n_wales, n_courses = _whole_pitches(run)
-        piece = cut(run, n_wales, n_courses, specimen, phase)
+        piece = cut(run, n_wales, n_courses, specimen, observer)
         size = np.array([n_wales * fabric.wale_spacing, n_courses * fabric.course_spacing, 0.0])
         paths = [replace(p, points=_turned(p.points - 0.5 * size)) for p in piece.paths]
         model = build_meso(run, paths, piece.draws, run.rig.membrane_share)
@@ -88,11 +89,9 @@ class PictureFrame:
         test = PictureFrameTest(run, held, facts["area_mm2"])
         return Prepared(model, test, clock.perf_counter() - start, piece.table, facts)
 
-    def solve(
-        self, prepared: Prepared, run: PictureFrameRun, update: Update | None, keeper: Keeper | None
-    ) -> tuple[History, SimulationCost]:
+    def solve(self, prepared: Prepared, run: PictureFrameRun, observer: Observer) -> tuple[History, SimulationCost]:
         """Shear to the largest angle."""
-        return simulate(prepared.model, prepared.rig, run.solver, run.output, update, keeper)
+        return simulate(prepared.model, prepared.rig, run.solver, run.output, observer)
 
     def results(self, run: PictureFrameRun, prepared: Prepared, history: History) -> dict[str, float]:
         """Force at the angles; where wrinkles begin, and what the fabric looks like at 40 deg if it gets there."""

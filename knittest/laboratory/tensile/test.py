@@ -4,15 +4,16 @@ import time as clock
 
 from knittest.base.history import History, Quality
 from knittest.config.run import TensileRun
-from knittest.laboratory.base import Phase, Prepared, Update, fabric_laminate
+from knittest.laboratory.base import Prepared, fabric_laminate
 from knittest.laboratory.judging import Span, assess
 from knittest.laboratory.strips import AXIS, cut, pitch, yarns_across
 from knittest.laboratory.tensile.peak import tensile_results
 from knittest.laboratory.tensile.rig import TensileTest
 from knittest.models.macro import build_strip, self_contact
 from knittest.models.meso import build_meso
+from knittest.solve.observer import SILENT, Observer
 from knittest.solve.simulate import simulate
-from knittest.solve.state import Keeper, SimulationCost
+from knittest.solve.state import SimulationCost
 
 #: pitches of the pattern inside each clamp of a meso model: enough to grip every yarn
 JAW_PITCHES = 1
@@ -23,10 +24,10 @@ class Tensile:
 
     ends_at_failure = True
 
-    def prepare(self, run: TensileRun, specimen: int = 0, phase: Phase | None = None) -> Prepared:
+    def prepare(self, run: TensileRun, specimen: int = 0, observer: Observer = SILENT) -> Prepared:
         """Shells or yarns between the clamps."""
         meso = run.model.scale == "meso"
-        return self._yarns(run, specimen, phase) if meso else self._shells(run, specimen)
+        return self._yarns(run, specimen, observer) if meso else self._shells(run, specimen)
 
     def _shells(self, run: TensileRun, specimen: int) -> Prepared:
         rig, macro = run.rig, run.model.macro
@@ -39,25 +40,23 @@ class Tensile:
         facts = _facts(run, specimen, gauge, gauge + 2.0 * rig.jaw_length_mm)
         return Prepared(model, TensileTest(run, axis=1, gauge=gauge, middle=0.0), facts=facts)
 
-    def _yarns(self, run: TensileRun, specimen: int, phase: Phase | None) -> Prepared:
+    def _yarns(self, run: TensileRun, specimen: int, observer: Observer) -> Prepared:
         start = clock.perf_counter()
         direction, period = run.rig.direction, pitch(run, run.rig.direction)
         along = max(round(run.rig.gauge_length_mm / period), 1)
         across, whole = yarns_across(run, direction, specimen), along + 2 * JAW_PITCHES
         n_wales, n_courses = (across, whole) if direction == "warp" else (whole, across)
         grip = (JAW_PITCHES + 0.5) / whole
-        piece = cut(run, n_wales, n_courses, specimen, phase, (direction, grip))
+        piece = cut(run, n_wales, n_courses, specimen, observer, (direction, grip))
         gauge = along * period
         return Prepared(
             build_meso(run, piece.paths, piece.draws), TensileTest(run, AXIS[direction], gauge, 0.5 * whole * period),
             clock.perf_counter() - start, piece.table, _facts(run, specimen, gauge, whole * period),
         )  # fmt: skip
 
-    def solve(
-        self, prepared: Prepared, run: TensileRun, update: Update | None, keeper: Keeper | None
-    ) -> tuple[History, SimulationCost]:
+    def solve(self, prepared: Prepared, run: TensileRun, observer: Observer) -> tuple[History, SimulationCost]:
         """Pull to failure."""
-        return simulate(prepared.model, prepared.rig, run.solver, run.output, update, keeper)
+        return simulate(prepared.model, prepared.rig, run.solver, run.output, observer)
 
     def results(self, run: TensileRun, prepared: Prepared, history: History) -> dict[str, float]:
         """Peak force, also per width, fracture strain, force per yarn."""

@@ -12,6 +12,7 @@ from knittest.laboratory.base import Prepared
 from knittest.models.boundary import Boundary
 from knittest.models.readings import Readings
 from knittest.runs.specimen import threads_for
+from knittest.solve.observer import Observer
 from knittest.solve.rig import Rig
 from knittest.solve.simulate import simulate
 from knittest.solve.warmup import warm
@@ -82,10 +83,6 @@ class _Brief:
     def channels(self, time: float, readings: Readings) -> dict[str, float]:
         return self._rig.channels(time, readings)
 
-    def note(self, fraction: float, time: float, step: float, ratio: float) -> None:
-        """Note a sample: how :func:`simulate` reports its progress."""
-        self.times.append((time, clock.perf_counter()))
-
     def finished(self, force: float, peak: float, broken: bool) -> bool:
         """Over when the test is, or as soon as enough steps and seconds lie between two samples."""
         if len(self.times) < 2 or self._rig.finished(force, peak, broken):
@@ -109,6 +106,17 @@ class _Brief:
         return (self.times[-1][1] - self.times[0][1]) / max(self.timed, 1)
 
 
+class _Stopwatch(Observer):
+    """Notes simulated time [ms] and clock [s] of each sample in ``times``."""
+
+    def __init__(self, times: list[tuple[float, float]]) -> None:
+        self._times = times
+
+    def progress(self, fraction: float, time_ms: float, step_us: float, kinetic_ratio: float) -> None:
+        """Note a sample."""
+        self._times.append((time_ms, clock.perf_counter()))
+
+
 def estimate(run: Run, prepared: Prepared, prepared_s: float = 0.0) -> Estimate | None:
     """Time the first steps of ``prepared``, the model of ``run``; None for a strip that comes to rest, whose
     number of steps is not known beforehand.
@@ -122,7 +130,7 @@ def estimate(run: Run, prepared: Prepared, prepared_s: float = 0.0) -> Estimate 
     rig = _Brief(prepared.rig)
     with limited(threads_for(len(prepared.model.mesh.cells))):
         start = clock.perf_counter()
-        simulate(prepared.model, rig, run.solver, run.output, progress=rig.note)
+        simulate(prepared.model, rig, run.solver, run.output, _Stopwatch(rig.times))
         threads = numba.get_num_threads()
     at_most = int(prepared.rig.duration / rig.step)
     steps = round(at_most * expected_share(run, prepared))

@@ -2,6 +2,7 @@
 
 import shutil
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 
 from knittest.base.atomic import resource_error
@@ -9,20 +10,23 @@ from knittest.base.errors import InputError
 from knittest.base.interrupts import Interrupts
 from knittest.config.run import Run
 from knittest.export.lock import RunLock
-from knittest.runs.opening import Opened, open_again, open_new
+from knittest.runs.opening import NewFolder, Opened, StoppedRun
 
 
-def open_trial(run: Run, data_files: list[Path], interrupts: Interrupts, *, path: Path) -> Opened:
-    """Go on with what is in ``path`` if that leads to the same result, else start anew in it.
+@dataclass(frozen=True)
+class TrialFolder:
+    """The folder of a trial: gone on in where that leads to the same result, else begun anew."""
 
-    Raises :class:`ResourceError` when another process is in the folder, or when it cannot be written.
-    """
-    if (path / "config.yaml").is_file():
-        with suppress(InputError):  # another processor, another library, a damaged manifest
-            return open_again(run, data_files, interrupts, path=path, force=False)
-    if path.exists():
-        _clear(path)
-    return open_new(run, data_files, interrupts, out=path)
+    path: Path
+
+    def open(self, run: Run, interrupts: Interrupts) -> Opened:
+        """Open it; raises :class:`ResourceError` when another process is in it, or when it cannot be written."""
+        if (self.path / "config.yaml").is_file():
+            with suppress(InputError):  # another processor, another library, a damaged manifest
+                return StoppedRun(self.path).open(run, interrupts)
+        if self.path.exists():
+            _clear(self.path)
+        return NewFolder(self.path).open(run, interrupts)
 
 
 def _clear(path: Path) -> None:

@@ -14,7 +14,6 @@ import traceback
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import partial
 from multiprocessing.connection import Connection
 from pathlib import Path
 
@@ -64,7 +63,7 @@ def serve(connection: Connection) -> None:
 def perform(task: Task, told: Told) -> Record:
     """Run the trial of ``task`` here; whatever goes wrong with it is in the record. Only a signal comes through."""
     from knittest.runs.execute import execute
-    from knittest.studies.trials.opening import open_trial
+    from knittest.studies.trials.opening import TrialFolder
 
     start = clock.perf_counter()
     key = task.trial.key
@@ -73,8 +72,7 @@ def perform(task: Task, told: Told) -> Record:
             _warm(task.trial.run, told)  # before the clock of the time limit starts
             told("started", None)
             start = clock.perf_counter()
-            opener = partial(open_trial, path=task.folder)
-            outcome = execute(task.trial.run, opener, interrupts, task.options, _Relay(told))
+            outcome = execute(task.trial.run, TrialFolder(task.folder), interrupts, task.options, _Relay(told))
     except Exception as error:
         status, reason = _judged(error)
         return Record(key, status, reason, seconds=clock.perf_counter() - start)

@@ -1,0 +1,91 @@
+"""Specimens of a run held against the experiment: summary, comparison, quality of the worst."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+
+from knittest.base.history import Cost, Quality, Specimen
+from knittest.base.kinds import kinds
+from knittest.base.resources import data_dir
+from knittest.config.run import Run
+from knittest.experiment.compare import compare_columns, compare_results
+from knittest.experiment.row_kind import assumed_inputs, given_results, row_kind
+from knittest.experiment.tables import published
+from knittest.export.summary import ComparisonRow, build_summary, ensemble_results
+from knittest.laboratory.against import own_curves
+from knittest.laboratory.registry import REPORTS
+from knittest.laboratory.report_base import References
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """summary.json and comparison.json of a run, and the quality of its worst specimen.
+
+    ``own``: metrics of the user's curves, none where the comparison is refused.
+    """
+
+    summary: dict[str, Any]
+    comparison: dict[str, Any]
+    quality: Quality
+    own: Sequence[dict[str, Any]] = ()
+
+
+def references_of(run: Run, against: Sequence[Path]) -> References:
+    """References of ``run``: published rows, the reference curve, curves of the user's."""
+    return replace(_references(run), own=own_curves(run, against))
+
+
+def _references(run: Run) -> References:
+    """Published rows and the reference curve of the fabric's experiment, if it names one."""
+    fabric = run.fabric
+    if fabric.experiment is None or fabric.experiment_variant is None:
+        return References()
+    quantities = kinds()[run.rig.kind].published
+    report = REPORTS[run.rig.kind]
+    rows = published(data_dir() / fabric.experiment, fabric.experiment_variant, run.direction, quantities)
+    return References(report.scaled(run, rows), report.reference_curve(run))
+
+
+def judge(run: Run, specimens: list[Specimen], references: References) -> Judgement:
+    """Compare the mean of ``specimens`` with ``references``, unless a gate of one of them refuses it."""
+    quality, cost = _worst([s.quality for s in specimens]), _total([s.cost for s in specimens])
+    results = [s.results for s in specimens]
+    means = {k: v["mean"] for k, v in ensemble_results(results).items()}
+    kind_of = {row.quantity: row_kind(run, row.quantity) for row in references.rows}
+    guessed = list(assumed_inputs(run)) if references.rows else []
+    rows = compare_results(means, references.rows, kind_of, given_results(run))
+    compared = [row | {"assumed": guessed} for row in rows]
+    comparison: dict[str, Any] = {"refused": list(quality.failures), "rows": [], "curves": []}
+    if not quality.failures:
+        comparison["rows"] = compared
+        columns = REPORTS[run.rig.kind].curve(specimens)
+        comparison["curves"] = [compare_columns(columns, curve) for curve in references.curves]
+    summary = build_summary(run, results, quality, cost, cast("list[ComparisonRow]", compared))
+    own = comparison["curves"][len(comparison["curves"]) - len(references.own) :]
+    return Judgement(summary, comparison, quality, [] if quality.failures else own)
+
+
+def _worst(qualities: list[Quality]) -> Quality:
+    """The largest of every measure, and all distinct failures and warnings."""
+    measures = [one.name for one in fields(Quality) if one.type is float]
+    # numpy's maximum keeps what is not a number
+    worst: dict[str, Any] = {name: float(np.max([getattr(q, name) for q in qualities])) for name in measures}
+    return Quality(
+        **worst,
+        quasi_static=all(q.quasi_static for q in qualities),
+        failures=tuple(dict.fromkeys(f for q in qualities for f in q.failures)),
+        warnings=tuple(dict.fromkeys(w for q in qualities for w in q.warnings)),
+    )
+
+
+def _total(costs: list[Cost]) -> Cost:
+    """Sums of times and steps over the specimens."""
+    seconds = sum(c.steps * c.elements / c.element_steps_per_s for c in costs)
+    return replace(
+        costs[0],
+        **{n: sum(getattr(c, n) for c in costs) for n in ("wall_s", "cpu_s", "compile_s", "geometry_s", "steps")},
+        element_steps_per_s=sum(c.steps * c.elements for c in costs) / max(seconds, 1e-9),
+    )

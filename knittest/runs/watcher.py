@@ -1,0 +1,50 @@
+"""Watches a specimen for the user, who sees how far it is, and for its folder, which logs and keeps it."""
+
+from collections.abc import Callable
+
+from knittest.base.history import Overlaps
+from knittest.base.progress import Progress
+from knittest.export.folder import RunFolder
+from knittest.runs.checkpoints import SpecimenKeeper
+from knittest.solve.observer import Observer
+from knittest.solve.state import Snapshot
+
+
+class Watcher(Observer):
+    """See :class:`Observer`; ``label`` is what phases are shown under, ``until_failure`` whether a failure of the
+    specimen ends its test.
+    """
+
+    def __init__(
+        self, label: str, until_failure: bool, progress: Progress, folder: RunFolder, keeper: SpecimenKeeper
+    ) -> None:
+        self._label, self._until_failure = label, until_failure
+        self._progress, self._folder, self._keeper = progress, folder, keeper
+
+    def phase(self, text: str) -> None:
+        """Show it."""
+        self._progress.phase(f"{self._label}: {text}", until_failure=self._until_failure)
+
+    def overlaps(self, found: Overlaps) -> None:
+        """Log which yarns overlap, if any do."""
+        if found.largest > 0.0:
+            self._folder.log(
+                "overlap", number=self._keeper.specimen, contacts=found.count,
+                largest_pct=round(100.0 * found.largest, 3), worst=found.worst,
+            )  # fmt: skip
+
+    def progress(self, fraction: float, time_ms: float, step_us: float, kinetic_ratio: float) -> None:
+        """Show it."""
+        self._progress.update(fraction, time_ms, step_us, kinetic_ratio)
+
+    def resume_from(self) -> Snapshot | None:
+        """Return the checkpoint that was found."""
+        return self._keeper.resume_from()
+
+    def visit(self, take: Callable[[], Snapshot]) -> None:
+        """Write a checkpoint when it is due; raise for a signal."""
+        self._keeper.visit(take)
+
+    def failed(self, take: Callable[[], Snapshot]) -> None:
+        """Write the state as it is."""
+        self._keeper.failed(take)

@@ -1,0 +1,36 @@
+"""Who watches a simulation: told what begins and how far it is, asked where to go on and whether to keep its state."""
+
+from collections.abc import Callable
+
+from knittest.base.history import Overlaps
+from knittest.solve.state import Snapshot
+
+
+class Observer:
+    """Watches nothing and keeps nothing; one that does overrides what it wants to hear of.
+
+    A simulation calls it and goes on as it is told; what is observed never changes the numbers.
+    """
+
+    def phase(self, text: str) -> None:
+        """Hear what begins that takes time, ``compiling kernels``."""
+
+    def overlaps(self, found: Overlaps) -> None:
+        """Hear which yarns overlap before anything moves."""
+
+    def progress(self, fraction: float, time_ms: float, step_us: float, kinetic_ratio: float) -> None:
+        """Hear the share done (0 to 1), simulated time [ms], time step [us] and kinetic energy over work [-]."""
+
+    def resume_from(self) -> Snapshot | None:
+        """Return the state to go on from; None to start."""
+        return None
+
+    def visit(self, take: Callable[[], Snapshot]) -> None:
+        """See the state after a chunk of steps, taken if wanted; may raise to stop the simulation."""
+
+    def failed(self, take: Callable[[], Snapshot]) -> None:
+        """See the state in which the numbers have gone wrong."""
+
+
+#: watches nothing
+SILENT = Observer()
