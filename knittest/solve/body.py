@@ -7,13 +7,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from knittest.base.errors import InputError, NumericalError
-from knittest.kernels import monitor
-from knittest.kernels.drive_state import Drive
-from knittest.kernels.explicit import SCRATCH
-from knittest.kernels.options import PARTITIONS
 from knittest.kernels.shell_arrays import set_strength
 from knittest.kernels.shell_state import Laminate
-from knittest.kernels.state import Tally
 from knittest.kernels.threading import best_threads, limited
 from knittest.kernels.tool_contact import tool_energies
 from knittest.models.boundary import Boundary
@@ -27,6 +22,7 @@ from knittest.models.sheet import build_sheet
 from knittest.models.sheet_tracker import SheetContact
 from knittest.models.yarn_model import YarnModel
 from knittest.solve.relax import Relaxation, relax
+from knittest.solve.stepping import Stepping
 
 Array = NDArray[np.float64]
 
@@ -47,7 +43,7 @@ class Body:
     def __init__(
         self, model: ExplicitModel, safety: float = 0.9, damping: float = 0.0, threads: int | None = None
     ) -> None:
-        self.model, self.dt, self.time = model, above(safety, "safety") * model.critical_step, 0.0
+        self.model, self.dt = model, above(safety, "safety") * model.critical_step
         if safety > 1.0:
             raise InputError(f"safety: {safety:g}; above 1 the step is longer than the critical one")
         if threads is not None:
@@ -55,13 +51,10 @@ class Body:
         self.threads = threads or (1 if model.n_nodes < SMALL else best_threads(None))
         self.boundary = Boundary(model, self.dt)
         self._damping = above(damping, "damping [1/ms]", equal=True)
-        self.damping_loss = 0.0
         self._natural = self.rotation
         self._unloaded = model.position()
-        self._started: tuple[Drive, Tally] | None = None
-        self._scratch = np.zeros((PARTITIONS, SCRATCH))
+        self._started: Stepping | None = None
         self._row, self._support = np.zeros(0), np.zeros(0)
-        self._kinetic, self._loss = 0.0, 0.0
 
     @classmethod
     def of_chains(
@@ -129,6 +122,16 @@ class Body:
         self.model.nodes.position[:, :n], self.model.nodes.rotation[:, :n] = places.T, rotation.T
 
     @property
+    def time(self) -> float:
+        """Time that the body has been advanced by [ms]."""
+        return 0.0 if self._started is None else self._started.time
+
+    @property
+    def damping_loss(self) -> float:
+        """Energy that damping has taken [mJ]."""
+        return 0.0 if self._started is None else self._started.damping_loss
+
+    @property
     def damping(self) -> float:
         """Mass-proportional damping [1/ms]."""
         return self._damping
@@ -139,12 +142,12 @@ class Body:
         if self._started is not None:
             self.model.nodes.keep[:] = np.exp(-value * self.dt)
 
-    def start(self) -> tuple[Drive, Tally]:
-        """Fix what acts on the body; returns the kernel's arrays (called by :meth:`advance`)."""
+    def start(self) -> Stepping:
+        """Fix what acts on the body; returns it with the kernel's arrays (called by :meth:`advance`)."""
         if self._started is None:
             self.model.nodes.keep[:] = np.exp(-self.damping * self.dt)
             self.model.prepare()
-            self._started = self.boundary.drive(), new_tally(self.boundary)
+            self._started = Stepping(self.model, self.boundary.drive(), new_tally(self.boundary), self.dt)
         return self._started
 
     def advance(self, duration: float, watch: Callable[["Body"], None] | None = None) -> None:
@@ -159,14 +162,10 @@ class Body:
 
     def step(self, steps: int = 1) -> None:
         """Advance by ``steps`` time steps."""
-        drive, tally = self.start()
+        going = self.start()
         with limited(self.threads):
-            self.model.advance(steps, self.time, self.dt, drive, tally, self._scratch)
-        self.time += steps * self.dt
+            going.step(steps)
         self._read(steps)
-        kinetic, loss = monitor.kinetic_energy(self.model.nodes, self.model.mass, self.model.inertia, self.dt)
-        self.damping_loss += 0.5 * (self._loss + loss) * steps
-        self._kinetic, self._loss = kinetic, loss
 
     def relax(self, must_converge: bool = True, **options: float) -> Relaxation:
         """Find the static state under what acts at the end of all tables; see :func:`knittest.solve.relax.relax`.
@@ -180,9 +179,9 @@ class Body:
                 f"relax: the table of motion {moving[0]} ends at a speed that is not 0: there is no state of rest; "
                 "advance to the place first, or end the table with 0"
             )
-        drive, tally = self.start()
+        going = self.start()
         with limited(self.threads):
-            found = relax(self.model, drive, tally, self.dt, unloaded=self._unloaded, **options)
+            found = relax(self.model, going.drive, going.tally, self.dt, unloaded=self._unloaded, **options)
         self._read(found.last_chunk)
         if must_converge and not found.converged:
             raise NumericalError(
@@ -193,9 +192,9 @@ class Body:
 
     def _read(self, steps: int) -> None:
         """Take the means of the last ``steps``."""
-        drive, tally = self.start()
-        self._support = tally.support.sum(axis=0) / steps
-        self._row = take_readings(tally, drive, steps)
+        going = self.start()
+        self._support = going.tally.support.sum(axis=0) / steps
+        self._row = take_readings(going.tally, going.drive, steps)
 
     @property
     def position(self) -> Array:
@@ -234,8 +233,7 @@ class Body:
 
     def readings(self) -> Readings:
         """Mean reactions and forces on tools over the last chunk of steps."""
-        drive, _ = self.start()
-        return Readings.of(self._row, drive.tools.kind.size)
+        return Readings.of(self._row, self.start().drive.tools.kind.size)
 
     def reaction(self, group: int) -> float:
         """Mean sum of the reactions [N or N mm] over the last chunk of what ``boundary.move`` numbered ``group``.
@@ -262,15 +260,15 @@ class Body:
 
         Takes one step, because central differences conserve the kinetic energy of the velocities around an instant.
         """
-        drive, tally = self.start()
-        stored = self.model.stored()
-        elastic, moving, _ = tool_energies(self.model.nodes, drive.tools, drive.touch, self.model.n_nodes)
-        before, spinning = float(tally.energy[:, 0].sum()), self._spinning()
+        going = self.start()
+        stored, tools = self.model.stored(), going.drive.tools
+        elastic, moving, _ = tool_energies(self.model.nodes, tools, going.drive.touch, self.model.n_nodes)
+        before, spinning = going.work()[0], self._spinning()
         self.step(1)
-        external, friction, eroded, damped = (float(v) for v in tally.energy.sum(axis=0))
+        external, friction, eroded, damped = going.work()
         external = 0.5 * (before + external)  # half of the work of this step is done after the instant of its forces
         found = {
-            "kinetic": self._kinetic + 0.5 * (spinning - self._spinning()) + moving,
+            "kinetic": going.kinetic + 0.5 * (spinning - self._spinning()) + moving,
             "internal": float(stored.internal.sum()),
             "contact": stored.contact + elastic,
             "hourglass": stored.hourglass,

@@ -5,6 +5,7 @@ import pytest
 
 from knittest.config.loading import resolve
 from knittest.runs.specimen import prepare
+from knittest.solve.observer import Observer
 from knittest.solve.simulate import simulate
 
 SETS = {
@@ -20,7 +21,7 @@ SETS = {
 }
 
 
-class Keeper:
+class Keeper(Observer):
     """Takes a snapshot at the looks ``at``; goes on from ``snapshot``."""
 
     def __init__(self, at=(), snapshot=None):
@@ -41,7 +42,7 @@ class Keeper:
 def simulated(scale, keeper):
     run = resolve(variant="2", scale=scale, preset="quick", direction="warp", sets=SETS[scale])
     prepared = prepare(run)
-    history, cost = simulate(prepared.model, prepared.rig, run.solver, run.output, keeper=keeper)
+    history, cost = simulate(prepared.model, prepared.rig, run.solver, run.output, keeper)
     return history, cost.steps
 
 
@@ -73,7 +74,7 @@ def test_the_forces_of_tools_are_averaged_across_a_restart():
 
     def pulled(keeper):
         prepared = prepare(run)
-        return simulate(prepared.model, prepared.rig, run.solver, run.output, keeper=keeper)[0]
+        return simulate(prepared.model, prepared.rig, run.solver, run.output, keeper)[0]
 
     alone = Keeper()
     history = pulled(alone)

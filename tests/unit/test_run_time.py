@@ -78,7 +78,7 @@ def timed(monkeypatch, seconds: float, broken_at: int = 10**9) -> timing._Brief:
     brief.step = 0.5
     for k in range(1, 1000):
         now[0] += seconds
-        brief.note(0.0, 20.0 * k, 0.0, 0.0)
+        timing._Stopwatch(brief.times).progress(0.0, 20.0 * k, 0.0, 0.0)
         if brief.finished(0.0, 0.0, k >= broken_at):
             return brief
     raise AssertionError("never over")

@@ -7,6 +7,7 @@ from knittest.config.loading import resolve
 from knittest.laboratory.friction.pressure import pressure_map
 from knittest.laboratory.friction.test import map_cell
 from knittest.runs.specimen import run_specimen
+from knittest.solve.observer import Observer
 
 #: a small piece under a twentieth of the force: the fall of the plate is 5 % of all work (0.1 % with the strip of the
 #: paper), and its drag takes 28 % of the work up to the first rows that are judged, before anything is pulled
@@ -16,6 +17,16 @@ SETS = (
     f"rig.normal_force={FORCE}", "solver.speed=1", "solver.max_kinetic_ratio=10",
     "solver.max_contact_damping=40",
 )  # fmt: skip
+
+
+class Listener(Observer):
+    """Hears which yarns overlap."""
+
+    def __init__(self):
+        self.heard = []
+
+    def overlaps(self, found):
+        self.heard.append(found)
 
 
 @pytest.fixture(scope="module")
@@ -29,8 +40,10 @@ def pulled():
         sets=list(SETS),
         accept_limits=True,
     )
-    found = []
-    return run, run_specimen(run, found=found.append), found[0]
+    listener = Listener()
+    specimen = run_specimen(run, observer=listener)
+    assert len(listener.heard) == 1
+    return run, specimen, listener.heard[0]
 
 
 def test_the_level_is_two_mu_normal_force_although_yarns_carry_it(pulled):

@@ -184,7 +184,7 @@ def oblique_impact() -> list[Row]:
     wall.motion, wall.mass = [FREE, FREE, FREE], 2.0
     body.boundary.add_tool(wall)
     body.velocity[:] = [0.3, 0.1, -1.0]
-    tools, mass = body.start()[0].tools, body.model.mass
+    tools, mass = body.start().drive.tools, body.model.mass
     before, energy = mass @ body.velocity, 0.5 * float(mass @ (body.velocity**2).sum(axis=1))
     body.advance(40.0)
     after = mass @ body.velocity + 2.0 * tools.velocity[0]
@@ -219,7 +219,7 @@ def wrapped_cylinder(pull: float = 0.01) -> list[Row]:
         body.boundary.move(np.arange(2 * n + 2), ["y", "rx", "rz"])
         body.boundary.load([2 * n, 2 * n + 1], "z", -0.5 * pull)
         settle(body)
-        touching = body.start()[0].touch.pressure[0].reshape(n + 1, 2).sum(axis=1)
+        touching = body.start().drive.touch.pressure[0].reshape(n + 1, 2).sum(axis=1)
         pressures.append(float(touching[n // 4 : -n // 4].mean() / (width * middle * 0.5 * pi / n)))
         errors.append(pressures[-1] / (pull / (middle * width)) - 1.0)
     force = body.readings().tool_force[0]
