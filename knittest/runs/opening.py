@@ -29,7 +29,7 @@ class Opened:
 
 
 class Place(Protocol):
-    """Where a run is to lie, new or gone on with."""
+    """Place of a run, new or gone on with."""
 
     def open(self, run: Run, interrupts: Interrupts) -> Opened:
         """Lock the folder of ``run``, which ``interrupts`` may stop at a checkpoint."""

@@ -1,4 +1,4 @@
-"""Who watches a simulation: told what begins and how far it is, asked where to go on and whether to keep its state."""
+"""Observer of a simulation: told what begins and how far it is, asked where to go on and whether to keep its state."""
 
 from collections.abc import Callable
 

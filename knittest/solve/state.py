@@ -73,7 +73,7 @@ class Simulation(Stepping):
         return float(np.exp(-self.solver.damping * self.dt))
 
     def snapshot(self) -> Snapshot:
-        """Everything of this run that changes, as copies."""
+        """State of this run that changes, complete, as copies."""
         state = prefixed("model", self.model.state()) | arrays_of(
             "run", self, (*SCALARS, "row_steps", "rest_keep", "start_energy")
         )
@@ -118,7 +118,7 @@ def frame_state(frame: Frame) -> State:
 
 
 def frame_of(state: State) -> Frame:
-    """What :func:`frame_state` was made of."""
+    """Frame that :func:`frame_state` was made of."""
     names = ("time", "coordinate", "force")
     time, coordinate, force = (float(entry(state, f"frame/{name}", ())) for name in names)
     return Frame(time, coordinate, force, entry(state, "frame/position"), under(state, "field"))
