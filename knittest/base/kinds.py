@@ -136,13 +136,14 @@ def kinds() -> Mapping[str, TestKind]:
     Raises :class:`InputError` where one cannot be loaded, two have one name or label a result differently, or a test
     of knittest itself is not installed.
     """
-    entries = {(entry.name, entry.value): entry for entry in entry_points(group=GROUP)}.values()
-    _refuse_missing({entry.value.partition(":")[0] for entry in entries})
-    found: dict[str, TestKind] = {}
-    for entry in entries:
-        if entry.name in found:
-            raise InputError(f"test {entry.name}: two packages offer it, one of them {_package(entry)}: uninstall one")
-        found[entry.name] = _record(entry)
+    entries: dict[str, EntryPoint] = {}
+    for entry in entry_points(group=GROUP):
+        other = entries.setdefault(entry.name, entry)
+        if other.value != entry.value:
+            offers = f"{_package(other)} and {_package(entry)}"
+            raise InputError(f"test {entry.name}: two packages offer it, {offers}: uninstall one")
+    _refuse_missing({entry.value.partition(":")[0] for entry in entries.values()})
+    found = {name: _record(entry) for name, entry in entries.items()}
     return MappingProxyType(dict(sorted(found.items(), key=lambda item: (item[1].place, item[0]))))
 
 

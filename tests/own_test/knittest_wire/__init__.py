@@ -1,0 +1,1 @@
+"""Test of the laboratory as a package of its own: a wire is pulled."""

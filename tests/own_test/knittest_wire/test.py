@@ -1,0 +1,84 @@
+"""The wire: its model, what pulls it, and its results."""
+
+from typing import Any
+
+import numpy as np
+
+from knittest.base.history import History, Quality
+from knittest.laboratory.base import Phase, Prepared, Update
+from knittest.laboratory.judging import Span, assess
+from knittest.models.boundary import ALL, Boundary
+from knittest.models.chains import Chain, build_chains
+from knittest.models.from_stiffness import section
+from knittest.models.readings import Readings
+from knittest.models.table import ramp
+from knittest.solve.simulate import simulate
+from knittest.solve.state import Keeper, SimulationCost
+from knittest_wire.config import WireRun
+
+ELEMENTS, RADIUS, LINEAR_DENSITY = 10, 0.5, 1e-3  # -, mm, g/mm
+
+
+class Grips:
+    """Holds one end of a wire along x and pulls the other."""
+
+    coordinate, force = "strain_pct", "force_n"
+    marks: tuple[float, ...] = ()
+    averaged_from = np.inf
+
+    def __init__(self, run: WireRun) -> None:
+        self.length, speed, rise = run.rig.length, run.solver.speed, run.solver.ramp  # mm, mm/ms, ms
+        self.pull = ramp(rise, speed)
+        self.duration = 0.5 * rise + 0.01 * run.rig.max_strain * self.length / speed
+
+    def constrain(self, boundary: Boundary) -> None:
+        """Grip both ends."""
+        boundary.grip(np.array([0]), ALL[0])
+        boundary.grip(np.array([ELEMENTS]), ALL[0], self.pull)
+
+    def ring_time(self, wave_speed: float) -> float:
+        """Time [ms] of a wave along the wire."""
+        return self.length / wave_speed
+
+    def channels(self, time: float, readings: Readings) -> dict[str, float]:
+        """Strain and mean force of both grips."""
+        force = 0.5 * float(readings.reaction[1] - readings.reaction[0])
+        return {"strain_pct": 100.0 * self.pull.integral(time) / self.length, "force_n": force}
+
+    def finished(self, force: float, peak: float, broken: bool) -> bool:
+        """Go on to the largest strain."""
+        return False
+
+
+class WireTest:
+    """See :class:`knittest.laboratory.base.Test`."""
+
+    ends_at_failure = False
+
+    def prepare(self, run: WireRun, specimen: int = 0, phase: Phase | None = None) -> Prepared:
+        """A chain of beams along x."""
+        points = np.zeros((ELEMENTS + 1, 3))
+        points[:, 0] = np.linspace(0.0, run.rig.length, ELEMENTS + 1)
+        card = section(run.rig.stiffness, 0.01 * run.rig.stiffness, RADIUS, LINEAR_DENSITY)
+        model = build_chains([Chain(points, card)], ("wire",))
+        facts = {"length_mm": run.rig.length, "area_mm2": 2.0 * RADIUS * run.rig.length}
+        return Prepared(model, Grips(run), facts=facts)
+
+    def solve(
+        self, prepared: Prepared, run: WireRun, update: Update | None, keeper: Keeper | None
+    ) -> tuple[History, SimulationCost]:
+        """Pull."""
+        return simulate(prepared.model, prepared.rig, run.solver, run.output, update, keeper)
+
+    def results(self, run: WireRun, prepared: Prepared, history: History) -> dict[str, float]:
+        """Force at the end, and the slope of the curve: EA."""
+        strain, force = history.curve["strain_pct"], history.curve["force_n"]
+        return {"end_force_n": float(force[-1]), "stiffness_n": float(100.0 * force[-1] / strain[-1])}
+
+    def assess(self, run: WireRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
+        """Judge by the gates of every run."""
+        return assess(run, prepared, history, cost, self.span(history))
+
+    def span(self, history: History) -> Any:
+        """The whole pull."""
+        return Span()

@@ -1,0 +1,90 @@
+"""What belongs to a test stands in its record: no literal elsewhere in the package lists the tests."""
+
+import ast
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from knittest.base import kinds as module
+from knittest.base.errors import InputError
+from knittest.base.kinds import Joined, Parts, kinds, names
+from knittest.export.folder import results_of_runs, tables_of_runs
+from knittest.laboratory.registry import REPORTS, TESTS
+
+PACKAGE = Path(module.__file__).parents[1]
+#: lists of tests that are the subject of their file, with the reason
+ALLOWED = {
+    "studies/homogenise/plan.py": "homogenising is pulling, shearing and bending, whatever other tests there are",
+}
+
+
+def lists_of_tests(source: str, known: set[str]) -> list[int]:
+    """Lines of literals (tuple, list, set, dict, subscript, match) with three or more names of tests."""
+    found = []
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Tuple | ast.List | ast.Set | ast.Dict | ast.Match):
+            texts = {one.value for one in ast.walk(node) if isinstance(one, ast.Constant)}
+            if len(known & {text for text in texts if isinstance(text, str)}) >= 3:
+                found.append(node.lineno)
+    return found
+
+
+def test_no_literal_outside_the_laboratory_lists_tests():
+    known = set(kinds())
+    assert len(known) >= 5
+    found = {}
+    for path in PACKAGE.rglob("*.py"):
+        name = path.relative_to(PACKAGE).as_posix()
+        if lines := lists_of_tests(path.read_text(encoding="utf-8"), known):
+            found[name] = lines
+    assert set(found) == set(ALLOWED)
+
+
+def test_the_search_sees_a_list():
+    known = set(kinds())
+    assert lists_of_tests("A = {'tensile': 1, 'friction': 2, 'forming': 3}", known) == [1]
+    assert lists_of_tests("def f():\n    return ['tensile', 'friction']", known) == []
+
+
+@pytest.mark.parametrize("name", names())
+def test_a_record_names_what_is_there(name):
+    kind = kinds()[name]
+    rig = kind.load("run").model_fields["rig"].annotation
+    assert rig.model_fields["kind"].default == name
+    assert isinstance(TESTS[name].ends_at_failure, bool) and REPORTS[name].axes.x
+    for part in ("presets", "laboratory", "advice"):
+        assert not getattr(kind, part) or kind.load(part)
+    assert set(kind.published) | set(kind.sized) | set(kind.diagnostic) <= set(kind.labels)
+    assert set(kind.regression.buckled) <= set(kind.labels)
+    assert set(kind.sizes) | set(kind.hinges) <= set(rig.model_fields)
+
+
+def test_files_of_all_tests_are_those_of_runs():
+    for kind in kinds().values():
+        assert set(kind.pictures) <= set(results_of_runs()) and set(kind.tables) <= set(tables_of_runs())
+    assert "yarn-forces.csv" in tables_of_runs() and "pressure.png" in results_of_runs()
+
+
+def test_two_labels_for_one_result_are_refused(monkeypatch):
+    one = kinds()["tensile"]
+    other = replace(one, name="other", labels={"peak_force_n": ("force", "{:.0f}")})
+    monkeypatch.setattr(module, "kinds", lambda: {"tensile": one, "other": other})
+    with pytest.raises(InputError, match="test other: labels: peak_force_n is"):
+        len(Joined("labels"))
+
+
+def test_a_part_is_made_once_and_only_where_it_is_asked_for():
+    made = []
+    parts = Parts(lambda kind: made.append(kind.name) or kind.name)
+    assert parts["friction"] == parts["friction"] == "friction" and made == ["friction"]
+    assert "nothing" not in parts and list(parts) == names()
+    with pytest.raises(KeyError):
+        parts["nothing"]
+
+
+def test_a_record_that_names_nothing_is_refused():
+    with pytest.raises(InputError, match="test friction: report: cannot be loaded"):
+        replace(kinds()["friction"], report="knittest.laboratory.friction.nowhere:Report").load("report")
+    with pytest.raises(InputError, match="expected module:name"):
+        replace(kinds()["friction"], report="Report").load("report")
