@@ -1,4 +1,4 @@
-"""What belongs to a test stands in its record: no literal elsewhere in the package lists the tests."""
+"""Records of the tests: everything of a test stands there, and no literal elsewhere in the package lists the tests."""
 
 import ast
 from dataclasses import replace
