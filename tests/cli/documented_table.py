@@ -51,7 +51,7 @@ COMMANDS: dict[str, Do] = {
     "knittest picture-frame --variant 1 --scale macro --against mine.csv": Do(FRAME.format(out="runs/sheared")),
     "knittest compare RUN --against mine.csv": Do(given={"RUN": "runs/sheared"}),
     "knittest picture-frame --variant cao2008-weave --scale macro --set rig.side=180 --set rig.frame_side=250 "
-    "--set solver.safety=0.6 --against cao2008/curves/uml.csv --against cao2008/curves/ut.csv "
+    "--against cao2008/curves/uml.csv --against cao2008/curves/ut.csv "
     "--against cao2008/curves/kul1.csv": Do("--preset quick --set rig.max_angle=20 --no-frames --out {out}"),
     "knittest forming --variant 1 --scale macro --blank-holder-force 100": Do(
         planned="40 CPU seconds at preset quick, as which the regression runs it; less deep, it is refused"

@@ -60,4 +60,4 @@ def settings(preset: str, scale: str, stated: Stated) -> dict[str, Any]:
     force = stated("blank_holder_force")
     held = isinstance(force, int | float) and force > 0.0
     free = {} if held else FREE_BLANK
-    return {"model": model, "solver": {"speed": 0.19, "ramp": 20.0, "damping": 0.05, "safety": 0.65} | free}
+    return {"model": model, "solver": {"speed": 0.19, "ramp": 20.0, "damping": 0.05, "safety": 0.9} | free}
