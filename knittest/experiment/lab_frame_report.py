@@ -92,8 +92,8 @@ def shear_law(series: FrameSeries) -> tuple[Array, Array]:
     angle, normalised = series.band.strain, series.band.mean
     conjugate = to_conjugate(normalised, np.deg2rad(angle), "normalised")
     edges = np.arange(np.ceil(angle[0] / STEP), np.floor(angle[-1] / STEP)) * STEP
-    fine = np.linspace(0.0, STEP, 21)
-    means = [float(np.interp(edge + fine, angle, conjugate).mean()) for edge in edges]
+    samples = np.linspace(0.0, STEP, 21)
+    means = [float(np.interp(edge + samples, angle, conjugate).mean()) for edge in edges]
     middle = np.append(edges + 0.5 * STEP, angle[-1])
     level = isotonic_regression(np.maximum(np.append(means, conjugate[-1]), 0.0)).x
     return np.append(0.0, middle), np.append(0.0, level)

@@ -122,19 +122,19 @@ def _translate(start, count, dt, nodes, w):
     for k in range(U(count)):
         i = U(start) + k
         force = fx_[i] + w[FX + k + ONE] - w[FX + k]
-        velocity = vx_[i] * nodes.keep[i] + nodes.inv_mass[i] * force * dt
+        velocity = vx_[i] * nodes.damping_factor[i] + nodes.inv_mass[i] * force * dt
         fx_[i], vx_[i] = force, velocity
         x[i] += dt * velocity
     for k in range(U(count)):
         i = U(start) + k
         force = fy_[i] + w[FY + k + ONE] - w[FY + k]
-        velocity = vy_[i] * nodes.keep[i] + nodes.inv_mass[i] * force * dt
+        velocity = vy_[i] * nodes.damping_factor[i] + nodes.inv_mass[i] * force * dt
         fy_[i], vy_[i] = force, velocity
         y[i] += dt * velocity
     for k in range(U(count)):
         i = U(start) + k
         force = fz_[i] + w[FZ + k + ONE] - w[FZ + k]
-        velocity = vz_[i] * nodes.keep[i] + nodes.inv_mass[i] * force * dt
+        velocity = vz_[i] * nodes.damping_factor[i] + nodes.inv_mass[i] * force * dt
         fz_[i], vz_[i] = force, velocity
         z[i] += dt * velocity
 
@@ -147,9 +147,9 @@ def _spin(start, count, dt, nodes, w):
     for k in range(U(count)):
         i = U(start) + k
         factor = nodes.inv_inertia[i] * dt
-        wx_[i] = wx_[i] * nodes.keep[i] + factor * (w[AX + k + ONE] - w[BX + k] + mx_[i])
-        wy_[i] = wy_[i] * nodes.keep[i] + factor * (w[AY + k + ONE] - w[BY + k] + my_[i])
-        wz_[i] = wz_[i] * nodes.keep[i] + factor * (w[AZ + k + ONE] - w[BZ + k] + mz_[i])
+        wx_[i] = wx_[i] * nodes.damping_factor[i] + factor * (w[AX + k + ONE] - w[BX + k] + mx_[i])
+        wy_[i] = wy_[i] * nodes.damping_factor[i] + factor * (w[AY + k + ONE] - w[BY + k] + my_[i])
+        wz_[i] = wz_[i] * nodes.damping_factor[i] + factor * (w[AZ + k + ONE] - w[BZ + k] + mz_[i])
 
 
 @njit(**INLINE)
@@ -160,9 +160,9 @@ def _spin_free(start, count, dt, nodes):
     for k in range(U(count)):
         i = U(start) + k
         factor = nodes.inv_inertia[i] * dt
-        wx_[i] = wx_[i] * nodes.keep[i] + factor * mx_[i]
-        wy_[i] = wy_[i] * nodes.keep[i] + factor * my_[i]
-        wz_[i] = wz_[i] * nodes.keep[i] + factor * mz_[i]
+        wx_[i] = wx_[i] * nodes.damping_factor[i] + factor * mx_[i]
+        wy_[i] = wy_[i] * nodes.damping_factor[i] + factor * my_[i]
+        wz_[i] = wz_[i] * nodes.damping_factor[i] + factor * mz_[i]
 
 
 @njit(**INLINE)

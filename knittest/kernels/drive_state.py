@@ -90,7 +90,7 @@ class Tools(NamedTuple):
     samples: Array
 
 
-class Touch(NamedTuple):
+class ToolContactState(NamedTuple):
     """Contact of nodes with tools.
 
     Of each node, (n_nodes,): ``radius`` [mm], penalty ``stiffness`` [N/mm] and ``viscous`` coefficient [N ms/mm]. Of
@@ -113,4 +113,4 @@ class Drive(NamedTuple):
     motions: Motions
     loads: Loads
     tools: Tools
-    touch: Touch
+    touch: ToolContactState

@@ -40,7 +40,7 @@ def apply_loads(partition, dt, nodes, loads, tables, tally):
             work += _work(first, count, factor, value, spin)
             for k in range(U(count)):
                 i = U(first) + k
-                spin[i] += factor * value[k] * nodes.inv_inertia[i] * dt / nodes.keep[i]
+                spin[i] += factor * value[k] * nodes.inv_inertia[i] * dt / nodes.damping_factor[i]
     tally.energy[partition, 0] += 0.5 * dt * work
 
 

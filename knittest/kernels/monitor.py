@@ -24,10 +24,10 @@ def kinetic_energy(nodes, mass, inertia, dt):
     for k in range(3):
         v, f, w = nodes.velocity[k], nodes.force[k], nodes.spin[k]
         for i in range(mass.size):
-            keep = nodes.keep[i]
-            moving = mass[i] * v[i] * (v[i] - dt * nodes.inv_mass[i] * f[i]) / keep + inertia[i] * w[i] * w[i]
+            factor = nodes.damping_factor[i]
+            moving = mass[i] * v[i] * (v[i] - dt * nodes.inv_mass[i] * f[i]) / factor + inertia[i] * w[i] * w[i]
             total += moving
-            lost += (1.0 - keep * keep) * moving
+            lost += (1.0 - factor * factor) * moving
     return 0.5 * total, 0.5 * lost
 
 

@@ -84,19 +84,19 @@ def fibre_strain(fibre, inv_length):
 
 
 @njit(**INLINE)
-def layers(strain, bend, middle, outer, lever):
-    """Membrane force [N/mm] and moment [N] per width of three layers at -lever, 0, +lever [mm].
+def layers(strain, bend, middle, outer, layer_offset):
+    """Membrane force [N/mm] and moment [N] per width of three layers at -layer_offset, 0, +layer_offset [mm].
 
     ``middle`` is the force of the middle layer [N/mm], ``outer`` the stiffness E t of each outer layer [N/mm].
     """
-    low, high = outer * (strain - lever * bend), outer * (strain + lever * bend)
-    return low + middle + high, lever * (high - low)
+    low, high = outer * (strain - layer_offset * bend), outer * (strain + layer_offset * bend)
+    return low + middle + high, layer_offset * (high - low)
 
 
 @njit(**INLINE)
-def layers_energy(strain, bend, middle, outer, lever):
+def layers_energy(strain, bend, middle, outer, layer_offset):
     """Energy per area [mJ/mm^2] of :func:`layers`; ``middle`` is the energy of the middle layer."""
-    low, high = strain - lever * bend, strain + lever * bend
+    low, high = strain - layer_offset * bend, strain + layer_offset * bend
     return middle + 0.5 * outer * (low * low + high * high)
 
 
@@ -105,15 +105,15 @@ def laminate_gradients(frame, area, strains, middle, shear_force, stiffness):
     """Gradients of area times the laminate's energy with respect to a, b, a', b'.
 
     Fibre strains and forces of the middle layer [N/mm] in warp and weft, S(gamma) [N/mm],
-    ``stiffness`` (lever, outer warp, outer weft, twist). With |a| = 1 / inv_a, cos gamma d gamma/da =
+    ``stiffness`` (layer_offset, outer warp, outer weft, twist). With |a| = 1 / inv_a, cos gamma d gamma/da =
     (b/|b| - sin gamma a/|a|) / |a|, and d kappa_a/da = (a' - kappa_a a/|a|) / |a| for the bend kappa_a = a . a' / |a|.
     """
     a, b, a_z, b_z = frame
-    lever, outer_a, outer_b, twist = stiffness
+    layer_offset, outer_a, outer_b, twist = stiffness
     inv_a, inv_b, sine = fibre_pair(a, b)
     bend_a, bend_b = dot(a, a_z) * inv_a, dot(b, b_z) * inv_b
-    force_a, moment_a = layers(strains[0], bend_a, middle[0], outer_a, lever)
-    force_b, moment_b = layers(strains[1], bend_b, middle[1], outer_b, lever)
+    force_a, moment_a = layers(strains[0], bend_a, middle[0], outer_a, layer_offset)
+    force_b, moment_b = layers(strains[1], bend_b, middle[1], outer_b, layer_offset)
     shear = shear_force / sqrt(max(1.0 - sine * sine, COLLAPSED))
     own_a = area * inv_a * (force_a - (moment_a * bend_a + shear * sine) * inv_a)
     own_b = area * inv_b * (force_b - (moment_b * bend_b + shear * sine) * inv_b)

@@ -198,7 +198,7 @@ def _forces(at, out, state, laminate, corner, w):
         hold_edge = shape * laminate.hourglass_transverse
         frame = fibre_frame(x, d, fibres)
         strains, middle = (w[STRAIN_A + k], w[STRAIN_B + k]), (w[MIDDLE_A + k], w[MIDDLE_B + k])
-        stiffness = (laminate.lever, laminate.outer[0], laminate.outer[1], laminate.twist)
+        stiffness = (laminate.layer_offset, laminate.outer[0], laminate.outer[1], laminate.twist)
         grad_a, grad_b, grad_az, grad_bz = laminate_gradients(frame, area, strains, middle, w[SHEAR + k], stiffness)
         grad_x, add_a, add_b = hourglass_gradients(frame, hourglass(x, distortion), hold_x)
         grad_d, add_az, add_bz = hourglass_gradients(frame, hourglass(d, distortion), hold_d)

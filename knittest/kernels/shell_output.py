@@ -65,7 +65,7 @@ def _layers_energy(strain, bend, direction, laminate):
     middle = 0.5 * laminate.compression[direction] * min(strain, 0.0) ** 2
     for h in range(laminate.knee.shape[1]):
         middle += hinge_energy(strain, laminate.knee[direction, h], laminate.slope[direction, h])
-    return layers_energy(strain, bend, middle, laminate.outer[direction], laminate.lever)
+    return layers_energy(strain, bend, middle, laminate.outer[direction], laminate.layer_offset)
 
 
 @njit(**KERNEL)
@@ -150,7 +150,10 @@ def shell_moments(n_el, nodes, shells, laminate):
         a, b, a_z, b_z = fibre_frame(x, d, fibres_of(shells.state, s))
         inv_a, inv_b, _ = fibre_pair(a, b)
         alive = shells.state[s + ALIVE]
-        stiffness, coupling = 2.0 * laminate.lever * laminate.lever * alive, laminate.coupling_bending * alive
+        stiffness, coupling = (
+            2.0 * laminate.layer_offset * laminate.layer_offset * alive,
+            laminate.coupling_bending * alive,
+        )
         bend_a, bend_b = dot(a, a_z) * inv_a, dot(b, b_z) * inv_b
         moments[0, e] = stiffness * laminate.outer[0] * bend_a + coupling * bend_b
         moments[1, e] = stiffness * laminate.outer[1] * bend_b + coupling * bend_a

@@ -25,7 +25,7 @@ CORNER_ROWS = 24
 
 
 class Laminate(NamedTuple):
-    """Three layers at -lever, 0 and +lever [mm]; warp and weft are entries 0 and 1.
+    """Three layers at -layer_offset, 0 and +layer_offset [mm]; warp and weft are entries 0 and 1.
 
     ``outer`` (2,): stiffness E t of each outer layer [N/mm]. Middle layer: force per width
     compression min(e, 0) + sum_k slope[k] max(e - knee[k], 0) [N/mm], ``compression`` (2,), ``knee``, ``slope``
@@ -40,7 +40,7 @@ class Laminate(NamedTuple):
     plane, per width [N mm].
     """
 
-    lever: float
+    layer_offset: float
     outer: Array
     compression: Array
     knee: Array

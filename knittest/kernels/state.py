@@ -15,7 +15,7 @@ class Nodes(NamedTuple):
     position [mm], rotation from the start as unit quaternion (w, x, y, z), velocity [mm/ms], spin (global angular
     velocity) [rad/ms], force [N] and moment [N mm] sums of the last step (on yarns moments of contacts alone): (3 or 4,
     n_nodes + 1); inverse mass [1/g] and inverse rotary inertia [1/(g mm^2)], 0 for clamped nodes: (n_nodes + 1,).
-    ``keep`` (n_nodes + 1,) is the share of velocity that mass-proportional damping leaves in a step.
+    ``damping_factor`` (n_nodes + 1,) is the share of velocity that mass-proportional damping leaves in a step.
     """
 
     position: Array
@@ -26,7 +26,7 @@ class Nodes(NamedTuple):
     moment: Array
     inv_mass: Array
     inv_inertia: Array
-    keep: Array
+    damping_factor: Array
 
 
 class Partitions(NamedTuple):

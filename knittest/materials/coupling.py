@@ -20,10 +20,10 @@ def coupled(card: Laminate, poisson: float, name: str = "poisson") -> Laminate:
     """
     if poisson == 0.0:
         return card
-    pushed, bending = card.compression + 2.0 * card.outer, 2.0 * card.outer * card.lever**2
+    pushed, bending = card.compression + 2.0 * card.outer, 2.0 * card.outer * card.layer_offset**2
     stiffer, coupling = _of_strips(pushed, poisson, name, "in compression")
     more_bent, twist = _of_strips(bending, poisson, name, "in bending")
-    outer = card.outer + more_bent / (2.0 * card.lever**2)
+    outer = card.outer + more_bent / (2.0 * card.layer_offset**2)
     middle = stiffer - 2.0 * (outer - card.outer)
     slope = card.slope.copy()
     slope[:, 0] += middle

@@ -37,11 +37,11 @@ def heavy_elastica(arc: Array, overhang: float, weight: float, stiffness: float)
 
     linear = load * np.vstack([start / 2 - start**2 / 2 + start**3 / 6, 0.5 * (1.0 - start) ** 2])
     solution = solve_bvp(slopes, ends, start, np.arctan(linear), tol=1e-8, max_nodes=20_000)
-    fine = np.linspace(0.0, 1.0, 4001)
-    angle = solution.sol(fine)[0]
+    samples = np.linspace(0.0, 1.0, 4001)
+    angle = solution.sol(samples)[0]
     s = np.clip(arc / overhang, 0.0, 1.0)
-    x, z = (overhang * cumulative_trapezoid(v, fine, initial=0) for v in (np.cos(angle), np.sin(angle)))
-    reach, drop, slope = (np.interp(s, fine, v) for v in (x, z, angle))
+    x, z = (overhang * cumulative_trapezoid(v, samples, initial=0) for v in (np.cos(angle), np.sin(angle)))
+    reach, drop, slope = (np.interp(s, samples, v) for v in (x, z, angle))
     beyond = arc - overhang * s  # before the edge and beyond the free end the line goes on straight
     return reach + beyond * np.cos(slope), drop + beyond * np.sin(slope), slope
 

@@ -55,15 +55,15 @@ def laminate(
     bending = np.array(macro.bending_stiffness_n_mm)
     points = [_tension_points(fabric, d, curves[d], fail[i]) for i, d in enumerate(DIRECTIONS)]
     tangents = [np.diff(force) / np.diff(strain) for strain, force in points]
-    lever = _lever(fabric, bending, tangents)
-    outer = bending / (2.0 * lever**2)
+    layer_offset = _layer_offset(fabric, bending, tangents)
+    outer = bending / (2.0 * layer_offset**2)
     largest = np.array([t.max() for t in tangents])
     knee, slope = _tables(points)
     slope[:, 0] -= 2.0 * outer
     shear = shear_table(fabric, shear_curve)
     transverse = TRANSVERSE * bending / thickness**2
     card = Laminate(
-        lever=lever,
+        layer_offset=layer_offset,
         outer=outer,
         compression=macro.compression_ratio.value * largest - 2.0 * outer,
         knee=knee,
@@ -160,7 +160,7 @@ def _cut(strain: Array, force: Array, end: float) -> tuple[Array, Array]:
     return np.append(strain[keep], end), np.append(force[keep], np.interp(end, strain, force))
 
 
-def _lever(fabric: Fabric, bending: Array, tangents: list[Array]) -> float:
+def _layer_offset(fabric: Fabric, bending: Array, tangents: list[Array]) -> float:
     """Distance of the outer layers from the middle [mm]: half the thickness, or more where the curve is soft."""
     thickness = fabric.thickness_mm
     needed = [sqrt(bending[i] / t.min()) for i, t in enumerate(tangents)]

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from knittest.base.errors import InputError
-from knittest.kernels.drive_state import ABOUT, ALONG, Drive, Motions, Tables, Touch
+from knittest.kernels.drive_state import ABOUT, ALONG, Drive, Motions, Tables, ToolContactState
 from knittest.kernels.options import PARTITIONS
 from knittest.kernels.tool_contact import FREE
 from knittest.models.explicit_model import ExplicitModel
@@ -180,12 +180,12 @@ class Boundary:
         start = np.searchsorted(owner[order], np.arange(PARTITIONS + 1))
         return [start, *(np.ascontiguousarray(c[order]) for c in columns)]
 
-    def _touch(self) -> Touch:
+    def _touch(self) -> ToolContactState:
         n, n_tools = self.model.n_nodes, len(self.tools)
         mass = np.where(self.model.mass > 0.0, self.model.mass, 0.0)
         stiffness = TOOL_STIFFNESS * mass / self.dt**2
         viscous = 2.0 * TOOL_DAMPING * np.sqrt(stiffness * mass)
-        return Touch(
+        return ToolContactState(
             self.radius, stiffness, viscous, np.zeros((n_tools, 3, n)), np.zeros((n_tools, n)), np.zeros((n_tools, n))
         )
 

@@ -105,7 +105,7 @@ class ExplicitModel(ABC):
     def name_of(self, node: int) -> str:
         """Name of the part that ``node`` belongs to, for messages."""
 
-    def complaint(self, dt: float) -> str:
+    def diagnose(self, dt: float) -> str:
         """Diagnose the present state at time step ``dt`` [ms]: what makes it unusable, naming the entity; empty if
         nothing.
         """

@@ -103,7 +103,7 @@ class FabricModel(ExplicitModel):
         moments = shell_moments(n_el, self.nodes, self.shells, self.laminate)
         return self.fields() | dict(zip(("moment_warp", "moment_weft", "moment_twist"), moments, strict=True))
 
-    def complaint(self, dt: float) -> str:
+    def diagnose(self, dt: float) -> str:
         """Names a shell without area, or a node that went through one.
 
         Less distortion leaves the bound behind the time step valid (:mod:`knittest.models.shell_step` says how far).
@@ -113,7 +113,7 @@ class FabricModel(ExplicitModel):
         )  # fmt: skip
         if ratio < SMALLEST:
             return f"shell {shell} has collapsed to {100.0 * ratio:.1f} % of its area"
-        return self.tracker.complaint() if self.tracker else ""
+        return self.tracker.diagnose() if self.tracker else ""
 
     def state(self) -> State:
         """See :meth:`ExplicitModel.state`; adds living shells, corner forces and contacts."""

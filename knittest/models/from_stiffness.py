@@ -118,8 +118,8 @@ def linear_laminate(
         raise InputError("expected membrane and thickness above 0, bending and shear of at least 0")
     yarns = finite(in_plane, "in_plane", (2,))
     above(float(yarns.min()), "in_plane", equal=True)
-    lever = 0.5 * thickness
-    outer = bend / (2.0 * lever**2)
+    layer_offset = 0.5 * thickness
+    outer = bend / (2.0 * layer_offset**2)
     if (stretch <= 2.0 * outer).any():
         least = float((2.0 * np.sqrt(bend / stretch)).max())
         raise InputError(
@@ -130,9 +130,9 @@ def linear_laminate(
         raise InputError(f"poisson: expected a number above -1, got {poisson:g}")
     transverse = 5.0 * bend / thickness**2 / (1.0 + poisson)
     card = Laminate(
-        lever=lever, outer=outer, compression=stretch - 2.0 * outer, knee=np.zeros((2, 1)),
+        layer_offset=layer_offset, outer=outer, compression=stretch - 2.0 * outer, knee=np.zeros((2, 1)),
         slope=(stretch - 2.0 * outer)[:, None].copy(), shear_knee=np.zeros(1), shear_slope=np.full(1, float(shear)),
-        shear_friction=0.0, shear_stick=1.0, twist=2.0 / 3.0 * shear * lever**2 if twist is None else twist,
+        shear_friction=0.0, shear_stick=1.0, twist=2.0 / 3.0 * shear * layer_offset**2 if twist is None else twist,
         transverse=transverse,
         hourglass_membrane=hourglass * float(stretch.mean()) / 12.0,
         hourglass_bending=hourglass * float(bend.mean()) / 12.0,

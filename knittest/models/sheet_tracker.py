@@ -119,7 +119,7 @@ class SheetTracker:
         touching = self.contacts.owners[: self.count] != 0
         return float(np.linalg.norm(self.contacts.force[:, : self.count], axis=0)[touching].sum())
 
-    def complaint(self) -> str:
+    def diagnose(self) -> str:
         """Names a node that has gone through a shell; empty if none has."""
         c = self.contacts
         through = np.flatnonzero((c.owners[: self.count] != 0) & (c.gap[: self.count] < 0.0))

@@ -62,7 +62,7 @@ def highest_stiffness(
     # shares of the patterns (-1, 0, 1, 0) and (0, -1, 0, 1); that of the hourglass control adds (1, -1, 1, -1)
     patterns = ((row(ALPHA_A), row(BETA_A)), (row(ALPHA_B), row(BETA_B)), (row(C31), row(C42)))
     tangent = [_largest_tangent(laminate, i) for i in range(2)]
-    bent = [2.0 * float(laminate.outer[i]) * laminate.lever**2 for i in range(2)]
+    bent = [2.0 * float(laminate.outer[i]) * laminate.layer_offset**2 for i in range(2)]
     tangent = _with_coupling(tangent, laminate.coupling_membrane)
     bent = _with_coupling(bent, laminate.coupling_bending)
     stiffness = [area * (tangent[i] + laminate.transverse[i]) for i in range(2)]

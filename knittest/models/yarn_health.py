@@ -54,7 +54,7 @@ class YarnHealth:
         # both yarns of a crossing may move, and contacts are looked at every LEAST_STEPS steps at the latest
         self.farthest = float(model.group.radius.min()) / LEAST_STEPS
 
-    def complaint(self, dt: float) -> str:
+    def diagnose(self, dt: float) -> str:
         """Diagnose the present state at time step ``dt`` [ms]; empty if nothing is wrong."""
         model = self.model
         if health.count_short_beams(model.nodes.position, model.beams.alive, model.beams.inv_length, SHORTEST):

@@ -110,9 +110,9 @@ class YarnModel(ExplicitModel):
         broken = np.unique(self.group.chain[np.isfinite(time) & (time > since)])
         return np.flatnonzero(np.isin(self.group.chain, broken))
 
-    def complaint(self, dt: float) -> str:
+    def diagnose(self, dt: float) -> str:
         """See :class:`YarnHealth`."""
-        return self.health.complaint(dt)
+        return self.health.diagnose(dt)
 
     def state(self) -> State:
         """See :meth:`ExplicitModel.state`; adds living beams and contacts."""

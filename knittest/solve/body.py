@@ -140,12 +140,12 @@ class Body:
     def damping(self, value: float) -> None:
         self._damping = above(value, "damping [1/ms]", equal=True)
         if self._started is not None:
-            self.model.nodes.keep[:] = np.exp(-value * self.dt)
+            self.model.nodes.damping_factor[:] = np.exp(-value * self.dt)
 
     def start(self) -> Stepping:
         """Fix what acts on the body; returns it with the kernel's arrays (called by :meth:`advance`)."""
         if self._started is None:
-            self.model.nodes.keep[:] = np.exp(-self.damping * self.dt)
+            self.model.nodes.damping_factor[:] = np.exp(-self.damping * self.dt)
             self.model.prepare()
             self._started = Stepping(self.model, self.boundary.drive(), new_tally(self.boundary), self.dt)
         return self._started

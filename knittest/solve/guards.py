@@ -31,8 +31,8 @@ def check_motion(run: Simulation, work: float) -> None:
 
 def check_entities(run: Simulation) -> None:
     """Raise :class:`NumericalError` if the model complains of one of its entities."""
-    if complaint := run.model.complaint(run.dt):
-        raise NumericalError(f"{complaint} at {run.time:.5f} ms; reduce solver.safety or solver.speed")
+    if fault := run.model.diagnose(run.dt):
+        raise NumericalError(f"{fault} at {run.time:.5f} ms; reduce solver.safety or solver.speed")
 
 
 def check_balance(run: Simulation) -> None:

@@ -84,10 +84,10 @@ def relax(
     noise = _noise(model.mass, free * arm, float(np.abs(start).max()), dt)
     scratch, frequency = np.zeros((PARTITIONS, SCRATCH)), 0.05
     nodes.velocity[:], nodes.spin[:] = 0.0, 0.0
-    keep = nodes.keep.copy()
+    own_damping = nodes.damping_factor.copy()
     last: Array | None = None
     while found.steps < most_steps and not found.converged:
-        nodes.keep[:] = np.exp(-2.0 * frequency)
+        nodes.damping_factor[:] = np.exp(-2.0 * frequency)
         before, facing = model.position(), nodes.rotation[:, :n].copy()
         chunk = min(model.safe_steps(dt, CHUNK), CHUNK)
         tally.reaction[:], tally.tool_sum[:], tally.support[:] = 0.0, 0.0, 0.0
@@ -116,7 +116,7 @@ def relax(
         drift = moved * 2.0 * np.pi / (frequency * chunk)
         found.converged = found.steps > 4 * CHUNK and found.residual < tolerance and drift < tolerance * reach
         found.converged |= bool(np.abs(force).sum() < noise)
-    nodes.velocity[:], nodes.spin[:], nodes.keep[:] = 0.0, 0.0, keep
+    nodes.velocity[:], nodes.spin[:], nodes.damping_factor[:] = 0.0, 0.0, own_damping
     return found
 
 

@@ -57,7 +57,7 @@ def _begin(model: ExplicitModel, rig: Rig, solver: Solver, observer: Observer) -
     rig.constrain(boundary)
     run = Simulation(model, boundary.drive(), new_tally(boundary), dt, rig=rig, solver=solver)
     run.kinetic_scale = 0.5 * float(model.mass.sum()) * solver.speed_mm_per_ms**2
-    model.nodes.keep[:] = run.rest_keep
+    model.nodes.damping_factor[:] = run.rest_damping_factor
     run.cost.time_step = run.dt
     run.overlaps, run.tool_force = model.prepare(), np.zeros_like(run.drive.touch.pressure)
     observer.overlaps(run.overlaps)
@@ -70,7 +70,8 @@ def _begin(model: ExplicitModel, rig: Rig, solver: Solver, observer: Observer) -
         run.frames.append(_frame(run, {run.rig.coordinate: 0.0, run.rig.force: 0.0}))
         return run
     run.restore(snapshot)
-    if float(snapshot.state["run/rest_keep"]) != run.rest_keep:  # a forced restart with another step or damping
+    before = float(snapshot.state["run/rest_damping_factor"])
+    if before != run.rest_damping_factor:  # a forced restart with another step or damping
         _damp_recoil(run)
     return run
 
@@ -129,7 +130,7 @@ def _advance_chunk(run: Simulation, steps: int) -> None:
     if eroded > run.eroded:
         run.eroded = eroded
         _damp_recoil(run)
-    run.fine.append((run.time - 0.5 * steps * run.dt, take_readings(run.tally, run.drive, steps)))
+    run.samples.append((run.time - 0.5 * steps * run.dt, take_readings(run.tally, run.drive, steps)))
     _keep_peak(run)
     run.cost.advance_s += clock.perf_counter() - start
     check_motion(run, work)
@@ -143,7 +144,7 @@ def _keep_peak(run: Simulation) -> None:
     Clamps feel a break when its wave arrives, so that a strip torn in its middle still pulls with its largest force:
     what follows a break counts from the next row on.
     """
-    channels = _channels(run, *run.fine[-1])
+    channels = _channels(run, *run.samples[-1])
     if not is_new_peak(channels[run.rig.force], 0.0 if run.peak_frame is None else run.peak_frame.force):
         return
     before = sum(v for name, v in run.rows[-1].items() if name.startswith("failed_")) if run.rows else 0.0
@@ -163,10 +164,10 @@ def _damp_recoil(run: Simulation) -> None:
     friction among the fibres do not let that be seen. The damping ends before its drag could matter.
     """
     ring = run.rig.ring_time(run.model.wave_speed)
-    run.model.nodes.keep[:] = np.exp(-run.solver.damping * run.dt)
+    run.model.nodes.damping_factor[:] = np.exp(-run.solver.damping * run.dt)
     fresh = run.model.broken_nodes(run.time - RINGING * ring)
     if len(fresh):
-        run.model.nodes.keep[fresh] = np.exp(-np.pi / ring * run.dt)
+        run.model.nodes.damping_factor[fresh] = np.exp(-np.pi / ring * run.dt)
 
 
 def _channels(run: Simulation, time: float, row: Array) -> dict[str, float]:
@@ -178,7 +179,7 @@ def _record(run: Simulation, stored: Stored) -> dict[str, float]:
     failed = run.model.failed()
     if failed.any():
         _damp_recoil(run)
-    row = {"time_ms": run.time, **_channels(run, *run.fine[-1])}
+    row = {"time_ms": run.time, **_channels(run, *run.samples[-1])}
     row |= {f"failed_{name}": float(n) for name, n in zip(run.model.mesh.part_names, failed, strict=True)}
     if not failed.any():
         run.cost.penetration_max = max(run.cost.penetration_max, float(stored.penetration.max(initial=0.0)))
@@ -239,8 +240,8 @@ def _frame(run: Simulation, row: dict[str, float]) -> Frame:
 
 def _fine_curve(run: Simulation, coarse: dict[str, Array]) -> dict[str, Array]:
     """Curve at chunk resolution, so that sudden drops do not blunt the peak; failure counts from the samples."""
-    rows = [_channels(run, *f) for f in run.fine]
-    time = np.array([t for t, _ in run.fine])
+    rows = [_channels(run, *f) for f in run.samples]
+    time = np.array([t for t, _ in run.samples])
     curve = {"time_ms": time} | {k: np.array([r[k] for r in rows]) for k in rows[0]}
     last = np.searchsorted(coarse["time_ms"], time).clip(max=len(coarse["time_ms"]) - 1)
     return curve | {k: v[last] for k, v in coarse.items() if k.startswith("failed_")}

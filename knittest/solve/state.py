@@ -55,7 +55,7 @@ class Simulation(Stepping):
     kinetic_scale: float = 0.0  # of the specimen at clamp speed [mJ]
     start_energy: Array = field(default_factory=lambda: np.zeros(0))  # elastic, by part, then of contacts [mJ]
     eroded: float = 0.0
-    fine: list[tuple[float, Array]] = field(default_factory=list)
+    samples: list[tuple[float, Array]] = field(default_factory=list)
     rows: list[dict[str, float]] = field(default_factory=list)
     energy_rows: list[dict[str, float]] = field(default_factory=list)
     contact_rows: list[dict[str, float]] = field(default_factory=list)
@@ -68,21 +68,21 @@ class Simulation(Stepping):
     cost: SimulationCost = field(default_factory=SimulationCost)
 
     @property
-    def rest_keep(self) -> float:
+    def rest_damping_factor(self) -> float:
         """Share of velocity that the configured damping leaves in one step."""
         return float(np.exp(-self.solver.damping * self.dt))
 
     def snapshot(self) -> Snapshot:
         """State of this run that changes, complete, as copies."""
         state = prefixed("model", self.model.state()) | arrays_of(
-            "run", self, (*SCALARS, "row_steps", "rest_keep", "start_energy")
+            "run", self, (*SCALARS, "row_steps", "rest_damping_factor", "start_energy")
         )
         state |= arrays_of("cost", self.cost, ("steps", *COSTS)) | arrays_of("tally", self.tally, Tally._fields)
         state |= arrays_of("tools", self.drive.tools, MOVING) | arrays_of("touch", self.drive.touch, TOUCHING)
         state |= prefixed("rows", columns(self.rows)) | prefixed("energies", columns(self.energy_rows))
         state |= prefixed("contacts", columns(self.contact_rows)) | arrays_of("run", self, ("tool_force", "tool_rows"))
-        state["fine/time"] = np.array([t for t, _ in self.fine])
-        state["fine/reaction"] = np.array([r for _, r in self.fine])
+        state["samples/time"] = np.array([t for t, _ in self.samples])
+        state["samples/reaction"] = np.array([r for _, r in self.samples])
         state["n_frames"] = np.array(len(self.frames))
         if self.peak_frame is not None:
             state |= prefixed("peak_frame", frame_state(self.peak_frame))
@@ -105,7 +105,7 @@ class Simulation(Stepping):
         self.contact_rows = rows_of(under(state, "contacts"))
         self.tool_force = entry(state, "run/tool_force", self.tool_force.shape)
         self.tool_rows = int(entry(state, "run/tool_rows", ()))
-        self.fine = list(zip(entry(state, "fine/time").tolist(), entry(state, "fine/reaction"), strict=True))
+        self.samples = list(zip(entry(state, "samples/time").tolist(), entry(state, "samples/reaction"), strict=True))
         self.frames = [frame_of(f) for f in snapshot.frames]
         peak = under(state, "peak_frame")
         self.peak_frame = frame_of(peak) if peak else None

@@ -202,7 +202,7 @@ def test_healthy_runs_keep_their_distance_from_the_limits():
     assert history.first_failure is not None
     health = prepared.model.health
     assert health.axial.max() > health.shear.max() > 0.0
-    assert prepared.model.complaint(prepared.model.critical_step * 0.9) == ""
+    assert prepared.model.diagnose(prepared.model.critical_step * 0.9) == ""
     assert "critical time step" in max(
-        (prepared.model.complaint(prepared.model.critical_step * 1.3) for _ in range(4)), key=len
+        (prepared.model.diagnose(prepared.model.critical_step * 1.3) for _ in range(4)), key=len
     )

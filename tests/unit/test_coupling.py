@@ -34,7 +34,7 @@ def membrane(card, strain: np.ndarray) -> np.ndarray:
 
 def bending(card) -> np.ndarray:
     """Matrix of moments per width over bends [N mm]."""
-    stiffness = np.diag(2.0 * card.outer * card.lever**2)
+    stiffness = np.diag(2.0 * card.outer * card.layer_offset**2)
     return stiffness + card.coupling_bending * np.array([[0.0, 1.0], [1.0, 0.0]])
 
 

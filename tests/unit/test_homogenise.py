@@ -171,7 +171,7 @@ def test_shells_of_the_card_are_built(tmp_path, monkeypatch):
     homogenise(tmp_path, monkeypatch, Formulas())
     sheet = fabric_laminate(resolve(fabric=OUT / "fabric.yaml", scale="macro", preset="quick"))
     assert sheet.fail_strain == pytest.approx([0.016, 0.018], rel=2e-3)
-    assert 2.0 * sheet.outer * sheet.lever**2 == pytest.approx([6.0, 4.0], rel=1e-5)
+    assert 2.0 * sheet.outer * sheet.layer_offset**2 == pytest.approx([6.0, 4.0], rel=1e-5)
     with pytest.raises(InputError, match="shear law"):
         from knittest.runs.specimen import prepare
 

@@ -37,8 +37,8 @@ def test_layers_sum_to_the_curve(i, direction):
 def test_bending_compression_shear_and_failure():
     """D = 2 E t z^2; compression is a share of the largest tangent; the outer layers lie at half the thickness."""
     sheet = laminate(fabric(), per_width(CURVES))
-    assert sheet.lever == pytest.approx(1.11)
-    assert 2.0 * sheet.outer * sheet.lever**2 == pytest.approx([5.05, 3.48])
+    assert sheet.layer_offset == pytest.approx(1.11)
+    assert 2.0 * sheet.outer * sheet.layer_offset**2 == pytest.approx([5.05, 3.48])
     tangent = np.max(np.diff(CURVES["warp"][1]) / np.diff(CURVES["warp"][0])) * 100.0 / 50.0
     assert membrane(sheet, 0, -0.001) == pytest.approx(-0.001 * 0.01 * tangent, rel=1e-3)
     assert (sheet.shear_knee.tolist(), sheet.shear_slope.tolist()) == ([0.0], [0.5])
@@ -51,8 +51,8 @@ def test_soft_toe_moves_the_outer_layers_out():
     e, f = toe_curve(5820.0, 1.6)
     soft = {"warp": (np.append([0.0, 0.1], e[1:] + 0.1), np.append([0.0, 0.1], f[1:] + 0.1)), "weft": CURVES["weft"]}
     sheet = laminate(fabric(), per_width(soft))
-    assert sheet.lever == pytest.approx(np.sqrt(5.05 / 2.0), rel=1e-6)
-    assert 2.0 * sheet.outer[0] * sheet.lever**2 == pytest.approx(5.05)
+    assert sheet.layer_offset == pytest.approx(np.sqrt(5.05 / 2.0), rel=1e-6)
+    assert 2.0 * sheet.outer[0] * sheet.layer_offset**2 == pytest.approx(5.05)
     assert np.cumsum(sheet.slope[0]).min() > -1e-9
 
 

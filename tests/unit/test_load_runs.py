@@ -29,7 +29,7 @@ def test_loads_in_runs_are_the_loads_given():
             np.add.at(expected[dof], nodes, factor * value)
     drive, tally = boundary.drive(), new_tally(boundary)
     read_tables(drive.tables, 0.0, 1.0)
-    model.nodes.velocity[:], model.nodes.spin[:], model.nodes.keep[:] = 1.0, 0.0, 0.8
+    model.nodes.velocity[:], model.nodes.spin[:], model.nodes.damping_factor[:] = 1.0, 0.0, 0.8
     for p in range(PARTITIONS):
         apply_loads(p, 1.0, model.nodes, drive.loads, drive.tables, tally)
     moment = 0.8 * model.nodes.spin[:, :n] / model.nodes.inv_inertia[:n]

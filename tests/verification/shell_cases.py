@@ -22,10 +22,10 @@ PATCH_CONN = np.array([[0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7], [
 
 def linear_laminate(warp: float = 900.0, weft: float = 600.0, **changes) -> Laminate:
     """Linear law: membrane stiffness [N/mm] of both directions, D = 4.84 and 3.63 N mm, same in compression."""
-    lever, outer = 1.1, np.array([2.0, 1.5])
+    layer_offset, outer = 1.1, np.array([2.0, 1.5])
     middle = np.array([warp, weft]) - 2.0 * outer
     material = Laminate(
-        lever=lever, outer=outer, compression=middle, knee=np.zeros((2, 1)), slope=middle[:, None].copy(),
+        layer_offset=layer_offset, outer=outer, compression=middle, knee=np.zeros((2, 1)), slope=middle[:, None].copy(),
         shear_knee=np.zeros(1), shear_slope=np.array([0.5]), shear_friction=0.0, shear_stick=0.5, twist=0.4,
         transverse=np.array([4.0, 5.0]),
         hourglass_membrane=3.0, hourglass_bending=0.02, hourglass_transverse=0.05, drilling=0.05,

@@ -60,7 +60,7 @@ def test_with_damping_too_and_the_guard_agrees(parameter):
     assert xi > 0.05
     assert omega * body.dt < 2.0 * ((1.0 + xi * xi) ** 0.5 - xi)
     body.step(1)
-    assert body.model.health.complaint(body.dt) == ""
+    assert body.model.health.diagnose(body.dt) == ""
 
 
 def test_ends_do_not_govern_the_step():
@@ -77,7 +77,7 @@ def test_the_guard_bounds_a_contact_between_its_frequency_and_the_row_sum():
     body = pressed(0.5, 0.9)
     body.step(1)
     model = body.model
-    assert model.health.complaint(body.dt) == ""
+    assert model.health.diagnose(body.dt) == ""
     health, contacts = model.health, model.tracker.contacts
     args = contacts, 1, model.law, health.axial, health.shear, model.nodes, health.load
     worst, bound = stiffest_node(*args)

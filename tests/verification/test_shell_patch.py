@@ -63,7 +63,7 @@ def test_bending_patch(curvature):
     solid = patch()
     found = solve(solid, dofs(2, 3, 4), start, np.zeros_like(start))
     assert np.abs(found - exact).max() < 1e-6 * np.abs(exact).max()
-    bending = 2.0 * solid.laminate.outer * solid.laminate.lever**2
+    bending = 2.0 * solid.laminate.outer * solid.laminate.layer_offset**2
     energy = 24.0 * 12.0 * 0.5 * (bending[0] * kx**2 + bending[1] * ky**2 + solid.laminate.twist * 4.0 * kxy**2)
     assert solid.energy() == pytest.approx(energy, rel=1e-4)
 

@@ -31,4 +31,4 @@ def test_reactions_after_relaxation_balance_the_load():
     body.boundary.move([0, 1, 2], ["x", "y", "rx", "ry", "rz"])
     assert body.relax(tolerance=1e-6).converged
     assert body.reaction(group) == pytest.approx(-0.2, rel=1e-5)
-    assert np.all(body.model.nodes.keep == 1.0)
+    assert np.all(body.model.nodes.damping_factor == 1.0)
