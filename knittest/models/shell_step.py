@@ -37,7 +37,7 @@ from knittest.kernels.shell_state import (
 
 Array = NDArray[np.float64]
 
-#: a kink counts as a fibre so many times stiffer, so that a step of 0.9 is 0.55 of what the bounce would bear
+#: multiple of its stiffness that a kink counts as, so that a step of 0.9 is 0.55 of what the bounce would bear
 KINK = (0.9 / 0.55) ** 2
 #: rotations may add this share to the highest eigenvalue, so that they never govern the step
 ROTARY_SHARE = 0.1
