@@ -4,12 +4,14 @@ import json
 import os
 import re
 import unicodedata
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
+
+from numpy.typing import ArrayLike
 
 from knittest.base.atomic import make_folder, resource_error, write_atomic
 from knittest.base.errors import InputError, KnittestError
@@ -19,6 +21,9 @@ from knittest.export.jsonfile import json_text
 from knittest.export.lock import LOCK_NAME, RunLock
 from knittest.export.manifest import ending, first_manifest, now, restarted_manifest
 from knittest.export.summary import Status
+
+#: values of equal length by the name of their column
+Columns = Mapping[str, ArrayLike]
 
 # What only a completed run may show; a failed one keeps its tables under a name that says so. Tests add their own.
 _RESULTS = ("summary.json", "comparison.json", "report.html")
@@ -101,37 +106,37 @@ class RunFolder:
         write_atomic(self.path / name, text)
         return self.path / name
 
-    def write_table(self, name: str, columns: Mapping[str, Sequence[Any]]) -> Path:
-        """Write ``columns`` (name with unit to values of equal length) as a CSV with one header line."""
+    def write_table(self, name: str, columns: Columns) -> Path:
+        """Write ``columns``, whose names state their units, as a CSV with one header line."""
         import pandas as pd
 
         return self.write_text(name, pd.DataFrame(dict(columns)).to_csv(index=False, float_format="%.10g"))
 
-    def write_curve(self, columns: Mapping[str, Any]) -> Path:
+    def write_curve(self, columns: Columns) -> Path:
         """Write curve.csv, the rig's sampled channels (``History.curve``)."""
         return self.write_table("curve.csv", columns)
 
-    def write_energies(self, columns: Mapping[str, Any]) -> Path:
+    def write_energies(self, columns: Columns) -> Path:
         """Write energies.csv, energies and ratios by time (``History.energies``)."""
         return self.write_table("energies.csv", columns)
 
-    def write_contacts(self, columns: Mapping[str, Any]) -> Path:
+    def write_contacts(self, columns: Columns) -> Path:
         """Write contacts.csv, penetration by time (``History.contacts``)."""
         return self.write_table("contacts.csv", columns)
 
-    def write_yarns(self, columns: Mapping[str, Any]) -> Path:
+    def write_yarns(self, columns: Columns) -> Path:
         """Write yarns.csv, one row a yarn."""
         return self.write_table("yarns.csv", columns)
 
-    def write_comparison(self, comparison: Mapping[str, Any]) -> Path:
+    def write_comparison(self, comparison: Mapping[str, object]) -> Path:
         """Write comparison.json, the metrics for each reference."""
         return self.write_text("comparison.json", json_text(comparison))
 
-    def write_summary(self, summary: Mapping[str, Any]) -> Path:
+    def write_summary(self, summary: Mapping[str, object]) -> Path:
         """Write summary.json (see :func:`knittest.export.summary.build_summary`)."""
         return self.write_text("summary.json", json_text(summary))
 
-    def log(self, event: str, **fields: Any) -> None:
+    def log(self, event: str, **fields: object) -> None:
         """Append one line to log.jsonl: time, event and its fields."""
         line = json_text({"time": now(), "event": event, **fields}, indent=None)
         path = self.path / "log.jsonl"

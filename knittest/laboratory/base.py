@@ -1,7 +1,8 @@
 """Parts that all tests share: a prepared specimen, and the interface of a test."""
 
+from abc import abstractmethod
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Protocol, TypeVar
 
 import numpy as np
 
@@ -14,11 +15,15 @@ from knittest.experiment.curves import ReferenceCurve, load_curve
 from knittest.experiment.forces import per_width
 from knittest.kernels.shell_state import Laminate
 from knittest.laboratory.curve_reach import cut_curves, refuse_blunders
+from knittest.laboratory.span import Span
 from knittest.materials.laminate import laminate
 from knittest.models.explicit_model import ExplicitModel
 from knittest.solve.observer import SILENT, Observer
 from knittest.solve.rig import Rig
 from knittest.solve.state import SimulationCost
+
+#: the run of a test
+RunT = TypeVar("RunT", bound=Run, contravariant=True)
 
 
 @dataclass(frozen=True)
@@ -32,25 +37,30 @@ class Prepared:
     facts: dict[str, float] = field(default_factory=dict)
 
 
-class Test(Protocol):
-    """A test of the laboratory."""
+class Test(Protocol[RunT]):
+    """A test of the laboratory, of one kind of runs."""
 
     #: whether a failure of the specimen ends it before the rig's motion does
     ends_at_failure: bool
 
-    def prepare(self, run: Any, specimen: int = 0, observer: Observer = SILENT) -> Prepared:
+    @abstractmethod
+    def prepare(self, run: RunT, specimen: int = 0, observer: Observer = SILENT) -> Prepared:
         """Cut and mount specimen number ``specimen``."""
 
-    def solve(self, prepared: Prepared, run: Any, observer: Observer) -> tuple[History, SimulationCost]:
+    @abstractmethod
+    def solve(self, prepared: Prepared, run: RunT, observer: Observer) -> tuple[History, SimulationCost]:
         """Run it."""
 
-    def results(self, run: Any, prepared: Prepared, history: History) -> dict[str, float]:
+    @abstractmethod
+    def results(self, run: RunT, prepared: Prepared, history: History) -> dict[str, float]:
         """Numbers of summary.json, with their unit in the name."""
 
-    def assess(self, run: Any, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
+    @abstractmethod
+    def assess(self, run: RunT, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
         """Quality gates."""
 
-    def span(self, history: History) -> Any:
+    @abstractmethod
+    def span(self, history: History) -> Span:
         """Part of a run, integrated in time, by which its energies are judged."""
 
 

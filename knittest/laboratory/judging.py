@@ -1,32 +1,21 @@
 """Judges a run that was integrated in time by the gates that all tests share."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from knittest.base.history import Array, History, Quality, judged_rows
+from knittest.base.history import Array, History, Quality
 from knittest.config.gates import LEAST_ROWS, NEAR, SolverGate, gates_of
 from knittest.config.run import Run
 from knittest.laboratory.advice import advised
 from knittest.laboratory.base import Prepared
 from knittest.laboratory.law_end import BeyondLaw, beyond_law
+from knittest.laboratory.span import Span
 from knittest.solve.state import SimulationCost
 
 #: share of the work up to the largest force that must be done before the first failure, as nothing after it is judged
 BEFORE_FAILURE = 0.25
-
-
-@dataclass(frozen=True)
-class Span:
-    """Part of a test that is judged: to the first failure or to the end; its first number is ``reported_from`` [ms]."""
-
-    to_failure: bool = False
-    reported_from: float = np.inf
-
-    def rows(self, history: History) -> slice:
-        """Rows of the energies."""
-        return judged_rows(history, to_failure=self.to_failure, reported_from=self.reported_from)
 
 
 def assess(

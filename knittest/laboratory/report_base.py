@@ -1,9 +1,10 @@
 """Parts that all reports share."""
 
+from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Generic, Protocol
 
 import numpy as np
 
@@ -17,7 +18,8 @@ from knittest.experiment.forces import noted
 from knittest.experiment.tables import PublishedValue
 from knittest.export import energy_picture
 from knittest.export.line_picture import Band, Level
-from knittest.laboratory.judging import Span
+from knittest.laboratory.base import RunT
+from knittest.laboratory.span import Span
 
 Columns = dict[str, np.ndarray]
 
@@ -81,62 +83,72 @@ def energy_gates(run: Run) -> list[Gate]:
     ]
 
 
-class Report(Protocol):
+class Report(Protocol[RunT]):
     """Comparison and pictures of a test; pictures show the first specimen."""
 
     axes: CurveAxes
 
-    def levels(self, run: Any) -> list[Level]:
+    @abstractmethod
+    def levels(self, run: RunT) -> list[Level]:
         """Horizontal lines of the curve's picture."""
 
-    def gates(self, run: Any) -> list[Gate]:
+    @abstractmethod
+    def gates(self, run: RunT) -> list[Gate]:
         """Limits above which the comparison is refused."""
 
-    def scaled(self, run: Any, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
+    @abstractmethod
+    def scaled(self, run: RunT, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
         """Published rows for the size of the run's specimen."""
 
-    def matched(self, run: Any, curve: ReferenceCurve) -> ReferenceCurve:
+    @abstractmethod
+    def matched(self, run: RunT, curve: ReferenceCurve) -> ReferenceCurve:
         """``curve`` of another specimen as the run's curve can be compared with it: of the same test, and of its size
         or of none; says in its note what was scaled. Raises :class:`InputError` where it cannot.
         """
 
-    def size(self, run: Any) -> tuple[float, str]:
+    @abstractmethod
+    def size(self, run: RunT) -> tuple[float, str]:
         """Size that the forces of the specimen grow with [mm], and the same in words; 1 where there is none."""
 
-    def size_free(self, run: Any, columns: Mapping[str, np.ndarray]) -> tuple[CurveAxes, Columns]:
+    @abstractmethod
+    def size_free(self, run: RunT, columns: Mapping[str, np.ndarray]) -> tuple[CurveAxes, Columns]:
         """Axes and columns of the curve as no size of a specimen enters it."""
 
-    def reference_curve(self, run: Any) -> ReferenceCurve | None:
+    @abstractmethod
+    def reference_curve(self, run: RunT) -> ReferenceCurve | None:
         """The curve that the run's curve is compared with."""
 
+    @abstractmethod
     def curve(self, specimens: list[Specimen]) -> Columns:
         """Columns of curve.csv."""
 
-    def tables(self, run: Any, specimens: list[Specimen]) -> dict[str, Columns]:
+    @abstractmethod
+    def tables(self, run: RunT, specimens: list[Specimen]) -> dict[str, Columns]:
         """Columns of further CSV files by name, which ``export.folder`` has to know."""
 
-    def pictures(self, run: Any, specimens: list[Specimen], references: References, folder: Path) -> None:
+    @abstractmethod
+    def pictures(self, run: RunT, specimens: list[Specimen], references: References, folder: Path) -> None:
         """Write the pictures."""
 
 
-class NoSize:
+class NoSize(Generic[RunT]):
     """The part of a :class:`Report` of a test whose results do not grow with the specimen."""
 
     axes: CurveAxes
 
-    def scaled(self, run: Any, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
+    def scaled(self, run: RunT, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
         """Values as they are."""
         return list(rows)
 
-    def matched(self, run: Any, curve: ReferenceCurve) -> ReferenceCurve:
+    def matched(self, run: RunT, curve: ReferenceCurve) -> ReferenceCurve:
         """Curve as it is, of the same test."""
         return same_test(run, curve)
 
-    def size(self, run: Any) -> tuple[float, str]:
+    def size(self, run: RunT) -> tuple[float, str]:
         """No size: a factor of 1 without a unit."""
         return 1.0, ""
 
-    def size_free(self, run: Any, columns: Mapping[str, np.ndarray]) -> tuple[CurveAxes, Columns]:
+    def size_free(self, run: RunT, columns: Mapping[str, np.ndarray]) -> tuple[CurveAxes, Columns]:
         """The curve as it is."""
         return self.axes, dict(columns)
 

@@ -2,11 +2,11 @@
 
 from dataclasses import dataclass, replace
 from math import ceil, floor
-from typing import Any
 
 import numpy as np
 
 from knittest.config.fabric import Direction
+from knittest.config.rigs import StripRig
 from knittest.config.run import Run
 from knittest.fabric.relax import relaxed_cell
 from knittest.fabric.strip import YarnPath, strip, wave_elements, wave_scale
@@ -25,8 +25,9 @@ class YarnStrip:
     table: dict[str, np.ndarray]
 
 
-def yarns_across(run: Any, direction: Direction, specimen: int = 0) -> int:
+def yarns_across(run: Run, direction: Direction, specimen: int = 0) -> int:
     """Whole yarns of ``direction`` in the width; a fractional count goes down or up, alternately in an ensemble."""
+    assert isinstance(run.rig, StripRig)
     exact = run.rig.width_mm * run.fabric.density_per_mm.of(direction)
     if abs(exact - round(exact)) < 0.25:
         return max(round(exact), 1)

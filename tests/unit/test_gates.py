@@ -15,8 +15,9 @@ from knittest.config.gates import gates_of, limits_judged
 from knittest.config.loading import resolve
 from knittest.config.looser import loosened
 from knittest.config.run import Run
-from knittest.laboratory.judging import Span, assess, losses
+from knittest.laboratory.judging import assess, losses
 from knittest.laboratory.law_end import MARGIN, shell_areas, worst_of
+from knittest.laboratory.span import Span
 from knittest.report_page.gates import _largest_force
 from knittest.runs.judgement import _worst
 from knittest.solve.state import SimulationCost

@@ -1,4 +1,4 @@
-"""Types of numbers in kernel units, as a type checker sees them, and names that nobody declared."""
+"""Types of numbers in kernel units, of tests and of reports, as a type checker sees them, and names of nothing."""
 
 import subprocess
 import sys
@@ -6,11 +6,18 @@ from pathlib import Path
 
 import pytest
 
+from knittest.laboratory.base import Test
+from knittest.laboratory.registry import REPORTS, TESTS
+from knittest.laboratory.report_base import Report
+
 ROOT = Path(__file__).parents[2]
 CODE = """
 from typing import assert_type
+from knittest.base.history import History
 from knittest.config.kernel_units import Directed
-from knittest.config.run import TensileRun
+from knittest.config.run import FrictionRun, TensileRun
+from knittest.laboratory.base import Prepared, Test
+from knittest.laboratory.registry import REPORTS, TESTS
 
 def numbers(run: TensileRun) -> None:
     assert_type(run.rig.gauge_length_mm, float)
@@ -18,10 +25,16 @@ def numbers(run: TensileRun) -> None:
     assert_type(run.solver.target_step_ms, float | None)
     run.rig.gauge_lenght_mm
     run.fabric.area_mass_g_per_m2
+    TESTS["tensile"].result
+    REPORTS["tensile"].curves
+
+class Pulled(Test[TensileRun]):
+    def results(self, run: FrictionRun, prepared: Prepared, history: History) -> dict[str, float]:
+        return {}
 """
 
 
-def test_a_type_checker_knows_the_numbers_and_refuses_a_wrong_name(tmp_path: Path) -> None:
+def test_a_type_checker_knows_numbers_tests_and_reports(tmp_path: Path) -> None:
     pytest.importorskip("mypy")
     (tmp_path / "code.py").write_text(CODE)
     command = [sys.executable, "-m", "mypy", "--config-file", str(ROOT / "pyproject.toml"), str(tmp_path / "code.py")]
@@ -30,4 +43,16 @@ def test_a_type_checker_knows_the_numbers_and_refuses_a_wrong_name(tmp_path: Pat
     assert [error.partition(";")[0].split("  ")[0] for error in errors] == [
         '"TensileRig" has no attribute "gauge_lenght_mm"',
         '"Fabric" has no attribute "area_mass_g_per_m2"',
+        '"Test[Any]" has no attribute "result"',
+        '"Report[Any]" has no attribute "curves"',
+        'Argument 1 of "results" is incompatible with supertype "knittest.laboratory.base.Test"',
     ]
+
+
+def test_all_tests_and_reports_are_whole() -> None:
+    """One that left a part out could not be made."""
+    assert all(Test in type(test).__mro__ for test in TESTS.values())
+    assert all(Report in type(report).__mro__ for report in REPORTS.values())
+    left_out = type("LeftOut", (type(TESTS["tensile"]),), {"results": Test.results})
+    with pytest.raises(TypeError, match="abstract"):
+        left_out()

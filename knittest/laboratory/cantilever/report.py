@@ -14,7 +14,7 @@ from knittest.export.line_picture import Level, Line, line_picture
 from knittest.export.side_picture import side_picture
 from knittest.laboratory.cantilever.test import MOMENT_TOLERANCE
 from knittest.laboratory.cantilever.yarns import BALANCED
-from knittest.laboratory.report_base import Columns, CurveAxes, Gate, NoSize, References, title_of
+from knittest.laboratory.report_base import Columns, CurveAxes, Gate, NoSize, References, Report, title_of
 from knittest.materials.heavy_elastica import STANDARD_ANGLE, overhang_ratio
 
 
@@ -38,7 +38,7 @@ def _for_plane(row: PublishedValue, run: CantileverRun) -> PublishedValue:
     return with_note(scaled, f"for a plane at {plane:g} instead of {STANDARD_ANGLE:g} deg")
 
 
-class CantileverReport(NoSize):
+class CantileverReport(NoSize[CantileverRun], Report[CantileverRun]):
     """See :class:`knittest.laboratory.report_base.Report`."""
 
     axes = CurveAxes("steps", "residual", "relaxation steps", "out of balance, share of the weight", logarithmic=True)

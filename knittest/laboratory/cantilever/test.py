@@ -17,7 +17,7 @@ from knittest.base.resources import data_dir
 from knittest.config.rigs import CantileverRig
 from knittest.config.run import CantileverRun, Run
 from knittest.experiment.tables import published
-from knittest.laboratory.base import Prepared
+from knittest.laboratory.base import Prepared, Test
 from knittest.laboratory.cantilever.mounting import Rest
 from knittest.laboratory.cantilever.shells import mount_shells, shells_to_rest
 from knittest.laboratory.cantilever.yarns import mount_yarns, yarns_to_rest
@@ -38,7 +38,7 @@ DRIFT_TOLERANCE = 0.5
 FLATTEST, STEEPEST = 1.0, 85.0
 
 
-class Cantilever:
+class Cantilever(Test[CantileverRun]):
     """See :class:`knittest.laboratory.base.Test`."""
 
     ends_at_failure = False

@@ -22,6 +22,7 @@ from knittest.laboratory.report_base import (
     Gate,
     NoSize,
     References,
+    Report,
     draw_energies,
     energy_gates,
     title_of,
@@ -33,7 +34,7 @@ SHOWN = 99.5
 AROUND = 1.06
 
 
-class FormingReport(NoSize):
+class FormingReport(NoSize[FormingRun], Report[FormingRun]):
     """See :class:`knittest.laboratory.report_base.Report`."""
 
     axes = CurveAxes("stamp_travel_mm", "stamp_force_n", "travel of the stamp [mm]", "force [N]")

@@ -10,15 +10,16 @@ from knittest.base.errors import InputError
 from knittest.base.history import Frame, History, Mesh, Quality
 from knittest.config.rigs import FormingRig
 from knittest.config.run import FormingRun
-from knittest.laboratory.base import Prepared, fabric_laminate
+from knittest.laboratory.base import Prepared, Test, fabric_laminate
 from knittest.laboratory.forming.draw_in import draw_in
 from knittest.laboratory.forming.formed import Formed, formed
 from knittest.laboratory.forming.layer_order import out_of_order
 from knittest.laboratory.forming.rig import FormingTest
 from knittest.laboratory.forming.rim_waves import rim_waves
 from knittest.laboratory.forming.yarn_forces import DIRECTIONS, yarn_forces
-from knittest.laboratory.judging import Span, assess
+from knittest.laboratory.judging import assess
 from knittest.laboratory.shear_angles import crossing_angles, shell_angles
+from knittest.laboratory.span import Span
 from knittest.laboratory.strips import cut
 from knittest.laboratory.weights import weights
 from knittest.materials.laminate import softened_at_most
@@ -46,7 +47,7 @@ NEAR_CORNER = 1.5
 HIGH = 95.0
 
 
-class Forming:
+class Forming(Test[FormingRun]):
     """See :class:`knittest.laboratory.base.Test`."""
 
     ends_at_failure = False

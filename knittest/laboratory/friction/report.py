@@ -21,6 +21,7 @@ from knittest.laboratory.report_base import (
     Gate,
     NoSize,
     References,
+    Report,
     draw_energies,
     energy_gates,
     scatter,
@@ -29,7 +30,7 @@ from knittest.laboratory.report_base import (
 from knittest.laboratory.strips import AXIS
 
 
-class FrictionReport(NoSize):
+class FrictionReport(NoSize[FrictionRun], Report[FrictionRun]):
     """See :class:`knittest.laboratory.report_base.Report`."""
 
     axes = CurveAxes("displacement_mm", "pull_force_n", "travel of the clamp [mm]", "pull force [N]")

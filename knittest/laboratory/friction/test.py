@@ -8,10 +8,11 @@ import numpy as np
 from knittest.base.errors import InputError
 from knittest.base.history import History, Quality
 from knittest.config.run import FrictionRun
-from knittest.laboratory.base import Prepared, fabric_laminate
+from knittest.laboratory.base import Prepared, Test, fabric_laminate
 from knittest.laboratory.friction.pressure import pressure_map, shares
 from knittest.laboratory.friction.rig import KINETIC_SHARE, FrictionTest
-from knittest.laboratory.judging import Span, assess
+from knittest.laboratory.judging import assess
+from knittest.laboratory.span import Span
 from knittest.laboratory.strips import AXIS, cut, pitch, yarns_across
 from knittest.models.macro import build_strip, self_contact
 from knittest.models.meso import build_meso
@@ -25,7 +26,7 @@ FORCE_TOLERANCE = 0.01
 PENETRATION_TOLERANCE = 1.0
 
 
-class Friction:
+class Friction(Test[FrictionRun]):
     """See :class:`knittest.laboratory.base.Test`."""
 
     ends_at_failure = False

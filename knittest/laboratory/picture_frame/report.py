@@ -34,6 +34,7 @@ from knittest.laboratory.report_base import (
     CurveAxes,
     Gate,
     References,
+    Report,
     draw_energies,
     energy_gates,
     same_test,
@@ -46,7 +47,7 @@ from knittest.materials.trellis import NORMALISED, crosshead_of_normalised
 NORMALISED_LABEL = r"normalised shear force $F_s L_{frame} / L_{fabric}^2$ [N/mm]"
 
 
-class PictureFrameReport:
+class PictureFrameReport(Report[PictureFrameRun]):
     """See :class:`knittest.laboratory.report_base.Report`."""
 
     axes = CurveAxes(

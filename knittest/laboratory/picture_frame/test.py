@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 from knittest.base.errors import InputError
 from knittest.base.history import Frame, History, Mesh, Quality
 from knittest.config.run import PictureFrameRun
-from knittest.laboratory.base import Prepared, fabric_laminate, shear_curve
-from knittest.laboratory.judging import Span, assess
+from knittest.laboratory.base import Prepared, Test, fabric_laminate, shear_curve
+from knittest.laboratory.judging import assess
 from knittest.laboratory.picture_frame.rig import ANGLES, PictureFrameTest
 from knittest.laboratory.picture_frame.wrinkles import measure_wrinkles
 from knittest.laboratory.shear_angles import AngleScatter, angle_scatter, crossing_angles, shell_angles
+from knittest.laboratory.span import Span
 from knittest.laboratory.strips import cut
 from knittest.materials.shear import last_angle
 from knittest.materials.trellis import NORMALISED
@@ -39,7 +40,7 @@ LAG = 0.1
 MAPPED = 40.0
 
 
-class PictureFrame:
+class PictureFrame(Test[PictureFrameRun]):
     """See :class:`knittest.laboratory.base.Test`."""
 
     ends_at_failure = False

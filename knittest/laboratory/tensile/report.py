@@ -24,6 +24,7 @@ from knittest.laboratory.report_base import (
     CurveAxes,
     Gate,
     References,
+    Report,
     draw_energies,
     energy_gates,
     same_test,
@@ -38,7 +39,7 @@ UNEVEN = 0.01
 POINTS = 400
 
 
-class TensileReport:
+class TensileReport(Report[TensileRun]):
     """See :class:`knittest.laboratory.report_base.Report`."""
 
     axes = CurveAxes("strain_pct", "force_n", "strain [%]", "force [N]", "force_mean_n", "force_sd_n")

@@ -4,8 +4,9 @@ import time as clock
 
 from knittest.base.history import History, Quality
 from knittest.config.run import TensileRun
-from knittest.laboratory.base import Prepared, fabric_laminate
-from knittest.laboratory.judging import Span, assess
+from knittest.laboratory.base import Prepared, Test, fabric_laminate
+from knittest.laboratory.judging import assess
+from knittest.laboratory.span import Span
 from knittest.laboratory.strips import AXIS, cut, pitch, yarns_across
 from knittest.laboratory.tensile.peak import tensile_results
 from knittest.laboratory.tensile.rig import TensileTest
@@ -19,7 +20,7 @@ from knittest.solve.state import SimulationCost
 JAW_PITCHES = 1
 
 
-class Tensile:
+class Tensile(Test[TensileRun]):
     """See :class:`knittest.laboratory.base.Test`."""
 
     ends_at_failure = True
