@@ -15,7 +15,6 @@ from knittest.experiment.curves import ReferenceCurve, load_curve
 from knittest.experiment.forces import per_width
 from knittest.kernels.shell_state import Laminate
 from knittest.laboratory.curve_reach import cut_curves, refuse_blunders
-from knittest.laboratory.span import Span
 from knittest.materials.laminate import laminate
 from knittest.models.explicit_model import ExplicitModel
 from knittest.solve.observer import SILENT, Observer
@@ -58,10 +57,6 @@ class Test(Protocol[RunT]):
     @abstractmethod
     def assess(self, run: RunT, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
         """Quality gates."""
-
-    @abstractmethod
-    def span(self, history: History) -> Span:
-        """Part of a run, integrated in time, by which its energies are judged."""
 
 
 def fabric_laminate(run: Run) -> Laminate:
