@@ -5,15 +5,16 @@ from typing import Any
 import numpy as np
 
 from knittest.base.history import History, Quality
-from knittest.laboratory.base import Phase, Prepared, Update
+from knittest.laboratory.base import Prepared
 from knittest.laboratory.judging import Span, assess
 from knittest.models.boundary import ALL, Boundary
 from knittest.models.chains import Chain, build_chains
 from knittest.models.from_stiffness import section
 from knittest.models.readings import Readings
 from knittest.models.table import ramp
+from knittest.solve.observer import SILENT, Observer
 from knittest.solve.simulate import simulate
-from knittest.solve.state import Keeper, SimulationCost
+from knittest.solve.state import SimulationCost
 from knittest_wire.config import WireRun
 
 ELEMENTS, RADIUS, LINEAR_DENSITY = 10, 0.5, 1e-3  # -, mm, g/mm
@@ -55,7 +56,7 @@ class WireTest:
 
     ends_at_failure = False
 
-    def prepare(self, run: WireRun, specimen: int = 0, phase: Phase | None = None) -> Prepared:
+    def prepare(self, run: WireRun, specimen: int = 0, observer: Observer = SILENT) -> Prepared:
         """A chain of beams along x."""
         points = np.zeros((ELEMENTS + 1, 3))
         points[:, 0] = np.linspace(0.0, run.rig.length, ELEMENTS + 1)
@@ -64,11 +65,9 @@ class WireTest:
         facts = {"length_mm": run.rig.length, "area_mm2": 2.0 * RADIUS * run.rig.length}
         return Prepared(model, Grips(run), facts=facts)
 
-    def solve(
-        self, prepared: Prepared, run: WireRun, update: Update | None, keeper: Keeper | None
-    ) -> tuple[History, SimulationCost]:
+    def solve(self, prepared: Prepared, run: WireRun, observer: Observer) -> tuple[History, SimulationCost]:
         """Pull."""
-        return simulate(prepared.model, prepared.rig, run.solver, run.output, update, keeper)
+        return simulate(prepared.model, prepared.rig, run.solver, run.output, observer)
 
     def results(self, run: WireRun, prepared: Prepared, history: History) -> dict[str, float]:
         """Force at the end, and the slope of the curve: EA."""
