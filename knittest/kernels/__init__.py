@@ -38,6 +38,10 @@ def _configure_numba() -> None:
     import numba
 
     numba.config.CACHE_DIR = folder
+    if CODE_FOLDER is not None:
+        from knittest.kernels.code_cache import keep_code_in
+
+        keep_code_in(CODE_FOLDER)
     numba.config.THREADING_LAYER_PRIORITY = ["omp", "tbb", "workqueue"]
 
 

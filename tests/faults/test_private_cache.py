@@ -1,6 +1,7 @@
 """Code runs from the cache of kernels: no other user may be able to put anything there."""
 
 import os
+import shutil
 import stat
 import subprocess
 import sys
@@ -164,6 +165,23 @@ def test_the_users_own_folder_left_open_is_not_used(tmp_path, capsys) -> None:
     own.chmod(0o770)
     assert cache_root() == spare_of(tmp_path)
     assert f"{own} can be written by others" in capsys.readouterr().err
+
+
+def test_two_installations_of_the_same_sources_share_their_code(tmp_path) -> None:
+    """One compiles, the other loads, though its path and the dates of its files are others."""
+    work = (
+        "import numpy as np; from knittest.kernels.threading import _fork\n"
+        "out = np.zeros(5); _fork(out); print(out.sum(), len(_fork.stats.cache_hits), len(_fork.stats.cache_misses))"
+    )
+    said = []
+    for place in ("one", "another"):
+        for room in ("base", "kernels"):
+            shutil.copytree(PACKAGE / room, tmp_path / place / "knittest" / room, copy_function=shutil.copy)
+        shutil.copy(PACKAGE / "__init__.py", tmp_path / place / "knittest")
+        environment = os.environ | {"PYTHONPATH": str(tmp_path / place), VARIABLE: str(tmp_path / "cache")}
+        command = [sys.executable, "-P", "-c", work]
+        said.append(subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout)
+    assert said == ["10.0 0 1\n", "10.0 1 0\n"]
 
 
 def test_kernels_run_without_a_cache(tmp_path) -> None:
