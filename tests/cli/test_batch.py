@@ -226,8 +226,9 @@ def test_the_same_command_goes_on_where_it_was_stopped(sweep, tmp_path, number):
     assert process.returncode in (0, 3), error
     assert "[2/2]" in error and "[1/2]" not in error
     assert len(ledger(folder)) == 2 and first.items() <= ledger(folder).items()
-    log = [json.loads(line)["event"] for path in folder.glob("trials/*/log.jsonl") for line in path.open()]
-    assert log.count("started") == 2 and log.count("resumed") == 1
+    log = [json.loads(line) for path in folder.glob("trials/*/log.jsonl") for line in path.open()]
+    assert [line["event"] for line in log].count("started") == 2
+    assert [line["at_ms"] > 0.0 for line in log if line["event"] == "resumed"] == [True]
 
 
 def test_the_overview_counts_and_names_what_runs():

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -20,8 +21,12 @@ def found(folder: Path) -> dict:
     return json.loads((folder / "calibration.json").read_text())
 
 
+def logged(folder: Path) -> list[dict[str, Any]]:
+    return [json.loads(line) for path in folder.glob("trials/*/log.jsonl") for line in path.open()]
+
+
 def events(folder: Path) -> list[str]:
-    return [json.loads(line)["event"] for path in folder.glob("trials/*/log.jsonl") for line in path.open()]
+    return [line["event"] for line in logged(folder)]
 
 
 def test_the_shipped_friction_gives_the_shipped_coefficient(tmp_path, capsys):
@@ -51,17 +56,17 @@ def test_the_shipped_bending_gives_the_shipped_stiffness(tmp_path):
 
 
 def test_the_same_command_goes_on_after_ctrl_c(tmp_path):
-    text = (
-        (EXAMPLES / "v1-friction.yaml").read_text().replace("preset: quick", "preset: quick, set: {solver.speed: 0.8}")
-    )
+    often = "preset: quick, set: {solver.speed: 0.8, output.checkpoint_interval: 0.05}"
+    text = (EXAMPLES / "v1-friction.yaml").read_text().replace("preset: quick", often)
     (tmp_path / "c.yaml").write_text(text)
     command = [sys.executable, "-m", "knittest.cli.main", "calibrate", "c.yaml", "--workers", "1"]
     environment = os.environ | {"PYTHONPATH": str(PACKAGE.parent)}
     ledger = tmp_path / "runs/calibrate-c/ledger.jsonl"
 
     process = subprocess.Popen(command, cwd=tmp_path, env=environment, stderr=subprocess.PIPE, text=True)
-    while process.poll() is None and not (ledger.exists() and ledger.read_text()):
-        time.sleep(0.02)
+    kept = "trials/*/checkpoint-[0-9]*.npz"
+    while process.poll() is None and not (ledger.exists() and ledger.read_text() and [*ledger.parent.glob(kept)]):
+        time.sleep(0.01)
     process.send_signal(signal.SIGINT)
     assert "go on with the same command" in process.communicate(timeout=120)[1] and process.returncode == 75
     before = ledger.read_text().splitlines()
@@ -69,6 +74,7 @@ def test_the_same_command_goes_on_after_ctrl_c(tmp_path):
     after = ledger.read_text().splitlines()
     assert after[: len(before)] == before and len(after) == found(ledger.parent)["runs"] == 3
     assert events(ledger.parent).count("started") == 3
+    assert [line["at_ms"] > 0.0 for line in logged(ledger.parent) if line["event"] == "resumed"] == [True]
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """Small runs as processes, stopped in the middle."""
 
+import json
 import os
 import subprocess
 import sys
@@ -57,6 +58,12 @@ def stop(process: subprocess.Popen, folder: Path, *signals: int, checkpoints: in
 def numbers(folder: Path) -> list[int]:
     """Numbers of the checkpoints in ``folder``."""
     return sorted(int(path.stem.split("-")[1]) for path in folder.glob("checkpoint-[0-9]*.npz"))
+
+
+def resumed_at(folder: Path) -> list[float]:
+    """Simulated time [ms] from which the run in ``folder`` went on, each time that it did; 0 where it began anew."""
+    log = [json.loads(line) for line in (folder / "log.jsonl").read_text().splitlines()]
+    return [line["at_ms"] for line in log if line["event"] == "resumed"]
 
 
 def results(folder: Path) -> dict[str, bytes]:

@@ -9,7 +9,7 @@ import time
 
 import numpy as np
 import pytest
-from restart_cases import CASES, MACRO, MESO, OFTEN, finish, numbers, results, run, start, stop
+from restart_cases import CASES, MACRO, MESO, OFTEN, finish, numbers, results, resumed_at, run, start, stop
 
 from knittest.base.errors import ResourceError
 from knittest.base.interrupts import Interrupted, Interrupts
@@ -50,6 +50,8 @@ def test_kill_at_random_moments(tmp_path, whole, case):
     code, error = run("resume", str(folder), threads=2)
     assert code in (0, 3), error
     assert results(folder) == whole(case)
+    anew, *again = resumed_at(folder)
+    assert anew == 0.0 and again and sorted(set(again)) == again and again[0] > 0.0  # further on each time
     assert not list(folder.glob("*checkpoint-*"))
 
 
@@ -92,6 +94,7 @@ def test_a_signal_in_the_simulation_writes_a_checkpoint(tmp_path, whole):
     code, error = run("resume", str(folder))
     assert code in (0, 3), error
     assert f"{newest.name} cannot be read" in error and "checkpoint before" in error
+    assert [at > 0.0 for at in resumed_at(folder)] == [True]
     assert results(folder) == whole("macro")
 
 

@@ -103,6 +103,11 @@ def test_force_goes_on_and_is_recorded(stopped, monkeypatch, folders):
     notes = json.loads((stopped / "manifest.json").read_text())["resumed"][-1]
     assert notes["forced"] == ["solver.damping was 0.5, is 0.6"] and notes["at_ms"] > 0.0
     assert results(stopped) != results(folders / "whole")
+    forced, whole = (
+        np.loadtxt(folder / "energies.csv", delimiter=",", skiprows=1) for folder in (stopped, folders / "whole")
+    )
+    before = whole[:, 0] < notes["at_ms"]  # not run again with another damping
+    assert before.sum() > 1 and np.array_equal(forced[before], whole[before])
 
 
 def test_a_change_of_the_interval_is_no_change(stopped, folders):
