@@ -76,6 +76,7 @@ def test_other_rows_of_the_experiment_have_their_kind(found):
     assert ["knittest", "9.9"] in page.tables(page.section("repeat"))["Provenance of 1 run folders"]
 
 
+@pytest.mark.filterwarnings("error")  # of matplotlib: the picture of no value
 def test_one_that_did_not_converge_says_so_with_the_reason_of_every_point(tmp_path, monkeypatch):
     pool = Pretending(ends=lambda trial: "failed")
     assert calibrate(BEND, tmp_path, monkeypatch, pool) == 3

@@ -121,6 +121,14 @@ def test_damage_costs_its_own_part_only(batch):
     assert "results.csv: no column reason, test" in page.text() and not list(page.section("runs").iter("a"))
 
 
+@pytest.mark.filterwarnings("error")  # of pandas: what fills an empty column of numbers
+def test_a_column_without_entries_stays_blank(batch):
+    (batch / "results.csv").write_text("run,status,reason,test,folder\n1,completed,,,\n2,completed,,,\n")
+    assert run(["report", str(batch)]) == 0
+    page = page_of(batch / "report.html")
+    assert "nan" not in page.text(page.section("runs")).lower()
+
+
 def test_of_very_many_runs_those_that_went_wrong_come_first(batch):
     rows = "\n".join(f"{k},{'failed' if k > 990 else 'completed'},why,tensile,{k}" for k in range(1, 1001))
     (batch / "results.csv").write_text(f"run,status,reason,test,rig.width\n{rows}\n")

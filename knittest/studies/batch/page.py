@@ -71,7 +71,8 @@ def _table(reader: Reader) -> "DataFrame":
     missing = [name for name in HEAD if name not in table]
     if missing:
         reader.complain(f"{TABLE}: no column {', '.join(missing)}")
-    return table.assign(**dict.fromkeys(missing, "")).fillna({name: "" for name in HEAD if name not in missing})
+    gaps = [name for name in HEAD if name not in missing and table[name].isna().any()]
+    return table.assign(**dict.fromkeys(missing, ""), **{name: table[name].astype(object).fillna("") for name in gaps})
 
 
 def _swept(reader: Reader) -> list[Swept]:

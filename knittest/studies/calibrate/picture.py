@@ -78,6 +78,8 @@ def _deviations(axes: "Axes", outcome: Outcome) -> None:
     if good.any():
         best = np.fmin.accumulate(np.where(good, found, math.inf))
         axes.step(numbers[good], best[good], where="post", color=BLUE, linewidth=1.2, alpha=0.6, label="best so far")
+    else:
+        axes.set_ylim(floor, 100.0 * floor)  # the tolerance alone is no range
     axes.axhline(
         outcome.problem.calibration.tolerance, color=GREY, linewidth=1.0, linestyle=(0, (4, 2)), label="tolerance"
     )
