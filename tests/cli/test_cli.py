@@ -4,7 +4,6 @@ import json
 import os
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -48,12 +47,14 @@ def test_config_errors_and_schema_import_no_numba_pandas_or_matplotlib():
 
 
 def test_help_is_quick():
+    """In CPU time, which other processes of a busy machine do not count towards."""
     seconds = []
     for _ in range(3):
-        start = time.perf_counter()
+        before = os.times()
         assert knittest("--help").returncode == 0
-        seconds.append(time.perf_counter() - start)
-    assert min(seconds) < 0.6  # 0.1 s measured; a busy machine may take longer
+        after = os.times()
+        seconds.append(after.children_user + after.children_system - before.children_user - before.children_system)
+    assert 0.0 < min(seconds) < 0.6  # 0.1 s measured
 
 
 @pytest.mark.parametrize("name", list(summaries()))
@@ -184,8 +185,11 @@ def test_compare_takes_a_plain_curve_and_names_the_runs_to_choose_from(tmp_path,
     assert run(["compare", warp, "--against", str(plain)]) == 2 and "--width" in capsys.readouterr().err
     assert run(["compare", warp, "--against", str(plain), "--width", "50"]) == 0
     said = json.loads(capsys.readouterr().out)
-    assert (said["peak_error_pct"], said["rmse_force_n"], said["rating"]["grade"]) == (0.0, 0.0, "excellent")
-    assert "taken as measured" in said["note"]
+    assert (said["peak_error_pct"], said["rmse_force_n"], said["rating"]) == (0.0, 0.0, None)
+    assert "taken as measured" in said["note"] and "# direction: warp" in said["no_rating"]
+    plain.write_text(f"# direction: warp\n{plain.read_text()}")
+    assert run(["compare", warp, "--against", str(plain), "--width", "50"]) == 0
+    assert json.loads(capsys.readouterr().out)["rating"]["grade"] == "excellent"
 
 
 def test_data_import_prints_what_a_fabric_file_needs(tmp_path, monkeypatch, capsys):
