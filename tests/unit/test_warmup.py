@@ -1,6 +1,7 @@
 """Messages to the user about compilation."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -20,7 +21,7 @@ def said(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
     def say() -> str:
         monkeypatch.setattr(warmup, "_warm", set())
         phases: list[str] = []
-        warmup.warm(resolve(variant="1", scale="macro"), phases.append)
+        warmup.warm(resolve(variant="1", scale="macro"), SimpleNamespace(phase=phases.append))
         return phases[0]
 
     return say
