@@ -1,6 +1,6 @@
 """Parts that all tests share: a prepared specimen, and the interface of a test."""
 
-from abc import abstractmethod
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from typing import Protocol, TypeVar
 
@@ -16,6 +16,7 @@ from knittest.experiment.forces import per_width
 from knittest.kernels.shell_state import Laminate
 from knittest.laboratory.curve_reach import cut_curves, refuse_blunders
 from knittest.materials.laminate import laminate
+from knittest.models.boundary import Boundary
 from knittest.models.explicit_model import ExplicitModel
 from knittest.solve.observer import SILENT, Observer
 from knittest.solve.rig import Rig
@@ -25,15 +26,38 @@ from knittest.solve.state import SimulationCost
 RunT = TypeVar("RunT", bound=Run, contravariant=True)
 
 
+class Holder(ABC):
+    """A mount that only holds: the test looks for a state of rest, and no time passes."""
+
+    @abstractmethod
+    def constrain(self, boundary: Boundary) -> None:
+        """Hold ``boundary.model``."""
+
+
 @dataclass(frozen=True)
 class Prepared:
-    """A model with its rig; ``yarns`` is the table of drawn yarns, ``facts`` numbers that results need."""
+    """A model with its rig, or with a holder where nothing moves.
+
+    ``yarns`` is the table of drawn yarns, ``facts`` numbers that results need.
+    """
 
     model: ExplicitModel
-    rig: Rig
+    mount: Rig | Holder
     geometry_s: float = 0.0
     yarns: dict[str, np.ndarray] = field(default_factory=dict)
     facts: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def rig(self) -> Rig:
+        """Rig that moves the model; raises :class:`TypeError` where it is only held."""
+        if isinstance(self.mount, Holder):
+            raise TypeError(f"{type(self.mount).__name__} only holds the model: it has no motion to simulate")
+        return self.mount
+
+    @property
+    def duration(self) -> float:
+        """Longest time [ms] of the test; none passes where the model is only held."""
+        return 0.0 if isinstance(self.mount, Holder) else self.mount.duration
 
 
 class Test(Protocol[RunT]):

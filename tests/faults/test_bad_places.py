@@ -80,7 +80,7 @@ def test_what_cannot_be_printed_is_an_error(command):
 def test_a_short_strip_bends_as_it_does(overhang):
     """A parabola, w = k s^2 / 2 with k = 1e-3 / mm, on shells of 5 mm: read to rounding, nothing is divided by zero."""
     chosen = resolve(test="cantilever", variant="1", scale="macro", direction="warp", sets=[f"rig.overhang={overhang}"])
-    mounting = mount_shells(chosen, overhang).rig
+    mounting = mount_shells(chosen, overhang).mount
     down = 0.5e-3 * np.maximum(mounting.flat[:, 1], 0.0) ** 2
     assert mounting.curvature(mounting.flat - np.outer(down, [0.0, 0.0, 1.0])) == pytest.approx(1e-3, rel=1e-9)
 

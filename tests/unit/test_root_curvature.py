@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from knittest.laboratory.base import Prepared
 from knittest.laboratory.cantilever.mounting import Mounting
 from knittest.materials.heavy_elastica import heavy_elastica
 
@@ -19,3 +20,12 @@ def test_a_coarse_strip_has_the_curvature_of_its_root_moment(rows: int) -> None:
     reach, drop, _ = heavy_elastica(along, OVERHANG, WEIGHT, STIFFNESS)
     flat, now = (np.column_stack([0.0 * along, y, z]) for y, z in ((along, 0.0 * along), (reach, -drop)))
     assert Mounting(flat, np.zeros(len(along))).curvature(now) == pytest.approx(moment / STIFFNESS, rel=0.015)
+
+
+def test_a_mount_that_only_holds_is_no_rig() -> None:
+    """Nothing moves: no time passes, and nobody can simulate it by mistake."""
+    held = Prepared(None, Mounting(np.zeros((2, 3)), np.zeros(2)))  # type: ignore[arg-type]
+    assert held.duration == 0.0
+    with pytest.raises(TypeError, match="Mounting only holds the model"):
+        _ = held.rig
+    assert not {"finished", "channels", "duration", "ring_time"} & set(dir(held.mount))

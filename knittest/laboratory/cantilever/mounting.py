@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.history import Frame
+from knittest.laboratory.base import Holder
 from knittest.models.boundary import Boundary
-from knittest.models.readings import Readings
 from knittest.solve.relax import Relaxation
 
 Array = NDArray[np.float64]
@@ -37,13 +37,8 @@ class Rest:
     drift: float = 0.0
 
 
-class Mounting:
+class Mounting(Holder):
     """A strip along y, held behind its edge at 0; ``flat`` positions [mm], (n, 3), and ``weight`` [N] of its nodes."""
-
-    coordinate, force = "chord_angle_deg", "root_moment_nmm"
-    marks: tuple[float, ...] = ()
-    averaged_from = np.inf
-    duration = 0.0
 
     def __init__(self, flat: Array, weight: Array) -> None:
         self.flat, self.weight = flat, weight
@@ -78,15 +73,3 @@ class Mounting:
         s = along[near]
         basis = np.column_stack([0.5 * s**2, s**3, s**4])
         return float(np.linalg.lstsq(basis, drop[near], rcond=None)[0][0])
-
-    def ring_time(self, wave_speed: float) -> float:
-        """Any time [ms]: nothing rings at rest."""
-        return 1.0
-
-    def channels(self, time: float, readings: Readings) -> dict[str, float]:
-        """No channels: there is no time at rest."""
-        return {}
-
-    def finished(self, force: float, peak: float, broken: bool) -> bool:
-        """True at once: there is no time at rest."""
-        return True

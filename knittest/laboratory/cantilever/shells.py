@@ -27,14 +27,14 @@ def mount_shells(run: CantileverRun, overhang: float) -> Prepared:
     soft = softened(fabric_laminate(run), run.rig.membrane_share)
     model = build_rectangle(run.fabric, soft, run.rig.direction, y, run.rig.width_mm, size)
     area = run.rig.width_mm * (overhang + step)
-    test = Mounting(model.position(), weights(run, model, area))
+    mounting = Mounting(model.position(), weights(run, model, area))
     facts = {"overhang_mm": overhang, "width_mm": run.rig.width_mm, "area_mm2": area}
-    return Prepared(model, test, facts=facts)
+    return Prepared(model, mounting, facts=facts)
 
 
 def shells_to_rest(prepared: Prepared, run: CantileverRun, cost: SimulationCost, observer: Observer) -> Rest:
     """Relax under gravity and read the shape."""
-    model, mounting = prepared.model, prepared.rig
+    model, mounting = prepared.model, prepared.mount
     assert isinstance(mounting, Mounting)
     dt = run.solver.safety * model.critical_step
     boundary = Boundary(model, dt)

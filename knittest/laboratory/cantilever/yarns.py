@@ -167,8 +167,8 @@ def _bend(prepared: Prepared, overhang: float, weight: float, stiffness: float) 
 
 
 def _mounting(prepared: Prepared) -> Mounting:
-    assert isinstance(prepared.rig, Mounting)
-    return prepared.rig
+    assert isinstance(prepared.mount, Mounting)
+    return prepared.mount
 
 
 def _tips(prepared: Prepared, run: CantileverRun) -> NDArray[np.int64]:

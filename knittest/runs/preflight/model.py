@@ -31,8 +31,8 @@ def model_facts(run: Run, prepared: Prepared) -> dict[str, Any]:
         "area_mass_g_m2": 1e6 * mass / prepared.facts["area_mm2"],
         "time_step_us": 1e3 * step,
         "added_mass_pct": 100.0 * model.added_mass,
-        "steps_at_most": int(prepared.rig.duration / step),
-        "duration_ms": prepared.rig.duration,
+        "steps_at_most": int(prepared.duration / step),
+        "duration_ms": prepared.duration,
         "arrays_mb": model.n_nodes * BYTES_PER_NODE / 1e6,
     } | (_overlap(overlaps) if run.model.scale == "meso" else {})
 

@@ -8,7 +8,7 @@ import numba
 
 from knittest.config.run import Run
 from knittest.kernels.threading import limited
-from knittest.laboratory.base import Prepared
+from knittest.laboratory.base import Holder, Prepared
 from knittest.models.boundary import Boundary
 from knittest.models.readings import Readings
 from knittest.runs.specimen import threads_for
@@ -124,7 +124,7 @@ def estimate(run: Run, prepared: Prepared, prepared_s: float = 0.0) -> Estimate 
     Compiles what the run needs, as the run itself would; ``prepared_s`` [s] is what its model took. The model has moved
     afterwards.
     """
-    if run.rig.kind == "cantilever":
+    if isinstance(prepared.mount, Holder):
         return None
     compiled_s = warm(run)
     rig = _Brief(prepared.rig)
