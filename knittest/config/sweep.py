@@ -1,6 +1,5 @@
 """A sweep: one base run and the fields that change from run to run, as ``knittest batch`` reads it."""
 
-from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
@@ -8,7 +7,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from knittest.base.kinds import DEFAULT, kinds
 from knittest.config.base import BoundsError, Strict, number
 from knittest.config.parsing import parse_as
-from knittest.config.yaml_loader import Document, load_yaml
+from knittest.config.yaml_loader import Document
 
 
 def _listed(value: Any) -> list[str]:
@@ -113,12 +112,6 @@ class Sweep(Strict):
     keep: Literal["tables", "pictures", "frames"] = Field(
         "tables", description="what a run folder keeps; pictures: tables, pictures and page; frames: also VTU frames"
     )
-
-
-def load_sweep(path: Path) -> tuple[Sweep, Document]:
-    """The sweep in the file ``path``, and the file with its lines; raises :class:`InputError` with every finding."""
-    document = load_yaml(path)
-    return parse_sweep(document), document
 
 
 def parse_sweep(document: Document) -> Sweep:

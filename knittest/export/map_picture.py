@@ -24,17 +24,3 @@ def height_picture(path: Path, x: Array, y: Array, height: Array, *, title: str,
     bar.set_label("height over the frame's plane [mm]", labelpad=8)
     figure.text(0.1, 0.03, note, fontsize=9, color=GREY)
     save(figure, path)
-
-
-def scatter_picture(
-    path: Path, x: Array, y: Array, value: Array, *, title: str, xlabel: str, ylabel: str, label: str
-) -> None:
-    """Values at points of the plane [mm], (n,) each. Raises :class:`ResourceError`."""
-    figure = new_figure(9.0, 4.0)
-    axes = figure.add_axes((0.08, 0.14, 0.78, 0.74))
-    drawn = axes.scatter(x, y, c=value, s=14, marker="s", cmap="viridis", vmin=0.0)
-    axes.set_aspect("equal")
-    axes.set(xlabel=xlabel, ylabel=ylabel)
-    axes.set_title(title, loc="left", fontsize=12)
-    figure.colorbar(drawn, cax=figure.add_axes((0.88, 0.2, 0.02, 0.6))).set_label(label)
-    save(figure, path)

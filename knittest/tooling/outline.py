@@ -73,12 +73,6 @@ class Outline:
         return float(self.radius[self.span < 0.0].min(initial=np.inf))
 
     @property
-    def perimeter(self) -> float:
-        """Length [mm]."""
-        lines = sum(float(np.linalg.norm(end - begin)) for begin, end in self._lines())
-        return lines + float(np.abs(self.span * self.radius).sum())
-
-    @property
     def area(self) -> float:
         """Area inside [mm2]: of the polygon through the ends of the arcs, and what lies between arcs and chords."""
         first, last = self._ends()

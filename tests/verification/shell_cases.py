@@ -160,3 +160,19 @@ def wavy(seed: int = 1) -> tuple[np.ndarray, np.ndarray]:
     """A distorted, warped mesh of 4 x 3 elements of about 5 mm."""
     position, conn = grid(4, 3, 20.0, 15.0)
     return position + np.random.default_rng(seed).normal(0.0, 0.4, position.shape), conn
+
+
+def descents(solid: Solid, h: float = 1e-5) -> tuple[np.ndarray, np.ndarray]:
+    """Negative gradients of the energy by central differences of ``h`` [mm, rad]: forces and moments, (n, 3) each."""
+    force, moment = np.zeros((solid.n, 3)), np.zeros((solid.n, 3))
+    for i in range(solid.n):
+        for axis in range(3):
+            before = solid.nodes.rotation[:, i].copy()
+            for step in (h, -h):
+                solid.nodes.position[axis, i] += step
+                force[i, axis] -= solid.energy() / (2.0 * step)
+                solid.nodes.position[axis, i] -= step
+                solid.nodes.rotation[:, i] = product(quaternion(step * np.eye(3)[axis : axis + 1])[0], before)
+                moment[i, axis] -= solid.energy() / (2.0 * step)
+                solid.nodes.rotation[:, i] = before
+    return force, moment
