@@ -21,6 +21,21 @@ tolerance: 0.01
 """
 #: stiffness [N mm] per overhang^3 of variant 1 by Eq. 2, B = w (L / 2)^3 with w = 824.2 g/m2 x 9.81 m/s2
 EQ_2 = 824.2e-6 * 9.81e-3 / 8.0
+#: stiffnesses at the overhangs of the two tests below
+WARP, WEFT = EQ_2 * 171.0**3, EQ_2 * 151.0**3
+#: two parameters of two tests
+TWO = """
+base: {variant: 1, scale: macro, preset: quick}
+parameters:
+  fabric.macro.bending_stiffness.warp: {low: 1, high: 20, spacing: log, start: 2}
+  fabric.macro.bending_stiffness.weft: {low: 1, high: 20}
+tests:
+  one: {test: cantilever, direction: warp, set: {rig.mode: overhang}}
+  other: {test: cantilever, direction: weft, set: {rig.mode: overhang}}
+targets:
+  - {test: one, quantity: overhang_mm}
+  - {test: other, quantity: overhang_mm, value: 151, sd: 15}
+"""
 
 
 def overhang(stiffness: float) -> float:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from calibration_cases import BEND, EQ_2, Pretending, bending, calibrate, outcome, overhang, values
+from calibration_cases import BEND, TWO, WARP, WEFT, Pretending, bending, calibrate, outcome, overhang, values
 
 from knittest.base.errors import InputError, ResourceError
 from knittest.base.interrupts import Interrupted
@@ -17,19 +17,6 @@ from knittest.studies.calibrate.judge import judgement
 from knittest.studies.calibrate.parameters import Parameter
 from knittest.studies.calibrate.problem import problem_of
 
-TWO = """
-base: {variant: 1, scale: macro, preset: quick}
-parameters:
-  fabric.macro.bending_stiffness.warp: {low: 1, high: 20, spacing: log, start: 2}
-  fabric.macro.bending_stiffness.weft: {low: 1, high: 20}
-tests:
-  one: {test: cantilever, direction: warp, set: {rig.mode: overhang}}
-  other: {test: cantilever, direction: weft, set: {rig.mode: overhang}}
-targets:
-  - {test: one, quantity: overhang_mm}
-  - {test: other, quantity: overhang_mm, value: 151, sd: 15}
-"""
-WARP, WEFT = EQ_2 * 171.0**3, EQ_2 * 151.0**3
 RESULT = Path("runs/calibrate-c")
 
 

@@ -7,7 +7,7 @@ import types
 from pathlib import Path
 
 import pytest
-from calibration_cases import EQ_2, Pretending, calibrate, outcome, values
+from calibration_cases import TWO, WARP, WEFT, Pretending, calibrate, outcome, values
 
 from knittest.base.errors import InputError, ResourceError
 from knittest.base.interrupts import Interrupted
@@ -17,21 +17,7 @@ from knittest.studies.calibrate.command import CalibrateOptions, calibrate_comma
 
 optuna = pytest.importorskip("optuna")
 
-TWO = """
-base: {variant: 1, scale: macro, preset: quick}
-parameters:
-  fabric.macro.bending_stiffness.warp: {low: 1, high: 20, spacing: log, start: 2}
-  fabric.macro.bending_stiffness.weft: {low: 1, high: 20}
-tests:
-  one: {test: cantilever, direction: warp, set: {rig.mode: overhang}}
-  other: {test: cantilever, direction: weft, set: {rig.mode: overhang}}
-targets:
-  - {test: one, quantity: overhang_mm}
-  - {test: other, quantity: overhang_mm, value: 151, sd: 15}
-method: optuna
-max_runs: 80
-"""
-WARP, WEFT = EQ_2 * 171.0**3, EQ_2 * 151.0**3
+OPTUNA = TWO + "method: optuna\nmax_runs: 80\n"
 RESULT = Path("runs/calibrate-c")
 WIDE = 0.02 * 3 * 51 / 171
 
@@ -55,7 +41,7 @@ def stiffness(trial) -> float:
 
 
 def test_several_parameters_are_found_and_kept(tmp_path, monkeypatch):
-    assert calibrate(TWO, tmp_path, monkeypatch, Pretending()) == 0
+    assert calibrate(OPTUNA, tmp_path, monkeypatch, Pretending()) == 0
     found = outcome(tmp_path)
     assert values(tmp_path) == pytest.approx([WARP, WEFT], rel=WIDE) and found["method"] == "optuna"
     assert found["rms_deviation_sd"] <= 0.02 and found["runs"] <= 80
@@ -77,25 +63,25 @@ def test_an_interrupted_search_goes_on_without_repeating(tmp_path, monkeypatch):
 
     first, second, third, whole = Stopping(), Pretending(), Pretending(), Pretending()
     with pytest.raises(Interrupted, match="go on with the same command"):
-        calibrate(TWO, tmp_path, monkeypatch, first)
+        calibrate(OPTUNA, tmp_path, monkeypatch, first)
     running = [t.number for t in study(tmp_path).trials if t.state == optuna.trial.TrialState.RUNNING]
     assert running == [8, 9, 10, 11]
-    assert calibrate(TWO, tmp_path, monkeypatch, second) == 0
+    assert calibrate(OPTUNA, tmp_path, monkeypatch, second) == 0
     assert not set(first.asked[:-1]) & set(second.asked) and first.asked[-1] in second.asked
     kept = study(tmp_path)
     assert len(kept.trials) == 24 and all(t.state == optuna.trial.TrialState.COMPLETE for t in kept.trials)
     again = outcome(tmp_path)["evaluations"]
-    assert calibrate(TWO, tmp_path, monkeypatch, third) == 0
+    assert calibrate(OPTUNA, tmp_path, monkeypatch, third) == 0
     assert third.asked == [] and outcome(tmp_path)["evaluations"] == again and len(study(tmp_path).trials) == 24
     (tmp_path / RESULT / "optuna.db").unlink()  # the ledger alone is enough: the same seed asks the same
-    assert calibrate(TWO, tmp_path, monkeypatch, whole) == 0 and len(whole.asked) < 20
+    assert calibrate(OPTUNA, tmp_path, monkeypatch, whole) == 0 and len(whole.asked) < 20
     assert values(tmp_path) == pytest.approx([WARP, WEFT], rel=WIDE)
 
 
 @pytest.mark.parametrize(("status", "state"), [("timeout", "PRUNED"), ("crashed", "FAIL")])
 def test_a_lost_trial_is_in_the_database_with_its_reason(tmp_path, monkeypatch, status, state):
     lost = Pretending(ends=lambda trial: status if stiffness(trial) > 6.0 else "completed")
-    assert calibrate(TWO, tmp_path, monkeypatch, lost) == 0
+    assert calibrate(OPTUNA, tmp_path, monkeypatch, lost) == 0
     assert values(tmp_path) == pytest.approx([WARP, WEFT], rel=WIDE)
     gone = [t for t in study(tmp_path).trials if t.params["fabric.macro.bending_stiffness.warp"] > 6.0]
     assert gone and all(t.state.name == state and t.value is None for t in gone)
@@ -104,13 +90,13 @@ def test_a_lost_trial_is_in_the_database_with_its_reason(tmp_path, monkeypatch, 
 
 
 def test_a_search_without_any_number_says_so(tmp_path, monkeypatch):
-    assert calibrate(TWO, tmp_path, monkeypatch, Pretending(ends=lambda trial: "failed")) == 3
+    assert calibrate(OPTUNA, tmp_path, monkeypatch, Pretending(ends=lambda trial: "failed")) == 3
     assert "none of 24 points gives a number" in outcome(tmp_path)["reason"]
 
 
 def test_another_database_is_used(tmp_path, monkeypatch):
     url = f"sqlite:///{tmp_path}/shared.db"
-    assert calibrate(f"{TWO}storage: {url}\n", tmp_path, monkeypatch, Pretending()) == 0
+    assert calibrate(f"{OPTUNA}storage: {url}\n", tmp_path, monkeypatch, Pretending()) == 0
     assert len(study(tmp_path, url).trials) == 24 and not (tmp_path / RESULT / "optuna.db").exists()
 
 
@@ -125,7 +111,7 @@ def test_another_database_is_used(tmp_path, monkeypatch):
 )
 def test_a_broken_database_is_told_before_anything_runs(tmp_path, monkeypatch, capsys, url, code, said):
     monkeypatch.chdir(tmp_path)
-    Path("c.yaml").write_text(TWO)
+    Path("c.yaml").write_text(OPTUNA)
     Path("text.db").write_text("this is no database, but a text of some length\n" * 50)
     assert knittest(["calibrate", "c.yaml", "--storage", url]) == code
     assert said in capsys.readouterr().err and not Path("runs").exists()
@@ -159,21 +145,21 @@ def test_a_lost_database_keeps_what_is_finished(tmp_path, monkeypatch):
                 (tmp_path / RESULT / "optuna.db").write_bytes(b"broken " * 4000)
 
     with pytest.raises(ResourceError, match="what is finished is kept"):
-        calibrate(TWO, tmp_path, monkeypatch, Breaking())
+        calibrate(OPTUNA, tmp_path, monkeypatch, Breaking())
     (tmp_path / RESULT / "optuna.db").unlink()
     second = Pretending()
-    assert calibrate(TWO, tmp_path, monkeypatch, second) == 0
+    assert calibrate(OPTUNA, tmp_path, monkeypatch, second) == 0
     assert values(tmp_path) == pytest.approx([WARP, WEFT], rel=WIDE)
 
 
 def test_where_it_does_not_belong_or_is_missing(tmp_path, monkeypatch):
     with pytest.raises(InputError, match=r"c.yaml:12: storage: only method = optuna has a database"):
-        calibrate(TWO.replace("method: optuna", "storage: sqlite://"), tmp_path, monkeypatch, Pretending())
-    (tmp_path / "c.yaml").write_text(TWO.replace("method: optuna", ""))
+        calibrate(OPTUNA.replace("method: optuna", "storage: sqlite://"), tmp_path, monkeypatch, Pretending())
+    (tmp_path / "c.yaml").write_text(OPTUNA.replace("method: optuna", ""))
     with pytest.raises(InputError, match="--storage: only method = optuna has a database, this is least-squares"):
         calibrate_command(tmp_path / "c.yaml", CalibrateOptions(storage="sqlite://"))
     found = importlib.util.find_spec
     monkeypatch.setattr(optuna_storage, "find_spec", lambda name: None if name == "optuna" else found(name))
     with pytest.raises(InputError, match=r"Optuna is not installed here: pip install 'knittest\[calibrate\]'"):
-        calibrate(TWO, tmp_path, monkeypatch, Pretending())
+        calibrate(OPTUNA, tmp_path, monkeypatch, Pretending())
     assert not RESULT.exists()
