@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from shell_cases import PATCH, PATCH_CONN, Solid, X, descents, linear_laminate, product, quaternion, wavy
 
+from knittest.kernels.in_plane_state import no_bends
 from knittest.kernels.shell_arrays import build_shells
 from knittest.kernels.shell_blocks import SCRATCH, gather_shells, shell_forces
 from knittest.kernels.shell_output import shell_energies
@@ -78,7 +79,7 @@ def free_flight(share: float) -> tuple[float, float, float]:
     """Largest relative energy change and momentum drifts of a patch thrown with random velocities."""
     laminate = linear_laminate()
     solid = Solid(PATCH, build_shells(PATCH, PATCH_CONN, X), laminate)
-    mass, inertia, step = lump(laminate, PATCH, PATCH_CONN, solid.shells, 824.2e-6, 2.22)
+    mass, inertia, step = lump(laminate, PATCH, PATCH_CONN, solid.shells, 824.2e-6, 2.22, no_bends())
     dt = share * step
     rng = np.random.default_rng(4)
     v, w = rng.normal(0.0, 2.0, PATCH.shape), rng.normal(0.0, 0.2, PATCH.shape)
