@@ -3,6 +3,7 @@
 import re
 import sys
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -34,29 +35,18 @@ class _Shard(click.ParamType):
 @click.option("--parquet", is_flag=True, help="Write results.parquet too (needs pyarrow).")
 @ACCEPT_LIMITS
 @click.option("--quiet", is_flag=True, help="No progress, no summary.")
-def batch(
-    sweep: Path,
-    out: Path | None,
-    workers: int | None,
-    threads: int | None,
-    dask: str | None,
-    shard: tuple[int, int] | None,
-    yes: bool,
-    parquet: bool,
-    accept_limits: bool,
-    quiet: bool,
-) -> int:
+def batch(sweep: Path, yes: bool, **chosen: Any) -> int:
     """Run a sweep: grids, ranges and samples of any field, on this machine or a cluster.
 
     The same command goes on where it was stopped; finished runs are not repeated.
 
     Example: knittest batch configs/sweeps/blank-holder.yaml --workers 2
     """
-    if dask is not None and workers is not None:
+    if chosen["dask"] is not None and chosen["workers"] is not None:
         raise click.UsageError("--workers are processes of this machine; with --dask the cluster has its own")
     from knittest.studies.batch.command import BatchOptions, batch_command
 
     def agree(question: str) -> bool:
         return yes or (sys.stdin.isatty() and click.confirm(f"{question}: run them?", err=True))
 
-    return batch_command(sweep, BatchOptions(out, workers, threads, dask, shard, parquet, quiet, accept_limits), agree)
+    return batch_command(sweep, BatchOptions(**chosen), agree)

@@ -28,23 +28,14 @@ def test_command(kind: TestKind) -> click.Command:
     fields = {name.replace("-", "_"): field for name, (field, _) in kind.shortcuts.items()}
 
     def command(
-        out: Path | None,
-        resume: Path | None,
-        force: bool,
-        verify: bool,
-        threads: int | None,
-        as_json: bool,
-        quiet: bool,
-        no_frames: bool,
-        against: tuple[Path, ...],
-        direction: str | None = None,
-        **chosen: Any,
+        out: Path | None, resume: Path | None, force: bool, verify: bool, direction: str | None = None, **chosen: Any
     ) -> int:
         from knittest.runs.options import RunOptions
 
         given = {field: chosen.pop(name) for name, field in fields.items()}
         chosen["sets"] = (*chosen["sets"], *(f"{field}={v:g}" for field, v in given.items() if v is not None))
-        options = RunOptions(out, threads, as_json, quiet, not no_frames, against=against)
+        reported = {name: chosen.pop(name) for name in ("threads", "quiet", "against")}
+        options = RunOptions(out, json=chosen.pop("as_json"), frames=not chosen.pop("no_frames"), **reported)
         if resume is not None:
             if direction or out or verify or any(chosen.values()):
                 raise click.UsageError("--resume takes everything from the run folder: leave out what describes a run")

@@ -6,7 +6,7 @@ file, options, ``--set``.
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, TypedDict, Unpack, get_args
 
 from pydantic import ValidationError
 
@@ -28,40 +28,49 @@ from knittest.config.yaml_loader import Document, KeyPath, describe, dotted, loa
 ACCEPTED: KeyPath = ("accept_limits",)
 
 
+class Options(TypedDict, total=False):
+    """What options of the command line say of a run; ``None`` leaves it to the config file or the default."""
+
+    scale: str | None
+    direction: str | None
+    preset: str | None
+    parameters: str | None
+    specimens: int | None
+    seed: int | None
+
+
+#: field of a run that an option states
+_STATED: dict[str, KeyPath] = {
+    "scale": ("model", "scale"),
+    "direction": ("rig", "direction"),
+    "preset": ("model", "preset"),
+    "parameters": ("parameters",),
+    "specimens": ("variability", "specimens"),
+    "seed": ("variability", "seed"),
+}
+
+
 def resolve(
     *,
     variant: str | None = None,
     fabric: Path | str | None = None,
     config: Path | str | None = None,
-    scale: str | None = None,
-    direction: str | None = None,
-    preset: str | None = None,
-    parameters: str | None = None,
     sets: Sequence[str | Setting] = (),
-    specimens: int | None = None,
-    seed: int | None = None,
     test: str | None = None,
     accept_limits: bool | None = False,
+    **asked: Unpack[Options],
 ) -> Run:
     """The run that the arguments describe; ``None`` leaves the choice to the config file or the default.
 
     ``variant`` names a shipped fabric, ``fabric`` is a fabric file, ``config`` a rig file or a whole run (as
     :func:`knittest.config.dumping.dump` writes it), ``sets`` are ``key.path=value`` texts or settings,
-    ``test`` is the kind of rig. Limits looser than the preset's count with ``accept_limits`` only, whatever the config
-    says; ``None`` keeps what it says, for going on with a run. Raises :class:`InputError` listing every finding.
+    ``test`` is the kind of rig, and the rest are :class:`Options`. Limits looser than the preset's count with
+    ``accept_limits`` only, whatever the config says; ``None`` keeps what it says, for going on with a run. Raises
+    :class:`InputError` listing every finding.
     """
     document = _run_document(config)
     kind = _kind(document, test)
-    options = _options(
-        {
-            ("model", "scale"): ("--scale", scale),
-            ("rig", "direction"): ("--direction", direction),
-            ("model", "preset"): ("--preset", preset),
-            ("parameters",): ("--parameters", parameters),
-            ("variability", "specimens"): ("--specimens", specimens),
-            ("variability", "seed"): ("--seed", seed),
-        }
-    )
+    options = _options(asked)
     given = _settings(sets)
     refuse_contradictions(options, given)
     source = _fabric_source(variant, fabric, document, config)
@@ -111,8 +120,12 @@ def _run_document(config: Path | str | None) -> Document:
     return Document("defaults", {}) if config is None else load_yaml(Path(config))
 
 
-def _options(asked: dict[KeyPath, tuple[str, Any]]) -> list[Setting]:
-    return [Setting(path, value, flag) for path, (flag, value) in asked.items() if value is not None]
+def _options(asked: Options) -> list[Setting]:
+    """Settings of the options that are given, in the order of their fields; ``TypeError`` for one there is not."""
+    if unheard := asked.keys() - _STATED.keys():
+        raise TypeError(f"resolve() got unexpected arguments: {', '.join(sorted(unheard))}")
+    given = {name: value for name, value in asked.items() if value is not None}
+    return [Setting(path, given[name], f"--{name}") for name, path in _STATED.items() if name in given]
 
 
 def _fabric_source(

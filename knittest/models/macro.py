@@ -1,5 +1,7 @@
 """The macro model: a strip of square shells between jaws."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,30 +20,35 @@ STRENGTH_MARGIN = 0.03
 ALONG, ACROSS = np.array([0.0, 1.0, 0.0]), np.array([1.0, 0.0, 0.0])
 
 
-def build_strip(
-    fabric: Fabric,
-    laminate: Laminate,
-    direction: Direction,
-    gauge_length: float,
-    width: float,
-    jaw_length: float,
-    element_size: float,
-    imperfection: float = 0.0,
-    seed: int = 1,
-    contact: SheetContact | None = None,
-) -> FabricModel:
-    """Strip of ``direction`` yarns along y: gauge between two jaws [mm], shells of about ``element_size`` [mm].
+@dataclass(frozen=True)
+class StripShape:
+    """Lengths of a strip between two jaws and of its shells, and largest seeded offset of its nodes [mm]."""
 
-    A row of nodes lies on each jaw edge. ``imperfection`` [mm] is the largest seeded out-of-plane offset of the nodes
-    in the gauge, free of stress. The strip touches itself if ``contact`` says how.
+    gauge_length: float
+    width: float
+    jaw_length: float
+    element_size: float
+    imperfection: float = 0.0
+    seed: int = 1
+
+
+def build_strip(
+    fabric: Fabric, laminate: Laminate, direction: Direction, shape: StripShape, contact: SheetContact | None = None
+) -> FabricModel:
+    """Strip of ``direction`` yarns along y: gauge between two jaws, shells of about the size that ``shape`` says.
+
+    A row of nodes lies on each jaw edge. The imperfection is an out-of-plane offset of the nodes in the gauge, free of
+    stress. The strip touches itself if ``contact`` says how.
     """
-    position, conn = rectangle(_rows(gauge_length, jaw_length, element_size), width, element_size)
-    edge = 0.5 * gauge_length * (1.0 - 1e-9)
+    rows = _rows(shape.gauge_length, shape.jaw_length, shape.element_size)
+    position, conn = rectangle(rows, shape.width, shape.element_size)
+    edge = 0.5 * shape.gauge_length * (1.0 - 1e-9)
     free = np.abs(position[:, 1]) < edge
-    position[free, 2] = np.random.default_rng(seed).uniform(-imperfection, imperfection, int(free.sum()))
+    rng, height = np.random.default_rng(shape.seed), shape.imperfection
+    position[free, 2] = rng.uniform(-height, height, int(free.sum()))
     return build_sheet(
         position, conn, laminate, fabric.area_mass_g_per_mm2, fabric.thickness_mm,
-        ALONG if direction == "warp" else ACROSS, _strength(position, conn, edge, seed), contact,
+        ALONG if direction == "warp" else ACROSS, _strength(position, conn, edge, shape.seed), contact,
     )  # fmt: skip
 
 

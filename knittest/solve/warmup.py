@@ -21,7 +21,7 @@ from knittest.kernels import CODE_FOLDER
 from knittest.materials.laminate import laminate
 from knittest.models.boundary import Boundary
 from knittest.models.explicit_model import ExplicitModel
-from knittest.models.macro import build_strip, self_contact
+from knittest.models.macro import StripShape, build_strip, self_contact
 from knittest.models.meso import build_meso
 from knittest.models.readings import Readings
 from knittest.models.table import ramp
@@ -212,4 +212,4 @@ def _small_strip(run: Run) -> ExplicitModel:
     line = (np.array([0.0, 100.0]), np.array([0.0, 2e4]))
     card = laminate(run.fabric, {"warp": line, "weft": line})
     contact = self_contact(run.fabric, run.model.macro, run.solver.safety)
-    return build_strip(run.fabric, card, "warp", 5.0, 5.0, 5.0, 5.0, contact=contact)
+    return build_strip(run.fabric, card, "warp", StripShape(5.0, 5.0, 5.0, 5.0), contact)

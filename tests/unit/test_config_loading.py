@@ -146,3 +146,19 @@ def test_directions(rig):
     assert planned_directions(None, None, ["rig.direction=weft"]) == ["weft"]
     with pytest.raises(InputError, match=r'rig\.yaml:1: rig\.direction = \'wrap\'.*did you mean "warp"'):
         planned_directions(None, rig("rig: {direction: wrap}"))
+
+
+def test_an_argument_that_there_is_not_is_refused():
+    with pytest.raises(TypeError, match="unexpected arguments: scales"):
+        resolve(variant="2", scales="macro")
+
+
+def test_options_state_the_fields_that_they_name():
+    run = resolve(
+        variant="2", test="tensile", scale="meso", direction="weft", preset="quick", parameters="as-measured",
+        specimens=3, seed=5,
+    )  # fmt: skip
+    assert (run.model.scale, run.rig.direction, run.model.preset, run.parameters) == (
+        "meso", "weft", "quick", "as-measured",
+    )  # fmt: skip
+    assert (run.variability.specimens, run.variability.seed) == (3, 5)

@@ -7,7 +7,7 @@ from shell_cases import CURVES, Solid, fabric, per_width
 from knittest.kernels.shell_output import shell_fields
 from knittest.materials.laminate import laminate
 from knittest.models.fabric_model import FabricModel
-from knittest.models.macro import STRENGTH_MARGIN, build_strip
+from knittest.models.macro import STRENGTH_MARGIN, StripShape, build_strip
 from knittest.pose import Body, ramp
 
 FAIL = {"warp": 1.6, "weft": 1.5}
@@ -16,7 +16,7 @@ FAIL = {"warp": 1.6, "weft": 1.5}
 def strip(direction: str, **changes) -> tuple[FabricModel, Solid]:
     card = fabric()
     values = {"gauge_length": 200.0, "width": 50.0, "jaw_length": 10.0, "element_size": 5.0, **changes}
-    model = build_strip(card, laminate(card, per_width(CURVES)), direction, **values)
+    model = build_strip(card, laminate(card, per_width(CURVES)), direction, StripShape(**values))
     return model, Solid(model.position(), model.shells, model.laminate)
 
 

@@ -14,7 +14,7 @@ from knittest.laboratory.friction.rig import KINETIC_SHARE, FrictionTest
 from knittest.laboratory.judging import assess
 from knittest.laboratory.span import Span
 from knittest.laboratory.strips import AXIS, cut, pitch, yarns_across
-from knittest.models.macro import build_strip, self_contact
+from knittest.models.macro import StripShape, build_strip, self_contact
 from knittest.models.meso import build_meso
 from knittest.solve.observer import SILENT, Observer
 from knittest.solve.simulate import simulate
@@ -50,11 +50,9 @@ class Friction(Test[FrictionRun]):
     def _shells(self, run: FrictionRun, specimen: int) -> Prepared:
         rig, size = run.rig, run.model.macro.element_size_mm
         # the model of the tensile strip, its clamps being its first and last row
-        model = build_strip(
-            run.fabric, fabric_laminate(run), rig.direction, rig.length_mm - 2.0 * size, rig.width_mm,
-            size, size, 0.0, run.variability.seed + specimen,
-            self_contact(run.fabric, run.model.macro, run.solver.safety),
-        )  # fmt: skip
+        shape = StripShape(rig.length_mm - 2.0 * size, rig.width_mm, size, size, seed=run.variability.seed + specimen)
+        contact = self_contact(run.fabric, run.model.macro, run.solver.safety)
+        model = build_strip(run.fabric, fabric_laminate(run), rig.direction, shape, contact)
         half = 0.5 * run.fabric.thickness_mm
         test = FrictionTest(run, 1, (-half, half), np.full(model.n_nodes, half))
         return Prepared(model, test, facts={"area_mm2": rig.length_mm * rig.width_mm})

@@ -10,7 +10,7 @@ from knittest.laboratory.span import Span
 from knittest.laboratory.strips import AXIS, cut, pitch, yarns_across
 from knittest.laboratory.tensile.peak import tensile_results
 from knittest.laboratory.tensile.rig import TensileTest
-from knittest.models.macro import build_strip, self_contact
+from knittest.models.macro import StripShape, build_strip, self_contact
 from knittest.models.meso import build_meso
 from knittest.solve.observer import SILENT, Observer
 from knittest.solve.simulate import simulate
@@ -33,11 +33,12 @@ class Tensile(Test[TensileRun]):
     def _shells(self, run: TensileRun, specimen: int) -> Prepared:
         rig, macro = run.rig, run.model.macro
         gauge = rig.gauge_length_mm
-        model = build_strip(
-            run.fabric, fabric_laminate(run), rig.direction, gauge, rig.width_mm, rig.jaw_length_mm,
-            macro.element_size_mm, macro.imperfection_mm, run.variability.seed + specimen,
-            self_contact(run.fabric, macro, run.solver.safety),
+        shape = StripShape(
+            gauge, rig.width_mm, rig.jaw_length_mm, macro.element_size_mm, macro.imperfection_mm,
+            run.variability.seed + specimen,
         )  # fmt: skip
+        contact = self_contact(run.fabric, macro, run.solver.safety)
+        model = build_strip(run.fabric, fabric_laminate(run), rig.direction, shape, contact)
         facts = _facts(run, specimen, gauge, gauge + 2.0 * rig.jaw_length_mm)
         return Prepared(model, TensileTest(run, axis=1, gauge=gauge, middle=0.0), facts=facts)
 
