@@ -29,7 +29,7 @@ ACCEPTED: KeyPath = ("accept_limits",)
 
 
 class Options(TypedDict, total=False):
-    """What options of the command line say of a run; ``None`` leaves it to the config file or the default."""
+    """Options of the command line that state fields of a run; ``None`` leaves one to the config file or the default."""
 
     scale: str | None
     direction: str | None
