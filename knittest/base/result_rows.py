@@ -31,7 +31,7 @@ GIVEN = "given"
 SIDE_BY_SIDE = 2
 
 
-def folded(results: Mapping[str, Any]) -> dict[str, Any]:
+def folded(results: Mapping[str, object]) -> dict[str, Any]:
     """Results as summary.json has them: ``name.key`` becomes the map ``name`` with ``key``."""
     whole: dict[str, Any] = {}
     for quantity, value in results.items():
@@ -43,7 +43,7 @@ def folded(results: Mapping[str, Any]) -> dict[str, Any]:
     return whole
 
 
-def unfolded(results: Mapping[str, Any]) -> dict[str, Any]:
+def unfolded(results: Mapping[str, object]) -> dict[str, Any]:
     """The inverse of :func:`folded`: a number, or the mean, sd and values of an ensemble, for each ``name.key``."""
     flat: dict[str, Any] = {}
     for name, value in results.items():

@@ -26,7 +26,7 @@ class Strict(BaseModel):
 
     @field_validator("*", mode="after")
     @classmethod
-    def _within_bounds(cls, value: Any, info: ValidationInfo) -> Any:
+    def _within_bounds(cls, value: object, info: ValidationInfo) -> Any:
         if info.field_name is None:
             return value
         meta = field_meta(cls, info.field_name)
@@ -70,7 +70,7 @@ class Quantity(BaseModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _from_number(cls, data: Any) -> Any:
+    def _from_number(cls, data: object) -> Any:
         if isinstance(data, int | float) and not isinstance(data, bool):
             return {"value": data, "source": "user", "ref": "given by the user"}
         return data

@@ -15,7 +15,7 @@ from knittest.config.yaml_loader import Document
 Method = Literal["auto", "root", "least-squares", "differential-evolution", "optuna"]
 
 
-def _named(value: Any) -> Any:
+def _named(value: object) -> Any:
     return str(value) if isinstance(value, int) and not isinstance(value, bool) else value
 
 

@@ -82,7 +82,7 @@ class MacroMaterial(Strict):
         return self
 
 
-def _or_absent(value: Any, handler: ValidatorFunctionWrapHandler) -> Any:
+def _or_absent(value: object, handler: ValidatorFunctionWrapHandler) -> Any:
     return None if value is None else handler(value)
 
 

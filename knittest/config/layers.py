@@ -16,7 +16,7 @@ class Layers:
     data: dict[str, Any] = field(default_factory=dict)
     origin: dict[KeyPath, str] = field(default_factory=dict)
 
-    def lay(self, value: Any, where: Where, at: KeyPath = ()) -> None:
+    def lay(self, value: object, where: Where, at: KeyPath = ()) -> None:
         """Lay ``value`` over what is at ``at``: mappings merge, all else replaces; ``where`` tells a path's origin."""
         old = self.get(at)
         if isinstance(value, dict) and isinstance(old, dict) and not (_is_quantity(value) and _is_quantity(old)):
@@ -45,7 +45,7 @@ class Layers:
             path = path[:-1]
         return self.origin.get(path)
 
-    def _replace(self, value: Any, where: Where, at: KeyPath) -> None:
+    def _replace(self, value: object, where: Where, at: KeyPath) -> None:
         for path in [p for p in self.origin if p[: len(at)] == at]:
             del self.origin[path]
         holder: Any = self.data
@@ -57,7 +57,7 @@ class Layers:
         holder[at[-1]] = _copied(value)
         self._note(value, where, at)
 
-    def _note(self, value: Any, where: Where, at: KeyPath) -> None:
+    def _note(self, value: object, where: Where, at: KeyPath) -> None:
         self.origin[at] = where(at)
         inner = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
         for key, item in inner:
@@ -69,7 +69,7 @@ def _is_quantity(value: dict[str, Any]) -> bool:
     return "value" in value
 
 
-def _copied(value: Any) -> Any:
+def _copied(value: object) -> Any:
     if isinstance(value, dict):
         return {key: _copied(item) for key, item in value.items()}
     return [_copied(item) for item in value] if isinstance(value, list) else value

@@ -194,7 +194,7 @@ def _refuse_silent_rig(settings: list[Setting]) -> None:
             raise InputError(f"{setting.said}: a run has one rig: give --set rig.{setting.path[-1]}=... instead")
 
 
-def _choice(path: KeyPath, names: tuple[Any, ...], default: Any, document: Document, settings: list[Setting]) -> Any:
+def _choice(path: KeyPath, names: tuple[Any, ...], default: object, document: Document, settings: list[Setting]) -> Any:
     """A choice that must be known before the run can be put together."""
     stated = _stated(path, document, settings)
     if stated is None:

@@ -14,7 +14,7 @@ def run_schema(kind: str = DEFAULT) -> dict[str, Any]:
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **_standard(RUNS[kind].model_json_schema())}
 
 
-def _standard(node: Any, names: bool = False) -> Any:
+def _standard(node: object, names: bool = False) -> Any:
     """Rename the bounds; where ``names`` is true the keys of ``node`` are field names, not keywords."""
     if isinstance(node, list):
         return [_standard(item) for item in node]

@@ -50,7 +50,7 @@ def refuse_contradictions(options: list[Setting], sets: list[Setting]) -> None:
                 raise InputError(f"{stated} contradicts {option.said} {option.value}: give one of them")
 
 
-def _users_own(old: Any) -> dict[str, Any]:
+def _users_own(old: object) -> dict[str, Any]:
     """Changes to a quantity's other fields when the user sets its value or scatter."""
     if not isinstance(old, dict):
         return {"source": "user"} if old is None else {"value": old, "source": "user"}

@@ -102,7 +102,7 @@ def lay_fabric(layers: Layers, source: FabricSource, wanted: str | None) -> str:
     return name
 
 
-def _chosen_set(document: Document, sets: Any, at: KeyPath, wanted: str | None) -> str:
+def _chosen_set(document: Document, sets: object, at: KeyPath, wanted: str | None) -> str:
     if not isinstance(sets, dict) or not sets:
         raise InputError(f"{document.where(at)}: {SETS}: expected a mapping of named sets, found {describe(sets)}")
     name = wanted or DEFAULT_SET

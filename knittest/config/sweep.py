@@ -10,7 +10,7 @@ from knittest.config.parsing import parse_as
 from knittest.config.yaml_loader import Document
 
 
-def _listed(value: Any) -> list[str]:
+def _listed(value: object) -> list[str]:
     names = value if isinstance(value, list) else [value]
     if not all(isinstance(name, str | int) and not isinstance(name, bool) for name in names):
         raise ValueError("expected a name or a list of names")

@@ -107,7 +107,7 @@ def _comment(model: type[BaseModel], name: str) -> str:
     return str(info.description) + (f" [{', '.join(notes)}]" if notes else "")
 
 
-def _flow(value: Any) -> str:
+def _flow(value: object) -> str:
     if isinstance(value, Quantity):
         scatter = "" if value.sd is None else f", sd: {value.sd:g}"
         rows = "".join(f", {n}: {json.dumps(r)}" for n in ("tuned_on", "chosen_by") if (r := getattr(value, n)))

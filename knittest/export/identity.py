@@ -63,7 +63,7 @@ def kernel_digest() -> str:
     return SOURCE_DIGEST if CODE_FOLDER is not None else f"{SOURCE_DIGEST} compiled without a cache"
 
 
-def changes(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
+def changes(before: Mapping[str, object], now: Mapping[str, object]) -> list[str]:
     """Changes, one text each: ``solver.damping was 0.5, is 0.6``; empty when the bits must come out the same."""
     old, new = (dict(_leaves({k: v for k, v in i.items() if k != "config_sha256"})) for i in (before, now))
     names = {k: k.removeprefix("config.") for k in sorted(old.keys() | new.keys())}
@@ -74,7 +74,7 @@ def changes(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
     ]
 
 
-def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+def _leaves(value: object, path: str = "") -> Iterator[tuple[str, Any]]:
     if isinstance(value, Mapping) and value:
         for key, item in value.items():
             yield from _leaves(item, f"{path}.{key}" if path else str(key))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 
-def json_ready(value: Any) -> Any:
+def json_ready(value: object) -> Any:
     """Copy ``value`` with numpy types made plain, tuples made lists, and NaN and infinities made ``None``."""
     if isinstance(value, Mapping):
         return {str(key): json_ready(item) for key, item in value.items()}
@@ -21,6 +21,6 @@ def json_ready(value: Any) -> Any:
     return value
 
 
-def json_text(value: Any, indent: int | None = 2) -> str:
+def json_text(value: object, indent: int | None = 2) -> str:
     """``value`` as JSON text with a closing newline; raise ``TypeError`` for what JSON cannot hold."""
     return json.dumps(json_ready(value), indent=indent, allow_nan=False, ensure_ascii=True) + "\n"

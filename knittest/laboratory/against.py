@@ -4,7 +4,6 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -65,7 +64,7 @@ def draw_against(run: Run, columns: Mapping[str, np.ndarray], curve: ReferenceCu
         )  # fmt: skip
 
 
-def identity_of(run: Run, folder: Path, manifest: Mapping[str, Any]) -> str:
+def identity_of(run: Run, folder: Path, manifest: Mapping[str, object]) -> str:
     """Preset, size, folder and date of a run, as a picture states them."""
     _, size = REPORTS[run.rig.kind].size(run)
     started = str(manifest.get("started") or "")[:10]

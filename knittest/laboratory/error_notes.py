@@ -32,7 +32,7 @@ def error_notes(summary: Mapping[str, Any], *, asked: bool = False) -> list[str]
     return lines
 
 
-def _line(what: str, repeat: Mapping[str, Any]) -> str:
+def _line(what: str, repeat: Mapping[str, object]) -> str:
     """Line on what was changed, and what the repeat cost."""
     if not repeat.get("setting"):
         return f"numerical error, {what}: none: {repeat.get('reason')}"

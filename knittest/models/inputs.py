@@ -1,7 +1,6 @@
 """Refuses points, cells, nodes and tables that no model can be made of, each with one message."""
 
 from collections.abc import Iterable, Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -217,6 +216,6 @@ def quadrilaterals(points: Array, cells: ArrayLike) -> Index:
     return conn
 
 
-def _short(value: Any) -> str:
+def _short(value: object) -> str:
     text = repr(value)
     return text if len(text) <= 60 else text[:57] + "..."

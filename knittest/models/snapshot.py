@@ -1,7 +1,6 @@
 """State as a flat dictionary of arrays, ``nodes/position`` for example: what a checkpoint holds."""
 
 from collections.abc import Iterable, Mapping
-from typing import Any
 
 import numpy as np
 
@@ -10,12 +9,12 @@ from knittest.base.errors import InputError
 State = dict[str, np.ndarray]
 
 
-def arrays_of(prefix: str, holder: Any, names: Iterable[str]) -> State:
+def arrays_of(prefix: str, holder: object, names: Iterable[str]) -> State:
     """Copies of the arrays ``names`` of ``holder``, keyed ``prefix/name``."""
     return {f"{prefix}/{name}": np.array(getattr(holder, name)) for name in names}
 
 
-def put_back(state: Mapping[str, np.ndarray], prefix: str, holder: Any, names: Iterable[str]) -> None:
+def put_back(state: Mapping[str, np.ndarray], prefix: str, holder: object, names: Iterable[str]) -> None:
     """Copy what :func:`arrays_of` took into the arrays of ``holder``, which kernels may hold: never replace them."""
     for name in names:
         target = getattr(holder, name)

@@ -53,7 +53,7 @@ def sourced(run: LoadedRun) -> Iterator[tuple[Path, Mapping[str, Any]]]:
         yield path, {"value": run.setting(*path), "source": "assumed", "ref": f"of {owner}, by its head"}
 
 
-def quantities(fields: Any, at: Path = ()) -> Iterator[tuple[Path, Mapping[str, Any]]]:
+def quantities(fields: object, at: Path = ()) -> Iterator[tuple[Path, Mapping[str, Any]]]:
     """Path and mapping of every number that states its source, below ``fields``."""
     if not isinstance(fields, Mapping):
         return
@@ -67,7 +67,7 @@ def quantities(fields: Any, at: Path = ()) -> Iterator[tuple[Path, Mapping[str, 
         yield from quantities(value, (*at, str(key)))
 
 
-def leaves(fields: Any, at: Path = ()) -> Iterator[tuple[Path, Any]]:
+def leaves(fields: object, at: Path = ()) -> Iterator[tuple[Path, Any]]:
     """Path and value of everything that is no quantity."""
     if not isinstance(fields, Mapping):
         yield at, fields
@@ -76,18 +76,18 @@ def leaves(fields: Any, at: Path = ()) -> Iterator[tuple[Path, Any]]:
             yield from leaves(value, (*at, str(key)))
 
 
-def is_quantity(value: Any) -> bool:
+def is_quantity(value: object) -> bool:
     """Tell whether ``value`` is a number with its source."""
     return isinstance(value, Mapping) and "value" in value and "source" in value
 
 
-def shown_quantity(quantity: Mapping[str, Any]) -> str:
+def shown_quantity(quantity: Mapping[str, object]) -> str:
     """Value and standard deviation, as stated."""
     sd = quantity.get("sd")
     return shown(quantity["value"]) + (f" ± {shown(sd)}" if sd is not None else "")
 
 
-def shown(value: Any) -> str:
+def shown(value: object) -> str:
     """A number with six digits, anything else as text."""
     if isinstance(value, float):
         return f"{value:g}"
@@ -102,7 +102,7 @@ def unit_of(path: Path, rig: str) -> str:
     return f" {field.unit}" if field and field.unit and field.unit != "1" else ""
 
 
-def _row(run: LoadedRun, path: Path, quantity: Mapping[str, Any]) -> tuple[Cell, ...]:
+def _row(run: LoadedRun, path: Path, quantity: Mapping[str, object]) -> tuple[Cell, ...]:
     field = place(path, run.rig)
     value = quantity["value"]
     number = float(value) if isinstance(value, int | float) else None
@@ -129,7 +129,7 @@ def _settings(run: LoadedRun) -> Iterator[tuple[str, list[tuple[Path, Any]]]]:
     yield "Settings of test, model and solver: chosen", [(p, v) for p, v in found if p[0] != "fabric"]
 
 
-def _setting(run: LoadedRun, path: Path, value: Any) -> tuple[Cell, ...]:
+def _setting(run: LoadedRun, path: Path, value: object) -> tuple[Cell, ...]:
     field = place(path, run.rig)
     unit = unit_of(path, run.rig) if isinstance(value, int | float) else ""
     meaning = field.description if field and path[-1] != "kind" else ""

@@ -77,7 +77,7 @@ def _assumed(rows: list[ResultRow]) -> list[Block]:
     return [Text(f"Assumed inputs that decide these rows: {', '.join(fields)}.", "warn")] if fields else []
 
 
-def _metrics(curve: Mapping[str, Any]) -> list[Block]:
+def _metrics(curve: Mapping[str, object]) -> list[Block]:
     """One comparison of curves; names of the metrics as comparison.json has them. Large errors stand above it."""
     against = f"{curve.get('judged_against', 'a curve')} ({curve.get('reference_kind', 'kind not stated')})"
     note = f"; {curve['note']}" if curve.get("note") else ""
@@ -106,7 +106,7 @@ def _rating(curve: Mapping[str, Any], errors: Sequence[Any]) -> Cell:
     return Cell(f"not given: {reason or 'there are no errors to stand beside it'}")
 
 
-def _at_angles(curve: Mapping[str, Any]) -> list[tuple[str, Any, str]]:
+def _at_angles(curve: Mapping[str, object]) -> list[tuple[str, Any, str]]:
     """Deviations at the angles of a curve of shear."""
     found = next((value for name, value in curve.items() if name.endswith("_at_deg")), None)
     if not isinstance(found, Mapping):
@@ -114,7 +114,7 @@ def _at_angles(curve: Mapping[str, Any]) -> list[tuple[str, Any, str]]:
     return [(f"force at {a} deg off", f.get("error_pct"), "%") for a, f in found.items() if isinstance(f, Mapping)]
 
 
-def _number(value: Any, unit: str) -> Cell:
+def _number(value: object, unit: str) -> Cell:
     return Cell(f"{value:.4g} {unit}", float(value)) if isinstance(value, int | float) else Cell(f"{value} {unit}")
 
 

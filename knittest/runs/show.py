@@ -100,7 +100,7 @@ def error_lines(outcomes: Sequence[Outcome]) -> list[str]:
     return list(dict.fromkeys(lines))
 
 
-def _looser(limit: Mapping[str, Any]) -> str:
+def _looser(limit: Mapping[str, object]) -> str:
     taken = "accepted" if limit["accepted"] else "not accepted"
     return f"looser than the preset: {limit['name']} = {limit['value']}, preset {limit['preset']}; {taken}"
 
@@ -110,7 +110,7 @@ def curve_lines(outcome: Outcome) -> list[str]:
     return [curve_line(metrics) for metrics in outcome.curves]
 
 
-def curve_line(metrics: Mapping[str, Any]) -> str:
+def curve_line(metrics: Mapping[str, object]) -> str:
     """A comparison of curves: against what, how it was scaled, its errors, and the rating or why there is none."""
     note = f"; {metrics['note']}" if metrics.get("note") else ""
     return f"against {metrics['judged_against']} ({metrics['reference_kind']}{note}): {_metrics(metrics)}"
@@ -151,7 +151,7 @@ def print_refused(outcomes: Sequence[Outcome], stream: TextIO | None = None) -> 
         stream.flush()
 
 
-def print_json(payload: Mapping[str, Any], stream: TextIO | None = None) -> None:
+def print_json(payload: Mapping[str, object], stream: TextIO | None = None) -> None:
     """Print one JSON object on ``stream`` (standard output); NaN becomes null, a closed pipe is harmless."""
     stream = stream or sys.stdout
     with _pipe_may_close(stream):

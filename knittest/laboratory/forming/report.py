@@ -2,7 +2,6 @@
 
 from itertools import groupby
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -153,7 +152,7 @@ def _outlines(run: FormingRun, specimen: Specimen) -> Outlines:
     )
 
 
-def _section(distance: Any, height: float, half: Array) -> Array:
+def _section(distance: object, height: float, half: Array) -> Array:
     """Longest line on which a tool's surface meets the plane at ``height`` [mm], (n, 2)."""
     from contourpy import contour_generator
 

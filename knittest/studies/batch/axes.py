@@ -126,5 +126,5 @@ def _evenly(path: KeyPath, values: Range, where: str) -> Axis:
     return Axis((path,), values.steps, lambda: [(Setting(path, v, where),) for v in spaced(values)], where)
 
 
-def _setting(name: str, value: Any, where: str) -> Setting:
+def _setting(name: str, value: object, where: str) -> Setting:
     return Setting(field_path(name, where), value, where)

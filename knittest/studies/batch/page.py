@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from knittest.base.errors import InputError
 from knittest.base.result_rows import LABELS, UNSCATTERED
@@ -178,7 +178,7 @@ def _result(row: "Series", name: str) -> Cell:
     return Cell(text, value, note=", ".join(notes))
 
 
-def _number(value: Any) -> float | None:
+def _number(value: object) -> float | None:
     """A finite number, ``None`` for anything else."""
     import numpy as np
 
@@ -190,7 +190,7 @@ def _name(table: "DataFrame", field: Swept) -> str:
     return f"{field.name} [{found.unit}]" if found and found.unit not in ("", "1") else field.name
 
 
-def _tone(status: Any) -> Tone:
+def _tone(status: object) -> Tone:
     return _TONES.get(str(status), "bad")
 
 

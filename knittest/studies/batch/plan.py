@@ -128,7 +128,7 @@ def plan_of(document: Document, accept_limits: bool = False) -> Plan:
     return Plan(sweep, cases, axes, accept_limits)
 
 
-def _brief(name: str, value: Any) -> str:
+def _brief(name: str, value: object) -> str:
     """``strain.warp=1.75``: enough to tell the runs of a sweep apart."""
     return f"{'.'.join(name.split('.')[-2:])}={f'{value:.4g}' if isinstance(value, float) else shown(value, 20)}"
 

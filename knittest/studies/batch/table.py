@@ -94,7 +94,7 @@ def _looser(record: Record | None) -> dict[str, str]:
     return {"looser_limits": "; ".join(limits)} if limits else {}
 
 
-def _results(results: Mapping[str, Any]) -> dict[str, Any]:
+def _results(results: Mapping[str, object]) -> dict[str, Any]:
     """A column a result; mean and sd of an ensemble."""
     cells: dict[str, Any] = {}
     for name, value in results.items():
@@ -114,7 +114,7 @@ def _tail(row: Row, record: Record | None) -> dict[str, Any]:
     }
 
 
-def _cell(value: Any) -> Any:
+def _cell(value: object) -> Any:
     return json.dumps(value) if isinstance(value, dict | list) else value
 
 

@@ -111,7 +111,7 @@ def _at(model: Any, path: KeyPath) -> Quantity:
     return quantity
 
 
-def _put(data: dict[str, Any], path: KeyPath, value: Any) -> None:
+def _put(data: dict[str, Any], path: KeyPath, value: object) -> None:
     for part in path[:-1]:
         data = data[str(part)]
     data[str(path[-1])] = value

@@ -6,7 +6,7 @@ import socket
 import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from knittest.base.errors import InputError, KnittestError, ResourceError
 from knittest.runs.options import RunOptions
@@ -82,7 +82,7 @@ class DaskPool:
             raise error
         raise ResourceError(f"--dask {self._address}: a worker failed: {type(error).__name__}: {error}")
 
-    def _lost(self, why: Any) -> ResourceError:
+    def _lost(self, why: object) -> ResourceError:
         return ResourceError(
             f"--dask {self._address}: the scheduler is lost ({why}); what is finished is kept, run the same command "
             "again to go on"
