@@ -8,7 +8,7 @@ from shell_cases import Solid, grid, linear_laminate
 from knittest.models.sheet import build_sheet
 
 LENGTH, WIDTH, AREA_MASS, THICKNESS = 100.0, 10.0, 1e-3, 1.0
-CARD = linear_laminate(100.0, 100.0, lever=0.5, outer=np.array([10.0, 10.0]), transverse=np.array([25.0, 25.0]))
+CARD = linear_laminate(100.0, 100.0, layer_offset=0.5, outer=np.array([10.0, 10.0]), transverse=np.array([25.0, 25.0]))
 #: circular frequencies of a clamped-free beam are these over L^2 times sqrt(D / m') (Clough & Penzien, 1993)
 ROOTS = (1.875104, 4.694091, 7.854757)
 
@@ -38,7 +38,7 @@ def frequencies(columns: int, rows: int, raised: bool) -> np.ndarray:
     values, shapes = eigh(0.5 * (stiffness + stiffness.T), np.diag(mass))
     along = np.array([np.abs(shapes[index[:, 1] == 2, k].sum()) for k in range(len(values))])
     even = values[along > 1e-3 * along.max()][:3]  # modes that do not sway across the strip
-    density = CARD.outer[0] * 2.0 * CARD.lever**2 / AREA_MASS
+    density = CARD.outer[0] * 2.0 * CARD.layer_offset**2 / AREA_MASS
     exact = np.array([(root / LENGTH) ** 2 * density**0.5 for root in ROOTS])
     return np.sqrt(even) / exact
 
