@@ -81,6 +81,9 @@ class TestKind:
     run: str
     test: str
     report: str
+    #: ``module:name`` of functions of a run: its size in words, and length and width [mm] of its sheet of shells
+    size: str = ""
+    sheet: str = ""
     #: place among the tests in help and tables, and whether it is on a strip along warp or weft
     place: int = 100
     directional: bool = True

@@ -6,8 +6,8 @@ from itertools import product
 from typing import NamedTuple
 
 from knittest.base.errors import InputError
+from knittest.base.kinds import kinds
 from knittest.config.base import field_meta
-from knittest.config.rigs import CantileverRig, FormingRig, FrictionRig, PictureFrameRig
 from knittest.config.run import MacroModel, MesoModel, Run
 
 #: ratio of element lengths between two meshes. Below 1.3 noise is taken for error (Celik et al. 2008, J. Fluids Eng.
@@ -62,17 +62,12 @@ def remeshing(run: Run, finer: bool = False) -> Remeshing:
 
 
 def sides(run: Run) -> tuple[float, float]:
-    """Length and width [mm] of the sheet of shells."""
-    rig = run.rig
-    if isinstance(rig, FormingRig):
-        return rig.blank_length, rig.blank_width
-    if isinstance(rig, PictureFrameRig):
-        return rig.side, rig.side
-    if isinstance(rig, CantileverRig):
-        from knittest.laboratory.cantilever.test import given_overhang
-
-        return given_overhang(run), rig.width  # type: ignore[arg-type]
-    return rig.length if isinstance(rig, FrictionRig) else rig.gauge_length, rig.width
+    """Length and width [mm] of the sheet of shells; raises :class:`InputError` for a test that does not state it."""
+    kind = kinds()[run.rig.kind]
+    if not kind.sheet:
+        raise InputError(f"model: the test {kind.name} does not say how large its sheet is: no other mesh can be made")
+    length, width = kind.load("sheet")(run)
+    return float(length), float(width)
 
 
 def _shells(run: Run) -> Iterator[_Choice]:

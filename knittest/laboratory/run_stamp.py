@@ -2,10 +2,10 @@
 
 from collections.abc import Sequence
 
+from knittest.base.kinds import kinds
 from knittest.base.stamp import Stamp
 from knittest.config.deciding import deciding
 from knittest.config.looser import loosened
-from knittest.config.rigs import CantileverRig, FormingRig, FrictionRig, PictureFrameRig, TensileRig
 from knittest.config.run import Run
 from knittest.config.sources import numbers_of
 from knittest.experiment.borrowed import borrowed
@@ -29,21 +29,9 @@ def run_stamp(run: Run, failures: Sequence[str]) -> Stamp:
 
 
 def size_of(run: Run) -> tuple[str, ...]:
-    """Size of the specimen and the forces on it, in words."""
-    rig = run.rig
-    if isinstance(rig, TensileRig):
-        return (f"strip {rig.width:g} mm wide, {rig.gauge_length:g} mm between the clamps",)
-    if isinstance(rig, PictureFrameRig):
-        return (f"square of {rig.side:g} mm in a frame of {rig.frame_side or rig.side:g} mm",)
-    if isinstance(rig, CantileverRig):
-        return (f"strip {rig.width:g} mm wide",)
-    if isinstance(rig, FrictionRig):
-        plate = f"plates {rig.plate_length:g} x {rig.plate_width:g} mm"
-        return f"strip {rig.length:g} x {rig.width:g} mm", plate, f"pressed by {rig.normal_force:g} N"
-    if isinstance(rig, FormingRig):
-        held = f"holder {rig.blank_holder_force:g} N" if rig.blank_holder_force > 0.0 else "no holder"
-        return f"blank {rig.blank_width:g} x {rig.blank_length:g} mm", f"stamp {rig.stamp.kind}, {rig.depth:g} mm", held
-    return ()
+    """Size of the specimen and the forces on it, in words; nothing of a test that does not state it."""
+    kind = kinds()[run.rig.kind]
+    return tuple(kind.load("size")(run)) if kind.size else ()
 
 
 def _taken_over(run: Run) -> str:

@@ -53,7 +53,7 @@ def test_a_record_names_what_is_there(name):
     rig = kind.load("run").model_fields["rig"].annotation
     assert rig.model_fields["kind"].default == name
     assert isinstance(TESTS[name].ends_at_failure, bool) and REPORTS[name].axes.x
-    for part in ("presets", "laboratory", "advice"):
+    for part in ("presets", "laboratory", "advice", "size", "sheet"):
         assert not getattr(kind, part) or kind.load(part)
     assert set(kind.published) | set(kind.sized) | set(kind.diagnostic) <= set(kind.labels)
     assert set(kind.regression.buckled) <= set(kind.labels)

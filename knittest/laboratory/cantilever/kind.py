@@ -13,6 +13,8 @@ KIND = TestKind(
     run="knittest.config.run:CantileverRun",
     test="knittest.laboratory.cantilever.test:Cantilever",
     report="knittest.laboratory.cantilever.report:CantileverReport",
+    size="knittest.laboratory.cantilever.size:stated",
+    sheet="knittest.laboratory.cantilever.size:sheet",
     labels={
         "chord_angle_deg": ("chord angle [deg]", "{:.2f}"),
         "overhang_mm": ("overhang [mm]", "{:.1f}"),

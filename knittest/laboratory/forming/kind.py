@@ -16,6 +16,8 @@ KIND = TestKind(
     run="knittest.config.run:FormingRun",
     test="knittest.laboratory.forming.test:Forming",
     report="knittest.laboratory.forming.report:FormingReport",
+    size="knittest.laboratory.forming.size:stated",
+    sheet="knittest.laboratory.forming.size:sheet",
     labels={
         "stamp_force_max_n": ("stamp force, largest [N]", "{:.1f}"),
         "max_shear_angle_deg": ("shear angle, largest [deg]", "{:.1f}"),

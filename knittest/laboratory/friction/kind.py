@@ -13,6 +13,8 @@ KIND = TestKind(
     run="knittest.config.run:FrictionRun",
     test="knittest.laboratory.friction.test:Friction",
     report="knittest.laboratory.friction.report:FrictionReport",
+    size="knittest.laboratory.friction.size:stated",
+    sheet="knittest.laboratory.friction.size:sheet",
     labels={
         "pull_force_kinetic_n": ("pull force, kinetic [N]", "{:.1f}"),
         "pull_force_static_n": ("pull force, largest [N]", "{:.1f}"),

@@ -18,6 +18,8 @@ KIND = TestKind(
     run="knittest.config.run:PictureFrameRun",
     test="knittest.laboratory.picture_frame.test:PictureFrame",
     report="knittest.laboratory.picture_frame.report:PictureFrameReport",
+    size="knittest.laboratory.picture_frame.size:stated",
+    sheet="knittest.laboratory.picture_frame.size:sheet",
     labels={
         "shear_force_n_at_deg.10": ("shear force at 10 deg [N]", "{:.2f}"),
         "shear_force_n_at_deg.20": ("shear force at 20 deg [N]", "{:.2f}"),

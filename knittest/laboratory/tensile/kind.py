@@ -14,6 +14,8 @@ KIND = TestKind(
     run="knittest.config.run:TensileRun",
     test="knittest.laboratory.tensile.test:Tensile",
     report="knittest.laboratory.tensile.report:TensileReport",
+    size="knittest.laboratory.tensile.size:stated",
+    sheet="knittest.laboratory.tensile.size:sheet",
     labels={
         "peak_force_n": ("peak force [N]", "{:.0f}"),
         "fracture_strain_pct": ("fracture strain [%]", "{:.2f}"),
