@@ -72,7 +72,7 @@ def test_a_run_leaves_folder_results_and_tables(done):
         strains = [float(row["strain_pct"]) for row in csv.DictReader(stream)]
     with (folder / "run/curve.csv").open() as stream:
         last = list(csv.DictReader(stream))[-1]
-    assert len(strains) == 10 and all(s == pytest.approx(float(last["strain_pct"]), rel=1e-3) for s in strains)
+    assert len(strains) == 30 and all(s == pytest.approx(float(last["strain_pct"]), rel=1e-3) for s in strains)
     assert float(last["force_n"]) == pytest.approx(10.0 * float(last["strain_pct"]), rel=1e-3)
     assert {"curve.png", "energies.png", "report.html", "config.yaml"} <= {p.name for p in (folder / "run").iterdir()}
     assert "max_strain: 0.5  # %" in (folder / "run/config.yaml").read_text()
@@ -97,6 +97,8 @@ def test_check_and_report_know_it(wired, done):
 def test_a_wrong_field_is_named(wired, tmp_path):
     found = knittest(wired, tmp_path, "wire", "--variant", "1", "--set", "rig.max_strain=200")
     assert found.returncode == 2 and "rig.max_strain = 200" in found.stderr and "10" in found.stderr
+    found = knittest(wired, tmp_path, "wire", "--variant", "1", "--scale", "macro")
+    assert found.returncode == 2 and "a wire is made of beams" in found.stderr
 
 
 def test_a_stopped_run_goes_on_to_the_same_bits(wired, tmp_path):

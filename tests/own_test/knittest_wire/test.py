@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from knittest.base.errors import InputError
 from knittest.base.history import History, Quality
 from knittest.laboratory.base import Prepared
 from knittest.laboratory.judging import Span, assess
@@ -17,7 +18,7 @@ from knittest.solve.simulate import simulate
 from knittest.solve.state import SimulationCost
 from knittest_wire.config import WireRun
 
-ELEMENTS, RADIUS, LINEAR_DENSITY = 10, 0.5, 1e-3  # -, mm, g/mm
+RADIUS, LINEAR_DENSITY = 0.5, 1e-3  # mm, g/mm
 
 
 class Grips:
@@ -35,7 +36,7 @@ class Grips:
     def constrain(self, boundary: Boundary) -> None:
         """Grip both ends."""
         boundary.grip(np.array([0]), ALL[0])
-        boundary.grip(np.array([ELEMENTS]), ALL[0], self.pull)
+        boundary.grip(np.array([boundary.model.n_nodes - 1]), ALL[0], self.pull)
 
     def ring_time(self, wave_speed: float) -> float:
         """Time [ms] of a wave along the wire."""
@@ -57,9 +58,11 @@ class WireTest:
     ends_at_failure = False
 
     def prepare(self, run: WireRun, specimen: int = 0, observer: Observer = SILENT) -> Prepared:
-        """A chain of beams along x."""
-        points = np.zeros((ELEMENTS + 1, 3))
-        points[:, 0] = np.linspace(0.0, run.rig.length, ELEMENTS + 1)
+        """A chain of beams along x, as many as in a loop; raises :class:`InputError` for shells."""
+        if run.model.scale != "meso":
+            raise InputError("model.scale = macro: a wire is made of beams: use --scale meso")
+        points = np.zeros((run.model.meso.elements_per_loop + 1, 3))
+        points[:, 0] = np.linspace(0.0, run.rig.length, len(points))
         card = section(run.rig.stiffness, 0.01 * run.rig.stiffness, RADIUS, LINEAR_DENSITY)
         model = build_chains([Chain(points, card)], ("wire",))
         facts = {"length_mm": run.rig.length, "area_mm2": 2.0 * RADIUS * run.rig.length}
