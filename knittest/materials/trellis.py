@@ -65,7 +65,7 @@ def normalised_force(force: Any, angle: Any, fabric_side: float, frame_side: flo
     return along_side * frame_side / fabric_side**2
 
 
-def crosshead_of_normalised(normalised: object, angle: object, fabric_side: float, frame_side: float) -> Any:
+def crosshead_of_normalised(normalised: Any, angle: Any, fabric_side: float, frame_side: float) -> Any:
     """Crosshead force [N] of a normalised shear force [N/mm]: the inverse of :func:`normalised_force`."""
     return normalised / normalised_force(1.0, angle, fabric_side, frame_side)
 

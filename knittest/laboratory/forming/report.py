@@ -1,5 +1,6 @@
 """Report of a forming test: forces over the stroke, shear angles, wrinkles, draw-in, yarn forces."""
 
+from collections.abc import Callable
 from itertools import groupby
 from pathlib import Path
 
@@ -152,13 +153,13 @@ def _outlines(run: FormingRun, specimen: Specimen) -> Outlines:
     )
 
 
-def _section(distance: object, height: float, half: Array) -> Array:
+def _section(distance: Callable[[Array], Array], height: float, half: Array) -> Array:
     """Longest line on which a tool's surface meets the plane at ``height`` [mm], (n, 2)."""
     from contourpy import contour_generator
 
     x, y = np.meshgrid(*(np.linspace(-h, h, 300) for h in half))
     points = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, height)])
-    lines: list[Array] = list(contour_generator(x, y, distance(points).reshape(x.shape)).lines(0.0))  # type: ignore
+    lines: list[Array] = list(contour_generator(x, y, distance(points).reshape(x.shape)).lines(0.0))  # type: ignore[arg-type]
     return max(lines, key=len, default=np.zeros((0, 2)))
 
 
