@@ -32,6 +32,7 @@ LEFT_OUT = 0.1
 UNRATED = {
     "reconstructed": "the shape of the reference is reconstructed, not measured",
     "input": "the model was given the reference, or returns what it was made of",
+    "tuned": "the model was tuned on the reference, or chosen with it in view",
 }
 #: digits kept behind the point
 DIGITS = 4

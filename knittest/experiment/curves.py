@@ -17,7 +17,7 @@ from knittest.experiment.shear_csv import read_shear
 from knittest.materials.trellis import ANGLE
 
 Array = NDArray[np.float64]
-Kind = Literal["measured", "digitised", "reconstructed", "simulated", "input"]
+Kind = Literal["measured", "digitised", "reconstructed", "simulated", "input", "tuned"]
 Notes = dict[str, tuple[str, str]]
 MAX_BYTES = 10_000_000
 #: columns of a tensile force: of the whole strip, and per width

@@ -111,12 +111,21 @@ def _at(fabric: Fabric, field: str) -> object:
     return value
 
 
-def _names_row(fabric: Fabric, scale: Scale, direction: str, quantity: str) -> bool:
-    """Tell whether a number that ``scale`` reads was tuned on the row or chosen with it in view."""
+def tuning_labels(fabric: Fabric, scale: Scale, direction: str, quantity: str) -> list[str]:
+    """Rows and curves with ``quantity`` that numbers which ``scale`` reads were tuned on or chosen with in view."""
     unread = YARN_LEVEL if scale == "macro" else ("macro",)
     read = fabric.model_copy(update=dict.fromkeys(unread))
-    labels = [label for q in quantities(read) for label in (*q.tuned_on, *q.chosen_by)]
-    return any(_is_row(label, fabric.experiment_variant, direction, quantity) for label in labels)
+    labels = dict.fromkeys(label for q in quantities(read) for label in (*q.tuned_on, *q.chosen_by))
+    return [label for label in labels if _is_row(label, fabric.experiment_variant, direction, quantity)]
+
+
+def is_curve(label: str, direction: str) -> bool:
+    """Tell whether ``label`` of a row or curve means a curve of ``direction``."""
+    return label.startswith(f"{direction} curve ".lstrip())
+
+
+def _names_row(fabric: Fabric, scale: Scale, direction: str, quantity: str) -> bool:
+    return bool(tuning_labels(fabric, scale, direction, quantity))
 
 
 def _is_row(label: str, variant: str | None, direction: str, quantity: str) -> bool:
@@ -127,4 +136,4 @@ def _is_row(label: str, variant: str | None, direction: str, quantity: str) -> b
     own = label.removeprefix(f"V{variant} ") if variant else label
     names: Sequence[str] = [quantity, ROW_NAMES.get(quantity, ""), OTHER_NAMES.get(quantity, "")]
     rows = [f"{direction} {name}".strip() for name in names if name]
-    return own in rows or own.startswith((f"{rows[0]} = ", f"{direction} curve ".lstrip()))
+    return own in rows or own.startswith(f"{rows[0]} = ") or is_curve(own, direction)

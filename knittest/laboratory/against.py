@@ -2,22 +2,21 @@
 
 import textwrap
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from knittest.base.stamp import stamped
+from knittest.base.kinds import kinds
 from knittest.config.run import Run
 from knittest.experiment.compare import column_of, columns_of
 from knittest.experiment.conditions import UNKNOWN, Conditions
 from knittest.experiment.curves import ReferenceCurve, load_curve, located
-from knittest.experiment.forces import noted
 from knittest.export.line_picture import Band, Line, line_picture
-from knittest.laboratory.given_data import given_as
 from knittest.laboratory.registry import REPORTS
 from knittest.laboratory.report_base import title_of
 from knittest.laboratory.run_stamp import run_stamp
+from knittest.laboratory.tuned_data import marked
 
 #: characters of a line in the legend
 LEGEND = 105
@@ -37,10 +36,9 @@ def _own_curve(run: Run, path: Path, given: Conditions) -> ReferenceCurve:
     names = (report.axes.x, report.axes.y, *report.axes.others)
     curve = load_curve(path, given)
     column_of(names, curve.x_name, curve)
-    known = given_as(run, path, curve)
-    curve = report.matched(run, curve)
+    curve = report.matched(run, marked(run, path, curve, kinds()[run.rig.kind].published))
     columns_of(names, curve)
-    return noted(replace(curve, kind="input"), known) if known else curve
+    return curve
 
 
 def draw_against(run: Run, columns: Mapping[str, np.ndarray], curve: ReferenceCurve, path: Path, identity: str) -> None:

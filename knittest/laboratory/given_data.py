@@ -1,6 +1,6 @@
 """Tells whether the shells of a run were given the data of a curve that is to be compared with them."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -39,12 +39,12 @@ def given_as(run: Run, path: Path, curve: ReferenceCurve) -> str:
     given = [load_curve(file) for file in files]
     if curve.source != path.name and curve.source in [one.source for one in given]:
         return "the shells were given a curve of the same source"
-    if any(_same_data(curve, one) for one in given):
+    if any(same_data(curve, one) for one in given):
         return "the shells were given the same data"
-    if any(_same_data(curve, one) for file in files for one in _readable(sorted(file.parent.glob(SPECIMENS)))):
+    if any(same_data(curve, one) for file in files for one in readable(sorted(file.parent.glob(SPECIMENS)))):
         return "it is a specimen of the import that the shells were given"
-    beside = _readable([path.parent / name for name in (TENSION, SHEAR)] if path.match(SPECIMENS) else [])
-    if any(_same_data(made, one) for made in beside for one in given):
+    beside = readable([path.parent / name for name in (TENSION, SHEAR)] if path.match(SPECIMENS) else [])
+    if any(same_data(made, one) for made in beside for one in given):
         return "it is a specimen of the import that the shells were given"
     return ""
 
@@ -57,7 +57,8 @@ def _gave_friction(run: Run, path: Path) -> bool:
     return path.resolve().is_relative_to((data_dir() / own).resolve())
 
 
-def _readable(paths: list[Path]) -> Iterator[ReferenceCurve]:
+def readable(paths: Iterable[Path]) -> Iterator[ReferenceCurve]:
+    """The curves among ``paths``."""
     for path in paths:
         try:
             yield load_curve(path)
@@ -65,7 +66,7 @@ def _readable(paths: list[Path]) -> Iterator[ReferenceCurve]:
             continue
 
 
-def _same_data(one: ReferenceCurve, other: ReferenceCurve) -> bool:
+def same_data(one: ReferenceCurve, other: ReferenceCurve) -> bool:
     """Tell whether two curves differ by rounding only, over the range that counts of both."""
     try:
         one, other = _size_free(one), _size_free(other)

@@ -95,6 +95,12 @@ def softened(card: Laminate, share: float) -> Laminate:
     return _linear(card, share, rest, share * rest)
 
 
+def enough_for_bending(card: Laminate, share: float) -> float:
+    """``share`` of the membrane stiffness at rest, or where bending needs more, what is enough for it."""
+    least = 2.0 * card.outer / (card.slope[:, 0] + 2.0 * card.outer)
+    return share if float(least.max()) < share else _enough(least)
+
+
 def softened_at_most(card: Laminate, share: float) -> Laminate:
     """A share of the largest tangent in tension, as of the axial stiffness of yarns, the compression as it is unless
     that is stiffer, and the same bending; shells break at the force at which they would.

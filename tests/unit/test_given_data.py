@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+import yaml
 from report_sample import write_run
 
 from knittest.cli.main import run as command
@@ -19,6 +20,7 @@ from knittest.experiment.lab_frame import Sheared
 from knittest.experiment.lab_frame_report import write_frames
 from knittest.experiment.lab_report import write_import
 from knittest.laboratory.against import own_curves
+from knittest.laboratory.registry import REPORTS
 
 SHARE = np.linspace(0.0, 1.0, 60)
 ENDS = (1.5, 1.56, 1.62)
@@ -142,3 +144,53 @@ def test_a_strip_of_unknown_direction_is_not_rated(imported, capsys):
     assert command(["compare", str(folder), "--against", str(path), "--direction", "warp"]) == 0
     assert "rating 1.00 (excellent)" in capsys.readouterr().err
     assert command(["compare", str(folder), "--against", str(path), "--direction", "weft"]) == 2
+
+
+def tuned(
+    imported: Path, labels: list[str], scale: str = "meso", direction: str = "warp", file: str = "warp/corridor.csv"
+):
+    """Comparison of a run of ``mine`` whose yarns were tuned on ``labels`` with a curve of the import."""
+    path = imported / "configs/mine.yaml"
+    data = yaml.safe_load(path.read_text())
+    data["reinforcing"]["youngs_modulus"] |= {"source": "tuned", "tuned_on": labels}
+    path.write_text(yaml.safe_dump(data))
+    return compared(imported / "data/mine" / file, scale=scale, direction=direction)
+
+
+@pytest.mark.parametrize(
+    "label",
+    ["Vmine warp max. tensile force", "warp peak_force_n = 6900", "warp curve corridor.csv", "warp fracture strain"],
+)
+def test_a_curve_that_yarns_were_tuned_on_is_said_to_be_and_not_rated(imported, label):
+    found = tuned(imported, [label])
+    assert found["reference_kind"] == "tuned" and found["rating"] is None and label in found["note"]
+    assert found["no_rating"].startswith("the model was tuned on the reference")
+    assert abs(found["peak_error_pct"]) > 0.0  # the errors stay
+
+
+def test_the_other_direction_still_judges_a_calibration(imported):
+    found = tuned(imported, ["Vmine warp max. tensile force"], direction="weft", file="weft/corridor.csv")
+    assert found["reference_kind"] == "measured" and found["rating"] is not None
+
+
+def test_shells_are_not_tuned_by_yarns_that_they_do_not_read(imported):
+    assert judged_as_input(tuned(imported, ["Vmine warp max. tensile force"], "macro"))
+
+
+def test_a_strip_of_another_laboratory_judges_a_row_but_not_a_curve_it_may_be(imported):
+    """A renamed copy of the curve that was fitted cannot be told from it; a row is of the fabric's own tests."""
+    other = raw(imported / "warp-other.csv", 1.56, 1.02 * strip_force(1.56))
+    for label, kind in (("Vmine warp max. tensile force", "measured"), ("warp curve elsewhere.csv", "tuned")):
+        tuned(imported, [label])
+        assert compared(other, scale="meso")["reference_kind"] == kind
+    tuned(imported, ["Vmine warp max. tensile force"])
+    copy = imported / "warp-copy.csv"
+    copy.write_bytes((imported / "data/mine/warp/specimen-02.csv").read_bytes())
+    assert compared(copy, scale="meso")["reference_kind"] == "tuned"
+
+
+def test_the_fabrics_own_curve_beside_its_yarns_is_tuned_too(imported):
+    tuned(imported, ["Vmine warp max. tensile force"])
+    for direction, kind in (("warp", "tuned"), ("weft", "measured")):
+        run = resolve(test="tensile", variant="mine", scale="meso", direction=direction)
+        assert REPORTS["tensile"].reference_curve(run).kind == kind

@@ -5,17 +5,20 @@ from math import atan2, degrees
 import numpy as np
 
 from knittest.base.history import Frame
+from knittest.config.rigs import CantileverRig
 from knittest.config.run import CantileverRun
 from knittest.laboratory.base import Prepared, fabric_laminate
 from knittest.laboratory.cantilever.mounting import Mounting, Rest
 from knittest.laboratory.weights import weights
-from knittest.materials.laminate import softened
+from knittest.materials.laminate import enough_for_bending, softened
 from knittest.models.boundary import Boundary
 from knittest.models.macro import build_rectangle
 from knittest.models.readings import new_tally
 from knittest.solve.observer import Observer
 from knittest.solve.relax import relax
 from knittest.solve.state import SimulationCost
+
+DEFAULT_SHARE = CantileverRig.model_fields["membrane_share"].default
 
 
 def mount_shells(run: CantileverRun, overhang: float) -> Prepared:
@@ -24,11 +27,13 @@ def mount_shells(run: CantileverRun, overhang: float) -> Prepared:
     rows = max(round(overhang / size), 4)
     step = overhang / rows
     y = np.concatenate([[-step], step * np.arange(rows + 1)])
-    soft = softened(fabric_laminate(run), run.rig.membrane_share)
-    model = build_rectangle(run.fabric, soft, run.rig.direction, y, run.rig.width_mm, size)
-    area = run.rig.width_mm * (overhang + step)
+    card, share, width = fabric_laminate(run), run.rig.membrane_share, run.rig.width_mm
+    if share == DEFAULT_SHARE:  # nobody chose it
+        share = enough_for_bending(card, share)
+    model = build_rectangle(run.fabric, softened(card, share), run.rig.direction, y, width, size)
+    area = width * (overhang + step)
     mounting = Mounting(model.position(), weights(run, model, area))
-    facts = {"overhang_mm": overhang, "width_mm": run.rig.width_mm, "area_mm2": area}
+    facts = {"overhang_mm": overhang, "width_mm": width, "area_mm2": area, "membrane_share": share}
     return Prepared(model, mounting, facts=facts)
 
 

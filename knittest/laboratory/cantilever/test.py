@@ -100,7 +100,10 @@ class Cantilever(Test[CantileverRun]):
             failures.append(f"the chord still moves by {last['drift_deg']:.2f} deg in the last turn of sections")
         if moment > MOMENT_TOLERANCE:
             failures.append(f"the root's moment is off that of the weight by {100.0 * moment:.1f} %")
-        return Quality(0.0, moment, 0.0, 0.0, 0.0, not failures, tuple(failures))
+        kept, default = prepared.facts.get("membrane_share", 0.0), run.rig.membrane_share
+        told = f"rig.membrane_share: {kept:g} is kept: the default {default:g} is less than bending needs here"
+        warnings = (told,) if kept > default else ()
+        return Quality(0.0, moment, 0.0, 0.0, 0.0, not failures, tuple(failures), warnings)
 
 
 def _meso(run: CantileverRun) -> bool:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from knittest.base.errors import InputError
 from knittest.base.history import Specimen
+from knittest.base.kinds import kinds
 from knittest.config.run import FrictionRun
 from knittest.experiment.conditions import same
 from knittest.experiment.curves import ReferenceCurve
@@ -84,7 +85,7 @@ class FrictionReport(NoSize[FrictionRun], Report[FrictionRun]):
 
     def reference_curve(self, run: FrictionRun) -> ReferenceCurve | None:
         """The fabric's own strips under the same normal force; of the paper's fabrics no curve is published."""
-        curve = imported_corridor(run)
+        curve = imported_corridor(run, kinds()[run.rig.kind].published)
         pressed = None if curve is None else curve.conditions.normal_force_n
         if curve is None or pressed is None or not same(pressed, run.rig.normal_force_n):
             return None

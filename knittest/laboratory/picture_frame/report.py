@@ -9,6 +9,7 @@ import numpy as np
 
 from knittest.base.errors import InputError
 from knittest.base.history import Specimen
+from knittest.base.kinds import kinds
 from knittest.config.run import PictureFrameRun
 from knittest.experiment.conditions import EXACT
 from knittest.experiment.curves import ReferenceCurve
@@ -90,7 +91,7 @@ class PictureFrameReport(Report[PictureFrameRun]):
 
     def reference_curve(self, run: PictureFrameRun) -> ReferenceCurve | None:
         """The fabric's own frames, normalised; of the paper's fabrics no shear force is published."""
-        curve = imported_corridor(run)
+        curve = imported_corridor(run, kinds()[run.rig.kind].published)
         return None if curve is None else self.matched(run, curve)
 
     def curve(self, specimens: list[Specimen]) -> Columns:

@@ -8,9 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from knittest.base.history import Specimen
+from knittest.base.kinds import kinds
 from knittest.base.resources import data_dir
 from knittest.config.run import TensileRun
 from knittest.experiment.borrowed import borrowed
+from knittest.experiment.compare import UNRATED
 from knittest.experiment.conditions import EXACT
 from knittest.experiment.curves import ReferenceCurve, load_curve
 from knittest.experiment.forces import for_width as strip_force
@@ -32,6 +34,7 @@ from knittest.laboratory.report_base import (
 )
 from knittest.laboratory.strips import yarns_across
 from knittest.laboratory.tensile.test import Tensile, carrying_width
+from knittest.laboratory.tuned_data import marked
 
 #: share of the yarns by which whole ones may differ from those of the width without a word
 UNEVEN = 0.01
@@ -80,12 +83,14 @@ class TensileReport(Report[TensileRun]):
         path = data_dir() / run.fabric.macro.tension[run.rig.direction]
         if not path.is_file():
             return None
-        curve = self.matched(run, load_curve(path))
-        if run.model.scale == "macro":
-            source = f"{curve.source}; assumed: of {owner}" if owner else curve.source
-            given = replace(curve, kind="input", source=source)
-            return noted(given, f"the input of the shells is itself {curve.kind}")
-        return curve
+        curve = load_curve(path)
+        if run.model.scale == "meso":
+            told = curve if curve.kind in UNRATED else marked(run, path, curve, kinds()[run.rig.kind].published)
+            return self.matched(run, told)
+        curve = self.matched(run, curve)
+        source = f"{curve.source}; assumed: of {owner}" if owner else curve.source
+        given = replace(curve, kind="input", source=source)
+        return noted(given, f"the input of the shells is itself {curve.kind}")
 
     def matched(self, run: TensileRun, curve: ReferenceCurve) -> ReferenceCurve:
         """Force [N] of the tested strip for the width of the run; strain is relative, another gauge length is said."""

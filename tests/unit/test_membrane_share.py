@@ -1,0 +1,61 @@
+"""A fabric that bends too stiffly for the default share of membrane stiffness has what is enough, and is told."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from knittest.base.errors import InputError
+from knittest.base.history import History
+from knittest.config.loading import resolve
+from knittest.laboratory.base import Prepared, fabric_laminate
+from knittest.laboratory.cantilever.shells import DEFAULT_SHARE
+from knittest.laboratory.cantilever.test import Cantilever
+from knittest.materials.laminate import enough_for_bending, softened
+from knittest.solve.state import SimulationCost
+
+STIFF = "fabric.macro.bending_stiffness.warp=200"
+
+
+def prepared(*sets: str) -> tuple[Any, Prepared]:
+    run = resolve(test="cantilever", scale="macro", preset="quick", variant="1", direction="warp", sets=list(sets))
+    return run, Cantilever().prepare(run)
+
+
+def warned(run: Any, mounted: Prepared) -> tuple[str, ...]:
+    """Warnings on a strip at rest."""
+    last = {"root_moment_nmm": 1.0, "weight_moment_nmm": 1.0, "converged": 1.0, "drift_deg": 0.0, "steps": 9.0}
+    energies = {name: np.array([value]) for name, value in last.items()}
+    quality = Cantilever().assess(run, mounted, History(mounted.model.mesh, {}, energies, []), SimulationCost())
+    assert not quality.failures
+    return quality.warnings
+
+
+def test_a_shipped_fabric_keeps_the_default_to_the_bit() -> None:
+    run, mounted = prepared()
+    assert mounted.facts["membrane_share"] == DEFAULT_SHARE == 0.01 and not warned(run, mounted)
+
+
+def test_a_stiff_fabric_takes_what_is_enough_and_says_so() -> None:
+    run, mounted = prepared(STIFF)
+    share = mounted.facts["membrane_share"]
+    card = fabric_laminate(run)
+    assert (softened(card, share).slope > 0.0).all()
+    with pytest.raises(InputError, match="leaves less membrane stiffness"):
+        softened(card, 0.75 * share)  # hardly more than is needed
+    (told,) = warned(run, mounted)
+    assert f"rig.membrane_share: {share:g} is kept" in told and "0.01" in told
+
+
+def test_a_share_that_is_chosen_is_refused_where_it_is_too_small_and_kept_where_not() -> None:
+    with pytest.raises(InputError, match="leaves enough"):
+        prepared(STIFF, "rig.membrane_share=0.011")
+    run, mounted = prepared(STIFF, "rig.membrane_share=0.5")
+    assert mounted.facts["membrane_share"] == 0.5 and not warned(run, mounted)
+
+
+def test_enough_is_what_is_kept_unless_bending_needs_more() -> None:
+    card = fabric_laminate(prepared()[0])
+    least = float((2.0 * card.outer / (card.slope[:, 0] + 2.0 * card.outer)).max())
+    assert enough_for_bending(card, 1.01 * least) == 1.01 * least
+    assert 1.2 * least <= enough_for_bending(card, 0.99 * least) <= 1.2 * least + 0.01
