@@ -21,7 +21,7 @@ class Reference:
 
     strain_pct: Array
     force_n: Array
-    kind: Literal["measured", "digitised", "reconstructed", "simulated", "input"]
+    kind: Literal["measured", "digitised", "reconstructed", "simulated", "input", "tuned"]
     source: str = ""  # its citation, or a file name
 
 
@@ -57,6 +57,7 @@ _STYLE = {
     "reconstructed": (RED, (0, (4, 2)), "reconstructed"),
     "simulated": (GREEN, (0, (5, 1, 1, 1)), "simulated elsewhere"),
     "input": (ORANGE, (0, (1, 1.2)), "input of the model"),
+    "tuned": (RED, (0, (3, 1.5)), "the model was tuned on it"),
 }
 
 

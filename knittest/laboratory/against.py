@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from knittest.base.stamp import stamped
 from knittest.base.kinds import kinds
+from knittest.base.stamp import stamped
 from knittest.config.run import Run
 from knittest.experiment.compare import column_of, columns_of
 from knittest.experiment.conditions import UNKNOWN, Conditions

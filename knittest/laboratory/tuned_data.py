@@ -1,4 +1,4 @@
-"""Says of a curve beside a run whether the model was given it, or tuned on it: neither judges the run."""
+"""Marks a curve beside a run that the model was given, or tuned on: neither judges the run."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -25,7 +25,7 @@ def marked(run: Run, path: Path, curve: ReferenceCurve, quantities: Sequence[str
 
 
 def tuned_as(run: Run, path: Path, curve: ReferenceCurve, quantities: Sequence[str]) -> str:
-    """What numbers of ``run`` were tuned on, or chosen by, that ``curve`` holds; empty if nothing is known.
+    """Reason to call ``curve`` tuned: what numbers of ``run`` were tuned on, or chosen by; empty if nothing is known.
 
     Rows of tables are in the curves of the fabric's own experiment. A curve is recorded by the name of its file alone,
     so that each one of that direction may be it.
