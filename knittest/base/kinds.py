@@ -5,11 +5,14 @@ reading it imports no numpy, so that ``knittest --help`` is quick, and no room b
 laboratory: they ask the record.
 """
 
+import hashlib
 import importlib
+import importlib.util
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any, TypeVar
 
@@ -166,8 +169,24 @@ def _object(path: str, where: str) -> Any:
         raise InputError(f"{where}: expected module:name, found {path!r}")
     try:
         return getattr(importlib.import_module(module), name)
-    except (ImportError, AttributeError) as error:
+    except Exception as error:  # a package of somebody else may fail in any way
         raise InputError(f"{where}: cannot be loaded: {error}: repair or uninstall the package") from error
+
+
+def package_digest(kind: TestKind) -> dict[str, str]:
+    """Digest of the sources of the packages that the test of ``kind`` comes from, where they are not knittest."""
+    parts = (kind.run, kind.test, kind.report)
+    packages = sorted({part.partition(":")[0].partition(".")[0] for part in parts} - {PACKAGE.name})
+    if not packages:
+        return {}
+    digest = hashlib.sha256()
+    for package in packages:
+        found = importlib.util.find_spec(package)
+        folders = list(found.submodule_search_locations or ()) if found else []
+        files = [path for folder in folders for path in Path(folder).rglob("*.py")]
+        for path in sorted(files or ([Path(found.origin)] if found and found.origin else [])):
+            digest.update(path.name.encode() + path.read_bytes())
+    return {"test": digest.hexdigest()}
 
 
 def _package(entry: EntryPoint) -> str:

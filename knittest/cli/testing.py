@@ -33,7 +33,7 @@ def test_command(kind: TestKind) -> click.Command:
         from knittest.runs.options import RunOptions
 
         given = {field: chosen.pop(name) for name, field in fields.items()}
-        chosen["sets"] = (*chosen["sets"], *(f"{field}={v:g}" for field, v in given.items() if v is not None))
+        chosen["sets"] = (*chosen["sets"], *(f"{field}={v!r}" for field, v in given.items() if v is not None))
         reported = {name: chosen.pop(name) for name in ("threads", "quiet", "against")}
         options = RunOptions(out, json=chosen.pop("as_json"), frames=not chosen.pop("no_frames"), **reported)
         if resume is not None:

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import knittest
+from knittest.base.kinds import kinds, package_digest
 from knittest.base.resources import data_dir
 from knittest.config.dumping import dump
 from knittest.config.run import Run
@@ -34,6 +35,7 @@ def identity_of(run: Run, data_files: Iterable[Path]) -> Identity:
         "config": run.model_dump(mode="json"),
         "data": provenance.sha256_files(data_files),
         **({"cell": cell} if cell else {}),
+        **package_digest(kinds()[run.rig.kind]),
     }
 
 

@@ -153,7 +153,7 @@ class Checkpoints:
 
 
 class SpecimenKeeper:
-    """Keeps the simulation of one specimen: :class:`knittest.solve.state.Keeper`."""
+    """Keeps the simulation of one specimen, as a :class:`knittest.solve.observer.Observer` asks it to."""
 
     def __init__(self, store: Checkpoints, specimen: int) -> None:
         self.store, self.specimen = store, specimen

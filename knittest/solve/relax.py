@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import NumericalError
-from knittest.kernels.drive_state import Drive
+from knittest.kernels.drive_state import ABOUT, ALONG, Drive
 from knittest.kernels.explicit import SCRATCH
 from knittest.kernels.options import PARTITIONS
 from knittest.kernels.state import Tally
@@ -102,7 +102,7 @@ def relax(
                 f"dynamic relaxation is no longer finite after {found.steps} steps, first at node {bad} of "
                 f"{model.name_of(bad)}; reduce solver.safety"
             )
-        force = np.hstack([nodes.force[:, :n].T, nodes.moment[:, :n].T]) / arm * free
+        force = np.hstack([nodes.force[:, :n].T, _unheld(nodes.moment[:, :n].T, drive)]) / arm * free
         move = np.hstack([model.position() - before, _turn(facing, nodes.rotation[:, :n])]) * arm * free
         if last is not None:
             frequency = _slowest(move, force - last, model.mass, dt, frequency)
@@ -121,10 +121,23 @@ def relax(
 
 
 def _free(model: ExplicitModel, drive: Drive) -> Array:
-    """1 for degrees of freedom that may move, else 0, (n_nodes, 6)."""
+    """1 for degrees of freedom that may move, else 0, (n_nodes, 6).
+
+    Along axes of one's own all are 1: forces hold the reaction.
+    """
     free = np.repeat(np.column_stack([model.mass > 0.0, model.inertia > 0.0]).astype(float), 3, axis=1)
-    free[drive.motions.node, drive.motions.dof] = 0.0
+    fixed = drive.motions.dof < ALONG
+    free[drive.motions.node[fixed], drive.motions.dof[fixed]] = 0.0
     return free
+
+
+def _unheld(moment: Array, drive: Drive) -> Array:
+    """``moment`` (n_nodes, 3) [N mm] without its part about axes of one's own that a motion prescribes."""
+    about = drive.motions.dof == ABOUT
+    node, axis = drive.motions.node[about], drive.motions.axis[about]
+    rest = moment.copy()
+    np.subtract.at(rest, node, np.sum(moment[node] * axis, axis=1, keepdims=True) * axis)
+    return rest
 
 
 def _gyration(model: ExplicitModel) -> Array:

@@ -38,7 +38,7 @@ def wired(tmp_path_factory):
 
 
 def environment(*site: Path) -> dict[str, str]:
-    return os.environ | {"PYTHONPATH": os.pathsep.join(map(str, (ROOT, *site)))}
+    return os.environ | {"PYTHONPATH": os.pathsep.join(map(str, (ROOT, *site))), "COLUMNS": "200"}
 
 
 def knittest(site: Path, folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
@@ -102,18 +102,17 @@ def test_a_wrong_field_is_named(wired, tmp_path):
 
 
 def test_a_stopped_run_goes_on_to_the_same_bits(wired, tmp_path):
-    chosen = ["wire", "--variant", "1", "--preset", "quick", "--set", "solver.speed=0.002", "--quiet"]
+    chosen = ["wire", "--variant", "1", "--preset", "quick", "--set", "solver.speed=0.001", "--quiet"]
     command = [sys.executable, "-m", "knittest.cli.main", *chosen, "--out", "stopped"]
     with subprocess.Popen(command, cwd=tmp_path, env=environment(wired), stderr=subprocess.PIPE) as process:
         ends = time.monotonic() + 300.0
-        while not (tmp_path / "stopped/log.jsonl").exists() and time.monotonic() < ends:
+        while not (tmp_path / "stopped/log.jsonl").exists() and process.poll() is None and time.monotonic() < ends:
             time.sleep(0.05)
-        time.sleep(3.0)
+        time.sleep(2.0)
         process.send_signal(signal.SIGTERM)
         process.wait(60)
-    if process.returncode != 0:  # else it was faster than the signal
-        assert process.returncode == 75
-        assert knittest(wired, tmp_path, "resume", "stopped", "--quiet").returncode == 0
+    assert process.returncode == 75
+    assert knittest(wired, tmp_path, "resume", "stopped", "--quiet").returncode == 0
     assert knittest(wired, tmp_path, *chosen, "--out", "whole").returncode == 0
     stopped, whole = (json.loads((tmp_path / name / "summary.json").read_text()) for name in ("stopped", "whole"))
     assert stopped["results"] == whole["results"]
@@ -133,6 +132,45 @@ def test_a_broken_package_is_named(tmp_path, entry, said):
     install(tmp_path / "site", "other", entry, ROOT / "tests/own_test/knittest_wire")
     found = knittest(tmp_path / "site", tmp_path, "--help")
     assert found.returncode == 2 and said in found.stderr and "Traceback" not in found.stderr
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "said"),
+    [
+        ("kind.py", "TestKind(", "TestKind(unheard_of=1, ", "unheard_of"),  # written for another version of knittest
+        ("kind.py", "KIND = ", "KIND = ) ", "cannot be loaded"),
+        ("test.py", "def assess(", "def judge(", "knittest_wire.test:WireTest lacks assess"),
+    ],
+)
+def test_a_package_for_another_version_is_named_before_it_runs(tmp_path, file, old, new, said):
+    site = tmp_path / "site"
+    install(site, "other", "wire = knittest_wire.kind:KIND", ROOT / "tests/own_test/knittest_wire")
+    path = site / "knittest_wire" / file
+    assert old in path.read_text()
+    path.write_text(path.read_text().replace(old, new, 1))
+    found = knittest(site, tmp_path, "check", "wire", "--variant", "1", "--no-time")
+    assert found.returncode == 2 and said in found.stderr and "internal error" not in found.stderr
+
+
+def test_a_run_of_it_is_another_when_its_code_changes(tmp_path):
+    site = tmp_path / "site"
+    install(site, "other", "wire = knittest_wire.kind:KIND", ROOT / "tests/own_test/knittest_wire")
+    code = """
+from knittest.config.loading import resolve
+from knittest.export.identity import identity_of
+for test, scale in (("wire", "meso"), ("friction", "macro")):
+    print(identity_of(resolve(test=test, variant="1", scale=scale), []).get("test"))
+"""
+
+    def digests() -> list[str]:
+        told = subprocess.run([sys.executable, "-c", code], env=environment(site), capture_output=True, text=True)
+        return told.stdout.split()
+
+    before = digests()
+    with (site / "knittest_wire/report.py").open("a") as stream:
+        stream.write("# changed\n")
+    after = digests()
+    assert len(before) == 2 and before[0] != after[0] and before[1] == after[1] == "None"
 
 
 def test_an_installation_older_than_the_code_says_what_to_do(tmp_path):

@@ -5,10 +5,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 
 from knittest.base import kinds as module
 from knittest.base.errors import InputError
 from knittest.base.kinds import Joined, Parts, kinds, names
+from knittest.cli.main import cli
 from knittest.export.folder import results_of_runs, tables_of_runs
 from knittest.laboratory.registry import REPORTS, TESTS
 
@@ -88,3 +90,11 @@ def test_a_record_that_names_nothing_is_refused():
         replace(kinds()["friction"], report="knittest.laboratory.friction.nowhere:Report").load("report")
     with pytest.raises(InputError, match="expected module:name"):
         replace(kinds()["friction"], report="Report").load("report")
+
+
+def test_an_option_of_a_test_keeps_all_digits(monkeypatch):
+    asked = {}
+    monkeypatch.setattr("knittest.cli.testing.resolve_runs", lambda kind, direction, chosen: asked.update(chosen) or [])
+    monkeypatch.setattr("knittest.studies.command.run_command", lambda runs, options: 0)
+    CliRunner().invoke(cli, ["forming", "--variant", "1", "--blank-holder-force", "1234.567"])
+    assert "rig.blank_holder_force=1234.567" in asked["sets"]

@@ -14,6 +14,7 @@ from knittest.laboratory.registry import REPORTS
 from knittest.laboratory.report_base import title_of
 from knittest.laboratory.run_stamp import run_stamp
 from knittest.report_page.page import write_report, write_reports
+from knittest.solve.observer import Observer
 
 TABLE = """variant,direction,quantity,mean,sd,n,unit,table
 mine,,strip_width_mm,100,,,mm,strips of mine
@@ -139,6 +140,11 @@ def test_the_yarns_are_announced_as_laid_out_after_the_cell_was_relaxed(own: Pat
 
     monkeypatch.setattr(strips, "relaxed_cell", relaxed)
     phases: list[str] = []
+
+    class Listener(Observer):
+        def phase(self, text: str) -> None:
+            phases.append(text)
+
     with pytest.raises(Reached):
-        strips.cut(resolve(test="tensile", variant="1", scale="meso", direction="warp"), 2, 2, phase=phases.append)
+        strips.cut(resolve(test="tensile", variant="1", scale="meso", direction="warp"), 2, 2, observer=Listener())
     assert phases == ["laying out the yarns"]

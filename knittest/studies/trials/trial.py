@@ -1,15 +1,13 @@
 """A trial: one run, known by a key of all that its result depends on."""
 
 import hashlib
-import importlib.util
 import json
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 
 import knittest
 from knittest.base.errors import InputError
-from knittest.base.kinds import kinds
+from knittest.base.kinds import kinds, package_digest
 from knittest.base.resources import PACKAGE
 from knittest.config.run import Run
 from knittest.export.identity import FREE, data_files
@@ -53,25 +51,11 @@ def trial_of(run: Run, label: str = "") -> Trial:
         "config": config,
         "version": knittest.__version__,
         "code": code_digest(),
-        **own_test_digest(run),
+        **package_digest(kinds()[run.rig.kind]),
         "data": sha256_files(data_files(run)),
     }
     text = json.dumps(content, sort_keys=True)
     return Trial(run, hashlib.sha256(text.encode()).hexdigest()[:KEY_DIGITS], label)
-
-
-def own_test_digest(run: Run) -> dict[str, str]:
-    """Digest of the package that the test of ``run`` comes from, where that is not knittest."""
-    package = kinds()[run.rig.kind].run.partition(".")[0].partition(":")[0]
-    if package == knittest.__name__:
-        return {}
-    digest = hashlib.sha256()
-    found = importlib.util.find_spec(package)
-    folders = list(found.submodule_search_locations or ()) if found else []
-    files = [path for folder in folders for path in Path(folder).rglob("*.py")]
-    for path in sorted(files or ([Path(found.origin)] if found and found.origin else [])):
-        digest.update(path.name.encode() + path.read_bytes())
-    return {"test": digest.hexdigest()[:KEY_DIGITS]}
 
 
 @cache

@@ -74,7 +74,7 @@ def membrane_patch() -> list[Row]:
     exact = PATCH @ gradient.T
     body = sheet(PATCH, PATCH_CONN)
     body.place(np.where(np.arange(8)[:, None] < 4, exact, PATCH))
-    hold_each(body, RIM)
+    hold_each(body, RIM, ("x", "y", "z", "rx", "ry"))  # turns with the gradient, which drilling sees
     settle(body)
     a, b = gradient[:, 0], gradient[:, 1]
     long_a, long_b = np.linalg.norm(a), np.linalg.norm(b)
