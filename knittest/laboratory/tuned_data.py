@@ -31,8 +31,6 @@ def tuned_as(run: Run, path: Path, curve: ReferenceCurve, quantities: Sequence[s
     so that each one of that direction may be it.
     """
     scale, fabric = run.model.scale, run.fabric
-    if scale == "macro" and run.rig.kind == "picture-frame" and fabric.macro.shear.source == "tuned":
-        return "the shear law was tuned"
     labels = dict.fromkeys(
         label for quantity in quantities for label in tuning_labels(fabric, scale, run.direction, quantity)
     )
