@@ -10,7 +10,8 @@ from numba import njit, prange
 
 from knittest.kernels.options import PARALLEL, PARTITIONS
 from knittest.kernels.shell_arrays import build_shells
-from knittest.kernels.shell_blocks import SCRATCH, gather_shells, shell_forces
+from knittest.kernels.shell_blocks import gather_shells, shell_forces
+from knittest.kernels.shell_scratch import SCRATCH
 from knittest.kernels.shell_state import BLOCK, Laminate
 from knittest.models.explicit_model import make_nodes
 

@@ -8,7 +8,7 @@ number of threads. Yarns and shells have an entry each, so that a run compiles o
 import numpy as np
 from numba import njit, prange
 
-from knittest.kernels import beam_blocks, contact_blocks, in_plane_blocks, shell_blocks, tool_blocks
+from knittest.kernels import beam_blocks, contact_blocks, in_plane_blocks, shell_scratch, tool_blocks
 from knittest.kernels.beam_blocks import advance_beams, advance_free
 from knittest.kernels.claims import claim, in_turn
 from knittest.kernels.contact_blocks import contact_forces, scatter_contacts
@@ -18,12 +18,13 @@ from knittest.kernels.motion import impose_motions
 from knittest.kernels.options import KERNEL, PARALLEL, PARTITIONS
 from knittest.kernels.sheet_contact import scatter_sheet, sheet_forces
 from knittest.kernels.shell_blocks import gather_shells, shell_forces
+from knittest.kernels.shell_state import BLOCK
 from knittest.kernels.tables import read_tables
 from knittest.kernels.tool_blocks import touch_tools
 from knittest.kernels.tool_contact import move_tools
 
 #: work space of one partition, in floats
-SCRATCH = max(m.SCRATCH for m in (beam_blocks, contact_blocks, shell_blocks, in_plane_blocks, tool_blocks))
+SCRATCH = max(m.SCRATCH for m in (beam_blocks, contact_blocks, shell_scratch, in_plane_blocks, tool_blocks))
 
 
 @njit(**KERNEL)
@@ -51,7 +52,7 @@ def _sheet_share(p, dt, nodes, shells, sheet, count, law, contacts, tally):
 
 @njit(**KERNEL)
 def _shell_share(p, time, nodes, shells, laminate, bends, tally, w):
-    blocks = shells.conn.shape[0] // shell_blocks.BLOCK
+    blocks = shells.conn.shape[0] // BLOCK
     first, last = blocks * p // PARTITIONS, blocks * (p + 1) // PARTITIONS
     lost, rubbed = shell_forces(first, last, time, nodes, shells, laminate, w)
     blocks = bends.first.size - 1

@@ -1,7 +1,7 @@
 """Shell forces block by block, and their deterministic gather at the nodes; the only place that knows about blocking.
 
 A block of 64 elements is gathered into a flat scratch with compile-time strides, then the loops over its lanes
-vectorise: strains, tabulated laws, drilling, directors, forces. Corner forces are stored for each element, and every
+vectorise: directors and strains, tabulated laws, forces. Corner forces are stored for each element, and every
 node collects its own in a fixed order, so the bits do not depend on the number of threads.
 """
 
@@ -10,11 +10,10 @@ from numba import njit
 
 from knittest.kernels.laws import hinge_force, slider_force
 from knittest.kernels.options import INLINE, KERNEL, U
-from knittest.kernels.rows import load3, rows3, rows4, store3
+from knittest.kernels.rows import load3, rows3, store3
 from knittest.kernels.shell import (
     arcsine,
     coupling_gradients,
-    drill_gradients,
     fibre_frame,
     fibre_pair,
     fibre_strain,
@@ -27,7 +26,26 @@ from knittest.kernels.shell import (
     transverse_gradients,
     transverse_shears,
 )
+from knittest.kernels.shell_drilling import add_drilling
 from knittest.kernels.shell_output import element_energy
+from knittest.kernels.shell_scratch import (
+    ANGLE,
+    CORNERS,
+    LANES,
+    MIDDLE_A,
+    MIDDLE_B,
+    OUT,
+    ROW3,
+    SHEAR,
+    STRAIN_A,
+    STRAIN_B,
+    D,
+    X,
+    add_to_corner,
+    corners,
+    gather,
+    turned,
+)
 from knittest.kernels.shell_state import (
     ALIVE,
     AREA,
@@ -42,55 +60,26 @@ from knittest.kernels.shell_state import (
     fibres_of,
     normal_of,
     state_index,
-    warp_of,
 )
-from knittest.kernels.vec import add, combine, rotate, scale, sub
-
-LANES = np.uintp(BLOCK)
-ROW2, ROW3 = np.uintp(2 * BLOCK), np.uintp(3 * BLOCK)
-# Rows of the scratch: four rows a corner for positions (the last unused), four for rotations, the first three of which
-# become the director; strains of warp and weft, shear angle, forces of the middle layer in warp and weft, shear force.
-X, D, STRAIN_A, STRAIN_B, ANGLE, MIDDLE_A, MIDDLE_B, SHEAR = (np.uintp(BLOCK * k) for k in (0, 16, *range(32, 38)))
-CORNERS = tuple(np.uintp(4 * BLOCK * k) for k in range(4))
-SCRATCH = BLOCK * 38
-#: first row of each corner in the output
-OUT = tuple(np.uintp(6 * BLOCK * k) for k in range(4))
+from knittest.kernels.vec import add, scale
 
 
 @njit(**INLINE)
-def _corners(w, i):
-    """Positions or directors of the four corners of a lane."""
-    return (
-        load3(w, i + CORNERS[0], LANES), load3(w, i + CORNERS[1], LANES), load3(w, i + CORNERS[2], LANES),
-        load3(w, i + CORNERS[3], LANES),
-    )  # fmt: skip
-
-
-@njit(**INLINE)
-def _gather(block, nodes, conn, w):
-    """Positions and rotations of the corners of a block."""
-    x, y, z = rows3(nodes.position)
-    qw, qx, qy, qz = rows4(nodes.rotation)
-    for k in range(BLOCK):
-        for c in range(4):
-            n = U(conn[block * BLOCK + k, c])
-            i = U(c) * CORNERS[1] + U(k)
-            store3(w, X + i, LANES, (x[n], y[n], z[n]))
-            store3(w, D + i, LANES, (qw[n], qx[n], qy[n]))
-            w[D + i + ROW3] = qz[n]
-
-
-@njit(**INLINE)
-def _turned(w, i, vector):
-    """``vector`` as the rotation at ``i`` turns it."""
-    return rotate(w[i], w[i + LANES], w[i + ROW2], w[i + ROW3], vector)
+def _directors(at, state, w):
+    """Replace the rotations of the corners of a block by the directors into which they turn the initial normal."""
+    for k in range(LANES):
+        normal = normal_of(state, at + k)
+        store3(w, D + CORNERS[0] + k, LANES, turned(w, D + CORNERS[0] + k, normal))
+        store3(w, D + CORNERS[1] + k, LANES, turned(w, D + CORNERS[1] + k, normal))
+        store3(w, D + CORNERS[2] + k, LANES, turned(w, D + CORNERS[2] + k, normal))
+        store3(w, D + CORNERS[3] + k, LANES, turned(w, D + CORNERS[3] + k, normal))
 
 
 @njit(**INLINE)
 def _strains(at, state, w):
     """Fibre strains and shear angle of a block."""
     for k in range(LANES):
-        a, b = fibre_vectors(_corners(w, X + k), fibres_of(state, at + k))
+        a, b = fibre_vectors(corners(w, X + k), fibres_of(state, at + k))
         inv_a, inv_b, sine = fibre_pair(a, b)
         w[STRAIN_A + k], w[STRAIN_B + k] = fibre_strain(a, inv_a), fibre_strain(b, inv_b)
         w[ANGLE + k] = arcsine(sine)
@@ -149,50 +138,17 @@ def _delete(at, state, laminate, w):
 
 
 @njit(**INLINE)
-def _drill_corner(w, i, corner, to, fibres, axes, stiffness):
-    """Store the drilling moment of a corner, rotated by ``i``, at ``to``; returns the gradients at ``fibres`` a, b.
-
-    ``axes`` are the initial warp and normal. The corner's rotation is replaced by its director.
-    """
-    director = _turned(w, i, axes[1])
-    grad_a, grad_b, moment = drill_gradients(fibres[0], fibres[1], _turned(w, i, axes[0]), director, stiffness)
-    store3(corner, to + ROW3, LANES, moment)
-    store3(w, i, LANES, director)
-    return grad_a, grad_b
-
-
-@njit(**INLINE)
-def _drilling(at, out, state, laminate, corner, w):
-    """Store what holds the corners' turns about the normal to those of the fibres; rotations become directors."""
-    for k in range(LANES):
-        s, d, o = at + k, D + k, out + k
-        axes, fibres = (warp_of(state, s), normal_of(state, s)), fibres_of(state, s)
-        ab = fibre_vectors(_corners(w, X + k), fibres)
-        stiffness = 0.25 * laminate.drilling * state[s + ALIVE] * state[s + AREA]
-        a1, b1 = _drill_corner(w, d + CORNERS[0], corner, o + OUT[0], ab, axes, stiffness)
-        a2, b2 = _drill_corner(w, d + CORNERS[1], corner, o + OUT[1], ab, axes, stiffness)
-        a3, b3 = _drill_corner(w, d + CORNERS[2], corner, o + OUT[2], ab, axes, stiffness)
-        a4, b4 = _drill_corner(w, d + CORNERS[3], corner, o + OUT[3], ab, axes, stiffness)
-        grad_a, grad_b = add(add(a1, a2), add(a3, a4)), add(add(b1, b2), add(b3, b4))
-        g31, g42 = combine(fibres[0], grad_a, fibres[2], grad_b), combine(fibres[1], grad_a, fibres[3], grad_b)
-        store3(corner, o + OUT[0], LANES, g31)
-        store3(corner, o + OUT[1], LANES, g42)
-        store3(corner, o + OUT[2], LANES, scale(-1.0, g31))
-        store3(corner, o + OUT[3], LANES, scale(-1.0, g42))
-
-
-@njit(**INLINE)
-def _add_corner(corner, i, grad_x, grad_d, director):
-    store3(corner, i, LANES, sub(load3(corner, i, LANES), grad_x))
-    store3(corner, i + ROW3, LANES, add(load3(corner, i + ROW3, LANES), moment_of(grad_d, director)))
+def _store_corner(corner, i, grad_x, grad_d, director):
+    store3(corner, i, LANES, scale(-1.0, grad_x))
+    store3(corner, i + ROW3, LANES, moment_of(grad_d, director))
 
 
 @njit(**INLINE)
 def _forces(at, out, state, laminate, corner, w):
-    """Add the corner forces and moments of a block to those of drilling: minus the gradient of the energy."""
+    """Corner forces and moments of a block: minus the gradient of the energy."""
     for k in range(LANES):
         s = at + k
-        x, d, fibres, distortion = _corners(w, X + k), _corners(w, D + k), fibres_of(state, s), distortion_of(state, s)
+        x, d, fibres, distortion = corners(w, X + k), corners(w, D + k), fibres_of(state, s), distortion_of(state, s)
         area, shape = state[s + ALIVE] * state[s + AREA], state[s + ALIVE] * state[s + SHAPE]
         hold_x, hold_d = shape * laminate.hourglass_membrane, shape * laminate.hourglass_bending
         hold_edge = shape * laminate.hourglass_transverse
@@ -213,10 +169,10 @@ def _forces(at, out, state, laminate, corner, w):
             hold_edge * across,
         )
         ft, gt = transverse_gradients(x, d, fibres, forces)
-        _add_corner(corner, out + OUT[0] + k, add(f[0], ft[0]), add(g[0], gt[0]), d[0])
-        _add_corner(corner, out + OUT[1] + k, add(f[1], ft[1]), add(g[1], gt[1]), d[1])
-        _add_corner(corner, out + OUT[2] + k, add(f[2], ft[2]), add(g[2], gt[2]), d[2])
-        _add_corner(corner, out + OUT[3] + k, add(f[3], ft[3]), add(g[3], gt[3]), d[3])
+        _store_corner(corner, out + OUT[0] + k, add(f[0], ft[0]), add(g[0], gt[0]), d[0])
+        _store_corner(corner, out + OUT[1] + k, add(f[1], ft[1]), add(g[1], gt[1]), d[1])
+        _store_corner(corner, out + OUT[2] + k, add(f[2], ft[2]), add(g[2], gt[2]), d[2])
+        _store_corner(corner, out + OUT[3] + k, add(f[3], ft[3]), add(g[3], gt[3]), d[3])
 
 
 @njit(**INLINE)
@@ -233,15 +189,15 @@ def _couple_bending(at, out, state, laminate, corner, w):
     """Add what the bend of one direction does to the moment of the other: a sweep that uncoupled laminates skip."""
     for k in range(LANES):
         s = at + k
-        x, d, fibres, distortion = _corners(w, X + k), _corners(w, D + k), fibres_of(state, s), distortion_of(state, s)
+        x, d, fibres, distortion = corners(w, X + k), corners(w, D + k), fibres_of(state, s), distortion_of(state, s)
         stiffness = state[s + ALIVE] * state[s + AREA] * laminate.coupling_bending
         grad_a, grad_b, grad_az, grad_bz = coupling_gradients(fibre_frame(x, d, fibres), stiffness)
         none = (0.0, 0.0, 0.0)
         f, g = spread(grad_a, grad_b, none, fibres, distortion), spread(grad_az, grad_bz, none, fibres, distortion)
-        _add_corner(corner, out + OUT[0] + k, f[0], g[0], d[0])
-        _add_corner(corner, out + OUT[1] + k, f[1], g[1], d[1])
-        _add_corner(corner, out + OUT[2] + k, f[2], g[2], d[2])
-        _add_corner(corner, out + OUT[3] + k, f[3], g[3], d[3])
+        add_to_corner(corner, out + OUT[0] + k, scale(-1.0, f[0]), moment_of(g[0], d[0]))
+        add_to_corner(corner, out + OUT[1] + k, scale(-1.0, f[1]), moment_of(g[1], d[1]))
+        add_to_corner(corner, out + OUT[2] + k, scale(-1.0, f[2]), moment_of(g[2], d[2]))
+        add_to_corner(corner, out + OUT[3] + k, scale(-1.0, f[3]), moment_of(g[3], d[3]))
 
 
 @njit(**KERNEL)
@@ -267,7 +223,8 @@ def shell_forces(block_start, block_stop, time, nodes, shells, laminate, w):
     lost, rubbed = 0.0, 0.0
     for block in range(block_start, block_stop):
         at, out = U(block) * U(STATE_ROWS * BLOCK), U(block) * U(CORNER_ROWS * BLOCK)
-        _gather(block, nodes, shells.conn, w)
+        gather(block, nodes, shells.conn, w)
+        _directors(at, shells.state, w)
         _strains(at, shells.state, w)
         if _delete(at, shells.state, laminate, w) > 0.0:
             lost += _erode(block, time, nodes, shells, laminate)
@@ -276,10 +233,11 @@ def shell_forces(block_start, block_stop, time, nodes, shells, laminate, w):
         if laminate.coupling_membrane != 0.0:
             _couple_membrane(laminate, w)
         rubbed += _shear(at, shells.state, laminate, w)
-        _drilling(at, out, shells.state, laminate, shells.corner, w)
         _forces(at, out, shells.state, laminate, shells.corner, w)
         if laminate.coupling_bending != 0.0:
             _couple_bending(at, out, shells.state, laminate, shells.corner, w)
+        if laminate.drilling != 0.0:
+            add_drilling(block, at, out, nodes, shells, laminate, w)
     return lost, rubbed
 
 

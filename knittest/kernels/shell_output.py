@@ -119,7 +119,10 @@ def shell_energies(nodes, shells, laminate):
 
 @njit(**KERNEL)
 def shell_fields(n_el, nodes, shells, laminate):
-    """Membrane strain warp, weft [-], shear angle [rad], force per width warp, weft [N/mm] of each shell, (5, n_el)."""
+    """Membrane strain warp, weft [-], shear angle [rad], force per width warp, weft [N/mm] of each shell, (5, n_el).
+
+    Forces are those of whole shells: a deleted one carries none.
+    """
     fields = np.zeros((5, n_el))
     for e in range(n_el):
         s = state_index(e)
@@ -133,7 +136,7 @@ def shell_fields(n_el, nodes, shells, laminate):
             for h in range(laminate.knee.shape[1]):
                 force += hinge_force(strain, laminate.knee[i, h], laminate.slope[i, h])
             force += laminate.coupling_membrane * fields[1 - i, e]
-            fields[3 + i, e] = force * shells.state[s + ALIVE]
+            fields[3 + i, e] = force
     return fields
 
 

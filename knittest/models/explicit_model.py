@@ -88,8 +88,12 @@ class ExplicitModel(ABC):
         """Failed elements by part, (n_parts,)."""
 
     @abstractmethod
-    def fields(self) -> dict[str, Array]:
-        """Element fields of a frame, as in :class:`knittest.base.history.Frame`."""
+    def fields(self, position: Array | None = None, time: float = np.inf) -> dict[str, Array]:
+        """Element fields of a frame, as in :class:`knittest.base.history.Frame`.
+
+        Those of the present state; or, given the nodes' ``position`` [mm], (3, n) as the model keeps it, those at an
+        earlier ``time`` [ms].
+        """
 
     @abstractmethod
     def resultants(self) -> dict[str, Array]:

@@ -90,12 +90,16 @@ class FabricModel(ExplicitModel):
         """Deleted shells."""
         return np.array([np.count_nonzero(np.isfinite(self.shells.fail_time))])
 
-    def fields(self) -> dict[str, Array]:
-        """Force per width [N/mm], strain [-], shear angle [rad] and alive flag of every shell."""
+    def fields(self, position: Array | None = None, time: float = np.inf) -> dict[str, Array]:
+        """Force per width [N/mm], strain [-], shear angle [rad] and alive flag of every shell; see
+        :meth:`ExplicitModel.fields`.
+        """
         n_el = len(self.mesh.cells)
-        names = ("strain_warp", "strain_weft", "shear_angle", "force_warp", "force_weft")
-        values = dict(zip(names, shell_fields(n_el, self.nodes, self.shells, self.laminate), strict=True))
-        return values | {"alive": np.isinf(self.shells.fail_time[:n_el]).astype(float)}
+        nodes = self.nodes if position is None else self.nodes._replace(position=position)
+        alive = (self.shells.fail_time[:n_el] >= time).astype(float)
+        *strains, warp, weft = shell_fields(n_el, nodes, self.shells, self.laminate)
+        values = dict(zip(("strain_warp", "strain_weft", "shear_angle"), strains, strict=True))
+        return values | {"force_warp": warp * alive, "force_weft": weft * alive, "alive": alive}
 
     def resultants(self) -> dict[str, Array]:
         """See :meth:`ExplicitModel.resultants`; forces per width [N/mm], moments per width [N]."""

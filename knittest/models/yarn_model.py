@@ -76,10 +76,14 @@ class YarnModel(ExplicitModel):
         broken = np.isfinite(self.beams.fail_time[self.element_node])
         return np.bincount(self.mesh.part[broken], minlength=len(self.mesh.part_names))
 
-    def fields(self) -> dict[str, Array]:
-        """Axial strain [-], axial force [N] and alive flag of every beam."""
-        strain, force = monitor.axial_state(self.nodes, self.parts, self.beams)[:, self.element_node]
-        return {"axial_strain": strain, "axial_force": force, "alive": self.beams.alive[self.element_node]}
+    def fields(self, position: Array | None = None, time: float = np.inf) -> dict[str, Array]:
+        """Axial strain [-], axial force [N] and alive flag of every beam; see :meth:`ExplicitModel.fields`."""
+        nodes, beams = self.nodes, self.beams
+        if position is not None:
+            nodes = nodes._replace(position=position)
+            beams = beams._replace(alive=(beams.fail_time >= time).astype(float))
+        strain, force = monitor.axial_state(nodes, self.parts, beams)[:, self.element_node]
+        return {"axial_strain": strain, "axial_force": force, "alive": beams.alive[self.element_node]}
 
     def resultants(self) -> dict[str, Array]:
         """See :meth:`ExplicitModel.resultants` and :func:`beam_resultants`."""

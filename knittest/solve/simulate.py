@@ -17,7 +17,7 @@ from knittest.solve.guards import check_balance, check_entities, check_motion
 from knittest.solve.observer import SILENT, Observer
 from knittest.solve.relax import settle
 from knittest.solve.rig import Rig
-from knittest.solve.state import Simulation, SimulationCost
+from knittest.solve.state import Kept, Simulation, SimulationCost
 
 Array = NDArray[np.float64]
 
@@ -145,11 +145,12 @@ def _keep_peak(run: Simulation) -> None:
     what follows a break counts from the next row on.
     """
     channels = _channels(run, *run.samples[-1])
-    if not is_new_peak(channels[run.rig.force], 0.0 if run.peak_frame is None else run.peak_frame.force):
+    if not is_new_peak(channels[run.rig.force], 0.0 if run.at_peak is None else run.at_peak.force):
         return
     before = sum(v for name, v in run.rows[-1].items() if name.startswith("failed_")) if run.rows else 0.0
     if run.model.failed().sum() <= before:
-        run.peak_frame = _frame(run, channels)
+        coordinate, force = channels[run.rig.coordinate], channels[run.rig.force]
+        run.at_peak = Kept(run.time, coordinate, force, run.model.nodes.position.copy())
 
 
 def is_new_peak(force: float, kept: float) -> bool:
@@ -238,6 +239,15 @@ def _frame(run: Simulation, row: dict[str, float]) -> Frame:
     return Frame(run.time, row[run.rig.coordinate], row[run.rig.force], run.model.position(), run.model.fields())
 
 
+def _peak_frame(run: Simulation) -> Frame | None:
+    """The frame of the largest force; none where nothing pulled."""
+    kept, n_nodes = run.at_peak, run.model.n_nodes
+    if kept is None:
+        return None
+    place = np.ascontiguousarray(kept.position[:, :n_nodes].T)
+    return Frame(kept.time, kept.coordinate, kept.force, place, run.model.fields(kept.position, kept.time))
+
+
 def _fine_curve(run: Simulation, coarse: dict[str, Array]) -> dict[str, Array]:
     """Curve at chunk resolution, so that sudden drops do not blunt the peak; failure counts from the samples."""
     rows = [_channels(run, *f) for f in run.samples]
@@ -252,11 +262,12 @@ def _history(run: Simulation) -> History:
     curve = _fine_curve(run, coarse)
     energies = {k: np.array([r[k] for r in run.energy_rows]) for k in run.energy_rows[0]}
     broken = np.flatnonzero(sum(coarse[f"failed_{name}"] for name in run.model.mesh.part_names))
-    if run.peak_frame is not None:
-        run.frames.append(run.peak_frame)
     run.frames.append(_frame(run, run.rows[-1]))
+    at_peak = _peak_frame(run)
+    if at_peak is not None:
+        run.frames.append(at_peak)
     run.frames.sort(key=lambda f: f.time)
-    peak = next((k for k, frame in enumerate(run.frames) if frame is run.peak_frame), None)
+    peak = next((k for k, frame in enumerate(run.frames) if frame is at_peak), None)
     contacts = {k: np.array([r[k] for r in run.contact_rows]) for k in run.contact_rows[0]}
     return History(
         run.model.mesh, curve, energies, run.frames, int(broken[0]) if len(broken) else None, contacts,

@@ -19,6 +19,8 @@ MOVING, TOUCHING = ("position", "velocity"), ("spring", "slipping", "pressure")
 #: numbers of a run that change
 SCALARS = ("time", "damping_loss", "kinetic", "loss_rate", "eroded", "peak")
 COSTS = ("advance_s", "penetration_max", "penetration_mean")
+#: numbers of a frame
+FRAME = ("time", "coordinate", "force")
 
 
 @dataclass
@@ -30,6 +32,16 @@ class SimulationCost:
     advance_s: float = 0.0
     penetration_max: float = 0.0
     penetration_mean: float = 0.0
+
+
+@dataclass(frozen=True)
+class Kept:
+    """What a frame of an earlier moment is made of: time [ms], coordinate, force [N], positions of the nodes [mm]."""
+
+    time: float
+    coordinate: float
+    force: float
+    position: Array
 
 
 @dataclass(frozen=True)
@@ -63,7 +75,7 @@ class Simulation(Stepping):
     tool_rows: int = 0
     overlaps: Overlaps = field(default_factory=Overlaps)
     frames: list[Frame] = field(default_factory=list)
-    peak_frame: Frame | None = None
+    at_peak: Kept | None = None
     peak: float = 0.0
     cost: SimulationCost = field(default_factory=SimulationCost)
 
@@ -84,8 +96,8 @@ class Simulation(Stepping):
         state["samples/time"] = np.array([t for t, _ in self.samples])
         state["samples/reaction"] = np.array([r for _, r in self.samples])
         state["n_frames"] = np.array(len(self.frames))
-        if self.peak_frame is not None:
-            state |= prefixed("peak_frame", frame_state(self.peak_frame))
+        if self.at_peak is not None:
+            state |= {f"at_peak/{name}": np.asarray(value) for name, value in vars(self.at_peak).items()}
         return Snapshot(state, [frame_state(f) for f in self.frames])
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -107,18 +119,19 @@ class Simulation(Stepping):
         self.tool_rows = int(entry(state, "run/tool_rows", ()))
         self.samples = list(zip(entry(state, "samples/time").tolist(), entry(state, "samples/reaction"), strict=True))
         self.frames = [frame_of(f) for f in snapshot.frames]
-        peak = under(state, "peak_frame")
-        self.peak_frame = frame_of(peak) if peak else None
+        if "at_peak/time" in state:
+            time, coordinate, force = (float(entry(state, f"at_peak/{name}", ())) for name in FRAME)
+            place = entry(state, "at_peak/position", self.model.nodes.position.shape)
+            self.at_peak = Kept(time, coordinate, force, place)
 
 
 def frame_state(frame: Frame) -> State:
     """A frame as arrays."""
-    names = ("time", "coordinate", "force", "position")
-    return {f"frame/{name}": np.asarray(getattr(frame, name)) for name in names} | prefixed("field", frame.fields)
+    state = {f"frame/{name}": np.asarray(getattr(frame, name)) for name in (*FRAME, "position")}
+    return state | prefixed("field", frame.fields)
 
 
 def frame_of(state: State) -> Frame:
     """Frame that :func:`frame_state` was made of."""
-    names = ("time", "coordinate", "force")
-    time, coordinate, force = (float(entry(state, f"frame/{name}", ())) for name in names)
+    time, coordinate, force = (float(entry(state, f"frame/{name}", ())) for name in FRAME)
     return Frame(time, coordinate, force, entry(state, "frame/position"), under(state, "field"))

@@ -6,8 +6,9 @@ from shell_cases import PATCH, PATCH_CONN, Solid, X, descents, linear_laminate, 
 
 from knittest.kernels.in_plane_state import no_bends
 from knittest.kernels.shell_arrays import build_shells
-from knittest.kernels.shell_blocks import SCRATCH, gather_shells, shell_forces
+from knittest.kernels.shell_blocks import gather_shells, shell_forces
 from knittest.kernels.shell_output import shell_energies
+from knittest.kernels.shell_scratch import SCRATCH
 from knittest.models.sheet import lump
 
 
