@@ -230,7 +230,7 @@ def fresh_folder(path: Path) -> Path:
 
 
 def _chosen_folder(path: Path) -> Path:
-    """Make the folder the user chose, or check that it is empty or a dead run's."""
+    """Make the folder the user chose, or check that it is empty, a dead run's, or one's that its input stopped."""
     if os.path.lexists(path) and not path.is_dir():
         raise InputError(f"--out {path}: is a file, expected a new or empty folder")
     make_folder(path)
@@ -238,7 +238,7 @@ def _chosen_folder(path: Path) -> Path:
         names = [file.name for file in path.iterdir()]
     except OSError as error:
         raise resource_error(path, error) from error
-    if names and LOCK_NAME not in names:
+    if names and LOCK_NAME not in names and not _of_bad_input(path):
         resumable = "config.yaml" in names and any(name.startswith("checkpoint-") for name in names)
         instead = f"continue the run in it with: knittest resume {path}, or " if resumable else ""
         raise InputError(
@@ -248,7 +248,7 @@ def _chosen_folder(path: Path) -> Path:
 
 
 def _clear_dead_run(path: Path, lock: RunLock) -> None:
-    """Remove the files of the dead run whose lock was taken over; refuse when there are others among them."""
+    """Remove the files of a run that is dead or had a bad input; refuse when there are others among them."""
     names = {file.name for file in path.iterdir()} - {LOCK_NAME}
     if not names:
         return
@@ -269,11 +269,21 @@ def _clear_dead_run(path: Path, lock: RunLock) -> None:
 
 
 def _completed(path: Path) -> bool:
+    return _ended(path)[0] == "completed"
+
+
+def _of_bad_input(path: Path) -> bool:
+    """Tell whether a run ended in ``path`` because of its input, which its next start has corrected."""
+    return _ended(path) == ("failed", InputError.exit_code)
+
+
+def _ended(path: Path) -> tuple[object, object]:
+    """Status and exit code that the manifest in ``path`` states; nothing where there is none."""
     try:
         manifest = json.loads((path / "manifest.json").read_text(encoding="utf-8"))
-        return bool(manifest["status"] == "completed")
-    except (OSError, ValueError, KeyError, TypeError):
-        return False
+        return manifest["status"], manifest.get("exit_code")
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return None, None
 
 
 def _notice(path: Path, lock: RunLock) -> str:

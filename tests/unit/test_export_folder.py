@@ -182,6 +182,30 @@ def test_a_killed_runs_folder_with_a_checkpoint_is_kept(tmp_path: Path, run: Run
     assert (tmp_path / "r" / "frames" / "frame-0000.vtu").exists()
 
 
+def _ended_with(path: Path, run: Run, error: Exception) -> None:
+    with pytest.raises(type(error)), make(path, run):
+        raise error
+
+
+def test_a_corrected_input_takes_the_folder_of_the_bad_one(tmp_path: Path, run: Run) -> None:
+    _ended_with(tmp_path / "r", run, InputError("rig.width: too wide"))
+    with make(tmp_path / "r", run):
+        pass
+    assert manifest(tmp_path / "r")["status"] == "completed"
+    with pytest.raises(InputError, match="not empty"):
+        make(tmp_path / "r", run)
+
+
+def test_nothing_but_a_bad_input_s_own_files_is_taken(tmp_path: Path, run: Run) -> None:
+    _ended_with(tmp_path / "r", run, InputError("rig.width: too wide"))
+    (tmp_path / "r" / "notes.txt").write_text("mine")
+    with pytest.raises(InputError, match=r"notes\.txt"):
+        make(tmp_path / "r", run)
+    _ended_with(tmp_path / "n", run, NumericalError("not finite"))
+    with pytest.raises(InputError, match="not empty"):
+        make(tmp_path / "n", run)
+
+
 @pytest.mark.parametrize(
     ("code", "says"),
     [(errno.EROFS, "read-only"), (errno.EACCES, "no permission"), (errno.EDQUOT, "quota"), (errno.EIO, "Input/output")],
