@@ -87,6 +87,10 @@ class TestKind:
     #: ``module:name`` of functions of a run: its size in words, and length and width [mm] of its sheet of shells
     size: str = ""
     sheet: str = ""
+    #: ``module:name`` of the share of its motion after which a run, with what is prepared of it, will have failed
+    lasting: str = ""
+    #: field of a run that ends the test at a shear angle [deg]
+    sheared_to: str = ""
     #: place among the tests in help and tables, and whether it is on a strip along warp or weft
     place: int = 100
     directional: bool = True
@@ -114,6 +118,8 @@ class TestKind:
     #: fields that decide its results, by scale ({d}: the direction), and scales at which it returns its input
     deciding: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     fed: tuple[str, ...] = ()
+    #: ``module:name`` of what its rows come from, where its runs are given more than the fabric
+    origin: str = ""
 
     #: gates of its own by key, and fields of its rig that a gate hangs on with the sign of the looser side
     gates: tuple[str, ...] = ()

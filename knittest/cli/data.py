@@ -131,7 +131,7 @@ def shear_law(run: Path, out: Path) -> None:
 
     Example: knittest data shear-law runs/picture-frame-1-meso --out data/law/shear.csv
     """
-    from knittest.experiment.shear_law import write_law
+    from knittest.laboratory.picture_frame.shear_law import write_law
 
     angle, force = write_law(run, out)
     named = Path(*out.parts[1:]) if out.parts[:1] == ("data",) else out

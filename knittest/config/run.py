@@ -1,7 +1,7 @@
 """A run: rig, model, solver, variability and output. The fully resolved config of a run folder is one of these."""
 
 from collections.abc import Mapping
-from typing import ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -9,7 +9,7 @@ from knittest.base.kinds import Parts
 from knittest.config.base import BoundsError, Strict, number
 from knittest.config.fabric import YARN_LEVEL, Fabric
 from knittest.config.kernel_units import Kernel
-from knittest.config.rigs import CantileverRig, FormingRig, FrictionRig, PictureFrameRig, Rig, TensileRig
+from knittest.config.rigs import Rig
 
 Scale = Literal["macro", "meso"]
 Preset = Literal["quick", "standard", "paper"]
@@ -151,6 +151,11 @@ class Run(Strict):
         _check_run(self)
         return self
 
+    @classmethod
+    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        super().__pydantic_init_subclass__(**kwargs)
+        _rig_of(cls)
+
     @property
     def direction(self) -> str:
         """Yarn system along the strip; empty for a test that has none."""
@@ -158,73 +163,34 @@ class Run(Strict):
 
 
 def _check_run(run: Run) -> None:
-    """The specimen is larger than its elements, the fabric thicker than its unevenness, and a strip can fail."""
-    rig, shells = run.rig, run.model.scale == "macro"
-    if shells:
+    """The specimen is larger than its elements, and the fabric thicker than its unevenness."""
+    if run.model.scale == "macro":
         _check_element(run)
-    uneven = getattr(rig, "imperfection", 0.0)
+    uneven = getattr(run.rig, "imperfection", 0.0)
     if uneven >= 0.5 * run.fabric.thickness.value:
         half = 0.5 * run.fabric.thickness.value
         raise BoundsError(f"must be less than half the fabric's thickness, {half:g} mm", "rig.imperfection")
-    if rig.kind != "tensile":
-        return
-    if shells and rig.jaw_length > rig.gauge_length:
-        raise BoundsError(f"must be at most rig.gauge_length, {rig.gauge_length:g} mm", "rig.jaw_length")
-    _check_extension(run, rig.max_strain, rig.direction)
 
 
 def _check_element(run: Run) -> None:
     """A shell is no larger than its specimen."""
-    lengths = {
-        name: size
-        for name in ("width", "gauge_length", "side", "length", "blank_length", "blank_width")
-        if (size := getattr(run.rig, name, None)) is not None
-    }
-    name = min(lengths, key=lengths.__getitem__)
-    if run.model.macro.element_size > lengths[name]:
+    lengths: dict[str, float] = {name: getattr(run.rig, name) for name in run.rig.spans}
+    name = min(lengths, key=lengths.__getitem__, default="")
+    if name and run.model.macro.element_size > lengths[name]:
         raise BoundsError(f"must be at most rig.{name}, {lengths[name]:g} mm", "model.macro.element_size")
-
-
-def _check_extension(run: Run, largest: float, direction: str) -> None:
-    """A strip can reach the strain [%] at which its shells or its yarns fail."""
-    if run.model.scale == "macro":
-        quantity = run.fabric.macro.fracture_strain.of(direction)
-        name = f"fabric.macro.fracture_strain.{direction}"
-    else:
-        quantity, name = run.fabric.reinforcing.fracture_strain, "fabric.reinforcing.fracture_strain"
-    if largest <= quantity.value:
-        raise BoundsError(f"must exceed {name}, {quantity.value:g} %, or nothing fails", "rig.max_strain")
-
-
-class TensileRun(Run):
-    """A tensile test."""
-
-    rig: TensileRig = Field(default_factory=TensileRig)
-
-
-class PictureFrameRun(Run):
-    """A picture frame test."""
-
-    rig: PictureFrameRig = Field(default_factory=PictureFrameRig)
-
-
-class CantileverRun(Run):
-    """A cantilever test."""
-
-    rig: CantileverRig = Field(default_factory=CantileverRig)
-
-
-class FrictionRun(Run):
-    """A friction test."""
-
-    rig: FrictionRig = Field(default_factory=FrictionRig)
-
-
-class FormingRun(Run):
-    """A forming test."""
-
-    rig: FormingRig = Field(default_factory=FormingRig)
 
 
 #: the run model of every kind of test
 RUNS: Mapping[str, type[Run]] = Parts(lambda kind: kind.load("run"))
+
+
+def rig_model(kind: str) -> type[Rig]:
+    """Return the model of the rig in runs of ``kind``."""
+    return _rig_of(RUNS[kind])
+
+
+def _rig_of(run: type[Run]) -> type[Rig]:
+    rig = run.model_fields["rig"].annotation
+    if not (isinstance(rig, type) and issubclass(rig, Rig)):
+        raise TypeError(f"{run.__name__}.rig: expected a knittest.config.rigs.Rig, found {rig}")
+    return rig

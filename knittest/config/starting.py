@@ -6,11 +6,12 @@ from typing import Any
 from pydantic import ValidationError
 
 from knittest.base.errors import InputError
+from knittest.base.kinds import DEFAULT
 from knittest.config.fabric import YARN_LEVEL, Fabric, makes_mass
 from knittest.config.layers import Layers
 from knittest.config.messages import input_error
 from knittest.config.paths import settle_data_paths
-from knittest.config.run import TensileRun
+from knittest.config.run import RUNS
 from knittest.config.templates import fabric_template, taken_over
 from knittest.config.yaml_loader import Document, KeyPath, describe, dotted, load_yaml
 
@@ -70,7 +71,7 @@ def _laid_over(start: Fabric, document: Document) -> Fabric:
         layers.lay(dict.fromkeys(YARN_LEVEL), lambda path: f"{start.name}, as started", ("fabric",))
     layers.lay(stated, lambda path: document.where(path[1:]), ("fabric",))
     try:
-        run = TensileRun.model_validate({"fabric": layers.data["fabric"], "model": {"scale": "macro"}})
+        run = RUNS[DEFAULT].model_validate({"fabric": layers.data["fabric"], "model": {"scale": "macro"}})
     except ValidationError as error:
         raise input_error(error, layers) from None
     settle_data_paths(run, layers, [Path("configs")])

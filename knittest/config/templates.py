@@ -6,10 +6,10 @@ from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel
 
+from knittest.base.kinds import DEFAULT
 from knittest.config.base import Quantity, field_meta
 from knittest.config.fabric import Fabric
-from knittest.config.rigs import TensileRig
-from knittest.config.run import Solver
+from knittest.config.run import Solver, rig_model
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -22,13 +22,13 @@ DECIDED_ELSEWHERE = {
 
 
 def rig_template(use: str = "--variant 1 --config THIS_FILE") -> str:
-    """Rig file of the tensile test with every default; ``use`` are the options of the command in its head."""
+    """Rig file of the usual test with every default; ``use`` are the options of the command in its head."""
     head = [
-        "# Tensile test: rig and solver with their defaults. Use it with",
-        f"#   knittest tensile {use}",
+        f"# {DEFAULT.capitalize()} test: rig and solver with their defaults. Use it with",
+        f"#   knittest {DEFAULT} {use}",
         "# What stands here goes over the preset; options and --set go over what stands here.",
     ]
-    sections = (("rig", TensileRig.model_validate({})), ("solver", Solver.model_validate({})))
+    sections = (("rig", rig_model(DEFAULT).model_validate({})), ("solver", Solver.model_validate({})))
     body = [line for name, section in sections for line in ("", f"{name}:", *_fields(section, 1, DECIDED_ELSEWHERE))]
     return "\n".join(head + body) + "\n"
 
@@ -42,14 +42,14 @@ def fabric_template(fabric: Fabric, like: str, own: Sequence[str] = ()) -> str:
         f"# Fabric {name}. {still} {like}: put in your own, and state its source:",
         "#   measured, derived (ref: the formula), tuned (tuned_on: [rows it was fitted to]) or assumed.",
         "# sd is the standard deviation, in the unit of the value. Use it with",
-        f"#   knittest tensile --variant {name}",
+        f"#   knittest {DEFAULT} --variant {name}",
         f"# They are {like}'s as-measured numbers, without parameter sets: leave --parameters away.",
         "# Sets can be added; --parameters NAME lays one over these numbers, calibrated if it is not given:",
         "#   parameter_sets:",
         "#     as-measured: {}",
         "#     calibrated:",
         "#       reinforcing: {youngs_modulus: {value: 67.5, source: tuned, tuned_on: [warp max. tensile force]}}",
-        f"# knittest check tensile --variant {name} compares these numbers with each other and with your tests.",
+        f"# knittest check {DEFAULT} --variant {name} compares these numbers with each other and with your tests.",
         "# To compare with tests of your own, see knittest data import --help and experiment: at the end.",
         "",
     ]

@@ -165,9 +165,9 @@ class Holder(Opening):
     drag_per_ms: ClassVar[Kernel[float]] = Kernel("drag")
 
 
-def stl_tools(rig: object) -> dict[str, StlTool]:
+def stl_tools(rig: Strict) -> dict[str, StlTool]:
     """STL files of the tools of ``rig`` by the name of the tool; none for a rig without such tools."""
-    tools = {name: getattr(rig, name, None) for name in ("stamp", "die", "holder")}
+    tools = {name: getattr(rig, name) for name in type(rig).model_fields}
     return {name: t.stl for name, t in tools.items() if isinstance(t, Stamp | Opening) and t.stl is not None}
 
 

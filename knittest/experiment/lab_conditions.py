@@ -4,12 +4,14 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+
+from pydantic import BaseModel
 
 from knittest.base.errors import InputError
-from knittest.config import rigs
 from knittest.config.base import BoundsError, check_bounds, field_meta
 from knittest.config.fabric import Fabric
+from knittest.config.rigs import StripRig
+from knittest.config.run import rig_model
 from knittest.experiment import lab_units
 from knittest.experiment.lab_numbers import NUMBER, read_number
 from knittest.experiment.lab_rows import Row
@@ -27,7 +29,7 @@ class Condition:
 
     ``key`` names it in tables and in heads of curves, ``option`` on the command line. A cell names it by the first of
     ``labels`` that any cell of a head matches, unless ``other`` matches too; ``units`` are factors to ``unit``. Its
-    bounds are those of the field ``field`` of ``model``.
+    bounds are those of the field ``field`` of ``model``, or of the rig of the test that it names.
     """
 
     key: str
@@ -37,7 +39,7 @@ class Condition:
     labels: tuple[str, ...]
     other: str
     units: dict[str, float]
-    model: type[Any]
+    model: type[BaseModel] | str
     field: str
 
     def names(self, cell: str, tier: int) -> bool:
@@ -47,8 +49,9 @@ class Condition:
 
     def plausible(self, value: float, said: str) -> float:
         """``value`` [unit]; raises :class:`InputError` outside the field's bounds, with the likely unit."""
+        model = rig_model(self.model) if isinstance(self.model, str) else self.model
         try:
-            check_bounds(value, field_meta(self.model, self.field))
+            check_bounds(value, field_meta(model, self.field))
         except BoundsError as error:
             raise InputError(f"{said} {value:g}: {error.expected}") from None
         return value
@@ -63,26 +66,26 @@ GAUGE = Condition(
     # an extensometer's gauge ("Messlänge") is another length
     (r"einspannl|klemml|gau?ge[ _-]?length|grip sep|clamp(ing)? (dist|len)|distance of the clamps",
      r"anfangsl|ausgangsl|\bL0\b"),
-    r"extensometer", lab_units.LENGTH, rigs.TensileRig, "gauge_length",
+    r"extensometer", lab_units.LENGTH, "tensile", "gauge_length",
 )  # fmt: skip
 WIDTH = Condition(
     "strip_width_mm", "strip width", "--width", "mm",
     (rf"({_PIECE})[ _-]*width(?![a-z])|(?<![a-zäöü])({_STUECK})[ _-]*breite(?![a-z])",
      r"^\W*width(?![a-z])|^\W*breite(?![a-z])", r"^\W*b_?0?\W*(mm|cm|m)?\W*$"),
-    _MACHINE + r"|plate|platte|frame|rahmen|tolerance|toleranz", lab_units.LENGTH, rigs.StripRig, "width",
+    _MACHINE + r"|plate|platte|frame|rahmen|tolerance|toleranz", lab_units.LENGTH, StripRig, "width",
 )  # fmt: skip
 
 FRAME_SIDE = Condition(
     "frame_side_mm", "frame side", "--frame-side", "mm",
     (r"(frame|arm)[ _-]*(side|length)|(side|length)[ _-]of[ _-]the[ _-](frame|arms?)|"
      r"rahmen(seite|länge|kante)|schenkell",),
-    r"fabric|specimen|sample|probe|gewebe|stoff", lab_units.LENGTH, rigs.PictureFrameRig, "frame_side",
+    r"fabric|specimen|sample|probe|gewebe|stoff", lab_units.LENGTH, "picture-frame", "frame_side",
 )  # fmt: skip
 FABRIC_SIDE = Condition(
     "fabric_side_mm", "fabric side", "--fabric-side", "mm",
     (r"(fabric|specimen|sample)[ _-]*(side|length)|side[ _-]of[ _-]the[ _-](fabric|specimen|sample)|"
      r"(proben?|stoff|gewebe|prüf)[ _-]*(seite|seitenlänge|kante|kantenlänge)(?![a-z])",),
-    r"frame|rahmen", lab_units.LENGTH, rigs.PictureFrameRig, "side",
+    r"frame|rahmen", lab_units.LENGTH, "picture-frame", "side",
 )  # fmt: skip
 AREA_MASS = Condition(
     "area_mass_g_m2", "area mass", "--area-mass", "g/m2",
@@ -94,22 +97,22 @@ PLANE_ANGLE = Condition(
     "plane_angle_deg", "angle of the plane", "--plane-angle", "deg",
     (r"angle of the plane|plane[ _-]*angle|(bending|chord|slope|inclin\w*)[ _-]*angle|neigungswinkel|ebenenwinkel|"
      r"messwinkel|biegewinkel",),
-    r"shear|scher", lab_units.ANGLE, rigs.CantileverRig, "plane_angle",
+    r"shear|scher", lab_units.ANGLE, "cantilever", "plane_angle",
 )  # fmt: skip
 NORMAL_FORCE = Condition(
     "normal_force_n", "normal force", "--normal-force", "N",
     (r"normal[ _-]*(force|load)|normalkraft|andruckkraft|anpresskraft|clamping force",),
-    r"coefficient", lab_units.FORCE, rigs.FrictionRig, "normal_force",
+    r"coefficient", lab_units.FORCE, "friction", "normal_force",
 )  # fmt: skip
 PLATE_LENGTH = Condition(
     "plate_length_mm", "plate length", "--plate-length", "mm",
     (r"(plate|sled)[ _-]*length|length[ _-]of[ _-]the[ _-]plate|(platten|schlitten)[ _-]*länge",),
-    r"strip|specimen|probe", lab_units.LENGTH, rigs.FrictionRig, "plate_length",
+    r"strip|specimen|probe", lab_units.LENGTH, "friction", "plate_length",
 )  # fmt: skip
 PLATE_WIDTH = Condition(
     "plate_width_mm", "plate width", "--plate-width", "mm",
     (r"(plate|sled)[ _-]*width|width[ _-]of[ _-]the[ _-]plate|(platten|schlitten)[ _-]*breite",),
-    r"strip|specimen|probe", lab_units.LENGTH, rigs.FrictionRig, "plate_width",
+    r"strip|specimen|probe", lab_units.LENGTH, "friction", "plate_width",
 )  # fmt: skip
 
 

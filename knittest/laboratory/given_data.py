@@ -13,8 +13,8 @@ from knittest.experiment.compare import LEFT_OUT, STRAIN
 from knittest.experiment.curves import ReferenceCurve, load_curve
 from knittest.experiment.forces import normalised, per_width
 from knittest.experiment.lab_folder import SHEAR, TENSION
-from knittest.experiment.lab_frame_report import CONJUGATE
-from knittest.materials.trellis import NORMALISED, to_conjugate
+from knittest.experiment.origin import ORIGINS
+from knittest.materials.trellis import CONJUGATE, NORMALISED, to_conjugate
 
 #: rms difference of two curves, over the largest force, below which they are the same data: that of rounding and of
 #: points placed otherwise; strips of one fabric scatter ten times as much
@@ -27,8 +27,8 @@ def given_as(run: Run, path: Path, curve: ReferenceCurve) -> str:
 
     The same file, one of the same source, the same data, or a specimen of the import that a given file was made of.
     """
-    if _gave_friction(run, path):
-        return "its coefficients were given to the run"
+    if told := ORIGINS[run.rig.kind].gave(run, path):
+        return told
     if run.model.scale != "macro":
         return ""
     macro = run.fabric.macro
@@ -47,14 +47,6 @@ def given_as(run: Run, path: Path, curve: ReferenceCurve) -> str:
     if any(same_data(made, one) for made in beside for one in given):
         return "it is a specimen of the import that the shells were given"
     return ""
-
-
-def _gave_friction(run: Run, path: Path) -> bool:
-    """Tell whether ``path`` is of the fabric's own friction tests, whose coefficients its file gives to the rig."""
-    own = run.fabric.experiment
-    if run.rig.kind != "friction" or "friction" not in run.fabric.rigs or own is None:
-        return False
-    return path.resolve().is_relative_to((data_dir() / own).resolve())
 
 
 def readable(paths: Iterable[Path]) -> Iterator[ReferenceCurve]:

@@ -7,6 +7,7 @@ from math import ceil
 import numpy as np
 
 from knittest.base.history import Array, Frame, History
+from knittest.base.kinds import kinds
 from knittest.config.run import Run
 from knittest.laboratory.base import shear_curve
 from knittest.laboratory.shear_angles import shell_angles
@@ -37,8 +38,8 @@ class BeyondLaw:
 
     def advice(self, run: Run) -> str:
         """Change that would bring less of the fabric beyond."""
-        if run.rig.kind == "picture-frame":
-            return f"rig.max_angle={self.end:.3g} ends where the law does; or give a law that goes on (macro.shear)"
+        if field := kinds()[run.rig.kind].sheared_to:
+            return f"{field}={self.end:.3g} ends where the law does; or give a law that goes on (macro.shear)"
         return f"a law that goes on to {ceil(self.needed):d} deg would pass (fabric.macro.shear)"
 
 

@@ -20,6 +20,8 @@ Definition = Literal["conjugate", "normalised", "cauchy"]
 
 #: columns of a curve of shear: angle and normalised force
 ANGLE, NORMALISED = "shear_angle_deg", "normalised_shear_force_n_per_mm"
+#: column of the conjugate shear force
+CONJUGATE = "shear_force_n_per_mm"
 #: what the column of a shear force holds
 DEFINITIONS: dict[str, Definition] = {
     "shear_force_n_per_mm": "conjugate",

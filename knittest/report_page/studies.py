@@ -5,9 +5,9 @@ import math
 import numpy as np
 
 from knittest.base.result_rows import LABELS
-from knittest.config.run import PictureFrameRun
 from knittest.experiment.simulated_studies import SpeedRow, friction_curves, speed_rows
 from knittest.laboratory.halving import LIMIT, change
+from knittest.laboratory.picture_frame.config import PictureFrameRun
 from knittest.laboratory.picture_frame.test import fabric_side
 from knittest.materials.trellis import crosshead_of_normalised
 from knittest.report_page.blocks import Block, Cell, Section, Table, Text

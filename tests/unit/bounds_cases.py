@@ -10,6 +10,7 @@ from typing import Any, get_args, get_origin
 from pydantic import BaseModel
 
 from knittest import config
+from knittest.base.kinds import kinds
 from knittest.config.base import Quantity, Strict, field_meta
 from knittest.config.yarn import PerDirection
 
@@ -85,8 +86,11 @@ def bounded_fields() -> list[Bounded]:
     """Numbers of all config models, and whatever else has a limit, in the class that declares it."""
     for module in pkgutil.iter_modules(config.__path__):
         importlib.import_module(f"{config.__name__}.{module.name}")
+    of_tests = [kind.run.partition(":")[0] for kind in kinds().values() if kind.run.startswith("knittest.")]
+    for name in of_tests:
+        importlib.import_module(name)
     models = sorted({*_below(Strict), Quantity}, key=lambda m: (m.__module__, m.__name__))
-    models = [m for m in models if m.__module__.startswith("knittest.config")]
+    models = [m for m in models if m.__module__.startswith("knittest.config") or m.__module__ in of_tests]
     return [found for m in models for name in m.__annotations__ if name in m.model_fields for found in _of(m, name)]
 
 

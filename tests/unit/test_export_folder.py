@@ -15,10 +15,11 @@ from export_sample import cost, curve, quality
 
 from knittest.base import atomic
 from knittest.base.errors import InputError, NumericalError, OutOfTolerance, ResourceError
-from knittest.config.run import Run, TensileRun
+from knittest.config.run import Run
 from knittest.export import lock
 from knittest.export.folder import RunFolder, run_name, slug
 from knittest.export.summary import build_summary, ensemble_results
+from knittest.laboratory.tensile.config import TensileRun
 
 ROW = {
     "quantity": "peak_force_n",

@@ -16,11 +16,11 @@ from knittest.experiment.conditions import Conditions
 from knittest.experiment.curves import load_curve
 from knittest.experiment.forces import per_width
 from knittest.experiment.lab_csv import Specimen
-from knittest.experiment.lab_frame import Sheared
-from knittest.experiment.lab_frame_report import write_frames
-from knittest.experiment.lab_report import write_import
 from knittest.laboratory.against import own_curves
+from knittest.laboratory.picture_frame.lab_curves import Sheared
+from knittest.laboratory.picture_frame.lab_report import write_frames
 from knittest.laboratory.registry import REPORTS
+from knittest.laboratory.tensile.lab_report import write_import
 
 SHARE = np.linspace(0.0, 1.0, 60)
 ENDS = (1.5, 1.56, 1.62)

@@ -1,5 +1,6 @@
 """Fields in kernel units: what every attribute converts, what it is called, and that no config takes it for a field."""
 
+import importlib
 import math
 from collections.abc import Iterator
 from typing import ClassVar, get_args
@@ -7,6 +8,7 @@ from typing import ClassVar, get_args
 import pytest
 from pydantic import BaseModel
 
+from knittest.base.kinds import kinds
 from knittest.config import fabric, rigs, run, shear, tools, yarn
 from knittest.config.base import Quantity, Strict, field_meta, number
 from knittest.config.kernel_units import Directed, Kernel
@@ -38,7 +40,8 @@ IN_KERNEL = {
 
 def attributes() -> Iterator[tuple[type[Strict], str, Kernel]]:
     """Every attribute in kernel units of the models of a run."""
-    for module in (fabric, rigs, run, shear, tools, yarn):
+    of_tests = [importlib.import_module(kind.run.partition(":")[0]) for kind in kinds().values()]
+    for module in (fabric, rigs, run, shear, tools, yarn, *of_tests):
         for model in vars(module).values():
             if isinstance(model, type) and issubclass(model, Strict) and model.__module__ == module.__name__:
                 yield from ((model, name, found) for name, found in vars(model).items() if isinstance(found, Kernel))

@@ -6,11 +6,14 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
+from pydantic import Field
 
 from knittest.base import kinds as module
 from knittest.base.errors import InputError
 from knittest.base.kinds import Joined, Parts, kinds, names
 from knittest.cli.main import cli
+from knittest.config.base import Strict
+from knittest.config.run import Run, rig_model
 from knittest.export.folder import results_of_runs, tables_of_runs
 from knittest.laboratory.registry import REPORTS, TESTS
 
@@ -90,6 +93,25 @@ def test_a_record_that_names_nothing_is_refused():
         replace(kinds()["friction"], report="knittest.laboratory.friction.nowhere:Report").load("report")
     with pytest.raises(InputError, match="expected module:name"):
         replace(kinds()["friction"], report="Report").load("report")
+
+
+def test_a_run_of_a_rig_that_is_none_is_no_class():
+    class Bench(Strict):
+        kind: str = "bench"
+
+    with pytest.raises(TypeError, match=r"BenchRun\.rig: expected a knittest\.config\.rigs\.Rig"):
+
+        class BenchRun(Run):
+            rig: Bench = Field(default_factory=Bench)
+
+
+@pytest.mark.parametrize("name", names())
+def test_config_and_files_of_a_test_stand_in_its_folder(name):
+    kind, folder = kinds()[name], f"knittest.laboratory.{name.replace('-', '_')}."
+    parts = (kind.run, kind.test, kind.report, kind.size, kind.sheet, kind.presets, kind.advice, kind.laboratory)
+    assert all(part.startswith(folder) for part in (*parts, kind.origin, kind.lasting) if part)
+    rig = rig_model(name)
+    assert rig.spans and set(rig.spans) <= set(rig.model_fields)
 
 
 def test_an_option_of_a_test_keeps_all_digits(monkeypatch):

@@ -10,7 +10,10 @@ from knittest.base.errors import InputError
 from knittest.cli.main import run
 from knittest.config.fabric import YARN_LEVEL
 from knittest.config.loading import resolve
-from knittest.experiment.lab_cantilever import (
+from knittest.experiment.lab_given import Given
+from knittest.experiment.row_kind import row_kind
+from knittest.experiment.tables import published
+from knittest.laboratory.cantilever.lab_overhangs import (
     STANDARD_ANGLE,
     at_standard_angle,
     cantilever_lines,
@@ -18,9 +21,6 @@ from knittest.experiment.lab_cantilever import (
     read_overhangs,
     write_cantilever,
 )
-from knittest.experiment.lab_given import Given
-from knittest.experiment.row_kind import row_kind
-from knittest.experiment.tables import published
 from knittest.laboratory.cantilever.test import given_overhang, strip_stiffness
 from knittest.materials.heavy_elastica import chord_angle
 from knittest.runs.judgement import references_of

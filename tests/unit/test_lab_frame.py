@@ -12,10 +12,10 @@ from knittest.config.fabric import MacroMaterial
 from knittest.config.loading import resolve
 from knittest.experiment.conditions import UNKNOWN
 from knittest.experiment.curves import load_curve
-from knittest.experiment.lab_frame import read_frames
-from knittest.experiment.lab_frame_report import frame_lines, frame_series, shear_law, write_frames
 from knittest.experiment.lab_given import Given
 from knittest.experiment.tables import published
+from knittest.laboratory.picture_frame.lab_curves import read_frames
+from knittest.laboratory.picture_frame.lab_report import frame_lines, frame_series, shear_law, write_frames
 from knittest.laboratory.registry import REPORTS
 from knittest.materials.trellis import DEFINITIONS, crosshead, crosshead_force
 

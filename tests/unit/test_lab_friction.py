@@ -8,16 +8,16 @@ import pytest
 from knittest.base.errors import InputError
 from knittest.config.loading import resolve
 from knittest.experiment.conditions import UNKNOWN
-from knittest.experiment.lab_friction import (
+from knittest.experiment.lab_given import Given
+from knittest.experiment.tables import published
+from knittest.laboratory.friction import rig
+from knittest.laboratory.friction.lab_pulls import (
     KINETIC_SHARE,
     friction_lines,
     friction_results,
     read_friction,
     write_friction,
 )
-from knittest.experiment.lab_given import Given
-from knittest.experiment.tables import published
-from knittest.laboratory.friction import rig
 from knittest.laboratory.registry import REPORTS
 
 HEAD = "Normalkraft;2,0;kN\nPlattenlänge;150;mm\nPlattenbreite;50;mm\n"

@@ -11,8 +11,8 @@ from knittest.config.fabric import MacroMaterial
 from knittest.experiment.curves import load_curve
 from knittest.experiment.lab_csv import Specimen, read_lab
 from knittest.experiment.lab_direction import Said
-from knittest.experiment.lab_report import summary_lines, write_import
 from knittest.experiment.tables import published
+from knittest.laboratory.tensile.lab_report import summary_lines, write_import
 
 SHARE = np.linspace(0.0, 1.0, 50)
 

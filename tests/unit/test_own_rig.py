@@ -13,12 +13,12 @@ from knittest.base.errors import InputError
 from knittest.cli.main import run
 from knittest.config.dumping import dump
 from knittest.config.loading import resolve
-from knittest.experiment.lab_frame import read_frames
-from knittest.experiment.lab_frame_report import write_frames
-from knittest.experiment.lab_friction import read_friction, write_friction
 from knittest.experiment.lab_given import Given
 from knittest.experiment.row_kind import assumed_inputs, row_kind
 from knittest.laboratory.against import own_curves
+from knittest.laboratory.friction.lab_pulls import read_friction, write_friction
+from knittest.laboratory.picture_frame.lab_curves import read_frames
+from knittest.laboratory.picture_frame.lab_report import write_frames
 from knittest.laboratory.picture_frame.report import NORMALISED_LABEL
 from knittest.laboratory.registry import TESTS
 from knittest.laboratory.report_base import scatter

@@ -6,8 +6,9 @@ import pytest
 
 from knittest.cli.main import run as command
 from knittest.config.loading import resolve
+from knittest.laboratory.tensile.failure import failure_strain
 from knittest.runs.preflight import timing
-from knittest.runs.preflight.timing import Estimate, expected_share, failure_strain
+from knittest.runs.preflight.timing import Estimate, expected_share
 from knittest.runs.specimen import SERIAL_BELOW, prepare, threads_for
 
 

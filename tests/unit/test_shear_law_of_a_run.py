@@ -9,7 +9,7 @@ from knittest.cli.main import run as knittest
 from knittest.config.dumping import dump
 from knittest.config.loading import resolve
 from knittest.experiment.curves import load_curve
-from knittest.experiment.shear_law import homogenised_law, write_law
+from knittest.laboratory.picture_frame.shear_law import homogenised_law, write_law
 
 
 def frame_curve(law, noise=0.0):

@@ -15,7 +15,8 @@ CODE = """
 from typing import assert_type
 from knittest.base.history import History
 from knittest.config.kernel_units import Directed
-from knittest.config.run import FrictionRun, TensileRun
+from knittest.laboratory.friction.config import FrictionRun
+from knittest.laboratory.tensile.config import TensileRun
 from knittest.laboratory.base import Prepared, Test
 from knittest.laboratory.registry import REPORTS, TESTS
 

@@ -10,7 +10,7 @@ KIND = TestKind(
 
     Example: knittest cantilever --variant 1 --scale macro --direction warp --set rig.mode=overhang
     """,
-    run="knittest.config.run:CantileverRun",
+    run="knittest.laboratory.cantilever.config:CantileverRun",
     test="knittest.laboratory.cantilever.test:Cantilever",
     report="knittest.laboratory.cantilever.report:CantileverReport",
     size="knittest.laboratory.cantilever.size:stated",
@@ -38,6 +38,7 @@ KIND = TestKind(
         "meso": ("reinforcing.bending_stiffness.{d}", "area_mass"),
     },
     fed=("macro", "meso"),
+    origin="knittest.laboratory.cantilever.origin:CantileverOrigin",
     hinges={"tolerance": 1, "membrane_share": -1},
     # at rest: the residual of shells; of yarns, whose balance at rest is fixed, the step
     halved={"macro": ("rig.tolerance", "-"), "meso": ("solver.safety", "-")},
@@ -51,5 +52,5 @@ KIND = TestKind(
             Regressed(6, "full", "macro", "paper", STRIPS),
         ),
     ),
-    laboratory="knittest.experiment.lab_overhang_files:LAB",
+    laboratory="knittest.laboratory.cantilever.lab_files:LAB",
 )

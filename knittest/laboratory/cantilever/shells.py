@@ -5,9 +5,8 @@ from math import atan2, degrees
 import numpy as np
 
 from knittest.base.history import Frame
-from knittest.config.rigs import CantileverRig
-from knittest.config.run import CantileverRun
 from knittest.laboratory.base import Prepared, fabric_laminate
+from knittest.laboratory.cantilever.config import CantileverRig, CantileverRun
 from knittest.laboratory.cantilever.mounting import Mounting, Rest
 from knittest.laboratory.weights import weights
 from knittest.materials.laminate import enough_for_bending, softened
@@ -32,7 +31,7 @@ def mount_shells(run: CantileverRun, overhang: float) -> Prepared:
         share = enough_for_bending(card, share)
     model = build_rectangle(run.fabric, softened(card, share), run.rig.direction, y, width, size)
     area = width * (overhang + step)
-    mounting = Mounting(model.position(), weights(run, model, area))
+    mounting = Mounting(model.position(), weights(run.fabric, run.rig.gravity_mm_per_ms2, model, area))
     facts = {"overhang_mm": overhang, "width_mm": width, "area_mm2": area, "membrane_share": share}
     return Prepared(model, mounting, facts=facts)
 

@@ -1,6 +1,6 @@
 """Size of the strip in a run."""
 
-from knittest.config.run import CantileverRun
+from knittest.laboratory.cantilever.config import CantileverRun
 from knittest.laboratory.cantilever.test import given_overhang
 
 

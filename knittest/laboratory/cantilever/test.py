@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from knittest.base.errors import InputError
 from knittest.base.history import History, Quality
 from knittest.base.resources import data_dir
-from knittest.config.rigs import CantileverRig
-from knittest.config.run import CantileverRun, Run
+from knittest.config.run import Run
 from knittest.experiment.tables import published
 from knittest.laboratory.base import Prepared, Test
+from knittest.laboratory.cantilever.config import CantileverRig, CantileverRun
 from knittest.laboratory.cantilever.mounting import Rest
 from knittest.laboratory.cantilever.shells import mount_shells, shells_to_rest
 from knittest.laboratory.cantilever.yarns import mount_yarns, yarns_to_rest

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.history import Frame
-from knittest.config.run import CantileverRun
 from knittest.laboratory.base import Prepared
+from knittest.laboratory.cantilever.config import CantileverRun
 from knittest.laboratory.cantilever.mounting import Mounting, Rest
 from knittest.laboratory.cantilever.sections import Sections
 from knittest.laboratory.strips import cut, pitch, yarns_across
@@ -57,7 +57,7 @@ def mount_yarns(run: CantileverRun, overhang: float, specimen: int = 0, observer
     model = build_meso(run, paths, piece.draws, run.rig.membrane_share, rubbing=False)
     width = across * (run.fabric.wale_spacing if direction == "warp" else run.fabric.course_spacing)
     facts = {"overhang_mm": overhang, "width_mm": width, "area_mm2": width * along * period}
-    mounting = Mounting(model.position(), weights(run, model, facts["area_mm2"]))
+    mounting = Mounting(model.position(), weights(run.fabric, run.rig.gravity_mm_per_ms2, model, facts["area_mm2"]))
     return Prepared(model, mounting, clock.perf_counter() - start, piece.table, facts)
 
 

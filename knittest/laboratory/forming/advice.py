@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from knittest.base.rounding import rounded_down
-from knittest.config.run import FormingRun
+from knittest.laboratory.forming.config import FormingRun
 from knittest.laboratory.forming.presets import FREE_BLANK
 
 

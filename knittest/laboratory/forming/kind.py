@@ -13,7 +13,7 @@ KIND = TestKind(
     Example: knittest forming --variant 1 --scale macro --blank-holder-force 100
     """,
     shortcuts={"blank-holder-force": ("rig.blank_holder_force", "Force on the blank holder [N].  [default: 0, none]")},
-    run="knittest.config.run:FormingRun",
+    run="knittest.laboratory.forming.config:FormingRun",
     test="knittest.laboratory.forming.test:Forming",
     report="knittest.laboratory.forming.report:FormingReport",
     size="knittest.laboratory.forming.size:stated",

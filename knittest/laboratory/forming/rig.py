@@ -7,8 +7,8 @@ rests for as long as its start takes.
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.config.run import FormingRun
 from knittest.kernels.tool_contact import FREE
+from knittest.laboratory.forming.config import FormingRun
 from knittest.models.boundary import Boundary
 from knittest.models.readings import Readings
 from knittest.models.table import Table, ramp

@@ -1,6 +1,6 @@
 """Size of the blank in a run."""
 
-from knittest.config.run import FormingRun
+from knittest.laboratory.forming.config import FormingRun
 
 
 def stated(run: FormingRun) -> tuple[str, ...]:

@@ -8,9 +8,8 @@ from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
 from knittest.base.history import Frame, History, Mesh, Quality
-from knittest.config.rigs import FormingRig
-from knittest.config.run import FormingRun
 from knittest.laboratory.base import Prepared, Test, fabric_laminate
+from knittest.laboratory.forming.config import FormingRig, FormingRun
 from knittest.laboratory.forming.draw_in import draw_in
 from knittest.laboratory.forming.formed import Formed, formed
 from knittest.laboratory.forming.layer_order import out_of_order
@@ -72,7 +71,8 @@ class Forming(Test[FormingRun]):
         # unevenness does not reach into the tools
         radius = 0.5 * thickness - np.abs(points[:, 2])
         area = length * width
-        test = FormingTest(run, tools_of(run, thickness), thickness, radius, weights(run, model, area))
+        weight = weights(fabric, rig.gravity_mm_per_ms2, model, area)
+        test = FormingTest(run, tools_of(run, thickness), thickness, radius, weight)
         return Prepared(model, test, facts={"thickness_mm": thickness, "area_mm2": area})
 
     def _yarns(self, run: FormingRun, specimen: int, observer: Observer) -> Prepared:
@@ -90,7 +90,8 @@ class Forming(Test[FormingRun]):
         z, radius = model.position()[:, 2], model.group.radius
         thickness = 2.0 * float((np.abs(z) + radius).max())
         area = float(size[0] * size[1])
-        test = FormingTest(run, tools_of(run, thickness), thickness, radius, weights(run, model, area))
+        weight = weights(fabric, rig.gravity_mm_per_ms2, model, area)
+        test = FormingTest(run, tools_of(run, thickness), thickness, radius, weight)
         facts = {"thickness_mm": thickness, "area_mm2": area}
         return Prepared(model, test, clock.perf_counter() - start, piece.table, facts)
 

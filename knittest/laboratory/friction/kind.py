@@ -10,7 +10,7 @@ KIND = TestKind(
 
     Example: knittest friction --variant 1 --scale macro --direction warp
     """,
-    run="knittest.config.run:FrictionRun",
+    run="knittest.laboratory.friction.config:FrictionRun",
     test="knittest.laboratory.friction.test:Friction",
     report="knittest.laboratory.friction.report:FrictionReport",
     size="knittest.laboratory.friction.size:stated",
@@ -42,6 +42,7 @@ KIND = TestKind(
     sizes=("width",),
     deciding={"macro": ("rig.kinetic_coefficient",), "meso": ("rig.kinetic_coefficient",)},
     fed=("macro", "meso"),
+    origin="knittest.laboratory.friction.origin:FrictionOrigin",
     studied=True,
     regression=Regression(
         rows=("mu_paper",),
@@ -51,5 +52,5 @@ KIND = TestKind(
             Regressed(7, "full", "macro", "paper", (("1", "warp"), ("2", "warp"))),
         ),
     ),
-    laboratory="knittest.experiment.lab_friction_files:LAB",
+    laboratory="knittest.laboratory.friction.lab_files:LAB",
 )  # fmt: skip

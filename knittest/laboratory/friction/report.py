@@ -6,12 +6,12 @@ from pathlib import Path
 from knittest.base.errors import InputError
 from knittest.base.history import Specimen
 from knittest.base.kinds import kinds
-from knittest.config.run import FrictionRun
 from knittest.experiment.conditions import same
 from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.tables import PublishedValue
 from knittest.export.line_picture import Level, Line, line_picture
 from knittest.export.pressure_picture import pressure_picture
+from knittest.laboratory.friction.config import FrictionRun
 from knittest.laboratory.friction.pressure import PLATES, pressure_map
 from knittest.laboratory.friction.rig import KINETIC_SHARE
 from knittest.laboratory.friction.test import FORCE_TOLERANCE, PENETRATION_TOLERANCE, Friction, map_cell

@@ -7,7 +7,7 @@ So the strip is nearly at rest, and damping and inertia take nothing of the pull
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.config.run import FrictionRun
+from knittest.laboratory.friction.config import FrictionRun
 from knittest.models.boundary import Boundary
 from knittest.models.readings import Readings
 from knittest.models.table import Table, ramp

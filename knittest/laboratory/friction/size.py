@@ -1,6 +1,6 @@
 """Size of the strip in a run."""
 
-from knittest.config.run import FrictionRun
+from knittest.laboratory.friction.config import FrictionRun
 
 
 def stated(run: FrictionRun) -> tuple[str, ...]:

@@ -7,8 +7,8 @@ import numpy as np
 
 from knittest.base.errors import InputError
 from knittest.base.history import History, Quality
-from knittest.config.run import FrictionRun
 from knittest.laboratory.base import Prepared, Test, fabric_laminate
+from knittest.laboratory.friction.config import FrictionRun
 from knittest.laboratory.friction.pressure import pressure_map, shares
 from knittest.laboratory.friction.rig import KINETIC_SHARE, FrictionTest
 from knittest.laboratory.judging import assess

@@ -15,11 +15,12 @@ KIND = TestKind(
 
     Example: knittest picture-frame --variant 1 --scale macro
     """,
-    run="knittest.config.run:PictureFrameRun",
+    run="knittest.laboratory.picture_frame.config:PictureFrameRun",
     test="knittest.laboratory.picture_frame.test:PictureFrame",
     report="knittest.laboratory.picture_frame.report:PictureFrameReport",
     size="knittest.laboratory.picture_frame.size:stated",
     sheet="knittest.laboratory.picture_frame.size:sheet",
+    sheared_to="rig.max_angle",
     labels={
         "shear_force_n_at_deg.10": ("shear force at 10 deg [N]", "{:.2f}"),
         "shear_force_n_at_deg.20": ("shear force at 20 deg [N]", "{:.2f}"),
@@ -48,6 +49,7 @@ KIND = TestKind(
         "meso": ("warp_density", "weft_density", *LOOPS, "contact.friction_coefficient"),
     },
     fed=("macro",),
+    origin="knittest.laboratory.picture_frame.origin:PictureFrameOrigin",
     hinges={"membrane_share": -1},
     studied=True,
     # sheets that buckle enlarge rounding most: an unevenness changed by 2e-9 of itself (of yarns: the slack) moves a
@@ -63,5 +65,5 @@ KIND = TestKind(
         drift={"macro": (0.005, 0.06, 0.20), "meso": (0.01, 0.03, 0.03)},
         buckled=("material_shear_angle_sd_deg_at_40deg", "wrinkle_amplitude_mm_at_40deg"),
     ),
-    laboratory="knittest.experiment.lab_frame_files:LAB",
+    laboratory="knittest.laboratory.picture_frame.lab_files:LAB",
 )

@@ -10,7 +10,6 @@ import numpy as np
 from knittest.base.errors import InputError
 from knittest.base.history import Specimen
 from knittest.base.kinds import kinds
-from knittest.config.run import PictureFrameRun
 from knittest.experiment.conditions import EXACT
 from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.forces import normalised
@@ -21,6 +20,7 @@ from knittest.export.line_picture import Band, Level, Line, line_picture
 from knittest.export.map_picture import height_picture
 from knittest.export.shear_picture import shear_picture
 from knittest.laboratory.imported import imported_corridor
+from knittest.laboratory.picture_frame.config import PictureFrameRun
 from knittest.laboratory.picture_frame.test import (
     MAPPED,
     PictureFrame,

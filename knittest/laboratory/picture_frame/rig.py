@@ -16,7 +16,7 @@ from math import cos, sin, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.config.run import PictureFrameRun
+from knittest.laboratory.picture_frame.config import PictureFrameRun
 from knittest.materials.trellis import crosshead, normalised_force
 from knittest.models.boundary import Boundary
 from knittest.models.readings import Readings

@@ -1,6 +1,6 @@
 """Size of the square in a run."""
 
-from knittest.config.run import PictureFrameRun
+from knittest.laboratory.picture_frame.config import PictureFrameRun
 
 
 def stated(run: PictureFrameRun) -> tuple[str, ...]:

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
 from knittest.base.history import Frame, History, Mesh, Quality
-from knittest.config.run import PictureFrameRun
 from knittest.laboratory.base import Prepared, Test, fabric_laminate, shear_curve
 from knittest.laboratory.judging import assess
+from knittest.laboratory.picture_frame.config import PictureFrameRun
 from knittest.laboratory.picture_frame.rig import ANGLES, PictureFrameTest
 from knittest.laboratory.picture_frame.wrinkles import measure_wrinkles
 from knittest.laboratory.shear_angles import AngleScatter, angle_scatter, crossing_angles, shell_angles

@@ -11,11 +11,12 @@ KIND = TestKind(
 
     Example: knittest tensile --variant 2 --scale meso --preset paper --direction weft
     """,
-    run="knittest.config.run:TensileRun",
+    run="knittest.laboratory.tensile.config:TensileRun",
     test="knittest.laboratory.tensile.test:Tensile",
     report="knittest.laboratory.tensile.report:TensileReport",
     size="knittest.laboratory.tensile.size:stated",
     sheet="knittest.laboratory.tensile.size:sheet",
+    lasting="knittest.laboratory.tensile.failure:expected_share",
     labels={
         "peak_force_n": ("peak force [N]", "{:.0f}"),
         "fracture_strain_pct": ("fracture strain [%]", "{:.2f}"),
@@ -42,5 +43,5 @@ KIND = TestKind(
             Regressed(8, "full", "macro", "paper", STRIPS),
         ),
     ),
-    laboratory="knittest.experiment.lab_tensile:LAB",
+    laboratory="knittest.laboratory.tensile.lab_files:LAB",
 )

@@ -10,7 +10,6 @@ import numpy as np
 from knittest.base.history import Specimen
 from knittest.base.kinds import kinds
 from knittest.base.resources import data_dir
-from knittest.config.run import TensileRun
 from knittest.experiment.borrowed import borrowed
 from knittest.experiment.compare import UNRATED
 from knittest.experiment.conditions import EXACT
@@ -33,6 +32,7 @@ from knittest.laboratory.report_base import (
     title_of,
 )
 from knittest.laboratory.strips import yarns_across
+from knittest.laboratory.tensile.config import TensileRun
 from knittest.laboratory.tensile.test import Tensile, carrying_width
 from knittest.laboratory.tuned_data import marked
 

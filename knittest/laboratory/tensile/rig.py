@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.config.run import TensileRun
+from knittest.laboratory.tensile.config import TensileRun
 from knittest.models.boundary import ALL, Boundary
 from knittest.models.readings import Readings
 from knittest.models.table import ramp

@@ -1,6 +1,6 @@
 """Size of the strip in a run."""
 
-from knittest.config.run import TensileRun
+from knittest.laboratory.tensile.config import TensileRun
 
 
 def stated(run: TensileRun) -> tuple[str, ...]:

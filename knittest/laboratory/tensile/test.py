@@ -3,11 +3,11 @@
 import time as clock
 
 from knittest.base.history import History, Quality
-from knittest.config.run import TensileRun
 from knittest.laboratory.base import Prepared, Test, fabric_laminate
 from knittest.laboratory.judging import assess
 from knittest.laboratory.span import Span
 from knittest.laboratory.strips import AXIS, cut, pitch, yarns_across
+from knittest.laboratory.tensile.config import TensileRun
 from knittest.laboratory.tensile.peak import tensile_results
 from knittest.laboratory.tensile.rig import TensileTest
 from knittest.models.macro import StripShape, build_strip, self_contact

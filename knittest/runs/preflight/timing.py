@@ -6,6 +6,7 @@ from typing import Any
 
 import numba
 
+from knittest.base.kinds import kinds
 from knittest.config.run import Run
 from knittest.kernels.threading import limited
 from knittest.laboratory.base import Holder, Prepared
@@ -19,8 +20,6 @@ from knittest.solve.warmup import warm
 
 #: steps and seconds that are timed at least, and seconds after which no further sample is begun
 STEPS, SECONDS, ENOUGH = 100, 0.5, 10.0
-#: yarns of mean strength plus this many standard deviations have broken when a strip of yarns has failed
-LAST_YARNS = 2.0
 
 
 @dataclass(frozen=True)
@@ -141,24 +140,9 @@ def estimate(run: Run, prepared: Prepared, prepared_s: float = 0.0) -> Estimate 
 
 
 def expected_share(run: Run, prepared: Prepared) -> float:
-    """Share of the rig's motion after which its specimen fails, 1 where none does."""
-    if run.rig.kind != "tensile":
-        return 1.0
-    duration, start = prepared.rig.duration, 0.5 * run.solver.ramp_ms
-    end = start + (duration - start) * failure_strain(run) / run.rig.max_strain
-    return min(end / duration, 1.0)
-
-
-def failure_strain(run: Run) -> float:
-    """Strain [%] at which a tensile strip has failed: that of its shells, or of the last of its yarns."""
-    direction = run.direction
-    if run.model.scale == "macro":
-        return float(run.fabric.macro.fracture_strain.of(direction).value)
-    yarn = run.fabric.reinforcing
-    fracture, crimp, slack = (
-        yarn.fracture_strain, getattr(yarn.crimp, direction).value, getattr(yarn.slack, direction).value,
-    )  # fmt: skip
-    return float(fracture.value + LAST_YARNS * (fracture.sd or 0.0) + crimp + slack)
+    """Share of the rig's motion after which its specimen fails, 1 where none does, or nobody knows."""
+    kind = kinds()[run.rig.kind]
+    return float(kind.load("lasting")(run, prepared)) if kind.lasting else 1.0
 
 
 def _rounded(seconds: float) -> str:

@@ -10,10 +10,12 @@ import numpy as np
 from knittest.base.atomic import write_atomic
 from knittest.config.dumping import dump_mapping
 from knittest.config.fabric import Direction
-from knittest.config.run import CantileverRun, Run, TensileRun
+from knittest.config.run import Run
 from knittest.experiment.curves import FORCE_PER_WIDTH
-from knittest.experiment.shear_law import FRAME_ANGLE, NORMALISED, homogenised_law
 from knittest.export.own_data import OWN, kept_beside
+from knittest.laboratory.cantilever.config import CantileverRun
+from knittest.laboratory.picture_frame.shear_law import FRAME_ANGLE, NORMALISED, homogenised_law
+from knittest.laboratory.tensile.config import TensileRun
 from knittest.materials.heavy_elastica import stiffness_of
 from knittest.materials.trellis import ANGLE
 from knittest.studies.homogenise.curves import Array, read_columns, tension_curve

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knittest.experiment.shear_law import FRAME_ANGLE, NORMALISED
+from knittest.laboratory.picture_frame.shear_law import FRAME_ANGLE, NORMALISED
 from knittest.studies.homogenise.card import Tested, bending_stiffness
 from knittest.studies.homogenise.curves import Array, read_columns, to_peak
 from knittest.studies.homogenise.plan import Piece

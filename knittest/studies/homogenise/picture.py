@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from knittest.base.figure import BLUE, ORANGE, dress, new_figure, save
 from knittest.base.stamp import Stamp, stamped
 from knittest.config.sources import numbers_of
-from knittest.experiment.shear_law import FRAME_ANGLE, NORMALISED
+from knittest.laboratory.picture_frame.shear_law import FRAME_ANGLE, NORMALISED
 from knittest.laboratory.run_stamp import size_of
 from knittest.studies.homogenise.card import Tested
 from knittest.studies.homogenise.check import ANGLES

@@ -8,9 +8,12 @@ from knittest.base.errors import InputError
 from knittest.config.fabric import Direction
 from knittest.config.loading import resolve
 from knittest.config.rigs import StripRig
-from knittest.config.run import CantileverRun, PictureFrameRun, Run, TensileRun
+from knittest.config.run import Run
 from knittest.config.settings import Setting, parse_set
+from knittest.laboratory.cantilever.config import CantileverRun
+from knittest.laboratory.picture_frame.config import PictureFrameRun
 from knittest.laboratory.strips import yarns_across
+from knittest.laboratory.tensile.config import TensileRun
 
 #: a strip of a cantilever is at least this much longer than its overhang
 LONGER = 1.2

@@ -5,11 +5,12 @@ from typing import Any, Literal
 from pydantic import Field
 
 from knittest.base.kinds import Stated
-from knittest.config.base import Strict, number
+from knittest.config.base import number
+from knittest.config.rigs import Rig
 from knittest.config.run import Run
 
 
-class WireRig(Strict):
+class WireRig(Rig):
     """A straight wire, one end held, the other pulled."""
 
     kind: Literal["wire"] = "wire"
@@ -21,7 +22,7 @@ class WireRig(Strict):
 class WireRun(Run):
     """A wire that is pulled."""
 
-    rig: WireRig = Field(default_factory=WireRig)  # type: ignore[assignment]
+    rig: WireRig = Field(default_factory=WireRig)
 
 
 def settings(preset: str, scale: str, stated: Stated) -> dict[str, Any]:

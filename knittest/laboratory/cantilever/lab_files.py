@@ -3,9 +3,9 @@
 import re
 from collections.abc import Sequence
 
-from knittest.experiment.lab_cantilever import cantilever_lines, read_overhangs, write_cantilever
 from knittest.experiment.lab_conditions import AREA_MASS, PLANE_ANGLE, WIDTH
 from knittest.experiment.lab_kind import LabTest
+from knittest.laboratory.cantilever.lab_overhangs import cantilever_lines, read_overhangs, write_cantilever
 
 _BENT = re.compile(r"over ?hang|überhang|ueberhang|bending[ _-]*length|biege ?länge", re.I)
 _NAMED = re.compile(r"cantilever|overhang|überhang|ueberhang|biege|biegung", re.I)

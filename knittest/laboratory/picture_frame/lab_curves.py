@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
 from knittest.config.base import BoundsError, check_bounds, field_meta
-from knittest.config.rigs import PictureFrameRig
 from knittest.experiment import lab_units
 from knittest.experiment.lab_conditions import FABRIC_SIDE, FRAME_SIDE, SAME, agreed, stated, unstated
 from knittest.experiment.lab_csv import FORCE
@@ -17,6 +16,7 @@ from knittest.experiment.lab_given import Given, first_loading, tared
 from knittest.experiment.lab_numbers import NUMBER
 from knittest.experiment.lab_sign import drawn, pulled
 from knittest.experiment.lab_table import LabTable, columns, read_table
+from knittest.laboratory.picture_frame.config import PictureFrameRig
 from knittest.materials.trellis import frame_angle, normalised_force
 
 Array = NDArray[np.float64]

@@ -8,7 +8,7 @@ from knittest.experiment.lab_conditions import GAUGE, WIDTH
 from knittest.experiment.lab_csv import Specimen, read_lab
 from knittest.experiment.lab_given import Given
 from knittest.experiment.lab_kind import LabTest
-from knittest.experiment.lab_report import summary_lines, write_import
+from knittest.laboratory.tensile.lab_report import summary_lines, write_import
 
 
 def _read(path: Path, given: Given) -> list[Specimen]:

@@ -13,13 +13,13 @@ from knittest.experiment.lab_checks import common, digest, refuse_apart, refuse_
 from knittest.experiment.lab_conditions import FABRIC_SIDE, FRAME_SIDE
 from knittest.experiment.lab_fabric import finish
 from knittest.experiment.lab_folder import SHEAR, curve_text
-from knittest.experiment.lab_frame import Sheared
 from knittest.experiment.lab_lines import table_lines
 from knittest.experiment.lab_picture import plot
 from knittest.experiment.lab_series import Results, write_results
 from knittest.experiment.lab_units import likely_force
 from knittest.experiment.statistics import Corridor, band
-from knittest.materials.trellis import ANGLE, NORMALISED, crosshead_of_normalised, to_conjugate
+from knittest.laboratory.picture_frame.lab_curves import Sheared
+from knittest.materials.trellis import ANGLE, CONJUGATE, NORMALISED, crosshead_of_normalised, to_conjugate
 
 Array = NDArray[np.float64]
 
@@ -31,7 +31,7 @@ END = "end_of_first_loading_deg"
 FORCES = (5e-4, 20.0)
 #: width of the steps over which the law is averaged [deg]
 STEP = 1.0
-NORMALISED_SD, CONJUGATE = "normalised_shear_force_sd_n_per_mm", "shear_force_n_per_mm"
+NORMALISED_SD = "normalised_shear_force_sd_n_per_mm"
 LAW = (
     "# conjugate to the shear angle, per reference area; mean of the specimens over 1 deg, from the origin, not falling"
 )

@@ -12,7 +12,6 @@ from knittest.base.errors import InputError
 from knittest.base.units import to_kernel
 from knittest.config.base import BoundsError, check_bounds, field_meta
 from knittest.config.fabric import MacroMaterial
-from knittest.config.rigs import CantileverRig
 from knittest.experiment import lab_units
 from knittest.experiment.lab_checks import common, digest, refuse_apart
 from knittest.experiment.lab_conditions import AREA_MASS, PLANE_ANGLE, WIDTH, Condition, agreed, needed, stated
@@ -24,6 +23,7 @@ from knittest.experiment.lab_lines import table_lines
 from knittest.experiment.lab_numbers import NUMBER
 from knittest.experiment.lab_series import Results, write_results
 from knittest.experiment.lab_table import LabTable, read_table
+from knittest.laboratory.cantilever.config import CantileverRig
 from knittest.materials.heavy_elastica import STANDARD_ANGLE, bending_stiffness, overhang_ratio
 
 Array = NDArray[np.float64]

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from knittest.base.atomic import make_folder, replacing
 from knittest.base.errors import InputError
 from knittest.config.loading import resolve
-from knittest.config.run import PictureFrameRun
 from knittest.experiment.shear_csv import START
+from knittest.laboratory.picture_frame.config import PictureFrameRun
 from knittest.materials.trellis import ANGLE, to_conjugate
 
 Array = NDArray[np.float64]

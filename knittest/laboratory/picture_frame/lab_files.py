@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from knittest.experiment.lab_conditions import FABRIC_SIDE, FRAME_SIDE
-from knittest.experiment.lab_frame import read_frames
-from knittest.experiment.lab_frame_report import END, frame_lines, write_frames
 from knittest.experiment.lab_kind import LabTest, Rigs
 from knittest.experiment.lab_numbers import plain
+from knittest.laboratory.picture_frame.lab_curves import read_frames
+from knittest.laboratory.picture_frame.lab_report import END, frame_lines, write_frames
 
 NAME = "picture-frame"
 _SHEARED = re.compile(r"shear[ _-]*angle|scherwinkel|picture[ _-]*frame|(?<![a-z])scherrahmen", re.I)

@@ -4,12 +4,12 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from knittest.config.rigs import FrictionRig
 from knittest.experiment.lab_conditions import NORMAL_FORCE, PLATE_LENGTH, PLATE_WIDTH
 from knittest.experiment.lab_folder import DIRECTIONS, folder_name
-from knittest.experiment.lab_friction import KINETIC, STATIC, friction_lines, read_friction, write_friction
 from knittest.experiment.lab_kind import LabTest, Rigs
 from knittest.experiment.lab_numbers import plain
+from knittest.laboratory.friction.config import FrictionRig
+from knittest.laboratory.friction.lab_pulls import KINETIC, STATIC, friction_lines, read_friction, write_friction
 
 #: length of strip that sticks out of long plates besides the travel [mm]
 STICKS_OUT = 40.0

@@ -1,0 +1,50 @@
+"""Config of the cantilever test."""
+
+from typing import ClassVar, Literal, Self
+
+from pydantic import Field, model_validator
+
+from knittest.config.base import BoundsError, number
+from knittest.config.kernel_units import Kernel
+from knittest.config.rigs import StripRig
+from knittest.config.run import Run
+
+
+class CantileverRig(StripRig):
+    """Cantilever after DIN 53362: a strip bends over an edge under its own weight."""
+
+    spans = ("width", "length")
+
+    kind: Literal["cantilever"] = "cantilever"
+    mode: Literal["angle", "overhang"] = Field(
+        "angle",
+        description="angle: the overhang is given, the chord angle comes out (the paper's simulation); "
+        "overhang: the strip is advanced until its chord has the angle of the plane (the laboratory)",
+    )
+    overhang: float | None = number(
+        None, "mm", "overhang; none: the mean measured one of the fabric's experiment", gt=0, band=(5, 1000)
+    )
+    overhang_mm: ClassVar[Kernel[float | None]] = Kernel("overhang")
+    plane_angle: float = number(41.5, "deg", "angle of the plane", gt=0, le=80)
+    length: float = number(300.0, "mm", "length of the strip", gt=0, band=(10, 2000))
+    length_mm: ClassVar[Kernel[float]] = Kernel("length")
+    gravity: float = number(9.81, "m/s2", "gravity", gt=0, band=(0.1, 100))
+    gravity_mm_per_ms2: ClassVar[Kernel[float]] = Kernel("gravity")
+    membrane_share: float = number(
+        0.01, "1", "share of the membrane stiffness that is kept: bending decides, and the step grows", gt=0, le=1
+    )
+    tolerance: float = number(
+        1e-4, "1", "residual force over weight, and drift over deflection, of shells at rest", gt=0, le=0.1
+    )
+
+    @model_validator(mode="after")
+    def _strip_reaches_out(self) -> Self:
+        if self.overhang is not None and self.overhang >= self.length:
+            raise BoundsError(f"longer than the strip, expected less than rig.length = {self.length:g} mm", "overhang")
+        return self
+
+
+class CantileverRun(Run):
+    """A cantilever test."""
+
+    rig: CantileverRig = Field(default_factory=CantileverRig)

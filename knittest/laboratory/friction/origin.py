@@ -1,0 +1,29 @@
+"""Origin of the rows of a friction test."""
+
+from pathlib import Path
+
+from knittest.base.resources import data_dir
+from knittest.experiment.origin import Origin
+from knittest.laboratory.friction.config import FrictionRig, FrictionRun
+
+#: experiment whose friction is the rig's default
+DEFAULT_FRICTION_OF = "pham2019"
+
+
+class FrictionOrigin(Origin[FrictionRun]):
+    """See :class:`knittest.experiment.origin.Origin`."""
+
+    def assumed(self, run: FrictionRun) -> tuple[str, ...]:
+        """The rig's own coefficient, which is that of the paper's fabrics, for all others."""
+        fabric = run.fabric
+        same = run.rig.kinetic_coefficient == FrictionRig.model_fields["kinetic_coefficient"].default
+        own = run.rig.kind in fabric.rigs or (fabric.experiment or "").rpartition("/")[2] == DEFAULT_FRICTION_OF
+        return (f"rig.kinetic_coefficient (the default, that of {DEFAULT_FRICTION_OF})",) if same and not own else ()
+
+    def gave(self, run: FrictionRun, path: Path) -> str:
+        """The coefficients, of the fabric's own friction tests, which its file gives to the rig."""
+        own = run.fabric.experiment
+        if run.rig.kind not in run.fabric.rigs or own is None:
+            return ""
+        of_its_own = path.resolve().is_relative_to((data_dir() / own).resolve())
+        return "its coefficients were given to the run" if of_its_own else ""

@@ -1,0 +1,50 @@
+"""Config of the tensile test."""
+
+from typing import ClassVar, Literal, Self
+
+from pydantic import Field, model_validator
+
+from knittest.config.base import BoundsError, number
+from knittest.config.kernel_units import Kernel
+from knittest.config.rigs import StripRig
+from knittest.config.run import Run
+
+
+class TensileRig(StripRig):
+    """Strip tensile test after DIN EN ISO 13934-1: one clamp fixed, one pulled to failure."""
+
+    spans = ("width", "gauge_length")
+
+    kind: Literal["tensile"] = "tensile"
+    gauge_length: float = number(200.0, "mm", "distance of the clamps", gt=0, band=(5, 2000))
+    gauge_length_mm: ClassVar[Kernel[float]] = Kernel("gauge_length")
+    jaw_length: float = number(10.0, "mm", "length modelled inside each clamp (meso: always one pitch)", gt=0, le=200)
+    jaw_length_mm: ClassVar[Kernel[float]] = Kernel("jaw_length")
+    max_strain: float = number(4.0, "%", "stop at this engineering strain", gt=0, le=100)
+    max_strain_fraction: ClassVar[Kernel[float]] = Kernel("max_strain")
+    stop_force_ratio: float = number(0.2, "1", "stop when the force has fallen to this share of its peak", ge=0, le=1)
+
+
+class TensileRun(Run):
+    """A tensile test."""
+
+    rig: TensileRig = Field(default_factory=TensileRig)
+
+    @model_validator(mode="after")
+    def _strip_can_fail(self) -> Self:
+        rig = self.rig
+        if self.model.scale == "macro" and rig.jaw_length > rig.gauge_length:
+            raise BoundsError(f"must be at most rig.gauge_length, {rig.gauge_length:g} mm", "rig.jaw_length")
+        _check_extension(self)
+        return self
+
+
+def _check_extension(run: TensileRun) -> None:
+    """A strip can reach the strain [%] at which its shells or its yarns fail."""
+    if run.model.scale == "macro":
+        quantity = run.fabric.macro.fracture_strain.of(run.rig.direction)
+        name = f"fabric.macro.fracture_strain.{run.rig.direction}"
+    else:
+        quantity, name = run.fabric.reinforcing.fracture_strain, "fabric.reinforcing.fracture_strain"
+    if run.rig.max_strain <= quantity.value:
+        raise BoundsError(f"must exceed {name}, {quantity.value:g} %, or nothing fails", "rig.max_strain")
