@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import NumericalError
-from knittest.kernels.drive_state import ABOUT, ALONG, Drive
+from knittest.kernels.drive_state import ALONG, Drive
 from knittest.kernels.explicit import SCRATCH
 from knittest.kernels.options import PARTITIONS
 from knittest.kernels.state import Tally
@@ -87,22 +87,18 @@ def relax(
     own_damping = nodes.damping_factor.copy()
     last: Array | None = None
     while found.steps < most_steps and not found.converged:
-        nodes.damping_factor[:] = np.exp(-2.0 * frequency)
+        nodes.damping_factor[:] = kept = np.exp(-2.0 * frequency)
         before, facing = model.position(), nodes.rotation[:, :n].copy()
         chunk = min(model.safe_steps(dt, CHUNK), CHUNK)
         tally.reaction[:], tally.tool_sum[:], tally.support[:] = 0.0, 0.0, 0.0
-        model.advance(chunk, at, dt, drive, tally, scratch)
+        model.advance(chunk - 1, at, dt, drive, tally, scratch)
+        spin = nodes.spin[:, :n].copy()
+        model.advance(1, at, dt, drive, tally, scratch)
         found.steps, found.last_chunk = found.steps + chunk, chunk
-        # the search for contacts would read beyond its cells
-        wrong = ~(np.isfinite(nodes.velocity) & np.isfinite(nodes.position)).all(axis=0)
-        wrong |= (np.abs(nodes.velocity) > TOO_FAST).any(axis=0)
-        if wrong.any():
-            bad = int(np.argmax(wrong))
-            raise NumericalError(
-                f"dynamic relaxation is no longer finite after {found.steps} steps, first at node {bad} of "
-                f"{model.name_of(bad)}; reduce solver.safety"
-            )
-        force = np.hstack([nodes.force[:, :n].T, _unheld(nodes.moment[:, :n].T, drive)]) / arm * free
+        _refuse_runaway(model, found.steps)
+        # no sum of a node has all of its moments; one held about axes of one's own does not spin about them
+        moment = (nodes.spin[:, :n] - kept * spin).T * model.inertia[:, None] / dt
+        force = np.hstack([nodes.force[:, :n].T, moment]) / arm * free
         move = np.hstack([model.position() - before, _turn(facing, nodes.rotation[:, :n])]) * arm * free
         if last is not None:
             frequency = _slowest(move, force - last, model.mass, dt, frequency)
@@ -120,6 +116,19 @@ def relax(
     return found
 
 
+def _refuse_runaway(model: ExplicitModel, steps: int) -> None:
+    """Raise :class:`NumericalError` before the search for contacts, which would read beyond its cells."""
+    nodes = model.nodes
+    wrong = ~(np.isfinite(nodes.velocity) & np.isfinite(nodes.position)).all(axis=0)
+    wrong |= (np.abs(nodes.velocity) > TOO_FAST).any(axis=0)
+    if wrong.any():
+        bad = int(np.argmax(wrong))
+        raise NumericalError(
+            f"dynamic relaxation is no longer finite after {steps} steps, first at node {bad} of "
+            f"{model.name_of(bad)}; reduce solver.safety"
+        )
+
+
 def _free(model: ExplicitModel, drive: Drive) -> Array:
     """1 for degrees of freedom that may move, else 0, (n_nodes, 6).
 
@@ -129,15 +138,6 @@ def _free(model: ExplicitModel, drive: Drive) -> Array:
     fixed = drive.motions.dof < ALONG
     free[drive.motions.node[fixed], drive.motions.dof[fixed]] = 0.0
     return free
-
-
-def _unheld(moment: Array, drive: Drive) -> Array:
-    """``moment`` (n_nodes, 3) [N mm] without its part about axes of one's own that a motion prescribes."""
-    about = drive.motions.dof == ABOUT
-    node, axis = drive.motions.node[about], drive.motions.axis[about]
-    rest = moment.copy()
-    np.subtract.at(rest, node, np.sum(moment[node] * axis, axis=1, keepdims=True) * axis)
-    return rest
 
 
 def _gyration(model: ExplicitModel) -> Array:

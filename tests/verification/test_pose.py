@@ -133,6 +133,39 @@ def test_relax_at_rest_ends_at_once():
     assert again.residual <= 1.5 * first.residual
 
 
+def test_a_shaft_comes_to_rest_twisted():
+    """T L / GJ in every beam: nothing but turns tells whether it is at rest."""
+    body = line()
+    body.boundary.move([0], ALL)
+    body.boundary.load([20], "rx", 1.0)
+    body.relax(tolerance=1e-6)
+    twist = 2.0 * np.arctan2(body.rotation[:, 1], body.rotation[:, 0])
+    assert twist == pytest.approx(LINE[:, 0] / ROUND.torsion, rel=1e-6, abs=1e-12)
+
+
+def test_a_sheet_under_an_end_moment_comes_to_rest():
+    """Moments of loads act on spins and are in no sum of a node, yet balance those of the shells.
+
+    Turn M L / (D b); chords of shells are short by a sixth of the square of half their turn.
+    """
+    body = sheet()
+    body.boundary.move([0, 3], ALL)
+    body.boundary.load([2, 5], "ry", -0.01)
+    assert body.relax(tolerance=1e-6, most_steps=20_000).residual < 1e-6
+    assert -2.0 * np.arcsin(body.rotation[[2, 5], 2]) == pytest.approx(0.02 * 2.0 / 1.0, rel=1e-4)
+
+
+def test_yarns_that_rub_come_to_rest():
+    """Friction turns yarns about their axes, which their torsion carries: its moments are balanced at rest."""
+    touching = np.column_stack([np.full(21, 5.0), np.linspace(-5.0, 5.0, 21), np.full(21, 0.75)])
+    contact = YarnContact(normal=100.0, tangential=50.0, friction=0.5)
+    body = Body.of_chains([Chain(LINE, ROUND), Chain(touching, ROUND)], contact)
+    body.boundary.move([0, 20, 21, 41], ALL)
+    body.boundary.load([31], "z", -0.5)
+    body.boundary.load([31], "x", 0.1)
+    assert body.relax(most_steps=50_000).residual < 1e-4
+
+
 def test_relax_that_does_not_come_to_rest_raises():
     body = line()
     body.boundary.move([0], ALL)
