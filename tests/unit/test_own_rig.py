@@ -115,6 +115,7 @@ def test_a_frame_is_that_of_the_import_and_ends_with_it(place):
         ({"friction": {"kinetic": 0.2}}, r"configs/mine\.yaml:\d+: rig\.kinetic: unknown field"),
         ({"friction": {"kinetic_coefficient": 3.0}}, r"configs/mine\.yaml:\d+: rig\.kinetic_coefficient = 3\.0: must"),
         ({"friction": {"kinetic_coefficient": "0,2"}}, r"configs/mine\.yaml:\d+: .*kinetic_coefficient.*: .*number"),
+        ({"friction": {"warp": 0.3}}, r"configs/mine\.yaml:\d+: rig\.warp: unknown field"),
         ({"rubbing": {}}, r"configs/mine\.yaml:\d+: fabric\.rigs\.rubbing: unknown field"),
     ],
 )
@@ -125,6 +126,23 @@ def test_what_no_rig_has_is_refused_with_its_line(place, rigs, phrase):
     path.write_text(yaml.safe_dump(yaml.safe_load(path.read_text()) | {"rigs": rigs}))
     with pytest.raises(InputError, match=phrase):
         mine("friction")
+
+
+def test_what_is_said_of_one_direction_is_of_no_other(place):
+    assert run(["new", "mine"]) == 0
+    path, own = Path("configs/mine.yaml"), {"static_coefficient": 0.2, "kinetic_coefficient": 0.2}
+    rigs = {"friction": {"warp": own, "plate_width": 60.0}, "forming": {"weft": dict(own)}}
+    path.write_text(yaml.safe_dump(yaml.safe_load(path.read_text()) | {"rigs": rigs}))
+    warp, weft = (mine("friction", direction=d) for d in ("warp", "weft"))
+    assert (warp.rig.kinetic_coefficient, weft.rig.kinetic_coefficient) == (0.2, 0.075)
+    assert (warp.rig.plate_width, weft.rig.plate_width) == (60.0, 60.0)
+    assert "rig.kinetic_coefficient" not in str(assumed_inputs(warp))
+    assert "rig.kinetic_coefficient (the default, that of pham2019)" in assumed_inputs(weft)
+    with pytest.raises(InputError, match=r"configs/mine\.yaml:\d+: rig\.weft: unknown field"):
+        mine("forming")  # of no direction
+    Path("rig.yaml").write_text("rig:\n  direction: [warp]\n")
+    with pytest.raises(InputError, match=r"rig\.yaml:2: rig\.direction"):
+        mine("friction", config="rig.yaml")
 
 
 def test_an_import_says_what_its_static_friction_is(place):

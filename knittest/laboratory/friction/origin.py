@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from knittest.base.resources import data_dir
+from knittest.config.own_rig import own_fields
 from knittest.experiment.origin import Origin
 from knittest.laboratory.friction.config import FrictionRig, FrictionRun
 
@@ -17,13 +18,19 @@ class FrictionOrigin(Origin[FrictionRun]):
         """The rig's own coefficient, which is that of the paper's fabrics, for all others."""
         fabric = run.fabric
         same = run.rig.kinetic_coefficient == FrictionRig.model_fields["kinetic_coefficient"].default
-        own = run.rig.kind in fabric.rigs or (fabric.experiment or "").rpartition("/")[2] == DEFAULT_FRICTION_OF
+        own = _is_own(run) or (fabric.experiment or "").rpartition("/")[2] == DEFAULT_FRICTION_OF
         return (f"rig.kinetic_coefficient (the default, that of {DEFAULT_FRICTION_OF})",) if same and not own else ()
 
     def gave(self, run: FrictionRun, path: Path) -> str:
         """The coefficients, of the fabric's own friction tests, which its file gives to the rig."""
         own = run.fabric.experiment
-        if run.rig.kind not in run.fabric.rigs or own is None:
+        if own is None or not _is_own(run):
             return ""
         of_its_own = path.resolve().is_relative_to((data_dir() / own).resolve())
         return "its coefficients were given to the run" if of_its_own else ""
+
+
+def _is_own(run: FrictionRun) -> bool:
+    """Tell whether the fabric gives the rig of ``run``, in its direction, a coefficient."""
+    kind = run.rig.kind
+    return "kinetic_coefficient" in own_fields(run.fabric.rigs.get(kind, {}), kind, run.rig.direction)
