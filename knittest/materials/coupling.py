@@ -37,13 +37,15 @@ def coupled(card: Laminate, poisson: float, name: str = "poisson") -> Laminate:
 
 def _of_strips(stiffness: Array, poisson: float, name: str, what: str) -> tuple[Array, float]:
     """Additions (2,) to the stiffnesses (2,) of strips, and the coupling."""
-    back = poisson * float(stiffness[1] / stiffness[0])
-    if poisson * back >= 1.0:
+    if not stiffness.any():  # a membrane does not bend
+        return stiffness, 0.0
+    if poisson**2 * stiffness[1] >= stiffness[0]:
         most = float(np.sqrt(stiffness[0] / stiffness[1]))
         raise InputError(
             f"{name} = {poisson:g}: {what} the warp is {stiffness[0]:.4g} and the weft {stiffness[1]:.4g}; expected a "
             f"size below the root of their ratio, {most:.4g}: else a pull would give energy"
         )
+    back = poisson * float(stiffness[1] / stiffness[0])
     rest = 1.0 - poisson * back
     return poisson * back / rest * stiffness, poisson * float(stiffness[1]) / rest
 

@@ -127,6 +127,15 @@ def test_what_would_give_energy_is_refused(pose, message):
         pose()
 
 
+def test_a_membrane_without_bending_contracts():
+    """Bending stiffnesses of 0, of which there is no ratio, leave the coupling of the membrane what it is."""
+    card = linear_laminate((100.0, 80.0), (0.0, 0.0), 1.0, 1.0, poisson=0.3)
+    assert card.coupling_membrane == linear_laminate((100.0, 80.0), (1.0, 0.5), 1.0, 1.0, poisson=0.3).coupling_membrane
+    assert card.coupling_bending == 0.0 and card.outer.tolist() == [0.0, 0.0] and np.isfinite(card.slope).all()
+    with pytest.raises(InputError, match="in bending the warp is 0 and the weft 2"):
+        linear_laminate((100.0, 100.0), (0.0, 2.0), 1.0, 1.0, poisson=0.3)
+
+
 def test_a_toe_too_soft_for_the_coupling_is_refused():
     """Stiff in compression and soft in tension: pulled both ways the coupling would outweigh the toe."""
     soft = linear_laminate((100.0, 100.0), (1.0, 1.0), 1.0, 1.0)
