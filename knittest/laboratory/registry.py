@@ -11,10 +11,15 @@ from knittest.laboratory.report_base import Report
 
 def _made(kind: TestKind, part: str, protocol: type) -> Any:
     """Instance of ``part`` of ``kind``; raises :class:`InputError` where a part of its ``protocol`` is missing."""
-    made = kind.load(part)()
-    wanted = {*getattr(protocol, "__abstractmethods__", ()), *protocol.__annotations__}
-    if missing := sorted(name for name in wanted if not hasattr(made, name)):
-        raise InputError(f"test {kind.name}: {getattr(kind, part)} lacks {', '.join(missing)}: see {protocol.__name__}")
+    maker, made = kind.load(part), None
+    missing = {*getattr(maker, "__abstractmethods__", ())}  # of one that inherits the protocol, which cannot be made
+    if not missing:
+        made = maker()
+        wanted = {*getattr(protocol, "__abstractmethods__", ()), *protocol.__annotations__}
+        missing = {name for name in wanted if not hasattr(made, name)}
+    if missing:
+        lacking = ", ".join(sorted(missing))
+        raise InputError(f"test {kind.name}: {getattr(kind, part)} lacks {lacking}: see {protocol.__name__}")
     return made
 
 

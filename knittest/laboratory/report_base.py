@@ -124,7 +124,7 @@ class Report(Protocol[RunT]):
 
     @abstractmethod
     def tables(self, run: RunT, specimens: list[Specimen]) -> dict[str, Columns]:
-        """Columns of further CSV files by name, which ``export.folder`` has to know."""
+        """Columns of further CSV files by name, which the record of the test names."""
 
     @abstractmethod
     def pictures(self, run: RunT, specimens: list[Specimen], references: References, folder: Path) -> None:

@@ -15,7 +15,9 @@ from knittest.cli.main import cli
 from knittest.config.base import Strict
 from knittest.config.run import Run, rig_model
 from knittest.export.folder import results_of_runs, tables_of_runs
-from knittest.laboratory.registry import REPORTS, TESTS
+from knittest.laboratory.base import Test
+from knittest.laboratory.registry import REPORTS, TESTS, _made
+from knittest.solve.observer import SILENT
 
 PACKAGE = Path(module.__file__).parents[1]
 #: lists of tests that are the subject of their file, with the reason
@@ -112,6 +114,22 @@ def test_config_and_files_of_a_test_stand_in_its_folder(name):
     assert all(part.startswith(folder) for part in (*parts, kind.origin, kind.lasting) if part)
     rig = rig_model(name)
     assert rig.spans and set(rig.spans) <= set(rig.model_fields)
+
+
+class Unfinished(Test):
+    """A test that inherits what it does not have."""
+
+    ends_at_failure = False
+
+    def prepare(self, run, specimen=0, observer=SILENT): ...
+
+
+def test_a_part_that_cannot_be_made_is_refused():
+    kind = replace(kinds()["friction"], test=f"{__name__}:Unfinished")
+    with pytest.raises(
+        InputError, match=rf"test friction: {__name__}:Unfinished lacks assess, results, solve: see Test"
+    ):
+        _made(kind, "test", Test)
 
 
 def test_an_option_of_a_test_keeps_all_digits(monkeypatch):
