@@ -68,11 +68,16 @@ def _spread(ratios: Sequence[float]) -> str:
 
 
 def difference(old: np.ndarray, new: np.ndarray) -> str:
-    """Largest difference of two curves in words, in percent of the largest value of its column."""
+    """Largest difference of two curves in words, in percent of the largest value of its column.
+
+    Curves that are not numbers in the same places differ by that.
+    """
     if old.shape != new.shape:
         return f"{len(new)} rows for {len(old)}"
     if np.array_equal(old, new, equal_nan=True):
         return "the same"
+    if not np.array_equal(np.isnan(old), np.isnan(new)):
+        return "other gaps"
     largest = np.maximum(np.nanmax(np.abs(old), axis=0), np.finfo(float).tiny)
     return f"off by {100.0 * float(np.nanmax(np.abs(new - old) / largest)):.1g} %"
 

@@ -23,6 +23,9 @@ def test_curves_differ_in_percent_of_their_largest_value() -> None:
     new[1, 1] = 51.0
     assert difference(old, new) == "off by 0.5 %"
     assert difference(old, new[:2]) == "2 rows for 3"
+    new = old.copy()
+    new[1, 1] = np.nan
+    assert difference(old, new) == difference(new, old) == "other gaps"
 
 
 def test_a_checkout_beside_itself_has_the_same_curve(monkeypatch: pytest.MonkeyPatch) -> None:
