@@ -36,7 +36,7 @@ class SimulationCost:
 
 @dataclass(frozen=True)
 class Kept:
-    """What a frame of an earlier moment is made of: time [ms], coordinate, force [N], positions of the nodes [mm]."""
+    """Parts of a frame of an earlier moment: time [ms], coordinate, force [N], positions of the nodes [mm]."""
 
     time: float
     coordinate: float
