@@ -89,6 +89,10 @@ class TestKind:
     sheet: str = ""
     #: ``module:name`` of the share of its motion after which a run, with what is prepared of it, will have failed
     lasting: str = ""
+    #: ``module:name`` of what is known of the errors of its results
+    corrections: str = ""
+    #: ``module:name`` of the study that its pages show beside a run with these results
+    study: str = ""
     #: field of a run that ends the test at a shear angle [deg]
     sheared_to: str = ""
     #: place among the tests in help and tables, and whether it is on a strip along warp or weft

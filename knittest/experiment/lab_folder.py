@@ -5,6 +5,7 @@ import io
 import json
 import math
 import re
+import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -25,13 +26,13 @@ SOURCE = """# Source
 
 Tests imported with `knittest data import`; write here who tested what, where and how.
 
-- `tensile-*.csv`, `picture-frame.csv`, `cantilever-*.csv`, `friction-*.csv`: mean and sd of the results, and the
-  conditions that they hang on. kind: measured.
-- `warp/`, `weft/` (tensile), `picture-frame/`, `cantilever-*/`, `friction-*/`: the specimens; `corridor.csv`, their
-  mean and sd; `statistics.json`, values and files. `tension.csv` and `shear.csv` are curves for a fabric file, from
-  the origin on and rising.
-- `fabric.yaml`: what all of it says of the fabric; `knittest new NAME --from` this folder starts from it.
 """
+ITEMS = (
+    "{tables}: mean and sd of the results, and the conditions that they hang on. kind: measured.",
+    "`warp/`, `weft/` ({default}), {folders}: the specimens; `corridor.csv`, their mean and sd; `statistics.json`, "
+    "values and files. `tension.csv` and `shear.csv` are curves for a fabric file, from the origin on and rising.",
+    "`fabric.yaml`: what all of it says of the fabric; `knittest new NAME --from` this folder starts from it.",
+)
 _OWN_INSIDE = re.compile(r"specimen-\d+\.csv|corridor\.csv|tension\.csv|shear\.csv|statistics\.json|curves\.png")
 
 
@@ -48,6 +49,15 @@ def folder_name(test: str, direction: str) -> str:
 def _imports() -> list[tuple[str, str]]:
     """Test and direction of all imports that there may be."""
     return [(test, d) for test in names("laboratory") for d in (DIRECTIONS if kinds()[test].directional else ("",))]
+
+
+def source_text() -> str:
+    """Text of a SOURCE.md to fill in, with the names that imports of all tests have."""
+    parts = {test: "*" if kinds()[test].directional else "" for test in names("laboratory")}
+    tables = ", ".join(f"`{table_name(test, part)}`" for test, part in parts.items())
+    folders = ", ".join(f"`{folder_name(test, part)}/`" for test, part in parts.items() if test != DEFAULT)
+    items = [f"- {item.format(tables=tables, default=DEFAULT, folders=folders)}" for item in ITEMS]
+    return SOURCE + "".join(f"{textwrap.fill(item, 116, subsequent_indent='  ')}\n" for item in items)
 
 
 def prepared(out: Path, test: str, direction: str) -> Path:
@@ -107,6 +117,12 @@ def statistics_text(
     results = {name: summary(values) for name, values in found.items()}
     known = {"kind": "measured", "test": test, "direction": direction, "conditions": dict(conditions), **more}
     return json.dumps(known | results, indent=2, ensure_ascii=False) + "\n"
+
+
+def quantity(found: dict[str, Any], source: str, ref: str) -> dict[str, Any]:
+    """A field of a fabric file, with the standard deviation where one is known."""
+    scatter = {} if found["sd"] is None else {"sd": float(f"{found['sd']:.6g}")}
+    return {"value": float(f"{found['mean']:.6g}"), **scatter, "source": source, "ref": ref}
 
 
 def read_statistics(out: Path) -> dict[str, dict[str, Any]]:

@@ -24,12 +24,18 @@ def no_rigs(tests: Mapping[str, dict[str, Any]]) -> Rigs:
     return {}
 
 
+def no_fabric(tests: Mapping[str, dict[str, Any]], place: Path) -> dict[str, Any]:
+    """Return no fields, of a test that says nothing of the fabric."""
+    return {}
+
+
 @dataclass(frozen=True)
 class LabTest:
     """``read`` a file into specimens, show them as ``lines``, ``write`` them with direction and whether it is trusted.
 
     ``conditions`` and ``options`` are those that a user may give. ``looks`` tells by the cells at the head of a file
-    whether it is one of this test, ``named`` by its name; ``rigs`` is what an experiment says of rigs.
+    whether it is one of this test, ``named`` by its name; ``rigs`` is what an experiment says of rigs,
+    ``fabric`` what it says of the fabric, with the folder that files are named from.
     """
 
     read: Callable[[Path, Given], list[Any]]
@@ -40,6 +46,7 @@ class LabTest:
     looks: Callable[[Sequence[str]], bool] = nobody
     named: re.Pattern[str] | None = None
     rigs: Callable[[Mapping[str, dict[str, Any]]], Rigs] = no_rigs
+    fabric: Callable[[Mapping[str, dict[str, Any]], Path], dict[str, Any]] = no_fabric
 
 
 LAB_TESTS: Mapping[str, LabTest] = Parts(lambda kind: kind.load("laboratory"), "laboratory")

@@ -5,24 +5,9 @@ from pathlib import Path
 from typing import Any
 
 from knittest.base.errors import InputError
-from knittest.experiment.lab_conditions import (
-    AREA_MASS,
-    FABRIC_SIDE,
-    FRAME_SIDE,
-    GAUGE,
-    NORMAL_FORCE,
-    PLANE_ANGLE,
-    PLATE_LENGTH,
-    PLATE_WIDTH,
-    WIDTH,
-)
 from knittest.experiment.lab_given import Given
 from knittest.experiment.lab_guess import hinted
 from knittest.experiment.lab_kind import LAB_TESTS, directed
-
-CONDITIONS = (
-    WIDTH, GAUGE, FRAME_SIDE, FABRIC_SIDE, AREA_MASS, PLANE_ANGLE, NORMAL_FORCE, PLATE_LENGTH, PLATE_WIDTH,
-)  # fmt: skip
 
 
 def read_files(test: str, files: Sequence[Path], options: Mapping[str, Any]) -> list[Any]:
@@ -32,7 +17,7 @@ def read_files(test: str, files: Sequence[Path], options: Mapping[str, Any]) -> 
     """
     kind = LAB_TESTS[test]
     sizes = {}
-    for what in CONDITIONS:
+    for what in {one.key: one for lab in LAB_TESTS.values() for one in lab.conditions}.values():
         value = options.get(_field(what.option))
         if value is None:
             continue

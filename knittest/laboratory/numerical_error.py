@@ -9,9 +9,15 @@ biases: they are added, not squared.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Generic, TypeVar
 
+from knittest.base.kinds import Parts
+from knittest.config.run import Run
 from knittest.laboratory.halving import change, diagnostic
+
+#: results, None where there is no number
+Numbers = Mapping[str, float | None]
+RunT = TypeVar("RunT", bound=Run)
 
 #: of two solutions (Roache 1994); with it the index covers orders down to 0.4 of halves and 0.9 to 1 of meshes
 SAFETY = 3.0
@@ -23,11 +29,29 @@ HALF_FACTOR = SAFETY * 2.0**ORDER / (2.0**ORDER - 1.0)
 NO_NUMBER = "the run has no number"
 
 
+class Corrections(Generic[RunT]):
+    """Known errors of the results of a test: none, unless its folder says otherwise."""
+
+    def exact(self, run: RunT, results: Numbers) -> Numbers:
+        """Correct ``results`` for what a search within a tolerance left open, so that two runs can be compared."""
+        return results
+
+    def rested(self, run: RunT, results: Numbers) -> Numbers:
+        """Correct them as well for what the criterion of rest left open."""
+        return self.exact(run, results)
+
+
+#: of every test; each takes runs of its own kind, which only their name tells
+CORRECTIONS: Mapping[str, Corrections[Any]] = Parts(
+    lambda kind: kind.load("corrections")() if kind.corrections else Corrections()
+)
+
+
 @dataclass(frozen=True)
 class Repeat:
     """Results of a repeated run, empty where it has none: then ``reason`` says why."""
 
-    results: Mapping[str, float | None]
+    results: Numbers
     reason: str = ""
 
     def of(self, quantity: str) -> float | None:
@@ -46,7 +70,7 @@ def mesh_factor(ratio: float, finer: bool) -> float:
 
 
 def numerical_errors(
-    results: Mapping[str, float | None], half: Repeat, mesh: Repeat, ratio: float, finer: bool
+    results: Numbers, half: Repeat, mesh: Repeat, ratio: float, finer: bool
 ) -> dict[str, dict[str, Any]]:
     """Changes [%] and error, in its own unit, of every result that is no diagnostic: summary.json's block.
 

@@ -14,9 +14,8 @@ from knittest.base.result_rows import unfolded
 from knittest.config.run import Run
 from knittest.export.jsonfile import json_text
 from knittest.export.provenance import cores
-from knittest.laboratory.cantilever.test import after_drift, at_the_plane
 from knittest.laboratory.halving import halving
-from knittest.laboratory.numerical_error import Repeat, numerical_errors
+from knittest.laboratory.numerical_error import CORRECTIONS, Numbers, Repeat, numerical_errors
 from knittest.laboratory.remeshing import remeshing
 from knittest.report_page.page import write_if_possible, write_report
 from knittest.runs.execute import Outcome
@@ -171,18 +170,19 @@ def _judged(
 
 
 def _errors(
-    run: Run, values: Mapping[str, float | None], repeats: Mapping[str, Repeat], mesh: Mapping[str, Any]
+    run: Run, values: Numbers, repeats: Mapping[str, Repeat], mesh: Mapping[str, Any]
 ) -> dict[str, dict[str, Any]]:
-    """Numerical errors of ``values``; an overhang that was looked for is also off by how far its chord misses the
-    plane, and changes as it would with all chords in it; a strip of yarns by what its last drift would change.
+    """Numerical errors of ``values``, with what the test knows of them (:class:`Corrections`): a result is off by its
+    correction as well, and changes as the corrected ones do.
     """
-    exact, drifted = at_the_plane(run, values), after_drift(run, values)
+    known = CORRECTIONS[run.rig.kind]
+    exact, rested = known.exact(run, values), known.rested(run, values)
     half, other = (
-        replace(repeats[name], results=at_the_plane(run, repeats[name].results)) for name in ("half_speed", "mesh")
+        replace(repeats[name], results=known.exact(run, repeats[name].results)) for name in ("half_speed", "mesh")
     )
     errors = numerical_errors(exact, half, other, mesh.get("ratio", 2.0), mesh.get("finer", False))
     for quantity, row in errors.items():
-        value, there, later = values[quantity], exact[quantity], drifted[quantity]
+        value, there, later = values[quantity], exact[quantity], rested[quantity]
         if row["error"] is not None and value is not None and there is not None and later is not None:
             row["error"] += abs(there - value) + abs(later - there)
     return errors

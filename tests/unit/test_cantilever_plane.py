@@ -9,7 +9,8 @@ from report_sample import write_run
 
 from knittest.base.interrupts import Interrupts
 from knittest.config.loading import resolve
-from knittest.laboratory.cantilever.test import after_drift, at_the_plane, strip_stiffness
+from knittest.laboratory.cantilever.corrections import after_drift, at_the_plane
+from knittest.laboratory.cantilever.test import strip_stiffness
 from knittest.laboratory.numerical_error import mesh_factor
 from knittest.laboratory.registry import REPORTS
 from knittest.materials.heavy_elastica import chord_angle, overhang_ratio, stiffness_of

@@ -15,6 +15,7 @@ KIND = TestKind(
     report="knittest.laboratory.cantilever.report:CantileverReport",
     size="knittest.laboratory.cantilever.size:stated",
     sheet="knittest.laboratory.cantilever.size:sheet",
+    corrections="knittest.laboratory.cantilever.corrections:CantileverCorrections",
     labels={
         "chord_angle_deg": ("chord angle [deg]", "{:.2f}"),
         "overhang_mm": ("overhang [mm]", "{:.1f}"),

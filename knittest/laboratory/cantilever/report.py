@@ -10,8 +10,8 @@ from knittest.base.history import Specimen
 from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.tables import PublishedValue, for_width, with_note
 from knittest.export.line_picture import Level, Line, line_picture
-from knittest.export.side_picture import side_picture
 from knittest.laboratory.cantilever.config import CantileverRun
+from knittest.laboratory.cantilever.side_picture import side_picture
 from knittest.laboratory.cantilever.test import MOMENT_TOLERANCE
 from knittest.laboratory.cantilever.yarns import BALANCED
 from knittest.laboratory.report_base import Columns, CurveAxes, Gate, NoSize, References, Report, title_of

@@ -6,7 +6,6 @@ et al. (2019), B = w (L / 2)^3, holds within 0.05 %.
 """
 
 import time as clock
-from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,10 +13,10 @@ from numpy.typing import NDArray
 from knittest.base.errors import InputError
 from knittest.base.history import History, Quality
 from knittest.base.resources import data_dir
-from knittest.config.run import Run
 from knittest.experiment.tables import published
 from knittest.laboratory.base import Prepared, Test
-from knittest.laboratory.cantilever.config import CantileverRig, CantileverRun
+from knittest.laboratory.cantilever.config import CantileverRun
+from knittest.laboratory.cantilever.corrections import FLATTEST, STEEPEST
 from knittest.laboratory.cantilever.mounting import Rest
 from knittest.laboratory.cantilever.shells import mount_shells, shells_to_rest
 from knittest.laboratory.cantilever.yarns import mount_yarns, yarns_to_rest
@@ -34,8 +33,6 @@ ANGLE_TOLERANCE, MOST_TRIALS = {"macro": 0.05, "meso": 0.25}, 8
 MOMENT_TOLERANCE = 0.01
 #: largest move of the chord angle [deg] by the last turn of the sections of a strip of yarns
 DRIFT_TOLERANCE = 0.5
-#: chords [deg] between which the heavy elastica gives an overhang at another
-FLATTEST, STEEPEST = 1.0, 85.0
 
 
 class Cantilever(Test[CantileverRun]):
@@ -145,43 +142,6 @@ def strip_stiffness(run: CantileverRun, overhang: float, chord: float) -> float:
     overhang = overhang * overhang_ratio(STANDARD_ANGLE, angle)
     weight = run.fabric.area_mass_g_per_mm2 * run.rig.gravity_mm_per_ms2 * run.rig.width_mm
     return bending_stiffness(overhang, weight)
-
-
-def at_the_plane(run: Run, results: Mapping[str, float | None]) -> dict[str, float | None]:
-    """``results`` of ``run`` with overhang and Eq. 2's stiffness as they would be with the chord in the plane, by the
-    heavy elastica; as they are where no overhang is looked for.
-
-    The search ends within a tolerance, at an overhang that two runs may share though their chords differ.
-    """
-    found = dict(results)
-    angle, rig = found.get("chord_angle_deg"), run.rig
-    if (
-        not isinstance(rig, CantileverRig)
-        or rig.mode != "overhang"
-        or angle is None
-        or not FLATTEST <= angle <= STEEPEST
-    ):
-        return found
-    ratio = overhang_ratio(rig.plane_angle, angle)
-    for name, power in (("overhang_mm", 1), ("bending_stiffness_mncm2", 3)):
-        value = found.get(name)
-        found[name] = value if value is None else value * ratio**power
-    return found
-
-
-def after_drift(run: Run, results: Mapping[str, float | None]) -> dict[str, float | None]:
-    """:func:`at_the_plane` of ``results`` with the chord moved on by its last drift: what the criterion of rest leaves
-    open of a strip of yarns.
-    """
-    found = dict(results)
-    angle, drift, stiffness = (found.get(n) for n in ("chord_angle_deg", "drift_deg", "bending_stiffness_mncm2"))
-    if angle is None or drift is None:
-        return at_the_plane(run, found)
-    moved = found["chord_angle_deg"] = angle + abs(drift)
-    given = isinstance(run.rig, CantileverRig) and run.rig.mode == "angle"
-    if given and stiffness is not None and FLATTEST <= angle <= moved <= STEEPEST:
-        found["bending_stiffness_mncm2"] = stiffness * overhang_ratio(angle, moved) ** 3
-    return at_the_plane(run, found)
 
 
 def _next_overhang(rests: list[Rest], angle: float) -> float:

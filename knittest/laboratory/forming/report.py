@@ -9,12 +9,12 @@ import numpy as np
 from knittest.base.history import Array, Frame, History, Specimen
 from knittest.experiment.curves import ReferenceCurve
 from knittest.export.line_picture import Level, Line, line_picture
-from knittest.export.plan_picture import Outlines, outline_picture, plan_picture
-from knittest.export.tilted_picture import tilted_picture
 from knittest.laboratory.forming.config import FormingRun
 from knittest.laboratory.forming.draw_in import DrawIn, draw_in
 from knittest.laboratory.forming.formed import Formed
+from knittest.laboratory.forming.plan_picture import Outlines, outline_picture, plan_picture
 from knittest.laboratory.forming.test import Forming, allowed_depth, drawn, shear_field, tools_of
+from knittest.laboratory.forming.tilted_picture import tilted_picture
 from knittest.laboratory.forming.yarn_forces import yarn_forces
 from knittest.laboratory.report_base import (
     Columns,

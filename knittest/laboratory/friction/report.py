@@ -10,9 +10,9 @@ from knittest.experiment.conditions import same
 from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.tables import PublishedValue
 from knittest.export.line_picture import Level, Line, line_picture
-from knittest.export.pressure_picture import pressure_picture
 from knittest.laboratory.friction.config import FrictionRun
 from knittest.laboratory.friction.pressure import PLATES, pressure_map
+from knittest.laboratory.friction.pressure_picture import pressure_picture
 from knittest.laboratory.friction.rig import KINETIC_SHARE
 from knittest.laboratory.friction.test import FORCE_TOLERANCE, PENETRATION_TOLERANCE, Friction, map_cell
 from knittest.laboratory.imported import imported_corridor

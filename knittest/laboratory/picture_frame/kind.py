@@ -21,6 +21,7 @@ KIND = TestKind(
     size="knittest.laboratory.picture_frame.size:stated",
     sheet="knittest.laboratory.picture_frame.size:sheet",
     sheared_to="rig.max_angle",
+    study="knittest.laboratory.picture_frame.yarn_friction:study",
     labels={
         "shear_force_n_at_deg.10": ("shear force at 10 deg [N]", "{:.2f}"),
         "shear_force_n_at_deg.20": ("shear force at 20 deg [N]", "{:.2f}"),

@@ -10,9 +10,9 @@ from knittest.experiment.lab_conditions import FABRIC_SIDE, FRAME_SIDE
 from knittest.experiment.lab_kind import LabTest, Rigs
 from knittest.experiment.lab_numbers import plain
 from knittest.laboratory.picture_frame.lab_curves import read_frames
+from knittest.laboratory.picture_frame.lab_fabric import NAME, fabric_of
 from knittest.laboratory.picture_frame.lab_report import END, frame_lines, write_frames
 
-NAME = "picture-frame"
 _SHEARED = re.compile(r"shear[ _-]*angle|scherwinkel|picture[ _-]*frame|(?<![a-z])scherrahmen", re.I)
 _NAMED = re.compile(r"(?<![a-z])(picture|frame|rahmen|scher)", re.I)
 
@@ -39,5 +39,13 @@ def _frame(test: Mapping[str, Any]) -> dict[str, float]:
 
 
 LAB = LabTest(
-    read_frames, frame_lines, _write, (FRAME_SIDE, FABRIC_SIDE), ("sign", "zero", "preload"), _looks, _NAMED, _rigs
+    read_frames,
+    frame_lines,
+    _write,
+    (FRAME_SIDE, FABRIC_SIDE),
+    ("sign", "zero", "preload"),
+    _looks,
+    _NAMED,
+    _rigs,
+    fabric_of,
 )

@@ -8,6 +8,7 @@ from knittest.experiment.lab_conditions import GAUGE, WIDTH
 from knittest.experiment.lab_csv import Specimen, read_lab
 from knittest.experiment.lab_given import Given
 from knittest.experiment.lab_kind import LabTest
+from knittest.laboratory.tensile.lab_fabric import fabric_of
 from knittest.laboratory.tensile.lab_report import summary_lines, write_import
 
 
@@ -21,4 +22,4 @@ def _lines(specimens: Sequence[Specimen]) -> list[str]:
     return summary_lines(specimens)
 
 
-LAB = LabTest(_read, _lines, write_import, (WIDTH, GAUGE), ("sign",))
+LAB = LabTest(_read, _lines, write_import, (WIDTH, GAUGE), ("sign",), fabric=fabric_of)

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from knittest.base.kinds import DEFAULT
 from knittest.base.result_rows import LABELS, result_rows
 from knittest.config.run import RUNS
 from knittest.report_page.blocks import Block, Cell, Code, Page, Section, Table, Text, Tone
@@ -182,7 +183,7 @@ def _repeat(reader: Reader, found: Calibration) -> list[Block]:
     blocks: list[Block] = [Code(f"knittest calibrate {COPY}", f"Command; {COPY} is the one below")]
     blocks += file_to_save(reader, COPY, "The calibration; its files are seen from its own folder")
     if (reader.folder / FABRIC).exists():
-        blocks.append(Code(f"knittest tensile --fabric {FABRIC}", "A test with the calibrated fabric"))
+        blocks.append(Code(f"knittest {DEFAULT} --fabric {FABRIC}", "A test with the calibrated fabric"))
         blocks += file_to_save(reader, FABRIC, "The calibrated fabric; files of yours that it names lie in its folder")
     for name in (rig_file(kind) for kind in RUNS):
         if (reader.folder / name).exists():
