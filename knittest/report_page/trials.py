@@ -52,6 +52,11 @@ def link(folder: Path, trial: str, at: Path) -> str:
     return quote(target if page.is_file() else f"{target}/")
 
 
+def problems(reader: Reader) -> list[Block]:
+    """Warning of what could not be read; nothing where all could."""
+    return [Text("Missing or not readable: " + "; ".join(reader.problems), "warn")] if reader.problems else []
+
+
 def file_to_save(reader: Reader, name: str, caption: str, limit: int = 1_000_000) -> list[Block]:
     """The YAML file ``name`` to read and to save; nothing if it cannot be read, which is a problem of ``reader``."""
     raw = reader.raw(name, limit)

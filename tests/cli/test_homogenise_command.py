@@ -18,7 +18,7 @@ SMALL = ["--set", "picture-frame.rig.side=25", "--set", "tensile.rig.width=20", 
 
 def test_shells_reproduce_a_known_material(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(command, "_pool", lambda options: Formulas(shells=LocalPool(1, 1)))
+    monkeypatch.setattr(command, "LocalPool", lambda workers, threads: Formulas(shells=LocalPool(1, 1)))
     assert knittest(["homogenise", "--variant", "2", *SMALL, "--out", "h"]) == 0
     found = outcome(tmp_path)
     assert found["status"] == "reproduced" and found["largest_deviation_pct"] < 2.5 and len(found["check"]) == 18

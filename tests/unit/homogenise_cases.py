@@ -89,7 +89,7 @@ class Formulas:
 def homogenise(folder: Path, monkeypatch, pool, request: Request | None = None, picture: bool = False) -> int:
     """Exit code of a homogenisation in ``folder``/h."""
     monkeypatch.chdir(folder)
-    monkeypatch.setattr(command, "_pool", lambda options: pool)
+    monkeypatch.setattr(command, "LocalPool", lambda workers, threads: pool)
     if not picture:
         monkeypatch.setattr(command, "homogenise_picture", lambda *arguments: None)
     options = HomogeniseOptions(out=OUT, quiet=True)

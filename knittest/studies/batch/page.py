@@ -13,7 +13,7 @@ from knittest.report_page.blocks import Block, Cell, Code, Page, Section, Table,
 from knittest.report_page.files import Reader
 from knittest.report_page.page import target_file, write_page
 from knittest.report_page.pictures import picture
-from knittest.report_page.trials import Column, file_to_save, link, provenance, wide
+from knittest.report_page.trials import Column, file_to_save, link, problems, provenance, wide
 from knittest.studies.batch.axes import axes_of
 from knittest.studies.batch.plan import Plan, Swept
 from knittest.studies.batch.table import INVALID, OPEN
@@ -57,7 +57,7 @@ def sweep_page(folder: Path, at: Path) -> Page:
         Section("pictures", "Results over what was swept", _pictures(folder), 2),
         Section("repeat", "How to repeat it", _repeat(reader, table), 2),
     ]
-    head = Section("summary", "Sweep", [*_ending(table), *_problems(reader), *_states(table, swept)], 2)
+    head = Section("summary", "Sweep", [*_ending(table), *problems(reader), *_states(table, swept)], 2)
     return Page(f"Sweep {folder.resolve().name}", f"{len(table)} runs", [head, *parts])
 
 
@@ -101,10 +101,6 @@ def _ending(table: "DataFrame") -> list[Block]:
         named = ", ".join(dict.fromkeys("; ".join(map(str, found)).split("; ")))
         blocks.append(Text(f"Limits looser than the preset's in {len(found)} of {len(table)} runs: {named}", "bad"))
     return blocks
-
-
-def _problems(reader: Reader) -> list[Block]:
-    return [Text("Missing or not readable: " + "; ".join(reader.problems), "warn")] if reader.problems else []
 
 
 def _states(table: "DataFrame", swept: Sequence[Swept]) -> list[Block]:

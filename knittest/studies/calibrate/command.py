@@ -73,7 +73,7 @@ def calibrate_command(path: Path, options: CalibrateOptions) -> int:
     """
     problem = problem_of(load_yaml(path), options.accept_limits)
     storage = _storage(problem, options)
-    pool = _pool(options)
+    pool = LocalPool(options.workers, options.threads)
     folder = _folder(path, options.out, problem.calibration.storage)
     search = _search_of(problem, storage, folder)
     with says_how_to_go_on(), Interrupts() as interrupts, interrupts.deciding():
@@ -102,10 +102,6 @@ def _search_of(problem: Problem, storage: "RDBStorage | None", folder: Path) -> 
     own = folder / DATABASE
     storage = storage or open_storage(f"sqlite:///{own}", str(own))
     return partial(search_with_optuna, study=open_study(problem, storage, folder), database=shown_url(storage))
-
-
-def _pool(options: CalibrateOptions) -> Pool:
-    return LocalPool(options.workers, options.threads)
 
 
 def _folder(path: Path, out: Path | None, storage: str | None) -> Path:

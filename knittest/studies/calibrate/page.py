@@ -12,7 +12,7 @@ from knittest.report_page.blocks import Block, Cell, Code, Page, Section, Table,
 from knittest.report_page.files import Number, Reader, Summary
 from knittest.report_page.page import target_file, write_page
 from knittest.report_page.pictures import picture
-from knittest.report_page.trials import Column, file_to_save, link, provenance, wide
+from knittest.report_page.trials import Column, file_to_save, link, problems, provenance, wide
 from knittest.studies.calibrate.files import FABRIC, rig_file
 from knittest.studies.calibrate.written import Calibration, ParameterRow, Point, TargetRow
 from knittest.studies.trials.runner import TRIALS
@@ -45,7 +45,7 @@ def calibration_page(folder: Path, at: Path) -> Page:
         Section("points", "Points of the search", _points(folder, at, found), 2),
         Section("repeat", "How to use and to repeat it", _repeat(reader, found), 2),
     ]
-    head = Section("summary", "Calibration", [*_ending(found), *_problems(reader), _facts(found)], 2)
+    head = Section("summary", "Calibration", [*_ending(found), *problems(reader), _facts(found)], 2)
     return Page(f"Calibration {found.calibration or folder.resolve().name}", found.status, [head, *parts])
 
 
@@ -55,10 +55,6 @@ def _ending(found: Calibration) -> list[Block]:
         reason = found.reason or "no reason is recorded"
         blocks.append(Text(f"Not converged: {reason}. What stands here is no calibrated fabric.", "bad"))
     return [*blocks, *(Text(f"Warning: {text}.", "warn") for text in found.warnings)]
-
-
-def _problems(reader: Reader) -> list[Block]:
-    return [Text("Missing or not readable: " + "; ".join(reader.problems), "warn")] if reader.problems else []
 
 
 def _facts(found: Calibration) -> Block:

@@ -42,7 +42,7 @@ def homogenise_command(request: Request, options: HomogeniseOptions, command: st
     ``command`` is how it was called. Raises :class:`InputError` before anything runs.
     """
     runs = {piece: yarn_run(request, piece) for piece in PIECES}
-    pool = _pool(options)
+    pool = LocalPool(options.workers, options.threads)
     first = runs[PIECES[0]]
     name = f"homogenise-{slug(first.fabric.name)}-{slug(first.parameters)}-{first.model.preset}"
     folder = study_folder(options.out or Path("runs") / name, REQUEST, f"{command}\n", "homogenisation")
@@ -55,10 +55,6 @@ def homogenise_command(request: Request, options: HomogeniseOptions, command: st
             homogenise_picture(outcome, pairs, folder / PICTURE)
         write_atomic(folder / RESULT, json_text(as_data(outcome)))
     return _say(outcome, folder, options)
-
-
-def _pool(options: HomogeniseOptions) -> Pool:
-    return LocalPool(options.workers, options.threads)
 
 
 def _work(
