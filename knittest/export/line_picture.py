@@ -8,6 +8,8 @@ from knittest.base.figure import BLUE, GREEN, GREY, ORANGE, RED, SKY, dress, new
 from knittest.base.history import Array
 
 _COLOURS = (BLUE, ORANGE, GREEN, RED, SKY)
+#: characters of a label that half the width of a picture holds
+HALF = 45
 
 
 @dataclass(frozen=True)
@@ -48,9 +50,10 @@ def line_picture(
     levels: Sequence[Level] = (),
     bands: Sequence[Band] = (),
     logarithmic: bool = False,
-    legend_columns: int = 2,
 ) -> None:
-    """Draw ``lines``, ``levels`` and ``bands`` to ``path`` (PNG). Raises :class:`ResourceError`."""
+    """Draw ``lines``, ``levels`` and ``bands`` to ``path`` (PNG); their labels in two columns where these are wide
+    enough. Raises :class:`ResourceError`.
+    """
     figure = new_figure(8.0, 5.4)
     axes = figure.add_axes((0.1, 0.24, 0.86, 0.68))
     dress(axes)
@@ -66,5 +69,7 @@ def line_picture(
         axes.set_ylim(bottom=min(0.0, *(float(line.y.min()) for line in lines)))
     axes.set(xlabel=xlabel, ylabel=ylabel)
     axes.set_title(title, loc="left", fontsize=12)
-    figure.legend(loc="lower left", bbox_to_anchor=(0.09, 0.01), ncols=legend_columns, frameon=False, fontsize=9)
+    labels = [*(line.label for line in lines), *(level.label for level in levels), *(band.label for band in bands)]
+    columns = 2 if max(map(len, labels), default=0) <= HALF else 1
+    figure.legend(loc="lower left", bbox_to_anchor=(0.09, 0.01), ncols=columns, frameon=False, fontsize=9)
     save(figure, path)

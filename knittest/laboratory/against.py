@@ -58,7 +58,6 @@ def draw_against(run: Run, columns: Mapping[str, np.ndarray], curve: ReferenceCu
     with stamped(run_stamp(run, ())):  # a run that was refused is compared with nothing
         line_picture(
             path, lines, title=title_of(run), xlabel=axes.xlabel, ylabel=axes.labels.get(y, axes.ylabel), bands=bands,
-            legend_columns=1,
         )  # fmt: skip
 
 

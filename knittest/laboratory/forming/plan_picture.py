@@ -19,24 +19,31 @@ class Outlines:
     extent: tuple[float, float]
 
 
+@dataclass(frozen=True)
+class Field:
+    """``value`` (n,) at ``place`` (n, 2) [mm], or in the polygons ``cells`` (n, k, 2); nan is not known."""
+
+    place: Array
+    value: Array
+    cells: Array | None = None
+
+
 UNKNOWN = "#e4e7ea"
 DASHES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (1, 1.5)), (0, (6, 2, 1, 2)))
 
 
 def plan_picture(
     path: Path,
-    place: Array,
-    value: Array,
+    field: Field,
     outlines: Outlines,
     *,
     title: str,
     label: str,
     note: str,
-    cells: Array | None = None,
     signed: bool = False,
     top: float | None = None,
 ) -> None:
-    """Colour ``value`` (n,) at ``place`` (n, 2) [mm], or in the polygons ``cells`` (n, k, 2); nan is grey.
+    """Colour ``field``, grey where it is not known.
 
     ``signed`` scales are symmetric about zero; ``top`` [unit of value] ends the scale. Raises ResourceError.
     """
@@ -45,6 +52,7 @@ def plan_picture(
 
     figure = new_figure(7.4, 7.6)
     axes = figure.add_axes((0.11, 0.16, 0.72, 0.76))
+    place, value, cells = field.place, field.value, field.cells
     shown = np.isfinite(value)
     most = float(np.abs(value[shown]).max(initial=0.0)) if top is None else top
     scale = Normalize(-most if signed else 0.0, max(most, 1e-9))

@@ -12,7 +12,7 @@ from knittest.export.line_picture import Level, Line, line_picture
 from knittest.laboratory.forming.config import FormingRun
 from knittest.laboratory.forming.draw_in import DrawIn, draw_in
 from knittest.laboratory.forming.formed import Formed
-from knittest.laboratory.forming.plan_picture import Outlines, outline_picture, plan_picture
+from knittest.laboratory.forming.plan_picture import Field, Outlines, outline_picture, plan_picture
 from knittest.laboratory.forming.test import Forming, allowed_depth, drawn, shear_field, tools_of
 from knittest.laboratory.forming.tilted_picture import tilted_picture
 from knittest.laboratory.forming.yarn_forces import yarn_forces
@@ -85,14 +85,14 @@ class FormingReport(NoSize[FormingRun], Report[FormingRun]):
         angle, place = shear_field(history.mesh, last)
         cells = last.position[history.mesh.cells][:, :, :2] if history.mesh.kind == "shells" else None
         plan_picture(
-            folder / "shear-angle.png", place, angle, outlines, title=title, cells=cells, signed=True,
+            folder / "shear-angle.png", Field(place, angle, cells), outlines, title=title, signed=True,
             label="shear angle of the material [deg]", top=float(np.percentile(np.abs(angle), SHOWN)),
             note=f"at {last.coordinate:.1f} mm: largest {results['max_shear_angle_deg']:.1f} deg",
         )  # fmt: skip
         flange = np.where(surface.on_die, surface.height, np.nan)
         height = flange if cells is None else flange[history.mesh.cells].mean(axis=1)
         plan_picture(
-            folder / "wrinkles.png", surface.now[:, :2], height, outlines, title=title, cells=cells,
+            folder / "wrinkles.png", Field(surface.now[:, :2], height, cells), outlines, title=title,
             label="height of the flange above the die [mm]",
             top=max(float(np.percentile(np.append(surface.on_flange, 0.0), SHOWN)), 0.5 * first.facts["thickness_mm"]),
             note=f"flange: largest {results['max_wrinkle_height_mm']:.2f} mm, {results['wrinkled_area_pct']:.1f} % "

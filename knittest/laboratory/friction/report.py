@@ -109,7 +109,6 @@ class FrictionReport(NoSize[FrictionRun], Report[FrictionRun]):
         line_picture(
             folder / "curve.png", lines, title=title_of(run), xlabel=self.axes.xlabel, ylabel=self.axes.ylabel,
             levels=self.levels(run), bands=scatter(references.curves),
-            legend_columns=1 if references.curves else 2,
         )  # fmt: skip
         draw_energies(run, specimens, folder, Friction().span)
         found = pressure_map(specimens[0].history, map_cell(run))

@@ -141,7 +141,7 @@ class PictureFrameReport(Report[PictureFrameRun]):
         lines += _other_friction(run, beside)
         line_picture(
             path, lines, title=title_of(run), xlabel=self.axes.xlabel, ylabel=label, levels=self.levels(run),
-            bands=[*scatter(references.curves), *_range(references.curves)], legend_columns=1 if beside else 2,
+            bands=[*scatter(references.curves), *_range(references.curves)],
         )  # fmt: skip
 
 
