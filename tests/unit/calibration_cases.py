@@ -43,6 +43,11 @@ def overhang(stiffness: float) -> float:
     return (stiffness / EQ_2) ** (1.0 / 3.0)
 
 
+def stiffness(trial) -> float:
+    """Bending stiffness of a trial along the warp [N mm]."""
+    return trial.run.fabric.macro.bending_stiffness.warp.value
+
+
 def bending(trial) -> dict[str, float]:
     """Results of a cantilever."""
     quantity = getattr(trial.run.fabric.macro.bending_stiffness, trial.run.direction)
@@ -78,7 +83,7 @@ def calibrate(text: str, folder: Path, monkeypatch, pool) -> int:
     """Exit code of the calibration ``text`` in ``folder``."""
     (folder / "c.yaml").write_text(text)
     monkeypatch.chdir(folder)
-    monkeypatch.setattr(command, "_pool", lambda options: pool)
+    monkeypatch.setattr(command, "LocalPool", lambda workers, threads: pool)
     return calibrate_command(Path("c.yaml"), CalibrateOptions(quiet=True))
 
 

@@ -4,28 +4,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from calibration_cases import BEND, TWO, WARP, WEFT, Pretending, bending, calibrate, outcome, overhang, values
+from calibration_cases import BEND, TWO, WARP, WEFT, Pretending, calibrate, outcome, overhang, values
 
-from knittest.base.errors import InputError, ResourceError
 from knittest.base.interrupts import Interrupted
 from knittest.base.resources import configs_dir
 from knittest.config.loading import resolve
 from knittest.config.yaml_loader import load_yaml
-from knittest.studies.calibrate import command
-from knittest.studies.calibrate.command import CalibrateOptions, calibrate_command
 from knittest.studies.calibrate.judge import judgement
 from knittest.studies.calibrate.parameters import Parameter
 from knittest.studies.calibrate.problem import problem_of
 
 RESULT = Path("runs/calibrate-c")
-
-
-def stiffness(trial) -> float:
-    return trial.run.fabric.macro.bending_stiffness.warp.value
-
-
-def lost_between(low: float, high: float, status: str = "timeout"):
-    return lambda trial: status if low <= stiffness(trial) <= high else "completed"
 
 
 def test_one_parameter_is_found_in_a_handful_of_runs(tmp_path, monkeypatch):
@@ -92,65 +81,6 @@ def test_what_is_finished_is_not_run_again(tmp_path, monkeypatch):
     assert third.asked == [] and outcome(tmp_path)["evaluations"] == again
 
 
-@pytest.mark.parametrize("status", ["timeout", "failed", "refused", "crashed", "invalid", "error"])
-def test_a_lost_trial_is_recorded_and_does_not_count(tmp_path, monkeypatch, status):
-    calibrate(BEND, tmp_path, monkeypatch, Pretending())
-    third = outcome(tmp_path)["evaluations"][2]["values"][0]
-    (tmp_path / "b").mkdir()
-    lost = Pretending(ends=lost_between(0.97 * third, 1.001 * third, status))
-    assert calibrate(BEND, tmp_path / "b", monkeypatch, lost) == 0
-    found = outcome(tmp_path / "b")
-    assert abs(overhang(values(tmp_path / "b")[0]) - 171.0) <= 0.51
-    (gone,) = [one for one in found["evaluations"] if one["reason"]]
-    assert (
-        gone["values"] == [third]
-        and gone["simulated"] is None
-        and gone["reason"] == f"bend {status}: {status} on purpose"
-    )
-    assert found["runs_by_status"][status] == 1
-
-
-def test_a_bound_without_a_number_is_moved_inward(tmp_path, monkeypatch):
-    assert calibrate(BEND, tmp_path, monkeypatch, Pretending(ends=lost_between(0.0, 2.3, "failed"))) == 0
-    assert abs(overhang(values(tmp_path)[0]) - 171.0) <= 0.51
-
-
-def test_when_no_run_around_the_root_gives_a_number_there_is_no_fabric(tmp_path, monkeypatch):
-    assert calibrate(BEND, tmp_path, monkeypatch, Pretending()) == 0 and (RESULT / "fabric.yaml").exists()
-    wide = BEND.replace("high: 12", "high: 15")
-    assert calibrate(wide, tmp_path, monkeypatch, Pretending(ends=lost_between(4.0, 6.5))) == 3
-    assert outcome(tmp_path)["status"] == "not converged" and "gave no number" in outcome(tmp_path)["reason"]
-    assert not (RESULT / "fabric.yaml").exists()
-
-
-@pytest.mark.parametrize(
-    ("results", "said"),
-    [
-        (lambda trial: {"overhang_mm": 100.0 + stiffness(trial)}, "c.yaml:4: the bounds do not enclose the target"),
-        (lambda trial: {"overhang_mm": 100.0}, "fabric.macro.bending_stiffness.warp does not matter"),
-        (lambda trial: {"overhang_mm": 100.0 if stiffness(trial) < 5.0 else 300.0}, "jumped over at 5"),
-    ],
-)
-def test_a_target_out_of_reach_is_said(tmp_path, monkeypatch, results, said):
-    assert calibrate(BEND, tmp_path, monkeypatch, Pretending(results)) == 3
-    assert said in outcome(tmp_path)["reason"] and not (RESULT / "fabric.yaml").exists()
-
-
-def test_runs_are_limited(tmp_path, monkeypatch):
-    pool = Pretending()
-    assert calibrate(BEND + "max_runs: 3\n", tmp_path, monkeypatch, pool) == 3
-    assert len(pool.asked) == 3 and outcome(tmp_path)["reason"] == "max_runs = 3 runs were not enough"
-
-
-@pytest.mark.parametrize(("method", "least"), [("differential-evolution", 67), ("optuna", 40)])
-def test_too_few_runs_for_a_search_are_said(tmp_path, monkeypatch, method, least):
-    if method == "optuna":
-        pytest.importorskip("optuna")
-    assert calibrate(f"{TWO}method: {method}\nmax_runs: 30\n", tmp_path, monkeypatch, Pretending()) == 3
-    assert outcome(tmp_path)["reason"] == f"max_runs = 30: {method} needs {least} runs here at least"
-    assert (RESULT / "convergence.png").exists()
-
-
 @pytest.mark.parametrize("method", ["least-squares", "differential-evolution"])
 def test_several_parameters_are_found(tmp_path, monkeypatch, method):
     assert calibrate(f"{TWO}method: {method}\nmax_runs: 150\n", tmp_path, monkeypatch, Pretending()) == 0
@@ -161,18 +91,6 @@ def test_several_parameters_are_found(tmp_path, monkeypatch, method):
     weft = found["parameters"][1]
     assert weft["sd"] == pytest.approx(WEFT * 3 * 15 / 151, rel=0.1)
     assert weft["interval_95"] == pytest.approx([WEFT - 1.96 * weft["sd"], WEFT + 1.96 * weft["sd"]], rel=0.02)
-
-
-@pytest.mark.parametrize("number", [1, 3], ids=["finite difference", "step"])
-def test_least_squares_goes_round_what_gives_no_number(tmp_path, monkeypatch, number):
-    calibrate(TWO, tmp_path, monkeypatch, Pretending())
-    gone = outcome(tmp_path)["evaluations"][number]["values"]
-    (tmp_path / "b").mkdir()
-    lost = Pretending(ends=lambda trial: "failed" if stiffness(trial) == gone[0] else "completed")
-    assert calibrate(TWO, tmp_path / "b", monkeypatch, lost) == 0
-    found = outcome(tmp_path / "b")
-    assert values(tmp_path / "b") == pytest.approx([WARP, WEFT], rel=0.02 * 3 * 51 / 171)
-    assert gone in [one["values"] for one in found["evaluations"] if one["reason"]]
 
 
 def test_a_parameter_without_influence_is_told(tmp_path, monkeypatch):
@@ -281,62 +199,3 @@ targets: [{test: pull, quantity: mu_paper}]
     assert rig.kinetic_coefficient == rig.static_coefficient == pytest.approx(0.075, abs=0.0002)
     assert "tuned by knittest calibrate c on V1 warp mu_paper" in (RESULT / "rig-friction.yaml").read_text()
     assert not (RESULT / "fabric.yaml").exists()
-
-
-def test_no_room_ends_it_and_keeps_what_is_finished(tmp_path, monkeypatch):
-    full = Pretending(ends=lambda trial: "blocked" if 2.0 < stiffness(trial) < 12.0 else "completed")
-    with pytest.raises(ResourceError, match="what is finished is kept"):
-        calibrate(BEND, tmp_path, monkeypatch, full)
-    pool = Pretending()
-    assert calibrate(BEND, tmp_path, monkeypatch, pool) == 0 and pool.asked[0] == full.asked[2]
-
-
-def test_a_result_that_the_test_does_not_have_is_refused(tmp_path, monkeypatch):
-    text = BEND.replace("quantity: overhang_mm", "quantity: overhnag, value: 1, sd: 1")
-    with pytest.raises(
-        InputError, match=r"c.yaml:8: quantity = overhnag: the test has no such result \(known: overhang_mm"
-    ):
-        calibrate(text, tmp_path, monkeypatch, Pretending())
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "said"),
-    [
-        ("low: 2, high: 12", "low: 12, high: 2", "c.yaml:4: parameters.fabric.macro.bending_stiffness.warp.high = 2: "),
-        ("low: 2,", "low: -2,", "must be greater than 0"),
-        ("low: 2,", "low: 1e-5,", "c.yaml:4: fabric.macro.bending_stiffness.warp = 1e-05: implausible"),
-        ("stiffness.warp", "stifness.warp", 'unknown field (did you mean "fabric.macro.bending_stiffness.warp"?)'),
-        ("bending_stiffness.warp", "bending_stiffness", "expected a number, this is a group of warp, weft"),
-        ("fabric.macro.bending_stiffness.warp", "solver.damping", "expected a field of the fabric or the rig"),
-        ("spacing: log", "also: [fabric.macro.bending_stiffness.warp]", "given twice"),
-        ("spacing: log", "mean: 5", "parameters.fabric.macro.bending_stiffness.warp.sd: missing"),
-        ("spacing: log", "start: 1", "must be between low = 2 and high = 12"),
-        ("quantity: overhang_mm", "quantity: peak_force", "c.yaml:8: quantity = peak_force: no row of variant 1 warp"),
-        ("quantity: overhang_mm", "quantity: bending_stiffness_mncm2", "states no scatter: give sd"),
-        ("quantity: overhang_mm", "curve: none.csv", "c.yaml:8: curve: "),
-        ("quantity: overhang_mm", "weight: 1", "expected quantity (a result) or curve (a CSV)"),
-        ("quantity: overhang_mm", "quantity: overhang_mm, value: 3", "a value needs quantity and sd"),
-        ("test: bend,", "test: bnd,", "c.yaml:8: test = bnd: no such test here (known: bend)"),
-        ("variant: 1", "variant: 9", "c.yaml:2: --variant 9: unknown fabric"),
-        ("variant: 1", "fabric: none.yaml", "c.yaml:2: no such file"),
-        ("tolerance: 0.01", "tolerance: 0", "must be greater than 0"),
-        ("tolerance: 0.01", "storag: sqlite", "unknown field"),
-        ("tolerance: 0.01", "storage: sqlite", "only method = optuna has a database"),
-        ("targets:", "  spare: {test: friction}\ntargets:", "tests.spare: no target is about it"),
-    ],
-)  # fmt: skip
-def test_bad_input_is_refused_with_its_line_before_anything_runs(tmp_path, monkeypatch, old, new, said):
-    pool = Pretending()
-    with pytest.raises(InputError) as error:
-        calibrate(BEND.replace(old, new), tmp_path, monkeypatch, pool)
-    assert said in str(error.value) and pool.asked == [] and not (tmp_path / "runs").exists()
-
-
-def test_a_folder_of_something_else_is_left_alone(tmp_path, monkeypatch):
-    (tmp_path / "full").mkdir()
-    (tmp_path / "full/thesis.tex").touch()
-    (tmp_path / "c.yaml").write_text(BEND)
-    monkeypatch.setattr(command, "_pool", lambda options: Pretending(bending))
-    with pytest.raises(InputError, match="but no calibration"):
-        calibrate_command(tmp_path / "c.yaml", CalibrateOptions(out=tmp_path / "full"))
-    assert [path.name for path in (tmp_path / "full").iterdir()] == ["thesis.tex"]
