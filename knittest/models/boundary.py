@@ -8,9 +8,9 @@ from numpy.typing import ArrayLike, NDArray
 from knittest.base.errors import InputError
 from knittest.kernels.drive_state import ABOUT, ALONG, Drive, Motions, Tables, ToolContactState
 from knittest.kernels.options import PARTITIONS
-from knittest.kernels.tool_contact import FREE
+from knittest.kernels.tool_contact import FREE, HELD
 from knittest.models.explicit_model import ExplicitModel
-from knittest.models.inputs import above, finite, independent, names_among, node_numbers, orthonormal
+from knittest.models.inputs import above, finite, independent, names_among, node_numbers, once_each, orthonormal
 from knittest.models.load_runs import in_runs
 from knittest.models.table import Table, constant
 from knittest.models.tool import Tool, tool_arrays
@@ -64,7 +64,8 @@ class Boundary:
 
         ``axes`` (3, 3): rows along which x, y, z of ``dofs`` lie, at right angles, and about which rx, ry, rz turn;
         they stand still. A symmetry plane across the first holds x, ry and rz, an inclined roller x. Returns the number
-        under which the reactions are summed, each times its scale: conjugate to the table.
+        under which the reactions are summed, each times its scale: conjugate to the table. A degree of freedom has one
+        motion; it may be held twice, as at corners of symmetry planes, where the first hold counts the reaction.
         """
         self._open("a motion")
         node = node_numbers(nodes, self.model.n_nodes)
@@ -92,7 +93,10 @@ class Boundary:
         return group
 
     def load(self, nodes: ArrayLike, dof: str, value: ArrayLike, table: Table | None = None) -> None:
-        """Force [N] or moment [N mm] ``value`` (n,) times ``table`` (default: constant 1) on ``nodes``."""
+        """Force [N] or moment [N mm] ``value`` (n,) times ``table`` (default: constant 1) on ``nodes``.
+
+        Loads on one node add up.
+        """
         self._open("a load")
         node = node_numbers(nodes, self.model.n_nodes)
         (name,) = names_among(dof, ALL, "degree of freedom")
@@ -120,14 +124,14 @@ class Boundary:
     def add_tool(self, tool: Tool) -> int:
         """Add a rigid tool; returns its number."""
         self._open("a tool")
+        if any(tool is one for one in self.tools) or tool.moved_in not in (None, self):
+            raise InputError("tool: it is in a body already; make another, since motion and load are the tool's own")
         self.tools.append(tool)
         return len(self.tools) - 1
 
     def move_tool(self, number: int, axes: str | Sequence[str], velocity: Table) -> None:
         """Move tool ``number`` along ``axes`` (x, y, z) with ``velocity`` [mm/ms]; it is held along the others."""
-        table, tool = self.table(velocity), self._tool(number)
-        for axis in names_among(axes, ALL[:3], "axis"):
-            tool.motion[DOFS[axis]] = table
+        self._move_along(self._tool(number), names_among(axes, ALL[:3], "axis"), number, self.table(velocity))
 
     def free_tool(
         self, number: int, axes: str | Sequence[str], mass: float, force: Table | None = None, drag: float = 0.0
@@ -137,10 +141,22 @@ class Boundary:
         """
         above(mass, "mass of a free tool [g]")
         above(drag, "drag of a free tool [1/ms]", equal=True)
-        tool, load = self._tool(number), -1 if force is None else self.table(force)
+        tool, names = self._tool(number), names_among(axes, ALL[:3], "axis")
+        if FREE in tool.motion and (tool.mass, tool.drag) != (mass, drag):
+            raise InputError(f"tool {number} is free already, with another mass or drag: it has one of each")
+        load = -1 if force is None else self.table(force)
+        self._move_along(tool, names, number, FREE)
         tool.mass, tool.drag = mass, drag
-        for axis in names_among(axes, ALL[:3], "axis"):
-            tool.motion[DOFS[axis]], tool.load[DOFS[axis]] = FREE, load
+        for axis in names:
+            tool.load[DOFS[axis]] = load
+
+    def _move_along(self, tool: Tool, axes: list[str], number: int, motion: int) -> None:
+        """Give ``tool`` its ``motion`` along ``axes``, each of which may have one."""
+        for axis in axes:
+            if tool.motion[DOFS[axis]] != HELD:
+                raise InputError(f"tool {number} is moved or free along {axis} already; the later motion would win")
+            tool.motion[DOFS[axis]] = motion
+        tool.moved_in = self
 
     def _tool(self, number: int) -> Tool:
         if not 0 <= number < len(self.tools):
@@ -164,6 +180,9 @@ class Boundary:
         kinds = (np.int64, np.int64, np.int64, np.float64, np.int64, np.int64)
         start, node, dof, table, scale, group, row = self._sorted(self._motions, kinds)
         axis = np.concatenate(self._axes)[row]
+        still = (scale == 0.0) | np.array([not any(one.value) for one in self.tables])[table]
+        fixed = dof < ALONG
+        once_each(node[fixed], dof[fixed], still[fixed], group[fixed], ALL)
         independent(node, np.isin(dof, (3, 4, 5, ABOUT)), axis, dof >= ALONG)
         return Motions(start, node, dof, table, scale, group, axis)
 

@@ -131,6 +131,20 @@ def independent(node: Index, turns: NDArray[np.bool_], axis: Array, local: NDArr
             )
 
 
+def once_each(node: Index, dof: Index, still: NDArray[np.bool_], group: Index, names: Sequence[str]) -> None:
+    """Raises :class:`InputError` where two motions prescribe one degree of freedom and are not both ``still``.
+
+    Of each motion (n,): ``node``, ``dof`` among ``names``, ``group`` that it was numbered by; sorted by node and dof.
+    """
+    twice = (np.diff(node) == 0) & (np.diff(dof) == 0) & ~(still[1:] & still[:-1])
+    for first in np.flatnonzero(twice)[:1]:
+        one, other = sorted((int(group[first]), int(group[first + 1])))
+        raise InputError(
+            f"{names[dof[first]]} of node {node[first]} is prescribed by motion {one} and again by motion {other}, as "
+            "move numbered them; the later would win: give each degree of freedom one motion"
+        )
+
+
 def chain_points(points: ArrayLike, number: int) -> Array:
     """Points (n, 3) of chain ``number``; raises :class:`InputError` for fewer than two and for two in one place."""
     array = finite(points, f"points of chain {number}", (-1, 3))

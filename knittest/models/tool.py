@@ -30,6 +30,8 @@ class Tool:
     drag: float = 0.0
     samples: Array = field(default_factory=lambda: np.zeros((0, 0, 0)))
     plan: tuple[float, float, float, float, float] = (0.0, 0.0, FAR, FAR, 0.0)
+    #: the boundary that numbered its motion and load
+    moved_in: object = None
 
 
 def axes_along(third: ArrayLike) -> Array:

@@ -228,7 +228,48 @@ def test_strength_of_single_shells():
     assert body.fields()["alive"].tolist() == [1.0, 0.0]
 
 
+def moved(*motions: tuple) -> None:
+    """A body with ``motions``, each what move takes, as the kernel would get it."""
+    body = line()
+    for motion in motions:
+        body.boundary.move(*motion)
+    body.boundary.drive()
+
+
+def tool_moved(*motions: tuple, again: bool = False) -> None:
+    """A tool with ``motions``, each a method and what it takes; in a second body if it is so ``again``."""
+    floor = plane((0.0, 0.0, -50.0), (0.0, 0.0, 1.0))
+    body = line()
+    number = body.boundary.add_tool(floor)
+    for name, *given in motions:
+        getattr(body.boundary, name)(number, *given)
+    if again:
+        line().boundary.add_tool(floor)
+
+
+def tool_added_twice() -> None:
+    body, floor = line(), plane((0.0, 0.0, -50.0), (0.0, 0.0, 1.0))
+    body.boundary.add_tool(floor)
+    body.boundary.add_tool(floor)
+
+
+PULL, PUSH = ramp(1.0, 1.0), ramp(1.0, -1.0)
 REFUSED = {
+    "held and moved": (lambda: moved(([0, 1], ALL), ([1], "z", PULL)), "z of node 1 .* motion 0 and again by motion 1"),
+    "moved and held": (lambda: moved(([1], "rx", PULL), ([0, 1], ALL)), "rx of node 1 .* motion 0 and again by .* 1"),
+    "moved twice": (lambda: moved(([1, 2], "x", PULL), ([2, 3], "x", PUSH)), "x of node 2 .*later would win"),
+    "one call": (lambda: moved(([2, 2], "x", PULL, [1.0, 2.0])), "x of node 2 .* motion 0 and again by motion 0"),
+    "tool twice": (tool_added_twice, "tool: it is in a body already"),
+    "tool of others": (lambda: tool_moved(("move_tool", "z", PULL), again=True), "tool: it is in a body already"),
+    "tool moved twice": (
+        lambda: tool_moved(("move_tool", "z", PULL), ("move_tool", ("x", "z"), PUSH)), "tool 0 is moved or free along z"
+    ),
+    "tool moved and free": (
+        lambda: tool_moved(("move_tool", "z", PULL), ("free_tool", "z", 1.0)), "tool 0 is moved or free along z"
+    ),
+    "two masses": (
+        lambda: tool_moved(("free_tool", "z", 1.0), ("free_tool", "x", 2.0)), "tool 0 is free already"
+    ),
     "node": (lambda: line().boundary.move([21], "x"), "21 is not a node; expected numbers from 0 to 20"),
     "negative node": (lambda: line().boundary.load([-1], "x", 1.0), "-1 is not a node"),
     "fraction": (lambda: line().boundary.move([0.5], "x"), "whole numbers"),
@@ -283,6 +324,14 @@ def test_bad_input_is_refused(name):
     make, message = REFUSED[name]
     with pytest.raises(InputError, match=message):
         make()
+
+
+def test_corners_may_be_held_twice_and_tools_move_along_each_axis():
+    """Two holds of one degree of freedom are one; a motion of nothing is a hold; a free tool has one mass."""
+    moved(([0, 1], ALL), ([1, 2], "z"), ([1], "y", constant(0.0)), ([0], "x", PULL, 0.0))
+    moved(([0, 1], "x", PULL), ([0, 1], "y", PUSH), ([2], "x", PUSH))
+    tool_moved(("move_tool", ("x", "y"), PULL), ("free_tool", "z", 1.0))
+    tool_moved(("free_tool", "x", 1.0), ("free_tool", "z", 1.0))
 
 
 @pytest.mark.parametrize("add", ["load", "move", "add_tool"])
