@@ -1,6 +1,7 @@
 """Numbers that decide the results of a test; others are needed, but move them little."""
 
 from knittest.base.kinds import kinds
+from knittest.config.fabric import Fabric
 from knittest.config.run import Run
 
 #: fields that decide a row of the relaxed cell
@@ -16,9 +17,18 @@ CELL: dict[str, tuple[str, ...]] = {
 
 
 def deciding(run: Run) -> tuple[str, ...]:
-    """Fields of the fabric, or of the rig, that decide what is compared of ``run``."""
+    """Fields of the fabric, or of the rig, that decide what is compared of ``run``; none that the fabric leaves out."""
     fields = kinds()[run.rig.kind].deciding.get(run.model.scale, ())
-    return tuple(field.format(d=run.direction) for field in fields)
+    named = (field.format(d=run.direction) for field in fields)
+    return tuple(field for field in named if field.startswith("rig.") or entry(run.fabric, field) is not None)
+
+
+def entry(fabric: Fabric, field: str) -> object:
+    """Entry of ``field`` of ``fabric``, none where it is left out; a path of a curve has no source."""
+    value: object = fabric
+    for part in field.split("."):
+        value = value.get(part) if isinstance(value, dict) else getattr(value, part, None)
+    return value
 
 
 def is_fed(run: Run) -> bool:

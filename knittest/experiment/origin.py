@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any, Generic, Literal, TypeVar
 
 from knittest.base.kinds import Parts
-from knittest.config.deciding import deciding
+from knittest.config.deciding import deciding, entry
 from knittest.config.fabric import Fabric
 from knittest.config.run import Run
 from knittest.experiment.borrowed import borrowed
@@ -45,14 +45,6 @@ def guessed(fabric: Fabric, fields: Sequence[str]) -> tuple[str, ...]:
     for field in fields:
         if field in owners:
             found.append(f"{field} (from {owners[field]})")
-        elif getattr(_at(fabric, field), "source", None) == "assumed":
+        elif getattr(entry(fabric, field), "source", None) == "assumed":
             found.append(field)
     return tuple(found)
-
-
-def _at(fabric: Fabric, field: str) -> object:
-    """Entry of ``field``; a path of a curve has no source."""
-    value: object = fabric
-    for part in field.split("."):
-        value = value.get(part) if isinstance(value, dict) else getattr(value, part, None)
-    return value

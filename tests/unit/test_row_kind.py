@@ -6,6 +6,7 @@ import pytest
 
 from knittest.base.result_rows import result_rows
 from knittest.config.base import Quantity
+from knittest.config.deciding import deciding
 from knittest.config.loading import resolve
 from knittest.config.run import Run
 from knittest.experiment.borrowed import borrowed
@@ -80,6 +81,29 @@ def test_shells_return_their_own_curve_and_another_fabrics_is_assumed():
     }  # fmt: skip
     assert row_kind(mine, FORCE) == "assumed"
     assert assumed_inputs(mine) == ("macro.tension.warp (from pham2019-v1)",)
+
+
+def formed(**sets: float) -> Run:
+    settings = [f"fabric.macro.{name.replace('__', '.')}={value}" for name, value in sets.items()]
+    return resolve(test="forming", variant="1", scale="macro", sets=settings)
+
+
+def test_formed_shells_name_their_contraction_unless_it_is_measured():
+    """0 is assumed until the user says how much the weft contracts."""
+    assert "macro.poisson" in assumed_inputs(formed())
+    assert "macro.poisson" not in assumed_inputs(formed(poisson=0.1))
+
+
+def test_yarns_that_bend_in_the_plane_decide_a_formed_blank_where_the_fabric_has_them():
+    """Left out they are no field of the fabric; guessed they are assumed, given they are not."""
+    given = formed(in_plane_bending__warp=4.0, in_plane_bending__weft=4.0)
+    fields = [f"macro.in_plane_bending.{d}" for d in ("warp", "weft")]
+    assert not set(fields) & set(deciding(formed())) and set(fields) <= set(deciding(given))
+    assert not set(fields) & set(assumed_inputs(given))
+    guess = {d: Quantity(value=4.0, source="assumed") for d in ("warp", "weft")}
+    stiff = given.fabric.macro.in_plane_bending.model_copy(update=guess)
+    macro = given.fabric.macro.model_copy(update={"in_plane_bending": stiff})
+    assert set(fields) <= set(assumed_inputs(with_fabric(given, macro=macro)))
 
 
 def test_a_curve_cut_at_an_assumed_strain_is_assumed():

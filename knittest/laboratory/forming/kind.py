@@ -52,7 +52,8 @@ KIND = TestKind(
     deciding={
         "macro": (
             "macro.shear", "macro.tension.warp", "macro.tension.weft", "macro.bending_stiffness.warp",
-            "macro.bending_stiffness.weft",
+            "macro.bending_stiffness.weft", "macro.in_plane_bending.warp", "macro.in_plane_bending.weft",
+            "macro.poisson",
         ),
         "meso": (
             "warp_density", "weft_density", *LOOPS, "contact.friction_coefficient",
