@@ -1,7 +1,7 @@
 """Results beside the experiment as a person reads them: labels, digits, deviation, kind and verdict."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,7 +14,7 @@ SIZED: Mapping[str, str] = Joined("sized")
 #: what a kind of row is worth
 KINDS = {
     "tuned": "tuned: a parameter was fitted to this row, or chosen with it in view: it proves nothing by itself",
-    "input": "input: the model was given this row and returns it",
+    "input": "input: the model was given this row, or what it follows from",
     "assumed": "assumed: what decides this row was assumed, or taken over from another fabric: it proves nothing",
 }
 #: what decides a row and is assumed
@@ -25,6 +25,8 @@ ON_ASSUMED = "on {} assumed input{}"
 UNRESOLVED = "unresolved: the numerical error crosses 1 sd"
 #: verdict where the experiment states no scatter, as of one specimen
 UNSCATTERED = "sd not stated"
+#: verdict on a result that nothing was measured for
+NO_REFERENCE = "no reference"
 #: verdict on a number that the run was given as such
 GIVEN = "given"
 #: specimens of an ensemble up to which each is shown beside the mean
@@ -88,20 +90,31 @@ class ResultRow:
 def result_rows(summary: Mapping[str, Any], plus_minus: str = "±", *, refused: bool) -> list[ResultRow]:
     """One row a result of ``summary`` (summary.json); those of a ``refused`` run are compared with nothing."""
     compared = {row["quantity"]: row for row in summary["comparison"]}
-    errors = summary.get("numerical_error") or {}
+    alone, errors = summary.get("kinds") or {}, summary.get("numerical_error") or {}
     rows = []
     for quantity, value in unfolded(summary["results"]).items():
         label, form = LABELS.get(quantity, (quantity.replace("_", " "), "{:.4g}"))
         error = errors.get(quantity, {}).get("error")
         tail = _judged(compared.get(quantity), form, plus_minus, error, refused=refused)
+        if quantity in alone and not refused:
+            tail = ("-", "-", alone[quantity], NO_REFERENCE)
         if errors and error is None and tail[-1].endswith("1 sd"):
             tail = (*tail[:-1], f"{tail[-1]}, numerical error not known")
         number = value["mean"] if isinstance(value, Mapping) else value
-        guessed = tuple((compared.get(quantity) or {}).get("assumed") or ())
+        own = compared.get(quantity) or (summary if quantity in alone else {})
+        guessed = tuple(own.get("assumed") or ())
         rows.append(
             ResultRow(quantity, label, number, _simulated(value, form, plus_minus, error), *tail, guessed, error)
         )
     return rows
+
+
+def assumed_inputs(summary: Mapping[str, Any], rows: Sequence[ResultRow]) -> list[str]:
+    """Assumed inputs that decide ``rows`` of ``summary`` whose kind hangs on them, or all results of a test that
+    nothing is compared of; each once.
+    """
+    told = dict.fromkeys(field for row in rows if row.kind in ("predicted", "assumed") for field in row.assumed)
+    return list(told or (summary.get("assumed") or () if all(row.kind == "-" for row in rows) else ()))
 
 
 def error_text(error: float, form: str) -> str:
@@ -129,7 +142,7 @@ def _judged(
     if refused:
         return "-", "-", "-", "refused"
     if row is None:
-        return "-", "-", "-", "no reference"
+        return "-", "-", "-", NO_REFERENCE
     mean, deviation = _number(row["experiment_mean"], form), row["deviation_sd"]
     scaled = f" ({row['scaled']})" if row.get("scaled") else ""
     if row.get("given"):

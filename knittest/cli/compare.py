@@ -43,11 +43,13 @@ def compare(run: Path, against: Path, out: Path | None, direction: str | None, *
     from knittest.experiment.compare import compare_columns
     from knittest.experiment.conditions import Conditions
     from knittest.laboratory.against import draw_against, identity_of, own_curves
+    from knittest.laboratory.registry import REPORTS
     from knittest.runs.show import curve_line, print_text
 
     given, columns, manifest = _run_of(run)
     (reference,) = own_curves(given, [against], Conditions(direction=direction or "", **sizes))  # type: ignore[arg-type]
-    found, picture = compare_columns(columns, reference), out or run / "compare.png"
+    reach = REPORTS[given.rig.kind].axes.reach
+    found, picture = compare_columns(columns, reference, reach), out or run / "compare.png"
     draw_against(given, columns, reference, picture, identity_of(given, run, manifest))
     click.echo(json.dumps(found | {"picture": str(picture)}, indent=2))
     print_text([curve_line(found)], sys.stderr)

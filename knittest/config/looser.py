@@ -61,6 +61,10 @@ def _looser(run: Run, fields: dict[tuple[str, ...], int]) -> Iterator[Loosened]:
             continue
         reference = preset.get(name, type(holder).model_fields[name].default)
         value = getattr(holder, name)
+        if value is None:  # what the test takes by itself
+            continue
+        if reference is None:
+            reference = run.rig.usual[name]
         if sign * value > sign * reference:
             yield Loosened(dotted(path), value, reference, field_meta(type(holder), name).get("unit", ""))
 

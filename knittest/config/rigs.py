@@ -1,5 +1,6 @@
 """Rigs of tests, as far as tests share them; that of one test stands in the test's folder."""
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, ClassVar, Literal
 
 from pydantic import Field
@@ -17,6 +18,8 @@ class Rig(Strict):
 
     #: lengths of the specimen, of which the shortest is no shorter than a shell
     spans: ClassVar[tuple[str, ...]] = ()
+    #: what a field stands for, at least, that is none
+    usual: ClassVar[Mapping[str, float]] = {}
 
 
 class StripRig(Rig):

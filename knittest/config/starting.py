@@ -83,9 +83,11 @@ def _empty(key: str) -> Any:
 
 
 def _stated(data: dict[str, Any], at: KeyPath = ()) -> list[KeyPath]:
-    """Paths of all that a part states: a quantity, a law or the rig of a test as one."""
+    """Paths of all that a part states and does not assume: a quantity, a law or the rig of a test as one."""
     found: list[KeyPath] = []
     for key, value in data.items():
+        if isinstance(value, dict) and value.get("source") == "assumed":
+            continue
         nested = isinstance(value, dict) and not {"value", "kind"} & value.keys() and at != ("rigs",)
         found += _stated(value, (*at, key)) if nested else [(*at, key)]
     return found

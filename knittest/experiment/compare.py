@@ -34,6 +34,8 @@ UNRATED = {
     "input": "the model was given the reference, or returns what it was made of",
     "tuned": "the model was tuned on the reference, or chosen with it in view",
 }
+#: errors of the place of a peak, and what it is called
+PLACES = {"fracture_strain_error_pct": "strain", "peak_travel_error_pct": "travel"}
 #: digits kept behind the point
 DIGITS = 4
 
@@ -66,9 +68,9 @@ def compare_results(
     return [row | unjudged if row["quantity"] in given else row for row in found]
 
 
-def compare_columns(columns: Mapping[str, np.ndarray], reference: ReferenceCurve) -> dict[str, Any]:
+def compare_columns(columns: Mapping[str, np.ndarray], reference: ReferenceCurve, reach: str = "") -> dict[str, Any]:
     """:func:`compare_curves` on the columns of a curve.csv that ``reference`` is about; raises InputError if it lacks
-    them.
+    them. ``reach`` as there.
 
     A tensile curve counts up to its peak; of a frame that turns, only what is sheared for the first time.
     """
@@ -76,7 +78,7 @@ def compare_columns(columns: Mapping[str, np.ndarray], reference: ReferenceCurve
     first = np.append(True, x[1:] > np.maximum.accumulate(x)[:-1])
     if reference.x_name == STRAIN:
         first[int(np.argmax(y)) + 1 :] = False
-    return compare_curves(x[first], y[first], reference)
+    return compare_curves(x[first], y[first], reference, reach)
 
 
 def columns_of(columns: Iterable[str], reference: ReferenceCurve) -> tuple[str, str]:
@@ -97,12 +99,13 @@ def column_of(names: Sequence[str], wanted: str, reference: ReferenceCurve) -> s
     return name
 
 
-def compare_curves(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> dict[str, Any]:
+def compare_curves(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve, reach: str = "") -> dict[str, Any]:
     """Peak or values at angles, RMSE and ISO/TS 18571-type rating of y(x) on the range both curves cover.
 
     ``x``, ``y`` (n,) in the units of the reference, x rising; shear counts from :data:`START` on. Says what it was
     judged against. Curves that share no range, have too few points, are constant or in other units are "not
-    comparable", with the reason, without numbers. A rating that would mislead is None, and ``no_rating`` says why.
+    comparable", with the reason, without numbers. A rating that would mislead is None, and ``no_rating`` says why, and
+    with which field ``reach`` of the rig a longer run would reach the end of the reference.
 
     >>> x = np.linspace(0.0, 2.0, 50)
     >>> strips = ReferenceCurve("measured", x, 3000.0 * x, None, "strain_pct", "force_n", "five strips")
@@ -130,7 +133,7 @@ def compare_curves(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> d
         **(_at_angles(grid, simulated, measured, reference) if sheared else _at_peaks(x, y, reference)),
         f"rmse_{reference.y_name}": _rounded(rmse),
         "rmse_pct_of_peak": _rounded(100.0 * rmse / peak),
-        **_rated(simulated, measured, _unrated(x, y, reference)),
+        **_rated(simulated, measured, _unrated(x, y, reference, reach)),
     }
 
 
@@ -154,33 +157,37 @@ def _rated(simulated: np.ndarray, measured: np.ndarray, reason: str) -> dict[str
     return {"rating": {k: _rounded(v) for k, v in scores.items()} | {"grade": grade(scores["overall"])}}
 
 
-def _unrated(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> str:
+def _unrated(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve, reach: str) -> str:
     """Reason why a rating would say nothing, or too much; empty if one may be given.
 
-    A strip's curve counts up to its peak, a frame's up to its end.
+    A strip's curve counts up to its peak, that of a frame or of a strip between plates up to its end.
     """
     if reference.kind in UNRATED:
         return UNRATED[reference.kind]
     if reference.doubt:
         return reference.doubt
     curves = {"simulated": (x, y), "reference": (reference.x, reference.mean)}
-    ends = {name: a[-1] if reference.x_name == ANGLE else a[int(np.argmax(b))] for name, (a, b) in curves.items()}
+    peaked = reference.x_name == STRAIN
+    ends = {name: a[int(np.argmax(b))] if peaked else a[-1] for name, (a, b) in curves.items()}
     common = min(ends.values()) - max(x[0], reference.x[0])
     for name, (a, _) in curves.items():
         left_out = 1.0 - max(common, 0.0) / (ends[name] - a[0]) if ends[name] > a[0] else 1.0
         if left_out > LEFT_OUT:
-            return f"the common range leaves out {100.0 * left_out:.0f} % of the {name} curve"
+            told = f"the common range leaves out {100.0 * left_out:.0f} % of the {name} curve"
+            longer = reach and name == "reference" and ends[name] > x[-1]
+            return f"{told}: --set {reach}={ends[name]:.4g} would reach its end" if longer else told
     return ""
 
 
 def _at_peaks(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> dict[str, Any]:
     """Both peaks, and how far they are apart."""
     end, peak = int(np.argmax(y)), reference.peak
+    place = "fracture_strain_error_pct" if reference.x_name == STRAIN else "peak_travel_error_pct"
     return {
         "simulated_peak": _point(reference, x[end], y[end]),
         "reference_peak": _point(reference, *peak),
         "peak_error_pct": _rounded(100.0 * (y[end] / peak[1] - 1.0)),
-        "fracture_strain_error_pct": _rounded(100.0 * (x[end] / peak[0] - 1.0)),
+        place: _rounded(100.0 * (x[end] / peak[0] - 1.0)),
     }
 
 

@@ -62,23 +62,27 @@ def build_summary(
     quality: Quality,
     cost: Cost,
     comparison: Sequence[ComparisonRow],
-    status: Status = "completed",
+    kinds: Mapping[str, str] | None = None,
+    assumed: Sequence[str] = (),
 ) -> dict[str, Any]:
     """Build ``summary.json`` from the results of one specimen or, as mean, sd and values, of several.
 
     A run that fails a quality gate has its comparison refused: ``refused`` lists why, and ``comparison`` stays empty.
-    ``limits`` lists those that are looser than the preset's.
+    ``limits`` lists those that are looser than the preset's. ``kinds`` are those of results that could be compared but
+    have no reference; ``assumed`` are the inputs that decide the results and that nobody vouches for.
     """
     return {
         "rig": run.rig.kind,
         "variant": run.fabric.experiment_variant or run.fabric.name,
         "scale": run.model.scale,
         "direction": run.direction,
-        "status": status,
+        "status": "completed",
         "results": folded(specimens[0] if len(specimens) == 1 else ensemble_results(specimens)),
         "quality": _quality(quality),
         "cost": _cost(cost),
         "comparison": [] if quality.failures else [_row(row) for row in comparison],
+        "kinds": {} if quality.failures else dict(kinds or {}),
+        "assumed": list(assumed),
         "refused": list(quality.failures),
         "warnings": list(quality.warnings),
         "limits": [_limit(run, one) for one in loosened(run)],

@@ -41,7 +41,8 @@ class References:
 @dataclass(frozen=True)
 class CurveAxes:
     """Columns of curve.csv that make the curve, and what stands at its axes; ``mean`` and ``sd`` of an ensemble;
-    ``others`` may be compared with as well; ``labels`` are what stands at the axis of them.
+    ``others`` may be compared with as well; ``labels`` are what stands at the axis of them; ``reach`` is the field of
+    the rig that says how far x goes.
     """
 
     x: str
@@ -53,6 +54,7 @@ class CurveAxes:
     logarithmic: bool = False
     others: tuple[str, ...] = ()
     labels: Mapping[str, str] = field(default_factory=dict)
+    reach: str = ""
 
 
 @dataclass(frozen=True)

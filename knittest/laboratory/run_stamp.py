@@ -9,6 +9,7 @@ from knittest.config.looser import loosened
 from knittest.config.run import Run
 from knittest.config.sources import numbers_of
 from knittest.experiment.borrowed import borrowed
+from knittest.experiment.friction_origin import assumed_friction
 
 SCALES = {"macro": "shells (macro)", "meso": "yarns (meso)"}
 
@@ -35,7 +36,8 @@ def size_of(run: Run) -> tuple[str, ...]:
 
 
 def _taken_over(run: Run) -> str:
-    """Curves of another fabric that decide the test."""
+    """Curves of another fabric that decide the test, and friction that was not measured for it."""
     owners = borrowed(run.fabric)
     found = [f"{field} of {owners[field]}" for field in deciding(run) if field in owners]
+    found += assumed_friction(run)
     return f"; assumed: {', '.join(found)}" if found else ""

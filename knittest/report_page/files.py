@@ -69,6 +69,8 @@ class Summary(BaseModel):
     quality: dict[str, Number] = {}
     cost: dict[str, Number] = {}
     comparison: list[ComparedRow] = []
+    kinds: dict[str, str] = {}
+    assumed: list[str] = []
     refused: list[str] = []
     warnings: list[str] = []
     numerical_error: dict[str, dict[str, Number | str]] = {}

@@ -24,24 +24,41 @@ class Found:
 def find_runs(paths: list[Path]) -> tuple[list[Found], list[str]]:
     """Run folders in the order given, each once, and notes on runs that were planned but have no folder.
 
-    Raises :class:`InputError` for a path that is none and holds none, and for more than :data:`MOST` runs.
+    What lies in a run folder means that run, and a file beside runs that are named nothing, as a pattern of the shell
+    names them too. Raises :class:`InputError` for any other path that is none and holds none, and for more than
+    :data:`MOST` runs.
     """
     found: dict[Path, Found] = {}
     notes: list[str] = []
-    for path in paths:
+    whole = list(dict.fromkeys(_whole(path) for path in paths))
+    for path in whole:
         if not path.exists():
             raise InputError(f"{path}: no such folder")
+        if path.is_file() and any(one.is_dir() and one.resolve().parent == path.resolve().parent for one in whole):
+            continue
         if not path.is_dir():
-            raise InputError(f"{path}: is a file, expected a run folder")
+            raise InputError(f"{path}: is a file, expected a run folder{_of_curves(path)}")
         runs = _below(path, DEPTH)
         if not runs:
-            raise InputError(f"{path}: not a run folder (it has no manifest.json), and holds none")
+            raise InputError(f"{path}: not a run folder (it has no manifest.json), and holds none{_of_curves(path)}")
         for run in runs:
             found.setdefault(run.resolve(), Found(run, named=run == path))
         notes += _not_started(path)
     if len(found) > MOST:
         raise InputError(f"{len(found)} runs: expected at most {MOST} on a page; name fewer of them")
     return list(found.values()), notes
+
+
+def _whole(path: Path) -> Path:
+    """The run folder that ``path`` lies in, else ``path``."""
+    inside = (parent for parent in path.parents if any((parent / mark).is_file() for mark in MARKS))
+    return path if _below(path, 0) else next(inside, path)
+
+
+def _of_curves(path: Path) -> str:
+    """Hint on where curves belong, if there are any in ``path``."""
+    curves = path.suffix == ".csv" or (path.is_dir() and any(path.glob("*.csv")))
+    return "; measured curves go beside a run with knittest compare RUN --against FILE" if curves else ""
 
 
 def _below(folder: Path, depth: int) -> list[Path]:

@@ -1,17 +1,24 @@
 """The parameters of a run by where they come from, and the settings of its test."""
 
 from collections.abc import Iterator, Mapping
+from pathlib import Path as FilePath
 from typing import Any
 
+from knittest.base.errors import InputError
+from knittest.base.layout import nearest
+from knittest.base.resources import data_dir
 from knittest.config.fields import place
 from knittest.config.sources import numbers_of
 from knittest.experiment.borrowed import borrowed
+from knittest.experiment.curves import load_curve
 from knittest.report_page.blocks import Block, Cell, Section, Table, Text
 from knittest.report_page.loading import LoadedRun
 
 #: sources in the order of a page, and what a parameter of that source is worth
 SOURCES = {
     "measured": "Measured: tests of yarn and fabric",
+    "digitised": "Digitised: read off published pictures of curves",
+    "reconstructed": "Reconstructed: from published numbers, in an assumed shape",
     "derived": "Derived: from measured numbers by a formula",
     "tuned": "Tuned: fitted to the rows named; these rows are no predictions",
     "predicted": "Predicted: by the model of the yarns, on numbers of which some are assumed",
@@ -51,6 +58,19 @@ def sourced(run: LoadedRun) -> Iterator[tuple[Path, Mapping[str, Any]]]:
     for field, owner in owners.items():
         path = ("fabric", *field.split("."))
         yield path, {"value": run.setting(*path), "source": "assumed", "ref": f"of {owner}, by its head"}
+    tension = run.setting("fabric", "macro", "tension") or {}
+    for direction, text in tension.items():
+        if f"macro.tension.{direction}" not in owners and (head := _stated(str(text))):
+            yield ("fabric", "macro", "tension", direction), {"value": text, **head}
+
+
+def _stated(path: str) -> dict[str, str]:
+    """Source that the head of the curve in ``path`` states; nothing where it cannot be read."""
+    try:
+        curve = load_curve(data_dir() / path)
+    except InputError:
+        return {}
+    return {"source": "user", "ref": curve.doubt} if curve.doubt else {"source": curve.kind, "ref": curve.source}
 
 
 def quantities(fields: object, at: Path = ()) -> Iterator[tuple[Path, Mapping[str, Any]]]:
@@ -93,7 +113,8 @@ def shown(value: object) -> str:
         return f"{value:g}"
     if value == []:
         return "none"
-    return "none" if value is None else "yes" if value is True else "no" if value is False else str(value)
+    text = "none" if value is None else "yes" if value is True else "no" if value is False else str(value)
+    return nearest(text) if FilePath(text).is_absolute() else text
 
 
 def unit_of(path: Path, rig: str) -> str:

@@ -3,10 +3,11 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from knittest.base.result_rows import KINDS, UNRESOLVED, UNSCATTERED, ResultRow, result_rows
-from knittest.experiment.compare import UNRATED
+from knittest.base.result_rows import KINDS, UNRESOLVED, UNSCATTERED, ResultRow, assumed_inputs, result_rows
+from knittest.experiment.compare import PLACES, UNRATED
 from knittest.report_page.blocks import Block, Cell, Section, Table, Text, Tone
 from knittest.report_page.errors import error_blocks
+from knittest.report_page.files import ComparedRow
 from knittest.report_page.loading import LoadedRun
 
 _VERDICTS: dict[str, Tone] = {
@@ -49,18 +50,23 @@ def results(run: LoadedRun) -> Section:
         count = run.setting("variability", "specimens")
         what = f"Results, mean ± sd of {count} specimens" if isinstance(count, int) and count > 1 else "Results"
         what += " ± numerical error" if run.summary.numerical_error and what == "Results" else ""
-        sources = sorted({row.source for row in run.summary.comparison if row.source})
+        sources = sorted({_cited(row) for row in run.summary.comparison if row.source})
         against = f", beside the experiment ({'; '.join(sources)}: mean ± sd)" if sources else ""
         blocks.append(Table(what + against, HEADER, [_cells(row) for row in rows], (1, 2, 3)))
         kinds = {row.kind for row in rows}
         notes = {"predicted": _PREDICTED, **KINDS}
         blocks += [Text(text[0].upper() + text[1:] + ".") for kind, text in notes.items() if kind in kinds]
-        blocks += _assumed(rows)
+        blocks += _assumed(assumed_inputs(run.summary.model_dump(), rows))
         blocks += error_blocks(run)
     else:
         blocks.append(Text("This run left no results.", "warn"))
     blocks += [block for curve in run.comparison.curves for block in _metrics(curve)]
     return Section(f"run-{run.number}-results", "Results and deviations", blocks)
+
+
+def _cited(row: ComparedRow) -> str:
+    """Source of a row without the note on how it was scaled, which stands in the row."""
+    return row.source.removesuffix(f", {row.scaled}") if row.scaled else row.source
 
 
 def _cells(row: ResultRow) -> tuple[Cell, ...]:
@@ -71,9 +77,8 @@ def _cells(row: ResultRow) -> tuple[Cell, ...]:
     )  # fmt: skip
 
 
-def _assumed(rows: list[ResultRow]) -> list[Block]:
-    """The inputs that decide compared rows and that nobody vouches for."""
-    fields = dict.fromkeys(field for row in rows if row.kind in ("predicted", "assumed") for field in row.assumed)
+def _assumed(fields: Sequence[str]) -> list[Block]:
+    """The inputs that decide the rows and that nobody vouches for."""
     return [Text(f"Assumed inputs that decide these rows: {', '.join(fields)}.", "warn")] if fields else []
 
 
@@ -86,7 +91,7 @@ def _metrics(curve: Mapping[str, object]) -> list[Block]:
         return [Text(f"Curve against {against}{note}: not comparable: {reason}", "warn")]
     errors = [
         ("peak force off", curve.get("peak_error_pct"), "%"),
-        ("strain at the peak off", curve.get("fracture_strain_error_pct"), "%"),
+        *((f"{what} at the peak off", curve.get(key), "%") for key, what in PLACES.items()),
         *_at_angles(curve),
     ]
     found = [*errors, ("root mean square deviation", curve.get("rmse_pct_of_peak"), "% of the peak")]

@@ -55,15 +55,17 @@ def judge(run: Run, specimens: list[Specimen], references: References) -> Judgem
     results = [s.results for s in specimens]
     means = {k: v["mean"] for k, v in ensemble_results(results).items()}
     kind_of = {row.quantity: row_kind(run, row.quantity) for row in references.rows}
-    guessed = list(assumed_inputs(run)) if references.rows else []
+    guessed = list(assumed_inputs(run))
     rows = compare_results(means, references.rows, kind_of, given_results(run))
     compared = [row | {"assumed": guessed} for row in rows]
     comparison: dict[str, Any] = {"refused": list(quality.failures), "rows": [], "curves": []}
     if not quality.failures:
         comparison["rows"] = compared
-        columns = REPORTS[run.rig.kind].curve(specimens)
-        comparison["curves"] = [compare_columns(columns, curve) for curve in references.curves]
-    summary = build_summary(run, results, quality, cost, cast("list[ComparisonRow]", compared))
+        report = REPORTS[run.rig.kind]
+        columns = report.curve(specimens)
+        comparison["curves"] = [compare_columns(columns, curve, report.axes.reach) for curve in references.curves]
+    alone = {q: row_kind(run, q) for q in kinds()[run.rig.kind].published if q in means and q not in kind_of}
+    summary = build_summary(run, results, quality, cost, cast("list[ComparisonRow]", compared), alone, guessed)
     own = comparison["curves"][len(comparison["curves"]) - len(references.own) :]
     return Judgement(summary, comparison, quality, [] if quality.failures else own)
 

@@ -10,8 +10,17 @@ from typing import Any, Protocol, TextIO
 
 from knittest.base.history import Quality
 from knittest.base.layout import nearest, table, width_of, wrapped
-from knittest.base.result_rows import GIVEN, KINDS, UNRESOLVED, UNSCATTERED, result_rows
+from knittest.base.result_rows import (
+    GIVEN,
+    KINDS,
+    NO_REFERENCE,
+    UNRESOLVED,
+    UNSCATTERED,
+    assumed_inputs,
+    result_rows,
+)
 from knittest.config.looser import LOOSER
+from knittest.experiment.compare import PLACES
 from knittest.export.jsonfile import json_text
 from knittest.laboratory.error_notes import error_notes
 
@@ -20,7 +29,7 @@ _NUMBERS = (2, 3, 4)  # columns aligned to the right
 #: colours of verdicts; of any other red
 STYLES = {
     "within 1 sd": "green",
-    "no reference": "yellow",
+    NO_REFERENCE: "yellow",
     UNRESOLVED: "yellow",
     UNSCATTERED: "yellow",
     GIVEN: "yellow",
@@ -88,7 +97,7 @@ def quality_lines(outcome: Outcome) -> list[str]:
 def assumed_line(outcome: Outcome) -> str:
     """The assumed inputs that decide the compared rows of a run, empty if there are none."""
     rows = result_rows(outcome.summary, refused=bool(outcome.quality.failures))
-    fields = dict.fromkeys(f for row in rows if row.kind in ("predicted", "assumed") for f in row.assumed)
+    fields = assumed_inputs(outcome.summary, rows)
     return f"assumed inputs that decide these rows, {_name(outcome)}: {', '.join(fields)}" if fields else ""
 
 
@@ -121,7 +130,8 @@ def _metrics(metrics: Mapping[str, Any]) -> str:
         return f"not comparable: {metrics['reason']}"
     angles = next((value for name, value in metrics.items() if name.endswith("_at_deg")), None)
     if angles is None:
-        errors = (("peak", metrics["peak_error_pct"]), ("strain at it", metrics["fracture_strain_error_pct"]))
+        places = [(f"{what} at it", metrics[key]) for key, what in PLACES.items() if key in metrics]
+        errors = (("peak", metrics["peak_error_pct"]), *places)
         found = [f"{name} {value:+.1f} %" for name, value in errors]
     else:
         found = [f"{a['error_pct']:+.0f} % at {d} deg" for d, a in angles.items() if a["error_pct"] is not None]

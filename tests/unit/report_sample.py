@@ -74,7 +74,10 @@ def write_run(
         folder.write_comparison(
             {"refused": list(failures), "rows": [], "curves": [metrics] if kind == "tensile" else []}
         )
-        folder.write_summary(build_summary(run, rows, quality(failures), cost(), compared))  # type: ignore[arg-type]
+        known = {row.quantity for row in references}
+        alone = {q: row_kind(run, q) for q in quantities if q in rows[0] and q not in known}
+        told = alone, assumed_inputs(run)
+        folder.write_summary(build_summary(run, rows, quality(failures), cost(), compared, *told))  # type: ignore[arg-type]
         if failures:
             folder.finish("completed", 3, "comparison refused: " + "; ".join(failures))
     return path

@@ -71,7 +71,7 @@ def test_other_rows_of_the_experiment_have_their_kind(found):
     assert run(["report", str(FOLDER)]) == 0
     page = page_of()
     rows = page.tables(page.section("targets"))["Other rows of the experiment that these tests gave there"][1:]
-    assert rows == [["B by Eq. 2, of the strip [mN cm2] test bend", "530", "500 ± 60", "+0.50 sd", "predicted"]]
+    assert rows == [["B of the strip [mN cm2] test bend", "530", "500 ± 60", "+0.50 sd", "predicted"]]
     assert [a.get("href") for a in page.section("points").iter("a")] == [f"trials/{trial.name}/"]
     assert ["knittest", "9.9"] in page.tables(page.section("repeat"))["Provenance of 1 run folders"]
 

@@ -286,8 +286,8 @@ def test_summary_has_the_contracts_keys(tmp_path: Path, run: Run) -> None:
     summary = build_summary(run, [RESULTS], quality(), cost(), [ROW])
     with make(tmp_path / "r", run) as folder:
         written = json.loads(folder.write_summary(summary).read_text())
-    top = ["rig", "variant", "scale", "direction", "status", "results", "quality", "cost", "comparison", "refused"]
-    assert list(written) == [*top, "warnings", "limits"]
+    top = ["rig", "variant", "scale", "direction", "status", "results", "quality", "cost", "comparison"]
+    assert list(written) == [*top, "kinds", "assumed", "refused", "warnings", "limits"]
     assert [written[key] for key in top[:5]] == ["tensile", "2", "meso", "warp", "completed"]
     assert list(written["results"]) == ["peak_force_n", "fracture_strain_pct", "force_per_yarn_n"]
     losses = ["damping_over_work_max", "contact_damping_over_work_max", "hourglass_over_internal_max"]

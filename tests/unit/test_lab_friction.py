@@ -19,6 +19,7 @@ from knittest.laboratory.friction.lab_pulls import (
     write_friction,
 )
 from knittest.laboratory.registry import REPORTS
+from knittest.runs.judgement import references_of
 
 HEAD = "Normalkraft;2,0;kN\nPlattenlänge;150;mm\nPlattenbreite;50;mm\n"
 
@@ -131,11 +132,20 @@ def test_a_pull_force_belongs_to_its_normal_force(tmp_path):
         resolve(test="friction", variant="1", scale="macro", direction="warp", sets=[f"rig.normal_force={force}"])
         for force in (2000, 500)
     )
-    assert REPORTS["friction"].scaled(run, rows) == rows and REPORTS["friction"].scaled(lighter, rows[:1]) == rows[:1]
-    with pytest.raises(InputError, match=r"pull_force_kinetic_n under 2000 N, the run presses with 500 N"):
-        REPORTS["friction"].scaled(lighter, rows)
-    with pytest.raises(InputError, match="an unknown normal force"):
-        REPORTS["friction"].scaled(run, [replace(rows[1], conditions=UNKNOWN)])
+    scaled = REPORTS["friction"].scaled
+    found = {row.quantity: row for row in scaled(run, rows)}
+    assert [found[row.quantity] for row in rows] == rows
+    pull = {row.quantity: row for row in scaled(lighter, rows)}["pull_force_kinetic_n"]
+    assert (pull.mean, pull.scaled) == (pytest.approx(0.25 * rows[1].mean), "under 500 instead of 2000 N")
+    assert scaled(run, [replace(rows[1], conditions=UNKNOWN)]) == []  # of an unknown normal force: nothing to compare
+
+
+def test_a_coefficient_of_two_faces_is_that_of_one_as_well(tmp_path):
+    run = resolve(test="friction", variant="1", scale="macro", direction="warp")
+    both, face = references_of(run, ()).rows
+    assert (both.quantity, both.mean, both.sd) == ("mu_paper", 0.15, 0.01)
+    assert (face.quantity, face.mean, face.sd) == ("mu_per_face", 0.075, 0.005)
+    assert face.scaled == "half of F_R/F_N" and both.scaled == ""
 
 
 def test_a_pull_in_newton_under_a_head_of_kilonewton_looks_like_newton(tmp_path):

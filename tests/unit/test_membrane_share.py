@@ -7,9 +7,9 @@ import pytest
 
 from knittest.base.errors import InputError
 from knittest.base.history import History
+from knittest.config.dumping import dump
 from knittest.config.loading import resolve
 from knittest.laboratory.base import Prepared, fabric_laminate
-from knittest.laboratory.cantilever.shells import DEFAULT_SHARE
 from knittest.laboratory.cantilever.test import Cantilever
 from knittest.materials.laminate import enough_for_bending, softened
 from knittest.solve.state import SimulationCost
@@ -33,7 +33,7 @@ def warned(run: Any, mounted: Prepared) -> tuple[str, ...]:
 
 def test_a_shipped_fabric_keeps_the_default_to_the_bit() -> None:
     run, mounted = prepared()
-    assert mounted.facts["membrane_share"] == DEFAULT_SHARE == 0.01 and not warned(run, mounted)
+    assert mounted.facts["membrane_share"] == 0.01 and not warned(run, mounted)
 
 
 def test_a_stiff_fabric_takes_what_is_enough_and_says_so() -> None:
@@ -48,10 +48,18 @@ def test_a_stiff_fabric_takes_what_is_enough_and_says_so() -> None:
 
 
 def test_a_share_that_is_chosen_is_refused_where_it_is_too_small_and_kept_where_not() -> None:
-    with pytest.raises(InputError, match="leaves enough"):
-        prepared(STIFF, "rig.membrane_share=0.011")
+    for share in ("0.01", "0.011"):  # the usual one as well, where it is chosen
+        with pytest.raises(InputError, match="leaves enough"):
+            prepared(STIFF, f"rig.membrane_share={share}")
     run, mounted = prepared(STIFF, "rig.membrane_share=0.5")
     assert mounted.facts["membrane_share"] == 0.5 and not warned(run, mounted)
+
+
+def test_a_run_that_goes_on_from_its_folder_keeps_who_chose(tmp_path: Any) -> None:
+    for sets, chosen in (((), None), (("rig.membrane_share=0.01",), 0.01)):
+        path = tmp_path / "config.yaml"
+        path.write_text(dump(prepared(*sets)[0]))
+        assert resolve(config=path).rig.membrane_share == chosen
 
 
 def test_enough_is_what_is_kept_unless_bending_needs_more() -> None:

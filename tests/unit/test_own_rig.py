@@ -56,7 +56,7 @@ def mine(test, **asked):
 def test_friction_and_forming_take_the_measured_coefficient(place):
     rubbed(place, "warp", 0.2, 0.23)
     assert run(["new", "mine", "--from", "data/mine"]) == 0
-    for direction in ("warp", "weft"):  # one direction was tested, its faces are those of the fabric
+    for direction in ("warp", "weft"):  # one direction was tested: the other is assumed to be like it
         rig = mine("friction", direction=direction).rig
         assert (rig.static_coefficient, rig.kinetic_coefficient) == pytest.approx((0.23, 0.2), rel=1e-3)
         assert (rig.normal_force, rig.plate_length, rig.plate_width) == (500.0, 300.0, 40.0)
@@ -128,18 +128,18 @@ def test_what_no_rig_has_is_refused_with_its_line(place, rigs, phrase):
         mine("friction")
 
 
-def test_what_is_said_of_one_direction_is_of_no_other(place):
+def test_what_is_said_of_one_direction_is_assumed_for_the_other(place):
     assert run(["new", "mine"]) == 0
     path, own = Path("configs/mine.yaml"), {"static_coefficient": 0.2, "kinetic_coefficient": 0.2}
     rigs = {"friction": {"warp": own, "plate_width": 60.0}, "forming": {"weft": dict(own)}}
     path.write_text(yaml.safe_dump(yaml.safe_load(path.read_text()) | {"rigs": rigs}))
     warp, weft = (mine("friction", direction=d) for d in ("warp", "weft"))
-    assert (warp.rig.kinetic_coefficient, weft.rig.kinetic_coefficient) == (0.2, 0.075)
+    assert (warp.rig.kinetic_coefficient, weft.rig.kinetic_coefficient) == (0.2, 0.2)
     assert (warp.rig.plate_width, weft.rig.plate_width) == (60.0, 60.0)
     assert "rig.kinetic_coefficient" not in str(assumed_inputs(warp))
-    assert "rig.kinetic_coefficient (the default, that of pham2019)" in assumed_inputs(weft)
-    with pytest.raises(InputError, match=r"configs/mine\.yaml:\d+: rig\.weft: unknown field"):
-        mine("forming")  # of no direction
+    taken = "rig.static_coefficient and rig.kinetic_coefficient (as warp, the only direction tested)"
+    assert assumed_inputs(weft) == (taken,) and row_kind(weft, "mu_paper") == "assumed"
+    assert taken.replace("warp", "weft") in assumed_inputs(mine("forming"))  # of no direction
     Path("rig.yaml").write_text("rig:\n  direction: [warp]\n")
     with pytest.raises(InputError, match=r"rig\.yaml:2: rig\.direction"):
         mine("friction", config="rig.yaml")
@@ -148,7 +148,8 @@ def test_what_is_said_of_one_direction_is_of_no_other(place):
 def test_an_import_says_what_its_static_friction_is(place):
     rubbed(place, "warp", 0.2, 0.23)
     part = yaml.safe_load((OUT / "fabric.yaml").read_text())
-    assert part["rigs"]["friction"]["length"] > 310.0 and part["rigs"]["friction"]["width"] == 40.0
+    own = part["rigs"]["friction"]["warp"]
+    assert own["length"] > 310.0 and own["width"] == 40.0
     rubbed(place, "weft", 0.2, 0.19, head="Normalkraft;500;N\nPlattenlänge;150;mm\nPlattenbreite;50;mm\n")
     weft = yaml.safe_load((OUT / "fabric.yaml").read_text())["rigs"]["friction"]["weft"]
     assert weft["static_coefficient"] == weft["kinetic_coefficient"] and {"length", "width"}.isdisjoint(weft)
@@ -182,7 +183,12 @@ def test_friction_stands_beside_its_import_under_the_same_force(place):
     (against,) = own_curves(mine("friction", direction="warp"), [OUT / "friction-warp/corridor.csv"])
     assert against.kind == "input" and "coefficients were given" in against.note
     lighter = references_of(mine("friction", direction="warp", sets=["rig.normal_force=400"]), ())
-    assert lighter.curve is None and [row.quantity for row in lighter.rows] == ["mu_paper"]
+    assert lighter.curve is None
+    rows = {row.quantity: row for row in lighter.rows}
+    assert rows["pull_force_kinetic_n"].mean == pytest.approx(0.2 * 2 * 400, rel=1e-3)
+    assert rows["pull_force_kinetic_n"].scaled == "under 400 instead of 500 N"
+    assert (rows["mu_paper"].mean, rows["mu_per_face"].mean) == pytest.approx((0.4, 0.2), rel=1e-3)
+    assert rows["mu_paper"].scaled == rows["mu_per_face"].scaled == ""
     assert references_of(mine("friction", direction="weft"), ()).curve is None
 
 

@@ -14,6 +14,7 @@ class CantileverRig(StripRig):
     """Cantilever after DIN 53362: a strip bends over an edge under its own weight."""
 
     spans = ("width", "length")
+    usual = {"membrane_share": 0.01}  # noqa: RUF012
 
     kind: Literal["cantilever"] = "cantilever"
     mode: Literal["angle", "overhang"] = Field(
@@ -30,9 +31,10 @@ class CantileverRig(StripRig):
     length_mm: ClassVar[Kernel[float]] = Kernel("length")
     gravity: float = number(9.81, "m/s2", "gravity", gt=0, band=(0.1, 100))
     gravity_mm_per_ms2: ClassVar[Kernel[float]] = Kernel("gravity")
-    membrane_share: float = number(
-        0.01, "1", "share of the membrane stiffness that is kept: bending decides, and the step grows", gt=0, le=1
-    )
+    membrane_share: float | None = number(
+        None, "1", "share of the membrane stiffness that is kept: bending decides, and the step grows; none: 0.01, of "
+        "shells what bending needs where that is more", gt=0, le=1,
+    )  # fmt: skip
     tolerance: float = number(
         1e-4, "1", "residual force over weight, and drift over deflection, of shells at rest", gt=0, le=0.1
     )

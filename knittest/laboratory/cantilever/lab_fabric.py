@@ -16,11 +16,20 @@ def fabric_of(tests: Mapping[str, dict[str, Any]], place: Path) -> dict[str, Any
         return {}
     masses = [test["conditions"][AREA_MASS.key] for test in own.values()]
     mean = {"mean": sum(masses) / len(masses), "sd": None}
+    bending = {direction: _stiffness(test) for direction, test in own.items()}
+    if len(bending) == 1:
+        bending |= _as_the_other(*bending.items())
     said = f"stated with {place.as_posix()}: {', '.join(names[direction] for direction in own)}"
     return {
         "area_mass": quantity(mean, "measured", said),
-        "macro": {"bending_stiffness": {direction: _stiffness(test) for direction, test in own.items()}},
+        "macro": {"bending_stiffness": {direction: bending[direction] for direction in DIRECTIONS}},
     }
+
+
+def _as_the_other(known: tuple[str, dict[str, Any]]) -> dict[str, Any]:
+    """The bending stiffness of a direction without overhangs, assumed to be that of the tested one."""
+    (other,) = (d for d in DIRECTIONS if d != known[0])
+    return {other: quantity({"mean": known[1]["value"], "sd": None}, "assumed", f"as {known[0]}: none of the {other}")}
 
 
 def _stiffness(test: dict[str, Any]) -> dict[str, Any]:

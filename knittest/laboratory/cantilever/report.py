@@ -17,11 +17,18 @@ from knittest.laboratory.cantilever.yarns import BALANCED
 from knittest.laboratory.report_base import Columns, CurveAxes, Gate, NoSize, References, Report, title_of
 from knittest.materials.heavy_elastica import STANDARD_ANGLE, overhang_ratio
 
+#: bending stiffness over the width of the strip [N mm]
+PER_WIDTH = "bending_stiffness_n_mm_per_width"
+
 
 def _residual(run: CantileverRun) -> str:
     if run.model.scale == "meso":
-        return "deflection by moments out of balance over that by the weight"
-    return "out-of-balance force over weight"
+        return "deflection by moments out of balance / that by the weight"
+    return "force out of balance / weight of the strip"
+
+
+def _of(run: CantileverRun) -> str:
+    return "of the deflection" if run.model.scale == "meso" else "of the weight"
 
 
 def _tolerance(run: CantileverRun) -> float:
@@ -38,25 +45,36 @@ def _for_plane(row: PublishedValue, run: CantileverRun) -> PublishedValue:
     return with_note(scaled, f"for a plane at {plane:g} instead of {STANDARD_ANGLE:g} deg")
 
 
+def _per_width(row: PublishedValue) -> PublishedValue:
+    """The bending stiffness of a strip [mN cm2] over its width [N mm]; raises :class:`InputError` without a width."""
+    one = for_width(row, 1.0)
+    per_width = replace(one, quantity=PER_WIDTH, mean=0.1 * one.mean, sd=0.1 * one.sd, unit="N mm")
+    return with_note(replace(per_width, table=row.table, scaled=row.scaled), "that of the strip over its width")
+
+
 class CantileverReport(NoSize[CantileverRun], Report[CantileverRun]):
     """See :class:`knittest.laboratory.report_base.Report`."""
 
-    axes = CurveAxes("steps", "residual", "relaxation steps", "out of balance, share of the weight", logarithmic=True)
+    axes = CurveAxes("steps", "residual", "relaxation steps", "out of balance [-]", logarithmic=True)
 
     def levels(self, run: CantileverRun) -> list[Level]:
         """Residual below which the strip is at rest."""
-        return [Level(_tolerance(run), "tolerance of the residual")]
+        return [Level(_tolerance(run), "at rest: out of balance by less")]
 
     def gates(self, run: CantileverRun) -> list[Gate]:
         """Rest, and the root carries the weight."""
         return [
-            Gate("residual at rest", "results", "residual", _tolerance(run), unit="of the weight"),
+            Gate("residual at rest", "results", "residual", _tolerance(run), unit=_of(run)),
             Gate("root moment off weight", "results", "moment_error_pct", 100.0 * MOMENT_TOLERANCE),
         ]
 
     def scaled(self, run: CantileverRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
-        """The bending stiffness of the tested strip for the width of the run, overhangs for its plane, and said so."""
+        """The bending stiffness of the tested strip for the width of the run, overhangs for its plane, and said so; the
+        one per width of a table that has only that of the strip.
+        """
         width = run.rig.width_mm
+        if PER_WIDTH not in {row.quantity for row in rows}:
+            rows = [*rows, *(_per_width(row) for row in rows if row.quantity == "bending_stiffness_mncm2")]
         rows = [for_width(row, width) if row.quantity == "bending_stiffness_mncm2" else row for row in rows]
         return [_for_plane(row, run) if row.quantity == "overhang_mm" else row for row in rows]
 
@@ -79,11 +97,11 @@ class CantileverReport(NoSize[CantileverRun], Report[CantileverRun]):
         moves = curve["largest_move_mm"] / max(float(curve["largest_move_mm"].max()), 1e-12)
         lines = [
             Line(curve["steps"], curve["residual"], _residual(run)),
-            Line(curve["steps"], moves, "largest move a chunk over its largest"),
+            Line(curve["steps"], moves, "movement / fastest movement"),
         ]
         line_picture(
             folder / "curve.png", lines, title=f"{title_of(run)}: coming to rest", xlabel=self.axes.xlabel,
-            ylabel="share", levels=self.levels(run), logarithmic=True,
+            ylabel="ratio [-]", levels=self.levels(run), logarithmic=True,
         )  # fmt: skip
         first, last = history.frames[0].position, history.frames[-1].position
         cells = history.mesh.cells

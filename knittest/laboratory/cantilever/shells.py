@@ -6,7 +6,7 @@ import numpy as np
 
 from knittest.base.history import Frame
 from knittest.laboratory.base import Prepared, fabric_laminate
-from knittest.laboratory.cantilever.config import CantileverRig, CantileverRun
+from knittest.laboratory.cantilever.config import CantileverRun
 from knittest.laboratory.cantilever.mounting import Mounting, Rest
 from knittest.laboratory.weights import weights
 from knittest.materials.laminate import enough_for_bending, softened
@@ -17,8 +17,6 @@ from knittest.solve.observer import Observer
 from knittest.solve.relax import relax
 from knittest.solve.state import SimulationCost
 
-DEFAULT_SHARE = CantileverRig.model_fields["membrane_share"].default
-
 
 def mount_shells(run: CantileverRun, overhang: float) -> Prepared:
     """The strip flat, its edge at 0."""
@@ -27,8 +25,8 @@ def mount_shells(run: CantileverRun, overhang: float) -> Prepared:
     step = overhang / rows
     y = np.concatenate([[-step], step * np.arange(rows + 1)])
     card, share, width = fabric_laminate(run), run.rig.membrane_share, run.rig.width_mm
-    if share == DEFAULT_SHARE:  # nobody chose it
-        share = enough_for_bending(card, share)
+    if share is None:
+        share = enough_for_bending(card, run.rig.usual["membrane_share"])
     model = build_rectangle(run.fabric, softened(card, share), run.rig.direction, y, width, size)
     area = width * (overhang + step)
     mounting = Mounting(model.position(), weights(run.fabric, run.rig.gravity_mm_per_ms2, model, area))

@@ -97,9 +97,9 @@ class Cantilever(Test[CantileverRun]):
             failures.append(f"the chord still moves by {last['drift_deg']:.2f} deg in the last turn of sections")
         if moment > MOMENT_TOLERANCE:
             failures.append(f"the root's moment is off that of the weight by {100.0 * moment:.1f} %")
-        kept, default = prepared.facts.get("membrane_share", 0.0), run.rig.membrane_share
-        told = f"rig.membrane_share: {kept:g} is kept: the default {default:g} is less than bending needs here"
-        warnings = (told,) if kept > default else ()
+        kept, usual = prepared.facts.get("membrane_share", 0.0), run.rig.usual["membrane_share"]
+        told = f"rig.membrane_share: {kept:g} is kept: the usual {usual:g} is less than bending needs here"
+        warnings = (told,) if run.rig.membrane_share is None and kept > usual else ()
         return Quality(0.0, moment, 0.0, 0.0, 0.0, not failures, tuple(failures), warnings)
 
 
@@ -127,7 +127,12 @@ def given_overhang(run: CantileverRun) -> float:
         rows = published(folder, fabric.experiment_variant, run.rig.direction, ("overhang_mm",))
         if rows:
             return rows[0].mean
-    raise InputError("rig.overhang: missing, and the fabric names no experiment with a measured overhang; set it in mm")
+    weight = fabric.area_mass_g_per_mm2 * run.rig.gravity_mm_per_ms2
+    likely = 2.0 * (fabric.macro.bending_stiffness_n_mm.of(run.rig.direction) / weight) ** (1.0 / 3.0)
+    raise InputError(
+        f"rig.overhang: missing, and the fabric names no experiment with an overhang of the {run.rig.direction}: set "
+        f"it in mm; by Eq. 2 the chord comes to {STANDARD_ANGLE:g} deg with --set rig.overhang={likely:.0f}"
+    )
 
 
 def strip_stiffness(run: CantileverRun, overhang: float, chord: float) -> float:

@@ -54,7 +54,8 @@ def mount_yarns(run: CantileverRun, overhang: float, specimen: int = 0, observer
     piece = cut(run, n_wales, n_courses, specimen, observer)
     edge = along * period - overhang
     paths = [replace(p, points=_along_y(p.points, direction, edge)) for p in piece.paths]
-    model = build_meso(run, paths, piece.draws, run.rig.membrane_share, rubbing=False)
+    share = run.rig.usual["membrane_share"] if run.rig.membrane_share is None else run.rig.membrane_share
+    model = build_meso(run, paths, piece.draws, share, rubbing=False)
     width = across * (run.fabric.wale_spacing if direction == "warp" else run.fabric.course_spacing)
     facts = {"overhang_mm": overhang, "width_mm": width, "area_mm2": width * along * period}
     mounting = Mounting(model.position(), weights(run.fabric, run.rig.gravity_mm_per_ms2, model, facts["area_mm2"]))

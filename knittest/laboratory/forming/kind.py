@@ -60,6 +60,7 @@ KIND = TestKind(
             "reinforcing.bending_stiffness.warp", "reinforcing.bending_stiffness.weft",
         ),
     },
+    origin="knittest.laboratory.forming.origin:FormingOrigin",
     gates=("drag_over_weight",),
     advice="knittest.laboratory.forming.advice:ADVICE",
     hinges={"membrane_share": -1},

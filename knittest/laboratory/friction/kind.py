@@ -35,7 +35,7 @@ KIND = TestKind(
     diagnostic=(
         "normal_force_error_pct", "plate_penetration_um", "element_deformation_um", "penetration_over_deformation_pct",
     ),
-    published=("mu_paper",),
+    published=("pull_force_kinetic_n", "pull_force_static_n", "mu_paper", "mu_per_face"),
     pictures=("curve.png", "energies.png", "pressure.png"),
     tables=("pressure.csv",),
     presets="knittest.laboratory.friction.presets:settings",

@@ -13,6 +13,7 @@ from knittest.laboratory.friction.lab_pulls import KINETIC, STATIC, friction_lin
 
 #: length of strip that sticks out of long plates besides the travel [mm]
 STICKS_OUT = 40.0
+COEFFICIENTS = ("static_coefficient", "kinetic_coefficient")
 _RUBBED = re.compile(r"friction|reib(ung|versuch|kraft|beiwert|zahl)", re.I)
 _NAMED = re.compile(r"friction|reib", re.I)
 
@@ -22,17 +23,18 @@ def _looks(cells: Sequence[str]) -> bool:
 
 
 def _rigs(tests: Mapping[str, dict[str, Any]]) -> Rigs:
-    """Fields by direction where both were tested; tools of forming get the mean friction of the directions."""
+    """Fields by direction; tools of forming get the mean friction of both, or that of the one that was tested, under
+    its name: so runs of the other and of forming know that it is taken over.
+    """
     names = {d: folder_name("friction", d) for d in DIRECTIONS}
     rubbed = {d: _friction(tests[name]) for d, name in names.items() if name in tests}
     if not rubbed:
         return {}
-    own = dict(rubbed) if len(rubbed) > 1 else next(iter(rubbed.values()))
-    tools = {
-        field: plain(sum(one[field] for one in rubbed.values()) / len(rubbed))
-        for field in ("static_coefficient", "kinetic_coefficient")
-    }
-    return {"friction": own, "forming": tools}
+    coefficients = {d: {field: one[field] for field in COEFFICIENTS} for d, one in rubbed.items()}
+    if len(rubbed) == 1:
+        return {"friction": dict(rubbed), "forming": dict(coefficients)}
+    mean = {field: plain(sum(one[field] for one in rubbed.values()) / len(rubbed)) for field in COEFFICIENTS}
+    return {"friction": dict(rubbed), "forming": mean}
 
 
 def _friction(test: Mapping[str, Any]) -> dict[str, float]:

@@ -4,22 +4,17 @@ from pathlib import Path
 
 from knittest.base.resources import data_dir
 from knittest.config.own_rig import own_fields
+from knittest.experiment.friction_origin import assumed_friction
 from knittest.experiment.origin import Origin
-from knittest.laboratory.friction.config import FrictionRig, FrictionRun
-
-#: experiment whose friction is the rig's default
-DEFAULT_FRICTION_OF = "pham2019"
+from knittest.laboratory.friction.config import FrictionRun
 
 
 class FrictionOrigin(Origin[FrictionRun]):
     """See :class:`knittest.experiment.origin.Origin`."""
 
     def assumed(self, run: FrictionRun) -> tuple[str, ...]:
-        """The rig's own coefficient, which is that of the paper's fabrics, for all others."""
-        fabric = run.fabric
-        same = run.rig.kinetic_coefficient == FrictionRig.model_fields["kinetic_coefficient"].default
-        own = _is_own(run) or (fabric.experiment or "").rpartition("/")[2] == DEFAULT_FRICTION_OF
-        return (f"rig.kinetic_coefficient (the default, that of {DEFAULT_FRICTION_OF})",) if same and not own else ()
+        """Coefficients of the other direction, or of the paper's fabrics."""
+        return assumed_friction(run)
 
     def gave(self, run: FrictionRun, path: Path) -> str:
         """The coefficients, of the fabric's own friction tests, which its file gives to the rig."""

@@ -1,6 +1,7 @@
 """Report of the friction test: pull force over travel, and the pressure between fabric and plates."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from knittest.base.errors import InputError
@@ -8,7 +9,7 @@ from knittest.base.history import Specimen
 from knittest.base.kinds import kinds
 from knittest.experiment.conditions import same
 from knittest.experiment.curves import ReferenceCurve
-from knittest.experiment.tables import PublishedValue
+from knittest.experiment.tables import PublishedValue, with_note
 from knittest.export.line_picture import Level, Line, line_picture
 from knittest.laboratory.friction.config import FrictionRun
 from knittest.laboratory.friction.pressure import PLATES, pressure_map
@@ -31,23 +32,37 @@ from knittest.laboratory.report_base import (
 from knittest.laboratory.strips import AXIS
 
 
+def _of_a_face(row: PublishedValue) -> PublishedValue:
+    """F_R/F_N of a strip between two faces as the coefficient of one."""
+    return with_note(replace(row, quantity="mu_per_face", mean=0.5 * row.mean, sd=0.5 * row.sd), "half of F_R/F_N")
+
+
+def _under(row: PublishedValue, normal: float) -> PublishedValue:
+    """A pull force under a ``normal`` force [N], which it grows with."""
+    tested = row.conditions.normal_force_n or normal
+    if same(tested, normal):
+        return row
+    scaled = replace(row, mean=row.mean * normal / tested, sd=row.sd * normal / tested)
+    return with_note(scaled, f"under {normal:g} instead of {tested:g} N")
+
+
 class FrictionReport(NoSize[FrictionRun], Report[FrictionRun]):
     """See :class:`knittest.laboratory.report_base.Report`."""
 
-    axes = CurveAxes("displacement_mm", "pull_force_n", "travel of the clamp [mm]", "pull force [N]")
+    axes = CurveAxes(
+        "displacement_mm", "pull_force_n", "travel of the clamp [mm]", "pull force [N]", reach="rig.travel"
+    )
 
     def scaled(self, run: FrictionRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
-        """Values as they are; raises :class:`InputError` for a pull force under another normal force than the run's."""
-        normal = run.rig.normal_force_n
-        for row in rows:
-            tested = row.conditions.normal_force_n
-            if row.quantity.startswith("pull_force") and (tested is None or not same(tested, normal)):
-                stated = "an unknown normal force (no row normal_force_n)" if tested is None else f"{tested:g} N"
-                raise InputError(
-                    f"{row.file}: {row.quantity} under {stated}, the run presses with {normal:g} N: expected "
-                    "rig.normal_force of the test; coefficients compare at any"
-                )
-        return list(rows)
+        """Pull forces under the normal force of the run, by Coulomb's law, and said so; without those of a table that
+        states none. Coefficients as they are; that of a face is half of F_R/F_N where a table has only that.
+        """
+        found = [row for row in rows if not row.quantity.startswith("pull_force")]
+        names = {row.quantity for row in rows}
+        if "mu_per_face" not in names:
+            found += [_of_a_face(row) for row in rows if row.quantity == "mu_paper"]
+        pulled = [row for row in rows if row.quantity.startswith("pull_force")]
+        return [_under(row, run.rig.normal_force_n) for row in pulled if row.conditions.normal_force_n] + found
 
     def matched(self, run: FrictionRun, curve: ReferenceCurve) -> ReferenceCurve:
         """Curve as it is; raises :class:`InputError` for one under another normal force than the run's, or an unknown

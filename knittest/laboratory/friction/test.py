@@ -9,6 +9,7 @@ from knittest.base.errors import InputError
 from knittest.base.history import History, Quality
 from knittest.laboratory.base import Prepared, Test, fabric_laminate
 from knittest.laboratory.friction.config import FrictionRun
+from knittest.laboratory.friction.lab_files import STICKS_OUT
 from knittest.laboratory.friction.pressure import pressure_map, shares
 from knittest.laboratory.friction.rig import KINETIC_SHARE, FrictionTest
 from knittest.laboratory.judging import assess
@@ -42,7 +43,8 @@ class Friction(Test[FrictionRun]):
         if rig.plate_length + rig.travel >= rig.length:
             raise InputError(
                 f"rig.plate_length = {rig.plate_length:g} mm and rig.travel = {rig.travel:g} mm: expected their sum "
-                f"below rig.length = {rig.length:g} mm, so that the pulled end sticks out"
+                f"below rig.length = {rig.length:g} mm, so that the pulled end sticks out; "
+                f"--set rig.length={rig.plate_length + rig.travel + STICKS_OUT:g} leaves enough"
             )
         meso = run.model.scale == "meso"
         return self._yarns(run, specimen, observer) if meso else self._shells(run, specimen)

@@ -58,6 +58,7 @@ class PictureFrameReport(Report[PictureFrameRun]):
         "force of the crosshead [N]",
         others=(NORMALISED,),
         labels={NORMALISED: NORMALISED_LABEL},
+        reach="rig.max_angle",
     )
 
     def levels(self, run: PictureFrameRun) -> list[Level]:

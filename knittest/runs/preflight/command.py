@@ -9,15 +9,16 @@ from typing import Any
 import numba
 
 from knittest.base.errors import OutOfTolerance
-from knittest.base.layout import table, width_of
+from knittest.base.layout import width_of
 from knittest.config.fabric import Fabric
 from knittest.config.run import Run
 from knittest.experiment.borrowed import borrowed
 from knittest.kernels.threading import best_threads
-from knittest.runs.preflight.counterpart import Counterpart, summary_line, table_cells
+from knittest.runs.preflight.counterpart import Counterpart, summary_line, table_lines
 from knittest.runs.preflight.model import model_facts, model_lines
 from knittest.runs.preflight.of_tests import test_counterparts
 from knittest.runs.preflight.of_yarns import yarn_counterparts
+from knittest.runs.preflight.rigs import rig_lines, rigs_of
 from knittest.runs.preflight.speed import speed_study
 from knittest.runs.preflight.timing import estimate
 from knittest.runs.show import print_json, print_text
@@ -48,15 +49,16 @@ def check_command(runs: Sequence[Run], options: CheckOptions) -> int:
             _say(study, options)
             passed = passed and converged
     rows = counterparts(runs[0].fabric)
-    told = [line for row in table(table_cells(rows), width_of(sys.stdout), indent="  ") for line in row]
+    told = table_lines(rows, width_of(sys.stdout))
     _say([f"{runs[0].fabric.name}: its numbers beside what else is known of them", *told], options)
-    _say([summary_line(rows), *taken_over(runs[0].fabric)], options)
+    _say([summary_line(rows), *taken_over(runs[0].fabric), *rig_lines(runs[0].fabric)], options)
     if options.as_json:
         print_json(
             {
                 "models": models,
                 "counterparts": [row.as_json() for row in rows],
                 "assumed_curves": borrowed(runs[0].fabric),
+                "rigs": rigs_of(runs[0].fabric),
             }
         )
     return 0 if passed else OutOfTolerance.exit_code

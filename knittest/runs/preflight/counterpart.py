@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
+from knittest.base.layout import table, wrapped
 from knittest.config.base import Quantity
 
 
@@ -59,12 +60,24 @@ def table_cells(rows: list[Counterpart]) -> list[tuple[str, ...]]:
         ("quantity", "in the file", "", "counterpart", "difference", "verdict", "counterpart from")
     ]
     for row in rows:
-        other = "-" if row.found is None else f"{row.found:.4g} {row.unit}"
+        other = "-" if row.found is None else f"{row.found:.4g} {row.unit}".rstrip()
         share = row.difference
         difference = "-" if share is None else f"{100.0 * share:+.1f} %"
-        said = f"{row.stated:.4g} {row.unit}"
+        said = f"{row.stated:.4g} {row.unit}".rstrip()
         cells.append((row.name, said, row.source, other, difference, row.verdict, row.origin))
     return cells
+
+
+def table_lines(rows: list[Counterpart], width: int | None) -> list[str]:
+    """:func:`table_cells` as lines; where they do not fit ``width``, each origin stands below its row."""
+    cells = table_cells(rows)
+    lines = [line for row in table(cells, indent="  ") for line in row]
+    if width is None or max(map(len, lines)) <= width:
+        return lines
+    told = []
+    for row, below in zip(table([row[:-1] for row in cells], width, indent="  "), cells, strict=True):
+        told += [*row, *wrapped(f"      {below[-1]}", width)]
+    return told
 
 
 def summary_line(rows: list[Counterpart]) -> str:

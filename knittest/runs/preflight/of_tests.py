@@ -9,6 +9,8 @@ from knittest.base.layout import nearest
 from knittest.base.resources import data_dir
 from knittest.base.units import to_kernel
 from knittest.config.fabric import Direction, Fabric
+from knittest.config.own_rig import own_fields, own_value, taken_over
+from knittest.config.yaml_loader import dotted
 from knittest.experiment.tables import PublishedValue, for_width, published
 from knittest.laboratory.base import tension_curve
 from knittest.laboratory.curve_reach import MARGIN, reaches
@@ -28,6 +30,9 @@ PLAIN = {
     "thickness": (("thickness", "thickness_mm"), "mm"),
 }
 
+#: coefficient of a face in the rig of friction: quantity of tables
+COEFFICIENTS = {"static_coefficient": "mu_static_per_face", "kinetic_coefficient": "mu_per_face"}
+
 
 def test_counterparts(fabric: Fabric) -> Iterator[Counterpart]:
     """Densities, loops, mass, thickness, fracture strains, curves and bending beside the fabric's own experiment."""
@@ -43,6 +48,7 @@ def test_counterparts(fabric: Fabric) -> Iterator[Counterpart]:
         yield _end_of_curve(fabric, direction)
         yield _peak(fabric, direction)
         yield _bending(fabric, direction)
+        yield from _friction(fabric, direction)
 
 
 def _fracture_strain(fabric: Fabric, direction: Direction) -> Counterpart:
@@ -103,6 +109,20 @@ def _bending(fabric: Fabric, direction: Direction) -> Counterpart:
     )
 
 
+def _friction(fabric: Fabric, direction: Direction) -> Iterator[Counterpart]:
+    """Coefficients that runs of friction start from, where the file states any, beside those of the strips."""
+    kind, other = "friction", taken_over(fabric, "friction", direction)
+    for field, at in own_fields(fabric.rigs.get(kind, {}), kind, direction).items():
+        if field not in COEFFICIENTS:
+            continue
+        stated, row = own_value(fabric, kind, at), _row(fabric, direction, COEFFICIENTS[field])
+        name, source = f"{direction} {field.replace('_', ' ')}", "assumed" if field in other else "stated"
+        path = dotted(("rigs", kind, *at))
+        origin = _no_row(fabric) if row is None else _cited(row)
+        found = None if row is None else row.mean
+        yield Counterpart(name, path, "", stated, source, found, origin, SAME * (found or 0.0))
+
+
 def _row(fabric: Fabric, direction: str, *names: str) -> PublishedValue | None:
     if fabric.experiment is None or fabric.experiment_variant is None:
         return None
@@ -112,7 +132,8 @@ def _row(fabric: Fabric, direction: str, *names: str) -> PublishedValue | None:
 
 def _cited(row: PublishedValue) -> str:
     scatter = f" ± {row.sd:.4g}" if row.sd == row.sd else ""
-    return f"{row.table}: {row.mean:.5g}{scatter} {row.unit}"
+    unit = "" if row.unit == "1" else f" {row.unit}"
+    return f"{row.table}: {row.mean:.5g}{scatter}{unit}"
 
 
 def _no_row(fabric: Fabric) -> str:
