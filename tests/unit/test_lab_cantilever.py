@@ -184,3 +184,18 @@ def test_check_shows_the_imported_mass_beside_another_one(tmp_path, monkeypatch)
         fabric = resolve(scale="macro", variant="mine", sets=[f"fabric.area_mass={stated}"]).fabric
         (row,) = [r for r in of_tests(fabric) if r.field == "area_mass"]
         assert (row.verdict, row.found, row.stated) == (verdict, 700.0, stated) and "mine, 2 strips" in row.origin
+
+
+def test_the_stiffness_at_the_root_stands_beside_that_of_the_tests(tmp_path, monkeypatch):
+    """Table 3 of Pham et al. (2019), V1 warp: 2530 mN cm2 of 50 mm are 5.06 N mm per width."""
+    run = resolve(test="cantilever", variant="1", scale="macro", direction="warp", sets=["rig.width=20"])
+    found = {row.quantity: row for row in references_of(run, ()).rows}
+    assert found["bending_stiffness_mncm2"].mean == pytest.approx(2530 * 20 / 50)
+    root = found["bending_stiffness_n_mm_per_width"]
+    assert (root.mean, root.unit, root.scaled) == (pytest.approx(5.06), "N mm", "that of the strip over its width")
+    assert row_kind(run, root.quantity) == row_kind(run, "bending_stiffness_mncm2")
+    out = tmp_path / "mine"
+    strips = read_overhangs(table(tmp_path, "overhang [mm]\n171\n165\n"), V1)
+    write_cantilever(strips, out, "warp", ["a.csv"])
+    (own,) = published(out, "mine", "warp", ("bending_stiffness_n_mm_per_width",))
+    assert own.mean == pytest.approx(np.mean([s.stiffness for s in strips]), rel=1e-4)
