@@ -64,3 +64,10 @@ def test_a_travel_that_needs_a_longer_strip_says_how_long():
     run = resolve(test="friction", variant="1", scale="macro", direction="warp", sets=["rig.travel=60"])
     with pytest.raises(InputError, match=r"pulled end sticks out; --set rig\.length=250 leaves enough"):
         Friction().prepare(run)
+
+
+def test_a_strip_of_two_shells_is_refused_with_a_size_that_does():
+    small = ["rig.length=20", "rig.width=15", "rig.travel=2", "rig.plate_length=10", "rig.plate_width=20"]
+    run = resolve(test="friction", variant="1", scale="macro", preset="quick", direction="warp", sets=small)
+    with pytest.raises(InputError, match=r"--set model\.macro\.element_size=6\.67 or less"):
+        Friction().prepare(run)

@@ -25,6 +25,8 @@ from knittest.solve.state import SimulationCost
 FORCE_TOLERANCE = 0.01
 #: penetration of the plates over the largest deformation of an element, the check of Pham et al. (2019), section 4.4
 PENETRATION_TOLERANCE = 1.0
+#: shells along a strip, one of them in each clamp
+LEAST_SHELLS = 3
 
 
 class Friction(Test[FrictionRun]):
@@ -51,6 +53,11 @@ class Friction(Test[FrictionRun]):
 
     def _shells(self, run: FrictionRun, specimen: int) -> Prepared:
         rig, size = run.rig, run.model.macro.element_size_mm
+        if rig.length_mm < LEAST_SHELLS * size:
+            raise InputError(
+                f"rig.length = {rig.length:g} mm: expected at least {LEAST_SHELLS} shells of model.macro.element_size "
+                f"= {size:g} mm; --set model.macro.element_size={rig.length_mm / LEAST_SHELLS:.3g} or less"
+            )
         # the model of the tensile strip, its clamps being its first and last row
         shape = StripShape(rig.length_mm - 2.0 * size, rig.width_mm, size, size, seed=run.variability.seed + specimen)
         contact = self_contact(run.fabric, run.model.macro, run.solver.safety)
