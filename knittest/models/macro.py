@@ -48,7 +48,7 @@ def build_strip(
     position[free, 2] = rng.uniform(-height, height, int(free.sum()))
     return build_sheet(
         position, conn, laminate, fabric.area_mass_g_per_mm2, fabric.thickness_mm,
-        ALONG if direction == "warp" else ACROSS, _strength(position, conn, edge, shape.seed), contact,
+        ALONG if direction == "warp" else ACROSS, strengths(position, conn, edge, shape.seed), contact,
     )  # fmt: skip
 
 
@@ -80,7 +80,7 @@ def rectangle(y: Array, width: float, element_size: float) -> tuple[Array, Index
     return position, np.column_stack([corner, corner + 1, corner + len(x) + 1, corner + len(x)])
 
 
-def _strength(position: Array, conn: Index, edge: float, seed: int) -> Array:
+def strengths(position: Array, conn: Index, edge: float, seed: int) -> Array:
     """Strength of each shell over the fracture strain: 1 for the weakest one, seeded, inside the gauge, else more.
 
     Under even tension all shells would reach one limit in the same step and the strip would vanish instead of tearing.

@@ -8,9 +8,8 @@ from export_sample import beam_history, curve, shell_history
 
 from knittest.base.history import judged_rows
 from knittest.export import curve_picture as curves
-from knittest.export import energy_picture
+from knittest.export import energy_picture, strip_picture
 from knittest.export.tubes import View, render_tubes
-from knittest.laboratory.tensile import strip_picture
 
 VIEW = View(-2.0, 2.0, -1.0, 1.0, 0.01)
 RED, BLUE = [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 from knittest.base.figure import BLUE, GREY, dress, new_figure, save
 from knittest.base.history import Array
+from knittest.export.shear_field import shear_field
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.collections import Collection
 
 
 def shear_picture(
@@ -26,9 +26,7 @@ def shear_picture(
     figure.text(0.08, 0.93, title, fontsize=12)
     plane = figure.add_axes((0.6, 0.12, 0.26, 0.76))
     plane.set_anchor("W")
-    drawn = _patches(plane, places, difference) if places.ndim == 3 else _points(plane, places, difference)
-    plane.set_aspect("equal")
-    plane.set(xlabel="across the pull [mm]", ylabel="along the pull [mm]")
+    drawn = shear_field(plane, places, difference)
     plane.set_title(where, fontsize=10, loc="left")
     bar = figure.colorbar(drawn, cax=figure.add_axes((0.89, 0.2, 0.018, 0.6)))
     bar.set_label("material less frame [deg]")
@@ -44,16 +42,3 @@ def _over_angle(axes: "Axes", table: Mapping[str, Array]) -> None:
     axes.set(xlabel="shear angle of the frame [deg]", ylabel="shear angle, material less frame [deg]")
     axes.set_xlim(left=0.0)
     axes.legend(loc="best", frameon=False)
-
-
-def _patches(axes: "Axes", places: Array, value: Array) -> "Collection":
-    from matplotlib.collections import PolyCollection
-
-    drawn = PolyCollection(list(places), array=value, cmap="viridis", edgecolors="face", linewidths=0.2)
-    axes.add_collection(drawn)
-    axes.autoscale_view()
-    return drawn
-
-
-def _points(axes: "Axes", places: Array, value: Array) -> "Collection":
-    return axes.scatter(places[:, 0], places[:, 1], c=value, s=8, cmap="viridis", linewidths=0)

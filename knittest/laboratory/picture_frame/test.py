@@ -12,6 +12,7 @@ from knittest.base.errors import InputError
 from knittest.base.history import Frame, History, Mesh, Quality
 from knittest.laboratory.base import Prepared, Test, fabric_laminate, shear_curve
 from knittest.laboratory.judging import assess
+from knittest.laboratory.needles import on_needles
 from knittest.laboratory.picture_frame.config import PictureFrameRun
 from knittest.laboratory.picture_frame.rig import ANGLES, PictureFrameTest
 from knittest.laboratory.picture_frame.wrinkles import measure_wrinkles
@@ -85,7 +86,9 @@ class PictureFrame(Test[PictureFrameRun]):
         size = np.array([n_wales * fabric.wale_spacing, n_courses * fabric.course_spacing, 0.0])
         paths = [replace(p, points=_turned(p.points - 0.5 * size)) for p in piece.paths]
         model = build_meso(run, paths, piece.draws, run.rig.membrane_share)
-        held = _on_needles(model.position(), model.group.chain, size[1])
+        position = model.position()
+        beyond = np.abs(position[:, 1] - position[:, 0]) * sqrt(0.5) - 0.5 * size[1]
+        held = on_needles(beyond, model.group.chain)
         facts = {"side_mm": side, "area_mm2": float(size[0] * size[1])}
         test = PictureFrameTest(run, held, facts["area_mm2"])
         return Prepared(model, test, clock.perf_counter() - start, piece.table, facts)
@@ -196,17 +199,6 @@ def _reached(angle: Sequence[float], value: Sequence[float], limit: float) -> fl
     if k is None or k == 0:
         return float("nan") if k is None else angle[0]
     return float(np.interp(limit, value[k - 1 : k + 1], angle[k - 1 : k + 1]))
-
-
-def _on_needles(position: Array, chain: Index, across: float) -> Index:
-    """Nodes that hang on needles, about which the yarns may turn: their ends and the crests of those loops that no
-    further course holds, beyond the sides ``across`` [mm] the courses.
-    """
-    change = chain[1:] != chain[:-1]
-    ends = np.append(True, change) | np.append(change, True)
-    beyond = np.abs(position[:, 1] - position[:, 0]) * sqrt(0.5) - 0.5 * across
-    crest = np.append(False, (beyond[1:-1] >= beyond[:-2]) & (beyond[1:-1] > beyond[2:]))
-    return np.flatnonzero(ends | (np.append(crest, False) & (beyond > 0.0)))
 
 
 def _turned(points: Array) -> Array:

@@ -18,7 +18,7 @@ from knittest.experiment.forces import for_width as strip_force
 from knittest.experiment.forces import noted
 from knittest.experiment.statistics import Corridor, corridor_on, mean_sd
 from knittest.experiment.tables import PublishedValue, for_width, with_note
-from knittest.export import curve_picture
+from knittest.export import curve_picture, strip_picture
 from knittest.export.line_picture import Level
 from knittest.laboratory.report_base import (
     Columns,
@@ -32,7 +32,6 @@ from knittest.laboratory.report_base import (
     title_of,
 )
 from knittest.laboratory.strips import yarns_across
-from knittest.laboratory.tensile import strip_picture
 from knittest.laboratory.tensile.config import TensileRun
 from knittest.laboratory.tensile.test import Tensile, carrying_width
 from knittest.laboratory.tuned_data import marked
