@@ -17,6 +17,7 @@ from knittest.kernels.shell_output import shell_energies, shell_fields, shell_mo
 from knittest.kernels.shell_state import Laminate, Shells
 from knittest.kernels.state import Tally
 from knittest.models.explicit_model import Array, ExplicitModel, Index, Stored
+from knittest.models.in_plane_bound import bend_bound, bend_bound_now
 from knittest.models.sheet_tracker import SheetTracker
 from knittest.models.snapshot import State, arrays_of, prefixed, put_back, under
 
@@ -108,7 +109,7 @@ class FabricModel(ExplicitModel):
         return self.fields() | dict(zip(("moment_warp", "moment_weft", "moment_twist"), moments, strict=True))
 
     def diagnose(self, dt: float) -> str:
-        """Names a shell without area, or a node that went through one.
+        """Names a shell without area, yarns too stiff in the plane for the step, or a node that went through a shell.
 
         Less distortion leaves the bound behind the time step valid (:mod:`knittest.models.shell_step` says how far).
         """
@@ -117,7 +118,25 @@ class FabricModel(ExplicitModel):
         )  # fmt: skip
         if ratio < SMALLEST:
             return f"shell {shell} has collapsed to {100.0 * ratio:.1f} % of its area"
+        if self.bends.alive.size and (fault := self._too_stiff(dt)):
+            return fault
         return self.tracker.diagnose() if self.tracker else ""
+
+    def _too_stiff(self, dt: float) -> str:
+        """Names a node where yarns bend more stiffly in the plane than the step ``dt`` [ms] can bear, if there is one.
+
+        Shear that closes the angle of crumpled yarns stiffens their bending without limit.
+        """
+        n = self.n_nodes
+        now, node = bend_bound_now(self.bends, self.nodes.position[:, :n], self.mass)
+        stiffest = (2.0 / self.critical_step) ** 2 - bend_bound(self.bends, self.mass) + now
+        longest = 2.0 / stiffest**0.5
+        if longest >= dt:
+            return ""
+        return (
+            f"the yarns at node {node} of {self.name_of(node)}, crumpled where shear has closed their angle, bend too "
+            f"stiffly in the plane for steps above {longest / self.critical_step:.2f} of the critical one"
+        )
 
     def state(self) -> State:
         """See :meth:`ExplicitModel.state`; adds living shells, corner forces and contacts."""

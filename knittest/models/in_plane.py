@@ -1,4 +1,4 @@
-"""Builds the stencils of the fibres' bending in the plane, and bounds their stiffness.
+"""Builds the stencils of the fibres' bending in the plane.
 
 At every node through which a yarn goes on, weights of the nodes of the shells round it give both fibres and their
 second derivatives along themselves. Where nodes lie on the line of the yarn, on meshes along the yarns and on squares
@@ -57,23 +57,6 @@ def build_bends(points: Array, cells: Index, shells: Shells, stiffness: Array) -
     frame, area, whole = _frames(points, cells, shells, around)
     stencils = [_stencils(points, nodes, member, frame, area) for nodes, member in _rings(around, whole)]
     return _in_blocks(points, [s for group in stencils for s in _by_size(group)], around, area, stiffness)
-
-
-def bend_bound(bends: Bends, mass: Array) -> float:
-    """Bound of the squared frequency [1/ms^2] that the bending adds at nodal masses ``mass`` [g]: row sums over mass.
-
-    A stencil's curvature is across its fibre, those of warp and weft may lie in one line where shear has closed them.
-    """
-    block = np.repeat(np.arange(bends.first.size - 1), np.diff(bends.first))
-    weight = np.abs(bends.weight.reshape(-1, WEIGHTS, BLOCK))
-    rows = np.zeros(len(mass))
-    for family in range(2):
-        w = weight[:, 2 + family]
-        total = np.zeros((bends.first.size - 1, BLOCK))
-        np.add.at(total, block, w)
-        row = w * (total * bends.stiffness[family].reshape(-1, BLOCK))[block]
-        rows += np.bincount(bends.member.ravel(), row.ravel(), len(mass))
-    return float((rows / mass).max(initial=0.0))
 
 
 def _incidence(cells: Index, n: int) -> sparse.csr_matrix:

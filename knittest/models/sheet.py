@@ -9,7 +9,8 @@ from knittest.kernels.shell_arrays import build_shells, set_strength
 from knittest.kernels.shell_state import Laminate, Shells
 from knittest.models.explicit_model import make_nodes, make_partitions
 from knittest.models.fabric_model import FabricModel
-from knittest.models.in_plane import bend_bound, build_bends
+from knittest.models.in_plane import build_bends
+from knittest.models.in_plane_bound import bend_bound
 from knittest.models.sheet_tracker import SheetContact, SheetTracker
 from knittest.models.shell_step import highest_stiffness, rotary_inertia
 

@@ -9,7 +9,8 @@ from knittest.kernels.in_plane_blocks import SCRATCH, bend_energy, bend_forces, 
 from knittest.kernels.shell_arrays import build_shells
 from knittest.kernels.shell_blocks import gather_shells, shell_forces
 from knittest.models.explicit_model import make_nodes
-from knittest.models.in_plane import bend_bound, build_bends
+from knittest.models.in_plane import build_bends
+from knittest.models.in_plane_bound import bend_bound, bend_bound_now
 
 STIFFNESS = np.array([4.2, 3.5])  # N mm
 #: warp along the squares, at 45 degrees to them and at 29
@@ -241,9 +242,7 @@ def _centres(bends, points, cells) -> set[int]:
 
 @pytest.mark.parametrize("warp", DIRECTIONS.values(), ids=DIRECTIONS)
 def test_no_state_vibrates_faster_than_the_bound(warp):
-    """Highest eigenvalue of the whole sheet at rest, sheared by 57 degrees, and crumpled by 0.3 mm; sheared further
-    crumpled shells exceed it.
-    """
+    """Highest eigenvalue of the whole sheet at rest, sheared by 57 degrees, and crumpled by 0.3 mm."""
     weave = Weave(*grid(3, 3, 6.0, 6.0), warp)
     mass = 824.2e-6 * np.bincount(grid(3, 3, 6.0, 6.0)[1].ravel(), minlength=weave.n)
     bound, rng = bend_bound(weave.bends, mass), np.random.default_rng(5)
@@ -251,6 +250,35 @@ def test_no_state_vibrates_faster_than_the_bound(warp):
         place = weave.points @ np.array([[1.0, 0.0, 0.0], [np.sin(shear), np.cos(shear), 0.0], [0.0, 0.0, 1.0]])
         found = _highest(weave, mass, place + uneven * 2.0 * rng.normal(size=place.shape))
         assert found < bound, (shear, uneven)
+
+
+@pytest.mark.parametrize("warp", DIRECTIONS.values(), ids=DIRECTIONS)
+def test_the_bound_of_a_state_holds_where_that_at_rest_does_not(warp):
+    """Sheared by 80 degrees and crumpled by a sixth of the side, then shaken alone; at rest both are the same."""
+    weave = Weave(*grid(3, 3, 6.0, 6.0), warp)
+    mass, rng = np.full(weave.n, 3.3e-3), np.random.default_rng(5)
+    rest = bend_bound(weave.bends, mass)
+    assert bend_bound_now(weave.bends, weave.nodes.position, mass)[0] == pytest.approx(rest)
+    for shear, uneven in ((1.4, 0.16), (0.0, 0.16)):
+        place = weave.points @ np.array([[1.0, 0.0, 0.0], [np.sin(shear), np.cos(shear), 0.0], [0.0, 0.0, 1.0]])
+        place += uneven * 2.0 * rng.normal(size=place.shape)
+        found = _highest(weave, mass, place)
+        weave.place(place)
+        assert found < bend_bound_now(weave.bends, weave.nodes.position, mass)[0], (shear, uneven)
+        if shear and warp == DIRECTIONS["along"]:
+            assert found > 3.0 * rest  # what a guard is for
+
+
+@pytest.mark.parametrize(("out", "off", "most"), [(0.0, 40.0, 6.0), (20.0, 0.0, 1.5), (20.0, 40.0, 15.0)])
+def test_the_bound_of_a_state_knows_what_turns_and_what_bends_out_of_the_plane(out, off, most):
+    """Sheared yarns far from their natural curvature, and bent far out of the plane [1/mm]: never too low."""
+    weave = Weave(*grid(2, 2, 4.0, 4.0))
+    mass, (x, y, _) = np.full(weave.n, 3.3e-3), (weave.points - [2.0, 2.0, 0.0]).T
+    weave.bends.natural[:] += off
+    place = np.column_stack([x + 0.6 * y, 0.8 * y, 0.5 * out * (x**2 + y**2)])
+    found = _highest(weave, mass, place)
+    weave.place(place)
+    assert found < bend_bound_now(weave.bends, weave.nodes.position, mass)[0] < most * found
 
 
 def test_the_bound_of_squares_is_sixteen_bending_stiffnesses_over_the_squared_size():
