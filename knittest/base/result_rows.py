@@ -3,9 +3,10 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import cast
 
 from knittest.base.kinds import Joined
+from knittest.base.summary import ComparisonRow, Summary, Value
 
 #: label and format of a result
 LABELS: Mapping[str, tuple[str, str]] = Joined("labels")
@@ -33,27 +34,33 @@ GIVEN = "given"
 SIDE_BY_SIDE = 2
 
 
-def folded(results: Mapping[str, object]) -> dict[str, Any]:
+def folded(results: Mapping[str, object]) -> dict[str, object]:
     """Results as summary.json has them: ``name.key`` becomes the map ``name`` with ``key``."""
-    whole: dict[str, Any] = {}
+    whole, maps = dict[str, object](), dict[str, dict[str, object]]()
     for quantity, value in results.items():
         name, dot, key = quantity.partition(".")
         if dot:
-            whole.setdefault(name, {})[key] = value
+            whole[name] = maps.setdefault(name, {})
+            maps[name][key] = value
         else:
             whole[name] = value
     return whole
 
 
-def unfolded(results: Mapping[str, object]) -> dict[str, Any]:
+def unfolded(results: Mapping[str, object]) -> dict[str, Value]:
     """The inverse of :func:`folded`: a number, or the mean, sd and values of an ensemble, for each ``name.key``."""
-    flat: dict[str, Any] = {}
+    flat = dict[str, object]()
     for name, value in results.items():
         if isinstance(value, Mapping) and "values" not in value:
             flat |= {f"{name}.{key}": inner for key, inner in value.items()}
         else:
             flat[name] = value
-    return flat
+    return cast("dict[str, Value]", flat)
+
+
+def number_of(value: Value) -> float | None:
+    """Number of a result, of an ensemble its mean."""
+    return value["mean"] if isinstance(value, Mapping) else value
 
 
 @dataclass(frozen=True)
@@ -87,29 +94,27 @@ class ResultRow:
         return f"{self.kind}, {self.on_assumed}" if self.on_assumed else self.kind
 
 
-def result_rows(summary: Mapping[str, Any], plus_minus: str = "±", *, refused: bool) -> list[ResultRow]:
+def result_rows(summary: Summary, plus_minus: str = "±", *, refused: bool) -> list[ResultRow]:
     """One row a result of ``summary`` (summary.json); those of a ``refused`` run are compared with nothing."""
     compared = {row["quantity"]: row for row in summary["comparison"]}
     alone, errors = summary.get("kinds") or {}, summary.get("numerical_error") or {}
     rows = []
     for quantity, value in unfolded(summary["results"]).items():
         label, form = LABELS.get(quantity, (quantity.replace("_", " "), "{:.4g}"))
-        error = errors.get(quantity, {}).get("error")
+        error = errors[quantity].get("error") if quantity in errors else None
         tail = _judged(compared.get(quantity), form, plus_minus, error, refused=refused)
         if quantity in alone and not refused:
             tail = ("-", "-", alone[quantity], NO_REFERENCE)
         if errors and error is None and tail[-1].endswith("1 sd"):
             tail = (*tail[:-1], f"{tail[-1]}, numerical error not known")
-        number = value["mean"] if isinstance(value, Mapping) else value
-        own = compared.get(quantity) or (summary if quantity in alone else {})
-        guessed = tuple(own.get("assumed") or ())
-        rows.append(
-            ResultRow(quantity, label, number, _simulated(value, form, plus_minus, error), *tail, guessed, error)
-        )
+        own = compared.get(quantity) or (summary if quantity in alone else None)
+        guessed = tuple(own.get("assumed") or ()) if own else ()
+        simulated = _simulated(value, form, plus_minus, error)
+        rows.append(ResultRow(quantity, label, number_of(value), simulated, *tail, guessed, error))
     return rows
 
 
-def assumed_inputs(summary: Mapping[str, Any], rows: Sequence[ResultRow]) -> list[str]:
+def assumed_inputs(summary: Summary, rows: Sequence[ResultRow]) -> list[str]:
     """Assumed inputs that decide ``rows`` of ``summary`` whose kind hangs on them, or all results of a test that
     nothing is compared of; each once.
     """
@@ -123,7 +128,7 @@ def error_text(error: float, form: str) -> str:
     return f"{error:.2g}" if error > 0.0 and float(text) == 0.0 else text
 
 
-def _simulated(value: Any, form: str, plus_minus: str, error: float | None = None) -> str:
+def _simulated(value: Value, form: str, plus_minus: str, error: float | None = None) -> str:
     """A number with its numerical ``error``; of an ensemble mean, sd and count, and the values of a small one side by
     side.
     """
@@ -136,7 +141,7 @@ def _simulated(value: Any, form: str, plus_minus: str, error: float | None = Non
 
 
 def _judged(
-    row: Mapping[str, Any] | None, form: str, plus_minus: str, error: float | None, *, refused: bool
+    row: ComparisonRow | None, form: str, plus_minus: str, error: float | None, *, refused: bool
 ) -> tuple[str, str, str, str]:
     """Experiment, deviation, kind and verdict of one row."""
     if refused:
@@ -157,7 +162,7 @@ def _judged(
     return _experiment(row, form, plus_minus) + scaled, f"{deviation:+.2f}{told} sd", row["kind"], verdict
 
 
-def _experiment(row: Mapping[str, Any], form: str, plus_minus: str) -> str:
+def _experiment(row: ComparisonRow, form: str, plus_minus: str) -> str:
     """Mean and sd of the experiment; the mean alone where no sd is stated."""
     sd = row.get("experiment_sd")
     scatter = f" {plus_minus} {_number(sd, form)}" if sd and math.isfinite(sd) else ""

@@ -3,11 +3,11 @@
 import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from knittest.base.errors import InputError
+from knittest.base.summary import ComparisonRow
 from knittest.config.unit_slips import likely_unit
 from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.rating import grade, rate
@@ -42,33 +42,38 @@ DIGITS = 4
 
 def compare_results(
     results: Mapping[str, float], rows: Sequence[PublishedValue], kinds: Mapping[str, str], given: Collection[str] = ()
-) -> list[dict[str, Any]]:
+) -> list[ComparisonRow]:
     """One row a published value that the run has a result for: deviation in percent and in the experiment's standard
     deviations, NaN where it states none.
 
     ``kinds`` says of each quantity whether the simulated number was predicted, tuned on this row, or input. Quantities
     that the run was ``given`` as such have no deviation.
     """
-    found = [
-        {
-            "quantity": row.quantity,
-            "simulated": results[row.quantity],
-            "experiment_mean": row.mean,
-            "experiment_sd": row.sd,
-            "deviation_sd": (results[row.quantity] - row.mean) / row.sd if row.sd > 0.0 else math.nan,
-            "deviation_pct": 100.0 * (results[row.quantity] / row.mean - 1.0) if row.mean else math.nan,
-            "kind": kinds[row.quantity],
-            "source": row.table,
-            **({"scaled": row.scaled} if row.scaled else {}),
-        }
-        for row in rows
-        if row.quantity in results
-    ]
-    unjudged = {"deviation_sd": math.nan, "deviation_pct": math.nan, "given": True}
-    return [row | unjudged if row["quantity"] in given else row for row in found]
+    found = [_result_row(results[row.quantity], row, kinds[row.quantity]) for row in rows if row.quantity in results]
+    for row in found:
+        if row["quantity"] in given:
+            row["deviation_sd"] = row["deviation_pct"] = math.nan
+            row["given"] = True
+    return found
 
 
-def compare_columns(columns: Mapping[str, np.ndarray], reference: ReferenceCurve, reach: str = "") -> dict[str, Any]:
+def _result_row(simulated: float, row: PublishedValue, kind: str) -> ComparisonRow:
+    found: ComparisonRow = {
+        "quantity": row.quantity,
+        "simulated": simulated,
+        "experiment_mean": row.mean,
+        "experiment_sd": row.sd,
+        "deviation_sd": (simulated - row.mean) / row.sd if row.sd > 0.0 else math.nan,
+        "deviation_pct": 100.0 * (simulated / row.mean - 1.0) if row.mean else math.nan,
+        "kind": kind,
+        "source": row.table,
+    }
+    if row.scaled:
+        found["scaled"] = row.scaled
+    return found
+
+
+def compare_columns(columns: Mapping[str, np.ndarray], reference: ReferenceCurve, reach: str = "") -> dict[str, object]:
     """:func:`compare_curves` on the columns of a curve.csv that ``reference`` is about; raises InputError if it lacks
     them. ``reach`` as there.
 
@@ -99,7 +104,7 @@ def column_of(names: Sequence[str], wanted: str, reference: ReferenceCurve) -> s
     return name
 
 
-def compare_curves(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve, reach: str = "") -> dict[str, Any]:
+def compare_curves(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve, reach: str = "") -> dict[str, object]:
     """Peak or values at angles, RMSE and ISO/TS 18571-type rating of y(x) on the range both curves cover.
 
     ``x``, ``y`` (n,) in the units of the reference, x rising; shear counts from :data:`START` on. Says what it was
@@ -149,7 +154,7 @@ def _after_start(
     return at, np.interp(at, x, y), replace(reference, x=of, mean=mean, sd=sd)
 
 
-def _rated(simulated: np.ndarray, measured: np.ndarray, reason: str) -> dict[str, Any]:
+def _rated(simulated: np.ndarray, measured: np.ndarray, reason: str) -> dict[str, object]:
     """The rating of two curves on one grid, or for which ``reason`` none is given."""
     if reason:
         return {"rating": None, "no_rating": reason}
@@ -179,7 +184,7 @@ def _unrated(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve, reach: str
     return ""
 
 
-def _at_peaks(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> dict[str, Any]:
+def _at_peaks(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> dict[str, object]:
     """Both peaks, and how far they are apart."""
     end, peak = int(np.argmax(y)), reference.peak
     place = "fracture_strain_error_pct" if reference.x_name == STRAIN else "peak_travel_error_pct"
@@ -191,7 +196,7 @@ def _at_peaks(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> dict[s
     }
 
 
-def _at_angles(grid: np.ndarray, simulated: np.ndarray, measured: np.ndarray, ref: ReferenceCurve) -> dict[str, Any]:
+def _at_angles(grid: np.ndarray, simulated: np.ndarray, measured: np.ndarray, ref: ReferenceCurve) -> dict[str, object]:
     """Both forces at the angles that both curves cover, and where the first of them ends: a shear curve has no peak."""
     found = {}
     for angle in (*(a for a in ANGLES if grid[0] <= a < grid[-1]), float(grid[-1])):

@@ -16,11 +16,11 @@ from numpy.typing import ArrayLike
 from knittest.base.atomic import make_folder, resource_error, write_atomic
 from knittest.base.errors import InputError, KnittestError
 from knittest.base.kinds import listed
+from knittest.base.summary import Status, Summary
 from knittest.config.run import Run
 from knittest.export.jsonfile import json_text
 from knittest.export.lock import LOCK_NAME, RunLock
 from knittest.export.manifest import ending, first_manifest, now, restarted_manifest
-from knittest.export.summary import Status
 
 #: values of equal length by the name of their column
 Columns = Mapping[str, ArrayLike]
@@ -132,7 +132,7 @@ class RunFolder:
         """Write comparison.json, the metrics for each reference."""
         return self.write_text("comparison.json", json_text(comparison))
 
-    def write_summary(self, summary: Mapping[str, object]) -> Path:
+    def write_summary(self, summary: Summary) -> Path:
         """Write summary.json (see :func:`knittest.export.summary.build_summary`)."""
         return self.write_text("summary.json", json_text(summary))
 

@@ -10,9 +10,9 @@ import knittest
 from knittest.base.errors import KnittestError, OutOfTolerance
 from knittest.base.hiding import host_name
 from knittest.base.interrupts import Interrupted
+from knittest.base.summary import Status
 from knittest.config.run import Run
 from knittest.export import provenance
-from knittest.export.summary import Status
 
 INTERRUPTED = 75
 

@@ -2,48 +2,15 @@
 
 import statistics
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal, NotRequired, TypedDict
 
 from knittest.base.history import Cost, Quality
 from knittest.base.result_rows import folded
+from knittest.base.summary import ComparisonRow, CostBlock, Limit, Spread, Summary
 from knittest.config.gates import GATES
 from knittest.config.looser import Loosened, loosened
 from knittest.config.run import Run
 
-Status = Literal["running", "completed", "failed", "interrupted"]
 Results = Mapping[str, float]
-
-
-class ComparisonRow(TypedDict):
-    """One result against one published number.
-
-    ``simulated``, the experiment's mean and sd are in the unit that ``quantity`` ends with; ``deviation_sd`` is
-    (simulated - mean) / sd, NaN where no sd is stated, ``deviation_pct`` the same difference in percent of the mean;
-    ``kind`` says whether the simulated number is a prediction, was tuned on this row, only reproduces its input, or is
-    assumed; ``assumed`` are the fields that decide it and that nobody vouches for; ``scaled``
-    says for which size the experiment was scaled, if it was; a ``given`` number was the run's own setting and has no
-    deviation.
-    """
-
-    quantity: str
-    simulated: float
-    experiment_mean: float
-    experiment_sd: float
-    deviation_sd: float
-    deviation_pct: float
-    kind: Literal["predicted", "tuned", "input", "assumed"]
-    source: str
-    assumed: NotRequired[list[str]]
-    scaled: NotRequired[str]
-    given: NotRequired[bool]
-
-
-class Spread(TypedDict):
-    """A result of an ensemble: mean, sample standard deviation (n - 1) and the value of each specimen."""
-
-    mean: float
-    sd: float
-    values: list[float]
 
 
 def ensemble_results(specimens: Sequence[Results]) -> dict[str, Spread]:
@@ -64,7 +31,7 @@ def build_summary(
     comparison: Sequence[ComparisonRow],
     kinds: Mapping[str, str] | None = None,
     assumed: Sequence[str] = (),
-) -> dict[str, Any]:
+) -> Summary:
     """Build ``summary.json`` from the results of one specimen or, as mean, sd and values, of several.
 
     A run that fails a quality gate has its comparison refused: ``refused`` lists why, and ``comparison`` stays empty.
@@ -89,11 +56,11 @@ def build_summary(
     }
 
 
-def _quality(quality: Quality) -> dict[str, Any]:
+def _quality(quality: Quality) -> dict[str, float | bool]:
     return {gate.key: getattr(quality, gate.key) for gate in GATES} | {"quasi_static": quality.quasi_static}
 
 
-def _limit(run: Run, found: Loosened) -> dict[str, Any]:
+def _limit(run: Run, found: Loosened) -> Limit:
     """A limit looser than the preset's, and whether that was accepted."""
     return {
         "name": found.name, "value": found.value, "preset": found.preset, "unit": found.unit,
@@ -101,7 +68,7 @@ def _limit(run: Run, found: Loosened) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _cost(cost: Cost) -> dict[str, Any]:
+def _cost(cost: Cost) -> CostBlock:
     return {
         "wall_s": cost.wall_s,
         "cpu_s": cost.cpu_s,
@@ -113,8 +80,8 @@ def _cost(cost: Cost) -> dict[str, Any]:
     }
 
 
-def _row(row: ComparisonRow) -> dict[str, Any]:
+def _row(row: ComparisonRow) -> ComparisonRow:
     """The row with the contract's keys only, in its order; a missing one is a ``KeyError`` here, not at a reader."""
     optional = ComparisonRow.__optional_keys__
     keys = [key for key in ComparisonRow.__annotations__ if key in row or key not in optional]
-    return {key: row[key] for key in keys}  # type: ignore[literal-required]
+    return {key: row[key] for key in keys}  # type: ignore

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 from knittest.base.kinds import Parts
+from knittest.base.summary import NumericalError
 from knittest.config.run import Run
 from knittest.laboratory.halving import change, diagnostic
 
@@ -71,18 +72,20 @@ def mesh_factor(ratio: float, finer: bool) -> float:
 
 def numerical_errors(
     results: Numbers, half: Repeat, mesh: Repeat, ratio: float, finer: bool
-) -> dict[str, dict[str, Any]]:
+) -> dict[str, NumericalError]:
     """Changes [%] and error, in its own unit, of every result that is no diagnostic: summary.json's block.
 
     An error that cannot be told is None, with the reason; never 0.
     """
-    name = "finer_mesh_pct" if finer else "coarser_mesh_pct"
     found = {}
     for quantity in (q for q in results if q not in diagnostic()):
         value, slow, other = _finite(results[quantity]), half.of(quantity), mesh.of(quantity)
-        row: dict[str, Any] = {"half_speed_pct": _percent(value, slow), name: _percent(value, other)}
+        speed, there = _percent(value, slow), _percent(value, other)
+        row: NumericalError = {"half_speed_pct": speed, "coarser_mesh_pct": there, "error": None}
+        if finer:
+            row = {"half_speed_pct": speed, "finer_mesh_pct": there, "error": None}
         if value is None or slow is None or other is None:
-            row |= {"error": None, "reason": _why(value, slow, half, mesh)}
+            row["reason"] = _why(value, slow, half, mesh)
         else:
             row["error"] = HALF_FACTOR * abs(slow - value) + mesh_factor(ratio, finer) * abs(other - value)
         found[quantity] = row

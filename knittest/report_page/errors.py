@@ -14,7 +14,7 @@ HEADER = ("quantity", "at half the speed", "on the other mesh", "numerical error
 def error_blocks(run: LoadedRun) -> list[Block]:
     """Table of the changes and errors, or that there are none, then how they were found; of a refused run nothing."""
     summary = run.summary
-    notes = error_notes(summary.model_dump(), asked=run.setting("output", "verify") is True)
+    notes = error_notes(summary.plain(), asked=run.setting("output", "verify") is True)
     texts = [Text(note[0].upper() + note[1:] + ".") for note in notes]
     if not summary.numerical_error or summary.refused:
         return list(texts)

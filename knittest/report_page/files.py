@@ -4,13 +4,14 @@ import io
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, TypeVar, cast
 
 import numpy as np
 from pydantic import BaseModel, ValidationError
 
 from knittest.base.errors import InputError
 from knittest.base.reading import read_regular
+from knittest.base.summary import Summary as Written
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -74,8 +75,12 @@ class Summary(BaseModel):
     refused: list[str] = []
     warnings: list[str] = []
     numerical_error: dict[str, dict[str, Number | str]] = {}
-    verification: dict[str, Any] = {}
+    verification: dict[str, object] = {}
     limits: list[LooserLimit] = []
+
+    def plain(self) -> Written:
+        """Plain data, as the run wrote them where they are whole."""
+        return cast("Written", self.model_dump())
 
 
 class Manifest(BaseModel):
@@ -94,13 +99,13 @@ class Manifest(BaseModel):
     ended: str | None = None
     exit_code: int | None = None
     message: str = ""
-    resumed: list[dict[str, Any]] = []
+    resumed: list[dict[str, object]] = []
 
 
 class Comparison(BaseModel):
     """comparison.json: metrics against each reference curve."""
 
-    curves: list[dict[str, Any]] = []
+    curves: list[dict[str, object]] = []
 
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -165,7 +170,7 @@ class Reader:
             self.complain(f"{name}: cannot be read: {error}")
             return None
 
-    def _fitted(self, name: str, model: type[Model], data: dict[str, Any]) -> Model:
+    def _fitted(self, name: str, model: type[Model], data: Mapping[str, object]) -> Model:
         try:
             return model.model_validate(data)
         except ValidationError as error:

@@ -6,9 +6,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from knittest.base.result_rows import unfolded
+from knittest.base.summary import Value
 from knittest.laboratory.report_base import Gate
 from knittest.report_page.blocks import Block, Cell, Section, Table, Text
-from knittest.report_page.files import LooserLimit, Number, Spread
+from knittest.report_page.files import LooserLimit, Number
 from knittest.report_page.loading import LoadedRun
 
 _COST = {
@@ -26,7 +27,9 @@ def gates(run: LoadedRun) -> Section:
     blocks: list[Block] = []
     summary = run.summary
     if run.run is not None and run.report is not None and summary.quality:
-        parts = {"quality": summary.quality, "results": unfolded(summary.results)}
+        parts: dict[str, Mapping[str, Value]] = {
+            "quality": summary.quality, "results": unfolded(summary.plain()["results"]),
+        }  # fmt: skip
         presets = {limit.name: limit.preset for limit in summary.limits}
         rows = [_judged(gate, _number(parts[gate.part].get(gate.key)), presets) for gate in run.report.gates(run.run)]
         caption = "Quality gates: a run that fails one is not compared"
@@ -65,10 +68,10 @@ def _judged(gate: Gate, value: float | None, presets: Mapping[str, Number]) -> t
     return Cell(gate.label), Cell(f"{value:.3g} {gate.unit}", value), limit, verdict
 
 
-def _number(value: Number | Spread) -> float | None:
+def _number(value: Value) -> float | None:
     """A number, of an ensemble the largest."""
-    if isinstance(value, Spread):
-        return max((v for v in value.values if v is not None), default=None)
+    if isinstance(value, Mapping):
+        return max((v for v in value["values"] if v is not None), default=None)
     return value
 
 

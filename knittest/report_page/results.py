@@ -22,7 +22,7 @@ _PREDICTED = "predicted: no parameter was fitted to this row"
 
 def rows_of(run: LoadedRun) -> list[ResultRow]:
     """Results of the run as every table shows them."""
-    return result_rows(run.summary.model_dump(), refused=bool(run.summary.refused))
+    return result_rows(run.summary.plain(), refused=bool(run.summary.refused))
 
 
 def ending(run: LoadedRun) -> list[Block]:
@@ -56,7 +56,7 @@ def results(run: LoadedRun) -> Section:
         kinds = {row.kind for row in rows}
         notes = {"predicted": _PREDICTED, **KINDS}
         blocks += [Text(text[0].upper() + text[1:] + ".") for kind, text in notes.items() if kind in kinds]
-        blocks += _assumed(assumed_inputs(run.summary.model_dump(), rows))
+        blocks += _assumed(assumed_inputs(run.summary.plain(), rows))
         blocks += error_blocks(run)
     else:
         blocks.append(Text("This run left no results.", "warn"))

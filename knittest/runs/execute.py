@@ -5,12 +5,12 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from knittest.base.errors import NumericalError, ResourceError
 from knittest.base.history import Quality, Specimen
 from knittest.base.interrupts import Interrupted, Interrupts
 from knittest.base.progress import Progress
+from knittest.base.summary import Summary
 from knittest.config.run import Run
 from knittest.export.identity import cell_of
 from knittest.laboratory.registry import TESTS
@@ -32,9 +32,9 @@ class Outcome:
 
     run: Run
     folder: Path
-    summary: dict[str, Any]
+    summary: Summary
     quality: Quality
-    curves: Sequence[dict[str, Any]] = ()
+    curves: Sequence[dict[str, object]] = ()
 
 
 def execute(run: Run, place: Place, interrupts: Interrupts, options: RunOptions, progress: Progress) -> Outcome:

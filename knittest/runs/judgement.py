@@ -3,18 +3,18 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any, cast
 
 import numpy as np
 
 from knittest.base.history import Cost, Quality, Specimen
 from knittest.base.kinds import kinds
 from knittest.base.resources import data_dir
+from knittest.base.summary import Summary
 from knittest.config.run import Run
 from knittest.experiment.compare import compare_columns, compare_results
 from knittest.experiment.row_kind import assumed_inputs, given_results, row_kind
 from knittest.experiment.tables import published
-from knittest.export.summary import ComparisonRow, build_summary, ensemble_results
+from knittest.export.summary import build_summary, ensemble_results
 from knittest.laboratory.against import own_curves
 from knittest.laboratory.registry import REPORTS
 from knittest.laboratory.report_base import References
@@ -27,10 +27,10 @@ class Judgement:
     ``own``: metrics of the user's curves, none where the comparison is refused.
     """
 
-    summary: dict[str, Any]
-    comparison: dict[str, Any]
+    summary: Summary
+    comparison: dict[str, object]
     quality: Quality
-    own: Sequence[dict[str, Any]] = ()
+    own: Sequence[dict[str, object]] = ()
 
 
 def references_of(run: Run, against: Sequence[Path]) -> References:
@@ -57,24 +57,24 @@ def judge(run: Run, specimens: list[Specimen], references: References) -> Judgem
     kind_of = {row.quantity: row_kind(run, row.quantity) for row in references.rows}
     guessed = list(assumed_inputs(run))
     rows = compare_results(means, references.rows, kind_of, given_results(run))
-    compared = [row | {"assumed": guessed} for row in rows]
-    comparison: dict[str, Any] = {"refused": list(quality.failures), "rows": [], "curves": []}
-    if not quality.failures:
-        comparison["rows"] = compared
+    for row in rows:
+        row["assumed"] = guessed
+    refused, curves = quality.failures, list[dict[str, object]]()
+    if not refused:
         report = REPORTS[run.rig.kind]
         columns = report.curve(specimens)
-        comparison["curves"] = [compare_columns(columns, curve, report.axes.reach) for curve in references.curves]
+        curves = [compare_columns(columns, curve, report.axes.reach) for curve in references.curves]
+    comparison: dict[str, object] = {"refused": list(refused), "rows": [] if refused else rows, "curves": curves}
     alone = {q: row_kind(run, q) for q in kinds()[run.rig.kind].published if q in means and q not in kind_of}
-    summary = build_summary(run, results, quality, cost, cast("list[ComparisonRow]", compared), alone, guessed)
-    own = comparison["curves"][len(comparison["curves"]) - len(references.own) :]
-    return Judgement(summary, comparison, quality, [] if quality.failures else own)
+    summary = build_summary(run, results, quality, cost, rows, alone, guessed)
+    return Judgement(summary, comparison, quality, curves[len(curves) - len(references.own) :])
 
 
 def _worst(qualities: list[Quality]) -> Quality:
     """The largest of every measure, and all distinct failures and warnings."""
     measures = [one.name for one in fields(Quality) if one.type is float]
     # numpy's maximum keeps what is not a number
-    worst: dict[str, Any] = {name: float(np.max([getattr(q, name) for q in qualities])) for name in measures}
+    worst = {name: float(np.max([getattr(q, name) for q in qualities])) for name in measures}
     return Quality(
         **worst,
         quasi_static=all(q.quasi_static for q in qualities),

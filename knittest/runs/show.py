@@ -19,6 +19,7 @@ from knittest.base.result_rows import (
     assumed_inputs,
     result_rows,
 )
+from knittest.base.summary import Limit, Summary
 from knittest.config.looser import LOOSER
 from knittest.experiment.compare import PLACES
 from knittest.export.jsonfile import json_text
@@ -42,7 +43,7 @@ class Outcome(Protocol):
     """One finished run: its ``summary.json``, its gates with their reasons, and its folder."""
 
     @property
-    def summary(self) -> Mapping[str, Any]:
+    def summary(self) -> Summary:
         """Contents of ``summary.json``."""
 
     @property
@@ -50,7 +51,7 @@ class Outcome(Protocol):
         """The gates of its worst specimen."""
 
     @property
-    def curves(self) -> Sequence[Mapping[str, Any]]:
+    def curves(self) -> Sequence[Mapping[str, object]]:
         """Metrics against the user's own curves."""
 
     @property
@@ -109,7 +110,7 @@ def error_lines(outcomes: Sequence[Outcome]) -> list[str]:
     return list(dict.fromkeys(lines))
 
 
-def _looser(limit: Mapping[str, object]) -> str:
+def _looser(limit: Limit) -> str:
     taken = "accepted" if limit["accepted"] else "not accepted"
     return f"looser than the preset: {limit['name']} = {limit['value']}, preset {limit['preset']}; {taken}"
 

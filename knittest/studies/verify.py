@@ -11,6 +11,7 @@ from knittest.base.errors import InputError, ResourceError
 from knittest.base.history import Quality
 from knittest.base.interrupts import Interrupted, Interrupts
 from knittest.base.result_rows import unfolded
+from knittest.base.summary import NumericalError, RepeatBlock, Summary, Verification
 from knittest.config.run import Run
 from knittest.export.jsonfile import json_text
 from knittest.export.provenance import cores
@@ -42,7 +43,8 @@ def unverified(folder: Path, run: Run) -> bool:
     if not run.output.verify:
         return False
     summary = _summary(folder)
-    repeats = [r for r in summary.get("verification", {}).values() if isinstance(r, Mapping)]
+    told = summary.get("verification")
+    repeats = [r for r in (told.get("half_speed"), told.get("mesh")) if r is not None] if told else []
     done = repeats and all(repeat.get("status") in ENDED for repeat in repeats)
     return not (summary["refused"] or done)
 
@@ -51,10 +53,10 @@ def finished(run: Run, folder: Path) -> Outcome:
     """The outcome of the completed ``run`` in ``folder``; raises :class:`InputError` where its summary is damaged."""
     summary = _summary(folder)
     quality, unknown = summary["quality"], float("nan")
-    gates = {name: quality.get(name, unknown) for name in Quality.__dataclass_fields__}
-    gates = {name: unknown if value is None else value for name, value in gates.items()}
-    reasons = {"failures": tuple(summary["refused"]), "warnings": tuple(summary["warnings"])}
-    return Outcome(run, folder, summary, Quality(**(gates | reasons)))
+    found = {name: quality.get(name) for name in Quality.__dataclass_fields__}
+    gates = Quality(**{name: unknown if value is None else value for name, value in found.items()})  # type: ignore[arg-type]
+    told = replace(gates, failures=tuple(summary["refused"]), warnings=tuple(summary["warnings"]))
+    return Outcome(run, folder, summary, told)
 
 
 def verified(outcome: Outcome, options: RunOptions, interrupts: Interrupts) -> Outcome:
@@ -78,7 +80,7 @@ def verified(outcome: Outcome, options: RunOptions, interrupts: Interrupts) -> O
     except (Interrupted, ResourceError) as error:
         error.folder = outcome.folder
         raise
-    summary = dict(outcome.summary) | _judged(outcome, repeats, notes, records)
+    summary = _judged(outcome, repeats, notes, records)
     write_atomic(outcome.folder / "summary.json", json_text(summary))
     if options.pictures:
         write_if_possible(outcome.folder, write_report)
@@ -93,13 +95,13 @@ def first_alone(run: Run) -> Run:
     return run.model_copy(update=update)
 
 
-def _repeats(run: Run) -> tuple[dict[str, Trial], dict[str, dict[str, Any]]]:
+def _repeats(run: Run) -> tuple[dict[str, Trial], dict[str, RepeatBlock]]:
     """The repeats by name, those that there are, and what summary.json says of them."""
     alone = first_alone(run)
     half = halving(alone)
     value, other = (f"{number:g} {half.unit}".removesuffix(" -") for number in (half.value, 0.5 * half.value))
     trials = {"half_speed": trial_of(half.half, f"{_name(run)}, {half.setting} {other}")}
-    notes = {"half_speed": {"setting": half.setting, "value": value, "other_value": other}}
+    notes: dict[str, RepeatBlock] = {"half_speed": {"setting": half.setting, "value": value, "other_value": other}}
     try:
         trials["mesh"], notes["mesh"] = _mesh(run, finer=False)
     except InputError as error:
@@ -107,7 +109,7 @@ def _repeats(run: Run) -> tuple[dict[str, Trial], dict[str, dict[str, Any]]]:
     return trials, notes
 
 
-def _mesh(run: Run, finer: bool) -> tuple[Trial, dict[str, Any]]:
+def _mesh(run: Run, finer: bool) -> tuple[Trial, RepeatBlock]:
     """The repeat on another mesh, and what summary.json says of it; raises :class:`InputError` where none fits."""
     mesh = remeshing(first_alone(run), finer)
     return trial_of(mesh.other, f"{_name(run)}, {mesh.setting} {mesh.other_value}"), {
@@ -116,16 +118,14 @@ def _mesh(run: Run, finer: bool) -> tuple[Trial, dict[str, Any]]:
     }  # fmt: skip
 
 
-def _finer(run: Run) -> tuple[Trial, dict[str, Any]] | None:
+def _finer(run: Run) -> tuple[Trial, RepeatBlock] | None:
     try:
         return _mesh(run, finer=True)
     except InputError:  # none fits: what became of the coarser one stands
         return None
 
 
-def _too_coarse(
-    trials: Mapping[str, Trial], notes: Mapping[str, Mapping[str, Any]], records: Mapping[str, Record]
-) -> bool:
+def _too_coarse(trials: Mapping[str, Trial], notes: Mapping[str, RepeatBlock], records: Mapping[str, Record]) -> bool:
     """Tell whether a coarser mesh has no result of its own, and a finer one may take its place."""
     if "mesh" not in trials or notes["mesh"]["finer"]:
         return False
@@ -146,32 +146,30 @@ def _records(trials: list[Trial], outcome: Outcome, options: RunOptions) -> dict
 
 
 def _judged(
-    outcome: Outcome, trials: Mapping[str, Trial], notes: Mapping[str, dict[str, Any]], records: Mapping[str, Record]
-) -> dict[str, Any]:
-    """Blocks ``numerical_error`` and ``verification`` of summary.json."""
+    outcome: Outcome, trials: Mapping[str, Trial], notes: Mapping[str, RepeatBlock], records: Mapping[str, Record]
+) -> Summary:
+    """Summary of ``outcome`` with the blocks ``numerical_error`` and ``verification``."""
     values = {
         k: v["values"][0] if isinstance(v, Mapping) else v for k, v in unfolded(outcome.summary["results"]).items()
     }
-    told: dict[str, dict[str, Any]] = {name: dict(note) for name, note in notes.items()}
+    told: dict[str, RepeatBlock] = {name: {**note} for name, note in notes.items()}
     repeats = {name: Repeat({}, note.get("reason", "")) for name, note in notes.items()}
     for name, trial in trials.items():
         record = records[trial.key]
-        cost = record.summary.get("cost", {})
+        cost = record.cost
         told[name] |= {
             "status": record.status, "reason": record.reason, "folder": f"{FOLDER}/{TRIALS}/{trial.key}",
-            "wall_s": cost.get("wall_s"), "cpu_s": cost.get("cpu_s"),
+            "wall_s": cost["wall_s"] if cost else None, "cpu_s": cost["cpu_s"] if cost else None,
         }  # fmt: skip
         at = f"{told[name]['setting']} {told[name]['other_value']}"
         reason = "" if record.status == "completed" else f"{at}: {record.status}: {record.reason}"
         repeats[name] = Repeat(record.results, reason)
-    mesh = told["mesh"]
-    errors = _errors(outcome.run, values, repeats, mesh)
-    return {"numerical_error": errors, "verification": {"specimen": 1, **told}}
+    errors = _errors(outcome.run, values, repeats, told["mesh"])
+    repeated: Verification = {"specimen": 1, "half_speed": told["half_speed"], "mesh": told["mesh"]}
+    return {**outcome.summary, "numerical_error": errors, "verification": repeated}
 
 
-def _errors(
-    run: Run, values: Numbers, repeats: Mapping[str, Repeat], mesh: Mapping[str, Any]
-) -> dict[str, dict[str, Any]]:
+def _errors(run: Run, values: Numbers, repeats: Mapping[str, Repeat], mesh: RepeatBlock) -> dict[str, NumericalError]:
     """Numerical errors of ``values``, with what the test knows of them (:class:`Corrections`): a result is off by its
     correction as well, and changes as the corrected ones do.
     """
@@ -188,7 +186,7 @@ def _errors(
     return errors
 
 
-def _summary(folder: Path) -> dict[str, Any]:
+def _summary(folder: Path) -> Summary:
     path = folder / "summary.json"
     try:
         summary = json.loads(path.read_text(encoding="utf-8"))
@@ -197,4 +195,5 @@ def _summary(folder: Path) -> dict[str, Any]:
         raise InputError(f"{path}: not the summary of a completed run: {error}") from None
     if missing:
         raise InputError(f"{path}: not the summary of a completed run: no {', '.join(sorted(missing))}")
-    return dict(summary)
+    whole: Summary = summary
+    return whole

@@ -4,11 +4,12 @@ import io
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from knittest.base.atomic import replacing, write_atomic
 from knittest.base.errors import InputError
 from knittest.base.result_rows import unfolded
+from knittest.base.summary import Value
 from knittest.studies.batch.plan import Plan, Row
 from knittest.studies.trials.record import Record
 from knittest.studies.trials.runner import TRIALS
@@ -16,6 +17,8 @@ from knittest.studies.trials.runner import TRIALS
 if TYPE_CHECKING:
     from pandas import DataFrame
 
+#: cells of a row by the name of their column
+Cells = dict[str, object]
 #: status of a row that has no record: its input is refused, or it was not run yet
 INVALID, OPEN = "invalid", "open"
 
@@ -54,26 +57,26 @@ def check_parquet() -> None:
         raise InputError("--parquet: pyarrow is not installed: pip install 'knittest[parquet]'") from None
 
 
-def _line(row: Row, record: Record | None, swept: Sequence[str]) -> dict[str, dict[str, Any]]:
+def _line(row: Row, record: Record | None, swept: Sequence[str]) -> dict[str, Cells]:
     """The cells of a row, by part of the table."""
-    summary = record.summary if record else {}
-    comparison = {
+    summary = record.summary if record else None
+    comparison: dict[str, object] = {
         f"{one['quantity']}_{name}": one.get(name)
-        for one in summary.get("comparison", [])
+        for one in (summary.get("comparison", []) if summary else [])
         for name in ("experiment_mean", "experiment_sd", "deviation_sd", "deviation_pct", "kind")
     }
     return {
         "head": _head(row, record),
         "swept": {name: _cell(row.values.get(name)) for name in swept},
-        "results": _results(unfolded(summary.get("results", {}))),
+        "results": _results(unfolded(summary.get("results", {}))) if summary else {},
         "comparison": comparison,
-        "quality": summary.get("quality", {}) | _looser(record),
-        "cost": summary.get("cost", {}),
+        "quality": {**(summary.get("quality", {}) if summary else {}), **_looser(record)},
+        "cost": {**(record.cost if record and record.cost else {})},
         "tail": _tail(row, record),
     }
 
 
-def _head(row: Row, record: Record | None) -> dict[str, Any]:
+def _head(row: Row, record: Record | None) -> Cells:
     run = row.trial.run if row.trial else None
     return {
         "run": row.number,
@@ -94,9 +97,9 @@ def _looser(record: Record | None) -> dict[str, str]:
     return {"looser_limits": "; ".join(limits)} if limits else {}
 
 
-def _results(results: Mapping[str, object]) -> dict[str, Any]:
+def _results(results: Mapping[str, Value]) -> Cells:
     """A column a result; mean and sd of an ensemble."""
-    cells: dict[str, Any] = {}
+    cells: Cells = {}
     for name, value in results.items():
         if isinstance(value, Mapping):
             cells |= {name: value["mean"], f"{name}_sd": value["sd"]}
@@ -105,7 +108,7 @@ def _results(results: Mapping[str, object]) -> dict[str, Any]:
     return cells
 
 
-def _tail(row: Row, record: Record | None) -> dict[str, Any]:
+def _tail(row: Row, record: Record | None) -> Cells:
     return {
         "attempts": 1 + len(record.earlier) if record else None,
         "host": record.host if record else "",
@@ -114,7 +117,7 @@ def _tail(row: Row, record: Record | None) -> dict[str, Any]:
     }
 
 
-def _cell(value: object) -> Any:
+def _cell(value: object) -> object:
     return json.dumps(value) if isinstance(value, dict | list) else value
 
 

@@ -119,7 +119,7 @@ def _others(reader: Reader, found: Calibration) -> list[Block]:
     rows = []
     for test, key in (found.best.trials if found.best else {}).items():
         summary = Reader(reader.folder / TRIALS / key).model("summary.json", Summary)
-        others = result_rows(summary.model_dump(), refused=bool(summary.refused))
+        others = result_rows(summary.plain(), refused=bool(summary.refused))
         rows += [
             (Cell(one.label, note=f"test {test}"), Cell(one.simulated, one.value), Cell(one.experiment),
              Cell(one.deviation), Cell(one.kind))

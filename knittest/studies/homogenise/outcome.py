@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
-from typing import Any
 
 import knittest
 from knittest.config.run import Run
@@ -51,7 +50,7 @@ class Outcome:
         return max(self.rows, key=lambda row: abs(row.deviation), default=None)
 
 
-def as_data(outcome: Outcome) -> dict[str, Any]:
+def as_data(outcome: Outcome) -> dict[str, object]:
     """Plain data of homogenise.json."""
     run = outcome.run
     return {
@@ -70,11 +69,11 @@ def as_data(outcome: Outcome) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _run(one: Ended) -> dict[str, Any]:
+def _run(one: Ended) -> dict[str, object]:
     record = one.record
     return {
         "scale": one.scale, "test": one.name, "trial": record.key, "status": record.status, "reason": record.reason,
-        "seconds": record.seconds, "cpu_s": record.summary.get("cost", {}).get("cpu_s"), "results": record.results,
+        "seconds": record.seconds, "cpu_s": record.cost["cpu_s"] if record.cost else None, "results": record.results,
     }  # fmt: skip
 
 

@@ -84,10 +84,11 @@ def save(path: Path, baseline: Baseline) -> None:
 
 def entry_of(run: Run, record: Record, folder: Path) -> Entry:
     """Entry of a completed run in ``folder``; raises :class:`InputError` when its curve is gone."""
-    numbers = {k: v for k, v in record.results.items() if v is not None and np.isfinite(v)}
+    assert record.cost is not None
+    numbers = {k: v for k, v in record.results.items() if np.isfinite(v)}
     results = {k: rounded(v) for k, v in numbers.items() if not k.endswith(EXACTNESS)}
     return Entry(
-        commit=git_commit(), date=now(), cpu=cpu_model(), elements=record.summary["cost"]["elements"], results=results,
+        commit=git_commit(), date=now(), cpu=cpu_model(), elements=record.cost["elements"], results=results,
         curve=_curve(run, folder),
     )  # fmt: skip
 

@@ -43,7 +43,7 @@ def _ours(test: str, case: Case | None, done: Mapping[Case, Record]) -> tuple[fl
     if case is None:
         return math.nan, math.nan, "not run at this level"
     record = done[case]
-    if "cost" not in record.summary:
+    cost = record.cost
+    if cost is None:
         return math.nan, math.nan, f"no result: {record.status}"
-    cost = record.summary["cost"]
     return cost["elements"], cost["cpu_s"] / 3600.0, f"preset {case.preset}"

@@ -94,11 +94,11 @@ def limits_of(case: Case) -> Limits:
 
 
 def _changes(case: Case, run: Run, record: Record, folder: Path, entry: Entry) -> Iterator[Change]:
-    limits, elements = limits_of(case), record.summary["cost"]["elements"]
+    assert record.cost is not None
+    limits, elements = limits_of(case), record.cost["elements"]
     yield Change("elements", entry.elements, elements, elements / entry.elements - 1.0, 0.0)
     for name, stored in entry.results.items():
-        found = record.results.get(name)
-        now = math.nan if found is None else found
+        now = record.results.get(name, math.nan)
         yield Change(
             name,
             stored,

@@ -1,13 +1,15 @@
 """Record of a trial: its end, results and cost."""
 
 import json
+import math
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Literal, Self
 
 from knittest.base.hiding import host_name
-from knittest.base.result_rows import unfolded
+from knittest.base.result_rows import number_of, unfolded
+from knittest.base.summary import CostBlock, Summary
 from knittest.export.manifest import now
 
 Status = Literal["completed", "refused", "failed", "invalid", "error", "timeout", "crashed", "blocked"]
@@ -28,7 +30,7 @@ SETTLED = ("completed", "refused", "failed", "invalid", "error")
 
 @dataclass(frozen=True)
 class Record:
-    """Outcome of a trial: ``summary`` is its summary.json, empty where it has no result; ``reason`` says why not.
+    """Outcome of a trial: ``summary`` is its summary.json, None where it has no result; ``reason`` says why not.
 
     ``seconds`` is the wall time of the last attempt, ``limit`` its time limit [s], ``earlier`` the reasons why the
     attempts before it came to nothing.
@@ -37,7 +39,7 @@ class Record:
     key: str
     status: Status
     reason: str = ""
-    summary: dict[str, Any] = field(default_factory=dict)
+    summary: Summary | None = None
     seconds: float = 0.0
     limit: float | None = None
     earlier: tuple[str, ...] = ()
@@ -46,15 +48,21 @@ class Record:
 
     @property
     def results(self) -> dict[str, float]:
-        """Numbers of a completed trial, of an ensemble the means; empty for any other."""
-        if self.status != "completed":
+        """Numbers of a completed trial, of an ensemble the means, NaN where JSON has none; empty for any other."""
+        if self.status != "completed" or self.summary is None:
             return {}
-        return {k: v["mean"] if isinstance(v, dict) else v for k, v in unfolded(self.summary["results"]).items()}
+        found = {name: number_of(value) for name, value in unfolded(self.summary["results"]).items()}
+        return {name: math.nan if value is None else value for name, value in found.items()}
+
+    @property
+    def cost(self) -> CostBlock | None:
+        """Cost of a run that has a result."""
+        return self.summary.get("cost") if self.summary else None
 
     @property
     def looser_limits(self) -> list[str]:
         """Limits of its gates that were looser than the preset's, as ``name=value``."""
-        return [f"{one['name']}={one['value']}" for one in self.summary.get("limits", [])]
+        return [f"{one['name']}={one['value']}" for one in (self.summary.get("limits", []) if self.summary else [])]
 
     @property
     def settled(self) -> bool:
@@ -65,19 +73,19 @@ class Record:
         """Tell whether it would come to the same with ``limit`` seconds: what timed out may need more."""
         return self.settled or (self.status == "timeout" and limit <= (self.limit or 0.0))
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Record as plain data."""
-        return asdict(self)
+        return asdict(self) | {"summary": self.summary or {}}
 
     @classmethod
     def from_dict(cls, data: dict[str, Any]) -> Self:
         """The record of :meth:`to_dict`; raises ``TypeError`` or ``ValueError`` for anything else."""
         if data.get("status") not in MEANING or not isinstance(data.get("summary"), dict):
             raise ValueError("not a record")
-        return cls(**{**data, "earlier": tuple(data["earlier"])})
+        return cls(**{**data, "summary": data["summary"] or None, "earlier": tuple(data["earlier"])})
 
 
-def record_of(key: str, summary: dict[str, Any], seconds: float = 0.0) -> Record:
+def record_of(key: str, summary: Summary, seconds: float = 0.0) -> Record:
     """The record of a run that went to its end and left ``summary``."""
     if summary["refused"]:
         return Record(key, "refused", "; ".join(summary["refused"]), summary, seconds)
