@@ -6,6 +6,7 @@ from typing import Any
 import click
 
 from knittest.base.kinds import names
+from knittest.cli.options import Command
 
 
 @click.group()
@@ -32,7 +33,7 @@ NUMBERS = (
 )
 
 
-def _reading(command: Any) -> Any:
+def _reading(command: Command) -> Command:
     for option in (
         click.option(
             "--test",

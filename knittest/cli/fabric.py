@@ -1,17 +1,16 @@
 """``knittest fabric``: the relaxed geometry of a fabric, its picture and its centre-lines."""
 
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from knittest.cli.options import Command
+
 if TYPE_CHECKING:
     from knittest.config.fabric import Fabric
     from knittest.fabric.cell import Cell
-
-Command = Callable[..., Any]
 
 
 def _which_fabric(command: Command) -> Command:

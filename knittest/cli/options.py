@@ -2,11 +2,13 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import click
 
 from knittest.base.kinds import kinds
+
+Command = TypeVar("Command", bound=Callable[..., object])
 
 #: option of all commands that run tests
 ACCEPT_LIMITS = click.option(
@@ -16,7 +18,7 @@ ACCEPT_LIMITS = click.option(
 )
 
 
-def describes_run(command: Callable[..., Any]) -> Callable[..., Any]:
+def describes_run(command: Command) -> Command:
     """Add the options that choose fabric, scale, preset and settings."""
     for option in reversed(
         (
@@ -43,7 +45,7 @@ def describes_run(command: Callable[..., Any]) -> Callable[..., Any]:
     return command
 
 
-def reports(command: Callable[..., Any]) -> Callable[..., Any]:
+def reports(command: Command) -> Command:
     """Add the options on how a run computes and reports."""
     for option in reversed(
         (

@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 from knittest.base.kinds import Parts, kinds
 from knittest.experiment.lab_conditions import Condition
@@ -29,8 +29,11 @@ def no_fabric(tests: Mapping[str, dict[str, Any]], place: Path) -> dict[str, Any
     return {}
 
 
+SpecimenT = TypeVar("SpecimenT")
+
+
 @dataclass(frozen=True)
-class LabTest:
+class LabTest(Generic[SpecimenT]):
     """``read`` a file into specimens, show them as ``lines``, ``write`` them with direction and whether it is trusted.
 
     ``conditions`` and ``options`` are those that a user may give. ``looks`` tells by the cells at the head of a file
@@ -38,9 +41,9 @@ class LabTest:
     ``fabric`` what it says of the fabric, with the folder that files are named from.
     """
 
-    read: Callable[[Path, Given], list[Any]]
-    lines: Callable[[Sequence[Any]], list[str]]
-    write: Callable[[Sequence[Any], Path, str, Sequence[str], bool], str]
+    read: Callable[[Path, Given], list[SpecimenT]]
+    lines: Callable[[Sequence[SpecimenT]], list[str]]
+    write: Callable[[Sequence[SpecimenT], Path, str, Sequence[str], bool], str]
     conditions: tuple[Condition, ...]
     options: tuple[str, ...] = ()
     looks: Callable[[Sequence[str]], bool] = nobody
@@ -49,7 +52,7 @@ class LabTest:
     fabric: Callable[[Mapping[str, dict[str, Any]], Path], dict[str, Any]] = no_fabric
 
 
-LAB_TESTS: Mapping[str, LabTest] = Parts(lambda kind: kind.load("laboratory"), "laboratory")
+LAB_TESTS: Mapping[str, LabTest[Any]] = Parts(lambda kind: kind.load("laboratory"), "laboratory")
 
 
 def directed(test: str) -> bool:

@@ -26,6 +26,41 @@ ALLOWED = {
 }
 
 
+#: files outside the folder of a test that name it, with the reason
+NAMED = {
+    "base/kinds.py": "the test that a command means unless it names one",
+    "cli/bench.py": "its subject is a given model of yarns, of which the largest is a frame",
+    "cli/export.py": "its subject are the tools of forming",
+    "experiment/lab_conditions.py": "quantities of files and tables, each within the bounds of a field of a rig",
+    "laboratory/base.py": "curves of tension are measured by tensile tests, and say so",
+    "export/energy_picture.py": "friction is an energy here",
+    "solve/body.py": "friction is a coefficient here",
+    **dict.fromkeys(
+        ("studies/homogenise/card.py", "studies/homogenise/check.py", "studies/homogenise/picture.py",
+         "studies/homogenise/plan.py"),
+        "homogenising is pulling, shearing and bending, whatever other tests there are",
+    ),
+}  # fmt: skip
+
+
+def names_of_tests(source: str, known: set[str]) -> set[str]:
+    """Names of tests that stand as texts in ``source``."""
+    texts = {node.value for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Constant)}
+    return known & {text for text in texts if isinstance(text, str)}
+
+
+def test_a_test_is_named_in_its_folder_only():
+    """A branch on one test, or what it is asked for, stands in its folder or its record."""
+    found = {}
+    for path in PACKAGE.rglob("*.py"):
+        name = path.relative_to(PACKAGE).as_posix()
+        own = path.parent.name.replace("_", "-") if path.parts[-3] == "laboratory" else ""
+        if others := names_of_tests(path.read_text(encoding="utf-8"), set(kinds())) - {own}:
+            found[name] = others
+    assert found.pop("laboratory/friction/lab_files.py") == {"forming"}  # tools of forming rub as plates do
+    assert set(found) == set(NAMED)
+
+
 def lists_of_tests(source: str, known: set[str]) -> list[int]:
     """Lines of literals (tuple, list, set, dict, subscript, match) with three or more names of tests."""
     found = []

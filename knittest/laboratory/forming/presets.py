@@ -1,7 +1,5 @@
 """Presets of the forming test."""
 
-from typing import Any
-
 from knittest.base.kinds import Stated
 
 #: side of a shell of the blank [mm], and speed of the stamp on yarns [m/s]
@@ -10,7 +8,7 @@ SPEED = {"quick": 0.2, "standard": 0.5, "paper": 0.55}
 
 #: blank, stroke and stamp of the yarns' forming test where they are not those of the rig, scaled down: a tenth and a
 #: half of the beams; gaps and floor stay, because the fabric is as thick
-SMALLER: dict[str, dict[str, Any]] = {
+SMALLER: dict[str, dict[str, object]] = {
     "quick": {
         "blank_length": 120.0,
         "blank_width": 120.0,
@@ -45,7 +43,7 @@ SMALLER: dict[str, dict[str, Any]] = {
 FREE_BLANK: dict[str, float] = {"speed": 0.05, "damping": 0.006}
 
 
-def settings(preset: str, scale: str, stated: Stated) -> dict[str, Any]:
+def settings(preset: str, scale: str, stated: Stated) -> dict[str, object]:
     """Settings of ``preset`` at ``scale``, of shells for a blank that a stated force holds or not.
 
     Penalties grow with the inverse square of the step: folds of shells and yarns on tools want them stiff.

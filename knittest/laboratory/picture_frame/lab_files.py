@@ -9,7 +9,7 @@ from typing import Any
 from knittest.experiment.lab_conditions import FABRIC_SIDE, FRAME_SIDE
 from knittest.experiment.lab_kind import LabTest, Rigs
 from knittest.experiment.lab_numbers import plain
-from knittest.laboratory.picture_frame.lab_curves import read_frames
+from knittest.laboratory.picture_frame.lab_curves import Sheared, read_frames
 from knittest.laboratory.picture_frame.lab_fabric import NAME, fabric_of
 from knittest.laboratory.picture_frame.lab_report import END, frame_lines, write_frames
 
@@ -17,7 +17,7 @@ _SHEARED = re.compile(r"shear[ _-]*angle|scherwinkel|picture[ _-]*frame|(?<![a-z
 _NAMED = re.compile(r"(?<![a-z])(picture|frame|rahmen|scher)", re.I)
 
 
-def _write(specimens: Sequence[Any], out: Path, direction: str, files: Sequence[str], trusted: bool) -> str:
+def _write(specimens: Sequence[Sheared], out: Path, direction: str, files: Sequence[str], trusted: bool) -> str:
     return write_frames(specimens, out, files)
 
 

@@ -4,7 +4,6 @@ import sys
 import time as clock
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numba
 
@@ -15,7 +14,7 @@ from knittest.config.run import Run
 from knittest.experiment.borrowed import borrowed
 from knittest.kernels.threading import best_threads
 from knittest.runs.preflight.counterpart import Counterpart, summary_line, table_lines
-from knittest.runs.preflight.model import model_facts, model_lines
+from knittest.runs.preflight.model import ModelFacts, model_facts, model_lines
 from knittest.runs.preflight.of_tests import test_counterparts
 from knittest.runs.preflight.of_yarns import yarn_counterparts
 from knittest.runs.preflight.rigs import rig_lines, rigs_of
@@ -76,7 +75,7 @@ def counterparts(fabric: Fabric) -> list[Counterpart]:
     return [*test_counterparts(fabric), *yarn_counterparts(fabric)]
 
 
-def _model(run: Run, timed: bool) -> tuple[list[str], dict[str, Any]]:
+def _model(run: Run, timed: bool) -> tuple[list[str], ModelFacts]:
     start = clock.perf_counter()
     prepared = prepare(run)
     spent = clock.perf_counter() - start

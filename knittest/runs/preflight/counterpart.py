@@ -1,7 +1,6 @@
 """A number of a fabric file beside what else is known of it, from tests, curves, yarns or the relaxed cell."""
 
 from dataclasses import dataclass
-from typing import Any
 
 from knittest.base.layout import table, wrapped
 from knittest.config.base import Quantity
@@ -36,7 +35,7 @@ class Counterpart:
         """The file's number over its counterpart, less one [-]."""
         return self.stated / self.found - 1.0 if self.found else None
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> dict[str, object]:
         """All of it, for a program."""
         found = {
             "quantity": self.name, "field": self.field, "unit": self.unit, "in_file": self.stated,

@@ -1,8 +1,8 @@
 """The model of a run before it starts: sizes, masses, time step, steps, memory, initial overlap."""
 
-from typing import Any
+from typing import NotRequired, TypedDict
 
-from knittest.base.history import OVERLAP_COUNTS, Overlaps
+from knittest.base.history import OVERLAP_COUNTS
 from knittest.config.run import Run
 from knittest.config.sources import numbers_of
 from knittest.laboratory.base import Prepared
@@ -11,13 +11,39 @@ from knittest.laboratory.base import Prepared
 BYTES_PER_NODE = 900
 
 
-def model_facts(run: Run, prepared: Prepared) -> dict[str, Any]:
+class ModelFacts(TypedDict):
+    """Numbers of a model, with their units in the names; overlaps are of yarns."""
+
+    fabric: str
+    parameters: str
+    test: str
+    direction: str
+    scale: str
+    preset: str
+    specimen: dict[str, float]
+    elements: int
+    nodes: int
+    mass_g: float
+    area_mass_g_m2: float
+    time_step_us: float
+    added_mass_pct: float
+    steps_at_most: int
+    duration_ms: float
+    arrays_mb: float
+    overlap_pct: NotRequired[float]
+    overlapping_contacts: NotRequired[int]
+    worst_overlaps: NotRequired[list[str]]
+    estimate: NotRequired[dict[str, object] | None]
+    converged: NotRequired[bool]
+
+
+def model_facts(run: Run, prepared: Prepared) -> ModelFacts:
     """Numbers of the ``prepared`` model of ``run``, with their units in the names."""
     model = prepared.model
     overlaps = model.prepare()
     step = run.solver.safety * model.critical_step
     mass = float(model.mass.sum())
-    return {
+    facts: ModelFacts = {
         "fabric": run.fabric.name,
         "parameters": run.parameters,
         "test": run.rig.kind,
@@ -34,15 +60,16 @@ def model_facts(run: Run, prepared: Prepared) -> dict[str, Any]:
         "steps_at_most": int(prepared.duration / step),
         "duration_ms": prepared.duration,
         "arrays_mb": model.n_nodes * BYTES_PER_NODE / 1e6,
-    } | (_overlap(overlaps) if run.model.scale == "meso" else {})
+    }
+    if run.model.scale == "meso":
+        facts |= {
+            "overlap_pct": 100.0 * overlaps.largest, "overlapping_contacts": overlaps.count,
+            "worst_overlaps": list(overlaps.worst),
+        }  # fmt: skip
+    return facts
 
 
-def _overlap(overlaps: Overlaps) -> dict[str, Any]:
-    largest = 100.0 * overlaps.largest
-    return {"overlap_pct": largest, "overlapping_contacts": overlaps.count, "worst_overlaps": list(overlaps.worst)}
-
-
-def model_lines(run: Run, facts: dict[str, Any]) -> list[str]:
+def model_lines(run: Run, facts: ModelFacts) -> list[str]:
     """:func:`model_facts` as lines for a user."""
     what = " ".join(part for part in (facts["test"], facts["direction"]) if part)
     specimen = ", ".join(f"{name.replace('_', ' ')} {value:g}" for name, value in facts["specimen"].items())

@@ -2,7 +2,6 @@
 
 import time as clock
 from dataclasses import dataclass
-from typing import Any
 
 import numba
 
@@ -54,7 +53,7 @@ class Estimate:
             f"{_rounded(self.prepared_s)} (what was compiled and relaxed is kept), after them pictures and page"
         )
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> dict[str, object]:
         """All of it, for a program."""
         return {
             "seconds": self.seconds, "steps_expected": self.steps, "steps_at_most": self.at_most,

@@ -3,7 +3,7 @@
 import math
 from collections import Counter
 from dataclasses import dataclass
-from typing import Any
+from typing import NotRequired, TypedDict
 
 import numpy as np
 
@@ -15,9 +15,41 @@ from knittest.studies.calibrate.evaluate import Evaluation
 from knittest.studies.calibrate.judge import Judgement
 from knittest.studies.calibrate.parameters import current
 from knittest.studies.calibrate.problem import Problem
-from knittest.studies.calibrate.targets import Number
+from knittest.studies.calibrate.targets import Number, Target
 from knittest.studies.trials.record import looser_note
 from knittest.studies.trials.trial import code_digest
+
+
+class TargetRow(TypedDict):
+    """A target beside the best point, None without one; ``mean``, ``sd`` and ``simulated`` are of a single number."""
+
+    target: str
+    test: str
+    weight: float
+    source: str
+    quantity: NotRequired[str]
+    mean: NotRequired[float]
+    sd: NotRequired[float]
+    simulated: NotRequired[float | None]
+    deviation_sd: float | None
+
+
+class ParameterRow(TypedDict):
+    """A parameter: its bounds, start, prior, value before and value found, None without one."""
+
+    fields: list[str]
+    unit: str
+    low: float
+    high: float
+    start: float
+    prior_mean: float | None
+    prior_sd: float | None
+    value: float | None
+    before: float | None
+    before_source: str
+    sd: NotRequired[float | None]
+    interval_95: NotRequired[list[float]]
+    sensitivity_sd: NotRequired[float]
 
 
 @dataclass(frozen=True)
@@ -45,39 +77,46 @@ class Outcome:
     @property
     def rms(self) -> float:
         """Root mean square over the targets of the best point's deviation [sd]; nan without one."""
-        rows = target_rows(self) if self.best else []
-        return math.sqrt(sum(row["deviation_sd"] ** 2 for row in rows) / len(rows)) if rows else math.nan
+        found = [row["deviation_sd"] for row in target_rows(self)] if self.best else []
+        squares = [math.nan if deviation is None else deviation**2 for deviation in found]
+        return math.sqrt(sum(squares) / len(squares)) if squares else math.nan
 
 
-def target_rows(outcome: Outcome) -> list[dict[str, Any]]:
+def target_rows(outcome: Outcome) -> list[TargetRow]:
     """Each target beside the best point; the deviation of a curve is its root mean square."""
     best = outcome.best
-    rows: list[dict[str, Any]] = []
-    for k, target in enumerate(outcome.problem.targets):
-        simulated = best.simulated[k] if best else None
-        row: dict[str, Any] = {"target": target.label, "test": target.test, "weight": target.weight}
-        row["source"] = target.source
-        if isinstance(target, Number):
-            row |= {"quantity": target.quantity, "mean": target.mean, "sd": target.sd, "simulated": simulated}
-            row["deviation_sd"] = None if simulated is None else (simulated - target.mean) / target.sd
-        else:
-            row["deviation_sd"] = simulated
-        rows.append(row)
-    return rows
+    return [
+        _target_row(target, best.simulated[k] if best else None) for k, target in enumerate(outcome.problem.targets)
+    ]
 
 
-def parameter_rows(outcome: Outcome) -> list[dict[str, Any]]:
+def _target_row(target: Target, simulated: float | None) -> TargetRow:
+    if isinstance(target, Number):
+        off = None if simulated is None else (simulated - target.mean) / target.sd
+        return {
+            "target": target.label, "test": target.test, "weight": target.weight, "source": target.source,
+            "quantity": target.quantity, "mean": target.mean, "sd": target.sd, "simulated": simulated,
+            "deviation_sd": off,
+        }  # fmt: skip
+    return {
+        "target": target.label, "test": target.test, "weight": target.weight, "source": target.source,
+        "deviation_sd": simulated,
+    }  # fmt: skip
+
+
+def parameter_rows(outcome: Outcome) -> list[ParameterRow]:
     """Each parameter: bounds, start, prior, what it was before and what was found."""
     rows = []
     runs = [case.run() for case in outcome.problem.cases]
     for k, parameter in enumerate(outcome.problem.parameters):
-        row: dict[str, Any] = {
+        before, source = _before(current(parameter.paths[0], runs))
+        row: ParameterRow = {
             "fields": [".".join(map(str, path)) for path in parameter.paths],
             "unit": parameter.unit, "low": parameter.low, "high": parameter.high, "start": parameter.start,
             "prior_mean": parameter.prior[0] if parameter.prior else None,
             "prior_sd": parameter.prior[1] if parameter.prior else None,
             "value": outcome.best.values[k] if outcome.best else None,
-            **_before(current(parameter.paths[0], runs)),
+            "before": before, "before_source": source,
         }  # fmt: skip
         if outcome.judgement:
             found = outcome.judgement.found[k]
@@ -87,10 +126,8 @@ def parameter_rows(outcome: Outcome) -> list[dict[str, Any]]:
     return rows
 
 
-def _before(number: Quantity | float | None) -> dict[str, Any]:
-    if isinstance(number, Quantity):
-        return {"before": number.value, "before_source": number.source}
-    return {"before": number, "before_source": ""}
+def _before(number: Quantity | float | None) -> tuple[float | None, str]:
+    return (number.value, number.source) if isinstance(number, Quantity) else (number, "")
 
 
 def warnings_of(outcome: Outcome) -> list[str]:
@@ -99,7 +136,7 @@ def warnings_of(outcome: Outcome) -> list[str]:
     return [*limits, *(outcome.judgement.warnings if outcome.judgement else [])]
 
 
-def as_data(outcome: Outcome) -> dict[str, Any]:
+def as_data(outcome: Outcome) -> dict[str, object]:
     """Plain data of calibration.json."""
     statuses = {r.key: r.status for one in outcome.history for r in one.records.values()}
     return {
@@ -120,7 +157,7 @@ def as_data(outcome: Outcome) -> dict[str, Any]:
     }
 
 
-def _evaluation(one: Evaluation) -> dict[str, Any]:
+def _evaluation(one: Evaluation) -> dict[str, object]:
     return {
         "number": one.number,
         "values": list(one.values),
@@ -139,10 +176,10 @@ def report_lines(outcome: Outcome) -> list[str]:
             ends = row.get("interval_95")
             interval = f", 95 % interval {ends[0]:.4g} to {ends[1]:.4g}" if ends else ""
             lines.append(f"  {' = '.join(row['fields'])} = {row['value']:.5g}{unit}{interval}")
-    for row in target_rows(outcome) if outcome.best else []:
-        form = LABELS.get(row.get("quantity", ""), ("", "{:.5g}"))[1]
-        values = f"{form.format(row['simulated'])} for {row['mean']:g} ± {row['sd']:g}, " if "mean" in row else ""
-        lines.append(f"  {row['target']}: {values}{row['deviation_sd']:+.3f} sd ({row['source']})")
+    for one in target_rows(outcome) if outcome.best else []:
+        form = LABELS.get(one.get("quantity", ""), ("", "{:.5g}"))[1]
+        values = f"{form.format(one['simulated'])} for {one['mean']:g} ± {one['sd']:g}, " if "mean" in one else ""
+        lines.append(f"  {one['target']}: {values}{one['deviation_sd']:+.3f} sd ({one['source']})")
     lines += [f"  warning: {text}" for text in warnings_of(outcome)]
     lost = [one for one in outcome.history if not one.good]
     lines += [f"  no number at point {one.number}: {one.reason}" for one in lost]

@@ -4,7 +4,6 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
 
 from knittest.base.errors import OutOfTolerance, ResourceError
 from knittest.experiment.row_kind import RowKind
@@ -45,7 +44,7 @@ class Outcome:
         rows = [row for row in self.rows if row.kind == kind]
         return sum(row.passed for row in rows), len(rows)
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Outcome as plain data; its keys are a contract."""
         return {
             "passed": self.exit_code == 0,
@@ -60,7 +59,7 @@ class Outcome:
             "runs": [_run(case, record) for case, record in self.records.items()],
         }
 
-    def _drift(self) -> Iterator[dict[str, Any]]:
+    def _drift(self) -> Iterator[dict[str, object]]:
         for drift in self.drifts:
             yield {
                 "run": drift.case.name,
@@ -73,12 +72,12 @@ class Outcome:
             }
 
 
-def _row(row: Row) -> dict[str, Any]:
+def _row(row: Row) -> dict[str, object]:
     data = asdict(row)
     return {"run": row.case.name} | {k: v for k, v in data.items() if k != "case"} | {"passed": row.passed}
 
 
-def _run(case: Case, record: Record) -> dict[str, Any]:
+def _run(case: Case, record: Record) -> dict[str, object]:
     return {**asdict(case), "run": case.name, "status": record.status, "reason": record.reason,
             "seconds": record.seconds, "key": record.key}  # fmt: skip
 
