@@ -19,6 +19,8 @@ from knittest.laboratory.friction.config import FrictionRun
 from knittest.laboratory.tensile.config import TensileRun
 from knittest.laboratory.base import Prepared, Test
 from knittest.laboratory.registry import REPORTS, TESTS
+from knittest.runs.execute import Outcome
+from knittest.studies.trials.record import Record
 
 def numbers(run: TensileRun) -> None:
     assert_type(run.rig.gauge_length_mm, float)
@@ -29,13 +31,20 @@ def numbers(run: TensileRun) -> None:
     TESTS["tensile"].result
     REPORTS["tensile"].curves
 
+def results(outcome: Outcome, record: Record) -> None:
+    assert_type(outcome.summary["cost"]["elements"], int)
+    assert_type(outcome.summary["comparison"][0]["deviation_sd"], float)
+    assert_type(record.results["peak_force_n"], float)
+    outcome.summary["comparision"]
+    record.summary["results"]
+
 class Pulled(Test[TensileRun]):
     def results(self, run: FrictionRun, prepared: Prepared, history: History) -> dict[str, float]:
         return {}
 """
 
 
-def test_a_type_checker_knows_numbers_tests_and_reports(tmp_path: Path) -> None:
+def test_a_type_checker_knows_numbers_tests_reports_and_summaries(tmp_path: Path) -> None:
     pytest.importorskip("mypy")
     (tmp_path / "code.py").write_text(CODE)
     command = [sys.executable, "-m", "mypy", "--config-file", str(ROOT / "pyproject.toml"), str(tmp_path / "code.py")]
@@ -46,6 +55,8 @@ def test_a_type_checker_knows_numbers_tests_and_reports(tmp_path: Path) -> None:
         '"Fabric" has no attribute "area_mass_g_per_m2"',
         '"Test[Any]" has no attribute "result"',
         '"Report[Any]" has no attribute "curves"',
+        'TypedDict "Summary" has no key "comparision"',
+        'Value of type "Summary | None" is not indexable',
         'Argument 1 of "results" is incompatible with supertype "knittest.laboratory.base.Test"',
     ]
 
