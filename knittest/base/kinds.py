@@ -111,6 +111,9 @@ class TestKind:
     row_names: Mapping[str, str] = field(default_factory=dict)
     other_names: Mapping[str, str] = field(default_factory=dict)
 
+    #: quantity of tables that measures a field of its rig
+    measured: Mapping[str, str] = field(default_factory=dict)
+
     #: files that it leaves besides those of every run: pictures, and tables (CSV)
     pictures: tuple[str, ...] = ()
     tables: tuple[str, ...] = ()

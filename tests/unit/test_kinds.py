@@ -99,7 +99,7 @@ def test_a_record_names_what_is_there(name):
         assert not getattr(kind, part) or kind.load(part)
     assert set(kind.published) | set(kind.sized) | set(kind.diagnostic) <= set(kind.labels)
     assert set(kind.regression.buckled) <= set(kind.labels)
-    assert set(kind.sizes) | set(kind.hinges) <= set(rig.model_fields)
+    assert set(kind.sizes) | set(kind.hinges) | set(kind.measured) <= set(rig.model_fields)
 
 
 def test_files_of_all_tests_are_those_of_runs():

@@ -36,6 +36,7 @@ KIND = TestKind(
         "normal_force_error_pct", "plate_penetration_um", "element_deformation_um", "penetration_over_deformation_pct",
     ),
     published=("pull_force_kinetic_n", "pull_force_static_n", "mu_paper", "mu_per_face"),
+    measured={"static_coefficient": "mu_static_per_face", "kinetic_coefficient": "mu_per_face"},
     pictures=("curve.png", "energies.png", "pressure.png"),
     tables=("pressure.csv",),
     presets="knittest.laboratory.friction.presets:settings",

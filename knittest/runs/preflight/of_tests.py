@@ -1,10 +1,11 @@
 """Counterparts of a fabric's numbers in its own tests and in its curves."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
 from knittest.base.errors import InputError
+from knittest.base.kinds import kinds
 from knittest.base.layout import nearest
 from knittest.base.resources import data_dir
 from knittest.base.units import to_kernel
@@ -30,9 +31,6 @@ PLAIN = {
     "thickness": (("thickness", "thickness_mm"), "mm"),
 }
 
-#: coefficient of a face in the rig of friction: quantity of tables
-COEFFICIENTS = {"static_coefficient": "mu_static_per_face", "kinetic_coefficient": "mu_per_face"}
-
 
 def test_counterparts(fabric: Fabric) -> Iterator[Counterpart]:
     """Densities, loops, mass, thickness, fracture strains, curves and bending beside the fabric's own experiment."""
@@ -48,7 +46,8 @@ def test_counterparts(fabric: Fabric) -> Iterator[Counterpart]:
         yield _end_of_curve(fabric, direction)
         yield _peak(fabric, direction)
         yield _bending(fabric, direction)
-        yield from _friction(fabric, direction)
+        for kind, record in kinds().items():
+            yield from _of_rig(fabric, kind, record.measured, direction)
 
 
 def _fracture_strain(fabric: Fabric, direction: Direction) -> Counterpart:
@@ -109,13 +108,13 @@ def _bending(fabric: Fabric, direction: Direction) -> Counterpart:
     )
 
 
-def _friction(fabric: Fabric, direction: Direction) -> Iterator[Counterpart]:
-    """Coefficients that runs of friction start from, where the file states any, beside those of the strips."""
-    kind, other = "friction", taken_over(fabric, "friction", direction)
+def _of_rig(fabric: Fabric, kind: str, measured: Mapping[str, str], direction: Direction) -> Iterator[Counterpart]:
+    """Numbers that runs of ``kind`` start from, where the file states any, beside the quantities ``measured``."""
+    other = taken_over(fabric, kind, direction)
     for field, at in own_fields(fabric.rigs.get(kind, {}), kind, direction).items():
-        if field not in COEFFICIENTS:
+        if field not in measured:
             continue
-        stated, row = own_value(fabric, kind, at), _row(fabric, direction, COEFFICIENTS[field])
+        stated, row = own_value(fabric, kind, at), _row(fabric, direction, measured[field])
         name, source = f"{direction} {field.replace('_', ' ')}", "assumed" if field in other else "stated"
         path = dotted(("rigs", kind, *at))
         origin = _no_row(fabric) if row is None else _cited(row)
