@@ -139,3 +139,12 @@ def test_spread_of_half_normal_slack_lengthens_the_bundle():
         for s in (0.0, 0.3)
     )
     assert 0.5 * 0.3 * sqrt(2 / pi) < slack - taut < 2.0 * 0.3 * sqrt(2 / pi)
+
+
+def test_numbers_of_a_rig_stand_beside_what_its_test_measures():
+    rigs = {"friction": {"warp": {"kinetic_coefficient": 0.1, "travel": 5.0}}, "forming": {"kinetic_coefficient": 0.2}}
+    fabric = resolve(variant="1", scale="macro").fabric.model_copy(update={"rigs": rigs})
+    found = {row.name: row for row in of_tests(fabric) if row.field.startswith("rigs.")}
+    assert list(found) == ["warp kinetic coefficient", "weft kinetic coefficient"]
+    assert {row.field for row in found.values()} == {"rigs.friction.warp.kinetic_coefficient"}
+    assert [(row.stated, row.source) for row in found.values()] == [(0.1, "stated"), (0.1, "assumed")]
