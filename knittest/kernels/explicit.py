@@ -117,24 +117,9 @@ def _yarns_alone(
 
 @njit(**PARALLEL)
 def advance_yarns(
-    threads,
-    steps,
-    time,
-    dt,
-    nodes,
-    parts,
-    beams,
-    contacts,
-    count,
-    law,
-    tables,
-    motions,
-    loads,
-    tools,
-    touch,
-    tally,
+    threads, steps, time, dt, nodes, parts, beams, contacts, count, law, tables, motions, loads, tools, touch, tally,
     scratch,
-):
+):  # fmt: skip
     """Advance a model of beam chains by ``steps`` time steps of ``dt`` [ms] from ``time`` [ms].
 
     ``threads`` is the number of threads, ``count`` that of contacts in use. ``tables`` to ``touch`` are the fields of
@@ -161,21 +146,9 @@ def advance_yarns(
                 p = in_turn(k, thread, threads)
                 if claim(claimed, p, 2 * step + 2):
                     _yarn_share(
-                        p,
-                        now,
-                        dt,
-                        nodes,
-                        parts,
-                        beams,
-                        contacts,
-                        tables,
-                        motions,
-                        loads,
-                        tools,
-                        touch,
-                        tally,
+                        p, now, dt, nodes, parts, beams, contacts, tables, motions, loads, tools, touch, tally,
                         scratch[p],
-                    )
+                    )  # fmt: skip
         move_tools(dt, tools, tables, tally)
 
 
@@ -203,27 +176,9 @@ def _fabric_alone(
 
 @njit(**PARALLEL)
 def advance_fabric(
-    threads,
-    steps,
-    time,
-    dt,
-    nodes,
-    parts,
-    shells,
-    laminate,
-    bends,
-    sheet,
-    contacts,
-    count,
-    law,
-    tables,
-    motions,
-    loads,
-    tools,
-    touch,
-    tally,
-    scratch,
-):
+    threads, steps, time, dt, nodes, parts, shells, laminate, bends, sheet, contacts, count, law, tables, motions,
+    loads, tools, touch, tally, scratch,
+):  # fmt: skip
     """Advance a model of shells; arguments as in :func:`advance_yarns`.
 
     ``count`` of the ``contacts`` of ``sheet`` with itself are in use, by ``law`` (:mod:`knittest.kernels.sheet_state`).
@@ -254,20 +209,7 @@ def advance_fabric(
                 p = in_turn(k, thread, threads)
                 if claim(claimed, p, 3 * step + 3):
                     _fabric_share(
-                        p,
-                        dt,
-                        nodes,
-                        parts,
-                        shells,
-                        bends,
-                        count,
-                        contacts,
-                        tables,
-                        motions,
-                        loads,
-                        tools,
-                        touch,
-                        tally,
-                        scratch[p],
-                    )
+                        p, dt, nodes, parts, shells, bends, count, contacts, tables, motions, loads, tools, touch,
+                        tally, scratch[p],
+                    )  # fmt: skip
         move_tools(dt, tools, tables, tally)

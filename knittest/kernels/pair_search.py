@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit, prange
 
 from knittest.kernels.contact import closest_step
+from knittest.kernels.grid import ROWS, place_of, row_near
 from knittest.kernels.options import INLINE, KERNEL, PARALLEL, PARTITIONS
 from knittest.kernels.rows import rows3, rows4
 from knittest.kernels.state import Array, Index
@@ -125,34 +126,31 @@ def _pairs_of(first, last, position, pieces, alive, moved, cells, by_cell, skin,
     for q in range(first, last):
         if not moved[q] or cell_of[q] < 0 or alive[q - 1] * alive[q] == 0.0:
             continue
-        c2 = cell_of[q] % shape[2]
-        c1 = (cell_of[q] // shape[2]) % shape[1]
-        c0 = cell_of[q] // (shape[2] * shape[1])
+        place = place_of(cell_of[q], shape)
         xq, yq, zq, reach = x[q], y[q], z[q], radius[q] + half_piece[q] + skin
-        for a in range(max(c0 - 1, 0), min(c0 + 2, shape[0])):
-            for b in range(max(c1 - 1, 0), min(c1 + 2, shape[1])):
-                row = (a * shape[1] + b) * shape[2]
-                for k in range(head[row + max(c2 - 1, 0)], head[row + min(c2 + 2, shape[2])]):
-                    dx, dy, dz, near = px[k] - xq, py[k] - yq, pz[k] - zq, extent[k] + reach
-                    if dx * dx + dy * dy + dz * dz > near * near:
-                        continue
-                    i, j = min(q, order[k]), max(q, order[k])
-                    # a pair of two moved pieces is looked at once, from the lower one
-                    if i == j or (i != q and moved[i]) or (chain[j] == chain[i] and j - i <= exclude[i]):
-                        continue
-                    gap = radius[i] + radius[j] + skin
-                    if alive[i - 1] * alive[i] * alive[j - 1] * alive[j] == 0.0 or _apart(x, y, z, i, j, gap):
-                        continue
-                    s, t, wx, wy, wz, line = crossing(x, y, z, i, j)
-                    over = BEYOND if line == 0.0 else 0.0  # found twice, a crossing is tracked once
-                    inside = s >= -over and s < 1.0 + over and t >= -over and t < 1.0 + over
-                    if not inside or wx * wx + wy * wy + wz * wz > gap * gap:
-                        continue
-                    if found < pairs.shape[0]:
-                        pairs[found, 0], pairs[found, 1] = i, j
-                        places[found, 0], places[found, 1], places[found, 5] = s, t, line
-                        places[found, 2], places[found, 3], places[found, 4] = wx, wy, wz
-                    found += 1
+        for row in range(ROWS):
+            start, stop = row_near(place, shape, row)
+            for k in range(head[start], head[stop]):
+                dx, dy, dz, near = px[k] - xq, py[k] - yq, pz[k] - zq, extent[k] + reach
+                if dx * dx + dy * dy + dz * dz > near * near:
+                    continue
+                i, j = min(q, order[k]), max(q, order[k])
+                # a pair of two moved pieces is looked at once, from the lower one
+                if i == j or (i != q and moved[i]) or (chain[j] == chain[i] and j - i <= exclude[i]):
+                    continue
+                gap = radius[i] + radius[j] + skin
+                if alive[i - 1] * alive[i] * alive[j - 1] * alive[j] == 0.0 or _apart(x, y, z, i, j, gap):
+                    continue
+                s, t, wx, wy, wz, line = crossing(x, y, z, i, j)
+                over = BEYOND if line == 0.0 else 0.0  # found twice, a crossing is tracked once
+                inside = s >= -over and s < 1.0 + over and t >= -over and t < 1.0 + over
+                if not inside or wx * wx + wy * wy + wz * wz > gap * gap:
+                    continue
+                if found < pairs.shape[0]:
+                    pairs[found, 0], pairs[found, 1] = i, j
+                    places[found, 0], places[found, 1], places[found, 5] = s, t, line
+                    places[found, 2], places[found, 3], places[found, 4] = wx, wy, wz
+                found += 1
     return found
 
 

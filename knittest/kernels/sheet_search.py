@@ -9,6 +9,7 @@ from math import sqrt
 import numpy as np
 from numba import njit
 
+from knittest.kernels.grid import ROWS, place_of, row_near
 from knittest.kernels.options import KERNEL
 from knittest.kernels.rows import rows3
 from knittest.kernels.sheet_contact import clamped
@@ -46,11 +47,10 @@ def mark_cells(moved, conn, cell_of, shape, shell_moved, active):
     for e in range(shell_moved.size):
         shell_moved[e] = moved[conn[e, 0]] or moved[conn[e, 1]] or moved[conn[e, 2]] or moved[conn[e, 3]]
         if shell_moved[e]:
-            c2, rest = cell_of[e] % shape[2], cell_of[e] // shape[2]
-            for a in range(max(rest // shape[1] - 1, 0), min(rest // shape[1] + 2, shape[0])):
-                for b in range(max(rest % shape[1] - 1, 0), min(rest % shape[1] + 2, shape[1])):
-                    row = (a * shape[1] + b) * shape[2]
-                    active[row + max(c2 - 1, 0) : row + min(c2 + 2, shape[2])] = True
+            place = place_of(cell_of[e], shape)
+            for row in range(ROWS):
+                start, stop = row_near(place, shape, row)
+                active[start:stop] = True
 
 
 @njit(**KERNEL)
@@ -164,21 +164,20 @@ def find_sheet_contacts(
         if not looked:
             continue
         point = (x[i], y[i], z[i])
-        for aa in range(max(a - 1, 0), min(a + 2, shape[0])):
-            for bb in range(max(b - 1, 0), min(b + 2, shape[1])):
-                row = (aa * shape[1] + bb) * shape[2]
-                for k in range(head[row + max(d - 1, 0)], head[row + min(d + 2, shape[2])]):
-                    e = order[k]
-                    if stamp[e] == i or not (moved[i] or shell_moved[e]):
-                        continue
-                    if not _may_face(point, e, centre, half, reach, nodes, shells):
-                        continue
-                    if _beside(e, begin, min(needed, new.node.size), new, shells.conn):
-                        continue
-                    place = _try(point, e, nodes, shells, mesh)
-                    if place[3] == 0.0 or place[2] > reach:
-                        continue
-                    if needed < new.node.size:
-                        _add(needed, i, e, place, law.thickness, new)
-                    needed += 1
+        for row in range(ROWS):
+            start, stop = row_near((a, b, d), shape, row)
+            for k in range(head[start], head[stop]):
+                e = order[k]
+                if stamp[e] == i or not (moved[i] or shell_moved[e]):
+                    continue
+                if not _may_face(point, e, centre, half, reach, nodes, shells):
+                    continue
+                if _beside(e, begin, min(needed, new.node.size), new, shells.conn):
+                    continue
+                place = _try(point, e, nodes, shells, mesh)
+                if place[3] == 0.0 or place[2] > reach:
+                    continue
+                if needed < new.node.size:
+                    _add(needed, i, e, place, law.thickness, new)
+                needed += 1
     return needed
