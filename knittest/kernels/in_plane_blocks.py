@@ -8,10 +8,10 @@ import numpy as np
 from numba import njit
 
 from knittest.kernels.in_plane import bending_energy, bending_gradients
-from knittest.kernels.in_plane_state import BLOCK, WEIGHTS
+from knittest.kernels.in_plane_state import BLOCK, OWN_EACH, SAME, WEIGHTS
 from knittest.kernels.options import INLINE, KERNEL, U
 from knittest.kernels.rows import load3, rows3, store3
-from knittest.kernels.vec import add, combine, scale
+from knittest.kernels.vec import add, scale
 
 LANES = np.uintp(BLOCK)
 ROW2, ROW3 = np.uintp(2 * BLOCK), np.uintp(3 * BLOCK)
@@ -19,11 +19,11 @@ ROW2, ROW3 = np.uintp(2 * BLOCK), np.uintp(3 * BLOCK)
 WARP, WEFT, WARP_S, WEFT_T = (np.uintp(3 * BLOCK * k) for k in range(4))
 #: position of a member, later the force on it
 PLACE = np.uintp(12 * BLOCK)
-#: weights of a member
+#: one weight of a member
 SHARE = np.uintp(15 * BLOCK)
 #: natural curvatures and stiffnesses of warp and weft
-OWN = np.uintp(19 * BLOCK)
-SCRATCH = 23 * BLOCK
+OWN = np.uintp(16 * BLOCK)
+SCRATCH = 20 * BLOCK
 
 
 @njit(**INLINE)
@@ -33,17 +33,30 @@ def _four(w, i):
 
 
 @njit(**INLINE)
-def _take_weights(row, weight, w):
-    """Copy the weights of a row of members: loops over one array vectorise, as nothing can overlap."""
-    at = U(row) * U(WEIGHTS * BLOCK)
-    for k in range(U(WEIGHTS * BLOCK)):
-        w[SHARE + k] = weight[at + k]
+def _grow(w, to, factor, v):
+    """Add a multiple of the vectors of the scratch at ``v`` to those at ``to``."""
+    for k in range(ROW3):
+        w[to + k] += factor * w[v + k]
 
 
 @njit(**INLINE)
-def _grow(w, i, factor, v):
-    """Add a multiple of ``v`` to the vector of the scratch at ``i``."""
-    store3(w, i, LANES, add(load3(w, i, LANES), scale(factor, v)))
+def _grow_each(w, to, sign, v):
+    """The same by each lane's weight, times ``sign``."""
+    for k in range(LANES):
+        store3(w, to + k, LANES, add(load3(w, to + k, LANES), scale(sign * w[SHARE + k], load3(w, v + k, LANES))))
+
+
+@njit(**INLINE)
+def _grow_by_weight(row, f, bends, w, to, sign, v):
+    """Add weight ``f`` of a row of members times the vectors at ``v``, times ``sign``, to those at ``to``."""
+    at = (U(row) * U(WEIGHTS) + U(f)) * LANES
+    spread = bends.spread[row, f]
+    if spread == SAME:
+        _grow(w, to, sign * bends.weight[at], v)
+    elif spread == OWN_EACH:
+        for k in range(LANES):  # loops over one array vectorise, as nothing can overlap
+            w[SHARE + k] = bends.weight[at + k]
+        _grow_each(w, to, sign, v)
 
 
 @njit(**INLINE)
@@ -64,14 +77,8 @@ def _gather(block, nodes, bends, w):
         for k in range(BLOCK):
             n = U(bends.member[row, k])
             store3(w, PLACE + U(k), LANES, (x[n], y[n], z[n]))
-        _take_weights(row, bends.weight, w)
-        for k in range(LANES):
-            place = load3(w, PLACE + k, LANES)
-            warp, weft, warp_s, weft_t = _four(w, SHARE + k)
-            _grow(w, WARP + k, warp, place)
-            _grow(w, WEFT + k, weft, place)
-            _grow(w, WARP_S + k, warp_s, place)
-            _grow(w, WEFT_T + k, weft_t, place)
+        for f in range(WEIGHTS):
+            _grow_by_weight(row, f, bends, w, U(f) * ROW3, 1.0, PLACE)
 
 
 @njit(**INLINE)
@@ -92,11 +99,17 @@ def _forces(block, bends, w):
         store3(w, WARP_S + k, LANES, a_s)
         store3(w, WEFT_T + k, LANES, b_t)
     for row in range(bends.first[block], bends.first[block + 1]):
-        _take_weights(row, bends.weight, w)
-        for k in range(LANES):
-            a, b, a_s, b_t = _fibres(w, k)
-            warp, weft, warp_s, weft_t = _four(w, SHARE + k)
-            store3(w, PLACE + k, LANES, add(combine(-warp, a, -weft, b), combine(-warp_s, a_s, -weft_t, b_t)))
+        if bends.spread[row].max() < OWN_EACH:
+            at = U(row) * U(WEIGHTS * BLOCK)
+            c0, c1 = -bends.weight[at], -bends.weight[at + LANES]
+            c2, c3 = -bends.weight[at + ROW2], -bends.weight[at + ROW3]
+            for k in range(ROW3):
+                w[PLACE + k] = (c0 * w[WARP + k] + c1 * w[WEFT + k]) + (c2 * w[WARP_S + k] + c3 * w[WEFT_T + k])
+        else:
+            for k in range(ROW3):
+                w[PLACE + k] = 0.0
+            for f in range(WEIGHTS):
+                _grow_by_weight(row, f, bends, w, PLACE, -1.0, U(f) * ROW3)
         out = U(row) * ROW3
         for k in range(ROW3):
             bends.force[out + k] = w[PLACE + k]

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from knittest.kernels.in_plane_state import BLOCK, WEIGHTS, Bends, no_bends
+from knittest.kernels.in_plane_state import BLOCK, NOWHERE, OWN_EACH, SAME, WEIGHTS, Bends, no_bends
 from knittest.kernels.options import PARTITIONS
 from knittest.kernels.shell_state import ALPHA_A, AREA, BETA_A, Shells
 from knittest.models.shell_step import element_rows
@@ -30,6 +30,8 @@ EXACT = 1e-6
 LARGEST = 12.0
 #: how much less a node off the line bears: weights are least in the sum of w^2 (NEAR + distance^2)^2
 NEAR = 0.1
+#: difference of weights, over the largest, that is rounding
+ALIKE = 1e-9
 #: least cosine of the angle between the direction of a shell and the mean round a node, beyond which it is a seam, and
 #: the same of normals, beyond which the sheet is folded
 SEAM, FOLD = 0.94, 0.7
@@ -174,7 +176,7 @@ def _in_blocks(
             first.append(first[-1] + group.member.shape[1])
     if not member:
         return no_bends()
-    members, weights = np.concatenate(member), np.concatenate(weight)
+    members, (weights, spread) = np.concatenate(member), _spread(np.concatenate(weight))
     node, real = np.concatenate(centre), np.concatenate(told)
     rows = np.repeat(np.arange(len(member)), np.diff(first))
     alive = node.reshape(-1, BLOCK)[rows] >= 0
@@ -184,6 +186,7 @@ def _in_blocks(
         member=np.ascontiguousarray(members.astype(np.int32)),
         first=np.array(first, np.int64),
         weight=np.ascontiguousarray(weights).ravel(),
+        spread=spread,
         force=np.zeros(3 * members.size),
         node_start=node_start,
         node_entry=node_entry,
@@ -194,6 +197,16 @@ def _in_blocks(
         around_start=shell_start,
         broken=np.zeros(PARTITIONS),
     )
+
+
+def _spread(weight: Array) -> tuple[Array, NDArray[np.int8]]:
+    """``weight`` (n_rows, 4, 64) without rounding, and how each is spread: on even meshes most are alike, or 0."""
+    size = np.abs(weight).max(axis=(0, 2))[:, None]
+    weight = np.where(np.abs(weight) > ALIKE * size, weight, 0.0)
+    alike = (np.abs(weight - weight[..., :1]) <= ALIKE * size).all(axis=2)
+    weight = np.where(alike[..., None], weight[..., :1], weight)
+    spread = np.where(alike, np.where(weight[..., 0] == 0.0, NOWHERE, SAME), OWN_EACH)
+    return weight, spread.astype(np.int8)
 
 
 def _entries(members: Index, alive: NDArray[np.bool_], n_nodes: int) -> tuple[Index, Index]:

@@ -6,6 +6,7 @@ from plain import plain
 from shell_cases import Solid, grid, linear_laminate, quaternion
 
 from knittest.kernels.in_plane_blocks import SCRATCH, bend_energy, bend_forces, gather_bends
+from knittest.kernels.in_plane_state import OWN_EACH
 from knittest.kernels.shell_arrays import build_shells
 from knittest.kernels.shell_blocks import gather_shells, shell_forces
 from knittest.models.explicit_model import make_nodes
@@ -121,6 +122,17 @@ def test_curvature_along_the_yarn_is_exact_and_no_other_counts(warp, mesh):
     expected = 0.5 * k**2 * weave.bends.stiffness[0].sum()
     assert weave.bends.stiffness[0].sum() > 30.0 * STIFFNESS[0]  # mm2, of 80
     assert weave.energy() == pytest.approx(expected, rel=2e-3)
+
+
+@pytest.mark.parametrize("warp", DIRECTIONS.values(), ids=DIRECTIONS)
+def test_weights_that_are_alike_do_what_weights_of_each_stencil_do(warp):
+    """Inside an even sheet all are alike, an uneven one has its own; forces are the same however they are spread."""
+    weave, uneven = Weave(*grid(12, 12, 24.0, 24.0), warp), Weave(*shaken(), warp)
+    assert (weave.bends.spread < OWN_EACH).mean() > 0.6 > 0.4 > (uneven.bends.spread < OWN_EACH).mean()
+    crumpled(weave)
+    force = weave.forces()
+    weave.bends.spread[:] = OWN_EACH
+    assert weave.forces() == pytest.approx(force, abs=1e-12 * np.abs(force).max())
 
 
 def test_the_area_of_the_yarns_is_that_of_the_sheet_less_their_ends():
