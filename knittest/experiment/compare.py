@@ -21,7 +21,7 @@ GRID = 201
 FAR = 20.0
 #: units by column
 UNITS = {"strain_pct": "%", "force_n": "N", "shear_angle_deg": "deg", "normalised_shear_force_n_per_mm": "N/mm"}
-STRAIN = "strain_pct"
+STRAIN, TRAVEL = "strain_pct", "displacement_mm"
 #: columns of a run's curve that mean the same as a reference's
 SAME = {"force_n": ("force_n", "force_mean_n"), "shear_angle_deg": ("frame_shear_angle_deg",)}
 #: shear angles at which forces are compared [deg]
@@ -34,8 +34,11 @@ UNRATED = {
     "input": "the model was given the reference, or returns what it was made of",
     "tuned": "the model was tuned on the reference, or chosen with it in view",
 }
-#: errors of the place of a peak, and what it is called
-PLACES = {"fracture_strain_error_pct": "strain", "peak_travel_error_pct": "travel"}
+#: errors of a curve by their keys, and what they are called; one of a pull is a level, where its peak lies is chance
+ERRORS = {
+    "peak_error_pct": "peak force", "fracture_strain_error_pct": "strain at the peak",
+    "static_error_pct": "largest force of the first half", "kinetic_error_pct": "mean force of the second half",
+}  # fmt: skip
 #: digits kept behind the point
 DIGITS = 4
 
@@ -130,12 +133,15 @@ def compare_curves(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve, reac
     grid = np.linspace(low, high, GRID)
     simulated, measured = np.interp(grid, x, y), np.interp(grid, reference.x, reference.mean)
     rmse = np.sqrt(np.mean((simulated - measured) ** 2))
-    sheared = reference.x_name == ANGLE
-    peak = float(measured.max()) if sheared else reference.peak[1]
+    peak = float(measured.max()) if reference.x_name in (ANGLE, TRAVEL) else reference.peak[1]
+    if reference.x_name == ANGLE:
+        found = _at_angles(grid, simulated, measured, reference)
+    else:
+        found = _levels(x, y, reference, low, high) if reference.x_name == TRAVEL else _at_peaks(x, y, reference)
     return judged | {
         "comparable": True,
         f"range_{reference.x_name}": [_rounded(low), _rounded(high)],
-        **(_at_angles(grid, simulated, measured, reference) if sheared else _at_peaks(x, y, reference)),
+        **found,
         f"rmse_{reference.y_name}": _rounded(rmse),
         "rmse_pct_of_peak": _rounded(100.0 * rmse / peak),
         **_rated(simulated, measured, _unrated(x, y, reference, reach)),
@@ -187,13 +193,30 @@ def _unrated(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve, reach: str
 def _at_peaks(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> dict[str, object]:
     """Both peaks, and how far they are apart."""
     end, peak = int(np.argmax(y)), reference.peak
-    place = "fracture_strain_error_pct" if reference.x_name == STRAIN else "peak_travel_error_pct"
     return {
         "simulated_peak": _point(reference, x[end], y[end]),
         "reference_peak": _point(reference, *peak),
         "peak_error_pct": _rounded(100.0 * (y[end] / peak[1] - 1.0)),
-        place: _rounded(100.0 * (x[end] / peak[0] - 1.0)),
+        "fracture_strain_error_pct": _rounded(100.0 * (x[end] / peak[0] - 1.0)),
     }
+
+
+def _levels(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve, low: float, high: float) -> dict[str, object]:
+    """Both levels of a pull between ``low`` and ``high``: the largest force of the first half, mean of the second."""
+    half = 0.5 * (low + high)
+    late = np.linspace(half, high, GRID)
+    levels = {
+        name: (float(force[(travel >= low) & (travel <= half)].max()), float(np.interp(late, travel, force).mean()))
+        for name, travel, force in (("simulated", x, y), ("reference", reference.x, reference.mean))
+    }
+    found: dict[str, object] = {
+        f"{name}_levels": dict(zip(("static_n", "kinetic_n"), map(_rounded, both), strict=True))
+        for name, both in levels.items()
+    }
+    errors = [
+        _rounded(100.0 * (one / other - 1.0)) if other else None for one, other in zip(*levels.values(), strict=True)
+    ]
+    return found | dict(zip(("static_error_pct", "kinetic_error_pct"), errors, strict=True))
 
 
 def _at_angles(grid: np.ndarray, simulated: np.ndarray, measured: np.ndarray, ref: ReferenceCurve) -> dict[str, object]:
@@ -230,7 +253,7 @@ def _hindrance(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> str:
 def _other_units(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> str:
     """Peaks, or their places, that lie so far apart that one of them is in another unit; empty if none."""
     end, peak = int(np.argmax(y)), reference.peak
-    if reference.x_name == ANGLE:  # up to where the shorter one ends
+    if reference.x_name in (ANGLE, TRAVEL):  # up to where the shorter one ends
         last = min(x[-1], reference.x[-1])
         end, peak = (
             int(np.searchsorted(x, last, side="right")) - 1,

@@ -10,6 +10,8 @@ from knittest.base.history import Array
 _COLOURS = (BLUE, ORANGE, GREEN, RED, SKY)
 #: characters of a label that half the width of a picture holds
 HALF = 45
+#: height of a row of the legend, as a share of the picture's
+ROW = 0.037
 
 
 @dataclass(frozen=True)
@@ -54,8 +56,11 @@ def line_picture(
     """Draw ``lines``, ``levels`` and ``bands`` to ``path`` (PNG); their labels in two columns where these are wide
     enough. Raises :class:`ResourceError`.
     """
+    labels = [*(line.label for line in lines), *(level.label for level in levels), *(band.label for band in bands)]
+    columns = 2 if max(map(len, labels), default=0) <= HALF else 1
+    below = max(0.24, 0.1 + ROW * sum(1 + label.count("\n") for label in labels) / columns)
     figure = new_figure(8.0, 5.4)
-    axes = figure.add_axes((0.1, 0.24, 0.86, 0.68))
+    axes = figure.add_axes((0.1, below, 0.86, 0.92 - below))
     dress(axes)
     for band in bands:
         axes.fill_between(band.x, band.low, band.high, color=GREY, alpha=0.15, linewidth=0, label=band.label)
@@ -69,7 +74,5 @@ def line_picture(
         axes.set_ylim(bottom=min(0.0, *(float(line.y.min()) for line in lines)))
     axes.set(xlabel=xlabel, ylabel=ylabel)
     axes.set_title(title, loc="left", fontsize=12)
-    labels = [*(line.label for line in lines), *(level.label for level in levels), *(band.label for band in bands)]
-    columns = 2 if max(map(len, labels), default=0) <= HALF else 1
     figure.legend(loc="lower left", bbox_to_anchor=(0.09, 0.01), ncols=columns, frameon=False, fontsize=9)
     save(figure, path)

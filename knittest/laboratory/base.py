@@ -66,6 +66,10 @@ class Test(Protocol[RunT]):
     #: whether a failure of the specimen ends it before the rig's motion does
     ends_at_failure: bool
 
+    def refuse(self, run: RunT) -> None:
+        """Raise :class:`InputError` for a run that no specimen fits, as far as that is known before one is made."""
+        return
+
     @abstractmethod
     def prepare(self, run: RunT, specimen: int = 0, observer: Observer = SILENT) -> Prepared:
         """Cut and mount specimen number ``specimen``."""

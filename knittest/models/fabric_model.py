@@ -29,6 +29,9 @@ BENDING = ("alive", "broken")
 BLIND = (NO_MESH, empty_contacts(0), 0, NO_LAW)
 #: area over reference area below which a shell has collapsed
 SMALLEST = 0.05
+#: shear angle [deg] at which it is shear that took the area, which no smaller step brings back
+SHEARED = 60.0
+SOFT = "what holds it there is the end of its shear law: give one that goes on and rises (fabric.macro.shear)"
 
 
 @dataclass
@@ -117,7 +120,9 @@ class FabricModel(ExplicitModel):
             self.nodes.position, self.shells.conn, self.shells.fail_time, self.shells.state
         )  # fmt: skip
         if ratio < SMALLEST:
-            return f"shell {shell} has collapsed to {100.0 * ratio:.1f} % of its area"
+            angle = float(np.rad2deg(np.abs(self.fields()["shear_angle"][shell])))
+            told = f"shell {shell} has collapsed to {100.0 * ratio:.1f} % of its area"
+            return f"{told}, sheared by {angle:.0f} deg; {SOFT}" if angle > SHEARED else told
         if self.bends.alive.size and (fault := self._too_stiff(dt)):
             return fault
         return self.tracker.diagnose() if self.tracker else ""

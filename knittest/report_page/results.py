@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from knittest.base.result_rows import KINDS, UNRESOLVED, UNSCATTERED, ResultRow, assumed_inputs, result_rows
-from knittest.experiment.compare import PLACES, UNRATED
+from knittest.experiment.compare import ERRORS, UNRATED
 from knittest.report_page.blocks import Block, Cell, Section, Table, Text, Tone
 from knittest.report_page.errors import error_blocks
 from knittest.report_page.files import ComparedRow
@@ -90,8 +90,7 @@ def _metrics(curve: Mapping[str, object]) -> list[Block]:
         reason = curve.get("reason", "no reason stated")
         return [Text(f"Curve against {against}{note}: not comparable: {reason}", "warn")]
     errors = [
-        ("peak force off", curve.get("peak_error_pct"), "%"),
-        *((f"{what} at the peak off", curve.get(key), "%") for key, what in PLACES.items()),
+        *((f"{what} off", curve.get(key), "%") for key, what in ERRORS.items()),
         *_at_angles(curve),
     ]
     found = [*errors, ("root mean square deviation", curve.get("rmse_pct_of_peak"), "% of the peak")]

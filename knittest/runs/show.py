@@ -21,7 +21,7 @@ from knittest.base.result_rows import (
 )
 from knittest.base.summary import Limit, Summary
 from knittest.config.looser import LOOSER
-from knittest.experiment.compare import PLACES
+from knittest.experiment.compare import ERRORS
 from knittest.export.jsonfile import json_text
 from knittest.laboratory.error_notes import error_notes
 
@@ -131,9 +131,8 @@ def _metrics(metrics: Mapping[str, Any]) -> str:
         return f"not comparable: {metrics['reason']}"
     angles = next((value for name, value in metrics.items() if name.endswith("_at_deg")), None)
     if angles is None:
-        places = [(f"{what} at it", metrics[key]) for key, what in PLACES.items() if key in metrics]
-        errors = (("peak", metrics["peak_error_pct"]), *places)
-        found = [f"{name} {value:+.1f} %" for name, value in errors]
+        errors = ((what, metrics[key]) for key, what in ERRORS.items() if metrics.get(key) is not None)
+        found = [f"{what} {value:+.1f} %" for what, value in errors]
     else:
         found = [f"{a['error_pct']:+.0f} % at {d} deg" for d, a in angles.items() if a["error_pct"] is not None]
     found.append(f"rmse {metrics['rmse_pct_of_peak']:.1f} % of its peak")
@@ -189,12 +188,29 @@ def _print(outcomes: Sequence[Outcome], stream: TextIO) -> None:
     lines = [*notes, *error_lines(outcomes)]
     lines += [line for outcome in outcomes for line in (*curve_lines(outcome), *quality_lines(outcome))]
     lines += [f"run folder: {nearest(outcome.folder)}" for outcome in outcomes]
-    told = table([HEADER, *rows], width, _NUMBERS)
-    if stream.isatty():
-        _print_coloured(told, rows, stream)
-    else:
-        stream.write("\n".join(line for row in told for line in row) + "\n")
+    for told, styled in _tables(rows, width):
+        if stream.isatty():
+            _print_coloured(told, styled, stream)
+        else:
+            stream.write("\n".join(line for row in told for line in row) + "\n")
     stream.write("\n".join(["", *(part for line in lines for part in wrapped(line, width))]) + "\n")
+
+
+def _tables(
+    rows: Sequence[tuple[str, ...]], width: int | None
+) -> Iterator[tuple[list[list[str]], Sequence[tuple[str, ...]]]]:
+    """Lines of the table of ``rows``, with the rows; within a ``width`` a table of its own for each run unless all fit
+    one.
+    """
+    names = list(dict.fromkeys(row[0] for row in rows))
+    whole = table([HEADER, *rows], None, _NUMBERS)
+    if width is None or (len(names) > 1 and max(len(line) for row in whole for line in row) <= width):
+        yield whole, rows
+        return
+    for name in names:
+        own = [row for row in rows if row[0] == name]
+        head = (f"{name}: {HEADER[1]}" if len(names) > 1 else HEADER[1], *HEADER[2:])
+        yield table([head, *(row[1:] for row in own)], width, [column - 1 for column in _NUMBERS]), own
 
 
 def _print_coloured(told: Sequence[Sequence[str]], rows: Sequence[tuple[str, ...]], stream: TextIO) -> None:

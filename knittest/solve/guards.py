@@ -32,7 +32,8 @@ def check_motion(run: Simulation, work: float) -> None:
 def check_entities(run: Simulation) -> None:
     """Raise :class:`NumericalError` if the model complains of one of its entities."""
     if fault := run.model.diagnose(run.dt):
-        raise NumericalError(f"{fault} at {run.time:.5f} ms; reduce solver.safety or solver.speed")
+        what, _, remedy = fault.partition("; ")  # the model's own, else what helps most
+        raise NumericalError(f"{what} at {run.time:.5f} ms; {remedy or 'reduce solver.safety or solver.speed'}")
 
 
 def check_balance(run: Simulation) -> None:

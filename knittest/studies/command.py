@@ -15,6 +15,7 @@ from knittest.config.dumping import dump
 from knittest.config.loading import resolve
 from knittest.config.run import Run
 from knittest.export.folder import fresh_folder, run_name
+from knittest.laboratory.registry import TESTS
 from knittest.runs.checkpoints import PATTERN
 from knittest.runs.execute import EXIT_REFUSED, Outcome, execute
 from knittest.runs.judgement import references_of
@@ -33,6 +34,7 @@ def run_command(runs: list[Run], options: RunOptions) -> int:
     use_threads(options.threads)
     for run in runs:  # before there is a folder that stands in the way of the corrected command
         references_of(run, options.against)
+        TESTS[run.rig.kind].refuse(run)
     if len(runs) == 1:
         return _run_jobs([(runs[0], NewFolder(options.out))], options, None)
     parent = options.out or fresh_folder(Path("runs") / run_name(runs[0], direction="both", at=datetime.now()))

@@ -143,3 +143,12 @@ def test_bending_of_the_untested_direction_is_that_of_the_other_and_assumed(mine
 def test_the_page_says_it_too(mine, tmp_path):
     folder = write_run(tmp_path / "r", "friction", variant="mine", direction="warp")
     assert any(TAKEN in str(block) for block in results_of(load_run(folder)).blocks)
+
+
+def test_a_command_for_both_directions_is_refused_before_the_first_has_run(mine, capsys):
+    out = Path("runs/bent")
+    assert run(["cantilever", "--variant", "mine", "--scale", "macro", "--preset", "quick", "--out", str(out)]) == 2
+    assert "no experiment with an overhang of the weft" in capsys.readouterr().err and not out.exists()
+    wide = ["friction", "--variant", "mine", "--scale", "macro", "--preset", "quick", "--set", "rig.width=60"]
+    assert run([*wide, "--out", str(out)]) == 2
+    assert "smaller than the strip" in capsys.readouterr().err and not out.exists()

@@ -37,7 +37,10 @@ def test_a_curve_cut_at_its_fracture_strain_shows_its_errors_and_no_rating():
     assert metrics["rating"] is None
     assert metrics["no_rating"] == "the common range leaves out 17 % of the reference curve"
     line = curve_line(metrics)
-    assert "peak -31.0 %, strain at it -16.9 %" in line and "no rating: the common range leaves out 17 %" in line
+    assert (
+        "peak force -31.0 %, strain at the peak -16.9 %" in line
+        and "no rating: the common range leaves out 17 %" in line
+    )
     assert "excellent" not in line
 
 

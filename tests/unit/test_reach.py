@@ -18,7 +18,7 @@ LEVEL = 200.0
 
 def pulled(end: float, top: float = 220.0) -> tuple[np.ndarray, np.ndarray]:
     """Travel up to ``end`` [mm], and a force that rises to ``top`` [N] at 1 mm and slides at a lower level."""
-    x = np.linspace(0.0, end, 400)
+    x = np.linspace(0.0, end, 4001)
     return x, np.where(x < 1.0, top * x, LEVEL)
 
 
@@ -45,12 +45,27 @@ def test_a_longer_pull_is_not_rated_by_its_first_part_and_says_how_to_reach_its_
     assert "--set" not in found(10.0, 16.0, "")["no_rating"]
 
 
-def test_the_place_of_the_largest_pull_is_a_travel_and_no_strain():
-    metrics = found(16.0, 16.0)
-    assert "fracture_strain_error_pct" not in metrics and "travel at it" in curve_line(metrics)
+def test_a_pull_is_judged_by_its_levels_and_not_by_where_its_largest_force_lies():
+    x, y = pulled(16.0)
+    y = np.where(np.abs(x - 12.0) < 0.1, 260.0, y)  # a spike while it slides
+    metrics = compare_columns({"displacement_mm": x, "pull_force_n": 1.1 * y}, reference(16.0), "rig.travel")
+    assert metrics["static_error_pct"] == pytest.approx(100.0 * (1.1 * 220.0 / 230.0 - 1.0), abs=1.0)
+    assert metrics["kinetic_error_pct"] == pytest.approx(10.0, abs=1.5)
+    assert metrics["reference_levels"] == {"static_n": pytest.approx(230.0, abs=3.0), "kinetic_n": 200.0}
+    assert {"fracture_strain_error_pct", "peak_error_pct"}.isdisjoint(metrics)
+    assert "mean force of the second half +1" in curve_line(metrics)
     (table,) = [b for b in page_metrics(metrics) if isinstance(b, Table)]
     names = [row[0].text for row in table.rows]
-    assert "travel at the peak off" in names and not any("strain" in name for name in names)
+    assert "largest force of the first half off" in names and not any("strain" in name for name in names)
+
+
+def test_a_largest_force_at_the_start_of_one_pull_only_is_no_other_unit():
+    x, y = pulled(16.0, 230.0)
+    late = np.where(x > 15.5, 240.0, y)  # thirty times as far along as that of the other
+    early = ReferenceCurve("measured", x, np.where(x < 0.5, 250.0, y), None, "displacement_mm", "pull_force_n", "s")
+    assert compare_curves(x, late, early)["comparable"]
+    told = compare_curves(x, late * 1000.0, early)
+    assert not told["comparable"] and "in other units" in told["reason"]
 
 
 def test_a_frame_says_its_angle():

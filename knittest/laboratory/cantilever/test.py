@@ -40,15 +40,19 @@ class Cantilever(Test[CantileverRun]):
 
     ends_at_failure = False
 
-    def prepare(self, run: CantileverRun, specimen: int = 0, observer: Observer = SILENT) -> Prepared:
-        """The strip flat over the edge, at the given or measured overhang."""
+    def refuse(self, run: CantileverRun) -> None:
+        """Raise :class:`InputError` for an overhang that is neither given nor measured, or longer than the strip."""
         overhang = given_overhang(run)
         if overhang >= run.rig.length:
             raise InputError(
                 f"rig.overhang = {overhang:g} mm: longer than the strip, expected less than rig.length = "
                 f"{run.rig.length:g} mm"
             )
-        return _mount(run, overhang, specimen, observer)
+
+    def prepare(self, run: CantileverRun, specimen: int = 0, observer: Observer = SILENT) -> Prepared:
+        """The strip flat over the edge, at the given or measured overhang."""
+        self.refuse(run)
+        return _mount(run, given_overhang(run), specimen, observer)
 
     def solve(self, prepared: Prepared, run: CantileverRun, observer: Observer) -> tuple[History, SimulationCost]:
         """Come to rest; in the laboratory's mode, at overhangs that lead to the angle of the plane."""

@@ -34,8 +34,8 @@ class Friction(Test[FrictionRun]):
 
     ends_at_failure = False
 
-    def prepare(self, run: FrictionRun, specimen: int = 0, observer: Observer = SILENT) -> Prepared:
-        """The strip between its plates; raises InputError for plates that do not cover it."""
+    def refuse(self, run: FrictionRun) -> None:
+        """Raise :class:`InputError` for plates that do not cover the strip, or from which it does not stick out."""
         rig = run.rig
         if rig.plate_width < rig.width:
             raise InputError(
@@ -48,6 +48,10 @@ class Friction(Test[FrictionRun]):
                 f"below rig.length = {rig.length:g} mm, so that the pulled end sticks out; "
                 f"--set rig.length={rig.plate_length + rig.travel + STICKS_OUT:g} leaves enough"
             )
+
+    def prepare(self, run: FrictionRun, specimen: int = 0, observer: Observer = SILENT) -> Prepared:
+        """The strip between its plates."""
+        self.refuse(run)
         meso = run.model.scale == "meso"
         return self._yarns(run, specimen, observer) if meso else self._shells(run, specimen)
 
