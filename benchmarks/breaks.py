@@ -75,14 +75,14 @@ BREAKS = [
     Break(CONTACT + "a_body_on_an_incline_slips_at_the_static_coefficient_and_slides_at_the_kinetic_one",
           "slides at the static coefficient", "kernels/tool_contact.py", "share = kinetic *", "share = static *"),
     Break(CONTACT + "an_elastic_impact_keeps_momentum_and_energy", "reaction 1 % small", "kernels/contact_blocks.py",
-          "sign = 1.0 - 2.0 * side", "sign = 1.0 - 1.99 * side"),
+          "scale(-1.0 if on_second", "scale(-0.99 if on_second"),
     Break(CONTACT + "an_elastic_impact_keeps_momentum_and_energy", "friction work booked twice", "kernels/contact.py",
           "damped = 0.5 * tangential * slip", "damped = tangential * slip"),
     Break(CONTACT + "an_elastic_impact_keeps_momentum_and_energy", "spring not turned into the tangent plane",
           "kernels/contact.py", "along = tx * nx + ty * ny + tz * nz", "along = 0.0"),
     Break(TIME + "bar_and_mass_follow_central_differences_exactly", "force 1 % small", "kernels/beam_blocks.py",
-          "velocity = vx_[i] * nodes.damping_factor[i] + nodes",
-          "velocity = vx_[i] * nodes.damping_factor[i] + 0.99 * nodes"),
+          "velocity = v[i] * nodes.damping_factor[i] + nodes",
+          "velocity = v[i] * nodes.damping_factor[i] + 0.99 * nodes"),
     Break(TIME + "large_motion_under_a_load_is_second_order_in_time", "loads half a step late (found by this test)",
           "kernels/loads.py", LOAD, "value * tables.now[1, table]"),
     Break(TIME + "energy_is_bounded_and_does_not_drift", "one term of the moment missing: no gradient of an energy",
@@ -109,6 +109,11 @@ BREAKS = [
     Break(SHEAR + "definitions_are_converted_on_input", "normalised force taken as it is", "materials/trellis.py",
           "else value * np.cos(angle)", "else value"),
 ]  # fmt: skip
+
+
+def _left_out(folder: str, names: list[str]) -> set[str]:
+    """Names that the copy of the tree does without: hidden ones, caches, and the runs of a user in its root."""
+    return {n for n in names if n.startswith(".") or n == "__pycache__" or (n == "runs" and Path(folder) == ROOT)}
 
 
 def verdict(output: str) -> str:
@@ -150,7 +155,7 @@ def main(words: list[str]) -> None:
     print(HEAD)
     with tempfile.TemporaryDirectory() as folder:
         tree = Path(folder) / "tree"
-        shutil.copytree(ROOT, tree, ignore=shutil.ignore_patterns(".git", "__pycache__", ".*", "runs"), symlinks=True)
+        shutil.copytree(ROOT, tree, ignore=_left_out, symlinks=True)
         for change in BREAKS:
             if all(w in change.test for w in words):
                 said = run(change, tree)

@@ -20,93 +20,81 @@ from knittest.kernels.beam import (
 )
 from knittest.kernels.laws import hinge_energy, hinge_force
 from knittest.kernels.options import INLINE, KERNEL, ONE, U
-from knittest.kernels.rows import rows3, rows4
+from knittest.kernels.rows import at3, rows3, rows4
+from knittest.kernels.vec import sub
 
 BLOCK = 192
 STRIDE = np.uintp(BLOCK + 16)
-# rows of the scratch: element force (3), moment on node 1 and 2 (3 + 3), then axis (3), curvature (3), factor, strain,
-# axial force
+# rows of the scratch: element force (3), moment on node 1 and 2 (3 + 3), then axial force beyond the first hinge, and
+# whether the element stays alive
 FX, FY, FZ = (np.uintp(STRIDE * k) for k in range(3))
 AX, AY, AZ = (np.uintp(STRIDE * k) for k in range(3, 6))
 BX, BY, BZ = (np.uintp(STRIDE * k) for k in range(6, 9))
-TX, TY, TZ = (np.uintp(STRIDE * k) for k in range(9, 12))
-CX, CY, CZ = (np.uintp(STRIDE * k) for k in range(12, 15))
-INV, STRAIN, AXIAL = (np.uintp(STRIDE * k) for k in range(15, 18))
+MORE, STAYS = (np.uintp(STRIDE * k) for k in range(9, 11))
 FORCE_ROWS = 9
-SCRATCH = int(STRIDE) * 18  # size of the flat scratch
+SCRATCH = int(STRIDE) * 11  # size of the flat scratch
 
 
 @njit(**INLINE)
-def _kinematics(start, count, nodes, beams, w):
-    x, y, z = rows3(nodes.position)
-    qw_, qx_, qy_, qz_ = rows4(nodes.rotation)
-    dx_, dy_, dz_ = rows3(beams.tangent)
+def _frame(i, rotation, direction):
+    """Axis, curvature and factor of :func:`mean_frame` of beam ``i``, whose ``direction`` turns with its nodes."""
+    dx, dy, dz = at3(direction, i)
+    qw, qx, qy, qz = rotation
+    j = i + ONE
+    return mean_frame(qw[i], qx[i], qy[i], qz[i], qw[j], qx[j], qy[j], qz[j], dx, dy, dz)
+
+
+@njit(**INLINE)
+def _more_hinges(start, count, nodes, beams, section, w):
+    """Axial force of the hinges after the first: a sweep that laws of one hinge skip."""
+    x, rotation, tangent = rows3(nodes.position), rows4(nodes.rotation), rows3(beams.tangent)
     for k in range(U(count)):
         i = U(start) + k
-        j = i + ONE
-        ax, ay, az, cx, cy, cz, inv = mean_frame(
-            qw_[i], qx_[i], qy_[i], qz_[i], qw_[j], qx_[j], qy_[j], qz_[j],
-            dx_[i], dy_[i], dz_[i],
-        )  # fmt: skip
-        rx, ry, rz = x[j] - x[i], y[j] - y[i], z[j] - z[i]
-        w[TX + k], w[TY + k], w[TZ + k] = ax, ay, az
-        w[CX + k], w[CY + k], w[CZ + k] = cx, cy, cz
-        w[INV + k] = inv
-        w[STRAIN + k] = axial_strain(ax, ay, az, rx, ry, rz, beams.inv_length[i])
-
-
-@njit(**INLINE)
-def _axial_law(start, count, beams, section, w):
-    """Axial force by hinge sums; returns how many elements failed now."""
-    compression = beams.stiffness[section, 0]
-    for k in range(U(count)):
-        w[AXIAL + k] = compression * min(w[STRAIN + k], 0.0)
-    for h in range(beams.hinge_strain.shape[1]):
+        ax, ay, az, _, _, _, _ = _frame(i, rotation, tangent)
+        rx, ry, rz = sub(at3(x, i + ONE), at3(x, i))
+        over = axial_strain(ax, ay, az, rx, ry, rz, beams.inv_length[i]) - beams.slack[i]
+        w[STAYS + k], w[MORE + k] = over, 0.0
+    for h in range(1, beams.hinge_strain.shape[1]):
         knee, slope = beams.hinge_strain[section, h], beams.hinge_slope[section, h]
         for k in range(U(count)):
-            w[AXIAL + k] += hinge_force(w[STRAIN + k] - beams.slack[U(start) + k], knee, slope)
-    failed = 0.0
-    for k in range(U(count)):
-        i = U(start) + k
-        alive = beams.alive[i]
-        stays = alive if w[STRAIN + k] - beams.slack[i] < beams.fail_strain[i] else 0.0
-        failed += alive - stays
-        beams.alive[i] = stays
-    return failed
+            w[MORE + k] += hinge_force(w[STAYS + k], knee, slope)
 
 
 @njit(**INLINE)
 def _forces(start, count, nodes, beams, section, w):
-    x, y, z = rows3(nodes.position)
-    _, shear, torsion, bending = rows4(beams.stiffness[section])
+    """Forces and moments of a block of beams in one sweep; returns how many fail now, which is kept in the scratch."""
+    x, rotation, tangent = rows3(nodes.position), rows4(nodes.rotation), rows3(beams.tangent)
+    compression, shear, torsion, bending = rows4(beams.stiffness[section])
+    knee, slope = beams.hinge_strain[section, 0], beams.hinge_slope[section, 0]
+    failed = 0.0
     for k in range(U(count)):
         i = U(start) + k
-        j = i + ONE
-        rx, ry, rz = x[j] - x[i], y[j] - y[i], z[j] - z[i]
-        ax, ay, az = w[TX + k], w[TY + k], w[TZ + k]
-        cx, cy, cz = w[CX + k], w[CY + k], w[CZ + k]
+        ax, ay, az, cx, cy, cz, inv = _frame(i, rotation, tangent)
+        rx, ry, rz = sub(at3(x, i + ONE), at3(x, i))
         inv_length, alive = beams.inv_length[i], beams.alive[i]
-        nx, ny, nz = section_force(w[AXIAL + k], w[STRAIN + k], shear, ax, ay, az, rx, ry, rz, inv_length)
+        strain = axial_strain(ax, ay, az, rx, ry, rz, inv_length)
+        over = strain - beams.slack[i]
+        axial = compression * min(strain, 0.0) + hinge_force(over, knee, slope) + w[MORE + k]
+        stays = alive if over < beams.fail_strain[i] else 0.0
+        failed += alive - stays
+        nx, ny, nz = section_force(axial, strain, shear, ax, ay, az, rx, ry, rz, inv_length)
         tx, ty, tz = ry * nz - rz * ny, rz * nx - rx * nz, rx * ny - ry * nx
-        mx, my, mz = section_moment(torsion, bending, w[INV + k], inv_length, ax, ay, az, cx, cy, cz, tx, ty, tz)
+        mx, my, mz = section_moment(torsion, bending, inv, inv_length, ax, ay, az, cx, cy, cz, tx, ty, tz)
         m = k + ONE
-        w[FX + m], w[FY + m], w[FZ + m] = alive * nx, alive * ny, alive * nz
-        w[AX + m], w[AY + m], w[AZ + m] = alive * (mx + 0.5 * tx), alive * (my + 0.5 * ty), alive * (mz + 0.5 * tz)
-        w[BX + m], w[BY + m], w[BZ + m] = alive * (mx - 0.5 * tx), alive * (my - 0.5 * ty), alive * (mz - 0.5 * tz)
+        w[FX + m], w[FY + m], w[FZ + m] = stays * nx, stays * ny, stays * nz
+        w[AX + m], w[AY + m], w[AZ + m] = stays * (mx + 0.5 * tx), stays * (my + 0.5 * ty), stays * (mz + 0.5 * tz)
+        w[BX + m], w[BY + m], w[BZ + m] = stays * (mx - 0.5 * tx), stays * (my - 0.5 * ty), stays * (mz - 0.5 * tz)
+        w[STAYS + k] = stays
+    return failed
 
 
 @njit(**INLINE)
 def _flat_moments(start, count, nodes, beams, excess, w):
     """Adds the moments of sections that are stiffer by ``excess`` about their normal; a sweep that round ones skip."""
-    qw_, qx_, qy_, qz_ = rows4(nodes.rotation)
-    dx_, dy_, dz_ = rows3(beams.normal)
+    rotation, normal = rows4(nodes.rotation), rows3(beams.normal)
     for k in range(U(count)):
         i = U(start) + k
-        j = i + ONE
-        nx, ny, nz, cx, cy, cz, inv = mean_frame(
-            qw_[i], qx_[i], qy_[i], qz_[i], qw_[j], qx_[j], qy_[j], qz_[j],
-            dx_[i], dy_[i], dz_[i],
-        )  # fmt: skip
+        nx, ny, nz, cx, cy, cz, inv = _frame(i, rotation, normal)
         mx, my, mz = flat_moment(beams.alive[i] * excess, inv, beams.inv_length[i], nx, ny, nz, cx, cy, cz)
         m = k + ONE
         w[AX + m], w[AY + m], w[AZ + m] = w[AX + m] + mx, w[AY + m] + my, w[AZ + m] + mz
@@ -114,29 +102,24 @@ def _flat_moments(start, count, nodes, beams, excess, w):
 
 
 @njit(**INLINE)
+def _translate_along(start, count, dt, nodes, rows, w, row):
+    """Velocities and positions of one axis, of which ``rows`` are position, velocity and force."""
+    x, v, f = rows
+    for k in range(U(count)):
+        i = U(start) + k
+        force = f[i] + w[row + k + ONE] - w[row + k]
+        velocity = v[i] * nodes.damping_factor[i] + nodes.inv_mass[i] * force * dt
+        f[i], v[i] = force, velocity
+        x[i] += dt * velocity
+
+
+@njit(**INLINE)
 def _translate(start, count, dt, nodes, w):
     """Velocities and positions; leaves the total force of each node in nodes.force."""
-    x, y, z = rows3(nodes.position)
-    vx_, vy_, vz_ = rows3(nodes.velocity)
-    fx_, fy_, fz_ = rows3(nodes.force)
-    for k in range(U(count)):
-        i = U(start) + k
-        force = fx_[i] + w[FX + k + ONE] - w[FX + k]
-        velocity = vx_[i] * nodes.damping_factor[i] + nodes.inv_mass[i] * force * dt
-        fx_[i], vx_[i] = force, velocity
-        x[i] += dt * velocity
-    for k in range(U(count)):
-        i = U(start) + k
-        force = fy_[i] + w[FY + k + ONE] - w[FY + k]
-        velocity = vy_[i] * nodes.damping_factor[i] + nodes.inv_mass[i] * force * dt
-        fy_[i], vy_[i] = force, velocity
-        y[i] += dt * velocity
-    for k in range(U(count)):
-        i = U(start) + k
-        force = fz_[i] + w[FZ + k + ONE] - w[FZ + k]
-        velocity = vz_[i] * nodes.damping_factor[i] + nodes.inv_mass[i] * force * dt
-        fz_[i], vz_[i] = force, velocity
-        z[i] += dt * velocity
+    x, v, f = nodes.position, nodes.velocity, nodes.force
+    _translate_along(start, count, dt, nodes, (x[0], v[0], f[0]), w, FX)
+    _translate_along(start, count, dt, nodes, (x[1], v[1], f[1]), w, FY)
+    _translate_along(start, count, dt, nodes, (x[2], v[2], f[2]), w, FZ)
 
 
 @njit(**INLINE)
@@ -181,15 +164,9 @@ def _rotate(start, count, dt, nodes):
 @njit(**KERNEL)
 def beam_energy(i, section, nodes, beams):
     """Elastic energy [mJ] of beam ``i``, whether alive or not; uses :func:`elastic_energy`."""
-    x, y, z = rows3(nodes.position)
-    qw_, qx_, qy_, qz_ = rows4(nodes.rotation)
-    dx_, dy_, dz_ = rows3(beams.tangent)
-    j = i + 1
-    ax, ay, az, cx, cy, cz, _ = mean_frame(
-        qw_[i], qx_[i], qy_[i], qz_[i], qw_[j], qx_[j], qy_[j], qz_[j],
-        dx_[i], dy_[i], dz_[i],
-    )  # fmt: skip
-    rx, ry, rz = x[j] - x[i], y[j] - y[i], z[j] - z[i]
+    x, rotation = rows3(nodes.position), rows4(nodes.rotation)
+    ax, ay, az, cx, cy, cz, _ = _frame(i, rotation, rows3(beams.tangent))
+    rx, ry, rz = sub(at3(x, i + ONE), at3(x, i))
     compression, shear, torsion, bending = rows4(beams.stiffness[section])
     inv_length = beams.inv_length[i]
     strain = axial_strain(ax, ay, az, rx, ry, rz, inv_length)
@@ -204,20 +181,18 @@ def beam_energy(i, section, nodes, beams):
     )  # fmt: skip
     excess = beams.excess[section]
     if excess != 0.0:
-        dx_, dy_, dz_ = rows3(beams.normal)
-        nx, ny, nz, _, _, _, _ = mean_frame(
-            qw_[i], qx_[i], qy_[i], qz_[i], qw_[j], qx_[j], qy_[j], qz_[j],
-            dx_[i], dy_[i], dz_[i],
-        )  # fmt: skip
+        nx, ny, nz, _, _, _, _ = _frame(i, rotation, rows3(beams.normal))
         energy += flat_energy(excess, nx, ny, nz, cx, cy, cz, inv_length)
     return energy
 
 
 @njit(**KERNEL)
-def _erode(start, count, section, time, nodes, beams):
-    """Stamp newly failed elements of a block with the time; returns their lost energy [mJ]."""
+def _erode(start, count, section, time, nodes, beams, w):
+    """Bury newly failed elements of a block, stamped with the time; returns their lost energy [mJ]."""
     lost = 0.0
-    for i in range(start, start + count):
+    for k in range(U(count)):
+        i = U(start) + k
+        beams.alive[i] = w[STAYS + k]
         if beams.alive[i] == 0.0 and beams.fail_time[i] == np.inf:
             beams.fail_time[i] = time
             lost += beam_energy(i, section, nodes, beams)
@@ -234,13 +209,15 @@ def advance_beams(start, stop, section, time, dt, nodes, beams, w):
     lost = 0.0
     for row in range(FORCE_ROWS):
         w[U(row) * STRIDE] = 0.0
+    for k in range(U(BLOCK)):
+        w[MORE + k] = 0.0
     block = start
     while block < stop:
         count = min(BLOCK, stop - block)
-        _kinematics(block, count, nodes, beams, w)
-        if _axial_law(block, count, beams, section, w) > 0.0:
-            lost += _erode(block, count, section, time, nodes, beams)
-        _forces(block, count, nodes, beams, section, w)
+        if beams.hinge_strain.shape[1] > 1:
+            _more_hinges(block, count, nodes, beams, section, w)
+        if _forces(block, count, nodes, beams, section, w) > 0.0:
+            lost += _erode(block, count, section, time, nodes, beams, w)
         if beams.excess[section] != 0.0:
             _flat_moments(block, count, nodes, beams, beams.excess[section], w)
         _translate(block, count, dt, nodes, w)

@@ -8,10 +8,12 @@ import numpy as np
 from numba import njit
 
 from knittest.kernels.contact import closest_step, contact_force, spline_weights
-from knittest.kernels.options import INLINE, KERNEL, U
-from knittest.kernels.rows import rows3
+from knittest.kernels.options import INLINE, KERNEL, ONE, U
+from knittest.kernels.rows import at3, rows3, store3
+from knittest.kernels.vec import add, combine, cross, scale
 
 BLOCK = 128
+LANES = U(BLOCK)
 #: closest-point steps a time step: a contact that lags behind the closest points makes energy out of friction
 NEWTON_STEPS = 2
 # rows of the scratch: control points of A and B (9 + 9), parameters, line flag, reach, spring, offset, force, loss by
@@ -36,55 +38,54 @@ def walk(first, last, contacts, alive):
     Piece i spans elements i - 1 and i, so it exists where both are alive; at a yarn's end or break a contact stays,
     with a parameter outside [0, 1), where it carries force for half an element more.
     """
-    piece, parameter = contacts.piece, contacts.parameter
-    for c in range(first, last):
-        for side in range(2):
-            i, s = piece[side, c], parameter[side, c]
-            if s >= 1.0 and alive[i] > 0.0 and alive[i + 1] > 0.0:
-                piece[side, c], parameter[side, c] = i + 1, s - 1.0
-            elif s < 0.0 and i >= 2 and alive[i - 1] > 0.0 and alive[i - 2] > 0.0:
-                piece[side, c], parameter[side, c] = i - 1, s + 1.0
+    for side in range(2):
+        piece, parameter = contacts.piece[side], contacts.parameter[side]
+        for k in range(U(last - first)):
+            c = U(first) + k
+            i, s = U(piece[c]), parameter[c]
+            if s >= 1.0:
+                if alive[i] > 0.0 and alive[i + ONE] > 0.0:
+                    piece[c], parameter[c] = i + ONE, s - 1.0
+            elif s < 0.0 and i > ONE and alive[i - ONE] > 0.0 and alive[i - ONE - ONE] > 0.0:
+                piece[c], parameter[c] = i - ONE, s + 1.0
 
 
 @njit(**INLINE)
-def _turn(i, parameter, share, wx, wy, wz):
+def _turn(i, parameter, share, spin):
     """``share`` of the spin (3) of piece ``i`` at ``parameter``."""
     before, at, after = spline_weights(parameter)
-    return (
-        share * (before * wx[i - 1] + at * wx[i] + after * wx[i + 1]),
-        share * (before * wy[i - 1] + at * wy[i] + after * wy[i + 1]),
-        share * (before * wz[i - 1] + at * wz[i] + after * wz[i + 1]),
-    )
+    mean = combine(before, at3(spin, i - ONE), at, at3(spin, i))
+    return scale(share, combine(1.0, mean, after, at3(spin, i + ONE)))
 
 
 @njit(**INLINE)
 def _gather(first, count, dt, nodes, contacts, alive, w):
-    x, y, z = rows3(nodes.position)
-    ex, ey, ez = rows3(contacts.spring)
-    gx, gy, gz = rows3(contacts.offset)
-    fx, fy, fz = rows3(contacts.force)
-    wx, wy, wz = rows3(nodes.spin)
-    for k in range(count):
-        c, m = first + k, U(k)
-        i, j = contacts.piece[0, c], contacts.piece[1, c]
-        w[P0 + m], w[P1 + m], w[P2 + m] = x[i - 1], y[i - 1], z[i - 1]
-        w[P3 + m], w[P4 + m], w[P5 + m] = x[i], y[i], z[i]
-        w[P6 + m], w[P7 + m], w[P8 + m] = x[i + 1], y[i + 1], z[i + 1]
-        w[R0 + m], w[R1 + m], w[R2 + m] = x[j - 1], y[j - 1], z[j - 1]
-        w[R3 + m], w[R4 + m], w[R5 + m] = x[j], y[j], z[j]
-        w[R6 + m], w[R7 + m], w[R8 + m] = x[j + 1], y[j + 1], z[j + 1]
-        s, t = contacts.parameter[0, c], contacts.parameter[1, c]
+    x, spin, spring = rows3(nodes.position), rows3(nodes.spin), rows3(contacts.spring)
+    offset, force = rows3(contacts.offset), rows3(contacts.force)
+    pieces, parameters = (contacts.piece[0], contacts.piece[1]), (contacts.parameter[0], contacts.parameter[1])
+    for m in range(U(count)):
+        c = U(first) + m
+        i, j = U(pieces[0][c]), U(pieces[1][c])
+        store3(w, P0 + m, LANES, at3(x, i - ONE))
+        store3(w, P3 + m, LANES, at3(x, i))
+        store3(w, P6 + m, LANES, at3(x, i + ONE))
+        store3(w, R0 + m, LANES, at3(x, j - ONE))
+        store3(w, R3 + m, LANES, at3(x, j))
+        store3(w, R6 + m, LANES, at3(x, j + ONE))
+        s, t = parameters[0][c], parameters[1][c]
         w[S + m], w[T + m] = s, t
         # a piece with a broken element does not touch
-        whole = alive[i - 1] * alive[i] * alive[j - 1] * alive[j]
+        whole = alive[i - ONE] * alive[i] * alive[j - ONE] * alive[j]
         w[LINE + m], w[REACH + m] = contacts.line[c], contacts.reach[c] * whole
-        w[EX + m], w[EY + m], w[EZ + m], w[SLIPPING + m] = ex[c], ey[c], ez[c], contacts.slipping[c]
-        w[GX + m], w[GY + m], w[GZ + m] = gx[c], gy[c], gz[c]
+        w[SLIPPING + m] = contacts.slipping[c]
+        store3(w, EX + m, LANES, at3(spring, c))
+        store3(w, GX + m, LANES, at3(offset, c))
         # both surfaces turn, by their arms; none do where nothing touched
-        touched = dt if (fx[c] != 0.0) | (fy[c] != 0.0) | (fz[c] != 0.0) else 0.0
-        ax, ay, az = _turn(i, s, touched * contacts.arm[c], wx, wy, wz)
-        bx, by, bz = _turn(j, t, touched * (1.0 - contacts.arm[c]), wx, wy, wz)
-        w[TURN_X + m], w[TURN_Y + m], w[TURN_Z + m] = ax + bx, ay + by, az + bz
+        fx, fy, fz = at3(force, c)
+        touched = dt if (fx != 0.0) | (fy != 0.0) | (fz != 0.0) else 0.0
+        arm = contacts.arm[c]
+        turn_a, turn_b = _turn(i, s, touched * arm, spin), _turn(j, t, touched * (1.0 - arm), spin)
+        store3(w, TURN_X + m, LANES, add(turn_a, turn_b))
 
 
 @njit(**INLINE)
@@ -149,17 +150,28 @@ def _evaluate(count, law, inv_dt, w):
 
 
 @njit(**INLINE)
+def _copy(first, count, w, source, row):
+    for m in range(U(count)):
+        row[U(first) + m] = w[source + m]
+
+
+@njit(**INLINE)
+def _copy3(first, count, w, source, rows):
+    _copy(first, count, w, source, rows[0])
+    _copy(first, count, w, source + LANES, rows[1])
+    _copy(first, count, w, source + LANES + LANES, rows[2])
+
+
+@njit(**INLINE)
 def _store(first, count, contacts, w):
-    ex, ey, ez = rows3(contacts.spring)
-    gx, gy, gz = rows3(contacts.offset)
-    fx, fy, fz = rows3(contacts.force)
-    for k in range(count):
-        c, m = first + k, U(k)
-        contacts.parameter[0, c], contacts.parameter[1, c] = w[S + m], w[T + m]
-        contacts.reach[c] = w[REACH + m]
-        ex[c], ey[c], ez[c], contacts.slipping[c] = w[EX + m], w[EY + m], w[EZ + m], w[SLIPPING + m]
-        gx[c], gy[c], gz[c] = w[GX + m], w[GY + m], w[GZ + m]
-        fx[c], fy[c], fz[c] = w[PX + m], w[PY + m], w[PZ + m]
+    """Store what was evaluated, row by row, which vectorises."""
+    _copy(first, count, w, S, contacts.parameter[0])
+    _copy(first, count, w, T, contacts.parameter[1])
+    _copy(first, count, w, REACH, contacts.reach)
+    _copy(first, count, w, SLIPPING, contacts.slipping)
+    _copy3(first, count, w, EX, rows3(contacts.spring))
+    _copy3(first, count, w, GX, rows3(contacts.offset))
+    _copy3(first, count, w, PX, rows3(contacts.force))
 
 
 @njit(**KERNEL)
@@ -173,40 +185,39 @@ def contact_forces(first, last, dt, nodes, contacts, alive, law, w):
         _gather(block, count, dt, nodes, contacts, alive, w)
         _evaluate(count, law, 1.0 / dt, w)
         _store(block, count, contacts, w)
-        for k in range(count):
-            lost += w[LOST + U(k)]
-            damped += w[DAMPED + U(k)]
+        for k in range(U(count)):
+            lost += w[LOST + k]
+            damped += w[DAMPED + k]
         block += count
     return lost, damped
 
 
 @njit(**INLINE)
-def _add(row, i, before, at, after, value):
-    row[i - 1] += before * value
-    row[i] += at * value
-    row[i + 1] += after * value
+def _add(rows, i, weights, vector):
+    """Share ``vector`` out to the three nodes of piece ``i`` by ``weights``."""
+    for k in range(3):
+        row, value = rows[k], vector[k]
+        row[i - ONE] += weights[0] * value
+        row[i] += weights[1] * value
+        row[i + ONE] += weights[2] * value
 
 
 @njit(**KERNEL)
 def scatter_contacts(partition, nodes, contacts):
     """Add the contact forces on the chains of one partition, and their moments about the centre-lines, to the nodes."""
-    fx, fy, fz = rows3(nodes.force)
-    mx, my, mz = rows3(nodes.moment)
-    px, py, pz = rows3(contacts.force)
-    gx, gy, gz = rows3(contacts.offset)
-    for h in range(contacts.half_start[partition], contacts.half_start[partition + 1]):
-        c, side = contacts.half[h] >> 1, contacts.half[h] & 1
-        x, y, z = px[c], py[c], pz[c]
-        if x == 0.0 and y == 0.0 and z == 0.0:
+    forces, moments = rows3(nodes.force), rows3(nodes.moment)
+    force, offset = rows3(contacts.force), rows3(contacts.offset)
+    pieces, parameters = (contacts.piece[0], contacts.piece[1]), (contacts.parameter[0], contacts.parameter[1])
+    first = U(contacts.half_start[partition])
+    for k in range(U(contacts.half_start[partition + 1]) - first):
+        half = contacts.half[first + k]
+        c, on_second = U(half >> 1), half & 1 == 1
+        f = at3(force, c)
+        if f[0] == 0.0 and f[1] == 0.0 and f[2] == 0.0:
             continue
-        i = contacts.piece[side, c]
-        before, at, after = spline_weights(contacts.parameter[side, c])
-        sign = 1.0 - 2.0 * side
-        _add(fx, i, before, at, after, sign * x)
-        _add(fy, i, before, at, after, sign * y)
-        _add(fz, i, before, at, after, sign * z)
+        i = U(pieces[1][c] if on_second else pieces[0][c])
+        weights = spline_weights(parameters[1][c] if on_second else parameters[0][c])
         # arm x force: arms point from either centre-line to the common point, so the signs cancel
-        arm = contacts.arm[c] if side == 0 else 1.0 - contacts.arm[c]
-        _add(mx, i, before, at, after, arm * (y * gz[c] - z * gy[c]))
-        _add(my, i, before, at, after, arm * (z * gx[c] - x * gz[c]))
-        _add(mz, i, before, at, after, arm * (x * gy[c] - y * gx[c]))
+        arm = 1.0 - contacts.arm[c] if on_second else contacts.arm[c]
+        _add(forces, i, weights, scale(-1.0 if on_second else 1.0, f))
+        _add(moments, i, weights, scale(arm, cross(f, at3(offset, c))))

@@ -95,7 +95,8 @@ class ToolContactState(NamedTuple):
 
     Of each node, (n_nodes,): ``radius`` [mm], penalty ``stiffness`` [N/mm] and ``viscous`` coefficient [N ms/mm]. Of
     each tool and node: sticking ``spring`` [mm], (n_tools, 3, n_nodes), ``slipping`` flag and normal force ``pressure``
-    [N], (n_tools, n_nodes).
+    [N], (n_tools, n_nodes). Of each tool and block of nodes, within one call of the driver: ``room`` [mm], how far they
+    may still come together before they are looked at, (n_tools, n_blocks).
     """
 
     radius: Array
@@ -104,6 +105,7 @@ class ToolContactState(NamedTuple):
     spring: Array
     slipping: Array
     pressure: Array
+    room: Array
 
 
 class Drive(NamedTuple):

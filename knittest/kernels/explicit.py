@@ -15,7 +15,8 @@ from knittest.kernels.contact_blocks import contact_forces, scatter_contacts
 from knittest.kernels.in_plane_blocks import bend_forces, gather_bends
 from knittest.kernels.loads import apply_loads, book_loads
 from knittest.kernels.motion import impose_motions
-from knittest.kernels.options import KERNEL, PARALLEL, PARTITIONS
+from knittest.kernels.options import KERNEL, PARALLEL, PARTITIONS, U
+from knittest.kernels.rows import rows3
 from knittest.kernels.sheet_contact import scatter_sheet, sheet_forces
 from knittest.kernels.shell_blocks import gather_shells, shell_forces
 from knittest.kernels.shell_state import BLOCK
@@ -23,15 +24,15 @@ from knittest.kernels.tables import read_tables
 from knittest.kernels.tool_blocks import touch_tools
 from knittest.kernels.tool_contact import move_tools
 
-#: work space of one partition, in floats
+#: work space of one thread, in floats
 SCRATCH = max(m.SCRATCH for m in (beam_blocks, contact_blocks, shell_scratch, in_plane_blocks, tool_blocks))
 
 
 @njit(**KERNEL)
 def _clear(start, stop, rows):
-    for k in range(3):
-        for i in range(start, stop):
-            rows[k, i] = 0.0
+    for row in rows3(rows):
+        for k in range(U(stop - start)):
+            row[U(start) + k] = 0.0
 
 
 @njit(**KERNEL)
@@ -126,13 +127,14 @@ def advance_yarns(
     :class:`Drive` (parallel loops take no nested tuples); ``scratch`` is (PARTITIONS, SCRATCH). State is updated in
     place.
     """
+    touch.room[:, :] = 0.0  # nodes and tools may have been moved by hand since the last call
     if threads == 1:
         _yarns_alone(
             steps, time, dt, nodes, parts, beams, contacts, count, law, tables, motions, loads, tools, touch, tally,
             scratch[0],
         )  # fmt: skip
         return
-    claimed = np.zeros(PARTITIONS, np.int64)
+    threads, claimed = min(threads, PARTITIONS), np.zeros(PARTITIONS, np.int64)
     for step in range(steps):
         now = time + step * dt
         read_tables(tables, now - 0.5 * dt, now + 0.5 * dt)
@@ -140,14 +142,14 @@ def advance_yarns(
             for k in range(PARTITIONS):
                 p = in_turn(k, thread, threads)
                 if claim(claimed, p, 2 * step + 1):
-                    _contact_share(p, count, dt, nodes, contacts, beams.alive, law, tally, scratch[p])
+                    _contact_share(p, count, dt, nodes, contacts, beams.alive, law, tally, scratch[thread])
         for thread in prange(threads):
             for k in range(PARTITIONS):
                 p = in_turn(k, thread, threads)
                 if claim(claimed, p, 2 * step + 2):
                     _yarn_share(
                         p, now, dt, nodes, parts, beams, contacts, tables, motions, loads, tools, touch, tally,
-                        scratch[p],
+                        scratch[thread],
                     )  # fmt: skip
         move_tools(dt, tools, tables, tally)
 
@@ -183,13 +185,14 @@ def advance_fabric(
 
     ``count`` of the ``contacts`` of ``sheet`` with itself are in use, by ``law`` (:mod:`knittest.kernels.sheet_state`).
     """
+    touch.room[:, :] = 0.0  # nodes and tools may have been moved by hand since the last call
     if threads == 1:
         _fabric_alone(
             steps, time, dt, nodes, parts, shells, laminate, bends, sheet, contacts, count, law, tables, motions, loads,
             tools, touch, tally, scratch[0],
         )  # fmt: skip
         return
-    claimed = np.zeros(PARTITIONS, np.int64)
+    threads, claimed = min(threads, PARTITIONS), np.zeros(PARTITIONS, np.int64)
     for step in range(steps):
         now = time + step * dt
         read_tables(tables, now - 0.5 * dt, now + 0.5 * dt)
@@ -203,13 +206,13 @@ def advance_fabric(
             for k in range(PARTITIONS):
                 p = in_turn(k, thread, threads)
                 if claim(claimed, p, 3 * step + 2):
-                    _shell_share(p, now, nodes, shells, laminate, bends, tally, scratch[p])
+                    _shell_share(p, now, nodes, shells, laminate, bends, tally, scratch[thread])
         for thread in prange(threads):
             for k in range(PARTITIONS):
                 p = in_turn(k, thread, threads)
                 if claim(claimed, p, 3 * step + 3):
                     _fabric_share(
                         p, dt, nodes, parts, shells, bends, count, contacts, tables, motions, loads, tools, touch,
-                        tally, scratch[p],
+                        tally, scratch[thread],
                     )  # fmt: skip
         move_tools(dt, tools, tables, tally)

@@ -9,7 +9,7 @@ from numba import njit
 
 from knittest.kernels.in_plane import bending_energy, bending_gradients
 from knittest.kernels.in_plane_state import BLOCK, OWN_EACH, SAME, WEIGHTS
-from knittest.kernels.options import INLINE, KERNEL, U
+from knittest.kernels.options import ALLOCATING, INLINE, KERNEL, U
 from knittest.kernels.rows import load3, rows3, store3
 from knittest.kernels.vec import add, scale
 
@@ -172,7 +172,7 @@ def gather_bends(node_start, node_stop, nodes, bends):
         fz[n] += force[2]
 
 
-@njit(**KERNEL)
+@njit(**ALLOCATING)
 def bend_energy(nodes, bends):
     """Energy of the fibres' bending in the plane [mJ]."""
     total, w = 0.0, np.zeros(SCRATCH)

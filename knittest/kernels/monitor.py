@@ -7,7 +7,7 @@ from numba import njit
 
 from knittest.kernels.beam_blocks import beam_energy
 from knittest.kernels.contact import penalty
-from knittest.kernels.options import KERNEL
+from knittest.kernels.options import ALLOCATING, KERNEL
 from knittest.kernels.rows import rows3
 
 
@@ -31,7 +31,7 @@ def kinetic_energy(nodes, mass, inertia, dt):
     return 0.5 * total, 0.5 * lost
 
 
-@njit(**KERNEL)
+@njit(**ALLOCATING)
 def section_energies(nodes, parts, beams):
     """Elastic energy [mJ] of the living beams of each section, (n_sections,)."""
     total = np.zeros(beams.stiffness.shape[0])
@@ -44,7 +44,7 @@ def section_energies(nodes, parts, beams):
     return total
 
 
-@njit(**KERNEL)
+@njit(**ALLOCATING)
 def contact_statistics(contacts, count, law, radius):
     """Elastic contact energy [mJ], and penetration over the smaller radius of the contacts that touch (n_touching,)."""
     energy, share, touching = 0.0, np.empty(count), 0
@@ -62,7 +62,7 @@ def contact_statistics(contacts, count, law, radius):
     return energy, share[:touching]
 
 
-@njit(**KERNEL)
+@njit(**ALLOCATING)
 def axial_state(nodes, parts, beams):
     """Axial strain [-] and force [N] of every beam slot, (n_nodes,) each; 0 where no living beam is."""
     x, y, z = rows3(nodes.position)

@@ -14,10 +14,17 @@ FASTMATH = {"contract", "reassoc", "arcp", "nsz"}
 U = np.uintp
 ONE = np.uintp(1)
 
-#: a kernel called from Python or from another kernel
-KERNEL: dict[str, Any] = {"cache": CODE_FOLDER is not None, "error_model": "numpy", "fastmath": FASTMATH, "nogil": True}
+#: a kernel that makes arrays: each array that it reads is counted, atomically, also in its loops
+ALLOCATING: dict[str, Any] = {
+    "cache": CODE_FOLDER is not None, "error_model": "numpy", "fastmath": FASTMATH, "nogil": True,
+}  # fmt: skip
+#: a kernel called from Python or from another kernel; it counts no references, so that it may neither make nor return
+#: an array
+KERNEL: dict[str, Any] = {**ALLOCATING, "_nrt": False}
 #: a pure function of scalars, inlined into the blocked loops by LLVM
 INLINE: dict[str, Any] = {**KERNEL, "forceinline": True}
+#: parts of an array, taken apart where they are used: inlined before it is decided whether references are counted
+ROWS: dict[str, Any] = {"cache": CODE_FOLDER is not None, "inline": "always"}
 #: a kernel with prange; only prange loops are made parallel, which spares compile time
 PARALLEL: dict[str, Any] = {
     "cache": CODE_FOLDER is not None,

@@ -11,7 +11,7 @@ from numba import njit, prange
 
 from knittest.kernels.contact import closest_step
 from knittest.kernels.grid import ROWS, place_of, row_near
-from knittest.kernels.options import INLINE, KERNEL, PARALLEL, PARTITIONS
+from knittest.kernels.options import ALLOCATING, INLINE, KERNEL, PARALLEL, PARTITIONS
 from knittest.kernels.rows import rows3, rows4
 from knittest.kernels.state import Array, Index
 
@@ -102,7 +102,7 @@ def crossing(x, y, z, i, j):
     return s, t, wx, wy, wz, line
 
 
-@njit(**KERNEL)
+@njit(**ALLOCATING)
 def _by_cell(position, pieces, cells):
     """Position and extent [mm] of the pieces in the order of the cells, (4, n): a cell's are neighbours there."""
     used = cells.head[-1]

@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from knittest.kernels.options import INLINE, KERNEL
+from knittest.kernels.options import ALLOCATING, INLINE, KERNEL
 from knittest.kernels.vec import add, combine, dot, scale, sub
 
 Array = NDArray[np.float64]
@@ -205,7 +205,7 @@ def _farthest(x, start):
     return sqrt(far)
 
 
-@njit(**KERNEL)
+@njit(**ALLOCATING)
 def relax(x, yarns, pairs, count, penalty, tolerance, iterations, skin):
     """Relax yarns by FIRE until the largest force component is below ``tolerance`` [N] or a node moved by ``skin`` / 2.
 

@@ -4,19 +4,25 @@ numbers of a flat scratch whose rows are ``lanes`` apart, a compile-time constan
 
 from numba import njit
 
-from knittest.kernels.options import INLINE
+from knittest.kernels.options import INLINE, ROWS
 
 
-@njit(**INLINE)
+@njit(**ROWS)
 def rows3(a):
     """The three rows of a (3, n) array."""
     return a[0], a[1], a[2]
 
 
-@njit(**INLINE)
+@njit(**ROWS)
 def rows4(a):
     """The four rows of a (4, n) array."""
     return a[0], a[1], a[2], a[3]
+
+
+@njit(**INLINE)
+def at3(rows, i):
+    """The vector at ``i`` of three rows."""
+    return rows[0][i], rows[1][i], rows[2][i]
 
 
 @njit(**INLINE)

@@ -9,7 +9,7 @@ from math import sqrt
 import numpy as np
 from numba import njit
 
-from knittest.kernels.options import KERNEL
+from knittest.kernels.options import ALLOCATING, KERNEL
 from knittest.kernels.rows import rows3
 
 #: share of the way that calls for a search from which on pieces are looked at along with it
@@ -22,7 +22,7 @@ SAME = 0.9
 MERGE = 0.25
 
 
-@njit(**KERNEL)
+@njit(**ALLOCATING)
 def fill_cells(x, y, z, is_piece, cell, origin, shape, head, order):
     """Counting sort of pieces into cubic cells; ``head`` (n_cells + 1,) starts, ``order`` piece numbers by cell."""
     head[:] = 0
@@ -153,7 +153,7 @@ def _add_contact(i, j, s, t, wx, wy, wz, line, touch, arm, old, before, new, c):
     new.reach[c], new.arm[c], new.line[c] = reach, arm, line
 
 
-@njit(**KERNEL)
+@njit(**ALLOCATING)
 def find_contacts(pairs, places, found, radius, chain, alive, moved, skin, old, old_count, new):
     """Contacts of the pairs that :func:`knittest.kernels.pair_search.find_pairs` found, and those tracked before.
 
@@ -183,7 +183,7 @@ def find_contacts(pairs, places, found, radius, chain, alive, moved, skin, old, 
     return needed
 
 
-@njit(**KERNEL)
+@njit(**ALLOCATING)
 def assign_halves(contacts, count, node_cut):
     """Sort both sides of every contact by the partition that owns the node; fills half and half_start."""
     parts = node_cut.size - 1

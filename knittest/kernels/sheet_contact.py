@@ -11,7 +11,7 @@ from math import sqrt
 import numpy as np
 from numba import njit
 
-from knittest.kernels.options import INLINE, KERNEL
+from knittest.kernels.options import ALLOCATING, INLINE, KERNEL
 from knittest.kernels.rows import rows3
 from knittest.kernels.sheet_surface import (
     blend,
@@ -249,7 +249,7 @@ def scatter_sheet(partition, start, stop, count, nodes, shells, contacts):
                 _load(i, -w[k], w[k], c, nodes, contacts)
 
 
-@njit(**KERNEL)
+@njit(**ALLOCATING)
 def sheet_statistics(count, nodes, shells, mesh, law, contacts):
     """Elastic energy of the contacts [mJ], and penetration over half the thickness of those that touch (n_touching,).
 

@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 
 from knittest.kernels.grid import ROWS, place_of, row_near
-from knittest.kernels.options import KERNEL
+from knittest.kernels.options import ALLOCATING, KERNEL
 from knittest.kernels.rows import rows3
 from knittest.kernels.sheet_contact import clamped
 from knittest.kernels.sheet_surface import facing, limits, node_normals, node_values, separation, surface
@@ -136,7 +136,7 @@ def _cell(value, origin, cell, count):
     return min(max(int((value - origin) / cell), 0), count - 1)
 
 
-@njit(**KERNEL)
+@njit(**ALLOCATING)
 def find_sheet_contacts(
     nodes, shells, mesh, moved, shell_moved, active, grid, centre, half, law, skin, old, count, new
 ):

@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 
 from knittest.kernels.laws import hinge_energy, hinge_force, odd_hinge_energy, odd_hinge_force, slider_force
-from knittest.kernels.options import KERNEL
+from knittest.kernels.options import ALLOCATING, KERNEL
 from knittest.kernels.shell import (
     arcsine,
     drill,
@@ -117,7 +117,7 @@ def shell_energies(nodes, shells, laminate):
     return internal, control
 
 
-@njit(**KERNEL)
+@njit(**ALLOCATING)
 def shell_fields(n_el, nodes, shells, laminate):
     """Membrane strain warp, weft [-], shear angle [rad], force per width warp, weft [N/mm] of each shell, (5, n_el).
 
@@ -140,7 +140,7 @@ def shell_fields(n_el, nodes, shells, laminate):
     return fields
 
 
-@njit(**KERNEL)
+@njit(**ALLOCATING)
 def shell_moments(n_el, nodes, shells, laminate):
     """Moment per width of warp and weft [N], and of twisting [N], of each shell, (3, n_el).
 

@@ -11,11 +11,13 @@ import numpy as np
 from numba import njit
 
 from knittest.kernels.drive_state import KINETIC, NORMAL, STATIC, TANGENTIAL
-from knittest.kernels.options import INLINE, KERNEL, U
+from knittest.kernels.options import INLINE, KERNEL, PARTITIONS, U
 from knittest.kernels.rows import load3, rows3, store3
 from knittest.kernels.tool_contact import touch_force
-from knittest.kernels.tool_shapes import frame_distance, least_distances, tool_frame
+from knittest.kernels.tool_shapes import FAR, frame_distance, least_distances, tool_frame
 
+#: share of a distance that is taken for it: what rounding leaves
+ROUNDING = 1.0 - 1e-9
 #: nodes that are looked at together
 BLOCK = 128
 LANES = np.uintp(BLOCK)
@@ -28,30 +30,69 @@ REACH, NODE, DEPTH, NORM, SLIDE, SPRING, STIFF, VISCOUS, SLIPS, FORCE, PRESSURE,
 SCRATCH = BLOCK * 21
 
 
+def n_blocks(n_nodes: int) -> int:
+    """Number of blocks of ``n_nodes``, however they lie in partitions."""
+    return n_nodes // BLOCK + PARTITIONS
+
+
+@njit(**INLINE)
+def block_of(partition, first, start):
+    """Number of the block at ``start`` in the partition that begins with node ``first``."""
+    return partition + first // BLOCK + (start - first) // BLOCK
+
+
 @njit(**KERNEL)
 def touch_tools(partition, first, last, dt, nodes, tools, touch, tally, w):
     """Add the tools' forces on nodes first..last; tally forces on the tools [N] and energies [mJ].
 
-    ``w`` is work space of ``SCRATCH`` numbers.
+    A block that a tool cannot reach is passed over until both may have come together by what was between them. ``w`` is
+    work space of ``SCRATCH`` numbers.
     """
+    for start in range(first, last, BLOCK):
+        count, block = min(BLOCK, last - start), block_of(partition, first, start)
+        moved = dt * _speed(start, count, nodes)
+        for t in range(tools.kind.size):
+            u = tools.velocity[t]
+            room = touch.room[t, block] - moved - dt * sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2])
+            if room > 0.0:
+                touch.room[t, block] = room
+            else:
+                touch.room[t, block] = _touch(partition, t, start, count, dt, nodes, tools, touch, tally, w)
+
+
+@njit(**INLINE)
+def _speed(start, count, nodes):
+    """Upper bound of the speeds of ``count`` nodes [mm/ms]: the root of the sum of their squares."""
+    vx, vy, vz = rows3(nodes.velocity)
+    squares = 0.0
+    for k in range(U(count)):
+        i = U(start) + k
+        squares += vx[i] * vx[i] + vy[i] * vy[i] + vz[i] * vz[i]
+    return sqrt(squares)
+
+
+@njit(**KERNEL)
+def _touch(partition, t, start, count, dt, nodes, tools, touch, tally, w):
+    """Forces of tool ``t`` on the ``count`` nodes from ``start`` on; returns the room between them, 0 if they touch."""
     x, y, z = rows3(nodes.position)
-    radius = touch.radius
-    for t in range(tools.kind.size):
-        kind, frame, pressure = tools.kind[t], tool_frame(t, tools), touch.pressure[t]
-        for start in range(first, last, BLOCK):
-            count = min(BLOCK, last - start)
-            least_distances(kind, frame, tools.grid[t], tools.samples, start, count, x, y, z, radius, w)
-            near = 0
-            for k in range(U(count)):
-                i = U(start) + k
-                w[REACH + k] = radius[i] - w[REACH + k] if pressure[i] == 0.0 else 1.0
-                near += w[REACH + k] > 0.0
-            if near > 0:
-                touching = _pack(t, frame, start, count, dt, nodes, tools, touch, w)
-                _forces(touching, dt, tools.law[t], w)
-                rubbed, damped = _unpack(t, touching, nodes, touch, tally.tool[partition, t], w)
-                tally.energy[partition, 1] += rubbed
-                tally.energy[partition, 3] += damped
+    radius, pressure, frame = touch.radius, touch.pressure[t], tool_frame(t, tools)
+    least_distances(tools.kind[t], frame, tools.grid[t], tools.samples, start, count, x, y, z, radius, w)
+    near = 0
+    for k in range(U(count)):
+        i = U(start) + k
+        w[REACH + k] = radius[i] - w[REACH + k] if pressure[i] == 0.0 else 1.0
+        near += w[REACH + k] > 0.0
+    if near > 0:
+        touching = _pack(t, frame, start, count, dt, nodes, tools, touch, w)
+        _forces(touching, dt, tools.law[t], w)
+        rubbed, damped = _unpack(t, touching, nodes, touch, tally.tool[partition, t], w)
+        tally.energy[partition, 1] += rubbed
+        tally.energy[partition, 3] += damped
+        return 0.0
+    room = FAR
+    for k in range(U(count)):
+        room = min(room, -w[REACH + k])
+    return ROUNDING * room
 
 
 @njit(**INLINE)

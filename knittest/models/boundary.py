@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from knittest.base.errors import InputError
 from knittest.kernels.drive_state import ABOUT, ALONG, Drive, Motions, Tables, ToolContactState
 from knittest.kernels.options import PARTITIONS
+from knittest.kernels.tool_blocks import n_blocks
 from knittest.kernels.tool_contact import FREE, HELD
 from knittest.models.explicit_model import ExplicitModel
 from knittest.models.inputs import above, finite, independent, names_among, node_numbers, once_each, orthonormal
@@ -205,8 +206,9 @@ class Boundary:
         stiffness = TOOL_STIFFNESS * mass / self.dt**2
         viscous = 2.0 * TOOL_DAMPING * np.sqrt(stiffness * mass)
         return ToolContactState(
-            self.radius, stiffness, viscous, np.zeros((n_tools, 3, n)), np.zeros((n_tools, n)), np.zeros((n_tools, n))
-        )
+            self.radius, stiffness, viscous, np.zeros((n_tools, 3, n)), np.zeros((n_tools, n)), np.zeros((n_tools, n)),
+            np.zeros((n_tools, n_blocks(n))),
+        )  # fmt: skip
 
 
 def _one_each(values: ArrayLike, name: str, node: Index) -> Array:

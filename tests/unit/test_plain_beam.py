@@ -5,7 +5,7 @@ import pytest
 from plain import plain
 
 from knittest.kernels import beam_blocks
-from knittest.kernels.beam_blocks import AX, AY, AZ, BX, BY, BZ, FX, FY, FZ, SCRATCH, beam_energy
+from knittest.kernels.beam_blocks import AX, AY, AZ, BX, BY, BZ, FX, FY, FZ, SCRATCH, advance_beams, beam_energy
 from knittest.kernels.state import Beams, Nodes
 
 N = 4  # nodes of the chain
@@ -28,7 +28,7 @@ def across(chord: np.ndarray) -> np.ndarray:
 
 
 class Chain:
-    """Three beams, bent in space by large turns, of which one is stretched, one compressed and one slack."""
+    """Three beams, bent in space by large turns."""
 
     def __init__(self, seed: int = 5, excess: float = 0.0) -> None:
         rng = np.random.default_rng(seed)
@@ -38,7 +38,7 @@ class Chain:
         self.beams = Beams(
             tangent=(chord / length[:, None]).T.copy(), inv_length=1.0 / length,
             alive=np.array([1.0, 1.0, 1.0, 0.0]), fail_strain=np.full(N, 10.0),
-            slack=np.array([0.01, 0.0, 5.0, 0.0]), fail_time=np.full(N, np.inf), stiffness=STIFFNESS,
+            slack=np.array([0.01, 0.0, 0.02, 0.0]), fail_time=np.full(N, np.inf), stiffness=STIFFNESS,
             hinge_strain=np.array([[0.0, 0.02]]), hinge_slope=np.array([[500.0, 800.0]]),
             excess=np.array([excess]), normal=np.array([across(c) for c in chord]).T.copy(),
         )  # fmt: skip
@@ -59,9 +59,8 @@ class Chain:
     def forces(self) -> tuple[np.ndarray, np.ndarray]:
         """Force [N] and moment [N mm] on each node, (N, 3)."""
         w = np.zeros(SCRATCH)
-        plain(beam_blocks._kinematics)(0, N, self.nodes, self.beams, w)
-        assert plain(beam_blocks._axial_law)(0, N, self.beams, 0, w) == 0.0
-        plain(beam_blocks._forces)(0, N, self.nodes, self.beams, 0, w)
+        plain(beam_blocks._more_hinges)(0, N, self.nodes, self.beams, 0, w)
+        assert plain(beam_blocks._forces)(0, N, self.nodes, self.beams, 0, w) == 0.0
         plain(beam_blocks._flat_moments)(0, N, self.nodes, self.beams, self.beams.excess[0], w)
         k = np.arange(N)
         force = [w[int(row) + k + 1] - w[int(row) + k] for row in (FX, FY, FZ)]
@@ -126,15 +125,29 @@ def rotated_vector(vector: np.ndarray, v: np.ndarray) -> np.ndarray:
 
 
 def test_tension_is_the_table():
-    """A straight beam pulled by 3 %: EA of two hinges less the slack, and nothing across."""
+    """A straight beam pulled by 5 %: EA of two hinges less the slack, and nothing across."""
     chain = Chain()
     chain.nodes.rotation[:] = np.array([[1.0], [0.0], [0.0], [0.0]])
     chord = chain.beams.tangent[:, 0] / chain.beams.inv_length[0]
-    chain.nodes.position[:, 1] = chain.nodes.position[:, 0] + 1.03 * chord
+    chain.nodes.position[:, 1] = chain.nodes.position[:, 0] + 1.05 * chord
     chain.beams.alive[1:] = 0.0
     force, moment = chain.forces()
-    assert force[0] == pytest.approx((500.0 * 0.02 + 800.0 * 0.0) * chain.beams.tangent[:, 0], abs=1e-9)
+    assert force[0] == pytest.approx((500.0 * 0.04 + 800.0 * 0.02) * chain.beams.tangent[:, 0], abs=1e-9)
     assert np.abs(moment).max() < 1e-12
+
+
+def test_a_beam_beyond_its_strain_fails_once_and_pulls_no_more():
+    """Stamped with the time, its energy given up; what failed before or is no beam does not fail again."""
+    chain = Chain()
+    chain.beams.fail_time[3] = np.nan
+    energy = plain(beam_energy)(2, 0, chain.nodes, chain.beams)
+    chain.beams.fail_strain[2] = -10.0
+    step = (0, N, 0, 2.5, 1e-12, chain.nodes, chain.beams, np.zeros(SCRATCH))
+    assert plain(advance_beams)(*step) == pytest.approx(energy, rel=1e-9)
+    assert list(chain.beams.alive) == [1.0, 1.0, 0.0, 0.0] and chain.beams.fail_time[2] == 2.5
+    assert np.isinf(chain.beams.fail_time[:2]).all()
+    assert plain(advance_beams)(*step) == 0.0
+    assert chain.forces()[0][3] == pytest.approx(np.zeros(3))  # the free end of the chain
 
 
 @pytest.mark.parametrize(("about", "stiffness"), [("normal", 670.0), ("binormal", 70.0), ("tangent", 40.0)])

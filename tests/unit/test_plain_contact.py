@@ -5,7 +5,7 @@ import pytest
 from plain import plain
 
 from knittest.kernels.contact import contact_force, penalty
-from knittest.kernels.contact_blocks import SCRATCH, contact_forces, scatter_contacts
+from knittest.kernels.contact_blocks import SCRATCH, contact_forces, scatter_contacts, walk
 from knittest.kernels.state import ContactLaw, Contacts, Nodes
 
 REACH, DT = 1.0, 1e-4
@@ -162,3 +162,20 @@ def test_a_rigid_turn_rubs_nothing(axis):
     crossing.nodes.position[:, :6] += DT * np.cross(spin, crossing.nodes.position[:, :6].T).T
     crossing.step()
     assert np.abs(crossing.contacts.spring).max() < 1e-7  # a thousandth of the slide of one yarn alone
+
+
+@pytest.mark.parametrize(
+    ("side", "start", "parameter", "broken", "end", "left"),
+    [(0, 3, 1.2, (), 4, 0.2), (1, 3, -0.3, (), 2, 0.7), (0, 3, 0.5, (), 3, 0.5), (1, 3, 1.2, (4,), 3, 1.2),
+     (0, 3, -0.3, (1,), 3, -0.3), (0, 3, -0.3, (2,), 3, -0.3), (1, 1, -0.3, (), 1, -0.3)],
+)  # fmt: skip
+def test_a_contact_passes_to_the_next_piece_where_the_yarn_goes_on(side, start, parameter, broken, end, left):
+    """Piece i spans elements i - 1 and i: the place on the yarn stays, at a break or an end the contact too."""
+    contacts = Crossing(SMOOTH).contacts
+    contacts.piece[side, 0], contacts.parameter[side, 0] = start, parameter
+    other = contacts.piece[1 - side, 0], contacts.parameter[1 - side, 0]
+    alive = np.ones(7)
+    alive[list(broken)] = 0.0
+    plain(walk)(0, 1, contacts, alive)
+    assert contacts.piece[side, 0] == end and contacts.parameter[side, 0] == pytest.approx(left)
+    assert (contacts.piece[1 - side, 0], contacts.parameter[1 - side, 0]) == other

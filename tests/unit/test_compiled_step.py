@@ -1,0 +1,88 @@
+"""The loops of a step as compiled: no counting of references to arrays, no scattered stores."""
+
+import re
+
+import numpy as np
+import pytest
+from numba import njit, typeof
+from test_plain_beam import Chain
+from test_plain_contact import SMOOTH, Crossing
+from test_tool_room import Fall
+
+from knittest import pose
+from knittest.kernels import beam_blocks, contact_blocks, explicit, shell_blocks, tool_blocks
+from knittest.kernels.options import ALLOCATING, KERNEL
+
+COUNTS, SCATTER = re.compile("NRT_|atomicrmw"), "masked.scatter"
+W = np.zeros(explicit.SCRATCH)
+PLACE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
+
+
+def _beams():
+    chain = Chain()
+    return beam_blocks.advance_beams, (0, 4, 0, 0.0, 1e-3, chain.nodes, chain.beams, W)
+
+
+def _contacts():
+    crossing = Crossing(SMOOTH)
+    return contact_blocks.contact_forces, (0, 1, 1e-3, crossing.nodes, crossing.contacts, np.ones(7), SMOOTH, W)
+
+
+def _scatter():
+    crossing = Crossing(SMOOTH)
+    return contact_blocks.scatter_contacts, (0, crossing.nodes, crossing.contacts)
+
+
+def _tools():
+    fall = Fall()
+    return tool_blocks.touch_tools, (0, 0, 5, 1e-3, fall.nodes, fall.tools, fall.touch, fall.tally, W)
+
+
+def _clear():
+    return explicit._clear, (0, 5, Fall().nodes.force)
+
+
+def _shells():
+    nodes, shells, laminate = _square()
+    return shell_blocks.shell_forces, (0, 1, 0.0, nodes, shells, laminate, W)
+
+
+def _gather():
+    nodes, shells, _ = _square()
+    return shell_blocks.gather_shells, (0, 4, nodes, shells)
+
+
+def _square():
+    laminate = pose.linear_laminate((100.0, 100.0), (1.0, 1.0), 1.0, 1.0)
+    model = pose.Body.of_shells(PLACE, np.array([[0, 1, 2, 3]]), laminate, 1e-3, 1.0).model
+    return model.nodes, model.shells, model.laminate
+
+
+CASES = (_beams, _contacts, _scatter, _tools, _clear, _shells, _gather)
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.__name__[1:])
+def test_a_sweep_counts_no_references_and_scatters_no_stores(case):
+    """Counts are atomic and shared between threads, one a reading of an array; a scatter stores lane by lane."""
+    code = _compiled(*case(), KERNEL)
+    assert not COUNTS.search(code)
+    assert SCATTER not in code
+
+
+def test_the_search_finds_what_it_searches():
+    """A kernel that may make arrays counts; a row read in a loop with a signed index is scattered to."""
+    assert COUNTS.search(_compiled(*_scatter(), ALLOCATING))
+    assert SCATTER in _compiled(njit(_signed), (0, 5, np.zeros((3, 9))), KERNEL)
+
+
+def _signed(start, stop, rows):
+    for k in range(3):
+        for i in range(start, stop):
+            rows[k, i] = 0.0
+
+
+def _compiled(kernel, arguments, options):
+    fresh = njit(**{**options, "cache": False})(kernel.py_func)
+    signature = tuple(typeof(a) for a in arguments)
+    fresh.compile(signature)
+    return fresh.inspect_llvm(signature)
