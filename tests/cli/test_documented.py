@@ -1,5 +1,6 @@
 """Every command of README and docs does what it says: it ends with 0, or is planned to its first run."""
 
+import json
 import re
 import shutil
 from pathlib import Path
@@ -57,6 +58,9 @@ def test_documented_command(place, monkeypatch, text: str, do: Do):
     arguments = [found for word in words[1:] for found in _files(word)]
     if not do.planned:
         assert run(arguments) == 0, " ".join(words)
+        if "--against" in arguments and "--out" in arguments:
+            found = json.loads(Path(arguments[arguments.index("--out") + 1], "comparison.json").read_text())
+            assert len(found["curves"]) >= arguments.count("--against")
         return
     for pool in (knittest.studies.trials.pool.LocalPool, knittest.studies.trials.dask_pool.DaskPool):
         monkeypatch.setattr(pool, "__init__", _begins)
