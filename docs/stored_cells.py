@@ -9,15 +9,18 @@ from knittest.config.fabric import Fabric
 from knittest.config.loading import resolve
 from knittest.export.manifest import now
 from knittest.export.provenance import git_commit
-from knittest.fabric.cell import CellSpec
+from knittest.fabric.cell import Cell, CellSpec
+from knittest.laboratory.numerical_error import mesh_factor
 
 FILE = Path(__file__).parent / "cells.json"
+#: nodes of the yarns of the cell that shows the error, over those of the cell itself: as with --verify
+FINER = 1.5
 
 
 @dataclass(frozen=True)
 class StoredCell:
     """Thickness [mm], area mass [g/m2] by lengths of yarns, as ``knittest check`` counts it, and crimps [-] of the cell
-    with ``spec`` (mm, N mm2).
+    with ``spec`` (mm, N mm2); ``error`` is the numerical one of both, from the cell with finer yarns.
     """
 
     thickness_mm: float
@@ -26,6 +29,7 @@ class StoredCell:
     spec: dict[str, float]
     commit: str | None
     date: str
+    error: dict[str, float]
 
     def stale(self, variant: str) -> list[str]:
         """Inputs that the cell of ``variant`` is given now and was not then."""
@@ -45,14 +49,22 @@ def fabric_of(variant: str) -> Fabric:
 
 def relaxed(variant: str) -> StoredCell:
     """Relax the cell of ``variant``, or take it from the cache."""
-    from knittest.fabric.relax import relaxed_cell
-    from knittest.runs.preflight.of_yarns import cell_mass
+    from knittest.fabric.relax import relax_cell, relaxed_cell
 
     fabric = fabric_of(variant)
     cell = relaxed_cell(fabric, lambda: None)
-    mass = 1e6 * cell_mass(fabric, cell) / (cell.spec.wale * cell.spec.course)
+    found, fine = _numbers(fabric, cell), _numbers(fabric, relax_cell(cell.spec, FINER))
+    error = {name: mesh_factor(FINER, finer=True) * abs(fine[name] - value) for name, value in found.items()}
     crimp = {system: cell.crimp(system) for system in ("warp", "weft")}
-    return StoredCell(cell.thickness, mass, crimp, _spec(fabric), git_commit(), now())
+    return StoredCell(**found, crimp=crimp, spec=_spec(fabric), commit=git_commit(), date=now(), error=error)
+
+
+def _numbers(fabric: Fabric, cell: Cell) -> dict[str, float]:
+    """Thickness [mm] and area mass [g/m2] of ``cell``."""
+    from knittest.runs.preflight.of_yarns import cell_mass
+
+    mass = 1e6 * cell_mass(fabric, cell) / (cell.spec.wale * cell.spec.course)
+    return {"thickness_mm": cell.thickness, "area_mass_g_m2": mass}
 
 
 def load() -> dict[str, StoredCell]:

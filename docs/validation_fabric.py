@@ -33,27 +33,29 @@ def cell_rows(cells: Mapping[str, StoredCell]) -> tuple[Sequence[str], list[list
     """
     lines = []
     for variant, cell in sorted(cells.items()):
-        for quantity, value in (("area_mass", cell.area_mass_g_m2), ("thickness", cell.thickness_mm)):
-            lines.append(_cell_line(variant, quantity, value))
+        for quantity, name in (("area_mass", "area_mass_g_m2"), ("thickness", "thickness_mm")):
+            lines.append(_cell_line(variant, quantity, name, (getattr(cell, name), cell.error[name])))
     return CELL_HEAD, lines
 
 
-def _cell_line(variant: str, quantity: str, value: float) -> list[str]:
+def _cell_line(variant: str, quantity: str, name: str, found: tuple[float, float]) -> list[str]:
+    """Line of ``quantity``, which the model calls ``name``: its value and error ``found``."""
+    value, error = found
     (row,), (other,) = (measured(v, "", [quantity]) for v in (variant, "2" if variant == "1" else "1"))
-    name = {"area_mass": "area_mass_g_m2", "thickness": "thickness_mm"}[quantity]
     copy = other.mean * (_inlays(variant) / _inlays("2" if variant == "1" else "1") if quantity == "area_mass" else 1.0)
     deviation = (value - row.mean) / row.sd
     return [
         variant, f"{quantity.replace('_', ' ')} [{row.unit}]", f"{row.mean:g} ± {row.sd:g}",
-        f"{value:.4g}, ± not estimated",
+        f"{value:.4g} ± {error:.2g}",
         f"{copy:.4g}", _off(value, row), _off(copy, row), f"{deviation:+.2f}",
-        cell_row_kind(fabric_of(variant), name), verdict(deviation),
+        cell_row_kind(fabric_of(variant), name), verdict(deviation, error / row.sd),
     ]  # fmt: skip
 
 
-def verdict(deviation: float) -> str:
-    """Verdict on a deviation in standard deviations."""
-    return "passed" if abs(deviation) <= LIMIT_SD else "**FAILED**"
+def verdict(deviation: float, error: float = 0.0) -> str:
+    """Verdict on a deviation with its numerical error, both in standard deviations."""
+    passed = "passed" if abs(deviation) <= LIMIT_SD else "**FAILED**"
+    return f"{passed}, within ± open" if abs(abs(deviation) - LIMIT_SD) < error else passed
 
 
 def _inlays(variant: str) -> float:

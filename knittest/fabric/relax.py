@@ -49,13 +49,13 @@ def relaxed_cell(fabric: Fabric, compute: Callable[[], None] | None = None) -> C
     return cell
 
 
-def relax_cell(spec: CellSpec) -> Cell:
-    """Relax the start shapes of ``spec`` and check their interlacing.
+def relax_cell(spec: CellSpec, finer: float = 1.0) -> Cell:
+    """Relax the start shapes of ``spec``, of ``finer`` times as many nodes, and check their interlacing.
 
     Raises :class:`InputError` when the loop is too short for its yarns or too long for its cell,
     :class:`NumericalError` when it does not come to rest or yarns passed through each other.
     """
-    state = _Relaxation(spec)
+    state = _Relaxation(spec, finer)
     for share in RADIUS_STEPS:
         state.settle(PENALTY, ON_THE_WAY, BRIEF, share)
     state.draw_in()
@@ -68,8 +68,8 @@ def relax_cell(spec: CellSpec) -> Cell:
 class _Relaxation:
     """A relaxation in progress: positions ``x`` [mm], (n, 3), and the kernel's yarns."""
 
-    def __init__(self, spec: CellSpec) -> None:
-        curves = start_curves(spec)
+    def __init__(self, spec: CellSpec, finer: float) -> None:
+        curves = start_curves(spec, finer)
         self.spec = spec
         self.x = np.vstack(curves)
         self.cuts = np.cumsum([len(c) for c in curves])[:-1]

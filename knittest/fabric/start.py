@@ -35,15 +35,17 @@ def wave_amplitude(crimp: float, wavelength: float) -> float:
     return 0.0 if crimp <= 0.0 else float(brentq(excess, 0.0, wavelength))
 
 
-def start_curves(spec: CellSpec) -> list[Array]:
-    """Centre-lines [mm] of knit, warp and weft, each (n, 3), interlaced but not free of penetration.
+def start_curves(spec: CellSpec, finer: float = 1.0) -> list[Array]:
+    """Centre-lines [mm] of knit, warp and weft, each (n, 3), interlaced but not free of penetration, of ``finer`` times
+    as many nodes.
 
     The waves are in phase: the warp is furthest back where the weft crosses, the weft furthest forward over the warp.
     """
     loop = start_loop(spec.wale, spec.course, spec.loop_length, 0.5 * (spec.diameter + spec.knit_diameter))
-    knit = _resample(loop.points(np.linspace(0.0, 2.0 * np.pi, 2001)), LOOP_NODES)
-    turn = 2.0 * np.pi * (np.arange(WAVE_NODES) / WAVE_NODES - 0.5)
-    side = np.full(WAVE_NODES, 1.0)
+    knit = _resample(loop.points(np.linspace(0.0, 2.0 * np.pi, 2001)), round(finer * LOOP_NODES))
+    nodes = round(finer * WAVE_NODES)
+    turn = 2.0 * np.pi * (np.arange(nodes) / nodes - 0.5)
+    side = np.full(nodes, 1.0)
     back = -wave_amplitude(spec.crimp_warp, spec.course) * np.cos(turn)
     warp = np.column_stack([0.5 * spec.wale * side, spec.course * turn / (2.0 * np.pi) + loop.weft, back])
     forth = -wave_amplitude(spec.crimp_weft, spec.wale) * np.cos(turn)

@@ -4,6 +4,7 @@ import json
 import math
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
@@ -12,9 +13,13 @@ from docs import generate_validation, stored_cells, stored_runs, validation_rows
 from docs.generate_validation import validation_page
 from docs.stored_runs import StoredRun, inputs_of
 from docs.validation_fabric import cell_rows, shear_line, shear_rows
+from docs.validation_fabric import verdict as cell_verdict
 from docs.validation_rows import rows_of, trivial
 from knittest.config.fabric import yarn_area_mass
 from knittest.config.loading import resolve
+from knittest.fabric import relax
+from knittest.fabric.cell import CellSpec
+from knittest.fabric.start import start_curves
 
 OPTIONS = {
     "test": "tensile", "variant": "1", "scale": "meso", "preset": "paper", "direction": "weft",
@@ -174,13 +179,43 @@ def test_area_mass_is_lengths_of_yarns_times_tex():
 def test_mass_and_thickness_stand_with_their_copies():
     lines = {(line[0], line[1].split(" [")[0]): line for line in cell_rows(stored_cells.load())[1]}
     mass, thickness = lines["1", "area mass"], lines["2", "thickness"]
-    assert mass[3:8] == ["937.1, ± not estimated", "972.9", "+13.7 %", "+18.0 %", "+2.47"] and mass[-1] == "**FAILED**"
-    assert (
-        thickness[3] == "2.416, ± not estimated"
-        and thickness[4] == "2.22"
-        and thickness[-2:] == ["predicted", "**FAILED**"]
-    )
-    assert lines["1", "thickness"][-2] == "tuned"
+    assert mass[3:8] == ["937.1 ± 0.057", "972.9", "+13.7 %", "+18.0 %", "+2.47"] and mass[-1] == "**FAILED**"
+    assert thickness[3:5] == ["2.416 ± 0.0033", "2.22"] and thickness[-2:] == ["predicted", "**FAILED**"]
+    assert lines["1", "thickness"][-2:] == ["tuned", "passed, within ± open"]
+
+
+@pytest.mark.parametrize(
+    ("deviation", "error", "told"),
+    [(-0.81, 0.18, "passed"), (-0.81, 0.20, "passed, within ± open"), (1.1, 0.09, "**FAILED**"),
+     (-1.1, 0.11, "**FAILED**, within ± open")],
+)  # fmt: skip
+def test_a_cell_is_judged_with_its_error(deviation, error, told):
+    assert cell_verdict(deviation, error) == told
+
+
+def test_the_error_of_a_cell_is_that_of_one_with_finer_yarns(monkeypatch):
+    """Of second order, with 1.5 times the nodes and a safety of 3: 5.4 times the change."""
+    cells = {1.0: (2.0, 900.0), stored_cells.FINER: (2.01, 899.5)}
+    spec = SimpleNamespace(wale=1.0, course=1.0)
+    monkeypatch.setattr(relax, "relaxed_cell", lambda *_: SimpleNamespace(spec=spec, crimp=lambda _: 0.01, size=1.0))
+    monkeypatch.setattr(relax, "relax_cell", lambda _, finer: SimpleNamespace(spec=spec, size=finer))
+    names = ("thickness_mm", "area_mass_g_m2")
+    monkeypatch.setattr(stored_cells, "_numbers", lambda _, cell: dict(zip(names, cells[cell.size], strict=True)))
+    found = stored_cells.relaxed("1")
+    assert found.thickness_mm == 2.0 and found.error == pytest.approx({names[0]: 0.054, names[1]: 2.7})
+
+
+def test_a_finer_cell_has_more_nodes():
+    spec = CellSpec.of(stored_cells.fabric_of("1"))
+    assert [[len(curve) for curve in start_curves(spec, finer)] for finer in (1.0, 1.5)] == [[64, 16, 16], [96, 24, 24]]
+
+
+def test_what_has_no_error_is_listed_with_what_it_would_take():
+    told = validation_page().split("## What has no ±")[1].split("##")[0]
+    open_rows = [r for r in rows_of(stored_runs.load(), "cantilever", "meso") if not math.isfinite(r.error)]
+    assert "of variant 2 over that of variant 1 in shear" in told and "mass" not in told
+    assert (f"- cantilever of yarns: {len(open_rows)} of " in told) == bool(open_rows)
+    assert "tensile" not in told and "of shells" not in told
 
 
 @pytest.mark.parametrize(("second", "verdict"), [(0.99, "passed"), (1.01, "**FAILED**")])
@@ -199,7 +234,7 @@ def test_every_simulated_number_has_its_error_or_says_that_none_is_known():
         elif column >= 0:
             found.append(cells[column])
     assert len(found) >= 50 and all(re.search(r"± ([0-9.e-]+|not estimated)", cell) for cell in found)
-    assert "171 ± 0.19" in found and "4998 ± 150" in found and "937.1, ± not estimated" in found
+    assert "171 ± 0.19" in found and "4998 ± 150" in found and "937.1 ± 0.057" in found
 
 
 def test_the_page_says_that_shear_fails():
