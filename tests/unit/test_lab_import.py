@@ -1,6 +1,7 @@
 """An import of tensile tests: what its folder says of the strips, and what a fabric file takes from it."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import yaml
 
 from knittest.base.errors import InputError
 from knittest.config.fabric import MacroMaterial
+from knittest.experiment import lab_fabric
 from knittest.experiment.curves import load_curve
 from knittest.experiment.lab_csv import Specimen, read_lab
 from knittest.experiment.lab_direction import Said
@@ -149,3 +151,15 @@ def test_the_copy_of_a_specimen_is_refused_whatever_its_delimiter(tmp_path):
     both = [s for name in ("a.csv", "b.csv") for s in read_lab(tmp_path / name)]
     with pytest.raises(InputError, match="specimens a and b: the same curve twice"):
         write_import(both, tmp_path / "mine", "warp", ["a.csv", "b.csv"])
+
+
+def test_fields_of_all_tests_stand_in_the_order_of_a_fabric(tmp_path, monkeypatch):
+    parts = {
+        "frame": {"macro": {"shear": 1}},
+        "strips": {"macro": {"tension": 2, "bending_stiffness": 3}, "area_mass": 4},
+    }
+    labs = {name: SimpleNamespace(fabric=lambda tests, place, part=part: part) for name, part in parts.items()}
+    monkeypatch.setattr(lab_fabric, "LAB_TESTS", labs)
+    found = lab_fabric.fabric_part(tmp_path)
+    assert list(found) == ["area_mass", "macro", "experiment", "experiment_variant"]
+    assert list(found["macro"]) == ["tension", "bending_stiffness", "shear"]
