@@ -122,6 +122,8 @@ class TestKind:
     scale: str = "meso"
     presets: str = ""
     sizes: tuple[str, ...] = ()
+    #: field of the rig that is of the same piece as another: who states the other does not want a fabric's own
+    tied: Mapping[str, str] = field(default_factory=dict)
     #: fields that decide its results, by scale ({d}: the direction), and scales at which it returns its input
     deciding: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     fed: tuple[str, ...] = ()

@@ -11,7 +11,7 @@ from typing import Any, TypedDict, Unpack, get_args
 from pydantic import ValidationError
 
 from knittest.base.errors import InputError
-from knittest.base.kinds import DEFAULT
+from knittest.base.kinds import DEFAULT, kinds
 from knittest.config.fabric import Direction
 from knittest.config.layers import Layers
 from knittest.config.messages import input_error, unknown
@@ -160,7 +160,7 @@ def _layers(document: Document, source: FabricSource, settings: list[Setting], k
         raise InputError(f"{document.where(('parameters',))}: parameters: expected a name, found {describe(wanted)}")
     chosen = lay_fabric(layers, source, wanted)
     _refuse_silent_rig(settings)
-    stated = {key for key in ("side",) if _stated(("rig", key), document, settings) is not None}
+    stated = {key for key in kinds()[kind].tied.values() if _stated(("rig", key), document, settings) is not None}
     direction = _stated(("rig", "direction"), document, settings) or StripRig().direction
     lay_own_rig(layers, kind, direction, stated)
     _refuse_shadowed_preset(document, layers, preset, kind)

@@ -44,7 +44,7 @@ def own_value(fabric: Fabric, kind: str, path: KeyPath) -> float:
 def lay_own_rig(layers: Layers, kind: str, direction: object, stated: Collection[str] = ()) -> None:
     """Lay what the fabric in ``layers`` says of the rig of a test of ``kind`` in ``direction`` over the rig.
 
-    Sizes that the preset gave stay, and so do those ``stated`` elsewhere; a frame goes with its square. Raises
+    Sizes that the preset gave stay, and so do those ``stated`` elsewhere, with the fields that are tied to them. Raises
     :class:`InputError` where a test without directions has numbers of both.
     """
     at: KeyPath = ("fabric", "rigs", kind)
@@ -57,8 +57,7 @@ def lay_own_rig(layers: Layers, kind: str, direction: object, stated: Collection
             "direction: expected one of each, such as their mean"
         )
     kept = {*(layers.get(("rig",)) or {}), *stated}
-    if "side" in kept:
-        kept.add("frame_side")
+    kept |= {field for field, other in kinds()[kind].tied.items() if other in kept}
     for key, path in own_fields(own, kind, direction).items():
         if key not in kept:
             where = str(layers.where((*at, *path)))

@@ -99,7 +99,8 @@ def test_a_record_names_what_is_there(name):
         assert not getattr(kind, part) or kind.load(part)
     assert set(kind.published) | set(kind.sized) | set(kind.diagnostic) <= set(kind.labels)
     assert set(kind.regression.buckled) <= set(kind.labels)
-    assert set(kind.sizes) | set(kind.hinges) | set(kind.measured) <= set(rig.model_fields)
+    fields_named = {*kind.sizes, *kind.hinges, *kind.measured, *kind.tied, *kind.tied.values()}
+    assert fields_named <= set(rig.model_fields)
 
 
 def test_files_of_all_tests_are_those_of_runs():

@@ -45,6 +45,7 @@ KIND = TestKind(
     tables=("shear-angle.csv",),
     presets="knittest.laboratory.picture_frame.presets:settings",
     sizes=("side",),
+    tied={"frame_side": "side"},
     deciding={
         "macro": ("macro.shear",),
         "meso": ("warp_density", "weft_density", *LOOPS, "contact.friction_coefficient"),
