@@ -99,7 +99,8 @@ def _forces(block, bends, w):
         store3(w, WARP_S + k, LANES, a_s)
         store3(w, WEFT_T + k, LANES, b_t)
     for row in range(bends.first[block], bends.first[block + 1]):
-        if bends.spread[row].max() < OWN_EACH:
+        spread = bends.spread  # of a row, which as an array of its own would be counted
+        if max(spread[row, 0], spread[row, 1], spread[row, 2], spread[row, 3]) < OWN_EACH:
             at = U(row) * U(WEIGHTS * BLOCK)
             c0, c1 = -bends.weight[at], -bends.weight[at + LANES]
             c2, c3 = -bends.weight[at + ROW2], -bends.weight[at + ROW3]
