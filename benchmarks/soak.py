@@ -48,6 +48,7 @@ def _options() -> argparse.ArgumentParser:
     parser.add_argument("--only", default="", help="only cases with this word in their name")
     parser.add_argument("--at-once", type=int, default=2, help="cases that are stopped side by side")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--kept", action="store_true", help="stop nothing before it has something to go on from")
     return parser
 
 
@@ -58,7 +59,7 @@ def _stops(world: World, chosen: list[Case], asked: argparse.Namespace):
             continue
         shares = [total // len(chosen) + (k < total % len(chosen)) for k in range(len(chosen))]
         with ThreadPoolExecutor(asked.at_once) as threads:
-            work = partial(soak_case, world, seed=asked.seed, kills=kills)
+            work = partial(soak_case, world, seed=asked.seed, kills=kills, kept=asked.kept)
             tallies = list(threads.map(work, chosen, shares))
         yield _row(kills, tallies, len(chosen)), [text for tally in tallies for text in tally.wrong]
 

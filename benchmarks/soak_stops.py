@@ -4,11 +4,16 @@ import json
 import random
 import signal
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 from soak_world import PROMPT, Case, World, catches, left_behind
 
+#: waits for the moment of a stop, about so many seconds
+Wait = Callable[[Any, float], None]
 SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGUSR1)
 INTERRUPTED = 75
 
@@ -26,20 +31,21 @@ class Tally:
     seconds: float = 0.0
 
 
-def soak_case(world: World, case: Case, stops: int, seed: int, kills: bool) -> Tally:
-    """Stop ``case`` so often, in as many runs as that takes, each to its end."""
+def soak_case(world: World, case: Case, stops: int, seed: int, kills: bool, kept: bool = False) -> Tally:
+    """Stop ``case`` so often, in as many runs as that takes, each to its end; ``kept``: after a first checkpoint."""
     dice = random.Random(f"{case.name} {seed} {kills}")
     tally = Tally(seconds=world.whole[case.name].seconds)
     turn = 0
     while tally.stopped < stops:
         turn += 1
         out = world.folder / ("kills" if kills else "signals") / f"{case.name}-{seed}-{turn}"
-        _to_its_end(world, case, out, dice, stops, kills, tally)
+        wait = partial(_wait_for_a_checkpoint, out) if kept else _wait
+        _to_its_end(world, case, out, dice, stops, kills, tally, wait)
     return tally
 
 
 def _to_its_end(
-    world: World, case: Case, out: Path, dice: random.Random, stops: int, kills: bool, tally: Tally
+    world: World, case: Case, out: Path, dice: random.Random, stops: int, kills: bool, tally: Tally, wait: Wait
 ) -> None:
     whole, mark = world.whole[case.name], f"{out.parent.name}-{out.name}"
     while True:
@@ -47,7 +53,7 @@ def _to_its_end(
         if tally.stopped < stops:
             began = time.monotonic()
             _wait_until_it_listens(process)
-            _wait(process, dice.uniform(0.0, 1.2 * tally.seconds))
+            wait(process, dice.uniform(0.0, 1.2 * tally.seconds))
             tally.seconds *= 1.03
             if process.poll() is not None:
                 tally.seconds = time.monotonic() - began
@@ -107,6 +113,13 @@ def _wait_until_it_listens(process) -> None:
 def _wait(process, seconds: float) -> None:
     end = time.monotonic() + seconds
     while process.poll() is None and time.monotonic() < end:
+        time.sleep(0.002)
+
+
+def _wait_for_a_checkpoint(out: Path, process, seconds: float) -> None:
+    """Wait for something to go on from that was not there before, however long that takes."""
+    before = set(out.rglob("checkpoint-0*.npz"))
+    while process.poll() is None and not set(out.rglob("checkpoint-0*.npz")) - before:
         time.sleep(0.002)
 
 
