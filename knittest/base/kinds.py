@@ -8,6 +8,7 @@ laboratory: they ask the record.
 import hashlib
 import importlib
 import importlib.util
+import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache
@@ -158,7 +159,7 @@ def kinds() -> Mapping[str, TestKind]:
     of knittest itself is not installed.
     """
     entries: dict[str, EntryPoint] = {}
-    for entry in entry_points(group=GROUP):
+    for entry in _entries():
         other = entries.setdefault(entry.name, entry)
         if other.value != entry.value:
             offers = f"{_package(other)} and {_package(entry)}"
@@ -166,6 +167,24 @@ def kinds() -> Mapping[str, TestKind]:
     _refuse_missing({entry.value.partition(":")[0] for entry in entries.values()})
     found = {name: _record(entry) for name, entry in entries.items()}
     return MappingProxyType(dict(sorted(found.items(), key=lambda item: (item[1].place, item[0]))))
+
+
+def _entries() -> Iterator[EntryPoint]:
+    """Entry points of all tests; in a checkout its own are those that it states, whatever it stated when installed."""
+    own = _of_checkout(PACKAGE.parent / "pyproject.toml")
+    yield from own
+    for entry in entry_points(group=GROUP):
+        if not own or entry.dist is None or entry.dist.name != PACKAGE.name:
+            yield entry
+
+
+def _of_checkout(path: Path) -> list[EntryPoint]:
+    """Entry points of tests in the pyproject.toml of a checkout at ``path``; none where there is no checkout."""
+    if not path.is_file():
+        return []
+    project = tomllib.loads(path.read_text(encoding="utf-8")).get("project", {})
+    stated = project.get("entry-points", {}).get(GROUP, {}) if project.get("name") == PACKAGE.name else {}
+    return [EntryPoint(name, value, GROUP) for name, value in stated.items()]
 
 
 def _record(entry: EntryPoint) -> TestKind:
@@ -205,7 +224,9 @@ def package_digest(kind: TestKind) -> dict[str, str]:
 
 
 def _package(entry: EntryPoint) -> str:
-    return f"{entry.dist.name} {entry.dist.version}" if entry.dist else "an unknown package"
+    if entry.dist is None:
+        return f"{PACKAGE.name}, this checkout" if entry.value.startswith(f"{PACKAGE.name}.") else "an unknown package"
+    return f"{entry.dist.name} {entry.dist.version}"
 
 
 def _refuse_missing(stated: set[str]) -> None:

@@ -23,6 +23,7 @@ import click
 @click.option("--frame-side", "frame_side_mm", type=float, help="Side of the tested frame, hinge to hinge [mm].")
 @click.option("--fabric-side", "fabric_side_mm", type=float, help="Side of the square of fabric in it [mm].")
 @click.option("--normal-force", "normal_force_n", type=float, help="Force that pressed its plates together [N].")
+@click.option("--ratio", "strain_ratio", type=float, help="Ratio of its strains, of a biaxial test.")
 @click.option(
     "--out", type=click.Path(path_type=Path), help="Picture of both curves (PNG).  [default: compare.png in the run]"
 )

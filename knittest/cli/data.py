@@ -21,8 +21,8 @@ def data() -> None:
 
 #: option, unit and what it says, of numbers that files may state themselves
 NUMBERS = (
-    ("--width", "mm", "Width of the strips (tensile, cantilever)"),
-    ("--gauge-length", "mm", "Distance of the clamps (tensile)"),
+    ("--width", "mm", "Width of the strips, or that the force of a biaxial test is of (no frame, no friction)"),
+    ("--gauge-length", "mm", "Distance of the clamps (tensile, biaxial, bias-extension)"),
     ("--frame-side", "mm", "Side of the frame, hinge to hinge (picture-frame)"),
     ("--fabric-side", "mm", "Side of the sheared square of fabric (picture-frame)"),
     ("--area-mass", "g/m2", "Mass per area of the strips (cantilever)"),
@@ -30,6 +30,7 @@ NUMBERS = (
     ("--normal-force", "N", "Force that presses the plates (friction)"),
     ("--plate-length", "mm", "Length of the plates (friction)"),
     ("--plate-width", "mm", "Width of the plates (friction)"),
+    ("--ratio", "1", "Strain of the other system over that of the direction (biaxial)"),
 )
 
 

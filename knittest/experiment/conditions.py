@@ -7,10 +7,19 @@ from typing import Any, get_args
 from knittest.base.errors import InputError
 from knittest.base.kinds import names
 from knittest.config.fabric import Direction
-from knittest.experiment.lab_conditions import FABRIC_SIDE, FRAME_SIDE, GAUGE, NORMAL_FORCE, SAME, WIDTH, Condition
+from knittest.experiment.lab_conditions import (
+    FABRIC_SIDE,
+    FRAME_SIDE,
+    GAUGE,
+    NORMAL_FORCE,
+    RATIO,
+    SAME,
+    WIDTH,
+    Condition,
+)
 
 #: sizes that curves and tables state, by their keys
-SIZES: dict[str, Condition] = {size.key: size for size in (WIDTH, GAUGE, FRAME_SIDE, FABRIC_SIDE, NORMAL_FORCE)}
+SIZES: dict[str, Condition] = {size.key: size for size in (WIDTH, GAUGE, FRAME_SIDE, FABRIC_SIDE, NORMAL_FORCE, RATIO)}
 #: difference [-] of two lengths below which forces are not scaled: that of rounding
 EXACT = 1e-6
 
@@ -26,6 +35,7 @@ class Conditions:
     frame_side_mm: float | None = None
     fabric_side_mm: float | None = None
     normal_force_n: float | None = None
+    strain_ratio: float | None = None
 
 
 UNKNOWN = Conditions()

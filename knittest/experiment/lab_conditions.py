@@ -115,6 +115,12 @@ PLATE_WIDTH = Condition(
     r"strip|specimen|probe", lab_units.LENGTH, "friction", "plate_width",
 )  # fmt: skip
 
+RATIO = Condition(
+    "strain_ratio", "strain ratio", "--ratio", "1",
+    (r"strain[ _-]*ratio|ratio[ _-]of[ _-](the[ _-])?strains|dehnungsverhältnis",),
+    r"force|kraft", {"1": 1.0}, "biaxial", "ratio",
+)  # fmt: skip
+
 
 def stated(what: Condition, path: Path, head: Sequence[Row], mark: str) -> tuple[float, str] | None:
     """Value of ``what`` [its unit] in the rows above a table, and ``file:line``; ``None`` when no row states one.

@@ -30,6 +30,11 @@ class YarnPath:
     index: int
     points: Array
 
+    @property
+    def uncut(self) -> "YarnPath":
+        """The yarn over whole pitches: itself, unless a piece was cut out of it."""
+        return self
+
 
 def wave_elements(cell: Cell, system: str, elements_per_wave: int) -> int:
     """Beams in one wave of warp or weft: ``elements_per_wave`` in the longer wave, as long ones (an even number, at

@@ -1,5 +1,6 @@
 """The meso model: yarn paths and their drawn scatter as beam chains."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,7 +20,7 @@ STRENGTH_MARGIN = 0.15
 
 
 def build_meso(
-    run: Run, paths: list[YarnPath], draws: dict[str, YarnDraws], axial_share: float = 1.0, rubbing: bool = True
+    run: Run, paths: Sequence[YarnPath], draws: dict[str, YarnDraws], axial_share: float = 1.0, rubbing: bool = True
 ) -> YarnModel:
     """Build chains for ``paths``; ``draws`` holds the scatter of each system, indexed by ``YarnPath.index``.
 
@@ -35,15 +36,20 @@ def build_meso(
             SYSTEMS.index(path.system),
             _fail_strain(len(path.points), draws[path.system], path.index) / axial_share,
             float(draws[path.system].slack[path.index]),
-            _stretch(run, path),
+            _stretch(run, path.uncut),
             _degree_of_set(run, path, rows),
         )
-        for path in sorted(paths, key=lambda p: (SYSTEMS.index(p.system), p.index))
+        for path in sorted(paths, key=chain_order)
     ]
     contact = yarn_contact(run) if run.model.meso.contact else None
     if contact is not None and not rubbing:
         contact = replace(contact, friction=0.0, static=None)
     return build_chains(chains, SYSTEMS, contact, _scaling(run))
+
+
+def chain_order(path: YarnPath) -> tuple[int, int]:
+    """Key by which the chains of a model are sorted: by system, and yarn by yarn."""
+    return SYSTEMS.index(path.system), path.index
 
 
 def yarn_contact(run: Run) -> YarnContact:

@@ -19,7 +19,7 @@ TOO_FAR = 10.0
 #: in place of a change of force between specimens that differ in size
 OTHER_SIZE = "other size"
 #: pictures that are shown run by run beside each other
-ABREAST_PICTURES = ("deformed.png", "shear-angle.png", "wrinkles.png", "draw-in.png")
+ABREAST_PICTURES = ("deformed.png", "shear-angle.png", "zones.png", "wrinkles.png", "draw-in.png")
 
 
 def overview(runs: Sequence[LoadedRun], notes: Sequence[str]) -> Section:

@@ -17,6 +17,7 @@ CAPTIONS = {
     "deformed.png": "The specimen, deformed",
     "wrinkles.png": "Height of the wrinkles",
     "shear-angle.png": "Shear angle of the material",
+    "zones.png": "Shear angle in the zones of the strip",
     "draw-in.png": "Draw-in of the edge of the blank",
     "yarn-forces.png": "Largest tension of every yarn over its strength",
     "pressure.png": "Contact pressure of the plates",

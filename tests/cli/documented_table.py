@@ -53,6 +53,19 @@ COMMANDS: dict[str, Do] = {
     "knittest picture-frame --variant cao2008-weave --scale macro --set rig.side=180 --set rig.frame_side=250 "
     "--against cao2008/curves/uml.csv --against cao2008/curves/ut.csv "
     "--against cao2008/curves/kul1.csv": Do("--preset quick --set rig.max_angle=20 --no-frames --out {out}"),
+    "knittest bias-extension --variant 1 --scale macro": Do(
+        "--preset quick --set rig.max_angle=12 --set rig.width=40 --set rig.gauge_length=80 --set solver.speed=0.07 "
+        "--no-frames --out {out}"
+    ),
+    "knittest bias-extension --variant cao2008-weave --scale macro --set rig.width=115 --set rig.gauge_length=230 "
+    "--against cao2008/curves/uml.csv --against cao2008/curves/ut.csv "
+    "--against cao2008/curves/kul1.csv": Do(planned="as the one before, but for its size and curves"),
+    "knittest biaxial --variant 1 --scale macro --direction warp --ratio 0.5": Do(SHELLS),
+    "knittest data import bias-*.csv --test bias-extension --gauge-length 230 --width 115 --out data/mine": Do(
+        given={"data/mine": "data/pulled"}
+    ),
+    "knittest data import biaxial-*.csv --test biaxial --direction warp --ratio 0.5 --width 80 --gauge-length 80 "
+    "--out data/mine": Do(given={"data/mine": "data/pulled"}),
     "knittest forming --variant 1 --scale macro --blank-holder-force 100": Do(
         planned="40 CPU seconds at preset quick, as which the regression runs it; less deep, it is refused"
     ),

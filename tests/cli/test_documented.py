@@ -37,6 +37,10 @@ def place(tmp_path_factory):
     for path in (data_dir() / "tutorial").glob("*.csv"):
         shutil.copy(path, folder)
     (folder / "mine.csv").write_text("shear_angle_deg,normalised_shear_force_n_per_mm\n0,0\n5,0.005\n15,0.016\n")
+    bias = "".join(f"{d},{0.4 * d**1.1:.4f}\n" for d in range(0, 41, 2))
+    (folder / "bias-1.csv").write_text(f"Travel [mm],Force [N]\n{bias}")
+    biaxial = "".join(f"{0.05 * k:.2f},{300.0 * k:g}\n" for k in range(31))
+    (folder / "biaxial-1.csv").write_text(f"Strain [%],Force [N]\n{biaxial}")
     (example,) = re.findall(
         r"^```\n((?:# .*\n)*strain_pct.*?)^```$", (ROOT / "docs/tensile.md").read_text(), re.M | re.S
     )

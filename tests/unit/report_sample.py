@@ -22,6 +22,8 @@ from knittest.export.summary import build_summary
 RESULTS = {
     "tensile": {"peak_force_n": 5666.25, "fracture_strain_pct": 1.578125, "force_per_yarn_n": 404.75},
     "picture-frame": {"shear_force_n_at_deg.10": 2.703125, "wrinkle_onset_deg": float("nan")},
+    "bias-extension": {"bias_force_n_at_deg.10": 1.65625, "middle_shear_angle_deg_at_deg.10": 9.96875},
+    "biaxial": {"biaxial_force_n_per_mm": 116.375, "cross_strain_pct": 0.8125},
     "cantilever": {"chord_angle_deg": 41.5625, "overhang_mm": 171.0, "moment_error_pct": 0.4375, "residual": 3.0e-7},
     "friction": {
         "pull_force_kinetic_n": 300.5,
@@ -47,7 +49,7 @@ def write_run(
 ) -> Path:
     """A completed run in ``path``; ``failures`` refuse it, ``chosen`` goes to the config's loader."""
     chosen = {"scale": "macro", "variant": "1"} | ({"specimens": specimens} if specimens > 1 else {}) | chosen
-    run = resolve(test=kind, direction=None if kind in ("picture-frame", "forming") else direction, **chosen)
+    run = resolve(test=kind, direction=None if not kinds()[kind].directional else direction, **chosen)
     files = [data_dir() / name for name in run.fabric.macro.tension.values()]
     rows = [{**RESULTS[kind], **(results or {})}]
     rows += [{name: value * (1.0 + 0.1 * k) for name, value in rows[0].items()} for k in range(1, specimens)]
@@ -99,6 +101,8 @@ def curves(kind: str) -> dict[str, np.ndarray]:
             "time_ms": x, "displacement_mm": x, "frame_shear_angle_deg": x, "shear_force_n": 0.4 * x,
             "normalised_shear_force_n_per_mm": 0.002 * x,
         },
+        "bias-extension": {"time_ms": x, "shear_angle_deg": x, "force_n": 0.3 * x},
+        "biaxial": {"time_ms": x, "strain_pct": x / 25.0, "force_n_per_mm": 70.0 * x / 25.0},
         "cantilever": {"steps": 50.0 + 1000.0 * x, "residual": np.exp(-0.3 * x)},
         "friction": {"time_ms": x, "displacement_mm": x / 4.0, "pull_force_n": 300.0 * np.minimum(x, 1.0)},
         "forming": {"time_ms": x, "stamp_travel_mm": x, "stamp_force_n": 2.0 * x},

@@ -286,9 +286,3 @@ def test_energies_at_the_largest_force_are_of_the_row_before_the_break():
     times = {"time_ms": np.array([0.0, 0.5, 1.0])}
     run: Any = SimpleNamespace(curve=curve, report=SimpleNamespace(axes=axes), energies=times)
     assert _largest_force(run) == 1
-
-
-@pytest.mark.parametrize(("test", "said"), [("picture-frame", "rig.max_angle=31.2 ends"), ("forming", "to 44 deg")])
-def test_a_test_that_ends_at_a_shear_angle_is_told_to_end_with_the_law(test: str, said: str) -> None:
-    run = resolve(variant="1", scale="macro", test=test)
-    assert said in worst_of(np.array([20.0, 43.2]), np.ones(2), 31.2).advice(run)

@@ -176,3 +176,21 @@ def test_an_option_of_a_test_keeps_all_digits(monkeypatch):
     monkeypatch.setattr("knittest.studies.command.run_command", lambda runs, options: 0)
     CliRunner().invoke(cli, ["forming", "--variant", "1", "--blank-holder-force", "1234.567"])
     assert "rig.blank_holder_force=1234.567" in asked["sets"]
+
+
+def test_a_checkout_has_the_tests_that_it_states_now_however_old_its_installation(monkeypatch):
+    monkeypatch.setattr(module, "entry_points", lambda group: [])
+    assert list(kinds.__wrapped__()) == [name for name in names() if kinds()[name].run.startswith("knittest.")]
+    monkeypatch.setattr(module, "_of_checkout", lambda path: [])
+    with pytest.raises(
+        InputError, match=r"own tests are not installed \(knittest\.laboratory\.bias_extension\.kind, .*pip install"
+    ):
+        kinds.__wrapped__()
+
+
+def test_a_project_beside_the_package_that_is_another_states_nothing(tmp_path):
+    path = tmp_path / "pyproject.toml"
+    path.write_text('[project]\nname = "other"\n[project.entry-points."knittest.tests"]\nwire = "wire.kind:KIND"\n')
+    assert module._of_checkout(path) == [] and module._of_checkout(tmp_path / "none.toml") == []
+    path.write_text(path.read_text().replace("other", "knittest"))
+    assert [(entry.name, entry.value) for entry in module._of_checkout(path)] == [("wire", "wire.kind:KIND")]

@@ -15,10 +15,10 @@ from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.forces import normalised
 from knittest.experiment.simulated_studies import friction_curves
 from knittest.experiment.tables import PublishedValue, with_note
+from knittest.export.faces_picture import faces_picture
 from knittest.export.line_picture import Band, Level, Line, line_picture
 from knittest.laboratory.imported import imported_corridor
 from knittest.laboratory.picture_frame.config import PictureFrameRun
-from knittest.laboratory.picture_frame.faces_picture import faces_picture
 from knittest.laboratory.picture_frame.map_picture import height_picture
 from knittest.laboratory.picture_frame.shear_picture import shear_picture
 from knittest.laboratory.picture_frame.test import (

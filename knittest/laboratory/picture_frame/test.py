@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
 from knittest.base.history import Frame, History, Mesh, Quality
+from knittest.fabric.bias import turned
 from knittest.laboratory.base import Prepared, Test, fabric_laminate, shear_curve
 from knittest.laboratory.judging import assess
 from knittest.laboratory.needles import on_needles
@@ -70,9 +71,9 @@ class PictureFrame(Test[PictureFrameRun]):
         height = run.rig.imperfection_mm
         points[~edge, 2] = rng.uniform(-height, height, int((~edge).sum()))
         fabric = run.fabric
-        warp = _turned(np.array([[0.0, 1.0, 0.0]]))[0]
+        warp = turned(np.array([[0.0, 1.0, 0.0]]))[0]
         model = build_sheet(
-            _turned(points), cells, fabric_laminate(run), fabric.area_mass_g_per_mm2, fabric.thickness_mm, warp,
+            turned(points), cells, fabric_laminate(run), fabric.area_mass_g_per_mm2, fabric.thickness_mm, warp,
             contact=self_contact(fabric, run.model.macro, run.solver.safety),
         )  # fmt: skip
         test = PictureFrameTest(run, np.flatnonzero(edge), side**2)
@@ -84,7 +85,7 @@ class PictureFrame(Test[PictureFrameRun]):
         n_wales, n_courses = _whole_pitches(run)
         piece = cut(run, n_wales, n_courses, specimen, observer)
         size = np.array([n_wales * fabric.wale_spacing, n_courses * fabric.course_spacing, 0.0])
-        paths = [replace(p, points=_turned(p.points - 0.5 * size)) for p in piece.paths]
+        paths = [replace(p, points=turned(p.points - 0.5 * size)) for p in piece.paths]
         model = build_meso(run, paths, piece.draws, run.rig.membrane_share)
         position = model.position()
         beyond = np.abs(position[:, 1] - position[:, 0]) * sqrt(0.5) - 0.5 * size[1]
@@ -199,10 +200,3 @@ def _reached(angle: Sequence[float], value: Sequence[float], limit: float) -> fl
     if k is None or k == 0:
         return float("nan") if k is None else angle[0]
     return float(np.interp(limit, value[k - 1 : k + 1], angle[k - 1 : k + 1]))
-
-
-def _turned(points: Array) -> Array:
-    """Turn by 45 deg, so that the pulled diagonal of the square lies along y."""
-    c = np.sqrt(0.5)
-    turned: Array = points @ np.array([[c, c, 0.0], [-c, c, 0.0], [0.0, 0.0, 1.0]])
-    return turned

@@ -1,0 +1,53 @@
+"""Record of the bias extension test."""
+
+from knittest.base.kinds import TestKind
+from knittest.laboratory.deciding_fields import LOOPS
+
+#: shear angles at which forces are compared [deg]
+_ANGLES = (10, 20, 30, 40)
+
+KIND = TestKind(
+    name="bias-extension",
+    place=3,
+    directional=False,
+    summary="Pull of a strip cut at 45 deg to its yarns, macro or meso.",
+    usage="""Pull a strip cut at 45 deg to its yarns: force, normalised shear force, shear angles of its zones.
+
+    Example: knittest bias-extension --variant 1 --scale macro
+    """,
+    run="knittest.laboratory.bias_extension.config:BiasExtensionRun",
+    test="knittest.laboratory.bias_extension.test:BiasExtension",
+    report="knittest.laboratory.bias_extension.report:BiasExtensionReport",
+    size="knittest.laboratory.bias_extension.size:stated",
+    sheet="knittest.laboratory.bias_extension.size:sheet",
+    labels={
+        "bias_force_n_at_deg.10": ("force on the bias at 10 deg [N]", "{:.2f}"),
+        "bias_force_n_at_deg.20": ("force on the bias at 20 deg [N]", "{:.2f}"),
+        "bias_force_n_at_deg.30": ("force on the bias at 30 deg [N]", "{:.2f}"),
+        "bias_force_n_at_deg.40": ("force on the bias at 40 deg [N]", "{:.2f}"),
+        "bias_normalised_force_n_per_mm_at_deg.10": ("normalised, on the bias, at 10 deg [N/mm]", "{:.4f}"),
+        "bias_normalised_force_n_per_mm_at_deg.20": ("normalised, on the bias, at 20 deg [N/mm]", "{:.4f}"),
+        "bias_normalised_force_n_per_mm_at_deg.30": ("normalised, on the bias, at 30 deg [N/mm]", "{:.4f}"),
+        "bias_normalised_force_n_per_mm_at_deg.40": ("normalised, on the bias, at 40 deg [N/mm]", "{:.4f}"),
+        "middle_shear_angle_deg_at_deg.10": ("shear of the middle at 10 deg [deg]", "{:.2f}"),
+        "middle_shear_angle_deg_at_deg.20": ("shear of the middle at 20 deg [deg]", "{:.2f}"),
+        "middle_shear_angle_deg_at_deg.30": ("shear of the middle at 30 deg [deg]", "{:.2f}"),
+        "middle_shear_angle_deg_at_deg.40": ("shear of the middle at 40 deg [deg]", "{:.2f}"),
+        "crossing_slip_mm_at_deg.10": ("slip of 95 % where yarns cross, at 10 deg [mm]", "{:.3f}"),
+        "crossing_slip_mm_at_deg.20": ("slip of 95 % where yarns cross, at 20 deg [mm]", "{:.3f}"),
+        "crossing_slip_mm_at_deg.30": ("slip of 95 % where yarns cross, at 30 deg [mm]", "{:.3f}"),
+        "crossing_slip_mm_at_deg.40": ("slip of 95 % where yarns cross, at 40 deg [mm]", "{:.3f}"),
+    },
+    sized={f"bias_force_n_at_deg.{a}": f"bias_normalised_force_n_per_mm_at_deg.{a}" for a in _ANGLES},
+    published=tuple(f"bias_normalised_force_n_per_mm_at_deg.{a}" for a in _ANGLES),
+    pictures=("curve.png", "energies.png", "zones.png", "deformed.png"),
+    tables=("zones.csv",),
+    presets="knittest.laboratory.bias_extension.presets:settings",
+    sizes=("gauge_length", "width"),
+    deciding={
+        "macro": ("macro.shear",),
+        "meso": ("warp_density", "weft_density", *LOOPS, "contact.friction_coefficient"),
+    },
+    hinges={"membrane_share": -1},
+    laboratory="knittest.laboratory.bias_extension.lab_files:LAB",
+)

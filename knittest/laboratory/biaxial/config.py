@@ -1,0 +1,38 @@
+"""Config of the biaxial test."""
+
+from typing import ClassVar, Literal
+
+from pydantic import Field
+
+from knittest.config.base import number
+from knittest.config.fabric import Direction
+from knittest.config.kernel_units import Kernel
+from knittest.config.rigs import Rig
+from knittest.config.run import Run
+
+
+class BiaxialRig(Rig):
+    """Biaxial test: a square on needles that slide along its four sides, pulled along warp and weft at once."""
+
+    spans = ("side",)
+
+    kind: Literal["biaxial"] = "biaxial"
+    direction: Direction = Field("warp", description="yarn system whose force is read over its strain")
+    ratio: float = number(
+        1.0, "1", "strain of the other system over that of the direction; 0: it is held at its length", ge=0, le=10
+    )
+    side: float = number(100.0, "mm", "side of the square between the needles", gt=0, band=(10, 1000))
+    side_mm: ClassVar[Kernel[float]] = Kernel("side")
+    max_strain: float = number(
+        4.0, "%", "stop at this engineering strain of the system that is strained more", gt=0, le=100
+    )
+    max_strain_fraction: ClassVar[Kernel[float]] = Kernel("max_strain")
+    stop_force_ratio: float = number(
+        0.2, "1", "stop when the force of the direction has fallen to this share of its peak", ge=0, le=1
+    )
+
+
+class BiaxialRun(Run):
+    """A biaxial test."""
+
+    rig: BiaxialRig = Field(default_factory=BiaxialRig)

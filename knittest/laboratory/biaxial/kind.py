@@ -1,0 +1,38 @@
+"""Record of the biaxial test."""
+
+from knittest.base.kinds import TestKind
+from knittest.laboratory.deciding_fields import PULLED
+
+KIND = TestKind(
+    name="biaxial",
+    place=3,
+    summary="Pull along warp and weft at once, macro or meso.",
+    usage="""Pull a square along warp and weft at once, at a given ratio of the strains: force per width both ways.
+
+    Example: knittest biaxial --variant 1 --scale macro --direction warp --ratio 0.5
+    """,
+    run="knittest.laboratory.biaxial.config:BiaxialRun",
+    test="knittest.laboratory.biaxial.test:Biaxial",
+    report="knittest.laboratory.biaxial.report:BiaxialReport",
+    size="knittest.laboratory.biaxial.size:stated",
+    sheet="knittest.laboratory.biaxial.size:sheet",
+    shortcuts={"ratio": ("rig.ratio", "Strain of the other system over that of the direction.")},
+    labels={
+        "biaxial_force_n_per_mm": ("largest force per width [N/mm]", "{:.1f}"),
+        "biaxial_strain_pct": ("strain at it [%]", "{:.2f}"),
+        "cross_force_n_per_mm": ("largest force per width, other system [N/mm]", "{:.1f}"),
+        "cross_strain_pct": ("strain at it, other system [%]", "{:.2f}"),
+    },
+    published=("biaxial_force_n_per_mm", "biaxial_strain_pct"),
+    pictures=("curve.png", "energies.png", "deformed.png"),
+    presets="knittest.laboratory.biaxial.presets:settings",
+    sizes=("side",),
+    deciding={
+        "macro": ("macro.tension.{d}", "macro.fracture_strain.{d}", "macro.poisson"),
+        "meso": ("warp_density", "weft_density", *PULLED),
+    },
+    fed=("macro",),
+    hinges={"stop_force_ratio": 1},
+    converged=0.01,
+    laboratory="knittest.laboratory.biaxial.lab_files:LAB",
+)

@@ -1,0 +1,123 @@
+"""Report of the biaxial test: force per width over strain, both ways, and the square at its largest force."""
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from knittest.base.errors import InputError
+from knittest.base.history import Specimen
+from knittest.base.kinds import kinds
+from knittest.experiment.conditions import Conditions
+from knittest.experiment.curves import FORCE_PER_WIDTH, ReferenceCurve
+from knittest.experiment.forces import per_width
+from knittest.experiment.tables import PublishedValue
+from knittest.export import strip_picture
+from knittest.export.line_picture import Level, Line, line_picture
+from knittest.laboratory.base import tension_curve
+from knittest.laboratory.biaxial.config import BiaxialRun
+from knittest.laboratory.biaxial.test import Biaxial, across
+from knittest.laboratory.imported import imported_corridor
+from knittest.laboratory.report_base import (
+    Columns,
+    CurveAxes,
+    Gate,
+    References,
+    Report,
+    draw_energies,
+    energy_gates,
+    same_test,
+    scatter,
+    title_of,
+)
+
+#: difference of two ratios of strains that does not matter
+SAME_RATIO = 0.02
+
+
+class BiaxialReport(Report[BiaxialRun]):
+    """See :class:`knittest.laboratory.report_base.Report`."""
+
+    axes = CurveAxes("strain_pct", FORCE_PER_WIDTH, "strain [%]", "force per width [N/mm]")
+
+    def levels(self, run: BiaxialRun) -> list[Level]:
+        """No level is drawn."""
+        return []
+
+    def gates(self, run: BiaxialRun) -> list[Gate]:
+        """Standard gates."""
+        return energy_gates(run)
+
+    def scaled(self, run: BiaxialRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
+        """Forces per width as they are; raises :class:`InputError` for another ratio of the strains."""
+        for row in rows:
+            _check_ratio(run, row.conditions, f"{row.file}: {row.quantity}", "a row strain_ratio")
+        return list(rows)
+
+    def matched(self, run: BiaxialRun, curve: ReferenceCurve) -> ReferenceCurve:
+        """Force per width; raises :class:`InputError` for another test, direction or ratio of the strains."""
+        found = per_width(same_test(run, curve))
+        _check_ratio(run, curve.conditions, curve.file or curve.source, "a line '# strain_ratio: ...' in its header")
+        return found
+
+    def size(self, run: BiaxialRun) -> tuple[float, str]:
+        """No size: forces are per width."""
+        return 1.0, f"square of {run.rig.side:g} mm, strains 1 : {run.rig.ratio:g}"
+
+    def size_free(self, run: BiaxialRun, columns: Mapping[str, np.ndarray]) -> tuple[CurveAxes, Columns]:
+        """The curve as it is."""
+        return self.axes, dict(columns)
+
+    def reference_curve(self, run: BiaxialRun) -> ReferenceCurve | None:
+        """The fabric's own biaxial tests."""
+        curve = imported_corridor(run, kinds()[run.rig.kind].published)
+        return None if curve is None else self.matched(run, curve)
+
+    def curve(self, specimens: list[Specimen]) -> Columns:
+        """Channels of the first specimen."""
+        return specimens[0].history.curve
+
+    def tables(self, run: BiaxialRun, specimens: list[Specimen]) -> dict[str, Columns]:
+        """None besides those of every test."""
+        return {}
+
+    def pictures(self, run: BiaxialRun, specimens: list[Specimen], references: References, folder: Path) -> None:
+        """curve.png, energies.png, deformed.png."""
+        self._curve_picture(run, specimens, references, folder / "curve.png")
+        draw_energies(run, specimens, folder, Biaxial().span)
+        strip_picture.strip_picture(
+            folder / "deformed.png", specimens[0].history, direction=run.rig.direction, title=title_of(run)
+        )
+
+    def _curve_picture(self, run: BiaxialRun, specimens: list[Specimen], references: References, path: Path) -> None:
+        """Both systems, each over its own strain; shells beside the curves that they are fed with."""
+        own, other = run.rig.direction, across(run.rig.direction)
+        lines = []
+        for k, s in enumerate(specimens, 1):
+            curve = s.history.curve
+            lines.append(Line(curve["strain_pct"], curve[FORCE_PER_WIDTH], f"{own}, simulated, specimen {k}"))
+            if run.rig.ratio > 0.0:
+                force = curve["cross_force_n_per_mm"]
+                lines.append(Line(curve["cross_strain_pct"], force, f"{other}, simulated, specimen {k}"))
+        if run.model.scale == "macro":
+            for direction in (own, other):
+                fed = tension_curve(run.fabric, direction)
+                lines.append(Line(fed.x, fed.mean, f"{direction}, input: pulled alone", ":"))
+        lines += [Line(c.x, c.mean, f"{c.source} ({c.kind})", "--") for c in references.curves]
+        line_picture(
+            path, lines, title=f"{title_of(run)}, strains 1 : {run.rig.ratio:g}", xlabel="strain of the system [%]",
+            ylabel=self.axes.ylabel, levels=self.levels(run), bands=scatter(references.curves),
+        )  # fmt: skip
+
+
+def _check_ratio(run: BiaxialRun, tested: Conditions, where: str, what: str) -> None:
+    """Raise :class:`InputError` for a test at another ratio of the strains than the run's, or at an unknown one."""
+    ratio = tested.strain_ratio
+    if ratio is not None and math.isclose(ratio, run.rig.ratio, rel_tol=SAME_RATIO, abs_tol=SAME_RATIO):
+        return
+    stated = f"an unknown ratio of the strains (expected {what})" if ratio is None else f"a ratio of {ratio:g}"
+    raise InputError(
+        f"{where}: tested at {stated}, the run strains the other system {run.rig.ratio:g} times as much as the "
+        f"{run.rig.direction}: expected rig.ratio of the test"
+    )
