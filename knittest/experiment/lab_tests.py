@@ -5,9 +5,15 @@ from pathlib import Path
 from typing import Any
 
 from knittest.base.errors import InputError
+from knittest.experiment.lab_conditions import Condition
 from knittest.experiment.lab_given import Given
 from knittest.experiment.lab_guess import hinted
 from knittest.experiment.lab_kind import LAB_TESTS, directed
+
+
+def conditions() -> list[Condition]:
+    """Conditions that any of the tests takes, each once."""
+    return list({one.key: one for lab in LAB_TESTS.values() for one in lab.conditions}.values())
 
 
 def read_files(test: str, files: Sequence[Path], options: Mapping[str, Any]) -> list[Any]:
@@ -17,7 +23,7 @@ def read_files(test: str, files: Sequence[Path], options: Mapping[str, Any]) -> 
     """
     kind = LAB_TESTS[test]
     sizes = {}
-    for what in {one.key: one for lab in LAB_TESTS.values() for one in lab.conditions}.values():
+    for what in conditions():
         value = options.get(_field(what.option))
         if value is None:
             continue

@@ -7,7 +7,7 @@ from test_fuzz import VALUES, judged, mutated, read_or_refused
 
 from knittest.experiment.lab_given import Given
 from knittest.experiment.lab_kind import LAB_TESTS
-from knittest.experiment.lab_tests import CONDITIONS
+from knittest.experiment.lab_tests import conditions
 
 FRAME = (
     "Rahmenlänge;200,0;mm\nGewebeseite: 18 cm\nWeg;Kraft\nmm;N\n"
@@ -47,7 +47,7 @@ def read_and_show(name, path, sizes):
 def test_mutated_exports(place, name, seed, first, told):
     raw = mutated(TABLES[name][not first], seed)
     known = {
-        what.key: SIZES[what.key] for what in CONDITIONS if what.key in SIZES and what in LAB_TESTS[name].conditions
+        what.key: SIZES[what.key] for what in conditions() if what.key in SIZES and what in LAB_TESTS[name].conditions
     }
     lines = read_or_refused(place / "export.csv", raw, lambda path: read_and_show(name, path, known if told else {}))
     assert "nan" not in "\n".join(lines or []).replace("specimen", "").lower().split()
