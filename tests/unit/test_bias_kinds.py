@@ -1,4 +1,4 @@
-"""Worth of the rows of bias extension and biaxial tests: predicted from a frame's law, assumed by an assumed coupling."""
+"""Worth of the rows of bias extension and biaxial tests: predicted from a frame's law, assumed, or given."""
 
 from knittest.config.loading import resolve
 from knittest.experiment.row_kind import assumed_inputs, row_kind
