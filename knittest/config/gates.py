@@ -39,12 +39,14 @@ class SolverGate:
         return self.only in ("", run.model.scale)
 
 
+#: judged of shells at rest too
+HOURGLASS = SolverGate("hourglass over internal energy", "hourglass_over_internal_max", "max_hourglass", only="macro")
 GATES = (
     SolverGate("kinetic energy over work", "ke_over_ie_max", "max_kinetic_ratio"),
     SolverGate("energy error", "energy_error_max", "max_energy_error"),
     SolverGate("damping over work", "damping_over_work_max", "max_damping"),
     SolverGate("damping of contacts over work", "contact_damping_over_work_max", "max_contact_damping"),
-    SolverGate("hourglass over internal energy", "hourglass_over_internal_max", "max_hourglass", only="macro"),
+    HOURGLASS,
     SolverGate("penetration over radius", "penetration_over_radius_max", "max_penetration"),
     SolverGate("overlap of yarns at the start", "overlap_at_start", "max_overlap"),
     SolverGate("added mass", "added_mass_pct", "max_added_mass", scale=1.0),

@@ -146,15 +146,15 @@ def hourglass(p, distortion):
 
 @njit(**INLINE)
 def hourglass_gradients(frame, pattern, stiffness):
-    """Gradients of stiffness ((p . a)^2 + (p . b)^2) / 2 with respect to the pattern p, a and b."""
-    along, across = stiffness * dot(pattern, frame[0]), stiffness * dot(pattern, frame[1])
+    """Gradients of (k_a (p . a)^2 + k_b (p . b)^2) / 2, k the ``stiffness``, with respect to the pattern p, a and b."""
+    along, across = stiffness[0] * dot(pattern, frame[0]), stiffness[1] * dot(pattern, frame[1])
     return combine(along, frame[0], across, frame[1]), scale(along, pattern), scale(across, pattern)
 
 
 @njit(**INLINE)
 def hourglass_energy(frame, pattern, stiffness):
     """Energy [mJ] of :func:`hourglass_gradients`."""
-    return 0.5 * stiffness * (dot(pattern, frame[0]) ** 2 + dot(pattern, frame[1]) ** 2)
+    return 0.5 * (stiffness[0] * dot(pattern, frame[0]) ** 2 + stiffness[1] * dot(pattern, frame[1]) ** 2)
 
 
 @njit(**INLINE)

@@ -58,6 +58,7 @@ from knittest.kernels.shell_state import (
     WARP,
     distortion_of,
     fibres_of,
+    hold_of,
     normal_of,
     state_index,
 )
@@ -149,15 +150,15 @@ def _forces(at, out, state, laminate, corner, w):
     for k in range(LANES):
         s = at + k
         x, d, fibres, distortion = corners(w, X + k), corners(w, D + k), fibres_of(state, s), distortion_of(state, s)
-        area, shape = state[s + ALIVE] * state[s + AREA], state[s + ALIVE] * state[s + SHAPE]
-        hold_x, hold_d = shape * laminate.hourglass_membrane, shape * laminate.hourglass_bending
-        hold_edge = shape * laminate.hourglass_transverse
+        alive, (hold_a, hold_b) = state[s + ALIVE], hold_of(state, s, laminate)
+        area, shape = alive * state[s + AREA], alive * state[s + SHAPE]
+        hold_d, hold_edge = shape * laminate.hourglass_bending, shape * laminate.hourglass_transverse
         frame = fibre_frame(x, d, fibres)
         strains, middle = (w[STRAIN_A + k], w[STRAIN_B + k]), (w[MIDDLE_A + k], w[MIDDLE_B + k])
         stiffness = (laminate.layer_offset, laminate.outer[0], laminate.outer[1], laminate.twist)
         grad_a, grad_b, grad_az, grad_bz = laminate_gradients(frame, area, strains, middle, w[SHEAR + k], stiffness)
-        grad_x, add_a, add_b = hourglass_gradients(frame, hourglass(x, distortion), hold_x)
-        grad_d, add_az, add_bz = hourglass_gradients(frame, hourglass(d, distortion), hold_d)
+        grad_x, add_a, add_b = hourglass_gradients(frame, hourglass(x, distortion), (alive * hold_a, alive * hold_b))
+        grad_d, add_az, add_bz = hourglass_gradients(frame, hourglass(d, distortion), (hold_d, hold_d))
         grad_a, grad_b = add(grad_a, add(add_a, add_az)), add(grad_b, add(add_b, add_bz))
         f = spread(grad_a, grad_b, grad_x, fibres, distortion)
         g = spread(grad_az, grad_bz, grad_d, fibres, distortion)

@@ -24,6 +24,7 @@ from knittest.kernels.shell_state import (
     WARP,
     distortion_of,
     fibres_of,
+    hold_of,
     normal_of,
     state_index,
     warp_of,
@@ -98,11 +99,13 @@ def element_energy(e, nodes, shells, laminate):
     density += 0.5 * laminate.twist * (dot(a, b_z) + dot(b, a_z)) ** 2
     shear_a, shear_b, along, across = transverse_shears(x, d, fibres, shells.state[s + WARP])
     density += 0.5 * (laminate.transverse[0] * shear_a**2 + laminate.transverse[1] * shear_b**2)
-    control = hourglass_energy(frame, hourglass(x, distortion), laminate.hourglass_membrane)
-    control += hourglass_energy(frame, hourglass(d, distortion), laminate.hourglass_bending)
-    control += 0.5 * laminate.hourglass_transverse * (along**2 + across**2)
+    shape = shells.state[s + SHAPE]
+    bending = shape * laminate.hourglass_bending
+    control = hourglass_energy(frame, hourglass(x, distortion), hold_of(shells.state, s, laminate))
+    control += hourglass_energy(frame, hourglass(d, distortion), (bending, bending))
+    control += 0.5 * shape * laminate.hourglass_transverse * (along**2 + across**2)
     drilling = _drilling_energy(e, a, b, d, nodes, shells, laminate)
-    return shells.state[s + AREA] * density, shells.state[s + SHAPE] * control + shells.state[s + AREA] * drilling
+    return shells.state[s + AREA] * density, control + shells.state[s + AREA] * drilling
 
 
 @njit(**KERNEL)

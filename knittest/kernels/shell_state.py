@@ -15,12 +15,13 @@ Index = NDArray[np.int64]
 BLOCK = 64
 # rows of the element constants: fibres from diagonals (warp alpha, beta; weft alpha, beta), distortion (c31, c42),
 # initial warp [mm], reference area [mm^2], hourglass shape factor [-], initial unit vectors along the normal (3) and
-# the warp fibre (3), strength over the laminate's [-], slip of the shear friction [rad], 1 while alive
+# the warp fibre (3), hourglass shape factors of the membrane [-] along warp and weft, where the fibre (2) and where
+# shear resists (2), strength over the laminate's [-], slip of the shear friction [rad], 1 while alive
 (
     ALPHA_A, BETA_A, ALPHA_B, BETA_B, C31, C42, WARP, AREA, SHAPE, NORMAL_X, NORMAL_Y, NORMAL_Z,
-    FIBRE_X, FIBRE_Y, FIBRE_Z, STRENGTH, SLIP, ALIVE,
-) = (np.uintp(BLOCK * k) for k in range(18))  # fmt: skip
-STATE_ROWS = 18
+    FIBRE_X, FIBRE_Y, FIBRE_Z, ALONG_A, ALONG_B, LEAN_A, LEAN_B, STRENGTH, SLIP, ALIVE,
+) = (np.uintp(BLOCK * k) for k in range(22))  # fmt: skip
+STATE_ROWS = 22
 CORNER_ROWS = 24
 
 
@@ -33,8 +34,9 @@ class Laminate(NamedTuple):
     sum_k shear_slope[k] (max(g - shear_knee[k], 0) + min(g + shear_knee[k], 0)), (n_shear,). The share
     ``shear_friction`` of it is friction: a slider of the limit shear_friction |E| behind a spring ``shear_stick``
     [N/mm], in parallel to the elastic rest. ``twist`` [N mm] for twisting, ``transverse`` (2,) for transverse shear
-    [N/mm], hourglass stiffnesses of the membrane [N/mm], bending [N mm] and transverse shear [N/mm], ``drilling``
-    stiffness of turns about the normal against the fibres [N/mm], ``fail_strain`` (2,) of the membrane.
+    [N/mm], hourglass stiffnesses of the membrane where fibres lie along the sides (2,) and where they lean against them
+    [N/mm], of bending [N mm] and of transverse shear [N/mm], ``drilling`` stiffness of turns about the normal against
+    the fibres [N/mm], ``fail_strain`` (2,) of the membrane.
     ``coupling_membrane`` [N/mm]: force of one direction over the strain of the other, and ``coupling_bending`` [N mm]
     likewise, 0 without Poisson coupling. ``in_plane`` (2,) bending stiffness of the yarns in the
     plane, per width [N mm].
@@ -51,7 +53,8 @@ class Laminate(NamedTuple):
     shear_stick: float
     twist: float
     transverse: Array
-    hourglass_membrane: float
+    hourglass_fibre: Array
+    hourglass_shear: float
     hourglass_bending: float
     hourglass_transverse: float
     drilling: float
@@ -64,7 +67,7 @@ class Laminate(NamedTuple):
 class Shells(NamedTuple):
     """Shells in blocks of 64, padded with dead copies of the last one.
 
-    ``conn`` (n_blocks * 64, 4) node numbers; ``state`` (n_blocks * 18 * 64,) the rows above, block by block; ``corner``
+    ``conn`` (n_blocks * 64, 4) node numbers; ``state`` (n_blocks * 22 * 64,) the rows above, block by block; ``corner``
     (n_blocks * 24 * 64,) force (3) [N] and moment (3) [N mm] of corner 1, 2, 3, 4; ``node_start`` (n_nodes + 1,) and
     ``node_entry`` say where in ``corner`` the entries of a node begin; ``fail_time`` (n_blocks * 64,) [ms], inf while
     alive, nan for padding.
@@ -106,3 +109,11 @@ def normal_of(state, s):
 def warp_of(state, s):
     """Initial unit vector along the warp."""
     return state[s + FIBRE_X], state[s + FIBRE_Y], state[s + FIBRE_Z]
+
+
+@njit(**INLINE)
+def hold_of(state, s, laminate):
+    """Stiffness [N/mm] of the hourglass pattern of the membrane along warp and weft."""
+    fibre, shear = laminate.hourglass_fibre, laminate.hourglass_shear
+    warp = state[s + ALONG_A] * fibre[0] + state[s + LEAN_A] * shear
+    return warp, state[s + ALONG_B] * fibre[1] + state[s + LEAN_B] * shear

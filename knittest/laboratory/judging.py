@@ -99,17 +99,20 @@ def _short(run: Run, history: History, rows: slice, span: Span) -> Iterator[str]
 
 def _judged(run: Run, quality: Quality, beyond: BeyondLaw) -> Quality:
     for gate in gates_of(run):
-        value, limit = gate.value(quality), float(getattr(run.solver, gate.limit))
-        if not value <= limit:  # nor is nan
-            quality = quality.refusing(_refusal(run, gate, value, limit, beyond))
-        elif gate.key == "beyond_law" and beyond.share > 0.0:
+        if gate.key == "beyond_law" and 0.0 < gate.value(quality) <= run.solver.max_beyond_law:
             quality = quality.warning(beyond.stated)
-        elif value > NEAR * limit:
-            quality = quality.warning(f"{gate.label} {value:.2f} % is more than half of its limit {limit:g} %")
+        else:
+            quality = by_gate(run, quality, gate, beyond)
     return replace(quality, quasi_static=100.0 * quality.ke_over_ie_max <= run.solver.max_kinetic_ratio)
 
 
-def _refusal(run: Run, gate: SolverGate, value: float, limit: float, beyond: BeyondLaw) -> str:
+def by_gate(run: Run, quality: Quality, gate: SolverGate, beyond: BeyondLaw | None = None) -> Quality:
+    """``quality`` refused where it does not pass ``gate``, with a warning above half of its limit."""
+    value, limit = gate.value(quality), float(getattr(run.solver, gate.limit))
+    if value <= limit:
+        near = f"{gate.label} {value:.2f} % is more than half of its limit {limit:g} %"
+        return quality.warning(near) if value > NEAR * limit else quality
     said = f"{gate.label} is not a number" if np.isnan(value) else f"{gate.label} {value:.2f} % is above {limit:g} %"
-    advice = beyond.advice(run) if gate.key == "beyond_law" else advised(run, gate.key, value, limit)
-    return f"{said}; {advice}" if advice else said
+    of_law = beyond if gate.key == "beyond_law" else None
+    advice = of_law.advice(run) if of_law else advised(run, gate.key, value, limit)
+    return quality.refusing(f"{said}; {advice}" if advice else said)

@@ -10,7 +10,7 @@ import numpy as np
 
 from knittest.base.errors import InputError
 from knittest.base.history import History, Specimen
-from knittest.config.gates import gates_of
+from knittest.config.gates import SolverGate, gates_of
 from knittest.config.run import Run
 from knittest.config.sources import numbers_of
 from knittest.experiment.curves import ReferenceCurve
@@ -72,17 +72,13 @@ class Gate:
 
 def energy_gates(run: Run) -> list[Gate]:
     """The gates of every test that is integrated in time."""
-    return [
-        Gate(
-            gate.label,
-            "quality",
-            gate.key,
-            getattr(run.solver, gate.limit),
-            scale=gate.scale,
-            field=f"solver.{gate.limit}",
-        )
-        for gate in gates_of(run)
-    ]
+    return [energy_gate(run, gate) for gate in gates_of(run)]
+
+
+def energy_gate(run: Run, gate: SolverGate) -> Gate:
+    """A gate on a number of the quality, with its limit in ``run``."""
+    limit, field = getattr(run.solver, gate.limit), f"solver.{gate.limit}"
+    return Gate(gate.label, "quality", gate.key, limit, scale=gate.scale, field=field)
 
 
 class Report(Protocol[RunT]):

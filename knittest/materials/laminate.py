@@ -36,6 +36,10 @@ SHEAR_SHARE = 1.0 / 3.0
 TRANSVERSE = 5.0
 #: hourglass control as a share of the fully integrated bilinear element (size after Belytschko et al., 1984)
 HOURGLASS = 0.05
+#: the same where fibres lean against the sides, over what shear stores in that element. Nets kink along yarns, through
+#: shells, which makes coarse ones too soft (shear angle of 10 shells a width 5 % at 1, 2 % at 4) and the control too
+#: stiff (2 % at 10)
+HOURGLASS_SHEAR = 6.0
 #: stiffness of turns about the normal over that of shear: more locks coarse curved meshes (a hemisphere of 8 x 8 by a
 #: third at 0.1), less lets corners spin (1 % of a Scordelis-Lo roof of 16 x 16 at 0.001)
 DRILLING = 0.01
@@ -75,7 +79,8 @@ def laminate(
         twist=2.0 * SHEAR_SHARE * shear.twisting * (0.5 * thickness) ** 2,
         transverse=transverse,
         # hourglass patterns of a square in bilinear membrane, bending and transverse shear store k h^2 / 24
-        hourglass_membrane=HOURGLASS * float(largest.mean()) / 12.0,
+        hourglass_fibre=HOURGLASS * largest / 12.0,
+        hourglass_shear=hourglass_of_shear(HOURGLASS, largest, shear.twisting),
         hourglass_bending=HOURGLASS * float(bending.mean()) / 12.0,
         hourglass_transverse=HOURGLASS * float(transverse.mean()) / 12.0,
         drilling=0.0,  # tests of the laboratory start flat; see docs/limits.md
@@ -83,6 +88,13 @@ def laminate(
         in_plane=np.array(macro.in_plane_bending_n_mm or (0.0, 0.0)),
     )
     return coupled(card, macro.poisson.value, f"fabric {fabric.name}, macro.poisson")
+
+
+def hourglass_of_shear(share: float, stretch: Array, shear: float) -> float:
+    """Hourglass stiffness [N/mm] where fibres lean against the sides: of ``shear`` [N/mm], and at most ``share`` of the
+    fibres' ``stretch`` [N/mm], (2,).
+    """
+    return min(HOURGLASS_SHEAR * shear, share * float(stretch.mean())) / 12.0
 
 
 def softened(card: Laminate, share: float) -> Laminate:
@@ -127,9 +139,11 @@ def _linear(card: Laminate, share: float, tension: Array, compression: Array) ->
             f"rig.membrane_share = {share:g}: leaves less membrane stiffness than bending needs; --set "
             f"rig.membrane_share={_enough(2.0 * card.outer / tension):g} leaves enough"
         )
+    kept = HOURGLASS * share * tension / 12.0
     return card._replace(
         knee=np.zeros((2, 1)), slope=slope[:, None], compression=compression - 2.0 * card.outer,
         coupling_membrane=share * card.coupling_membrane,
+        hourglass_fibre=kept, hourglass_shear=min(card.hourglass_shear, float(kept.mean())),
     )  # fmt: skip
 
 

@@ -9,7 +9,7 @@ from knittest.base.errors import InputError
 from knittest.kernels.laws import hinge_table
 from knittest.kernels.shell_state import Laminate
 from knittest.materials.coupling import coupled
-from knittest.materials.laminate import DRILLING
+from knittest.materials.laminate import DRILLING, hourglass_of_shear
 from knittest.materials.yarn_section import POISSON, Section
 from knittest.models.inputs import above, finite, one_an_element, tension_law
 
@@ -102,10 +102,11 @@ def linear_laminate(
     The outer layers lie at half the ``thickness`` [mm]; transverse shear is that of the plate, 5 D / t^2. ``twist``
     [N mm] is the energy's factor of (2 kappa_ab)^2 / 2, by default that of three equal layers of the shear stiffness,
     S t^2 / 6, twice that of a homogeneous plate, S t^2 / 12. ``hourglass`` control as a share of the fully integrated
-    element; ``drilling``, the stiffness of turns about the normal, as a share of shear. ``poisson``: contraction of the
-    weft over the strain of the warp when that is pulled alone, in membrane and bending, whose stiffnesses stay those of
-    strips, E t and E t^3 / 12; transverse shear is that over 1 + nu. ``in_plane`` [N mm]: bending stiffness of the
-    yarns in the plane, EI over their distance. Raises :class:`InputError` for a bending stiffness that the membrane
+    element where fibres lie along the sides; where they lean against them it follows shear, up to that share.
+    ``drilling``, the stiffness of turns about the normal, as a share of shear. ``poisson``: contraction of weft over
+    the strain of the warp when that is pulled alone, in membrane and bending, whose stiffnesses stay those of strips,
+    E t and E t^3 / 12; transverse shear is that over 1 + nu. ``in_plane`` [N mm]: bending stiffness of the yarns in the
+    plane, EI over their distance. Raises :class:`InputError` for a bending stiffness that the membrane
     cannot have at this thickness, and for a ``poisson`` whose square is not below the ratio of warp to weft.
     """
     stretch, bend = finite(membrane, "membrane", (2,)), finite(bending, "bending", (2,))
@@ -134,7 +135,8 @@ def linear_laminate(
         slope=(stretch - 2.0 * outer)[:, None].copy(), shear_knee=np.zeros(1), shear_slope=np.full(1, float(shear)),
         shear_friction=0.0, shear_stick=1.0, twist=2.0 / 3.0 * shear * layer_offset**2 if twist is None else twist,
         transverse=transverse,
-        hourglass_membrane=hourglass * float(stretch.mean()) / 12.0,
+        hourglass_fibre=hourglass * stretch / 12.0,
+        hourglass_shear=hourglass_of_shear(hourglass, stretch, float(shear)),
         hourglass_bending=hourglass * float(bend.mean()) / 12.0,
         hourglass_transverse=hourglass * float(transverse.mean()) / 12.0,
         drilling=drilling * float(shear),

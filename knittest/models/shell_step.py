@@ -21,6 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.kernels.shell_state import (
+    ALONG_A,
+    ALONG_B,
     ALPHA_A,
     ALPHA_B,
     AREA,
@@ -29,6 +31,8 @@ from knittest.kernels.shell_state import (
     BLOCK,
     C31,
     C42,
+    LEAN_A,
+    LEAN_B,
     SHAPE,
     STATE_ROWS,
     Laminate,
@@ -66,7 +70,9 @@ def highest_stiffness(
     tangent = _with_coupling(tangent, laminate.coupling_membrane)
     bent = _with_coupling(bent, laminate.coupling_bending)
     stiffness = [area * (tangent[i] + laminate.transverse[i]) for i in range(2)]
-    control = 2.0 * shape * laminate.hourglass_membrane  # along both fibres
+    # of both fibres, as shear may turn one onto the other
+    control = row(ALONG_A) * laminate.hourglass_fibre[0] + row(ALONG_B) * laminate.hourglass_fibre[1]
+    control = control + (row(LEAN_A) + row(LEAN_B)) * laminate.hourglass_shear
     translation = _largest_row_sum(patterns, [*stiffness, control]) + 8.0 * shape * laminate.hourglass_transverse
     # warp turned against weft: gradients of both, which add where the fibres lean and an element is no rectangle
     lean = np.abs(row(ALPHA_A) * row(ALPHA_B) + row(BETA_A) * row(BETA_B))

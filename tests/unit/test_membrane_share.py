@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from knittest.base.errors import InputError
-from knittest.base.history import History
+from knittest.base.history import History, Quality
 from knittest.config.dumping import dump
 from knittest.config.loading import resolve
 from knittest.laboratory.base import Prepared, fabric_laminate
@@ -22,11 +22,18 @@ def prepared(*sets: str) -> tuple[Any, Prepared]:
     return run, Cantilever().prepare(run)
 
 
-def warned(run: Any, mounted: Prepared) -> tuple[str, ...]:
-    """Warnings on a strip at rest."""
-    last = {"root_moment_nmm": 1.0, "weight_moment_nmm": 1.0, "converged": 1.0, "drift_deg": 0.0, "steps": 9.0}
+def judged(run: Any, mounted: Prepared, hourglass: float = 0.0) -> Quality:
+    """A strip at rest, its hourglass over its internal energy."""
+    last = {"root_moment_nmm": 1.0, "weight_moment_nmm": 1.0, "converged": 1.0, "drift_deg": 0.0, "steps": 9.0} | {
+        "hourglass_over_internal": hourglass
+    }
     energies = {name: np.array([value]) for name, value in last.items()}
-    quality = Cantilever().assess(run, mounted, History(mounted.model.mesh, {}, energies, []), SimulationCost())
+    return Cantilever().assess(run, mounted, History(mounted.model.mesh, {}, energies, []), SimulationCost())
+
+
+def warned(run: Any, mounted: Prepared) -> tuple[str, ...]:
+    """Warnings on a strip at rest that no gate refuses."""
+    quality = judged(run, mounted)
     assert not quality.failures
     return quality.warnings
 
@@ -67,3 +74,15 @@ def test_enough_is_what_is_kept_unless_bending_needs_more() -> None:
     least = float((2.0 * card.outer / (card.slope[:, 0] + 2.0 * card.outer)).max())
     assert enough_for_bending(card, 1.01 * least) == 1.01 * least
     assert 1.2 * least <= enough_for_bending(card, 0.99 * least) <= 1.2 * least + 0.01
+
+
+@pytest.mark.parametrize(
+    ("share", "failures", "warnings"), [(0.024, 0, 0), (0.026, 0, 1), (0.051, 1, 0), (np.nan, 1, 0)]
+)
+def test_hourglass_energy_of_a_strip_at_rest_is_judged(share: float, failures: int, warnings: int) -> None:
+    quality = judged(*prepared(), share)
+    assert (len(quality.failures), len(quality.warnings)) == (failures, warnings)
+    told = [*quality.failures, *quality.warnings]
+    assert all(text.startswith("hourglass over internal energy") for text in told)
+    assert "model.macro.element_size" in "".join(quality.failures) or share != 0.051
+    assert quality.hourglass_over_internal_max == pytest.approx(share, nan_ok=True)

@@ -29,7 +29,8 @@ def linear_laminate(warp: float = 900.0, weft: float = 600.0, **changes) -> Lami
         layer_offset=layer_offset, outer=outer, compression=middle, knee=np.zeros((2, 1)), slope=middle[:, None].copy(),
         shear_knee=np.zeros(1), shear_slope=np.array([0.5]), shear_friction=0.0, shear_stick=0.5, twist=0.4,
         transverse=np.array([4.0, 5.0]),
-        hourglass_membrane=3.0, hourglass_bending=0.02, hourglass_transverse=0.05, drilling=0.05,
+        hourglass_fibre=np.full(2, 3.0), hourglass_shear=0.25, hourglass_bending=0.02, hourglass_transverse=0.05,
+        drilling=0.05,
         fail_strain=np.full(2, np.inf),
     )  # fmt: skip
     return material._replace(**changes)

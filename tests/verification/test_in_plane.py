@@ -157,7 +157,7 @@ def test_an_uneven_sheet_has_the_yarns_of_a_flat_one():
 def columns(weave: Weave, n: int, shells: bool) -> np.ndarray:
     """Stiffness [N/mm] of n columns of nodes against sliding along y past each other, by central differences."""
     rows, step = weave.n // n, 1e-4
-    card = linear_laminate(9e3, 9e3, hourglass_membrane=0.0, drilling=0.0)  # nodes do not turn here
+    card = linear_laminate(9e3, 9e3, hourglass_fibre=np.zeros(2), hourglass_shear=0.0, drilling=0.0)  # no node turns
     solid = Solid(weave.points, weave.shells, card)
     found = np.empty((n, n))
     for column in range(n):

@@ -13,12 +13,12 @@ SQUARE = SIDE * np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
 LEANING = SQUARE + SIDE * np.array([[0.0, 0, 0], [0, 0, 0], [1, 0, 0], [1, 0, 0]])
 #: what governs: a fibre, hourglass control, shear, drilling
 LAMINATES = {
-    "fibre": linear_laminate(900.0, 600.0, hourglass_membrane=3.0),
-    "control": linear_laminate(600.0, 900.0, hourglass_membrane=300.0),
-    "stiff shear": linear_laminate(900.0, 900.0, hourglass_membrane=3.0, shear_slope=np.array([900.0])),
-    "drilling": linear_laminate(30.0, 30.0, hourglass_membrane=3.0, drilling=900.0),
-    "shear": linear_laminate(900.0, 900.0, hourglass_membrane=3.0, shear_slope=np.array([300.0])),
-    "poisson": linear_laminate(900.0, 600.0, hourglass_membrane=3.0, coupling_membrane=500.0, coupling_bending=3.0),
+    "fibre": linear_laminate(900.0, 600.0),
+    "control": linear_laminate(600.0, 900.0, hourglass_fibre=np.full(2, 300.0), hourglass_shear=300.0),
+    "stiff shear": linear_laminate(900.0, 900.0, shear_slope=np.array([900.0])),
+    "drilling": linear_laminate(30.0, 30.0, drilling=900.0),
+    "shear": linear_laminate(900.0, 900.0, shear_slope=np.array([300.0])),
+    "poisson": linear_laminate(900.0, 600.0, coupling_membrane=500.0, coupling_bending=3.0),
 }
 
 
@@ -117,7 +117,7 @@ def test_the_bound_of_a_square_is_its_frequency():
 
 def kinked(pulled: float, pushed: float) -> Laminate:
     """A law of stiffness ``pulled`` in tension and ``pushed`` in compression [N/mm], in both directions."""
-    card = linear_laminate(pulled, pulled, hourglass_membrane=0.0, drilling=0.0)
+    card = linear_laminate(pulled, pulled, hourglass_fibre=np.zeros(2), hourglass_shear=0.0, drilling=0.0)
     return card._replace(compression=pushed - 2.0 * card.outer)
 
 

@@ -35,6 +35,8 @@ class Rest:
     #: moment [N mm] that holds the strip flat when it weighs nothing, and how far the angle still moved [deg]
     curl: float = 0.0
     drift: float = 0.0
+    #: energy of the hourglass control of shells over the internal one [-]
+    hourglass: float = 0.0
 
 
 class Mounting(Holder):

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from knittest.base.history import Specimen
+from knittest.config.gates import HOURGLASS
 from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.tables import PublishedValue, for_width, with_note
 from knittest.export.line_picture import Level, Line, line_picture
@@ -14,7 +15,16 @@ from knittest.laboratory.cantilever.config import CantileverRun
 from knittest.laboratory.cantilever.side_picture import side_picture
 from knittest.laboratory.cantilever.test import MOMENT_TOLERANCE
 from knittest.laboratory.cantilever.yarns import BALANCED
-from knittest.laboratory.report_base import Columns, CurveAxes, Gate, NoSize, References, Report, title_of
+from knittest.laboratory.report_base import (
+    Columns,
+    CurveAxes,
+    Gate,
+    NoSize,
+    References,
+    Report,
+    energy_gate,
+    title_of,
+)
 from knittest.materials.heavy_elastica import STANDARD_ANGLE, overhang_ratio
 
 #: bending stiffness over the width of the strip [N mm]
@@ -62,10 +72,11 @@ class CantileverReport(NoSize[CantileverRun], Report[CantileverRun]):
         return [Level(_tolerance(run), "at rest: out of balance by less")]
 
     def gates(self, run: CantileverRun) -> list[Gate]:
-        """Rest, and the root carries the weight."""
+        """Rest, the root carries the weight, and hourglass control little of the energy."""
         return [
             Gate("residual at rest", "results", "residual", _tolerance(run), unit=_of(run)),
             Gate("root moment off weight", "results", "moment_error_pct", 100.0 * MOMENT_TOLERANCE),
+            *(energy_gate(run, gate) for gate in (HOURGLASS,) if gate.applies(run)),
         ]
 
     def scaled(self, run: CantileverRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:

@@ -11,6 +11,7 @@ from knittest.laboratory.cantilever.mounting import Mounting, Rest
 from knittest.laboratory.weights import weights
 from knittest.materials.laminate import enough_for_bending, softened
 from knittest.models.boundary import Boundary
+from knittest.models.explicit_model import ExplicitModel
 from knittest.models.macro import build_rectangle
 from knittest.models.readings import new_tally
 from knittest.solve.observer import Observer
@@ -55,5 +56,11 @@ def shells_to_rest(prepared: Prepared, run: CantileverRun, cost: SimulationCost,
     root = mounting.root(tally.reaction, relaxation.last_chunk)
     return Rest(
         prepared.facts["overhang_mm"], angle, root, moment, mounting.curvature(now), relaxation, frames,
-        relaxation.converged,
+        relaxation.converged, hourglass=_hourglass(model),
     )  # fmt: skip
+
+
+def _hourglass(model: ExplicitModel) -> float:
+    """Energy of the hourglass control over the internal one [-]; of nothing none."""
+    stored = model.stored()
+    return stored.hourglass / max(float(stored.internal.sum()), 1e-300)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from knittest.base.errors import InputError
 from knittest.base.history import History, Quality
 from knittest.base.resources import data_dir
+from knittest.config.gates import HOURGLASS
 from knittest.experiment.tables import published
 from knittest.laboratory.base import Prepared, Test
 from knittest.laboratory.cantilever.config import CantileverRun
@@ -20,6 +21,7 @@ from knittest.laboratory.cantilever.corrections import FLATTEST, STEEPEST
 from knittest.laboratory.cantilever.mounting import Rest
 from knittest.laboratory.cantilever.shells import mount_shells, shells_to_rest
 from knittest.laboratory.cantilever.yarns import mount_yarns, yarns_to_rest
+from knittest.laboratory.judging import by_gate
 from knittest.materials.heavy_elastica import STANDARD_ANGLE, bending_stiffness, overhang_ratio
 from knittest.models.explicit_model import ExplicitModel
 from knittest.solve.observer import SILENT, Observer
@@ -91,7 +93,9 @@ class Cantilever(Test[CantileverRun]):
         } | ({"curl_moment_nmm": last["curl_nmm"], "drift_deg": last["drift_deg"]} if _meso(run) else {})
 
     def assess(self, run: CantileverRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
-        """Rest: residual and drift below the tolerance, and the root carries the moment of the weight."""
+        """Rest: residual and drift below the tolerance, the root carries the moment of the weight, and the hourglass
+        control of shells little of the energy.
+        """
         last = {name: float(values[-1]) for name, values in history.energies.items()}
         moment = abs(last["root_moment_nmm"] / last["weight_moment_nmm"] - 1.0)
         failures = []
@@ -104,7 +108,11 @@ class Cantilever(Test[CantileverRun]):
         kept, usual = prepared.facts.get("membrane_share", 0.0), run.rig.usual["membrane_share"]
         told = f"rig.membrane_share: {kept:g} is kept: the usual {usual:g} is less than bending needs here"
         warnings = (told,) if run.rig.membrane_share is None and kept > usual else ()
-        return Quality(0.0, moment, 0.0, 0.0, 0.0, not failures, tuple(failures), warnings)
+        quality = Quality(
+            0.0, moment, 0.0, 0.0, 0.0, not failures, tuple(failures), warnings,
+            hourglass_over_internal_max=last["hourglass_over_internal"],
+        )  # fmt: skip
+        return by_gate(run, quality, HOURGLASS) if HOURGLASS.applies(run) else quality
 
 
 def _meso(run: CantileverRun) -> bool:
@@ -184,5 +192,6 @@ def _history(model: ExplicitModel, rests: list[Rest]) -> History:
         "converged": [float(r.converged) for r in rests],
         "curl_nmm": [r.curl for r in rests],
         "drift_deg": [r.drift for r in rests],
+        "hourglass_over_internal": [r.hourglass for r in rests],
     }
     return History(model.mesh, curve, {k: np.array(v) for k, v in trials.items()}, list(rests[-1].frames))
