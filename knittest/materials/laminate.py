@@ -139,11 +139,9 @@ def _linear(card: Laminate, share: float, tension: Array, compression: Array) ->
             f"rig.membrane_share = {share:g}: leaves less membrane stiffness than bending needs; --set "
             f"rig.membrane_share={_enough(2.0 * card.outer / tension):g} leaves enough"
         )
-    kept = HOURGLASS * share * tension / 12.0
     return card._replace(
         knee=np.zeros((2, 1)), slope=slope[:, None], compression=compression - 2.0 * card.outer,
         coupling_membrane=share * card.coupling_membrane,
-        hourglass_fibre=kept, hourglass_shear=min(card.hourglass_shear, float(kept.mean())),
     )  # fmt: skip
 
 
