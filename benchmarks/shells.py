@@ -25,7 +25,7 @@ def laminate() -> Laminate:
     knee, slope = np.tile(np.linspace(0.0, 0.014, KNOTS), (2, 1)), np.full((2, KNOTS), 900.0)
     return Laminate(
         1.1, np.array([2.0, 1.5]), np.full(2, 70.0), knee, slope, np.zeros(1), np.array([0.5]), 0.0, 1.0, 0.3,
-        np.array([4.0, 5.0]), 3.0, 0.02, 0.05, 0.005, np.full(2, np.inf),
+        np.array([4.0, 5.0]), np.full(2, 3.0), 0.25, 0.02, 0.05, 0.005, np.full(2, np.inf),
     )  # fmt: skip
 
 
