@@ -10,6 +10,7 @@ from export_sample import shell_history
 
 from knittest.base.errors import InputError
 from knittest.base.history import History, Overlaps, Quality, judged_rows
+from knittest.base.kinds import kinds
 from knittest.config.dumping import dump
 from knittest.config.gates import gates_of, limits_judged
 from knittest.config.loading import resolve
@@ -28,7 +29,7 @@ PREPARED: Any = SimpleNamespace(model=SimpleNamespace(added_mass=0.0))
 
 def run_of(test: str = "friction", *sets: str, **more: Any) -> Run:
     chosen = {"variant": "1", "scale": "macro", "preset": "quick"} | more
-    return resolve(test=test, direction=None if test in ("picture-frame", "forming") else "warp", sets=sets, **chosen)
+    return resolve(test=test, direction="warp" if kinds()[test].directional else None, sets=sets, **chosen)
 
 
 def history(**columns: Any) -> History:
@@ -69,7 +70,7 @@ def test_a_good_run_passes_without_a_word() -> None:
         ("hourglass_mj", "internal_fabric_mj", "hourglass_over_internal_max", "hourglass over internal energy"),
     ],
 )
-@pytest.mark.parametrize("test", ["tensile", "friction", "picture-frame", "forming"])
+@pytest.mark.parametrize("test", ["tensile", "friction", "picture-frame", "forming", "bias-extension", "biaxial"])
 def test_each_loss_above_a_twentieth_refuses_in_every_test(
     test: str, column: str, whole: str, key: str, label: str
 ) -> None:
