@@ -114,10 +114,10 @@ def test_older_and_newer_schemas_are_shown_as_written(folder: Path) -> None:
 
 
 def test_a_test_that_this_version_does_not_know(folder: Path) -> None:
-    edit_json(folder / "summary.json", rig="bias-extension")
+    edit_json(folder / "summary.json", rig="peel")
     (folder / "config.yaml").unlink()
     text = page_of(folder).text()
-    assert "No curve is known for the test bias-extension" in text and "5666" in text
+    assert "No curve is known for the test peel" in text and "5666" in text
 
 
 JSON = st.recursive(

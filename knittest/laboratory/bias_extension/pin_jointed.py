@@ -78,7 +78,7 @@ class BiasStrip:
 
         >>> angle = np.deg2rad([20.0])  # S = 0.1 N/mm times the angle
         >>> BiasStrip(200.0, 100.0).force(0.1 * angle, 0.05 * angle, angle).round(2)
-        array([6.46])
+        array([6.45])
         """
         whole, partly = self.areas
         force: Array = 2.0 * (shear * whole + 0.5 * half * partly) / (self.middle * _lever(angle))
