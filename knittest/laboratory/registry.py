@@ -1,6 +1,8 @@
 """Tests and their reports by the name of the rig, of all installed packages."""
 
 from collections.abc import Mapping
+from inspect import isfunction
+from types import MethodType
 from typing import Any
 
 from knittest.base.errors import InputError
@@ -10,7 +12,10 @@ from knittest.laboratory.report_base import Report
 
 
 def _made(kind: TestKind, part: str, protocol: type) -> Any:
-    """Instance of ``part`` of ``kind``; raises :class:`InputError` where a part of its ``protocol`` is missing."""
+    """Instance of ``part`` of ``kind``, with what its ``protocol`` does by default where the instance does not say.
+
+    Raises :class:`InputError` where a part of the protocol without a default is missing.
+    """
     maker, made = kind.load(part), None
     missing = {*getattr(maker, "__abstractmethods__", ())}  # of one that inherits the protocol, which cannot be made
     if not missing:
@@ -20,6 +25,9 @@ def _made(kind: TestKind, part: str, protocol: type) -> Any:
     if missing:
         lacking = ", ".join(sorted(missing))
         raise InputError(f"test {kind.name}: {getattr(kind, part)} lacks {lacking}: see {protocol.__name__}")
+    for name, default in vars(protocol).items():  # of one that does not inherit the protocol
+        if isfunction(default) and not name.startswith("_") and not hasattr(made, name):
+            setattr(made, name, MethodType(default, made))
     return made
 
 
