@@ -21,7 +21,7 @@ from knittest.studies.trials.trial import trial_of
 
 BASE = "base: {variant: 1, scale: macro, preset: quick, direction: warp"
 FAST = BASE + ", set: {solver.speed: 4}}\n"
-#: only a signal writes a checkpoint; at 0.15 m/s a run takes some three seconds
+#: only a signal writes a checkpoint; at 0.03 m/s a run takes some three seconds
 UNHURRIED = BASE + ", set: {output.checkpoint_interval: 1000}}\n"
 
 
@@ -206,11 +206,11 @@ def test_bad_commands_run_nothing(sweep, capsys, arguments, said):
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL], ids=["ctrl-c", "kill"])
 def test_the_same_command_goes_on_where_it_was_stopped(sweep, tmp_path, number):
-    folder = sweep(UNHURRIED + "points: [{rig.width: 20, solver.speed: 4.0}, {rig.width: 30, solver.speed: 0.15}]\n")
+    folder = sweep(UNHURRIED + "points: [{rig.width: 20, solver.speed: 4.0}, {rig.width: 30, solver.speed: 0.03}]\n")
     process = started("--workers", "1", cwd=tmp_path)
     while process.poll() is None and not (ledger(folder) and list(folder.glob("trials/*/run.lock"))):
         time.sleep(0.02)
-    time.sleep(0.7)
+    time.sleep(1.5)
     worker = json.loads(next(folder.glob("trials/*/run.lock")).read_text())["pid"]
     process.send_signal(number)
     _, error = process.communicate(timeout=60)
