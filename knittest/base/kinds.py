@@ -26,7 +26,6 @@ GROUP = "knittest.tests"
 DEFAULT = "tensile"
 #: label and format of a result
 Label = tuple[str, str]
-
 #: what config file and command line state of a field of the rig, None without
 Stated = Callable[[str], object]
 

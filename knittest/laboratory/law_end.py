@@ -2,10 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import ceil
+from math import ceil, floor
 
 import numpy as np
 
+from knittest.base.errors import InputError
 from knittest.base.history import Array, Frame, History
 from knittest.base.kinds import kinds
 from knittest.config.run import Run
@@ -55,6 +56,16 @@ def beyond_law(run: Run, history: History, to_failure: bool) -> BeyondLaw:
         if "shear_angle" in frame.fields
     ]
     return max(found, key=lambda one: one.share, default=BeyondLaw(end=end))
+
+
+def refuse_beyond_law(run: Run, largest: float) -> None:
+    """Raise :class:`InputError` for shells of ``run`` that its rig shears to ``largest`` [deg], beyond their law."""
+    end = last_angle(run.fabric, shear_curve(run))
+    if largest > end:
+        raise InputError(
+            f"rig.max_angle = {largest:g} deg: the fabric's shear law (macro.shear) ends at {end:g} deg; "
+            f"--set rig.max_angle={floor(10.0 * end) / 10.0:g} ends the test there, or give a law that goes on"
+        )
 
 
 def worst_of(angle: Array, area: Array, end: float) -> BeyondLaw:

@@ -86,13 +86,13 @@ class Report(Protocol[RunT]):
 
     axes: CurveAxes
 
-    @abstractmethod
     def levels(self, run: RunT) -> list[Level]:
-        """Horizontal lines of the curve's picture."""
+        """Horizontal lines of the curve's picture: none unless stated."""
+        return []
 
-    @abstractmethod
     def gates(self, run: RunT) -> list[Gate]:
-        """Limits above which the comparison is refused."""
+        """Limits above which the comparison is refused: those of every test in time unless stated."""
+        return energy_gates(run)
 
     @abstractmethod
     def scaled(self, run: RunT, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
@@ -116,13 +116,13 @@ class Report(Protocol[RunT]):
     def reference_curve(self, run: RunT) -> ReferenceCurve | None:
         """The curve that the run's curve is compared with."""
 
-    @abstractmethod
     def curve(self, specimens: list[Specimen]) -> Columns:
-        """Columns of curve.csv."""
+        """Columns of curve.csv: channels of the first specimen unless stated."""
+        return specimens[0].history.curve
 
-    @abstractmethod
     def tables(self, run: RunT, specimens: list[Specimen]) -> dict[str, Columns]:
-        """Columns of further CSV files by name, which the record of the test names."""
+        """Columns of further CSV files by name, which the record of the test names: none unless stated."""
+        return {}
 
     @abstractmethod
     def pictures(self, run: RunT, specimens: list[Specimen], references: References, folder: Path) -> None:

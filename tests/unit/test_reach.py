@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from knittest.base.errors import InputError
+from knittest.base.kinds import kinds
 from knittest.config.loading import resolve
 from knittest.experiment.compare import compare_columns, compare_curves
 from knittest.experiment.curves import ReferenceCurve
@@ -86,3 +87,8 @@ def test_a_strip_of_two_shells_is_refused_with_a_size_that_does():
     run = resolve(test="friction", variant="1", scale="macro", preset="quick", direction="warp", sets=small)
     with pytest.raises(InputError, match=r"--set model\.macro\.element_size=6\.67 or less"):
         Friction().prepare(run)
+
+
+@pytest.mark.parametrize("test", ["picture-frame", "bias-extension"])
+def test_a_test_that_ends_at_an_angle_says_which_field_goes_on(test):
+    assert REPORTS[test].axes.reach == kinds()[test].sheared_to == "rig.max_angle"

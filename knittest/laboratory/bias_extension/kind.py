@@ -49,5 +49,6 @@ KIND = TestKind(
         "meso": ("warp_density", "weft_density", *LOOPS, "contact.friction_coefficient"),
     },
     hinges={"membrane_share": -1},
+    sheared_to="rig.max_angle",
     laboratory="knittest.laboratory.bias_extension.lab_files:LAB",
 )

@@ -14,7 +14,7 @@ from knittest.experiment.forces import normalised as of_frame
 from knittest.experiment.forces import noted
 from knittest.experiment.tables import PublishedValue
 from knittest.export.faces_picture import faces_picture
-from knittest.export.line_picture import Level, Line, line_picture
+from knittest.export.line_picture import Line, line_picture
 from knittest.laboratory.bias_extension.config import BiasExtensionRun
 from knittest.laboratory.bias_extension.law import pin_jointed_force
 from knittest.laboratory.bias_extension.material import material_of
@@ -26,11 +26,9 @@ from knittest.laboratory.imported import imported_corridor
 from knittest.laboratory.report_base import (
     Columns,
     CurveAxes,
-    Gate,
     References,
     Report,
     draw_energies,
-    energy_gates,
     same_test,
     scatter,
     title_of,
@@ -47,16 +45,8 @@ class BiasExtensionReport(Report[BiasExtensionRun]):
 
     axes = CurveAxes(
         ANGLE, FORCE, "shear angle of the middle, pin-jointed [deg]", "force of the clamp [N]", others=(NORMALISED,),
-        labels={NORMALISED: NORMALISED_LABEL},
+        labels={NORMALISED: NORMALISED_LABEL}, reach="rig.max_angle",
     )  # fmt: skip
-
-    def levels(self, run: BiasExtensionRun) -> list[Level]:
-        """No level is drawn."""
-        return []
-
-    def gates(self, run: BiasExtensionRun) -> list[Gate]:
-        """Standard gates."""
-        return energy_gates(run)
 
     def scaled(self, run: BiasExtensionRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
         """Normalised forces, which no size of a strip enters, as they are."""
@@ -87,10 +77,6 @@ class BiasExtensionReport(Report[BiasExtensionRun]):
         """The fabric's own strips, normalised."""
         curve = imported_corridor(run, kinds()[run.rig.kind].published)
         return None if curve is None else self.matched(run, curve)
-
-    def curve(self, specimens: list[Specimen]) -> Columns:
-        """Channels of the first specimen."""
-        return specimens[0].history.curve
 
     def tables(self, run: BiasExtensionRun, specimens: list[Specimen]) -> dict[str, Columns]:
         """zones.csv of the first specimen."""

@@ -2,14 +2,13 @@
 
 import time as clock
 from dataclasses import replace
-from math import floor, sqrt
+from math import sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.base.errors import InputError
 from knittest.base.history import History, Quality
-from knittest.laboratory.base import Prepared, Test, fabric_laminate, shear_curve
+from knittest.laboratory.base import Prepared, Test, fabric_laminate
 from knittest.laboratory.bias_extension.config import BiasExtensionRun
 from knittest.laboratory.bias_extension.material import material_of
 from knittest.laboratory.bias_extension.mesh import bias_mesh
@@ -18,8 +17,8 @@ from knittest.laboratory.bias_extension.rig import ANGLES, BiasExtensionTest
 from knittest.laboratory.bias_extension.yarns import jaw_length, yarns_on_the_bias
 from knittest.laboratory.bias_extension.zones import zone_table
 from knittest.laboratory.judging import assess
+from knittest.laboratory.law_end import refuse_beyond_law
 from knittest.laboratory.span import Span
-from knittest.materials.shear import last_angle
 from knittest.materials.trellis import ANGLE, NORMALISED
 from knittest.models.macro import self_contact
 from knittest.models.meso import build_meso
@@ -48,13 +47,7 @@ class BiasExtension(Test[BiasExtensionRun]):
         return self._yarns(run, specimen, observer) if meso else self._shells(run, specimen)
 
     def _shells(self, run: BiasExtensionRun, specimen: int) -> Prepared:
-        known = last_angle(run.fabric, shear_curve(run))
-        if run.rig.max_angle > known:
-            raise InputError(
-                f"rig.max_angle = {run.rig.max_angle:g} deg: the fabric's shear law (macro.shear) ends at "
-                f"{known:g} deg; --set rig.max_angle={floor(10.0 * known) / 10.0:g} ends the test there, or give a law "
-                "that goes on"
-            )
+        refuse_beyond_law(run, run.rig.max_angle)
         strip, macro, fabric = strip_of(run), run.model.macro, run.fabric
         points, cells = bias_mesh(strip.length, strip.width, macro.element_size_mm)
         ends, height = ends_of(points, strip), macro.imperfection_mm

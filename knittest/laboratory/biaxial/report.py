@@ -14,7 +14,7 @@ from knittest.experiment.curves import FORCE_PER_WIDTH, ReferenceCurve
 from knittest.experiment.forces import per_width
 from knittest.experiment.tables import PublishedValue
 from knittest.export import strip_picture
-from knittest.export.line_picture import Level, Line, line_picture
+from knittest.export.line_picture import Line, line_picture
 from knittest.laboratory.base import tension_curve
 from knittest.laboratory.biaxial.config import BiaxialRun
 from knittest.laboratory.biaxial.test import Biaxial, across
@@ -22,11 +22,9 @@ from knittest.laboratory.imported import imported_corridor
 from knittest.laboratory.report_base import (
     Columns,
     CurveAxes,
-    Gate,
     References,
     Report,
     draw_energies,
-    energy_gates,
     same_test,
     scatter,
     title_of,
@@ -40,14 +38,6 @@ class BiaxialReport(Report[BiaxialRun]):
     """See :class:`knittest.laboratory.report_base.Report`."""
 
     axes = CurveAxes("strain_pct", FORCE_PER_WIDTH, "strain [%]", "force per width [N/mm]")
-
-    def levels(self, run: BiaxialRun) -> list[Level]:
-        """No level is drawn."""
-        return []
-
-    def gates(self, run: BiaxialRun) -> list[Gate]:
-        """Standard gates."""
-        return energy_gates(run)
 
     def scaled(self, run: BiaxialRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
         """Forces per width as they are; raises :class:`InputError` for another ratio of the strains."""
@@ -73,14 +63,6 @@ class BiaxialReport(Report[BiaxialRun]):
         """The fabric's own biaxial tests."""
         curve = imported_corridor(run, kinds()[run.rig.kind].published)
         return None if curve is None else self.matched(run, curve)
-
-    def curve(self, specimens: list[Specimen]) -> Columns:
-        """Channels of the first specimen."""
-        return specimens[0].history.curve
-
-    def tables(self, run: BiaxialRun, specimens: list[Specimen]) -> dict[str, Columns]:
-        """None besides those of every test."""
-        return {}
 
     def pictures(self, run: BiaxialRun, specimens: list[Specimen], references: References, folder: Path) -> None:
         """curve.png, energies.png, deformed.png."""

@@ -16,7 +16,6 @@ from knittest.laboratory.cantilever.side_picture import side_picture
 from knittest.laboratory.cantilever.test import MOMENT_TOLERANCE
 from knittest.laboratory.cantilever.yarns import BALANCED
 from knittest.laboratory.report_base import (
-    Columns,
     CurveAxes,
     Gate,
     NoSize,
@@ -92,14 +91,6 @@ class CantileverReport(NoSize[CantileverRun], Report[CantileverRun]):
     def reference_curve(self, run: CantileverRun) -> ReferenceCurve | None:
         """No curve is published."""
         return None
-
-    def curve(self, specimens: list[Specimen]) -> Columns:
-        """Course of the relaxation of the first specimen."""
-        return specimens[0].history.curve
-
-    def tables(self, run: CantileverRun, specimens: list[Specimen]) -> dict[str, Columns]:
-        """None besides those of every test."""
-        return {}
 
     def pictures(self, run: CantileverRun, specimens: list[Specimen], references: References, folder: Path) -> None:
         """deformed.png from the side, curve.png of the convergence."""

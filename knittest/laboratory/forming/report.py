@@ -55,10 +55,6 @@ class FormingReport(NoSize[FormingRun], Report[FormingRun]):
         """No curve is published."""
         return None
 
-    def curve(self, specimens: list[Specimen]) -> Columns:
-        """Channels of the first specimen."""
-        return specimens[0].history.curve
-
     def tables(self, run: FormingRun, specimens: list[Specimen]) -> dict[str, Columns]:
         """draw-in.csv, yarn-forces.csv, shear-field.csv and height-field.csv of the first specimen."""
         history, surface = specimens[0].history, _surface(run, specimens[0])

@@ -106,10 +106,6 @@ class FrictionReport(NoSize[FrictionRun], Report[FrictionRun]):
             return None
         return self.matched(run, curve)
 
-    def curve(self, specimens: list[Specimen]) -> Columns:
-        """Channels of the first specimen."""
-        return specimens[0].history.curve
-
     def tables(self, run: FrictionRun, specimens: list[Specimen]) -> dict[str, Columns]:
         """pressure.csv of the first specimen."""
         return {"pressure.csv": pressure_map(specimens[0].history, map_cell(run)).table()}

@@ -16,7 +16,7 @@ from knittest.experiment.forces import normalised
 from knittest.experiment.simulated_studies import friction_curves
 from knittest.experiment.tables import PublishedValue, with_note
 from knittest.export.faces_picture import faces_picture
-from knittest.export.line_picture import Band, Level, Line, line_picture
+from knittest.export.line_picture import Band, Line, line_picture
 from knittest.laboratory.imported import imported_corridor
 from knittest.laboratory.picture_frame.config import PictureFrameRun
 from knittest.laboratory.picture_frame.map_picture import height_picture
@@ -33,11 +33,9 @@ from knittest.laboratory.picture_frame.wrinkles import measure_wrinkles
 from knittest.laboratory.report_base import (
     Columns,
     CurveAxes,
-    Gate,
     References,
     Report,
     draw_energies,
-    energy_gates,
     same_test,
     scatter,
     title_of,
@@ -60,14 +58,6 @@ class PictureFrameReport(Report[PictureFrameRun]):
         labels={NORMALISED: NORMALISED_LABEL},
         reach="rig.max_angle",
     )
-
-    def levels(self, run: PictureFrameRun) -> list[Level]:
-        """No level is drawn."""
-        return []
-
-    def gates(self, run: PictureFrameRun) -> list[Gate]:
-        """Standard gates."""
-        return energy_gates(run)
 
     def scaled(self, run: PictureFrameRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
         """Forces of the crosshead for the run's sides, and said so; normalised ones as they are.
@@ -94,10 +84,6 @@ class PictureFrameReport(Report[PictureFrameRun]):
         """The fabric's own frames, normalised; of the paper's fabrics no shear force is published."""
         curve = imported_corridor(run, kinds()[run.rig.kind].published)
         return None if curve is None else self.matched(run, curve)
-
-    def curve(self, specimens: list[Specimen]) -> Columns:
-        """Channels of the first specimen."""
-        return specimens[0].history.curve
 
     def tables(self, run: PictureFrameRun, specimens: list[Specimen]) -> dict[str, Columns]:
         """shear-angle.csv of the first specimen."""

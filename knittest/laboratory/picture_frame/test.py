@@ -3,16 +3,16 @@
 import time as clock
 from collections.abc import Sequence
 from dataclasses import replace
-from math import floor, sqrt
+from math import sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.base.errors import InputError
 from knittest.base.history import Frame, History, Mesh, Quality
 from knittest.fabric.bias import turned
-from knittest.laboratory.base import Prepared, Test, fabric_laminate, shear_curve
+from knittest.laboratory.base import Prepared, Test, fabric_laminate
 from knittest.laboratory.judging import assess
+from knittest.laboratory.law_end import refuse_beyond_law
 from knittest.laboratory.needles import on_needles
 from knittest.laboratory.picture_frame.config import PictureFrameRun
 from knittest.laboratory.picture_frame.rig import ANGLES, PictureFrameTest
@@ -20,7 +20,6 @@ from knittest.laboratory.picture_frame.wrinkles import measure_wrinkles
 from knittest.laboratory.shear_angles import AngleScatter, angle_scatter, crossing_angles, shell_angles
 from knittest.laboratory.span import Span
 from knittest.laboratory.strips import cut
-from knittest.materials.shear import last_angle
 from knittest.materials.trellis import NORMALISED
 from knittest.models.macro import self_contact
 from knittest.models.meso import build_meso
@@ -53,13 +52,7 @@ class PictureFrame(Test[PictureFrameRun]):
         return self._yarns(run, specimen, observer) if meso else self._shells(run, specimen)
 
     def _shells(self, run: PictureFrameRun, specimen: int) -> Prepared:
-        known = last_angle(run.fabric, shear_curve(run))
-        if run.rig.max_angle > known:
-            raise InputError(
-                f"rig.max_angle = {run.rig.max_angle:g} deg: the fabric's shear law (macro.shear) ends at "
-                f"{known:g} deg; --set rig.max_angle={floor(10.0 * known) / 10.0:g} ends the test there, or give a law "
-                "that goes on"
-            )
+        refuse_beyond_law(run, run.rig.max_angle)
         side, size = run.rig.side_mm, run.model.macro.element_size_mm
         n = max(round(side / size), 2)
         u = np.linspace(-0.5 * side, 0.5 * side, n + 1)

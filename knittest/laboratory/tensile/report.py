@@ -19,15 +19,12 @@ from knittest.experiment.forces import noted
 from knittest.experiment.statistics import Corridor, corridor_on, mean_sd
 from knittest.experiment.tables import PublishedValue, for_width, with_note
 from knittest.export import curve_picture, strip_picture
-from knittest.export.line_picture import Level
 from knittest.laboratory.report_base import (
     Columns,
     CurveAxes,
-    Gate,
     References,
     Report,
     draw_energies,
-    energy_gates,
     same_test,
     title_of,
 )
@@ -46,14 +43,6 @@ class TensileReport(Report[TensileRun]):
     """See :class:`knittest.laboratory.report_base.Report`."""
 
     axes = CurveAxes("strain_pct", "force_n", "strain [%]", "force [N]", "force_mean_n", "force_sd_n")
-
-    def levels(self, run: TensileRun) -> list[Level]:
-        """No level is drawn."""
-        return []
-
-    def gates(self, run: TensileRun) -> list[Gate]:
-        """Standard gates."""
-        return energy_gates(run)
 
     def scaled(self, run: TensileRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
         """Forces of the tested strip for the width of the run, and said so; of yarns also how many are whole."""
@@ -106,10 +95,6 @@ class TensileReport(Report[TensileRun]):
             return specimens[0].history.curve
         found = corridor(specimens)
         return {self.axes.x: found.strain, self.axes.mean: found.mean, self.axes.sd: found.sd}
-
-    def tables(self, run: TensileRun, specimens: list[Specimen]) -> dict[str, Columns]:
-        """None besides those of every test."""
-        return {}
 
     def pictures(self, run: TensileRun, specimens: list[Specimen], references: References, folder: Path) -> None:
         """curve.png, energies.png, deformed.png."""
