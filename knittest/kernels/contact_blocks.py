@@ -113,14 +113,13 @@ def _evaluate(count, law, inv_dt, w):
         oy = cy + s * (uy1 + s * uy2) - t * (vy1 + t * vy2)
         oz = cz + s * (uz1 + s * uz2) - t * (vz1 + t * vz2)
         dx, dy, dz = ox - w[GX + m], oy - w[GY + m], oz - w[GZ + m]
-        gx, gy, gz = w[GX + m], w[GY + m], w[GZ + m]
+        mx, my, mz = dx, dy, dz
         # surfaces touch at a point between the centre-lines: they turn with their yarns about its arms
         hx, hy, hz = 0.5 * (ox + w[GX + m]), 0.5 * (oy + w[GY + m]), 0.5 * (oz + w[GZ + m])
         rx, ry, rz = w[TURN_X + m], w[TURN_Y + m], w[TURN_Z + m]
         dx, dy, dz = dx - (ry * hz - rz * hy), dy - (rz * hx - rx * hz), dz - (rx * hy - ry * hx)
         ex, ey, ez = w[EX + m], w[EY + m], w[EZ + m]
         ex, ey, ez = ex + ry * ez - rz * ey, ey + rz * ex - rx * ez, ez + rx * ey - ry * ex
-        closing = np.sqrt(gx * gx + gy * gy + gz * gz) - np.sqrt(ox * ox + oy * oy + oz * oz)
         gx, gy, gz = ox, oy, oz
         for _ in range(NEWTON_STEPS):
             ds, dt = closest_step(
@@ -135,9 +134,13 @@ def _evaluate(count, law, inv_dt, w):
             gz = cz + s * (uz1 + s * uz2) - t * (vz1 + t * vz2)
         # a contact beyond the end of its chain carries nothing
         on_yarns = 1.0 if (s > -0.5) & (s < 1.5) & (t > -0.5) & (t < 1.5) else 0.0
-        # no depth that the yarns did not close themselves: closest points that jump along a hook would make energy
-        depth = max(w[REACH + m] - np.sqrt(ox * ox + oy * oy + oz * oz), 0.0) * on_yarns
-        w[REACH + m] = min(w[REACH + m], depth + np.sqrt(gx * gx + gy * gy + gz * gz))
+        # what the yarns close themselves, along the mean normal of the step: a slide is none, to third order
+        far, near = np.sqrt(w[GX + m] ** 2 + w[GY + m] ** 2 + w[GZ + m] ** 2), np.sqrt(gx * gx + gy * gy + gz * gz)
+        before = (mx * w[GX + m] + my * w[GY + m] + mz * w[GZ + m]) / max(far, 1e-9)
+        closing = -0.5 * (before + (mx * gx + my * gy + mz * gz) / max(near, 1e-9))
+        # no other depth: closest points that jump along a hook would make energy
+        depth = max(w[REACH + m] - far + closing, 0.0) * on_yarns
+        w[REACH + m] = min(w[REACH + m], depth + near)
         fx, fy, fz, ex, ey, ez, slips, lost, damped = contact_force(
             gx, gy, gz, closing, w[REACH + m] * on_yarns, ex, ey, ez, dx, dy, dz,
             w[SLIPPING + m], law, inv_dt,
