@@ -110,7 +110,7 @@ def test_closest_points_that_jump_give_no_depth():
 
 
 def test_closest_points_that_jump_in_a_gap_leave_the_reach():
-    """Where nothing touches a jump of the closest points only says how far apart the yarns are."""
+    """A jump of the closest points where nothing touches only says how far apart the yarns are."""
     pair = straight(90.0)
     pair.step(np.array([0.0, 0.0, 0.05]))
     pair.contacts.parameter[1, 0] += 0.2
