@@ -2,7 +2,7 @@
 
 Sweep 1 evaluates contacts or shells, each storing its own result; sweep 2 lets every partition of the nodes collect
 what acts on it in a fixed order and integrates. The number of partitions is fixed, so the bits do not depend on the
-number of threads. Yarns and shells have an entry each, so that a run compiles only what it uses.
+number of threads. Yarns and shells, one thread and several have an entry each: a run compiles only what it uses.
 """
 
 import numpy as np
@@ -36,7 +36,8 @@ def _clear(start, stop, rows):
 
 
 @njit(**KERNEL)
-def _contact_share(p, count, dt, nodes, contacts, alive, law, tally, w):
+def contact_share(p, count, dt, nodes, contacts, alive, law, tally, w):
+    """Evaluate the yarn contacts of share ``p`` and book what they lose."""
     first, last = count * p // PARTITIONS, count * (p + 1) // PARTITIONS
     rubbed, damped = contact_forces(first, last, dt, nodes, contacts, alive, law, w)
     tally.energy[p, 1] += rubbed
@@ -44,7 +45,8 @@ def _contact_share(p, count, dt, nodes, contacts, alive, law, tally, w):
 
 
 @njit(**KERNEL)
-def _sheet_share(p, dt, nodes, shells, sheet, count, law, contacts, tally):
+def sheet_share(p, dt, nodes, shells, sheet, count, law, contacts, tally):
+    """Evaluate the contacts of shells of share ``p`` and book what they lose."""
     first, last = count * p // PARTITIONS, count * (p + 1) // PARTITIONS
     rubbed, damped = sheet_forces(first, last, dt, nodes, shells, sheet, law, contacts)
     tally.energy[p, 1] += rubbed
@@ -52,7 +54,8 @@ def _sheet_share(p, dt, nodes, shells, sheet, count, law, contacts, tally):
 
 
 @njit(**KERNEL)
-def _shell_share(p, time, nodes, shells, laminate, bends, tally, w):
+def shell_share(p, time, nodes, shells, laminate, bends, tally, w):
+    """Evaluate the shells of share ``p`` and the bending of their fibres, and book what they lose."""
     blocks = shells.conn.shape[0] // BLOCK
     first, last = blocks * p // PARTITIONS, blocks * (p + 1) // PARTITIONS
     lost, rubbed = shell_forces(first, last, time, nodes, shells, laminate, w)
@@ -65,7 +68,7 @@ def _shell_share(p, time, nodes, shells, laminate, bends, tally, w):
 
 
 @njit(**KERNEL)
-def _outside(p, dt, nodes, parts, tables, loads, tools, touch, tally, w):
+def outside(p, dt, nodes, parts, tables, loads, tools, touch, tally, w):
     """Forces of tools and loads on the nodes of one partition."""
     touch_tools(p, parts.node[p], parts.node[p + 1], dt, nodes, tools, touch, tally, w)
     apply_loads(p, dt, nodes, loads, tables, tally)
@@ -76,7 +79,7 @@ def _yarn_share(p, time, dt, nodes, parts, beams, contacts, tables, motions, loa
     _clear(parts.node[p], parts.node[p + 1], nodes.force)
     _clear(parts.node[p], parts.node[p + 1], nodes.moment)
     scatter_contacts(p, nodes, contacts)
-    _outside(p, dt, nodes, parts, tables, loads, tools, touch, tally, w)
+    outside(p, dt, nodes, parts, tables, loads, tools, touch, tally, w)
     for k in range(parts.span_start[p], parts.span_start[p + 1]):
         start, stop, section = parts.span[k, 0], parts.span[k, 1], parts.span[k, 2]
         tally.energy[p, 2] += advance_beams(start, stop, section, time, dt, nodes, beams, w)
@@ -93,23 +96,25 @@ def _fabric_share(p, dt, nodes, parts, shells, bends, count, contacts, tables, m
     if bends.alive.size > 0:
         gather_bends(start, stop, nodes, bends)
     scatter_sheet(p, start, stop, count, nodes, shells, contacts)
-    _outside(p, dt, nodes, parts, tables, loads, tools, touch, tally, w)
+    outside(p, dt, nodes, parts, tables, loads, tools, touch, tally, w)
     advance_free(start, stop, dt, nodes, w)
     impose_motions(p, dt, nodes, motions, tables, tally)
     book_loads(p, dt, nodes, loads, tables, tally)
 
 
 @njit(**KERNEL)
-def _yarns_alone(
-    steps, time, dt, nodes, parts, beams, contacts, count, law, tables, motions, loads, tools, touch, tally, w
+def advance_yarns_alone(
+    steps, time, dt, nodes, parts, beams, contacts, count, law, tables, motions, loads, tools, touch, tally, scratch
 ):
     """:func:`advance_yarns` on one thread, which neither forks nor claims what nobody else wants."""
+    touch.room[:, :] = 0.0  # nodes and tools may have been moved by hand since the last call
+    w = scratch[0]
     for step in range(steps):
         now = time + step * dt
         read_tables(tables, now - 0.5 * dt, now + 0.5 * dt)
         if count > 0:
             for p in range(PARTITIONS):
-                _contact_share(p, count, dt, nodes, contacts, beams.alive, law, tally, w)
+                contact_share(p, count, dt, nodes, contacts, beams.alive, law, tally, w)
         for p in range(PARTITIONS):
             if parts.node[p] < parts.node[p + 1]:
                 _yarn_share(p, now, dt, nodes, parts, beams, contacts, tables, motions, loads, tools, touch, tally, w)
@@ -123,17 +128,11 @@ def advance_yarns(
 ):  # fmt: skip
     """Advance a model of beam chains by ``steps`` time steps of ``dt`` [ms] from ``time`` [ms].
 
-    ``threads`` is the number of threads, ``count`` that of contacts in use. ``tables`` to ``touch`` are the fields of
-    :class:`Drive` (parallel loops take no nested tuples); ``scratch`` is (PARTITIONS, SCRATCH). State is updated in
-    place.
+    ``threads`` is the number of threads, more than one, ``count`` that of contacts in use. ``tables`` to ``touch`` are
+    the fields of :class:`Drive` (parallel loops take no nested tuples); ``scratch`` is (PARTITIONS, SCRATCH). State is
+    updated in place.
     """
-    touch.room[:, :] = 0.0  # nodes and tools may have been moved by hand since the last call
-    if threads == 1:
-        _yarns_alone(
-            steps, time, dt, nodes, parts, beams, contacts, count, law, tables, motions, loads, tools, touch, tally,
-            scratch[0],
-        )  # fmt: skip
-        return
+    touch.room[:, :] = 0.0
     threads, claimed = min(threads, PARTITIONS), np.zeros(PARTITIONS, np.int64)
     for step in range(steps):
         now = time + step * dt
@@ -142,7 +141,7 @@ def advance_yarns(
             for k in range(PARTITIONS):
                 p = in_turn(k, thread, threads)
                 if claim(claimed, p, 2 * step + 1):
-                    _contact_share(p, count, dt, nodes, contacts, beams.alive, law, tally, scratch[thread])
+                    contact_share(p, count, dt, nodes, contacts, beams.alive, law, tally, scratch[thread])
         for thread in prange(threads):
             for k in range(PARTITIONS):
                 p = in_turn(k, thread, threads)
@@ -155,19 +154,21 @@ def advance_yarns(
 
 
 @njit(**KERNEL)
-def _fabric_alone(
+def advance_fabric_alone(
     steps, time, dt, nodes, parts, shells, laminate, bends, sheet, contacts, count, law, tables, motions, loads, tools,
-    touch, tally, w,
+    touch, tally, scratch,
 ):  # fmt: skip
-    """:func:`advance_fabric` on one thread; as :func:`_yarns_alone`."""
+    """:func:`advance_fabric` on one thread; as :func:`advance_yarns_alone`."""
+    touch.room[:, :] = 0.0
+    w = scratch[0]
     for step in range(steps):
         now = time + step * dt
         read_tables(tables, now - 0.5 * dt, now + 0.5 * dt)
         if count > 0:
             for p in range(PARTITIONS):
-                _sheet_share(p, dt, nodes, shells, sheet, count, law, contacts, tally)
+                sheet_share(p, dt, nodes, shells, sheet, count, law, contacts, tally)
         for p in range(PARTITIONS):
-            _shell_share(p, now, nodes, shells, laminate, bends, tally, w)
+            shell_share(p, now, nodes, shells, laminate, bends, tally, w)
         for p in range(PARTITIONS):
             if parts.node[p] < parts.node[p + 1]:
                 _fabric_share(
@@ -185,13 +186,7 @@ def advance_fabric(
 
     ``count`` of the ``contacts`` of ``sheet`` with itself are in use, by ``law`` (:mod:`knittest.kernels.sheet_state`).
     """
-    touch.room[:, :] = 0.0  # nodes and tools may have been moved by hand since the last call
-    if threads == 1:
-        _fabric_alone(
-            steps, time, dt, nodes, parts, shells, laminate, bends, sheet, contacts, count, law, tables, motions, loads,
-            tools, touch, tally, scratch[0],
-        )  # fmt: skip
-        return
+    touch.room[:, :] = 0.0
     threads, claimed = min(threads, PARTITIONS), np.zeros(PARTITIONS, np.int64)
     for step in range(steps):
         now = time + step * dt
@@ -201,12 +196,12 @@ def advance_fabric(
                 for k in range(PARTITIONS):
                     p = in_turn(k, thread, threads)
                     if claim(claimed, p, 3 * step + 1):
-                        _sheet_share(p, dt, nodes, shells, sheet, count, law, contacts, tally)
+                        sheet_share(p, dt, nodes, shells, sheet, count, law, contacts, tally)
         for thread in prange(threads):
             for k in range(PARTITIONS):
                 p = in_turn(k, thread, threads)
                 if claim(claimed, p, 3 * step + 2):
-                    _shell_share(p, now, nodes, shells, laminate, bends, tally, scratch[thread])
+                    shell_share(p, now, nodes, shells, laminate, bends, tally, scratch[thread])
         for thread in prange(threads):
             for k in range(PARTITIONS):
                 p = in_turn(k, thread, threads)

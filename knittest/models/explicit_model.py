@@ -77,7 +77,11 @@ class ExplicitModel(ABC):
 
     @abstractmethod
     def advance(self, steps: int, time: float, dt: float, drive: Drive, tally: Tally, scratch: Array) -> None:
-        """Advance ``steps`` steps; see :mod:`knittest.kernels.explicit`."""
+        """Renew contacts that may come near, then :meth:`step`."""
+
+    @abstractmethod
+    def step(self, steps: int, time: float, dt: float, drive: Drive, tally: Tally, scratch: Array) -> None:
+        """Advance ``steps`` steps with the contacts there are; see :mod:`knittest.kernels.explicit`."""
 
     @abstractmethod
     def stored(self) -> Stored:

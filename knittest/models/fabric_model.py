@@ -7,7 +7,7 @@ from numba import get_num_threads
 
 from knittest.base.history import Overlaps
 from knittest.kernels.drive_state import Drive
-from knittest.kernels.explicit import advance_fabric
+from knittest.kernels.explicit import advance_fabric, advance_fabric_alone
 from knittest.kernels.health import smallest_shell
 from knittest.kernels.in_plane_blocks import bend_energy
 from knittest.kernels.in_plane_state import Bends
@@ -52,25 +52,22 @@ class FabricModel(ExplicitModel):
         return self.tracker.safe_steps(dt, most) if self.tracker else most
 
     def advance(self, steps: int, time: float, dt: float, drive: Drive, tally: Tally, scratch: Array) -> None:
-        """Renew contacts that may come near, then advance; see :func:`knittest.kernels.explicit.advance_fabric`."""
+        """Renew contacts that may come near, then advance."""
         if self.tracker:
             self.tracker.update(steps * dt)
+        self.step(steps, time, dt, drive, tally, scratch)
+
+    def step(self, steps: int, time: float, dt: float, drive: Drive, tally: Tally, scratch: Array) -> None:
+        """See :meth:`ExplicitModel.step`."""
         contact = self.tracker.arguments if self.tracker else BLIND
-        advance_fabric(
-            get_num_threads(),
-            steps,
-            time,
-            dt,
-            self.nodes,
-            self.parts,
-            self.shells,
-            self.laminate,
-            self.bends,
-            *contact,
-            *drive,
-            tally,
+        arguments = (
+            steps, time, dt, self.nodes, self.parts, self.shells, self.laminate, self.bends, *contact, *drive, tally,
             scratch,
-        )
+        )  # fmt: skip
+        if (threads := get_num_threads()) > 1:
+            advance_fabric(threads, *arguments)
+        else:
+            advance_fabric_alone(*arguments)
 
     def stored(self) -> Stored:
         """Energies of the living shells, of their fibres' bending in the plane and of their contacts."""

@@ -9,7 +9,7 @@ from knittest.base.history import Overlaps
 from knittest.kernels import monitor
 from knittest.kernels.contact import spline_weights
 from knittest.kernels.drive_state import Drive
-from knittest.kernels.explicit import advance_yarns
+from knittest.kernels.explicit import advance_yarns, advance_yarns_alone
 from knittest.kernels.state import Beams, ContactLaw, Tally
 from knittest.models.contact_tracker import ContactTracker, YarnContactGroup
 from knittest.models.explicit_model import Array, ExplicitModel, Index, Stored
@@ -53,10 +53,18 @@ class YarnModel(ExplicitModel):
         """Renew contacts that may come near, then advance."""
         if self.contact:
             self.tracker.update(steps * dt)
-        advance_yarns(
-            get_num_threads(), steps, time, dt, self.nodes, self.parts, self.beams, self.tracker.contacts,
-            self.tracker.count, self.law, *drive, tally, scratch,
+        self.step(steps, time, dt, drive, tally, scratch)
+
+    def step(self, steps: int, time: float, dt: float, drive: Drive, tally: Tally, scratch: Array) -> None:
+        """See :meth:`ExplicitModel.step`."""
+        arguments = (
+            steps, time, dt, self.nodes, self.parts, self.beams, self.tracker.contacts, self.tracker.count, self.law,
+            *drive, tally, scratch,
         )  # fmt: skip
+        if (threads := get_num_threads()) > 1:
+            advance_yarns(threads, *arguments)
+        else:
+            advance_yarns_alone(*arguments)
 
     def stored(self) -> Stored:
         """Energies of the living beams by yarn system and of the contacts."""

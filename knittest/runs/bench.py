@@ -48,7 +48,7 @@ def kernel_lines(yarns: Run, loops: Run, shells: Run) -> Iterator[str]:
     import numba
 
     for run in (yarns, shells):
-        warm(run)
+        warm(run, threads=best_threads(None))
     cases = [
         ("beams", yarns, False), ("beams and contact", yarns, True),
         ("loops and contact", loops, True), ("shells", shells, False),

@@ -15,13 +15,14 @@ from knittest.config.run import Run
 from knittest.export.identity import cell_of
 from knittest.laboratory.registry import TESTS
 from knittest.report_page.page import write_if_possible, write_report
-from knittest.runs.judgement import judge, references_of
+from knittest.runs.judgement import References, judge, references_of
 from knittest.runs.opening import Opened, Place
 from knittest.runs.options import RunOptions
 from knittest.runs.specimen import run_specimen
 from knittest.runs.specimen_store import specimen_of, specimen_state
 from knittest.runs.watcher import Watcher
 from knittest.runs.writing import write_files
+from knittest.solve.warmup import compiling_for
 
 EXIT_REFUSED = NumericalError.exit_code
 
@@ -40,6 +41,18 @@ class Outcome:
 def execute(run: Run, place: Place, interrupts: Interrupts, options: RunOptions, progress: Progress) -> Outcome:
     """Run all specimens of ``run``, or those that are left, and write its folder."""
     references = references_of(run, options.against)
+    with compiling_for(run):
+        return _executed(run, place, interrupts, options, progress, references)
+
+
+def _executed(
+    run: Run,
+    place: Place,
+    interrupts: Interrupts,
+    options: RunOptions,
+    progress: Progress,
+    references: References,
+) -> Outcome:
     if run.model.scale == "meso":  # before there is a folder, whose manifest names the cell
         progress.phase(f"{_name(run)}: relaxing geometry")
         cell_of(run)

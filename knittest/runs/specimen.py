@@ -35,17 +35,17 @@ def run_specimen(run: Run, specimen: int = 0, observer: Observer = SILENT) -> Sp
     start, cpu = clock.perf_counter(), clock.process_time()
     test = TESTS[run.rig.kind]
     prepared = test.prepare(run, specimen, observer)
-    compile_s = warm(run, observer)
-    observer.phase(f"running {run.rig.kind} {run.direction}".strip())
     elements = len(prepared.model.mesh.cells)
-    with limited(threads_for(elements)):
+    threads = threads_for(elements)
+    compile_s = warm(run, observer, threads)
+    observer.phase(f"running {run.rig.kind} {run.direction}".strip())
+    with limited(threads):
         history, cost = test.solve(prepared, run, observer)
-        used = numba.get_num_threads()
     return Specimen(
         history,
         test.results(run, prepared, history),
         _assessed(run, prepared, history, cost),
-        _cost(cost, elements, (clock.perf_counter() - start, clock.process_time() - cpu), compile_s, prepared, used),
+        _cost(cost, elements, (clock.perf_counter() - start, clock.process_time() - cpu), compile_s, prepared, threads),
         prepared.yarns,
         prepared.facts,
     )

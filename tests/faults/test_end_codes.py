@@ -19,7 +19,7 @@ from knittest.config.dumping import dump
 from knittest.config.loading import resolve
 from knittest.export.folder import RunFolder
 from knittest.export.lock import LOCK_NAME
-from knittest.solve import warmup
+from knittest.solve import compiling
 from knittest.studies.trials.pool import LocalPool
 
 QUICK = (*MACRO, "--quiet", "--threads", "1")
@@ -133,7 +133,7 @@ def test_a_curve_that_is_not_there_leaves_no_folder(tmp_path, direction):
 
 def test_the_compiler_ends_with_its_parent(tmp_path):
     environment = os.environ | {"KNITTEST_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": str(PACKAGE.parent)}
-    work = "from knittest.solve import warmup; warmup._compile_apart('macro')"
+    work = "from knittest.solve.compiling import compiling\nwith compiling('macro'): pass"
     parent = subprocess.Popen([sys.executable, "-c", work], env=environment)
     children = Path(f"/proc/{parent.pid}/task/{parent.pid}/children")
     while not (found := children.read_text().split()):
@@ -154,15 +154,15 @@ def test_of_many_that_start_at_once_one_compiles(tmp_path, monkeypatch):
     def compile_slowly(kernels):
         compiled.append(kernels)
         time.sleep(0.3)
-        warmup._marker(kernels).touch()
+        compiling._marker(kernels).touch()
 
-    monkeypatch.setattr(warmup, "CODE_FOLDER", tmp_path)
-    monkeypatch.setattr(warmup, "_compile_in_child", compile_slowly)
+    monkeypatch.setattr(compiling, "CODE_FOLDER", tmp_path)
+    monkeypatch.setattr(compiling, "_fill", compile_slowly)
     with ThreadPoolExecutor(4) as threads:
-        list(threads.map(warmup._compile_apart, ["macro"] * 4))
+        list(threads.map(compiling.fill_cache, ["macro"] * 4))
     assert compiled == ["macro"]
     (tmp_path / "meso.lock").mkdir()  # a folder that takes no lock: compiled all the same
-    warmup._compile_apart("meso")
+    compiling.fill_cache("meso")
     assert compiled == ["macro", "meso"]
 
 

@@ -1,40 +1,78 @@
 """Messages to the user about compilation."""
 
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
 from knittest.config.loading import resolve
+from knittest.kernels import explicit
 from knittest.runs.preflight.model import model_facts, model_lines
 from knittest.runs.specimen import prepare
-from knittest.solve import warmup
+from knittest.solve import compiling, exercise, warmup
 
 
 @pytest.fixture
 def said(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
-    """Messages on warming the macro kernels, without compiling anything."""
+    """Messages on warming the macro kernels on so many threads, and what is compiled, without compiling anything."""
+    compiled: list[str] = []
+    monkeypatch.setattr(compiling, "CODE_FOLDER", tmp_path)
     monkeypatch.setattr(warmup, "CODE_FOLDER", tmp_path)
-    for name in ("_exercise", "_compile_apart"):
-        monkeypatch.setattr(warmup, name, lambda _: None)
+    monkeypatch.setattr(warmup, "Exercise", lambda _: SimpleNamespace(whole=lambda: None))
+    monkeypatch.setattr(warmup, "compiling", lambda *kernels: nullcontext(compiled.extend(kernels)))
 
-    def say() -> str:
+    def say(threads: int = 1) -> tuple[str, list[str]]:
         monkeypatch.setattr(warmup, "_warm", set())
+        compiled.clear()
         phases: list[str] = []
-        warmup.warm(resolve(variant="1", scale="macro"), SimpleNamespace(phase=phases.append))
-        return phases[0]
+        warmup.warm(resolve(variant="1", scale="macro"), SimpleNamespace(phase=phases.append), threads)
+        return phases[0], list(compiled)
 
     return say
 
 
+def _complete(kernels: str) -> None:
+    """Marker that a process leaves which compiled ``kernels``."""
+    marker = compiling._marker(kernels)
+    assert marker is not None
+    marker.touch()
+
+
 def test_compilation_is_called_so_on_every_scale_and_processor(said, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert said() == "compiling the macro kernels (once per installation)"
-    warmup.fill_cache("meso")
-    assert said().startswith("compiling")
-    warmup.fill_cache("macro")
-    assert said() == "loading the macro kernels"
+    assert said() == ("compiling the macro kernels (once per installation)", ["macro"])
+    _complete("meso")
+    assert said()[0].startswith("compiling")
+    _complete("macro")
+    assert said() == ("loading the macro kernels", [])
     monkeypatch.setattr("llvmlite.binding.get_host_cpu_name", lambda: "another")  # Numba compiles anew for it
-    assert said().startswith("compiling")
+    assert said()[0].startswith("compiling")
+
+
+def test_kernels_of_several_threads_are_compiled_for_runs_of_several(said) -> None:
+    assert said(2)[1] == ["macro", "macro-threads"]
+    _complete("macro")
+    assert said(1)[1] == []
+    assert said(2)[1] == ["macro-threads"]
+
+
+def test_a_process_compiles_while_the_run_prepares_and_is_ended_with_it(said, monkeypatch) -> None:
+    under_way: list[str] = []
+
+    @contextmanager
+    def process(*kernels: str):
+        under_way.extend(kernels)
+        yield
+        under_way.clear()
+
+    monkeypatch.setattr(warmup, "compiling", process)
+    run = resolve(variant="1", scale="meso")
+    with warmup.compiling_for(run):
+        assert under_way == ["meso"]
+    assert under_way == []
+    _complete("meso")
+    with warmup.compiling_for(run):
+        assert under_way == []
 
 
 def test_preflight_says_where_the_area_mass_comes_from() -> None:
@@ -43,7 +81,18 @@ def test_preflight_says_where_the_area_mass_comes_from() -> None:
 
 
 def test_nothing_is_cached_without_a_folder(said, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(warmup, "CODE_FOLDER", None)
-    monkeypatch.setattr(warmup, "_compile_apart", lambda _: pytest.fail("there is no folder to compile into"))
-    warmup.fill_cache("macro")
-    assert said() == "compiling the macro kernels (nothing is cached)"
+    for module in (warmup, compiling):
+        monkeypatch.setattr(module, "CODE_FOLDER", None)
+    assert said() == ("compiling the macro kernels (nothing is cached)", [])
+    with warmup.compiling_for(resolve(variant="1", scale="macro")):
+        pass
+    assert said()[1] == []
+
+
+@pytest.mark.parametrize("kernels", ["meso", "macro", exercise.MACRO_CONTACT])
+def test_stages_that_compile_side_by_side_call_the_step_they_are_for(kernels: str) -> None:
+    stages = exercise.Exercise(kernels)
+    for stage in (stages.sweeps, stages.tools, stages.between, stages.step):
+        stage()
+    entry = explicit.advance_yarns_alone if kernels == "meso" else explicit.advance_fabric_alone
+    assert entry.signatures

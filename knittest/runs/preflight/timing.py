@@ -3,8 +3,6 @@
 import time as clock
 from dataclasses import dataclass
 
-import numba
-
 from knittest.base.kinds import kinds
 from knittest.config.run import Run
 from knittest.kernels.threading import limited
@@ -124,12 +122,12 @@ def estimate(run: Run, prepared: Prepared, prepared_s: float = 0.0) -> Estimate 
     """
     if isinstance(prepared.mount, Holder):
         return None
-    compiled_s = warm(run)
+    threads = threads_for(len(prepared.model.mesh.cells))
+    compiled_s = warm(run, threads=threads)
     rig = _Brief(prepared.rig)
-    with limited(threads_for(len(prepared.model.mesh.cells))):
+    with limited(threads):
         start = clock.perf_counter()
         simulate(prepared.model, rig, run.solver, run.output, _Stopwatch(rig.times))
-        threads = numba.get_num_threads()
     at_most = int(prepared.rig.duration / rig.step)
     steps = round(at_most * expected_share(run, prepared))
     return Estimate(

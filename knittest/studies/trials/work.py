@@ -114,9 +114,9 @@ def _listen(connection: Connection, tasks: "queue.SimpleQueue[Task | Run]") -> N
 
 def _warm(run: Run, told: Told) -> None:
     """Load the kernels that ``run`` needs, or compile them and say so."""
-    from knittest.solve.warmup import compiled_before, kernels_of, warm
+    from knittest.solve.warmup import lacking, warm
 
-    if not compiled_before(kernels_of(run)):
+    if lacking(run):
         told("at", None)
     warm(run)
 

@@ -1,0 +1,143 @@
+"""Processes that compile the kernels into the cache, so that every run, also a resumed one, loads the same code.
+
+A process that compiles a kernel links other copies of its helpers than one that loads it from the cache, and its
+results differ in the last bits. So the process of a run never compiles, and which of those here compiles what is fixed.
+"""
+
+import fcntl
+import hashlib
+import os
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from knittest.base.cache import VARIABLE, cache_root
+from knittest.kernels import CODE_FOLDER
+from knittest.solve.exercise import THREADS, Exercise
+
+Compiler = subprocess.Popen[bytes]
+
+#: what the second process says when it has compiled what a step needs of it
+TOOLS_DONE = b"tools"
+
+
+def compiled_before(kernels: str) -> bool:
+    """Tell whether the cache on disk holds all of ``kernels`` for this processor and these versions."""
+    marker = _marker(kernels)
+    return marker is not None and marker.is_file()
+
+
+@contextmanager
+def compiling(*kernels: str) -> Iterator[None]:
+    """Another process compiles what the cache lacks of ``kernels`` meanwhile: waited for at the end, ended by whatever
+    goes wrong before, and when this process ends, however it does.
+    """
+    compiler = _process(f"fill_cache({', '.join(map(repr, kernels))})")
+    if compiler is None:
+        yield
+        return
+    try:
+        yield
+        compiler.wait()
+    finally:
+        _end(compiler)
+
+
+def fill_cache(*kernels: str) -> None:
+    """Compile what the cache lacks of ``kernels``; of many processes that want to one does, the others wait for it."""
+    for one in kernels:
+        with _alone(one):
+            if not compiled_before(one):
+                _fill(one)
+
+
+def _fill(kernels: str) -> None:
+    """Compile all of ``kernels``, beside a second process where there is a core for it, and mark them as complete."""
+    if not kernels.endswith(THREADS):  # those add little to what is compiled before
+        stages = Exercise(kernels)
+        with _second_process(kernels) as second:
+            stages.sweeps()
+            if second is not None and second.stdout is not None:
+                second.stdout.readline()  # TOOLS_DONE, or its end
+            stages.step()
+            if second is not None:
+                second.wait()
+    Exercise(kernels).whole()
+    marker = _marker(kernels)
+    if marker is not None:
+        marker.touch()
+
+
+@contextmanager
+def _second_process(kernels: str) -> Iterator[Compiler | None]:
+    two_cores = len(os.sched_getaffinity(0)) > 1
+    second = _process(f"compile_beside({kernels!r})") if two_cores else None
+    try:
+        yield second
+    finally:
+        if second is not None:
+            _end(second)
+
+
+def compile_beside(kernels: str) -> None:
+    """Compile what the step of ``kernels`` links last, say so, then what it does not need."""
+    stages = Exercise(kernels)
+    stages.tools()
+    sys.stdout.buffer.write(TOOLS_DONE + b"\n")
+    sys.stdout.buffer.flush()
+    stages.between()
+
+
+def _process(call: str) -> Compiler | None:
+    """A process that does ``call`` of this module and ends with this one; None where there is no room for it."""
+    environment = os.environ | {VARIABLE: str(cache_root())}
+    work = f"from knittest.solve import compiling; compiling.end_with_parent(); compiling.{call}"
+    command, pipe = [sys.executable, "-P", "-c", work], subprocess.PIPE
+    try:
+        return subprocess.Popen(command, env=environment, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL)
+    except OSError:
+        return None
+
+
+def _end(process: Compiler) -> None:
+    process.kill()
+    process.communicate()
+
+
+def end_with_parent() -> None:
+    """Let this process end when its input does, a pipe that nobody but its parent holds."""
+
+    def watch() -> None:
+        sys.stdin.buffer.read()
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+@contextmanager
+def _alone(kernels: str) -> Iterator[None]:
+    """Wait for whoever compiles ``kernels`` into this cache; the lock goes with its process."""
+    assert CODE_FOLDER is not None
+    try:
+        lock = (CODE_FOLDER / f"{kernels}.lock").open("w")
+    except OSError:
+        yield
+        return
+    with lock:
+        with suppress(OSError):  # a file system without locks
+            fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
+
+
+def _marker(kernels: str) -> Path | None:
+    """Named after all that makes Numba compile anew, in the folder of the sources loaded; None where there is none."""
+    import numba
+    from llvmlite import binding
+
+    host = (binding.get_host_cpu_name(), binding.get_host_cpu_features().flatten())
+    key = repr((numba.__version__, binding.llvm_version_info, sys.version_info[:2], *host))
+    name = f"{kernels}-{hashlib.sha256(key.encode()).hexdigest()[:16]}.complete"
+    return None if CODE_FOLDER is None else CODE_FOLDER / name
