@@ -32,6 +32,8 @@ class Status:
         """One line, without the share done."""
         failure = " or until failure" if self.until_failure else ""
         eta = f"ETA {duration(self.eta_s)}{failure}  " if self.fraction < 1.0 else ""
+        if math.isnan(self.time_ms):  # of a run in another process
+            return eta.strip()
         going = self.fraction < 1.0  # at the end the gates tell, and what is broken flies apart
         # before the first work, or of what only falls so far, the ratio means nothing
         share = f"{self.kinetic_ratio * 100:.2g} %" if self.kinetic_ratio <= MEANT else "-"
@@ -106,7 +108,10 @@ class Progress(OnDisplay[_Display]):
         self._safely(lambda display: display.begin(text))
 
     def update(self, fraction: float, time_ms: float, step_us: float, kinetic_ratio: float) -> None:
-        """Report the share done (0 to 1), simulated time [ms], time step [us] and kinetic energy over work [-]."""
+        """Report the share done (0 to 1), simulated time [ms], time step [us] and kinetic energy over work [-].
+
+        The last three are NaN where only the share is known.
+        """
         now = self._clock()
         if self._first is None:
             self._first = (now, fraction)
@@ -161,7 +166,7 @@ class _Lines:
 
     def show(self, text: str, status: Status) -> None:
         if math.isfinite(status.eta_s):
-            write_line(self._stream, f"{status.fraction * 100:4.0f} %  {status.text()}")
+            write_line(self._stream, f"{status.fraction * 100:4.0f} %  {status.text()}".rstrip())
 
     def end(self, text: str, seconds: float) -> None:
         write_line(self._stream, f"{text}: done in {seconds:.1f} s")

@@ -7,6 +7,8 @@ from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
 
+import numba
+
 from knittest.base.atomic import make_folder, write_atomic
 from knittest.base.errors import InputError, ResourceError
 from knittest.base.interrupts import Interrupted, Interrupts
@@ -15,6 +17,8 @@ from knittest.config.dumping import dump
 from knittest.config.loading import resolve
 from knittest.config.run import Run
 from knittest.export.folder import fresh_folder, run_name
+from knittest.export.identity import cell_of
+from knittest.kernels.threading import limited
 from knittest.laboratory.registry import TESTS
 from knittest.runs.checkpoints import PATTERN
 from knittest.runs.execute import EXIT_REFUSED, Outcome, execute
@@ -23,6 +27,8 @@ from knittest.runs.opening import NewFolder, Place, StoppedRun, manifest_of, tid
 from knittest.runs.options import RunOptions
 from knittest.runs.show import print_json, print_refused, print_results
 from knittest.solve.threads import use_threads
+from knittest.solve.warmup import compiling_for
+from knittest.studies.trials.beside import Beside
 from knittest.studies.verify import REPEATS, finished, unverified, verified
 
 #: a run, and where it is to lie, or the folder where it is completed and only to be verified
@@ -113,13 +119,18 @@ def _run_jobs(jobs: Sequence[Job], options: RunOptions, parent: Path | None) -> 
         Progress(quiet=options.quiet) as progress,
         _says_how_to_resume(parent),
         interrupts.deciding(),
+        compiling_for(jobs[0][0]),
     ):
-        for run, place in jobs:
-            if isinstance(place, Path):
-                outcome = finished(run, place)
-            else:
-                outcome = execute(run, place, interrupts, options, progress)
-            outcomes.append(verified(outcome, options, interrupts) if run.output.verify else outcome)
+        others, threads = _beside(jobs, options, progress)
+        with Beside(others, options, threads) as beside, limited(threads):
+            for run, place in jobs:
+                if isinstance(place, NewFolder) and place.out in others:
+                    place = beside.wait(place.out, progress)
+                if isinstance(place, Path):
+                    outcome = finished(run, place, options.against)
+                else:
+                    outcome = execute(run, place, interrupts, options, progress)
+                outcomes.append(verified(outcome, options, interrupts) if run.output.verify else outcome)
     if options.json:
         summaries = [o.summary | {"folder": str(o.folder), "curves": list(o.curves)} for o in outcomes]
         print_json(summaries[0] if len(summaries) == 1 else {"runs": summaries})
@@ -128,6 +139,21 @@ def _run_jobs(jobs: Sequence[Job], options: RunOptions, parent: Path | None) -> 
     if options.quiet:
         print_refused(outcomes)
     return EXIT_REFUSED if any(o.quality.failures for o in outcomes) else 0
+
+
+def _beside(jobs: Sequence[Job], options: RunOptions, progress: Progress) -> tuple[dict[Path, Run], int]:
+    """New runs of yarns that go beside the first one, by folder, and the threads of each, once their cell is relaxed.
+
+    One thread a run takes the least time of processors; runs of shells are over before a process has begun.
+    """
+    threads = numba.get_num_threads()
+    new = {place.out: run for run, place in jobs if isinstance(place, NewFolder) and place.out}
+    yarns = all(run.model.scale == "meso" for run in new.values())
+    if not yarns or len(new) < len(jobs) or min(len(jobs), threads) < 2:
+        return {}, threads
+    progress.phase("relaxing geometry")
+    cell_of(jobs[0][0])
+    return dict(list(new.items())[1:threads]), max(threads // len(jobs), 1)
 
 
 @contextmanager

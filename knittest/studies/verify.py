@@ -1,7 +1,7 @@
 """Repeats a finished run at half its speed and on another mesh, side by side, and gives its results their error."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -49,14 +49,25 @@ def unverified(folder: Path, run: Run) -> bool:
     return not (summary["refused"] or done)
 
 
-def finished(run: Run, folder: Path) -> Outcome:
-    """The outcome of the completed ``run`` in ``folder``; raises :class:`InputError` where its summary is damaged."""
+def finished(run: Run, folder: Path, against: Sequence[Path] = ()) -> Outcome:
+    """The outcome of the completed ``run`` in ``folder``, compared with the curves ``against``.
+
+    Raises :class:`InputError` where its summary is damaged.
+    """
     summary = _summary(folder)
     quality, unknown = summary["quality"], float("nan")
     found = {name: quality.get(name) for name in Quality.__dataclass_fields__}
     gates = Quality(**{name: unknown if value is None else value for name, value in found.items()})  # type: ignore[arg-type]
     told = replace(gates, failures=tuple(summary["refused"]), warnings=tuple(summary["warnings"]))
-    return Outcome(run, folder, summary, told)
+    return Outcome(run, folder, summary, told, _own_curves(folder, len(against)))
+
+
+def _own_curves(folder: Path, count: int) -> list[dict[str, object]]:
+    """Metrics of the last ``count`` curves of comparison.json, the user's own."""
+    if count == 0:
+        return []
+    curves: list[dict[str, object]] = json.loads((folder / "comparison.json").read_text(encoding="utf-8"))["curves"]
+    return curves[-count:]
 
 
 def verified(outcome: Outcome, options: RunOptions, interrupts: Interrupts) -> Outcome:

@@ -1,0 +1,35 @@
+"""Both directions of a test of yarns, side by side."""
+
+import json
+
+import pytest
+from restart_cases import MESO, finish, results, run, start
+
+from knittest.base.errors import InputError, KnittestError, NumericalError, ResourceError
+from knittest.studies.trials.beside import raise_what_ended
+from knittest.studies.trials.record import Record
+
+BOTH = [word for word in MESO if word not in ("--direction", "warp")]
+
+
+def test_directions_run_at_the_same_time_and_to_the_same_bits(tmp_path):
+    code, said = finish(start("tensile", *BOTH, "--out", str(tmp_path / "both"), threads=2))
+    assert code in (0, 3), said
+    times = {d: json.loads((tmp_path / "both" / d / "manifest.json").read_text()) for d in ("warp", "weft")}
+    assert times["weft"]["started"] < times["warp"]["ended"]
+    assert run("tensile", *MESO, "--out", str(tmp_path / "one"))[0] in (0, 3)
+    assert results(tmp_path / "both" / "warp") == results(tmp_path / "one")
+
+
+@pytest.mark.parametrize(
+    ("status", "error"),
+    [("failed", NumericalError), ("invalid", InputError), ("blocked", ResourceError), ("crashed", KnittestError)],
+)
+def test_what_ends_a_run_beside_ends_the_command_as_if_it_had_run_here(status, error):
+    with pytest.raises(error, match="weft: node 7") as raised:
+        raise_what_ended(Record("weft", status, "node 7"))
+    assert type(raised.value) is error
+
+
+def test_a_refused_run_beside_has_a_result():
+    raise_what_ended(Record("weft", "refused", "gate"))
