@@ -21,20 +21,22 @@ across a pull (``poisson`` of :func:`linear_laminate`).
 """
 
 from knittest.kernels.shell_state import Laminate
+from knittest.materials.patch import Patch
 from knittest.materials.yarn_section import Section
 from knittest.models.boundary import ALL, Boundary
-from knittest.models.chains import Chain, YarnContact
+from knittest.models.chains import Chain
 from knittest.models.from_stiffness import linear_laminate, round_section, section, strip_section
 from knittest.models.readings import Readings
 from knittest.models.sheet_tracker import SheetContact
 from knittest.models.surface import read_surface, surface
 from knittest.models.table import Table, constant, ramp
 from knittest.models.tool import Tool, cylinder, plane, plate, sampled
+from knittest.models.yarn_contact import YarnContact
 from knittest.solve.body import Body
 from knittest.solve.relax import Relaxation
 
 __all__ = [
-    "ALL", "Body", "Boundary", "Chain", "Laminate", "Readings", "Relaxation", "Section", "SheetContact",
+    "ALL", "Body", "Boundary", "Chain", "Laminate", "Patch", "Readings", "Relaxation", "Section", "SheetContact",
     "Table", "Tool", "YarnContact",
     "constant", "cylinder", "linear_laminate", "plane", "plate", "ramp",
     "read_surface", "round_section", "sampled",

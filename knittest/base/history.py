@@ -64,8 +64,8 @@ class History:
     force_fixed_n, failed_warp, failed_weft, failed_knit (counts; shells: failed_fabric).
     The first of ``frames`` is the unloaded state (displacements count from it), the last the end of the run.
     ``energies`` columns: time_ms, kinetic_mj, internal_<part>_mj, hourglass_mj, contact_mj, friction_mj,
-    contact_damping_mj (that of free tools too), damping_mj, eroded_mj, external_mj, balance_error_mj, kinetic_ratio,
-    energy_error; elastic energies count from the start.
+    friction_spin_mj (of it, that of crossings against spin), contact_damping_mj (that of free tools too), damping_mj,
+    eroded_mj, external_mj, balance_error_mj, kinetic_ratio, energy_error; elastic energies count from the start.
     ``contacts`` columns: time_ms, yarn_contacts (that touch), penetration_<max, mean, p50, p90, p99>_pct (over the
     smaller radius), tool_contacts, tool_penetration_max_um.
     ``peak`` is the number of the frame at the largest force, before anything broke by it; None if none was kept.

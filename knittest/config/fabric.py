@@ -26,6 +26,48 @@ class Compaction(Strict):
     depth_mm: ClassVar[Kernel[float]] = Kernel("depth")
 
 
+class PatchRadius(Strict):
+    """Radius of the patch over which crossed yarns touch, a disc of even pressure; 0: free spin."""
+
+    inlay_inlay: Quantity = measure("mm", "where a warp crosses a weft", ge=0, le=5)
+    inlay_inlay_mm: ClassVar[Kernel[float]] = Kernel("inlay_inlay")
+    inlay_loop: Quantity = measure("mm", "where a loop crosses an inlay", ge=0, le=5)
+    inlay_loop_mm: ClassVar[Kernel[float]] = Kernel("inlay_loop")
+    loop_loop: Quantity = measure("mm", "where loops cross each other", ge=0, le=5)
+    loop_loop_mm: ClassVar[Kernel[float]] = Kernel("loop_loop")
+
+    @property
+    def largest(self) -> float:
+        """Largest of the radii [mm]."""
+        return max(self.inlay_inlay_mm, self.inlay_loop_mm, self.loop_loop_mm)
+
+
+class LateralCompaction(Strict):
+    """Lateral compaction of the yarns, pressure = modulus x (share of the height)^exponent, from which patches grow."""
+
+    exponent: Literal[1, 3] = Field(1, description="power of the share of its height by which a yarn is compacted")
+    reinforcing: Quantity = measure("MPa", "modulus of the inlays across", gt=0, band=(1e-4, 1e4))
+    reinforcing_mpa: ClassVar[Kernel[float]] = Kernel("reinforcing")
+    knitting: Quantity = measure("MPa", "modulus of the loop yarn across", gt=0, band=(1e-4, 1e4))
+    knitting_mpa: ClassVar[Kernel[float]] = Kernel("knitting")
+
+
+class Patch(Strict):
+    """Patch over which crossed yarns touch and resist spin, up to 2/3 of friction, force and its radius.
+
+    Its radius is given or follows from the force and the lateral compaction of the yarns.
+    """
+
+    radius: PatchRadius | None = Field(None, description="given radii")
+    compaction: LateralCompaction | None = Field(None, description="or what the yarns give way by across")
+
+    @model_validator(mode="after")
+    def _one_of_both(self) -> Self:
+        if (self.radius is None) == (self.compaction is None):
+            raise ValueError("give either radius or compaction")
+        return self
+
+
 class YarnContact(Strict):
     """Penalty contact between yarns with Coulomb friction."""
 
@@ -39,6 +81,7 @@ class YarnContact(Strict):
     normal_stiffness_n_per_mm: ClassVar[Kernel[float]] = Kernel("normal_stiffness")
     tangential_ratio: Quantity = measure("1", "sticking stiffness over normal stiffness", gt=0, le=1)
     compaction: Compaction | None = Field(None, description="progressive normal force; none: linear")
+    patch: Patch | None = Field(None, description="where crossings resist spin; none: they spin freely")
 
     @model_validator(mode="after")
     def _static_not_below(self) -> Self:
@@ -140,7 +183,7 @@ class Fabric(Strict):
     def _is_made_of_its_yarns(self) -> Self:
         _check_area_mass(self)
         _check_thickness(self)
-        _check_sections(self)
+        _check_patch(self)
         return self
 
     @model_validator(mode="after")
@@ -200,29 +243,18 @@ def _check_thickness(fabric: Fabric) -> None:
     """The thickness is one of an inlay each way between loops."""
     if fabric.reinforcing is None or fabric.knitting is None:
         return
-    inlays = sum(fabric.reinforcing.section_mm(direction)[1] for direction in ("warp", "weft"))
+    inlays = 2.0 * fabric.reinforcing.beam_diameter.value
     low, high = THICKNESS[0] * inlays, THICKNESS[1] * (inlays + 2.0 * fabric.knitting.beam_diameter.value)
     if not low <= fabric.thickness.value <= high:
         raise BoundsError(
-            f"implausible beside the yarns' beam_diameter or height of section, expected {low:.3g} to {high:.3g} mm",
-            "thickness",
+            f"implausible beside the beam_diameter of the yarns, expected {low:.3g} to {high:.3g} mm", "thickness"
         )
 
 
-def _check_sections(fabric: Fabric) -> None:
-    """Between two inlays side by side the loop still passes: an ellipse leaves it its own diameter."""
-    if fabric.reinforcing is None or fabric.knitting is None or (section := fabric.reinforcing.section) is None:
+def _check_patch(fabric: Fabric) -> None:
+    """Patches of neighbouring crossings do not overlap."""
+    if fabric.contact is None or fabric.contact.patch is None or fabric.contact.patch.radius is None:
         return
-    pitches: dict[Direction, float] = {"warp": fabric.wale_spacing, "weft": fabric.course_spacing}
-    for direction, pitch in pitches.items():
-        width, height = fabric.reinforcing.ellipse_mm(section, direction)
-        widest = pitch - fabric.knitting.beam_diameter.value
-        if width > widest:
-            ratio = widest**2 / (width * height)
-            packing = section.packing.of(direction).value / ratio
-            less = f"at most {ratio:.3g}" if ratio >= 1.0 else f"1 and a packing of at least {packing:.3g}"
-            raise BoundsError(
-                f"a section of {width:.3g} x {height:.3g} mm leaves the loop less than its diameter between yarns "
-                f"{pitch:.3g} mm apart, expected {less}",
-                f"reinforcing.section.width_to_height.{direction}",
-            )
+    most = 0.5 * min(fabric.wale_spacing, fabric.course_spacing)
+    if fabric.contact.patch.radius.largest > most:
+        raise BoundsError(f"at these densities patches overlap beyond {most:.3g} mm", "contact.patch.radius")

@@ -118,7 +118,7 @@ def _number_hint(value: object, unit: str) -> str:
 
 
 def _choice_expected(expected: str, value: object) -> str:
-    names = re.findall(r"'([^']*)'", expected)
+    names = re.findall(r"'([^']*)'", expected) or re.split(", | or ", expected)  # numbers have no quotes
     close = nearest(value, names) if isinstance(value, str) else None
     return f"expected {', '.join(names[:-1])} or {names[-1]}".replace("expected  or", "expected") + (
         f' (did you mean "{close}"?)' if close else ""

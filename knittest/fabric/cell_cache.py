@@ -23,7 +23,6 @@ SOURCES = (
     "fabric/relax.py",
     "fabric/topology.py",
     "kernels/relaxation.py",
-    "kernels/section.py",
 )
 NUMBERS = ("deepest", "worst", "residual", "iterations")
 DIGITS = 24

@@ -75,7 +75,7 @@ def contact_force(gx, gy, gz, closing, reach, ex, ey, ez, dx, dy, dz, slipping, 
     force on A (3) [N], returned spring (3), 1 where it slips, and the energies lost in this step [mJ]: by slip (mean
     spring force times slip, as central differences see it), and by the viscous part.
     """
-    normal, tangential, static, kinetic, viscous, linear, square, cubic, cap = law
+    normal, tangential, static, kinetic, viscous, linear, square, cubic, cap, _, _ = law
     distance = sqrt(gx * gx + gy * gy + gz * gz)
     inv = 1.0 / max(distance, 1e-9)
     nx, ny, nz = gx * inv, gy * inv, gz * inv

@@ -8,27 +8,59 @@ import numpy as np
 from numba import njit
 
 from knittest.kernels.contact import closest_step, contact_force, spline_weights
+from knittest.kernels.contact_scratch import (
+    BLOCK,
+    DAMPED,
+    EX,
+    EY,
+    EZ,
+    GX,
+    GY,
+    GZ,
+    LANES,
+    LINE,
+    LOST,
+    OVER_X,
+    P0,
+    P1,
+    P2,
+    P3,
+    P4,
+    P5,
+    P6,
+    P7,
+    P8,
+    PX,
+    PY,
+    PZ,
+    R0,
+    R1,
+    R2,
+    R3,
+    R4,
+    R5,
+    R6,
+    R7,
+    R8,
+    REACH,
+    SLIPPING,
+    SPUN,
+    TURN_X,
+    TURN_Y,
+    TURN_Z,
+    S,
+    T,
+)
 from knittest.kernels.options import INLINE, KERNEL, ONE, U
 from knittest.kernels.rows import at3, rows3, store3
-from knittest.kernels.vec import add, combine, cross, scale
+from knittest.kernels.spin_blocks import give_way
+from knittest.kernels.state import ContactLaw
+from knittest.kernels.vec import add, combine, cross, scale, sub
 
-BLOCK = 128
-LANES = U(BLOCK)
 #: closest-point steps a time step: a contact that lags behind the closest points makes energy out of friction
 NEWTON_STEPS = 2
-# rows of the scratch: control points of A and B (9 + 9), parameters, line flag, reach, spring, offset, force, loss by
-# friction, slipping, turn of the touching surfaces, loss by damping
-P = tuple(np.uintp(BLOCK * k) for k in range(18))
-S, T, LINE, REACH = (np.uintp(BLOCK * k) for k in range(18, 22))
-EX, EY, EZ = (np.uintp(BLOCK * k) for k in range(22, 25))
-GX, GY, GZ = (np.uintp(BLOCK * k) for k in range(25, 28))
-PX, PY, PZ = (np.uintp(BLOCK * k) for k in range(28, 31))
-LOST, SLIPPING = np.uintp(BLOCK * 31), np.uintp(BLOCK * 32)
-TURN_X, TURN_Y, TURN_Z = (np.uintp(BLOCK * k) for k in range(33, 36))
-DAMPED = np.uintp(BLOCK * 36)
-SCRATCH = BLOCK * 37
-P0, P1, P2, P3, P4, P5, P6, P7, P8 = P[:9]
-R0, R1, R2, R3, R4, R5, R6, R7, R8 = P[9:]
+#: coefficient of friction with which contacts stick, to give way afterwards
+STICKS = 1e30
 
 
 @njit(**KERNEL)
@@ -51,15 +83,15 @@ def walk(first, last, contacts, alive):
 
 
 @njit(**INLINE)
-def _turn(i, parameter, share, spin):
-    """``share`` of the spin (3) of piece ``i`` at ``parameter``."""
+def _spin(i, parameter, spin):
+    """Spin (3) of piece ``i`` at ``parameter``."""
     before, at, after = spline_weights(parameter)
     mean = combine(before, at3(spin, i - ONE), at, at3(spin, i))
-    return scale(share, combine(1.0, mean, after, at3(spin, i + ONE)))
+    return combine(1.0, mean, after, at3(spin, i + ONE))
 
 
 @njit(**INLINE)
-def _gather(first, count, dt, nodes, contacts, alive, w):
+def _gather(first, count, dt, spinning, nodes, contacts, alive, w):
     x, spin, spring = rows3(nodes.position), rows3(nodes.spin), rows3(contacts.spring)
     offset, force = rows3(contacts.offset), rows3(contacts.force)
     pieces, parameters = (contacts.piece[0], contacts.piece[1]), (contacts.parameter[0], contacts.parameter[1])
@@ -84,8 +116,10 @@ def _gather(first, count, dt, nodes, contacts, alive, w):
         fx, fy, fz = at3(force, c)
         touched = dt if (fx != 0.0) | (fy != 0.0) | (fz != 0.0) else 0.0
         arm = contacts.arm[c]
-        turn_a, turn_b = _turn(i, s, touched * arm, spin), _turn(j, t, touched * (1.0 - arm), spin)
-        store3(w, TURN_X + m, LANES, add(turn_a, turn_b))
+        spin_a, spin_b = _spin(i, s, spin), _spin(j, t, spin)
+        store3(w, TURN_X + m, LANES, add(scale(touched * arm, spin_a), scale(touched * (1.0 - arm), spin_b)))
+        if spinning:
+            store3(w, OVER_X + m, LANES, scale(touched, sub(spin_a, spin_b)))
 
 
 @njit(**INLINE)
@@ -177,22 +211,49 @@ def _store(first, count, contacts, w):
     _copy3(first, count, w, PX, rows3(contacts.force))
 
 
-@njit(**KERNEL)
-def contact_forces(first, last, dt, nodes, contacts, alive, law, w):
-    """Evaluate contacts first..last; returns the energies lost to friction and to contact damping [mJ]."""
-    walk(first, last, contacts, alive)
-    lost, damped = 0.0, 0.0
+@njit(**INLINE)
+def _sweep(first, last, dt, spinning, nodes, contacts, alive, law, sticking, w):
+    lost, spun, damped = 0.0, 0.0, 0.0
     block = first
     while block < last:
         count = min(BLOCK, last - block)
-        _gather(block, count, dt, nodes, contacts, alive, w)
-        _evaluate(count, law, 1.0 / dt, w)
+        _gather(block, count, dt, spinning, nodes, contacts, alive, w)
+        _evaluate(count, sticking, 1.0 / dt, w)
+        if spinning:
+            give_way(block, count, contacts, law, w)
         _store(block, count, contacts, w)
         for k in range(U(count)):
             lost += w[LOST + k]
             damped += w[DAMPED + k]
+            if spinning:
+                spun += w[SPUN + k]
         block += count
-    return lost, damped
+    return lost, spun, damped
+
+
+@njit(**KERNEL)
+def _slipping(first, last, dt, nodes, contacts, alive, law, w):
+    return _sweep(first, last, dt, False, nodes, contacts, alive, law, law, w)
+
+
+@njit(**KERNEL)
+def _spinning(first, last, dt, nodes, contacts, alive, law, w):
+    """Evaluate contacts as if they stuck, then let them give way."""
+    sticking = ContactLaw(
+        law.normal, law.tangential, STICKS, STICKS, law.viscous, law.linear, law.square, law.cubic, law.cap, 0.0, 0.0
+    )
+    return _sweep(first, last, dt, True, nodes, contacts, alive, law, sticking, w)
+
+
+@njit(**KERNEL)
+def contact_forces(first, last, dt, nodes, contacts, alive, law, w):
+    """Evaluate contacts first..last; returns the energies lost to friction, of it to that of spin, and to contact
+    damping [mJ].
+    """
+    walk(first, last, contacts, alive)
+    if law.torsional > 0.0:
+        return _spinning(first, last, dt, nodes, contacts, alive, law, w)
+    return _slipping(first, last, dt, nodes, contacts, alive, law, w)
 
 
 @njit(**INLINE)
@@ -209,7 +270,7 @@ def _add(rows, i, weights, vector):
 def scatter_contacts(partition, nodes, contacts):
     """Add the contact forces on the chains of one partition, and their moments about the centre-lines, to the nodes."""
     forces, moments = rows3(nodes.force), rows3(nodes.moment)
-    force, offset = rows3(contacts.force), rows3(contacts.offset)
+    force, offset, couple = rows3(contacts.force), rows3(contacts.offset), contacts.couple
     pieces, parameters = (contacts.piece[0], contacts.piece[1]), (contacts.parameter[0], contacts.parameter[1])
     first = U(contacts.half_start[partition])
     for k in range(U(contacts.half_start[partition + 1]) - first):
@@ -223,4 +284,7 @@ def scatter_contacts(partition, nodes, contacts):
         # arm x force: arms point from either centre-line to the common point, so the signs cancel
         arm = 1.0 - contacts.arm[c] if on_second else contacts.arm[c]
         _add(forces, i, weights, scale(-1.0 if on_second else 1.0, f))
-        _add(moments, i, weights, scale(arm, cross(f, at3(offset, c))))
+        turning = scale(arm, cross(f, at3(offset, c)))
+        if couple[c] != 0.0:
+            turning = combine(1.0, turning, couple[c] if on_second else -couple[c], at3(offset, c))
+        _add(moments, i, weights, turning)

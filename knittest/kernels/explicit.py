@@ -8,7 +8,7 @@ number of threads. Yarns and shells, one thread and several have an entry each: 
 import numpy as np
 from numba import njit, prange
 
-from knittest.kernels import beam_blocks, contact_blocks, in_plane_blocks, shell_scratch, tool_blocks
+from knittest.kernels import beam_blocks, contact_scratch, in_plane_blocks, shell_scratch, tool_blocks
 from knittest.kernels.beam_blocks import advance_beams, advance_free
 from knittest.kernels.claims import claim, in_turn
 from knittest.kernels.contact_blocks import contact_forces, scatter_contacts
@@ -25,7 +25,7 @@ from knittest.kernels.tool_blocks import touch_tools
 from knittest.kernels.tool_contact import move_tools
 
 #: work space of one thread, in floats
-SCRATCH = max(m.SCRATCH for m in (beam_blocks, contact_blocks, shell_scratch, in_plane_blocks, tool_blocks))
+SCRATCH = max(m.SCRATCH for m in (beam_blocks, contact_scratch, shell_scratch, in_plane_blocks, tool_blocks))
 
 
 @njit(**KERNEL)
@@ -39,9 +39,10 @@ def _clear(start, stop, rows):
 def contact_share(p, count, dt, nodes, contacts, alive, law, tally, w):
     """Evaluate the yarn contacts of share ``p`` and book what they lose."""
     first, last = count * p // PARTITIONS, count * (p + 1) // PARTITIONS
-    rubbed, damped = contact_forces(first, last, dt, nodes, contacts, alive, law, w)
+    rubbed, spun, damped = contact_forces(first, last, dt, nodes, contacts, alive, law, w)
     tally.energy[p, 1] += rubbed
     tally.energy[p, 3] += damped
+    tally.energy[p, 4] += spun
 
 
 @njit(**KERNEL)

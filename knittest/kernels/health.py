@@ -62,7 +62,7 @@ def _add_dyad(load, i, along, across, x, y, z):
 
 @njit(**KERNEL)
 def _add_contacts(contacts, count, law, nodes, load):
-    """Add every loaded contact to its six nodes: penalty along its normal, sticking across it, with couples."""
+    """Add every loaded contact to its six nodes: penalty along its normal, sticking across it, couples and spin."""
     fx, fy, fz = rows3(contacts.force)
     gx, gy, gz = rows3(contacts.offset)
     pieces, parameters, reach, arms = contacts.piece, contacts.parameter, contacts.reach, contacts.arm
@@ -75,6 +75,7 @@ def _add_contacts(contacts, count, law, nodes, load):
         normal = penalty(depth, law.normal, law.linear, law.square, law.cubic, law.cap)[1]
         a, b = spline_weights(parameters[0, c]), spline_weights(parameters[1, c])
         total = abs(a[0]) + abs(a[1]) + abs(a[2]) + abs(b[0]) + abs(b[1]) + abs(b[2])
+        torsional = law.torsional if contacts.lever[1, c] > 0.0 else 0.0
         for side in range(2):
             arm = gap * (arms[c] if side == 0 else 1.0 - arms[c])
             before, at, after = a if side == 0 else b
@@ -82,8 +83,10 @@ def _add_contacts(contacts, count, law, nodes, load):
                 i = pieces[side, c] - 1 + k
                 if inv_mass[i] > 0.0:
                     share = total * abs(weight)
-                    stick = law.tangential * (1.0 + arm * arm * inv_inertia[i] / inv_mass[i])
-                    _add_dyad(load, i, share * normal, share * stick, gx[c] / gap, gy[c] / gap, gz[c] / gap)
+                    turns = inv_inertia[i] / inv_mass[i]
+                    across = law.tangential * (1.0 + arm * arm * turns) + torsional * turns
+                    along = normal + torsional * turns
+                    _add_dyad(load, i, share * along, share * across, gx[c] / gap, gy[c] / gap, gz[c] / gap)
 
 
 @njit(**INLINE)

@@ -56,7 +56,7 @@ def contact_statistics(contacts, count, law, radius):
             depth = contacts.reach[c] - sqrt(gx[c] ** 2 + gy[c] ** 2 + gz[c] ** 2)
             stretch2 = ex[c] ** 2 + ey[c] ** 2 + ez[c] ** 2
             stored = penalty(depth, law.normal, law.linear, law.square, law.cubic, law.cap)[2]
-            energy += stored + 0.5 * law.tangential * stretch2
+            energy += stored + 0.5 * law.tangential * stretch2 + 0.5 * law.torsional * contacts.twist[c] ** 2
             share[touching] = depth / min(radius[contacts.piece[0, c]], radius[contacts.piece[1, c]])
             touching += 1
     return energy, share[:touching]

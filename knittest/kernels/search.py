@@ -75,6 +75,8 @@ def _copy(source, a, target, b):
         target.force[k, b] = source.force[k, a]
     target.slipping[b], target.line[b] = source.slipping[a], source.line[a]
     target.reach[b], target.arm[b] = source.reach[a], source.arm[a]
+    target.twist[b], target.couple[b] = source.twist[a], source.couple[a]
+    target.lever[0, b], target.lever[1, b] = source.lever[0, a], source.lever[1, a]
 
 
 @njit(**KERNEL)
@@ -132,34 +134,37 @@ def keep_contacts(old, count, radius, chain, alive, moved, skin, new, head, foll
 
 
 @njit(**KERNEL)
-def _add_contact(i, j, s, t, wx, wy, wz, line, touch, arm, old, before, new, c):
+def _add_contact(i, j, s, t, wx, wy, wz, line, touch, arm, coefficient, most, old, before, new, c):
     """Write contact ``c``; it inherits the spring of ``before`` in ``old`` unless that is -1.
 
     One of the same pieces goes on where it was. Any other looks back on no step: its offset is the present one, and
     without a force the kernel counts no turn of its surfaces as slide.
     """
     reach = min(touch, sqrt(wx * wx + wy * wy + wz * wz))
-    new.spring[:, c], new.slipping[c] = 0.0, 0.0
+    new.spring[:, c], new.slipping[c], new.twist[c] = 0.0, 0.0, 0.0
     goes_on = False
     if before >= 0:
         _copy(old, before, new, c)
         reach = min(touch, max(reach, new.reach[c]))
         goes_on = new.piece[0, c] == i and new.piece[1, c] == j
     if not goes_on:
-        new.force[:, c] = 0.0
+        new.force[:, c], new.couple[c] = 0.0, 0.0
         new.piece[0, c], new.piece[1, c] = i, j
         new.parameter[0, c], new.parameter[1, c] = s, t
         new.offset[0, c], new.offset[1, c], new.offset[2, c] = wx, wy, wz
     new.reach[c], new.arm[c], new.line[c] = reach, arm, line
+    # yarns side by side already resist spin by friction along their line
+    new.lever[0, c], new.lever[1, c] = coefficient, most if line == 0.0 else 0.0
 
 
 @njit(**ALLOCATING)
-def find_contacts(pairs, places, found, radius, chain, alive, moved, skin, old, old_count, new):
+def find_contacts(pairs, places, found, radius, part, levers, chain, alive, moved, skin, old, old_count, new):
     """Contacts of the pairs that :func:`knittest.kernels.pair_search.find_pairs` found, and those tracked before.
 
     Tracked ones keep parameters and springs. A pair found overlapping (at the start, or where a broken end slid in)
-    touches from its present gap on, so that it brings no energy. ``radius`` and ``skin`` [mm]. Returns the number
-    needed, which may exceed the capacity of ``new``; nothing is dropped.
+    touches from its present gap on, so that it brings no energy. ``radius`` and ``skin`` [mm]. ``levers`` (2, n_parts,
+    n_parts) of the friction moment by the ``part`` (n_nodes,) of either yarn. Returns the number needed, which may
+    exceed the capacity of ``new``; nothing is dropped.
     """
     n = chain.size
     lists, old_lists = np.full(n, -1), np.full(n, -1)
@@ -177,7 +182,10 @@ def find_contacts(pairs, places, found, radius, chain, alive, moved, skin, old, 
                 before = _tracked(old, old_lists, old_following, chain, i, j, s, t, line, SAME)
                 touch = radius[i] + radius[j]
                 arm = radius[i] / touch
-                _add_contact(i, j, s, t, wx, wy, wz, line, touch, arm, old, before, new, needed)
+                coefficient, most = levers[0, part[i], part[j]], levers[1, part[i], part[j]]
+                _add_contact(
+                    i, j, s, t, wx, wy, wz, line, touch, arm, coefficient, most, old, before, new, needed
+                )  # fmt: skip
                 _push(new, needed, lists, following)
             needed += 1
     return needed

@@ -70,8 +70,10 @@ class Contacts(NamedTuple):
     ``piece`` (2, n) spline pieces i, j (node index of the middle control point) with ``parameter`` s, t in [0, 1);
     tangential ``spring`` stretch and ``offset`` vector of the last step [mm], (3, n); ``slipping`` 1 while the contact
     slips; ``reach`` sum of radii [mm], ``arm`` the share of piece i, at which part of the offset the yarns touch;
-    ``line`` = 1 for near-parallel contacts, whose s is held; ``force`` on piece i [N], (3, n). ``half``: contact number
-    and side (2 c + side) sorted by the partition that owns the side, half_start (PARTITIONS + 1,).
+    ``line`` = 1 for near-parallel contacts, whose s is held; ``force`` on piece i [N], (3, n). ``twist`` [rad] of piece
+    i over j about the offset in the spring that resists it, ``couple`` its moment over the length of the offset [N],
+    ``lever`` (2, n) of its limit: coefficient [mm / N^p] and largest value [mm]. ``half``: contact number and side
+    (2 c + side) sorted by the partition that owns the side, half_start (PARTITIONS + 1,).
     """
 
     piece: Index
@@ -83,6 +85,9 @@ class Contacts(NamedTuple):
     arm: Array
     line: Array
     force: Array
+    twist: Array
+    couple: Array
+    lever: Array
     half: Index
     half_start: Index
 
@@ -92,7 +97,9 @@ class ContactLaw(NamedTuple):
 
     Penalty stiffness [N/mm], sticking stiffness [N/mm], Coulomb coefficients before and while slipping, viscous
     coefficient [N ms/mm]; compaction by ``linear``, ``square`` and ``cubic`` [1/mm, 1/mm^2, 1/mm^3] up to the depth
-    ``cap`` [mm], see :func:`knittest.kernels.contact.penalty`.
+    ``cap`` [mm], see :func:`knittest.kernels.contact.penalty`; stiffness ``torsional`` [N mm/rad] against spin about
+    the normal (0: none) and ``softening`` of the patch (0: its
+    size is given), see :func:`knittest.kernels.spin.lever_of`.
     """
 
     normal: float
@@ -104,14 +111,17 @@ class ContactLaw(NamedTuple):
     square: float = 0.0
     cubic: float = 0.0
     cap: float = 0.0
+    torsional: float = 0.0
+    softening: float = 0.0
 
 
 class Tally(NamedTuple):
     """Accumulators over steps: ``reaction`` (PARTITIONS, n_groups) [N or N mm], conjugate to the table of each group,
-    ``support`` (PARTITIONS, n_groups) [N or N mm], the same without the scales; energies (PARTITIONS, 4) [mJ].
+    ``support`` (PARTITIONS, n_groups) [N or N mm], the same without the scales; energies (PARTITIONS, 5) [mJ].
 
     Energy columns: work of motions, loads and tools; losses of friction, in contacts and in the shear of shells;
-    energy of eroded elements; losses of the damping of contacts and of free tools.
+    energy of eroded elements; losses of the damping of contacts and of free tools; of the losses of friction, those of
+    spin at crossings of yarns.
     ``tool`` (PARTITIONS, n_tools, 3) forces on the tools in this step, ``tool_sum`` (n_tools, 3) summed over steps [N].
     """
 

@@ -11,13 +11,13 @@ from knittest.base.errors import InputError
 from knittest.base.history import Mesh
 from knittest.base.rounding import rounded_down
 from knittest.kernels.beam import rotary_inertia_factor, wave_speed
-from knittest.kernels.contact import penalty
 from knittest.kernels.state import Beams, ContactLaw
 from knittest.materials.yarn_section import Section
 from knittest.models.contact_tracker import YarnContactGroup
 from knittest.models.explicit_model import make_nodes, make_partitions
 from knittest.models.inputs import across_chain
 from knittest.models.natural_state import natural_normal, natural_state
+from knittest.models.yarn_contact import YarnContact
 from knittest.models.yarn_model import YarnModel
 from knittest.models.yarn_step import nodal_loads
 
@@ -27,14 +27,12 @@ Flags = NDArray[np.bool_]
 
 #: pieces of one yarn closer along it than 1.2 times half a bend plus this margin [mm] never touch
 BEND_MARGIN = 0.2
-#: share of critical damping of a touching pair of nodes
-CONTACT_DAMPING = 0.1
-#: penetration over the smallest radius beyond which compaction stiffens no more; such runs are refused anyway
-COMPACTION_ENDS = 0.5
 #: row of the bound by nodes over the penalty, for contacts on a node within a chain and on its end: weights w >= 0 add
 #: 2 k w, of contacts one element apart at most 2 k. Half an element beyond its centre-line a yarn's end keeps a contact
 #: with weights 9/8, -1/4 and 1/8: k (1 + 3/2) 9/8
 CONTACT_STEP_SHARE, END_STEP_SHARE = 2.0, 45.0 / 16.0
+#: share of the largest squared frequency of a model that resistance of its crossings to spin may add to it
+SPIN_STEP_SHARE = 0.05
 
 
 @dataclass(frozen=True)
@@ -57,38 +55,6 @@ class Chain:
     stretch: float = 1.0
     degree_of_set: Array | float = 1.0
     normal: Array | None = None
-
-
-@dataclass(frozen=True)
-class YarnContact:
-    """Contact between all chains: penalty and sticking stiffness [N/mm], Coulomb coefficient while slipping, share of
-    critical damping of a touching pair of nodes, Coulomb coefficient before it slips (none: the same).
-
-    ``compaction`` (exponent 1, 2 or 3, depth [mm]) makes the force normal d (1 + (d / depth)^exponent).
-    """
-
-    normal: float
-    tangential: float
-    friction: float
-    damping: float = CONTACT_DAMPING
-    static: float | None = None
-    compaction: tuple[int, float] | None = None
-
-    def law(self, radius: float, viscous: float) -> ContactLaw:
-        """Contact law of yarns whose smallest radius is ``radius`` [mm], with ``viscous`` [N ms/mm]."""
-        coefficients = [0.0, 0.0, 0.0]
-        if self.compaction is not None:
-            exponent, depth = self.compaction
-            coefficients[exponent - 1] = depth**-exponent
-        static = self.friction if self.static is None else self.static
-        linear, square, cubic = coefficients
-        cap = COMPACTION_ENDS * radius
-        return ContactLaw(self.normal, self.tangential, static, self.friction, viscous, linear, square, cubic, cap)
-
-    def stiffest(self, radius: float) -> float:
-        """Largest stiffness [N/mm] between yarns of ``radius`` [mm]."""
-        law = self.law(radius, 0.0)
-        return float(penalty(law.cap, law.normal, law.linear, law.square, law.cubic, law.cap)[1])
 
 
 @dataclass(frozen=True)
@@ -173,7 +139,7 @@ def build_chains(
     number = np.array([used.index((c.section, c.part)) for c in chains], np.int64)
     lay = _Layout(chains, [card for card, _ in used], number)
     mass, inertia = _lump(lay)
-    step, mass, inertia, added = _scale_mass(lay, mass, inertia, contact, scaling)
+    step, mass, inertia, added, torsional = _scale_mass(lay, mass, inertia, contact, scaling)
     cells = np.flatnonzero(lay.joined)
     part = np.array([c.part for c in chains], np.int64)[lay.chain]
     mesh = Mesh(
@@ -188,7 +154,8 @@ def build_chains(
     return YarnModel(
         nodes, parts, mass, inertia, mesh, step, added,
         wave_speed(lay.cards[0].axial, lay.cards[0].linear_density), _beams(lay, tangent, normal), cells,
-        np.array([part for _, part in used]), _contact_group(lay, mass, parts.node, contact), contact is not None,
+        np.array([part for _, part in used]), _contact_group(lay, mass, parts.node, contact, torsional, part),
+        contact is not None,
         bool((lay.of_elements("degree_of_set")[lay.joined] < 1.0).any()),
     )  # fmt: skip
 
@@ -225,14 +192,18 @@ def _scale_mass(
     inertia: Array,
     contact: YarnContact | None,
     scaling: MassScaling | None,
-) -> tuple[float, Array, Array, float]:
-    """Critical step [ms] by nodes (omega^2 <= load / m), masses for it and the share added.
+) -> tuple[float, Array, Array, float, float]:
+    """Critical step [ms] by nodes (omega^2 <= load / m), masses for it, the share added, and the stiffness of crossings
+    against spin [N mm/rad].
 
     That of the nodes within the chains, for which ends in contact are made heavy enough, or the target of ``scaling``.
     """
     load = _loads(lay, mass, inertia, contact)
-    steps = 2.0 * np.sqrt(mass / load)
     inner = lay.inner() if contact is not None and lay.inner().any() else np.full(len(mass), True)
+    torsional = 0.0 if contact is None else contact.torsional(_bearable(load, mass, inertia, inner, scaling))
+    # the largest frequencies of two sets of springs, squared, are no more than those of both together
+    load = load + np.where(lay.inner(), CONTACT_STEP_SHARE, END_STEP_SHARE) * torsional * mass / inertia
+    steps = 2.0 * np.sqrt(mass / load)
     step = float(steps[inner].min()) if scaling is None else scaling.step
     scaled = np.maximum(mass, 0.25 * step**2 * load)
     added = float(scaled.sum() / mass.sum() - 1.0)
@@ -243,7 +214,14 @@ def _scale_mass(
             f"{100 * scaling.most:g} %; the unscaled critical step is {1e3 * steps[inner].min():.4f} us; "
             f"solver.target_step={rounded_down(longest):g} would pass"
         )
-    return step, scaled, inertia * scaled / mass, added
+    return step, scaled, inertia * scaled / mass, added, torsional
+
+
+def _bearable(load: Array, mass: Array, inertia: Array, inner: Flags, scaling: MassScaling | None) -> float:
+    """Stiffness against spin [N mm/rad] that adds :data:`SPIN_STEP_SHARE` to the largest squared frequency."""
+    largest = float((load / mass)[inner].max()) if scaling is None else 4.0 / scaling.step**2
+    turned = inertia * np.maximum(load / (mass * largest), 1.0)
+    return SPIN_STEP_SHARE * largest * float(turned.min()) / CONTACT_STEP_SHARE
 
 
 def longest_step(load: Array, mass: Array, most: float, too_long: float) -> float:
@@ -273,7 +251,9 @@ def _beams(lay: _Layout, tangent: Array, normal: Array) -> Beams:
     )  # fmt: skip
 
 
-def _contact_group(lay: _Layout, mass: Array, node_cut: Index, contact: YarnContact | None) -> YarnContactGroup:
+def _contact_group(
+    lay: _Layout, mass: Array, node_cut: Index, contact: YarnContact | None, torsional: float, part: Index
+) -> YarnContactGroup:
     radius = lay.of_card("radius")
     before = np.concatenate([[False], lay.joined[:-1]])
     is_piece = lay.joined & before
@@ -284,7 +264,10 @@ def _contact_group(lay: _Layout, mass: Array, node_cut: Index, contact: YarnCont
     law = ContactLaw(0.0, 0.0, 0.0, 0.0, 0.0)
     if contact is not None and is_piece.any():
         damping = 2.0 * contact.damping * sqrt(contact.normal * 0.5 * float(mass[is_piece].min()))
-        law = contact.law(float(radius.min()), damping)
+        law = contact.law(float(radius.min()), damping, torsional)
+    n_parts, patch = int(part.max()) + 1, None if contact is None else contact.patch
+    levers = np.zeros((2, n_parts, n_parts)) if patch is None else patch.levers(n_parts)
     return YarnContactGroup(
-        radius, half_piece, np.ceil(bend / mean[lay.section]).astype(np.int64), is_piece, lay.chain, node_cut, law
-    )
+        radius, half_piece, np.ceil(bend / mean[lay.section]).astype(np.int64), is_piece, lay.chain, node_cut, law,
+        part, levers,
+    )  # fmt: skip

@@ -30,10 +30,10 @@ LISTED = 5
 
 def _empty(capacity: int) -> Contacts:
     pair, triple = (np.zeros((2, capacity)), [np.zeros((3, capacity)) for _ in range(3)])
-    slipping, reach, arm, line = (np.zeros(capacity) for _ in range(4))
+    slipping, reach, arm, line, twist, couple = (np.zeros(capacity) for _ in range(6))
     return Contacts(
         np.zeros((2, capacity), np.int64), pair, triple[0], triple[1], slipping, reach, arm, line, triple[2],
-        np.zeros(2 * capacity, np.int64), np.zeros(PARTITIONS + 1, np.int64),
+        twist, couple, np.zeros((2, capacity)), np.zeros(2 * capacity, np.int64), np.zeros(PARTITIONS + 1, np.int64),
     )  # fmt: skip
 
 
@@ -52,7 +52,8 @@ def _used(contacts: Contacts, count: int) -> Contacts:
 @dataclass
 class YarnContactGroup:
     """Input of the search, each (n_nodes,): radius and half piece length [mm], pieces along the same yarn that never
-    touch, where a spline piece is, chain numbers; ``node_cut`` first nodes of the partitions; ``law`` of all pairs.
+    touch, where a spline piece is, chain and part numbers; ``node_cut`` first nodes of the partitions; ``law`` of all
+    pairs, ``levers`` (2, n_parts, n_parts) of their friction moments.
     """
 
     radius: Array
@@ -62,6 +63,8 @@ class YarnContactGroup:
     chain: Index
     node_cut: Index
     law: ContactLaw
+    part: Index
+    levers: Array
 
 
 class ContactTracker:
@@ -157,8 +160,8 @@ class ContactTracker:
             self._spare = _empty(self.contacts.reach.size)
         while True:
             needed = search.find_contacts(
-                *pairs, group.radius, group.chain, self.alive, moved, CONTACT_SKIN, self.contacts, self.count,
-                self._spare,
+                *pairs, group.radius, group.part, group.levers, group.chain, self.alive, moved, CONTACT_SKIN,
+                self.contacts, self.count, self._spare,
             )  # fmt: skip
             if needed <= self._spare.reach.size:
                 break

@@ -6,12 +6,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.base.errors import InputError
 from knittest.config.run import Run
 from knittest.fabric.strip import YarnPath
 from knittest.fabric.variability import YarnDraws
+from knittest.materials.patch import fabric_patch
 from knittest.materials.yarn_section import SYSTEMS, sections
-from knittest.models.chains import Chain, MassScaling, YarnContact, build_chains
+from knittest.models.chains import Chain, MassScaling, build_chains
+from knittest.models.yarn_contact import YarnContact
 from knittest.models.yarn_model import YarnModel
 
 Array = NDArray[np.float64]
@@ -28,10 +29,6 @@ def build_meso(
     A test that pulls no yarn may keep a share of the axial stiffness only: the time step grows. Without ``rubbing``
     yarns touch free of friction.
     """
-    if run.fabric.reinforcing.section is not None:
-        raise InputError(
-            "fabric.reinforcing.section: runs of yarns touch as circles; expected none, or only `knittest fabric`"
-        )
     cards = sections(run.fabric, axial_share)
     rows = 1 + max((p.index for p in paths if p.system == "knit"), default=0)
     chains = [
@@ -48,7 +45,7 @@ def build_meso(
     ]
     contact = yarn_contact(run) if run.model.meso.contact else None
     if contact is not None and not rubbing:
-        contact = replace(contact, friction=0.0, static=None)
+        contact = replace(contact, friction=0.0, static=None, patch=None)
     return build_chains(chains, SYSTEMS, contact, _scaling(run))
 
 
@@ -68,6 +65,7 @@ def yarn_contact(run: Run) -> YarnContact:
         card.friction_coefficient.value,
         static=None if static is None else static.value,
         compaction=None if compaction is None else (compaction.exponent, compaction.depth_mm),
+        patch=fabric_patch(run.fabric),
     )
 
 

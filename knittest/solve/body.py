@@ -12,7 +12,7 @@ from knittest.kernels.shell_state import Laminate
 from knittest.kernels.threading import best_threads, limited
 from knittest.kernels.tool_contact import tool_energies
 from knittest.models.boundary import Boundary
-from knittest.models.chains import Chain, YarnContact, build_chains
+from knittest.models.chains import Chain, build_chains
 from knittest.models.explicit_model import ExplicitModel
 from knittest.models.fabric_model import FabricModel
 from knittest.models.inputs import above, across_shells, chain_fields, chain_points, finite, quadrilaterals
@@ -20,6 +20,7 @@ from knittest.models.natural_state import of_one_sign, turned_further
 from knittest.models.readings import Readings, new_tally, take_readings
 from knittest.models.sheet import build_sheet
 from knittest.models.sheet_tracker import SheetContact
+from knittest.models.yarn_contact import YarnContact
 from knittest.models.yarn_model import YarnModel
 from knittest.solve.relax import Relaxation, relax
 from knittest.solve.stepping import Stepping
@@ -256,7 +257,7 @@ class Body:
 
     def energies(self) -> dict[str, float]:
         """Energies [mJ]: kinetic, internal, contact, hourglass, friction, contact_damping (of free tools too), damping,
-        eroded, external and their balance.
+        eroded, external and their balance; and of friction, that of crossings against spin, friction_of_spin.
 
         Takes one step, because central differences conserve the kinetic energy of the velocities around an instant.
         """
@@ -277,7 +278,8 @@ class Body:
             "damping": self.damping_loss,
             "eroded": eroded,
         }
-        return found | {"external": external, "balance": external - sum(found.values())}
+        balance = external - sum(found.values())
+        return found | {"external": external, "balance": balance, "friction_of_spin": going.spun()}
 
     def _spinning(self) -> float:
         """Rotary kinetic energy [mJ] half a step ago."""

@@ -225,6 +225,7 @@ def _balance(run: Simulation, stored: Stored) -> dict[str, float]:
         "hourglass_mj": stored.hourglass,
         "contact_mj": float(contact),
         "friction_mj": friction,
+        "friction_spin_mj": run.spun(),
         "contact_damping_mj": damped,
         "damping_mj": run.damping_loss,
         "eroded_mj": eroded,

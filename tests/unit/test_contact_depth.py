@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from plain import plain
 
-from knittest.kernels.contact_blocks import SCRATCH, contact_forces
+from knittest.kernels.contact_blocks import contact_forces
+from knittest.kernels.contact_scratch import SCRATCH
 from knittest.kernels.state import ContactLaw, Contacts, Nodes
 
 REACH, STIFFNESS, DEPTH = 0.75, 200.0, 0.02
@@ -26,7 +27,8 @@ class Pair:
         self.contacts = Contacts(
             piece=middle, parameter=np.full((2, 1), 0.5), spring=np.zeros((3, 1)), offset=np.zeros((3, 1)),
             slipping=np.zeros(1), reach=np.full(1, REACH), arm=np.full(1, 0.5), line=np.zeros(1),
-            force=np.zeros((3, 1)), half=np.array([0, 1]), half_start=np.array([0, 2]),
+            force=np.zeros((3, 1)), twist=np.zeros(1), couple=np.zeros(1), lever=np.zeros((2, 1)),
+            half=np.array([0, 1]), half_start=np.array([0, 2]),
         )  # fmt: skip
         self._settle()
         normal = self.contacts.offset[:, 0] / self.distance
@@ -53,7 +55,7 @@ class Pair:
         """Move the upper yarn by ``move`` (3,) [mm]; returns the work on it and the loss by damping [mJ]."""
         before = self.contacts.force[:, 0].copy()
         self.nodes.position[:, self.upper] += move[:, None]
-        _, damped = plain(contact_forces)(
+        _, _, damped = plain(contact_forces)(
             0, 1, 1e-4, self.nodes, self.contacts, self.alive, self.law, np.zeros(SCRATCH)
         )
         return float(0.5 * (before + self.contacts.force[:, 0]) @ move), damped

@@ -5,7 +5,8 @@ import pytest
 from plain import plain
 
 from knittest.kernels.contact import contact_force, penalty
-from knittest.kernels.contact_blocks import SCRATCH, contact_forces, scatter_contacts, walk
+from knittest.kernels.contact_blocks import contact_forces, scatter_contacts, walk
+from knittest.kernels.contact_scratch import SCRATCH
 from knittest.kernels.state import ContactLaw, Contacts, Nodes
 
 REACH, DT = 1.0, 1e-4
@@ -38,7 +39,8 @@ class Crossing:
         self.contacts = Contacts(
             piece=np.array([[1], [4]]), parameter=np.full((2, 1), 0.5), spring=np.zeros((3, 1)),
             offset=np.zeros((3, 1)), slipping=np.zeros(1), reach=np.full(1, REACH), arm=np.full(1, 0.4),
-            line=np.zeros(1), force=np.zeros((3, 1)), half=np.array([0, 1]), half_start=np.array([0, 2]),
+            line=np.zeros(1), force=np.zeros((3, 1)), twist=np.zeros(1), couple=np.zeros(1),
+            lever=np.zeros((2, 1)), half=np.array([0, 1]), half_start=np.array([0, 2]),
         )  # fmt: skip
         for _ in range(20):  # closest points settle, at no friction
             self.step(SMOOTH)

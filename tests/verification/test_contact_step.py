@@ -1,5 +1,7 @@
 """The critical step that contacts leave: highest eigenvalues, in closed form or dense, against the bound by nodes."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,7 +10,7 @@ from knittest.kernels.health import stiffest_node
 from knittest.models import chains
 from knittest.models.chains import build_chains
 from knittest.models.yarn_step import nodal_loads
-from knittest.pose import Body, Chain, Section, YarnContact, section
+from knittest.pose import Body, Chain, Patch, Section, YarnContact, section
 
 #: beams so soft that the contact alone sets the step
 SOFT = section(1.0, 1e-4, 0.2, 1e-3)
@@ -127,3 +129,48 @@ def test_the_bound_by_direction_holds_and_is_not_wasteful(bend, penalty):
     largest = float(np.linalg.eigvalsh(stiffness)[-1])
     assert largest <= loads.max() * (1.0 + 1e-12)
     assert loads.max() < 1.1 * largest
+
+
+def spinning(torsional: float) -> tuple[Body, float]:
+    """A crossing that touches, k dt^2 sum w^2 / I of its spring against spin ``torsional``: 4 is the limit of central
+    differences. Returns dt^2 sum w^2 / I too.
+    """
+    patch = YarnContact(500.0, 50.0, 1e4, damping=0.0, patch=Patch.disc(0.5))
+    body = pressed(0.5, 1.0, patch)
+    model, contacts, weights = body.model, body.model.tracker.contacts, 0.0
+    for side in range(2):
+        i, s = contacts.piece[side, 0], contacts.parameter[side, 0]
+        weights += float((np.array(spline_weights(s)) ** 2 / model.inertia[i - 1 : i + 2]).sum())
+    model.law = model.law._replace(torsional=torsional / (body.dt**2 * weights))
+    return body, body.dt**2 * weights
+
+
+@pytest.mark.parametrize(("share", "grows"), [(3.8, False), (4.2, True)])
+def test_spin_is_unstable_beyond_the_limit_of_central_differences(share, grows):
+    body, _ = spinning(share)
+    nodes = body.model.nodes
+    nodes.inv_mass[:] = 0.0  # they stay in touch
+    body.step(1)
+    nodes.spin[2, 9:18] = 1e-6
+    body.step(25)
+    assert (np.abs(nodes.spin[2, :18]).max() > 1e-3) == grows
+
+
+def test_resistance_to_spin_takes_a_share_of_the_step():
+    """omega^2 of two sets of springs is at most the sum; a disc of sticking springs, k R^2 / 2, if it bears it."""
+    free, tough = (
+        build_chains(crossing(0.5), ("yarn",), c) for c in (CONTACT, replace(CONTACT, patch=Patch.disc(9.0)))
+    )
+    assert (free.critical_step / tough.critical_step) ** 2 == pytest.approx(1.0 + chains.SPIN_STEP_SHARE, rel=1e-6)
+    inertia = float(tough.inertia.min())
+    assert tough.law.torsional * free.critical_step**2 / inertia == pytest.approx(0.1, rel=0.3)
+    small = build_chains(crossing(0.5), ("yarn",), replace(CONTACT, patch=Patch.disc(0.01)))
+    assert small.law.torsional == pytest.approx(0.5 * CONTACT.tangential * 0.01**2)
+    assert small.critical_step == pytest.approx(free.critical_step, rel=1e-3)
+
+
+def test_the_guard_sees_spin():
+    body, _ = spinning(8.0)
+    body.step(1)
+    model = body.model
+    assert "below the step" in model.health._too_stiff(body.dt)

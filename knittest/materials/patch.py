@@ -1,0 +1,97 @@
+"""The patch over which two crossed yarns touch, and the lever of the friction moment that it gives.
+
+Pressed flanks of curvature radii r1, r2 [mm] that are d [mm] deep in each other meet where x^2 / 2 r1 + y^2 / 2 r2 < d:
+an ellipse of half axes sqrt(2 r1 d), sqrt(2 r2 d), as large as a disc of R = (4 r1 r2)^(1/4) sqrt(d). Each yarn gives
+way by its lateral compaction, p = modulus (share of its height)^m, place by place (Winkler), so that both in a row are
+a foundation of p = (u / s)^m, s = sum of 2 r / modulus^(1/m), and
+
+    N = 2 pi sqrt(r1 r2) d^(m + 1) / ((m + 1) s^m),    hence R in proportion to N^(1 / (2 m + 2)).
+
+m = 1 is a fibre mass at its start (van Wyk 1946: p = k E (v^3 - v0^3) at fibre shares v, v0: modulus 3 k E v0^3); a
+larger one stiffens. The limit of the moment is mu N l: pressure in proportion to (1 - r^2 / R^2)^m over a disc gives
+l = (m + 1) B(3/2, m + 1) R, which is 2/3 R for even pressure (m = 0), 3 pi / 16 R for Hertz's (1/2), 8/15 R for m = 1,
+0.406 R for m = 3. Grosberg & Park (1966) put the frictional restraint of crossings down to such a length of contact.
+"""
+
+from dataclasses import dataclass
+from math import gamma, pi, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knittest.config.fabric import Fabric, LateralCompaction
+from knittest.materials.yarn_section import SYSTEMS
+
+Array = NDArray[np.float64]
+
+#: lever over radius of a disc of even pressure
+EVEN = 2.0 / 3.0
+#: coefficient of a lever that does not depend on the force
+ANY = 1e30
+
+
+@dataclass(frozen=True, eq=False)
+class Patch:
+    """Levers min(coefficient N^(1 / (2 exponent + 2)), most) of the friction moment, by the parts of both yarns.
+
+    ``coefficient`` [mm / N^p] and ``most`` [mm], (n_parts, n_parts) or (1, 1) for all; ``exponent`` 1 or 3, 0
+    where the coefficient does not count.
+    """
+
+    coefficient: Array
+    most: Array
+    exponent: int = 0
+
+    @classmethod
+    def disc(cls, radius: float) -> "Patch":
+        """Discs of ``radius`` [mm] and even pressure at all crossings."""
+        return cls(np.full((1, 1), ANY), np.full((1, 1), EVEN * radius))
+
+    def levers(self, n_parts: int) -> Array:
+        """Return coefficients and largest values for ``n_parts`` parts, (2, n_parts, n_parts)."""
+        shape = (n_parts, n_parts)
+        return np.stack([np.broadcast_to(self.coefficient, shape), np.broadcast_to(self.most, shape)])
+
+    @property
+    def least(self) -> float:
+        """Smallest of the largest levers that are not 0 [mm]; 0 where all are."""
+        given = self.most[self.most > 0.0]
+        return float(given.min()) if given.size else 0.0
+
+
+def lever_share(exponent: float) -> float:
+    """Lever over radius of a disc whose pressure is in proportion to (1 - r^2 / R^2)^exponent."""
+    return (exponent + 1.0) * gamma(1.5) * gamma(exponent + 1.0) / gamma(exponent + 2.5)
+
+
+def patch_radius(force: float, radii: tuple[float, float], moduli: tuple[float, float], exponent: float) -> float:
+    """Radius [mm] of the patch of two crossed yarns under ``force`` [N].
+
+    ``radii`` [mm] of their flanks' curvature, ``moduli`` [MPa] and ``exponent`` of their lateral compaction.
+    """
+    width = sqrt(radii[0] * radii[1])
+    give = sum(2.0 * r * modulus ** (-1.0 / exponent) for r, modulus in zip(radii, moduli, strict=True))
+    depth = (force * (exponent + 1.0) * give**exponent / (2.0 * pi * width)) ** (1.0 / (exponent + 1.0))
+    return sqrt(2.0 * depth * width)
+
+
+def fabric_patch(fabric: Fabric) -> Patch | None:
+    """Patch of the crossings of a fabric by yarn system; None where none is given."""
+    card, loops = fabric.contact.patch, np.array([system == "knit" for system in SYSTEMS])
+    if card is not None and card.compaction is not None:
+        return _compacted(fabric, card.compaction, loops)
+    if card is not None and card.radius is not None:
+        kinds = np.array([card.radius.inlay_inlay_mm, card.radius.inlay_loop_mm, card.radius.loop_loop_mm])
+        most = EVEN * kinds[loops[:, None].astype(int) + loops]
+        return Patch(np.full(most.shape, ANY), most)
+    return None
+
+
+def _compacted(fabric: Fabric, law: LateralCompaction, loops: NDArray[np.bool_]) -> Patch:
+    """Patches that grow by ``law``, no wider than the yarns, and by then pressed evenly."""
+    inlay, loop = 0.5 * fabric.reinforcing.beam_diameter_mm, 0.5 * fabric.knitting.beam_diameter_mm
+    yarns = [(loop, law.knitting_mpa) if knit else (inlay, law.reinforcing_mpa) for knit in loops]
+    exponent, share = law.exponent, lever_share(law.exponent)
+    grown = [[share * patch_radius(1.0, (r1, r2), (e1, e2), exponent) for r2, e2 in yarns] for r1, e1 in yarns]
+    widest = [[EVEN * sqrt(r1 * r2) for r2, _ in yarns] for r1, _ in yarns]
+    return Patch(np.array(grown), np.array(widest), exponent)
