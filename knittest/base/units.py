@@ -43,6 +43,7 @@ SUFFIX = {
     "mass": "g",
     "mass per length": "g_per_mm",
     "mass per area": "g_per_mm2",
+    "mass per volume": "g_per_mm3",
     "time": "ms",
     "speed": "mm_per_ms",
     "acceleration": "mm_per_ms2",

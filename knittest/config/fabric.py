@@ -184,6 +184,7 @@ class Fabric(Strict):
         _check_area_mass(self)
         _check_thickness(self)
         _check_patch(self)
+        _check_sections(self)
         return self
 
     @model_validator(mode="after")
@@ -243,11 +244,12 @@ def _check_thickness(fabric: Fabric) -> None:
     """The thickness is one of an inlay each way between loops."""
     if fabric.reinforcing is None or fabric.knitting is None:
         return
-    inlays = 2.0 * fabric.reinforcing.beam_diameter.value
+    inlays = sum(fabric.reinforcing.section_mm(direction)[1] for direction in ("warp", "weft"))
     low, high = THICKNESS[0] * inlays, THICKNESS[1] * (inlays + 2.0 * fabric.knitting.beam_diameter.value)
     if not low <= fabric.thickness.value <= high:
         raise BoundsError(
-            f"implausible beside the beam_diameter of the yarns, expected {low:.3g} to {high:.3g} mm", "thickness"
+            f"implausible beside the yarns' beam_diameter or height of section, expected {low:.3g} to {high:.3g} mm",
+            "thickness",
         )
 
 
@@ -258,3 +260,22 @@ def _check_patch(fabric: Fabric) -> None:
     most = 0.5 * min(fabric.wale_spacing, fabric.course_spacing)
     if fabric.contact.patch.radius.largest > most:
         raise BoundsError(f"at these densities patches overlap beyond {most:.3g} mm", "contact.patch.radius")
+
+
+def _check_sections(fabric: Fabric) -> None:
+    """Between two inlays side by side the loop still passes: an ellipse leaves it its own diameter."""
+    if fabric.reinforcing is None or fabric.knitting is None or (section := fabric.reinforcing.section) is None:
+        return
+    pitches: dict[Direction, float] = {"warp": fabric.wale_spacing, "weft": fabric.course_spacing}
+    for direction, pitch in pitches.items():
+        width, height = fabric.reinforcing.ellipse_mm(section, direction)
+        widest = pitch - fabric.knitting.beam_diameter.value
+        if width > widest:
+            ratio = widest**2 / (width * height)
+            packing = section.packing.of(direction).value / ratio
+            less = f"at most {ratio:.3g}" if ratio >= 1.0 else f"1 and a packing of at least {packing:.3g}"
+            raise BoundsError(
+                f"a section of {width:.3g} x {height:.3g} mm leaves the loop less than its diameter between yarns "
+                f"{pitch:.3g} mm apart, expected {less}",
+                f"reinforcing.section.width_to_height.{direction}",
+            )

@@ -3,6 +3,7 @@
 Every condition raises :class:`BoundsError` naming the field.
 """
 
+import math
 from itertools import pairwise
 from typing import Annotated, ClassVar, Literal, Self
 
@@ -15,6 +16,8 @@ from knittest.config.kernel_units import Directed, Kernel
 LAW_STRAIN, LAW_STRESS = {"unit": "%", "ge": 0, "le": 50}, {"unit": "MPa", "ge": 0, "le": 1e5}
 #: steepest tangent of a yarn's law over its modulus: beyond, stresses are in another unit
 LAW_STEEPNESS = (0.1, 10.0)
+#: area that carries load over that of the fibres, at most: both are rounded in a card
+LOADED = 1.02
 
 
 class PerDirection(Strict):
@@ -41,6 +44,21 @@ class YarnLaw(Strict):
     def _consistent(self) -> Self:
         _check_law(self)
         return self
+
+
+class InlaySection(Strict):
+    """Elliptic sections of the inlays in contact: pi / 4 x width x height = fibre area / packing.
+
+    The fibre area is ``linear_density`` over ``fibre_density``. They start with their width in the plane of the fabric.
+    """
+
+    shape: Literal["ellipse"] = Field(description="shape of the section")
+    fibre_density: Quantity = measure(
+        "g/cm3", "mass of the yarn over the volume of its fibres, matrix fibres too", gt=0, band=(0.8, 9)
+    )
+    fibre_density_g_per_mm3: ClassVar[Kernel[float]] = Kernel("fibre_density")
+    packing: PerDirection = measure("1", "fibre area over the area of the section", ge=0.3, le=0.907)
+    width_to_height: PerDirection = measure("1", "width of the section over its height", ge=1, le=4)
 
 
 class Yarn(Strict):
@@ -79,6 +97,28 @@ class ReinforcingYarn(Yarn):
     crimp_scatter: PerDirection = measure("1", "sd of the wave amplitude, relative, yarn to yarn", ge=0, le=0.5)
     slack: PerDirection = measure("%", "scale of the half-normal slack of a yarn before it carries load", ge=0, le=2)
     slack_fraction: ClassVar[Kernel[Directed]] = Kernel("slack")
+    section: InlaySection | None = Field(
+        None, description="elliptic sections in contact; none: circles of beam_diameter, whatever fibres they hold"
+    )
+
+    def ellipse_mm(self, section: InlaySection, direction: str) -> tuple[float, float]:
+        """Width and height [mm] of the yarns of ``direction`` with elliptic ``section``."""
+        ratio = section.width_to_height.of(direction).value
+        area = fibre_area(self, section) / section.packing.of(direction).value
+        height = math.sqrt(4.0 * area / (math.pi * ratio))
+        return ratio * height, height
+
+    def section_mm(self, direction: str) -> tuple[float, float]:
+        """Width and height [mm] of the section of ``direction`` in contact."""
+        if self.section is None:
+            return self.beam_diameter_mm, self.beam_diameter_mm
+        return self.ellipse_mm(self.section, direction)
+
+    @model_validator(mode="after")
+    def _load_is_carried_by_fibres(self) -> Self:
+        if self.section is not None:
+            _check_fibres(self, self.section)
+        return self
 
     @model_validator(mode="after")
     def _bends_like_its_section(self) -> Self:
@@ -144,6 +184,23 @@ def _check_yarn(yarn: Yarn) -> None:
             f"the steepest part of the table has {steepest:.3g} GPa, implausible beside youngs_modulus = "
             f"{yarn.youngs_modulus.value:g} GPa (stresses are in MPa, strains in %)",
             "law.points",
+        )
+
+
+def fibre_area(yarn: Yarn, section: InlaySection) -> float:
+    """Cross-section [mm2] of the fibres of ``yarn``."""
+    return yarn.linear_density_g_per_mm / section.fibre_density_g_per_mm3
+
+
+def _check_fibres(yarn: Yarn, section: InlaySection) -> None:
+    """No more area carries load than the yarn has fibres."""
+    fibres, load = fibre_area(yarn, section), yarn.load_area.value
+    if load > LOADED * fibres:
+        raise BoundsError(
+            f"linear_density = {yarn.linear_density.value:g} tex makes {fibres:.3g} mm2 of fibres, less than the "
+            f"load_area of {load:g} mm2; expected at most {1e-3 * yarn.linear_density.value / load:.3g} g/cm3, or a "
+            "smaller load_area",
+            "section.fibre_density",
         )
 
 

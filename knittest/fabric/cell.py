@@ -1,5 +1,6 @@
 """The periodic cell of the fabric: what determines it, and its relaxed centre-lines."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +16,11 @@ SYSTEMS = ("knit", "warp", "weft")
 
 @dataclass(frozen=True)
 class CellSpec:
-    """Inputs of the relaxation: spacings, lengths and diameters [mm], crimps [-], bending stiffnesses [N mm^2]."""
+    """Inputs of the relaxation: spacings, lengths and diameters [mm], crimps [-], bending stiffnesses [N mm^2].
+
+    ``warp`` and ``weft`` are width and height [mm] of inlays whose section is an ellipse that lies flat, None where it
+    is the circle of ``diameter``.
+    """
 
     wale: float
     course: float
@@ -27,6 +32,8 @@ class CellSpec:
     bending_warp: float
     bending_weft: float
     bending_knit: float
+    warp: tuple[float, float] | None = None
+    weft: tuple[float, float] | None = None
 
     @classmethod
     def of(cls, fabric: Fabric) -> "CellSpec":
@@ -43,12 +50,27 @@ class CellSpec:
             bending_warp=yarn.bending_stiffness_n_mm2.warp,
             bending_weft=yarn.bending_stiffness_n_mm2.weft,
             bending_knit=knit.bending_stiffness_n_mm2,
+            warp=None if yarn.section is None else yarn.ellipse_mm(yarn.section, "warp"),
+            weft=None if yarn.section is None else yarn.ellipse_mm(yarn.section, "weft"),
         )
 
     @property
+    def half_axes(self) -> dict[str, tuple[float, float]]:
+        """Half width and half height [mm] of each yarn system, equal for circles."""
+        circle = (self.diameter, self.diameter)
+        sizes = {"knit": (self.knit_diameter, self.knit_diameter), "warp": self.warp or circle}
+        sizes["weft"] = self.weft or circle
+        return {system: (0.5 * width, 0.5 * height) for system, (width, height) in sizes.items()}
+
+    @property
     def radius(self) -> dict[str, float]:
-        """Radius [mm] of each yarn system."""
-        return {"knit": 0.5 * self.knit_diameter, "warp": 0.5 * self.diameter, "weft": 0.5 * self.diameter}
+        """Radius [mm] of each yarn system, of ellipses that of the circle of their area."""
+        return {s: a if a == b else math.sqrt(a * b) for s, (a, b) in self.half_axes.items()}
+
+    @property
+    def height(self) -> float:
+        """Mean height [mm] of the inlays."""
+        return self.half_axes["warp"][1] + self.half_axes["weft"][1]
 
     @property
     def periods(self) -> dict[str, Array]:
@@ -88,7 +110,7 @@ class Cell:
     @property
     def faces(self) -> tuple[float, float]:
         """Lowest and highest yarn surface [mm]."""
-        curves = [(getattr(self, s)[:, 2], self.spec.radius[s]) for s in SYSTEMS]
+        curves = [(getattr(self, s)[:, 2], self.spec.half_axes[s][1]) for s in SYSTEMS]
         return float(min(z.min() - r for z, r in curves)), float(max(z.max() + r for z, r in curves))
 
     @property

@@ -23,6 +23,7 @@ SOURCES = (
     "fabric/relax.py",
     "fabric/topology.py",
     "kernels/relaxation.py",
+    "kernels/section.py",
 )
 NUMBERS = ("deepest", "worst", "residual", "iterations")
 DIGITS = 24

@@ -1,6 +1,8 @@
 """Relaxes one periodic cell (one loop, one warp, one weft) to a shape without penetration; cached by its inputs."""
 
 from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +32,8 @@ PENETRATION, LENGTH_ERROR = 5e-3, 1e-3
 _held: dict[CellSpec, Cell] = {}
 #: a loop drawn this much longer than its yarn cannot be relaxed
 LOCKED = 0.05
+#: sections are tried smaller by these shares where the loop locks on them
+SMALLER = (0.97, 0.94, 0.9, 0.85, 0.8, 0.7)
 #: the list of pairs holds while nodes move by less than half of this [mm]
 SKIN = 0.25
 
@@ -55,6 +59,22 @@ def relax_cell(spec: CellSpec, finer: float = 1.0) -> Cell:
     Raises :class:`InputError` when the loop is too short for its yarns or too long for its cell,
     :class:`NumericalError` when it does not come to rest or yarns passed through each other.
     """
+    try:
+        return _relaxed(spec, finer)
+    except Locked as locked:
+        raise InputError(_too_short(spec, locked)) from None
+
+
+class Locked(Exception):
+    """A loop too short for its yarns, by the ``penetration`` [-] over a radius that is left."""
+
+    def __init__(self, penetration: float) -> None:
+        super().__init__()
+        self.penetration = penetration
+
+
+def _relaxed(spec: CellSpec, finer: float) -> Cell:
+    """Relaxed cell; raises :class:`Locked`."""
     state = _Relaxation(spec, finer)
     for share in RADIUS_STEPS:
         state.settle(PENALTY, ON_THE_WAY, BRIEF, share)
@@ -82,7 +102,7 @@ class _Relaxation:
         """Relax with ``share`` of the radii until forces are below ``tolerance`` [N] or the ``budget`` is spent."""
         from knittest.kernels.relaxation import periodic_pairs, relax
 
-        yarns = self.yarns._replace(radius=share * self.yarns.radius)
+        yarns = self.yarns._replace(radius=share * self.yarns.radius, half_width=share * self.yarns.half_width)
         self.residual = np.inf
         while budget > 0 and self.residual >= tolerance:
             count = periodic_pairs(self.x, yarns, SKIN, self.pairs)
@@ -104,7 +124,7 @@ class _Relaxation:
             self.yarns = with_loop_length(self.yarns, rest)
             self.settle(PENALTY, ON_THE_WAY, BRIEF)
             if self._loop_length() > (1.0 + LOCKED) * rest:
-                raise self._too_short()
+                raise Locked(self.deepest)
 
     def firm_up(self) -> None:
         """Come to rest with ever stiffer contact; a shorter rest length makes up for the stretch of a tight loop."""
@@ -116,7 +136,7 @@ class _Relaxation:
                 return
             self.yarns = with_loop_length(self.yarns, self.yarns.total[0] / (1.0 + stretch))
         if self.deepest > PENETRATION or stretch > LENGTH_ERROR:
-            raise self._too_short()
+            raise Locked(self.deepest)
         raise NumericalError(f"the loop does not come to rest: {self.residual:.2g} N are left, expected {AT_REST:g} N")
 
     def cell(self) -> Cell:
@@ -131,11 +151,30 @@ class _Relaxation:
         knit = self.x[: self.cuts[0]]
         return polyline_length(np.vstack([knit, knit[:1] + self.spec.periods["knit"]]))
 
-    def _too_short(self) -> InputError:
-        spec = self.spec
-        return InputError(
-            f"fabric.loop_length = {spec.loop_length:g} mm is too short for {spec.wale:.3f} x {spec.course:.3f} mm "
-            f"spacing with {spec.diameter:g} mm warp and weft and {spec.knit_diameter:g} mm knitting yarn: "
-            f"the yarns lock (penetration {100.0 * self.deepest:.1f} % of the radius); expected a longer loop "
-            "or thinner yarns"
+
+def _too_short(spec: CellSpec, locked: Locked) -> str:
+    """Message on a loop that locks, with what would do."""
+    inlays = f"{spec.diameter:g} mm warp and weft"
+    if spec.warp is not None and spec.weft is not None:
+        sizes = (
+            f"{width:.3g} x {height:.3g} mm {s}" for s, (width, height) in (("warp", spec.warp), ("weft", spec.weft))
         )
+        inlays = " and ".join(sizes)
+    return (
+        f"fabric.loop_length = {spec.loop_length:g} mm is too short for {spec.wale:.3f} x {spec.course:.3f} mm "
+        f"spacing with {inlays} and {spec.knit_diameter:g} mm knitting yarn: "
+        f"the yarns lock (penetration {100.0 * locked.penetration:.1f} % of the radius); expected a longer loop "
+        f"or thinner yarns{_denser(spec)}"
+    )
+
+
+def _denser(spec: CellSpec) -> str:
+    """Advice on the packing of elliptic inlays: how much denser they relax."""
+    if spec.warp is None or spec.weft is None:
+        return ""
+    for share in SMALLER:
+        warp, weft = ((share * width, share * height) for width, height in (spec.warp, spec.weft))
+        with suppress(Locked, InputError, NumericalError):
+            _relaxed(replace(spec, warp=warp, weft=weft), 1.0)
+            return f": fabric.reinforcing.section.packing {share**-2:.3g} times as large would do"
+    return f": also {SMALLER[-1] ** -2:.3g} times the fabric.reinforcing.section.packing locks"

@@ -41,7 +41,7 @@ def start_curves(spec: CellSpec, finer: float = 1.0) -> list[Array]:
 
     The waves are in phase: the warp is furthest back where the weft crosses, the weft furthest forward over the warp.
     """
-    loop = start_loop(spec.wale, spec.course, spec.loop_length, 0.5 * (spec.diameter + spec.knit_diameter))
+    loop = start_loop(spec.wale, spec.course, spec.loop_length, 0.5 * (spec.height + spec.knit_diameter))
     knit = _resample(loop.points(np.linspace(0.0, 2.0 * np.pi, 2001)), round(finer * LOOP_NODES))
     nodes = round(finer * WAVE_NODES)
     turn = 2.0 * np.pi * (np.arange(nodes) / nodes - 0.5)
@@ -49,7 +49,7 @@ def start_curves(spec: CellSpec, finer: float = 1.0) -> list[Array]:
     back = -wave_amplitude(spec.crimp_warp, spec.course) * np.cos(turn)
     warp = np.column_stack([0.5 * spec.wale * side, spec.course * turn / (2.0 * np.pi) + loop.weft, back])
     forth = -wave_amplitude(spec.crimp_weft, spec.wale) * np.cos(turn)
-    weft = np.column_stack([spec.wale * turn / (2.0 * np.pi), loop.weft * side, spec.diameter + forth])
+    weft = np.column_stack([spec.wale * turn / (2.0 * np.pi), loop.weft * side, spec.height + forth])
     return [knit, warp, weft]
 
 
@@ -65,7 +65,7 @@ def yarn_arrays(spec: CellSpec, curves: list[Array]) -> "Yarns":
     place = np.arange(counts.sum()) - first[chain]
     shift = np.array([spec.periods[s] for s in SYSTEMS])
     total = np.array([polyline_length(np.vstack([c, c[:1] + s])) for c, s in zip(curves, shift, strict=True)])
-    diameter = np.array([2.0 * spec.radius[s] for s in SYSTEMS])
+    half = np.array([spec.half_axes[s] for s in SYSTEMS])
     yarns = Yarns(
         after=first[chain] + (place + 1) % counts[chain],
         before=first[chain] + (place - 1) % counts[chain],
@@ -78,8 +78,9 @@ def yarn_arrays(spec: CellSpec, curves: list[Array]) -> "Yarns":
         total=total,
         stretching=np.full(3, STRETCHING),
         bending=np.array([spec.bending_knit, spec.bending_warp, spec.bending_weft]),
-        radius=0.5 * diameter,
-        exclude=EXCLUDE * (0.5 * np.pi * diameter + MARGIN),
+        radius=half[:, 1],
+        half_width=half[:, 0],
+        exclude=EXCLUDE * (np.pi * half[:, 0] + MARGIN),
         period=np.array([[1, 0], [0, 1], [1, 0]]),
         spacing=np.array([spec.wale, spec.course]),
     )

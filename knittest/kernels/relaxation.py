@@ -13,7 +13,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from knittest.kernels.options import ALLOCATING, INLINE, KERNEL
-from knittest.kernels.vec import add, combine, dot, scale, sub
+from knittest.kernels.section import support, turned_normal
+from knittest.kernels.vec import add, combine, cross, dot, scale, sub
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -26,6 +27,9 @@ MIX, MIX_DECAY, GROW, CUT, PATIENCE = 0.1, 0.99, 1.1, 0.5, 5
 FIRST_STEP, LARGEST_STEP, SMALLEST_STEP = 0.1, 1.0, 0.002
 #: contacts that a node feels at once, in its pseudo-mass
 CONTACTS = 4.0
+#: steps that turn the normal of two ellipses, how often each may be halved, the distance [mm] from the normal at which
+#: they end, and sin^2 of the angle from which on tangents fix it
+TURNS, HALVINGS, TOUCHED, CROSSED = 30, 6, 1e-9, 1e-6
 #: a node moves at most this far along an axis in one iteration [mm]
 LARGEST_MOVE = 0.01
 
@@ -36,7 +40,9 @@ class Yarns(NamedTuple):
     Of each node: ``chain`` (n,), ``arc`` (n,) [mm] rest arc length of the middle of segment i, ``rest`` (n, 3) [mm]
     rest value of x[before] - 2 x + x[after]. Of each chain: rest ``length`` of a segment and of the ``total`` period
     [mm], stretching EA [N], bending EI [N mm^2], ``radius`` [mm], ``exclude`` [mm] arc along which it does not touch
-    itself, ``period`` (n_chains, 2) cells between its ends. ``spacing`` (2,) [mm] of the cells along x and y.
+    itself, ``period`` (n_chains, 2) cells between its ends; ``half_width`` [mm] of elliptic sections that lie flat in
+    the plane of the fabric, ``radius`` their half height; equal for circles. ``spacing`` (2,) [mm] of the cells along x
+    and y.
     """
 
     after: Index
@@ -51,6 +57,7 @@ class Yarns(NamedTuple):
     stretching: Array
     bending: Array
     radius: Array
+    half_width: Array
     exclude: Array
     period: Index
     spacing: Array
@@ -101,6 +108,19 @@ def _excluded(yarns, i, j, a, b):
     return abs(yarns.arc[j] + turns * yarns.total[c] - yarns.arc[i]) < yarns.exclude[c]
 
 
+@njit(**INLINE)
+def _bound(yarns, c):
+    """Radius of the circle around the section of chain ``c`` [mm]."""
+    return max(yarns.radius[c], yarns.half_width[c])
+
+
+@njit(**INLINE)
+def _section(yarns, c):
+    """Section of chain ``c``, upright across the fabric, as :mod:`knittest.kernels.section` takes it."""
+    square = yarns.half_width[c] * yarns.half_width[c]
+    return (0.0, 0.0, 1.0), square, yarns.radius[c] * yarns.radius[c] - square
+
+
 @njit(**KERNEL)
 def periodic_pairs(x, yarns, skin, pairs):
     """Fill ``pairs`` with segments that may touch, rows (i, j, image x, image y).
@@ -112,7 +132,7 @@ def periodic_pairs(x, yarns, skin, pairs):
         u = _chord(x, yarns, i)
         for j in range(i, n):
             v = _chord(x, yarns, j)
-            reach = yarns.radius[yarns.chain[i]] + yarns.radius[yarns.chain[j]] + skin
+            reach = _bound(yarns, yarns.chain[i]) + _bound(yarns, yarns.chain[j]) + skin
             reach += 0.5 * (sqrt(dot(u, u)) + sqrt(dot(v, v)))
             between = sub(add(_row(x, j), scale(0.5, v)), add(_row(x, i), scale(0.5, u)))
             for a in range(-IMAGES, IMAGES + 1):
@@ -146,9 +166,70 @@ def yarn_forces(x, yarns, force):
         _push(force, j, -stiff, bend)
 
 
+@njit(**INLINE)
+def _across(n, u):
+    """Unit vector along the part of ``n`` across ``u``."""
+    rest = combine(1.0, n, -dot(n, u) / dot(u, u), u)
+    return scale(1.0 / max(sqrt(dot(rest, rest)), 1e-9), rest)
+
+
+@njit(**INLINE)
+def _apart(r, u, v, first, second, n):
+    """Distance [mm] of two straight yarns along the unit vector ``n``; that of their surfaces is the largest."""
+    nearest = dot(n, r) + min(dot(n, u), 0.0) - max(dot(n, v), 0.0)
+    return nearest - support(first, n)[0] - support(second, n)[0]
+
+
+@njit(**INLINE)
+def _next_normal(n, g, inside, on, u, v, first, second):
+    """Normal after ``n`` for the shifted offset ``g`` (3) [mm]; nearest points ``inside`` a segment and ``on`` the
+    other fix it across them, both together wholly.
+    """
+    uv = cross(u, v)
+    if inside and on and dot(uv, uv) > CROSSED * dot(u, u) * dot(v, v):
+        return scale(1.0 / max(sqrt(dot(g, g)), 1e-9), g)
+    n = _across(n, u) if inside else n
+    n = _across(n, v) if on else n
+    return turned_normal(n, g, first, second)
+
+
+@njit(**KERNEL)
+def touch(r, u, v, first, second, enough):
+    """Nearest places of two straight yarns P + s u and Q + t v of elliptic sections, r = P - Q.
+
+    Returns s, t in [0, 1], the unit normal (3) from the second to the first, and their depth in each other [mm].
+    Newton steps of the normal, halved until the distance along it grows, end within :data:`TOUCHED`, or where it is
+    more than ``enough`` [mm].
+    """
+    s, t = segment_closest(r, u, v)
+    g = add(r, combine(s, u, -t, v))
+    n = scale(1.0 / max(sqrt(dot(g, g)), 1e-9), g)
+    best = _apart(r, u, v, first, second, n)
+    for _ in range(TURNS if best <= enough else 0):
+        moved = sub(r, add(support(first, n)[1], support(second, n)[1]))
+        s, t = segment_closest(moved, u, v)
+        g = add(moved, combine(s, u, -t, v))
+        rest = combine(1.0, g, -dot(n, g), n)
+        if best > enough or dot(rest, rest) < TOUCHED * TOUCHED:
+            break
+        turned = _next_normal(n, g, 0.0 < s < 1.0, 0.0 < t < 1.0, u, v, first, second)
+        apart = _apart(r, u, v, first, second, turned)
+        for _ in range(HALVINGS):
+            if apart >= best - TOUCHED * TOUCHED:
+                break
+            half = add(n, turned)
+            turned = scale(1.0 / max(sqrt(dot(half, half)), 1e-9), half)
+            apart = _apart(r, u, v, first, second, turned)
+        n, best = turned, apart
+    return s, t, n, -best
+
+
 @njit(**KERNEL)
 def contact_forces(x, yarns, pairs, count, penalty, force):
-    """Adds penalty forces [N]; returns the largest penetration over the smaller radius."""
+    """Adds penalty forces [N]; returns the largest penetration over the smaller radius (of ellipses half height).
+
+    The force of ellipses is along their normal, at which their distance is stationary (envelope theorem).
+    """
     deepest = 0.0
     for m in range(count):
         i, j = pairs[m, 0], pairs[m, 1]
@@ -158,8 +239,15 @@ def contact_forces(x, yarns, pairs, count, penalty, force):
         s, t = segment_closest(r, u, v)
         g = add(r, combine(s, u, -t, v))
         gap = sqrt(dot(g, g))
-        ri, rj = yarns.radius[yarns.chain[i]], yarns.radius[yarns.chain[j]]
-        depth = ri + rj - gap
+        c, d = yarns.chain[i], yarns.chain[j]
+        ri, rj = yarns.radius[c], yarns.radius[d]
+        if yarns.half_width[c] == ri and yarns.half_width[d] == rj:
+            depth = ri + rj - gap
+        elif gap < _bound(yarns, c) + _bound(yarns, d):
+            s, t, g, depth = touch(r, u, v, _section(yarns, c), _section(yarns, d), 0.0)
+            gap = 1.0
+        else:
+            continue
         if depth <= 0.0 or gap < 1e-9:
             continue
         deepest = max(deepest, depth / min(ri, rj))

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from knittest.base.errors import InputError
 from knittest.config.run import Run
 from knittest.fabric.strip import YarnPath
 from knittest.fabric.variability import YarnDraws
@@ -29,6 +30,10 @@ def build_meso(
     A test that pulls no yarn may keep a share of the axial stiffness only: the time step grows. Without ``rubbing``
     yarns touch free of friction.
     """
+    if run.fabric.reinforcing.section is not None:
+        raise InputError(
+            "fabric.reinforcing.section: runs of yarns touch as circles; expected none, or only `knittest fabric`"
+        )
     cards = sections(run.fabric, axial_share)
     rows = 1 + max((p.index for p in paths if p.system == "knit"), default=0)
     chains = [

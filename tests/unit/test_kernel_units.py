@@ -24,6 +24,7 @@ IN_KERNEL = {
     "kg": (1000.0, "g"),
     "tex": (1.0 / 1e6, "g_per_mm"),  # g over a kilometre
     "g/m2": (1.0 / 1000.0**2, "g_per_mm2"),
+    "g/cm3": (1e-3, "g_per_mm3"),
     "GPa": (1000.0, "mpa"),
     "MPa": (1.0, "mpa"),
     "N": (1.0, "n"),
