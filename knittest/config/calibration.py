@@ -1,10 +1,11 @@
 """A calibration: parameters, tests and what these must come to, as ``knittest calibrate`` reads it."""
 
-from typing import Annotated, Any, Literal, Self
+from typing import Any, Literal, Self
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import Field, model_validator
 
 from knittest.config.base import BoundsError, Strict, number
+from knittest.config.chosen import Chosen
 from knittest.config.fabric import Direction
 from knittest.config.kind_name import TestName
 from knittest.config.parsing import parse_as
@@ -15,17 +16,9 @@ from knittest.config.yaml_loader import Document
 Method = Literal["auto", "root", "least-squares", "differential-evolution", "optuna"]
 
 
-def _named(value: object) -> Any:
-    return str(value) if isinstance(value, int) and not isinstance(value, bool) else value
-
-
-class Base(Strict):
+class Base(Chosen):
     """The fabric that is calibrated, and what all tests share."""
 
-    variant: Annotated[str | None, BeforeValidator(_named)] = Field(
-        None, description="shipped fabric: 1, 2, or a name of configs/NAME.yaml"
-    )
-    fabric: str | None = Field(None, description="fabric file, seen from the folder of this file")
     parameters: str | None = Field(None, description="parameter set of the fabric")
     scale: Scale | None = Field(None, description="macro or meso")
     preset: Preset | None = Field(None, description="quick, standard, paper")

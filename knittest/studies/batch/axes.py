@@ -10,7 +10,7 @@ from knittest.base.errors import InputError
 from knittest.config.settings import Setting
 from knittest.config.sweep import Range, Sweep
 from knittest.config.yaml_loader import Document, KeyPath, dotted
-from knittest.studies.batch.draws import drawn
+from knittest.studies.trials.draws import drawn
 
 #: what of ``base`` and ``ensemble`` is a field of the run
 FIELDS: dict[tuple[str, str], KeyPath] = {

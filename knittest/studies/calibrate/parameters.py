@@ -8,14 +8,12 @@ import numpy as np
 from knittest.base.errors import InputError
 from knittest.config import calibration as file
 from knittest.config.base import Quantity
-from knittest.config.fields import all_paths, place
-from knittest.config.messages import unknown
+from knittest.config.fields import place
+from knittest.config.number_path import number_path
 from knittest.config.run import Run
 from knittest.config.settings import Setting
 from knittest.config.yaml_loader import Document, KeyPath, dotted
-
-#: digits of a value that is tried: enough for any use, few enough that a trial is found again
-DIGITS = 8
+from knittest.studies.trials.draws import tried
 
 
 @dataclass(frozen=True)
@@ -40,7 +38,7 @@ class Parameter:
         """The value at ``position``, 0 at ``low`` and 1 at ``high``."""
         p = min(max(float(position), 0.0), 1.0)
         found = self.low * (self.high / self.low) ** p if self.log else self.low + p * (self.high - self.low)
-        return float(f"{min(max(found, self.low), self.high):.{DIGITS}g}")
+        return tried(found, self.low, self.high)
 
     def position(self, value: float) -> float:
         """The inverse of :meth:`value`."""
@@ -63,7 +61,7 @@ def parameters_of(calibration: file.Calibration, document: Document, runs: Seque
     for name, one in calibration.parameters.items():
         where = document.where(("parameters", name))
         names = [name, *one.also]
-        paths = tuple(_path(n, where, kinds) for n in names)
+        paths = tuple(number_path(n, where, kinds) for n in names)
         for path in paths:
             if path in said:
                 raise InputError(f"{where}: {dotted(path)}: given twice, first at {said[path]}: give it once")
@@ -74,26 +72,6 @@ def parameters_of(calibration: file.Calibration, document: Document, runs: Seque
         start = _start(one, current(paths[0], runs))
         found.append(Parameter(paths, first.unit if first else "", one.low, one.high, start, log, prior, where))
     return found
-
-
-def _path(name: str, where: str, kinds: Sequence[str]) -> KeyPath:
-    """The key path of ``name``, a number of the fabric or the rig of one of ``kinds``."""
-    path: KeyPath = tuple(name.split("."))
-    if path[0] not in ("fabric", "rig"):
-        raise InputError(f"{where}: {name}: expected a field of the fabric or the rig, such as {_example(name, kinds)}")
-    field = next((f for f in (place(path, kind) for kind in kinds) if f is not None), None)
-    if field is None:
-        known = sorted({p for kind in kinds for p in all_paths(kind) if p.split(".")[0] == path[0]})
-        raise InputError(f"{where}: {name}: {unknown(name, known) if known else 'unknown field'}")
-    if field.model is not None and not field.is_quantity:
-        raise InputError(f"{where}: {name}: expected a number, this is a group of {', '.join(field.names)}")
-    return path
-
-
-def _example(name: str, kinds: Sequence[str]) -> str:
-    last = name.split(".")[-1]
-    known = (p for kind in kinds for p in all_paths(kind) if p.split(".")[0] in ("fabric", "rig"))
-    return next((p for p in known if p.split(".")[-1] == last), "fabric.macro.bending_stiffness.warp")
 
 
 def _start(one: file.Parameter, here: Quantity | float | None) -> float:

@@ -3,36 +3,14 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from knittest.base.errors import InputError
 from knittest.config import calibration as file
-from knittest.config.loading import resolve
 from knittest.config.run import Run
-from knittest.config.settings import Setting
-from knittest.config.sources import variant_path
 from knittest.config.yaml_loader import Document, dotted
 from knittest.studies.calibrate.parameters import Parameter, parameters_of
 from knittest.studies.calibrate.targets import Number, Target, targets_of
-
-
-@dataclass(frozen=True)
-class Case:
-    """One test of the fabric file ``fabric``."""
-
-    name: str
-    kind: str
-    fabric: Path
-    config: Path | None
-    settings: tuple[Setting, ...]
-    accept_limits: bool = False
-
-    def run(self, settings: Sequence[Setting] = ()) -> Run:
-        """The run with ``settings``; raises :class:`InputError` where the schema refuses them."""
-        return resolve(
-            test=self.kind, fabric=self.fabric, config=self.config, sets=[*self.settings, *settings],
-            accept_limits=self.accept_limits,
-        )  # fmt: skip
+from knittest.studies.trials.case import Case, existing, fabric_path, settings_of
 
 
 @dataclass(frozen=True)
@@ -98,55 +76,13 @@ def _check_bounds(problem: Problem) -> None:
 
 def _cases(calibration: file.Calibration, document: Document) -> list[Case]:
     folder = Path(document.source).resolve().parent
-    fabric = _fabric(calibration.base, document, folder)
+    fabric = fabric_path(calibration.base, document, ("base",))
     found = []
     for name, test in calibration.tests.items():
         at = ("tests", name)
-        config = None if test.config is None else _existing(folder / test.config, document.where((*at, "config")))
-        settings = [*_settings(calibration.base, document, ("base",)), *_settings(test, document, at)]
+        config = None if test.config is None else existing(folder / test.config, document.where((*at, "config")))
+        settings = [*settings_of(calibration.base, document, ("base",)), *settings_of(test, document, at)]
         found.append(Case(name, test.test, fabric, config, tuple(settings)))
-    return found
-
-
-def _fabric(base: file.Base, document: Document, folder: Path) -> Path:
-    where = document.where(("base",))
-    if (base.variant is None) == (base.fabric is None):
-        raise InputError(f"{where}: base: expected variant (a shipped fabric) or fabric (a file), one of them")
-    if base.fabric is not None:
-        return _existing(folder / base.fabric, document.where(("base", "fabric")))
-    try:
-        return variant_path(str(base.variant))
-    except InputError as error:
-        raise InputError(f"{document.where(('base', 'variant'))}: {error}") from None
-
-
-def _existing(path: Path, where: str) -> Path:
-    if not path.is_file():
-        raise InputError(f"{where}: no such file: {path}")
-    return path
-
-
-#: fields of ``base`` and of a test, and where in a run they belong
-_FIELDS = {
-    "parameters": ("parameters",),
-    "scale": ("model", "scale"),
-    "preset": ("model", "preset"),
-    "direction": ("rig", "direction"),
-}
-
-
-def _settings(given: file.Base | file.Test, document: Document, at: tuple[str, ...]) -> list[Setting]:
-    found = [
-        Setting(path, value, document.where((*at, name)))
-        for name, path in _FIELDS.items()
-        if (value := getattr(given, name, None)) is not None
-    ]
-    values: dict[str, Any] = given.set
-    for name, value in values.items():
-        where, path = document.where((*at, "set", name)), tuple(name.split("."))
-        if not all(path):
-            raise InputError(f"{where}: {name!r}: expected the dotted path of a field, for example rig.width")
-        found.append(Setting(path, value, where))
     return found
 
 

@@ -7,6 +7,14 @@ import numpy as np
 from knittest.base.history import Array
 from knittest.config.sweep import Distribution, Sample
 
+#: digits of a value that is tried: enough for any use, few enough that a trial is found again
+DIGITS = 8
+
+
+def tried(value: float, low: float, high: float) -> float:
+    """``value`` between ``low`` and ``high``, with as many digits as a trial has."""
+    return float(f"{min(max(value, low), high):.{DIGITS}g}")
+
 
 def drawn(sample: Sample) -> list[tuple[float | int, ...]]:
     """``sample.n`` points with a value for each of ``sample.fields``, in their order; the seed decides all."""
@@ -27,11 +35,12 @@ def _unit_points(method: str, n: int, dimensions: int, seed: int) -> Array:
 
 def _values(distribution: Distribution, unit: Array) -> Sequence[float | int]:
     """The values below which the shares ``unit`` (n,) of ``distribution`` lie."""
-    values = _quantiles(distribution, unit)
+    values = quantiles(distribution, unit)
     return [int(v) for v in np.rint(values)] if distribution.whole else [float(v) for v in values]
 
 
-def _quantiles(distribution: Distribution, unit: Array) -> Array:
+def quantiles(distribution: Distribution, unit: Array) -> Array:
+    """Quantiles of ``distribution`` at the shares ``unit``, an array of any shape, before any rounding."""
     low, high = distribution.low, distribution.high
     if distribution.kind == "normal":
         from scipy.stats import truncnorm
