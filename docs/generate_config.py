@@ -1,4 +1,4 @@
-"""Markdown of every field of every test, of sweeps and of calibrations, from their models."""
+"""Markdown of every field of every test, of sweeps, calibrations and studies of uncertainty, from their models."""
 
 from collections.abc import Iterator, Sequence
 from types import UnionType
@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from knittest.config import calibration, sweep
+from knittest.config import calibration, sweep, uncertainty
 from knittest.config.base import Quantity, field_meta
 from knittest.config.presets import PRESETS, default_scale, preset_settings
 from knittest.config.run import RUNS, Run
@@ -19,11 +19,11 @@ FIELD_HEADER = ("field", "type", "unit", "default", "bounds", "what")
 CONFIG_INTRO = """
 # Configuration
 
-Every field of a run, as `--set FIELD=VALUE`, a YAML file of `--config` or `--fabric`, a [sweep](batch.md) or a
-[calibration](calibrate.md) names it; `knittest schema` prints the same for editors. A value outside its bounds is
-refused. So is one that is not plausible, which mostly is in another unit than the one stated here. What is required
-in a group that may be left out is required where the group is given. `NAME` stands for a name or field of your choice,
-`[]` for each entry of a list.
+Every field of a run, as `--set FIELD=VALUE`, a YAML file of `--config` or `--fabric`, a [sweep](batch.md), a
+[calibration](calibrate.md) or a [study of uncertainty](uncertainty.md) names it; `knittest schema` prints the same for
+editors. A value outside its bounds is refused. So is one that is not plausible, which mostly is in another unit than
+the one stated here. What is required in a group that may be left out is required where the group is given. `NAME`
+stands for a name or field of your choice, `[]` for each entry of a list.
 """.strip()
 QUANTITIES = """
 A **quantity** is a bare number, which then counts as given by the user, or a map of these fields; bounds hold for
@@ -32,7 +32,7 @@ its `value`:
 
 
 def config_reference() -> str:
-    """Markdown of every field of every test, of sweeps and of calibrations."""
+    """Markdown of every field of every test, of sweeps, calibrations and studies of uncertainty."""
     shared = [name for name in Run.model_fields if name not in ("rig", "fabric")]
     groups = [(f"`{name}`", [(name, Run)]) for name in shared if _model_of(Run.model_fields[name].annotation)]
     alone = [(name, Run) for name in shared if not _model_of(Run.model_fields[name].annotation)]
@@ -46,6 +46,8 @@ def config_reference() -> str:
     parts += ["## Sweep file", "Of `knittest batch`; see [batch.md](batch.md).", _fields(_rows(sweep.Sweep))]
     parts += ["## Calibration file", "Of `knittest calibrate`; see [calibrate.md](calibrate.md)."]
     parts += [_fields(_rows(calibration.Calibration))]
+    parts += ["## File of uncertainty", "Of `knittest uncertainty`; see [uncertainty.md](uncertainty.md)."]
+    parts += [_fields(_rows(uncertainty.Uncertainty))]
     return "\n\n".join(filter(None, parts)) + "\n"
 
 

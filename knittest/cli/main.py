@@ -27,6 +27,7 @@ COMMANDS = {
     "batch": ("knittest.cli.batch", "Run a sweep over any fields, on this machine or a cluster."),
     "regress": ("knittest.cli.regress", "Judge Table 3 row by row, and drift against a stored baseline; for CI."),
     "calibrate": ("knittest.cli.calibrate", "Find parameters from measured results."),
+    "uncertainty": ("knittest.cli.uncertainty", "Bands and sensitivity indices from priors of what is assumed."),
     "homogenise": ("knittest.cli.homogenise", "Make a material card of the shells from tests of yarns."),
     "compare": ("knittest.cli.compare", "Compare a finished run with a curve of your own."),
     "report": ("knittest.cli.report", "Write one HTML page on runs, alone or compared."),

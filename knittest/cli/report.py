@@ -16,15 +16,21 @@ def report(runs: tuple[Path, ...], out: Path | None) -> int:
     """Write one HTML page on runs, with everything in it: it can be mailed, printed and read without a network.
 
     RUN is a run folder, or a folder that holds some, such as that of both directions; several are compared. The folder
-    of a sweep or of a calibration, alone, gets the page of that.
+    of a sweep, of a calibration or of a study of uncertainty, alone, gets the page of that.
 
     Example: knittest report runs/tensile-... runs/friction-... --out comparison.html
     """
     from knittest.report_page.page import write_reports
     from knittest.studies.batch.page import is_sweep, write_sweep_page
     from knittest.studies.calibrate.page import is_calibration, write_calibration_page
+    from knittest.studies.uncertainty.page import is_uncertainty, write_uncertainty_page
 
-    for is_one, write in ((is_sweep, write_sweep_page), (is_calibration, write_calibration_page)):
+    pages = (
+        (is_sweep, write_sweep_page),
+        (is_calibration, write_calibration_page),
+        (is_uncertainty, write_uncertainty_page),
+    )
+    for is_one, write in pages:
         if len(runs) == 1 and is_one(runs[0]):
             click.echo(str(write(runs[0], out)))
             return 0

@@ -23,6 +23,7 @@ SETUP = (
 NAMES = (
     "knittest regress", "knittest speed-study", "knittest resume", "knittest picture-frame", "knittest forming",
     "knittest check", "knittest compare", "knittest batch", "knittest calibrate", "knittest friction",
+    "knittest uncertainty",
 )  # fmt: skip
 
 #: in this order, in one folder
@@ -145,6 +146,9 @@ COMMANDS: dict[str, Do] = {
         planned="minutes; own-fabric.md's calibration is run"
     ),
     "knittest calibrate configs/calibrations/v1-warp-bending.yaml": Do(planned="minutes; own-fabric.md's is run"),
+    "knittest uncertainty configs/uncertainty/shear-order.yaml --workers 4": Do(
+        planned="CPU hours; test_uncertainty_command.py runs a small one"
+    ),
     "knittest homogenise --variant 1": Do(planned="2 CPU minutes; test_homogenise_command.py has the rest"),
     "knittest speed-study --variant 1 --preset quick --out runs/speed-study": Do(planned="10 CPU minutes"),
     "knittest speed-study --variant 2 --test friction --scale macro": Do("--preset quick --out {out}"),

@@ -32,7 +32,7 @@ def _begins(*_: object, **__: object) -> None:
 def place(tmp_path_factory):
     """A folder with what the pages take for granted: sweeps, a laboratory's files, curves, a finished run."""
     folder = tmp_path_factory.mktemp("documented")
-    for name in ("sweeps", "calibrations"):
+    for name in ("sweeps", "calibrations", "uncertainty"):
         shutil.copytree(ROOT / "configs" / name, folder / "configs" / name)
     for path in (data_dir() / "tutorial").glob("*.csv"):
         shutil.copy(path, folder)

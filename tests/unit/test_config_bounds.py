@@ -21,10 +21,17 @@ OPEN = {
          "Parameter.low", "Parameter.high", "Parameter.start", "Parameter.mean", "Parameter.sd"),
         "the field that gets the values",
     ),
-    **dict.fromkeys(("Target.value", "Target.sd"), "any result, in its unit"),
+    **dict.fromkeys(("Target.value", "Target.sd", "Statement.below", "Statement.above"), "any result, in its unit"),
+    "Wanted.at": "the results that the test has",
     **dict.fromkeys(("Sample.n", "Range.steps"), "the number of runs of the sweep, which is counted and limited"),
     "PictureFrameRig.turns": "max_angle",
 }  # fmt: skip
+
+#: entry of a mapping that takes others than bounds
+ENTRIES = {
+    "Uncertainty.fabrics": {"variant": "1"},
+    "Uncertainty.parameters": {"low": 1.0, "high": 2.0, "reason": "a reason of some length"},
+}
 
 
 def test_the_bounds_are_those_that_were_decided():
@@ -67,10 +74,9 @@ def test_multiples(field: Bounded):
 def test_lengths(field: Bounded):
     lengths = [n for n in (field.limits.get("min_length", 0) - 1, field.limits.get("max_length", -2) + 1) if n >= 0]
     mapping = "dict" in str(field.model.model_fields[field.name].annotation)
+    entry = ENTRIES.get(str(field), {"low": 1.0, "high": 2.0})
     for length in lengths:
         names = [f"a{k}" for k in range(length)]
         with pytest.raises(ValidationError) as error:
-            field.model.model_validate(
-                {field.name: {key: {"low": 1.0, "high": 2.0} for key in names} if mapping else names}
-            )
+            field.model.model_validate({field.name: dict.fromkeys(names, entry) if mapping else names})
         assert any(e["loc"] == (field.name,) and "at " in e["msg"] for e in error.value.errors())

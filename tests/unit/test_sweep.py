@@ -10,8 +10,8 @@ from knittest.base.errors import InputError
 from knittest.base.resources import PACKAGE, configs_dir
 from knittest.config.sweep import Distribution, Sample
 from knittest.config.yaml_loader import load_yaml, parse_document
-from knittest.studies.trials.draws import drawn
 from knittest.studies.batch.plan import Swept, plan_of
+from knittest.studies.trials.draws import drawn
 
 BASE = "base: {variant: 1, scale: macro, preset: quick, direction: warp}\n"
 

@@ -16,8 +16,8 @@ from knittest.report_page.pictures import picture
 from knittest.report_page.trials import Column, file_to_save, link, problems, provenance, wide
 from knittest.studies.batch.axes import axes_of
 from knittest.studies.batch.plan import Plan, Swept
-from knittest.studies.batch.table import INVALID, OPEN
-from knittest.studies.trials.record import MEANING
+from knittest.studies.batch.table import INVALID
+from knittest.studies.trials.record import MEANING, OPEN
 
 if TYPE_CHECKING:
     from pandas import DataFrame, Series

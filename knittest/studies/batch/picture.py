@@ -13,7 +13,7 @@ from knittest.base.history import Array
 from knittest.base.result_rows import LABELS, SIZED
 from knittest.config.fields import place
 from knittest.studies.batch.plan import Swept
-from knittest.studies.batch.table import OPEN
+from knittest.studies.trials.record import OPEN
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -11,7 +11,7 @@ from knittest.base.errors import InputError
 from knittest.base.result_rows import unfolded
 from knittest.base.summary import Value
 from knittest.studies.batch.plan import Plan, Row
-from knittest.studies.trials.record import Record
+from knittest.studies.trials.record import OPEN, Record
 from knittest.studies.trials.runner import TRIALS
 
 if TYPE_CHECKING:
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 #: cells of a row by the name of their column
 Cells = dict[str, object]
-#: status of a row that has no record: its input is refused, or it was not run yet
-INVALID, OPEN = "invalid", "open"
+#: status of a row whose input is refused
+INVALID = "invalid"
 
 
 def results_table(plan: Plan, rows: Sequence[Row], records: Mapping[str, Record]) -> "DataFrame":

@@ -24,6 +24,8 @@ MEANING: dict[Status, str] = {
     "crashed": "its process died",
     "blocked": "disk, memory or a folder in use",
 }
+#: status of a run that has no record yet
+OPEN = "open"
 #: the same again if tried again; all others are
 SETTLED = ("completed", "refused", "failed", "invalid", "error")
 

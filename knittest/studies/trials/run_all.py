@@ -1,6 +1,6 @@
 """Runs a list of trials with an overview: those that are finished from the ledger of the folder."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from knittest.base.interrupts import Interrupted, Interrupts
@@ -33,8 +33,12 @@ def run_shown(
     quiet: bool,
     ledger: str = LEDGER,
     options: RunOptions | None = None,
+    check: Callable[[Record], None] | None = None,
 ) -> dict[str, Record]:
-    """Run ``trials`` as :class:`TrialRunner` does, with an overview unless ``quiet``; records by key."""
+    """Run ``trials`` as :class:`TrialRunner` does, with an overview unless ``quiet``; records by key.
+
+    ``check`` hears of every record as it comes, and ends the study by raising.
+    """
     by_key = {trial.key: trial for trial in trials}
     records: dict[str, Record] = {}
     with (
@@ -45,6 +49,8 @@ def run_shown(
         view.begin(len(known))
         for record in runner.run(trials):
             records[record.key] = record
+            if check is not None:
+                check(record)
             if record.key not in known:
                 view.ended(by_key[record.key], record)
     return records

@@ -1,0 +1,116 @@
+"""Command ``knittest uncertainty``: pose the problem, run the design or what is left of it, judge, write."""
+
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from knittest.base.atomic import write_atomic
+from knittest.base.errors import InputError, NumericalError
+from knittest.base.interrupts import Interrupts
+from knittest.config.uncertainty import Uncertainty as Study
+from knittest.config.uncertainty import parse_uncertainty
+from knittest.config.yaml_loader import Document, load_yaml
+from knittest.export.folder import slug
+from knittest.export.jsonfile import json_text
+from knittest.report_page.page import FILE, write_if_possible
+from knittest.studies.trials.ledger import read_ledgers
+from knittest.studies.trials.pool import LocalPool
+from knittest.studies.trials.record import Record
+from knittest.studies.trials.run_all import run_shown
+from knittest.studies.trials.study import says_how_to_go_on, study_folder
+from knittest.studies.uncertainty.outcome import outcome_of
+from knittest.studies.uncertainty.page import COPY, RESULT, write_uncertainty_page
+from knittest.studies.uncertainty.picture import pictures
+from knittest.studies.uncertainty.problem import Problem, problem_of
+from knittest.studies.uncertainty.runs import Planned, check_first, numbers_of, planned
+from knittest.studies.uncertainty.table import TABLE, write_table
+from knittest.studies.uncertainty.told import report_lines
+from knittest.studies.uncertainty.written import Uncertainty
+
+#: fields that may change between two calls in one folder: the runs are the same
+FREE = ("workers", "time_limit", "quantities", "statements")
+
+
+@dataclass(frozen=True)
+class UncertaintyOptions:
+    """Place of a study and what it reports; ``workers`` goes before that of the file."""
+
+    out: Path | None = None
+    workers: int | None = None
+    quiet: bool = False
+    accept_limits: bool = False
+
+
+def uncertainty_command(path: Path, options: UncertaintyOptions) -> int:
+    """Run the study in the file ``path``, or what is left of it; returns the exit code, 3 where runs have no result.
+
+    Raises :class:`InputError` before anything runs.
+    """
+    document = load_yaml(path)
+    problem = problem_of(document, options.accept_limits)
+    folder = options.out or Path("runs") / f"uncertainty-{slug(path.stem)}"
+    _check_unchanged(document, problem.study, folder / COPY)
+    runs = planned(problem)
+    pool = LocalPool(options.workers or problem.study.workers, 1)
+    study_folder(folder, COPY, path.read_bytes(), "study of uncertainty")
+    with says_how_to_go_on(), Interrupts() as interrupts, interrupts.deciding():
+        try:
+            trials, limit = [one.trial for one in runs if one.trial], problem.study.time_limit
+            check = partial(check_first, problem)
+            run_shown(trials, folder, pool, limit=limit, quiet=options.quiet, check=check)
+        except BaseException:
+            with suppress(Exception):  # the first error is the one to report
+                _write(problem, runs, folder)
+            raise
+        found = _write(problem, runs, folder)
+    if not options.quiet:
+        for line in [*report_lines(found), f"table, pictures and page: {folder / TABLE}, *.png, {FILE}"]:
+            print(line)
+    return NumericalError.exit_code if found.lost else 0
+
+
+def _check_unchanged(document: Document, study: Study, before: Path) -> None:
+    """Raise :class:`InputError` where ``before``, the file that a folder went by till now, is of another study."""
+    if before.is_file() and (changed := _changed(study, before)):
+        raise InputError(
+            f"{document.source}: {changed} is not what {before} has: a design is one of all its runs; choose a new "
+            "folder by --out, or take the change back"
+        )
+
+
+def _changed(study: Study, before: Path) -> str:
+    """First field that differs from the study in the file ``before``; empty where none does.
+
+    More samples are no change: the first points of the sequence stay the same.
+    """
+    try:
+        old = parse_uncertainty(load_yaml(before))
+    except InputError:
+        return "the whole file"
+    now, then = _design_of(study), _design_of(old)
+    for name in Study.model_fields:
+        new, was = now[name], then[name]
+        more = name == "samples" and new > was
+        if name not in FREE and not more and new != was:
+            return name
+    return ""
+
+
+def _design_of(study: Study) -> dict[str, Any]:
+    """Fields of ``study`` without what only tells a reader why."""
+    return study.model_dump(exclude={"parameters": {"__all__": {"reason"}}})
+
+
+def _write(problem: Problem, runs: Sequence[Planned], folder: Path) -> Uncertainty:
+    """Table, result, pictures and page of all that is known."""
+    records: Mapping[str, Record] = read_ledgers(folder, lambda text: None)
+    numbers = numbers_of(problem, runs, records)
+    write_table(problem, runs, records, numbers, folder)
+    found = outcome_of(problem, runs, records, numbers)
+    write_atomic(folder / RESULT, json_text(found.model_dump()))
+    pictures(found, folder)
+    write_if_possible(folder, write_uncertainty_page)
+    return found

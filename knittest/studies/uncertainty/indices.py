@@ -1,0 +1,121 @@
+"""Sobol' indices and bands of quantities over the design, with intervals by resampling its rows.
+
+Estimators of first order and total: Saltelli et al. (2010), Table 2, (b) and (f), by ``scipy.stats.sobol_indices``.
+Its own bootstrap takes no seed in all versions, so the rows are resampled here.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from knittest.base.history import Array
+
+#: resamples, and the share [%] of them that an interval holds
+RESAMPLES, LEVEL = 999, 95.0
+#: percentiles of a band
+BAND = (5.0, 50.0, 95.0)
+#: a quantity whose sd is smaller than this share of its mean does not change: what is left is rounding
+CONSTANT = 1e-9
+#: fewer rows give no indices, fewer points no band: the outer twentieth would be no point at all
+LEAST_ROWS, LEAST_POINTS = 16, 20
+
+
+@dataclass(frozen=True)
+class Indices:
+    """First-order and total indices (d,), and the lower and upper ends of their intervals (2, d)."""
+
+    first: Array
+    first_interval: Array
+    total: Array
+    total_interval: Array
+
+
+def indices(values: Array, seed: int) -> Indices:
+    """Indices of a quantity with ``values`` (d + 2, n) over the design, all finite; raises ``ValueError`` if not."""
+    if not np.isfinite(values).all():
+        raise ValueError("not every row of the design has a number")
+    dice = np.random.default_rng(seed)
+    n = values.shape[1]
+    drawn = np.array([_indices(values[:, dice.integers(0, n, n)]) for _ in range(RESAMPLES)])  # (resamples, 2, d)
+    low, high = np.percentile(drawn, _ends(), axis=0)
+    first, total = _indices(values)
+    return Indices(first, np.array([low[0], high[0]]), total, np.array([low[1], high[1]]))
+
+
+def _indices(values: Array) -> Array:
+    """First-order and total indices (2, d) of ``values`` (d + 2, n)."""
+    from scipy.stats import sobol_indices
+
+    given: dict[Literal["f_A", "f_B", "f_AB"], Array] = {
+        "f_A": values[:1],
+        "f_B": values[1:2],
+        "f_AB": values[2:, None, :],
+    }
+    found = sobol_indices(func=given, n=values.shape[1])
+    return np.array([found.first_order, found.total_order]).reshape(2, -1)
+
+
+def varies(values: Array) -> bool:
+    """Tell whether ``values``, NaN where there is none, differ by more than rounding."""
+    found = values[np.isfinite(values)]
+    return bool(len(found) and np.std(found) > CONSTANT * np.abs(found).max())
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Percentiles :data:`BAND` (3,) of the ``count`` numbers that there are, and the ends of their intervals (2, 3)."""
+
+    count: int
+    band: Array
+    interval: Array
+
+
+def spread(values: Array, seed: int) -> Spread | None:
+    """Band of ``values`` (2, n), those of A and B, NaN where there is none; None where too few have a number."""
+    count = int(np.isfinite(values).sum())
+    if count < LEAST_POINTS:
+        return None
+    drawn = np.nanpercentile(_resampled(values, seed), BAND, axis=1)  # (3, resamples)
+    return Spread(count, np.nanpercentile(values, BAND), np.percentile(drawn, _ends(), axis=1))
+
+
+def _resampled(values: Array, seed: int) -> Array:
+    """Resamples (resamples, points) of the rows of ``values`` (2, n) that have a number at all."""
+    rows = values[:, np.isfinite(values).any(axis=0)]
+    n = rows.shape[1]
+    picked = rows[:, np.random.default_rng(seed).integers(0, n, (RESAMPLES, n))]
+    return picked.transpose(1, 0, 2).reshape(RESAMPLES, -1)
+
+
+@dataclass(frozen=True)
+class Share:
+    """Share of the prior that a statement holds for: ``holds`` of ``count`` points of the ``total`` of A and B."""
+
+    holds: int
+    count: int
+    total: int
+    interval: tuple[float, float] | None
+
+    @property
+    def value(self) -> float | None:
+        """Share of the points that have a number; None without any."""
+        return self.holds / self.count if self.count else None
+
+    @property
+    def possible(self) -> tuple[float, float]:
+        """Least and largest share of all points, whatever those without a number would have given."""
+        return self.holds / self.total, (self.holds + self.total - self.count) / self.total
+
+
+def share(holds: Array, seed: int) -> Share:
+    """Share of the points (2, n) of A and B: 1 where it holds, 0 where not, NaN where there is no number."""
+    count, interval = int(np.isfinite(holds).sum()), None
+    if count >= LEAST_POINTS:
+        low, high = np.percentile(np.nanmean(_resampled(holds, seed), axis=1), _ends())
+        interval = (float(low), float(high))
+    return Share(int(np.nansum(holds)), count, holds.size, interval)
+
+
+def _ends() -> tuple[float, float]:
+    return (100.0 - LEVEL) / 2.0, (100.0 + LEVEL) / 2.0

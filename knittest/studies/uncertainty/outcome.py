@@ -1,0 +1,133 @@
+"""Outcome of a study: bands, indices and shares from the numbers that its runs gave, and what they did not give."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+import knittest
+from knittest.base.history import Array
+from knittest.export.manifest import now
+from knittest.studies.trials.record import OPEN, Record, looser_note
+from knittest.studies.trials.trial import code_digest
+from knittest.studies.uncertainty.indices import LEAST_ROWS, indices, share, spread, varies
+from knittest.studies.uncertainty.problem import Parameter, Problem
+from knittest.studies.uncertainty.runs import Planned, missing
+from knittest.studies.uncertainty.variables import Numbers, Stated, Variable
+from knittest.studies.uncertainty.written import Index, Lost, ParameterRow, StatementRow, Uncertainty, VariableRow
+
+#: half the width of the interval of an index from which it is called uncertain
+WIDE = 0.2
+
+
+def outcome_of(
+    problem: Problem, runs: Sequence[Planned], records: Mapping[str, Record], numbers: Numbers
+) -> Uncertainty:
+    """Outcome as far as runs have ended; bands and shares are of the points of A and B that gave a number."""
+    study = problem.study
+    counts = Counter(one.ended(records)[0] for one in runs)
+    lost = [row for one in runs if (row := _lost(one, problem, records, numbers))]
+    variables = [_variable_row(one, problem, one.values(numbers)) for one in problem.variables]
+    setup = next(iter(problem.cases.values())).run()
+    looser = looser_note(records[one.trial.key] for one in runs if one.trial and one.trial.key in records)
+    return Uncertainty(
+        uncertainty=problem.name, status="not finished" if counts[OPEN] else "finished",
+        test=" ".join(filter(None, (setup.rig.kind, setup.direction))),
+        setup=[setup.model.scale, f"preset {setup.model.preset}", f"parameters {setup.parameters}"],
+        fabrics={name: case.run().fabric.name for name, case in problem.cases.items()},
+        differences={name: list(values) for name, values in problem.differences.items()},
+        samples=study.samples, seed=study.seed, points=(len(problem.parameters) + 2) * study.samples,
+        runs=len(runs), runs_by_status=dict(counts), lost_share=len(lost) / len(runs),
+        warnings=[*looser, *_warnings(lost, len(runs), variables)],
+        parameters=[_parameter_row(one) for one in problem.parameters], variables=variables,
+        statements=[_statement_row(one, study.seed, one.holds(numbers)) for one in problem.statements], lost=lost,
+        version=knittest.__version__, code=code_digest(), written=now(),
+    )  # fmt: skip
+
+
+def _lost(one: Planned, problem: Problem, records: Mapping[str, Record], numbers: Numbers) -> Lost | None:
+    """The run as one without a result; None for one that gave every number."""
+    status, reason = one.ended(records)
+    gone = missing(one, numbers)
+    if status == "completed" and not gone:
+        return None
+    values = {p.name: value for p, value in zip(problem.parameters, one.values, strict=True)}
+    return Lost(
+        point=one.part * problem.study.samples + one.row + 1, fabric=one.fabric, status=status,
+        reason=reason or f"no number of {', '.join(gone)}", values=values, trial=one.trial.key if one.trial else "",
+    )  # fmt: skip
+
+
+def _parameter_row(one: Parameter) -> ParameterRow:
+    prior = one.prior
+    fields = [".".join(map(str, path)) for path in one.paths]
+    return ParameterRow(
+        fields=fields, unit=one.unit, kind=prior.kind, low=prior.low, high=prior.high, mean=prior.mean, sd=prior.sd,
+        reason=" ".join(prior.reason.split()),
+    )  # fmt: skip
+
+
+def _variable_row(one: Variable, problem: Problem, values: Array) -> VariableRow:
+    """Band and indices of ``values`` (d + 2, n)."""
+    found = spread(values[:2], problem.study.seed)
+    why = hindrance(values, one.log)
+    band = {} if found is None else {"band": found.band, "band_low": found.interval[0], "band_high": found.interval[1]}
+    return VariableRow(
+        name=one.name, quantity=one.quantity, who=one.who, ratio=one.over is not None, at=one.at, axis=one.axis,
+        unit=one.unit, log=one.log, count=int(np.isfinite(values[:2]).sum()), points=values[:2].size,
+        indices=[] if why else _index_rows(problem, np.log(values) if one.log else values), no_indices=why,
+        **{name: ends.tolist() for name, ends in band.items()},
+    )  # fmt: skip
+
+
+def hindrance(values: Array, log: bool) -> str:
+    """Reason why ``values`` (d + 2, n) have no indices; empty where they have."""
+    rows, gone = values.size, int((~np.isfinite(values)).sum())
+    if gone:
+        return f"{gone} of {rows} points of the design have no number, and what they would give is not made up"
+    if values.shape[1] < LEAST_ROWS:
+        return f"samples = {values.shape[1]}: indices take {LEAST_ROWS} at least"
+    if log and values.min() <= 0.0:
+        return "spacing: log, and some values are 0 or less"
+    return "" if varies(values) else "it does not change over the prior"
+
+
+def _index_rows(problem: Problem, values: Array) -> list[Index]:
+    found = indices(values, problem.study.seed)
+    return [
+        Index(
+            parameter=one.name, first=found.first[k], first_interval=found.first_interval[:, k].tolist(),
+            total=found.total[k], total_interval=found.total_interval[:, k].tolist(),
+        )
+        for k, one in enumerate(problem.parameters)
+    ]  # fmt: skip
+
+
+def _statement_row(one: Stated, seed: int, holds: Array) -> StatementRow:
+    found = share(holds[:2], seed)
+    return StatementRow(
+        name=one.name, text=one.text, holds=found.holds, count=found.count, points=found.total, share=found.value,
+        interval=list(found.interval or ()), possible=list(found.possible),
+    )  # fmt: skip
+
+
+def _warnings(lost: Sequence[Lost], runs: int, variables: Sequence[VariableRow]) -> list[str]:
+    found = []
+    if lost:
+        found.append(
+            f"{len(lost)} of {runs} runs ({100.0 * len(lost) / runs:.1f} %) have no result that counts: bands and "
+            "shares are of the part of the prior that ran"
+        )
+    ranked = [one for one in variables if one.indices]
+    wide = [one.name for one in ranked if any(_half_width(index) > WIDE for index in one.indices)]
+    if wide:
+        whose = "all variables" if len(wide) == len(ranked) else "; ".join(wide)
+        found.append(f"indices of {whose}: intervals of more than ± {WIDE:g}: more samples rank them more surely")
+    if few := [one.name for one in variables if not one.band]:
+        found.append(f"no band, for too few points ran: {'; '.join(few)}")
+    return found
+
+
+def _half_width(index: Index) -> float:
+    sides = [[end for end in side if end is not None] for side in (index.first_interval, index.total_interval)]
+    return max(0.5 * (high - low) for low, high in sides)

@@ -1,0 +1,195 @@
+"""The page of a study of uncertainty, from what it left in its folder."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from knittest.report_page.blocks import Block, Cell, Code, Page, Section, Table, Text
+from knittest.report_page.files import Number, Reader
+from knittest.report_page.page import target_file, write_page
+from knittest.report_page.pictures import picture
+from knittest.report_page.trials import Column, file_to_save, link, problems, provenance, wide
+from knittest.studies.trials.record import OPEN
+from knittest.studies.trials.runner import TRIALS
+from knittest.studies.uncertainty.told import index_text, share_text, short
+from knittest.studies.uncertainty.written import ParameterRow, Uncertainty, VariableRow
+
+RESULT, COPY = "uncertainty.json", "uncertainty.yaml"
+#: what the indices say
+MEANING = (
+    "First order: the share of the variance that would go if this parameter alone were known; the largest is to be "
+    "measured first. Total: the share that would be left if all others were known; near 0, it need not be measured."
+)
+NOISE = "(log): of the logarithm. Noise of single runs counts as interaction: in all total indices."
+#: rows of the table of runs without a result
+MOST_LOST = 100
+
+
+def is_uncertainty(folder: Path) -> bool:
+    """Tell whether ``folder`` is that of a study of uncertainty with a result."""
+    return (folder / RESULT).is_file()
+
+
+def write_uncertainty_page(folder: Path, out: Path | None = None) -> Path:
+    """Write the page of the study in ``folder`` into it, or to ``out``; raises as ``write_reports`` does."""
+    target = target_file([folder], out)
+    return write_page(target, uncertainty_page(folder, target.parent))
+
+
+def uncertainty_page(folder: Path, at: Path) -> Page:
+    """The page of the study in ``folder``, to lie in the folder ``at``.
+
+    What is missing or damaged is named on it and costs its own part only.
+    """
+    reader = Reader(folder)
+    found = reader.model(RESULT, Uncertainty)
+    parts = [
+        Section("statements", "Statements", _statements(found), 2),
+        Section("bands", "Bands", [*_picture(folder, "bands.png", "Medians, and 5 to 95 %"), *_bands(found)], 2),
+        Section("indices", "Hanging on", [*_picture(folder, "indices.png", "Indices"), *_indices(found)], 2),
+        Section("parameters", "Priors", _parameters(found), 2),
+        Section("fabrics", "Fabrics", _fabrics(found), 2),
+        Section("lost", "Without a result", _lost(folder, at, found), 2),
+        Section("repeat", "How to repeat it", _repeat(reader), 2),
+    ]
+    head = Section("summary", "Uncertainty", [*_ending(found), *problems(reader), _facts(found)], 2)
+    return Page(f"Uncertainty {found.uncertainty or folder.resolve().name}", found.status, [head, *parts])
+
+
+def _picture(folder: Path, name: str, caption: str) -> list[Block]:
+    if not (folder / name).is_file():
+        return [Text(f"There is no picture {name}: there was nothing to draw.")]
+    return [picture(folder / name, caption)]
+
+
+def _ending(found: Uncertainty) -> list[Block]:
+    left = found.runs_by_status.get(OPEN, 0)
+    told = f"Not finished; runs left: {left}. The same command goes on with them."
+    blocks: list[Block] = [Text(told, "warn")] if left else []
+    return [*blocks, *(Text(f"Warning: {text}.", "warn") for text in found.warnings)]
+
+
+def _facts(found: Uncertainty) -> Block:
+    states = ", ".join(f"{count} {status}" for status, count in found.runs_by_status.items())
+    share = found.lost_share
+    facts = {
+        "test": ", ".join(filter(None, (found.test, *found.setup))),
+        "design": f"{found.samples} samples of A and B, {found.points} points, seed {found.seed}",
+        "runs": f"{found.runs}" + (f" ({states})" if states else ""),
+        "without a result": "" if share is None else f"{100.0 * share:.1f} %",
+        "knittest": found.version,
+        "digest of the code": found.code,
+        "written": found.written,
+    }
+    return Table("The study", (), [(Cell(name), Cell(value)) for name, value in facts.items() if value])
+
+
+def _statements(found: Uncertainty) -> list[Block]:
+    rows = [(Cell(one.name), Cell(one.text), Cell(share_text(one), one.share)) for one in found.statements]
+    if not rows:
+        return [Text("The file states none.")]
+    return [Table("Share of the prior for which each holds, at all places at once", ("", "statement", "share"), rows)]
+
+
+def _bands(found: Uncertainty) -> list[Block]:
+    rows = [
+        (
+            Cell(one.name),
+            *(_percentile(one, k) for k in range(3)),
+            Cell(f"{one.count} of {one.points}", tone="warn" if one.count < one.points else ""),
+        )
+        for one in found.variables
+    ]
+    header = ("quantity", "5 %", "50 %", "95 %", "points")
+    told = (
+        "Small print: 95 % interval of the percentile, for the number of points. Errors of the model that no parameter "
+        "stands for are not in a band."
+    )
+    return [Table("Percentiles over the prior", header, rows, (1, 2, 3)), Text(told)]
+
+
+def _percentile(one: VariableRow, k: int) -> Cell:
+    if k >= len(one.band) or one.band[k] is None:
+        return Cell("-")
+    value = one.band[k]
+    unit = f" {one.unit}" if one.unit not in ("", "1") else ""
+    ends = [side[k] for side in (one.band_low, one.band_high) if k < len(side)]
+    note = f"{_number(ends[0])} to {_number(ends[1])}" if len(ends) == 2 else ""
+    return Cell(f"{_number(value)}{unit}", value, note=note)
+
+
+def _indices(found: Uncertainty) -> list[Block]:
+    """Indices of every variable that has some, and the reasons of the others."""
+    some = [one for one in found.variables if one.indices]
+    blocks: list[Block] = []
+    if some:
+        names = [index.parameter for index in some[0].indices]
+        naming = [Column("parameter", [Cell(short(name), note=name) for name in names])]
+        columns = [Column(one.name + (" (log)" if one.log else ""), _cells(one), numeric=True) for one in some]
+        blocks += wide("First-order indices; small print: total ones", naming, columns)
+        blocks += [Text(MEANING), Text(NOISE)]
+    for one in found.variables:
+        if one.no_indices:
+            blocks.append(Text(f"No indices of {one.name}: {one.no_indices}.", "warn"))
+    return blocks or [Text("There are no variables.")]
+
+
+def _cells(one: VariableRow) -> list[Cell]:
+    return [
+        Cell(index_text(i.first, i.first_interval), i.first, note=f"total {index_text(i.total, i.total_interval)}")
+        for i in one.indices
+    ]
+
+
+def _parameters(found: Uncertainty) -> list[Block]:
+    rows = [
+        (Cell(", ".join(one.fields)), Cell(_prior(one)), Cell(one.unit if one.unit != "1" else "-"), Cell(one.reason))
+        for one in found.parameters
+    ]
+    header = ("parameter", "prior", "unit", "reason")
+    told = "All fabrics take the same value. The parameters are drawn independently of each other."
+    return [Table("What was assumed of each parameter", header, rows), Text(told)]
+
+
+def _prior(one: ParameterRow) -> str:
+    middle = f" {_number(one.mean)} ± {_number(one.sd)}," if one.mean is not None else ""
+    return f"{one.kind}{middle} {_number(one.low)} to {_number(one.high)}"
+
+
+def _fabrics(found: Uncertainty) -> list[Block]:
+    blocks: list[Block] = [Table("Fabrics", (), [(Cell(name), Cell(of)) for name, of in found.fabrics.items()])]
+    rows = [(Cell(name), *(Cell(str(value)) for value in values)) for name, values in found.differences.items()]
+    width = len(found.fabrics)
+    whole = [row for row in rows if len(row) == width + 1]
+    if whole:
+        return [*blocks, Table("Fields in which they differ; all others are equal", ("", *found.fabrics), whole)]
+    return [*blocks, Text("They differ in nothing that the test reads." if width > 1 else "There is one fabric.")]
+
+
+def _lost(folder: Path, at: Path, found: Uncertainty) -> list[Block]:
+    if not found.lost:
+        return [Text("Every run gave a result that counts.")]
+    shown = found.lost[:MOST_LOST]
+    naming = [
+        Column("point", [Cell(str(o.point), href=link(folder, f"{TRIALS}/{o.trial}", at)) for o in shown]),
+        Column("fabric", [Cell(one.fabric) for one in shown]),
+        Column("state", [Cell(one.status, note=one.reason, tone="bad") for one in shown]),
+    ]
+    names: Sequence[str] = list(dict.fromkeys(name for one in shown for name in one.values))
+    columns = [Column(short(n), [_value(one.values.get(n)) for one in shown], numeric=True) for n in names]
+    more = f", the first {MOST_LOST}; results.csv has all" if len(found.lost) > MOST_LOST else ""
+    return wide(f"Runs without a result that counts: {len(found.lost)}{more}", naming, columns)
+
+
+def _repeat(reader: Reader) -> list[Block]:
+    blocks: list[Block] = [Code(f"knittest uncertainty {COPY}", f"Command; {COPY} is the one below")]
+    blocks += file_to_save(reader, COPY, "The study; its files are seen from its own folder")
+    folders = sorted((reader.folder / TRIALS).glob("*/manifest.json"))
+    return [*blocks, *provenance(reader.folder, [f"{TRIALS}/{path.parent.name}" for path in folders])]
+
+
+def _value(value: Number) -> Cell:
+    return Cell(_number(value), value)
+
+
+def _number(value: Number) -> str:
+    return "-" if value is None else f"{value:.4g}"

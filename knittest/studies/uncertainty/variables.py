@@ -1,0 +1,134 @@
+"""Variables of a study: a quantity of one fabric, or its ratio between two, at one place; and statements on them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from knittest.base.errors import InputError
+from knittest.base.history import Array
+from knittest.config import uncertainty as file
+from knittest.config.messages import unknown
+from knittest.config.yaml_loader import Document, shown
+
+#: numbers of all fabrics: by fabric and result, over the design, NaN where there is none
+Numbers = Mapping[str, Mapping[str, Array]]
+
+
+@dataclass(frozen=True)
+class Variable:
+    """The ``quantity`` of fabric ``of``, or of ``of`` over ``over``, at the place ``at`` of its axis, if it has one."""
+
+    quantity: str
+    of: str
+    over: str | None
+    at: float | None
+    result: str
+    unit: str
+    axis: str
+    log: bool
+
+    @property
+    def who(self) -> str:
+        """The fabric, or A/B."""
+        return self.of if self.over is None else f"{self.of}/{self.over}"
+
+    @property
+    def name(self) -> str:
+        """Name such as ``V2/V1 shear force, 20``."""
+        return f"{self.who} {self.quantity}" + ("" if self.at is None else f", {self.at:g}")
+
+    def values(self, numbers: Numbers) -> Array:
+        """Values over the design, NaN where a number is missing or a ratio has none."""
+        found = numbers[self.of][self.result]
+        if self.over is None:
+            return found
+        below = numbers[self.over][self.result]
+        return np.divide(found, below, out=np.full_like(found, np.nan), where=below != 0.0)
+
+
+@dataclass(frozen=True)
+class Stated:
+    """An inequality between variables, the same at all places of their axis."""
+
+    name: str
+    of: list[Variable]
+    below: list[Variable] | float | None
+    above: list[Variable] | float | None
+
+    @property
+    def text(self) -> str:
+        """The inequality in words, such as ``shear force of V2 below V1 at 10, 20``."""
+        first = self.of[0]
+        places = ", ".join(f"{one.at:g}" for one in self.of if one.at is not None)
+        sides = [
+            f"{word} {_told(side)}" for word, side in (("below", self.below), ("above", self.above)) if side is not None
+        ]
+        return f"{first.quantity} of {first.who} {' and '.join(sides)}" + (f" at {places}" if places else "")
+
+    def holds(self, numbers: Numbers) -> Array:
+        """1 where it holds at all places, 0 where it does not, NaN where a number is missing, over the design."""
+        values = np.array([one.values(numbers) for one in self.of])
+        ends = [(_side(self.below, numbers), 1.0), (_side(self.above, numbers), -1.0)]
+        gaps = [np.broadcast_to(sign * (end - values), values.shape) for end, sign in ends if end is not None]
+        least = np.min(gaps, axis=(0, 1))  # NaN where one is
+        return np.where(np.isfinite(least), least > 0.0, np.nan)
+
+
+def results_of(quantity: file.Wanted) -> list[str]:
+    """Names of its results in a summary, one a place."""
+    return [f"{quantity.result}.{at:g}" for at in quantity.at] or [quantity.result]
+
+
+def variables_of(study: file.Uncertainty, document: Document) -> list[Variable]:
+    """All variables: of each quantity those of the fabrics, then those of the ratios."""
+    found = []
+    for name, one in study.quantities.items():
+        where = document.where(("quantities", name, "ratios"))
+        for who in [*study.fabrics, *("/".join(pair) for pair in one.ratios)]:
+            found += _at_places(name, study, who, f"{where}: quantities.{name}.ratios")
+    return found
+
+
+def _at_places(name: str, study: file.Uncertainty, who: str, said: str) -> list[Variable]:
+    """Variables of the quantity ``name`` of ``who``, a fabric or A/B; raises :class:`InputError`, ``said`` where."""
+    of, _, over = who.partition("/")
+    for fabric in filter(None, (of, over)):
+        if fabric not in study.fabrics:
+            raise InputError(f"{said}: {shown(fabric)}: {unknown(fabric, list(study.fabrics), 'fabric')}")
+    one = study.quantities[name]
+    unit = "1" if over else one.unit
+    places: list[float | None] = [*one.at] or [None]
+    return [
+        Variable(name, of, over or None, at, result, unit, one.axis, one.spacing == "log")
+        for at, result in zip(places, results_of(one), strict=True)
+    ]
+
+
+def statements_of(study: file.Uncertainty, document: Document) -> list[Stated]:
+    """All statements; raises :class:`InputError` for an unknown quantity or fabric."""
+    found = []
+    for name, one in study.statements.items():
+        said = f"{document.where(('statements', name))}: statements.{name}"
+        if one.quantity not in study.quantities:
+            known = unknown(one.quantity, list(study.quantities), "quantity")
+            raise InputError(f"{said}.quantity = {shown(one.quantity)}: {known}")
+        of = _at_places(one.quantity, study, one.of, f"{said}.of")
+        below, above = (_compared(one, study, at, f"{said}.{at}") for at in ("below", "above"))
+        found.append(Stated(name, of, below, above))
+    return found
+
+
+def _compared(one: file.Statement, study: file.Uncertainty, at: str, said: str) -> list[Variable] | float | None:
+    given: str | float | None = getattr(one, at)
+    return _at_places(one.quantity, study, given, said) if isinstance(given, str) else given
+
+
+def _side(given: list[Variable] | float | None, numbers: Numbers) -> Array | float | None:
+    if isinstance(given, list):
+        return np.array([one.values(numbers) for one in given])
+    return given
+
+
+def _told(side: list[Variable] | float) -> str:
+    return side[0].who if isinstance(side, list) else f"{side:g}"
