@@ -67,7 +67,8 @@ class History:
     friction_spin_mj (of it, that of crossings against spin), contact_damping_mj (that of free tools too), damping_mj,
     eroded_mj, external_mj, balance_error_mj, kinetic_ratio, energy_error; elastic energies count from the start.
     ``contacts`` columns: time_ms, yarn_contacts (that touch), penetration_<max, mean, p50, p90, p99>_pct (over the
-    smaller radius), tool_contacts, tool_penetration_max_um.
+    smaller radius), force_free_overlap_max_pct (deepest overlap of yarns that carries no force, over the smaller
+    radius), tool_contacts, tool_penetration_max_um.
     ``peak`` is the number of the frame at the largest force, before anything broke by it; None if none was kept.
     ``tool_force`` (n_tools, n_nodes) is the mean normal force [N] of each tool on each node while the rig wants it, or
     the last one where no sample lies there.
@@ -108,6 +109,7 @@ class Quality:
     failures: tuple[str, ...]
     warnings: tuple[str, ...] = ()
     overlap_at_start: float = 0.0  # over the smaller radius
+    force_free_overlap_max: float = 0.0  # of yarns, over the smaller radius
     damping_over_work_max: float = 0.0
     contact_damping_over_work_max: float = 0.0
     hourglass_over_internal_max: float = 0.0

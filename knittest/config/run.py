@@ -76,6 +76,13 @@ class Solver(Strict):
     max_overlap: float = number(
         10.0, "%", "overlap of yarns at the start over radius above which comparison is refused; 20 stops", gt=0, le=20
     )
+    max_force_free: float = number(
+        10.0,
+        "%",
+        "force-free overlap over radius, of yarns settled before their test, above which comparison is refused",
+        gt=0,
+        le=100,
+    )
     max_damping: float = number(5.0, "%", "damping over work above which comparison is refused", gt=0, le=100)
     max_contact_damping: float = number(
         5.0, "%", "damping of contacts and free tools over work above which comparison is refused", gt=0, le=100

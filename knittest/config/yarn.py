@@ -135,6 +135,17 @@ class KnittingYarn(Yarn):
     degree_of_set: Quantity = measure(
         "1", "share of its bend in the loop that the yarn keeps by itself; the rest presses the crossings", ge=0, le=1
     )
+    draw_in: Quantity | None = number(
+        None, "%", "by how much the loop's yarn at rest is shorter than the relaxed loop; the fabric is settled under "
+        "it by the contact law of the run before every test of yarns. None: loops start without tension, and overlaps "
+        "free of force", ge=0, le=10,
+    )  # fmt: skip
+    draw_in_fraction: ClassVar[Kernel[float | None]] = Kernel("draw_in")
+
+    @property
+    def settled(self) -> bool:
+        """Tell whether yarns come to rest by the contact law of the run before every test."""
+        return self.draw_in is not None
 
     @model_validator(mode="after")
     def _bends_like_its_section(self) -> Self:

@@ -223,11 +223,10 @@ def _sweep(first, last, dt, spinning, nodes, contacts, alive, law, sticking, w):
             give_way(block, count, contacts, law, w)
         _store(block, count, contacts, w)
         for k in range(U(count)):
-            share = contacts.share[U(block) + k]
-            lost += share * w[LOST + k]
-            damped += share * w[DAMPED + k]
+            lost += w[LOST + k]
+            damped += w[DAMPED + k]
             if spinning:
-                spun += share * w[SPUN + k]
+                spun += w[SPUN + k]
         block += count
     return lost, spun, damped
 

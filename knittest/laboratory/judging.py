@@ -37,6 +37,7 @@ def assess(
         quasi_static=True,
         failures=tuple(_short(run, history, rows, span)),
         overlap_at_start=history.overlaps.largest,
+        force_free_overlap_max=_force_free(history, rows),
         damping_over_work_max=damping,
         contact_damping_over_work_max=contact_damping,
         hourglass_over_internal_max=hourglass,
@@ -73,6 +74,12 @@ def _penetration(history: History, cost: SimulationCost, span: Span) -> float:
     if not span.to_failure and "penetration_max_pct" in history.contacts:
         found = max(found, 0.01 * float(history.contacts["penetration_max_pct"].max(initial=0.0)))
     return found
+
+
+def _force_free(history: History, rows: slice) -> float:
+    """Deepest overlap of yarns that carries no force over the smaller radius, up to the end of what is judged."""
+    found = history.contacts.get("force_free_overlap_max_pct", np.zeros(0))
+    return 0.01 * float(found[: rows.stop].max(initial=0.0))
 
 
 def _short(run: Run, history: History, rows: slice, span: Span) -> Iterator[str]:

@@ -44,7 +44,8 @@ class Chain:
     the true length over that of the polygon, for its mass. ``degree_of_set`` [-], (n - 1,) or one for all, is the share
     of the curvature that is free of moment; the rest was bent in. ``normal`` of a flat section, (3,) for all elements
     or (n - 1, 3), is the direction at the start about which it bends with ``Section.across``; its component along the
-    chain is ignored.
+    chain is ignored. ``draw_in`` [-], (n - 1,) or one for all, is the share by which the yarn is shorter at rest than
+    its ``points``: it starts under tension.
     """
 
     points: Array
@@ -55,6 +56,7 @@ class Chain:
     stretch: float = 1.0
     degree_of_set: Array | float = 1.0
     normal: Array | None = None
+    draw_in: Array | float = 0.0
 
 
 @dataclass(frozen=True)
@@ -70,7 +72,7 @@ class MassScaling:
 class _Layout:
     """Arrays over the nodes of all chains, (n_nodes,): chain, section, length of the element behind (1 at ends).
 
-    ``cards`` are the sections, ``number`` (n_chains,) that of each chain.
+    ``cards`` are the sections, ``number`` (n_chains,) that of each chain; ``rest`` are the lengths without tension.
     """
 
     chains: Sequence[Chain]
@@ -83,6 +85,7 @@ class _Layout:
     chord: Array = field(init=False)
     joined: Flags = field(init=False)
     length: Array = field(init=False)
+    rest: Array = field(init=False)
 
     def __post_init__(self) -> None:
         count = np.array([len(c.points) for c in self.chains])
@@ -93,6 +96,7 @@ class _Layout:
         self.chord = np.diff(self.position, axis=0, append=self.position[-1:] + 1.0)
         self.joined = np.append(self.chain[1:] == self.chain[:-1], False)
         self.length = np.where(self.joined, np.linalg.norm(self.chord, axis=1), 1.0)
+        self.rest = self.length * (1.0 - np.where(self.joined, self.of_elements("draw_in"), 0.0))
 
     def inner(self) -> Flags:
         """Nodes that are not the end of a chain."""
@@ -156,7 +160,7 @@ def build_chains(
         wave_speed(lay.cards[0].axial, lay.cards[0].linear_density), _beams(lay, tangent, normal), cells,
         np.array([part for _, part in used]), _contact_group(lay, mass, parts.node, contact, torsional, part),
         contact is not None,
-        bool((lay.of_elements("degree_of_set")[lay.joined] < 1.0).any()),
+        bool((lay.of_elements("degree_of_set")[lay.joined] < 1.0).any() or (lay.rest < lay.length).any()),
     )  # fmt: skip
 
 
@@ -182,7 +186,7 @@ def _loads(lay: _Layout, mass: Array, inertia: Array, contact: YarnContact | Non
     touch = contact.stiffest(float(radius.min())) if contact else 0.0
     # sticking turns a node by its arm too, and the rotary inertia is mass times inertia / mass
     stick = contact.tangential * (1.0 + radius**2 * mass / inertia) if contact else np.zeros(len(mass))
-    axial, shear = (lay.of_card(name) / lay.length for name in ("axial", "shear"))
+    axial, shear = (lay.of_card(name) / lay.rest for name in ("axial", "shear"))
     return nodal_loads(lay.chord, lay.joined, axial, shear, share * np.maximum(touch, stick), share * stick)
 
 
@@ -245,7 +249,7 @@ def _beams(lay: _Layout, tangent: Array, normal: Array) -> Beams:
     stiffness = np.array([[c.compression, c.shear, c.torsion, c.bending] for c in lay.cards])
     slack = np.where(lay.joined, lay.of_elements("slack"), 0.0)
     return Beams(
-        tangent.T.copy(), 1.0 / lay.length, lay.joined.astype(float), lay.of_elements("fail_strain"), slack,
+        tangent.T.copy(), 1.0 / lay.rest, lay.joined.astype(float), lay.of_elements("fail_strain"), slack,
         np.where(lay.joined, np.inf, np.nan), stiffness, knees, slopes, np.array([c.excess for c in lay.cards]),
         normal.T.copy(),
     )  # fmt: skip
@@ -269,5 +273,5 @@ def _contact_group(
     levers = np.zeros((2, n_parts, n_parts)) if patch is None else patch.levers(n_parts)
     return YarnContactGroup(
         radius, half_piece, np.ceil(bend / mean[lay.section]).astype(np.int64), is_piece, lay.chain, node_cut, law,
-        part, levers,
+        part, levers, contact is not None and contact.pressed,
     )  # fmt: skip

@@ -34,7 +34,6 @@ def _empty(capacity: int) -> Contacts:
     return Contacts(
         np.zeros((2, capacity), np.int64), pair, triple[0], triple[1], slipping, reach, arm, line, triple[2],
         twist, couple, np.zeros((2, capacity)), np.zeros(2 * capacity, np.int64), np.zeros(PARTITIONS + 1, np.int64),
-        np.ones(capacity),
     )  # fmt: skip
 
 
@@ -54,10 +53,8 @@ def _used(contacts: Contacts, count: int) -> Contacts:
 class YarnContactGroup:
     """Input of the search, each (n_nodes,): radius and half piece length [mm], pieces along the same yarn that never
     touch, where a spline piece is, chain and part numbers; ``node_cut`` first nodes of the partitions; ``law`` of all
-    pairs, ``levers`` (2, n_parts, n_parts) of their friction moments.
-
-    In a periodic cell ``owned`` (n_nodes,) is 1 for its nodes and 0 for images, and contacts are looked for with the
-    pieces ``near`` (n_nodes,), which touch a node of the cell; none elsewhere.
+    pairs, ``levers`` (2, n_parts, n_parts) of their friction moments; ``pressed`` where overlaps at the start shall
+    carry force.
     """
 
     radius: Array
@@ -69,8 +66,7 @@ class YarnContactGroup:
     law: ContactLaw
     part: Index
     levers: Array
-    owned: Array | None = None
-    near: NDArray[np.bool_] | None = None
+    pressed: bool = False
 
 
 class ContactTracker:
@@ -107,6 +103,26 @@ class ContactTracker:
         count = int((share > OVERLAP_COUNTS).sum())
         listed = tuple(self._describe(int(k), float(share[k])) for k in worst if share[k] > OVERLAP_COUNTS)
         return Overlaps(count, max(float(share[worst[0]]), 0.0) if n else 0.0, listed)
+
+    def touch(self) -> Array:
+        """Sum of radii [mm] of the contacts in use, (count,): their reach unless it was cut."""
+        found: Array = self.group.radius[self.contacts.piece[:, : self.count]].sum(axis=0)
+        return found
+
+    def press(self, most: float) -> float:
+        """Let up to ``most`` [mm] more of overlaps that are free of force carry it; returns the deepest left [mm]."""
+        reach, touch = self.contacts.reach[: self.count], self.touch()
+        np.minimum(reach + most, touch, out=reach)
+        gap = np.linalg.norm(self.contacts.offset[:, : self.count], axis=0)
+        return float((touch - np.maximum(reach, gap)).max(initial=0.0))
+
+    def force_free(self) -> Array:
+        """Overlap without force over the smaller radius of the contacts in use, (count,)."""
+        n = self.count
+        gap = np.linalg.norm(self.contacts.offset[:, :n], axis=0)
+        hidden = self.touch() - np.maximum(self.contacts.reach[:n], gap)
+        found: Array = np.maximum(hidden, 0.0) / self.group.radius[self.contacts.piece[:, :n]].min(axis=0)
+        return found
 
     def _describe(self, contact: int, share: float) -> str:
         nodes = self.contacts.piece[:, contact]
@@ -161,8 +177,6 @@ class ContactTracker:
         cell_of = search.fill_cells(x, y, z, group.is_piece, cell, low, shape, head, self._order)
         # a piece moves with the nodes beside its own; at the ends of yarns none is
         moved = self._moved | np.roll(self._moved, 1) | np.roll(self._moved, -1)
-        if group.near is not None:  # far images are in no contact but with these, whichever of both moved
-            self._moved[:], moved = True, group.near
         pairs = self._find_pairs(position, moved, Cells(cell_of, shape, head, self._order))
         if self._spare.reach.size < self.count:
             self._spare = _empty(self.contacts.reach.size)
@@ -175,8 +189,6 @@ class ContactTracker:
                 break
             self._spare = _empty(needed + needed // 4)
         self.contacts, self._spare, self.count = self._spare, self.contacts, needed
-        if group.owned is not None:
-            self.contacts.share[:needed] = group.owned[self.contacts.piece[:, :needed]].mean(axis=0)
         search.assign_halves(self.contacts, self.count, group.node_cut)
         self._since[:, self._moved] = position[:, self._moved]
         self.searches += 1

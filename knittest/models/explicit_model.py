@@ -25,7 +25,8 @@ class Stored:
     that touches, (n_touching,).
 
     ``tools`` is the elastic energy of contacts with tools, ``tool_kinetic`` the kinetic energy of free tools,
-    ``tool_depth`` the deepest penetration into one [mm].
+    ``tool_depth`` the deepest penetration into one [mm]; ``force_free`` the deepest overlap of yarns that carries no
+    force, over the smaller radius.
     """
 
     internal: Array
@@ -35,6 +36,7 @@ class Stored:
     tools: float = 0.0
     tool_kinetic: float = 0.0
     tool_depth: float = 0.0
+    force_free: float = 0.0
 
 
 @dataclass
@@ -57,6 +59,8 @@ class ExplicitModel(ABC):
 
     #: whether the model starts with stresses that must come to rest
     prestressed = False
+    #: whether yarns that overlap at the start shall press each other by all of it
+    pressed = False
 
     @property
     def n_nodes(self) -> int:
@@ -108,6 +112,10 @@ class ExplicitModel(ABC):
         chains (n, 2).
         """
         return np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 2), np.int64)
+
+    def press(self, most: float) -> float:
+        """Let up to ``most`` [mm] more of overlaps that are to press do so; returns the deepest left [mm]."""
+        return 0.0
 
     @abstractmethod
     def name_of(self, node: int) -> str:

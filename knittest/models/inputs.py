@@ -156,7 +156,9 @@ def chain_points(points: ArrayLike, number: int) -> Array:
     return array
 
 
-def chain_fields(fail_strain: ArrayLike, slack: ArrayLike, degree_of_set: ArrayLike, count: int, number: int) -> None:
+def chain_fields(
+    fail_strain: ArrayLike, slack: ArrayLike, degree_of_set: ArrayLike, draw_in: ArrayLike, count: int, number: int
+) -> None:
     """Refuses what the ``count`` elements of chain ``number`` cannot have."""
     of = f"of chain {number}"
     if (one_an_element(fail_strain, f"fail_strain {of}", count) <= 0.0).any():
@@ -166,6 +168,9 @@ def chain_fields(fail_strain: ArrayLike, slack: ArrayLike, degree_of_set: ArrayL
     share = one_an_element(degree_of_set, f"degree_of_set {of}", count)
     if ((share < 0.0) | (share > 1.0)).any():
         raise InputError(f"degree_of_set {of}: expected a share from 0 to 1")
+    share = one_an_element(draw_in, f"draw_in {of}", count)
+    if ((share < 0.0) | (share >= 1.0)).any():
+        raise InputError(f"draw_in {of}: expected a share from 0 to below 1")
 
 
 def across_shells(warp: ArrayLike, points: Array, cells: Index) -> Array:

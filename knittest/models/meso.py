@@ -43,15 +43,16 @@ def build_meso(
             SYSTEMS.index(path.system),
             _fail_strain(len(path.points), draws[path.system], path.index) / axial_share,
             float(draws[path.system].slack[path.index]),
-            stretch(run, path.uncut),
+            _stretch(run, path.uncut),
             _degree_of_set(run, path, rows),
+            draw_in=_draw_in(run, path, rows),
         )
         for path in sorted(paths, key=chain_order)
     ]
     contact = yarn_contact(run) if run.model.meso.contact else None
     if contact is not None and not rubbing:
         contact = replace(contact, friction=0.0, static=None, patch=None)
-    return build_chains(chains, SYSTEMS, contact, mass_scaling(run))
+    return build_chains(chains, SYSTEMS, contact, _scaling(run))
 
 
 def chain_order(path: YarnPath) -> tuple[int, int]:
@@ -71,18 +72,18 @@ def yarn_contact(run: Run) -> YarnContact:
         static=None if static is None else static.value,
         compaction=None if compaction is None else (compaction.exponent, compaction.depth_mm),
         patch=fabric_patch(run.fabric),
+        pressed=run.fabric.knitting.settled,
     )
 
 
-def mass_scaling(run: Run) -> MassScaling | None:
-    """Scaling to the step that the run asks for."""
+def _scaling(run: Run) -> MassScaling | None:
     if (step := run.solver.target_step_ms) is None:
         return None
     safety = run.solver.safety
     return MassScaling(step / safety, 0.01 * run.solver.max_added_mass, safety)
 
 
-def stretch(run: Run, path: YarnPath) -> float:
+def _stretch(run: Run, path: YarnPath) -> float:
     """Real loop length over that of the control polygon; reinforcing yarns lie on their polygon."""
     if path.system != "knit":
         return 1.0
@@ -91,14 +92,22 @@ def stretch(run: Run, path: YarnPath) -> float:
     return loops * run.fabric.loop_length_mm / polygon
 
 
-def _degree_of_set(run: Run, path: YarnPath, rows: int) -> Array | float:
+def _degree_of_set(run: Run, path: YarnPath, rows: int) -> Array:
     """Set of each element; loops at the cut edges, which nothing holds, are taken as set."""
-    if path.system != "knit" or path.index in (0, rows - 1):
-        return 1.0
-    share = np.full(len(path.points) - 1, run.fabric.knitting.degree_of_set.value)
+    return np.where(_held(run, path, rows), run.fabric.knitting.degree_of_set.value, 1.0)
+
+
+def _draw_in(run: Run, path: YarnPath, rows: int) -> Array:
+    """Draw-in of each element; of loops at the cut edges, which nothing holds, none."""
+    return np.where(_held(run, path, rows), run.fabric.knitting.draw_in_fraction or 0.0, 0.0)
+
+
+def _held(run: Run, path: YarnPath, rows: int) -> NDArray[np.bool_]:
+    """Elements of loops that other loops hold on all sides."""
+    held = np.full(len(path.points) - 1, path.system == "knit" and path.index not in (0, rows - 1))
     loop = run.model.meso.elements_per_loop
-    share[:loop] = share[-loop:] = 1.0
-    return share
+    held[:loop] = held[-loop:] = False
+    return held
 
 
 def _fail_strain(n: int, drawn: YarnDraws, index: int) -> Array:

@@ -10,7 +10,6 @@ from knittest.kernels import monitor
 from knittest.kernels.contact import spline_weights
 from knittest.kernels.drive_state import Drive
 from knittest.kernels.explicit import advance_yarns, advance_yarns_alone
-from knittest.kernels.periodic_state import Images, no_images
 from knittest.kernels.state import Beams, ContactLaw, Tally
 from knittest.models.contact_tracker import ContactTracker, YarnContactGroup
 from knittest.models.explicit_model import Array, ExplicitModel, Index, Stored
@@ -26,8 +25,8 @@ CHANGING = ("alive", "fail_time")
 @dataclass
 class YarnModel(ExplicitModel):
     """``element_node`` (n_el,) first node of each element of the mesh; ``section_part`` (n_sections,) part of each beam
-    section; ``contact`` False leaves yarns blind; ``prestressed`` if yarns are bent in their start shape; ``images``
-    of its nodes in a periodic cell, else none.
+    section; ``contact`` False leaves yarns blind; ``prestressed`` if yarns are bent or under tension in their start
+    shape, or press each other there.
     """
 
     beams: Beams
@@ -36,17 +35,19 @@ class YarnModel(ExplicitModel):
     group: YarnContactGroup
     contact: bool = True
     prestressed: bool = False
-    images: Images = field(default_factory=no_images)
     tracker: ContactTracker = field(init=False)
 
     def __post_init__(self) -> None:
         self.tracker = ContactTracker(self.nodes, self.beams.alive, self.group, self.name_of)
         self.law = self.group.law if self.contact else NO_CONTACT
         self.health = YarnHealth(self)
+        self.pressed = self.contact and self.group.pressed
+        self.prestressed |= self.pressed
 
     def prepare(self) -> Overlaps:
-        """See :meth:`ContactTracker.settle`."""
-        return self.tracker.settle() if self.contact else Overlaps()
+        """See :meth:`ContactTracker.settle`; overlaps that press are none that is free of force."""
+        found = self.tracker.settle() if self.contact else Overlaps()
+        return Overlaps() if self.pressed else found
 
     def safe_steps(self, dt: float, most: int) -> int:
         """See :meth:`ContactTracker.safe_steps`."""
@@ -62,7 +63,7 @@ class YarnModel(ExplicitModel):
         """See :meth:`ExplicitModel.step`."""
         arguments = (
             steps, time, dt, self.nodes, self.parts, self.beams, self.tracker.contacts, self.tracker.count, self.law,
-            self.images, *drive, tally, scratch,
+            *drive, tally, scratch,
         )  # fmt: skip
         if (threads := get_num_threads()) > 1:
             advance_yarns(threads, *arguments)
@@ -76,11 +77,16 @@ class YarnModel(ExplicitModel):
         )
         sections = monitor.section_energies(self.nodes, self.parts, self.beams)
         internal = np.bincount(self.section_part, sections, len(self.mesh.part_names)).astype(float)
-        return Stored(internal, contact, 0.0, penetration)
+        hidden = float(self.tracker.force_free().max(initial=0.0)) if self.contact else 0.0
+        return Stored(internal, contact, 0.0, penetration, force_free=hidden)
 
     def pressing(self) -> float:
         """See :meth:`ExplicitModel.pressing`."""
         return float(np.linalg.norm(self.tracker.contacts.force[:, : self.tracker.count], axis=0).sum())
+
+    def press(self, most: float) -> float:
+        """See :meth:`ExplicitModel.press`."""
+        return self.tracker.press(most) if self.pressed else 0.0
 
     def failed(self) -> Index:
         """Broken beams by yarn system."""

@@ -292,7 +292,7 @@ def test_summary_has_the_contracts_keys(tmp_path: Path, run: Run) -> None:
     assert list(written["results"]) == ["peak_force_n", "fracture_strain_pct", "force_per_yarn_n"]
     losses = ["damping_over_work_max", "contact_damping_over_work_max", "hourglass_over_internal_max"]
     gates = ["ke_over_ie_max", "energy_error_max", *losses, "penetration_over_radius_max", "overlap_at_start"]
-    gates += ["added_mass_pct", "beyond_law", "drag_over_weight", "quasi_static"]
+    gates += ["force_free_overlap_max", "added_mass_pct", "beyond_law", "drag_over_weight", "quasi_static"]
     assert list(written["quality"]) == gates and written["quality"]["quasi_static"] is True
     costs = ["wall_s", "cpu_s", "compile_s", "steps", "elements", "element_steps_per_s", "threads"]
     assert list(written["cost"]) == costs

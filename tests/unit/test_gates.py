@@ -133,6 +133,19 @@ def test_a_test_that_goes_on_after_a_failure_is_judged_to_its_end() -> None:
     assert judged(deep, run_of("tensile"), Span(to_failure=True)).penetration_over_radius_max == 0.0
 
 
+@pytest.mark.parametrize(("share", "settled", "refused"), [(9.0, True, 0), (11.0, True, 1), (11.0, False, 0)])
+def test_overlap_without_force_is_reported_always_and_refuses_settled_yarns(
+    share: float, settled: bool, refused: int
+) -> None:
+    """Yarns that are not settled start with such overlaps; those that are have none, and hooks may make some."""
+    run = run_of("friction", *(["fabric.knitting.draw_in=1"] if settled else []), scale="meso")
+    found = replace(history(), contacts={"force_free_overlap_max_pct": at(60, share)})
+    quality = judged(found, run)
+    assert quality.force_free_overlap_max == pytest.approx(0.01 * share)
+    assert len(quality.failures) == refused and all("carries no force" in text for text in quality.failures)
+    assert judged(found, run_of()).failures == ()
+
+
 def test_rows_from_the_first_number_that_is_reported() -> None:
     """A frame that shears on to large angles must not push the force at 10 deg into its start-up."""
     work = np.arange(float(ROWS)) ** 4
@@ -218,7 +231,7 @@ def test_shear_beyond_the_law_is_named_and_beyond_a_twentieth_refused(
 
 LOOSE = {
     "solver.max_kinetic_ratio": 100, "solver.max_energy_error": 2.1, "solver.max_penetration": 26,
-    "solver.max_overlap": 11, "solver.max_added_mass": 6, "solver.max_damping": 5.1,
+    "solver.max_overlap": 11, "solver.max_force_free": 11, "solver.max_added_mass": 6, "solver.max_damping": 5.1,
     "solver.max_contact_damping": 50, "solver.max_hourglass": 90,
     "solver.max_beyond_law": 6, "solver.max_drag": 11, "rig.membrane_share": 0.01, "model.macro.self_contact": False,
 }  # fmt: skip
