@@ -38,7 +38,7 @@ class Holder(ABC):
 class Prepared:
     """A model with its rig, or with a holder where nothing moves.
 
-    ``yarns`` is the table of drawn yarns, ``facts`` numbers that results need.
+    ``yarns`` is the table of drawn yarns, ``facts`` numbers that results need, ``notes`` what the model leaves out.
     """
 
     model: ExplicitModel
@@ -46,6 +46,7 @@ class Prepared:
     geometry_s: float = 0.0
     yarns: dict[str, np.ndarray] = field(default_factory=dict)
     facts: dict[str, float] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
     @property
     def rig(self) -> Rig:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from plain import plain
+from scipy.spatial.transform import Rotation
 from shell_cases import Solid, grid, linear_laminate, quaternion
 
 from knittest.kernels.in_plane_blocks import SCRATCH, bend_energy, bend_forces, gather_bends
@@ -152,6 +153,23 @@ def test_an_uneven_sheet_has_the_yarns_of_a_flat_one():
     )
     assert uneven.stiffness.sum(axis=1) == pytest.approx(flat.stiffness.sum(axis=1), rel=2e-3)
     assert bend_bound(uneven, np.ones(30)) == pytest.approx(bend_bound(flat, np.ones(30)), rel=2e-3)
+
+
+def test_a_sheet_that_is_slightly_uneven_spreads_its_weights_as_a_flat_one(monkeypatch):
+    """Energy and forces are those of weights of each stencil to 1e-3, and rigid motions still cost nothing."""
+    points, cells = grid(12, 12, 24.0, 24.0)
+    points[:, 2] = np.random.default_rng(1).uniform(-0.05, 0.05, len(points))
+    weave = Weave(points, cells)
+    monkeypatch.setattr("knittest.models.in_plane.UNEVEN", 0.0)
+    own = Weave(points, cells)
+    assert (weave.bends.spread < OWN_EACH).mean() > 0.6 > 0.4 > (own.bends.spread < OWN_EACH).mean()
+    weave.place(Rotation.from_rotvec([0.9, 1.2, 2.0]).apply(points + 5.0))
+    assert np.abs(weave.forces()).max() < 1e-10 and weave.energy() < 1e-20
+    bent = points + np.column_stack([0.02 * points[:, 1] ** 2, 0.3 * points[:, 0], 0.0 * points[:, 0]])
+    for each in (weave, own):
+        each.place(bent)
+    assert weave.energy() == pytest.approx(own.energy(), rel=1e-3)
+    assert weave.forces() == pytest.approx(own.forces(), abs=2e-3 * np.abs(own.forces()).max())
 
 
 def columns(weave: Weave, n: int, shells: bool) -> np.ndarray:

@@ -12,6 +12,7 @@ from knittest.laboratory.base import Prepared, Test, fabric_laminate
 from knittest.laboratory.forming.config import FormingRig, FormingRun
 from knittest.laboratory.forming.draw_in import draw_in
 from knittest.laboratory.forming.formed import Formed, formed
+from knittest.laboratory.forming.free_yarns import free_yarns
 from knittest.laboratory.forming.layer_order import out_of_order
 from knittest.laboratory.forming.rig import FormingTest
 from knittest.laboratory.forming.rim_waves import rim_waves
@@ -73,7 +74,8 @@ class Forming(Test[FormingRun]):
         area = length * width
         weight = weights(fabric, rig.gravity_mm_per_ms2, model, area)
         test = FormingTest(run, tools_of(run, thickness), thickness, radius, weight)
-        return Prepared(model, test, facts={"thickness_mm": thickness, "area_mm2": area})
+        facts = {"thickness_mm": thickness, "area_mm2": area}
+        return Prepared(model, test, facts=facts, notes=free_yarns(run))
 
     def _yarns(self, run: FormingRun, specimen: int, observer: Observer) -> Prepared:
         start = clock.perf_counter()
@@ -123,7 +125,7 @@ class Forming(Test[FormingRun]):
         }
 
     def assess(self, run: FormingRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
-        """The gates of every run, how deep nodes are in tools, and what was mended in their files."""
+        """The gates of every run, how deep nodes are in tools, what the model leaves out, what was mended in files."""
         quality = assess(run, prepared, history, cost, self.span(history), dragged(run, prepared))
         deepest = float(history.contacts["tool_penetration_max_um"].max())
         limit = allowed_depth(run)
@@ -132,7 +134,7 @@ class Forming(Test[FormingRun]):
                 f"the fabric's surface is {deepest:.0f} um inside a tool, more than {limit:.0f} um"
             )
         assert isinstance(prepared.rig, FormingTest)
-        return quality.warning(*prepared.rig.tools.notes)
+        return quality.warning(*prepared.notes, *prepared.rig.tools.notes)
 
     def span(self, history: History) -> Span:
         """The whole draw."""

@@ -30,6 +30,7 @@ class ModelFacts(TypedDict):
     steps_at_most: int
     duration_ms: float
     arrays_mb: float
+    notes: list[str]
     overlap_pct: NotRequired[float]
     overlapping_contacts: NotRequired[int]
     worst_overlaps: NotRequired[list[str]]
@@ -60,6 +61,7 @@ def model_facts(run: Run, prepared: Prepared) -> ModelFacts:
         "steps_at_most": int(prepared.duration / step),
         "duration_ms": prepared.duration,
         "arrays_mb": model.n_nodes * BYTES_PER_NODE / 1e6,
+        "notes": list(prepared.notes),
     }
     if run.model.scale == "meso":
         facts |= {
@@ -90,4 +92,4 @@ def model_lines(run: Run, facts: ModelFacts) -> list[str]:
             f"contacts above {100.0 * OVERLAP_COUNTS:g} %"
         )
         lines += [f"    {pair}" for pair in facts["worst_overlaps"]]
-    return lines
+    return [*lines, *(f"  note                   {note}" for note in facts["notes"])]

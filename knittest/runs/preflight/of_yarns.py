@@ -35,7 +35,7 @@ def yarn_counterparts(fabric: Fabric) -> Iterator[Counterpart]:
         return
     for direction in DIRECTIONS:
         yield from _bundle(fabric, direction)
-        yield _bending(fabric, direction)
+        yield from _bending(fabric, direction)
     try:
         yield from cell_counterparts(fabric, relaxed_cell(fabric))
     except KnittestError as error:  # a cell that cannot be relaxed says nothing of the shells
@@ -64,13 +64,17 @@ def _bundle(fabric: Fabric, direction: Direction) -> Iterator[Counterpart]:
     )  # fmt: skip
 
 
-def _bending(fabric: Fabric, direction: Direction) -> Counterpart:
-    quantity = fabric.macro.bending_stiffness.of(direction)
+def _bending(fabric: Fabric, direction: Direction) -> Iterator[Counterpart]:
+    """Bending out of the plane, and in it where the file says how stiffly."""
     yarns = fabric.density_per_mm.of(direction) * fabric.reinforcing.bending_stiffness_n_mm2.of(direction)
-    return of_quantity(
-        f"{direction} bending stiffness", f"macro.bending_stiffness.{direction}", "N mm", quantity, yarns,
-        "yarns side by side: density x reinforcing.bending_stiffness", BENDING,
-    )  # fmt: skip
+    stated = {"bending stiffness": ("bending_stiffness", fabric.macro.bending_stiffness)}
+    if fabric.macro.in_plane_bending is not None:
+        stated["bending stiffness in the plane"] = ("in_plane_bending", fabric.macro.in_plane_bending)
+    for name, (field, quantity) in stated.items():
+        yield of_quantity(
+            f"{direction} {name}", f"macro.{field}.{direction}", "N mm", quantity.of(direction), yarns,
+            "yarns side by side: density x reinforcing.bending_stiffness", BENDING,
+        )  # fmt: skip
 
 
 def cell_counterparts(fabric: Fabric, cell: Cell) -> Iterator[Counterpart]:

@@ -1,0 +1,99 @@
+"""Bending of yarns in the plane of shells reaches forming, is told where it is missing, and its bands are measured."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from plain import plain
+
+from benchmarks.forming_bands import band_width, difference, sides
+from knittest.base.history import Quality
+from knittest.config.loading import resolve
+from knittest.kernels.in_plane_blocks import SCRATCH, bend_energy, bend_forces, gather_bends
+from knittest.laboratory.forming import test as forming
+from knittest.laboratory.forming.free_yarns import free_yarns
+from knittest.runs.preflight.command import counterparts
+from knittest.runs.preflight.model import model_facts, model_lines
+
+ON = ("fabric.macro.in_plane_bending.warp=4.2", "fabric.macro.in_plane_bending.weft=3.47")
+#: a blank and tools that are small, and made in a second
+BLANK, SIZE = 120.0, 12.0
+SMALL = (
+    f"model.macro.element_size={SIZE}", f"rig.blank_length={BLANK}", f"rig.blank_width={BLANK}", "rig.depth=10",
+    "rig.stamp.t.bar_length=56", "rig.stamp.t.bar_width=20", "rig.stamp.t.stem_length=36", "rig.stamp.t.stem_width=20",
+    "rig.stamp.t.edge_radius=4", "rig.stamp.t.outer_corner_radius=5", "rig.stamp.t.inner_corner_radius=12",
+    "rig.die.clearance=6", "rig.die.edge_radius=4", "rig.holder.clearance=6",
+)  # fmt: skip
+
+
+def blank(*sets: str, scale: str = "macro", variant: str = "1"):
+    small = SMALL if scale == "macro" else ()
+    return resolve(test="forming", variant=variant, scale=scale, preset="quick", sets=(*small, *sets))
+
+
+@pytest.fixture(scope="module")
+def prepared():
+    """Blanks with and without bending of yarns in the plane."""
+    return {sets: forming.Forming().prepare(blank(*sets)) for sets in (ON, ())}
+
+
+def bent(model, curvature: float) -> tuple[float, float]:
+    """Energy [mJ] of yarns in the plane, and their largest force [N], of warps bent along arcs."""
+    nodes, shells, bends = model.nodes, model.shells, model.bends
+    nodes.position[0] += 0.5 * curvature * nodes.position[1] ** 2
+    nodes.force[:] = 0.0
+    plain(bend_forces)(0, bends.first.size - 1, 0.0, nodes, shells.fail_time, bends, np.zeros(SCRATCH))
+    plain(gather_bends)(0, model.n_nodes, nodes, bends)
+    return plain(bend_energy)(nodes, bends), float(np.abs(nodes.force).max())
+
+
+def test_yarns_of_a_blank_bend_in_the_plane_as_stiffly_as_the_fabric_says(prepared):
+    """B k^2 / 2 an area, the blank less half a shell at the ends of the warps; nothing where nothing is said."""
+    on, off, curvature, area = prepared[ON].model, prepared[()].model, 1e-4, BLANK * (BLANK - SIZE)
+    energy, force = bent(on, curvature)
+    assert energy == pytest.approx(0.5 * 4.2 * curvature**2 * area, rel=0.01) and force > 0.0
+    assert on.bends.stiffness[1].sum() == pytest.approx(3.47 * area, rel=1e-3)
+    assert off.bends.alive.size == 0 and off.critical_step > on.critical_step
+
+
+def test_a_blank_whose_yarns_do_not_bend_in_the_plane_says_so_before_and_after_the_run(prepared, monkeypatch):
+    """In knittest check and as a warning, with the values that density and EI of the yarns give."""
+    (note,) = prepared[()].notes
+    assert "warp 4.2 and weft 3.47 N mm" in note and prepared[ON].notes == ()
+    run = blank()
+    assert any(note in line for line in model_lines(run, model_facts(run, prepared[()])))
+    passed = Quality(0.0, 0.0, 0.0, 0.0, 0.0, True, ())
+    monkeypatch.setattr(forming, "assess", lambda *_: passed)
+    history = SimpleNamespace(contacts={"tool_penetration_max_um": np.zeros(1)})
+    found = [forming.Forming().assess(run, prepared[sets], history, None).warnings for sets in ((), ON)]
+    assert found == [(note,), ()]
+
+
+def test_yarns_bend_by_themselves_and_a_fabric_without_yarns_is_told_where_to_look():
+    assert free_yarns(blank(scale="meso")) == ()
+    (note,) = free_yarns(blank(variant="cao2008-weave"))
+    assert "EI of a yarn over the distance" in note
+
+
+@pytest.mark.parametrize(("value", "verdict"), [("4.2", "agrees"), ("15.0", "differs"), ("0.28", "differs")])
+def test_the_bending_in_the_plane_is_held_against_the_yarns(value, verdict):
+    """EI of one yarn, or their density, in the place of the product is found."""
+    rows = counterparts(blank(ON[1], f"fabric.macro.in_plane_bending.warp={value}").fabric)
+    (row,) = [r for r in rows if r.name == "warp bending stiffness in the plane"]
+    assert (row.verdict, row.found) == (verdict, pytest.approx(4.2))
+    assert not [r for r in counterparts(blank().fabric) if r.field.startswith("macro.in_plane")]
+
+
+def test_width_of_bands_and_difference_of_neighbours():
+    """Half of the length of a wave across the rim, alike on each mesh; a zigzag of shells is one shell wide."""
+    for size in (2.0, 3.0):
+        n = round(330.0 / size)
+        wave = 20.0 * np.sin(2.0 * np.pi * (np.arange(n) + 0.5) * size / 66.0)
+        rim = sides(np.add.outer(wave, wave))
+        assert [len(side) for side in rim] == [round(30.0 / size)] * 4
+        assert band_width(rim, size) == pytest.approx(33.0)
+        # a sine of amplitude A over n steps of a half wave changes by 2 A / n a step in the mean
+        assert difference(rim) == pytest.approx(2 * 20.0 / (33.0 / size), rel=0.02)
+    zigzag = sides(np.add.outer(np.zeros(60), 10.0 * (-1.0) ** np.arange(60)))
+    assert band_width(zigzag[:2], 5.5) == pytest.approx(5.5, rel=0.05) and difference(zigzag[:2]) == 20.0
+    assert band_width(sides(np.full((60, 60), 3.0)), 5.5) == np.inf
