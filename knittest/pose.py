@@ -17,7 +17,8 @@ Units everywhere: mm, ms, g, N, MPa (so mJ, N mm, mm/ms = m/s, N/mm). A cantilev
 roller, a symmetry plane at an angle), point loads, moments that keep their direction, gravity and rigid tools
 (:func:`plane`, :func:`plate`, :func:`cylinder`, :func:`surface`; held, moved or loaded). The rigs of the laboratory are
 posed through the same class. Chains have one bending stiffness or two (:func:`strip_section`); shells may contract
-across a pull (``poisson`` of :func:`linear_laminate`).
+across a pull (``poisson`` of :func:`linear_laminate`). A :class:`PeriodicBody` is one cell of yarns, of a fabric
+without an edge.
 """
 
 from knittest.kernels.shell_state import Laminate
@@ -25,7 +26,9 @@ from knittest.materials.patch import Patch
 from knittest.materials.yarn_section import Section
 from knittest.models.boundary import ALL, Boundary
 from knittest.models.chains import Chain
+from knittest.models.crossings import Crossings
 from knittest.models.from_stiffness import linear_laminate, round_section, section, strip_section
+from knittest.models.periodic import PeriodicChain
 from knittest.models.readings import Readings
 from knittest.models.sheet_tracker import SheetContact
 from knittest.models.surface import read_surface, surface
@@ -33,11 +36,12 @@ from knittest.models.table import Table, constant, ramp
 from knittest.models.tool import Tool, cylinder, plane, plate, sampled
 from knittest.models.yarn_contact import YarnContact
 from knittest.solve.body import Body
+from knittest.solve.periodic_body import PeriodicBody
 from knittest.solve.relax import Relaxation
 
 __all__ = [
-    "ALL", "Body", "Boundary", "Chain", "Laminate", "Patch", "Readings", "Relaxation", "Section", "SheetContact",
-    "Table", "Tool", "YarnContact",
+    "ALL", "Body", "Boundary", "Chain", "Crossings", "Laminate", "Patch", "PeriodicBody", "PeriodicChain", "Readings",
+    "Relaxation", "Section", "SheetContact", "Table", "Tool", "YarnContact",
     "constant", "cylinder", "linear_laminate", "plane", "plate", "ramp",
     "read_surface", "round_section", "sampled",
     "section", "strip_section", "surface",

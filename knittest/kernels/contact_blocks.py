@@ -223,10 +223,11 @@ def _sweep(first, last, dt, spinning, nodes, contacts, alive, law, sticking, w):
             give_way(block, count, contacts, law, w)
         _store(block, count, contacts, w)
         for k in range(U(count)):
-            lost += w[LOST + k]
-            damped += w[DAMPED + k]
+            share = contacts.share[U(block) + k]
+            lost += share * w[LOST + k]
+            damped += share * w[DAMPED + k]
             if spinning:
-                spun += w[SPUN + k]
+                spun += share * w[SPUN + k]
         block += count
     return lost, spun, damped
 

@@ -16,6 +16,7 @@ from knittest.kernels.in_plane_blocks import bend_forces, gather_bends
 from knittest.kernels.loads import apply_loads, book_loads
 from knittest.kernels.motion import impose_motions
 from knittest.kernels.options import KERNEL, PARALLEL, PARTITIONS, U
+from knittest.kernels.periodic import follow, pull_lattice
 from knittest.kernels.rows import rows3
 from knittest.kernels.sheet_contact import scatter_sheet, sheet_forces
 from knittest.kernels.shell_blocks import gather_shells, shell_forces
@@ -105,8 +106,9 @@ def _fabric_share(p, dt, nodes, parts, shells, bends, count, contacts, tables, m
 
 @njit(**KERNEL)
 def advance_yarns_alone(
-    steps, time, dt, nodes, parts, beams, contacts, count, law, tables, motions, loads, tools, touch, tally, scratch
-):
+    steps, time, dt, nodes, parts, beams, contacts, count, law, images, tables, motions, loads, tools, touch, tally,
+    scratch,
+):  # fmt: skip
     """:func:`advance_yarns` on one thread, which neither forks nor claims what nobody else wants."""
     touch.room[:, :] = 0.0  # nodes and tools may have been moved by hand since the last call
     w = scratch[0]
@@ -116,16 +118,20 @@ def advance_yarns_alone(
         if count > 0:
             for p in range(PARTITIONS):
                 contact_share(p, count, dt, nodes, contacts, beams.alive, law, tally, w)
+        if images.ghost.size > 0:
+            pull_lattice(count, dt, nodes, beams, contacts, images, tables, tally)
         for p in range(PARTITIONS):
             if parts.node[p] < parts.node[p + 1]:
                 _yarn_share(p, now, dt, nodes, parts, beams, contacts, tables, motions, loads, tools, touch, tally, w)
+        if images.ghost.size > 0:
+            follow(dt, nodes, images)
         move_tools(dt, tools, tables, tally)
 
 
 @njit(**PARALLEL)
 def advance_yarns(
-    threads, steps, time, dt, nodes, parts, beams, contacts, count, law, tables, motions, loads, tools, touch, tally,
-    scratch,
+    threads, steps, time, dt, nodes, parts, beams, contacts, count, law, images, tables, motions, loads, tools, touch,
+    tally, scratch,
 ):  # fmt: skip
     """Advance a model of beam chains by ``steps`` time steps of ``dt`` [ms] from ``time`` [ms].
 
@@ -143,6 +149,8 @@ def advance_yarns(
                 p = in_turn(k, thread, threads)
                 if claim(claimed, p, 2 * step + 1):
                     contact_share(p, count, dt, nodes, contacts, beams.alive, law, tally, scratch[thread])
+        if images.ghost.size > 0:
+            pull_lattice(count, dt, nodes, beams, contacts, images, tables, tally)
         for thread in prange(threads):
             for k in range(PARTITIONS):
                 p = in_turn(k, thread, threads)
@@ -151,6 +159,8 @@ def advance_yarns(
                         p, now, dt, nodes, parts, beams, contacts, tables, motions, loads, tools, touch, tally,
                         scratch[thread],
                     )  # fmt: skip
+        if images.ghost.size > 0:
+            follow(dt, nodes, images)
         move_tools(dt, tools, tables, tally)
 
 

@@ -52,11 +52,13 @@ def contact_statistics(contacts, count, law, radius):
     gx, gy, gz = rows3(contacts.offset)
     ex, ey, ez = rows3(contacts.spring)
     for c in range(count):
-        if fx[c] != 0.0 or fy[c] != 0.0 or fz[c] != 0.0:
+        share_of_cell = contacts.share[c]
+        if share_of_cell > 0.0 and (fx[c] != 0.0 or fy[c] != 0.0 or fz[c] != 0.0):
             depth = contacts.reach[c] - sqrt(gx[c] ** 2 + gy[c] ** 2 + gz[c] ** 2)
             stretch2 = ex[c] ** 2 + ey[c] ** 2 + ez[c] ** 2
             stored = penalty(depth, law.normal, law.linear, law.square, law.cubic, law.cap)[2]
-            energy += stored + 0.5 * law.tangential * stretch2 + 0.5 * law.torsional * contacts.twist[c] ** 2
+            stored += 0.5 * law.tangential * stretch2 + 0.5 * law.torsional * contacts.twist[c] ** 2
+            energy += share_of_cell * stored
             share[touching] = depth / min(radius[contacts.piece[0, c]], radius[contacts.piece[1, c]])
             touching += 1
     return energy, share[:touching]

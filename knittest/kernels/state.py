@@ -73,7 +73,8 @@ class Contacts(NamedTuple):
     ``line`` = 1 for near-parallel contacts, whose s is held; ``force`` on piece i [N], (3, n). ``twist`` [rad] of piece
     i over j about the offset in the spring that resists it, ``couple`` its moment over the length of the offset [N],
     ``lever`` (2, n) of its limit: coefficient [mm / N^p] and largest value [mm]. ``half``: contact number and side
-    (2 c + side) sorted by the partition that owns the side, half_start (PARTITIONS + 1,).
+    (2 c + side) sorted by the partition that owns the side, half_start (PARTITIONS + 1,). ``share`` (n,)
+    of its energies that counts: 1, in a periodic cell less for those that are, or have, an image.
     """
 
     piece: Index
@@ -90,6 +91,7 @@ class Contacts(NamedTuple):
     lever: Array
     half: Index
     half_start: Index
+    share: Array
 
 
 class ContactLaw(NamedTuple):

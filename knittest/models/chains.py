@@ -273,5 +273,5 @@ def _contact_group(
     levers = np.zeros((2, n_parts, n_parts)) if patch is None else patch.levers(n_parts)
     return YarnContactGroup(
         radius, half_piece, np.ceil(bend / mean[lay.section]).astype(np.int64), is_piece, lay.chain, node_cut, law,
-        part, levers, contact is not None and contact.pressed,
+        part, levers, pressed=contact is not None and contact.pressed,
     )  # fmt: skip

@@ -34,6 +34,7 @@ def _empty(capacity: int) -> Contacts:
     return Contacts(
         np.zeros((2, capacity), np.int64), pair, triple[0], triple[1], slipping, reach, arm, line, triple[2],
         twist, couple, np.zeros((2, capacity)), np.zeros(2 * capacity, np.int64), np.zeros(PARTITIONS + 1, np.int64),
+        np.ones(capacity),
     )  # fmt: skip
 
 
@@ -55,6 +56,9 @@ class YarnContactGroup:
     touch, where a spline piece is, chain and part numbers; ``node_cut`` first nodes of the partitions; ``law`` of all
     pairs, ``levers`` (2, n_parts, n_parts) of their friction moments; ``pressed`` where overlaps at the start shall
     carry force.
+
+    In a periodic cell ``owned`` (n_nodes,) is 1 for its nodes and 0 for images, and contacts are looked for with the
+    pieces ``near`` (n_nodes,), which touch a node of the cell; none elsewhere.
     """
 
     radius: Array
@@ -66,6 +70,8 @@ class YarnContactGroup:
     law: ContactLaw
     part: Index
     levers: Array
+    owned: Array | None = None
+    near: NDArray[np.bool_] | None = None
     pressed: bool = False
 
 
@@ -177,6 +183,8 @@ class ContactTracker:
         cell_of = search.fill_cells(x, y, z, group.is_piece, cell, low, shape, head, self._order)
         # a piece moves with the nodes beside its own; at the ends of yarns none is
         moved = self._moved | np.roll(self._moved, 1) | np.roll(self._moved, -1)
+        if group.near is not None:  # far images are in no contact but with these, whichever of both moved
+            self._moved[:], moved = True, group.near
         pairs = self._find_pairs(position, moved, Cells(cell_of, shape, head, self._order))
         if self._spare.reach.size < self.count:
             self._spare = _empty(self.contacts.reach.size)
@@ -189,6 +197,8 @@ class ContactTracker:
                 break
             self._spare = _empty(needed + needed // 4)
         self.contacts, self._spare, self.count = self._spare, self.contacts, needed
+        if group.owned is not None:
+            self.contacts.share[:needed] = group.owned[self.contacts.piece[:, :needed]].mean(axis=0)
         search.assign_halves(self.contacts, self.count, group.node_cut)
         self._since[:, self._moved] = position[:, self._moved]
         self.searches += 1

@@ -43,7 +43,7 @@ def build_meso(
             SYSTEMS.index(path.system),
             _fail_strain(len(path.points), draws[path.system], path.index) / axial_share,
             float(draws[path.system].slack[path.index]),
-            _stretch(run, path.uncut),
+            stretch(run, path.uncut),
             _degree_of_set(run, path, rows),
             draw_in=_draw_in(run, path, rows),
         )
@@ -52,7 +52,7 @@ def build_meso(
     contact = yarn_contact(run) if run.model.meso.contact else None
     if contact is not None and not rubbing:
         contact = replace(contact, friction=0.0, static=None, patch=None)
-    return build_chains(chains, SYSTEMS, contact, _scaling(run))
+    return build_chains(chains, SYSTEMS, contact, mass_scaling(run))
 
 
 def chain_order(path: YarnPath) -> tuple[int, int]:
@@ -76,14 +76,15 @@ def yarn_contact(run: Run) -> YarnContact:
     )
 
 
-def _scaling(run: Run) -> MassScaling | None:
+def mass_scaling(run: Run) -> MassScaling | None:
+    """Scaling to the step that the run asks for."""
     if (step := run.solver.target_step_ms) is None:
         return None
     safety = run.solver.safety
     return MassScaling(step / safety, 0.01 * run.solver.max_added_mass, safety)
 
 
-def _stretch(run: Run, path: YarnPath) -> float:
+def stretch(run: Run, path: YarnPath) -> float:
     """Real loop length over that of the control polygon; reinforcing yarns lie on their polygon."""
     if path.system != "knit":
         return 1.0

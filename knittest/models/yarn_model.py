@@ -10,6 +10,7 @@ from knittest.kernels import monitor
 from knittest.kernels.contact import spline_weights
 from knittest.kernels.drive_state import Drive
 from knittest.kernels.explicit import advance_yarns, advance_yarns_alone
+from knittest.kernels.periodic_state import Images, no_images
 from knittest.kernels.state import Beams, ContactLaw, Tally
 from knittest.models.contact_tracker import ContactTracker, YarnContactGroup
 from knittest.models.explicit_model import Array, ExplicitModel, Index, Stored
@@ -26,7 +27,7 @@ CHANGING = ("alive", "fail_time")
 class YarnModel(ExplicitModel):
     """``element_node`` (n_el,) first node of each element of the mesh; ``section_part`` (n_sections,) part of each beam
     section; ``contact`` False leaves yarns blind; ``prestressed`` if yarns are bent or under tension in their start
-    shape, or press each other there.
+    shape, or press each other there; ``images`` of its nodes in a periodic cell, else none.
     """
 
     beams: Beams
@@ -35,6 +36,7 @@ class YarnModel(ExplicitModel):
     group: YarnContactGroup
     contact: bool = True
     prestressed: bool = False
+    images: Images = field(default_factory=no_images)
     tracker: ContactTracker = field(init=False)
 
     def __post_init__(self) -> None:
@@ -63,7 +65,7 @@ class YarnModel(ExplicitModel):
         """See :meth:`ExplicitModel.step`."""
         arguments = (
             steps, time, dt, self.nodes, self.parts, self.beams, self.tracker.contacts, self.tracker.count, self.law,
-            *drive, tally, scratch,
+            self.images, *drive, tally, scratch,
         )  # fmt: skip
         if (threads := get_num_threads()) > 1:
             advance_yarns(threads, *arguments)

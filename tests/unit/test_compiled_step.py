@@ -10,11 +10,12 @@ from test_plain_contact import SMOOTH, Crossing
 from test_tool_room import Fall
 
 from knittest import pose
-from knittest.kernels import beam_blocks, contact_blocks, explicit, shell_blocks, tool_blocks
+from knittest.kernels import beam_blocks, contact_blocks, explicit, periodic, shell_blocks, tool_blocks
 from knittest.kernels.options import ALLOCATING, KERNEL
 
 COUNTS, SCATTER = re.compile("NRT_|atomicrmw"), "masked.scatter"
 W = np.zeros(explicit.SCRATCH)
+LATTICE = np.array([[3.0, 0.0, 0.0], [0.0, 2.0, 0.0]])
 PLACE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
 
 
@@ -58,7 +59,36 @@ def _square():
     return model.nodes, model.shells, model.laminate
 
 
-CASES = (_beams, _contacts, _scatter, _tools, _clear, _shells, _gather)
+def _cell():
+    s = np.arange(4)[:, None] / 4
+    yarns = [
+        pose.PeriodicChain(s * side, pose.round_section(1e3, 0.5, 1e-3), along=k) for k, side in enumerate(LATTICE)
+    ]
+    return pose.PeriodicBody.of_cell(yarns, LATTICE).cell
+
+
+def _images():
+    cell = _cell()
+    return periodic.follow, (1e-3, cell.nodes, cell.images)
+
+
+def _lattice():
+    cell = _cell()
+    body = pose.PeriodicBody(cell)
+    going = body.start()
+    return periodic.pull_lattice, (
+        0,
+        1e-3,
+        cell.nodes,
+        cell.beams,
+        cell.tracker.contacts,
+        cell.images,
+        going.drive.tables,
+        going.tally,
+    )
+
+
+CASES = (_beams, _contacts, _scatter, _tools, _clear, _shells, _gather, _images, _lattice)
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.__name__[1:])

@@ -41,6 +41,7 @@ class Crossing:
             offset=np.zeros((3, 1)), slipping=np.zeros(1), reach=np.full(1, REACH), arm=np.full(1, 0.4),
             line=np.zeros(1), force=np.zeros((3, 1)), twist=np.zeros(1), couple=np.zeros(1),
             lever=np.zeros((2, 1)), half=np.array([0, 1]), half_start=np.array([0, 2]),
+            share=np.ones(1),
         )  # fmt: skip
         for _ in range(20):  # closest points settle, at no friction
             self.step(SMOOTH)

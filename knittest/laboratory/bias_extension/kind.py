@@ -1,6 +1,6 @@
 """Record of the bias extension test."""
 
-from knittest.base.kinds import TestKind
+from knittest.base.kinds import Regressed, Regression, TestKind
 from knittest.laboratory.deciding_fields import LOOPS
 
 #: shear angles at which forces are compared [deg]
@@ -50,5 +50,12 @@ KIND = TestKind(
     },
     hinges={"membrane_share": -1},
     sheared_to="rig.max_angle",
+    regression=Regression(
+        runs=(
+            Regressed(7, "quick", "macro", "quick", (("1", None),)),
+            Regressed(4, "full", "meso", "quick", (("2", None),)),
+            Regressed(8, "full", "macro", "standard", (("1", None),)),
+        ),
+    ),
     laboratory="knittest.laboratory.bias_extension.lab_files:LAB",
 )

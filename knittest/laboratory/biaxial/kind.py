@@ -1,6 +1,6 @@
 """Record of the biaxial test."""
 
-from knittest.base.kinds import TestKind
+from knittest.base.kinds import Regressed, Regression, TestKind
 from knittest.laboratory.deciding_fields import PULLED
 
 KIND = TestKind(
@@ -34,5 +34,12 @@ KIND = TestKind(
     fed=("macro",),
     hinges={"stop_force_ratio": 1},
     converged=0.01,
+    regression=Regression(
+        runs=(
+            Regressed(8, "quick", "macro", "quick", (("1", "warp"),)),
+            Regressed(4, "full", "meso", "quick", (("2", "warp"),)),
+            Regressed(8, "full", "macro", "standard", (("1", "warp"),)),
+        ),
+    ),
     laboratory="knittest.laboratory.biaxial.lab_files:LAB",
 )

@@ -1,16 +1,30 @@
 """The runs of a regression, by level."""
 
 from dataclasses import dataclass
+from functools import cache
+from math import nan
 from typing import Literal, cast
 
 from knittest.base.errors import InputError
 from knittest.base.kinds import kinds
+from knittest.base.resources import data_dir
 from knittest.config.loading import resolve
 from knittest.config.run import Preset, Scale
+from knittest.experiment.tables import published
 from knittest.studies.trials.trial import Trial, trial_of
 
 Level = Literal["quick", "full"]
 Table = Literal[3, 4]
+#: where Table 4 stands, and the variant that it is on
+SOURCE, VARIANT = "pham2019", "1"
+
+
+@cache
+def paper_cost(test: str, scale: str) -> tuple[float, float] | None:
+    """Elements and CPU hours of ``test`` at ``scale`` in Table 4; None for a test that the paper does not have."""
+    rows = tuple(f"{test.replace('-', '_')}_{scale}_{what}" for what in ("elements", "cost"))
+    found = {row.quantity: row.mean for row in published(data_dir() / SOURCE, VARIANT, "", rows)}
+    return (found.get(rows[0], nan), found.get(rows[1], nan)) if found else None
 
 
 @dataclass(frozen=True)
@@ -40,9 +54,10 @@ class Case:
 
     @property
     def tables(self) -> tuple[Table, ...]:
-        """Tables of the paper that it has a row in; Table 4 is on variant 1."""
+        """Tables of the paper that it has a row in."""
         published: list[Table] = [3] if kinds()[self.test].regression.rows else []
-        return (*published, 4) if self.variant == "1" else tuple(published)
+        cost = self.variant == VARIANT and paper_cost(self.test, self.scale) is not None
+        return (*published, 4) if cost else tuple(published)
 
     def trial(self) -> Trial:
         """Trial of this case, with the code and data that are here now."""

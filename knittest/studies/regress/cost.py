@@ -5,12 +5,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from knittest.base.kinds import names
-from knittest.base.resources import data_dir
-from knittest.experiment.tables import published
-from knittest.studies.regress.cases import Case
+from knittest.studies.regress.cases import Case, paper_cost
 from knittest.studies.trials.record import Record
-
-SOURCE, VARIANT = "pham2019", "1"
 
 
 @dataclass(frozen=True)
@@ -31,12 +27,11 @@ def table4_rows(done: Mapping[Case, Record]) -> Iterator[CostRow]:
     scales = [scale for scale in ("macro", "meso") if any(case.scale == scale for case in done)]
     for test in names():
         for scale in scales:
-            name = f"{test.replace('-', '_')}_{scale}"
-            elements, cost = f"{name}_elements", f"{name}_cost"
-            paper = {row.quantity: row.mean for row in published(data_dir() / SOURCE, VARIANT, "", (elements, cost))}
+            if (paper := paper_cost(test, scale)) is None:
+                continue
             case = next((c for c in done if (c.test, c.scale) == (test, scale) and 4 in c.tables), None)
-            ours = _ours(test, case, done)
-            yield CostRow(test, scale, paper.get(elements, math.nan), paper.get(cost, math.nan), *ours)
+            elements, cpu_h = paper
+            yield CostRow(test, scale, elements, cpu_h, *_ours(test, case, done))
 
 
 def _ours(test: str, case: Case | None, done: Mapping[Case, Record]) -> tuple[float, float, str]:

@@ -1,0 +1,46 @@
+"""The meso model of a periodic cell: relaxed yarn paths without scatter as chains that go on in their images."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knittest.config.run import Run
+from knittest.fabric.cell import Cell
+from knittest.fabric.strip import YarnPath, strip, wave_elements, wave_scale
+from knittest.materials.yarn_section import SYSTEMS, sections
+from knittest.models.meso import chain_order, mass_scaling, stretch, yarn_contact
+from knittest.models.periodic import PeriodicChain, build_periodic
+from knittest.models.periodic_model import PeriodicModel
+
+Array = NDArray[np.float64]
+
+
+def cell_paths(run: Run, cell: Cell, wales: int, courses: int) -> list[YarnPath]:
+    """Yarns of ``wales`` x ``courses`` cells, all alike, the last point of each the image of its first."""
+    mesh = run.model.meso
+    scales = {s: wave_scale(cell, s, wave_elements(cell, s, mesh.elements_per_wave)) for s in ("warp", "weft")}
+    amplitude = {"warp": np.full(wales, scales["warp"]), "weft": np.full(courses, scales["weft"])}
+    paths = strip(cell, wales, courses, mesh.elements_per_loop, mesh.elements_per_wave, amplitude)
+    return [p for p in paths if mesh.knitting or p.system != "knit"]
+
+
+def build_meso_cell(run: Run, cell: Cell, wales: int = 2, courses: int = 2, axial_share: float = 1.0) -> PeriodicModel:
+    """Model of ``wales`` x ``courses`` cells of the run's fabric that repeats without an edge.
+
+    A test that pulls no yarn may keep a share of the axial stiffness only: the time step grows. Yarns do not break:
+    a cell has no weakest place.
+    """
+    cards = sections(run.fabric, axial_share)
+    chains = [
+        PeriodicChain(
+            path.points[:-1],
+            cards[SYSTEMS.index(path.system)],
+            SYSTEMS.index(path.system),
+            stretch=stretch(run, path),
+            degree_of_set=run.fabric.knitting.degree_of_set.value if path.system == "knit" else 1.0,
+            along=1 if path.system == "warp" else 0,
+        )
+        for path in sorted(cell_paths(run, cell, wales, courses), key=chain_order)
+    ]
+    lattice = [wales * cell.periods["weft"], courses * cell.periods["warp"]]
+    contact = yarn_contact(run) if run.model.meso.contact else None
+    return build_periodic(chains, lattice, SYSTEMS, contact, mass_scaling(run))

@@ -1,0 +1,135 @@
+"""Model of a periodic cell: what counts of its beams and contacts, and the lattice it repeats by."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knittest.base.errors import InputError
+from knittest.kernels import monitor
+from knittest.kernels.periodic_state import CURVATURE
+from knittest.models.boundary import Boundary
+from knittest.models.explicit_model import Index, Stored
+from knittest.models.halo import beyond
+from knittest.models.snapshot import State, arrays_of, put_back
+from knittest.models.table import Table
+from knittest.models.yarn_model import YarnModel
+
+Array = NDArray[np.float64]
+
+#: numbers of the lattice by name: components of its vectors [mm], curvature [1/mm]
+NUMBERS = ("ax", "ay", "az", "bx", "by", "bz", "curvature")
+#: arrays of the images that a run changes
+MOVING = ("lattice", "rate", "map", "inv_mass", "table")
+#: mass of a free number of the lattice over that of the cell: it stays slower than the nodes
+LATTICE_MASS = 4.0
+#: yarns slide slowly: number of looks at the health of a model between those at its images
+HALO_LOOKS = 20
+
+
+@dataclass
+class PeriodicModel(YarnModel):
+    """Yarns of one cell that repeats by the vectors ``reference`` (2, 3) [mm]; nodes beyond it are images.
+
+    Its elements, energies and masses are those of the cell alone.
+    """
+
+    reference: Array = field(default_factory=lambda: np.zeros((2, 3)))
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        assert self.group.owned is not None
+        self.owned, self._looks = self.group.owned, 0
+
+    @property
+    def lattice(self) -> Array:
+        """Vectors of the lattice now [mm], (2, 3), of the fabric laid flat."""
+        return self.images.lattice[:CURVATURE].reshape(2, 3).copy()
+
+    @property
+    def curvature(self) -> float:
+        """Curvature [1/mm], positive where the fabric is hollow towards its face (+z)."""
+        return float(self.images.lattice[CURVATURE])
+
+    @property
+    def area(self) -> float:
+        """Area of the cell at the start [mm^2]."""
+        return float(np.linalg.norm(np.cross(*self.reference)))
+
+    def masters(self) -> Index:
+        """Node of the cell that every node is, or is an image of, (n_nodes,)."""
+        found = np.arange(self.n_nodes)
+        found[self.images.ghost] = self.images.master
+        return found
+
+    def drive(self, boundary: Boundary, number: str, rate: Table) -> int:
+        """Move one of :data:`NUMBERS` at ``rate`` [mm/ms, or 1/(mm ms)]; returns the group of its reaction, the
+        derivative of the energy by it.
+        """
+        q = self._number(number)
+        self.images.table[q], self.images.inv_mass[q] = boundary.table(rate), 0.0
+        return self._group(boundary, q)
+
+    def free(self, boundary: Boundary, number: str) -> int:
+        """Let one of :data:`NUMBERS` go where the cell pulls it; returns its group as :meth:`drive` does."""
+        q = self._number(number)
+        mass = LATTICE_MASS * float(self.mass.sum())
+        scale = 1.0 if q < CURVATURE else float(np.sum(self.reference**2))
+        self.images.inv_mass[q] = 1.0 / (mass * scale)
+        return self._group(boundary, q)
+
+    def bend_along(self, direction: Array) -> None:
+        """Let the curvature be along ``direction`` (3,) in the plane of the lattice."""
+        normal = np.cross(*self.reference)
+        normal = normal / np.linalg.norm(normal)
+        along = direction / np.linalg.norm(direction)
+        if abs(float(along @ normal)) > 1e-9:
+            raise InputError("direction of bending: it leaves the plane of the lattice")
+        self.images.axes[:] = along, normal, np.cross(along, normal)
+
+    def _group(self, boundary: Boundary, q: int) -> int:
+        self.images.group[q] = boundary.groups
+        boundary.groups += 1
+        return boundary.groups - 1
+
+    def _number(self, name: str) -> int:
+        if name not in NUMBERS:
+            raise InputError(f"{name!r} is no number of the lattice; expected one of {', '.join(NUMBERS)}")
+        q = NUMBERS.index(name)
+        if self.images.group[q] >= 0:
+            raise InputError(f"{name} of the lattice is moved or free already")
+        return q
+
+    def stored(self) -> Stored:
+        """See :meth:`YarnModel.stored`; of the cell alone."""
+        contact, penetration = monitor.contact_statistics(
+            self.tracker.contacts, self.tracker.count, self.law, self.group.radius
+        )
+        own = self.beams._replace(alive=self.beams.alive * self.owned)
+        sections = monitor.section_energies(self.nodes, self.parts, own)
+        internal = np.bincount(self.section_part, sections, len(self.mesh.part_names)).astype(float)
+        return Stored(internal, contact, 0.0, penetration)
+
+    def pressing(self) -> float:
+        """See :meth:`ExplicitModel.pressing`."""
+        contacts, count = self.tracker.contacts, self.tracker.count
+        return float(np.linalg.norm(contacts.force[:, :count], axis=0) @ contacts.share[:count])
+
+    def name_of(self, node: int) -> str:
+        """See :meth:`YarnModel.name_of`; of the node that an image follows."""
+        return super().name_of(int(self.masters()[node]))
+
+    def diagnose(self, dt: float) -> str:
+        """See :class:`YarnHealth`; tells too where yarns reach images that there are none of."""
+        self._looks += 1
+        missing = beyond(self) if self._looks % HALO_LOOKS == 1 else ""
+        return super().diagnose(dt) or missing
+
+    def state(self) -> State:
+        """See :meth:`ExplicitModel.state`; adds the lattice."""
+        return super().state() | arrays_of("images", self.images, MOVING)
+
+    def restore(self, state: State) -> None:
+        """See :meth:`ExplicitModel.restore`."""
+        super().restore(state)
+        put_back(state, "images", self.images, MOVING)
