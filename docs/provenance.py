@@ -50,6 +50,14 @@ def _run(test: str, scale: str, preset: str = "quick", variant: str = "1", *sets
 _STRIPS = [_run(t, "meso", direction=d) for t in ("tensile", "cantilever") for d in ("warp", "weft")]
 _FORCE = "rig.blank_holder_force={}"
 _WEAVE = ("cao2008-weave", "solver.safety=0.6")
+_IN_PLANE = ("fabric.macro.in_plane_bending.warp=4.2", "fabric.macro.in_plane_bending.weft=3.47")
+#: blank and tools of the yarns' forming test at ``quick``, for shells
+_SMALL = (
+    _FORCE.format(13), "rig.blank_length=120", "rig.blank_width=120", "rig.depth=15", "rig.stamp.t.bar_length=56",
+    "rig.stamp.t.bar_width=20", "rig.stamp.t.stem_length=36", "rig.stamp.t.stem_width=20",
+    "rig.stamp.t.edge_radius=4", "rig.stamp.t.outer_corner_radius=5", "rig.stamp.t.inner_corner_radius=12",
+    "rig.die.clearance=6", "rig.die.edge_radius=4", "rig.holder.clearance=6",
+)  # fmt: skip
 #: by page and name of the table
 TABLES: dict[tuple[str, str], Made] = {
     ("homogenise.md", "benchmarks/homogenise.py"): Made(
@@ -97,6 +105,23 @@ TABLES: dict[tuple[str, str], Made] = {
                 ("macro", "paper", 100),
                 ("meso", "paper", 100),
             )
+        ),
+        (("forming", "macro"),),
+    ),
+    ("forming.md", "bands"): Made(
+        "python benchmarks/forming_bands.py bands RUN...",
+        tuple(
+            _run("forming", "macro", preset, "1", _FORCE.format(100), *sets)
+            for preset, sets in (("quick", ()), ("quick", _IN_PLANE), ("standard", _IN_PLANE))
+        ),
+        (("forming", "macro"),),
+    ),
+    ("forming.md", "small"): Made(
+        "python benchmarks/forming_bands.py small RUN...",
+        tuple(
+            _run("forming", "macro", "quick", "1", *_SMALL, f"model.macro.element_size={size}", *sets)
+            for sets in ((), _IN_PLANE)
+            for size in (6, 3, 2)
         ),
         (("forming", "macro"),),
     ),
