@@ -61,6 +61,18 @@ def test_bad_files_are_refused_where_they_are_wrong(old, new, said):
     assert said in refused(old, new)
 
 
+def test_parameters_that_are_there_only_together_are_taken_together():
+    """Fields of a patch, which the fabric has not: radii of all kinds of crossing, or none."""
+    told = "{low: 0.1, high: 0.3, reason: a reason of some length}"
+    kinds = ("inlay_inlay", "inlay_loop", "loop_loop")
+    lines = [f"  fabric.contact.patch.radius.{kind}: {told}\n" for kind in kinds]
+    text = STUDY.replace("parameters:\n", "parameters:\n" + "".join(lines))
+    problem = problem_of(parse_document(text, "u.yaml"))
+    radius = problem.run("V1", [0.1, 0.2, 0.3, 0.3, 0.9]).fabric.contact.patch.radius
+    assert [getattr(radius, f"{kind}_mm") for kind in kinds] == [0.1, 0.2, 0.3]
+    assert "radius.loop_loop: missing" in refused("parameters:\n", "parameters:\n" + "".join(lines[:2]))
+
+
 def test_one_parameter_is_a_sweep():
     assert "u.yaml:7: parameters" in refused(f"  {FRICTION}\n", "")
 

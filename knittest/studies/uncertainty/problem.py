@@ -1,6 +1,7 @@
 """Problem of a study of uncertainty: fabrics, parameters with their priors, and the variables asked for."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -41,6 +42,11 @@ class Parameter:
         if low is None or high is None:
             raise ValueError(f"{self.name}: a prior has both ends")  # config.uncertainty has seen to it
         return low, high
+
+    @property
+    def median(self) -> float:
+        """Median of the prior."""
+        return float(self.values(np.array(0.5)))
 
     def values(self, unit: Array) -> Array:
         """Values below which the shares ``unit`` of the prior lie, in the shape of ``unit``."""
@@ -128,11 +134,17 @@ def _parameters(study: file.Uncertainty, document: Document, kind: str) -> list[
 
 
 def _check_ends(case: Case, parameters: Sequence[Parameter]) -> None:
-    """Raise :class:`InputError` where the schema refuses an end of a prior, all else as in the fabric."""
+    """Raise :class:`InputError` where the schema refuses an end of a prior, all else as in the fabric and also where
+    the other parameters are at their medians: some fields take each other to be there at all.
+    """
     for parameter in parameters:
+        others = [setting for one in parameters if one is not parameter for setting in one.settings(one.median)]
         for end in parameter.ends:
-            try:
+            with suppress(InputError):
                 case.run(parameter.settings(end))
+                continue
+            try:
+                case.run([*others, *parameter.settings(end)])
             except InputError as error:
                 prior = f"an end of the prior of {parameter.name}, {end:g}, for fabric {case.name}"
                 raise InputError(f"{error} ({prior}: no draw may lie where the field cannot)") from None
@@ -140,7 +152,7 @@ def _check_ends(case: Case, parameters: Sequence[Parameter]) -> None:
 
 def _middle(cases: Mapping[str, Case], parameters: Sequence[Parameter]) -> dict[str, Run]:
     """Run of each case at the medians of all priors; raises :class:`InputError` where it is refused."""
-    settings = settings_at(parameters, [float(one.values(np.array(0.5))) for one in parameters])
+    settings = settings_at(parameters, [one.median for one in parameters])
     try:
         return {name: case.run(settings) for name, case in cases.items()}
     except InputError as error:
