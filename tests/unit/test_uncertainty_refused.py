@@ -73,6 +73,13 @@ def test_parameters_that_are_there_only_together_are_taken_together():
     assert "radius.loop_loop: missing" in refused("parameters:\n", "parameters:\n" + "".join(lines[:2]))
 
 
+def test_fields_beside_a_parameter_take_its_value():
+    waves = "fabric.reinforcing.crimp.warp: {low: 0.6, high: 0.9, also: [fabric.reinforcing.crimp.weft], reason: "
+    text = STUDY.replace("fabric.contact.friction_coefficient: {low: 0.1, high: 0.5, reason: ", waves)
+    crimp = problem_of(parse_document(text, "u.yaml")).run("V2", [0.65, 0.9]).fabric.reinforcing.crimp
+    assert crimp.warp.value == crimp.weft.value == 0.65
+
+
 def test_one_parameter_is_a_sweep():
     assert "u.yaml:7: parameters" in refused(f"  {FRICTION}\n", "")
 

@@ -37,7 +37,7 @@ def values(trial) -> tuple[float, float]:
 def shearing(trial) -> dict[str, float]:
     """A frame that is linear in friction, and in V2 lower by what is not set."""
     friction, degree = values(trial)
-    lower = 2.0 * (1.0 - degree) if trial.run.fabric.name == "pham2019-v2" else 0.5
+    lower = 2.0 * (1.0 - degree) if trial.run.fabric.name == "pham2019-v2" else 0.3
     forces = {f"shear_force_n_at_deg.{a}": a / 10.0 * (1.0 + 10.0 * friction - lower) for a in (10, 20)}
     return {**forces, "wrinkle_onset_deg": 40.0}
 
