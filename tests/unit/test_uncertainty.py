@@ -215,6 +215,15 @@ def test_a_draw_that_the_schema_refuses_is_a_lost_run(tmp_path, monkeypatch):
     assert all("thin tube" in one["reason"] and one["trial"] == "" for one in found["lost"])
 
 
+def test_a_parameter_that_no_result_hangs_on_is_named(tmp_path, monkeypatch, ran):
+    def unread(trial):
+        return {**shearing(trial), **{f"shear_force_n_at_deg.{a}": values(trial)[0] for a in (10, 20)}}
+
+    assert study(STUDY.replace("samples: 16", "samples: 4"), tmp_path, monkeypatch, Pretending(unread)) == 0
+    said = f"no result changes at all with {DEGREE}: does this test read it?"
+    assert said in outcome(tmp_path)["warnings"] and said not in outcome(ran)["warnings"]
+
+
 def test_few_samples_give_what_they_can(tmp_path, monkeypatch):
     assert study(STUDY.replace("samples: 16", "samples: 4"), tmp_path, monkeypatch) == 0
     found = variable(tmp_path, "V1 force, 10")

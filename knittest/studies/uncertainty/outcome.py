@@ -38,7 +38,7 @@ def outcome_of(
         differences={name: list(values) for name, values in problem.differences.items()},
         samples=study.samples, seed=study.seed, points=(len(problem.parameters) + 2) * study.samples,
         runs=len(runs), runs_by_status=dict(counts), lost_share=len(lost) / len(runs),
-        warnings=[*looser, *_warnings(lost, len(runs), variables)],
+        warnings=[*looser, *_warnings(lost, len(runs), variables), *idle(problem, numbers)],
         parameters=[_parameter_row(one) for one in problem.parameters], variables=variables,
         statements=[_statement_row(one, study.seed, one.holds(numbers)) for one in problem.statements], lost=lost,
         version=knittest.__version__, code=code_digest(), written=now(),
@@ -126,6 +126,15 @@ def _warnings(lost: Sequence[Lost], runs: int, variables: Sequence[VariableRow])
     if few := [one.name for one in variables if not one.band]:
         found.append(f"no band, for too few points ran: {'; '.join(few)}")
     return found
+
+
+def idle(problem: Problem, numbers: Numbers) -> list[str]:
+    """A line for parameters that change no result at all, as fields do that the test at this scale does not read."""
+    results = np.array([found for by_name in numbers.values() for found in by_name.values()])  # (results, d + 2, n)
+    changes = np.abs(results[:, 2:] - results[:, :1])  # NaN where either has no number
+    known, moved = np.isfinite(changes).any(axis=(0, 2)), (changes > 0.0).any(axis=(0, 2))
+    names = [problem.parameters[k].name for k in np.flatnonzero(known & ~moved)]
+    return [f"no result changes at all with {', '.join(names)}: does this test read it?"] if names else []
 
 
 def _half_width(index: Index) -> float:
