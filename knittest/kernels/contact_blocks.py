@@ -20,7 +20,7 @@ from knittest.kernels.contact_scratch import (
     LANES,
     LINE,
     LOST,
-    OVER_X,
+    OVER,
     P0,
     P1,
     P2,
@@ -55,7 +55,7 @@ from knittest.kernels.options import INLINE, KERNEL, ONE, U
 from knittest.kernels.rows import at3, rows3, store3
 from knittest.kernels.spin_blocks import give_way
 from knittest.kernels.state import ContactLaw
-from knittest.kernels.vec import add, combine, cross, scale, sub
+from knittest.kernels.vec import add, combine, cross, dot, scale, sub
 
 #: closest-point steps a time step: a contact that lags behind the closest points makes energy out of friction
 NEWTON_STEPS = 2
@@ -119,7 +119,7 @@ def _gather(first, count, dt, spinning, nodes, contacts, alive, w):
         spin_a, spin_b = _spin(i, s, spin), _spin(j, t, spin)
         store3(w, TURN_X + m, LANES, add(scale(touched * arm, spin_a), scale(touched * (1.0 - arm), spin_b)))
         if spinning:
-            store3(w, OVER_X + m, LANES, scale(touched, sub(spin_a, spin_b)))
+            w[OVER + m] = touched * dot(sub(spin_a, spin_b), at3(offset, c))
 
 
 @njit(**INLINE)

@@ -15,14 +15,13 @@ from knittest.kernels.contact_scratch import (
     LANES,
     LEVER,
     LOST,
-    OVER_X,
+    OVER,
     PX,
     SLIPPING,
     SPUN,
     TURN_X,
     TWIST,
     WAS_EX,
-    WAS_GX,
     WAS_SLIPPING,
 )
 from knittest.kernels.options import INLINE, U
@@ -62,15 +61,13 @@ def _grow(count, law, w):
 @njit(**INLINE)
 def _give_way(count, law, w):
     for m in range(U(count)):
-        new, old = load3(w, GX + m, LANES), load3(w, WAS_GX + m, LANES)
+        offset = load3(w, GX + m, LANES)
         force, slid = load3(w, PX + m, LANES), load3(w, EX + m, LANES)
-        over, turn = load3(w, OVER_X + m, LANES), load3(w, TURN_X + m, LANES)
         before = load3(w, WAS_EX + m, LANES)
-        before = add(before, cross(turn, before))
-        inv = 1.0 / max(sqrt(dot(new, new)), 1e-9)
-        pressure, lever, twist = max(dot(force, new) * inv, 0.0), w[LEVER + m], w[TWIST + m]
-        # about the mean of the normals of the last step and of this one: the moments of both work in this step
-        spun = twist + 0.5 * inv * dot(over, add(old, new))
+        before = add(before, cross(load3(w, TURN_X + m, LANES), before))
+        inv = 1.0 / max(sqrt(dot(offset, offset)), 1e-9)
+        pressure, lever, twist = max(dot(force, offset) * inv, 0.0), w[LEVER + m], w[TWIST + m]
+        spun = twist + inv * w[OVER + m]
         holds = 1.0 if lever > 0.0 else 0.0
         inv_lever = holds / max(lever, NOTHING)
         ratio = law.torsional * inv_lever * inv_lever
@@ -92,7 +89,6 @@ def _give_way(count, law, w):
 def give_way(first, count, contacts, law, w):
     """Let the contacts first.. of a block, whose springs and forces are those of sticking, slip and spin by ``law``."""
     _read3(first, count, rows3(contacts.spring), w, WAS_EX)
-    _read3(first, count, rows3(contacts.offset), w, WAS_GX)
     _read(first, count, contacts.slipping, w, WAS_SLIPPING)
     _read(first, count, contacts.twist, w, TWIST)
     _read(first, count, contacts.lever[1], w, LEVER)

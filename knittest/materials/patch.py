@@ -19,6 +19,7 @@ from math import gamma, pi, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
+from knittest.base.errors import InputError
 from knittest.config.fabric import Fabric, LateralCompaction
 from knittest.materials.yarn_section import SYSTEMS
 
@@ -42,6 +43,16 @@ class Patch:
     most: Array
     exponent: int = 0
 
+    def __post_init__(self) -> None:
+        for name in ("coefficient", "most"):
+            table = np.asarray(getattr(self, name), float)
+            if not (np.isfinite(table) & (table >= 0.0)).all():
+                raise InputError(f"{name} of a patch: expected finite numbers, 0 or more")
+            if table.ndim != 2 or not np.array_equal(table, table.T):
+                raise InputError(f"{name} of a patch: expected a row and a column for each part, the same both ways")
+        if self.exponent not in (0, 1, 3):
+            raise InputError(f"exponent of a patch: {self.exponent}; expected 1 or 3, or 0 for given sizes")
+
     @classmethod
     def disc(cls, radius: float) -> "Patch":
         """Discs of ``radius`` [mm] and even pressure at all crossings."""
@@ -50,6 +61,10 @@ class Patch:
     def levers(self, n_parts: int) -> Array:
         """Return coefficients and largest values for ``n_parts`` parts, (2, n_parts, n_parts)."""
         shape = (n_parts, n_parts)
+        if self.most.shape not in ((1, 1), shape) or self.coefficient.shape not in ((1, 1), shape):
+            raise InputError(
+                f"patch: tables of {len(self.most)} parts for {n_parts}; expected one for each, or one for all"
+            )
         return np.stack([np.broadcast_to(self.coefficient, shape), np.broadcast_to(self.most, shape)])
 
     @property

@@ -70,6 +70,8 @@ class Body:
             raise InputError("chains: none given")
         for name in ("normal", "tangential", "friction", "damping") if contact else ():
             above(getattr(contact, name), f"{name} of the contact", equal=True)
+        if contact is not None and contact.patch is not None:
+            above(contact.tangential, "tangential of the contact, whose patch is held by it,")
         for number, chain in enumerate(chains):
             count = len(chain_points(chain.points, number)) - 1
             chain_fields(chain.fail_strain, chain.slack, chain.degree_of_set, chain.draw_in, count, number)

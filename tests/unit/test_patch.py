@@ -8,8 +8,9 @@ from knittest.base.errors import InputError
 from knittest.config.loading import resolve
 from knittest.materials.patch import EVEN, Patch, fabric_patch, lever_share, patch_radius
 from knittest.models.meso import yarn_contact
+from knittest.pose import Body, Chain, YarnContact, section
 
-RADII = ("inlay_inlay", "inlay_loop", "loop_loop")
+CARD, LINE = section(1e4, 5.0, 0.2, 1e-3), np.column_stack([np.arange(4.0), np.zeros(4), np.zeros(4)])
 
 
 def fabric(patch: str, *more: str):
@@ -72,6 +73,19 @@ def test_compaction_of_a_fabric_file_becomes_a_law_of_the_force(exponent):
 
 def test_a_fabric_file_without_a_patch_has_none():
     assert fabric_patch(fabric("null").fabric) is None
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [(lambda: Patch.disc(-0.5), "most of a patch"), (lambda: Patch.disc(np.nan), "most of a patch"),
+     (lambda: Patch(np.ones((2, 2)), np.array([[0.0, 1.0], [0.5, 0.0]])), "the same both ways"),
+     (lambda: Patch(np.ones((1, 1)), np.ones((1, 1)), 2), "exponent of a patch: 2"),
+     (lambda: Patch(np.ones((2, 2)), np.ones((2, 2))).levers(3), "tables of 2 parts for 3"),
+     (lambda: Body.of_chains([Chain(LINE, CARD)], YarnContact(1.0, 0.0, 0.3, patch=Patch.disc(0.5))), "held by it")],
+)  # fmt: skip
+def test_what_is_no_patch_of_a_posed_body_is_refused(make, message):
+    with pytest.raises(InputError, match=message):
+        make()
 
 
 def test_a_disc_is_that_of_all_crossings():

@@ -215,3 +215,29 @@ def test_the_neighbour_piece_inherits_the_twist_and_looks_its_lever_up():
 
 def test_yarns_side_by_side_have_no_lever():
     assert found_again(1.0, 1.6)[2] == 0.0
+
+
+def turn_both(crossing: Spinning, axis: np.ndarray, angle: float) -> None:
+    """Turn both yarns rigidly about the contact by the small ``angle`` [rad] about ``axis``, spins with them."""
+    x = crossing.nodes.position[:, :6]
+    x += np.sin(angle) * np.cross(axis, x.T).T + (1.0 - np.cos(angle)) * np.cross(axis, np.cross(axis, x.T)).T
+    crossing.nodes.spin[:, :6] = angle / DT * axis[:, None]
+
+
+def test_the_loss_of_slip_is_that_of_the_force_turned_with_the_yarns():
+    """A slide, then a turn of both with a slide across the force that was: mean force times slide, less the spring."""
+    crossing, angle, slide = Spinning(), 0.1, 0.01
+    for _ in range(40):
+        crossing.move(0.0, 1e-3)
+    old = crossing.contacts.spring[:, 0].copy()
+    turn_both(crossing, crossing.normal, angle)
+    across = np.cross(crossing.normal, crossing.along)
+    way = slide * (np.cos(angle) * across - np.sin(angle) * crossing.along)
+    crossing.nodes.position[:, :3] += way[:, None]
+    crossing.contacts.reach[:] = REACH
+    arguments = crossing.contacts, np.ones(7), crossing.law, np.zeros(SCRATCH)
+    lost, _, _ = plain(contact_forces)(0, 1, DT, crossing.nodes, *arguments)
+    new, turned = crossing.contacts.spring[:, 0], old + angle * np.cross(crossing.normal, old)
+    slid = way - 0.5 * angle * np.cross(crossing.normal, way)  # as seen from yarns half turned
+    expected = 0.5 * LAW.tangential * float((turned + new) @ slid + turned @ turned - new @ new)
+    assert lost == pytest.approx(expected, rel=0.015) and np.linalg.norm(old) > 0.01

@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
+from knittest.config.loading import resolve
 from knittest.models.snapshot import State
 from knittest.pose import ALL, Body, Chain, Patch, Table, YarnContact, ramp, section
+from knittest.runs.specimen import run_specimen
 
 MU, RADIUS, PRESS = 0.3, 0.5, 2.0
 #: yarns so stiff that they turn as one
@@ -120,3 +122,14 @@ def test_a_trellis_of_rigid_yarns():
     moment = 2.0 / 3.0 * MU * 500.0 * depth * RADIUS
     expected = 9.0 * moment / (height * np.sqrt(1.0 - sine[seen] ** 2))
     assert force[seen] == pytest.approx(expected, rel=0.03)
+
+
+def test_a_frame_of_yarns_with_patches_keeps_its_gates_and_books_what_spins():
+    patch = "{radius: {inlay_inlay: 0.5, inlay_loop: 0.5, loop_loop: 0.5}}"
+    sets = ["rig.side=15", "rig.max_angle=12", f"fabric.contact.patch={patch}"]
+    found = run_specimen(resolve(variant="2", scale="meso", preset="quick", test="picture-frame", sets=sets))
+    energies = found.history.energies
+    assert found.quality.failures == ()
+    spun, friction = energies["friction_spin_mj"], energies["friction_mj"]
+    assert 0.1 * friction[-1] < spun[-1] < 0.6 * friction[-1]
+    assert (np.diff(spun) > -1e-9).all()
