@@ -10,6 +10,8 @@ from typing import Any, Self
 
 from knittest.base.errors import KnittestError
 
+#: process status of a run that a signal stopped: temporary failure, try again (sysexits.h)
+INTERRUPTED = 75
 #: asked to stop by a user, a batch system or its warning before the time limit
 STOPPING = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGINT", "SIGUSR1") if hasattr(signal, name))
 

@@ -16,7 +16,7 @@ import click
 
 from knittest import __version__
 from knittest.base.errors import InputError, KnittestError, ResourceError
-from knittest.base.interrupts import STOPPING, UntilSaved
+from knittest.base.interrupts import INTERRUPTED, STOPPING, UntilSaved
 from knittest.base.kinds import kinds
 
 #: name of a command that is no test: module that holds it under the same name, and what ``--help`` says of it
@@ -40,7 +40,6 @@ COMMANDS = {
     "bench": ("knittest.cli.bench", "Measure throughput by kernel and the parts of a real run."),
     "doctor": ("knittest.cli.doctor", "Report versions, threads and cache."),
 }
-INTERRUPTED = 75
 #: full disk, quota, read-only place, missing permission: the machine's trouble, not the program's
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES)
 #: a path that no file can have

@@ -9,12 +9,10 @@ from typing import Any
 import knittest
 from knittest.base.errors import KnittestError, OutOfTolerance
 from knittest.base.hiding import host_name
-from knittest.base.interrupts import Interrupted
+from knittest.base.interrupts import INTERRUPTED, Interrupted
 from knittest.base.summary import Status
 from knittest.config.run import Run
 from knittest.export import provenance
-
-INTERRUPTED = 75
 
 
 def first_manifest(

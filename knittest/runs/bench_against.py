@@ -60,7 +60,7 @@ def paired_lines(against: Path, pairs: int) -> Iterator[str]:
         faster = _spread([new.speed / old.speed for old, new in turns])
         speed = statistics.median(new.speed for _, new in turns)
         leaner = statistics.median(old.cpu / new.cpu for old, new in turns)
-        yield f"{name:<17}{1e-6 * speed:>10.1f}  {faster:<23}{leaner:<13.2f}{difference(*(t.curve for t in turns[0]))}"
+        yield f"{name:<17}{1e-6 * speed:>10.3g}  {faster:<23}{leaner:<13.2f}{difference(*(t.curve for t in turns[0]))}"
 
 
 def _spread(ratios: Sequence[float]) -> str:

@@ -44,7 +44,7 @@ def test_the_ratio_is_of_this_one_over_the_other(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(bench_against, "checkout", lambda path: path)
     monkeypatch.setattr(bench_against, "_timed", lambda place, command: runs[place == HERE])
     *_, line = paired_lines(Path("other"), 3)
-    assert line.split() == ["strip", "3.0", "3.00", "(3.00", "to", "3.00)", "4.00", "the", "same"]
+    assert line.split() == ["strip", "3", "3.00", "(3.00", "to", "3.00)", "4.00", "the", "same"]
 
 
 def test_what_is_no_checkout_or_fails_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
