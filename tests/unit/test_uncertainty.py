@@ -184,6 +184,7 @@ def test_runs_without_a_result_are_recorded_with_their_parameters_and_cost_the_i
         assert one["indices"] == [] and one["count"] < 32 and one["band"]
         assert one["no_indices"].startswith(f"{len(gone)} of 64 points of the design have no number")
     assert any("have no result that counts" in text for text in found["warnings"])
+    assert any("bands of force, onset are not of the same points for all fabrics" in text for text in found["warnings"])
     (stated,) = found["statements"]
     assert stated["count"] == v2["count"] and stated["possible"][0] < stated["share"] < stated["possible"][1]
 

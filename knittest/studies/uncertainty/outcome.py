@@ -118,6 +118,14 @@ def _warnings(lost: Sequence[Lost], runs: int, variables: Sequence[VariableRow])
             f"{len(lost)} of {runs} runs ({100.0 * len(lost) / runs:.1f} %) have no result that counts: bands and "
             "shares are of the part of the prior that ran"
         )
+        counts: dict[str, set[int]] = {}
+        for one in variables:
+            counts.setdefault(one.quantity, set()).add(one.count)
+        if uneven := [name for name, numbers in counts.items() if len(numbers) > 1]:
+            found.append(
+                f"bands of {', '.join(uneven)} are not of the same points for all fabrics: compare by ratios and "
+                "statements, which are of points that both have"
+            )
     ranked = [one for one in variables if one.indices]
     wide = [one.name for one in ranked if any(_half_width(index) > WIDE for index in one.indices)]
     if wide:

@@ -81,21 +81,26 @@ def _stamp(found: Uncertainty) -> Stamp:
 
 def _bands(axes: "Axes", rows: list[VariableRow]) -> None:
     """Median and the band from 5 to 95 % of each fabric or ratio: over the axis, else one beside the other."""
+    from matplotlib.ticker import LogLocator, NullLocator
+
     groups = _whos(rows)
     for number, (colour, group) in enumerate(zip(_colours(len(groups)), groups, strict=True)):
         band = np.array([one.band for one in group], float)
         if len(group) > 1:
             places = np.array([one.at for one in group], float)
             axes.fill_between(places, band[:, 0], band[:, 2], color=colour, alpha=0.18, linewidth=0)
-            axes.plot(places, band[:, 1], "o-", color=colour, markersize=4, linewidth=1.4, label=group[0].who)
+            axes.plot(places, band[:, 1], "o-", color=colour, markersize=4, linewidth=1.4, label=_label(group))
         else:
             off = np.abs(band[:, [0, 2]] - band[:, [1]]).T
-            axes.errorbar([number], band[:, 1], off, fmt="o", color=colour, capsize=4, label=group[0].who)
+            axes.errorbar([number], band[:, 1], off, fmt="o", color=colour, capsize=4, label=_label(group))
     first = rows[0]
     if first.ratio:
         axes.axhline(1.0, color=GREY, linewidth=1.0, linestyle=(0, (4, 2)))
     if first.log and not first.ratio:
         axes.set_yscale("log")
+        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes.yaxis.set_major_formatter("{x:g}")
+        axes.yaxis.set_minor_locator(NullLocator())
     if first.at is None:
         axes.set_xticks([])
         axes.set_xlim(-0.5, len(groups) - 0.5)
@@ -103,6 +108,12 @@ def _bands(axes: "Axes", rows: list[VariableRow]) -> None:
     axes.set(xlabel=first.axis, ylabel=f"{first.quantity}{', ratio' if first.ratio else ''}{unit}")
     axes.set_title("median, 5 to 95 % of the prior", fontsize=8.5, color=GREY, loc="left")
     axes.legend(frameon=False, fontsize=8.5)
+
+
+def _label(group: list[VariableRow]) -> str:
+    """Fabric or ratio, and how many points its band is of where some have no number: another part of the prior."""
+    least = min(one.count for one in group)
+    return group[0].who + (f", {least} of {group[0].points} points" if least < group[0].points else "")
 
 
 def _bars(axes: "Axes", rows: list[VariableRow]) -> None:
