@@ -118,6 +118,8 @@ class TestKind:
     pictures: tuple[str, ...] = ()
     tables: tuple[str, ...] = ()
 
+    #: scales at which there is such a test
+    scales: tuple[str, ...] = ("macro", "meso")
     #: scale unless one is asked for; ``module:name`` of what a preset sets; fields of the rig that a preset decides
     scale: str = "meso"
     presets: str = ""

@@ -22,7 +22,7 @@ UNITS: dict[str, dict[str, float]] = {
     "rate": {"1/ms": 1.0},
     "force": {"N": 1.0, "kN": 1e3, "daN": 10.0, "cN": 1e-2, "mN": 1e-3, "kgf": 9.80665, "lbf": 4.4482216152605},
     "force per length": {"N/mm": 1.0, "N/m": 1e-3, "kN/mm": 1e3},
-    "stress": {"MPa": 1.0, "GPa": 1e3, "Pa": 1e-6},
+    "stress": {"MPa": 1.0, "GPa": 1e3, "kPa": 1e-3, "Pa": 1e-6},
     "moment": {"N mm": 1.0, "N m": 1e3, "N cm": 10.0, "mN cm": 1e-2},
     "bending stiffness": {"N mm2": 1.0, "N m2": 1e6, "N cm2": 100.0, "mN cm2": 0.1},
     "threads per length": {

@@ -5,7 +5,7 @@ from typing import Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from knittest.base.kinds import Parts
+from knittest.base.kinds import Parts, kinds
 from knittest.config.base import BoundsError, Strict, number
 from knittest.config.fabric import YARN_LEVEL, Fabric
 from knittest.config.kernel_units import Kernel
@@ -170,7 +170,11 @@ class Run(Strict):
 
 
 def _check_run(run: Run) -> None:
-    """The specimen is larger than its elements, and the fabric thicker than its unevenness."""
+    """The test is one of its scale, the specimen larger than its elements, the fabric thicker than its unevenness."""
+    scales = kinds()[run.rig.kind].scales
+    if run.model.scale not in scales:
+        what = "shells have nothing that it could find" if run.model.scale == "macro" else "yarns have none"
+        raise BoundsError(f"{run.rig.kind} is a test of --scale {' or '.join(scales)} only: {what}", "model.scale")
     if run.model.scale == "macro":
         _check_element(run)
     uneven = getattr(run.rig, "imperfection", 0.0)

@@ -146,6 +146,13 @@ COMMANDS: dict[str, Do] = {
     "knittest batch configs/sweeps/blank-holder.yaml": Do(planned="5 CPU minutes"),
     "knittest batch configs/sweeps/blank-holder.yaml --workers 2": Do(planned="5 CPU minutes"),
     "knittest batch configs/sweeps/yarn-friction.yaml": Do(planned="10 CPU minutes"),
+    "knittest pull-out --variant 1 --direction weft": Do(
+        "--preset quick --set rig.length=15 --set rig.travel=4.2 --set solver.speed=0.5 --no-frames --out {out}"
+    ),
+    "knittest compaction --variant 1": Do(planned="half a CPU minute; test_identify.py presses two yarns"),
+    "knittest calibrate configs/calibrations/v1-pull-out-yarns.yaml": Do(
+        planned="3 CPU minutes; own-fabric.md's is run"
+    ),
     "knittest calibrate configs/calibrations/v1-friction.yaml": Do(
         planned="minutes; own-fabric.md's calibration is run"
     ),

@@ -24,6 +24,8 @@ RESULTS = {
     "picture-frame": {"shear_force_n_at_deg.10": 2.703125, "wrinkle_onset_deg": float("nan")},
     "bias-extension": {"bias_force_n_at_deg.10": 1.65625, "middle_shear_angle_deg_at_deg.10": 9.96875},
     "biaxial": {"biaxial_force_n_per_mm": 116.375, "cross_strain_pct": 0.8125},
+    "pull-out": {"pull_out_peak_n": 2.34375, "crossing_friction_n": 0.140625, "clamp_difference_pct": 0.0625},
+    "compaction": {"thickness_mm_at_kpa.1": 2.203125, "plate_difference_pct": 0.5, "plate_sunk_pct": 1.5},
     "cantilever": {"chord_angle_deg": 41.5625, "overhang_mm": 171.0, "moment_error_pct": 0.4375, "residual": 3.0e-7},
     "friction": {
         "pull_force_kinetic_n": 300.5,
@@ -48,7 +50,8 @@ def write_run(
     **chosen: Any,
 ) -> Path:
     """A completed run in ``path``; ``failures`` refuse it, ``chosen`` goes to the config's loader."""
-    chosen = {"scale": "macro", "variant": "1"} | ({"specimens": specimens} if specimens > 1 else {}) | chosen
+    scale = "macro" if "macro" in kinds()[kind].scales else "meso"
+    chosen = {"scale": scale, "variant": "1"} | ({"specimens": specimens} if specimens > 1 else {}) | chosen
     run = resolve(test=kind, direction=None if not kinds()[kind].directional else direction, **chosen)
     files = [data_dir() / name for name in run.fabric.macro.tension.values()]
     rows = [{**RESULTS[kind], **(results or {})}]
@@ -103,6 +106,8 @@ def curves(kind: str) -> dict[str, np.ndarray]:
         },
         "bias-extension": {"time_ms": x, "shear_angle_deg": x, "force_n": 0.3 * x},
         "biaxial": {"time_ms": x, "strain_pct": x / 25.0, "force_n_per_mm": 70.0 * x / 25.0},
+        "pull-out": {"time_ms": x, "displacement_mm": x / 5.0, "pull_force_n": 0.1 * x},
+        "compaction": {"time_ms": x, "pressure_kpa": 0.1 + x, "thickness_mm": 2.2 - x / 100.0},
         "cantilever": {"steps": 50.0 + 1000.0 * x, "residual": np.exp(-0.3 * x)},
         "friction": {"time_ms": x, "displacement_mm": x / 4.0, "pull_force_n": 300.0 * np.minimum(x, 1.0)},
         "forming": {"time_ms": x, "stamp_travel_mm": x, "stamp_force_n": 2.0 * x},

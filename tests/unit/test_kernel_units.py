@@ -27,6 +27,7 @@ IN_KERNEL = {
     "g/cm3": (1e-3, "g_per_mm3"),
     "GPa": (1000.0, "mpa"),
     "MPa": (1.0, "mpa"),
+    "kPa": (1e-3, "mpa"),
     "N": (1.0, "n"),
     "N/mm": (1.0, "n_per_mm"),
     "N mm": (1.0, "n_mm"),

@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 
 from knittest.base.errors import InputError
+from knittest.base.kinds import kinds
 from knittest.config.loading import resolve
 from knittest.config.presets import PRESETS
 from knittest.config.run import RUNS
@@ -82,7 +83,7 @@ def test_what_says_how_well_a_run_went_has_no_error() -> None:
 #: what is as coarse as it may be: waves of tests in which no yarn is pulled straight have 4 beams, the least, and
 #: specimens of 10 shells a side would keep less than 8
 FINER = {
-    *((test, "meso", "any") for test in ("picture-frame", "cantilever", "forming", "bias-extension")),
+    *((test, "meso", "any") for test in ("picture-frame", "cantilever", "forming", "bias-extension", "compaction")),
     *((test, "macro", "quick") for test in ("bias-extension", "biaxial")),
 }
 
@@ -94,8 +95,7 @@ def chosen(
     return resolve(variant=variant, test=test, scale=scale, preset=preset, direction=along, **more)
 
 
-@pytest.mark.parametrize("scale", ["macro", "meso"])
-@pytest.mark.parametrize("test", list(RUNS))
+@pytest.mark.parametrize(("test", "scale"), [(test, scale) for test in RUNS for scale in kinds()[test].scales])
 def test_every_preset_of_every_test_has_another_mesh_within_the_bounds(test: str, scale: str) -> None:
     for preset in PRESETS:
         for variant, direction in (("1", "warp"), ("2", "weft")):

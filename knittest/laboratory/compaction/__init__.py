@@ -1,0 +1,1 @@
+"""Compaction: a piece of fabric is pressed between two plates."""

@@ -1,0 +1,43 @@
+"""Record of the compaction test."""
+
+from knittest.base.kinds import TestKind
+
+KIND = TestKind(
+    name="compaction",
+    place=5,
+    directional=False,
+    summary="Compaction between two plates, meso.",
+    usage="""Press a piece of fabric between two plates: thickness over pressure, work, exponent of van Wyk's law.
+
+    Example: knittest compaction --variant 1
+    """,
+    run="knittest.laboratory.compaction.config:CompactionRun",
+    test="knittest.laboratory.compaction.test:Compaction",
+    report="knittest.laboratory.compaction.report:CompactionReport",
+    size="knittest.laboratory.compaction.size:stated",
+    labels={
+        "thickness_mm_at_kpa.1": ("thickness at 1 kPa [mm]", "{:.3f}"),
+        "thickness_mm_at_kpa.10": ("thickness at 10 kPa [mm]", "{:.3f}"),
+        "thickness_mm_at_kpa.100": ("thickness at 100 kPa [mm]", "{:.3f}"),
+        "thickness_mm_at_kpa.1000": ("thickness at 1000 kPa [mm]", "{:.3f}"),
+        "compaction_work_j_per_m2": ("work of compaction [J/m2]", "{:.1f}"),
+        "compaction_exponent": ("exponent of compaction, van Wyk 3 [-]", "{:.2f}"),
+        "law_scatter_pct": ("scatter of the pressure about the fit [%]", "{:.0f}"),
+        "largest_pressure_kpa": ("largest pressure [kPa]", "{:.4g}"),
+        "plate_difference_pct": ("largest difference of the plates' forces [%]", "{:.2f}"),
+        "plate_sunk_pct": ("plates sunk in, of their way [%]", "{:.2f}"),
+    },
+    diagnostic=("law_scatter_pct", "largest_pressure_kpa", "plate_difference_pct", "plate_sunk_pct"),
+    published=tuple(f"thickness_mm_at_kpa.{p}" for p in (1, 10, 100, 1000)),
+    pictures=("curve.png", "energies.png", "deformed.png"),
+    scales=("meso",),
+    presets="knittest.laboratory.compaction.presets:settings",
+    sizes=("side",),
+    deciding={
+        "meso": (
+            "reinforcing.beam_diameter", "knitting.beam_diameter", "contact.normal_stiffness", "reinforcing.crimp.warp",
+            "reinforcing.crimp.weft",
+        ),
+    },
+    hinges={"membrane_share": -1},
+)  # fmt: skip

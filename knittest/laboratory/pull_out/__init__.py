@@ -1,0 +1,1 @@
+"""Pull-out: one inlay is pulled out of a piece of fabric."""

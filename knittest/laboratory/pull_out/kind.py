@@ -1,0 +1,44 @@
+"""Record of the pull-out test."""
+
+from knittest.base.kinds import TestKind
+
+KIND = TestKind(
+    name="pull-out",
+    place=5,
+    summary="Pull of one inlay out of the fabric, meso.",
+    usage="""Pull one inlay out of a piece of fabric: largest force, force while it slides, friction of a crossing.
+
+    Example: knittest pull-out --variant 1 --direction weft
+    """,
+    run="knittest.laboratory.pull_out.config:PullOutRun",
+    test="knittest.laboratory.pull_out.test:PullOut",
+    report="knittest.laboratory.pull_out.report:PullOutReport",
+    size="knittest.laboratory.pull_out.size:stated",
+    labels={
+        "pull_out_at_rest_n": ("force at which the inlay lets go [N]", "{:.3f}"),
+        "pull_out_peak_n": ("largest force of the inlay [N]", "{:.3f}"),
+        "pull_out_sliding_n": ("force of the inlay while it slides [N]", "{:.3f}"),
+        "crossing_friction_at_rest_n": ("friction of a crossing at rest, mu N [N]", "{:.4f}"),
+        "crossing_friction_n": ("friction of a crossing while it slides, mu N [N]", "{:.4f}"),
+        "crossing_normal_force_n": ("normal force of a crossing while it slides, N [N]", "{:.4f}"),
+        "crossings": ("crossings at the start", "{:.0f}"),
+        "slid_mm": ("slid way of the inlay [mm]", "{:.2f}"),
+        "clamp_difference_pct": ("difference of the clamps [%]", "{:.2f}"),
+    },
+    diagnostic=("crossings", "slid_mm", "clamp_difference_pct"),
+    published=(
+        "pull_out_at_rest_n", "pull_out_peak_n", "pull_out_sliding_n", "crossing_friction_at_rest_n",
+        "crossing_friction_n",
+    ),
+    pictures=("curve.png", "energies.png", "deformed.png"),
+    scales=("meso",),
+    presets="knittest.laboratory.pull_out.presets:settings",
+    sizes=("width", "length", "travel"),
+    deciding={
+        "meso": (
+            "contact.friction_coefficient", "reinforcing.bending_stiffness.{d}", "reinforcing.crimp.{d}",
+            "knitting.degree_of_set", "loop_length",
+        ),
+    },
+    hinges={"membrane_share": -1},
+)  # fmt: skip
