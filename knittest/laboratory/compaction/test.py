@@ -39,7 +39,8 @@ class Compaction(Test[CompactionRun]):
         pitches = np.array([run.fabric.wale_spacing, run.fabric.course_spacing])
         pressed = np.maximum(np.round(run.rig.side_mm / pitches), 2.0)
         whole = (pressed + 2.0 * AROUND) * pitches
-        piece = cut(run, *(int(n + 2 * AROUND) for n in pressed), specimen, observer)
+        n_wales, n_courses = (int(n) + 2 * AROUND for n in pressed)
+        piece = cut(run, n_wales, n_courses, specimen, observer)
         paths = [replace(path, points=path.points - 0.5 * np.append(whole, 0.0)) for path in piece.paths]
         model = build_meso(run, paths, piece.draws, run.rig.membrane_share)
         position, size = model.position(), pressed * pitches

@@ -29,6 +29,10 @@ class PictureFrameRig(Rig):
         default_factory=list,
         description="shear angles [deg] at which the frame turns on its way: [30, 5] shears to 30, back to 5, and on",
     )
+    cycles: int = Field(
+        0, ge=0, le=20, description="times that the frame shears to max_angle and back to 0, where it ends; 0: ends at "
+        "max_angle",
+    )  # fmt: skip
     mounting_slack: float = number(
         0.05, "%", "slack with which the yarns hang on the needles (assumed); taut yarns cannot wrinkle", ge=0, le=5
     )
@@ -51,12 +55,19 @@ class PictureFrameRig(Rig):
 
     @model_validator(mode="after")
     def _turns_are_turns(self) -> Self:
+        if self.turns and self.cycles:
+            raise BoundsError("are those of a frame that ends at max_angle: leave out turns, or cycles", "turns")
         ways = [b - a for a, b in pairwise([0.0, *self.turns, self.max_angle])]
         if any(way == 0.0 or (way > 0.0) != (k % 2 == 0) for k, way in enumerate(ways)):
             raise BoundsError("must go up and down in turn, and up to max_angle at the end", "turns")
         if not all(0.0 <= angle <= self.max_angle for angle in self.turns):
             raise BoundsError(f"must lie between 0 and max_angle, {self.max_angle:g} deg", "turns")
         return self
+
+    @property
+    def stops(self) -> list[float]:
+        """Shear angles [deg] at which the frame turns, or ends."""
+        return [self.max_angle, 0.0] * self.cycles if self.cycles else [*self.turns, self.max_angle]
 
 
 class PictureFrameRun(Run):

@@ -44,7 +44,7 @@ class PictureFrameTest:
         self.slack = rig.mounting_slack_fraction
         start = run.solver.ramp_ms
         self.close = ramp(start, self.slack)
-        stops = np.deg2rad([*rig.turns, rig.max_angle]).tolist()
+        stops = np.deg2rad(rig.stops).tolist()
         self.shear = _there_and_back(start, sqrt(2.0) * run.solver.speed_mm_per_ms / self.side, stops)
         self.duration = self.shear.time[-1]
         self.times = np.linspace(0.0, self.duration, KNOTS * len(stops))

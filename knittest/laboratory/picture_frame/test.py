@@ -15,6 +15,7 @@ from knittest.laboratory.judging import assess
 from knittest.laboratory.law_end import refuse_beyond_law
 from knittest.laboratory.needles import on_needles
 from knittest.laboratory.picture_frame.config import PictureFrameRun
+from knittest.laboratory.picture_frame.cycles import cycle_results
 from knittest.laboratory.picture_frame.rig import ANGLES, PictureFrameTest
 from knittest.laboratory.picture_frame.wrinkles import measure_wrinkles
 from knittest.laboratory.shear_angles import AngleScatter, angle_scatter, crossing_angles, shell_angles
@@ -99,6 +100,7 @@ class PictureFrame(Test[PictureFrameRun]):
         found = forces_at(history, run.rig.max_angle)
         if run.rig.max_angle >= MAPPED:
             found |= _mapped(history, run.rig.side_mm)
+        found |= cycle_results(history.curve, history.energies, run.rig.cycles)
         return found | {"wrinkle_onset_deg": onset}
 
     def assess(self, run: PictureFrameRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
