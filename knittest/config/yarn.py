@@ -98,7 +98,9 @@ class ReinforcingYarn(Yarn):
     slack: PerDirection = measure("%", "scale of the half-normal slack of a yarn before it carries load", ge=0, le=2)
     slack_fraction: ClassVar[Kernel[Directed]] = Kernel("slack")
     section: InlaySection | None = Field(
-        None, description="elliptic sections in contact; none: circles of beam_diameter, whatever fibres they hold"
+        None,
+        description="elliptic sections in contact, for `knittest fabric` alone: runs of yarns refuse them; none: "
+        "circles of beam_diameter, whatever fibres they hold",
     )
 
     def ellipse_mm(self, section: InlaySection, direction: str) -> tuple[float, float]:

@@ -30,10 +30,6 @@ def build_meso(
     A test that pulls no yarn may keep a share of the axial stiffness only: the time step grows. Without ``rubbing``
     yarns touch free of friction.
     """
-    if run.fabric.reinforcing.section is not None:
-        raise InputError(
-            "fabric.reinforcing.section: runs of yarns touch as circles; expected none, or only `knittest fabric`"
-        )
     cards = sections(run.fabric, axial_share)
     rows = 1 + max((p.index for p in paths if p.system == "knit"), default=0)
     chains = [
@@ -61,7 +57,11 @@ def chain_order(path: YarnPath) -> tuple[int, int]:
 
 
 def yarn_contact(run: Run) -> YarnContact:
-    """Contact between the yarns of the fabric."""
+    """Contact between the yarns of the fabric; raises :class:`InputError` for elliptic sections."""
+    if run.fabric.reinforcing.section is not None:
+        raise InputError(
+            "fabric.reinforcing.section: runs of yarns touch as circles; expected none, or only `knittest fabric`"
+        )
     card = run.fabric.contact
     normal = card.normal_stiffness_n_per_mm
     static, compaction = card.static_friction_coefficient, card.compaction

@@ -9,10 +9,13 @@ from knittest.config.loading import resolve
 from knittest.fabric import relax
 from knittest.fabric.cell import CellSpec
 from knittest.fabric.relax import relaxed_cell
+from knittest.fabric.variability import YarnDraws
 from knittest.models.meso import build_meso
+from knittest.models.meso_cell import build_meso_cell
 
 #: mass over fibre volume of 1200 tex whose fibres have 0.784 mm2
 DENSITY = 1.53
+NONE: dict[str, YarnDraws] = {}
 
 
 def with_sections(variant="1", ratio=(2.0, 1.5), packing=(0.9, 0.8), density=DENSITY, **more):
@@ -76,8 +79,13 @@ def test_sections_that_lock_are_refused_with_the_packing_that_would_do(monkeypat
     assert relaxed_cell(with_sections(ratio=(1.5, 1.5), packing=(0.6 * factor, 0.6 * factor)))
 
 
-def test_a_run_of_yarns_does_not_take_ellipses_for_circles():
+@pytest.mark.parametrize(
+    "build",
+    [lambda run: build_meso(run, [], NONE), lambda run: build_meso_cell(run, relaxed_cell(run.fabric), 1, 1)],
+    ids=["specimen", "periodic cell"],
+)
+def test_a_run_of_yarns_does_not_take_ellipses_for_circles(build):
     run = resolve(variant="1", test="tensile", scale="meso")
-    run = run.model_copy(update={"fabric": with_sections()})
+    run = run.model_copy(update={"fabric": with_sections(ratio=(2.0, 2.0), packing=(0.9, 0.9))})
     with pytest.raises(InputError, match=r"fabric.reinforcing.section: runs of yarns touch as circles"):
-        build_meso(run, [], {})
+        build(run)
