@@ -40,6 +40,7 @@ def relax(**which: Any) -> None:
     Example: knittest fabric relax --variant 1
     """
     from knittest.fabric.cell_cache import cell_path
+    from knittest.fabric.munden import Munden
 
     chosen, _, cell, seconds = _relaxed(**which)
     stated = chosen.thickness
@@ -49,6 +50,7 @@ def relax(**which: Any) -> None:
         ("cell", f"{cell.spec.wale:.4f} x {cell.spec.course:.4f} mm"),
         ("thickness", f"{cell.thickness:.3f} mm ({stated.source} {stated.value:g}{scatter} mm)"),
         ("loop length", f"{cell.spec.loop_length:g} mm, met within {100 * abs(cell.length_error):.3f} %"),
+        ("Munden's Kc, Ks", str(Munden.of(cell.spec))),
         ("crimp warp, weft", f"{100 * cell.crimp('warp'):.3f} %, {100 * cell.crimp('weft'):.3f} %"),
         ("penetration / radius", f"{100 * cell.deepest:.2f} % at rest, {100 * cell.worst:.0f} % on the way"),
         ("residual force", f"{cell.residual:.1e} N after {cell.iterations} iterations"),

@@ -34,6 +34,7 @@ def test_relax_prints_the_cell_and_keeps_it() -> None:
     assert rows["fabric"] == "pham2019-v1"
     assert 2.0 < float(rows["thickness"].split()[0]) < 2.4
     assert "measured 2.22 ± 0.08 mm" in rows["thickness"]
+    assert rows["Munden's Kc, Ks"].startswith("4.03, 16.3 (relaxed")  # 14.4 / 3.571, and 14.4 / 3.571 of that
     assert rows["time"] == "from the cache"
     assert Path(rows["kept in"]).is_file()
     assert "relaxing geometry" in first.stderr and not second.stderr
