@@ -9,7 +9,7 @@ import click
 from knittest.cli.options import Command
 
 if TYPE_CHECKING:
-    from knittest.config.fabric import Fabric
+    from knittest.config.run import Run
     from knittest.fabric.cell import Cell
 
 
@@ -42,7 +42,8 @@ def relax(**which: Any) -> None:
     from knittest.fabric.cell_cache import cell_path
     from knittest.fabric.munden import Munden
 
-    chosen, _, cell, seconds = _relaxed(**which)
+    run, cell, seconds = _relaxed(**which)
+    chosen = run.fabric
     stated = chosen.thickness
     scatter = f" ± {stated.sd:g}" if stated.sd else ""
     rows = (
@@ -57,6 +58,7 @@ def relax(**which: Any) -> None:
         ("interlacing", "checked: layers and loops in order"),
         ("time", "from the cache" if seconds is None else f"{seconds:.2f} s"),
         ("kept in", str(cell_path(cell.spec))),
+        *_settled(run),
     )
     for name, text in rows:
         click.echo(f"{name:22}{text}")
@@ -73,10 +75,11 @@ def show(out: Path, **which: Any) -> None:
     from knittest.base.stamp import Stamp, stamped
     from knittest.export.cell_picture import cell_picture
 
-    chosen, parameters, cell, _ = _relaxed(**which)
+    run, cell, _ = _relaxed(**which)
+    chosen = run.fabric
     size = f"4 x 4 cells of {cell.spec.wale:.3f} x {cell.spec.course:.3f} mm"
     loops = f"loop length {cell.spec.loop_length:g} mm"
-    with stamped(Stamp((chosen.name, f"parameters {parameters}", size, loops))):
+    with stamped(Stamp((chosen.name, f"parameters {run.parameters}", size, loops))):
         cell_picture(out, cell, chosen.name)
     click.echo(str(out))
 
@@ -93,25 +96,42 @@ def export(file: Path, wales: int, courses: int, **which: Any) -> None:
     """
     from knittest.export.centre_lines import export_centre_lines
 
-    _, _, cell, _ = _relaxed(**which)
+    _, cell, _ = _relaxed(**which)
     export_centre_lines(file, cell, wales, courses)
     click.echo(str(file))
 
 
+def _settled(run: "Run") -> list[tuple[str, str]]:
+    """State of rest of the cell by the contact law of runs, where the fabric states one."""
+    if not run.fabric.knitting.settled:
+        return []
+    from knittest.solve.settled_cell import settled_cell
+
+    click.echo("settling the cell", err=True)
+    found = settled_cell(run)
+    pressed = ", ".join(f"{kind} {c.normal_force:.3g}" for kind, c in found.crossings.items())
+    return [
+        ("settled", f"loops drawn in by {100 * found.draw_in:.3g} %, under {found.tension:.3g} N"),
+        ("crossings", f"{pressed} N"),
+        ("thickness settled", f"{found.thickness:.3f} mm"),
+        ("kept flat by", f"{found.flat_moment:.3g} N mm/mm along the courses"),
+        ("out of balance", f"{100 * found.residual:.2g} % of the contact forces after {found.steps} steps"),
+    ]
+
+
 def _relaxed(
     variant: str | None, fabric: Path | None, parameters: str | None, sets: tuple[str, ...]
-) -> tuple["Fabric", str, "Cell", float | None]:
-    """Fabric, its parameter set, its cell and the seconds the relaxation took; ``None`` if the cache had it."""
+) -> tuple["Run", "Cell", float | None]:
+    """Run of the fabric, its cell and the seconds the relaxation took; ``None`` if the cache had it."""
     from knittest.config.loading import resolve
     from knittest.fabric.relax import relaxed_cell
 
     run = resolve(variant=variant, fabric=fabric, parameters=parameters, sets=sets)
-    chosen = run.fabric
     started: list[float] = []
 
     def note() -> None:
         click.echo("relaxing geometry", err=True)
         started.append(time.perf_counter())
 
-    cell = relaxed_cell(chosen, note)
-    return chosen, run.parameters, cell, time.perf_counter() - started[0] if started else None
+    cell = relaxed_cell(run.fabric, note)
+    return run, cell, time.perf_counter() - started[0] if started else None

@@ -143,11 +143,22 @@ class KnittingYarn(Yarn):
         "free of force", ge=0, le=10,
     )  # fmt: skip
     draw_in_fraction: ClassVar[Kernel[float | None]] = Kernel("draw_in")
+    tension: Quantity | None = number(
+        None, "N", "the same by the mean tension of the loops' yarn in the settled fabric, instead of draw_in",
+        gt=0, band=(1e-3, 20),
+    )  # fmt: skip
+    tension_n: ClassVar[Kernel[float | None]] = Kernel("tension")
 
     @property
     def settled(self) -> bool:
         """Tell whether yarns come to rest by the contact law of the run before every test."""
-        return self.draw_in is not None
+        return self.draw_in is not None or self.tension is not None
+
+    @model_validator(mode="after")
+    def _one_state_of_rest(self) -> Self:
+        if self.draw_in is not None and self.tension is not None:
+            raise BoundsError("excludes draw_in: keep the one that was measured", "tension")
+        return self
 
     @model_validator(mode="after")
     def _bends_like_its_section(self) -> Self:

@@ -37,6 +37,7 @@ def build_meso_cell(run: Run, cell: Cell, wales: int = 2, courses: int = 2, axia
             SYSTEMS.index(path.system),
             stretch=stretch(run, path),
             degree_of_set=run.fabric.knitting.degree_of_set.value if path.system == "knit" else 1.0,
+            draw_in=(run.fabric.knitting.draw_in_fraction or 0.0) if path.system == "knit" else 0.0,
             along=1 if path.system == "warp" else 0,
         )
         for path in sorted(cell_paths(run, cell, wales, courses), key=chain_order)

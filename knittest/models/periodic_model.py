@@ -108,7 +108,7 @@ class PeriodicModel(YarnModel):
         own = self.beams._replace(alive=self.beams.alive * self.owned)
         sections = monitor.section_energies(self.nodes, self.parts, own)
         internal = np.bincount(self.section_part, sections, len(self.mesh.part_names)).astype(float)
-        return Stored(internal, contact, 0.0, penetration)
+        return Stored(internal, contact, 0.0, penetration, force_free=self.force_free())
 
     def pressing(self) -> float:
         """See :meth:`ExplicitModel.pressing`."""

@@ -79,8 +79,11 @@ class YarnModel(ExplicitModel):
         )
         sections = monitor.section_energies(self.nodes, self.parts, self.beams)
         internal = np.bincount(self.section_part, sections, len(self.mesh.part_names)).astype(float)
-        hidden = float(self.tracker.force_free().max(initial=0.0)) if self.contact else 0.0
-        return Stored(internal, contact, 0.0, penetration, force_free=hidden)
+        return Stored(internal, contact, 0.0, penetration, force_free=self.force_free())
+
+    def force_free(self) -> float:
+        """Deepest overlap that carries no force over the smaller radius."""
+        return float(self.tracker.force_free().max(initial=0.0)) if self.contact else 0.0
 
     def pressing(self) -> float:
         """See :meth:`ExplicitModel.pressing`."""

@@ -12,6 +12,7 @@ from knittest.kernels.threading import limited
 from knittest.laboratory.base import Prepared, cut_curve_warnings
 from knittest.laboratory.registry import TESTS
 from knittest.solve.observer import SILENT, Observer
+from knittest.solve.settled_cell import too_coarse, with_draw_in
 from knittest.solve.state import SimulationCost
 from knittest.solve.warmup import warm
 
@@ -20,8 +21,9 @@ SERIAL_BELOW = 2000
 
 
 def prepare(run: Run, specimen: int = 0, observer: Observer = SILENT) -> Prepared:
-    """Build model and rig of specimen number ``specimen``."""
-    prepared: Prepared = TESTS[run.rig.kind].prepare(run, specimen, observer)
+    """Build model and rig of specimen number ``specimen``; raises :class:`InputError` where its loops lock."""
+    drawn = with_draw_in(run, _axial_share(run))
+    prepared: Prepared = TESTS[run.rig.kind].prepare(drawn, specimen, observer)
     return prepared
 
 
@@ -34,7 +36,7 @@ def run_specimen(run: Run, specimen: int = 0, observer: Observer = SILENT) -> Sp
     """Build, compile, simulate and measure specimen number ``specimen``."""
     start, cpu = clock.perf_counter(), clock.process_time()
     test = TESTS[run.rig.kind]
-    prepared = test.prepare(run, specimen, observer)
+    prepared = prepare(run, specimen, observer)
     elements = len(prepared.model.mesh.cells)
     threads = threads_for(elements)
     compile_s = warm(run, observer, threads)
@@ -52,9 +54,16 @@ def run_specimen(run: Run, specimen: int = 0, observer: Observer = SILENT) -> Sp
 
 
 def _assessed(run: Run, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
-    """Gates of the test, of its limits, and warnings of what its material leaves out."""
+    """Gates of the test, its limits and the mesh its yarns settled on, and warnings of what its material leaves out."""
     quality = limits_judged(run, TESTS[run.rig.kind].assess(run, prepared, history, cost))
+    if reason := too_coarse(run, _axial_share(run)):
+        quality = quality.refusing(reason)
     return replace(quality, warnings=(*quality.warnings, *cut_curve_warnings(run)))
+
+
+def _axial_share(run: Run) -> float:
+    """Share of their axial stiffness that yarns keep in tests that pull none."""
+    return getattr(run.rig, "membrane_share", None) or 1.0
 
 
 def _cost(

@@ -1,0 +1,177 @@
+"""The cell of a fabric at rest by the contact law of the run: loops under tension, crossings that press.
+
+Without edges it settles within a second, so what a draw-in means for any specimen is found here: the tension of the
+loops, and whether they lock.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+
+from knittest.base.errors import InputError
+from knittest.config.base import Quantity
+from knittest.config.run import Run
+from knittest.fabric.relax import relaxed_cell
+from knittest.kernels.monitor import axial_state
+from knittest.materials.yarn_section import SYSTEMS
+from knittest.models.crossings import Crossings
+from knittest.models.meso_cell import build_meso_cell
+from knittest.solve.periodic_body import PeriodicBody
+
+#: forces out of balance over those of contacts at rest, most steps to it, and above which yarns have not found a rest
+AT_REST, PATIENT, RESTLESS = 0.01, 20_000, 0.05
+#: loops that touch each other in a cell of plain knit: beyond, their legs jam
+INTERLACED = 2.0
+#: largest draw-in [-] that is looked at, and what it is found to; a tension is met to this share
+LARGEST, NEAR, MET = 0.1, 5e-4, 1e-3
+LOOPS = f"{SYSTEMS[2]}-{SYSTEMS[2]}"
+#: beams in a loop and in a wave of meshes that are looked at, and what contact forces may be off from those of the last
+MESHES, COARSE = ((30, 8), (48, 12), (64, 16)), 0.2
+
+
+@dataclass(frozen=True)
+class SettledCell:
+    """A cell at rest: mean axial force in the loops' yarn [N] at ``draw_in`` [-], thickness [mm], moment per width that
+    keeps it flat along the courses [N], forces out of balance over those of contacts [-], and its crossings by kind.
+    """
+
+    draw_in: float
+    tension: float
+    thickness: float
+    flat_moment: float
+    residual: float
+    steps: int
+    crossings: dict[str, Crossings]
+
+    @property
+    def pressing(self) -> float:
+        """Sum of the contact forces [N]."""
+        return sum(c.count * c.normal_force for c in self.crossings.values())
+
+    @property
+    def touching(self) -> float:
+        """Places where loops touch each other."""
+        return self.crossings[LOOPS].count if LOOPS in self.crossings else 0.0
+
+
+def settled_cell(run: Run, axial_share: float = 1.0) -> SettledCell:
+    """The cell at the stated draw-in, or at the one that gives the stated tension.
+
+    Raises :class:`InputError` where the loops lock, with the largest number that would do, and for a tension below that
+    of loops of their measured length.
+    """
+    knitting = run.fabric.knitting
+
+    @cache
+    def at(draw_in: float) -> SettledCell:
+        return settle_at(run, draw_in, axial_share)
+
+    if knitting.tension_n is not None:
+        return _at_tension(at, knitting.tension_n)
+    draw_in = knitting.draw_in_fraction or 0.0
+    if _locks(at, draw_in):
+        least = 100.0 * _largest(at, draw_in)
+        raise InputError(
+            f"fabric.knitting.draw_in = {100.0 * draw_in:g} %: the loops lock; expected at most {least:.3g} %"
+        )
+    return at(draw_in)
+
+
+def with_draw_in(run: Run, axial_share: float = 1.0) -> Run:
+    """Turn a tension of the loops into the draw-in of the settled cell; ``run`` as it is where none is stated.
+
+    Raises :class:`InputError` where the loops lock, and for a tension of yarns that do not touch.
+    """
+    if not _settles(run):
+        return run
+    if not run.model.meso.contact:
+        raise InputError(
+            "model.meso.contact = false: loops under fabric.knitting.draw_in or tension need crossings that hold them"
+        )
+    return _drawn_in(run, settled_cell(run, axial_share).draw_in)
+
+
+def too_coarse(run: Run, axial_share: float = 1.0) -> str:
+    """Reason why the mesh of ``run`` cannot settle its fabric, with one that can; empty if it can or none is settled.
+
+    On coarse meshes yarns overlap that do not on fine ones, and press where all overlaps do.
+    """
+    if not _settles(run):
+        return ""
+    drawn = with_draw_in(run, axial_share)
+    draw_in = drawn.fabric.knitting.draw_in_fraction or 0.0
+
+    @cache
+    def pressing(mesh: tuple[int, int]) -> float:
+        return settle_at(_on_mesh(run, mesh), draw_in, axial_share).pressing
+
+    own, fine = settle_at(run, draw_in, axial_share).pressing, pressing(MESHES[-1])
+    if abs(own / fine - 1.0) <= COARSE:
+        return ""
+    loop, wave = next(mesh for mesh in MESHES if abs(pressing(mesh) / fine - 1.0) <= COARSE)
+    return (
+        f"contact forces of the settled cell are {own / fine:.2g} times those on a fine mesh, {1.0 - COARSE:g} to "
+        f"{1.0 + COARSE:g} are allowed: model.meso.elements_per_loop={loop} with elements_per_wave={wave} would pass"
+    )
+
+
+def settle_at(run: Run, draw_in: float, axial_share: float = 1.0) -> SettledCell:
+    """The cell of ``run`` at rest with loops drawn in by ``draw_in`` [-], whatever the fabric states."""
+    model = build_meso_cell(_drawn_in(run, draw_in), relaxed_cell(run.fabric), 1, 1, axial_share=axial_share)
+    body = PeriodicBody(model, run.solver.safety)
+    found = body.settle(AT_REST, PATIENT)
+    force = axial_state(model.nodes, model.parts, model.beams)[1][model.element_node]
+    tension = float(force[model.mesh.part == SYSTEMS.index("knit")].mean())
+    return SettledCell(
+        draw_in, tension, body.thickness, body.bending_moment(), found.residual, found.steps, body.crossings()
+    )
+
+
+def _settles(run: Run) -> bool:
+    return run.model.scale == "meso" and run.model.meso.knitting and run.fabric.knitting.settled
+
+
+def _on_mesh(run: Run, mesh: tuple[int, int]) -> Run:
+    """``run`` on a mesh of other numbers of beams in a loop and in a wave."""
+    meso = run.model.meso.model_copy(update={"elements_per_loop": mesh[0], "elements_per_wave": mesh[1]})
+    return run.model_copy(update={"model": run.model.model_copy(update={"meso": meso})})
+
+
+def _drawn_in(run: Run, draw_in: float) -> Run:
+    """``run`` whose loops are drawn in by ``draw_in`` [-]."""
+    drawn = Quantity(value=100.0 * draw_in, source="derived", ref="the settled cell")
+    knitting = run.fabric.knitting.model_copy(update={"draw_in": drawn, "tension": None})
+    return run.model_copy(update={"fabric": run.fabric.model_copy(update={"knitting": knitting})})
+
+
+def _at_tension(at: Callable[[float], SettledCell], wanted: float) -> SettledCell:
+    from scipy.optimize import brentq
+
+    slack = at(0.0)
+    if wanted < slack.tension:
+        raise InputError(
+            f"fabric.knitting.tension = {wanted:g} N: loops of their measured length are under {slack.tension:.3g} N; "
+            f"expected at least {slack.tension:.3g} N"
+        )
+    most = _largest(at, LARGEST) if _locks(at, LARGEST) else LARGEST
+    if wanted > at(most).tension:
+        raise InputError(
+            f"fabric.knitting.tension = {wanted:g} N: the loops lock before, drawn in by {100.0 * most:.3g} %; "
+            f"expected at most {at(most).tension:.3g} N"
+        )
+    return at(float(brentq(lambda p: at(p).tension - wanted, 0.0, most, xtol=1e-7, rtol=MET)))
+
+
+def _locks(at: Callable[[float], SettledCell], draw_in: float) -> bool:
+    """Tell whether the legs of the loops jam, or nothing comes to rest."""
+    found = at(draw_in)
+    return found.residual > RESTLESS or found.touching > max(INTERLACED, at(0.0).touching) + 0.5
+
+
+def _largest(at: Callable[[float], SettledCell], locked: float) -> float:
+    """Largest draw-in below ``locked`` at which the loops do not lock, by bisection."""
+    low = 0.0
+    while locked - low > NEAR:
+        middle = 0.5 * (low + locked)
+        low, locked = (low, middle) if _locks(at, middle) else (middle, locked)
+    return low

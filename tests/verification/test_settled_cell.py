@@ -1,0 +1,79 @@
+"""The cell at rest under draw-in: balance of its crossings, a stated tension, loops that lock, meshes too coarse."""
+
+from functools import cache
+
+import pytest
+
+from knittest.base.errors import InputError
+from knittest.config.loading import resolve
+from knittest.config.run import Run
+from knittest.runs.specimen import prepare
+from knittest.solve.settled_cell import settle_at, settled_cell, too_coarse, with_draw_in
+
+LOOPS, FINE = "fabric.knitting.", ("model.meso.elements_per_loop=48", "model.meso.elements_per_wave=12")
+
+
+@cache
+def run_of(*sets: str, variant: str = "1", scale: str = "meso") -> Run:
+    return resolve(variant=variant, scale=scale, preset="quick", test="picture-frame", sets=sets)
+
+
+def test_crossings_of_a_settled_cell_are_in_balance():
+    """Weft and legs press the warp onto the sinker arcs: the warp bears as much from either side, a leg half of it."""
+    cell = settled_cell(run_of(f"{LOOPS}draw_in=1"))
+    force = {kind: c.normal_force * c.count for kind, c in cell.crossings.items()}
+    assert force["warp-weft"] == pytest.approx(force["warp-knit"], rel=0.01)
+    assert force["weft-knit"] == pytest.approx(force["warp-weft"], rel=0.05)  # legs lean: not all is along z
+    assert cell.residual < 0.01
+    assert cell.touching == pytest.approx(2.0)
+
+
+def test_more_draw_in_presses_more_and_v2_has_room():
+    tight = [settle_at(run_of(f"{LOOPS}draw_in=1"), p).tension for p in (0.0, 0.01, 0.02)]
+    loose = [settle_at(run_of(f"{LOOPS}draw_in=1", variant="2"), p).tension for p in (0.0, 0.01, 0.02)]
+    assert tight == sorted(tight) and loose == sorted(loose)
+    assert tight[1] > 5.0 * loose[1] > 0.0
+
+
+def test_a_stated_tension_is_met_by_a_draw_in():
+    run = run_of(f"{LOOPS}tension=0.4")
+    cell = settled_cell(run)
+    assert cell.tension == pytest.approx(0.4, rel=0.01)
+    drawn = with_draw_in(run).fabric.knitting
+    assert drawn.tension is None and drawn.draw_in.value == pytest.approx(100.0 * cell.draw_in)
+    assert drawn.draw_in.source == "derived"
+
+
+@pytest.mark.parametrize(
+    ("field", "said"),
+    [("tension=0.01", "expected at least 0.1"), ("tension=19", "expected at most 5."), ("draw_in=10", "at most 6.")],
+)
+def test_a_number_that_no_fabric_can_have_is_refused_with_one_that_would_do(field: str, said: str):
+    """Loops of their measured length are under some tension already; drawn in by 7 % their legs jam."""
+    with pytest.raises(InputError, match=f"fabric.knitting.{field.split('=')[0]} = .*{said}"):
+        with_draw_in(run_of(LOOPS + field))
+
+
+def test_a_specimen_of_loops_that_lock_is_not_made():
+    with pytest.raises(InputError, match=r"draw_in = 10 %: the loops lock; expected at most"):
+        prepare(run_of(f"{LOOPS}draw_in=10", "rig.side=22"))
+
+
+def test_yarns_that_do_not_touch_hold_no_tension():
+    with pytest.raises(InputError, match=r"model\.meso\.contact = false"):
+        with_draw_in(run_of(f"{LOOPS}draw_in=1", "model.meso.contact=false"))
+
+
+def test_both_are_refused():
+    with pytest.raises(InputError, match="excludes draw_in"):
+        run_of(f"{LOOPS}draw_in=1", f"{LOOPS}tension=0.1")
+
+
+def test_a_mesh_that_presses_where_fine_ones_do_not_is_refused_with_one_that_would_do():
+    """30 beams a loop and 4 a wave press 2.5 times as hard; what is advised passes; nothing is said of other runs."""
+    reason = too_coarse(run_of(f"{LOOPS}draw_in=1"))
+    assert reason.startswith("contact forces of the settled cell are 2.")
+    assert "model.meso.elements_per_loop=48 with elements_per_wave=12" in reason
+    assert too_coarse(run_of(f"{LOOPS}draw_in=1", *FINE)) == ""
+    assert too_coarse(run_of()) == too_coarse(run_of(f"{LOOPS}draw_in=1", scale="macro")) == ""
+    assert with_draw_in(run_of()) is run_of()
