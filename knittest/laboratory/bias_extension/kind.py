@@ -50,6 +50,7 @@ KIND = TestKind(
     },
     hinges={"membrane_share": -1},
     sheared_to="rig.max_angle",
+    studied=True,
     regression=Regression(
         runs=(
             Regressed(7, "quick", "macro", "quick", (("1", None),)),

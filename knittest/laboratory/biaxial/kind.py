@@ -34,6 +34,7 @@ KIND = TestKind(
     fed=("macro",),
     hinges={"stop_force_ratio": 1},
     converged=0.01,
+    studied=True,
     regression=Regression(
         runs=(
             Regressed(8, "quick", "macro", "quick", (("1", "warp"),)),
