@@ -88,8 +88,8 @@ TABLES: dict[tuple[str, str], Made] = {
     ("speed-study.md", "benchmarks/speed_study.py"): Made(
         "python benchmarks/speed_study.py FOLDER",
         tuple(
-            _run(t, s, **({} if t == "picture-frame" else {"direction": "warp"}))
-            for t in ("tensile", "picture-frame", "cantilever", "friction")
+            _run(t, s, **({} if t in ("picture-frame", "bias-extension") else {"direction": "warp"}))
+            for t in ("tensile", "picture-frame", "bias-extension", "biaxial", "cantilever", "friction")
             for s in ("macro", "meso")
         ),
         (("tensile", "meso"), ("picture-frame", "meso"), ("friction", "macro"), ("cantilever", "macro")),
