@@ -100,6 +100,8 @@ class TestKind:
     directional: bool = True
     #: options of the command for numbers of the rig: field and help by name
     shortcuts: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+    #: the same for words
+    texts: Mapping[str, tuple[str, str]] = field(default_factory=dict)
 
     #: label and format of each result, in the order of tables; what grows with the specimen: the same without a size
     labels: Mapping[str, Label] = field(default_factory=dict)

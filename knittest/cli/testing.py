@@ -25,7 +25,7 @@ _FOLDER = (
 
 def test_command(kind: TestKind) -> click.Command:
     """The command of the tests of ``kind``."""
-    fields = {name.replace("-", "_"): field for name, (field, _) in kind.shortcuts.items()}
+    fields = {name.replace("-", "_"): field for name, (field, _) in {**kind.shortcuts, **kind.texts}.items()}
 
     def command(
         out: Path | None, resume: Path | None, force: bool, verify: bool, direction: str | None = None, **chosen: Any
@@ -54,6 +54,8 @@ def test_command(kind: TestKind) -> click.Command:
     wrapped: Any = reports(command)
     for name, (_, meaning) in kind.shortcuts.items():
         wrapped = click.option(f"--{name}", type=float, help=meaning)(wrapped)
+    for name, (_, meaning) in kind.texts.items():
+        wrapped = click.option(f"--{name}", type=str, help=meaning)(wrapped)
     for option in reversed((*_FOLDER, ACCEPT_LIMITS)):
         wrapped = option(wrapped)
     if kind.directional:

@@ -71,6 +71,10 @@ class ExplicitModel(ABC):
         """Copy of the node positions [mm], (n_nodes, 3)."""
         return np.ascontiguousarray(self.nodes.position[:, : self.n_nodes].T)
 
+    def halt(self) -> None:
+        """Take all speed from the model."""
+        self.nodes.velocity[:], self.nodes.spin[:] = 0.0, 0.0
+
     @abstractmethod
     def prepare(self) -> Overlaps:
         """Find what touches at the start; returns what overlaps. Raises InputError if it does too much."""

@@ -11,7 +11,7 @@ from knittest.kernels.periodic_state import CURVATURE
 from knittest.models.boundary import Boundary
 from knittest.models.explicit_model import Index, Stored
 from knittest.models.halo import beyond
-from knittest.models.snapshot import State, arrays_of, put_back
+from knittest.models.snapshot import State, arrays_of, columns, prefixed, put_back, rows_of, under
 from knittest.models.table import Table
 from knittest.models.yarn_model import YarnModel
 
@@ -31,10 +31,13 @@ HALO_LOOKS = 20
 class PeriodicModel(YarnModel):
     """Yarns of one cell that repeats by the vectors ``reference`` (2, 3) [mm]; nodes beyond it are images.
 
+    ``record`` keeps what whoever deforms it wants a row of, with its state.
+
     Its elements, energies and masses are those of the cell alone.
     """
 
     reference: Array = field(default_factory=lambda: np.zeros((2, 3)))
+    record: list[dict[str, float]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -110,6 +113,11 @@ class PeriodicModel(YarnModel):
         internal = np.bincount(self.section_part, sections, len(self.mesh.part_names)).astype(float)
         return Stored(internal, contact, 0.0, penetration, force_free=self.force_free())
 
+    def halt(self) -> None:
+        """See :meth:`ExplicitModel.halt`; stops the lattice too."""
+        super().halt()
+        self.images.rate[:] = 0.0
+
     def pressing(self) -> float:
         """See :meth:`ExplicitModel.pressing`."""
         contacts, count = self.tracker.contacts, self.tracker.count
@@ -127,9 +135,10 @@ class PeriodicModel(YarnModel):
 
     def state(self) -> State:
         """See :meth:`ExplicitModel.state`; adds the lattice."""
-        return super().state() | arrays_of("images", self.images, MOVING)
+        return super().state() | arrays_of("images", self.images, MOVING) | prefixed("record", columns(self.record))
 
     def restore(self, state: State) -> None:
         """See :meth:`ExplicitModel.restore`."""
         super().restore(state)
         put_back(state, "images", self.images, MOVING)
+        self.record[:] = rows_of(under(state, "record"))

@@ -89,7 +89,6 @@ class PeriodicBody(Body):
         size = np.append(np.ones(6), 1.0 / np.linalg.norm(self.cell.reference))
         steps = 0
         for _ in range(ROUNDS if free.any() else 1):
-            images.rate[:] = 0.0
             found = relax(self.model, going.drive, going.tally, self.dt, tolerance, most_steps - steps, at=0.0)
             steps += found.steps
             pulled = float(np.abs(images.pull * size)[free].sum()) / max(self.model.pressing(), 1e-12)
@@ -97,7 +96,6 @@ class PeriodicBody(Body):
                 break
         found.steps, found.residual = steps, max(found.residual, pulled)
         found.converged = found.converged and pulled < tolerance
-        images.rate[:] = 0.0
         self._read(found.last_chunk)
         for sums in going.tally:
             sums[:] = 0.0

@@ -94,7 +94,7 @@ def relax(
     start = model.position() if unloaded is None else unloaded
     noise = _noise(model.mass, free * arm, float(np.abs(start).max()), dt)
     scratch, frequency = np.zeros((PARTITIONS, SCRATCH)), 0.05
-    nodes.velocity[:], nodes.spin[:] = 0.0, 0.0
+    model.halt()
     own_damping = nodes.damping_factor.copy()
     last: Array | None = None
     bearing = ceil(model.press(0.0) / PRESSED)
@@ -129,7 +129,8 @@ def relax(
             bearing == 0 and found.steps > 4 * CHUNK and found.residual < tolerance and drift < tolerance * reach
         )
         found.converged |= bool(np.abs(force).sum() < noise)
-    nodes.velocity[:], nodes.spin[:], nodes.damping_factor[:] = 0.0, 0.0, own_damping
+    model.halt()
+    nodes.damping_factor[:] = own_damping
     return found
 
 

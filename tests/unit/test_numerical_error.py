@@ -83,7 +83,10 @@ def test_what_says_how_well_a_run_went_has_no_error() -> None:
 #: what is as coarse as it may be: waves of tests in which no yarn is pulled straight have 4 beams, the least, and
 #: specimens of 10 shells a side would keep less than 8
 FINER = {
-    *((test, "meso", "any") for test in ("picture-frame", "cantilever", "forming", "bias-extension", "compaction")),
+    *(
+        (test, "meso", "any")
+        for test in ("picture-frame", "cantilever", "forming", "bias-extension", "cell", "compaction")
+    ),
     *((test, "macro", "quick") for test in ("bias-extension", "biaxial")),
 }
 

@@ -1,0 +1,1 @@
+"""Cell test: one periodic cell of yarns under a given mean deformation."""

@@ -1,0 +1,73 @@
+"""Config of the cell test."""
+
+from collections.abc import Mapping
+from typing import Any, ClassVar, Literal, Self
+
+from pydantic import Field, model_validator
+
+from knittest.config.base import BoundsError, number
+from knittest.config.kernel_units import Kernel
+from knittest.config.rigs import Rig
+from knittest.config.run import Run
+from knittest.laboratory.cell.steps import read_steps
+
+Path = Literal["shear", "warp", "weft", "biaxial", "bending", "compaction", "steps"]
+#: axial stiffness is what these pull at: they keep all of it
+STRETCHING = ("warp", "weft", "biaxial", "steps")
+
+
+class CellRig(Rig):
+    """Cell: some loops of the fabric without an edge, whose images follow the mean deformation."""
+
+    kind: Literal["cell"] = "cell"
+    path: Path = Field(
+        "shear",
+        description="mean deformation: shear as a trellis; warp, weft, biaxial: stretched; bending; compaction between "
+        "plates; or steps, a CSV file of which may stand here",
+    )
+    steps: list[tuple[float, float, float, float, float]] = Field(
+        default_factory=list,
+        description="path steps: rows of the share of the time and the mean gradient F_xx, F_xy, F_yx, F_yy; "
+        "x is along the weft, y along the warp",
+    )
+    wales: int = Field(2, ge=1, le=12, description="repeats across the wales")
+    courses: int = Field(2, ge=1, le=12, description="repeats along the wales")
+    max_angle: float = number(40.0, "deg", "shear: largest shear angle", gt=0, le=60)
+    max_strain: float = number(1.0, "%", "warp, weft, biaxial: largest mean strain", gt=0, le=50)
+    max_strain_fraction: ClassVar[Kernel[float]] = Kernel("max_strain")
+    ratio: float = number(1.0, "1", "biaxial: mean strain of the weft over that of the warp", ge=0, le=10)
+    across: Literal["free", "held"] = Field(
+        "free", description="warp, weft: the other direction carries no mean stress, or keeps its mean length"
+    )
+    bent: Literal["warp", "weft"] = Field("warp", description="bending: the yarns that are bent")
+    max_curvature: float = number(0.05, "1/mm", "bending: largest mean curvature, hollow on the face", gt=0, le=0.3)
+    max_pressure: float = number(1000.0, "kPa", "compaction: largest pressure of the plates", gt=0, le=10000)
+    membrane_share: float = number(
+        0.05, "1", "shear, bending, compaction: share of the yarns' axial stiffness that is kept: none is pulled, and "
+        "the step grows", gt=0, le=1,
+    )  # fmt: skip
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read(cls, data: Any) -> Any:
+        """A file in place of a path is read here, so that a run folder holds its numbers."""
+        if isinstance(data, Mapping) and str(data.get("path", "")).endswith(".csv"):
+            return {**data, "path": "steps", "steps": read_steps(str(data["path"]))}
+        return data
+
+    @model_validator(mode="after")
+    def _has_steps(self) -> Self:
+        if (self.path == "steps") != bool(self.steps):
+            raise BoundsError("go with rig.path=FILE.csv, and with it alone", "steps")
+        return self
+
+    @property
+    def axial_share(self) -> float:
+        """Share of the axial stiffness that the yarns keep."""
+        return 1.0 if self.path in STRETCHING else self.membrane_share
+
+
+class CellRun(Run):
+    """A cell test."""
+
+    rig: CellRig = Field(default_factory=CellRig)

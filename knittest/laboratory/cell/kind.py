@@ -1,0 +1,39 @@
+"""Record of the cell test."""
+
+from knittest.base.kinds import TestKind
+from knittest.laboratory.deciding_fields import LOOPS
+
+KIND = TestKind(
+    name="cell",
+    place=4,
+    directional=False,
+    summary="One periodic cell of yarns under a mean deformation, meso.",
+    usage="""Deform one periodic cell of yarns: mean stress, energy by mechanism, forces of crossings, thickness.
+
+    Example: knittest cell --variant 1 --path shear
+    """,
+    run="knittest.laboratory.cell.config:CellRun",
+    test="knittest.laboratory.cell.test:Cell",
+    report="knittest.laboratory.cell.report:CellReport",
+    size="knittest.laboratory.cell.size:stated",
+    texts={"path": ("rig.path", "shear, warp, weft, biaxial, bending, compaction, or a CSV file of steps.")},
+    labels={
+        "cell_shear_n_per_mm_at_deg.1": ("shear force at 1 deg [N/mm]", "{:.5f}"),
+        "cell_shear_n_per_mm_at_deg.10": ("shear force at 10 deg [N/mm]", "{:.4f}"),
+        "cell_shear_n_per_mm_at_deg.20": ("shear force at 20 deg [N/mm]", "{:.4f}"),
+        "cell_shear_n_per_mm_at_deg.30": ("shear force at 30 deg [N/mm]", "{:.4f}"),
+        "cell_shear_n_per_mm_at_deg.40": ("shear force at 40 deg [N/mm]", "{:.4f}"),
+        "cell_warp_n_per_mm": ("mean stress along the warp [N/mm]", "{:.3f}"),
+        "cell_weft_n_per_mm": ("mean stress along the weft [N/mm]", "{:.3f}"),
+        "cell_moment_n": ("bending moment a length [N]", "{:.4f}"),
+        "cell_pressure_kpa": ("pressure at the end [kPa]", "{:.1f}"),
+        "cell_thickness_mm": ("thickness at the end [mm]", "{:.3f}"),
+        "cell_friction_share": ("share of friction in the work", "{:.3f}"),
+    },
+    pictures=("curve.png", "energies.png", "deformed.png"),
+    scales=("meso",),
+    presets="knittest.laboratory.cell.presets:settings",
+    sizes=("wales", "courses"),
+    deciding={"meso": ("warp_density", "weft_density", *LOOPS, "contact.friction_coefficient")},
+    hinges={"membrane_share": -1},
+)

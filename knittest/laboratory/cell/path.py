@@ -1,0 +1,107 @@
+"""Paths of a cell: its lattice as a function of how far the path has come."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knittest.laboratory.cell.config import CellRig, CellRun
+from knittest.models.periodic_model import NUMBERS
+from knittest.models.table import Table, ramp
+
+Array = NDArray[np.float64]
+
+#: knots of a motion
+KNOTS = 400
+#: length of fabric [mm] that ``solver.speed`` moves one end of
+FABRIC = 100.0
+
+
+@dataclass(frozen=True)
+class CellPath:
+    """Way from ``s`` = 0 to 1: ``at`` (KNOTS + 1, 7) numbers of the lattice at even ``s``, ``free`` ones of them, the
+    ``end`` of the coordinate whose conjugate force is read, named ``name`` with the factor ``shown`` to its unit; it
+    takes ``duration`` [ms].
+    """
+
+    name: str
+    end: float
+    shown: float
+    at: Array
+    free: tuple[str, ...] = ()
+    duration: float = 0.0
+
+    @cached_property
+    def slope(self) -> Array:
+        """Derivatives of the numbers by s, (KNOTS + 1, 7)."""
+        found: Array = np.gradient(self.at, 1.0 / KNOTS, axis=0)
+        return found
+
+    def rates(self, progress: Table) -> dict[str, Table]:
+        """Speeds of the numbers that move, where s moves by ``progress`` [1/ms]."""
+        time = np.linspace(0.0, self.duration, KNOTS + 1)
+        s = np.array([progress.integral(float(t)) for t in time]).clip(max=1.0)
+        speed = np.interp(time, progress.time, progress.value)
+        even = np.linspace(0.0, 1.0, KNOTS + 1)
+        moving = [q for q in range(7) if np.ptp(self.at[:, q]) > 0.0 and NUMBERS[q] not in self.free]
+        found = {}
+        for q in moving:
+            slope = np.interp(s, even, self.slope[:, q])
+            found[NUMBERS[q]] = Table(tuple(time), tuple(slope * speed))
+        return found
+
+    def conjugate(self, pull: Array, s: float) -> float:
+        """Derivative of the energy by the coordinate at ``s``, of ``pull`` (7,)."""
+        k = min(int(s * KNOTS), KNOTS - 1)
+        share = s * KNOTS - k
+        return float(pull @ ((1.0 - share) * self.slope[k] + share * self.slope[k + 1])) / self.end
+
+
+def path_of(run: CellRun, reference: Array) -> CellPath:
+    """Path of ``run`` for a cell of the lattice ``reference`` (2, 3) [mm]."""
+    rig, s = run.rig, np.linspace(0.0, 1.0, KNOTS + 1)
+    flat = np.tile(np.append(reference.ravel(), 0.0), (KNOTS + 1, 1))
+    makers = {"shear": _sheared, "bending": _bent, "steps": _stepped}
+    if rig.path in makers:
+        return makers[rig.path](rig, flat, s)
+    if rig.path == "compaction":
+        return CellPath("approach_mm", 1.0, 1.0, flat)
+    share = {"warp": (0.0, 1.0), "weft": (1.0, 0.0), "biaxial": (rig.ratio, 1.0)}[rig.path]
+    for q, part in zip((0, 4), share, strict=True):
+        flat[:, q] *= 1.0 + rig.max_strain_fraction * part / max(share) * s
+    other = {"warp": ("ax",), "weft": ("by",)}.get(rig.path, ()) if rig.across == "free" else ()
+    return CellPath("strain_pct", rig.max_strain_fraction, 100.0, flat, other)
+
+
+def _sheared(rig: CellRig, flat: Array, s: Array) -> CellPath:
+    """Both vectors keep their lengths and lean by half the angle: pin-jointed yarns."""
+    angle = float(np.deg2rad(rig.max_angle))
+    a, b = flat[0, 0], flat[0, 4]
+    cosine, sine = np.cos(0.5 * angle * s), np.sin(0.5 * angle * s)
+    flat[:, 0], flat[:, 1], flat[:, 3], flat[:, 4] = a * cosine, a * sine, b * sine, b * cosine
+    return CellPath("shear_angle_deg", angle, 180.0 / np.pi, flat)
+
+
+def _bent(rig: CellRig, flat: Array, s: Array) -> CellPath:
+    """Turn a length; the cell goes to the radius at which it carries no mean force along it."""
+    flat[:, 6] = rig.max_curvature * s
+    return CellPath("curvature_per_mm", rig.max_curvature, 1.0, flat)
+
+
+def _stepped(rig: CellRig, flat: Array, s: Array) -> CellPath:
+    """Straight ways between the rows of a file."""
+    rows = np.array(rig.steps)
+    xx, xy, yx, yy = (np.interp(s, rows[:, 0], rows[:, k]) for k in range(1, 5))
+    a, b = flat[0, 0], flat[0, 4]
+    flat[:, 0], flat[:, 1], flat[:, 3], flat[:, 4] = a * xx, a * yx, b * xy, b * yy
+    return CellPath("path_pct", 1.0, 100.0, flat)
+
+
+def timed(run: CellRun, path: CellPath) -> tuple[CellPath, Table]:
+    """``path`` with its duration, and the speed [1/ms] of s: that of 100 mm of fabric at ``solver.speed``."""
+    rate = run.solver.speed_mm_per_ms / FABRIC
+    longest = max(float(np.abs(np.diff(path.at[:, q])).sum()) / float(np.abs(path.at[0, :6]).max()) for q in range(6))
+    way = path.end if path.name != "path_pct" else longest
+    progress = ramp(run.solver.ramp_ms, rate / way)
+    return replace(path, duration=0.5 * run.solver.ramp_ms + way / rate), progress

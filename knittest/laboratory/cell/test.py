@@ -1,0 +1,109 @@
+"""Cell test: one periodic cell of yarns under a given mean deformation."""
+
+import time as clock
+from dataclasses import replace
+
+import numpy as np
+
+from knittest.base.errors import InputError, NumericalError
+from knittest.base.history import History, Quality
+from knittest.base.rounding import rounded_down
+from knittest.fabric.relax import relaxed_cell
+from knittest.laboratory.base import Prepared, Test
+from knittest.laboratory.cell.config import CellRun
+from knittest.laboratory.cell.record import Recorder, model_of, split
+from knittest.laboratory.cell.rig import JUDGED, JUDGED_BENT, CellTest
+from knittest.laboratory.judging import assess
+from knittest.laboratory.span import Span
+from knittest.models.meso_cell import build_meso_cell
+from knittest.models.periodic_model import PeriodicModel
+from knittest.solve.observer import SILENT, Observer
+from knittest.solve.periodic_body import PeriodicBody
+from knittest.solve.simulate import simulate
+from knittest.solve.state import SimulationCost
+
+#: shear angles at which results are read [deg], and half the range over which they are averaged
+ANGLES, NEAR = (1.0, 10.0, 20.0, 30.0, 40.0), 0.5
+
+
+class Cell(Test[CellRun]):
+    """See :class:`knittest.laboratory.base.Test`."""
+
+    ends_at_failure = False
+
+    def refuse(self, run: CellRun) -> None:
+        """Raise :class:`InputError` for a strain at which even straight yarns are torn."""
+        rig, yarn = run.rig, run.fabric.reinforcing
+        for system in ("warp", "weft"):
+            share = {"warp": 1.0, "weft": rig.ratio}[system] / max(1.0, rig.ratio) if rig.path == "biaxial" else 1.0
+            if rig.path not in (system, "biaxial") or share == 0.0:
+                continue
+            most = (1.0 + yarn.crimp_fraction.of(system)) * (1.0 + yarn.fracture_strain_fraction) - 1.0
+            if rig.max_strain_fraction * share > most:
+                raise InputError(
+                    f"rig.max_strain = {rig.max_strain:g} %: it tears the {system} yarns, which break at "
+                    f"{100.0 * most:.2f} % when they are straight; rig.max_strain="
+                    f"{rounded_down(100.0 * most / share):g} would do"
+                )
+
+    def prepare(self, run: CellRun, specimen: int = 0, observer: Observer = SILENT) -> Prepared:
+        """The cell, warp along y; all specimens are alike."""
+        self.refuse(run)
+        start, rig = clock.perf_counter(), run.rig
+        observer.phase("laying out the yarns")
+        model = build_meso_cell(run, relaxed_cell(run.fabric), rig.wales, rig.courses, rig.axial_share)
+        facts = {"area_mm2": model.area}
+        return Prepared(model, CellTest(run, model), clock.perf_counter() - start, {}, facts)
+
+    def solve(self, prepared: Prepared, run: CellRun, observer: Observer) -> tuple[History, SimulationCost]:
+        """Follow the path, and put energies by mechanism and crossings beside those of all tests."""
+        model, free = model_of(prepared.model), prepared.mount.path.free if isinstance(prepared.mount, CellTest) else ()
+        if free and observer.resume_from() is None:
+            _draw_in(model, free, run)
+        history, cost = simulate(model, prepared.rig, run.solver, run.output, Recorder(run, model, observer))
+        energies, contacts = split(model.record)
+        return replace(history, energies=history.energies | energies, contacts=history.contacts | contacts), cost
+
+    def results(self, run: CellRun, prepared: Prepared, history: History) -> dict[str, float]:
+        """Mean stress of the path, the share of friction, thickness and the forces of crossings at its end."""
+        curve, energies, contacts = history.curve, history.energies, history.contacts
+        found = {"cell_thickness_mm": float(contacts["thickness_mm"][-1])}
+        found["cell_friction_share"] = float(energies["friction_mj"][-1] / energies["external_mj"][-1])
+        if run.rig.path == "shear":
+            angle, force = curve["shear_angle_deg"], curve["conjugate_force"]
+            for a in ANGLES:
+                if a <= run.rig.max_angle:
+                    found[f"cell_shear_n_per_mm_at_deg.{a:g}"] = float(force[np.abs(angle - a) < NEAR].mean())
+        elif run.rig.path == "bending":
+            found["cell_moment_n"] = float(curve["moment_n"][-1])
+        elif run.rig.path == "compaction":
+            found["cell_pressure_kpa"] = float(curve["pressure_kpa"][-1])
+        else:
+            found |= {f"cell_{s}_n_per_mm": float(curve[f"{s}_n_per_mm"][-1]) for s in ("warp", "weft")}
+        return found
+
+    def assess(self, run: CellRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
+        """The gates of every run, from the first degree on."""
+        return assess(run, prepared, history, cost, self.span(history))
+
+    def span(self, history: History) -> Span:
+        """The whole path, from its first 2.5 %; of bending the second half."""
+        share = JUDGED_BENT if "curvature_per_mm" in history.curve else JUDGED
+        first = history.curve["path_pct"] >= 100.0 * share
+        times = history.curve["time_ms"]
+        return Span(reported_from=float(times[np.argmax(first)]) if first.any() else np.inf)
+
+
+def _draw_in(model: PeriodicModel, free: tuple[str, ...], run: CellRun) -> None:
+    """Let the ``free`` numbers of the lattice go to where they carry no mean stress, before the path begins.
+
+    Raises :class:`NumericalError` where they come to no rest.
+    """
+    body = PeriodicBody(model, safety=run.solver.safety, threads=1)
+    body.free(*free)
+    found = body.settle()
+    if not found.converged:
+        raise NumericalError(
+            f"the cell comes to no rest with {' and '.join(free)} of its lattice free: residual {found.residual:.2g} "
+            f"after {found.steps} steps; rig.across=held does without"
+        )

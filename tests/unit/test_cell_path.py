@@ -1,0 +1,124 @@
+"""Paths of a cell: lattices on the way, forces conjugate to it, files of steps, and paths that tear."""
+
+import numpy as np
+import pytest
+
+from knittest.base.errors import InputError
+from knittest.config.loading import resolve
+from knittest.fabric.relax import relaxed_cell
+from knittest.laboratory.cell.path import KNOTS, path_of, timed
+from knittest.laboratory.cell.record import torn
+from knittest.laboratory.cell.steps import read_steps
+from knittest.laboratory.cell.test import Cell
+from knittest.models.crossings import parts_of_nodes
+from knittest.models.meso_cell import build_meso_cell
+
+REFERENCE = np.array([[4.0, 0.0, 0.0], [0.0, 3.0, 0.0]])
+GOOD = "fraction,f_xx,f_xy,f_yx,f_yy\n0,1,0,0,1\n0.5,1,0.2,0.1,1\n1,1.1,0,0,1\n"
+
+
+def run_of(*sets: str):
+    return resolve(variant="1", test="cell", preset="quick", sets=list(sets))
+
+
+def test_a_trellis_keeps_the_lengths_of_both_vectors_and_reaches_its_angle():
+    path = path_of(run_of("rig.max_angle=30"), REFERENCE)
+    a, b = path.at[:, :2], path.at[:, 3:5]
+    assert np.hypot(*a.T) == pytest.approx(4.0) and np.hypot(*b.T) == pytest.approx(3.0)
+    angle = 90.0 - np.rad2deg(np.arccos(np.sum(a * b, axis=1) / 12.0))
+    assert angle == pytest.approx(np.linspace(0.0, 30.0, KNOTS + 1))
+
+
+def test_the_conjugate_force_is_the_work_a_coordinate():
+    """A tension T of both vectors along themselves does none; on turning them they give a (t_a x a) / 2 each."""
+    path = path_of(run_of("rig.max_angle=30"), REFERENCE)
+    along = np.append(path.at[200, :6], 0.0)
+    assert path.conjugate(along, 0.5) == pytest.approx(0.0, abs=1e-4)
+    across = np.array([-along[1], along[0], 0.0, 0.0, 0.0, 0.0, 0.0])
+    assert path.conjugate(across, 0.5) == pytest.approx(0.5 * 4.0 * 4.0, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("kind", "expected"), [("warp", (4.0, 3.03)), ("weft", (4.04, 3.0)), ("biaxial", (4.02, 3.03))]
+)
+def test_stretches_go_along_their_yarns(kind, expected):
+    path = path_of(run_of(f"rig.path={kind}", "rig.ratio=0.5"), REFERENCE)
+    assert path.at[-1, [0, 4]] == pytest.approx(expected)
+    assert path.free == {"warp": ("ax",), "weft": ("by",), "biaxial": ()}[kind]
+    assert path_of(run_of(f"rig.path={kind}", "rig.across=held"), REFERENCE).free == ()
+
+
+def test_rates_bring_the_lattice_to_the_end_of_its_path():
+    run = run_of("rig.max_angle=40")
+    path, progress = timed(run, path_of(run, REFERENCE))
+    for name, table in path.rates(progress).items():
+        q = ("ax", "ay", "az", "bx", "by").index(name)
+        assert table.integral(path.duration) == pytest.approx(path.at[-1, q] - path.at[0, q], rel=1e-4)
+        assert table.value[0] == 0.0
+    # 100 mm of fabric at the speed of the run
+    assert progress.value[-1] * path.end == pytest.approx(run.solver.speed / 100.0)
+
+
+def test_steps_of_a_file_are_kept_in_the_config(tmp_path):
+    file = tmp_path / "steps.csv"
+    file.write_text(GOOD)
+    run = run_of(f"rig.path={file}")
+    assert run.rig.path == "steps" and run.rig.steps[1] == (0.5, 1.0, 0.2, 0.1, 1.0)
+    at = path_of(run, REFERENCE).at
+    assert at[KNOTS // 2, :5] == pytest.approx([4.0, 0.4, 0.0, 0.6, 3.0]) and at[-1, 0] == pytest.approx(4.4)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("f_xx\n1\n", "line 1: expected the header fraction,f_xx"),
+        (GOOD.replace("0,1,0,0,1", "0,1,0.1,0,1"), "line 2: the path begins with the fabric as it is"),
+        (GOOD.replace("0.5,", "0,"), "line 3: fraction = 0: expected more than 0"),
+        (GOOD.replace("0.2,0.1", "2,2"), "line 3: the gradient has the determinant -3"),
+        (GOOD.replace("1.1", "x"), "line 4: 1,x,0,0,1: expected numbers"),
+        (GOOD.replace("1.1", "nan"), "line 4: .* 5 finite numbers"),
+        (GOOD.replace("1,1.1", "0.9,1.1"), "the last of fraction 1"),
+    ],
+)
+def test_a_file_of_steps_is_refused_by_its_line(tmp_path, text, said):
+    file = tmp_path / "steps.csv"
+    file.write_text(text)
+    with pytest.raises(InputError, match=said):
+        read_steps(str(file))
+    with pytest.raises(InputError, match="cannot be read"):
+        read_steps(str(tmp_path / "none.csv"))
+
+
+def test_unknown_paths_steps_without_a_file_and_shells_are_refused():
+    with pytest.raises(InputError, match=r"rig\.path.*shear"):
+        run_of("rig.path=twist")
+    with pytest.raises(InputError, match=r"rig\.path=FILE\.csv"):
+        run_of("rig.path=steps")
+    with pytest.raises(InputError, match="cell is a test of --scale meso only"):
+        resolve(variant="1", test="cell", scale="macro")
+
+
+def test_a_path_that_tears_the_cell_names_the_number_that_would_do():
+    """Straight yarns break at (1 + crimp) (1 + fracture strain) - 1."""
+    run = run_of("rig.path=warp", "rig.max_strain=2")
+    yarn = run.fabric.reinforcing
+    most = 100.0 * ((1.0 + yarn.crimp_fraction.warp) * (1.0 + yarn.fracture_strain_fraction) - 1.0)
+    with pytest.raises(InputError, match=r"tears the warp yarns.*rig\.max_strain=([\d.]+) would do") as refused:
+        Cell().refuse(run)
+    given = float(str(refused.value).rpartition("rig.max_strain=")[2].split()[0])
+    assert 0.9 * most < given <= most
+    Cell().refuse(run_of("rig.path=warp", f"rig.max_strain={given}"))
+    said = torn(run_of("rig.path=weft", "rig.max_strain=1"), "knit", 0.1, 0.5)
+    assert "it tears the knit yarns, which break at 10.00 %; rig.max_strain=0.5 would do" in said
+
+
+def test_loops_of_a_cell_are_drawn_in_as_the_fabric_says():
+    """All loops of the cell and of its images: none is at an edge."""
+    plain, drawn = (
+        build_meso_cell(run, relaxed_cell(run.fabric), 1, 1) for run in (run_of(), run_of("fabric.knitting.draw_in=2"))
+    )
+    knit = parts_of_nodes(drawn) == drawn.mesh.part_names.index("knit")
+    shorter = plain.beams.inv_length / drawn.beams.inv_length
+    joined = drawn.beams.alive > 0.0
+    assert shorter[knit & joined] == pytest.approx(0.98) and shorter[~knit & joined] == pytest.approx(1.0)
+    assert drawn.pressed and drawn.prestressed

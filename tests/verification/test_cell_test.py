@@ -1,0 +1,41 @@
+"""The cell test as it runs: its columns agree with each other, its gates pass, and a path that tears is refused."""
+
+import numpy as np
+import pytest
+
+from knittest.base.errors import InputError
+from knittest.config.loading import resolve
+from knittest.laboratory.cell.test import Cell
+from knittest.solve.observer import SILENT
+
+
+def test_a_sheared_cell_reports_work_mechanisms_and_crossings() -> None:
+    run = resolve(variant="1", test="cell", preset="quick", sets=["rig.max_angle=4", "output.samples=60"])
+    test = Cell()
+    prepared = test.prepare(run)
+    history, cost = test.solve(prepared, run, SILENT)
+    curve, energies = history.curve, history.energies
+    # work an area is the integral of the conjugate force over the angle
+    work = np.trapezoid(curve["conjugate_force"], np.deg2rad(curve["shear_angle_deg"])) * prepared.facts["area_mm2"]
+    assert energies["external_mj"][-1] == pytest.approx(work, rel=0.02)
+    for part in ("warp", "weft", "knit"):
+        whole = sum(energies[f"{m}_{part}_mj"] for m in ("stretching", "bending", "torsion"))
+        assert np.diff(whole) == pytest.approx(np.diff(energies[f"internal_{part}_mj"]), abs=2e-5)
+    assert history.contacts["warp_weft_angle_deg"][-1] == pytest.approx(86.0, abs=0.3)
+    assert history.contacts["thickness_mm"][-1] == pytest.approx(2.16, abs=0.02)
+    quality = test.assess(run, prepared, history, cost)
+    assert not quality.failures and quality.ke_over_ie_max < 0.05
+    assert test.results(run, prepared, history)["cell_shear_n_per_mm_at_deg.1"] > 0.0
+
+
+def test_yarns_that_would_break_on_the_way_end_the_path_with_a_number() -> None:
+    run = resolve(
+        variant="1", test="cell", preset="quick",
+        sets=["rig.path=warp", "rig.across=held", "fabric.reinforcing.fracture_strain=0.2", "rig.max_strain=0.95",
+              "output.samples=60"],
+    )  # fmt: skip
+    test = Cell()
+    with pytest.raises(
+        InputError, match=r"tears the warp yarns, which break at 0.20 %; rig\.max_strain=0\.\d+ would do"
+    ):
+        test.solve(test.prepare(run), run, SILENT)
