@@ -155,12 +155,13 @@ class Specimen:
 def judged_rows(history: History, *, to_failure: bool = True, reported_from: float = np.inf) -> slice:
     """Rows of the energies between start-up and the first failure, or of a test not ``to_failure`` the end.
 
-    Start-up is over at a share of the work, and at the latest when the first number is ``reported_from`` [ms].
+    Start-up is over at a share of the largest work, of which a test that turns gives back, and at the latest when the
+    first number is ``reported_from`` [ms].
     """
     energies = history.energies
     end = history.first_failure if to_failure and history.first_failure is not None else len(energies["time_ms"])
     end = max(end, 1)
     work = np.abs(energies["external_mj"][:end])
-    start = int(np.argmax(work >= START_UP * work[-1]))
+    start = int(np.argmax(work >= START_UP * work.max()))
     start = min(start, int(np.searchsorted(energies["time_ms"][:end], reported_from)))
     return slice(start, max(end, start + 1))

@@ -148,6 +148,9 @@ COMMANDS: dict[str, Do] = {
     "knittest batch configs/sweeps/blank-holder.yaml": Do(planned="5 CPU minutes"),
     "knittest batch configs/sweeps/blank-holder.yaml --workers 2": Do(planned="5 CPU minutes"),
     "knittest batch configs/sweeps/yarn-friction.yaml": Do(planned="10 CPU minutes"),
+    "knittest picture-frame --variant 1 --set rig.cycles=1 --set rig.max_angle=20": Do(
+        planned="2 CPU minutes; test_cycles.py has its evaluation"
+    ),
     "knittest pull-out --variant 1 --direction weft": Do(
         "--preset quick --set rig.length=15 --set rig.travel=4.2 --set solver.speed=0.5 --no-frames --out {out}"
     ),

@@ -6,6 +6,7 @@ import pytest
 from knittest.base.errors import InputError
 from knittest.config.loading import resolve
 from knittest.laboratory.picture_frame.cycles import cycle_results, cycles_of
+from knittest.laboratory.picture_frame.rig import PictureFrameTest
 
 
 def loops(share: float, count: int, most: float = 20.0) -> dict[str, np.ndarray]:
@@ -56,5 +57,10 @@ def test_cycles_end_where_they_began_and_stand_alone():
         variant="1", scale="macro", preset="quick", test="picture-frame", sets=["rig.max_angle=20", "rig.cycles=2"]
     )
     assert run.rig.stops == [20.0, 0.0, 20.0, 0.0]
+    once = resolve(variant="1", scale="macro", preset="quick", test="picture-frame", sets=["rig.max_angle=20"])
+    assert run.solver.speed == pytest.approx(once.solver.speed / 5.0)
+    rig = PictureFrameTest(run, np.zeros(0, np.int64), 100.0)
+    assert np.interp(rig.duration, rig.shear.time, rig.shear.value) == 0.0  # at rest, as it began
+    assert np.rad2deg(rig.angle(rig.duration)) == pytest.approx(0.0, abs=1e-9)
     with pytest.raises(InputError, match=r"leave out turns, or cycles"):
         resolve(variant="1", test="picture-frame", sets=["rig.turns=[20, 5]", "rig.cycles=1"])

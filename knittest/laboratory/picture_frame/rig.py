@@ -45,7 +45,7 @@ class PictureFrameTest:
         start = run.solver.ramp_ms
         self.close = ramp(start, self.slack)
         stops = np.deg2rad(rig.stops).tolist()
-        self.shear = _there_and_back(start, sqrt(2.0) * run.solver.speed_mm_per_ms / self.side, stops)
+        self.shear = _there_and_back(start, sqrt(2.0) * run.solver.speed_mm_per_ms / self.side, stops, rig.cycles > 0)
         self.duration = self.shear.time[-1]
         self.times = np.linspace(0.0, self.duration, KNOTS * len(stops))
         angles = np.array([self.angle(t) for t in self.times])
@@ -108,16 +108,17 @@ class PictureFrameTest:
         return False
 
 
-def _there_and_back(start: float, speed: float, stops: Sequence[float]) -> Table:
+def _there_and_back(start: float, speed: float, stops: Sequence[float], halts: bool) -> Table:
     """Rate [rad/ms] that from ``start`` [ms] on drives from 0 to each of ``stops`` [rad], smoothly within ``start``
-    from rest to ``speed`` and, before a turn, back; a way too short for that is driven slower.
+    from rest to ``speed`` and, before a turn, back; a way too short for that is driven slower. It ends at full
+    speed unless it ``halts``: a cycle that ends at rest, as it begins, holds no work of inertia.
     """
     time, value = [0.0], [0.0]
     begin = start
     for k, (here, there) in enumerate(pairwise([0.0, *stops])):
         rate = min(speed, abs(there - here) / start) if start > 0.0 else speed
         rise = ramp(start, float(np.sign(there - here)) * rate)
-        stopping = 0.5 if k == len(stops) - 1 else 0.0  # the test ends at full speed
+        stopping = 0.5 if k == len(stops) - 1 and not halts else 0.0
         slow = begin + abs(there - here) / rate + stopping * start
         time += [begin + t for t in rise.time]
         value += rise.value
