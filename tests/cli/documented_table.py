@@ -62,7 +62,7 @@ COMMANDS: dict[str, Do] = {
     "--against cao2008/curves/uml.csv --against cao2008/curves/ut.csv "
     "--against cao2008/curves/kul1.csv": Do(planned="as the one before, but for its size and curves"),
     "knittest biaxial --variant 1 --scale macro --direction warp --ratio 0.5": Do(SHELLS),
-    "knittest cell --variant 1 --path shear": Do("--preset quick --set rig.max_angle=3 --no-frames --out {out}"),
+    "knittest cell --variant 1 --path shear": Do("--preset quick --set rig.max_angle=10 --no-frames --out {out}"),
     "knittest cell --variant 1 --path steps.csv": Do(planned="tests/unit/test_cell_path.py reads such a file"),
     "knittest data import bias-*.csv --test bias-extension --gauge-length 230 --width 115 --out data/mine": Do(
         given={"data/mine": "data/pulled"}

@@ -45,6 +45,8 @@ def place(tmp_path_factory):
         r"^```\n((?:# .*\n)*strain_pct.*?)^```$", (ROOT / "docs/tensile.md").read_text(), re.M | re.S
     )
     (folder / "example.csv").write_text(example)
+    (steps,) = re.findall(r"^```\n(fraction,.*?)^```$", (ROOT / "docs/cell.md").read_text(), re.M | re.S)
+    (folder / "steps.csv").write_text(steps)
     (folder / "mean.csv").write_text("strain_pct,force_n\n0,0\n0.8,2100\n1.6,5800\n")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
