@@ -69,7 +69,8 @@ CASES = {
     "mass above the yarns'": ("tensile", "fabric.area_mass=1870", "fabric.area_mass=1873", "expected 467.8 to 1871"),
     "thinner than its inlays": (
         "tensile", "fabric.thickness=0.75", "fabric.thickness=0.74",
-        "fabric.thickness = 0.74: implausible beside the beam_diameter of the yarns, expected 0.75 to 7.5 mm",
+        "fabric.thickness = 0.74: implausible beside the yarns' beam_diameter or height of section, "
+        "expected 0.75 to 7.5 mm",
     ),
     "thicker than its yarns": ("tensile", "fabric.thickness=7.5", "fabric.thickness=7.6", "fabric.thickness = 7.6"),
     "static below kinetic, plates": (
