@@ -23,7 +23,7 @@ SETUP = (
 NAMES = (
     "knittest regress", "knittest speed-study", "knittest resume", "knittest picture-frame", "knittest forming",
     "knittest check", "knittest compare", "knittest batch", "knittest calibrate", "knittest friction",
-    "knittest uncertainty",
+    "knittest uncertainty", "knittest pull-out", "knittest cell",
 )  # fmt: skip
 
 #: in this order, in one folder
