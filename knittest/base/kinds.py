@@ -18,6 +18,7 @@ from types import MappingProxyType
 from typing import Any, TypeVar
 
 from knittest.base.errors import InputError
+from knittest.base.regressed import Regression
 from knittest.base.resources import PACKAGE
 
 #: group of the entry points; the name of one is that of its test, its value where the record is
@@ -31,41 +32,6 @@ Stated = Callable[[str], object]
 
 T = TypeVar("T")
 _NONE: Mapping[str, Any] = MappingProxyType({})
-
-
-@dataclass(frozen=True)
-class Regressed:
-    """Runs of a regression: of ``specimens``, (variant, direction or None), with ``sets`` that ``label`` stands for.
-
-    Runs start by ``rank``, expensive ones first, so that no worker is left alone with one at the end.
-    """
-
-    rank: int
-    level: str
-    scale: str
-    preset: str
-    specimens: tuple[tuple[str, str | None], ...]
-    sets: tuple[str, ...] = ()
-    label: str | None = None
-
-
-@dataclass(frozen=True)
-class Regression:
-    """A test in ``knittest regress``.
-
-    ``rows`` of Table 3 that it gives, ``sets`` of all its runs, ``runs``; ``drift`` is the change that a number, a
-    curve and a number that is nothing but buckles, one of ``buckled``, may have, by scale, where it is not everyone's.
-    """
-
-    rows: tuple[str, ...] = ()
-    sets: tuple[str, ...] = ()
-    runs: tuple[Regressed, ...] = ()
-    drift: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
-    buckled: tuple[str, ...] = ()
-
-
-#: specimens of the paper on a strip
-STRIPS = (("1", "warp"), ("1", "weft"), ("2", "warp"), ("2", "weft"))
 
 
 @dataclass(frozen=True)

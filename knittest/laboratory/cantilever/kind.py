@@ -1,6 +1,7 @@
 """Record of the cantilever."""
 
-from knittest.base.kinds import STRIPS, Regressed, Regression, TestKind
+from knittest.base.kinds import TestKind
+from knittest.base.regressed import STRIPS, Regressed, Regression
 
 KIND = TestKind(
     name="cantilever",

@@ -1,6 +1,7 @@
 """Record of the forming test."""
 
-from knittest.base.kinds import Regressed, Regression, TestKind
+from knittest.base.kinds import TestKind
+from knittest.base.regressed import Regressed, Regression
 from knittest.laboratory.deciding_fields import LOOPS
 
 KIND = TestKind(

@@ -1,6 +1,7 @@
 """Record of the friction test."""
 
-from knittest.base.kinds import Regressed, Regression, TestKind
+from knittest.base.kinds import TestKind
+from knittest.base.regressed import Regressed, Regression
 
 KIND = TestKind(
     name="friction",

@@ -1,6 +1,7 @@
 """Record of the tensile test."""
 
-from knittest.base.kinds import STRIPS, Regressed, Regression, TestKind
+from knittest.base.kinds import TestKind
+from knittest.base.regressed import STRIPS, Regressed, Regression
 from knittest.laboratory.deciding_fields import PULLED
 
 KIND = TestKind(
