@@ -114,8 +114,8 @@ def test_a_piece_of_a_loop_row_has_the_stretch_of_its_whole_row(monkeypatch):
     from knittest.models import meso
 
     seen = []
-    stretch = meso._stretch
-    monkeypatch.setattr(meso, "_stretch", lambda run, path: seen.append(path) or stretch(run, path))
+    stretch = meso.stretch
+    monkeypatch.setattr(meso, "stretch", lambda run, path: seen.append(path) or stretch(run, path))
     run = small()
     BiasExtension().prepare(run)
     knit = [path for path in seen if path.system == "knit"]

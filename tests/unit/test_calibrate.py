@@ -38,7 +38,7 @@ def test_the_shipped_bending_asks_for_the_shipped_stiffness(tmp_path, monkeypatc
 def test_shipped_calibrations_enclose_the_shipped_values(path):
     problem = problem_of(load_yaml(path))
     case = problem.cases[0]
-    shipped = resolve(test=case.kind, fabric=case.fabric, scale="macro")
+    shipped = resolve(test=case.kind, fabric=case.fabric, scale=case.run().model.scale)
     for parameter in problem.parameters:
         value = shipped
         for part in parameter.paths[0]:

@@ -46,7 +46,8 @@ def test_a_saved_cell_comes_back(own_cache: Path) -> None:
 
 def test_every_input_has_its_own_file() -> None:
     base = spec("V1")
-    paths = {cell_path(replace(base, **{name: 1.01 * value})) for name, value in vars(base).items()}
+    others = {name: (1.0, 0.8) if value is None else 1.01 * value for name, value in vars(base).items()}
+    paths = {cell_path(replace(base, **{name: value})) for name, value in others.items()}
     assert len(paths | {cell_path(base)}) == len(vars(base)) + 1
 
 

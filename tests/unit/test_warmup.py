@@ -66,6 +66,7 @@ def test_a_process_compiles_while_the_run_prepares_and_is_ended_with_it(said, mo
         under_way.clear()
 
     monkeypatch.setattr(warmup, "compiling", process)
+    monkeypatch.setattr(warmup, "_warm", set())
     run = resolve(variant="1", scale="meso")
     with warmup.compiling_for(run):
         assert under_way == ["meso"]
