@@ -112,7 +112,8 @@ TABLES: dict[tuple[str, str], Made] = {
         "python benchmarks/forming_bands.py bands RUN...",
         tuple(
             _run("forming", "macro", preset, "1", _FORCE.format(100), *sets)
-            for preset, sets in (("quick", ()), ("quick", _IN_PLANE), ("standard", _IN_PLANE))
+            for preset in ("quick", "standard", "paper")
+            for sets in ((), _IN_PLANE)
         ),
         (("forming", "macro"),),
     ),
