@@ -12,7 +12,14 @@ from knittest.cli.options import reports
 @click.option("--force", is_flag=True, help="Go on although config, version or processor changed.")
 @reports
 def resume(
-    run: Path, force: bool, threads: int | None, as_json: bool, quiet: bool, no_frames: bool, against: tuple[Path, ...]
+    run: Path,
+    force: bool,
+    threads: int | None,
+    as_json: bool,
+    quiet: bool,
+    no_frames: bool,
+    no_pictures: bool,
+    against: tuple[Path, ...],
 ) -> int:
     """Go on with a run that was interrupted, killed or ran out of disk, to the bits it would have had.
 
@@ -23,4 +30,5 @@ def resume(
     from knittest.runs.options import RunOptions
     from knittest.studies.command import resume_command
 
-    return resume_command(run, RunOptions(None, threads, as_json, quiet, not no_frames, against=against), force)
+    options = RunOptions(None, threads, as_json, quiet, not no_frames, not no_pictures, against)
+    return resume_command(run, options, force)

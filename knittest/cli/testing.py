@@ -35,7 +35,8 @@ def test_command(kind: TestKind) -> click.Command:
         given = {field: chosen.pop(name) for name, field in fields.items()}
         chosen["sets"] = (*chosen["sets"], *(f"{field}={v!r}" for field, v in given.items() if v is not None))
         reported = {name: chosen.pop(name) for name in ("threads", "quiet", "against")}
-        options = RunOptions(out, json=chosen.pop("as_json"), frames=not chosen.pop("no_frames"), **reported)
+        frames, pictures = (not chosen.pop(f"no_{what}") for what in ("frames", "pictures"))
+        options = RunOptions(out, json=chosen.pop("as_json"), frames=frames, pictures=pictures, **reported)
         if resume is not None:
             if direction or out or verify or any(chosen.values()):
                 raise click.UsageError("--resume takes everything from the run folder: leave out what describes a run")

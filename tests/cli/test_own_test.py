@@ -79,7 +79,9 @@ def test_a_run_leaves_folder_results_and_tables(done):
 
 
 def test_its_preset_sets_the_length_and_json_is_json(wired, done, tmp_path):
-    found = knittest(wired, tmp_path, "wire", "--config", str(done[0] / "run/config.yaml"), "--json", "--no-frames")
+    found = knittest(
+        wired, tmp_path, "wire", "--config", str(done[0] / "run/config.yaml"), "--json", "--no-frames", "--no-pictures"
+    )
     assert found.returncode == 0, found.stderr
     again, first = json.loads(found.stdout), json.loads((done[0] / "run/summary.json").read_text())
     assert again["results"] == first["results"]
@@ -102,7 +104,7 @@ def test_a_wrong_field_is_named(wired, tmp_path):
 
 
 def test_a_stopped_run_goes_on_to_the_same_bits(wired, tmp_path):
-    chosen = ["wire", "--variant", "1", "--preset", "quick", "--set", "solver.speed=0.001", "--quiet"]
+    chosen = ["wire", "--variant", "1", "--preset", "quick", "--set", "solver.speed=0.001", "--quiet", "--no-pictures"]
     command = [sys.executable, "-m", "knittest.cli.main", *chosen, "--out", "stopped"]
     with subprocess.Popen(command, cwd=tmp_path, env=environment(wired), stderr=subprocess.PIPE) as process:
         ends = time.monotonic() + 300.0

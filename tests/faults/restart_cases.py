@@ -25,8 +25,9 @@ CASES = {"macro": MACRO, "meso": MESO}
 
 
 def start(*arguments, threads=1, cwd=None) -> subprocess.Popen:
-    """A quiet ``knittest`` process."""
-    command = [sys.executable, "-m", "knittest.cli.main", *arguments, "--quiet", "--threads", str(threads)]
+    """A quiet ``knittest`` process without pictures."""
+    options = ("--quiet", "--no-pictures", "--threads", str(threads))
+    command = [sys.executable, "-m", "knittest.cli.main", *arguments, *options]
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
     return subprocess.Popen(
         command, cwd=cwd, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
