@@ -49,7 +49,11 @@ def reports(command: Command) -> Command:
     """Add the options on how a run computes and reports."""
     for option in reversed(
         (
-            click.option("--threads", type=click.IntRange(1), help="Threads.  [default: all cores]"),
+            click.option(
+                "--threads",
+                type=click.IntRange(1),
+                help="Threads at most; fewer where they are faster.  [default: all cores]",
+            ),
             click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout and nothing else there."),
             click.option("--quiet", is_flag=True, help="No progress, no table."),
             click.option("--no-frames", is_flag=True, help="No VTU frames."),

@@ -75,4 +75,5 @@ def _cost(
     threads: int,
 ) -> Cost:
     speed = cost.steps * elements / max(cost.advance_s, 1e-9)
-    return Cost(*spent, compile_s, prepared.geometry_s, cost.steps, elements, speed, threads, 1e3 * cost.time_step)
+    used = cost.threads or threads
+    return Cost(*spent, compile_s, prepared.geometry_s, cost.steps, elements, speed, used, 1e3 * cost.time_step)

@@ -47,6 +47,7 @@ def simulate(
     except NumericalError:
         observer.failed(run.snapshot)
         raise
+    run.cost.threads = run.pace.usual
     return _history(run), run.cost
 
 

@@ -25,13 +25,16 @@ FRAME = ("time", "coordinate", "force")
 
 @dataclass
 class SimulationCost:
-    """Steps, time step [ms], time spent advancing [s]; penetration over radius before failure."""
+    """Steps, time step [ms], time spent advancing [s]; penetration over radius before failure; usual threads, 0 where
+    they were not chosen.
+    """
 
     steps: int = 0
     time_step: float = 0.0
     advance_s: float = 0.0
     penetration_max: float = 0.0
     penetration_mean: float = 0.0
+    threads: int = 0
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 import numpy as np
+from numba import get_num_threads
 from numpy.typing import NDArray
 
 from knittest.kernels import monitor
@@ -11,6 +12,7 @@ from knittest.kernels.explicit import SCRATCH
 from knittest.kernels.options import PARTITIONS
 from knittest.kernels.state import Tally
 from knittest.models.explicit_model import ExplicitModel
+from knittest.solve.pace import Pace
 
 Array = NDArray[np.float64]
 
@@ -36,14 +38,18 @@ class Stepping:
     loss_rate: float = 0.0
     damping_loss: float = 0.0
     scratch: Array = field(default_factory=_scratch, repr=False)
+    pace: Pace = field(default_factory=lambda: Pace(get_num_threads()), repr=False)
 
     def step(self, steps: int) -> None:
         """Advance by ``steps`` time steps and book what damping took."""
-        self.model.advance(steps, self.time, self.dt, self.drive, self.tally, self.scratch)
+        self.pace.advance(self._advance, steps)
         self.time += steps * self.dt
         kinetic, loss = monitor.kinetic_energy(self.model.nodes, self.model.mass, self.model.inertia, self.dt)
         self.damping_loss += 0.5 * (self.loss_rate + loss) * steps
         self.kinetic, self.loss_rate = kinetic, loss
+
+    def _advance(self, steps: int) -> None:
+        self.model.advance(steps, self.time, self.dt, self.drive, self.tally, self.scratch)
 
     def work(self) -> tuple[float, float, float, float]:
         """Work from outside, losses of friction, energy of eroded elements, losses of contact damping [mJ]."""
