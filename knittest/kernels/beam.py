@@ -64,14 +64,17 @@ def section_moment(torsion, bending, inv, inv_length, ax, ay, az, cx, cy, cz, tx
 
 @njit(**INLINE)
 def elastic_energy(stretching, strain, shear, torsion, bending, ax, ay, az, rx, ry, rz, cx, cy, cz, inv_length):
-    """Energy [mJ] of one element; ``stretching`` is the integral of the axial law per length [N]."""
+    """Energies [mJ] of one element: of stretching, of bending with the transverse shear that it needs, of torsion.
+
+    ``stretching`` is the integral of the axial law per length [N].
+    """
     length = 1.0 / inv_length
     gx, gy, gz = rx * inv_length, ry * inv_length, rz * inv_length
     across = gx * gx + gy * gy + gz * gz - (strain + 1.0) * (strain + 1.0)
     curvature2 = cx * cx + cy * cy + cz * cz
     twist = cx * ax + cy * ay + cz * az
-    turning = 0.5 * (bending * curvature2 + (torsion - bending) * twist * twist) * inv_length
-    return length * (stretching + 0.5 * shear * across) + turning
+    bent = 0.5 * (shear * across * length + bending * (curvature2 - twist * twist) * inv_length)
+    return length * stretching, bent, 0.5 * torsion * twist * twist * inv_length
 
 
 @njit(**INLINE)

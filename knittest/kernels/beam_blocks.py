@@ -162,8 +162,8 @@ def _rotate(start, count, dt, nodes):
 
 
 @njit(**KERNEL)
-def beam_energy(i, section, nodes, beams):
-    """Elastic energy [mJ] of beam ``i``, whether alive or not; uses :func:`elastic_energy`."""
+def beam_energies(i, section, nodes, beams):
+    """Elastic energies [mJ] of beam ``i``, whether alive or not, as in :func:`elastic_energy`."""
     x, rotation = rows3(nodes.position), rows4(nodes.rotation)
     ax, ay, az, cx, cy, cz, _ = _frame(i, rotation, rows3(beams.tangent))
     rx, ry, rz = sub(at3(x, i + ONE), at3(x, i))
@@ -175,15 +175,22 @@ def beam_energy(i, section, nodes, beams):
         stretching += hinge_energy(
             strain - beams.slack[i], beams.hinge_strain[section, h], beams.hinge_slope[section, h]
         )
-    energy = elastic_energy(
+    stretched, bent, twisted = elastic_energy(
         stretching, strain, shear, torsion, bending,
         ax, ay, az, rx, ry, rz, cx, cy, cz, inv_length,
     )  # fmt: skip
     excess = beams.excess[section]
     if excess != 0.0:
         nx, ny, nz, _, _, _, _ = _frame(i, rotation, rows3(beams.normal))
-        energy += flat_energy(excess, nx, ny, nz, cx, cy, cz, inv_length)
-    return energy
+        bent += flat_energy(excess, nx, ny, nz, cx, cy, cz, inv_length)
+    return stretched, bent, twisted
+
+
+@njit(**KERNEL)
+def beam_energy(i, section, nodes, beams):
+    """Elastic energy [mJ] of beam ``i``, whether alive or not."""
+    stretched, bent, twisted = beam_energies(i, section, nodes, beams)
+    return stretched + bent + twisted
 
 
 @njit(**KERNEL)

@@ -67,6 +67,7 @@ def shell_share(p, time, nodes, shells, laminate, bends, tally, w):
     lost += bend_forces(first, last, time, nodes, shells.fail_time, bends, w)
     tally.energy[p, 1] += rubbed
     tally.energy[p, 2] += lost
+    tally.energy[p, 6] += rubbed
 
 
 @njit(**KERNEL)

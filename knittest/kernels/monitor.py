@@ -5,7 +5,7 @@ from math import sqrt
 import numpy as np
 from numba import njit
 
-from knittest.kernels.beam_blocks import beam_energy
+from knittest.kernels.beam_blocks import beam_energies
 from knittest.kernels.contact import penalty
 from knittest.kernels.options import ALLOCATING, KERNEL
 from knittest.kernels.rows import rows3
@@ -33,14 +33,17 @@ def kinetic_energy(nodes, mass, inertia, dt):
 
 @njit(**ALLOCATING)
 def section_energies(nodes, parts, beams):
-    """Elastic energy [mJ] of the living beams of each section, (n_sections,)."""
-    total = np.zeros(beams.stiffness.shape[0])
+    """Elastic energies [mJ] of the living beams of each section, (n_sections, 3): of stretching, bending, torsion."""
+    total = np.zeros((beams.stiffness.shape[0], 3))
     for k in range(parts.span.shape[0]):
         section = parts.span[k, 2]
         if section >= 0:
             for i in range(parts.span[k, 0], parts.span[k, 1]):
                 if beams.alive[i] > 0.0:
-                    total[section] += beam_energy(i, section, nodes, beams)
+                    stretched, bent, twisted = beam_energies(i, section, nodes, beams)
+                    total[section, 0] += stretched
+                    total[section, 1] += bent
+                    total[section, 2] += twisted
     return total
 
 

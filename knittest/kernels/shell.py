@@ -94,10 +94,12 @@ def layers(strain, bend, middle, outer, layer_offset):
 
 
 @njit(**INLINE)
-def layers_energy(strain, bend, middle, outer, layer_offset):
-    """Energy per area [mJ/mm^2] of :func:`layers`; ``middle`` is the energy of the middle layer."""
-    low, high = strain - layer_offset * bend, strain + layer_offset * bend
-    return middle + 0.5 * outer * (low * low + high * high)
+def layers_energies(strain, bend, middle, outer, layer_offset):
+    """Energies per area [mJ/mm^2] of :func:`layers`, of stretching and of bending; ``middle`` is that of the middle
+    layer.
+    """
+    lever = layer_offset * bend
+    return middle + outer * strain * strain, outer * lever * lever
 
 
 @njit(**INLINE)

@@ -13,7 +13,7 @@ from knittest.kernels.shell import (
     fibre_strain,
     hourglass,
     hourglass_energy,
-    layers_energy,
+    layers_energies,
     transverse_shears,
 )
 from knittest.kernels.shell_state import (
@@ -62,11 +62,12 @@ def _drilling_energy(e, a, b, directors, nodes, shells, laminate):
 
 
 @njit(**KERNEL)
-def _layers_energy(strain, bend, direction, laminate):
+def _layers_energies(strain, bend, direction, laminate):
+    """Energies per area of one direction's stretching and of its bending."""
     middle = 0.5 * laminate.compression[direction] * min(strain, 0.0) ** 2
     for h in range(laminate.knee.shape[1]):
         middle += hinge_energy(strain, laminate.knee[direction, h], laminate.slope[direction, h])
-    return layers_energy(strain, bend, middle, laminate.outer[direction], laminate.layer_offset)
+    return layers_energies(strain, bend, middle, laminate.outer[direction], laminate.layer_offset)
 
 
 @njit(**KERNEL)
@@ -82,42 +83,53 @@ def _shear_energy(angle, slip, laminate):
 
 
 @njit(**KERNEL)
-def element_energy(e, nodes, shells, laminate):
-    """Elastic energy, and energy of the hourglass control and of drilling [mJ], of element ``e``, alive or not."""
+def element_energies(e, nodes, shells, laminate):
+    """Energies [mJ] of element ``e``, alive or not: elastic ones of stretching (the coupling's with it), bending (with
+    twisting and transverse shear) and shear; that of the hourglass control and of drilling.
+    """
     s = state_index(e)
     fibres, distortion = fibres_of(shells.state, s), distortion_of(shells.state, s)
     x, d = _corners(e, nodes, shells)
     frame = fibre_frame(x, d, fibres)
     a, b, a_z, b_z = frame
     inv_a, inv_b, sine = fibre_pair(a, b)
-    density = _layers_energy(fibre_strain(a, inv_a), dot(a, a_z) * inv_a, 0, laminate)
-    density += _layers_energy(fibre_strain(b, inv_b), dot(b, b_z) * inv_b, 1, laminate)
-    if laminate.coupling_membrane != 0.0 or laminate.coupling_bending != 0.0:
-        density += laminate.coupling_membrane * fibre_strain(a, inv_a) * fibre_strain(b, inv_b)
-        density += laminate.coupling_bending * dot(a, a_z) * inv_a * dot(b, b_z) * inv_b
-    density += _shear_energy(arcsine(sine), shells.state[s + SLIP], laminate)
-    density += 0.5 * laminate.twist * (dot(a, b_z) + dot(b, a_z)) ** 2
+    strain_a, strain_b = fibre_strain(a, inv_a), fibre_strain(b, inv_b)
+    bend_a, bend_b = dot(a, a_z) * inv_a, dot(b, b_z) * inv_b
+    stretching_a, bending_a = _layers_energies(strain_a, bend_a, 0, laminate)
+    stretching_b, bending_b = _layers_energies(strain_b, bend_b, 1, laminate)
+    stretching = stretching_a + stretching_b + laminate.coupling_membrane * strain_a * strain_b
+    bent = bending_a + bending_b + laminate.coupling_bending * bend_a * bend_b
+    bent += 0.5 * laminate.twist * (dot(a, b_z) + dot(b, a_z)) ** 2
     shear_a, shear_b, along, across = transverse_shears(x, d, fibres, shells.state[s + WARP])
-    density += 0.5 * (laminate.transverse[0] * shear_a**2 + laminate.transverse[1] * shear_b**2)
+    bent += 0.5 * (laminate.transverse[0] * shear_a**2 + laminate.transverse[1] * shear_b**2)
+    sheared = _shear_energy(arcsine(sine), shells.state[s + SLIP], laminate)
     shape = shells.state[s + SHAPE]
     bending = shape * laminate.hourglass_bending
     control = hourglass_energy(frame, hourglass(x, distortion), hold_of(shells.state, s, laminate))
     control += hourglass_energy(frame, hourglass(d, distortion), (bending, bending))
     control += 0.5 * shape * laminate.hourglass_transverse * (along**2 + across**2)
     drilling = _drilling_energy(e, a, b, d, nodes, shells, laminate)
-    return shells.state[s + AREA] * density, control + shells.state[s + AREA] * drilling
+    area = shells.state[s + AREA]
+    return area * stretching, area * bent, area * sheared, control + area * drilling
+
+
+@njit(**KERNEL)
+def element_energy(e, nodes, shells, laminate):
+    """Elastic energy, and energy of the hourglass control and of drilling [mJ], of element ``e``, alive or not."""
+    stretching, bent, sheared, control = element_energies(e, nodes, shells, laminate)
+    return stretching + bent + sheared, control
 
 
 @njit(**KERNEL)
 def shell_energies(nodes, shells, laminate):
-    """Elastic energy, and energy of the hourglass control and of drilling, of all living shells [mJ]."""
-    internal, control = 0.0, 0.0
+    """Energies of all living shells [mJ], as in :func:`element_energies`."""
+    stretching, bent, sheared, control = 0.0, 0.0, 0.0, 0.0
     for e in range(shells.fail_time.size):
         if shells.state[state_index(e) + ALIVE] > 0.0:
-            elastic, hourglass_part = element_energy(e, nodes, shells, laminate)
-            internal += elastic
-            control += hourglass_part
-    return internal, control
+            own = element_energies(e, nodes, shells, laminate)
+            stretching, bent = stretching + own[0], bent + own[1]
+            sheared, control = sheared + own[2], control + own[3]
+    return stretching, bent, sheared, control
 
 
 @njit(**ALLOCATING)

@@ -87,6 +87,7 @@ def _touch(partition, t, start, count, dt, nodes, tools, touch, tally, w):
         _forces(touching, dt, tools.law[t], w)
         rubbed, damped = _unpack(t, touching, nodes, touch, tally.tool[partition, t], w)
         tally.energy[partition, 1] += rubbed
+        tally.energy[partition, 5] += rubbed
         tally.energy[partition, 3] += damped
         return 0.0
     room = FAR

@@ -24,6 +24,7 @@ class Stored:
     """Elastic energies [mJ] by part, of contact and of hourglass control; ``penetration`` over radius of each contact
     that touches, (n_touching,).
 
+    ``mechanisms`` are the same elastic energies of the parts by mechanism, (n_parts,) each.
     ``tools`` is the elastic energy of contacts with tools, ``tool_kinetic`` the kinetic energy of free tools,
     ``tool_depth`` the deepest penetration into one [mm]; ``force_free`` the deepest overlap of yarns that carries no
     force, over the smaller radius.
@@ -33,6 +34,7 @@ class Stored:
     contact: float = 0.0
     hourglass: float = 0.0
     penetration: Array = field(default_factory=lambda: np.zeros(0))
+    mechanisms: dict[str, Array] = field(default_factory=dict)
     tools: float = 0.0
     tool_kinetic: float = 0.0
     tool_depth: float = 0.0

@@ -27,6 +27,8 @@ CHANGING = ("state", "corner", "fail_time")
 BENDING = ("alive", "broken")
 #: contact arguments of the kernel for sheets that do not see each other
 BLIND = (NO_MESH, empty_contacts(0), 0, NO_LAW)
+#: mechanisms by which shells store energy: twisting and transverse shear are with bending
+MECHANISMS = ("stretching", "bending", "shear", "in_plane_bending")
 #: area over reference area below which a shell has collapsed
 SMALLEST = 0.05
 #: shear angle [deg] at which it is shear that took the area, which no smaller step brings back
@@ -71,13 +73,15 @@ class FabricModel(ExplicitModel):
 
     def stored(self) -> Stored:
         """Energies of the living shells, of their fibres' bending in the plane and of their contacts."""
-        internal, hourglass = shell_energies(self.nodes, self.shells, self.laminate)
-        internal += bend_energy(self.nodes, self.bends)
+        *elastic, hourglass = shell_energies(self.nodes, self.shells, self.laminate)
+        elastic.append(bend_energy(self.nodes, self.bends))
+        found = {name: np.array([energy]) for name, energy in zip(MECHANISMS, elastic, strict=True)}
+        internal = np.array([sum(elastic)])
         if self.tracker is None:
-            return Stored(np.array([internal]), hourglass=hourglass)
+            return Stored(internal, hourglass=hourglass, mechanisms=found)
         mesh, contacts, count, law = self.tracker.arguments
         contact, penetration = sheet_statistics(count, self.nodes, self.shells, mesh, law, contacts)
-        return Stored(np.array([internal]), contact, hourglass, penetration)
+        return Stored(internal, contact, hourglass, penetration, found)
 
     def pressing(self) -> float:
         """See :meth:`ExplicitModel.pressing`."""

@@ -6,10 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
-from knittest.kernels import monitor
 from knittest.kernels.periodic_state import CURVATURE
 from knittest.models.boundary import Boundary
-from knittest.models.explicit_model import Index, Stored
+from knittest.models.explicit_model import Index
 from knittest.models.halo import beyond
 from knittest.models.snapshot import State, arrays_of, columns, prefixed, put_back, rows_of, under
 from knittest.models.table import Table
@@ -103,15 +102,10 @@ class PeriodicModel(YarnModel):
             raise InputError(f"{name} of the lattice is moved or free already")
         return q
 
-    def stored(self) -> Stored:
-        """See :meth:`YarnModel.stored`; of the cell alone."""
-        contact, penetration = monitor.contact_statistics(
-            self.tracker.contacts, self.tracker.count, self.law, self.group.radius
-        )
-        own = self.beams._replace(alive=self.beams.alive * self.owned)
-        sections = monitor.section_energies(self.nodes, self.parts, own)
-        internal = np.bincount(self.section_part, sections, len(self.mesh.part_names)).astype(float)
-        return Stored(internal, contact, 0.0, penetration, force_free=self.force_free())
+    def counted(self) -> Array:
+        """See :meth:`YarnModel.counted`; of the cell alone."""
+        alive: Array = self.beams.alive * self.owned
+        return alive
 
     def halt(self) -> None:
         """See :meth:`ExplicitModel.halt`; stops the lattice too."""

@@ -21,6 +21,8 @@ from knittest.models.yarn_health import YarnHealth
 NO_CONTACT = ContactLaw(0.0, 0.0, 0.0, 0.0, 0.0)
 #: arrays of the beams that a run changes
 CHANGING = ("alive", "fail_time")
+#: mechanisms by which beams store energy; that of transverse shear, which bending needs, is with bending
+MECHANISMS = ("stretching", "bending", "torsion")
 
 
 @dataclass
@@ -77,9 +79,22 @@ class YarnModel(ExplicitModel):
         contact, penetration = monitor.contact_statistics(
             self.tracker.contacts, self.tracker.count, self.law, self.group.radius
         )
-        sections = monitor.section_energies(self.nodes, self.parts, self.beams)
-        internal = np.bincount(self.section_part, sections, len(self.mesh.part_names)).astype(float)
-        return Stored(internal, contact, 0.0, penetration, force_free=self.force_free())
+        found = self.beam_energies()
+        internal = np.sum(list(found.values()), axis=0)
+        return Stored(internal, contact, 0.0, penetration, found, force_free=self.force_free())
+
+    def beam_energies(self) -> dict[str, Array]:
+        """Energies [mJ] of the living beams of each part, (n_parts,), by :data:`MECHANISMS`."""
+        sections = monitor.section_energies(self.nodes, self.parts, self.beams._replace(alive=self.counted()))
+        n_parts = len(self.mesh.part_names)
+        return {
+            name: np.bincount(self.section_part, energy, n_parts).astype(float)
+            for name, energy in zip(MECHANISMS, sections.T, strict=True)
+        }
+
+    def counted(self) -> Array:
+        """Living beams, (n_nodes + 1,): 1 where their energy counts, else 0."""
+        return self.beams.alive
 
     def force_free(self) -> float:
         """Deepest overlap that carries no force over the smaller radius."""

@@ -281,7 +281,7 @@ class Body:
             "eroded": eroded,
         }
         balance = external - sum(found.values())
-        return found | {"external": external, "balance": balance, "friction_of_spin": going.spun()}
+        return found | {"external": external, "balance": balance, "friction_of_spin": going.rubbed()["spin"]}
 
     def _spinning(self) -> float:
         """Rotary kinetic energy [mJ] half a step ago."""

@@ -9,7 +9,6 @@ from numpy.typing import ArrayLike, NDArray
 from knittest.base.errors import InputError
 from knittest.models.crossings import Crossings, crossings, surfaces
 from knittest.models.inputs import finite
-from knittest.models.mechanisms import beam_energies
 from knittest.models.periodic import PeriodicChain, build_periodic
 from knittest.models.periodic_model import NUMBERS, PeriodicModel
 from knittest.models.table import Table, constant
@@ -146,7 +145,7 @@ class PeriodicBody(Body):
 
     def energies_by_mechanism(self) -> dict[str, dict[str, float]]:
         """Elastic energies [mJ] of the beams by part and by stretching, bending (with transverse shear), torsion."""
-        names, found = self.cell.mesh.part_names, beam_energies(self.cell)
+        names, found = self.cell.mesh.part_names, self.cell.beam_energies()
         return {part: {name: float(v[k]) for name, v in found.items()} for k, part in enumerate(names)}
 
     def crossings(self) -> dict[str, Crossings]:

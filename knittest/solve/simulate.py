@@ -118,8 +118,9 @@ def _stored(run: Simulation) -> Stored:
 
 
 def _elastic(stored: Stored) -> Array:
-    """Elastic energies [mJ]: of each part, then of all contacts."""
-    return np.append(stored.internal, stored.contact + stored.tools)
+    """Elastic energies [mJ]: of each part, of all contacts, of those with tools, of each part by mechanism."""
+    contact = np.array([stored.contact + stored.tools, stored.tools])
+    return np.concatenate([stored.internal, contact, *stored.mechanisms.values()])
 
 
 def _advance_chunk(run: Simulation, steps: int) -> None:
@@ -214,20 +215,25 @@ def _contacts(run: Simulation, stored: Stored) -> dict[str, float]:
 
 def _balance(run: Simulation, stored: Stored) -> dict[str, float]:
     external, friction, eroded, damped = run.work()
-    *internal, contact = _elastic(stored) - run.start_energy
+    names = run.model.mesh.part_names
+    found = _elastic(stored) - run.start_energy
+    internal, (contact, tools), mechanisms = np.split(found, (len(names), len(names) + 2))
+    labels = [f"{mechanism}_{name}_mj" for mechanism in stored.mechanisms for name in names]
     kinetic = run.kinetic + stored.tool_kinetic
     elastic = float(sum(internal)) + float(contact) + stored.hourglass
     error = external - elastic - friction - damped - eroded - run.damping_loss - kinetic
     largest = max([abs(external), *(abs(r["external_mj"]) for r in run.energy_rows[-1:])])
-    parts = {f"internal_{name}_mj": float(v) for name, v in zip(run.model.mesh.part_names, internal, strict=True)}
+    parts = {f"internal_{name}_mj": float(v) for name, v in zip(names, internal, strict=True)}
     return {
         "time_ms": run.time,
         "kinetic_mj": kinetic,
         **parts,
+        **{label: float(v) for label, v in zip(labels, mechanisms, strict=True)},
         "hourglass_mj": stored.hourglass,
         "contact_mj": float(contact),
+        "contact_tools_mj": float(tools),
         "friction_mj": friction,
-        "friction_spin_mj": run.spun(),
+        **{f"friction_{where}_mj": lost for where, lost in run.rubbed().items()},
         "contact_damping_mj": damped,
         "damping_mj": run.damping_loss,
         "eroded_mj": eroded,

@@ -68,7 +68,7 @@ class Simulation(Stepping):
     solver: Solver
     row_steps: int = 0
     kinetic_scale: float = 0.0  # of the specimen at clamp speed [mJ]
-    start_energy: Array = field(default_factory=lambda: np.zeros(0))  # elastic, by part, then of contacts [mJ]
+    start_energy: Array = field(default_factory=lambda: np.zeros(0))  # elastic, as :func:`simulate._elastic` [mJ]
     eroded: float = 0.0
     samples: list[tuple[float, Array]] = field(default_factory=list)
     rows: list[dict[str, float]] = field(default_factory=list)

@@ -53,9 +53,11 @@ class Stepping:
 
     def work(self) -> tuple[float, float, float, float]:
         """Work from outside, losses of friction, energy of eroded elements, losses of contact damping [mJ]."""
-        external, friction, eroded, damped, _ = self.tally.energy.sum(axis=0).tolist()
+        external, friction, eroded, damped = self.tally.energy[:, :4].sum(axis=0).tolist()
         return external, friction, eroded, damped
 
-    def spun(self) -> float:
-        """Losses of friction against spin at the crossings of yarns [mJ], a part of those of friction."""
-        return float(self.tally.energy[:, 4].sum())
+    def rubbed(self) -> dict[str, float]:
+        """Parts of the losses of friction [mJ]: against spin at crossings of yarns, at tools, in the shear of shells;
+        the rest is that of sliding contacts.
+        """
+        return dict(zip(("spin", "tools", "shear"), self.tally.energy[:, 4:].sum(axis=0).tolist(), strict=True))

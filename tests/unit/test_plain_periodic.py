@@ -11,7 +11,6 @@ from knittest.kernels.tables import read_tables
 from knittest.models.boundary import Boundary
 from knittest.models.crossings import crossings
 from knittest.models.halo import beyond
-from knittest.models.mechanisms import beam_energies
 from knittest.models.natural_state import turned_further
 from knittest.models.periodic_model import PeriodicModel
 from knittest.models.readings import new_tally
@@ -222,7 +221,7 @@ def test_each_crossing_counts_once_wherever_the_cell_is_cut(repeats, across):
     assert energy(model, lattice) == pytest.approx(cells * energy(one, np.append(np.vstack([A, B]).ravel(), 0.0)))
     assert model.mass.sum() == pytest.approx(cells * one.mass.sum())
     shaken(model)
-    parts = beam_energies(model)
+    parts = model.beam_energies()
     assert min(v.max() for v in parts.values()) > 1e-3
     assert sum(v.sum() for v in parts.values()) == pytest.approx(float(model.stored().internal.sum()), rel=1e-9)
 

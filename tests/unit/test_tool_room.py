@@ -31,7 +31,7 @@ class Fall:
             np.full(N, RADIUS), np.full(N, 10.0), np.zeros(N), np.zeros((1, 3, N)), *flat, room
         )
         self.tally = Tally(
-            np.zeros((PARTITIONS, 1)), np.zeros((PARTITIONS, 5)), np.zeros((PARTITIONS, 1, 3)), np.zeros((1, 3)),
+            np.zeros((PARTITIONS, 1)), np.zeros((PARTITIONS, 7)), np.zeros((PARTITIONS, 1, 3)), np.zeros((1, 3)),
             np.zeros((PARTITIONS, 1)),
         )  # fmt: skip
 

@@ -35,8 +35,8 @@ def test_pin_jointed_yarns_strain_no_shell_and_store_the_work_of_the_clamp():
     force = STRIP.force(SHEAR * gamma, 0.5 * SHEAR * gamma, gamma)
     work = np.trapezoid(force, [STRIP.travel(g) for g in gamma])
     solid.place(np.column_stack([pin_jointed(points[:, :2], STRIP, 0.7) - points[:, :2], np.zeros(len(points))]))
-    elastic, control = shell_energies(solid.nodes, solid.shells, solid.laminate)
-    assert elastic == pytest.approx(work, rel=1e-4) and control < 1e-9 * work
+    *elastic, control = shell_energies(solid.nodes, solid.shells, solid.laminate)
+    assert sum(elastic) == pytest.approx(work, rel=1e-4) and control < 1e-9 * work
 
 
 @pytest.mark.parametrize(("ratio", "low", "high", "angle"), [(1e2, 0.76, 0.82, 22.3), (1e4, 0.98, 1.0, 29.5)])

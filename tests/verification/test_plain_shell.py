@@ -84,8 +84,8 @@ def test_a_corner_that_spins_is_held():
     force, moment = solid.forces()
     assert moment == pytest.approx(np.tile([0.0, 0.0, -0.25 * 0.8 * 9.0 * np.sin(angle) * np.cos(angle)], (4, 1)))
     assert np.cross(square, force).sum(axis=0) == pytest.approx(-moment.sum(axis=0))
-    internal, control = plain(shell_energies)(solid.nodes, solid.shells, solid.laminate)
-    assert (internal, control) == (0.0, pytest.approx(0.5 * 0.8 * 9.0 * np.sin(angle) ** 2))
+    *internal, control = plain(shell_energies)(solid.nodes, solid.shells, solid.laminate)
+    assert (sum(internal), control) == (0.0, pytest.approx(0.5 * 0.8 * 9.0 * np.sin(angle) ** 2))
 
 
 def test_a_deleted_shell_does_not_drill():

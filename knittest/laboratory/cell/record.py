@@ -10,7 +10,6 @@ from knittest.base.history import Array, Overlaps
 from knittest.base.rounding import rounded_down
 from knittest.laboratory.cell.config import STRETCHING, CellRun
 from knittest.models.crossings import Crossings, crossings, surfaces
-from knittest.models.mechanisms import beam_energies
 from knittest.models.periodic_model import PeriodicModel
 from knittest.solve.observer import Observer
 from knittest.solve.state import Snapshot
@@ -76,7 +75,7 @@ def torn(run: CellRun, system: str, fracture: float, share: float) -> str:
 
 def row_of(model: PeriodicModel) -> dict[str, float]:
     """Elastic energies [mJ] by system and mechanism, crossings by kind, and thickness [mm]."""
-    names, energies = model.mesh.part_names, beam_energies(model)
+    names, energies = model.mesh.part_names, model.beam_energies()
     row = {f"{m}_{part}_mj": float(v[k]) for m, v in energies.items() for k, part in enumerate(names)}
     found = crossings(model)
     for k, one in enumerate(names):
