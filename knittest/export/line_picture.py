@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import ceil
 from pathlib import Path
 
 from knittest.base.figure import BLUE, GREEN, GREY, ORANGE, RED, SKY, dress, new_figure, save
@@ -58,7 +59,7 @@ def line_picture(
     """
     labels = [*(line.label for line in lines), *(level.label for level in levels), *(band.label for band in bands)]
     columns = 2 if max(map(len, labels), default=0) <= HALF else 1
-    below = max(0.24, 0.1 + ROW * sum(1 + label.count("\n") for label in labels) / columns)
+    below = max(0.24, 0.1 + ROW * ceil(sum(1 + label.count("\n") for label in labels) / columns))
     figure = new_figure(8.0, 5.4)
     axes = figure.add_axes((0.1, below, 0.86, 0.92 - below))
     dress(axes)

@@ -20,6 +20,7 @@ CAPTIONS = {
     "zones.png": "Shear angle in the zones of the strip",
     "draw-in.png": "Draw-in of the edge of the blank",
     "yarn-forces.png": "Largest tension of every yarn over its strength",
+    "stamp-work.png": "What the work of the stamp went into, mechanism by mechanism",
     "pressure.png": "Contact pressure of the plates",
     "energies.png": "Energies and their ratios over time; what is shaded is not judged",
     "compare.png": "The curve beside one that it was compared with later",

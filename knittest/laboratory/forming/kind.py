@@ -44,9 +44,9 @@ KIND = TestKind(
     diagnostic=("tool_penetration_max_um",),
     pictures=(
         "curve.png", "energies.png", "deformed.png", "shear-angle.png", "wrinkles.png", "draw-in.png",
-        "yarn-forces.png",
+        "yarn-forces.png", "stamp-work.png",
     ),
-    tables=("draw-in.csv", "yarn-forces.csv", "shear-field.csv", "height-field.csv"),
+    tables=("draw-in.csv", "yarn-forces.csv", "shear-field.csv", "height-field.csv", "stamp-work.csv"),
     scale="macro",  # a whole blank is a matter of minutes for shells
     presets="knittest.laboratory.forming.presets:settings",
     sizes=("blank_length", "blank_width", "depth"),

@@ -13,6 +13,7 @@ from knittest.laboratory.forming.config import FormingRun
 from knittest.laboratory.forming.draw_in import DrawIn, draw_in
 from knittest.laboratory.forming.formed import Formed
 from knittest.laboratory.forming.plan_picture import Field, Outlines, outline_picture, plan_picture
+from knittest.laboratory.forming.stamp_work import LABELS, stamp_work
 from knittest.laboratory.forming.test import Forming, allowed_depth, drawn, shear_field, tools_of
 from knittest.laboratory.forming.tilted_picture import tilted_picture
 from knittest.laboratory.forming.yarn_forces import yarn_forces
@@ -30,6 +31,10 @@ from knittest.laboratory.report_base import (
 
 #: share of the elements whose value the colours of a picture hold [%]
 SHOWN = 99.5
+#: mechanisms that a picture draws took at least this share of the work at their largest
+DRAWN = 0.01
+#: lines of one colour in a picture of mechanisms
+STYLES = ("-", "--", "-.", ":")
 #: picture beyond the blank, over its half side
 AROUND = 1.06
 
@@ -56,12 +61,13 @@ class FormingReport(NoSize[FormingRun], Report[FormingRun]):
         return None
 
     def tables(self, run: FormingRun, specimens: list[Specimen]) -> dict[str, Columns]:
-        """draw-in.csv, yarn-forces.csv, shear-field.csv and height-field.csv of the first specimen."""
+        """draw-in.csv, yarn-forces.csv, shear-field.csv, height-field.csv and stamp-work.csv of the first specimen."""
         history, surface = specimens[0].history, _surface(run, specimens[0])
         angle, place = shear_field(history.mesh, history.frames[-1])
         return {
             "draw-in.csv": draw_in(history.mesh, history.frames[0], history.frames[-1]).table(),
             "yarn-forces.csv": yarn_forces(run, history.mesh, history.frames),
+            "stamp-work.csv": stamp_work(history),
             "shear-field.csv": {"x_mm": place[:, 0], "y_mm": place[:, 1], "shear_angle_deg": angle},
             "height-field.csv": {
                 "start_x_mm": surface.start[:, 0], "start_y_mm": surface.start[:, 1], "x_mm": surface.now[:, 0],
@@ -70,7 +76,9 @@ class FormingReport(NoSize[FormingRun], Report[FormingRun]):
         }  # fmt: skip
 
     def pictures(self, run: FormingRun, specimens: list[Specimen], references: References, folder: Path) -> None:
-        """curve.png, energies.png, deformed.png, shear-angle.png, wrinkles.png, draw-in.png and yarn-forces.png."""
+        """curve.png, energies.png, deformed.png, shear-angle.png, wrinkles.png, draw-in.png, yarn-forces.png and
+        stamp-work.png.
+        """
         first = specimens[0]
         history, surface, title = first.history, _surface(run, first), title_of(run)
         last, results = history.frames[-1], first.results
@@ -101,6 +109,7 @@ class FormingReport(NoSize[FormingRun], Report[FormingRun]):
             f"warps end, {results['draw_in_weft_mm']:.1f} mm where wefts do",
         )  # fmt: skip
         _ranking(run, yarn_forces(run, history.mesh, history.frames), title, folder / "yarn-forces.png")
+        _work(stamp_work(history), title, folder / "stamp-work.png")
 
     def _forces(self, run: FormingRun, specimens: list[Specimen], path: Path) -> None:
         lines = []
@@ -186,3 +195,20 @@ def _ranking(run: FormingRun, table: dict[str, Array], title: str, path: Path) -
         levels=[Level(100.0 * run.rig.risk_share, "at risk (rig.risk_share)")] if (
             table["utilisation_pct"].max() > 30.0 * run.rig.risk_share) else [],
     )  # fmt: skip
+
+
+def _work(table: dict[str, Array], title: str, path: Path) -> None:
+    """Mechanisms over the travel of the stamp, the one that took most first."""
+    travel, stamp = table["stamp_travel_mm"], table["stamp_mj"]
+    total = max(float(np.abs(stamp + table["holder_and_weight_mj"]).max()), np.finfo(float).tiny)
+    outside = {"holder_and_weight": "work of holder and weight"}
+    found = [(label, table[f"{name}_mj"]) for name, label in (outside | LABELS).items() if f"{name}_mj" in table]
+    found = sorted((f for f in found if np.abs(f[1]).max() >= DRAWN * total), key=lambda f: -float(f[1][-1]))
+    lines = [Line(travel, stamp, "work of the stamp")]
+    lines += [
+        Line(travel, energy, f"{label}, {100.0 * energy[-1] / total:.1f} %", STYLES[k // 5])
+        for k, (label, energy) in enumerate(found, 1)
+    ]
+    line_picture(
+        path, lines, title=title, xlabel="travel of the stamp [mm]", ylabel="energy [mJ]; at the end in % of all work"
+    )
