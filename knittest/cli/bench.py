@@ -16,6 +16,8 @@ from click.core import ParameterSource
 def bench(variant: str, preset: str, against: Path | None, pairs: int) -> None:
     """Measure kernel throughput at 1 and all threads, and the share of each part of a real run.
 
+    Shells are the 27,225 of forming, with its tools.
+
     Example: knittest bench --preset paper
     """
     if against is not None:
@@ -32,7 +34,7 @@ def bench(variant: str, preset: str, against: Path | None, pairs: int) -> None:
 
     run = resolve(variant=variant, scale="meso", preset=preset, direction="warp")
     loops = resolve(variant=variant, scale="meso", preset=preset, test="picture-frame")
-    shells = resolve(variant=variant, scale="macro", direction="warp")
+    shells = resolve(variant=variant, scale="macro", preset="paper", test="forming")
     for line in (*kernel_lines(run, loops, shells), *run_lines(run)):
         click.echo(line)
 

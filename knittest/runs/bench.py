@@ -6,12 +6,14 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from knittest.base.host import processor_ticks, taken_share
 from knittest.config.run import Run
 from knittest.kernels.explicit import SCRATCH
 from knittest.kernels.options import PARTITIONS
 from knittest.kernels.threading import best_threads
 from knittest.models.boundary import Boundary
 from knittest.models.readings import new_tally
+from knittest.models.yarn_model import YarnModel
 from knittest.runs.specimen import prepare
 from knittest.solve.simulate import simulate
 from knittest.solve.warmup import warm
@@ -30,8 +32,8 @@ def _median(call: Callable[[], object]) -> float:
     return statistics.median(times)
 
 
-def _stepping(run: Run, contact: bool) -> tuple[Callable[[], object], int]:
-    """A call that advances a fresh model by STEPS at rest, and its number of elements."""
+def _stepping(run: Run, contact: bool) -> tuple[Callable[[], object], int, int]:
+    """A call that advances a fresh model by STEPS at rest, and its numbers of elements and contacts of yarns."""
     meso = run.model.meso.model_copy(update={"contact": contact})
     prepared = prepare(run.model_copy(update={"model": run.model.model_copy(update={"meso": meso})}))
     model = prepared.model
@@ -40,26 +42,35 @@ def _stepping(run: Run, contact: bool) -> tuple[Callable[[], object], int]:
     prepared.rig.constrain(boundary)
     drive, tally = boundary.drive(), new_tally(boundary)
     model.prepare()
-    return lambda: model.advance(STEPS, 0.0, dt, drive, tally, scratch), len(model.mesh.cells)
+    contacts = model.tracker.count if contact and isinstance(model, YarnModel) else 0
+    return lambda: model.advance(STEPS, 0.0, dt, drive, tally, scratch), len(model.mesh.cells), contacts
 
 
 def kernel_lines(yarns: Run, loops: Run, shells: Run) -> Iterator[str]:
-    """Element steps a second of beams, without and with contact, of ``loops`` and shells; one thread and all."""
+    """Element steps a second of beams, without and with contact, of ``loops`` and shells; one thread and all.
+
+    Contacts an element stand beside them, and last what the host took of the processors' time meanwhile.
+    """
     import numba
 
     for run in (yarns, shells):
         warm(run, threads=best_threads(None))
     cases = [
         ("beams", yarns, False), ("beams and contact", yarns, True),
-        ("loops and contact", loops, True), ("shells", shells, False),
+        ("loops and contact", loops, True), ("shells of forming", shells, False),
     ]  # fmt: skip
-    yield f"{'kernel':<20}{'elements':>10}{'threads':>9}{'ns/element-step':>17}{'M element-steps/s':>19}"
+    heads = (f"{'kernel':<20}", f"{'elements':>10}", f"{'contacts each':>15}", f"{'threads':>9}")
+    yield "".join((*heads, f"{'ns/element-step':>17}", f"{'M element-steps/s':>19}"))
+    before = processor_ticks()
     for name, run, contact in cases:
-        call, elements = _stepping(run, contact)
+        call, elements, contacts = _stepping(run, contact)
         for threads in sorted({1, best_threads(None)}):
             numba.set_num_threads(threads)
             seconds = _median(call) / STEPS / elements
-            yield f"{name:<20}{elements:>10}{threads:>9}{1e9 * seconds:>17.1f}{1e-6 / seconds:>19.1f}"
+            each = f"{contacts / elements:.2f}" if contact else "-"
+            yield f"{name:<20}{elements:>10}{each:>15}{threads:>9}{1e9 * seconds:>17.1f}{1e-6 / seconds:>19.1f}"
+    taken = taken_share(before, processor_ticks())
+    yield "taken by the host: " + ("not known" if taken is None else f"{100.0 * taken:.1f} % of the processors' time")
 
 
 def run_lines(run: Run) -> Iterator[str]:

@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Callable
 from statistics import median
 
-from knittest.kernels.threading import limited
+import numba
 
 #: chunks of steps that each number of threads is tried with
 TRIES = 3
@@ -42,8 +42,8 @@ class Pace:
         trying = len(self._choices) > 1 and steps > 1 and self._now() >= self._next
         threads = self._untried() if trying else self.threads
         begun = self._now()
-        with limited(threads):
-            step(steps)
+        numba.set_num_threads(threads)  # also for what is looked at between steps
+        step(steps)
         self._steps[threads] += steps
         if trying:
             taken = self._now() - begun

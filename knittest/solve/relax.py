@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from math import ceil
 
 import numpy as np
+from numba import get_num_threads
 from numpy.typing import NDArray
 
 from knittest.base.errors import NumericalError
@@ -17,6 +18,7 @@ from knittest.kernels.explicit import SCRATCH
 from knittest.kernels.options import PARTITIONS
 from knittest.kernels.state import Tally
 from knittest.models.explicit_model import ExplicitModel
+from knittest.solve.pace import Pace
 
 Array = NDArray[np.float64]
 
@@ -93,7 +95,7 @@ def relax(
     found, free, arm = Relaxation(), _free(model, drive), _gyration(model)
     start = model.position() if unloaded is None else unloaded
     noise = _noise(model.mass, free * arm, float(np.abs(start).max()), dt)
-    scratch, frequency = np.zeros((PARTITIONS, SCRATCH)), 0.05
+    scratch, frequency, pace = np.zeros((PARTITIONS, SCRATCH)), 0.05, Pace(get_num_threads())
     model.halt()
     own_damping = nodes.damping_factor.copy()
     last: Array | None = None
@@ -106,7 +108,7 @@ def relax(
         before, facing = model.position(), nodes.rotation[:, :n].copy()
         chunk = min(model.safe_steps(dt, CHUNK), CHUNK)
         tally.reaction[:], tally.tool_sum[:], tally.support[:] = 0.0, 0.0, 0.0
-        model.advance(chunk - 1, at, dt, drive, tally, scratch)
+        pace.advance(lambda steps: model.advance(steps, at, dt, drive, tally, scratch), chunk - 1)
         spin = nodes.spin[:, :n].copy()
         model.advance(1, at, dt, drive, tally, scratch)
         found.steps, found.last_chunk = found.steps + chunk, chunk

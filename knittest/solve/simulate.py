@@ -4,11 +4,13 @@ import time as clock
 from dataclasses import replace
 
 import numpy as np
+from numba import get_num_threads
 from numpy.typing import NDArray
 
 from knittest.base.errors import NumericalError
 from knittest.base.history import Frame, History
 from knittest.config.run import Output, Solver
+from knittest.kernels.threading import limited
 from knittest.kernels.tool_contact import tool_energies
 from knittest.models.boundary import Boundary
 from knittest.models.explicit_model import ExplicitModel, Stored
@@ -41,12 +43,13 @@ def simulate(
     Raises :class:`NumericalError` when the state is no longer finite, blows up or is ill otherwise
     (:mod:`knittest.solve.guards`).
     """
-    run = _begin(model, rig, solver, observer)
-    try:
-        _run_rows(run, output, observer)
-    except NumericalError:
-        observer.failed(run.snapshot)
-        raise
+    with limited(get_num_threads()):
+        run = _begin(model, rig, solver, observer)
+        try:
+            _run_rows(run, output, observer)
+        except NumericalError:
+            observer.failed(run.snapshot)
+            raise
     run.cost.threads = run.pace.usual
     return _history(run), run.cost
 

@@ -87,9 +87,3 @@ def test_one_thread_is_one():
     pace = Pace(1, machine)
     assert run(machine, pace, 5) == [1] * 5
     assert pace.usual == 1
-
-
-def test_the_threads_of_the_process_are_as_before():
-    machine = Machine(_1=1e-3, _2=2e-3)
-    run(machine, Pace(2, machine), 5)
-    assert numba.get_num_threads() == 7
