@@ -50,6 +50,8 @@ class Boundary:
     def table(self, table: Table) -> int:
         """Number of a table, for :class:`Tool`."""
         self._open("a table")
+        if not isinstance(table, Table):
+            raise InputError(f"table: expected a Table, such as constant({table!r:.40}), got {type(table).__name__}")
         self.tables.append(table)
         return len(self.tables) - 1
 
@@ -71,6 +73,7 @@ class Boundary:
         self._open("a motion")
         node = node_numbers(nodes, self.model.n_nodes)
         names = names_among(dofs, ALL, "degree of freedom")
+        _some(node, names)
         share = _one_each(scale, "scale of a motion", node)
         number, frame = 0 if table is None else self.table(table), 0
         if axes is not None:
@@ -100,17 +103,20 @@ class Boundary:
         """
         self._open("a load")
         node = node_numbers(nodes, self.model.n_nodes)
-        (name,) = names_among(dof, ALL, "degree of freedom")
+        names = names_among(dof, ALL, "degree of freedom")
+        _some(node, names)
+        if len(names) != 1:
+            raise InputError(f"load: acts along one degree of freedom, got {len(names)}: give each its own")
         size = _one_each(value, "value of a load", node)
-        rows = np.broadcast_arrays(node, DOFS[name], self.table(table or constant(1.0)), size)
+        rows = np.broadcast_arrays(node, DOFS[names[0]], self.table(table or constant(1.0)), size)
         self._loads.append(tuple(np.array(r) for r in rows))
 
-    def still_moving(self) -> list[int]:
-        """Numbers of the motions whose tables do not end at rest."""
+    def still_moving(self) -> list[str]:
+        """Motions, as move numbered them, and tools whose tables do not end at rest."""
         last = np.array([table.value[-1] for table in self.tables])
-        return sorted(
-            {int(g) for _, _, t, s, group, _ in self._motions for g in group[(s * last[t.astype(int)]) != 0.0]}
-        )
+        groups = {int(g) for _, _, t, s, group, _ in self._motions for g in group[(s * last[t.astype(int)]) != 0.0]}
+        moved = [n for n, tool in enumerate(self.tools) if any(m >= 0 and last[m] != 0.0 for m in tool.motion)]
+        return [f"motion {number}" for number in sorted(groups)] + [f"tool {number}" for number in moved]
 
     def _open(self, what: str) -> None:
         if self._driven:
@@ -118,7 +124,7 @@ class Boundary:
 
     def gravity(self, weight: Array, direction: ArrayLike = (0.0, 0.0, -1.0), table: Table | None = None) -> None:
         """Weight [N] of each node, (n_nodes,), along ``direction``."""
-        for dof, share in zip("xyz", np.asarray(direction, float), strict=True):
+        for dof, share in zip("xyz", finite(direction, "direction of gravity", (3,)), strict=True):
             if share != 0.0:
                 self.load(np.arange(self.model.n_nodes), dof, share * weight, table)
 
@@ -153,6 +159,7 @@ class Boundary:
 
     def _move_along(self, tool: Tool, axes: list[str], number: int, motion: int) -> None:
         """Give ``tool`` its ``motion`` along ``axes``, each of which may have one."""
+        self._open("a motion of a tool")
         for axis in axes:
             if tool.motion[DOFS[axis]] != HELD:
                 raise InputError(f"tool {number} is moved or free along {axis} already; the later motion would win")
@@ -209,6 +216,13 @@ class Boundary:
             self.radius, stiffness, viscous, np.zeros((n_tools, 3, n)), np.zeros((n_tools, n)), np.zeros((n_tools, n)),
             np.zeros((n_tools, n_blocks(n))),
         )  # fmt: skip
+
+
+def _some(node: Index, names: list[str]) -> None:
+    """Raises :class:`InputError` for no nodes, as of a selection that finds none, and no degrees of freedom."""
+    if not node.size or not names:
+        missing = "degrees of freedom" if node.size else "nodes"
+        raise InputError(f"{missing}: none given; nothing would be held or loaded")
 
 
 def _one_each(values: ArrayLike, name: str, node: Index) -> Array:

@@ -115,8 +115,11 @@ def linear_laminate(
     above(twist or 0.0, "twist", equal=True)
     if (one_an_element(fail_strain, "fail_strain of warp and weft", 2) <= 0.0).any():
         raise InputError("fail_strain: expected more than 0")
-    if not (stretch.min() > 0.0 and bend.min() >= 0.0 and thickness > 0.0 and shear >= 0.0):
-        raise InputError("expected membrane and thickness above 0, bending and shear of at least 0")
+    above(float(stretch.min()), "membrane [N/mm]")
+    above(float(bend.min()), "bending [N mm]", equal=True)
+    above(shear, "shear [N/mm]", equal=True)
+    above(thickness, "thickness [mm]")
+    above(poisson, "poisson", -1.0)
     yarns = finite(in_plane, "in_plane", (2,))
     above(float(yarns.min()), "in_plane", equal=True)
     layer_offset = 0.5 * thickness
@@ -127,8 +130,6 @@ def linear_laminate(
             f"bending {bending} N mm is too much for membrane {membrane} N/mm at thickness {thickness:g} mm: the "
             f"middle layer would be negative; a thickness above {least:.4g} mm would do"
         )
-    if not -1.0 < poisson < np.inf:
-        raise InputError(f"poisson: expected a number above -1, got {poisson:g}")
     transverse = 5.0 * bend / thickness**2 / (1.0 + poisson)
     card = Laminate(
         layer_offset=layer_offset, outer=outer, compression=stretch - 2.0 * outer, knee=np.zeros((2, 1)),

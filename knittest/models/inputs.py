@@ -81,7 +81,10 @@ def tension_law(strain: ArrayLike, force: ArrayLike) -> tuple[Array, Array]:
 
 def node_numbers(nodes: ArrayLike, count: int) -> Index:
     """``nodes`` as (n,) numbers; raises :class:`InputError` for one that is not in 0 to ``count`` - 1."""
-    numbers = np.atleast_1d(np.asarray(nodes))
+    try:
+        numbers = np.atleast_1d(np.asarray(nodes))
+    except ValueError:  # rows of different length
+        raise InputError(f"nodes: expected whole numbers, got {_short(nodes)}") from None
     if numbers.dtype.kind not in "iu" and numbers.size:
         raise InputError(f"nodes: expected whole numbers, got {_short(nodes)}")
     numbers = numbers.astype(np.int64)
@@ -93,7 +96,7 @@ def node_numbers(nodes: ArrayLike, count: int) -> Index:
 
 def names_among(given: str | Iterable[str], known: Sequence[str], what: str) -> list[str]:
     """``given`` as a list, of one for a string; raises :class:`InputError` for a name that is not ``known``."""
-    names = [given] if isinstance(given, str) else list(given)
+    names = list(given) if isinstance(given, Iterable) and not isinstance(given, str) else [given]
     strange = [name for name in names if name not in known]
     if strange:
         raise InputError(f"{what} {strange[0]!r}: expected one of {', '.join(known)}")

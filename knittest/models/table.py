@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from knittest.base.errors import InputError
-from knittest.models.inputs import finite
+from knittest.models.inputs import above, finite
 
 
 @dataclass(frozen=True)
@@ -36,6 +36,7 @@ def constant(value: float) -> Table:
 
 def ramp(duration: float, value: float, knots: int = 64) -> Table:
     """Ramp from 0 to ``value`` over ``duration`` [ms] by the quintic 10 u^3 - 15 u^4 + 6 u^5, then constant."""
+    above(duration, "duration of a ramp [ms]", equal=True)
     u = np.linspace(0.0, 1.0, knots + 1)
     smooth = u**3 * (10.0 - u * (15.0 - 6.0 * u))
     return Table(tuple(max(duration, 1e-9) * u), tuple(value * smooth))

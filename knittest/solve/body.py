@@ -118,7 +118,8 @@ class Body:
         """
         n = self.model.n_nodes
         places = finite(position, "position", (n, 3))
-        vector = np.broadcast_to(finite(turn, "turn"), (n, 3))
+        vector = finite(turn, "turn")
+        vector = np.broadcast_to(finite(vector, "turn", (3,) if vector.ndim == 1 else (n, 3)), (n, 3))
         rotation = turned_further(self._natural, vector)
         if isinstance(self.model, YarnModel):
             rotation = of_one_sign(rotation)
@@ -165,6 +166,8 @@ class Body:
 
     def step(self, steps: int = 1) -> None:
         """Advance by ``steps`` time steps."""
+        if not isinstance(steps, (int, np.integer)) or steps < 1:
+            raise InputError(f"steps: {steps!r}; expected a whole number of at least 1")
         going = self.start()
         with limited(self.threads):
             going.step(steps)
@@ -179,7 +182,7 @@ class Body:
         moving = self.boundary.still_moving()
         if moving:
             raise InputError(
-                f"relax: the table of motion {moving[0]} ends at a speed that is not 0: there is no state of rest; "
+                f"relax: the table of {moving[0]} ends at a speed that is not 0: there is no state of rest; "
                 "advance to the place first, or end the table with 0"
             )
         going = self.start()
@@ -252,7 +255,7 @@ class Body:
         return float(self._row[group])
 
     def _check_group(self, group: int) -> None:
-        if not 0 <= group < self.boundary.groups:
+        if group not in range(self.boundary.groups):
             raise InputError(f"reaction of group {group}: expected a number that boundary.move returned")
         if not self._row.size:
             raise InputError("reaction: nothing has been advanced yet")

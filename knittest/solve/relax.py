@@ -2,7 +2,8 @@
 
 Underwood (1983), Dynamic relaxation, in: Computational Methods for Transient Analysis. The frequency of that mode is
 the Rayleigh quotient of the movement over a chunk of steps: work of the change of force over the movement's inertia.
-Turns count as movements of the nodes' radius of gyration, and moments as forces at it.
+Turns count as movements of the nodes' radius of gyration, and moments as forces at it. Tools that are free to move come
+to rest with the nodes.
 """
 
 from dataclasses import dataclass, field
@@ -18,6 +19,7 @@ from knittest.kernels.explicit import SCRATCH
 from knittest.kernels.options import PARTITIONS
 from knittest.kernels.state import Tally
 from knittest.models.explicit_model import ExplicitModel
+from knittest.solve.loose_tools import LooseTools, applied_to_tools
 from knittest.solve.pace import Pace
 
 Array = NDArray[np.float64]
@@ -98,6 +100,7 @@ def relax(
     scratch, frequency, pace = np.zeros((PARTITIONS, SCRATCH)), 0.05, Pace(get_num_threads())
     model.halt()
     own_damping = nodes.damping_factor.copy()
+    tools, mass = LooseTools(drive, dt, count=at > 0.0), np.append(model.mass, drive.tools.mass)
     last: Array | None = None
     bearing = ceil(model.press(0.0) / PRESSED)
     while found.steps < most_steps and not found.converged:
@@ -105,20 +108,23 @@ def relax(
             model.press(PRESSED)
             bearing -= 1
         nodes.damping_factor[:] = kept = np.exp(-2.0 * frequency)
+        tools.damp(frequency)
         before, facing = model.position(), nodes.rotation[:, :n].copy()
         chunk = min(model.safe_steps(dt, CHUNK), CHUNK)
         tally.reaction[:], tally.tool_sum[:], tally.support[:] = 0.0, 0.0, 0.0
         pace.advance(lambda steps: model.advance(steps, at, dt, drive, tally, scratch), chunk - 1)
         spin = nodes.spin[:, :n].copy()
+        tools.look()
         model.advance(1, at, dt, drive, tally, scratch)
         found.steps, found.last_chunk = found.steps + chunk, chunk
         _refuse_runaway(model, found.steps)
         # no sum of a node has all of its moments; one held about axes of one's own does not spin about them
         moment = (nodes.spin[:, :n] - kept * spin).T * model.inertia[:, None] / dt
-        force = np.hstack([nodes.force[:, :n].T, moment]) / arm * free
+        force = np.vstack([np.hstack([nodes.force[:, :n].T, moment]) / arm * free, tools.forces()])
         move = np.hstack([model.position() - before, _turn(facing, nodes.rotation[:, :n])]) * arm * free
+        move = np.vstack([move, tools.moves()])
         if last is not None:
-            frequency = _slowest(move, force - last, model.mass, dt, frequency)
+            frequency = _slowest(move, force - last, mass, dt, frequency)
         last = force
         reaction = np.abs(tally.reaction.sum(axis=0)).sum() / chunk
         applied = (_applied(drive) or reaction) if at > 0.0 else model.pressing()
@@ -132,6 +138,7 @@ def relax(
         )
         found.converged |= bool(np.abs(force).sum() < noise)
     model.halt()
+    tools.halt()
     nodes.damping_factor[:] = own_damping
     return found
 
@@ -187,10 +194,10 @@ def _slowest(move: Array, change: Array, mass: Array, dt: float, frequency: floa
 
 
 def _applied(drive: Drive) -> float:
-    """Sum of all forces applied at the end of the tables [N]."""
-    loads = drive.loads
-    factor = np.where(loads.dof < 3, _last(drive)[loads.table], 0.0)
-    return float(np.abs(loads.value * np.repeat(factor, loads.length)).sum())
+    """Sum of all forces applied to nodes and free tools at the end of the tables [N]."""
+    loads, last = drive.loads, _last(drive)
+    factor = np.where(loads.dof < 3, last[loads.table], 0.0)
+    return float(np.abs(loads.value * np.repeat(factor, loads.length)).sum()) + applied_to_tools(drive, last)
 
 
 def _last(drive: Drive) -> Array:
