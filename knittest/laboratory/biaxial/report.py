@@ -17,7 +17,8 @@ from knittest.export import strip_picture
 from knittest.export.line_picture import Line, line_picture
 from knittest.laboratory.base import tension_curve
 from knittest.laboratory.biaxial.config import BiaxialRun
-from knittest.laboratory.biaxial.test import Biaxial, across
+from knittest.laboratory.biaxial.rig import across
+from knittest.laboratory.biaxial.test import Biaxial
 from knittest.laboratory.imported import imported_corridor
 from knittest.laboratory.report_base import (
     Columns,

@@ -7,6 +7,7 @@ x (1 + e_x), y (1 + e_y). What they do along one axis is then the force per widt
 import numpy as np
 from numpy.typing import NDArray
 
+from knittest.config.fabric import Direction
 from knittest.laboratory.biaxial.config import BiaxialRun
 from knittest.models.boundary import ALL, Boundary
 from knittest.models.readings import Readings
@@ -24,6 +25,7 @@ class BiaxialTest:
         rig, most = run.rig, max(1.0, run.rig.ratio)
         self.held, self.axis, self.size, self.ratio = held, axis, size, rig.ratio
         self.stop_ratio = rig.stop_force_ratio
+        self.ends_at_break = run.model.scale == "macro" and _other_first(run)
         rate = run.solver.speed_mm_per_ms / float(size[axis])  # of the system that is strained more
         self.strain, self.cross = (ramp(run.solver.ramp_ms, share * rate / most) for share in (1.0, rig.ratio))
         self.duration = 0.5 * run.solver.ramp_ms + rig.max_strain_fraction / rate
@@ -52,5 +54,18 @@ class BiaxialTest:
         }
 
     def finished(self, force: float, peak: float, broken: bool) -> bool:
-        """Over when something has failed and the force of the direction has fallen to a share of its peak."""
-        return broken and force < self.stop_ratio * peak
+        """Over when something has failed and the force of the direction has fallen to a share of its peak, or the
+        shells have failed across it.
+        """
+        return broken and (self.ends_at_break or force < self.stop_ratio * peak)
+
+
+def across(direction: Direction) -> Direction:
+    """The other yarn system."""
+    return "weft" if direction == "warp" else "warp"
+
+
+def _other_first(run: BiaxialRun) -> bool:
+    """Tell whether shells fail across the direction before they do along it."""
+    fracture, direction = run.fabric.macro.fracture_strain, run.rig.direction
+    return run.rig.ratio * fracture.of(direction).value > fracture.of(across(direction)).value

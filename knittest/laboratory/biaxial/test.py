@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.history import History, Quality
-from knittest.config.fabric import Direction
 from knittest.laboratory.base import Prepared, Test, fabric_laminate
 from knittest.laboratory.biaxial.config import BiaxialRun
 from knittest.laboratory.biaxial.rig import BiaxialTest
@@ -73,8 +72,9 @@ class Biaxial(Test[BiaxialRun]):
         return simulate(prepared.model, prepared.rig, run.solver, run.output, observer)
 
     def results(self, run: BiaxialRun, prepared: Prepared, history: History) -> dict[str, float]:
-        """Largest force per width [N/mm] of both systems, each with its strain [%]."""
-        return biaxial_results(history.curve)
+        """Largest force per width [N/mm] of both systems, each with its strain [%]; of shells before they break."""
+        end = before_break(history.curve) if run.model.scale == "macro" else None
+        return biaxial_results({name: values[:end] for name, values in history.curve.items()})
 
     def assess(self, run: BiaxialRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
         """The gates of every run."""
@@ -83,6 +83,21 @@ class Biaxial(Test[BiaxialRun]):
     def span(self, history: History) -> Span:
         """Up to the first failure, or the end where nothing failed."""
         return Span(to_failure=history.first_failure is not None)
+
+
+def before_break(curve: dict[str, Array]) -> int | None:
+    """Rows of ``curve`` before shells break, as they do all at once: waves of that pull the other system, to twice what
+    it bears at half the strain. None where nothing failed.
+
+    Failures are counted at every other row or so: rows after the last count in which both forces still rise are whole.
+    """
+    failed = curve["failed_fabric"] > 0.0
+    if not failed.any():
+        return None
+    end, forces = int(np.argmax(failed)), np.stack([curve["force_n_per_mm"], curve["cross_force_n_per_mm"]])
+    while 0 < end < forces.shape[1] and (forces[:, end] >= forces[:, end - 1]).all():
+        end += 1
+    return end
 
 
 def biaxial_results(curve: dict[str, Array]) -> dict[str, float]:
@@ -94,11 +109,6 @@ def biaxial_results(curve: dict[str, Array]) -> dict[str, float]:
         "cross_force_n_per_mm": float(curve["cross_force_n_per_mm"][other]),
         "cross_strain_pct": float(curve["cross_strain_pct"][other]),
     }
-
-
-def across(direction: Direction) -> Direction:
-    """The other yarn system."""
-    return "weft" if direction == "warp" else "warp"
 
 
 def _facts(size: Array) -> dict[str, float]:
