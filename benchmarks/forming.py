@@ -58,9 +58,9 @@ def table(header: list[str], rows: list[list[str]]) -> str:
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)
 
 
-def put(mark: str, text: str) -> None:
-    """Replace what stands between the marks of the page."""
-    page = DOCS / "forming.md"
+def put(mark: str, text: str, name: str = "forming.md") -> None:
+    """Replace what stands between the marks of the page ``name``."""
+    page = DOCS / name
     before, rest = page.read_text().split(f"<!-- begin: {mark} -->")
     after = rest.split(f"<!-- end: {mark} -->")[1]
     page.write_text(f"{before}<!-- begin: {mark} -->\n\n{text}\n\n<!-- end: {mark} -->{after}")

@@ -2,8 +2,8 @@
 
 python benchmarks/forming_energies.py MARK YARNS SHELLS [SHELLS ...]     runs at one speed, with the same tools
 
-Up to the travel that all of them reached. Bending is the yarns' in the plane and out of it on both scales; what the
-shear of shells is, loops, crossings and the torsion of inlays are in the model of yarns.
+Up to the travel that all of them reached. Bending is that in the plane and out of it on both scales. What the law of
+shear is for shells, loops, crossings and the torsion of inlays are for yarns: the law is that of a frame of such yarns.
 """
 
 import sys
@@ -19,10 +19,9 @@ from benchmarks.forming import put, table
 ROWS: dict[str, tuple[str, ...]] = {
     "stretching of inlays": ("stretching",),
     "bending of inlays, out of the plane and in it": ("bending", "in_plane_bending"),
-    "shear of shells; of yarns loops and torsion of inlays": (
-        "shear", "loop_stretching", "loop_bending", "loop_torsion", "torsion",
+    "shear: law of shells; loops, torsion, contact and friction of yarns": (
+        "shear", "loop_stretching", "loop_bending", "loop_torsion", "torsion", "fabric_contact", "fabric_friction",
     ),
-    "contact and friction in the fabric": ("fabric_contact", "fabric_friction"),
     "friction at tools": ("tool_friction",),
     "contact with tools": ("tool_contact",),
     "hourglass control": ("hourglass",),
@@ -57,6 +56,8 @@ def shares(yarns: Spent, shells: Spent) -> Spent:
 def settings(folder: Path) -> list[object]:
     """Values of :data:`EQUAL`."""
     config = yaml.safe_load((folder / "config.yaml").read_text())
+    stamp = config["rig"]["stamp"]
+    config["rig"]["stamp"] = stamp["kind"], stamp[stamp["kind"]]
     return [config[part].get(name) for part, name in EQUAL]
 
 

@@ -50,7 +50,10 @@ def _run(test: str, scale: str, preset: str = "quick", variant: str = "1", *sets
 _STRIPS = [_run(t, "meso", direction=d) for t in ("tensile", "cantilever") for d in ("warp", "weft")]
 _FORCE = "rig.blank_holder_force={}"
 _WEAVE = ("cao2008-weave", "solver.safety=0.6")
+_STIFFNESS = ("rig.max_angle=31", "solver.speed=0.4", "solver.damping=0.02")
 _IN_PLANE = ("fabric.macro.in_plane_bending.warp=4.2", "fabric.macro.in_plane_bending.weft=3.47")
+#: those of the yarns at ``quick``, for shells
+_EQUAL_SPEED = ("solver.speed=0.2", "solver.ramp=10")
 #: blank and tools of the yarns' forming test at ``quick``, for shells
 _SMALL = (
     _FORCE.format(13), "rig.blank_length=120", "rig.blank_width=120", "rig.depth=15", "rig.stamp.t.bar_length=56",
@@ -94,6 +97,29 @@ TABLES: dict[tuple[str, str], Made] = {
         ),
         (("tensile", "meso"), ("picture-frame", "meso"), ("friction", "macro"), ("cantilever", "macro")),
     ),
+    ("bias-extension.md", "stiffness"): Made(
+        "python benchmarks/strips.py FOLDER stiffness",
+        (_run("bias-extension", "macro", "quick", "cao2008-weave", *_STIFFNESS),),
+        (("bias-extension", "macro"),),
+    ),
+    ("bias-extension.md", "yarns"): Made(
+        "python benchmarks/strips.py FOLDER yarns",
+        (
+            *(_run("bias-extension", "meso", p, "2") for p in ("quick", "standard")),
+            _run("bias-extension", "macro", "quick", "2"),
+        ),
+        (("bias-extension", "macro"), ("picture-frame", "meso")),
+    ),
+    ("bias-extension.md", "verify"): Made(
+        "python benchmarks/strips.py FOLDER verify-bias",
+        (_run("bias-extension", "macro"), _run("bias-extension", "meso", "quick", "2")),
+        (("bias-extension", "macro"), ("picture-frame", "meso")),
+    ),
+    ("biaxial.md", "verify"): Made(
+        "python benchmarks/strips.py FOLDER verify-biaxial",
+        (_run("biaxial", "macro", direction="warp"), _run("biaxial", "meso", "quick", "2", direction="warp")),
+        (("biaxial", "macro"), ("tensile", "meso")),
+    ),
     ("forming.md", "runs"): Made(
         "python benchmarks/forming.py runs RUN...",
         tuple(
@@ -125,6 +151,17 @@ TABLES: dict[tuple[str, str], Made] = {
             for size in (6, 3, 2)
         ),
         (("forming", "macro"),),
+    ),
+    ("forming.md", "work-small"): Made(
+        "python benchmarks/forming_energies.py work-small YARNS SHELLS...",
+        (
+            _run("forming", "meso", "quick", "1", _FORCE.format(13)),
+            *(
+                _run("forming", "macro", "quick", "1", *_SMALL, "model.macro.element_size=3", *_EQUAL_SPEED, *sets)
+                for sets in (_IN_PLANE, ())
+            ),
+        ),
+        (("forming", "macro"), ("tensile", "meso")),
     ),
     ("forming.md", "window"): Made(
         "python benchmarks/forming.py window runs/batch-blank-holder",
