@@ -1,4 +1,4 @@
-"""Runs strips on the bias and squares under biaxial tension, and writes tables of docs/bias-extension.md and biaxial.md.
+"""Runs strips on the bias and squares pulled both ways; writes tables of docs/bias-extension.md and docs/biaxial.md.
 
 python benchmarks/strips.py FOLDER [MARK ...]     runs what is missing in FOLDER; all tables if none is named
 """
@@ -80,7 +80,11 @@ def pulled(ratio: float, size: float) -> tuple[list[float], float, float]:
         over.append(float(force[np.abs(angle - at) < 1.0].mean()) / expected)
     zones = zone_table(history, STRIP, material_of(config, history))
     middle = float(np.interp(30.0, zones["shear_angle_deg"], zones["middle_mean_deg"]))
-    return over, middle, 100.0 * float(history.energies["hourglass_mj"][-1] / history.energies["internal_fabric_mj"][-1])
+    return (
+        over,
+        middle,
+        100.0 * float(history.energies["hourglass_mj"][-1] / history.energies["internal_fabric_mj"][-1]),
+    )
 
 
 def stiffness(_: Path) -> None:

@@ -4,7 +4,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from knittest.base.errors import InputError
 from knittest.experiment.conditions import EXACT
 from knittest.experiment.curves import FORCE, ReferenceCurve
 from knittest.export.curve_picture import EndPoint
@@ -20,7 +19,7 @@ def curve(run: LoadedRun) -> tuple[Section, bool]:
     blocks = _chart([run], [f"simulated{_state(run)}"])
     drawn = any(isinstance(block, Picture) for block in blocks)
     ensemble = run.report is not None and run.report.axes.mean in run.curve
-    others = len(run.comparison.curves) - (_beside(run, False)[0].reference is not None)  # a user's own, not kept
+    others = len(run.comparison.curves) - (run.reference[0] is not None)  # a user's own, not kept
     return Section(f"run-{run.number}-curve", "Curve", blocks), drawn and not ensemble and others <= 0
 
 
@@ -69,7 +68,7 @@ def sizes_differ(runs: Sequence[LoadedRun]) -> bool | None:
 
 def _is_free(run: LoadedRun, axes: CurveAxes) -> bool:
     """Tell whether what a run is beside is a force of no size, such as a normalised one."""
-    reference = _beside(run, False)[0].reference
+    reference, _ = run.reference
     return reference is not None and reference.y_name in axes.others
 
 
@@ -107,10 +106,9 @@ def _beside(run: LoadedRun, several: bool, free: bool = False) -> tuple[Beside, 
         x, x_sd, y, y_sd = (math.nan if n is None else n for n in numbers)
         end_point = EndPoint(x, x_sd, y, y_sd, force.source + which) if math.isfinite(x + y) else None
     levels = run.report.levels(run.run)
-    try:
-        reference = run.report.reference_curve(run.run)
-    except InputError as error:
-        return Beside(None, "", end_point, levels), str(error)
+    reference, problem = run.reference
+    if problem:
+        return Beside(None, "", end_point, levels), problem
     source = reference.source if reference else ""
     size, _ = run.report.size(run.run)
     return _sized(

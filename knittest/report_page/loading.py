@@ -1,6 +1,7 @@
 """A run folder as the sections of a page read it."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +9,7 @@ from knittest.base.errors import InputError
 from knittest.config.loading import resolve
 from knittest.config.run import Run
 from knittest.config.yaml_loader import parse_document
+from knittest.experiment.curves import ReferenceCurve
 from knittest.laboratory.registry import REPORTS
 from knittest.laboratory.report_base import Report
 from knittest.report_page.files import Columns, Comparison, Manifest, Reader, Summary
@@ -46,6 +48,16 @@ class LoadedRun:
     def report(self) -> Report | None:
         """Report of its test; ``None`` for an unknown one."""
         return REPORTS.get(self.rig)
+
+    @cached_property
+    def reference(self) -> tuple[ReferenceCurve | None, str]:
+        """The curve of the experiment that its test shows beside it, and why it is missing if it cannot be read."""
+        if self.run is None or self.report is None:
+            return None, ""
+        try:
+            return self.report.reference_curve(self.run), ""
+        except InputError as error:
+            return None, str(error)
 
     def setting(self, *path: str) -> Any:
         """Setting of config.yaml at ``path``, ``None`` if nothing."""

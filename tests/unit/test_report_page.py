@@ -2,13 +2,16 @@
 
 import json
 import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 import pytest
 from html_page import HtmlPage, near
 from report_sample import METRICS, RESULTS, RIGS, curves, edit_json, write_run
 
+from knittest.base.errors import InputError
 from knittest.config.yaml_loader import load_yaml
 from knittest.laboratory.registry import REPORTS
 from knittest.report_page.page import write_report, write_reports
@@ -197,6 +200,24 @@ def test_a_users_own_curves_are_judged_and_shown_by_the_picture_of_the_run(tmp_p
     own |= {"comparable": False, "reason": "the curves share no range"}
     edit_json(folder / "comparison.json", curves=[METRICS, own])
     assert "mine.csv (measured): not comparable: the curves share no range" in page_of(folder).text()
+
+
+@pytest.mark.parametrize("fails", [False, True])
+def test_the_curve_beside_a_run_is_read_once_a_page(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fails: bool
+) -> None:
+    """Caption, scale and picture have the same one, or the same reason why it is missing."""
+    report, asked = REPORTS["tensile"], []
+
+    def counted(run: object, read: Callable[[Any], object] = report.reference_curve) -> object:
+        asked.append(run)
+        if fails:
+            raise InputError("warp.csv: line 3: no number")
+        return read(run)
+
+    monkeypatch.setattr(report, "reference_curve", counted)
+    text = HtmlPage(write_report(write_run(tmp_path / "r", "tensile"))).text()
+    assert len(asked) == 1 and ("warp.csv: line 3: no number" in text) == fails
 
 
 def test_table_of_shear_stands_with_its_source(tmp_path: Path) -> None:
