@@ -6,7 +6,7 @@ import pytest
 from knittest.config.loading import resolve
 from knittest.laboratory.base import fabric_laminate, tension_curve
 from knittest.laboratory.biaxial.rig import across
-from knittest.laboratory.biaxial.test import Biaxial
+from knittest.laboratory.biaxial.test import Biaxial, before_break
 from knittest.solve.observer import SILENT
 
 TEST = Biaxial()
@@ -43,6 +43,15 @@ def test_uncoupled_systems_carry_what_they_would_alone(direction, ratio):
     first = "cross_" if ratio > 1.0 else "biaxial_"
     peak = tension_curve(run.fabric, other if ratio > 1.0 else run.rig.direction).peak[1]
     assert found[f"{first}force_n_per_mm"] == pytest.approx(peak, rel=0.01)
+
+
+def test_rows_before_shells_break():
+    """Counted at every other row: the row in which both forces still rise is whole, the wave after it is not."""
+    forces = {"force_n_per_mm": [1.0, 2.0, 3.0, 4.0, 0.5, 9.0], "cross_force_n_per_mm": [1.0, 2.0, 3.0, 4.0, 8.0, 9.0]}
+    curve = {name: np.array(values) for name, values in forces.items()}
+    assert before_break(curve | {"failed_fabric": np.array([0.0, 0.0, 0.0, 5.0, 5.0, 5.0])}) == 4
+    assert before_break(curve | {"failed_fabric": np.array([0.0, 0.0, 0.0, 0.0, 5.0, 5.0])}) == 4
+    assert before_break(curve | {"failed_fabric": np.zeros(6)}) is None
 
 
 def test_a_test_that_ends_before_failure_is_judged_to_its_end():
