@@ -1,6 +1,6 @@
 """Difference of the work of stamps, mechanism by mechanism: tables of docs/forming.md.
 
-python benchmarks/forming_energies.py MARK YARNS SHELLS [SHELLS ...]     runs at one speed, with the same tools
+python benchmarks/forming_energies.py MARK RUN OTHER [OTHER ...]     runs at one speed, with the same tools
 
 Up to the travel that all of them reached. Bending is that in the plane and out of it on both scales. What the law of
 shear is for shells, loops, crossings and the torsion of inlays are for yarns: the law is that of a frame of such yarns.
@@ -47,10 +47,10 @@ def spent(work: pd.DataFrame, travel: float) -> Spent:
     return found | {STAMP: sum(found.values())}
 
 
-def shares(yarns: Spent, shells: Spent) -> Spent:
-    """Share of each row in what the stamp does more on yarns than on shells [-]."""
-    more = yarns[STAMP] - shells[STAMP]
-    return {row: (yarns[row] - shells[row]) / more for row in yarns}
+def shares(one: Spent, other: Spent) -> Spent:
+    """Share of each row in what the stamp does more in one run than in the other [-]."""
+    more = one[STAMP] - other[STAMP]
+    return {row: (one[row] - other[row]) / more for row in one}
 
 
 def settings(folder: Path) -> list[object]:
@@ -66,8 +66,8 @@ def heading(folder: Path) -> str:
     config = yaml.safe_load((folder / "config.yaml").read_text())
     if config["model"]["scale"] == "meso":
         return "yarns"
-    bent = "on" if config["fabric"]["macro"]["in_plane_bending"] else "off"
-    return f"shells, {config['model']['macro']['element_size']:g} mm, bending in the plane {bent}"
+    bent = "that bend" if config["fabric"]["macro"]["in_plane_bending"] else "that do not bend"
+    return f"shells {bent} in the plane"
 
 
 def main(mark: str, folders: list[Path]) -> None:
@@ -78,13 +78,13 @@ def main(mark: str, folders: list[Path]) -> None:
             sys.exit(f"{folder}: differs from {folders[0]} in {', '.join('.'.join(name) for name in differing)}")
     works = [pd.read_csv(folder / "stamp-work.csv") for folder in folders]
     travel = min(float(work["stamp_travel_mm"].iloc[-1]) for work in works)
-    yarns, *shells = (spent(work, travel) for work in works)
-    header = [f"energy [mJ] at {travel:.1f} mm", *(heading(folder) for folder in folders)]
-    header += ["more on yarns, its share"] * len(shells)
+    first, *others = (spent(work, travel) for work in works)
+    name, *names = (heading(folder) for folder in folders)
+    header = [f"energy [mJ] at {travel:.1f} mm", name, *names, *(f"{name} less {one}, its share" for one in names)]
     rows = []
-    for row in yarns:
-        more = [f"{yarns[row] - one[row]:.1f}, {100.0 * shares(yarns, one)[row]:.0f} %" for one in shells]
-        rows.append([row, *(f"{one[row]:.1f}" for one in (yarns, *shells)), *more])
+    for row in first:
+        more = [f"{first[row] - one[row]:.1f}, {100.0 * shares(first, one)[row]:.0f} %" for one in others]
+        rows.append([row, *(f"{one[row]:.1f}" for one in (first, *others)), *more])
     put(mark, table(header, rows))
 
 
