@@ -63,6 +63,8 @@ class ExplicitModel(ABC):
     prestressed = False
     #: whether yarns that overlap at the start shall press each other by all of it
     pressed = False
+    #: steps between looks at displacement, kinetic energy and damping loss, at most
+    chunk = 20
 
     @property
     def n_nodes(self) -> int:

@@ -23,11 +23,13 @@ def cell_paths(run: Run, cell: Cell, wales: int, courses: int) -> list[YarnPath]
     return [p for p in paths if mesh.knitting or p.system != "knit"]
 
 
-def build_meso_cell(run: Run, cell: Cell, wales: int = 2, courses: int = 2, axial_share: float = 1.0) -> PeriodicModel:
+def build_meso_cell(
+    run: Run, cell: Cell, wales: int = 2, courses: int = 2, axial_share: float = 1.0, shrink: float = 1.0
+) -> PeriodicModel:
     """Model of ``wales`` x ``courses`` cells of the run's fabric that repeats without an edge.
 
-    A test that pulls no yarn may keep a share of the axial stiffness only: the time step grows. Yarns do not break:
-    a cell has no weakest place.
+    A test that pulls no yarn may keep a share of the axial stiffness only: the time step grows. Its mean deformation
+    brings lines to ``shrink`` of their length at the least. Yarns do not break: a cell has no weakest place.
     """
     cards = sections(run.fabric, axial_share)
     chains = [
@@ -42,6 +44,10 @@ def build_meso_cell(run: Run, cell: Cell, wales: int = 2, courses: int = 2, axia
         )
         for path in sorted(cell_paths(run, cell, wales, courses), key=chain_order)
     ]
-    lattice = [wales * cell.periods["weft"], courses * cell.periods["warp"]]
     contact = yarn_contact(run) if run.model.meso.contact else None
-    return build_periodic(chains, lattice, SYSTEMS, contact, mass_scaling(run))
+    return build_periodic(chains, lattice_of(cell, wales, courses), SYSTEMS, contact, mass_scaling(run), shrink=shrink)
+
+
+def lattice_of(cell: Cell, wales: int, courses: int) -> Array:
+    """Vectors (2, 3) [mm] by which ``wales`` x ``courses`` cells repeat."""
+    return np.array([wales * cell.periods["weft"], courses * cell.periods["warp"]])

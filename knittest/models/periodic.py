@@ -25,6 +25,8 @@ Index = NDArray[np.int64]
 ENDS = 3
 #: way [mm] that yarns may slide along each other before images are missing, over the largest radius
 SLIDE = 2.0
+#: smallest mean stretch [-] of a cell that images are kept for: a trellis sheared by 40 deg
+SHRINK = 0.6
 
 
 @dataclass(frozen=True)
@@ -55,22 +57,23 @@ def build_periodic(
     contact: YarnContact | None = None,
     scaling: MassScaling | None = None,
     halo: float | None = None,
+    shrink: float = SHRINK,
 ) -> PeriodicModel:
     """Model of one cell of ``chains`` that repeats by both vectors of ``lattice`` (2, 3) [mm].
 
-    Images are kept up to ``halo`` [mm] around the cell: by default what contacts reach, and some way that yarns slide.
+    Images are kept up to ``halo`` [mm] from the nodes of the cell: by default what contacts reach where the mean
+    deformation brings lines to ``shrink`` of their length, and some way that yarns slide.
     Raises :class:`InputError` for a lattice without an area, and for chains of fewer than three elements.
     """
     vectors = finite(lattice, "lattice [mm]", (2, 3))
-    height = _heights(vectors)
+    _heights(vectors)
     for number, chain in enumerate(chains):
         if len(chain.points) < ENDS or chain.along not in (0, 1):
             raise InputError(
                 f"chain {number}: {len(chain.points)} elements a period, along {chain.along}; expected at least "
                 f"{ENDS}, along lattice vector 0 or 1"
             )
-    around = np.array(_reach(chains, vectors) if halo is None else halo) / height
-    pieces = _pieces(chains, vectors, around)
+    pieces = _pieces(chains, vectors, _reach(chains, vectors, shrink) if halo is None else halo)
     long = [_long(chains[p.chain], p, vectors) for p in pieces]
     flat = build_chains(long, part_names, contact, scaling)
     own, master, times = _masters(chains, pieces)
@@ -86,37 +89,37 @@ def _heights(vectors: Array) -> Array:
     return np.asarray(area / np.linalg.norm(vectors[::-1], axis=1))
 
 
-def _reach(chains: Sequence[PeriodicChain], vectors: Array) -> float:
-    """Way [mm] around the cell within which pieces may come to touch its nodes."""
+def _reach(chains: Sequence[PeriodicChain], vectors: Array, shrink: float) -> float:
+    """Distance [mm] from nodes of the cell at the start within which pieces may come to touch theirs."""
     radius = max(chain.section.radius for chain in chains)
     longest = max(float(np.linalg.norm(np.diff(_closed(c, vectors), axis=0), axis=1).max()) for c in chains)
-    return (2.0 + SLIDE) * radius + CONTACT_SKIN + 2.0 * longest
+    return (2.0 * radius + CONTACT_SKIN + longest) / shrink + SLIDE * radius
 
 
 def _closed(chain: PeriodicChain, vectors: Array) -> Array:
     return np.vstack([chain.points, chain.points[:1] + vectors[chain.along]])
 
 
-def _pieces(chains: Sequence[PeriodicChain], vectors: Array, around: Array) -> list[_Piece]:
-    """Chains of the cell, each followed by its images that come within ``around`` (2,) of it, in shares of vectors."""
-    places = [np.linalg.lstsq(vectors.T, np.asarray(c.points, float).T, rcond=None)[0].T for c in chains]
-    low = np.min([p.min(axis=0) for p in places], axis=0) - around
-    high = np.max([p.max(axis=0) for p in places], axis=0) + around
-    most = [ceil(v) + 1 for v in high - low]
+def _pieces(chains: Sequence[PeriodicChain], vectors: Array, reach: float) -> list[_Piece]:
+    """Chains of the cell, each followed by its images that come within ``reach`` [mm] of a node of it."""
+    from scipy.spatial import cKDTree
+
+    own = [np.asarray(c.points, float) for c in chains]
+    tree = cKDTree(np.vstack(own))
+    places = np.linalg.lstsq(vectors.T, np.vstack(own).T, rcond=None)[0].T
+    most = [ceil(v) + 1 for v in np.ptp(places, axis=0) + reach / _heights(vectors)]
     found = []
-    for number, (chain, place) in enumerate(zip(chains, places, strict=True)):
-        n, along = len(place), chain.along
-        count = np.arange(-most[along] * n, (most[along] + 1) * n)
-        for across in sorted(range(-most[1 - along], most[1 - along] + 1), key=abs):
-            moved = place[count % n].copy()
-            moved[:, along] += count // n
-            moved[:, 1 - along] += across
-            inside = count[((moved >= low) & (moved <= high)).all(axis=1)]
+    for number, (chain, points) in enumerate(zip(chains, own, strict=True)):
+        n, along, other = len(points), vectors[chain.along], vectors[1 - chain.along]
+        count = np.arange(-most[chain.along] * n, (most[chain.along] + 1) * n)
+        flat = points[count % n] + (count // n)[:, None] * along
+        for across in sorted(range(-most[1 - chain.along], most[1 - chain.along] + 1), key=abs):
+            inside = count[tree.query(flat + across * other, distance_upper_bound=1.001 * reach)[0] <= reach]
             if across == 0:
                 inside = np.append(inside, [-ENDS, n + ENDS])
-            if len(inside):
-                first = int(inside.min())
-                found.append(_Piece(number, first, max(int(inside.max()) + 1, first + ENDS), across))
+            if len(inside):  # a piece needs a node on either side
+                first = int(inside.min()) - 1
+                found.append(_Piece(number, first, max(int(inside.max()) + 2, first + ENDS), across))
     return found
 
 

@@ -35,6 +35,9 @@ class PeriodicModel(YarnModel):
     Its elements, energies and masses are those of the cell alone.
     """
 
+    #: of a cell's few beams a step costs less than a hundredth of a look
+    chunk = 100
+
     reference: Array = field(default_factory=lambda: np.zeros((2, 3)))
     record: list[dict[str, float]] = field(default_factory=list)
 
@@ -42,6 +45,7 @@ class PeriodicModel(YarnModel):
         super().__post_init__()
         assert self.group.owned is not None
         self.owned, self._looks = self.group.owned, 0
+        self._area = float(np.linalg.norm(np.cross(*self.reference)))
 
     @property
     def lattice(self) -> Array:
@@ -56,7 +60,7 @@ class PeriodicModel(YarnModel):
     @property
     def area(self) -> float:
         """Area of the cell at the start [mm^2]."""
-        return float(np.linalg.norm(np.cross(*self.reference)))
+        return self._area
 
     def masters(self) -> Index:
         """Node of the cell that every node is, or is an image of, (n_nodes,)."""

@@ -23,8 +23,6 @@ from knittest.solve.state import Kept, Simulation, SimulationCost
 
 Array = NDArray[np.float64]
 
-#: steps between looks at displacement, kinetic energy and damping loss
-CHUNK = 20
 #: share by which the force must have grown for a new frame of the peak
 NEAR_PEAK = 0.001
 #: multiples of the time a wave needs along the specimen during which a fresh break is damped
@@ -82,7 +80,7 @@ def _begin(model: ExplicitModel, rig: Rig, solver: Solver, observer: Observer) -
 
 def _run_rows(run: Simulation, output: Output, observer: Observer) -> None:
     """Advance row by row to the end of the test."""
-    row_steps = max(CHUNK, round(run.rig.duration / run.dt / output.samples))
+    row_steps = max(run.model.chunk, round(run.rig.duration / run.dt / output.samples))
     # the first frame is the start; one row takes one frame at most
     even = np.linspace(0.0, 1.0, output.frames + 1)
     marks = [*sorted({*even.tolist(), *run.rig.marks}), np.inf]
@@ -102,7 +100,7 @@ def _run_rows(run: Simulation, output: Output, observer: Observer) -> None:
 def _advance_row(run: Simulation, steps: int, observer: Observer) -> Stored:
     """Advance to the next sample; returns the elastic energies one step before, where the kinetic energy is taken."""
     while run.row_steps < steps - 1:
-        chunk = min(run.model.safe_steps(run.dt, CHUNK), steps - 1 - run.row_steps)
+        chunk = min(run.model.safe_steps(run.dt, run.model.chunk), steps - 1 - run.row_steps)
         _advance_chunk(run, chunk)
         run.row_steps += chunk
         if run.row_steps < steps - 1:

@@ -14,7 +14,6 @@ from knittest.config.loading import resolve
 from knittest.export.npz import read_arrays
 from knittest.models import contact_tracker, yarn_health
 from knittest.runs.specimen import prepare, run_specimen
-from knittest.solve import simulate as simulation_loop
 from knittest.solve.observer import Observer
 from knittest.solve.simulate import simulate
 
@@ -60,7 +59,7 @@ def run_until_wrong(scale, spoil, every_chunk=False):
     model.advance = spoiling
     with pytest.raises(NumericalError) as caught:
         simulate(model, prepared.rig, run.solver, run.output, watcher)
-    chunk = simulation_loop.CHUNK * 0.9 * model.critical_step
+    chunk = model.chunk * 0.9 * model.critical_step
     return str(caught.value), SimpleNamespace(
         snapshot=watcher.saved, spoilt=calls[QUIET - 1], chunk=chunk, time=watcher.saved.time, calls=len(calls)
     )

@@ -32,6 +32,13 @@ class CellPath:
     free: tuple[str, ...] = ()
     duration: float = 0.0
 
+    @property
+    def shrink(self) -> float:
+        """Share [-] of their length that lines in the plane come to on the way, the smallest; free ones keep theirs."""
+        flat = self.at[:, [0, 1, 3, 4]].reshape(-1, 2, 2)
+        gradient = np.linalg.solve(flat[0], flat)
+        return float(min(np.linalg.svd(gradient, compute_uv=False).min(), 1.0))
+
     @cached_property
     def slope(self) -> Array:
         """Derivatives of the numbers by s, (KNOTS + 1, 7)."""

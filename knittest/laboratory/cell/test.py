@@ -11,11 +11,12 @@ from knittest.base.rounding import rounded_down
 from knittest.fabric.relax import relaxed_cell
 from knittest.laboratory.base import Prepared, Test
 from knittest.laboratory.cell.config import CellRun
+from knittest.laboratory.cell.path import path_of
 from knittest.laboratory.cell.record import Recorder, model_of, split
 from knittest.laboratory.cell.rig import JUDGED, JUDGED_BENT, CellTest
 from knittest.laboratory.judging import assess
 from knittest.laboratory.span import Span
-from knittest.models.meso_cell import build_meso_cell
+from knittest.models.meso_cell import build_meso_cell, lattice_of
 from knittest.models.periodic_model import PeriodicModel
 from knittest.solve.observer import SILENT, Observer
 from knittest.solve.periodic_body import PeriodicBody
@@ -51,7 +52,9 @@ class Cell(Test[CellRun]):
         self.refuse(run)
         start, rig = clock.perf_counter(), run.rig
         observer.phase("laying out the yarns")
-        model = build_meso_cell(run, relaxed_cell(run.fabric), rig.wales, rig.courses, rig.axial_share)
+        cell = relaxed_cell(run.fabric)
+        shrink = path_of(run, lattice_of(cell, rig.wales, rig.courses)).shrink
+        model = build_meso_cell(run, cell, rig.wales, rig.courses, rig.axial_share, shrink)
         facts = {"area_mm2": model.area}
         return Prepared(model, CellTest(run, model), clock.perf_counter() - start, {}, facts)
 
