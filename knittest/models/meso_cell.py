@@ -24,17 +24,26 @@ def cell_paths(run: Run, cell: Cell, wales: int, courses: int) -> list[YarnPath]
 
 
 def build_meso_cell(
-    run: Run, cell: Cell, wales: int = 2, courses: int = 2, axial_share: float = 1.0, shrink: float = 1.0
+    run: Run,
+    cell: Cell,
+    wales: int = 2,
+    courses: int = 2,
+    axial_share: float = 1.0,
+    shrink: float = 1.0,
+    about: str = "",
 ) -> PeriodicModel:
     """Model of ``wales`` x ``courses`` cells of the run's fabric that repeats without an edge.
 
     A test that pulls no yarn may keep a share of the axial stiffness only: the time step grows. Its mean deformation
-    brings lines to ``shrink`` of their length at the least. Yarns do not break: a cell has no weakest place.
+    brings lines to ``shrink`` of their length at the least. Yarns of the system ``about`` lie about z = 0, the surface
+    that bending leaves its length. Yarns do not break: a cell has no weakest place.
     """
     cards = sections(run.fabric, axial_share)
+    paths = sorted(cell_paths(run, cell, wales, courses), key=chain_order)
+    middle = np.mean([p.points[:-1, 2].mean() for p in paths if p.system == about]) if about else 0.0
     chains = [
         PeriodicChain(
-            path.points[:-1],
+            path.points[:-1] - [0.0, 0.0, middle],
             cards[SYSTEMS.index(path.system)],
             SYSTEMS.index(path.system),
             stretch=stretch(run, path),
@@ -42,7 +51,7 @@ def build_meso_cell(
             draw_in=(run.fabric.knitting.draw_in_fraction or 0.0) if path.system == "knit" else 0.0,
             along=1 if path.system == "warp" else 0,
         )
-        for path in sorted(cell_paths(run, cell, wales, courses), key=chain_order)
+        for path in paths
     ]
     contact = yarn_contact(run) if run.model.meso.contact else None
     return build_periodic(chains, lattice_of(cell, wales, courses), SYSTEMS, contact, mass_scaling(run), shrink=shrink)

@@ -39,6 +39,10 @@ class CellRig(Rig):
     across: Literal["free", "held"] = Field(
         "free", description="warp, weft: the other direction carries no mean stress, or keeps its mean length"
     )
+    torn: Literal["refused", "ends"] = Field(
+        "refused", description="warp, weft, biaxial, steps: where a yarn comes to its fracture strain the path is "
+        "refused, or ends",
+    )  # fmt: skip
     bent: Literal["warp", "weft"] = Field("warp", description="bending: the yarns that are bent")
     max_curvature: float = number(0.05, "1/mm", "bending: largest mean curvature, hollow on the face", gt=0, le=0.3)
     max_pressure: float = number(1000.0, "kPa", "compaction: largest pressure of the plates", gt=0, le=10000)
@@ -65,6 +69,11 @@ class CellRig(Rig):
     def axial_share(self) -> float:
         """Share of the axial stiffness that the yarns keep."""
         return 1.0 if self.path in STRETCHING else self.membrane_share
+
+    @property
+    def about(self) -> str:
+        """System that is bent, empty if none is."""
+        return self.bent if self.path == "bending" else ""
 
 
 class CellRun(Run):

@@ -26,6 +26,8 @@ KIND = TestKind(
         "cell_warp_n_per_mm": ("mean stress along the warp [N/mm]", "{:.3f}"),
         "cell_weft_n_per_mm": ("mean stress along the weft [N/mm]", "{:.3f}"),
         "cell_moment_n": ("bending moment a length [N]", "{:.4f}"),
+        "cell_bending_stiffness_n_mm": ("bending stiffness [N mm]", "{:.3f}"),
+        "cell_fracture_strain_pct": ("strain at the first fracture of a yarn [%]", "{:.3f}"),
         "cell_pressure_kpa": ("pressure at the end [kPa]", "{:.1f}"),
         "cell_thickness_mm": ("thickness at the end [mm]", "{:.3f}"),
         "cell_friction_share": ("share of friction in the work", "{:.3f}"),

@@ -1,7 +1,6 @@
 """Energies by mechanism, crossings and thickness of a cell, row by row while it is deformed."""
 
 from collections.abc import Callable
-from typing import cast
 
 import numpy as np
 
@@ -9,6 +8,7 @@ from knittest.base.errors import InputError
 from knittest.base.history import Array, Overlaps
 from knittest.base.rounding import rounded_down
 from knittest.laboratory.cell.config import STRETCHING, CellRun
+from knittest.laboratory.cell.rig import CellTest
 from knittest.models.crossings import Crossings, crossings, surfaces
 from knittest.models.periodic_model import PeriodicModel
 from knittest.solve.observer import Observer
@@ -18,10 +18,10 @@ NONE = Crossings(0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class Recorder(Observer):
-    """Records a row of ``model`` at every sample, and tells ``observer`` all that it hears."""
+    """Records a row of the model in ``mount`` at every sample, and tells ``observer`` all that it hears."""
 
-    def __init__(self, run: CellRun, model: PeriodicModel, observer: Observer) -> None:
-        self.run, self.model, self.observer = run, model, observer
+    def __init__(self, run: CellRun, mount: CellTest, observer: Observer) -> None:
+        self.run, self.mount, self.model, self.observer = run, mount, mount.model, observer
         fabric = run.fabric
         fracture = dict.fromkeys(("warp", "weft"), fabric.reinforcing.fracture_strain_fraction)
         self.fracture = fracture | {"knit": fabric.knitting.fracture_strain_fraction}
@@ -36,10 +36,10 @@ class Recorder(Observer):
         self.observer.overlaps(found)
 
     def progress(self, fraction: float, time_ms: float, step_us: float, kinetic_ratio: float) -> None:
-        """Keep a row; raises :class:`InputError` where yarns would be torn."""
+        """Keep a row; where yarns would be torn end the path, or raise :class:`InputError` as the run says."""
         self.model.record.append(row_of(self.model))
         if self.run.rig.path in STRETCHING:
-            self._refuse_torn(fraction)
+            self._look_for_torn()
         self.reached = fraction
         self.observer.progress(fraction, time_ms, step_us, kinetic_ratio)
 
@@ -55,11 +55,14 @@ class Recorder(Observer):
         """See :class:`Observer`."""
         self.observer.failed(take)
 
-    def _refuse_torn(self, fraction: float) -> None:
+    def _look_for_torn(self) -> None:
         strain, names = self.model.fields()["axial_strain"], self.model.mesh.part_names
         for k, name in enumerate(names):
             of = self.model.mesh.part == k
             if of.any() and float(strain[of].max()) > self.fracture[name]:
+                self.mount.torn = True
+                if self.run.rig.torn == "ends":
+                    return
                 raise InputError(torn(self.run, name, self.fracture[name], self.reached))
 
 
@@ -94,8 +97,3 @@ def split(record: list[dict[str, float]]) -> tuple[dict[str, Array], dict[str, A
     columns = {name: np.array([row[name] for row in record]) for name in record[0]}
     energies = {name: values for name, values in columns.items() if name.endswith("_mj")}
     return energies, {name: values for name, values in columns.items() if name not in energies}
-
-
-def model_of(model: object) -> PeriodicModel:
-    """``model`` as that of a cell."""
-    return cast(PeriodicModel, model)

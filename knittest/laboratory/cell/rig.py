@@ -15,8 +15,6 @@ from knittest.models.tool import plane
 
 #: share of a path from which on its energies are judged: 1 deg of 40
 JUDGED = 0.025
-#: the same of bending: before, yarns without a load along them swing in the play of their loops
-JUDGED_BENT = 0.5
 #: gap between the plates and the yarns at the start [mm]
 GAP = 0.002
 #: way of the plates over the thickness after which no fabric is left
@@ -29,6 +27,8 @@ class CellTest:
     coordinate, force = "path_pct", "conjugate_force"
     marks: tuple[float, ...] = ()
     averaged_from = np.inf
+    #: whether a yarn has come to its fracture strain
+    torn = False
 
     def __init__(self, run: CellRun, model: PeriodicModel) -> None:
         self.model, self.pressed = model, run.rig.path == "compaction"
@@ -37,7 +37,7 @@ class CellTest:
         self.thickness = high - low + 2.0 * GAP
         self.path, self.progress = self._plan(run, model)
         self.duration, self.most = self.path.duration, 1e-3 * run.rig.max_pressure
-        self.bent = run.rig.bent if run.rig.path == "bending" else ""
+        self.bent = run.rig.about
 
     def _plan(self, run: CellRun, model: PeriodicModel) -> tuple[CellPath, Table]:
         path = path_of(run, model.reference)
@@ -88,5 +88,5 @@ class CellTest:
         }
 
     def finished(self, force: float, peak: float, broken: bool) -> bool:
-        """Over when the plates press hard enough."""
-        return self.pressed and force >= self.most
+        """Over when the plates press hard enough, or a yarn is torn."""
+        return self.torn or (self.pressed and force >= self.most)

@@ -6,14 +6,14 @@ from dataclasses import replace
 import numpy as np
 
 from knittest.base.errors import InputError, NumericalError
-from knittest.base.history import History, Quality
+from knittest.base.history import Array, History, Quality
 from knittest.base.rounding import rounded_down
 from knittest.fabric.relax import relaxed_cell
 from knittest.laboratory.base import Prepared, Test
 from knittest.laboratory.cell.config import CellRun
 from knittest.laboratory.cell.path import path_of
-from knittest.laboratory.cell.record import Recorder, model_of, split
-from knittest.laboratory.cell.rig import JUDGED, JUDGED_BENT, CellTest
+from knittest.laboratory.cell.record import Recorder, split
+from knittest.laboratory.cell.rig import JUDGED, CellTest
 from knittest.laboratory.judging import assess
 from knittest.laboratory.span import Span
 from knittest.models.meso_cell import build_meso_cell, lattice_of
@@ -37,7 +37,7 @@ class Cell(Test[CellRun]):
         rig, yarn = run.rig, run.fabric.reinforcing
         for system in ("warp", "weft"):
             share = {"warp": 1.0, "weft": rig.ratio}[system] / max(1.0, rig.ratio) if rig.path == "biaxial" else 1.0
-            if rig.path not in (system, "biaxial") or share == 0.0:
+            if rig.torn == "ends" or rig.path not in (system, "biaxial") or share == 0.0:
                 continue
             most = (1.0 + yarn.crimp_fraction.of(system)) * (1.0 + yarn.fracture_strain_fraction) - 1.0
             if rig.max_strain_fraction * share > most:
@@ -54,16 +54,18 @@ class Cell(Test[CellRun]):
         observer.phase("laying out the yarns")
         cell = relaxed_cell(run.fabric)
         shrink = path_of(run, lattice_of(cell, rig.wales, rig.courses)).shrink
-        model = build_meso_cell(run, cell, rig.wales, rig.courses, rig.axial_share, shrink)
+        model = build_meso_cell(run, cell, rig.wales, rig.courses, rig.axial_share, shrink, rig.about)
         facts = {"area_mm2": model.area}
         return Prepared(model, CellTest(run, model), clock.perf_counter() - start, {}, facts)
 
     def solve(self, prepared: Prepared, run: CellRun, observer: Observer) -> tuple[History, SimulationCost]:
         """Follow the path, and put energies by mechanism and crossings beside those of all tests."""
-        model, free = model_of(prepared.model), prepared.mount.path.free if isinstance(prepared.mount, CellTest) else ()
+        mount = prepared.mount
+        assert isinstance(mount, CellTest)
+        model, free = mount.model, mount.path.free
         if free and observer.resume_from() is None:
             _draw_in(model, free, run)
-        history, cost = simulate(model, prepared.rig, run.solver, run.output, Recorder(run, model, observer))
+        history, cost = simulate(model, mount, run.solver, run.output, Recorder(run, mount, observer))
         energies, contacts = split(model.record)
         return replace(history, energies=history.energies | energies, contacts=history.contacts | contacts), cost
 
@@ -79,10 +81,13 @@ class Cell(Test[CellRun]):
                     found[f"cell_shear_n_per_mm_at_deg.{a:g}"] = float(force[np.abs(angle - a) < NEAR].mean())
         elif run.rig.path == "bending":
             found["cell_moment_n"] = float(curve["moment_n"][-1])
+            found["cell_bending_stiffness_n_mm"] = secant(curve["curvature_per_mm"], curve["moment_n"])
         elif run.rig.path == "compaction":
             found["cell_pressure_kpa"] = float(curve["pressure_kpa"][-1])
         else:
             found |= {f"cell_{s}_n_per_mm": float(curve[f"{s}_n_per_mm"][-1]) for s in ("warp", "weft")}
+            if isinstance(prepared.mount, CellTest) and prepared.mount.torn and "strain_pct" in curve:
+                found["cell_fracture_strain_pct"] = float(curve["strain_pct"][-1])
         return found
 
     def assess(self, run: CellRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
@@ -90,11 +95,16 @@ class Cell(Test[CellRun]):
         return assess(run, prepared, history, cost, self.span(history))
 
     def span(self, history: History) -> Span:
-        """The whole path, from its first 2.5 %; of bending the second half."""
-        share = JUDGED_BENT if "curvature_per_mm" in history.curve else JUDGED
-        first = history.curve["path_pct"] >= 100.0 * share
+        """The whole path, from its first 2.5 %."""
+        first = history.curve["path_pct"] >= 100.0 * JUDGED
         times = history.curve["time_ms"]
         return Span(reported_from=float(times[np.argmax(first)]) if first.any() else np.inf)
+
+
+def secant(x: Array, y: Array) -> float:
+    """Slope of the line from the origin that is nearest to the second half of a curve (least squares)."""
+    end = x >= 0.5 * x[-1]
+    return float(x[end] @ y[end]) / float(x[end] @ x[end])
 
 
 def _draw_in(model: PeriodicModel, free: tuple[str, ...], run: CellRun) -> None:
