@@ -7,12 +7,19 @@ import click
 
 from knittest.cli.options import ACCEPT_LIMITS
 
+#: options whose name is no name of Python
+NAMES = {"sets": "set", "source": "from"}
+
 
 @click.command()
 @click.option("--variant", help="Shipped fabric: 1, 2, or a name of configs/NAME.yaml.")
 @click.option("--fabric", type=click.Path(path_type=Path), help="A fabric file of your own.")
 @click.option("--parameters", help="Parameter set of the fabric: calibrated (default) or as-measured.")
 @click.option("--preset", type=click.Choice(["quick", "standard", "paper"]), default="quick", show_default=True)
+@click.option(
+    "--from", "source", type=click.Choice(["tests", "cell"]), default="tests", show_default=True,
+    help="Yarns: tests of specimens, or paths of one cell without an edge.",
+)  # fmt: skip
 @click.option("--seed", type=int, help="Seed of all draws.  [default: 1]")
 @click.option(
     "--set", "sets", multiple=True, metavar="[TEST.]KEY=VALUE",
@@ -34,7 +41,7 @@ def homogenise(
     quiet: bool,
     **chosen: Any,
 ) -> int:
-    """Make a material card of the shells from tests of yarns, and hold shells with it against them.
+    """Make a material card of the shells from tests or a cell of yarns, and hold shells with it against them.
 
     The same command goes on where it was stopped; finished runs are not repeated.
 
@@ -46,10 +53,10 @@ def homogenise(
     if not (chosen["variant"] or chosen["fabric"]):
         raise click.UsageError("which fabric? Give --variant 1, --variant 2 or --fabric FILE")
     words = [
-        f"--{'set' if name == 'sets' else name} {one}"
+        f"--{NAMES.get(name, name)} {one}"
         for name, value in chosen.items()
         for one in (value if isinstance(value, tuple) else [value])
-        if one is not None and name != "accept_limits"
+        if one is not None and name != "accept_limits" and (name, one) != ("source", "tests")
     ]
     words += ["--accept-limits"] if chosen["accept_limits"] else []
     options = HomogeniseOptions(out, workers, threads, time_limit, as_json, quiet)

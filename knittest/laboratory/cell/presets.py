@@ -7,7 +7,7 @@ from knittest.base.kinds import Stated
 #: repeats either way
 REPEATS = {"quick": 1, "standard": 2, "paper": 2}
 #: speed [m/s] of 100 mm of fabric, and start [ms]: at half of it forces stay
-SPEED = {"shear": 2.4, "warp": 0.2, "weft": 0.2, "biaxial": 0.2, "bending": 0.25, "compaction": 1.5}
+SPEED = {"shear": 2.4, "warp": 0.4, "weft": 0.4, "biaxial": 0.4, "bending": 0.25, "compaction": 1.5}
 FROM_A_FILE, START = 2.4, 4.0
 #: paths that pull no yarn: a wave of four beams, as in frames
 FINE = ("warp", "weft", "biaxial")

@@ -21,10 +21,10 @@ WHOLE = 0.9
 FRAME_ANGLE, NORMALISED = "frame_shear_angle_deg", "normalised_shear_force_n_per_mm"
 
 
-def homogenised_law(angle: Array, normalised: Array) -> tuple[Array, Array]:
+def homogenised_law(angle: Array, normalised: Array, start: float = START) -> tuple[Array, Array]:
     """Angles [deg] and conjugate force S [N/mm], (n,), from a frame's angle [deg] and normalised force [N/mm].
 
-    Means over whole steps of :data:`STEP`, from :data:`START` on, below it a line from (0, 0); the least change that
+    Means over whole steps of :data:`STEP`, from ``start`` [deg] on, below it a line from (0, 0); the least change that
     lets none fall (isotonic regression). Only the first loading counts, and not where the frame comes to a stop: a step
     that it ends in is too short for a mean, and shells go on along the last tangent. S dgamma is the work per reference
     area.
@@ -35,7 +35,7 @@ def homogenised_law(angle: Array, normalised: Array) -> tuple[Array, Array]:
     angle, force = angle[first], to_conjugate(normalised[first], np.deg2rad(angle[first]), "normalised")
     number = np.floor(angle / STEP).astype(int)
     whole = angle.max() - WHOLE * STEP
-    used = [k for k in np.unique(number) if START <= k * STEP <= whole and np.count_nonzero(number == k) > 1]
+    used = [k for k in np.unique(number) if start <= k * STEP <= whole and np.count_nonzero(number == k) > 1]
     middle = np.array([angle[number == k].mean() for k in used])
     mean = np.array([force[number == k].mean() for k in used])
     level = isotonic_regression(np.maximum(mean, 0.0)).x

@@ -1,6 +1,5 @@
 """The material card: what tests of yarns say of tension, shear and bending, and the fabric file that holds it."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, get_args
@@ -13,28 +12,18 @@ from knittest.config.fabric import Direction
 from knittest.config.run import Run
 from knittest.experiment.curves import FORCE_PER_WIDTH
 from knittest.export.own_data import OWN, kept_beside
-from knittest.laboratory.cantilever.config import CantileverRun
-from knittest.laboratory.picture_frame.shear_law import FRAME_ANGLE, NORMALISED, homogenised_law
+from knittest.laboratory.cell.config import CellRun
 from knittest.laboratory.tensile.config import TensileRun
-from knittest.materials.heavy_elastica import stiffness_of
 from knittest.materials.trellis import ANGLE
-from knittest.studies.homogenise.curves import Array, read_columns, tension_curve
-from knittest.studies.homogenise.plan import PIECES, Piece, overhang, width
+from knittest.studies.homogenise import measures
+from knittest.studies.homogenise.curves import Array
+from knittest.studies.homogenise.measures import Tested
+from knittest.studies.homogenise.plan import PIECES, Piece, width
 
 FABRIC = "fabric.yaml"
 #: characters of a fabric's name, and what is added to it
 LONGEST_NAME, SUFFIX = 40, "-homogenised"
 DIRECTIONS: tuple[Direction, ...] = get_args(Direction)
-
-
-@dataclass(frozen=True)
-class Tested:
-    """A finished test: its run, its folder, its results and its key."""
-
-    run: Run
-    folder: Path
-    results: Mapping[str, float]
-    key: str
 
 
 @dataclass(frozen=True)
@@ -56,22 +45,12 @@ def card_of(tests: dict[Piece, Tested]) -> Card:
     shear: tuple[Array, Array] = (np.zeros(1), np.zeros(1))
     for piece, test in tests.items():
         if piece.kind == "picture-frame":
-            shear = homogenised_law(*read_columns(test.folder, FRAME_ANGLE, NORMALISED))
+            shear = measures.shear_law(test)
         elif piece.direction and piece.kind == "tensile":
-            strain, force = tension_curve(*read_columns(test.folder, "strain_pct", "force_n"))
-            tension[piece.direction] = strain, force / width(test.run)
+            tension[piece.direction] = measures.tension(test)
         elif piece.direction:
-            bending[piece.direction] = bending_stiffness(test.run, test.results["chord_angle_deg"])
+            bending[piece.direction] = measures.bending_stiffness(test)
     return Card(tension, shear, bending, tests)
-
-
-def bending_stiffness(run: Run, angle: float) -> float:
-    """Bending stiffness per width [N mm] of the heavy elastica that has the chord ``angle`` [deg] of the cantilever
-    ``run``.
-    """
-    assert isinstance(run, CantileverRun)
-    weight = run.fabric.area_mass_g_per_mm2 * run.rig.gravity_mm_per_ms2
-    return stiffness_of(angle, overhang(run), weight)
 
 
 def write_card(card: Card, folder: Path, command: str) -> Path:
@@ -130,12 +109,10 @@ def _fabric(card: Card, run: Run, folder: Path) -> dict[str, Any]:
 def _tension_head(card: Card, direction: Direction, strain: Array, force: Array) -> str:
     """Source and conditions of a tension curve, its end, and the names of its columns."""
     run = card.tests[Piece("tensile", direction)].run
-    assert isinstance(run, TensileRun)
-    lines = [
-        f"source: {_story(card, 'tensile', direction)}", "test: tensile", f"direction: {direction}",
-        f"strip_width_mm: {width(run):.6g}", f"gauge_length_mm: {run.rig.gauge_length:g}",
-        f"fracture_strain_pct: {strain[-1]:.6g}", f"peak_force_n_per_mm: {force[-1]:.6g}",
-    ]  # fmt: skip
+    lines = [f"source: {_story(card, 'tensile', direction)}", "test: tensile", f"direction: {direction}"]
+    if isinstance(run, TensileRun):
+        lines += [f"strip_width_mm: {width(run):.6g}", f"gauge_length_mm: {run.rig.gauge_length:g}"]
+    lines += [f"fracture_strain_pct: {strain[-1]:.6g}", f"peak_force_n_per_mm: {force[-1]:.6g}"]
     return "".join(f"# {line}\n" for line in lines) + f"strain_pct,{FORCE_PER_WIDTH}\n"
 
 
@@ -148,8 +125,12 @@ def _story(card: Card, kind: str, direction: Direction | None = None) -> str:
     piece = next(p for p in PIECES if (p.kind, p.direction) == (kind, direction))
     test = card.tests[piece]
     run = test.run
+    of = f"{piece.name} of yarns"
+    if isinstance(run, CellRun):
+        alike = ", yarns all alike: none is weaker" if kind == "tensile" else ""
+        of = f"path {run.rig.path} of a cell without an edge{alike}"
     return (
-        f"homogenised from run trials/{test.key}: {piece.name} of yarns, {run.fabric.name}, {run.parameters}, preset "
+        f"homogenised from run trials/{test.key}: {of}, {run.fabric.name}, {run.parameters}, preset "
         f"{run.model.preset}, seed {run.variability.seed}"
     )
 

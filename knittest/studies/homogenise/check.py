@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knittest.laboratory.picture_frame.shear_law import FRAME_ANGLE, NORMALISED
-from knittest.studies.homogenise.card import Tested, bending_stiffness
-from knittest.studies.homogenise.curves import Array, read_columns, to_peak
-from knittest.studies.homogenise.plan import Piece
+from knittest.laboratory.cell.config import CellRun
+from knittest.studies.homogenise.curves import Array
+from knittest.studies.homogenise.measures import Tested, bending_stiffness, normalised, pulled
+from knittest.studies.homogenise.plan import Piece, width
 
 #: largest deviation [%] at which shells reproduce the yarns
 TOLERANCE = 5.0
@@ -40,34 +40,37 @@ def compared(piece: Piece, yarns: Tested, shells: Tested) -> list[Row]:
         return _pulled(piece, yarns, shells)
     if piece.kind == "picture-frame":
         return _sheared(piece, yarns, shells)
-    angle, other = (t.results["chord_angle_deg"] for t in (yarns, shells))
-    stiffness = bending_stiffness(yarns.run, angle), bending_stiffness(shells.run, other)
-    return [
-        _row(piece, "chord angle", "deg", angle, other),
-        _row(piece, "bending stiffness", "N mm", *stiffness),
-    ]
+    stiffness = _row(piece, "bending stiffness", "N mm", *(bending_stiffness(t) for t in (yarns, shells)))
+    if isinstance(yarns.run, CellRun):
+        return [stiffness]
+    return [_row(piece, "chord angle", "deg", *(t.results["chord_angle_deg"] for t in (yarns, shells))), stiffness]
 
 
 def _pulled(piece: Piece, yarns: Tested, shells: Tested) -> list[Row]:
-    rows = [
-        _row(piece, name, unit, yarns.results[key], shells.results[key])
-        for name, unit, key in (("largest force", "N", "peak_force_n"), ("strain there", "%", "fracture_strain_pct"))
-    ]
-    own, other = (to_peak(*read_columns(t.folder, "strain_pct", "force_n")) for t in (yarns, shells))
+    """Rows of a strip in N, of a cell in N/mm."""
+    own, other = pulled(yarns), pulled(shells)
+    unit = "N/mm" if isinstance(yarns.run, CellRun) else "N"
+    if unit == "N":
+        own, other = ((strain, force * width(t.run)) for (strain, force), t in ((own, yarns), (other, shells)))
+    ends = [(c[1][-1], c[0][-1]) for c in (own, other)]
+    if unit == "N":
+        ends = [(t.results["peak_force_n"], t.results["fracture_strain_pct"]) for t in (yarns, shells)]
+    peaks, strains = zip(*ends, strict=True)
+    rows = [_row(piece, "largest force", unit, *peaks), _row(piece, "strain there", "%", *strains)]
     last = own[0][-1]
     for share in SHARES:
         forces = (_near(*curve, share * last, NEAR_STRAIN * last) for curve in (own, other))
-        rows.append(_row(piece, f"force at {100 * share:g} % of the strain", "N", *forces))
+        rows.append(_row(piece, f"force at {100 * share:g} % of the strain", unit, *forces))
     shared = own[0] <= other[0][-1]
     off = np.interp(own[0][shared], *other) - own[1][shared]
     worst = int(np.argmax(np.abs(off)))
     force, share = float(own[1][worst]), float(100.0 * off[worst] / own[1][-1])
     name = f"largest difference, at {own[0][worst]:.2f} %, over the peak"
-    return [*rows, Row(piece.name, name, "N", force, force + float(off[worst]), share)]
+    return [*rows, Row(piece.name, name, unit, force, force + float(off[worst]), share)]
 
 
 def _sheared(piece: Piece, yarns: Tested, shells: Tested) -> list[Row]:
-    own, other = (read_columns(t.folder, FRAME_ANGLE, NORMALISED) for t in (yarns, shells))
+    own, other = normalised(yarns), normalised(shells)
     last = min(own[0][-1], other[0][-1])
     return [
         _row(piece, f"normalised force at {a:g} deg", "N/mm", *(_near(*c, a, NEAR_ANGLE) for c in (own, other)))

@@ -11,8 +11,11 @@ from knittest.base.interrupts import Interrupts
 from knittest.config.run import Run
 from knittest.export.folder import slug
 from knittest.export.jsonfile import json_text
-from knittest.studies.homogenise.card import FABRIC, Card, Tested, card_of, write_card
+from knittest.laboratory.cell.config import CellRun
+from knittest.studies.homogenise.card import FABRIC, Card, card_of, write_card
 from knittest.studies.homogenise.check import compared
+from knittest.studies.homogenise.from_cell import cell_run, cell_shell_run
+from knittest.studies.homogenise.measures import Tested
 from knittest.studies.homogenise.outcome import Ended, Outcome, as_data, report_lines
 from knittest.studies.homogenise.picture import homogenise_picture
 from knittest.studies.homogenise.plan import PIECES, Piece, Request, shell_run, yarn_run
@@ -41,10 +44,12 @@ def homogenise_command(request: Request, options: HomogeniseOptions, command: st
 
     ``command`` is how it was called. Raises :class:`InputError` before anything runs.
     """
-    runs = {piece: yarn_run(request, piece) for piece in PIECES}
+    made = cell_run if request.source == "cell" else yarn_run
+    runs = {piece: made(request, piece) for piece in PIECES}
     pool = LocalPool(options.workers, options.threads)
     first = runs[PIECES[0]]
-    name = f"homogenise-{slug(first.fabric.name)}-{slug(first.parameters)}-{first.model.preset}"
+    of = "homogenise-cell" if request.source == "cell" else "homogenise"
+    name = f"{of}-{slug(first.fabric.name)}-{slug(first.parameters)}-{first.model.preset}"
     folder = study_folder(options.out or Path("runs") / name, REQUEST, f"{command}\n", "homogenisation")
     outcome = Outcome(first, command)
     with says_how_to_go_on(), Interrupts() as interrupts, interrupts.deciding():
@@ -63,7 +68,7 @@ def _work(
     """Run both scales and fill ``outcome``; the finished tests of both, by piece, empty where there is no card."""
     with TrialRunner(folder, pool, limit=options.time_limit) as runner:
         try:
-            yarns = _tests(runs, runner, "yarns", options, outcome)
+            yarns = _tests(runs, runner, _scale(runs), options, outcome)
             outcome.card = card_of(yarns)
             card = write_card(outcome.card, folder, outcome.command)
             shells = _tests(_shell_runs(runs, card, outcome.card), runner, "shells", options, outcome)
@@ -76,8 +81,14 @@ def _work(
     return pairs
 
 
+def _scale(runs: dict[Piece, Run]) -> str:
+    return "cell" if isinstance(runs[PIECES[0]], CellRun) else "yarns"
+
+
 def _shell_runs(runs: dict[Piece, Run], card: Path, made: Card) -> dict[Piece, Run]:
     last = float(made.shear[0][-1])
+    if _scale(runs) == "cell":
+        return {piece: cell_shell_run(piece, run, card, last, made.bending) for piece, run in runs.items()}
     return {piece: shell_run(piece, run, card, last) for piece, run in runs.items()}
 
 

@@ -6,13 +6,11 @@ from typing import TYPE_CHECKING
 from knittest.base.figure import BLUE, ORANGE, dress, new_figure, save
 from knittest.base.stamp import Stamp, stamped
 from knittest.config.sources import numbers_of
-from knittest.laboratory.picture_frame.shear_law import FRAME_ANGLE, NORMALISED
 from knittest.laboratory.run_stamp import size_of
-from knittest.studies.homogenise.card import Tested
 from knittest.studies.homogenise.check import ANGLES
-from knittest.studies.homogenise.curves import read_columns, to_peak
+from knittest.studies.homogenise.measures import Tested, bending_stiffness, normalised, pulled
 from knittest.studies.homogenise.outcome import Outcome
-from knittest.studies.homogenise.plan import Piece, overhang
+from knittest.studies.homogenise.plan import Piece
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,7 +19,7 @@ Pairs = dict[Piece, tuple[Tested, Tested]]
 
 
 def homogenise_picture(outcome: Outcome, pairs: Pairs, path: Path) -> None:
-    """Force over strain, over shear angle, and the chord angles; ``pairs`` are yarns and shells of each test.
+    """Force over strain, over shear angle, and bending stiffnesses; ``pairs`` are yarns and shells of each test.
 
     Raises :class:`ResourceError`.
     """
@@ -31,7 +29,7 @@ def homogenise_picture(outcome: Outcome, pairs: Pairs, path: Path) -> None:
     curves = [piece for piece in pairs if piece.kind != "cantilever"]
     for axes, piece in zip(panels, curves, strict=False):
         _curves(axes, piece, *pairs[piece])
-    _chords(panels[3], {piece: pair for piece, pair in pairs.items() if piece.kind == "cantilever"})
+    _bent(panels[3], {piece: pair for piece, pair in pairs.items() if piece.kind == "cantilever"})
     run, worst = outcome.run, outcome.worst
     said = f"; largest deviation {worst.deviation:+.1f} %" if worst else ""
     numbers = numbers_of(run.parameters)
@@ -48,37 +46,32 @@ def homogenise_picture(outcome: Outcome, pairs: Pairs, path: Path) -> None:
 def _curves(axes: "Axes", piece: Piece, yarns: Tested, shells: Tested) -> None:
     dress(axes)
     axes.spines["right"].set_visible(False)
-    pulled = piece.kind == "tensile"
-    columns = ("strain_pct", "force_n") if pulled else (FRAME_ANGLE, NORMALISED)
+    tensile = piece.kind == "tensile"
     styles = (("yarns", BLUE, "-", 2.4), ("shells with the card", ORANGE, "--", 1.6))
     for test, (label, colour, dash, thick) in zip((yarns, shells), styles, strict=True):
-        x, y = read_columns(test.folder, *columns)
-        if pulled:
-            x, y = to_peak(x, y)
-        axes.plot(x, y, dash, color=colour, linewidth=thick, label=label)
+        axes.plot(*(pulled if tensile else normalised)(test), dash, color=colour, linewidth=thick, label=label)
     axes.set_xlim(left=0.0)
     axes.set_ylim(bottom=0.0)
-    if pulled:
-        axes.set(xlabel="strain [%]", ylabel="force [N]")
-        axes.set_title(f"tensile, {piece.direction}, up to the largest force", loc="left", fontsize=10.5)
+    if tensile:
+        axes.set(xlabel="strain [%]", ylabel="force per width [N/mm]")
+        axes.set_title(f"tension, {piece.direction}, up to the largest force", loc="left", fontsize=10.5)
     else:
         axes.set_xticks([0.0, *ANGLES])
-        axes.set(xlabel="shear angle of the frame [deg]", ylabel="normalised force [N/mm]")
-        axes.set_title("picture frame", loc="left", fontsize=10.5)
+        axes.set(xlabel="shear angle [deg]", ylabel="normalised force [N/mm]")
+        axes.set_title("shear", loc="left", fontsize=10.5)
 
 
-def _chords(axes: "Axes", pairs: Pairs) -> None:
-    """Chord angle of each cantilever as a pair of bars."""
+def _bent(axes: "Axes", pairs: Pairs) -> None:
+    """Bending stiffness by direction as a pair of bars."""
     dress(axes)
     axes.spines["right"].set_visible(False)
     axes.grid(False, axis="x")
     for k, (yarns, shells) in enumerate(pairs.values()):
         for test, shift, colour in ((yarns, -0.17, BLUE), (shells, 0.17, ORANGE)):
-            angle = test.results["chord_angle_deg"]
-            axes.bar(k + shift, angle, 0.3, color=colour)
-            axes.annotate(f"{angle:.1f}", (k + shift, angle), (0, 3), textcoords="offset points", ha="center")
-    names = [f"{piece.direction}, {overhang(yarns.run):g} mm" for piece, (yarns, _) in pairs.items()]
-    axes.set_xticks(range(len(pairs)), names)
+            stiffness = bending_stiffness(test)
+            axes.bar(k + shift, stiffness, 0.3, color=colour)
+            axes.annotate(f"{stiffness:.2f}", (k + shift, stiffness), (0, 3), textcoords="offset points", ha="center")
+    axes.set_xticks(range(len(pairs)), [str(piece.direction) for piece in pairs])
     axes.margins(y=0.15)
-    axes.set_ylabel("chord angle [deg]")
-    axes.set_title("cantilever, overhang", loc="left", fontsize=10.5)
+    axes.set_ylabel("bending stiffness [N mm]")
+    axes.set_title("bending", loc="left", fontsize=10.5)

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 from knittest.base.errors import InputError
 from knittest.config.fabric import Direction
@@ -45,7 +46,8 @@ PIECES = (
 class Request:
     """Fabric to be homogenised and the model of its yarns, as the options of the command give them.
 
-    ``sets`` are ``key.path=value`` for all tests, or ``TEST.key.path=value`` for those of a kind.
+    ``sets`` are ``key.path=value`` for all tests, or ``TEST.key.path=value`` for those of a kind; ``source`` says
+    whether yarns are those of specimens or of a cell without an edge.
     """
 
     variant: str | None = None
@@ -55,27 +57,30 @@ class Request:
     seed: int | None = None
     sets: tuple[str, ...] = ()
     accept_limits: bool = False
+    source: Literal["tests", "cell"] = "tests"
 
 
 def yarn_run(request: Request, piece: Piece) -> Run:
     """The run of ``piece`` on yarns; raises :class:`InputError` for what the schema refuses."""
-    settings = _settings(request.sets, piece)
-
-    def resolved(more: Sequence[Setting] = ()) -> Run:
-        return resolve(
-            variant=request.variant, fabric=request.fabric, parameters=request.parameters, preset=request.preset,
-            seed=request.seed, scale="meso", test=piece.kind, direction=piece.direction, sets=[*settings, *more],
-            accept_limits=request.accept_limits,
-        )  # fmt: skip
-
-    run = resolved()
+    settings = settings_for(request.sets, piece)
+    run = resolved(request, piece.kind, piece.direction, settings)
     if run.variability.specimens > 1:
         raise InputError("variability.specimens: a card is made of single specimens: leave it at 1")
     if isinstance(run, CantileverRun):
         overhang = run.rig.overhang or round(free_overhang(run), 1)
         length = max(run.rig.length, LONGER * overhang)
-        run = resolved([_own("rig.mode", "angle"), _own("rig.overhang", overhang), _own("rig.length", length)])
+        more = [own("rig.mode", "angle"), own("rig.overhang", overhang), own("rig.length", length)]
+        run = resolved(request, piece.kind, piece.direction, [*settings, *more])
     return run
+
+
+def resolved(request: Request, test: str, direction: Direction | None, sets: Sequence[Setting]) -> Run:
+    """The run of ``test`` on yarns as ``request`` gives them."""
+    return resolve(
+        variant=request.variant, fabric=request.fabric, parameters=request.parameters, preset=request.preset,
+        seed=request.seed, scale="meso", test=test, direction=direction, sets=sets,
+        accept_limits=request.accept_limits,
+    )  # fmt: skip
 
 
 def free_overhang(run: CantileverRun) -> float:
@@ -84,7 +89,13 @@ def free_overhang(run: CantileverRun) -> float:
     """
     fabric, direction = run.fabric, run.rig.direction
     stiffness = fabric.reinforcing.bending_stiffness_n_mm2.of(direction) * fabric.density_per_mm.of(direction)
-    return 2.0 * float((stiffness / (fabric.area_mass_g_per_mm2 * run.rig.gravity_mm_per_ms2)) ** (1.0 / 3.0))
+    return hanging(stiffness, run)
+
+
+def hanging(stiffness: float, run: CantileverRun) -> float:
+    """Overhang [mm] of a chord of 41.5 deg for a bending ``stiffness`` per width [N mm]."""
+    weight = run.fabric.area_mass_g_per_mm2 * run.rig.gravity_mm_per_ms2
+    return 2.0 * float((stiffness / weight) ** (1.0 / 3.0))
 
 
 def shell_run(piece: Piece, yarns: Run, card: Path, last_angle: float) -> Run:
@@ -94,14 +105,19 @@ def shell_run(piece: Piece, yarns: Run, card: Path, last_angle: float) -> Run:
     """
     settings = list[Setting]()
     if isinstance(yarns, TensileRun):
-        settings = [_own("rig.gauge_length", yarns.rig.gauge_length)]
+        settings = [own("rig.gauge_length", yarns.rig.gauge_length)]
     elif isinstance(yarns, CantileverRun):
-        settings = [_own(f"rig.{name}", getattr(yarns.rig, name)) for name in ("mode", "overhang", "length", "gravity")]
+        settings = [own(f"rig.{name}", getattr(yarns.rig, name)) for name in ("mode", "overhang", "length", "gravity")]
     elif isinstance(yarns, PictureFrameRun):
         angle = min(yarns.rig.max_angle, last_angle)
-        settings = [_own("rig.side", yarns.rig.side), _own("rig.max_angle", angle)]
+        settings = [own("rig.side", yarns.rig.side), own("rig.max_angle", angle)]
     if piece.direction:
-        settings.append(_own("rig.width", width(yarns)))
+        settings.append(own("rig.width", width(yarns)))
+    return on_shells(piece, yarns, card, settings)
+
+
+def on_shells(piece: Piece, yarns: Run, card: Path, settings: Sequence[Setting]) -> Run:
+    """The run of ``piece`` on shells of the fabric file ``card``, its preset and seed as of ``yarns``."""
     return resolve(
         fabric=card, preset=yarns.model.preset, seed=yarns.variability.seed, scale="macro", test=piece.kind,
         direction=piece.direction, sets=settings,
@@ -122,7 +138,7 @@ def overhang(run: Run) -> float:
     return run.rig.overhang_mm
 
 
-def _settings(texts: Sequence[str], piece: Piece) -> list[Setting]:
+def settings_for(texts: Sequence[str], piece: Piece) -> list[Setting]:
     """Settings among ``texts`` that are for ``piece``."""
     kinds = {one.kind for one in PIECES}
     found = []
@@ -135,5 +151,6 @@ def _settings(texts: Sequence[str], piece: Piece) -> list[Setting]:
     return found
 
 
-def _own(name: str, value: object) -> Setting:
+def own(name: str, value: object) -> Setting:
+    """Setting of the command itself."""
     return Setting(tuple(name.split(".")), value, "knittest homogenise")
