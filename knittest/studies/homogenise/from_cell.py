@@ -23,7 +23,7 @@ from knittest.studies.homogenise.plan import (
 #: strain that tensile paths go to over that at which straight yarns are torn
 BEYOND = 1.05
 #: angle [deg] of the sheared cell: the last whole step of the law lies beyond 40 deg
-ANGLE = 45.0
+ANGLE = 42.5
 
 
 def cell_run(request: Request, piece: Piece) -> Run:
