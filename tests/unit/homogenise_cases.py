@@ -37,6 +37,8 @@ def _write(folder: Path, columns: dict) -> None:
 def formula(trial, folder: Path, factor: float = 1.0) -> dict[str, float]:
     """Results of a test of yarns, whose curve goes to ``folder``."""
     run = trial.run
+    if run.rig.kind == "cell":
+        return _of_cell(run, folder)
     if run.rig.kind == "cantilever":
         weight = run.fabric.area_mass_g_per_mm2 * run.rig.gravity_mm_per_ms2
         return {"chord_angle_deg": chord_angle(overhang(run), weight, factor * BENDING[run.direction])}
@@ -52,6 +54,22 @@ def formula(trial, folder: Path, factor: float = 1.0) -> dict[str, float]:
     normalised = factor * shear(angle) / np.cos(np.deg2rad(angle))
     _write(folder, {"frame_shear_angle_deg": angle, "normalised_shear_force_n_per_mm": normalised})
     return {"shear_force_n_at_deg.10": 1.0}
+
+
+def _of_cell(run, folder: Path) -> dict[str, float]:
+    """Results of a path of a cell of the same material; its yarns are torn if the path goes so far."""
+    rig = run.rig
+    if rig.path == "bending":
+        return {"cell_bending_stiffness_n_mm": BENDING[rig.bent]}
+    if rig.path == "shear":
+        angle = np.linspace(0.0, rig.max_angle, 500)
+        _write(folder, {"shear_angle_deg": angle, "conjugate_force": shear(angle)})
+        return {"cell_shear_n_per_mm_at_deg.10": shear(10.0)}
+    last = STRAIN[rig.path]
+    strain = np.linspace(0.0, min(last, rig.max_strain), 600)
+    force = run.fabric.density_per_mm.of(rig.path) * pull(strain, last)
+    _write(folder, {"strain_pct": strain, f"{rig.path}_n_per_mm": force})
+    return {"cell_fracture_strain_pct": last} if rig.max_strain >= last else {}
 
 
 class Formulas:

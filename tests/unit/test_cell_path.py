@@ -1,17 +1,21 @@
 """Paths of a cell: lattices on the way, forces conjugate to it, files of steps, and paths that tear."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from knittest.base.errors import InputError
 from knittest.config.loading import resolve
 from knittest.fabric.relax import relaxed_cell
+from knittest.laboratory.cell import record
 from knittest.laboratory.cell.path import KNOTS, path_of, timed
-from knittest.laboratory.cell.record import torn
+from knittest.laboratory.cell.record import torn as said_of_torn
 from knittest.laboratory.cell.steps import read_steps
-from knittest.laboratory.cell.test import Cell
+from knittest.laboratory.cell.test import Cell, secant
 from knittest.models.crossings import parts_of_nodes
 from knittest.models.meso_cell import build_meso_cell
+from knittest.solve.observer import SILENT
 
 REFERENCE = np.array([[4.0, 0.0, 0.0], [0.0, 3.0, 0.0]])
 GOOD = "fraction,f_xx,f_xy,f_yx,f_yy\n0,1,0,0,1\n0.5,1,0.2,0.1,1\n1,1.1,0,0,1\n"
@@ -57,6 +61,44 @@ def test_rates_bring_the_lattice_to_the_end_of_its_path():
         assert table.value[0] == 0.0
     # 100 mm of fabric at the speed of the run
     assert progress.value[-1] * path.end == pytest.approx(run.solver.speed / 100.0)
+
+
+def test_lines_of_a_trellis_come_to_the_shorter_diagonal():
+    """A square sheared by an angle g has diagonals of sqrt(1 +- sin g); what only grows keeps all images near."""
+    assert path_of(run_of("rig.max_angle=30"), np.diag([4.0, 4.0, 0.0])[:2]).shrink == pytest.approx(np.sqrt(0.5))
+    assert path_of(run_of("rig.path=biaxial"), REFERENCE).shrink == 1.0
+
+
+def test_yarns_are_bent_about_their_own_middle():
+    """Off the surface that keeps its length they would be stretched by curvature times height, and swing to it."""
+    run = run_of("rig.path=bending")
+    for about in ("warp", "weft"):
+        model = build_meso_cell(run, relaxed_cell(run.fabric), 1, 1, 0.05, 1.0, about)
+        of = (parts_of_nodes(model) == model.mesh.part_names.index(about)) & (model.owned > 0.0)
+        assert model.position()[of, 2].mean() == pytest.approx(0.0, abs=1e-12)
+
+
+def test_the_bending_stiffness_is_the_secant_of_the_second_half():
+    x = np.linspace(0.0, 2.0, 201)
+    assert secant(x, np.where(x < 1.0, 9.0, 3.0 * x)) == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize(("torn", "strain"), [("ends", 0.9), ("ends", 1.1), ("refused", 1.1)])
+def test_a_path_ends_where_a_yarn_comes_to_its_fracture_strain_if_it_may(torn, strain, monkeypatch):
+    run = run_of("rig.path=warp", f"rig.torn={torn}", "rig.max_strain=1.5")
+    monkeypatch.setattr(record, "row_of", lambda model: {})
+    fracture = run.fabric.reinforcing.fracture_strain_fraction
+    mesh = SimpleNamespace(part_names=("warp", "weft", "knit"), part=np.array([0, 1, 2]))
+    fields = {"axial_strain": np.array([strain * fracture, 0.0, 0.0])}
+    mount = SimpleNamespace(model=SimpleNamespace(record=[], fields=lambda: fields, mesh=mesh), torn=False)
+    watch = record.Recorder(run, mount, SILENT)
+    if torn == "refused":
+        # the first row: 0.9 of half the path's 1.5 %, over 1.1
+        with pytest.raises(InputError, match=r"tears the warp yarns.* rig\.max_strain=0\.61 would do"):
+            watch.progress(0.5, 1.0, 1.0, 0.0)
+    else:
+        watch.progress(0.5, 1.0, 1.0, 0.0)
+        assert mount.torn == (strain > 1.0)
 
 
 def test_steps_of_a_file_are_kept_in_the_config(tmp_path):
@@ -108,7 +150,7 @@ def test_a_path_that_tears_the_cell_names_the_number_that_would_do():
     given = float(str(refused.value).rpartition("rig.max_strain=")[2].split()[0])
     assert 0.9 * most < given <= most
     Cell().refuse(run_of("rig.path=warp", f"rig.max_strain={given}"))
-    said = torn(run_of("rig.path=weft", "rig.max_strain=1"), "knit", 0.1, 0.5)
+    said = said_of_torn(run_of("rig.path=weft", "rig.max_strain=1"), "knit", 0.1, 0.5)
     assert "it tears the knit yarns, which break at 10.00 %; rig.max_strain=0.5 would do" in said
 
 

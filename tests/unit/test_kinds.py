@@ -40,10 +40,13 @@ NAMED = {
         (f"laboratory/cell/{name}.py" for name in ("config", "path", "presets", "report", "rig", "test")),
         "biaxial and compaction are paths of a cell too",
     ),
+    **dict.fromkeys(
+        ("cli/homogenise.py", "studies/homogenise/command.py"), "a card may come from paths of a cell instead of tests"
+    ),
     "solve/body.py": "friction is a coefficient here",
     **dict.fromkeys(
         ("studies/homogenise/card.py", "studies/homogenise/check.py", "studies/homogenise/picture.py",
-         "studies/homogenise/plan.py"),
+         "studies/homogenise/plan.py", "studies/homogenise/from_cell.py"),
         "homogenising is pulling, shearing and bending, whatever other tests there are",
     ),
 }  # fmt: skip

@@ -12,6 +12,7 @@ from knittest.models.boundary import Boundary
 from knittest.models.crossings import crossings
 from knittest.models.halo import beyond
 from knittest.models.natural_state import turned_further
+from knittest.models.periodic import build_periodic
 from knittest.models.periodic_model import PeriodicModel
 from knittest.models.readings import new_tally
 from knittest.models.table import constant
@@ -39,7 +40,9 @@ def wavy(degree_of_set: float = 1.0, across: bool = True) -> list[PeriodicChain]
     ]
 
 
-def model_of(chains: list[PeriodicChain], repeats: tuple[int, int] = (1, 1)) -> PeriodicModel:
+def model_of(
+    chains: list[PeriodicChain], repeats: tuple[int, int] = (1, 1), halo: float | None = None
+) -> PeriodicModel:
     """Model of ``repeats`` of the cell of :func:`wavy`, its contacts found."""
     more = []
     for chain in chains:
@@ -51,7 +54,7 @@ def model_of(chains: list[PeriodicChain], repeats: tuple[int, int] = (1, 1)) -> 
                           along=chain.along)
             for k in range(copies)
         ]  # fmt: skip
-    model = PeriodicBody.of_cell(more, [repeats[0] * A, repeats[1] * B], CONTACT, ("a", "b")).cell
+    model = PeriodicBody.of_cell(more, [repeats[0] * A, repeats[1] * B], CONTACT, ("a", "b"), halo).cell
     model.prepare()
     # no overlap is free of force
     reach = model.group.radius[model.tracker.contacts.piece].sum(axis=0)
@@ -143,7 +146,7 @@ def test_the_power_on_a_lattice_is_its_work_and_free_numbers_follow_the_pull():
 
 def test_images_move_as_their_positions_and_rotations_say():
     """Speeds and spins are the differences over a step, and image (1, 1) of a cylinder is that of (1, 0) and (0, 1)."""
-    model = model_of(wavy(degree_of_set=0.6))
+    model = model_of(wavy(degree_of_set=0.6), halo=3.0)
     shaken(model)
     model.bend_along(np.array([0.6, 0.8, 0.0]))
     lattice = np.array([3.02, 0.22, 0.0, -0.28, 2.52, 0.0, 0.2])
@@ -242,6 +245,26 @@ def test_yarns_that_reach_where_no_image_is_are_named():
     assert beyond(model_of(wavy())) == ""
     model = PeriodicBody.of_cell(wavy(), [A, B], CONTACT, ("a", "b"), halo=0.0).cell
     assert "wider halo" in beyond(model) and "wider halo" in model.diagnose(DT)
+
+
+@pytest.mark.parametrize("shrink", [0.5, 1.0])
+def test_images_are_those_near_nodes_of_the_cell(shrink):
+    """All of them, of all cells around: contacts reach 2 r, the skin and a piece, over the shrink, and yarns slide."""
+    model = build_periodic(wavy(), [A, B], ("a", "b"), CONTACT, shrink=shrink)
+    own = model.position()[model.owned > 0.0]
+    longest = max(float(np.linalg.norm(np.diff(c.points, axis=0), axis=1).max()) for c in wavy())
+    reach = (2.0 * 0.25 + 0.1 + longest) / shrink + 2.0 * 0.25
+    images = model.images
+    held = {(*images.times[images.of[g]].astype(int), m) for g, m in zip(images.ghost, images.master, strict=True)}
+    far = 0
+    for i, j in np.ndindex(9, 9):
+        times = np.array([i - 4, j - 4])
+        moved = own + times @ np.vstack([A, B])
+        distance = np.linalg.norm(moved[:, None] - own[None], axis=2).min(axis=1)
+        names = [(*times, m) for m in np.flatnonzero(model.owned)]
+        assert all(name in held for name, d in zip(names, distance, strict=True) if times.any() and d < reach - 1e-3)
+        far += sum(name in held for name, d in zip(names, distance, strict=True) if d > reach + 1.5)
+    assert far == 0
 
 
 def test_a_couple_of_friction_bends_as_its_power_says():

@@ -28,6 +28,25 @@ def test_a_sheared_cell_reports_work_mechanisms_and_crossings() -> None:
     assert test.results(run, prepared, history)["cell_shear_n_per_mm_at_deg.1"] > 0.0
 
 
+def test_a_bent_cell_passes_its_gates_and_its_stiffness_holds() -> None:
+    """Yarns off the middle surface would swing to it with more energy than bending takes."""
+    run = resolve(
+        variant="1", test="cell", preset="quick",
+        sets=["rig.path=bending", "rig.max_curvature=0.03", "output.samples=60"],
+    )  # fmt: skip
+    test = Cell()
+    prepared = test.prepare(run)
+    history, cost = test.solve(prepared, run, SILENT)
+    assert not test.assess(run, prepared, history, cost).failures
+    found = test.results(run, prepared, history)["cell_bending_stiffness_n_mm"]
+    # that of the straight yarns alone, 15.0 N mm2 on 28 in 100 mm, give or take the loops
+    own = run.fabric.reinforcing.bending_stiffness_n_mm2.of("warp") * run.fabric.density_per_mm.of("warp")
+    assert own == pytest.approx(found, rel=0.05)
+    late = history.curve["curvature_per_mm"] > 0.02
+    secants = history.curve["moment_n"][late] / history.curve["curvature_per_mm"][late]
+    assert secants == pytest.approx(found, rel=0.04)
+
+
 def test_yarns_that_would_break_on_the_way_end_the_path_with_a_number() -> None:
     run = resolve(
         variant="1", test="cell", preset="quick",

@@ -14,6 +14,8 @@ from knittest.models.periodic_model import PeriodicModel
 from knittest.solve.observer import Observer
 from knittest.solve.state import Snapshot
 
+#: share of the strain at fracture that a path is said to go to
+BELOW = 0.9
 NONE = Crossings(0.0, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -39,7 +41,7 @@ class Recorder(Observer):
         """Keep a row; where yarns would be torn end the path, or raise :class:`InputError` as the run says."""
         self.model.record.append(row_of(self.model))
         if self.run.rig.path in STRETCHING:
-            self._look_for_torn()
+            self._look_for_torn(fraction)
         self.reached = fraction
         self.observer.progress(fraction, time_ms, step_us, kinetic_ratio)
 
@@ -55,15 +57,17 @@ class Recorder(Observer):
         """See :class:`Observer`."""
         self.observer.failed(take)
 
-    def _look_for_torn(self) -> None:
+    def _look_for_torn(self, fraction: float) -> None:
         strain, names = self.model.fields()["axial_strain"], self.model.mesh.part_names
         for k, name in enumerate(names):
             of = self.model.mesh.part == k
-            if of.any() and float(strain[of].max()) > self.fracture[name]:
+            if of.any() and (largest := float(strain[of].max())) > self.fracture[name]:
                 self.mount.torn = True
                 if self.run.rig.torn == "ends":
                     return
-                raise InputError(torn(self.run, name, self.fracture[name], self.reached))
+                # yarns grow stiffer: a path of this share of the present one strains them by less than to fracture
+                would_do = max(self.reached, BELOW * fraction * self.fracture[name] / largest)
+                raise InputError(torn(self.run, name, self.fracture[name], would_do))
 
 
 def torn(run: CellRun, system: str, fracture: float, share: float) -> str:

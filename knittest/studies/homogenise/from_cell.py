@@ -18,6 +18,7 @@ from knittest.studies.homogenise.plan import (
     own,
     resolved,
     settings_for,
+    width,
 )
 
 #: strain that tensile paths go to over that at which straight yarns are torn
@@ -43,18 +44,20 @@ def cell_run(request: Request, piece: Piece) -> Run:
 
 
 def cell_shell_run(piece: Piece, yarns: Run, card: Path, last_angle: float, stiffness: dict[Direction, float]) -> Run:
-    """The run of ``piece`` on shells of the usual size; a strip hangs as its ``stiffness`` [N mm] by direction says.
+    """The run of ``piece`` on shells of the usual size, a strip as wide as its whole yarns, which hangs as its
+    ``stiffness`` [N mm] by direction says.
 
     A frame is sheared to ``last_angle`` [deg], where its law ends.
     """
     if piece.kind == "picture-frame":
         return on_shells(piece, yarns, card, [own("rig.max_angle", floor(10.0 * last_angle) / 10.0)])
-    run = on_shells(piece, yarns, card, [])
+    whole = own("rig.width", width(on_shells(piece, yarns, card, [])))
+    run = on_shells(piece, yarns, card, [whole])
     if not isinstance(run, CantileverRun) or piece.direction is None:
         return run
     overhang = round(hanging(stiffness[piece.direction], run), 1)
     length = max(run.rig.length, round(LONGER * overhang, 1))
-    more = [own("rig.mode", "angle"), own("rig.overhang", overhang), own("rig.length", length)]
+    more = [whole, own("rig.mode", "angle"), own("rig.overhang", overhang), own("rig.length", length)]
     return on_shells(piece, yarns, card, more)
 
 

@@ -1,0 +1,94 @@
+"""Paths of a cell become the same card as tests of yarns, and a path that tells less never does."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from homogenise_cases import BENDING, OUT, STRAIN, YARN_FORCE, Formulas, homogenise, outcome, pull, shear
+
+from knittest.cli.main import run as knittest
+from knittest.config.loading import resolve
+from knittest.experiment.curves import load_curve
+from knittest.studies.homogenise.from_cell import cell_run, cell_shell_run
+from knittest.studies.homogenise.plan import PIECES, Request, width
+
+CELL = Request(variant="2", preset="quick", source="cell")
+DENSITY = {"warp": 28.0, "weft": 41.0}
+
+
+def test_the_card_is_the_material_and_tells_of_the_cell(tmp_path, monkeypatch):
+    """Force per width as it comes, and a shear law whose first step counts: a cell has no start-up of a frame."""
+    assert homogenise(tmp_path, monkeypatch, Formulas(), CELL, picture=True) == 0
+    macro = resolve(fabric=OUT / "fabric.yaml", scale="macro").fabric.macro
+    for direction, last in STRAIN.items():
+        curve = load_curve(Path(macro.tension[direction]))
+        peak = YARN_FORCE * 0.01 * DENSITY[direction]
+        assert np.abs(curve.mean - 0.01 * DENSITY[direction] * pull(curve.x, last)).max() < 2e-3 * peak
+        fracture = getattr(macro.fracture_strain, direction)
+        assert fracture.value == pytest.approx(last, rel=2e-3)
+        assert f"path {direction} of a cell without an edge, yarns all alike: none is weaker" in fracture.ref
+        assert getattr(macro.bending_stiffness, direction).value == pytest.approx(BENDING[direction], rel=1e-6)
+    law = load_curve(Path(macro.shear.curve))
+    assert law.x[1] == pytest.approx(1.25, abs=0.06) and law.x[-1] == pytest.approx(41.25, abs=0.1)
+    assert law.mean[1:] == pytest.approx(shear(law.x[1:]), rel=5e-3)
+    assert "alike" not in macro.shear.ref and "path shear of a cell" in macro.shear.ref
+    found = outcome(tmp_path)
+    assert found["status"] == "reproduced" and len(found["check"]) == 16
+    assert [one["test"] for one in found["runs"] if one["scale"] == "cell"] == [piece.name for piece in PIECES]
+
+
+def test_shells_that_deviate_are_told(tmp_path, monkeypatch):
+    assert homogenise(tmp_path, monkeypatch, Formulas(factor=1.08), CELL) == 5
+    rows = {(row["test"], row["quantity"]): row for row in outcome(tmp_path)["check"]}
+    for test, name in (
+        ("tensile weft", "largest force"), ("picture-frame", "normalised force at 30 deg"),
+        ("cantilever warp", "bending stiffness"),
+    ):  # fmt: skip
+        assert rows[test, name]["deviation"] == pytest.approx(8.0, abs=0.4)
+    assert rows["tensile weft", "largest force"]["unit"] == "N/mm"
+
+
+def test_a_path_on_which_no_yarn_is_torn_makes_no_card(tmp_path, monkeypatch):
+    request = Request(variant="2", preset="quick", source="cell", sets=("tensile.rig.max_strain=1.7",))
+    assert homogenise(tmp_path, monkeypatch, Formulas(), request) == 3
+    assert "path weft: no yarn was torn up to rig.max_strain = 1.7 %" in outcome(tmp_path)["reason"]
+
+
+def test_paths_go_as_far_as_the_card_needs():
+    runs = {piece.name: cell_run(CELL, piece) for piece in PIECES}
+    yarn = runs["tensile weft"].fabric.reinforcing
+    straight = (1.0 + yarn.crimp_fraction.weft) * (1.0 + yarn.fracture_strain_fraction) - 1.0
+    assert runs["tensile weft"].rig.max_strain == pytest.approx(105.0 * straight, rel=1e-4)
+    assert runs["tensile weft"].rig.torn == "ends" and runs["tensile warp"].rig.path == "warp"
+    assert runs["picture-frame"].rig.max_angle == 42.5 and runs["cantilever weft"].rig.bent == "weft"
+    assert {run.rig.wales for run in runs.values()} == {1}
+    shorter = Request(variant="2", preset="quick", source="cell", sets=("picture-frame.rig.max_angle=30",))
+    assert cell_run(shorter, PIECES[2]).rig.max_angle == 30.0
+
+
+def test_shells_are_as_wide_as_whole_yarns_and_hang_as_the_card_says(tmp_path, monkeypatch):
+    homogenise(tmp_path, monkeypatch, Formulas(), CELL)
+    for piece in PIECES:
+        run = cell_shell_run(piece, cell_run(CELL, piece), OUT / "fabric.yaml", 41.26, {"warp": 6.0, "weft": 4.0})
+        if piece.direction:
+            assert run.rig.width == pytest.approx(width(run))
+        else:
+            assert run.rig.max_angle == 41.2
+        if piece.kind == "cantilever":
+            weight = run.fabric.area_mass_g_per_mm2 * 9.81e-3
+            assert weight * (0.5 * run.rig.overhang) ** 3 == pytest.approx(BENDING[piece.direction], rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("setting", "said"),
+    [
+        ("rig.path=shear", "tensile warp of a cell needs rig.path = warp: leave it out"),
+        ("tensile.rig.torn=refused", "needs rig.torn = ends"),
+        ("variability.specimens=3", "yarns of a cell are all alike"),
+        ("tensile.rig.gauge_length=50", "gauge_length"),
+    ],
+)
+def test_settings_that_make_another_path_are_refused(tmp_path, monkeypatch, capsys, setting, said):
+    monkeypatch.chdir(tmp_path)
+    assert knittest(["homogenise", "--variant", "1", "--from", "cell", "--set", setting]) == 2
+    assert said in capsys.readouterr().err and not (tmp_path / "runs").exists()
