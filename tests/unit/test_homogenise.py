@@ -113,6 +113,7 @@ def test_what_is_finished_is_not_run_again(tmp_path, monkeypatch):
     before = outcome(tmp_path)["check"]
     assert homogenise(tmp_path, monkeypatch, third) == 0
     assert third.asked == [] and outcome(tmp_path)["check"] == before
+    assert outcome(tmp_path)["note"] == ""
 
 
 def test_shells_that_deviate_are_told(tmp_path, monkeypatch):

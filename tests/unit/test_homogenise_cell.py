@@ -34,6 +34,7 @@ def test_the_card_is_the_material_and_tells_of_the_cell(tmp_path, monkeypatch):
     assert "alike" not in macro.shear.ref and "path shear of a cell" in macro.shear.ref
     found = outcome(tmp_path)
     assert found["status"] == "reproduced" and len(found["check"]) == 16
+    assert "break at less force and strain than this card has" in found["note"]
     assert [one["test"] for one in found["runs"] if one["scale"] == "cell"] == [piece.name for piece in PIECES]
 
 

@@ -71,7 +71,7 @@ def _path(piece: Piece) -> dict[str, object]:
 
 
 def _usual(piece: Piece, run: Run) -> Sequence[Setting]:
-    """How far ``piece`` goes unless it is said: yarns are torn, and the shear law comes beyond 40 deg."""
+    """End of ``piece`` unless one is said: yarns are torn, and the shear law comes beyond 40 deg."""
     if piece.kind == "tensile":
         yarn = run.fabric.reinforcing
         most = (1.0 + yarn.crimp_fraction.of(str(piece.direction))) * (1.0 + yarn.fracture_strain_fraction) - 1.0

@@ -1,4 +1,4 @@
-"""What a finished test of yarns or shells, or a path of a cell, says of tension, shear and bending."""
+"""Tension, shear and bending as a finished test of yarns or shells, or a path of a cell, tells them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -6,10 +6,14 @@ from dataclasses import asdict, dataclass, field
 import knittest
 from knittest.config.run import Run
 from knittest.export.manifest import now
+from knittest.laboratory.cell.config import CellRun
 from knittest.studies.homogenise.card import FABRIC, Card, card_numbers
 from knittest.studies.homogenise.check import TOLERANCE, Row
 from knittest.studies.trials.record import Record, looser_note
 from knittest.studies.trials.trial import code_digest
+
+#: said of every card of a cell
+ALIKE = "yarns of a cell are all alike: strips of scattered yarns break at less force and strain than this card has"
 
 
 @dataclass(frozen=True)
@@ -63,6 +67,7 @@ def as_data(outcome: Outcome) -> dict[str, object]:
         "tolerance_pct": TOLERANCE,
         "largest_deviation_pct": abs(outcome.worst.deviation) if outcome.worst else None,
         "check": [asdict(row) | {"within": row.within} for row in outcome.rows],
+        "note": _note(run),
         "looser_limits": looser_note(one.record for one in outcome.ended),
         "runs": [_run(one) for one in outcome.ended],
         "version": knittest.__version__, "code": code_digest(), "written": now(),
@@ -90,6 +95,7 @@ def report_lines(outcome: Outcome) -> list[str]:
         lines.append(
             f"{name:{width}}  {row.yarns:>10.5g}  {row.shells:>10.5g}  {row.deviation:>+7.2f} %  {row.unit}{mark}"
         )
+    lines += [note] if (note := _note(outcome.run)) else []
     worst = outcome.worst
     if worst:
         lines.append(
@@ -97,6 +103,11 @@ def report_lines(outcome: Outcome) -> list[str]:
             f"{worst.quantity}"
         )
     return lines
+
+
+def _note(run: Run) -> str:
+    """Sentence on what a card of a cell overstates; of other cards empty."""
+    return ALIKE if isinstance(run, CellRun) else ""
 
 
 def _lost(record: Record) -> bool:
