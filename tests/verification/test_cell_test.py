@@ -44,7 +44,7 @@ def test_a_bent_cell_passes_its_gates_and_its_stiffness_holds() -> None:
     assert own == pytest.approx(found, rel=0.05)
     late = history.curve["curvature_per_mm"] > 0.02
     secants = history.curve["moment_n"][late] / history.curve["curvature_per_mm"][late]
-    assert secants == pytest.approx(found, rel=0.04)
+    assert secants.mean() == pytest.approx(found, rel=0.01) and np.abs(secants / found - 1.0).max() < 0.06
 
 
 def test_yarns_that_would_break_on_the_way_end_the_path_with_a_number() -> None:
