@@ -32,3 +32,7 @@ class OutOfTolerance(KnittestError):
     """A comparison or regression is out of tolerance."""
 
     exit_code = 5
+
+
+class RefusedWarning(UserWarning):
+    """A run ended, but its gates refuse the comparison: its results do not count."""

@@ -6,8 +6,6 @@ from typing import Any, TypeVar
 
 import click
 
-from knittest.base.kinds import kinds
-
 Command = TypeVar("Command", bound=Callable[..., object])
 
 #: option of all commands that run tests
@@ -73,11 +71,8 @@ def reports(command: Command) -> Command:
 
 def resolve_runs(test: str, direction: str | None, chosen: dict[str, Any]) -> list[Any]:
     """The runs of ``test`` that the options describe, one a direction; both unless one is asked for."""
-    from knittest.config.loading import planned_directions, resolve
+    from knittest.config.planned import planned_runs
 
     if not any(chosen.get(name) for name in ("variant", "fabric", "config")):
         raise click.UsageError("which fabric? Give --variant 1, --variant 2 or --fabric FILE")
-    if not kinds()[test].directional:
-        return [resolve(test=test, **chosen)]
-    directions = planned_directions(direction, chosen["config"], chosen["sets"])
-    return [resolve(direction=d, test=test, **chosen) for d in directions]
+    return planned_runs(test, direction, chosen)

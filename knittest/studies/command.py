@@ -37,6 +37,11 @@ Job = tuple[Run, Place | Path]
 
 def run_command(runs: list[Run], options: RunOptions) -> int:
     """Run every direction into its own folder, print one table; returns the exit code."""
+    return _told(run_all(runs, options), options)
+
+
+def run_all(runs: list[Run], options: RunOptions) -> list[Outcome]:
+    """Run every direction into its own folder, those of several below one."""
     use_threads(options.threads)
     for run in runs:  # before there is a folder that stands in the way of the corrected command
         references_of(run, options.against)
@@ -52,6 +57,16 @@ def resume_command(folder: Path, options: RunOptions, force: bool = False) -> in
     """Go on with the run in ``folder``, or with all runs that were planned in it; returns the exit code, of a run that
     is complete the one that it ended with.
 
+    Raises as :func:`resume_all` does.
+    """
+    outcomes, codes = resume_all(folder, options, force)
+    return max([*codes, _told(outcomes, options) if outcomes else 0])
+
+
+def resume_all(folder: Path, options: RunOptions, force: bool = False) -> tuple[list[Outcome], list[int]]:
+    """Go on with the run in ``folder``, or with all runs that were planned in it; returns what was run, and the exit
+    codes of those that are complete.
+
     Raises :class:`InputError` when it is no run folder, no checkpoint verifies, or something changed, unless ``force``.
     """
     plans = _plans(folder)
@@ -63,7 +78,7 @@ def resume_command(folder: Path, options: RunOptions, force: bool = False) -> in
             codes.append(left)
         else:
             jobs.append(left)
-    return max([*codes, _run_jobs(jobs, options, folder) if jobs else 0])
+    return (_run_jobs(jobs, options, folder) if jobs else []), codes
 
 
 def _plans(folder: Path) -> list[tuple[Path, Path]]:
@@ -108,7 +123,7 @@ def _write_plan(parent: Path, runs: Sequence[Run]) -> None:
         write_atomic(parent / f"config-{run.direction}.yaml", dump(run))
 
 
-def _run_jobs(jobs: Sequence[Job], options: RunOptions, parent: Path | None) -> int:
+def _run_jobs(jobs: Sequence[Job], options: RunOptions, parent: Path | None) -> list[Outcome]:
     """Run the jobs one after the other; ``parent`` is what a user resumes, if not the folder of the run itself."""
     completed = [place for _, place in jobs if isinstance(place, Path)]
     if completed and options.against:
@@ -131,6 +146,11 @@ def _run_jobs(jobs: Sequence[Job], options: RunOptions, parent: Path | None) -> 
                 else:
                     outcome = execute(run, place, interrupts, options, progress)
                 outcomes.append(verified(outcome, options, interrupts) if run.output.verify else outcome)
+    return outcomes
+
+
+def _told(outcomes: Sequence[Outcome], options: RunOptions) -> int:
+    """Print what was run, as a table or as JSON; returns the exit code."""
     if options.json:
         summaries = [o.summary | {"folder": str(o.folder), "curves": list(o.curves)} for o in outcomes]
         print_json(summaries[0] if len(summaries) == 1 else {"runs": summaries})

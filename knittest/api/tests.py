@@ -1,0 +1,163 @@
+"""Tests as functions: what their commands do, with a run as the result."""
+
+import threading
+import warnings
+from collections.abc import Callable
+from os import PathLike
+from pathlib import Path
+from typing import Any, TypedDict
+
+from knittest.api.fabric import Fabric, FabricLike
+from knittest.api.run import Run, Runs, load
+from knittest.api.settings import Sets, plain, settings_of
+from knittest.base.errors import InputError, RefusedWarning
+from knittest.base.kinds import TestKind, kinds
+from knittest.config.fields import all_paths, nearest
+from knittest.config.messages import unknown
+from knittest.config.planned import planned_runs
+from knittest.config.settings import Setting
+from knittest.runs.options import RunOptions
+
+#: compiled kernels share one pool of threads: a second run in the process waits for the first
+_ONE_AT_A_TIME = threading.Lock()
+
+
+class Options(TypedDict, total=False):
+    """Arguments of every test, those of its command: README and the reference of the command line describe them.
+
+    ``set`` has fields by path in their own units, ``{"rig.width": 50}`` [mm]; ``out`` is the folder,
+    ``runs/<name>-<time>`` in the working folder unless stated.
+    """
+
+    scale: str | None
+    preset: str | None
+    direction: str | None
+    parameters: str | None
+    specimens: int | None
+    seed: int | None
+    set: Sets
+    config: PathLike[str] | str | None
+    out: PathLike[str] | str | None
+    threads: int | None
+    quiet: bool
+    frames: bool
+    pictures: bool
+    verify: bool
+    accept_limits: bool
+    against: PathLike[str] | str | list[PathLike[str] | str]
+
+
+def run_test(test: str, fabric: FabricLike | None = None, **given: Any) -> Run | Runs:
+    """Run the test of that name, also one of a package of your own; returns the run, or both directions.
+
+    Warns with :class:`RefusedWarning` where gates refuse the comparison. Raises ``TypeError`` for an argument that the
+    test does not have, :class:`InputError` for a value that it does not take, and whatever ends the run;
+    ``KeyboardInterrupt`` leaves a folder for :func:`resume`.
+    """
+    name = str(test).replace("_", "-")
+    if name not in kinds():
+        raise InputError(f"test = {test!r}: {unknown(name, list(kinds()), 'test')}")
+    _refuse_unheard(kinds()[name], given)
+    runs = planned_runs(name, given.get("direction"), _chosen(kinds()[name], fabric, given))
+    options = _options(given)
+    from knittest.studies.command import run_all
+
+    with _ONE_AT_A_TIME:
+        folders = [outcome.folder for outcome in run_all(runs, options)]
+    return _warned(Run(folders[0]) if len(folders) == 1 else load(folders[0].parent))
+
+
+def resume(
+    folder: PathLike[str] | str, *, force: bool = False, threads: int | None = None, quiet: bool = False
+) -> Run | Runs:
+    """Go on with the run in ``folder``, or with both directions in it, to the bits it would have had.
+
+    Raises :class:`InputError` where nothing can be gone on with, or something changed, unless ``force``.
+    """
+    from knittest.studies.command import resume_all
+
+    with _ONE_AT_A_TIME:
+        resume_all(Path(folder), _options({"threads": threads, "quiet": quiet}), force)
+    return _warned(load(folder))
+
+
+def _warned(run: Run | Runs) -> Run | Runs:
+    if not run.gates:
+        text = "; ".join(run.gates.refused)
+        warnings.warn(f"{run.folder}: comparison refused: {text}", RefusedWarning, stacklevel=4)
+    return run
+
+
+def _extra(kind: TestKind) -> dict[str, str]:
+    """Fields of the arguments that only tests of ``kind`` have."""
+    return {name.replace("-", "_"): field for name, (field, _) in {**kind.shortcuts, **kind.texts}.items()}
+
+
+def _refuse_unheard(kind: TestKind, given: dict[str, Any]) -> None:
+    """Raise ``TypeError`` for an argument that tests of ``kind`` do not have, and say what is meant instead."""
+    known = ["fabric", *Options.__annotations__, *_extra(kind)]
+    known = [name for name in known if kind.directional or name != "direction"]
+    for name in given:
+        if name in known:
+            continue
+        close = nearest(name, known)
+        hint = f'did you mean "{close}"?' if close else f"known: {', '.join(known)}"
+        if f"rig.{name}" in all_paths(kind.name):
+            hint = f'it is a field of the rig: set={{"rig.{name}": ...}}'
+        raise TypeError(f"{kind.name.replace('-', '_')}() got an unexpected argument {name!r} ({hint})")
+
+
+def _chosen(kind: TestKind, fabric: FabricLike | None, given: dict[str, Any]) -> dict[str, Any]:
+    """Arguments of :func:`knittest.config.loading.resolve`."""
+    config, direction = given.get("config"), given.get("direction")
+    if fabric is None and config is None:
+        raise InputError('which fabric? Give fabric="1", fabric="2" or the path of a fabric file')
+    if direction not in (None, "warp", "weft", "both"):
+        names = unknown(str(direction), ["warp", "weft", "both"], "direction")
+        raise InputError(f"direction = {direction!r}: {names}")
+    chosen = Fabric() if fabric is None else Fabric.load(fabric)
+    sets = [*chosen.settings, *settings_of(given.get("set", ()), kind.name)]
+    for name, field in _extra(kind).items():
+        if given.get(name) is not None:
+            sets.append(Setting(tuple(field.split(".")), plain(given[name]), f"--{name.replace('_', '-')}"))
+    if given.get("verify"):
+        sets.append("output.verify=true")
+    named = {name: given.get(name) for name in ("scale", "preset", "parameters", "specimens", "seed")}
+    return {
+        "variant": chosen.variant, "fabric": chosen.file, "config": None if config is None else Path(config),
+        "sets": tuple(sets), "accept_limits": bool(given.get("accept_limits", False)), **named,
+    }  # fmt: skip
+
+
+def _options(given: dict[str, Any]) -> RunOptions:
+    threads, out, against = given.get("threads"), given.get("out"), given.get("against", ())
+    if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
+        raise InputError(f"threads = {threads!r}: expected a whole number from 1")
+    curves = [against] if isinstance(against, str | PathLike) else against
+    return RunOptions(
+        out=None if out is None else Path(out),
+        threads=threads,
+        quiet=bool(given.get("quiet", False)),
+        frames=bool(given.get("frames", True)),
+        pictures=bool(given.get("pictures", True)),
+        against=tuple(Path(one) for one in curves),
+    )
+
+
+def test_function(kind: TestKind) -> Callable[..., Run | Runs]:
+    """The test of ``kind`` as a function, with the units of its curve and of its own arguments in its docstring."""
+    from knittest.laboratory.registry import REPORTS
+
+    name = kind.name.replace("-", "_")
+
+    def function(fabric: FabricLike | None = None, **options: Any) -> Run | Runs:
+        return run_test(kind.name, fabric, **options)
+
+    axes = REPORTS[kind.name].axes
+    own = {**kind.shortcuts, **kind.texts}
+    lines = [f"{one.replace('-', '_')}: {meaning}" for one, (_, meaning) in own.items()]
+    words = [kind.summary, f"Curve: {axes.ylabel} over {axes.xlabel}.", *lines, str(Options.__doc__)]
+    function.__module__ = "knittest"
+    function.__name__ = function.__qualname__ = name
+    function.__doc__ = "\n\n".join(words)
+    return function
