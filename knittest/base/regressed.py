@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Regressed:
-    """Runs of a regression: of ``specimens``, (variant, direction or None), with ``sets`` that ``label`` stands for.
+    """Runs of a regression: of ``specimens``, (variant, direction or None), with ``sets`` that ``label`` stands for and a set of
+    ``parameters`` of the fabric, None for the default one.
 
     Runs start by ``rank``, expensive ones first, so that no worker is left alone with one at the end.
     """
@@ -18,6 +19,7 @@ class Regressed:
     specimens: tuple[tuple[str, str | None], ...]
     sets: tuple[str, ...] = ()
     label: str | None = None
+    parameters: str | None = None
 
 
 @dataclass(frozen=True)

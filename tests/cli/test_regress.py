@@ -176,7 +176,7 @@ def test_choice_of_table_scale_and_level(stored):
         stored(*arguments, "--quiet", pool=pool)
         return pool.asked
 
-    assert labels("--scale", "meso") == ["tensile-meso-v1-weft-quick", YARNS]
+    assert labels("--scale", "meso") == ["tensile-meso-v1-weft-quick", YARNS, f"{YARNS}-gripping"]
     assert sorted(labels("--table", "4", "--scale", "macro")) == [
         "cantilever-macro-v1-warp-quick", FORMING, "friction-macro-v1-warp-quick", "picture-frame-macro-v1-quick",
         TENSILE,
@@ -247,6 +247,16 @@ def test_quick_runs_every_test_on_shells_and_on_yarns_what_yarns_alone_do():
     of_shells = {name for name, kind in kinds().items() if "macro" in kind.scales}
     assert {test for test, scale in quick if scale == "macro"} == of_shells
     assert {test for test, scale in quick if scale == "meso"} == {"tensile", "picture-frame"}
+
+
+def test_a_case_runs_the_parameter_set_that_its_name_ends_with():
+    """The default set and crossings that resist spin."""
+    frames = {case.name: case.trial().run for case in cases_of("quick") if case.name.startswith(YARNS)}
+    assert {name: run.parameters for name, run in frames.items()} == {
+        YARNS: "calibrated",
+        f"{YARNS}-gripping": "gripping",
+    }
+    assert [run.fabric.contact.patch is None for run in frames.values()] == [True, False]
 
 
 def test_ci_runs_the_regression_for_real():

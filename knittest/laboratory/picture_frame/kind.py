@@ -67,6 +67,7 @@ KIND = TestKind(
     regression=Regression(
         runs=(
             Regressed(3, "quick", "meso", "quick", (("1", None),), ("rig.side=20",), "20mm"),
+            Regressed(3, "quick", "meso", "quick", (("1", None),), ("rig.side=20",), "20mm", "gripping"),
             Regressed(4, "quick", "macro", "quick", (("1", None),)),
             Regressed(1, "full", "meso", "standard", (("1", None),)),
             Regressed(5, "full", "macro", "standard", (("1", None),)),

@@ -30,7 +30,7 @@ def paper_cost(test: str, scale: str) -> tuple[float, float] | None:
 @dataclass(frozen=True)
 class Case:
     """One run: a test of a shipped variant; ``direction`` None where the test has none, ``sets`` what it does not take
-    from its preset and ``label`` says so in its name.
+    from its preset and ``label`` says so in its name; ``parameters`` None for the default set.
     """
 
     test: str
@@ -40,11 +40,12 @@ class Case:
     preset: Preset
     sets: tuple[str, ...] = ()
     label: str | None = None
+    parameters: str | None = None
 
     @property
     def name(self) -> str:
         """Name in the baseline: ``tensile-macro-v1-warp-quick``."""
-        parts = (self.test, self.scale, f"v{self.variant}", self.direction, self.preset, self.label)
+        parts = (self.test, self.scale, f"v{self.variant}", self.direction, self.preset, self.label, self.parameters)
         return "-".join(part for part in parts if part)
 
     @property
@@ -63,7 +64,7 @@ class Case:
         """Trial of this case, with the code and data that are here now."""
         run = resolve(
             test=self.test, variant=self.variant, scale=self.scale, direction=self.direction, preset=self.preset,
-            sets=(*kinds()[self.test].regression.sets, *self.sets),
+            parameters=self.parameters, sets=(*kinds()[self.test].regression.sets, *self.sets),
         )  # fmt: skip
         return trial_of(run, self.name)
 
@@ -72,10 +73,13 @@ def cases_of(level: Level) -> list[Case]:
     """All runs of ``level``, expensive ones first."""
     runs = [(kind.name, runs) for kind in kinds().values() for runs in kind.regression.runs if runs.level == level]
     return [
-        Case(test, cast("Scale", one.scale), variant, direction, cast("Preset", one.preset), one.sets, one.label)
+        Case(
+            test, cast("Scale", one.scale), variant, direction, cast("Preset", one.preset), one.sets, one.label,
+            one.parameters,
+        )
         for test, one in sorted(runs, key=lambda item: item[1].rank)
         for variant, direction in one.specimens
-    ]
+    ]  # fmt: skip
 
 
 #: seconds that one run may take
