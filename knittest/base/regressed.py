@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Regressed:
-    """Runs of a regression: of ``specimens``, (variant, direction or None), with ``sets`` that ``label`` stands for and a set of
-    ``parameters`` of the fabric, None for the default one.
+    """Runs of a regression: of ``specimens``, (variant, direction or None), with ``sets`` that ``label`` stands for,
+    of the ``parameters`` of the fabric, None for its default set.
 
     Runs start by ``rank``, expensive ones first, so that no worker is left alone with one at the end.
     """

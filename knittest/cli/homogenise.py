@@ -14,7 +14,7 @@ NAMES = {"sets": "set", "source": "from"}
 @click.command()
 @click.option("--variant", help="Shipped fabric: 1, 2, or a name of configs/NAME.yaml.")
 @click.option("--fabric", type=click.Path(path_type=Path), help="A fabric file of your own.")
-@click.option("--parameters", help="Parameter set of the fabric: calibrated (default) or as-measured.")
+@click.option("--parameters", help="Parameter set of the fabric: calibrated (default), as-measured, gripping.")
 @click.option("--preset", type=click.Choice(["quick", "standard", "paper"]), default="quick", show_default=True)
 @click.option(
     "--from", "source", type=click.Choice(["tests", "cell"]), default="tests", show_default=True,

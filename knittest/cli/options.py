@@ -25,7 +25,9 @@ def describes_run(command: Command) -> Command:
             click.option(
                 "--config", type=click.Path(path_type=Path), help="A rig file, or config.yaml of a run folder."
             ),
-            click.option("--parameters", help="Parameter set of the fabric: calibrated (default) or as-measured."),
+            click.option(
+                "--parameters", help="Parameter set of the fabric: calibrated (default), as-measured, gripping."
+            ),
             click.option(
                 "--scale",
                 type=click.Choice(["macro", "meso"]),

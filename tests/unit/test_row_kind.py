@@ -228,3 +228,15 @@ def test_a_curve_without_a_fabric_in_its_head_is_the_fabrics_own(tmp_path: Path)
         shear = run.fabric.macro.shear.model_copy(update={"curve": str(curve)})
         fabric = run.fabric.model_copy(update={"macro": run.fabric.macro.model_copy(update={"shear": shear})})
         assert borrowed(fabric) == found
+
+
+@pytest.mark.parametrize("test", ["picture-frame", "bias-extension", "cell"])
+def test_a_test_of_shear_names_patches_that_are_assumed_where_the_fabric_has_them(test):
+    """Crossings that resist spin over a patch that nobody measured."""
+    named = {
+        parameters: [field for field in assumed_inputs(resolve(test=test, variant="1", scale="meso",
+                                                               parameters=parameters)) if "patch" in field]
+        for parameters in ("calibrated", "gripping")
+    }  # fmt: skip
+    kinds_of_crossing = ("inlay_inlay", "inlay_loop", "loop_loop")
+    assert named == {"calibrated": [], "gripping": [f"contact.patch.radius.{kind}" for kind in kinds_of_crossing]}

@@ -2,7 +2,7 @@
 
 from knittest.base.kinds import TestKind
 from knittest.base.regressed import Regressed, Regression
-from knittest.laboratory.deciding_fields import LOOPS
+from knittest.laboratory.deciding_fields import CROSSINGS, LOOPS
 
 #: shear angles at which forces are compared [deg]
 _ANGLES = (10, 20, 30, 40)
@@ -47,7 +47,7 @@ KIND = TestKind(
     sizes=("gauge_length", "width"),
     deciding={
         "macro": ("macro.shear",),
-        "meso": ("warp_density", "weft_density", *LOOPS, "contact.friction_coefficient"),
+        "meso": ("warp_density", "weft_density", *LOOPS, *CROSSINGS),
     },
     hinges={"membrane_share": -1},
     sheared_to="rig.max_angle",

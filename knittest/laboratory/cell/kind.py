@@ -1,7 +1,7 @@
 """Record of the cell test."""
 
 from knittest.base.kinds import TestKind
-from knittest.laboratory.deciding_fields import LOOPS
+from knittest.laboratory.deciding_fields import CROSSINGS, LOOPS
 
 KIND = TestKind(
     name="cell",
@@ -36,6 +36,6 @@ KIND = TestKind(
     scales=("meso",),
     presets="knittest.laboratory.cell.presets:settings",
     sizes=("wales", "courses"),
-    deciding={"meso": ("warp_density", "weft_density", *LOOPS, "contact.friction_coefficient")},
+    deciding={"meso": ("warp_density", "weft_density", *LOOPS, *CROSSINGS)},
     hinges={"membrane_share": -1},
 )

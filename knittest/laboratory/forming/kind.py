@@ -2,7 +2,7 @@
 
 from knittest.base.kinds import TestKind
 from knittest.base.regressed import Regressed, Regression
-from knittest.laboratory.deciding_fields import LOOPS
+from knittest.laboratory.deciding_fields import CROSSINGS, LOOPS
 
 KIND = TestKind(
     name="forming",
@@ -57,7 +57,7 @@ KIND = TestKind(
             "macro.poisson",
         ),
         "meso": (
-            "warp_density", "weft_density", *LOOPS, "contact.friction_coefficient",
+            "warp_density", "weft_density", *LOOPS, *CROSSINGS,
             "reinforcing.bending_stiffness.warp", "reinforcing.bending_stiffness.weft",
         ),
     },

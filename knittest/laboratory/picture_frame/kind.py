@@ -2,7 +2,7 @@
 
 from knittest.base.kinds import TestKind
 from knittest.base.regressed import Regressed, Regression
-from knittest.laboratory.deciding_fields import LOOPS
+from knittest.laboratory.deciding_fields import CROSSINGS, LOOPS
 
 #: shear angles at which forces are compared [deg]
 _ANGLES = (10, 20, 30, 40)
@@ -55,7 +55,7 @@ KIND = TestKind(
     tied={"frame_side": "side"},
     deciding={
         "macro": ("macro.shear",),
-        "meso": ("warp_density", "weft_density", *LOOPS, "contact.friction_coefficient"),
+        "meso": ("warp_density", "weft_density", *LOOPS, *CROSSINGS),
     },
     fed=("macro",),
     origin="knittest.laboratory.picture_frame.origin:PictureFrameOrigin",
