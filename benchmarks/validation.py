@@ -1,6 +1,7 @@
 """Puts runs into docs/runs.json, from which docs/validation.md is written; needs no simulation itself.
 
 python benchmarks/validation.py RUN_FOLDER...      # takes their numbers over; then: python -m docs.generate
+python benchmarks/validation.py --gripping RUN...  # the same for runs of both sets that are shown side by side
 python benchmarks/validation.py --cells            # relaxes the cells of both variants: thickness and crimp
 python benchmarks/validation.py --commands         # prints the commands of all stored runs, to repeat them
 """
@@ -13,7 +14,7 @@ from typing import Any
 import yaml
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from docs import stored_cells, stored_runs
+from docs import stored_cells, stored_runs, validation_sets
 from docs.stored_runs import StoredRun, inputs_of
 from knittest.base.result_rows import unfolded
 from knittest.config.loading import resolve
@@ -53,9 +54,10 @@ def _options(config: dict[str, Any], inputs: dict[str, Any]) -> dict[str, Any]:
 
 
 def main(arguments: list[str]) -> None:
-    runs = (
-        {run.command.removesuffix(" --verify"): run for run in stored_runs.load()} if stored_runs.FILE.exists() else {}
-    )
+    file = stored_runs.FILE
+    if arguments[:1] == ["--gripping"]:
+        file, arguments = validation_sets.FILE, arguments[1:]
+    runs = {run.command.removesuffix(" --verify"): run for run in stored_runs.load(file)} if file.exists() else {}
     if arguments == ["--commands"]:
         print("\n".join(run.command for run in runs.values()))
         return
@@ -65,7 +67,7 @@ def main(arguments: list[str]) -> None:
     for folder in map(Path, arguments):
         run = read(folder)
         runs[run.command.removesuffix(" --verify")] = run
-    stored_runs.save(list(runs.values()))
+    stored_runs.save(list(runs.values()), file)
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ from docs.generate_config import table
 from docs.stored_runs import StoredRun
 from docs.validation_fabric import cell_rows, shear_rows
 from docs.validation_rows import LIMIT_INPUT, LIMIT_SD, Row, fitted, rows_of
+from docs.validation_sets import sets_section
 
 PRESETS = ("paper", "standard", "quick")
 #: tests and scales with rows
@@ -74,6 +75,7 @@ def validation_page() -> str:
     parts += ["## Friction", _plain([*rows_of(runs, "friction", "macro"), *rows_of(runs, "friction", "meso")])]
     parts += ["## Mass and thickness of the yarns' model", CELL, table(*_cells())]
     parts += ["## Shear: variant 2 below variant 1", SHEAR, table(*shear_rows())]
+    parts += sets_section()
     parts += ["## What has no ±", UNKNOWN, _unknown(runs)]
     parts += ["## Runs behind this page", table(*_runs(runs))]
     return "\n\n".join(parts) + "\n"
