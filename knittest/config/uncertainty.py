@@ -102,6 +102,10 @@ class Uncertainty(Strict):
     )
     quantities: dict[str, Wanted] = Field(min_length=1, description="name: what is asked for")
     statements: dict[str, Statement] = Field(default_factory=dict, description="name: an inequality")
+    design: Literal["saltelli", "sample"] = Field(
+        "saltelli",
+        description="saltelli: Sobol indices, (parameters + 2) x samples points; sample: 2 x samples, rank regression",
+    )
     samples: int = Field(64, ge=2, le=8192, description="points of each of the two samples, a power of two")
     seed: int = Field(1, ge=0, le=2**32 - 1, description="seed of the sequence and of the resampling")
     workers: int | None = Field(

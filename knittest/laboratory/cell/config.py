@@ -46,6 +46,10 @@ class CellRig(Rig):
     bent: Literal["warp", "weft"] = Field("warp", description="bending: the yarns that are bent")
     max_curvature: float = number(0.05, "1/mm", "bending: largest mean curvature, hollow on the face", gt=0, le=0.3)
     max_pressure: float = number(1000.0, "kPa", "compaction: largest pressure of the plates", gt=0, le=10000)
+    judged_from: float = number(
+        2.5, "%", "share of the path from which energies are judged and results given; not of bending", ge=0, le=25
+    )
+    judged_from_fraction: ClassVar[Kernel[float]] = Kernel("judged_from")
     membrane_share: float = number(
         0.05, "1", "shear, bending, compaction: share of the yarns' axial stiffness that is kept: none is pulled, and "
         "the step grows", gt=0, le=1,

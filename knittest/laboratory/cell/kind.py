@@ -29,6 +29,7 @@ KIND = TestKind(
         "cell_bending_stiffness_n_mm": ("bending stiffness [N mm]", "{:.3f}"),
         "cell_fracture_strain_pct": ("strain at the first fracture of a yarn [%]", "{:.3f}"),
         "cell_pressure_kpa": ("pressure at the end [kPa]", "{:.1f}"),
+        "cell_thickness_at_rest_mm": ("thickness at the start [mm]", "{:.3f}"),
         "cell_thickness_mm": ("thickness at the end [mm]", "{:.3f}"),
         "cell_friction_share": ("share of friction in the work", "{:.3f}"),
     },

@@ -1,5 +1,6 @@
 """Report of the cell test: conjugate force over the path, energies, and the cell at its end."""
 
+from functools import partial
 from pathlib import Path
 
 from knittest.base.history import Specimen
@@ -7,7 +8,7 @@ from knittest.experiment.curves import ReferenceCurve
 from knittest.export.faces_picture import faces_picture
 from knittest.export.line_picture import Line, line_picture
 from knittest.laboratory.cell.config import CellRun
-from knittest.laboratory.cell.test import Cell
+from knittest.laboratory.cell.test import judged_span
 from knittest.laboratory.report_base import CurveAxes, NoSize, References, Report, draw_energies, title_of
 
 #: conjugate force by path
@@ -42,6 +43,6 @@ class CellReport(NoSize[CellRun], Report[CellRun]):
             folder / "curve.png", lines, title=title_of(run), xlabel=self.axes.xlabel, ylabel=LABELS[run.rig.path],
             levels=self.levels(run),
         )  # fmt: skip
-        draw_energies(run, specimens, folder, Cell().span)
+        draw_energies(run, specimens, folder, partial(judged_span, run))
         history = specimens[0].history
         faces_picture(folder / "deformed.png", history.mesh, history.frames[-1], title=title_of(run), note="at the end")

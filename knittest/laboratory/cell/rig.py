@@ -13,8 +13,6 @@ from knittest.models.readings import Readings
 from knittest.models.table import Table, constant
 from knittest.models.tool import plane
 
-#: share of a path from which on its energies are judged: 1 deg of 40
-JUDGED = 0.025
 #: gap between the plates and the yarns at the start [mm]
 GAP = 0.002
 #: way of the plates over the thickness after which no fabric is left

@@ -13,7 +13,7 @@ from knittest.laboratory.base import Prepared, Test
 from knittest.laboratory.cell.config import CellRun
 from knittest.laboratory.cell.path import path_of
 from knittest.laboratory.cell.record import Recorder, split
-from knittest.laboratory.cell.rig import JUDGED, CellTest
+from knittest.laboratory.cell.rig import CellTest
 from knittest.laboratory.judging import assess
 from knittest.laboratory.span import Span
 from knittest.models.meso_cell import build_meso_cell, lattice_of
@@ -72,12 +72,13 @@ class Cell(Test[CellRun]):
     def results(self, run: CellRun, prepared: Prepared, history: History) -> dict[str, float]:
         """Mean stress of the path, the share of friction, thickness and the forces of crossings at its end."""
         curve, energies, contacts = history.curve, history.energies, history.contacts
-        found = {"cell_thickness_mm": float(contacts["thickness_mm"][-1])}
+        thickness = contacts["thickness_mm"]
+        found = {"cell_thickness_at_rest_mm": float(thickness[0]), "cell_thickness_mm": float(thickness[-1])}
         found["cell_friction_share"] = float(energies["friction_mj"][-1] / energies["external_mj"][-1])
         if run.rig.path == "shear":
             angle, force = curve["shear_angle_deg"], curve["conjugate_force"]
             for a in ANGLES:
-                if a <= run.rig.max_angle:
+                if run.rig.judged_from_fraction * run.rig.max_angle <= a <= run.rig.max_angle:
                     found[f"cell_shear_n_per_mm_at_deg.{a:g}"] = float(force[np.abs(angle - a) < NEAR].mean())
         elif run.rig.path == "bending":
             found["cell_moment_n"] = float(curve["moment_n"][-1])
@@ -92,15 +93,16 @@ class Cell(Test[CellRun]):
 
     def assess(self, run: CellRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
         """The gates of every run, from the first degree on."""
-        return assess(run, prepared, history, cost, self.span(history))
+        return assess(run, prepared, history, cost, judged_span(run, history))
 
-    def span(self, history: History) -> Span:
-        """The whole path, from its first 2.5 %; of bending, whose work goes with the square, from 5 % of the work."""
-        if "curvature_per_mm" in history.curve:
-            return Span()
-        first = history.curve["path_pct"] >= 100.0 * JUDGED
-        times = history.curve["time_ms"]
-        return Span(reported_from=float(times[np.argmax(first)]) if first.any() else np.inf)
+
+def judged_span(run: CellRun, history: History) -> Span:
+    """The whole path but for its beginning; of bending, whose work goes with the square, from 5 % of the work."""
+    if run.rig.path == "bending":
+        return Span()
+    first = history.curve["path_pct"] >= 100.0 * run.rig.judged_from_fraction
+    times = history.curve["time_ms"]
+    return Span(reported_from=float(times[np.argmax(first)]) if first.any() else np.inf)
 
 
 def secant(x: Array, y: Array) -> float:

@@ -1,4 +1,4 @@
-"""Points of the design of Saltelli et al. (2010): two samples A and B of the prior, and A with one column of B each.
+"""Points of a design: two samples A and B of the prior, and by Saltelli et al. (2010) A with one column of B each.
 
 Saltelli, A., et al.: Variance based sensitivity analysis of model output. Computer Physics Communications 181 (2010),
 259-270.
@@ -12,8 +12,8 @@ from knittest.base.history import Array
 def design(parameters: int, samples: int, seed: int) -> Array:
     """Points (parameters + 2, samples, parameters) in the unit cube: A, B, then A with column i of B, i = 0, 1, ...
 
-    A and B are the halves of one scrambled Sobol sequence of twice the dimensions. With more samples the first points
-    stay the same.
+    The first two parts are a design of their own, for bands and regression. A and B are the halves of one scrambled
+    Sobol sequence of twice the dimensions. With more samples the first points stay the same.
     """
     from scipy.stats import qmc
 

@@ -12,7 +12,8 @@ from knittest.studies.trials.record import OPEN, Record, looser_note
 from knittest.studies.trials.trial import code_digest
 from knittest.studies.uncertainty.indices import LEAST_ROWS, indices, share, spread, varies
 from knittest.studies.uncertainty.problem import Parameter, Problem
-from knittest.studies.uncertainty.runs import Planned, missing
+from knittest.studies.uncertainty.ranks import no_regression, rank_regression
+from knittest.studies.uncertainty.runs import Planned, missing, values_of
 from knittest.studies.uncertainty.variables import Numbers, Stated, Variable
 from knittest.studies.uncertainty.written import Index, Lost, ParameterRow, StatementRow, Uncertainty, VariableRow
 
@@ -36,7 +37,7 @@ def outcome_of(
         setup=[setup.model.scale, f"preset {setup.model.preset}", f"parameters {setup.parameters}"],
         fabrics={name: case.run().fabric.name for name, case in problem.cases.items()},
         differences={name: list(values) for name, values in problem.differences.items()},
-        samples=study.samples, seed=study.seed, points=(len(problem.parameters) + 2) * study.samples,
+        design=study.design, samples=study.samples, seed=study.seed, points=problem.parts * study.samples,
         runs=len(runs), runs_by_status=dict(counts), lost_share=len(lost) / len(runs),
         warnings=[*looser, *_warnings(lost, len(runs), variables), *idle(problem, numbers)],
         parameters=[_parameter_row(one) for one in problem.parameters], variables=variables,
@@ -68,16 +69,29 @@ def _parameter_row(one: Parameter) -> ParameterRow:
 
 
 def _variable_row(one: Variable, problem: Problem, values: Array) -> VariableRow:
-    """Band and indices of ``values`` (d + 2, n)."""
+    """Band and indices of ``values`` (parts, n)."""
     found = spread(values[:2], problem.study.seed)
-    why = hindrance(values, one.log)
+    hang, explained, why = _hanging(one, problem, values)
     band = {} if found is None else {"band": found.band, "band_low": found.interval[0], "band_high": found.interval[1]}
     return VariableRow(
         name=one.name, quantity=one.quantity, who=one.who, ratio=one.over is not None, at=one.at, axis=one.axis,
         unit=one.unit, log=one.log, count=int(np.isfinite(values[:2]).sum()), points=values[:2].size,
-        indices=[] if why else _index_rows(problem, np.log(values) if one.log else values), no_indices=why,
+        indices=hang, explained=explained, no_indices=why,
         **{name: ends.tolist() for name, ends in band.items()},
     )  # fmt: skip
+
+
+def _hanging(one: Variable, problem: Problem, values: Array) -> tuple[list[Index], float | None, str]:
+    """Indices of ``values`` (parts, n), the share that a regression explains, and why there are none."""
+    if problem.study.design == "sample":
+        drawn = values_of(problem).reshape(-1, len(problem.parameters))
+        if why := no_regression(drawn, values.ravel()):
+            return [], None, why
+        found = rank_regression(drawn, values.ravel(), problem.study.seed)
+        rows = zip(problem.parameters, found.coefficient.tolist(), found.interval.T.tolist(), strict=True)
+        return [Index(parameter=p.name, first=c, first_interval=ends) for p, c, ends in rows], found.explained, ""
+    why = hindrance(values, one.log)
+    return [] if why else _index_rows(problem, np.log(values) if one.log else values), None, why
 
 
 def hindrance(values: Array, log: bool) -> str:
@@ -137,7 +151,12 @@ def _warnings(lost: Sequence[Lost], runs: int, variables: Sequence[VariableRow])
 
 
 def idle(problem: Problem, numbers: Numbers) -> list[str]:
-    """A line for parameters that change no result at all, as fields do that the test at this scale does not read."""
+    """A line for parameters that change no result at all, as fields do that the test at this scale does not read.
+
+    Only the design of Saltelli changes them one by one.
+    """
+    if problem.study.design == "sample":
+        return []
     results = np.array([found for by_name in numbers.values() for found in by_name.values()])  # (results, d + 2, n)
     changes = np.abs(results[:, 2:] - results[:, :1])  # NaN where either has no number
     known, moved = np.isfinite(changes).any(axis=(0, 2)), (changes > 0.0).any(axis=(0, 2))

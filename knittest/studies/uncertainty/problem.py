@@ -73,6 +73,11 @@ class Problem:
     statements: list[Stated]
     differences: Mapping[str, Sequence[object]]
 
+    @property
+    def parts(self) -> int:
+        """Parts of the design: A and B, and one a parameter where indices of Sobol are asked for."""
+        return 2 + (len(self.parameters) if self.study.design == "saltelli" else 0)
+
     def run(self, fabric: str, values: Sequence[float]) -> Run:
         """The run of ``fabric`` with ``values`` of the parameters; raises :class:`InputError` where it is refused."""
         return self.cases[fabric].run(settings_at(self.parameters, values))

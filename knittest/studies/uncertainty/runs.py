@@ -39,9 +39,9 @@ class Planned:
 
 
 def values_of(problem: Problem) -> Array:
-    """Values (d + 2, n, d) of the parameters over the design."""
+    """Values (parts, n, d) of the parameters over the design."""
     study = problem.study
-    unit = design(len(problem.parameters), study.samples, study.seed)
+    unit = design(len(problem.parameters), study.samples, study.seed)[: problem.parts]
     return np.stack([one.values(unit[..., k]) for k, one in enumerate(problem.parameters)], axis=-1)
 
 
@@ -65,12 +65,12 @@ def _planned(problem: Problem, part: int, row: int, fabric: str, values: tuple[f
 
 
 def numbers_of(problem: Problem, runs: Sequence[Planned], records: Mapping[str, Record]) -> dict[str, dict[str, Array]]:
-    """Results asked for, by fabric and name, over the design (d + 2, n), NaN where a run gave none.
+    """Results asked for, by fabric and name, over the design (parts, n), NaN where a run gave none.
 
     Raises :class:`InputError` for a quantity that no run of the test has.
     """
     names = [name for one in problem.study.quantities.values() for name in results_of(one)]
-    shape = (len(problem.parameters) + 2, problem.study.samples)
+    shape = (problem.parts, problem.study.samples)
     found = {fabric: {name: np.full(shape, np.nan) for name in names} for fabric in problem.cases}
     known: dict[str, None] = {}
     for one in runs:

@@ -23,12 +23,13 @@ def report_lines(found: Uncertainty) -> list[str]:
 
 def ranked(one: VariableRow) -> list[Index]:
     """Indices of a variable, the largest of first order first: what is to be measured first."""
-    return sorted(one.indices, key=lambda index: -(index.first or 0.0))
+    return sorted(one.indices, key=lambda index: -abs(index.first or 0.0))
 
 
 def _hangs_on(one: VariableRow) -> str:
     first = [f"{short(i.parameter)} {index_text(i.first, i.first_interval)}" for i in ranked(one)[:NAMED]]
-    return f"first order: {'; '.join(first)}"
+    name = "first order" if one.explained is None else f"rank regression (R2 {one.explained:.2f})"
+    return f"{name}: {'; '.join(first)}"
 
 
 def short(parameter: str) -> str:

@@ -19,7 +19,10 @@ class ParameterRow(BaseModel):
 
 
 class Index(BaseModel):
-    """Indices of a variable to one parameter, with their 95 % intervals."""
+    """Indices of a variable to one parameter, with their 95 % intervals.
+
+    Of a sample there is no total, and ``first`` is the coefficient of the regression of ranks, -1 to 1.
+    """
 
     parameter: str
     first: Number = None
@@ -32,7 +35,8 @@ class VariableRow(BaseModel):
     """A quantity of a fabric or a ratio at one place: ``count`` of ``points`` of the prior gave a number.
 
     ``band`` is its 5, 50 and 95 % points, each with its interval in ``band_low`` and ``band_high``; empty where too
-    few ran. ``indices`` is empty where ``no_indices`` says why.
+    few ran. ``indices`` is empty where ``no_indices`` says why; ``explained`` is what share of the variance of the
+    ranks their regression explains, where it is one.
     """
 
     name: str
@@ -49,6 +53,7 @@ class VariableRow(BaseModel):
     band_low: list[Number] = []
     band_high: list[Number] = []
     indices: list[Index] = []
+    explained: Number = None
     no_indices: str = ""
 
 
@@ -88,6 +93,7 @@ class Uncertainty(BaseModel):
     setup: list[str] = []
     fabrics: dict[str, str] = {}
     differences: dict[str, list[object]] = {}
+    design: str = "saltelli"
     samples: int = 0
     seed: int = 0
     points: int = 0
