@@ -166,4 +166,4 @@ def idle(problem: Problem, numbers: Numbers) -> list[str]:
 
 def _half_width(index: Index) -> float:
     sides = [[end for end in side if end is not None] for side in (index.first_interval, index.total_interval)]
-    return max(0.5 * (high - low) for low, high in sides)
+    return max(0.5 * (max(side) - min(side)) for side in sides if side)

@@ -19,6 +19,10 @@ MEANING = (
     "First order: the share of the variance that would go if this parameter alone were known; the largest is to be "
     "measured first. Total: the share that would be left if all others were known; near 0, it need not be measured."
 )
+RANKS = (
+    "Standardised coefficients of a regression of ranks, -1 to 1: the square is the share of the variance of the ranks "
+    "that goes with the parameter, the sign whether the quantity rises or falls with it; R2 is what all explain together."
+)
 NOISE = "(log): of the logarithm. Noise of single runs counts as interaction: in all total indices."
 #: rows of the table of runs without a result
 MOST_LOST = 100
@@ -73,7 +77,7 @@ def _facts(found: Uncertainty) -> Block:
     share = found.lost_share
     facts = {
         "test": ", ".join(filter(None, (found.test, *found.setup))),
-        "design": f"{found.samples} samples of A and B, {found.points} points, seed {found.seed}",
+        "design": f"{found.design}, {found.samples} samples of A and B, {found.points} points, seed {found.seed}",
         "runs": f"{found.runs}" + (f" ({states})" if states else ""),
         "without a result": "" if share is None else f"{100.0 * share:.1f} %",
         "knittest": found.version,
@@ -124,19 +128,29 @@ def _indices(found: Uncertainty) -> list[Block]:
     if some:
         names = [index.parameter for index in some[0].indices]
         naming = [Column("parameter", [Cell(short(name), note=name) for name in names])]
-        columns = [Column(one.name + (" (log)" if one.log else ""), _cells(one), numeric=True) for one in some]
-        blocks += wide("First-order indices; small print: total ones", naming, columns)
-        blocks += [Text(MEANING), Text(NOISE)]
+        columns = [Column(one.name + _after(one), _cells(one), numeric=True) for one in some]
+        ranks = some[0].explained is not None
+        blocks += wide(
+            "Regression of ranks" if ranks else "First-order indices; small print: total ones", naming, columns
+        )
+        blocks += [Text(RANKS)] if ranks else [Text(MEANING), Text(NOISE)]
     for one in found.variables:
         if one.no_indices:
             blocks.append(Text(f"No indices of {one.name}: {one.no_indices}.", "warn"))
     return blocks or [Text("There are no variables.")]
 
 
+def _after(one: VariableRow) -> str:
+    if one.explained is not None:
+        return f" (R2 {one.explained:.2f})"
+    return " (log)" if one.log else ""
+
+
 def _cells(one: VariableRow) -> list[Cell]:
+    notes = ["" if i.total is None else f"total {index_text(i.total, i.total_interval)}" for i in one.indices]
     return [
-        Cell(index_text(i.first, i.first_interval), i.first, note=f"total {index_text(i.total, i.total_interval)}")
-        for i in one.indices
+        Cell(index_text(i.first, i.first_interval), i.first, note=note)
+        for i, note in zip(one.indices, notes, strict=True)
     ]
 
 

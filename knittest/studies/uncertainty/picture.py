@@ -117,22 +117,28 @@ def _label(group: list[VariableRow]) -> str:
 
 
 def _bars(axes: "Axes", rows: list[VariableRow]) -> None:
-    """Total index of every parameter as a bar with its interval, the first-order one as a tick; a bar a place."""
-    names = [index.parameter for index in rows[0].indices]
+    """Total index of every parameter as a bar with its interval, the first-order one as a tick; a bar a place.
+
+    Of a regression of ranks the bar is the coefficient.
+    """
+    names, ranks = [index.parameter for index in rows[0].indices], rows[0].explained is not None
     high = 0.8 / len(rows)
     for number, (colour, row) in enumerate(zip(_colours(len(rows)), rows, strict=True)):
         places = np.arange(len(names)) - 0.4 + high * (number + 0.5)
-        total = np.array([index.total for index in row.indices], float)
-        ends = np.array([index.total_interval for index in row.indices], float).reshape(-1, 2)
-        label = "total" if row.at is None else f"{row.at:g}"
+        total = np.array([index.first if ranks else index.total for index in row.indices], float)
+        both = [index.first_interval if ranks else index.total_interval for index in row.indices]
+        ends = np.array(both, float).reshape(-1, 2)
+        label = ("ranks" if ranks else "total") if row.at is None else f"{row.at:g}"
         off = np.maximum(np.abs(ends.T - total), 0.0)
         axes.barh(places, total, 0.9 * high, color=colour, alpha=0.75, label=label)
         axes.errorbar(total, places, xerr=off, fmt="none", ecolor="#333333", elinewidth=0.8, capsize=1.5)
-        axes.plot(_first(row), places, "|", color="black", markersize=7)
+        if not ranks:
+            axes.plot(_first(row), places, "|", color="black", markersize=7)
     axes.axvline(0.0, color=GREY, linewidth=0.8)
     axes.set_yticks(np.arange(len(names)), [short(name) for name in names], fontsize=7.5)
     axes.invert_yaxis()
-    axes.set_xlabel("index: bar total, | first order", fontsize=8.5)
+    told = "coefficient of the regression of ranks" if ranks else "index: bar total, | first order"
+    axes.set_xlabel(told, fontsize=8.5)
     axes.set_title(f"{rows[0].quantity}, {rows[0].who}", fontsize=9.5, loc="left")
     axes.legend(frameon=False, fontsize=7.5, title=rows[0].axis or None, title_fontsize=7.5)
 
