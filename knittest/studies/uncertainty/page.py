@@ -21,7 +21,7 @@ MEANING = (
 )
 RANKS = (
     "Standardised coefficients of a regression of ranks, -1 to 1: the square is the share of the variance of the ranks "
-    "that goes with the parameter, the sign whether the quantity rises or falls with it; R2 is what all explain together."
+    "that goes with the parameter, the sign whether the quantity rises or falls with it; R2 is what all explain."
 )
 NOISE = "(log): of the logarithm. Noise of single runs counts as interaction: in all total indices."
 #: rows of the table of runs without a result
