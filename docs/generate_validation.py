@@ -7,6 +7,7 @@ from docs import stored_cells, stored_runs
 from docs.generate_config import table
 from docs.stored_runs import StoredRun
 from docs.validation_fabric import cell_rows, shear_rows
+from docs.validation_order import order_section
 from docs.validation_rows import LIMIT_INPUT, LIMIT_SD, Row, fitted, rows_of
 from docs.validation_sets import sets_section
 
@@ -74,7 +75,7 @@ def validation_page() -> str:
     parts += ["## Bending", BENT, _plain(bent)]
     parts += ["## Friction", _plain([*rows_of(runs, "friction", "macro"), *rows_of(runs, "friction", "meso")])]
     parts += ["## Mass and thickness of the yarns' model", CELL, table(*_cells())]
-    parts += ["## Shear: variant 2 below variant 1", SHEAR, table(*shear_rows())]
+    parts += ["## Shear: variant 2 below variant 1", SHEAR, table(*shear_rows()), *order_section()]
     parts += sets_section()
     parts += ["## What has no ±", UNKNOWN, _unknown(runs)]
     parts += ["## Runs behind this page", table(*_runs(runs))]

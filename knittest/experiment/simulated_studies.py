@@ -16,7 +16,7 @@ from knittest.config.sources import NUMBERED
 Array = NDArray[np.float64]
 
 FOLDER = "simulated"
-SPEED, YARN_FRICTION = "speed-study.csv", "yarn-friction.csv"
+SPEED, YARN_FRICTION, SHEAR_BANDS = "speed-study.csv", "yarn-friction.csv", "shear-bands.csv"
 ANGLE, FORCE = "frame_shear_angle_deg", "normalised_shear_force_n_per_mm"
 
 
@@ -41,6 +41,31 @@ class SpeedRow:
     quantity: str
     result: float
     half: float
+
+
+@dataclass(frozen=True)
+class ShearBand:
+    """Shear stress [N/mm] of a cell of yarns at ``angle`` [deg] over the prior of what nobody measured: 5, 50 and 95 %
+    of the ``count`` of ``points`` that gave a number.
+    """
+
+    angle: float
+    low: float
+    middle: float
+    high: float
+    count: int
+    points: int
+
+
+#: tests whose forces hang on the shear of the fabric
+SHEARING = ("picture-frame", "bias-extension", "forming", "cell")
+
+
+def shear_bands(fabric: str) -> list[ShearBand]:
+    """Bands of ``fabric`` by rising angle; empty for one that was not studied."""
+    found = _table(SHEAR_BANDS)
+    rows = found[found["fabric"] == fabric].sort_values("shear_angle_deg")
+    return [ShearBand(r.shear_angle_deg, r.p5, r.p50, r.p95, r.count, r.points) for r in rows.itertuples(index=False)]
 
 
 def friction_curves(fabric: str) -> list[FrictionCurve]:

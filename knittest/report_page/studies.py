@@ -4,7 +4,7 @@ import math
 
 from knittest.base.kinds import kinds
 from knittest.base.result_rows import LABELS
-from knittest.experiment.simulated_studies import SpeedRow, speed_rows
+from knittest.experiment.simulated_studies import SHEARING, SpeedRow, shear_bands, speed_rows
 from knittest.laboratory.halving import LIMIT, change
 from knittest.laboratory.study import Study
 from knittest.report_page.blocks import Block, Cell, Section, Table, Text
@@ -15,11 +15,16 @@ NOT_STUDIED = (
     "knittest check {} --convergence with the fabric {} and the settings of this run."
 )
 SPEED_HEAD = ("result", "as set", "at half", "change")
+SHEAR_HEAD = ("shear angle", "5 %", "50 %", "95 %", "points that ran")
+SHEAR_NOTE = (
+    "Bending, set, tension, friction and patches of these yarns are assumed: forces of shear, of the stamp too, are "
+    "known no better than this band. knittest uncertainty configs/uncertainty/shear-order.yaml repeats it."
+)
 
 
 def studies(run: LoadedRun) -> list[Section]:
     """One section; of a fabric or test that was not studied it says how to do so, of what is not known nothing."""
-    blocks: list[Block] = [*_own(run), *_speed(run)]
+    blocks: list[Block] = [*_own(run), *_speed(run), *_shear(run)]
     if not blocks and run.run is not None:
         blocks.append(Text(NOT_STUDIED.format(run.rig, run.run.fabric.name)))
     return [Section(f"run-{run.number}-studies", "Studies of the model", blocks)] if blocks else []
@@ -37,6 +42,23 @@ def _speed(run: LoadedRun) -> list[Block]:
         f"{first.preset}, not this run; knittest speed-study repeats it"
     )
     return [Table(caption, SPEED_HEAD, [_speed_row(row) for row in rows], (1, 2, 3))]
+
+
+def _shear(run: LoadedRun) -> list[Block]:
+    """Bands of the fabric's shear, where the test shears it."""
+    bands = shear_bands(str(run.setting("fabric", "name"))) if run.rig in SHEARING else []
+    if not bands:
+        return []
+    rows = [
+        (
+            Cell(f"{band.angle:g} deg", band.angle),
+            *(Cell(f"{value:.4f}", value) for value in (band.low, band.middle, band.high)),
+            Cell(f"{band.count} of {band.points}"),
+        )
+        for band in bands
+    ]
+    caption = "Shear of a cell of yarns [N/mm] over the prior of what nobody measured: shipped study, not this run"
+    return [Table(caption, SHEAR_HEAD, rows, (0, 1, 2, 3)), Text(SHEAR_NOTE)]
 
 
 def _speed_row(row: SpeedRow) -> tuple[Cell, ...]:

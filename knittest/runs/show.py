@@ -21,7 +21,9 @@ from knittest.base.result_rows import (
 )
 from knittest.base.summary import Limit, Summary
 from knittest.config.looser import LOOSER
+from knittest.config.run import Run
 from knittest.experiment.compare import ERRORS
+from knittest.experiment.simulated_studies import SHEARING, shear_bands
 from knittest.export.jsonfile import json_text
 from knittest.laboratory.error_notes import error_notes
 
@@ -41,6 +43,10 @@ _LEFT_OUT = ("force_per_yarn_n", "peak_force_n_per_mm")
 
 class Outcome(Protocol):
     """One finished run: its ``summary.json``, its gates with their reasons, and its folder."""
+
+    @property
+    def run(self) -> Run:
+        """Its config."""
 
     @property
     def summary(self) -> Summary:
@@ -100,6 +106,14 @@ def assumed_line(outcome: Outcome) -> str:
     rows = result_rows(outcome.summary, refused=bool(outcome.quality.failures))
     fields = assumed_inputs(outcome.summary, rows)
     return f"assumed inputs that decide these rows, {_name(outcome)}: {', '.join(fields)}" if fields else ""
+
+
+def band_line(outcome: Outcome) -> str:
+    """What shear of this fabric is worth where the test shears it: band over the prior of what nobody measured."""
+    run = outcome.run
+    bands = shear_bands(run.fabric.name) if run.rig.kind in SHEARING else []
+    told = ", ".join(f"{b.low:.2g} to {b.high:.2g} at {b.angle:g} deg" for b in bands)
+    return f"shear of this fabric over what is assumed of its yarns, 5 to 95 % [N/mm]: {told}" if told else ""
 
 
 def error_lines(outcomes: Sequence[Outcome]) -> list[str]:
@@ -185,6 +199,7 @@ def _print(outcomes: Sequence[Outcome], stream: TextIO) -> None:
     kinds = {row[HEADER.index("kind")] for row in rows}
     notes = [text for kind, text in KINDS.items() if kind in kinds]
     notes += [line for outcome in outcomes if (line := assumed_line(outcome))]
+    notes += dict.fromkeys(line for outcome in outcomes if (line := band_line(outcome)))
     lines = [*notes, *error_lines(outcomes)]
     lines += [line for outcome in outcomes for line in (*curve_lines(outcome), *quality_lines(outcome))]
     lines += [f"run folder: {nearest(outcome.folder)}" for outcome in outcomes]

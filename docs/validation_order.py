@@ -1,0 +1,100 @@
+"""Section of docs/validation.md on the order of both variants in shear: from docs/shear-order.json."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from docs.generate_config import table
+from knittest.studies.uncertainty.told import band_text, index_text, ranked, share_text, short
+from knittest.studies.uncertainty.written import Uncertainty, VariableRow
+
+FILE = Path(__file__).parent / "shear-order.json"
+#: parameters named of a ratio
+NAMED = 3
+INTRO = """
+### What the order hangs on
+
+Nobody measured the bending stiffness, set, tension and friction of these yarns, nor how far crossings flatten. Each
+has a prior with its reason in `configs/uncertainty/shear-order.yaml`; both variants take the same draw, so that they
+differ in loop length, densities and what follows from them alone. {runs} cells of yarns at {points} points
+(`knittest uncertainty configs/uncertainty/shear-order.yaml`, [uncertainty.md](uncertainty.md)), sections circles. The
+rule is the same: variant 2 below variant 1 at every angle.
+""".strip()
+LOST = """
+Without a result that counts: {lost}. Bands, shares and coefficients are of the points that ran, of ratios where both
+variants did.
+""".strip()
+CELLS = """
+Cells at the medians of all priors, without and with a draw-in of the loops; energy taken up from rest [mJ a cell] and
+sum of the normal forces of all crossings:
+""".strip()
+
+
+def order_section() -> list[str]:
+    """Blocks of the section."""
+    stored = json.loads(FILE.read_text(encoding="utf-8"))
+    found = Uncertainty.model_validate(stored)
+    ratios = [one for one in found.variables if one.ratio]
+    lost = "; ".join(
+        f"{fabric} {sum(causes.values())} of {found.points} ({', '.join(f'{n} {c}' for c, n in _sorted(causes))})"
+        for fabric, causes in stored["causes"].items()
+    )
+    return [
+        INTRO.format(runs=found.runs, points=found.points),
+        table(*_bands(found.variables)),
+        "\n".join(f"- {one.text}: {share_text(one)}." for one in found.statements),
+        LOST.format(lost=lost),
+        "\n".join(_hangs_on(one) for one in ratios),
+        CELLS,
+        table(*_cells(stored["cells"])),
+    ]
+
+
+def _sorted(causes: dict[str, int]) -> list[tuple[str, int]]:
+    return sorted(causes.items(), key=lambda item: -item[1])
+
+
+def _bands(variables: Sequence[VariableRow]) -> tuple[Sequence[str], list[list[str]]]:
+    """Bands from 5 to 95 % at each angle, and the verdict on the ratio: its median, and whether its band holds 1."""
+    at = list(dict.fromkeys(one.at for one in variables if one.at is not None))
+    rows = []
+    for angle in at:
+        here = [one for one in variables if one.at == angle]
+        ratio = next(one for one in here if one.ratio)
+        rows.append([f"{angle:g}", *(band_text(one) for one in here), verdict(ratio)])
+    who = [f"{one.who}{f' [{one.unit}]' if one.unit not in ('', '1') else ''}" for one in variables if one.at == at[0]]
+    return ("angle [deg]", *who, "verdict"), rows
+
+
+def verdict(ratio: VariableRow) -> str:
+    """Verdict on the order: by the median, and open where the band reaches to the other side."""
+    if not ratio.band or None in ratio.band:
+        return "not known"
+    low, middle, high = (float(end) for end in ratio.band if end is not None)
+    judged = "passed" if middle < 1.0 else "**FAILED**"
+    return judged + (", within the band open" if low < 1.0 < high else "")
+
+
+def _hangs_on(one: VariableRow) -> str:
+    if not one.indices or one.explained is None:
+        return f"- {one.name} deg: no regression, {one.no_indices}"
+    named = "; ".join(f"{short(i.parameter)} {index_text(i.first, i.first_interval)}" for i in ranked(one)[:NAMED])
+    return f"- {one.name} deg, regression of ranks, R2 {one.explained:.2f}: {named}"
+
+
+def _cells(cells: Sequence[dict[str, Any]]) -> tuple[Sequence[str], list[list[str]]]:
+    names = ("bending", "torsion", "stretching", "contact", "friction", "spin")
+    rows = [
+        [
+            cell["variant"],
+            f"{cell['draw_in']:g}",
+            f"{row['angle']:g}",
+            *(f"{row[n]:.4f}" for n in names),
+            f"{row['normal_n']:.2f}",
+        ]
+        for cell in cells
+        for row in cell["rows"]
+    ]
+    head = ("variant", "draw-in [%]", "angle [deg]", *names[:-1], "of it by spin", "normal forces [N]")
+    return head, rows
