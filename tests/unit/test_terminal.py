@@ -6,7 +6,7 @@ import math
 import re
 import subprocess
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,8 @@ from export_sample import quality
 from knittest.base.history import Quality
 from knittest.base.layout import table
 from knittest.base.progress import Progress, Status, duration
+from knittest.config.loading import resolve
+from knittest.config.run import Run
 from knittest.laboratory.registry import TESTS
 from knittest.runs.show import (
     HEADER,
@@ -159,6 +161,7 @@ class Done:
     quality: Quality
     folder: Path = Path("runs/tensile-2-meso-both-20260101-120000/weft")
     curves: tuple[dict[str, Any], ...] = ()
+    run: Run = field(default_factory=lambda: resolve(variant="2", scale="meso"))
 
 
 def row(quantity: str, simulated: float, mean: float, sd: float, kind: str = "predicted") -> dict[str, Any]:
