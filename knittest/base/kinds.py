@@ -64,6 +64,8 @@ class TestKind:
     #: place among the tests in help and tables, and whether it is on a strip along warp or weft
     place: int = 100
     directional: bool = True
+    #: its forces hang on the shear of the fabric
+    shears: bool = False
     #: options of the command for numbers of the rig: field and help by name
     shortcuts: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     #: the same for words

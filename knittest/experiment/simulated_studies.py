@@ -57,10 +57,6 @@ class ShearBand:
     points: int
 
 
-#: tests whose forces hang on the shear of the fabric
-SHEARING = ("picture-frame", "bias-extension", "forming", "cell")
-
-
 def shear_bands(fabric: str) -> list[ShearBand]:
     """Bands of ``fabric`` by rising angle; empty for one that was not studied."""
     found = _table(SHEAR_BANDS)

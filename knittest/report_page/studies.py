@@ -4,7 +4,7 @@ import math
 
 from knittest.base.kinds import kinds
 from knittest.base.result_rows import LABELS
-from knittest.experiment.simulated_studies import SHEARING, SpeedRow, shear_bands, speed_rows
+from knittest.experiment.simulated_studies import SpeedRow, shear_bands, speed_rows
 from knittest.laboratory.halving import LIMIT, change
 from knittest.laboratory.study import Study
 from knittest.report_page.blocks import Block, Cell, Section, Table, Text
@@ -46,7 +46,8 @@ def _speed(run: LoadedRun) -> list[Block]:
 
 def _shear(run: LoadedRun) -> list[Block]:
     """Bands of the fabric's shear, where the test shears it."""
-    bands = shear_bands(str(run.setting("fabric", "name"))) if run.rig in SHEARING else []
+    kind = kinds().get(run.rig)
+    bands = shear_bands(str(run.setting("fabric", "name"))) if kind is not None and kind.shears else []
     if not bands:
         return []
     rows = [

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Protocol, TextIO
 
 from knittest.base.history import Quality
+from knittest.base.kinds import kinds
 from knittest.base.layout import nearest, table, width_of, wrapped
 from knittest.base.result_rows import (
     GIVEN,
@@ -23,7 +24,7 @@ from knittest.base.summary import Limit, Summary
 from knittest.config.looser import LOOSER
 from knittest.config.run import Run
 from knittest.experiment.compare import ERRORS
-from knittest.experiment.simulated_studies import SHEARING, shear_bands
+from knittest.experiment.simulated_studies import shear_bands
 from knittest.export.jsonfile import json_text
 from knittest.laboratory.error_notes import error_notes
 
@@ -109,9 +110,9 @@ def assumed_line(outcome: Outcome) -> str:
 
 
 def band_line(outcome: Outcome) -> str:
-    """What shear of this fabric is worth where the test shears it: band over the prior of what nobody measured."""
+    """Bands of the shear of this fabric over the prior of what nobody measured, where the test shears it."""
     run = outcome.run
-    bands = shear_bands(run.fabric.name) if run.rig.kind in SHEARING else []
+    bands = shear_bands(run.fabric.name) if kinds()[run.rig.kind].shears else []
     told = ", ".join(f"{b.low:.2g} to {b.high:.2g} at {b.angle:g} deg" for b in bands)
     return f"shear of this fabric over what is assumed of its yarns, 5 to 95 % [N/mm]: {told}" if told else ""
 

@@ -37,7 +37,6 @@ def test_the_page_of_a_frame_has_the_table_and_says_that_it_is_not_this_run(monk
     from knittest.report_page import studies as page
 
     monkeypatch.setattr(page, "speed_rows", lambda *asked: [])
-    monkeypatch.setattr(page, "kinds", dict)
     run = SimpleNamespace(
         rig="forming", run=None, number=1, summary=SimpleNamespace(scale="macro"),
         setting=lambda *path: FABRICS[1] if path == ("fabric", "name") else None,

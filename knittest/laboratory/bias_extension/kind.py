@@ -9,6 +9,7 @@ _ANGLES = (10, 20, 30, 40)
 
 KIND = TestKind(
     name="bias-extension",
+    shears=True,
     place=3,
     directional=False,
     summary="Pull of a strip cut at 45 deg to its yarns, macro or meso.",

@@ -5,6 +5,7 @@ from knittest.laboratory.deciding_fields import CROSSINGS, LOOPS
 
 KIND = TestKind(
     name="cell",
+    shears=True,
     place=4,
     directional=False,
     summary="One periodic cell of yarns under a mean deformation, meso.",

@@ -6,6 +6,7 @@ from knittest.laboratory.deciding_fields import CROSSINGS, LOOPS
 
 KIND = TestKind(
     name="forming",
+    shears=True,
     place=5,
     directional=False,
     summary="Draw a blank into a die with a stamp, macro or meso.",

@@ -9,6 +9,7 @@ _ANGLES = (10, 20, 30, 40)
 
 KIND = TestKind(
     name="picture-frame",
+    shears=True,
     place=2,
     directional=False,
     summary="Shear in a hinged frame, macro or meso.",
