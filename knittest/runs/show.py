@@ -47,7 +47,7 @@ class Outcome(Protocol):
 
     @property
     def run(self) -> Run:
-        """Its config."""
+        """Config of it."""
 
     @property
     def summary(self) -> Summary:

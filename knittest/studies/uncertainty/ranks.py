@@ -1,4 +1,4 @@
-"""What a quantity hangs on, from any sample: regression of its ranks on those of the parameters.
+"""Regression of the ranks of a quantity, from any sample, on those of the parameters: what it hangs on.
 
 Standardised rank regression coefficients (Iman & Conover 1979; Saltelli & Marivoet 1990): each between -1 and 1, its
 square the share of the ranks' variance that goes with the parameter where the parameters are drawn independently. They
