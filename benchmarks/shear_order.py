@@ -61,7 +61,8 @@ def energies(folder: Path) -> dict[str, Any]:
         row["normal_n"] = float((contacts[pressed].iloc[k].to_numpy() * contacts[numbers].iloc[k].to_numpy()).sum())
         rows.append({"angle": at, **row})
     fabric = config["fabric"]
-    return {"variant": str(fabric["experiment_variant"]), "draw_in": fabric["knitting"]["draw_in"] or 0.0, "rows": rows}
+    draw_in = fabric["knitting"]["draw_in"]["value"]
+    return {"variant": str(fabric["experiment_variant"]), "draw_in": draw_in, "rows": rows}
 
 
 def main(study: Path, cells: list[Path]) -> None:
