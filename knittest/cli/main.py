@@ -31,6 +31,7 @@ COMMANDS = {
     "homogenise": ("knittest.cli.homogenise", "Make a material card of the shells from tests of yarns."),
     "compare": ("knittest.cli.compare", "Compare a finished run with a curve of your own."),
     "report": ("knittest.cli.report", "Write one HTML page on runs, alone or compared."),
+    "view": ("knittest.cli.view", "Write a page on which a run can be turned and played."),
     "export": ("knittest.cli.export", "Write the tools of a forming run as STL."),
     "fabric": ("knittest.cli.fabric", "Show, export or relax the yarn geometry."),
     "data": ("knittest.cli.data", "Import and summarise a laboratory's CSV files."),

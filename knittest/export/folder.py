@@ -26,7 +26,7 @@ from knittest.export.manifest import ending, first_manifest, now, restarted_mani
 Columns = Mapping[str, ArrayLike]
 
 # What only a completed run may show; a failed one keeps its tables under a name that says so. Tests add their own.
-_RESULTS = ("summary.json", "comparison.json", "report.html")
+_RESULTS = ("summary.json", "comparison.json", "report.html", "view.html")
 _TABLES = ("curve.csv", "energies.csv", "contacts.csv", "yarns.csv")
 CHECKPOINTS = "checkpoint-*.npz"
 _OWN = ("manifest.json", "config.yaml", "log.jsonl", "frames.pvd", LOCK_NAME)

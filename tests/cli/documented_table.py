@@ -23,7 +23,7 @@ SETUP = (
 NAMES = (
     "knittest regress", "knittest speed-study", "knittest resume", "knittest picture-frame", "knittest forming",
     "knittest check", "knittest compare", "knittest batch", "knittest calibrate", "knittest friction",
-    "knittest uncertainty", "knittest pull-out", "knittest cell",
+    "knittest uncertainty", "knittest pull-out", "knittest view RUN", "knittest cell",
 )  # fmt: skip
 
 #: in this order, in one folder
@@ -40,7 +40,10 @@ COMMANDS: dict[str, Do] = {
     "knittest bench --against PATH": Do(planned="minutes; tests/unit/test_bench_against.py runs it on one small strip"),
     "knittest bench --preset paper": Do(planned="minutes of full load of all cores"),
     # shells: run as they stand, at the smallest preset
-    "knittest friction --variant 1 --scale macro --direction warp": Do(SHELLS.format(out="runs/rubbed")),
+    "knittest friction --variant 1 --scale macro --direction warp": Do(
+        SHELLS.format(out="runs/rubbed").replace("--no-frames ", "")
+    ),
+    "knittest view runs/forming-...": Do(given={"runs/forming-...": "runs/rubbed"}),
     "knittest cantilever --variant 1 --scale macro --direction warp": Do(SHELLS),
     "knittest cantilever --variant 1 --scale macro --direction warp --set rig.mode=overhang": Do(
         planned="as the one before, which runs, but for its mode, which the regression runs"
