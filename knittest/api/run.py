@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from pandas import DataFrame
 
-#: pictures that :meth:`Run.show` shows, the first that is there
-PICTURES = ("deformed.png", "curve.png", "energies.png")
 DIRECTIONS = ("warp", "weft")
 
 
@@ -113,18 +111,20 @@ class Run:
         return ax
 
     def show(self) -> Any:
-        """Picture of the run: in a notebook an object that it displays, else the report page in the browser.
+        """Moving view of the run, ``view.html``: in a notebook an object that it displays, else in the browser.
 
-        Raises :class:`InputError` where the run was made without pictures.
+        Raises :class:`InputError` where the run was made without frames.
         """
-        page = self.folder / "report.html"
-        picture = next((path for name in PICTURES if (path := self.folder / name).is_file()), None)
-        if picture is None or not page.is_file():
-            raise InputError(f"{self.folder}: has no pictures: write its page with: knittest report {self.folder}")
-        if _in_notebook():
-            from IPython.display import Image
+        from knittest.report_page.moving.page import view
 
-            return Image(filename=str(picture))
+        page = view(self.folder)
+        if _in_notebook():
+            from html import escape
+
+            from IPython.display import HTML
+
+            inner = escape(page.read_text(encoding="utf-8"))
+            return HTML(f'<iframe srcdoc="{inner}" style="width: 100%; height: 36em; border: 0"></iframe>')
         import webbrowser
 
         webbrowser.open(page.resolve().as_uri())

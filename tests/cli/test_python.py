@@ -45,7 +45,7 @@ def test_the_call_is_the_command(told, tmp_path, monkeypatch):
     assert (ours.folder / "config.yaml").read_text() == (tmp_path / "a/config.yaml").read_text()
     assert ours.results == json.loads((tmp_path / "a/summary.json").read_text())["results"]
     pandas.testing.assert_frame_equal(ours.curve, knittest.load("a").curve)
-    with pytest.raises(InputError, match="has no pictures"):
+    with pytest.raises(InputError, match="has no frames"):
         knittest.load("a").show()
 
 

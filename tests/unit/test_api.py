@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -136,3 +137,24 @@ def test_a_run_of_both_directions_passes_only_if_both_do(tmp_path):
     assert list(runs.curve.index) == [0, 1, 2, 3] and runs["weft"].results == {"a_n": 1.0}
     with pytest.warns(knittest.errors.RefusedWarning, match="weft: energy"):
         tests._warned(runs)
+
+
+@pytest.mark.parametrize("notebook", [True, False])
+def test_show_is_the_moving_view(tmp_path, monkeypatch, notebook):
+    from knittest.api import run as module
+    from knittest.report_page.moving import page
+
+    shown = tmp_path / "view.html"
+    monkeypatch.setattr(page, "view", lambda folder: shown.write_text('<p class="a">&</p>') and shown)
+    monkeypatch.setattr(module, "_in_notebook", lambda: notebook)
+    display = SimpleNamespace(HTML=str)
+    monkeypatch.setitem(sys.modules, "IPython", SimpleNamespace(display=display))
+    monkeypatch.setitem(sys.modules, "IPython.display", display)
+    opened: list[str] = []
+    monkeypatch.setattr("webbrowser.open", opened.append)
+    (tmp_path / "manifest.json").write_text('{"status": "completed"}')
+    found = module.Run(tmp_path).show()
+    if notebook:
+        assert 'srcdoc="&lt;p class=&quot;a&quot;&gt;&amp;&lt;/p&gt;"' in found and not opened
+    else:
+        assert found is None and opened == [shown.as_uri()]
