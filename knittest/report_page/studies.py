@@ -24,9 +24,10 @@ SHEAR_NOTE = (
 
 def studies(run: LoadedRun) -> list[Section]:
     """One section; of a fabric or test that was not studied it says how to do so, of what is not known nothing."""
-    blocks: list[Block] = [*_own(run), *_speed(run), *_shear(run)]
+    blocks: list[Block] = [*_own(run), *_speed(run)]
     if not blocks and run.run is not None:
         blocks.append(Text(NOT_STUDIED.format(run.rig, run.run.fabric.name)))
+    blocks += _shear(run)
     return [Section(f"run-{run.number}-studies", "Studies of the model", blocks)] if blocks else []
 
 

@@ -28,6 +28,7 @@ def shipped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     rows = [f"1,{mu},{angle},{0.1 * mu}" for mu in (0.1, 0.5) for angle in (1, 39, 41)]
     head = "variant,friction_coefficient,frame_shear_angle_deg,normalised_shear_force_n_per_mm"
     (folder / "yarn-friction.csv").write_text("\n".join([head, *rows]) + "\n")
+    (folder / "shear-bands.csv").write_text("fabric,shear_angle_deg,p5,p50,p95,count,points\nmine,10,1,2,3,30,32\n")
     monkeypatch.setattr(simulated_studies, "data_dir", lambda: folder.parent)
 
 
