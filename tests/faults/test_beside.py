@@ -1,6 +1,5 @@
 """Both directions of a test of yarns, side by side."""
 
-
 import pytest
 from restart_cases import MESO, finish, results, run, start
 
