@@ -51,6 +51,7 @@ def order_section() -> list[str]:
     return [
         INTRO.format(runs=found.runs, points=found.points),
         table(*_bands(found.variables)),
+        "![Shear stress of both variants, their ratio and thickness over the prior](shear-order.png)",
         "\n".join(f"- {one.text}: {share_text(one)}." for one in found.statements),
         LOST.format(lost=lost),
         "\n".join(_hangs_on(one) for one in ratios),
