@@ -1,11 +1,12 @@
-"""Stores a finished study of the order of both variants in shear: docs/shear-order.json, from which docs/validation.md
-is written, and data/simulated/shear-bands.csv, which reports show. Needs no simulation itself.
+"""Stores a finished study of the order of both variants in shear: docs/shear-order.json and .png for the validation,
+data/simulated/shear-bands.csv for reports. Needs no simulation itself.
 
 knittest uncertainty configs/uncertainty/shear-order.yaml --out STUDY
 python benchmarks/shear_order.py STUDY CELL...    # cells of both variants at the medians, with and without draw-in
 """
 
 import json
+import shutil
 import sys
 from collections import Counter
 from pathlib import Path
@@ -74,6 +75,7 @@ def main(study: Path, cells: list[Path]) -> None:
     }
     found["cells"] = [energies(folder) for folder in cells]
     FILE.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    shutil.copyfile(study / "bands.png", FILE.with_suffix(".png"))
     rows = [
         {
             "fabric": found["fabrics"].get(one["who"], one["who"]), "shear_angle_deg": one["at"], "unit": one["unit"],
