@@ -22,7 +22,7 @@ differ in loop length, densities and what follows from them alone. {runs} cells 
 rule is the same: variant 2 below variant 1 at every angle. Median, in brackets 5 and 95 %, and points that ran:
 """.strip()
 MEANING = """
-So the order hangs on the tension of the loops, which nobody measured, and after it on their set. A draw-in multiplies
+So the order hangs on the tension of the loops and on their set, which nobody measured. A draw-in multiplies
 the normal forces of variant 1, whose loops are near locking, and with them its friction; variant 2 has room, and hardly
 feels it. Without a draw-in variant 2 is the stiffer one, and the paper's order fails. No draw-in is shipped as
 calibrated on this order: until it is measured the order is open, and what the shipped parameters give, above, stays
@@ -81,7 +81,7 @@ def _band(one: VariableRow) -> str:
     """Median, 5 and 95 %, and the points that ran."""
     if not one.band:
         return f"-, {one.count} of {one.points}"
-    low, middle, high = (f"{end or 0.0:.2g}" for end in one.band)
+    low, middle, high = (f"{end or 0.0:.3g}" for end in one.band)
     return f"{middle} ({low} to {high}), {one.count} of {one.points}"
 
 
