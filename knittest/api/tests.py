@@ -88,14 +88,9 @@ def _warned(run: Run | Runs) -> Run | Runs:
     return run
 
 
-def _extra(kind: TestKind) -> dict[str, str]:
-    """Fields of the arguments that only tests of ``kind`` have."""
-    return {name.replace("-", "_"): field for name, (field, _) in {**kind.shortcuts, **kind.texts}.items()}
-
-
 def _refuse_unheard(kind: TestKind, given: dict[str, Any]) -> None:
     """Raise ``TypeError`` for an argument that tests of ``kind`` do not have, and say what is meant instead."""
-    known = ["fabric", *Options.__annotations__, *_extra(kind)]
+    known = ["fabric", *Options.__annotations__, *kind.own_fields]
     known = [name for name in known if kind.directional or name != "direction"]
     for name in given:
         if name in known:
@@ -117,7 +112,7 @@ def _chosen(kind: TestKind, fabric: FabricLike | None, given: dict[str, Any]) ->
         raise InputError(f"direction = {direction!r}: {names}")
     chosen = Fabric() if fabric is None else Fabric.load(fabric)
     sets = [*chosen.settings, *settings_of(given.get("set", ()), kind.name)]
-    for name, field in _extra(kind).items():
+    for name, field in kind.own_fields.items():
         if given.get(name) is not None:
             sets.append(Setting(tuple(field.split(".")), plain(given[name]), f"--{name.replace('_', '-')}"))
     if given.get("verify"):

@@ -117,6 +117,11 @@ class TestKind:
     #: ``module:name`` of how files of a testing machine are read
     laboratory: str = ""
 
+    @property
+    def own_fields(self) -> dict[str, str]:
+        """Fields of the options that only its command has, by their names in Python."""
+        return {name.replace("-", "_"): field for name, (field, _) in {**self.shortcuts, **self.texts}.items()}
+
     def load(self, part: str) -> Any:
         """Object that the field ``part`` names; raises :class:`InputError` where it is not there."""
         return _object(getattr(self, part), f"test {self.name}: {part}")

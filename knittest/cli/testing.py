@@ -25,14 +25,13 @@ _FOLDER = (
 
 def test_command(kind: TestKind) -> click.Command:
     """The command of the tests of ``kind``."""
-    fields = {name.replace("-", "_"): field for name, (field, _) in {**kind.shortcuts, **kind.texts}.items()}
 
     def command(
         out: Path | None, resume: Path | None, force: bool, verify: bool, direction: str | None = None, **chosen: Any
     ) -> int:
         from knittest.runs.options import RunOptions
 
-        given = {field: chosen.pop(name) for name, field in fields.items()}
+        given = {field: chosen.pop(name) for name, field in kind.own_fields.items()}
         chosen["sets"] = (*chosen["sets"], *(f"{field}={v!r}" for field, v in given.items() if v is not None))
         reported = {name: chosen.pop(name) for name in ("threads", "quiet", "against")}
         frames, pictures = (not chosen.pop(f"no_{what}") for what in ("frames", "pictures"))

@@ -22,6 +22,7 @@ from knittest.models.sheet import build_sheet
 from knittest.models.sheet_tracker import SheetContact
 from knittest.models.yarn_contact import YarnContact
 from knittest.models.yarn_model import YarnModel
+from knittest.solve.pace import Pace
 from knittest.solve.relax import Relaxation, relax
 from knittest.solve.stepping import Stepping
 
@@ -151,7 +152,8 @@ class Body:
         if self._started is None:
             self.model.nodes.damping_factor[:] = np.exp(-self.damping * self.dt)
             self.model.prepare()
-            self._started = Stepping(self.model, self.boundary.drive(), new_tally(self.boundary), self.dt)
+            drive, tally = self.boundary.drive(), new_tally(self.boundary)
+            self._started = Stepping(self.model, drive, tally, self.dt, pace=Pace(self.threads))
         return self._started
 
     def advance(self, duration: float, watch: Callable[["Body"], None] | None = None) -> None:

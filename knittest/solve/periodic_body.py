@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from knittest.base.errors import InputError
+from knittest.kernels.threading import limited
 from knittest.models.crossings import Crossings, crossings, surfaces
 from knittest.models.inputs import finite
 from knittest.models.periodic import PeriodicChain, build_periodic
@@ -88,7 +89,8 @@ class PeriodicBody(Body):
         size = np.append(np.ones(6), 1.0 / np.linalg.norm(self.cell.reference))
         steps = 0
         for _ in range(ROUNDS if free.any() else 1):
-            found = relax(self.model, going.drive, going.tally, self.dt, tolerance, most_steps - steps, at=0.0)
+            with limited(self.threads):
+                found = relax(self.model, going.drive, going.tally, self.dt, tolerance, most_steps - steps, at=0.0)
             steps += found.steps
             pulled = float(np.abs(images.pull * size)[free].sum()) / max(self.model.pressing(), 1e-12)
             if pulled < tolerance or steps >= most_steps:

@@ -7,14 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from calibration_cases import Pretending
-from html_page import HtmlPage
 from scipy.stats import qmc
-from uncertainty_cases import STUDY, ishigami, outcome, shearing, study, values
+from uncertainty_cases import STUDY, ishigami, outcome, shearing, study, values, variable
 
 from knittest.base.errors import InputError
 from knittest.studies.uncertainty.design import design
 from knittest.studies.uncertainty.indices import indices, share, spread, varies
-from knittest.studies.uncertainty.ranks import no_regression, rank_regression
 
 RESULT = Path("runs/uncertainty-u")
 FRICTION, DEGREE = "fabric.contact.friction_coefficient", "fabric.knitting.degree_of_set"
@@ -22,11 +20,6 @@ FRICTION, DEGREE = "fabric.contact.friction_coefficient", "fabric.knitting.degre
 
 def rows(folder: Path) -> list[dict[str, str]]:
     return list(csv.DictReader((folder / RESULT / "results.csv").read_text().splitlines()))
-
-
-def variable(folder: Path, name: str) -> dict:
-    (found,) = [one for one in outcome(folder)["variables"] if one["name"] == name]
-    return found
 
 
 @pytest.fixture(scope="module")
@@ -292,45 +285,3 @@ def test_priors_are_drawn_by_their_distribution():
     assert normal.values(shares)[[0, 1, 1], [0, 0, 1]] == pytest.approx([0.0, 1.0, 2.0])
     many = normal.values(design(1, 1024, 1)[0])
     assert many.std() == pytest.approx(0.5397, abs=0.01)  # truncated at one sd on either side
-
-
-def test_a_regression_of_ranks_finds_the_shares_of_any_rising_function():
-    drawn = design(3, 128, 4)[:2].reshape(-1, 3)
-    found = rank_regression(drawn, np.exp(9.0 * (4.0 * drawn[:, 0] - 2.0 * drawn[:, 1])), 1)
-    assert found.coefficient == pytest.approx([np.sqrt(0.8), -np.sqrt(0.2), 0.0], abs=0.03)
-    assert found.explained > 0.95
-    for value, low, high in zip(found.coefficient, *found.interval, strict=True):
-        assert low - 0.02 <= value <= high + 0.02 and high - low < 0.15
-    hump = rank_regression(drawn, -np.abs(drawn[:, 2] - 0.5), 1)
-    assert hump.explained < 0.1  # neither rises nor falls: it says that it explains nothing
-
-
-def test_points_without_a_number_are_left_out_of_a_regression_and_too_few_have_none():
-    drawn = design(3, 16, 4)[:2].reshape(-1, 3)
-    values_ = drawn @ [4.0, -2.0, 0.0]
-    gone = np.where(np.arange(32) % 3 == 0, np.nan, values_)
-    assert rank_regression(drawn, gone, 1).coefficient == pytest.approx([0.9, -0.45, 0.0], abs=0.1)
-    assert no_regression(drawn, gone) == "" and no_regression(drawn, np.zeros(32)) != ""
-    assert no_regression(drawn, np.where(np.arange(32) < 8, values_, np.nan)).startswith("8 points have a number")
-
-
-def test_a_sample_runs_two_parts_only_and_ranks_what_ran(tmp_path, monkeypatch):
-    def some(trial):
-        return {} if values(trial)[1] < 0.6 else shearing(trial)
-
-    assert study(STUDY + "design: sample\n", tmp_path, monkeypatch, Pretending(some)) == 3
-    found = outcome(tmp_path)
-    assert (found["points"], found["runs"], found["design"]) == (32, 64, "sample")
-    ratio = variable(tmp_path, "V2/V1 force, 10")
-    assert 20 < ratio["count"] < 32 and 0.8 < ratio["explained"] <= 1.0
-    by = {one["parameter"]: one for one in ratio["indices"]}
-    assert by[DEGREE]["first"] > 0.5 > abs(by[FRICTION]["first"]) - 0.4 and by[DEGREE]["total"] is None
-    assert variable(tmp_path, "V2 onset")["no_indices"] == "it does not change over the prior"
-
-
-def test_a_page_of_a_sample_shows_the_regression(tmp_path, monkeypatch):
-    assert study(STUDY + "design: sample\n", tmp_path, monkeypatch, drawn=True) == 0
-    page = HtmlPage(tmp_path / RESULT / "report.html")
-    page.check()
-    said = page.text(page.section("indices"))
-    assert "Regression of ranks" in said and "(R2 " in said and "total" not in said

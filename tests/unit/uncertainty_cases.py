@@ -63,3 +63,9 @@ def ishigami(points: np.ndarray) -> np.ndarray:
     """Function of Ishigami and Homma (1990), a = 7, b = 0.1, at ``points`` (..., 3) of the unit cube."""
     x = np.pi * (2.0 * points - 1.0)
     return np.sin(x[..., 0]) + 7.0 * np.sin(x[..., 1]) ** 2 + 0.1 * x[..., 2] ** 4 * np.sin(x[..., 0])
+
+
+def variable(folder: Path, name: str) -> dict:
+    """The variable ``name`` of the study in ``folder``."""
+    (found,) = [one for one in outcome(folder)["variables"] if one["name"] == name]
+    return found
