@@ -70,7 +70,7 @@ def strip_picture(path: Path, history: History, *, direction: Direction, title: 
             _draw(windows[number], history.mesh, frame, position, colour, window)
             _mark_window(axes, windows[number], window, _ORDER[number])
             _mark_breaks(axes, history.mesh, frame, position)
-    strips[0].set_ylabel("along the strip [mm]", fontsize=9)
+    strips[0].set_ylabel(f"along the {direction} [mm]", fontsize=9)
     _colour_bar(figure, scale)
     figure.text(0.02, 0.975, title, fontsize=12, va="top")
     save(figure, path)

@@ -11,7 +11,16 @@ from knittest.kernels.options import PARTITIONS
 from knittest.kernels.tool_blocks import n_blocks
 from knittest.kernels.tool_contact import FREE, HELD
 from knittest.models.explicit_model import ExplicitModel
-from knittest.models.inputs import above, finite, independent, names_among, node_numbers, once_each, orthonormal
+from knittest.models.inputs import (
+    above,
+    finite,
+    in_elements,
+    independent,
+    names_among,
+    node_numbers,
+    once_each,
+    orthonormal,
+)
 from knittest.models.load_runs import in_runs
 from knittest.models.table import Table, constant
 from knittest.models.tool import Tool, tool_arrays
@@ -108,6 +117,7 @@ class Boundary:
         if len(names) != 1:
             raise InputError(f"load: acts along one degree of freedom, got {len(names)}: give each its own")
         size = _one_each(value, "value of a load", node)
+        in_elements(node[np.broadcast_to(size, node.shape) != 0.0], self.model.mesh.cells)
         rows = np.broadcast_arrays(node, DOFS[names[0]], self.table(table or constant(1.0)), size)
         self._loads.append(tuple(np.array(r) for r in rows))
 

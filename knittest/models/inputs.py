@@ -148,6 +148,16 @@ def once_each(node: Index, dof: Index, still: NDArray[np.bool_], group: Index, n
         )
 
 
+def in_elements(loaded: Index, cells: Index) -> None:
+    """Raises :class:`InputError` for ``loaded`` nodes that no element of ``cells`` has: the load would be lost."""
+    stray = np.setdiff1d(loaded, cells)
+    if stray.size:
+        raise InputError(
+            f"load: no element has node {stray[0]}, so nothing would bear it ({stray.size} in all): load nodes "
+            "of elements"
+        )
+
+
 def chain_points(points: ArrayLike, number: int) -> Array:
     """Points (n, 3) of chain ``number``; raises :class:`InputError` for fewer than two and for two in one place."""
     array = finite(points, f"points of chain {number}", (-1, 3))

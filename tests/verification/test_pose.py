@@ -253,6 +253,11 @@ def tool_added_twice() -> None:
     body.boundary.add_tool(floor)
 
 
+def one_shell() -> Body:
+    """One shell on four of six points."""
+    return Body.of_shells(SQUARES, [CELLS[0]], LAMINATE, 1e-3, 1.0)
+
+
 PULL, PUSH = ramp(1.0, 1.0), ramp(1.0, -1.0)
 REFUSED = {
     "held and moved": (lambda: moved(([0, 1], ALL), ([1], "z", PULL)), "z of node 1 .* motion 0 and again by motion 1"),
@@ -277,6 +282,7 @@ REFUSED = {
     "dof of a load": (lambda: line().boundary.load([0], "q", 1.0), "degree of freedom 'q'"),
     "load": (lambda: line().boundary.load([0], "x", np.nan), "value of a load: not finite"),
     "loads": (lambda: line().boundary.load([0, 1, 2], "x", [1.0, 2.0]), "2,.*3 nodes"),
+    "stray load": (lambda: one_shell().boundary.load([0, 5], "z", [1.0, 2.0]), "no element has node 5, .*1 in all"),
     "table": (lambda: Table((0.0, 2.0, 1.0), (0.0, 0.0, 0.0)), "must not fall"),
     "points": (lambda: Body.of_chains([Chain(np.full((3, 3), np.nan), ROUND)]), "points of chain 0: not finite"),
     "one point": (lambda: Body.of_chains([Chain(LINE[:1], ROUND)]), "at least two"),
