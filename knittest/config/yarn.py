@@ -77,6 +77,10 @@ class Yarn(Strict):
         "%", "axial strain at failure; sd is the yarn-to-yarn scatter", gt=0, band=(0.1, 50)
     )
     fracture_strain_fraction: ClassVar[Kernel[float]] = Kernel("fracture_strain")
+    torsion_ratio: Quantity | None = number(
+        None, "1", "GJ over EI; none: 0.77, that of solid, isotropic yarns (1 / (1 + nu), nu = 0.3); of free filaments "
+        "it is theirs, 2 G / E: some 0.8 of glass, 0.15 of carbon", ge=0.02, le=2,
+    )  # fmt: skip
     law: YarnLaw = Field(default_factory=YarnLaw, description="shape of the axial law")
 
     @model_validator(mode="after")

@@ -86,11 +86,14 @@ def section(yarn: Yarn, bending: float) -> Section:
             "strain [%] somewhere, by less than a number can hold"
         )
     shear_modulus = modulus / (2.0 * (1.0 + POISSON))
+    torsion = shear_modulus * float((a * (y**2 + z**2)).sum())
+    if yarn.torsion_ratio is not None:
+        torsion = yarn.torsion_ratio.value * bending
     ring = float(np.hypot(y[0], z[0]))
     return Section(
         axial=tangent * float(a.sum()),
         shear=5.0 / 6.0 * shear_modulus * float(a.sum()),
-        torsion=shear_modulus * float((a * (y**2 + z**2)).sum()),
+        torsion=torsion,
         bending=modulus * float((a * z**2).sum()),
         radius=0.5 * diameter,
         linear_density=yarn.linear_density_g_per_mm,
