@@ -4,20 +4,22 @@ import numpy as np
 
 from knittest.kernels.options import U
 
-BLOCK = 128
-LANES = U(BLOCK)
+BLOCK = 64
+#: rows lie apart by no power of two: the rows of a contact would share a few sets of the first-level cache
+STRIDE = BLOCK + 8
+LANES = U(STRIDE)
 # control points of A and B (9 + 9), parameters, line flag, reach, spring, offset, force, loss by friction, slipping,
 # turn of the touching surfaces, loss by damping, turn of A over B about the offset times its length, loss by spin
-P = tuple(np.uintp(BLOCK * k) for k in range(18))
-S, T, LINE, REACH = (np.uintp(BLOCK * k) for k in range(18, 22))
-EX, EY, EZ = (np.uintp(BLOCK * k) for k in range(22, 25))
-GX, GY, GZ = (np.uintp(BLOCK * k) for k in range(25, 28))
-PX, PY, PZ = (np.uintp(BLOCK * k) for k in range(28, 31))
-LOST, SLIPPING = np.uintp(BLOCK * 31), np.uintp(BLOCK * 32)
-TURN_X, TURN_Y, TURN_Z = (np.uintp(BLOCK * k) for k in range(33, 36))
-DAMPED = np.uintp(BLOCK * 36)
-OVER, SPUN = np.uintp(BLOCK * 37), np.uintp(BLOCK * 38)
-SCRATCH = BLOCK * 39
+P = tuple(np.uintp(STRIDE * k) for k in range(18))
+S, T, LINE, REACH = (np.uintp(STRIDE * k) for k in range(18, 22))
+EX, EY, EZ = (np.uintp(STRIDE * k) for k in range(22, 25))
+GX, GY, GZ = (np.uintp(STRIDE * k) for k in range(25, 28))
+PX, PY, PZ = (np.uintp(STRIDE * k) for k in range(28, 31))
+LOST, SLIPPING = np.uintp(STRIDE * 31), np.uintp(STRIDE * 32)
+TURN_X, TURN_Y, TURN_Z = (np.uintp(STRIDE * k) for k in range(33, 36))
+DAMPED = np.uintp(STRIDE * 36)
+OVER, SPUN = np.uintp(STRIDE * 37), np.uintp(STRIDE * 38)
+SCRATCH = STRIDE * 39
 P0, P1, P2, P3, P4, P5, P6, P7, P8 = P[:9]
 R0, R1, R2, R3, R4, R5, R6, R7, R8 = P[9:]
 # control points are done with when contacts give way: spring of the last step (3), whether it slipped, twist, lever and

@@ -20,14 +20,15 @@ from knittest.kernels.tool_shapes import FAR, frame_distance, least_distances, t
 ROUNDING = 1.0 - 1e-9
 #: nodes that are looked at together
 BLOCK = 128
-LANES = np.uintp(BLOCK)
+STRIDE = BLOCK + 8  # no power of two, as in :mod:`contact_scratch`
+LANES = np.uintp(STRIDE)
 # Rows of the scratch: largest depth of each node by the bounds; then, of those that touch, number of the node, depth,
 # outward normal (3), slide of the step (3), sticking spring (3), stiffness, viscous coefficient, 1 where it slips,
 # force (3), pressure, energy lost to friction and to damping
 REACH, NODE, DEPTH, NORM, SLIDE, SPRING, STIFF, VISCOUS, SLIPS, FORCE, PRESSURE, LOST, DAMPED = (
-    np.uintp(BLOCK * k) for k in (0, 1, 2, 3, 6, 9, 12, 13, 14, 15, 18, 19, 20)
+    np.uintp(STRIDE * k) for k in (0, 1, 2, 3, 6, 9, 12, 13, 14, 15, 18, 19, 20)
 )
-SCRATCH = BLOCK * 21
+SCRATCH = STRIDE * 21
 
 
 def n_blocks(n_nodes: int) -> int:

@@ -10,11 +10,21 @@ from test_plain_contact import SMOOTH, Crossing
 from test_tool_room import Fall
 
 from knittest import pose
-from knittest.kernels import beam_blocks, contact_blocks, explicit, periodic, shell_blocks, tool_blocks
+from knittest.kernels import (
+    beam_blocks,
+    contact_blocks,
+    contact_scratch,
+    explicit,
+    periodic,
+    shell_blocks,
+    tool_blocks,
+)
 from knittest.kernels.options import ALLOCATING, KERNEL
 
 COUNTS, SCATTER = re.compile("NRT_|atomicrmw"), "masked.scatter"
 W = np.zeros(explicit.SCRATCH)
+#: first-level cache of x86 cores since 2011, at the least
+SETS, WAYS, LINE = 64, 8, 64
 LATTICE = np.array([[3.0, 0.0, 0.0], [0.0, 2.0, 0.0]])
 PLACE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
 
@@ -97,6 +107,15 @@ def test_a_sweep_counts_no_references_and_scatters_no_stores(case):
     code = _compiled(*case(), KERNEL)
     assert not COUNTS.search(code)
     assert SCATTER not in code
+
+
+@pytest.mark.parametrize("scratch", [beam_blocks, contact_scratch, tool_blocks], ids=lambda m: m.__name__)
+def test_rows_of_a_scratch_spread_over_the_sets_of_the_first_level_cache(scratch):
+    """Of 64 sets of 8 lines: a column of the scratch must not put more lines into one than others leave room for."""
+    stride = int(scratch.STRIDE)
+    column = np.arange(scratch.SCRATCH // stride) * stride * W.itemsize // LINE % SETS
+    assert np.bincount(column).max() <= 2
+    assert scratch.SCRATCH * W.itemsize < 0.75 * SETS * WAYS * LINE
 
 
 def test_the_search_finds_what_it_searches():
