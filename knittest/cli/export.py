@@ -5,6 +5,7 @@ from typing import Any
 
 import click
 
+from knittest.base.kinds import kinds
 from knittest.cli.options import describes_run, resolve_runs
 
 SHAPES = {"t": "T-shape", "hemisphere": "hemisphere", "stl": "STL files"}
@@ -45,3 +46,43 @@ def stl(out: Path, **chosen: Any) -> None:
         tools_picture(out / "tools.png", tools, depth=rig.depth_mm, thickness=thickness, blank=blank, title=title)
     for line in (*tools.notes, *paths, out / "tools.png"):
         click.echo(str(line))
+
+
+@export.command()
+@click.argument("test", type=click.Choice([name for name, kind in kinds().items() if kind.deck_force]))
+@click.option(
+    "--direction", type=click.Choice(["warp", "weft", "both"]), default=None, help="Of a strip.  [default: both]"
+)
+@describes_run
+@click.option(
+    "--format", "form", type=click.Choice(["ls-dyna", "abaqus"]), default="ls-dyna", show_default=True,
+    help="Keywords of LS-DYNA; or of Abaqus the mesh only.",
+)  # fmt: skip
+@click.option(
+    "--out", type=click.Path(path_type=Path, file_okay=False), default=Path("deck"), show_default=True,
+    help="Folder for TEST.k or TEST.inp, with the direction of a strip in the name.",
+)  # fmt: skip
+def deck(test: str, direction: str | None, form: str, out: Path, **chosen: Any) -> None:
+    """Write a specimen of TEST as a deck for another solver, which it has not been run in.
+
+    It has nodes, elements, sections, materials, contact, motion and output; its head says what it does not express.
+
+    Example: knittest export deck tensile --variant 1 --scale macro --direction warp
+    """
+    from knittest.base.atomic import make_folder
+    from knittest.export.abaqus_mesh import write_abaqus
+    from knittest.runs.deck.write import write_deck
+    from knittest.runs.specimen import prepare
+
+    runs = resolve_runs(test, direction, chosen)
+    make_folder(out)
+    for run in runs:
+        prepared, missing = prepare(run), []
+        path = out / f"{'-'.join(filter(None, (test, run.direction)))}{'.inp' if form == 'abaqus' else '.k'}"
+        if form == "abaqus":
+            write_abaqus(path, prepared.model.mesh, prepared.model.position())
+        else:
+            missing = write_deck(path, run, prepared)
+        click.echo(str(path))
+        for line in missing:
+            click.echo(f"  not as in the laboratory: {line}")

@@ -24,6 +24,7 @@ NAMES = (
     "knittest regress", "knittest speed-study", "knittest resume", "knittest picture-frame", "knittest forming",
     "knittest check", "knittest compare", "knittest batch", "knittest calibrate", "knittest friction",
     "knittest uncertainty", "knittest pull-out", "knittest view RUN", "knittest cell",
+    "knittest export",
 )  # fmt: skip
 
 #: in this order, in one folder
@@ -83,6 +84,16 @@ COMMANDS: dict[str, Do] = {
     "knittest export stl --variant 1 --set rig.stamp.t.bar_length=140 --set rig.blank_holder_force=100": Do(
         "--out {out}"
     ),
+    "knittest export stl --variant 1": Do("--set rig.stamp.kind=hemisphere --out {out}"),
+    "knittest export deck tensile --variant 1 --scale macro --direction warp": Do("--out {out}"),
+    "knittest export deck tensile --variant 2 --scale meso --preset quick --direction warp": Do(
+        "--set rig.width=12 --set rig.gauge_length=12 --out {out}"
+    ),
+    "knittest export deck picture-frame --variant 1 --scale macro": Do("--out {out}"),
+    "knittest export deck forming --variant 1 --scale macro --set rig.blank_holder_force=100 --out blank": Do(
+        "--preset quick --set rig.stamp.kind=hemisphere"
+    ),
+    "knittest export deck picture-frame --variant 1 --scale macro --format abaqus": Do("--out {out}"),
     "knittest tensile --variant 1 --scale macro --preset quick --direction warp --verify": Do(
         "--threads 1 --out {out}"
     ),

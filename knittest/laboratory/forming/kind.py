@@ -18,6 +18,7 @@ KIND = TestKind(
     run="knittest.laboratory.forming.config:FormingRun",
     test="knittest.laboratory.forming.test:Forming",
     report="knittest.laboratory.forming.report:FormingReport",
+    deck_force="rcforc, contacts with the stamp, along z",
     size="knittest.laboratory.forming.size:stated",
     sheet="knittest.laboratory.forming.size:sheet",
     labels={

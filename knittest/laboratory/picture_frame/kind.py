@@ -20,6 +20,7 @@ KIND = TestKind(
     run="knittest.laboratory.picture_frame.config:PictureFrameRun",
     test="knittest.laboratory.picture_frame.test:PictureFrame",
     report="knittest.laboratory.picture_frame.report:PictureFrameReport",
+    deck_force="bndout: sum of force times velocity over all nodes that move, over the crosshead's velocity",
     size="knittest.laboratory.picture_frame.size:stated",
     sheet="knittest.laboratory.picture_frame.size:sheet",
     sheared_to="rig.max_angle",

@@ -15,6 +15,7 @@ KIND = TestKind(
     run="knittest.laboratory.tensile.config:TensileRun",
     test="knittest.laboratory.tensile.test:Tensile",
     report="knittest.laboratory.tensile.report:TensileReport",
+    deck_force="bndout (the set that moves) and spcforc (the set held in all six), along the strip",
     size="knittest.laboratory.tensile.size:stated",
     sheet="knittest.laboratory.tensile.size:sheet",
     lasting="knittest.laboratory.tensile.failure:expected_share",

@@ -1,0 +1,1 @@
+"""Decks for other solvers: a prepared specimen with its motion, contact and output."""
