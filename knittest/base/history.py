@@ -5,6 +5,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from knittest.base.rest import Rest
+
 Array = NDArray[np.float64]
 
 #: overlap at the start over the smaller radius that is worth a mention
@@ -73,7 +75,7 @@ class History:
     radius), tool_contacts, tool_penetration_max_um.
     ``peak`` is the number of the frame at the largest force, before anything broke by it; None if none was kept.
     ``tool_force`` (n_tools, n_nodes) is the mean normal force [N] of each tool on each node while the rig wants it, or
-    the last one where no sample lies there.
+    the last one where no sample lies there. ``rest`` is the state of yarns when the rig began to move; None of shells.
     """
 
     mesh: Mesh
@@ -85,6 +87,7 @@ class History:
     tool_force: Array = field(default_factory=lambda: np.zeros((0, 0)))
     overlaps: Overlaps = field(default_factory=Overlaps)
     peak: int | None = None
+    rest: Rest | None = None
 
     @property
     def at_peak(self) -> Frame:
@@ -144,7 +147,9 @@ class Cost:
 
 @dataclass(frozen=True)
 class Specimen:
-    """Outcome of one specimen; ``facts`` are numbers of its model that pictures need."""
+    """Outcome of one specimen; ``facts`` are numbers of its model that pictures need, ``rest`` those of the state of
+    rest that its yarns started from (:func:`knittest.base.rest.rest_numbers`), none of shells.
+    """
 
     history: History
     results: dict[str, float]
@@ -152,6 +157,7 @@ class Specimen:
     cost: Cost
     yarns: dict[str, np.ndarray]
     facts: dict[str, float] = field(default_factory=dict)
+    rest: dict[str, float] = field(default_factory=dict)
 
 
 def judged_rows(history: History, *, to_failure: bool = True, reported_from: float = np.inf) -> slice:

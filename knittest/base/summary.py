@@ -101,7 +101,7 @@ class Summary(TypedDict):
     """summary.json of a run; ``results`` are folded (:func:`knittest.base.result_rows.folded`).
 
     ``kinds`` are those of results without a reference, ``assumed`` the inputs that decide the results; older runs have
-    neither.
+    neither. ``rest`` is the state that a test of yarns started from (:mod:`knittest.base.rest`), folded too.
     """
 
     rig: str
@@ -118,5 +118,6 @@ class Summary(TypedDict):
     refused: list[str]
     warnings: list[str]
     limits: list[Limit]
+    rest: NotRequired[dict[str, object]]
     numerical_error: NotRequired[dict[str, NumericalError]]
     verification: NotRequired[Verification]

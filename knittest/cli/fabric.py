@@ -60,8 +60,9 @@ def relax(**which: Any) -> None:
         ("kept in", str(cell_path(cell.spec))),
         *_settled(run),
     )
+    wide = max(len(name) for name, _ in rows) + 2
     for name, text in rows:
-        click.echo(f"{name:22}{text}")
+        click.echo(f"{name:{wide}}{text}")
 
 
 @fabric.command()
@@ -105,17 +106,19 @@ def _settled(run: "Run") -> list[tuple[str, str]]:
     """State of rest of the cell by the contact law of runs, where the fabric states one."""
     if not run.fabric.knitting.settled:
         return []
+    from knittest.base.rest import rest_numbers, rest_rows
+    from knittest.fabric.cell import CellSpec
+    from knittest.fabric.munden import Munden
     from knittest.solve.settled_cell import settled_cell
 
     click.echo("settling the cell", err=True)
     found = settled_cell(run)
-    pressed = ", ".join(f"{kind} {c.normal_force:.3g}" for kind, c in found.crossings.items())
+    munden = Munden.of(CellSpec.of(run.fabric), found.draw_in)
+    numbers = rest_numbers(found.rest, munden.courses, munden.stitches, found.draw_in)
     return [
-        ("settled", f"loops drawn in by {100 * found.draw_in:.3g} %, under {found.tension:.3g} N"),
-        ("crossings", f"{pressed} N"),
-        ("thickness settled", f"{found.thickness:.3f} mm"),
+        ("settled", f"after {found.steps} steps"),
+        *rest_rows(numbers),
         ("kept flat by", f"{found.flat_moment:.3g} N mm/mm along the courses"),
-        ("out of balance", f"{100 * found.residual:.2g} % of the contact forces after {found.steps} steps"),
     ]
 
 

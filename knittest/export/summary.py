@@ -4,6 +4,7 @@ import statistics
 from collections.abc import Mapping, Sequence
 
 from knittest.base.history import Cost, Quality
+from knittest.base.rest import of_all
 from knittest.base.result_rows import folded
 from knittest.base.summary import ComparisonRow, CostBlock, Limit, Spread, Summary
 from knittest.config.gates import GATES
@@ -31,20 +32,22 @@ def build_summary(
     comparison: Sequence[ComparisonRow],
     kinds: Mapping[str, str] | None = None,
     assumed: Sequence[str] = (),
+    rest: Sequence[Results] = (),
 ) -> Summary:
     """Build ``summary.json`` from the results of one specimen or, as mean, sd and values, of several.
 
     A run that fails a quality gate has its comparison refused: ``refused`` lists why, and ``comparison`` stays empty.
     ``limits`` lists those that are looser than the preset's. ``kinds`` are those of results that could be compared but
-    have no reference; ``assumed`` are the inputs that decide the results and that nobody vouches for.
+    have no reference; ``assumed`` are the inputs that decide the results and that nobody vouches for; ``rest`` are the
+    numbers of the state that each specimen of yarns started from.
     """
-    return {
+    found: Summary = {
         "rig": run.rig.kind,
         "variant": run.fabric.experiment_variant or run.fabric.name,
         "scale": run.model.scale,
         "direction": run.direction,
         "status": "completed",
-        "results": folded(specimens[0] if len(specimens) == 1 else ensemble_results(specimens)),
+        "results": _folded(specimens),
         "quality": _quality(quality),
         "cost": _cost(cost),
         "comparison": [] if quality.failures else [_row(row) for row in comparison],
@@ -54,6 +57,14 @@ def build_summary(
         "warnings": list(quality.warnings),
         "limits": [_limit(run, one) for one in loosened(run)],
     }
+    if any(rest):
+        found["rest"] = _folded(of_all(rest))
+    return found
+
+
+def _folded(specimens: Sequence[Results]) -> dict[str, object]:
+    """Numbers of one specimen, or mean, sd and values of several, as the file has them."""
+    return folded(specimens[0] if len(specimens) == 1 else ensemble_results(specimens))
 
 
 def _quality(quality: Quality) -> dict[str, float | bool]:

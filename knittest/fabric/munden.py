@@ -6,10 +6,8 @@ inlays is stretched.
 
 from typing import NamedTuple
 
+from knittest.base.rest import RELAXED
 from knittest.fabric.cell import CellSpec
-
-#: of relaxed plain knits (textbook values, apparel): K_c and K_s
-RELAXED_COURSES, RELAXED_STITCHES = (5.0, 5.3), (19.0, 21.6)
 
 
 class Munden(NamedTuple):
@@ -20,14 +18,14 @@ class Munden(NamedTuple):
     stitches: float
 
     @classmethod
-    def of(cls, spec: CellSpec) -> "Munden":
-        """Constants of a cell."""
-        courses, wales = spec.loop_length / spec.course, spec.loop_length / spec.wale
+    def of(cls, spec: CellSpec, draw_in: float = 0.0) -> "Munden":
+        """Constants of a cell whose loops are shorter by ``draw_in`` [-] than its loop length."""
+        length = (1.0 - draw_in) * spec.loop_length
+        courses, wales = length / spec.course, length / spec.wale
         return cls(courses, wales, courses * wales)
 
     def __str__(self) -> str:
-        low, high = RELAXED_COURSES
-        least, most = RELAXED_STITCHES
+        (low, high), (least, most) = RELAXED.values()
         return (
             f"{self.courses:.2f}, {self.stitches:.1f} (relaxed plain knits {low:g} to {high:g}, {least:g} to {most:g})"
         )

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.kernels.contact import spline_weights
-from knittest.models.periodic_model import PeriodicModel
+from knittest.models.yarn_model import YarnModel
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -25,11 +25,17 @@ class Crossings:
     angle: float
 
 
-def crossings(model: PeriodicModel) -> dict[str, Crossings]:
-    """Contacts of ``model`` that touch, by the names of both parts, such as ``warp-weft``; each by its share."""
+def crossings(model: YarnModel, among: NDArray[np.bool_] | None = None) -> dict[str, Crossings]:
+    """Contacts of ``model`` that touch, by the names of both parts, such as ``warp-weft``; each by its share.
+
+    Of the nodes ``among`` (n_nodes,) a contact has one at least; without them all count.
+    """
     contacts, count = model.tracker.contacts, model.tracker.count
     share = contacts.share[:count]
-    touching = np.flatnonzero((contacts.force[:, :count] != 0.0).any(axis=0) & (share > 0.0))
+    counts = (contacts.force[:, :count] != 0.0).any(axis=0) & (share > 0.0)
+    if among is not None:
+        counts &= among[contacts.piece[:, :count]].any(axis=0)
+    touching = np.flatnonzero(counts)
     force, offset = contacts.force[:, touching], contacts.offset[:, touching]
     normal = np.sum(force * offset, axis=0) / np.linalg.norm(offset, axis=0)
     friction = np.sqrt(np.maximum(np.sum(force**2, axis=0) - normal**2, 0.0))
@@ -49,7 +55,7 @@ def crossings(model: PeriodicModel) -> dict[str, Crossings]:
     return found
 
 
-def _kinds(model: PeriodicModel, touching: Index) -> tuple[Index, list[str]]:
+def _kinds(model: YarnModel, touching: Index) -> tuple[Index, list[str]]:
     """Number of the kind of each contact, and names of the kinds."""
     names = model.mesh.part_names
     part = parts_of_nodes(model)[model.tracker.contacts.piece[:, touching]]
@@ -57,7 +63,7 @@ def _kinds(model: PeriodicModel, touching: Index) -> tuple[Index, list[str]]:
     return low * len(names) + high, [f"{a}-{b}" for a in names for b in names]
 
 
-def parts_of_nodes(model: PeriodicModel) -> Index:
+def parts_of_nodes(model: YarnModel) -> Index:
     """Part of the yarn of every node, (n_nodes,)."""
     of_chain = np.zeros(int(model.group.chain.max()) + 1, np.int64)
     of_chain[model.mesh.yarn] = model.mesh.part
@@ -65,14 +71,14 @@ def parts_of_nodes(model: PeriodicModel) -> Index:
     return found
 
 
-def _angles(model: PeriodicModel, touching: Index) -> Array:
+def _angles(model: YarnModel, touching: Index) -> Array:
     """Angles [rad] between the yarns of the contacts ``touching``."""
     first, second = (_tangent(model, side, touching) for side in (0, 1))
     along = np.abs(np.sum(first * second, axis=0))
     return np.arctan2(np.linalg.norm(np.cross(first, second, axis=0), axis=0), along)
 
 
-def _tangent(model: PeriodicModel, side: int, touching: Index) -> Array:
+def _tangent(model: YarnModel, side: int, touching: Index) -> Array:
     """Tangents (3, n) of the yarns on one side of contacts, not of length 1."""
     i, s = model.tracker.contacts.piece[side, touching], model.tracker.contacts.parameter[side, touching]
     x = model.nodes.position
@@ -81,7 +87,7 @@ def _tangent(model: PeriodicModel, side: int, touching: Index) -> Array:
     return found
 
 
-def surfaces(model: PeriodicModel, nodes: Index) -> tuple[float, float]:
+def surfaces(model: YarnModel, nodes: Index) -> tuple[float, float]:
     """Lowest and highest yarn surface [mm] at the ends and middles of the pieces of ``nodes``."""
     z, radius = model.nodes.position[2], model.group.radius[nodes]
     heights = [w[0] * z[nodes - 1] + w[1] * z[nodes] + w[2] * z[nodes + 1] for w in map(_weights, (0.0, 0.5, 1.0))]

@@ -63,10 +63,14 @@ class PeriodicModel(YarnModel):
         return self._area
 
     def masters(self) -> Index:
-        """Node of the cell that every node is, or is an image of, (n_nodes,)."""
-        found = np.arange(self.n_nodes)
+        """See :meth:`YarnModel.masters`."""
+        found = super().masters()
         found[self.images.ghost] = self.images.master
         return found
+
+    def typical(self) -> NDArray[np.bool_]:
+        """See :meth:`YarnModel.typical`; all nodes of the cell."""
+        return self.owned > 0.0
 
     def drive(self, boundary: Boundary, number: str, rate: Table) -> int:
         """Move one of :data:`NUMBERS` at ``rate`` [mm/ms, or 1/(mm ms)]; returns the group of its reaction, the

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numba import get_num_threads
+from numpy.typing import NDArray
 
 from knittest.base.history import Overlaps
 from knittest.kernels import monitor
@@ -107,6 +108,17 @@ class YarnModel(ExplicitModel):
     def press(self, most: float) -> float:
         """See :meth:`ExplicitModel.press`."""
         return self.tracker.press(most) if self.pressed else 0.0
+
+    def masters(self) -> Index:
+        """Node that every node is, or in a periodic cell is an image of, (n_nodes,)."""
+        return np.arange(self.n_nodes)
+
+    def typical(self) -> NDArray[np.bool_]:
+        """Nodes (n_nodes,) that stand for the fabric: those in the middle third of the piece in each direction."""
+        place = self.nodes.position[:2, : self.n_nodes]
+        low, high = place.min(axis=1, keepdims=True), place.max(axis=1, keepdims=True)
+        found: NDArray[np.bool_] = (np.abs(place - 0.5 * (low + high)) <= (high - low) / 6.0).all(axis=0)
+        return found
 
     def failed(self) -> Index:
         """Broken beams by yarn system."""

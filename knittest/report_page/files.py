@@ -77,6 +77,7 @@ class Summary(BaseModel):
     numerical_error: dict[str, dict[str, Number | str]] = {}
     verification: dict[str, object] = {}
     limits: list[LooserLimit] = []
+    rest: dict[str, Number | Spread | dict[str, Number | Spread]] = {}
 
     def plain(self) -> Written:
         """Plain data, as the run wrote them where they are whole."""

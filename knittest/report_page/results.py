@@ -3,7 +3,16 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from knittest.base.result_rows import KINDS, UNRESOLVED, UNSCATTERED, ResultRow, assumed_inputs, result_rows
+from knittest.base.rest import rest_rows
+from knittest.base.result_rows import (
+    KINDS,
+    UNRESOLVED,
+    UNSCATTERED,
+    ResultRow,
+    assumed_inputs,
+    result_rows,
+    unfolded,
+)
 from knittest.experiment.compare import ERRORS, UNRATED
 from knittest.report_page.blocks import Block, Cell, Section, Table, Text, Tone
 from knittest.report_page.errors import error_blocks
@@ -58,6 +67,7 @@ def results(run: LoadedRun) -> Section:
         blocks += [Text(text[0].upper() + text[1:] + ".") for kind, text in notes.items() if kind in kinds]
         blocks += _assumed(assumed_inputs(run.summary.plain(), rows))
         blocks += error_blocks(run)
+        blocks += _rest(run)
     else:
         blocks.append(Text("This run left no results.", "warn"))
     blocks += [block for curve in run.comparison.curves for block in _metrics(curve)]
@@ -75,6 +85,13 @@ def _cells(row: ResultRow) -> tuple[Cell, ...]:
         Cell(row.deviation, note=row.verdict, tone=_VERDICTS.get(row.verdict, "")),
         Cell(row.kind, note=row.on_assumed),
     )  # fmt: skip
+
+
+def _rest(run: LoadedRun) -> list[Block]:
+    """State of rest that yarns started from, in the middle of the specimen."""
+    rest = run.summary.plain().get("rest")
+    rows = [(Cell(name), Cell(text)) for name, text in rest_rows(unfolded(rest))] if rest else []
+    return [Table("Yarns at rest before the test, middle third of the specimen or the cell", (), rows)] if rows else []
 
 
 def _assumed(fields: Sequence[str]) -> list[Block]:

@@ -66,7 +66,7 @@ def judge(run: Run, specimens: list[Specimen], references: References) -> Judgem
         curves = [compare_columns(columns, curve, report.axes.reach) for curve in references.curves]
     comparison: dict[str, object] = {"refused": list(refused), "rows": [] if refused else rows, "curves": curves}
     alone = {q: row_kind(run, q) for q in kinds()[run.rig.kind].published if q in means and q not in kind_of}
-    summary = build_summary(run, results, quality, cost, rows, alone, guessed)
+    summary = build_summary(run, results, quality, cost, rows, alone, guessed, [s.rest for s in specimens])
     return Judgement(summary, comparison, quality, curves[len(curves) - len(references.own) :])
 
 

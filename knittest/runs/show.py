@@ -11,6 +11,7 @@ from typing import Any, Protocol, TextIO
 from knittest.base.history import Quality
 from knittest.base.kinds import kinds
 from knittest.base.layout import nearest, table, width_of, wrapped
+from knittest.base.rest import rest_line
 from knittest.base.result_rows import (
     GIVEN,
     KINDS,
@@ -19,6 +20,7 @@ from knittest.base.result_rows import (
     UNSCATTERED,
     assumed_inputs,
     result_rows,
+    unfolded,
 )
 from knittest.base.summary import Limit, Summary
 from knittest.config.looser import LOOSER
@@ -117,6 +119,12 @@ def band_line(outcome: Outcome) -> str:
     return f"shear of this fabric over what is assumed of its yarns, 5 to 95 % [N/mm]: {told}" if told else ""
 
 
+def rest_told(outcome: Outcome) -> str:
+    """The state of rest that yarns started from, in one line; empty of shells."""
+    numbers = outcome.summary.get("rest")
+    return f"yarns at rest before the test, {_name(outcome)}: {rest_line(unfolded(numbers))}" if numbers else ""
+
+
 def error_lines(outcomes: Sequence[Outcome]) -> list[str]:
     """Lines on how the numerical errors were found, each once, with the name of the run where there are several."""
     told = [(_name(outcome), line) for outcome in outcomes for line in error_notes(outcome.summary)]
@@ -201,7 +209,7 @@ def _print(outcomes: Sequence[Outcome], stream: TextIO) -> None:
     notes = [text for kind, text in KINDS.items() if kind in kinds]
     notes += [line for outcome in outcomes if (line := assumed_line(outcome))]
     notes += dict.fromkeys(line for outcome in outcomes if (line := band_line(outcome)))
-    lines = [*notes, *error_lines(outcomes)]
+    lines = [*notes, *error_lines(outcomes), *(line for outcome in outcomes if (line := rest_told(outcome)))]
     lines += [line for outcome in outcomes for line in (*curve_lines(outcome), *quality_lines(outcome))]
     lines += [f"run folder: {nearest(outcome.folder)}" for outcome in outcomes]
     for told, styled in _tables(rows, width):

@@ -6,8 +6,11 @@ from dataclasses import replace
 import numba
 
 from knittest.base.history import Cost, History, Quality, Specimen
+from knittest.base.rest import rest_numbers
 from knittest.config.gates import limits_judged
 from knittest.config.run import Run
+from knittest.fabric.cell import CellSpec
+from knittest.fabric.munden import Munden
 from knittest.kernels.threading import limited
 from knittest.laboratory.base import Prepared, cut_curve_warnings
 from knittest.laboratory.registry import TESTS
@@ -16,6 +19,8 @@ from knittest.solve.settled_cell import too_coarse, with_draw_in
 from knittest.solve.state import SimulationCost
 from knittest.solve.warmup import warm
 
+#: fact of a specimen: draw-in of its loops [-]
+DRAWN = "draw_in"
 #: elements below which a second thread costs more than it brings
 SERIAL_BELOW = 2000
 
@@ -24,7 +29,8 @@ def prepare(run: Run, specimen: int = 0, observer: Observer = SILENT) -> Prepare
     """Build model and rig of specimen number ``specimen``; raises :class:`InputError` where its loops lock."""
     drawn = with_draw_in(run, _axial_share(run))
     prepared: Prepared = TESTS[run.rig.kind].prepare(drawn, specimen, observer)
-    return prepared
+    draw_in = drawn.fabric.knitting.draw_in_fraction if run.model.scale == "meso" else None
+    return prepared if draw_in is None else replace(prepared, facts=prepared.facts | {DRAWN: draw_in})
 
 
 def threads_for(elements: int) -> int:
@@ -50,7 +56,17 @@ def run_specimen(run: Run, specimen: int = 0, observer: Observer = SILENT) -> Sp
         _cost(cost, elements, (clock.perf_counter() - start, clock.process_time() - cpu), compile_s, prepared, threads),
         prepared.yarns,
         prepared.facts,
+        _rest(run, prepared, history),
     )
+
+
+def _rest(run: Run, prepared: Prepared, history: History) -> dict[str, float]:
+    """Numbers of the state of rest that yarns started from; none of shells."""
+    if history.rest is None:
+        return {}
+    draw_in = prepared.facts.get(DRAWN)
+    munden = Munden.of(CellSpec.of(run.fabric), draw_in or 0.0)
+    return rest_numbers(history.rest, munden.courses, munden.stitches, draw_in)
 
 
 def _assessed(run: Run, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:

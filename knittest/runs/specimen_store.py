@@ -28,6 +28,7 @@ def specimen_state(specimen: Specimen, frames: bool) -> State:
         "quality": asdict(specimen.quality),
         "cost": asdict(specimen.cost),
         "facts": specimen.facts,
+        "rest": specimen.rest,
     }
     state = {"plain": np.array(json.dumps(plain, default=_plain))} | arrays_of("mesh", mesh, MESH_ARRAYS)
     state |= prefixed("curve", history.curve) | prefixed("energies", history.energies)
@@ -51,7 +52,9 @@ def specimen_of(state: State) -> Specimen:
     )  # fmt: skip
     lists = {name: tuple(plain["quality"][name]) for name in ("failures", "warnings")}
     quality = Quality(**(plain["quality"] | lists))
-    return Specimen(history, plain["results"], quality, Cost(**plain["cost"]), under(state, "yarns"), plain["facts"])
+    return Specimen(
+        history, plain["results"], quality, Cost(**plain["cost"]), under(state, "yarns"), plain["facts"], plain["rest"]
+    )
 
 
 def _plain(value: Any) -> Any:

@@ -9,11 +9,12 @@ from dataclasses import dataclass
 from functools import cache
 
 from knittest.base.errors import InputError
+from knittest.base.rest import Rest
 from knittest.config.base import Quantity
 from knittest.config.run import Run
 from knittest.fabric.relax import relaxed_cell
-from knittest.kernels.monitor import axial_state
 from knittest.materials.yarn_section import SYSTEMS
+from knittest.models.at_rest import at_rest
 from knittest.models.crossings import Crossings
 from knittest.models.meso_cell import build_meso_cell
 from knittest.solve.periodic_body import PeriodicBody
@@ -31,17 +32,25 @@ MESHES, COARSE = ((30, 8), (48, 12), (64, 16)), 0.2
 
 @dataclass(frozen=True)
 class SettledCell:
-    """A cell at rest: mean axial force in the loops' yarn [N] at ``draw_in`` [-], thickness [mm], moment per width that
-    keeps it flat along the courses [N], forces out of balance over those of contacts [-], and its crossings by kind.
+    """A cell at ``rest`` whose loops are drawn in by ``draw_in`` [-]: moment per width that keeps it flat along the
+    courses [N], steps to there, and its crossings by kind.
     """
 
     draw_in: float
-    tension: float
-    thickness: float
+    rest: Rest
     flat_moment: float
-    residual: float
     steps: int
     crossings: dict[str, Crossings]
+
+    @property
+    def tension(self) -> float:
+        """Mean axial force in the loops' yarn [N]."""
+        return self.rest.tension
+
+    @property
+    def residual(self) -> float:
+        """Forces out of balance over those of contacts [-]."""
+        return self.rest.residual
 
     @property
     def pressing(self) -> float:
@@ -120,11 +129,9 @@ def settle_at(run: Run, draw_in: float, axial_share: float = 1.0) -> SettledCell
     model = build_meso_cell(_drawn_in(run, draw_in), relaxed_cell(run.fabric), 1, 1, axial_share=axial_share)
     body = PeriodicBody(model, run.solver.safety)
     found = body.settle(AT_REST, PATIENT)
-    force = axial_state(model.nodes, model.parts, model.beams)[1][model.element_node]
-    tension = float(force[model.mesh.part == SYSTEMS.index("knit")].mean())
-    return SettledCell(
-        draw_in, tension, body.thickness, body.bending_moment(), found.residual, found.steps, body.crossings()
-    )
+    rest = at_rest(model, found.residual)
+    assert rest is not None
+    return SettledCell(draw_in, rest, body.bending_moment(), found.steps, body.crossings())
 
 
 def _settles(run: Run) -> bool:

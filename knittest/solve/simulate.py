@@ -12,6 +12,7 @@ from knittest.base.history import Frame, History
 from knittest.config.run import Output, Solver
 from knittest.kernels.threading import limited
 from knittest.kernels.tool_contact import tool_energies
+from knittest.models.at_rest import at_rest
 from knittest.models.boundary import Boundary
 from knittest.models.explicit_model import ExplicitModel, Stored
 from knittest.models.readings import Readings, new_tally, take_readings
@@ -66,9 +67,11 @@ def _begin(model: ExplicitModel, rig: Rig, solver: Solver, observer: Observer) -
     snapshot = observer.resume_from()
     run.start_energy = _elastic(_stored(run))
     if snapshot is None:
+        residual = np.nan
         if model.prestressed:
-            settle(model, run.drive, run.tally, dt)
+            residual = settle(model, run.drive, run.tally, dt).residual
             run.start_energy = _elastic(_stored(run))
+        run.rest = at_rest(model, residual)
         run.frames.append(_frame(run, {run.rig.coordinate: 0.0, run.rig.force: 0.0}))
         return run
     run.restore(snapshot)
@@ -282,4 +285,5 @@ def _history(run: Simulation) -> History:
     return History(
         run.model.mesh, curve, energies, run.frames, int(broken[0]) if len(broken) else None, contacts,
         run.tool_force / run.tool_rows if run.tool_rows else run.drive.touch.pressure.copy(), run.overlaps, peak,
+        run.rest,
     )  # fmt: skip

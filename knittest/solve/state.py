@@ -1,11 +1,13 @@
 """State of a simulation between two chunks, and the same as arrays for a checkpoint."""
 
-from dataclasses import dataclass, field
+import json
+from dataclasses import asdict, dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.history import Frame, Overlaps
+from knittest.base.rest import Rest
 from knittest.config.run import Solver
 from knittest.kernels.state import Tally
 from knittest.models.snapshot import State, arrays_of, columns, entry, prefixed, put_back, rows_of, under
@@ -77,6 +79,7 @@ class Simulation(Stepping):
     tool_force: Array = field(default_factory=lambda: np.zeros((0, 0)))  # sum of ``tool_rows`` samples
     tool_rows: int = 0
     overlaps: Overlaps = field(default_factory=Overlaps)
+    rest: Rest | None = None
     frames: list[Frame] = field(default_factory=list)
     at_peak: Kept | None = None
     peak: float = 0.0
@@ -99,6 +102,8 @@ class Simulation(Stepping):
         state["samples/time"] = np.array([t for t, _ in self.samples])
         state["samples/reaction"] = np.array([r for _, r in self.samples])
         state["n_frames"] = np.array(len(self.frames))
+        if self.rest is not None:
+            state["rest"] = np.array(json.dumps(asdict(self.rest)))
         if self.at_peak is not None:
             state |= {f"at_peak/{name}": np.asarray(value) for name, value in vars(self.at_peak).items()}
         return Snapshot(state, [frame_state(f) for f in self.frames])
@@ -122,6 +127,8 @@ class Simulation(Stepping):
         self.tool_rows = int(entry(state, "run/tool_rows", ()))
         self.samples = list(zip(entry(state, "samples/time").tolist(), entry(state, "samples/reaction"), strict=True))
         self.frames = [frame_of(f) for f in snapshot.frames]
+        if "rest" in state:
+            self.rest = Rest(**json.loads(str(state["rest"])))
         if "at_peak/time" in state:
             time, coordinate, force = (float(entry(state, f"at_peak/{name}", ())) for name in FRAME)
             place = entry(state, "at_peak/position", self.model.nodes.position.shape)

@@ -51,7 +51,7 @@ def bits(history):
     arrays += [
         a for f in history.frames for a in (f.position, *f.fields.values(), np.array([f.time, f.coordinate, f.force]))
     ]
-    return [array.tobytes() for array in arrays], history.first_failure
+    return [array.tobytes() for array in arrays], history.first_failure, str(history.rest)
 
 
 @pytest.mark.parametrize("scale", list(SETS))

@@ -299,6 +299,15 @@ def test_summary_has_the_contracts_keys(tmp_path: Path, run: Run) -> None:
     assert written["comparison"] == [ROW] and list(written["comparison"][0]) == list(ROW)
 
 
+def test_state_of_rest_is_a_block_of_its_own(run: Run) -> None:
+    one, other = ({"thickness_mm": t, "normal_force_n.warp-weft": n} for t, n in ((2.0, 0.1), (3.0, 0.3)))
+    alone = build_summary(run, [RESULTS], quality(), cost(), [ROW], rest=[one])
+    assert alone["rest"] == {"thickness_mm": 2.0, "normal_force_n": {"warp-weft": 0.1}}
+    both = build_summary(run, [RESULTS, RESULTS], quality(), cost(), [ROW], rest=[one, other])
+    assert both["rest"]["thickness_mm"]["mean"] == 2.5
+    assert "rest" not in build_summary(run, [RESULTS], quality(), cost(), [ROW], rest=[{}])
+
+
 def test_a_failed_gate_refuses_the_comparison(run: Run) -> None:
     summary = build_summary(run, [RESULTS], quality(("kinetic energy 9 % of the work",)), cost(), [ROW])
     assert summary["refused"] == ["kinetic energy 9 % of the work"]

@@ -191,6 +191,17 @@ def test_table_rows() -> None:
     ]
 
 
+def test_state_of_rest_of_yarns_is_one_line_under_the_table() -> None:
+    rest = {"loop_tension_n": 0.2, "normal_force_n": {"warp-weft": 0.4}, "thickness_mm": 2.2, "out_of_balance_pct": 0.5}
+    out = io.StringIO()
+    print_results([weft(rest=rest), weft()], out)
+    (line,) = [line for line in out.getvalue().splitlines() if "at rest" in line]
+    assert line == (
+        "yarns at rest before the test, weft: tension of the loops 0.2 N; mean normal force of crossings warp-weft 0.4 "
+        "N; thickness 2.200 mm; out of balance 0.5 % of the contact forces"
+    )
+
+
 def test_an_ensemble_shows_mean_and_sd() -> None:
     spread = {"mean": 7345.6, "sd": 401.2, "values": [7000.0, 7345.6, 7700.0]}
     table = results_table([weft(results={"peak_force_n": spread})], plus_minus="+-")

@@ -1,0 +1,91 @@
+"""State of rest of yarns: read in the middle of a specimen, told as numbers, rows and one line, kept by checkpoints."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from knittest.base.rest import Rest, of_all, rest_line, rest_numbers, rest_rows
+from knittest.config.loading import resolve
+from knittest.fabric.cell import CellSpec
+from knittest.fabric.munden import Munden
+from knittest.models.at_rest import at_rest
+from knittest.models.chains import Chain, build_chains
+from knittest.models.yarn_model import YarnModel
+from knittest.pose import YarnContact, round_section
+
+SECTION = round_section(modulus=2e3, diameter=0.5, density=1.5e-3)
+REST = Rest(0.2, 2.2, 0.004, {"warp-weft": 0.4, "knit-knit": 0.1})
+
+
+def grid(draw_in: float = 0.0) -> YarnModel:
+    """Loops' yarns along x over warps along y, 0.01 mm into each other, crossing at x, y of -4, 0 and 4 mm; the outer
+    ones stick out by 3 mm; the loops' yarn in the middle is drawn in.
+    """
+    s = np.linspace(-6.0, 6.0, 25)[:, None]
+    chains = []
+    for part, along, height in ((0, [0.0, 1.0, 0.0], 0.0), (2, [1.0, 0.0, 0.0], 0.49)):
+        across = np.array(along)[[1, 0, 2]]
+        for at in (-4.0, 0.0, 4.0):
+            lift = np.where(np.abs(s) > 5.0, 3.0, 0.0) * [0.0, 0.0, 1.0]
+            points = s * along + at * across + lift + [0.0, 0.0, height]
+            chains.append(Chain(points, SECTION, part, draw_in=draw_in if at == 0.0 else 0.0))
+    contact = YarnContact(normal=50.0, tangential=0.0, friction=0.0, damping=0.0)
+    model = build_chains(chains, ("warp", "weft", "knit"), contact)
+    model.prepare()
+    return model
+
+
+def test_state_of_rest_is_that_of_the_middle():
+    """Crossings at the edge bear five times as much, and yarns stick out there: neither counts."""
+    model = grid(0.01)
+    contacts, n = model.tracker.contacts, model.tracker.count
+    place = model.nodes.position[:2, contacts.piece[0, :n]]
+    share = np.where(np.abs(place).max(axis=0) < 1.0, 0.3, 1.5)
+    assert n >= 9 and (share == 0.3).sum() == 1
+    offset = contacts.offset[:, :n]
+    contacts.force[:, :n] = share * offset / np.linalg.norm(offset, axis=0)
+    found = at_rest(model, 0.02)
+    assert found is not None and found.residual == 0.02
+    assert dict(found.normal_force) == {"warp-knit": pytest.approx(0.3)}
+    assert found.thickness == pytest.approx(0.99)
+    assert found.tension == pytest.approx(SECTION.axial * 0.01 / 0.99, rel=1e-9)
+
+
+def test_shells_have_none():
+    assert at_rest(object(), 0.0) is None  # type: ignore[arg-type]
+
+
+def test_numbers_rows_and_the_line_say_the_same():
+    numbers = rest_numbers(REST, 4.0, 16.3, 0.01)
+    assert numbers["out_of_balance_pct"] == pytest.approx(0.4) and numbers["draw_in_pct"] == 1.0
+    rows = dict(rest_rows(numbers))
+    assert rows["mean normal force of crossings"] == "knit-knit 0.1, warp-weft 0.4 N"
+    assert rows["Munden's Kc"] == "4.00 (relaxed plain knits 5 to 5.3)"
+    assert rows["out of balance"] == "0.4 % of the contact forces"
+    line = rest_line(numbers)
+    assert all(f"{label} {text}" in line for label, text in rows.items()) and "\n" not in line
+
+
+def test_what_was_not_settled_says_so_and_no_draw_in_is_none():
+    numbers = rest_numbers(Rest(0.0, 2.2, math.nan), 4.0, 16.3)
+    rows = dict(rest_rows(json.loads(json.dumps(numbers).replace("NaN", "null"))))
+    assert rows["out of balance"] == "not settled: yarns start free of force"
+    assert "loops drawn in by" not in rows and "mean normal force of crossings" not in rows
+
+
+def test_an_ensemble_has_the_names_of_all_and_shows_means():
+    one, other = rest_numbers(REST, 4.0, 16.0), rest_numbers(Rest(0.1, 2.0, 0.0, {"warp-weft": 0.2}), 4.0, 16.0)
+    alike = of_all([one, other])
+    assert alike[1]["normal_force_n.knit-knit"] == 0.0 and list(alike[0]) == list(alike[1])
+    spread = {k: {"mean": (alike[0][k] + alike[1][k]) / 2, "sd": 0.0, "values": []} for k in one}
+    assert dict(rest_rows(spread))["mean normal force of crossings"] == "knit-knit 0.05, warp-weft 0.3 N"
+
+
+def test_constants_of_munden_are_those_of_the_yarn_that_is_in_the_loop():
+    spec = CellSpec.of(resolve(variant="1").fabric)
+    free, drawn = Munden.of(spec), Munden.of(spec, 0.02)
+    assert free.courses == pytest.approx(spec.loop_length / spec.course)
+    assert drawn.courses == pytest.approx(0.98 * free.courses)
+    assert drawn.stitches == pytest.approx(0.98**2 * free.stitches)
