@@ -30,8 +30,10 @@ import click
 @click.option("--update-baseline", "update", is_flag=True, help="Write the numbers of these runs to the baseline.")
 @click.option("--out", type=click.Path(path_type=Path), default=Path("runs/regress"), show_default=True)
 @click.option("--junit", type=click.Path(path_type=Path), metavar="FILE", help="Write JUnit XML for a CI server.")
-@click.option("--workers", type=click.IntRange(1), help="Processes.  [default: cores over threads]")
-@click.option("--threads", type=click.IntRange(1), help="Threads of each.  [default: cores over workers]")
+@click.option("--workers", type=click.IntRange(1), help="Processes.  [default: cores over threads; with --table 4: 2]")
+@click.option(
+    "--threads", type=click.IntRange(1), help="Threads of each.  [default: cores over workers; with --table 4: 1]"
+)
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout and nothing else there.")
 @click.option("--quiet", is_flag=True, help="No progress, no table.")
 def regress(table: str | None, as_json: bool, **chosen: Any) -> int:

@@ -185,6 +185,7 @@ COMMANDS: dict[str, Do] = {
     "knittest speed-study --variant 2 --test friction --scale macro": Do("--preset quick --out {out}"),
     "knittest regress --level quick --junit regress.xml": Do(planned="2 CPU minutes; .ci/run runs it"),
     "knittest regress --level full --junit regress.xml": Do(planned="CPU hours"),
+    "knittest regress --level full --table 4": Do(planned="CPU hours"),
     "knittest regress --table 3 --scale macro --json": Do(planned="1 CPU minute; .ci/run runs its like"),
     "knittest regress --level full --update-baseline": Do("--baseline own.json", planned="CPU hours"),
     "knittest regress --update-baseline": Do("--baseline own.json", planned="2 CPU minutes"),

@@ -8,7 +8,7 @@ from knittest.experiment.tables import published
 from knittest.laboratory.registry import REPORTS
 from knittest.studies.trials.record import Record
 
-ELEMENTS, CPU_S = 100, 36.0
+ELEMENTS, CPU_S, STEPS, ADDED = 100, 36.0, 5000, 12.5
 UNPUBLISHED = {
     "forming": {"stamp_force_max_n": 109.0, "max_wrinkle_height_mm": 0.87},
     "picture-frame": {"shear_force_n_at_deg.30": 12.3, "wrinkle_amplitude_mm_at_40deg": 1.6},
@@ -48,5 +48,8 @@ class Pretending:
         x = np.linspace(0.0, 1.6, 50)
         values = "\n".join(f"{a},{self.factor * 1000.0 * a}" for a in x)
         (folder / "curve.csv").write_text(f"{axes.x},{axes.y}\n{values}\n")
-        summary = {"results": results, "cost": {"elements": ELEMENTS, "cpu_s": CPU_S}, "refused": []}
+        summary = {"results": results, "refused": []} | {
+            "cost": {"elements": ELEMENTS, "cpu_s": CPU_S, "steps": STEPS},
+            "quality": {"added_mass_pct": ADDED},
+        }
         return Record(trial.key, "completed", summary=summary, seconds=2.0)

@@ -1,6 +1,7 @@
 """``knittest regress``: what passes, what fails, what it leaves."""
 
 import json
+import math
 import re
 import xml.etree.ElementTree as ET
 from pathlib import Path
@@ -11,7 +12,9 @@ from regress_cases import CPU_S, ELEMENTS, Pretending
 from knittest.base.kinds import kinds
 from knittest.cli.main import run
 from knittest.studies.regress import baseline, cases, command
-from knittest.studies.regress.cases import Case, cases_of
+from knittest.studies.regress.cases import Case, cases_of, chosen_cases
+from knittest.studies.regress.cost import table4_rows, total
+from knittest.studies.trials.record import Record
 
 TENSILE = "tensile-macro-v1-warp-quick"
 FORMING, YARNS = "forming-macro-v1-quick-100n", "picture-frame-meso-v1-quick-20mm"
@@ -24,9 +27,10 @@ def regress(tmp_path, monkeypatch):
     count = iter(range(100))
 
     def call(*arguments, pool=None, out=None):
-        monkeypatch.setattr(command, "LocalPool", lambda *_: pool or Pretending())
+        monkeypatch.setattr(command, "LocalPool", lambda *numbers: call.shares.append(numbers) or pool or Pretending())
         return run(["regress", "--baseline", "b.json", "--out", out or f"out{next(count)}", *arguments])
 
+    call.shares = []
     return call
 
 
@@ -56,10 +60,10 @@ def test_all_as_published_passes_and_says_what_it_is_worth(stored, capsys):
         r"V1 warp +macro +quick +peak force \[N\] +5820 +5820 ± 461 +\+0.00 sd +input +within 1 % +pass", text
     )
     assert re.search(r"V2 weft +macro +quick +overhang \[mm\] .* tuned +within 1 sd +pass", text)
-    assert re.search(rf"tensile +macro +440 +{ELEMENTS} +0.067 +{CPU_S / 3600.0:.2g} +preset quick", text)
+    assert re.search(rf"tensile +macro +440 +{ELEMENTS} +0.067 +{CPU_S / 3600.0:.2g} +5000 +12 +preset quick", text)
     assert "different machines" in text
-    assert re.search(rf"forming +macro +27512 +{ELEMENTS} +384 +{CPU_S / 3600.0:.2g} +preset quick", text)
-    assert re.search(r"cantilever +meso +\d+ +- +[\d.]+ +- +not run at this level", text)
+    assert re.search(rf"forming +macro +27512 +{ELEMENTS} +384 +{CPU_S / 3600.0:.2g} +5000 +12 +preset quick", text)
+    assert re.search(r"cantilever +meso +\d+ +- +[\d.]+ +- +- +- +not run at this level", text)
 
 
 def test_rows_off_by_more_than_their_limits_fail(stored, capsys):
@@ -182,13 +186,30 @@ def test_choice_of_table_scale_and_level(stored):
         TENSILE,
     ]  # fmt: skip
     full = labels("--level", "full", "--scale", "macro")
-    assert "picture-frame-macro-v1-standard" in full and len(full) == 13
+    assert "picture-frame-macro-v1-paper" in full and len(full) == 14
+
+
+def test_table_4_has_all_runs_of_the_paper_at_its_size_two_at_a_time_on_one_thread(stored, capsys):
+    assert stored("--table", "4", "--level", "full") == 0
+    assert stored.shares == [(None, None), (2, 1)]
+    lines = capsys.readouterr().out.splitlines()
+    rows = [line for line in lines if "preset paper, gates passed" in line]
+    assert len(rows) == 10 and all(" 5000 " in row and " 12 " in row for row in rows)
+    assert "together, of what ran: 4011 CPU h in the paper, 0.1 here" in lines
+
+
+def test_a_run_that_gates_refuse_has_its_cost_and_says_so():
+    case = chosen_cases("full", "macro", 4)[0]
+    summary = {"cost": {"elements": 7, "cpu_s": 36.0, "steps": 9}, "quality": {"added_mass_pct": None}}
+    [row] = [r for r in table4_rows({case: Record("k", "refused", "why", summary)}) if r.elements == 7]
+    assert (row.test, row.cpu_h, row.note) == (case.test, 0.01, "preset paper, refused") and math.isnan(row.added_mass)
+    assert total([row]) == (row.paper_cpu_h, 0.01)
 
 
 def test_without_an_entry_drift_is_not_judged_and_said_so(stored, capsys):
     assert stored("--level", "full", "--scale", "macro", "--junit", "j.xml") == 0
-    assert "not judged for drift: picture-frame-macro-v1-standard" in capsys.readouterr().out
-    assert len(ET.parse("j.xml").findall(".//skipped")) == 13
+    assert "not judged for drift: " in capsys.readouterr().out
+    assert len(ET.parse("j.xml").findall(".//skipped")) == 14
 
 
 def test_junit_can_be_read_back(stored):

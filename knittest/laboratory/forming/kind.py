@@ -71,6 +71,8 @@ KIND = TestKind(
     regression=Regression(
         runs=(
             Regressed(1, "quick", "macro", "quick", (("1", None),), ("rig.blank_holder_force=100",), "100n"),
+            Regressed(0, "full", "meso", "paper", (("1", None),), ("rig.blank_holder_force=100",), "100n"),
+            Regressed(2, "full", "macro", "paper", (("1", None),), ("rig.blank_holder_force=100",), "100n"),
         ),
         drift={"macro": (0.04, 0.02, 0.10)},
         buckled=("max_wrinkle_height_mm", "wrinkle_height_p95_mm", "rim_wave_height_mm"),

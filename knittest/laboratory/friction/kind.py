@@ -50,7 +50,7 @@ KIND = TestKind(
         rows=("mu_paper",),
         runs=(
             Regressed(6, "quick", "macro", "quick", (("1", "warp"),)),
-            Regressed(3, "full", "meso", "standard", (("1", "warp"),)),
+            Regressed(3, "full", "meso", "paper", (("1", "warp"),)),
             Regressed(7, "full", "macro", "paper", (("1", "warp"), ("2", "warp"))),
         ),
     ),

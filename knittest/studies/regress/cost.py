@@ -1,7 +1,7 @@
 """Table 4: elements and CPU hours of the paper beside ours, from different machines; shown, not judged."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 from knittest.base.kinds import names
@@ -11,7 +11,9 @@ from knittest.studies.trials.record import Record
 
 @dataclass(frozen=True)
 class CostRow:
-    """A test at a scale; ``note`` says why there are no numbers of ours (NaN), or of what size the model is."""
+    """A test at a scale; ``note`` says why there are no numbers of ours (NaN), or of what size the model is and whether
+    its gates passed. ``added_mass`` [%] is that of mass scaling.
+    """
 
     test: str
     scale: str
@@ -19,6 +21,8 @@ class CostRow:
     paper_cpu_h: float
     elements: float
     cpu_h: float
+    steps: float
+    added_mass: float
     note: str
 
 
@@ -31,14 +35,21 @@ def table4_rows(done: Mapping[Case, Record]) -> Iterator[CostRow]:
                 continue
             case = next((c for c in done if (c.test, c.scale) == (test, scale) and 4 in c.tables), None)
             elements, cpu_h = paper
-            yield CostRow(test, scale, elements, cpu_h, *_ours(test, case, done))
+            yield CostRow(test, scale, elements, cpu_h, *_ours(case, done))
 
 
-def _ours(test: str, case: Case | None, done: Mapping[Case, Record]) -> tuple[float, float, str]:
+def total(rows: Iterable[CostRow]) -> tuple[float, float]:
+    """CPU hours of the paper and ours, of the ``rows`` that have both."""
+    both = [(row.paper_cpu_h, row.cpu_h) for row in rows if math.isfinite(row.cpu_h) and math.isfinite(row.paper_cpu_h)]
+    return sum(paper for paper, _ in both), sum(ours for _, ours in both)
+
+
+def _ours(case: Case | None, done: Mapping[Case, Record]) -> tuple[float, float, float, float, str]:
     if case is None:
-        return math.nan, math.nan, "not run at this level"
+        return *(math.nan,) * 4, "not run at this level"
     record = done[case]
-    cost = record.cost
-    if cost is None:
-        return math.nan, math.nan, f"no result: {record.status}"
-    return cost["elements"], cost["cpu_s"] / 3600.0, f"preset {case.preset}"
+    if record.summary is None:
+        return *(math.nan,) * 4, f"no result: {record.status}"
+    cost, added = record.summary["cost"], record.summary["quality"].get("added_mass_pct")
+    said = f"preset {case.preset}, " + ("gates passed" if record.status == "completed" else record.status)
+    return cost["elements"], cost["cpu_s"] / 3600.0, cost["steps"], math.nan if added is None else added, said

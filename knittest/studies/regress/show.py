@@ -9,14 +9,14 @@ from knittest.base.layout import table, width_of
 from knittest.base.result_rows import LABELS
 from knittest.experiment.row_kind import RowKind
 from knittest.export.provenance import cpu_model
-from knittest.studies.regress.cost import CostRow
+from knittest.studies.regress.cost import CostRow, total
 from knittest.studies.regress.drift import LIMITS, Drift
 from knittest.studies.regress.judge import Row
 from knittest.studies.regress.outcome import Outcome, largest_of
 
 HEAD3 = ("specimen", "scale", "preset", "quantity", "simulated", "experiment", "deviation", "kind", "passes", "verdict")
-HEAD4 = ("test", "scale", "elements, paper", "ours", "CPU h, paper", "ours", "")
-RIGHT3, RIGHT4 = (4, 5, 6), (2, 3, 4, 5)
+HEAD4 = ("test", "scale", "elements, paper", "ours", "CPU h, paper", "ours", "steps", "mass added [%]", "")
+RIGHT3, RIGHT4 = (4, 5, 6), (2, 3, 4, 5, 6, 7)
 
 
 def lines_of(outcome: Outcome) -> Iterator[str]:
@@ -32,6 +32,8 @@ def lines_of(outcome: Outcome) -> Iterator[str]:
     if outcome.costs:
         yield "Table 4, variant 1: different machines and, unless the preset is paper, another size of the model"
         yield from _lines([HEAD4, *map(_row4, outcome.costs)], RIGHT4)
+        paper, ours = total(outcome.costs)
+        yield f"together, of what ran: {paper:.4g} CPU h in the paper, {ours:.2g} here"
         yield ""
     yield from _drift_lines(outcome)
     yield from _verdict(outcome)
@@ -52,8 +54,8 @@ def _row3(row: Row) -> tuple[str, ...]:
 
 
 def _row4(row: CostRow) -> tuple[str, ...]:
-    numbers = (row.paper_elements, row.elements, row.paper_cpu_h, row.cpu_h)
-    forms = ("{:.0f}", "{:.0f}", "{:.4g}", "{:.2g}")
+    numbers = (row.paper_elements, row.elements, row.paper_cpu_h, row.cpu_h, row.steps, row.added_mass)
+    forms = ("{:.0f}", "{:.0f}", "{:.4g}", "{:.2g}", "{:.0f}", "{:.2g}")
     return (row.test, row.scale, *map(_number, numbers, forms), row.note)
 
 
