@@ -96,7 +96,8 @@ class ToolContactState(NamedTuple):
     Of each node, (n_nodes,): ``radius`` [mm], penalty ``stiffness`` [N/mm] and ``viscous`` coefficient [N ms/mm]. Of
     each tool and node: sticking ``spring`` [mm], (n_tools, 3, n_nodes), ``slipping`` flag and normal force ``pressure``
     [N], (n_tools, n_nodes). Of each tool and block of nodes, within one call of the driver: ``room`` [mm], how far they
-    may still come together before they are looked at, (n_tools, n_blocks).
+    may still come together before all are looked at, and how many are looked at until then, ``near_count``, (n_tools,
+    n_blocks); their numbers are the first of the block's in ``near`` (n_tools, n_nodes).
     """
 
     radius: Array
@@ -106,6 +107,8 @@ class ToolContactState(NamedTuple):
     slipping: Array
     pressure: Array
     room: Array
+    near: NDArray[np.int32]
+    near_count: Index
 
 
 class Drive(NamedTuple):

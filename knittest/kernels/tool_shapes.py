@@ -162,16 +162,17 @@ def frame_distance(kind, frame, grid, samples, x, y, z):
 
 
 @njit(**KERNEL)
-def least_distances(kind, frame, grid, samples, start, count, x, y, z, radius, least):
-    """Fill ``least`` (count,) with lower bounds of the distances of points from ``start`` on, without root.
+def least_distances(t, tools, start, count, place, radius, skin, least):
+    """Fill ``least`` (count,) with lower bounds of the distances from tool ``t`` of the points from ``start`` on.
 
     That of a plane is the distance, that of a plate the distance from the planes of the box's sides, inside of which
-    the rounded box lies; other shapes but a swept edge have none. No point is looked at closer once its bound exceeds
-    its ``radius`` (n,).
+    the rounded box lies; other shapes but a swept edge have none. No point of ``place`` (x, y, z) is looked at closer
+    once its bound exceeds its ``radius`` (n,) by ``skin`` [mm]. Without roots.
     """
-    ox, oy, oz, ax, ay, az, bx, by, bz, cx, cy, cz, s0, s1, s2 = frame[:15]
+    ox, oy, oz, ax, ay, az, bx, by, bz, cx, cy, cz, s0, s1, s2 = tool_frame(t, tools)[:15]
+    kind, (x, y, z) = tools.kind[t], place
     if kind == SWEPT:
-        _least_swept(frame, grid, samples, start, count, x, y, z, radius, least)
+        _least_swept(t, tools, start, count, place, radius, skin, least)
     elif kind == PLANE:
         for k in range(U(count)):
             i = U(start) + k
@@ -190,13 +191,15 @@ def least_distances(kind, frame, grid, samples, start, count, x, y, z, radius, l
 
 
 @njit(**INLINE)
-def _least_swept(frame, grid, samples, start, count, x, y, z, radius, least):
+def _least_swept(t, tools, start, count, place, radius, skin, least):
     """Distance from the sharp edge: height over its face, or distance from its wall by the nearest sample.
 
     Samples are one in plan, so that a point is a spacing farther than the nearest one at most. Beyond the box in plan
     the face goes on, or the wall is farther than the box.
     """
-    ox, oy, oz, ax, ay, az, bx, by, bz, cx, cy, cz, spacing, _, sine, cosine, p0, p1, p2, p3, goes_on = frame
+    frame, samples, (x, y, z) = tool_frame(t, tools), tools.samples, place
+    ox, oy, oz, ax, ay, az, bx, by, bz, cx, cy, cz = frame[:12]
+    spacing, _, sine, cosine, p0, p1, p2, p3, goes_on = frame[12:]
     for k in range(U(count)):
         i = U(start) + k
         px, py, pz = x[i] - ox, y[i] - oy, z[i] - oz
@@ -205,11 +208,11 @@ def _least_swept(frame, grid, samples, start, count, x, y, z, radius, least):
         w = cx * px + cy * py + cz * pz
         off = max(u, v)
         least[k] = w if goes_on > 0.0 else max(w, off * cosine + w * sine)
-    inverse, last_x, last_y = 1.0 / spacing, float(grid[1] - 1), float(grid[2] - 1)
-    at, stride = grid[0], grid[2]
+    inverse, last_x, last_y = 1.0 / spacing, float(tools.grid[t, 1] - 1), float(tools.grid[t, 2] - 1)
+    at, stride = tools.grid[t, 0], tools.grid[t, 2]
     for k in range(U(count)):
         i = U(start) + k
-        if least[k] >= radius[i]:  # the samples are far from the processor
+        if least[k] >= radius[i] + skin:  # the samples are far from the processor
             continue
         px, py, pz = x[i] - ox, y[i] - oy, z[i] - oz
         u, v = ax * px + ay * py + az * pz, bx * px + by * py + bz * pz

@@ -222,9 +222,10 @@ class Boundary:
         mass = np.where(self.model.mass > 0.0, self.model.mass, 0.0)
         stiffness = TOOL_STIFFNESS * mass / self.dt**2
         viscous = 2.0 * TOOL_DAMPING * np.sqrt(stiffness * mass)
+        blocks = (n_tools, n_blocks(n))
         return ToolContactState(
             self.radius, stiffness, viscous, np.zeros((n_tools, 3, n)), np.zeros((n_tools, n)), np.zeros((n_tools, n)),
-            np.zeros((n_tools, n_blocks(n))),
+            np.zeros(blocks), np.zeros((n_tools, n), np.int32), np.zeros(blocks, np.int64),
         )  # fmt: skip
 
 

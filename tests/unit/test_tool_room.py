@@ -26,9 +26,13 @@ class Fall:
         self.tools: Tools = tool_arrays([plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))])
         self.tools.velocity[0] = (0.0, 0.1, 0.6)
         flat = [np.zeros((1, N)) for _ in range(2)]
-        room = np.zeros((1, n_blocks(N)))
+        room, near, listed = (
+            np.zeros((1, n_blocks(N))),
+            np.zeros((1, N), np.int32),
+            np.zeros((1, n_blocks(N)), np.int64),
+        )
         self.touch = ToolContactState(
-            np.full(N, RADIUS), np.full(N, 10.0), np.zeros(N), np.zeros((1, 3, N)), *flat, room
+            np.full(N, RADIUS), np.full(N, 10.0), np.zeros(N), np.zeros((1, 3, N)), *flat, room, near, listed
         )
         self.tally = Tally(
             np.zeros((PARTITIONS, 1)), np.zeros((PARTITIONS, 7)), np.zeros((PARTITIONS, 1, 3)), np.zeros((1, 3)),
@@ -47,14 +51,16 @@ class Fall:
 @pytest.mark.parametrize("speed", [1.0, 0.0])
 def test_forces_are_those_of_looking_at_every_step(speed):
     patient, restless = Fall(speed), Fall(speed)
-    waited, touched = 0, 0
+    waited, touched, some = 0, 0, 0
     for _ in range(200):
         restless.touch.room[:] = 0.0
         waited += patient.touch.room[0, 0] > 0.0
         force = restless.step()
         assert np.array_equal(patient.step(), force)
         touched += force[2].any()
+        some += force[2].any() and patient.touch.room[0, 0] > 0.0 and patient.touch.near_count[0, 0] < N
     assert waited > 20 and touched > 50
+    assert some > 10 or speed == 0.0  # not all are looked at where some touch
 
 
 def test_the_room_is_what_lies_between():

@@ -9,7 +9,7 @@ from pydantic import ValidationError
 
 from knittest.base.errors import InputError
 from knittest.config.tools import Die, DomeStamp, Holder, Stamp, TStamp
-from knittest.kernels.tool_shapes import least_distances, tool_distance, tool_frame
+from knittest.kernels.tool_shapes import least_distances, tool_distance
 from knittest.laboratory.forming.tools_picture import tools_picture
 from knittest.models.tool import Tool, tool_arrays
 from knittest.tooling.shapes import stamp_outline
@@ -96,10 +96,7 @@ def test_the_kernel_s_tools_are_the_exact_ones(shaped, name):
 def test_least_distances_of_tools_are_lower_bounds(shaped, name):
     points = near_surface(shaped, name, 30.0, 500)
     arrays, least = tool_arrays([shaped.by_name[name].tool]), np.empty(500)
-    frame, radius = tool_frame(0, arrays), np.full(500, 1.0)
-    least_distances(
-        arrays.kind[0], frame, arrays.grid[0], arrays.samples, 0, 500, *np.ascontiguousarray(points.T), radius, least
-    )
+    least_distances(0, arrays, 0, 500, tuple(np.ascontiguousarray(points.T)), np.full(500, 0.7), 0.3, least)
     found = kernel(shaped.by_name[name].tool, points)[:, 0]
     assert (least <= found + 1e-12).all()
     # few nodes are looked at in vain: on the diagonal of an edge of 8 mm, sqrt(2) - 1 radii off it, and two samples off
