@@ -2,10 +2,11 @@
 
 import io
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from knittest.base.atomic import write_atomic
-from knittest.base.stamp import with_stamp
+from knittest.base.printing import DPI, present
+from knittest.base.stamp import below, with_stamp
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,7 +24,11 @@ BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, RED, PINK = (
     "#CC79A7",
 )
 GREY = "#6b7178"
-DPI = 150
+#: elements of a field above which vector pictures hold it as pixels
+MANY = 1500
+#: letters as outlines where a reader may lack the font, as text where the file carries it; the same bytes each time
+_VECTOR: Any = {"svg.fonttype": "path", "svg.hashsalt": "knittest", "pdf.fonttype": 42}
+_UNDATED: dict[str, dict[str, Any]] = {"svg": {"Date": None, "Creator": "knittest"}, "pdf": {"CreationDate": None}}
 
 
 def new_figure(width: float, height: float) -> "Figure":
@@ -44,9 +49,33 @@ def dress(axes: "Axes") -> None:
 
 
 def save(figure: "Figure", path: Path) -> None:
-    """Write the figure with its stamp as PNG, whole or not at all; raise :class:`ResourceError`."""
+    """Write the figure with its stamp as PNG, and beside it in the formats asked for (:mod:`knittest.base.printing`).
+
+    Each file is whole or not there; raises :class:`ResourceError`.
+    """
+    write_atomic(path, png(figure))
+    for form in present().formats:
+        write_atomic(path.with_suffix(f".{form}"), vector(figure, form))
+
+
+def png(figure: "Figure") -> bytes:
+    """The figure with its stamp as PNG."""
     from matplotlib.image import imsave
 
+    buffer, dpi = io.BytesIO(), present().dpi
+    imsave(buffer, with_stamp(figure, dpi), format="png", dpi=dpi, metadata={"Software": "knittest"})
+    return buffer.getvalue()
+
+
+def vector(figure: "Figure", form: str) -> bytes:
+    """The figure with its stamp as ``svg`` or ``pdf``; fields of many elements are pixels in it."""
+    from matplotlib import rc_context
+    from matplotlib.collections import Collection
+
+    for one in figure.findobj(Collection):
+        field: Any = one
+        field.set_rasterized(max(len(field.get_paths()), len(field.get_offsets())) > MANY)
     buffer = io.BytesIO()
-    imsave(buffer, with_stamp(figure, DPI), format="png", dpi=DPI, metadata={"Software": "knittest"})
-    write_atomic(path, buffer.getvalue())
+    with rc_context(_VECTOR), below(figure) as page:
+        figure.savefig(buffer, format=form, bbox_inches=page, dpi=present().dpi, metadata=_UNDATED[form])
+    return buffer.getvalue()

@@ -14,6 +14,7 @@ from knittest import __version__
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from matplotlib.transforms import Bbox
 
 #: size of the letters [points], mean width of one over it, height of a line over it, margins at the sides, above and
 #: below [inch]
@@ -73,6 +74,23 @@ def with_stamp(figure: "Figure", dpi: int) -> np.ndarray:
         strip.text(MARGIN / width, top, line, fontsize=LETTER, color=colour, va="top")
     below = _pixels(strip, dpi)
     return np.concatenate([above, below[:, : above.shape[1]]])
+
+
+@contextmanager
+def below(figure: "Figure") -> Iterator["Bbox"]:
+    """The present stamp as texts below ``figure`` while it is written, and the page [inch] that holds both."""
+    from matplotlib.transforms import Bbox
+
+    width, high = figure.get_size_inches()
+    lines = lines_of(_PRESENT.get(), width)
+    step = LETTER * LINE / 72.0
+    texts = [
+        figure.text(MARGIN / width, -(ABOVE + k * step) / high, line, fontsize=LETTER, color=colour, va="top")
+        for k, (line, colour) in enumerate(lines)
+    ]
+    yield Bbox.from_extents(0.0, -(ABOVE + step * len(lines) + BELOW), width, high)
+    for text in texts:
+        text.remove()
 
 
 def _pixels(figure: "Figure", dpi: int) -> np.ndarray:

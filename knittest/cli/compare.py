@@ -5,6 +5,8 @@ from typing import Any
 
 import click
 
+from knittest.cli.options import printing_asked, prints
+
 
 @click.command()
 @click.argument("run", type=click.Path(path_type=Path))
@@ -27,7 +29,16 @@ import click
 @click.option(
     "--out", type=click.Path(path_type=Path), help="Picture of both curves (PNG).  [default: compare.png in the run]"
 )
-def compare(run: Path, against: Path, out: Path | None, direction: str | None, **sizes: float | None) -> int:
+@prints
+def compare(
+    run: Path,
+    against: Path,
+    out: Path | None,
+    direction: str | None,
+    formats: str | None,
+    dpi: int | None,
+    **sizes: float | None,
+) -> int:
     """Compare the curve of a run folder with a curve of your own; prints JSON, says it in a line, draws both.
 
     The curve has a row of names and one of numbers a point, strain or shear angle rising; lines such as
@@ -41,6 +52,7 @@ def compare(run: Path, against: Path, out: Path | None, direction: str | None, *
     import json
     import sys
 
+    from knittest.base.printing import printed
     from knittest.experiment.compare import compare_columns
     from knittest.experiment.conditions import Conditions
     from knittest.laboratory.against import draw_against, identity_of, own_curves
@@ -51,7 +63,8 @@ def compare(run: Path, against: Path, out: Path | None, direction: str | None, *
     (reference,) = own_curves(given, [against], Conditions(direction=direction or "", **sizes))  # type: ignore[arg-type]
     reach = REPORTS[given.rig.kind].axes.reach
     found, picture = compare_columns(columns, reference, reach), out or run / "compare.png"
-    draw_against(given, columns, reference, picture, identity_of(given, run, manifest))
+    with printed(printing_asked(formats, dpi)):
+        draw_against(given, columns, reference, picture, identity_of(given, run, manifest))
     click.echo(json.dumps(found | {"picture": str(picture)}, indent=2))
     print_text([curve_line(found)], sys.stderr)
     return 0

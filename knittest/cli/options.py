@@ -2,9 +2,12 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
+
+if TYPE_CHECKING:
+    from knittest.base.printing import Printing
 
 Command = TypeVar("Command", bound=Callable[..., object])
 
@@ -14,6 +17,29 @@ ACCEPT_LIMITS = click.option(
     is_flag=True,
     help="Let results count although limits of gates are looser than the preset's; it is recorded.",
 )
+
+
+#: options of all commands that leave pictures
+PRINTS = (
+    click.option("--format", "formats", metavar="LIST", help="Formats of pictures beside PNG: svg, pdf or svg,pdf."),
+    click.option("--dpi", type=int, help="Pixels an inch of pictures, 50 to 1200.  [default: 150]"),
+)
+
+
+def prints(command: Command) -> Command:
+    """Add the options of pictures."""
+    for option in reversed(PRINTS):
+        command = option(command)
+    return command
+
+
+def printing_asked(formats: str | None, dpi: int | None, no_pictures: bool = False) -> "Printing":
+    """Read both options; raises :class:`InputError`, also where no pictures are wanted."""
+    from knittest.base.printing import printing_of
+
+    if no_pictures and (formats or dpi):
+        raise click.UsageError("--format and --dpi are of pictures: leave out --no-pictures")
+    return printing_of(formats, dpi)
 
 
 def describes_run(command: Command) -> Command:
@@ -58,6 +84,7 @@ def reports(command: Command) -> Command:
             click.option("--quiet", is_flag=True, help="No progress, no table."),
             click.option("--no-frames", is_flag=True, help="No VTU frames."),
             click.option("--no-pictures", is_flag=True, help="No pictures and no page."),
+            *PRINTS,
             click.option(
                 "--against",
                 multiple=True,

@@ -4,6 +4,8 @@ from pathlib import Path
 
 import click
 
+from knittest.cli.options import printing_asked, prints
+
 
 @click.command()
 @click.argument("runs", nargs=-1, required=True, metavar="RUN...", type=click.Path(path_type=Path))
@@ -12,11 +14,13 @@ import click
     type=click.Path(path_type=Path),
     help="File to write.  [default: report.html in RUN; knittest-report.html here for several]",
 )
-def report(runs: tuple[Path, ...], out: Path | None) -> int:
+@prints
+def report(runs: tuple[Path, ...], out: Path | None, formats: str | None, dpi: int | None) -> int:
     """Write one HTML page on runs, with everything in it: it can be mailed, printed and read without a network.
 
     RUN is a run folder, or a folder that holds some, such as that of both directions; several are compared. The folder
-    of a sweep, of a calibration or of a study of uncertainty, alone, gets the page of that.
+    of a sweep, of a calibration or of a study of uncertainty, alone, gets the page of that. With --format or --dpi the
+    curves of the runs, and the fields of formed blanks, are written beside the page too.
 
     Example: knittest report runs/tensile-... runs/friction-... --out comparison.html
     """
@@ -30,11 +34,14 @@ def report(runs: tuple[Path, ...], out: Path | None) -> int:
         (is_calibration, write_calibration_page),
         (is_uncertainty, write_uncertainty_page),
     )
+    asked = printing_asked(formats, dpi) if formats or dpi else None
     for is_one, write in pages:
         if len(runs) == 1 and is_one(runs[0]):
+            if asked:
+                raise click.UsageError("--format and --dpi are for pages on runs: leave them out here")
             click.echo(str(write(runs[0], out)))
             return 0
-    path, count = write_reports(list(runs), out)
+    path, count = write_reports(list(runs), out, asked)
     click.echo(str(path))
     click.echo(f"{count} run{'s' if count > 1 else ''} on the page", err=True)
     return 0

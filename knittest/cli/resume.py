@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from knittest.cli.options import reports
+from knittest.cli.options import printing_asked, reports
 
 
 @click.command()
@@ -20,6 +20,8 @@ def resume(
     no_frames: bool,
     no_pictures: bool,
     against: tuple[Path, ...],
+    formats: str | None,
+    dpi: int | None,
 ) -> int:
     """Go on with a run that was interrupted, killed or ran out of disk, to the bits it would have had.
 
@@ -30,5 +32,6 @@ def resume(
     from knittest.runs.options import RunOptions
     from knittest.studies.command import resume_command
 
-    options = RunOptions(None, threads, as_json, quiet, not no_frames, not no_pictures, against)
+    printing = printing_asked(formats, dpi, no_pictures)
+    options = RunOptions(None, threads, as_json, quiet, not no_frames, not no_pictures, against, printing)
     return resume_command(run, options, force)

@@ -6,7 +6,7 @@ from typing import Any
 import click
 
 from knittest.base.kinds import TestKind
-from knittest.cli.options import ACCEPT_LIMITS, describes_run, reports, resolve_runs
+from knittest.cli.options import ACCEPT_LIMITS, describes_run, printing_asked, reports, resolve_runs
 
 _DIRECTION = click.option(
     "--direction", type=click.Choice(["warp", "weft", "both"]), default=None, help="[default: both]"
@@ -34,8 +34,11 @@ def test_command(kind: TestKind) -> click.Command:
         given = {field: chosen.pop(name) for name, field in kind.own_fields.items()}
         chosen["sets"] = (*chosen["sets"], *(f"{field}={v!r}" for field, v in given.items() if v is not None))
         reported = {name: chosen.pop(name) for name in ("threads", "quiet", "against")}
+        printing = printing_asked(chosen.pop("formats"), chosen.pop("dpi"), chosen["no_pictures"])
         frames, pictures = (not chosen.pop(f"no_{what}") for what in ("frames", "pictures"))
-        options = RunOptions(out, json=chosen.pop("as_json"), frames=frames, pictures=pictures, **reported)
+        options = RunOptions(
+            out, json=chosen.pop("as_json"), frames=frames, pictures=pictures, printing=printing, **reported
+        )
         if resume is not None:
             if direction or out or verify or any(chosen.values()):
                 raise click.UsageError("--resume takes everything from the run folder: leave out what describes a run")

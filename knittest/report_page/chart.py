@@ -18,6 +18,7 @@ from knittest.report_page.wording import label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _COLOURS = (BLUE, GREEN, PINK, SKY, ORANGE, BLACK)
 _DASHES = ("-", "--", "-.", ":")
@@ -56,6 +57,19 @@ def curve_chart(series: Sequence[Series], axes: CurveAxes, beside: Sequence[Besi
     """SVG of the curves as a data URI, ``None`` when none of them has two points that can be drawn."""
     from matplotlib import rc_context
 
+    figure = curve_figure(series, axes, beside)
+    if figure is None:
+        return None
+    buffer = io.BytesIO()
+    with rc_context(_STYLE):
+        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": "knittest"})
+    return data_uri(buffer.getvalue(), "image/svg+xml")
+
+
+def curve_figure(series: Sequence[Series], axes: CurveAxes, beside: Sequence[Beside] = ()) -> "Figure | None":
+    """The curves, ``None`` when none of them has two points that can be drawn."""
+    from matplotlib import rc_context
+
     drawable = [s for s in map(_drawable, series) if len(s.x) > 1]
     if not drawable:
         return None
@@ -76,9 +90,7 @@ def curve_chart(series: Sequence[Series], axes: CurveAxes, beside: Sequence[Besi
         height = figure.get_figheight() + _LINE * max(len(once) - _FITTING, 0)
         figure.set_figheight(height)  # a long legend takes no room from the curves
         figure.legend(once.values(), once.keys(), loc="outside lower left", frameon=False, fontsize=9)
-        buffer = io.BytesIO()
-        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": "knittest"})
-    return data_uri(buffer.getvalue(), "image/svg+xml")
+    return figure
 
 
 def _drawable(series: Series) -> Series:

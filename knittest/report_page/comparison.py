@@ -2,11 +2,14 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import groupby
+from pathlib import Path
 from typing import Any
 
+from knittest.base.figure import save
 from knittest.base.result_rows import SIZED, ResultRow
 from knittest.report_page.blocks import Block, Cell, Gallery, Picture, Section, Table, Text, Tone
-from knittest.report_page.curves import overlay, sizes_differ
+from knittest.report_page.curves import overlay, overlay_figure, sizes_differ
+from knittest.report_page.fields import fields, fields_of
 from knittest.report_page.loading import LoadedRun
 from knittest.report_page.parameters import leaves, shown, shown_quantity, sourced, unit_of
 from knittest.report_page.pictures import CAPTIONS, picture
@@ -43,6 +46,7 @@ def side_by_side(runs: Sequence[LoadedRun]) -> Section:
             table = _results(rig, group[start : start + ABREAST], group[0])
             blocks += [table] if table else []
         blocks += overlay(group)
+        blocks += fields(group)
         blocks += _pictures(group)
     return Section("comparison", "Side by side", blocks, level=2)
 
@@ -55,6 +59,19 @@ def differences(runs: Sequence[LoadedRun]) -> Section:
             blocks += _differing(f"{rig or 'test not stated'}: parameters and settings that differ", group, _told)
     blocks += _differing("Provenance that differs", runs, _provenance)
     return Section("differences", "What differs", blocks, level=2)
+
+
+def print_pictures(runs: Sequence[LoadedRun], page: Path) -> list[Path]:
+    """Write the curves, and the fields, of the runs of each test beside ``page``; returns their files, of which those
+    in other formats lie beside (:mod:`knittest.base.printing`). Raises :class:`ResourceError`.
+    """
+    written = []
+    for rig, group in _by_test(runs):
+        for what, figure in (("curve", overlay_figure(group)), ("shear-field", fields_of(group))):
+            if figure is not None:
+                written.append(page.with_name(f"{page.stem}-{rig}-{what}.png"))
+                save(figure, written[-1])
+    return written
 
 
 def _differing(caption: str, runs: Sequence[LoadedRun], told: Callable[[LoadedRun], dict[str, str]]) -> list[Block]:

@@ -3,15 +3,19 @@
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from knittest.experiment.conditions import EXACT
 from knittest.experiment.curves import FORCE, ReferenceCurve
 from knittest.export.curve_picture import EndPoint
 from knittest.laboratory.report_base import CurveAxes
 from knittest.report_page.blocks import Block, Picture, Section, Text
-from knittest.report_page.chart import Beside, Series, curve_chart
+from knittest.report_page.chart import Beside, Series, curve_chart, curve_figure
 from knittest.report_page.files import Columns
 from knittest.report_page.loading import LoadedRun
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 def curve(run: LoadedRun) -> tuple[Section, bool]:
@@ -25,7 +29,11 @@ def curve(run: LoadedRun) -> tuple[Section, bool]:
 
 def overlay(runs: Sequence[LoadedRun]) -> list[Block]:
     """The curves of runs of one test in one picture."""
-    return _chart(runs, [f"run {run.number}{_what(run)}{_state(run)}" for run in runs])
+    return _chart(runs, [_name(run) for run in runs])
+
+
+def _name(run: LoadedRun) -> str:
+    return f"run {run.number}{_what(run)}{_state(run)}"
 
 
 def _chart(runs: Sequence[LoadedRun], labels: Sequence[str]) -> list[Block]:
@@ -36,22 +44,38 @@ def _chart(runs: Sequence[LoadedRun], labels: Sequence[str]) -> list[Block]:
     if differ is None:
         return [Text("The curves are not shown together: the size of a specimen is not known.", "warn")]
     free = differ or any(_is_free(run, report.axes) for run in runs)
-    blocks: list[Block] = []
-    drawn = [_columns(run, report.axes, free) for run in runs]
-    axes = drawn[0][0]
-    series = [_series(run, *one, label) for run, one, label in zip(runs, drawn, labels, strict=True)]
-    beside = []
-    for run in runs:
-        around, problem = _beside(run, len(runs) > 1, free)
-        beside.append(around)
-        if problem:
-            blocks.append(Text(f"The curve of the experiment is not shown: {problem}", "warn"))
-    uri = curve_chart([s for s in series if s is not None], axes, beside)
+    series, axes, beside, problems = _drawn(runs, labels, free)
+    blocks: list[Block] = [Text(f"The curve of the experiment is not shown: {problem}", "warn") for problem in problems]
+    uri = curve_chart(series, axes, beside)
     if uri is None:
         return [Text("There is no curve to draw.", "warn"), *blocks]
     sizes = "; the specimens differ in size" if differ else ""
     caption = f"{axes.ylabel} over {axes.xlabel}{sizes}{_origin([b.reference for b in beside])}"
     return [Picture(uri, f"{caption}; {', '.join(labels)}", caption), *blocks]
+
+
+def overlay_figure(runs: Sequence[LoadedRun]) -> "Figure | None":
+    """The picture of :func:`overlay`, ``None`` where it has none."""
+    report, differ = runs[0].report, sizes_differ(runs)
+    if report is None or differ is None:
+        return None
+    free = differ or any(_is_free(run, report.axes) for run in runs)
+    series, axes, beside, _ = _drawn(runs, [_name(run) for run in runs], free)
+    return curve_figure(series, axes, beside)
+
+
+def _drawn(
+    runs: Sequence[LoadedRun], labels: Sequence[str], free: bool
+) -> tuple[list[Series], CurveAxes, list[Beside], list[str]]:
+    """Curves of ``runs`` of a known test, their axes, what is beside them, and what of that cannot be read."""
+    report = runs[0].report
+    assert report is not None
+    drawn = [_columns(run, report.axes, free) for run in runs]
+    axes = drawn[0][0]
+    series = [_series(run, *one, label) for run, one, label in zip(runs, drawn, labels, strict=True)]
+    found = [_beside(run, len(runs) > 1, free) for run in runs]
+    beside, problems = [around for around, _ in found], [problem for _, problem in found if problem]
+    return [s for s in series if s is not None], axes, beside, problems
 
 
 def sizes_differ(runs: Sequence[LoadedRun]) -> bool | None:

@@ -8,9 +8,10 @@ from pathlib import Path
 from knittest import __version__
 from knittest.base.atomic import write_atomic
 from knittest.base.errors import InputError
+from knittest.base.printing import Printing, printed
 from knittest.config.sources import numbers_of
 from knittest.report_page.blocks import Block, Cell, Page, Section, Table
-from knittest.report_page.comparison import differences, overview, side_by_side
+from knittest.report_page.comparison import differences, overview, print_pictures, side_by_side
 from knittest.report_page.curves import curve
 from knittest.report_page.folders import find_runs
 from knittest.report_page.gates import gates
@@ -32,8 +33,10 @@ def write_report(folder: Path) -> Path:
     return write_page(folder / FILE, run_page(load_run(folder)))
 
 
-def write_reports(paths: list[Path], out: Path | None) -> tuple[Path, int]:
+def write_reports(paths: list[Path], out: Path | None, printing: Printing | None = None) -> tuple[Path, int]:
     """Write one page on all runs in ``paths``; returns it and the number of runs.
+
+    ``printing`` has their curves and fields written beside the page as well, in the formats that it states.
 
     Without ``out`` the page of one path lies in its folder, that of several in the working folder. Raises
     :class:`InputError` for a path without runs and for an ``out`` that is something else than a page,
@@ -52,7 +55,11 @@ def write_reports(paths: list[Path], out: Path | None) -> tuple[Path, int]:
         raise InputError("; ".join(notes))
     target = target_file(paths, out)
     alone = len(runs) == 1 and not notes
-    return write_page(target, run_page(runs[0]) if alone else comparison_page(runs, notes)), len(runs)
+    write_page(target, run_page(runs[0]) if alone else comparison_page(runs, notes))
+    if printing is not None:
+        with printed(printing):
+            print_pictures(runs, target)
+    return target, len(runs)
 
 
 def run_page(run: LoadedRun) -> Page:

@@ -1,13 +1,15 @@
 """Options of a command that are not part of the test itself."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+
+from knittest.base.printing import Printing
 
 
 @dataclass(frozen=True)
 class RunOptions:
     """Place and form of what a run reports: output folder, threads, JSON on stdout, silence, VTU frames, pictures with
-    the report page; curves to compare with.
+    the report page; curves to compare with; formats of the pictures.
     """
 
     out: Path | None = None
@@ -17,3 +19,4 @@ class RunOptions:
     frames: bool = True
     pictures: bool = True
     against: tuple[Path, ...] = ()
+    printing: Printing = field(default_factory=Printing)

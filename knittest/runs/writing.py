@@ -1,6 +1,7 @@
 """Files of a run folder: tables, frames, pictures, comparison and summary."""
 
 from knittest.base.history import Specimen
+from knittest.base.printing import printed
 from knittest.base.stamp import stamped
 from knittest.config.run import Run
 from knittest.export import vtu
@@ -33,7 +34,7 @@ def write_files(
     if options.frames:
         vtu.write_frames(folder.path, first.history)
     if options.pictures:
-        with stamped(run_stamp(run, judgement.summary["refused"])):
+        with stamped(run_stamp(run, judgement.summary["refused"])), printed(options.printing):
             report.pictures(run, specimens, references, folder.path)
     folder.write_comparison(judgement.comparison)
     folder.write_summary(judgement.summary)

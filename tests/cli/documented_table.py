@@ -150,6 +150,7 @@ COMMANDS: dict[str, Do] = {
     "knittest resume runs/tensile-...": Do(given=STRIPS),
     "knittest tensile --resume runs/tensile-...": Do(given=STRIPS),
     "knittest report runs/tensile-...": Do(given=STRIPS),
+    "knittest report runs/tensile-... --format svg,pdf --dpi 300": Do(given=STRIPS),
     "knittest report runs/tensile-... runs/friction-...": Do(given=RUNS),
     "knittest report runs/tensile-... runs/friction-... --out comparison.html": Do(given=RUNS),
     "knittest report RUN RUN ...": Do(given={"RUN RUN ...": "runs/shells/warp runs/shells/weft"}),
