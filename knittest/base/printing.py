@@ -40,7 +40,7 @@ def printed(printing: Printing) -> Iterator[None]:
 
 
 def present() -> Printing:
-    """How pictures are to be written now."""
+    """Printing that is asked for now."""
     return _PRESENT.get()
 
 
