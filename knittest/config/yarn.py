@@ -103,8 +103,8 @@ class ReinforcingYarn(Yarn):
     slack_fraction: ClassVar[Kernel[Directed]] = Kernel("slack")
     section: InlaySection | None = Field(
         None,
-        description="elliptic sections in contact, for `knittest fabric` alone: runs of yarns refuse them; none: "
-        "circles of beam_diameter, whatever fibres they hold",
+        description="elliptic sections in contact, in cells and in runs of yarns; none: circles of beam_diameter, "
+        "whatever fibres they hold",
     )
 
     def ellipse_mm(self, section: InlaySection, direction: str) -> tuple[float, float]:

@@ -45,14 +45,19 @@ from knittest.kernels.contact_scratch import (
     REACH,
     SLIPPING,
     SPUN,
+    SWING_X,
+    SWUNG_X,
     TURN_X,
     TURN_Y,
     TURN_Z,
     S,
     T,
+    write,
+    write3,
 )
 from knittest.kernels.options import INLINE, KERNEL, ONE, U
-from knittest.kernels.rows import at3, rows3, store3
+from knittest.kernels.rows import at3, load3, put3, rows3, store3
+from knittest.kernels.section_blocks import carry_over, section_at
 from knittest.kernels.spin_blocks import give_way
 from knittest.kernels.state import ContactLaw
 from knittest.kernels.vec import add, combine, cross, dot, scale, sub
@@ -91,7 +96,16 @@ def _spin(i, parameter, spin):
 
 
 @njit(**INLINE)
-def _gather(first, count, dt, spinning, nodes, contacts, alive, w):
+def _swing(i, parameter, velocity):
+    """Change of the velocity (3) of piece ``i`` with the parameter."""
+    first, at, last = at3(velocity, i - ONE), at3(velocity, i), at3(velocity, i + ONE)
+    return combine(1.0 - parameter, sub(at, first), parameter, sub(last, at))
+
+
+@njit(**INLINE)
+def _gather(first, count, dt, spinning, oval, nodes, contacts, alive, w):
+    shift, other, velocity = rows3(contacts.shift), rows3(contacts.other), rows3(nodes.velocity)
+    turned, square, excess = rows3(contacts.turned), contacts.square, contacts.excess
     x, spin, spring = rows3(nodes.position), rows3(nodes.spin), rows3(contacts.spring)
     offset, force = rows3(contacts.offset), rows3(contacts.force)
     pieces, parameters = (contacts.piece[0], contacts.piece[1]), (contacts.parameter[0], contacts.parameter[1])
@@ -115,15 +129,28 @@ def _gather(first, count, dt, spinning, nodes, contacts, alive, w):
         # both surfaces turn, by their arms; none do where nothing touched
         fx, fy, fz = at3(force, c)
         touched = dt if (fx != 0.0) | (fy != 0.0) | (fz != 0.0) else 0.0
-        arm = contacts.arm[c]
         spin_a, spin_b = _spin(i, s, spin), _spin(j, t, spin)
+        if oval:
+            store3(w, SWING_X + m, LANES, scale(dt, _swing(i, s, velocity)))
+            store3(w, SWUNG_X + m, LANES, scale(dt, _swing(j, t, velocity)))
+        if oval and ((excess[i] != 0.0) | (excess[j] != 0.0)):
+            first_section = section_at(i, s, turned, square, excess)
+            second_section = section_at(j, t, turned, square, excess)
+            a, b, extent, touch = carry_over(
+                m, first_section, second_section, at3(shift, c), at3(other, c), contacts.touch[c], touched,
+                scale(touched, spin_a), scale(touched, spin_b), w,
+            )  # fmt: skip
+            put3(shift, c, a)
+            put3(other, c, b)
+            contacts.touch[c], contacts.arm[c] = touch, extent / touch
+        arm = contacts.arm[c]
         store3(w, TURN_X + m, LANES, add(scale(touched * arm, spin_a), scale(touched * (1.0 - arm), spin_b)))
         if spinning:
             w[OVER + m] = touched * dot(sub(spin_a, spin_b), at3(offset, c))
 
 
 @njit(**INLINE)
-def _evaluate(count, law, inv_dt, w):
+def _evaluate(count, oval, law, inv_dt, w):
     for m in range(U(count)):
         # spline coefficients: c(s) = c0 + s (c1 + s c2)
         ux1, uy1, uz1 = w[P3 + m] - w[P0 + m], w[P4 + m] - w[P1 + m], w[P5 + m] - w[P2 + m]
@@ -166,6 +193,11 @@ def _evaluate(count, law, inv_dt, w):
             gx = cx + s * (ux1 + s * ux2) - t * (vx1 + t * vx2)
             gy = cy + s * (uy1 + s * uy2) - t * (vy1 + t * vy2)
             gz = cz + s * (uz1 + s * uz2) - t * (vz1 + t * vz2)
+        if oval:  # the motion where the contact was and where it is: what turns about it as it runs makes no energy
+            ds, dt = 0.5 * (s - w[S + m]), 0.5 * (t - w[T + m])
+            kx, ky, kz = combine(ds, load3(w, SWING_X + m, LANES), -dt, load3(w, SWUNG_X + m, LANES))
+            mx, my, mz = mx + kx, my + ky, mz + kz
+            dx, dy, dz = dx + kx, dy + ky, dz + kz
         # a contact beyond the end of its chain carries nothing
         on_yarns = 1.0 if (s > -0.5) & (s < 1.5) & (t > -0.5) & (t < 1.5) else 0.0
         # what the yarns close themselves, along the mean normal of the step: a slide is none, to third order
@@ -187,38 +219,25 @@ def _evaluate(count, law, inv_dt, w):
 
 
 @njit(**INLINE)
-def _copy(first, count, w, source, row):
-    for m in range(U(count)):
-        row[U(first) + m] = w[source + m]
-
-
-@njit(**INLINE)
-def _copy3(first, count, w, source, rows):
-    _copy(first, count, w, source, rows[0])
-    _copy(first, count, w, source + LANES, rows[1])
-    _copy(first, count, w, source + LANES + LANES, rows[2])
-
-
-@njit(**INLINE)
 def _store(first, count, contacts, w):
     """Store what was evaluated, row by row, which vectorises."""
-    _copy(first, count, w, S, contacts.parameter[0])
-    _copy(first, count, w, T, contacts.parameter[1])
-    _copy(first, count, w, REACH, contacts.reach)
-    _copy(first, count, w, SLIPPING, contacts.slipping)
-    _copy3(first, count, w, EX, rows3(contacts.spring))
-    _copy3(first, count, w, GX, rows3(contacts.offset))
-    _copy3(first, count, w, PX, rows3(contacts.force))
+    write(first, count, w, S, contacts.parameter[0])
+    write(first, count, w, T, contacts.parameter[1])
+    write(first, count, w, REACH, contacts.reach)
+    write(first, count, w, SLIPPING, contacts.slipping)
+    write3(first, count, w, EX, rows3(contacts.spring))
+    write3(first, count, w, GX, rows3(contacts.offset))
+    write3(first, count, w, PX, rows3(contacts.force))
 
 
 @njit(**INLINE)
-def _sweep(first, last, dt, spinning, nodes, contacts, alive, law, sticking, w):
+def _sweep(first, last, dt, spinning, oval, nodes, contacts, alive, law, sticking, w):
     lost, spun, damped = 0.0, 0.0, 0.0
     block = first
     while block < last:
         count = min(BLOCK, last - block)
-        _gather(block, count, dt, spinning, nodes, contacts, alive, w)
-        _evaluate(count, sticking, 1.0 / dt, w)
+        _gather(block, count, dt, spinning, oval, nodes, contacts, alive, w)
+        _evaluate(count, oval, sticking, 1.0 / dt, w)
         if spinning:
             give_way(block, count, contacts, law, w)
         _store(block, count, contacts, w)
@@ -232,18 +251,32 @@ def _sweep(first, last, dt, spinning, nodes, contacts, alive, law, sticking, w):
     return lost, spun, damped
 
 
+@njit(**INLINE)
+def _sticking(law):
+    """``law`` without a limit of friction: contacts that spin are evaluated as if they stuck, and give way then."""
+    return ContactLaw(
+        law.normal, law.tangential, STICKS, STICKS, law.viscous, law.linear, law.square, law.cubic, law.cap, 0.0, 0.0
+    )
+
+
 @njit(**KERNEL)
 def _slipping(first, last, dt, nodes, contacts, alive, law, w):
-    return _sweep(first, last, dt, False, nodes, contacts, alive, law, law, w)
+    return _sweep(first, last, dt, False, False, nodes, contacts, alive, law, law, w)
 
 
 @njit(**KERNEL)
 def _spinning(first, last, dt, nodes, contacts, alive, law, w):
-    """Evaluate contacts as if they stuck, then let them give way."""
-    sticking = ContactLaw(
-        law.normal, law.tangential, STICKS, STICKS, law.viscous, law.linear, law.square, law.cubic, law.cap, 0.0, 0.0
-    )
-    return _sweep(first, last, dt, True, nodes, contacts, alive, law, sticking, w)
+    return _sweep(first, last, dt, True, False, nodes, contacts, alive, law, _sticking(law), w)
+
+
+@njit(**KERNEL)
+def _slipping_ovals(first, last, dt, nodes, contacts, alive, law, w):
+    return _sweep(first, last, dt, False, True, nodes, contacts, alive, law, law, w)
+
+
+@njit(**KERNEL)
+def _spinning_ovals(first, last, dt, nodes, contacts, alive, law, w):
+    return _sweep(first, last, dt, True, True, nodes, contacts, alive, law, _sticking(law), w)
 
 
 @njit(**KERNEL)
@@ -252,8 +285,13 @@ def contact_forces(first, last, dt, nodes, contacts, alive, law, w):
     damping [mJ].
     """
     walk(first, last, contacts, alive)
+    oval = contacts.excess.size > 0
     if law.torsional > 0.0:
+        if oval:
+            return _spinning_ovals(first, last, dt, nodes, contacts, alive, law, w)
         return _spinning(first, last, dt, nodes, contacts, alive, law, w)
+    if oval:
+        return _slipping_ovals(first, last, dt, nodes, contacts, alive, law, w)
     return _slipping(first, last, dt, nodes, contacts, alive, law, w)
 
 
@@ -272,6 +310,7 @@ def scatter_contacts(partition, nodes, contacts):
     """Add the contact forces on the chains of one partition, and their moments about the centre-lines, to the nodes."""
     forces, moments = rows3(nodes.force), rows3(nodes.moment)
     force, offset, couple = rows3(contacts.force), rows3(contacts.offset), contacts.couple
+    shift, other, elliptic = rows3(contacts.shift), rows3(contacts.other), contacts.excess.size > 0
     pieces, parameters = (contacts.piece[0], contacts.piece[1]), (contacts.parameter[0], contacts.parameter[1])
     first = U(contacts.half_start[partition])
     for k in range(U(contacts.half_start[partition + 1]) - first):
@@ -286,6 +325,8 @@ def scatter_contacts(partition, nodes, contacts):
         arm = 1.0 - contacts.arm[c] if on_second else contacts.arm[c]
         _add(forces, i, weights, scale(-1.0 if on_second else 1.0, f))
         turning = scale(arm, cross(f, at3(offset, c)))
+        if elliptic:
+            turning = add(turning, cross(f, at3(other, c) if on_second else at3(shift, c)))
         if couple[c] != 0.0:
             turning = combine(1.0, turning, couple[c] if on_second else -couple[c], at3(offset, c))
         _add(moments, i, weights, turning)

@@ -1,8 +1,9 @@
 """Rows of the scratch in which a block of yarn contacts is evaluated."""
 
 import numpy as np
+from numba import njit
 
-from knittest.kernels.options import U
+from knittest.kernels.options import INLINE, U
 
 BLOCK = 64
 #: rows lie apart by no power of two: the rows of a contact would share a few sets of the first-level cache
@@ -19,9 +20,26 @@ LOST, SLIPPING = np.uintp(STRIDE * 31), np.uintp(STRIDE * 32)
 TURN_X, TURN_Y, TURN_Z = (np.uintp(STRIDE * k) for k in range(33, 36))
 DAMPED = np.uintp(STRIDE * 36)
 OVER, SPUN = np.uintp(STRIDE * 37), np.uintp(STRIDE * 38)
-SCRATCH = STRIDE * 39
+# change of the velocity of A and B along them, times the step: that of A where the force will be
+SWING_X, SWUNG_X = PX, np.uintp(STRIDE * 39)
+SCRATCH = STRIDE * 42
 P0, P1, P2, P3, P4, P5, P6, P7, P8 = P[:9]
 R0, R1, R2, R3, R4, R5, R6, R7, R8 = P[9:]
 # control points are done with when contacts give way: spring of the last step (3), whether it slipped, twist, lever and
 # its coefficient, couple
 WAS_EX, WAS_SLIPPING, TWIST, LEVER, COEFFICIENT, COUPLE = P0, P6, P7, P8, R0, R1
+
+
+@njit(**INLINE)
+def write(first, count, w, source, row):
+    """Write the row ``source`` of a block of ``count`` contacts into ``row`` from ``first`` on."""
+    for m in range(U(count)):
+        row[U(first) + m] = w[source + m]
+
+
+@njit(**INLINE)
+def write3(first, count, w, source, rows):
+    """Write three rows of a block, the first of them ``source``."""
+    write(first, count, w, source, rows[0])
+    write(first, count, w, source + LANES, rows[1])
+    write(first, count, w, source + LANES + LANES, rows[2])

@@ -18,6 +18,7 @@ from knittest.kernels.motion import impose_motions
 from knittest.kernels.options import KERNEL, PARALLEL, PARTITIONS, U
 from knittest.kernels.periodic import follow, pull_lattice
 from knittest.kernels.rows import rows3
+from knittest.kernels.section_blocks import turn_sections
 from knittest.kernels.sheet_contact import scatter_sheet, sheet_forces
 from knittest.kernels.shell_blocks import gather_shells, shell_forces
 from knittest.kernels.shell_state import BLOCK
@@ -88,6 +89,8 @@ def _yarn_share(p, time, dt, nodes, parts, beams, contacts, tables, motions, loa
         tally.energy[p, 2] += advance_beams(start, stop, section, time, dt, nodes, beams, w)
     impose_motions(p, dt, nodes, motions, tables, tally)
     book_loads(p, dt, nodes, loads, tables, tally)
+    if contacts.excess.size > 0:
+        turn_sections(parts.node[p], parts.node[p + 1], nodes, contacts)
 
 
 @njit(**KERNEL)
@@ -126,6 +129,8 @@ def advance_yarns_alone(
                 _yarn_share(p, now, dt, nodes, parts, beams, contacts, tables, motions, loads, tools, touch, tally, w)
         if images.ghost.size > 0:
             follow(dt, nodes, images)
+            if contacts.excess.size > 0:  # of the images too
+                turn_sections(0, contacts.excess.size, nodes, contacts)
         move_tools(dt, tools, tables, tally)
 
 
@@ -162,6 +167,8 @@ def advance_yarns(
                     )  # fmt: skip
         if images.ghost.size > 0:
             follow(dt, nodes, images)
+            if contacts.excess.size > 0:  # of the images too
+                turn_sections(0, contacts.excess.size, nodes, contacts)
         move_tools(dt, tools, tables, tally)
 
 

@@ -10,8 +10,9 @@ from numba import njit
 
 from knittest.kernels.contact import penalty, spline_weights
 from knittest.kernels.options import INLINE, KERNEL
-from knittest.kernels.rows import rows3
+from knittest.kernels.rows import at3, rows3
 from knittest.kernels.shell_state import AREA, state_index
+from knittest.kernels.vec import combine, dot
 
 
 @njit(**KERNEL)
@@ -65,6 +66,7 @@ def _add_contacts(contacts, count, law, nodes, load):
     """Add every loaded contact to its six nodes: penalty along its normal, sticking across it, couples and spin."""
     fx, fy, fz = rows3(contacts.force)
     gx, gy, gz = rows3(contacts.offset)
+    first, second, elliptic = rows3(contacts.shift), rows3(contacts.other), contacts.excess.size > 0
     pieces, parameters, reach, arms = contacts.piece, contacts.parameter, contacts.reach, contacts.arm
     inv_mass, inv_inertia = nodes.inv_mass, nodes.inv_inertia
     for c in range(count):
@@ -77,15 +79,21 @@ def _add_contacts(contacts, count, law, nodes, load):
         total = abs(a[0]) + abs(a[1]) + abs(a[2]) + abs(b[0]) + abs(b[1]) + abs(b[2])
         torsional = law.torsional if contacts.lever[1, c] > 0.0 else 0.0
         for side in range(2):
-            arm = gap * (arms[c] if side == 0 else 1.0 - arms[c])
+            arm = arms[c] if side == 0 else 1.0 - arms[c]
+            arm2, across2 = (gap * arm) ** 2, 0.0
+            if elliptic:
+                n = (gx[c] / gap, gy[c] / gap, gz[c] / gap)
+                lever = combine(arm * gap, n, 1.0, at3(second, c) if side == 1 else at3(first, c))
+                arm2 = dot(lever, lever)
+                across2 = max(arm2 - dot(lever, n) ** 2, 0.0)
             before, at, after = a if side == 0 else b
             for k, weight in enumerate((before, at, after)):
                 i = pieces[side, c] - 1 + k
                 if inv_mass[i] > 0.0:
                     share = total * abs(weight)
                     turns = inv_inertia[i] / inv_mass[i]
-                    across = law.tangential * (1.0 + arm * arm * turns) + torsional * turns
-                    along = normal + torsional * turns
+                    across = law.tangential * (1.0 + arm2 * turns) + torsional * turns
+                    along = normal * (1.0 + across2 * turns) + torsional * turns
                     _add_dyad(load, i, share * along, share * across, gx[c] / gap, gy[c] / gap, gz[c] / gap)
 
 

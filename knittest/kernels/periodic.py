@@ -180,6 +180,9 @@ def _book_contact(c, contacts, position, images):
         for k in range(3):
             part = share * weights[k]
             moment = combine(arm * part, couple, -sign * part, spin)
+            if contacts.excess.size > 0:
+                shift = at3(rows3(contacts.shift if side == 0 else contacts.other), c)
+                moment = combine(1.0, moment, part, cross(f, shift))
             _book(i - 1 + k, scale(sign * part, f), moment, position, images)
 
 

@@ -26,6 +26,12 @@ def at3(rows, i):
 
 
 @njit(**INLINE)
+def put3(rows, i, v):
+    """Put the vector ``v`` at ``i`` of three rows."""
+    rows[0][i], rows[1][i], rows[2][i] = v
+
+
+@njit(**INLINE)
 def load3(w, i, lanes):
     """A vector of the scratch ``w``, its first component at ``i``."""
     return w[i], w[i + lanes], w[i + lanes + lanes]

@@ -11,6 +11,7 @@ from numba import njit
 
 from knittest.kernels.options import ALLOCATING, KERNEL
 from knittest.kernels.rows import rows3
+from knittest.kernels.section_blocks import ARM, OTHER, SHIFT, TOUCH
 
 #: share of the way that calls for a search from which on pieces are looked at along with it
 SOON = 0.5
@@ -77,6 +78,10 @@ def _copy(source, a, target, b):
     target.reach[b], target.arm[b] = source.reach[a], source.arm[a]
     target.twist[b], target.couple[b] = source.twist[a], source.couple[a]
     target.lever[0, b], target.lever[1, b] = source.lever[0, a], source.lever[1, a]
+    if source.excess.size > 0:
+        for k in range(3):
+            target.shift[k, b], target.other[k, b] = source.shift[k, a], source.other[k, a]
+        target.touch[b] = source.touch[a]
 
 
 @njit(**KERNEL)
@@ -121,7 +126,10 @@ def keep_contacts(old, count, radius, chain, alive, moved, skin, new, head, foll
         gap = sqrt(old.offset[0, c] ** 2 + old.offset[1, c] ** 2 + old.offset[2, c] ** 2)
         if gap >= old.reach[c] + skin:
             continue
-        reach = min(radius[i] + radius[j], max(old.reach[c], gap))
+        touch = radius[i] + radius[j]
+        if old.excess.size > 0 and old.touch[c] > 0.0:
+            touch = old.touch[c]
+        reach = min(touch, max(old.reach[c], gap))
         same = _tracked(new, head, following, chain, i, j, s, t, line, MERGE)
         if same >= 0:
             new.reach[same] = max(new.reach[same], reach)
@@ -134,19 +142,32 @@ def keep_contacts(old, count, radius, chain, alive, moved, skin, new, head, foll
 
 
 @njit(**KERNEL)
+def _reach_of_ellipses(touch, gap, goes_on, contacts, c):
+    """Reach of contact ``c``, found again: what its old one fell short by it keeps, but for the gap that has opened."""
+    full, short = contacts.touch[c], contacts.touch[c] - contacts.reach[c]
+    if goes_on:  # at the place that it has, not at the one that was found
+        x, y, z = contacts.offset[0, c], contacts.offset[1, c], contacts.offset[2, c]
+        return min(full, max(full - short, sqrt(x * x + y * y + z * z)))
+    return min(touch, max(touch - short, gap))
+
+
+@njit(**KERNEL)
 def _add_contact(i, j, s, t, wx, wy, wz, line, touch, arm, coefficient, most, old, before, new, c):
     """Write contact ``c``; it inherits the spring of ``before`` in ``old`` unless that is -1.
 
     One of the same pieces goes on where it was. Any other looks back on no step: its offset is the present one, and
-    without a force the kernel counts no turn of its surfaces as slide.
+    without a force the kernel counts no turn of its surfaces as slide. Returns whether it went on.
     """
-    reach = min(touch, sqrt(wx * wx + wy * wy + wz * wz))
+    gap = sqrt(wx * wx + wy * wy + wz * wz)
+    reach = min(touch, gap)
     new.spring[:, c], new.slipping[c], new.twist[c] = 0.0, 0.0, 0.0
     goes_on = False
     if before >= 0:
         _copy(old, before, new, c)
-        reach = min(touch, max(reach, new.reach[c]))
         goes_on = new.piece[0, c] == i and new.piece[1, c] == j
+        reach = min(touch, max(reach, new.reach[c]))
+        if new.excess.size > 0 and new.touch[c] > 0.0:
+            reach = _reach_of_ellipses(touch, gap, goes_on, new, c)
     if not goes_on:
         new.force[:, c], new.couple[c] = 0.0, 0.0
         new.piece[0, c], new.piece[1, c] = i, j
@@ -155,6 +176,16 @@ def _add_contact(i, j, s, t, wx, wy, wz, line, touch, arm, coefficient, most, ol
     new.reach[c], new.arm[c], new.line[c] = reach, arm, line
     # yarns side by side already resist spin by friction along their line
     new.lever[0, c], new.lever[1, c] = coefficient, most if line == 0.0 else 0.0
+    return goes_on
+
+
+@njit(**KERNEL)
+def _add_sections(place, elliptic, new, c):
+    """Write the sections of contact ``c``, as :func:`knittest.kernels.section_blocks.place_ellipses` placed them."""
+    for k in range(3):
+        new.shift[k, c] = place[SHIFT + k] if elliptic else 0.0
+        new.other[k, c] = place[OTHER + k] if elliptic else 0.0
+    new.touch[c] = place[TOUCH] if elliptic else 0.0
 
 
 @njit(**ALLOCATING)
@@ -175,17 +206,23 @@ def find_contacts(pairs, places, found, radius, part, levers, chain, alive, move
     for share in range(found.size):
         for k in range(found[share]):
             i, j = pairs[share, k, 0], pairs[share, k, 1]
-            s, t, wx, wy, wz, line = places[share, k]
+            if i < 0:  # ellipses that are not near each other
+                continue
+            place = places[share, k]
+            s, t, wx, wy, wz, line = place[0], place[1], place[2], place[3], place[4], place[5]
             if line == 0.0 and _tracked(new, lists, following, chain, i, j, s, t, line, SAME) >= 0:
                 continue
             if needed < new.reach.size:
                 before = _tracked(old, old_lists, old_following, chain, i, j, s, t, line, SAME)
-                touch = radius[i] + radius[j]
-                arm = radius[i] / touch
+                elliptic = new.excess.size > 0 and (new.excess[i] != 0.0 or new.excess[j] != 0.0)
+                touch = place[TOUCH] if elliptic else radius[i] + radius[j]
+                arm = place[ARM] if elliptic else radius[i] / touch
                 coefficient, most = levers[0, part[i], part[j]], levers[1, part[i], part[j]]
-                _add_contact(
+                goes_on = _add_contact(
                     i, j, s, t, wx, wy, wz, line, touch, arm, coefficient, most, old, before, new, needed
                 )  # fmt: skip
+                if new.excess.size > 0 and not goes_on:
+                    _add_sections(place, elliptic, new, needed)
                 _push(new, needed, lists, following)
             needed += 1
     return needed

@@ -43,6 +43,17 @@ def rounding(section, n, e):
 
 
 @njit(**INLINE)
+def osculating(section, n):
+    """Radius of curvature R = a^2 b^2 / h^3 [mm] where ``section`` touches a plane across the unit vector ``n``, and
+    the shift (3) [mm] of the centre of that circle, which does not move across n as n turns.
+    """
+    square, excess = section[1], section[2]
+    h, shift = support(section, n)
+    radius = square * (square + excess) / (h * h * h)
+    return radius, combine(1.0, shift, h - radius, n)
+
+
+@njit(**INLINE)
 def turned_normal(n, gap, first, second):
     """Unit normal after a Newton step from ``n`` towards where the shifted offset ``gap`` (3) [mm] lies along it.
 

@@ -23,6 +23,7 @@ from knittest.kernels.contact_scratch import (
     TWIST,
     WAS_EX,
     WAS_SLIPPING,
+    write,
 )
 from knittest.kernels.options import INLINE, U
 from knittest.kernels.rows import load3, rows3, store3
@@ -34,12 +35,6 @@ from knittest.kernels.vec import add, combine, cross, dot, scale
 def _read(first, count, row, w, target):
     for m in range(U(count)):
         w[target + m] = row[U(first) + m]
-
-
-@njit(**INLINE)
-def _write(first, count, w, source, row):
-    for m in range(U(count)):
-        row[U(first) + m] = w[source + m]
 
 
 @njit(**INLINE)
@@ -96,5 +91,5 @@ def give_way(first, count, contacts, law, w):
         _read(first, count, contacts.lever[0], w, COEFFICIENT)
         _grow(count, law, w)
     _give_way(count, law, w)
-    _write(first, count, w, TWIST, contacts.twist)
-    _write(first, count, w, COUPLE, contacts.couple)
+    write(first, count, w, TWIST, contacts.twist)
+    write(first, count, w, COUPLE, contacts.couple)

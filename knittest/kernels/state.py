@@ -75,6 +75,11 @@ class Contacts(NamedTuple):
     ``lever`` (2, n) of its limit: coefficient [mm / N^p] and largest value [mm]. ``half``: contact number and side
     (2 c + side) sorted by the partition that owns the side, half_start (PARTITIONS + 1,). ``share`` (n,)
     of its energies that counts: 1, in a periodic cell less for those that are, or have, an image.
+
+    Where a section is an ellipse (:mod:`knittest.kernels.section`; else these have no columns), ``offset`` is that
+    of the centres of their curvature: ``shift`` of these on piece i and ``other`` on j (3, n) [mm], ``touch`` (n,) sum
+    of their radii [mm], 0 between circles. Of the nodes: ``upright`` (3, n_nodes) heights of the sections before they
+    turn, ``turned`` now, ``square`` and ``excess`` (n_nodes,) [mm^2].
     """
 
     piece: Index
@@ -92,6 +97,13 @@ class Contacts(NamedTuple):
     half: Index
     half_start: Index
     share: Array
+    shift: Array = np.zeros((3, 0))
+    other: Array = np.zeros((3, 0))
+    touch: Array = np.zeros(0)
+    upright: Array = np.zeros((3, 0))
+    turned: Array = np.zeros((3, 0))
+    square: Array = np.zeros(0)
+    excess: Array = np.zeros(0)
 
 
 class ContactLaw(NamedTuple):

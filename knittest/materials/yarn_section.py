@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from knittest.base.errors import InputError
 from knittest.base.units import to_kernel
 from knittest.config.fabric import Fabric
-from knittest.config.yarn import Yarn, YarnLaw
+from knittest.config.yarn import ReinforcingYarn, Yarn, YarnLaw
 
 Array = NDArray[np.float64]
 
@@ -26,7 +26,8 @@ class Section:
 
     The axial law is N(e) = compression * min(e, 0) + sum_k slope[k] max(e - strain[k], 0). ``offset_factor`` is the
     ring radius of the integration rule over the one that gives the solid circle's EI. A flat section has another EI
-    ``across`` [N mm^2] for bending about the normal of its chain (None: round).
+    ``across`` [N mm^2] for bending about the normal of its chain (None: round). An elliptic one has its height, 2 x
+    ``radius``, along that normal, and a ``half_width`` [mm] across it (None: round).
     """
 
     axial: float
@@ -40,6 +41,12 @@ class Section:
     compression: float
     offset_factor: float
     across: float | None = None
+    half_width: float | None = None
+
+    @property
+    def wide(self) -> float:
+        """Half width [mm], of a round section its radius."""
+        return self.radius if self.half_width is None else self.half_width
 
     @property
     def excess(self) -> float:
@@ -108,11 +115,18 @@ def sections(fabric: Fabric, axial_share: float = 1.0) -> tuple[Section, ...]:
     """Sections of warp, weft and knitting yarn with a share of their axial and shear stiffness."""
     reinforcing = fabric.reinforcing
     cards = (
-        section(reinforcing, reinforcing.bending_stiffness_n_mm2.warp),
-        section(reinforcing, reinforcing.bending_stiffness_n_mm2.weft),
+        _elliptic(section(reinforcing, reinforcing.bending_stiffness_n_mm2.warp), reinforcing, "warp"),
+        _elliptic(section(reinforcing, reinforcing.bending_stiffness_n_mm2.weft), reinforcing, "weft"),
         section(fabric.knitting, fabric.knitting.bending_stiffness_n_mm2),
     )
     return tuple(_softened(card, axial_share) for card in cards)
+
+
+def _elliptic(card: Section, yarn: ReinforcingYarn, direction: str) -> Section:
+    if yarn.section is None:
+        return card
+    width, height = yarn.section_mm(direction)
+    return replace(card, radius=0.5 * height, half_width=0.5 * width)
 
 
 def _softened(card: Section, share: float) -> Section:

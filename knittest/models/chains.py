@@ -43,9 +43,10 @@ class Chain:
     part of the model. ``fail_strain`` and ``slack`` [-] of its elements are (n - 1,) or one for all. ``stretch`` [-] is
     the true length over that of the polygon, for its mass. ``degree_of_set`` [-], (n - 1,) or one for all, is the share
     of the curvature that is free of moment; the rest was bent in. ``normal`` of a flat section, (3,) for all elements
-    or (n - 1, 3), is the direction at the start about which it bends with ``Section.across``; its component along the
-    chain is ignored. ``draw_in`` [-], (n - 1,) or one for all, is the share by which the yarn is shorter at rest than
-    its ``points``: it starts under tension.
+    or (n - 1, 3), is the direction at the start about which it bends with ``Section.across``, and along which an
+    elliptic one is as high as ``Section.radius`` says; its component along the chain is ignored. ``draw_in`` [-],
+    (n - 1,) or one for all, is the share by which the yarn is shorter at rest than its ``points``: it starts under
+    tension.
     """
 
     points: Array
@@ -122,7 +123,7 @@ class _Layout:
         rows = []
         for number, chain in enumerate(self.chains):
             rows.append(np.full((len(chain.points), 3), np.nan))
-            if chain.section.across is not None:
+            if chain.section.across is not None or chain.section.half_width is not None:
                 rows[-1][:-1] = across_chain(chain.points, chain.normal, number)
         return np.concatenate(rows)
 
@@ -158,7 +159,7 @@ def build_chains(
     return YarnModel(
         nodes, parts, mass, inertia, mesh, step, added,
         wave_speed(lay.cards[0].axial, lay.cards[0].linear_density), _beams(lay, tangent, normal), cells,
-        np.array([part for _, part in used]), _contact_group(lay, mass, parts.node, contact, torsional, part),
+        np.array([part for _, part in used]), _contact_group(lay, mass, parts.node, contact, torsional, part, normal),
         contact is not None,
         bool((lay.of_elements("degree_of_set")[lay.joined] < 1.0).any() or (lay.rest < lay.length).any()),
     )  # fmt: skip
@@ -182,10 +183,12 @@ def _lump(lay: _Layout) -> tuple[Array, Array]:
 def _loads(lay: _Layout, mass: Array, inertia: Array, contact: YarnContact | None) -> Array:
     """Largest stiffness [N/mm] that each node feels, see :func:`nodal_loads`."""
     share = np.where(lay.inner(), CONTACT_STEP_SHARE, END_STEP_SHARE)
-    radius = lay.of_card("radius")
-    touch = contact.stiffest(float(radius.min())) if contact else 0.0
+    radius, wide = lay.of_card("radius"), lay.of_card("wide")
+    turns = mass / inertia
+    # a force along the normal of an ellipse turns it by its shift, at most the difference of its half axes
+    touch = contact.stiffest(float(radius.min())) * (1.0 + (wide - radius) ** 2 * turns) if contact else 0.0
     # sticking turns a node by its arm too, and the rotary inertia is mass times inertia / mass
-    stick = contact.tangential * (1.0 + radius**2 * mass / inertia) if contact else np.zeros(len(mass))
+    stick = contact.tangential * (1.0 + wide**2 * turns) if contact else np.zeros(len(mass))
     axial, shear = (lay.of_card(name) / lay.rest for name in ("axial", "shear"))
     return nodal_loads(lay.chord, lay.joined, axial, shear, share * np.maximum(touch, stick), share * stick)
 
@@ -256,15 +259,21 @@ def _beams(lay: _Layout, tangent: Array, normal: Array) -> Beams:
 
 
 def _contact_group(
-    lay: _Layout, mass: Array, node_cut: Index, contact: YarnContact | None, torsional: float, part: Index
+    lay: _Layout,
+    mass: Array,
+    node_cut: Index,
+    contact: YarnContact | None,
+    torsional: float,
+    part: Index,
+    normal: Array,
 ) -> YarnContactGroup:
-    radius = lay.of_card("radius")
+    radius, wide = lay.of_card("radius"), lay.of_card("wide")
     before = np.concatenate([[False], lay.joined[:-1]])
     is_piece = lay.joined & before
     half_piece = np.zeros(len(radius))
     half_piece[1:] = 0.5 * np.maximum(lay.length[1:], lay.length[:-1])
     mean = np.array([lay.mean_length(s) for s in range(len(lay.cards))])
-    bend = 1.2 * (0.5 * np.pi * 2.0 * radius + BEND_MARGIN)
+    bend = 1.2 * (0.5 * np.pi * 2.0 * wide + BEND_MARGIN)
     law = ContactLaw(0.0, 0.0, 0.0, 0.0, 0.0)
     if contact is not None and is_piece.any():
         damping = 2.0 * contact.damping * sqrt(contact.normal * 0.5 * float(mass[is_piece].min()))
@@ -273,5 +282,18 @@ def _contact_group(
     levers = np.zeros((2, n_parts, n_parts)) if patch is None else patch.levers(n_parts)
     return YarnContactGroup(
         radius, half_piece, np.ceil(bend / mean[lay.section]).astype(np.int64), is_piece, lay.chain, node_cut, law,
-        part, levers, pressed=contact is not None and contact.pressed,
+        part, levers, wide, *_heights(lay, normal), pressed=contact is not None and contact.pressed,
     )  # fmt: skip
+
+
+def _heights(lay: _Layout, normal: Array) -> tuple[Array, Array, Array, Array]:
+    """Heights (3, n) of the sections at the nodes before they turn and now, squares of the half width and what that of
+    the half height is more (n,) [mm^2]; empty if all sections are round.
+    """
+    radius, wide = lay.of_card("radius"), lay.of_card("wide")
+    if (wide == radius).all():
+        return np.zeros((3, 0)), np.zeros((3, 0)), np.zeros(0), np.zeros(0)
+    of_elements = np.where(lay.joined[:, None], normal, 0.0)
+    height = of_elements + np.roll(of_elements, 1, axis=0)
+    height /= np.maximum(np.linalg.norm(height, axis=1, keepdims=True), 1e-12)
+    return height.T.copy(), height.T.copy(), wide**2, radius**2 - wide**2

@@ -12,12 +12,16 @@ from knittest.base.history import OVERLAP_COUNTS, Overlaps
 from knittest.kernels import search
 from knittest.kernels.options import PARTITIONS
 from knittest.kernels.pair_search import Cells, Pieces, find_pairs
+from knittest.kernels.section_blocks import COLUMNS, place_ellipses, turn_sections
 from knittest.kernels.state import ContactLaw, Contacts, Nodes
 from knittest.models.snapshot import State, arrays_of, entry, put_back
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
+#: what contacts hold of the nodes, not of themselves, and the rest
+OF_NODES = ("upright", "turned", "square", "excess")
+OF_CONTACTS = tuple(name for name in Contacts._fields if name not in OF_NODES)
 #: gap up to which contacts are tracked [mm]
 CONTACT_SKIN = 0.1
 #: fewest steps between two looks at the contacts, however fast yarns recoil
@@ -28,25 +32,31 @@ MAX_OVERLAP = 0.20
 LISTED = 5
 
 
-def _empty(capacity: int) -> Contacts:
+def _empty(capacity: int, group: "YarnContactGroup") -> Contacts:
+    elliptic = capacity if group.square.size else 0
+    shift, other = (np.zeros((3, elliptic)) for _ in range(2))
     pair, triple = (np.zeros((2, capacity)), [np.zeros((3, capacity)) for _ in range(3)])
     slipping, reach, arm, line, twist, couple = (np.zeros(capacity) for _ in range(6))
     return Contacts(
         np.zeros((2, capacity), np.int64), pair, triple[0], triple[1], slipping, reach, arm, line, triple[2],
         twist, couple, np.zeros((2, capacity)), np.zeros(2 * capacity, np.int64), np.zeros(PARTITIONS + 1, np.int64),
-        np.ones(capacity),
+        np.ones(capacity), shift, other, np.zeros(elliptic), group.upright, group.turned, group.square,
+        group.excess,
     )  # fmt: skip
 
 
 def _room(capacity: int) -> tuple[Index, Array]:
     """Work space for the pairs of every share of the pieces."""
-    return np.zeros((PARTITIONS, capacity, 2), np.int64), np.zeros((PARTITIONS, capacity, 6))
+    return np.zeros((PARTITIONS, capacity, 2), np.int64), np.zeros((PARTITIONS, capacity, COLUMNS))
 
 
 def _used(contacts: Contacts, count: int) -> Contacts:
     """Views of the columns in use."""
     columns = {name: getattr(contacts, name)[..., :count] for name in Contacts._fields}
-    columns |= {"half": contacts.half[: 2 * count], "half_start": contacts.half_start}
+    columns |= {name: getattr(contacts, name) for name in OF_NODES} | {
+        "half": contacts.half[: 2 * count],
+        "half_start": contacts.half_start,
+    }
     return Contacts(**columns)
 
 
@@ -54,8 +64,9 @@ def _used(contacts: Contacts, count: int) -> Contacts:
 class YarnContactGroup:
     """Input of the search, each (n_nodes,): radius and half piece length [mm], pieces along the same yarn that never
     touch, where a spline piece is, chain and part numbers; ``node_cut`` first nodes of the partitions; ``law`` of all
-    pairs, ``levers`` (2, n_parts, n_parts) of their friction moments; ``pressed`` where overlaps at the start shall
-    carry force.
+    pairs, ``levers`` (2, n_parts, n_parts) of their friction moments. ``bound`` radius around the section [mm], that of
+    an ellipse more than its half height, ``radius``; sections of nodes as in :class:`Contacts`, empty if all are round.
+    ``pressed`` where overlaps at the start shall carry force.
 
     In a periodic cell ``owned`` (n_nodes,) is 1 for its nodes and 0 for images, and contacts are looked for with the
     pieces ``near`` (n_nodes,), which touch a node of the cell; none elsewhere.
@@ -70,6 +81,11 @@ class YarnContactGroup:
     law: ContactLaw
     part: Index
     levers: Array
+    bound: Array
+    upright: Array
+    turned: Array
+    square: Array
+    excess: Array
     owned: Array | None = None
     near: NDArray[np.bool_] | None = None
     pressed: bool = False
@@ -81,7 +97,7 @@ class ContactTracker:
     def __init__(self, nodes: Nodes, alive: Array, group: YarnContactGroup, name_of: Callable[[int], str]) -> None:
         n = group.radius.size
         self.nodes, self.alive, self.group, self.name_of = nodes, alive, group, name_of
-        self.contacts, self._spare, self.count = _empty(64), _empty(64), 0
+        self.contacts, self._spare, self.count = _empty(64, group), _empty(64, group), 0
         self._room = _room(64)
         self._order = np.zeros(n, np.int64)
         self._since = np.full((3, n), np.inf)
@@ -99,7 +115,10 @@ class ContactTracker:
         c, n = self.contacts, self.count
         gap = np.linalg.norm(c.offset[:, :n], axis=0)
         radius = self.group.radius[c.piece[:, :n]]
-        share = (radius.sum(axis=0) - gap) / radius.min(axis=0)
+        touch = radius.sum(axis=0)
+        if c.touch.size:
+            touch = np.where(c.touch[:n] > 0.0, c.touch[:n], touch)
+        share = (touch - gap) / radius.min(axis=0)
         worst = np.argsort(-share, kind="stable")[:LISTED]
         if n and share[worst[0]] > MAX_OVERLAP:
             raise InputError(
@@ -111,8 +130,11 @@ class ContactTracker:
         return Overlaps(count, max(float(share[worst[0]]), 0.0) if n else 0.0, listed)
 
     def touch(self) -> Array:
-        """Sum of radii [mm] of the contacts in use, (count,): their reach unless it was cut."""
+        """Sum of radii, or extents of ellipses [mm], of the contacts in use, (count,): their reach if not cut."""
         found: Array = self.group.radius[self.contacts.piece[:, : self.count]].sum(axis=0)
+        if self.contacts.touch.size:
+            extents = self.contacts.touch[: self.count]
+            found = np.where(extents > 0.0, extents, found)
         return found
 
     def press(self, most: float) -> float:
@@ -153,7 +175,7 @@ class ContactTracker:
     def state(self) -> State:
         """Contacts in use, where every piece was last looked at, and the speed that sets the next look."""
         counts = np.array([self.count, self.contacts.reach.size, self._spare.reach.size, self.searches])
-        return arrays_of("contacts", _used(self.contacts, self.count), Contacts._fields) | {
+        return arrays_of("contacts", _used(self.contacts, self.count), OF_CONTACTS) | {
             "since": self._since.copy(), "speed": np.array(self.speed), "counts": counts,
         }  # fmt: skip
 
@@ -161,8 +183,10 @@ class ContactTracker:
         """Put back what :meth:`state` gave; raises :class:`InputError` if it is another model's."""
         self.count, capacity, spare, self.searches = (int(v) for v in entry(state, "counts", (4,)))
         # the spare list holds nothing between two searches; its size only says when it must grow
-        self.contacts, self._spare = _empty(capacity), _empty(spare)
-        put_back(state, "contacts", _used(self.contacts, self.count), Contacts._fields)
+        self.contacts, self._spare = _empty(capacity, self.group), _empty(spare, self.group)
+        put_back(state, "contacts", _used(self.contacts, self.count), OF_CONTACTS)
+        if self.group.excess.size:
+            turn_sections(0, self.group.excess.size, self.nodes, self.contacts)
         self._since[:] = entry(state, "since", self._since.shape)
         self.speed = float(entry(state, "speed", ()))
 
@@ -176,7 +200,7 @@ class ContactTracker:
         if not np.isfinite(position).all():
             i = int(np.argmin(np.isfinite(position).all(axis=0)))
             raise NumericalError(f"the position of node {i} of {self.name_of(i)} is not finite")
-        cell = 2.0 * (float(group.radius.max()) + float(group.half_piece.max())) + CONTACT_SKIN
+        cell = 2.0 * (float(group.bound.max()) + float(group.half_piece.max())) + CONTACT_SKIN
         low = position.min(axis=1)
         shape = ((position.max(axis=1) - low) / cell).astype(np.int64) + 1
         head = np.zeros(int(shape.prod()) + 1, np.int64)
@@ -186,8 +210,11 @@ class ContactTracker:
         if group.near is not None:  # far images are in no contact but with these, whichever of both moved
             self._moved[:], moved = True, group.near
         pairs = self._find_pairs(position, moved, Cells(cell_of, shape, head, self._order))
+        if group.excess.size:
+            turn_sections(0, group.excess.size, self.nodes, self.contacts)
+            place_ellipses(*pairs, position, self.contacts, self.alive, CONTACT_SKIN)
         if self._spare.reach.size < self.count:
-            self._spare = _empty(self.contacts.reach.size)
+            self._spare = _empty(self.contacts.reach.size, group)
         while True:
             needed = search.find_contacts(
                 *pairs, group.radius, group.part, group.levers, group.chain, self.alive, moved, CONTACT_SKIN,
@@ -195,7 +222,7 @@ class ContactTracker:
             )  # fmt: skip
             if needed <= self._spare.reach.size:
                 break
-            self._spare = _empty(needed + needed // 4)
+            self._spare = _empty(needed + needed // 4, group)
         self.contacts, self._spare, self.count = self._spare, self.contacts, needed
         if group.owned is not None:
             self.contacts.share[:needed] = group.owned[self.contacts.piece[:, :needed]].mean(axis=0)
@@ -206,7 +233,7 @@ class ContactTracker:
     def _find_pairs(self, position: Array, moved: NDArray[np.bool_], cells: Cells) -> tuple[Index, Array, Index]:
         """Pairs, their places and how many there are, by share; room for them grows when it overflows."""
         group, found = self.group, np.zeros(PARTITIONS, np.int64)
-        pieces = Pieces(group.radius, group.half_piece, group.exclude, group.chain)
+        pieces = Pieces(group.bound, group.half_piece, group.exclude, group.chain)
         while True:
             find_pairs(position, pieces, self.alive, moved, cells, CONTACT_SKIN, *self._room, found)
             if (most := int(found.max())) <= self._room[0].shape[1]:

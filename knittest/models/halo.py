@@ -36,7 +36,7 @@ def beyond(cell: Cell) -> str:
     most = np.abs(images.times).max(axis=0).astype(int) + 1
     held = set(zip(images.of[images.ghost].tolist(), images.master.tolist(), strict=True))
     number = {tuple(t): k for k, t in enumerate(images.times.astype(int).tolist())}
-    reach = 2.0 * float(cell.group.radius.max()) + CONTACT_SKIN + 2.0 * half
+    reach = 2.0 * float(cell.group.bound.max()) + CONTACT_SKIN + 2.0 * half
     low, high = x.min(axis=0) - reach, x.max(axis=0) + reach
     tree, vectors = cKDTree(x), images.lattice[:6].reshape(2, 3)
     for i, j in np.ndindex(*(2 * most + 1)):
@@ -50,7 +50,7 @@ def beyond(cell: Cell) -> str:
             if k is not None and (k, int(own[m])) in held:
                 continue
             distance, nearest = tree.query(moved[m])
-            radius = cell.group.radius[own[np.array([m, int(nearest)])]].sum()
+            radius = cell.group.bound[own[np.array([m, int(nearest)])]].sum()
             if distance < radius + CONTACT_SKIN + 2.0 * half:
                 return (
                     f"{cell.name_of(int(own[m]))} and {cell.name_of(int(own[nearest]))} come near each other where the "

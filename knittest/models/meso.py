@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.base.errors import InputError
 from knittest.config.run import Run
 from knittest.fabric.strip import YarnPath
 from knittest.fabric.variability import YarnDraws
@@ -20,6 +19,8 @@ Array = NDArray[np.float64]
 
 #: strength of a yarn away from its weakest place, above its drawn strength, relative
 STRENGTH_MARGIN = 0.15
+#: elliptic sections start with their height across the fabric
+UPRIGHT = np.array([0.0, 0.0, 1.0])
 
 
 def build_meso(
@@ -41,6 +42,7 @@ def build_meso(
             float(draws[path.system].slack[path.index]),
             stretch(run, path.uncut),
             _degree_of_set(run, path, rows),
+            UPRIGHT,
             draw_in=_draw_in(run, path, rows),
         )
         for path in sorted(paths, key=chain_order)
@@ -57,11 +59,7 @@ def chain_order(path: YarnPath) -> tuple[int, int]:
 
 
 def yarn_contact(run: Run) -> YarnContact:
-    """Contact between the yarns of the fabric; raises :class:`InputError` for elliptic sections."""
-    if run.fabric.reinforcing.section is not None:
-        raise InputError(
-            "fabric.reinforcing.section: runs of yarns touch as circles; expected none, or only `knittest fabric`"
-        )
+    """Contact between the yarns of the fabric."""
     card = run.fabric.contact
     normal = card.normal_stiffness_n_per_mm
     static, compaction = card.static_friction_coefficient, card.compaction

@@ -7,7 +7,7 @@ from knittest.config.run import Run
 from knittest.fabric.cell import Cell
 from knittest.fabric.strip import YarnPath, strip, wave_elements, wave_scale
 from knittest.materials.yarn_section import SYSTEMS, sections
-from knittest.models.meso import chain_order, mass_scaling, stretch, yarn_contact
+from knittest.models.meso import UPRIGHT, chain_order, mass_scaling, stretch, yarn_contact
 from knittest.models.periodic import PeriodicChain, build_periodic
 from knittest.models.periodic_model import PeriodicModel
 
@@ -50,6 +50,7 @@ def build_meso_cell(
             degree_of_set=run.fabric.knitting.degree_of_set.value if path.system == "knit" else 1.0,
             draw_in=(run.fabric.knitting.draw_in_fraction or 0.0) if path.system == "knit" else 0.0,
             along=1 if path.system == "warp" else 0,
+            normal=UPRIGHT,
         )
         for path in paths
     ]

@@ -91,7 +91,7 @@ def _heights(vectors: Array) -> Array:
 
 def _reach(chains: Sequence[PeriodicChain], vectors: Array, shrink: float) -> float:
     """Distance [mm] from nodes of the cell at the start within which pieces may come to touch theirs."""
-    radius = max(chain.section.radius for chain in chains)
+    radius = max(chain.section.wide for chain in chains)
     longest = max(float(np.linalg.norm(np.diff(_closed(c, vectors), axis=0), axis=1).max()) for c in chains)
     return (2.0 * radius + CONTACT_SKIN + longest) / shrink + SLIDE * radius
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from knittest.kernels import health
 from knittest.kernels.state import Beams, ContactLaw, Nodes, Partitions
+from knittest.models.conforming import refuse_conforming
 from knittest.models.contact_tracker import LEAST_STEPS, ContactTracker, YarnContactGroup
 
 Array = NDArray[np.float64]
@@ -55,13 +56,17 @@ class YarnHealth:
         self.farthest = float(model.group.radius.min()) / LEAST_STEPS
 
     def diagnose(self, dt: float) -> str:
-        """Diagnose the present state at time step ``dt`` [ms]; empty if nothing is wrong."""
+        """Diagnose the present state at time step ``dt`` [ms]; empty if nothing is wrong.
+
+        Raises :class:`InputError` for sections that lie along the loops, see :func:`refuse_conforming`.
+        """
         model = self.model
         if health.count_short_beams(model.nodes.position, model.beams.alive, model.beams.inv_length, SHORTEST):
             return self._collapsed()
         if not model.contact:
             return ""
         self.looks += 1
+        refuse_conforming(model.tracker, model.nodes.position)
         stiff = self._too_stiff(dt) if self.looks % STIFFNESS_LOOKS == 0 else ""
         return self._too_fast(dt) or self._pierced() or stiff
 

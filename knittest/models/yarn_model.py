@@ -151,6 +151,8 @@ class YarnModel(ExplicitModel):
         x = self.nodes.position
         centre = first * x[:, piece[0] - 1] + at * x[:, piece[0]] + last * x[:, piece[0] + 1]
         place = centre - contacts.arm[touching] * offset
+        if contacts.shift.size:
+            place -= contacts.shift[:, touching]
         return place.T, contacts.force[:, touching].T, self.group.chain[piece].T
 
     def search_seconds(self) -> float:

@@ -128,7 +128,8 @@ class _Tug:
 
 def _crossing_yarns(run: Run) -> ExplicitModel:
     along = np.arange(-5.0, 5.01, 0.5)
-    zero, above = np.zeros_like(along), np.full_like(along, run.fabric.reinforcing.beam_diameter_mm)
+    heights = [run.fabric.reinforcing.section_mm(direction)[1] for direction in ("warp", "weft")]
+    zero, above = np.zeros_like(along), np.full_like(along, 0.5 * sum(heights))
     paths = [
         YarnPath("warp", 0, np.column_stack([zero, along, zero])),
         YarnPath("weft", 0, np.column_stack([along, zero, above])),

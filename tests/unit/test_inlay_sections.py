@@ -2,6 +2,7 @@
 
 from math import pi
 
+import numpy as np
 import pytest
 
 from knittest.base.errors import InputError
@@ -9,13 +10,12 @@ from knittest.config.loading import resolve
 from knittest.fabric import relax
 from knittest.fabric.cell import CellSpec
 from knittest.fabric.relax import relaxed_cell
-from knittest.fabric.variability import YarnDraws
+from knittest.fabric.strip import strip
+from knittest.fabric.variability import draw
 from knittest.models.meso import build_meso
-from knittest.models.meso_cell import build_meso_cell
 
 #: mass over fibre volume of 1200 tex whose fibres have 0.784 mm2
 DENSITY = 1.53
-NONE: dict[str, YarnDraws] = {}
 
 
 def with_sections(variant="1", ratio=(2.0, 1.5), packing=(0.9, 0.8), density=DENSITY, **more):
@@ -79,13 +79,33 @@ def test_sections_that_lock_are_refused_with_the_packing_that_would_do(monkeypat
     assert relaxed_cell(with_sections(ratio=(1.5, 1.5), packing=(0.6 * factor, 0.6 * factor)))
 
 
-@pytest.mark.parametrize(
-    "build",
-    [lambda run: build_meso(run, [], NONE), lambda run: build_meso_cell(run, relaxed_cell(run.fabric), 1, 1)],
-    ids=["specimen", "periodic cell"],
-)
-def test_a_run_of_yarns_does_not_take_ellipses_for_circles(build):
+def test_a_model_of_yarns_has_the_sections_of_its_inlays():
+    """Half axes at every node of warp and weft, heights across the chain and, nearly, the fabric; loops are round."""
+    fabric = with_sections(ratio=(2.0, 2.0), packing=(0.9, 0.9))
+    run = resolve(variant="1", test="tensile", scale="meso").model_copy(update={"fabric": fabric})
+    ones = np.ones(2)
+    paths = strip(relaxed_cell(fabric), 2, 2, run.model.meso.elements_per_loop, 8, {"warp": ones, "weft": ones})
+    draws = {s: draw(fabric, run.variability, s, 2, 0) for s in ("warp", "weft", "knit")}
+    model = build_meso(run, paths, draws)
+    group, part = model.group, model.group.part
+    width, height = fabric.reinforcing.section_mm("warp")
+    inlay = part < 2
+    assert np.sqrt(group.square[inlay]) == pytest.approx(0.5 * width)
+    assert group.excess[inlay] == pytest.approx(0.25 * (height**2 - width**2))
+    assert group.radius[inlay] == pytest.approx(0.5 * height) and group.bound[inlay] == pytest.approx(0.5 * width)
+    assert (group.excess[~inlay] == 0.0).all() and (group.bound[~inlay] == group.radius[~inlay]).all()
+    up, chord = group.upright.T, np.diff(model.nodes.position[:, :-1].T, axis=0)
+    along = chord / np.linalg.norm(chord, axis=1, keepdims=True)
+    within = inlay[:-1] & (group.chain[1:] == group.chain[:-1])
+    assert np.linalg.norm(up[inlay], axis=1) == pytest.approx(1.0)
+    assert np.abs(np.sum(up[:-1] * along, axis=1)[within]).max() < 0.15  # half of the turn from element to element
+    assert up[inlay, 2].min() > 0.95
+
+
+def test_circles_carry_no_sections():
     run = resolve(variant="1", test="tensile", scale="meso")
-    run = run.model_copy(update={"fabric": with_sections(ratio=(2.0, 2.0), packing=(0.9, 0.9))})
-    with pytest.raises(InputError, match=r"fabric.reinforcing.section: runs of yarns touch as circles"):
-        build(run)
+    ones = np.ones(1)
+    paths = strip(relaxed_cell(run.fabric), 1, 1, run.model.meso.elements_per_loop, 8, {"warp": ones, "weft": ones})
+    draws = {s: draw(run.fabric, run.variability, s, 1, 0) for s in ("warp", "weft", "knit")}
+    group = build_meso(run, paths, draws).group
+    assert group.excess.size == group.upright.size == 0 and (group.bound == group.radius).all()

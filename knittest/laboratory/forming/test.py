@@ -181,7 +181,8 @@ def allowed_depth(run: FormingRun) -> float:
     fabric = run.fabric
     if run.model.scale == "macro":
         return 1e3 * DEEPEST * 0.5 * fabric.thickness_mm
-    return 1e3 * DEEPEST * 0.5 * min(y.beam_diameter_mm for y in (fabric.reinforcing, fabric.knitting))
+    heights = [fabric.reinforcing.section_mm(direction)[1] for direction in ("warp", "weft")]
+    return 1e3 * DEEPEST * 0.5 * min(*heights, fabric.knitting.beam_diameter_mm)
 
 
 def tools_of(run: FormingRun, thickness: float) -> ToolSet:

@@ -1,0 +1,66 @@
+"""Contacts of elliptic sections at yarns that bend as the ellipse does: there one nearest place becomes two."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knittest.base.errors import InputError
+from knittest.kernels.state import Contacts
+from knittest.models.contact_tracker import ContactTracker
+
+Array = NDArray[np.float64]
+
+#: curvature of a yarn times the distance to the centre of the ellipse's curvature, from which on it lies along it: at 1
+#: the nearest place turns into two, beside it, and runs from one piece to the next before
+CONFORMS = 0.9
+#: share of the sum of contact forces that such contacts may carry
+MOST = 0.05
+
+
+def conformity(tracker: ContactTracker, position: Array) -> Array:
+    """Curvature of the yarns times their distance [-] of the tracked contacts, (count,): the larger of both yarns.
+
+    ``position`` (3, n_nodes) [mm]. The distance is that of the circles that osculate the sections.
+    """
+    contacts, n = tracker.contacts, tracker.count
+    offset, found = contacts.offset[:, :n], np.zeros((2, n))
+    for side, sign in ((0, -1.0), (1, 1.0)):
+        i, s = contacts.piece[side, :n], contacts.parameter[side, :n]
+        bend = position[:, i - 1] - 2.0 * position[:, i] + position[:, i + 1]
+        tangent = position[:, i] - position[:, i - 1] + s * bend
+        found[side] = sign * np.sum(offset * bend, axis=0) / np.sum(tangent * tangent, axis=0)
+    largest: Array = found.max(axis=0)
+    return largest
+
+
+def refuse_conforming(tracker: ContactTracker, position: Array) -> None:
+    """Raise :class:`InputError`, with the ratio that would do, where sections lie along yarns that bend around them."""
+    contacts, n = tracker.contacts, tracker.count
+    if not contacts.touch.size or not n:
+        return
+    force = np.linalg.norm(contacts.force[:, :n], axis=0)
+    elliptic = (contacts.touch[:n] > 0.0) & (contacts.line[:n] == 0.0)
+    along = np.where(elliptic & (force > 0.0), conformity(tracker, position), 0.0)
+    if force[along > CONFORMS].sum() <= MOST * force.sum():
+        return
+    worst = int(np.argmax(np.where(along > CONFORMS, force, 0.0)))
+    first, second = (int(i) for i in contacts.piece[:, worst])
+    ratio, most = _ratio_that_does(contacts, worst, first, second, float(along[worst]))
+    less = f"at most about {most:.2f}" if most >= 1.0 else "1, and a packing higher"
+    raise InputError(
+        f"fabric.reinforcing.section.width_to_height: {tracker.name_of(first)} and {tracker.name_of(second)} bend "
+        f"along each other's section of {ratio:.3g} times its height and would touch in two places, which one contact "
+        f"does not follow; expected {less}"
+    )
+
+
+def _ratio_that_does(contacts: Contacts, c: int, first: int, second: int, along: float) -> tuple[float, float]:
+    """Width over height [-] of the flatter section of contact ``c``, and the one that conforms by less.
+
+    Lying flat an ellipse has the radius of curvature sqrt(area / pi) ratio^(3/2).
+    """
+    touch, arm = float(contacts.touch[c]), float(contacts.arm[c])
+    flat = [float(contacts.square[i] / (contacts.square[i] + contacts.excess[i])) ** 0.5 for i in (first, second)]
+    side = int(flat[1] > flat[0])
+    radius = touch * (arm if side == 0 else 1.0 - arm)
+    less = radius - touch * (1.0 - CONFORMS / along)
+    return flat[side], flat[side] * (max(less, 0.0) / radius) ** (2.0 / 3.0)
