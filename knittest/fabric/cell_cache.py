@@ -2,8 +2,6 @@
 
 import hashlib
 import json
-import tempfile
-from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -11,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from knittest.base.cache import cache_folder
+from knittest.base.kept import keep, kept
 from knittest.base.notes import tell
-from knittest.base.sealed import Damaged, checksum, seal, unseal
+from knittest.base.sealed import Damaged, checksum
 from knittest.fabric.cell import SYSTEMS, Cell, CellSpec
 
 #: what shapes a cell, beside its inputs
@@ -38,15 +37,9 @@ def cell_path(spec: CellSpec) -> Path | None:
 def load_cell(spec: CellSpec) -> Cell | None:
     """The cached cell; None if there is none or it is not what was kept, which a line on stderr says."""
     path = cell_path(spec)
-    if path is None:
-        return None
     try:
-        arrays = unseal(path.read_bytes(), path.name)
-        if str(arrays["key"]) != _key(spec):
-            raise Damaged(f"{path.name} is the cell of other inputs")
-        return _cell(spec, arrays)
-    except OSError:
-        return None
+        arrays = kept(path, _key(spec))
+        return None if arrays is None else _cell(spec, arrays)
     except (Damaged, KeyError, TypeError, ValueError) as error:
         tell(f"{path}: {error}: this cached cell is not used; it is relaxed anew")
         return None
@@ -54,19 +47,7 @@ def load_cell(spec: CellSpec) -> Cell | None:
 
 def save_cell(cell: Cell) -> None:
     """Write ``cell`` whole or not at all; if the disk refuses, the next run only relaxes again."""
-    path = cell_path(cell.spec)
-    if path is None:
-        return
-    temporary: Path | None = None
-    try:
-        with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".tmp", delete=False) as stream:
-            temporary = Path(stream.name)
-            seal(stream, {"key": np.array(_key(cell.spec)), **_arrays(cell)})
-        temporary.replace(path)
-    except OSError:
-        if temporary is not None:
-            with suppress(OSError):
-                temporary.unlink()
+    keep(cell_path(cell.spec), _key(cell.spec), _arrays(cell))
 
 
 def cell_digest(cell: Cell) -> str:

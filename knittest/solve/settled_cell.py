@@ -5,7 +5,7 @@ loops, and whether they lock.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cache
 
 from knittest.base.errors import InputError
@@ -18,6 +18,7 @@ from knittest.models.at_rest import at_rest
 from knittest.models.crossings import Crossings
 from knittest.models.meso_cell import build_meso_cell
 from knittest.solve.periodic_body import PeriodicBody
+from knittest.solve.settled_cache import remembered
 
 #: forces out of balance over those of contacts at rest, most steps to it, and above which yarns have not found a rest
 AT_REST, PATIENT, RESTLESS = 0.01, 20_000, 0.05
@@ -125,7 +126,14 @@ def too_coarse(run: Run, axial_share: float = 1.0) -> str:
 
 
 def settle_at(run: Run, draw_in: float, axial_share: float = 1.0) -> SettledCell:
-    """The cell of ``run`` at rest with loops drawn in by ``draw_in`` [-], whatever the fabric states."""
+    """The cell of ``run`` at rest with loops drawn in by ``draw_in`` [-], whatever the fabric states (cached)."""
+    what = {"draw_in": draw_in, "axial_share": axial_share}
+    found = remembered(_drawn_in(run, draw_in), what, lambda: asdict(_settle_at(run, draw_in, axial_share)))
+    crossings = {kind: Crossings(**of) for kind, of in found["crossings"].items()}
+    return SettledCell(**found | {"rest": Rest(**found["rest"]), "crossings": crossings})
+
+
+def _settle_at(run: Run, draw_in: float, axial_share: float) -> SettledCell:
     model = build_meso_cell(_drawn_in(run, draw_in), relaxed_cell(run.fabric), 1, 1, axial_share=axial_share)
     body = PeriodicBody(model, run.solver.safety)
     found = body.settle(AT_REST, PATIENT)
