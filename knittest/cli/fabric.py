@@ -109,16 +109,25 @@ def _settled(run: "Run") -> list[tuple[str, str]]:
     from knittest.base.rest import rest_numbers, rest_rows
     from knittest.fabric.cell import CellSpec
     from knittest.fabric.munden import Munden
-    from knittest.solve.settled_cell import settled_cell
+    from knittest.solve.curl import cell_curl
+    from knittest.solve.settled_cell import settled_cell, with_draw_in
 
     click.echo("settling the cell", err=True)
     found = settled_cell(run)
+    curls = cell_curl(with_draw_in(run))
     munden = Munden.of(CellSpec.of(run.fabric), found.draw_in)
     numbers = rest_numbers(found.rest, munden.courses, munden.stitches, found.draw_in)
     return [
         ("settled", f"after {found.steps} steps"),
         *rest_rows(numbers),
-        ("kept flat by", f"{found.flat_moment:.3g} N mm/mm along the courses"),
+        *(
+            (
+                f"curl along the {way}",
+                f"{curl.curvature:+.3g} 1/mm (+: hollow towards the face): kept flat by {curl.moment:.3g} N mm/mm, "
+                f"stiffness {curl.stiffness:.3g} N mm",
+            )
+            for way, curl in (("courses", curls["weft"]), ("wales", curls["warp"]))
+        ),
     ]
 
 

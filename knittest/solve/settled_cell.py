@@ -33,13 +33,10 @@ MESHES, COARSE = ((30, 8), (48, 12), (64, 16)), 0.2
 
 @dataclass(frozen=True)
 class SettledCell:
-    """A cell at ``rest`` whose loops are drawn in by ``draw_in`` [-]: moment per width that keeps it flat along the
-    courses [N], steps to there, and its crossings by kind.
-    """
+    """A cell at ``rest`` whose loops are drawn in by ``draw_in`` [-]: steps to there, and its crossings by kind."""
 
     draw_in: float
     rest: Rest
-    flat_moment: float
     steps: int
     crossings: dict[str, Crossings]
 
@@ -139,7 +136,7 @@ def _settle_at(run: Run, draw_in: float, axial_share: float) -> SettledCell:
     found = body.settle(AT_REST, PATIENT)
     rest = at_rest(model, found.residual)
     assert rest is not None
-    return SettledCell(draw_in, rest, body.bending_moment(), found.steps, body.crossings())
+    return SettledCell(draw_in, rest, found.steps, body.crossings())
 
 
 def _settles(run: Run) -> bool:

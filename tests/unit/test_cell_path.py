@@ -12,7 +12,7 @@ from knittest.laboratory.cell import record
 from knittest.laboratory.cell.path import KNOTS, path_of, timed
 from knittest.laboratory.cell.record import torn as said_of_torn
 from knittest.laboratory.cell.steps import read_steps
-from knittest.laboratory.cell.test import Cell, secant
+from knittest.laboratory.cell.test import Cell, curl, secant
 from knittest.models.crossings import parts_of_nodes
 from knittest.models.meso_cell import build_meso_cell
 from knittest.solve.observer import SILENT
@@ -81,6 +81,13 @@ def test_yarns_are_bent_about_their_own_middle():
 def test_the_bending_stiffness_is_the_secant_of_the_second_half():
     x = np.linspace(0.0, 2.0, 201)
     assert secant(x, np.where(x < 1.0, 9.0, 3.0 * x)) == pytest.approx(3.0)
+
+
+def test_free_fabric_curls_to_where_it_has_no_moment():
+    """From a moment of -0.2 N at rest up by 4 N mm: none at 0.05/mm; what lies between does not matter."""
+    x = np.linspace(0.0, 0.1, 11)
+    assert curl(x, np.where(x < 0.1, -0.2, 0.2)) == pytest.approx(0.05)
+    assert curl(x, 0.2 + 4.0 * x) == pytest.approx(-0.05)
 
 
 @pytest.mark.parametrize(("torn", "strain"), [("ends", 0.9), ("ends", 1.1), ("refused", 1.1)])

@@ -28,6 +28,7 @@ KIND = TestKind(
         "cell_weft_n_per_mm": ("mean stress along the weft [N/mm]", "{:.3f}"),
         "cell_moment_n": ("bending moment a length [N]", "{:.4f}"),
         "cell_bending_stiffness_n_mm": ("bending stiffness [N mm]", "{:.3f}"),
+        "cell_curl_per_mm": ("curl of the free fabric, + hollow on the face [1/mm]", "{:+.4f}"),
         "cell_fracture_strain_pct": ("strain at the first fracture of a yarn [%]", "{:.3f}"),
         "cell_pressure_kpa": ("pressure at the end [kPa]", "{:.1f}"),
         "cell_thickness_at_rest_mm": ("thickness at the start [mm]", "{:.3f}"),

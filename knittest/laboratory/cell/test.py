@@ -18,6 +18,7 @@ from knittest.laboratory.judging import assess
 from knittest.laboratory.span import Span
 from knittest.models.meso_cell import build_meso_cell, lattice_of
 from knittest.models.periodic_model import PeriodicModel
+from knittest.solve.curl import Curl
 from knittest.solve.observer import SILENT, Observer
 from knittest.solve.periodic_body import PeriodicBody
 from knittest.solve.simulate import simulate
@@ -83,6 +84,7 @@ class Cell(Test[CellRun]):
         elif run.rig.path == "bending":
             found["cell_moment_n"] = float(curve["moment_n"][-1])
             found["cell_bending_stiffness_n_mm"] = secant(curve["curvature_per_mm"], curve["moment_n"])
+            found["cell_curl_per_mm"] = curl(curve["curvature_per_mm"], curve["moment_n"])
         elif run.rig.path == "compaction":
             found["cell_pressure_kpa"] = float(curve["pressure_kpa"][-1])
         else:
@@ -109,6 +111,11 @@ def secant(x: Array, y: Array) -> float:
     """Slope of the line from the origin that is nearest to the second half of a curve (least squares)."""
     end = x >= 0.5 * x[-1]
     return float(x[end] @ y[end]) / float(x[end] @ x[end])
+
+
+def curl(curvature: Array, moment: Array) -> float:
+    """Curvature [1/mm] at which a line through the first and the last row has no ``moment``: that of free fabric."""
+    return Curl(float(moment[0]), float(moment[-1] - moment[0]) / float(curvature[-1])).curvature
 
 
 def _draw_in(model: PeriodicModel, free: tuple[str, ...], run: CellRun) -> None:
