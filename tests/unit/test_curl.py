@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from knittest.pose import PeriodicBody, PeriodicChain, round_section
-from knittest.solve.curl import Curl, curl_of
+from knittest.solve.curl import PROBE, WAY, Curl, _there, curl_of
 
 DIAMETER, ARM, DRAWN, PITCH = 0.1, 0.5, 0.002, 2.0
 SECTION = round_section(modulus=2e3, diameter=DIAMETER, density=1.5e-3)
@@ -40,3 +40,8 @@ def test_two_layers_of_which_one_is_shorter_curl_as_the_closed_form(direction, u
 
 def test_a_moment_towards_the_back_curls_towards_the_back():
     assert Curl(0.1, 5.0).curvature == pytest.approx(-0.02)
+
+
+def test_the_cell_is_bent_by_the_probe_from_rest_to_rest():
+    table = _there(PROBE)
+    assert table.integral(WAY) == pytest.approx(PROBE) and table.value[0] == table.value[-1] == 0.0
