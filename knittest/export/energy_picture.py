@@ -23,7 +23,7 @@ _LINES: dict[str, tuple[str, Any, str]] = {
 }
 _PART_STYLES: tuple[tuple[str, Any], ...] = ((GREEN, "-"), (ORANGE, "-"), (GREEN, ":"), (ORANGE, ":"))
 _SMALLEST_PCT = 1e-3
-_SHADED = f"not judged: below {100 * START_UP:g} % of\nthe work, after a strip's first failure"
+_SHADED = f"not judged: below {100 * START_UP:g} % of\nthe work, after a strip's\nfirst failure"
 
 
 def energy_picture(

@@ -6,6 +6,7 @@ import numpy as np
 
 from knittest.base.figure import new_figure, save
 from knittest.base.history import Array, Frame, Mesh
+from knittest.base.printing import present
 from knittest.export.tubes import View, render_tubes
 
 _GROUND = "#23282e"
@@ -28,7 +29,7 @@ def faces_picture(path: Path, mesh: Mesh, frame: Frame, *, title: str, note: str
     largest = max(float(np.percentile(np.abs(force), _SHOWN)), 1e-6)
     norm, cmap = Normalize(-largest, largest, clip=True), colormaps["coolwarm"]
     colour = cmap(norm(force))[:, :3]
-    front = _view(frame.position)
+    front = _view(frame.position[np.unique(mesh.cells)])  # images of a periodic cell are not shown
     size = np.array([front.right - front.left, front.top - front.bottom])
     tall = min(8.0, 12.0 / (2.0 * size[0] / size[1]))
     wide = tall * size[0] / size[1]
@@ -48,8 +49,9 @@ def faces_picture(path: Path, mesh: Mesh, frame: Frame, *, title: str, note: str
         axes.tick_params(labelsize=8, labelleft=k == 0)
     figure.axes[0].set_ylabel("along the pull [mm]", fontsize=9)
     bar = figure.add_axes((0.75 / total[0], 0.5 / total[1], 1.0 - 1.5 / total[0], 0.13 / total[1]))
-    figure.colorbar(ScalarMappable(norm, cmap), cax=bar, orientation="horizontal").set_label(
-        "axial force of the yarn [N], 98 % of the beams within", fontsize=9
+    cut = "both" if np.abs(force).max() > largest else "neither"
+    figure.colorbar(ScalarMappable(norm, cmap), cax=bar, orientation="horizontal", extend=cut).set_label(
+        f"axial force of the yarn [N], {_SHOWN:g} % of the beams within", fontsize=9
     )
     figure.text(0.02, 0.975, title, fontsize=12, va="top")
     save(figure, path)
@@ -57,5 +59,7 @@ def faces_picture(path: Path, mesh: Mesh, frame: Frame, *, title: str, note: str
 
 def _view(position: Array) -> View:
     low, high = position[:, :2].min(axis=0) - 1.5, position[:, :2].max(axis=0) + 1.5
-    pixel = max(float(np.sqrt((high - low).prod() / _PIXELS)), _FINEST_PIXEL)
+    pixel = max(
+        float(np.sqrt((high - low).prod() / (_PIXELS * present().pixels))), _FINEST_PIXEL / present().pixels ** 0.5
+    )
     return View(low[0], high[0], low[1], high[1], pixel)

@@ -13,6 +13,8 @@ _COLOURS = (BLUE, ORANGE, GREEN, RED, SKY)
 HALF = 45
 #: height of a row of the legend, as a share of the picture's
 ROW = 0.037
+#: height of the scale and its name below the curves, and of a further line of the title, likewise
+UNDER, TITLE = 0.135, 0.045
 
 
 @dataclass(frozen=True)
@@ -36,6 +38,15 @@ class Band:
 
 
 @dataclass(frozen=True)
+class Span:
+    """A stretch of x that is marked, and why."""
+
+    low: float
+    high: float
+    label: str
+
+
+@dataclass(frozen=True)
 class Level:
     """A horizontal line."""
 
@@ -52,17 +63,22 @@ def line_picture(
     ylabel: str,
     levels: Sequence[Level] = (),
     bands: Sequence[Band] = (),
+    spans: Sequence[Span] = (),
     logarithmic: bool = False,
 ) -> None:
-    """Draw ``lines``, ``levels`` and ``bands`` to ``path`` (PNG); their labels in two columns where these are wide
-    enough. Raises :class:`ResourceError`.
+    """Draw ``lines``, ``levels``, ``bands`` and ``spans`` to ``path`` (PNG); their labels close below, in two columns
+    where these are wide enough. Raises :class:`ResourceError`.
     """
-    labels = [*(line.label for line in lines), *(level.label for level in levels), *(band.label for band in bands)]
+    entries: list[Line | Level | Band | Span] = [*lines, *levels, *bands, *spans]
+    labels = [entry.label for entry in entries]
     columns = 2 if max(map(len, labels), default=0) <= HALF else 1
-    below = max(0.24, 0.1 + ROW * ceil(sum(1 + label.count("\n") for label in labels) / columns))
+    below = UNDER + ROW * ceil(sum(1 + label.count("\n") for label in labels) / columns)
+    top = 0.93 - TITLE * title.count("\n")
     figure = new_figure(8.0, 5.4)
-    axes = figure.add_axes((0.1, below, 0.86, 0.92 - below))
+    axes = figure.add_axes((0.1, below, 0.86, top - below))
     dress(axes)
+    for span in spans:
+        axes.axvspan(span.low, span.high, color=GREY, alpha=0.18, linewidth=0, label=span.label)
     for band in bands:
         axes.fill_between(band.x, band.low, band.high, color=GREY, alpha=0.15, linewidth=0, label=band.label)
     for number, line in enumerate(lines):
@@ -75,5 +91,5 @@ def line_picture(
         axes.set_ylim(bottom=min(0.0, *(float(line.y.min()) for line in lines)))
     axes.set(xlabel=xlabel, ylabel=ylabel)
     axes.set_title(title, loc="left", fontsize=12)
-    figure.legend(loc="lower left", bbox_to_anchor=(0.09, 0.01), ncols=columns, frameon=False, fontsize=9)
+    figure.legend(loc="lower left", bbox_to_anchor=(0.09, 0.0), ncols=columns, frameon=False, fontsize=9)
     save(figure, path)

@@ -1,14 +1,16 @@
 """deformed.png: the strip at its largest force and broken, from the technical face, coloured by force."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.figure import new_figure, save
 from knittest.base.history import Array, Frame, History, Mesh
+from knittest.base.printing import present
 from knittest.config.fabric import Direction
 from knittest.export.tubes import View, render_tubes
 
@@ -71,7 +73,7 @@ def strip_picture(path: Path, history: History, *, direction: Direction, title: 
             _mark_window(axes, windows[number], window, _ORDER[number])
             _mark_breaks(axes, history.mesh, frame, position)
     strips[0].set_ylabel(f"along the {direction} [mm]", fontsize=9)
-    _colour_bar(figure, scale)
+    _colour_bar(figure, scale, _cut(scale, [frame.fields[force][frame.fields["alive"] > 0] for frame in frames]))
     figure.text(0.02, 0.975, title, fontsize=12, va="top")
     save(figure, path)
 
@@ -109,7 +111,10 @@ def _bounds(before: Array, broken: Array) -> View:
     margin = 0.1 * (high - low).min()
     low = np.maximum(np.fmin(low, broken[:, :2].min(axis=0)), low - margin) - 1.5
     high = np.minimum(np.fmax(high, broken[:, :2].max(axis=0)), high + margin) + 1.5
-    pixel = max(float(np.sqrt((high - low).prod() / _STRIP_PIXELS)), _FINEST_PIXEL)
+    pixel = max(
+        float(np.sqrt((high - low).prod() / (_STRIP_PIXELS * present().pixels))),
+        _FINEST_PIXEL / present().pixels ** 0.5,
+    )
     return View(low[0], high[0], low[1], high[1], pixel)
 
 
@@ -181,7 +186,7 @@ def _window(centre: Array, box: View) -> View:
     half = _ZOOM_MM / 2
     low, high = np.array([box.left, box.bottom]) + half, np.array([box.right, box.top]) - half
     x, y = np.where(low < high, np.clip(centre, low, np.maximum(low, high)), (low + high) / 2)
-    return View(x - half, x + half, y - half, y + half, _ZOOM_MM / _ZOOM_PIXELS)
+    return View(x - half, x + half, y - half, y + half, _ZOOM_MM / (_ZOOM_PIXELS * present().pixels ** 0.5))
 
 
 def _mark_window(strip: "Axes", window: "Axes", view: View, name: str) -> None:
@@ -199,12 +204,20 @@ def _mark_breaks(strip: "Axes", mesh: Mesh, frame: Frame, position: Array) -> No
     strip.plot(middle[:, 0], middle[:, 1], "x", color=_MARK, markersize=4.5, markeredgewidth=1.3)
 
 
-def _colour_bar(figure: "Figure", scale: Scale) -> None:
+def _cut(scale: Scale, forces: Sequence[Array]) -> Literal["neither", "both", "min", "max"]:
+    """Ends of the colour bar beyond which forces lie: a compressed yarn, or one that others left their load to."""
+    found = np.concatenate(forces)
+    low = bool(found.size and np.nanmin(found) < -_NEGLIGIBLE * scale.largest)
+    high = bool(found.size and np.nanmax(found) > (1.0 + 1e-6) * scale.largest)
+    return "both" if low and high else "min" if low else "max" if high else "neither"
+
+
+def _colour_bar(figure: "Figure", scale: Scale, cut: Literal["neither", "both", "min", "max"]) -> None:
     from matplotlib.cm import ScalarMappable
 
     total_w, total_h = figure.get_size_inches()
     axes = figure.add_axes((0.75 / total_w, 0.45 / total_h, 1 - 1.3 / total_w, 0.13 / total_h))
-    bar = figure.colorbar(ScalarMappable(scale.norm, scale.cmap), cax=axes, orientation="horizontal")
+    bar = figure.colorbar(ScalarMappable(scale.norm, scale.cmap), cax=axes, orientation="horizontal", extend=cut)
     bar.set_label(scale.label, fontsize=9)
     bar.ax.tick_params(labelsize=8)
 

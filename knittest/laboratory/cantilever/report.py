@@ -111,5 +111,5 @@ class CantileverReport(NoSize[CantileverRun], Report[CantileverRun]):
         side_picture(
             folder / "deformed.png", last[:, 1], last[:, 2] - float(first[:, 2].mean()), segments,
             overhang=results["overhang_mm"], angle=results["chord_angle_deg"], plane=run.rig.plane_angle,
-            title=title_of(run),
+            title=title_of(run), thickness=run.fabric.thickness_mm, yarns=history.mesh.kind == "beams",
         )  # fmt: skip

@@ -3,12 +3,15 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from knittest.base.figure import BLACK, GREY, new_figure, save
 from knittest.base.history import Array
+
+if TYPE_CHECKING:
+    from matplotlib.colors import Normalize
 
 
 @dataclass(frozen=True)
@@ -73,7 +76,8 @@ def plan_picture(
     axes.set_aspect("equal")
     axes.set(xlabel="x, along the weft [mm]", ylabel="y, along the warp [mm]")
     figure.text(0.11, 0.955, title, fontsize=12)
-    figure.colorbar(drawn, cax=figure.add_axes((0.86, 0.2, 0.03, 0.62))).set_label(label)
+    cut = _cut(value[shown], scale)
+    figure.colorbar(drawn, cax=figure.add_axes((0.86, 0.2, 0.03, 0.62)), extend=cut).set_label(label)
     figure.text(0.11, 0.02, note, fontsize=9, color=GREY)
     save(figure, path)
 
@@ -90,6 +94,15 @@ def outline_picture(path: Path, now: Sequence[Array], outlines: Outlines, *, tit
     figure.text(0.12, 0.955, title, fontsize=12)
     figure.text(0.12, 0.02, note, fontsize=9, color=GREY)
     save(figure, path)
+
+
+def _cut(value: Array, scale: "Normalize") -> Literal["neither", "both", "min", "max"]:
+    """Ends of the scale beyond which values lie, but for those that rounding puts there."""
+    low, high = scale.vmin, scale.vmax
+    assert low is not None and high is not None
+    beyond = 1e-6 * (high - low)
+    under, over = bool((value < low - beyond).any()), bool((value > high + beyond).any())
+    return "both" if under and over else "min" if under else "max" if over else "neither"
 
 
 def _draw(axes: Any, outlines: Outlines) -> None:

@@ -117,9 +117,9 @@ class FormingReport(NoSize[FormingRun], Report[FormingRun]):
             curve = specimen.history.curve
             lines.append(Line(curve[self.axes.x], _smooth(curve["stamp_force_n"]), f"stamp, specimen {k + 1}"))
             if "holder_force_n" in curve:
-                lines.append(
-                    Line(curve[self.axes.x], _smooth(curve["holder_force_n"]), f"holder, specimen {k + 1}", "-.")
-                )
+                drawing = curve[self.axes.x] > 0.0  # it is pressed on before
+                travel, force = curve[self.axes.x][drawing], _smooth(curve["holder_force_n"])[drawing]
+                lines.append(Line(travel, force, f"holder, specimen {k + 1}", "-."))
         line_picture(
             path, lines, title=title_of(run), xlabel=self.axes.xlabel, ylabel=self.axes.ylabel, levels=self.levels(run)
         )

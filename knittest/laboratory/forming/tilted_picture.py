@@ -7,6 +7,7 @@ import numpy as np
 
 from knittest.base.figure import new_figure, save
 from knittest.base.history import Array, Frame, Mesh
+from knittest.base.printing import present
 from knittest.export.tubes import View, render_tubes
 
 #: turn about the vertical and tilt of the line of sight against it [deg]
@@ -35,7 +36,7 @@ def tilted_picture(
     tall = figure.get_size_inches()[1]
     axes = figure.add_axes((0.02, 0.5 / tall, 0.86, 1.0 - 1.1 / tall))
     if mesh.kind == "beams":
-        view = View(low[0], high[0], low[1], high[1], float(np.sqrt(size.prod() / _PIXELS)))
+        view = View(low[0], high[0], low[1], high[1], float(np.sqrt(size.prod() / (_PIXELS * present().pixels))))
         ends = seen[mesh.cells]
         image = render_tubes(ends[:, 0], ends[:, 1], mesh.radius, colour, view)
         axes.imshow(image, origin="lower", extent=view.extent, interpolation="antialiased")
@@ -46,7 +47,8 @@ def tilted_picture(
     axes.set_axis_off()
     figure.text(0.02, 1.0 - 0.3 / tall, title, fontsize=12, va="center")
     bar = figure.add_axes((0.91, 0.25, 0.02, 0.5))
-    figure.colorbar(ScalarMappable(norm, cmap), cax=bar).set_label(label, fontsize=9)
+    cut = "max" if float(np.nanmax(value)) > max(top, 1e-9) else "neither"
+    figure.colorbar(ScalarMappable(norm, cmap), cax=bar, extend=cut).set_label(label, fontsize=9)
     save(figure, path)
 
 

@@ -38,7 +38,7 @@ def pressure_picture(
     bar = figure.colorbar(
         drawn,
         cax=figure.add_axes((0.885, 0.2, 0.018, 0.6)),
-        extend="max" if loaded.max(initial=0.0) > most else "neither",
+        extend="max" if loaded.max(initial=0.0) > (1.0 + 1e-6) * most else "neither",
     )
     bar.set_label("mean contact pressure [MPa]")
     figure.text(0.08, 0.94, title, fontsize=12)

@@ -16,10 +16,12 @@ from knittest.experiment.forces import normalised
 from knittest.experiment.simulated_studies import friction_curves
 from knittest.experiment.tables import PublishedValue, with_note
 from knittest.export.faces_picture import faces_picture
-from knittest.export.line_picture import Band, Line, line_picture
+from knittest.export.line_picture import Band, Line, Span, line_picture
 from knittest.laboratory.imported import imported_corridor
 from knittest.laboratory.picture_frame.config import PictureFrameRun
+from knittest.laboratory.picture_frame.frame_drawing import FrameShape
 from knittest.laboratory.picture_frame.map_picture import height_picture
+from knittest.laboratory.picture_frame.rig import starting
 from knittest.laboratory.picture_frame.shear_picture import shear_picture
 from knittest.laboratory.picture_frame.test import (
     MAPPED,
@@ -99,7 +101,11 @@ class PictureFrameReport(Report[PictureFrameRun]):
         note = (
             f"at {frame.coordinate:.1f} deg: amplitude {found.amplitude:.2f} mm, {found.count} crests across the pull"
         )
-        height_picture(folder / "wrinkles.png", found.x, found.y, found.height, title=title_of(run), note=note)
+        sides = run.rig.frame_side or run.rig.side, fabric_side(run)
+        shape = FrameShape(max(sides), (1.0 - run.rig.mounting_slack_fraction) * sides[1], frame.coordinate)
+        height_picture(
+            folder / "wrinkles.png", found.x, found.y, found.height, title=title_of(run), note=note, shape=shape
+        )
         if history.mesh.kind == "beams":
             places = crossing_angles(history.mesh, frame)[1]
             faces_picture(
@@ -111,7 +117,7 @@ class PictureFrameReport(Report[PictureFrameRun]):
         shear_picture(
             folder / "shear-angle.png", angle_table(material_scatter(history)), places,
             np.rad2deg(material_angles(history.mesh, frame)) - frame.coordinate, title=title_of(run),
-            where=f"frame at {frame.coordinate:.1f} deg",
+            shape=shape,
         )  # fmt: skip
 
     def _curve_picture(
@@ -129,6 +135,7 @@ class PictureFrameReport(Report[PictureFrameRun]):
         line_picture(
             path, lines, title=title_of(run), xlabel=self.axes.xlabel, ylabel=label, levels=self.levels(run),
             bands=[*scatter(references.curves), *_range(references.curves)],
+            spans=[Span(0.0, starting(run), "start-up: the fabric's inertia")],
         )  # fmt: skip
 
 

@@ -108,6 +108,14 @@ class PictureFrameTest:
         return False
 
 
+def starting(run: PictureFrameRun) -> float:
+    """Shear angle [deg] at which the frame has its rate, up to which it accelerates the fabric."""
+    side, ramp_ms = run.rig.frame_side_mm or run.rig.side_mm, run.solver.ramp_ms
+    rate = sqrt(2.0) * run.solver.speed_mm_per_ms / side
+    first = np.deg2rad(run.rig.stops[0])
+    return float(np.rad2deg(0.5 * min(rate * ramp_ms, first)))
+
+
 def _there_and_back(start: float, speed: float, stops: Sequence[float], halts: bool) -> Table:
     """Rate [rad/ms] that from ``start`` [ms] on drives from 0 to each of ``stops`` [rad], smoothly within ``start``
     from rest to ``speed`` and, before a turn, back; a way too short for that is driven slower. It ends at full

@@ -6,30 +6,44 @@ from typing import TYPE_CHECKING
 
 from knittest.base.figure import BLUE, GREY, dress, new_figure, save
 from knittest.base.history import Array
+from knittest.export.fields_picture import SIGNED, symmetric
 from knittest.export.shear_field import shear_field
+from knittest.laboratory.picture_frame.frame_drawing import FrameShape, draw_frame
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
+#: lengths of the picture [inch]: curves and plane, what lies between and around them
+TALL, CURVE, LEFT, GAP, RIGHT, AROUND = 4.3, 4.4, 0.8, 0.85, 1.1, 1.2
+#: share of the material within the colours [%]
+SPANNED = 99.5
+
+
 def shear_picture(
-    path: Path, table: Mapping[str, Array], places: Array, difference: Array, *, title: str, where: str
+    path: Path, table: Mapping[str, Array], places: Array, difference: Array, *, title: str, shape: FrameShape
 ) -> None:
     """Columns of shear-angle.csv, and the difference [deg] at ``places`` [mm]: polygons (n, k, 2) or points (n, 2).
 
-    ``where`` says at which angle of the frame. Raises :class:`ResourceError`.
+    ``shape`` is the frame's then. Raises :class:`ResourceError`.
     """
-    figure = new_figure(10.0, 5.6)
-    axes = figure.add_axes((0.08, 0.12, 0.44, 0.76))
+    x, y = shape.reach
+    wide = TALL * x / y
+    figure = new_figure(LEFT + CURVE + GAP + wide + RIGHT, TALL + AROUND)
+    width, height = figure.get_size_inches()
+    axes = figure.add_axes((LEFT / width, 0.65 / height, CURVE / width, TALL / height))
     dress(axes)
     _over_angle(axes, table)
-    figure.text(0.08, 0.93, title, fontsize=12)
-    plane = figure.add_axes((0.6, 0.12, 0.26, 0.76))
-    plane.set_anchor("W")
-    drawn = shear_field(plane, places, difference)
-    plane.set_title(where, fontsize=10, loc="left")
-    bar = figure.colorbar(drawn, cax=figure.add_axes((0.89, 0.2, 0.018, 0.6)))
-    bar.set_label("material less frame [deg]")
+    figure.text(LEFT / width, 1.0 - 0.3 / height, title, fontsize=12)
+    plane = figure.add_axes(((LEFT + CURVE + GAP) / width, 0.65 / height, wide / width, TALL / height))
+    norm, cut = symmetric(difference, SPANNED)
+    drawn = shear_field(plane, places, difference, SIGNED, norm)
+    draw_frame(plane, shape)
+    plane.set_title(f"frame at {shape.angle:.1f} deg", fontsize=10, loc="left")
+    cax = figure.add_axes(
+        (1.0 - (RIGHT - 0.2) / width, (0.65 + 0.1 * TALL) / height, 0.16 / width, 0.8 * TALL / height)
+    )
+    figure.colorbar(drawn, cax=cax, extend=cut).set_label("shear angle, material less frame [deg]")
     save(figure, path)
 
 

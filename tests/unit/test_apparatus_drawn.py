@@ -1,0 +1,91 @@
+"""Apparatus in pictures: the frame sheared as its corners move, its start-up, ends of colour bars that are cut."""
+
+from dataclasses import replace
+from math import cos, pi, radians, sqrt
+
+import numpy as np
+import pytest
+from export_sample import beam_history
+
+from knittest.base.figure import new_figure
+from knittest.config.loading import resolve
+from knittest.export.line_picture import Line, Span, line_picture
+from knittest.export.strip_picture import _cut, _scale
+from knittest.laboratory.cantilever.side_picture import side_picture
+from knittest.laboratory.forming.plan_picture import _cut as cut_of_plan
+from knittest.laboratory.picture_frame.frame_drawing import FrameShape, draw_frame
+from knittest.laboratory.picture_frame.rig import PictureFrameTest, starting
+from knittest.materials.trellis import crosshead
+
+
+@pytest.mark.parametrize("angle", [0.0, 25.0, 44.0])
+def test_a_drawn_frame_keeps_its_sides_and_has_the_angle(angle):
+    right, top, left, bottom = FrameShape(200.0, 140.0, angle).corners(200.0)
+    for a, b in ((right, top), (top, left), (left, bottom), (bottom, right)):
+        assert np.linalg.norm(b - a) == pytest.approx(200.0)
+    cosine = (right - top) @ (left - top) / 200.0**2
+    assert cosine == pytest.approx(cos(pi / 2 - radians(angle)))
+    assert top[1] - bottom[1] == pytest.approx(200.0 * sqrt(2.0) + crosshead(radians(angle), 200.0))
+
+
+@pytest.mark.parametrize(("fabric", "arms"), [(200.0, 0), (140.0, 4)])
+def test_a_wider_frame_holds_the_fabric_by_arms(fabric, arms):
+    axes = new_figure(4.0, 4.0).add_subplot()
+    draw_frame(axes, FrameShape(200.0, fabric, 30.0))
+    assert len([p for p in axes.patches if len(p.get_xy()) == 5]) == 4 + arms
+    assert len(axes.texts) == 2 and axes.get_ylim()[1] > FrameShape(200.0, fabric, 30.0).corners(200.0)[1, 1]
+
+
+@pytest.mark.parametrize("sets", [[], ["solver.ramp=20"], ["rig.frame_side=300"]])
+def test_the_start_up_of_a_frame_ends_where_its_rate_is_reached(sets):
+    run = resolve(test="picture-frame", variant="1", scale="macro", preset="quick", sets=sets)
+    rig = PictureFrameTest(run, np.arange(4), run.rig.side_mm**2)
+    rate = np.array(rig.shear.value)
+    full = rig.shear.time[int(np.argmax(rate > (1.0 - 1e-9) * rate.max()))]
+    assert np.rad2deg(rig.angle(full)) == pytest.approx(starting(run), rel=1e-6)
+    assert starting(run) < 0.2 * run.rig.max_angle
+
+
+def test_a_marked_stretch_stands_in_the_legend(tmp_path, monkeypatch):
+    kept = []
+    monkeypatch.setattr("knittest.export.line_picture.save", lambda figure, path: kept.append(figure))
+    x = np.linspace(0.0, 10.0, 11)
+    line_picture(
+        tmp_path / "a.png", [Line(x, x, "force")], title="t", xlabel="x", ylabel="y", spans=[Span(0.0, 2.0, "why")]
+    )
+    (figure,) = kept
+    assert [t.get_text() for t in figure.legends[0].get_texts()] == ["why", "force"]
+    (patch,) = figure.axes[0].patches
+    assert (patch.get_x(), patch.get_width()) == (0.0, 2.0)
+
+
+@pytest.mark.parametrize(("more", "cut"), [(0.0, "neither"), (5.0, "max"), (-5.0, "min")])
+def test_a_bar_of_forces_has_an_arrow_where_forces_lie_beyond(more, cut):
+    frame = beam_history().frames[1]
+    scale = _scale("axial_force", replace(frame, fields={"axial_force": np.array([0.0, 1.0]), "alive": np.ones(2)}))
+    assert _cut(scale, [np.array([0.0, 1.0]), np.array([more, 0.5])]) == cut
+
+
+def test_a_bar_in_plan_is_cut_but_for_rounding():
+    from matplotlib.colors import Normalize
+
+    norm = Normalize(0.0, 1.0)
+    assert cut_of_plan(np.array([0.0, 1.0 + 1e-9]), norm) == "neither"
+    assert cut_of_plan(np.array([0.0, 1.1]), norm) == "max" and cut_of_plan(np.array([-0.1, 1.1]), norm) == "both"
+
+
+def test_a_cantilever_lies_on_its_board_up_to_the_edge(tmp_path, monkeypatch):
+    kept = []
+    monkeypatch.setattr("knittest.laboratory.cantilever.side_picture.save", lambda figure, path: kept.append(figure))
+    along, height = np.array([-10.0, 0.0, 50.0, 90.0]), np.array([0.0, 0.0, -15.0, -70.0])
+    segments = np.array([[0, 1], [1, 2], [2, 3]])
+    side_picture(
+        tmp_path / "a.png", along, height, segments, overhang=120.0, angle=37.9, plane=41.5, thickness=2.0, yarns=False,
+        title="t",
+    )  # fmt: skip
+    axes = kept[0].axes[0]
+    board = next(p for p in axes.patches if p.get_label() == "board")
+    assert board.get_x() + board.get_width() == pytest.approx(0.0) and board.get_y() + board.get_height() == -1.0
+    box, (wide, tall) = axes.get_position(), kept[0].get_size_inches()
+    across, down = np.ptp(axes.get_xlim()) / (box.width * wide), np.ptp(axes.get_ylim()) / (box.height * tall)
+    assert across == pytest.approx(down)  # to scale
