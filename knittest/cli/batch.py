@@ -31,6 +31,13 @@ class _Shard(click.ParamType):
 @click.option("--threads", type=click.IntRange(1), help="Threads of each.  [default: cores over workers; Dask: 1]")
 @click.option("--dask", metavar="ADDRESS", help="Run on the Dask cluster with this scheduler, such as tcp://host:8786.")
 @click.option("--shard", type=_Shard(), help="Run the I-th of N shares, as in a job array.")
+@click.option(
+    "--slurm",
+    type=click.IntRange(1, 10_000),
+    metavar="N",
+    help="Write a job array of N shares for Slurm into the folder and run nothing; a share has --workers (1) processes "
+    "with --threads (1) each.",
+)
 @click.option("--yes", is_flag=True, help="Do not ask before more than 10,000 runs.")
 @click.option("--parquet", is_flag=True, help="Write results.parquet too (needs pyarrow).")
 @ACCEPT_LIMITS
@@ -44,6 +51,8 @@ def batch(sweep: Path, yes: bool, **chosen: Any) -> int:
     """
     if chosen["dask"] is not None and chosen["workers"] is not None:
         raise click.UsageError("--workers are processes of this machine; with --dask the cluster has its own")
+    if chosen["slurm"] is not None and (chosen["dask"] is not None or chosen["shard"] is not None):
+        raise click.UsageError("--slurm writes a script with shares of its own: leave out --dask and --shard")
     from knittest.studies.batch.command import BatchOptions, batch_command
 
     def agree(question: str) -> bool:

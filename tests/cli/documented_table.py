@@ -190,6 +190,9 @@ COMMANDS: dict[str, Do] = {
     "knittest regress --table 3 --scale macro --json": Do(planned="1 CPU minute; .ci/run runs its like"),
     "knittest regress --level full --update-baseline": Do("--baseline own.json", planned="CPU hours"),
     "knittest regress --update-baseline": Do("--baseline own.json", planned="2 CPU minutes"),
+    "knittest batch SWEEP.yaml --slurm 3 --out /shared/sweep": Do(
+        "--out {out}", given={"SWEEP.yaml": "configs/sweeps/blank-holder.yaml"}
+    ),
     "knittest batch SWEEP.yaml --dask tcp://10.0.0.1:8786 --out /shared/sweep": Do(
         planned="needs a cluster; test_dask.py has one", given={"SWEEP.yaml": "configs/sweeps/blank-holder.yaml"}
     ),

@@ -1,6 +1,7 @@
 """Command ``knittest batch``: plan, run what is left, write table and picture."""
 
 import fcntl
+import shlex
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
@@ -19,6 +20,7 @@ from knittest.runs.options import RunOptions
 from knittest.studies.batch.page import SWEEP, write_sweep_page
 from knittest.studies.batch.picture import CHOICES, overview_picture
 from knittest.studies.batch.plan import Plan, Row, plan_of
+from knittest.studies.batch.slurm import write_script
 from knittest.studies.batch.table import check_parquet, results_table, write_table
 from knittest.studies.trials.ledger import read_ledgers
 from knittest.studies.trials.pool import LocalPool, Pool
@@ -37,13 +39,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class BatchOptions:
-    """Place of a batch and the files it leaves; ``shard`` (i, n) takes the i-th of n shares, from 1."""
+    """Place of a batch and the files it leaves; ``shard`` (i, n) takes the i-th of n shares, from 1, ``slurm`` n writes
+    a script for n shares instead of running any.
+    """
 
     out: Path | None = None
     workers: int | None = None
     threads: int | None = None
     dask: str | None = None
     shard: tuple[int, int] | None = None
+    slurm: int | None = None
     parquet: bool = False
     quiet: bool = False
     accept_limits: bool = False
@@ -61,8 +66,13 @@ def batch_command(path: Path, options: BatchOptions, agree: Callable[[str], bool
         raise InputError(f"{path}: {plan.count:,} runs, more than {MANY:,}: run them with --yes, or sweep less")
     rows = plan.rows()
     mine = _share([row.trial for row in rows if row.trial], options.shard)
-    pool = _pool(options)
     folder = _folder(path, options.out)
+    if options.slurm is not None:
+        each = (options.workers or 1, options.threads or 1)
+        script = write_script(path, folder, options.slurm, len(mine), plan.sweep.time_limit, each)
+        print(shlex.join(["sbatch", str(script)]))
+        return 0
+    pool = _pool(options)
     with says_how_to_go_on(), Interrupts() as interrupts, interrupts.deciding():
         try:
             _run(plan, mine, pool, folder, options)

@@ -1,0 +1,51 @@
+"""``knittest batch --slurm``: the script, and its shares run as Slurm would run them."""
+
+import os
+import subprocess
+
+import pandas as pd
+import pytest
+
+from knittest.base.resources import PACKAGE
+from knittest.cli.main import run
+from knittest.studies.batch import slurm
+
+SWEEP = """base: {variant: 1, scale: macro, preset: quick, direction: warp}
+grid: {rig.width: [25, 30]}
+time_limit: 60
+"""
+
+
+@pytest.fixture
+def sweep(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "s.yaml").write_text(SWEEP)
+    return tmp_path / "all runs"
+
+
+def test_every_share_of_the_script_runs_and_the_table_is_full(sweep, capsys):
+    assert run(["batch", "s.yaml", "--slurm", "2", "--out", "all runs"]) == 0
+    script = sweep / "batch.slurm"
+    assert capsys.readouterr().out == "sbatch 'all runs/batch.slurm'\n" and not (sweep / "results.csv").exists()
+    lines = script.read_text().splitlines()
+    assert "#SBATCH --array=1-2" in lines and "#SBATCH --time=0:06:00" in lines  # a run of 60 s, and upkeep
+    for share in "12":
+        environment = {**os.environ, "SLURM_ARRAY_TASK_ID": share, "PYTHONPATH": str(PACKAGE.parent)}
+        subprocess.run(["bash", script], env=environment, check=True, cwd="/", timeout=300)
+        done = pd.read_csv(sweep / "results.csv")["status"].tolist()
+        assert done.count("completed") == int(share) and done.count("open") == 2 - int(share)
+
+
+def test_time_is_that_of_the_longest_share(tmp_path):
+    text = slurm.write_script(tmp_path / "s.yaml", tmp_path, 3, 10, 1800.0, (2, 4)).read_text()
+    assert "--time=1:05:00" in text and "--cpus-per-task=8" in text  # four runs, two at a time
+    assert "--workers 2 --threads 4" in text and "${SLURM_ARRAY_TASK_ID}/3" in text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [(["3"], "--slurm 3: more shares than the 2 runs"), (["2", "--shard", "1/2"], "leave out --dask and --shard")],
+)
+def test_what_no_array_can_be_made_of_is_refused(sweep, capsys, arguments, said):
+    assert run(["batch", "s.yaml", "--out", "all runs", "--slurm", *arguments]) == 2
+    assert said in capsys.readouterr().err and not (sweep / "batch.slurm").exists()
