@@ -1,6 +1,7 @@
 """Writes tables and pictures of docs/forming.md from what runs have left.
 
-python benchmarks/forming.py runs RUN [RUN ...]      the table of runs and pictures of the first four
+python benchmarks/forming.py runs RUN [RUN ...]      the table of runs
+python benchmarks/forming.py fields RUN [RUN ...]    the shear of runs on one scale, and by how much it differs
 python benchmarks/forming.py drag RUN [RUN ...]      the table of runs without a holder over damping and speed
 python benchmarks/forming.py window SWEEP            table and picture of configs/sweeps/blank-holder.yaml
 """
@@ -13,7 +14,10 @@ import matplotlib.pyplot as plt
 import pandas as pd
 import yaml
 
+from knittest.base.printing import Printing, printed
 from knittest.base.result_rows import LABELS, unfolded
+from knittest.base.stamp import Stamp, stamped
+from knittest.export.fields_picture import PlanField, fields_picture
 
 DOCS = Path(__file__).parent.parent / "docs"
 FORCE = "rig.blank_holder_force"
@@ -67,18 +71,28 @@ def put(mark: str, text: str, name: str = "forming.md") -> None:
 
 
 def runs(folders: list[Path]) -> None:
-    """Table of all runs; the first four as the page's picture."""
+    """Table of all runs."""
     columns = [column(folder) for folder in folders]
     names = dict.fromkeys(row for _, rows in columns for row in rows)
     cells = [[row, *(rows.get(row, "-") for _, rows in columns)] for row in names]
     put("runs", table(["", *(name for name, _ in columns)], cells))
-    figure, axes = plt.subplots(2, 2, figsize=(11.0, 8.2))
-    for panel, folder, (name, _) in zip(axes.flat, folders, columns, strict=False):
-        panel.imshow(plt.imread(folder / "deformed.png"))
-        panel.set_title(name, fontsize=10)
-        panel.axis("off")
-    figure.tight_layout()
-    figure.savefig(DOCS / "forming.png", dpi=80)
+
+
+def fields(folders: list[Path]) -> None:
+    """Picture of the shear angles of runs in plan, which their tables have."""
+    found = []
+    for folder in folders:
+        config = yaml.safe_load((folder / "config.yaml").read_text())
+        model, bends = config["model"], config["fabric"]["macro"]["in_plane_bending"]
+        size = f"shells of {model['macro']['element_size']:g} mm"
+        name = "yarns" if model["scale"] == "meso" else f"{size} that bend in the plane" if bends else size
+        table = pd.read_csv(folder / "shear-field.csv")
+        found.append(PlanField(name, table[["x_mm", "y_mm"]].to_numpy(), table["shear_angle_deg"].to_numpy()))
+    rig = config["rig"]
+    how = f"drawn by {rig['depth']:g} mm, holder {rig['blank_holder_force']:g} N"
+    title = f"Shear angle, blank of {rig['blank_length']:g} mm {how}"
+    with printed(Printing(dpi=100)), stamped(Stamp((config["fabric"]["name"],))):
+        fields_picture(DOCS / "forming.png", found, title=title, label="shear angle [deg]")
 
 
 def window(sweep: Path) -> None:
@@ -97,4 +111,5 @@ def window(sweep: Path) -> None:
 
 if __name__ == "__main__":
     what, *names = sys.argv[1:]
-    {"runs": runs, "drag": drag, "window": lambda paths: window(paths[0])}[what]([Path(name) for name in names])
+    commands = {"runs": runs, "fields": fields, "drag": drag, "window": lambda paths: window(paths[0])}
+    commands[what]([Path(name) for name in names])

@@ -9,6 +9,8 @@ from types import TracebackType
 from typing import Generic, Protocol, Self, TextIO, TypeVar
 
 _REFRESH_S = 0.1
+#: columns of a bar, and of its percents with the gaps of a line
+SHORTEST, LONGEST, SHARE = 10, 30, 8
 #: kinetic energy over work above which the work has hardly begun
 MEANT = 1.0
 
@@ -30,15 +32,28 @@ class Status:
 
     def text(self) -> str:
         """One line, without the share done."""
-        failure = " or until failure" if self.until_failure else ""
-        eta = f"ETA {duration(self.eta_s)}{failure}  " if self.fraction < 1.0 else ""
-        if math.isnan(self.time_ms):  # of a run in another process
-            return eta.strip()
+        eta, failure, *rest = self._parts()
+        return "  ".join(filter(None, [eta + failure, *rest]))
+
+    def fitting(self, room: int) -> str:
+        """:meth:`text` within ``room`` columns: what matters least is left out first, the time left never."""
+        eta, failure, *rest = self._parts()
+        for kept in (rest, rest[:2], rest[:1], []):
+            if len(text := "  ".join(filter(None, [eta + failure, *kept]))) <= room:
+                return text
+        return eta
+
+    def _parts(self) -> list[str]:
+        """Time left, that a failure may end it, time, step and kinetic energy, as far as they are told."""
         going = self.fraction < 1.0  # at the end the gates tell, and what is broken flies apart
+        eta = f"ETA {duration(self.eta_s)}" if going else ""
+        failure = " or until failure" if going and self.until_failure else ""
+        if math.isnan(self.time_ms):  # of a run in another process
+            return [eta, failure]
         # before the first work, or of what only falls so far, the ratio means nothing
         share = f"{self.kinetic_ratio * 100:.2g} %" if self.kinetic_ratio <= MEANT else "-"
-        ratio = f"  kinetic/work {share}" if going else ""
-        return f"{eta}time {self.time_ms:.3f} ms  step {self.step_us:.3g} us{ratio}"
+        ratio = [f"kinetic/work {share}"] if going else []
+        return [eta, failure, f"time {self.time_ms:.3f} ms", f"step {self.step_us:.3g} us", *ratio]
 
 
 class _Display(Protocol):
@@ -186,9 +201,10 @@ class _Bar:
         from rich.progress import Progress as RichProgress
 
         self._console = Console(file=stream, highlight=False, markup=False)
+        self._drawn = BarColumn(bar_width=LONGEST)
         columns = (
             TextColumn("{task.description}", markup=False),
-            BarColumn(bar_width=30),
+            self._drawn,
             TextColumn("{task.fields[share]}", markup=False),
             TextColumn("{task.fields[status]}", markup=False),
         )
@@ -197,19 +213,21 @@ class _Bar:
 
     def begin(self, text: str) -> None:
         self._bar.start()
+        self._drawn.bar_width = max(SHORTEST, min(LONGEST, self._console.width - len(text) - 4))
         self._bar.reset(self._task, description=text, total=None, visible=True, start=True, share="", status="")
         self._bar.refresh()
 
     def show(self, text: str, status: Status) -> None:
         self._bar.start()
         share = f"{status.fraction * 100:3.0f} %"
+        named, self._drawn.bar_width, told = fitted(text, status, self._console.width)
         self._bar.update(
             self._task,
-            description=text,
+            description=named,
             total=1.0,
             completed=status.fraction,
             share=share,
-            status=status.text(),
+            status=told,
             visible=True,
         )
         self._bar.refresh()
@@ -220,6 +238,19 @@ class _Bar:
 
     def close(self) -> None:
         self._bar.stop()
+
+
+def fitted(text: str, status: Status, width: int) -> tuple[str, int, str]:
+    """Name of a phase, columns of its bar and what is said behind its percents, in a line of ``width`` columns.
+
+    The bar gets shorter first, then what is said, then the name.
+    """
+    room = width - SHARE - len(text)
+    told = status.fitting(room - SHORTEST)
+    bar = max(SHORTEST, min(LONGEST, room - len(told)))
+    most = width - SHARE - bar - len(told)
+    named = text if len(text) <= most else f"{text[: max(most - 1, 0)]}…"
+    return named, bar, told
 
 
 def duration(seconds: float) -> str:

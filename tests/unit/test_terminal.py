@@ -15,7 +15,7 @@ from export_sample import quality
 
 from knittest.base.history import Quality
 from knittest.base.layout import table
-from knittest.base.progress import Progress, Status, duration
+from knittest.base.progress import Progress, Status, duration, fitted
 from knittest.config.loading import resolve
 from knittest.config.run import Run
 from knittest.laboratory.registry import TESTS
@@ -64,6 +64,37 @@ def drive(stream: io.StringIO, until_failure: bool = True, **options: Any) -> No
         for step in range(81):
             progress.update(step / 80, 0.05 * step, 0.112, 0.003)
             clock.now += 0.25
+
+
+@pytest.mark.parametrize("width", [60, 72, 80, 100, 132])
+@pytest.mark.parametrize("text", ["warp: running tensile warp", "picture-frame: running picture-frame", "x" * 70])
+@pytest.mark.parametrize("until_failure", [False, True])
+def test_bar_percents_and_time_left_stay_in_a_line_of_the_terminal(width, text, until_failure) -> None:
+    status = Status(0.25, 1234.567, 0.112, 0.003, 4000.0, until_failure)
+    named, bar, told = fitted(text, status, width)
+    assert len(named) + 1 + bar + 1 + len(" 25 %") + 1 + len(told) <= width
+    assert bar >= 10 and told.startswith("ETA 1:06:40") and named[:10] == text[:10]
+    assert len(named) == len(text) or bar == 10  # a name is cut last
+
+
+def test_a_wide_terminal_is_told_everything() -> None:
+    status = Status(0.25, 1.5, 0.112, 0.003, 40.0, True)
+    assert fitted("warp", status, 132) == ("warp", 30, status.text())
+
+
+@pytest.mark.parametrize("columns", [60, 80])
+def test_the_drawn_line_is_whole_at_80_columns(columns, monkeypatch) -> None:
+    """As rich draws it: the percents and the time left are there, and nothing was cut."""
+    monkeypatch.setenv("COLUMNS", str(columns))
+    stream = Terminal()
+    drive(stream)
+    drawn = [
+        line for line in re.split(r"[\r\n]", re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", stream.getvalue())) if "%" in line
+    ]
+    assert len(drawn) > 20
+    going = [line for line in drawn if "100 %" not in line]
+    assert all("ETA" in line and "━" in line and "…" not in line for line in going)
+    assert max(map(len, (line.rstrip() for line in drawn))) <= columns
 
 
 def test_a_pipe_gets_plain_lines_every_few_seconds() -> None:
