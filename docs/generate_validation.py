@@ -32,7 +32,7 @@ curve is validated.
 
 *±* is the numerical error ([--verify](reference-cli.md): half the speed and another mesh) of the row itself, or,
 where it says so, the share found at a smaller preset; where it says "not estimated", nothing is known of it
-([what has none](#what-has-no-scatter)). "within
+([what has none](#what-has-no-numerical-error)). "within
 ± open" marks a verdict that it could turn. *Copy* is
 the trivial predictor: another measured row of the same yarns, variant 1 warp (for that row itself: weft), a force
 in proportion to the yarns' density. A model that is further off than the copy adds nothing to that row.
@@ -77,7 +77,7 @@ def validation_page() -> str:
     parts += ["## Mass and thickness of the yarns' model", CELL, table(*_cells())]
     parts += ["## Shear: variant 2 below variant 1", SHEAR, table(*shear_rows()), *order_section()]
     parts += sets_section()
-    parts += ["## What has no scatter", UNKNOWN, _unknown(runs)]
+    parts += ["## What has no numerical error", UNKNOWN, _unknown(runs)]
     parts += ["## Runs behind this page", table(*_runs(runs))]
     return "\n\n".join(parts) + "\n"
 

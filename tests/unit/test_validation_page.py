@@ -211,7 +211,7 @@ def test_a_finer_cell_has_more_nodes():
 
 
 def test_what_has_no_error_is_listed_with_what_it_would_take():
-    told = validation_page().split("## What has no ±")[1].split("##")[0]
+    told = validation_page().split("## What has no numerical error")[1].split("##")[0]
     open_rows = [r for r in rows_of(stored_runs.load(), "cantilever", "meso") if not math.isfinite(r.error)]
     assert "of variant 2 over that of variant 1 in shear" in told and "mass" not in told
     assert (f"- cantilever of yarns: {len(open_rows)} of " in told) == bool(open_rows)
