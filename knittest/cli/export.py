@@ -86,3 +86,33 @@ def deck(test: str, direction: str | None, form: str, out: Path, **chosen: Any) 
         click.echo(str(path))
         for line in missing:
             click.echo(f"  not as in the laboratory: {line}")
+
+
+@export.command()
+@click.argument("run", metavar="RUN", type=click.Path(path_type=Path))
+@click.option("--frame", type=int, default=-1, show_default=True, help="Number of the frame, from 0; -1 is the last.")
+@click.option("--sides", type=click.IntRange(3, 64), default=12, show_default=True, help="Corners of a yarn's section.")
+@click.option(
+    "--out", type=click.Path(path_type=Path, dir_okay=False), default=Path("yarns.stl"), show_default=True,
+    help="File: .stl (binary, mm), or .vtp with system, force and strain of each yarn.",
+)  # fmt: skip
+def tubes(run: Path, frame: int, sides: int, out: Path) -> None:
+    """Write the yarns of a frame of RUN, a run folder, as closed tubes; what is broken is left out.
+
+    Example: knittest export tubes runs/tensile-.../warp --out broken.vtp
+    """
+    from knittest.base.errors import InputError
+    from knittest.export.tube_surface import tube_surface, write_tubes
+    from knittest.report_page.moving.recording import read_recording
+
+    found = read_recording(run)
+    if found.kind != "beams":
+        raise InputError(f"{run}: has shells; expected a run of yarns (--scale meso)")
+    if not -len(found.time) <= frame < len(found.time):
+        raise InputError(f"--frame {frame}: {run} has the frames 0 to {len(found.time) - 1}")
+    fields = {name: values[frame] for name, values in found.fields.items()}
+    alive = fields.pop("alive") > 0.0
+    surface = tube_surface(found.position[frame], found.cells, found.radius, alive, sides)
+    write_tubes(out, surface, {"system": found.part.astype(float), **fields})
+    click.echo(str(out))
+    click.echo(f"{len(surface.triangles)} triangles at {found.time[frame]:.4g} ms", err=True)

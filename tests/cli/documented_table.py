@@ -115,8 +115,10 @@ COMMANDS: dict[str, Do] = {
         planned="3 CPU minutes; test_friction_meso.py runs one"
     ),
     "knittest picture-frame --variant 1 --scale meso --preset standard --set rig.max_angle=50 --out runs/frame": Do(
-        "--preset quick --set rig.side=20 --set rig.max_angle=20 --no-frames"
+        "--preset quick --set rig.side=20 --set rig.max_angle=20"
     ),
+    "knittest export tubes runs/tensile-.../warp --out broken.vtp": Do(given={"runs/tensile-.../warp": "runs/frame"}),
+    "knittest export tubes runs/tensile-.../warp --out broken.stl": Do(given={"runs/tensile-.../warp": "runs/frame"}),
     "knittest data shear-law runs/frame --out data/law/shear.csv": Do(),
     "knittest data shear-law RUN --out data/law/shear.csv": Do(
         given={"RUN": "runs/frame", "data/law/shear": "data/law/again"}

@@ -7,6 +7,7 @@ import pytest
 from export_sample import beam_history, shell_history
 
 from knittest.base.history import Frame, History
+from knittest.export.tube_surface import tube_surface, write_tubes
 from knittest.export.vtu import write_frames
 
 io = pytest.importorskip("vtkmodules.vtkIOXML", reason="needs vtk, from the extra viz")
@@ -101,3 +102,16 @@ def test_part_names_cannot_break_the_collection(tmp_path, names):
     object.__setattr__(history.mesh, "part_names", names)
     write_frames(tmp_path, history)
     assert len(entries(tmp_path)) == len(history.frames)
+
+
+def test_tubes_of_yarns_are_poly_data(tmp_path):
+    made = tube_surface(np.array([[0.0, 0.0, k] for k in range(5)]), np.array([[k, k + 1] for k in range(4)]),
+                        np.full(4, 0.5), np.ones(4, bool), 8)  # fmt: skip
+    write_tubes(tmp_path / "yarn.vtp", made, {"axial_force": np.arange(4.0)})
+    reader = io.vtkXMLPolyDataReader()
+    reader.SetFileName(str(tmp_path / "yarn.vtp"))
+    reader.Update()
+    found = reader.GetOutput()
+    assert (found.GetNumberOfPoints(), found.GetNumberOfPolys()) == (len(made.points), len(made.triangles))
+    assert np.allclose(to_numpy(found.GetPoints().GetData()), made.points)
+    assert np.array_equal(to_numpy(found.GetCellData().GetArray("axial_force")), np.arange(4.0)[made.element])
