@@ -66,6 +66,9 @@ class TestKind:
     #: place among the tests in help and tables, and whether it is on a strip along warp or weft
     place: int = 100
     directional: bool = True
+    #: tools touch its specimen, which is a periodic cell: its steps are compiled for them
+    tools: bool = False
+    periodic: bool = False
     #: its forces hang on the shear of the fabric
     shears: bool = False
     #: options of the command for numbers of the rig: field and help by name

@@ -103,10 +103,10 @@ def _swing(i, parameter, velocity):
 
 
 @njit(**INLINE)
-def _gather(first, count, dt, spinning, oval, nodes, contacts, alive, w):
+def _gather(first, count, dt, spin, oval, nodes, contacts, alive, w):
     shift, other, velocity = rows3(contacts.shift), rows3(contacts.other), rows3(nodes.velocity)
     turned, square, excess = rows3(contacts.turned), contacts.square, contacts.excess
-    x, spin, spring = rows3(nodes.position), rows3(nodes.spin), rows3(contacts.spring)
+    x, turning, spring = rows3(nodes.position), rows3(nodes.spin), rows3(contacts.spring)
     offset, force = rows3(contacts.offset), rows3(contacts.force)
     pieces, parameters = (contacts.piece[0], contacts.piece[1]), (contacts.parameter[0], contacts.parameter[1])
     for m in range(U(count)):
@@ -129,23 +129,23 @@ def _gather(first, count, dt, spinning, oval, nodes, contacts, alive, w):
         # both surfaces turn, by their arms; none do where nothing touched
         fx, fy, fz = at3(force, c)
         touched = dt if (fx != 0.0) | (fy != 0.0) | (fz != 0.0) else 0.0
-        spin_a, spin_b = _spin(i, s, spin), _spin(j, t, spin)
-        if oval:
+        spin_a, spin_b = _spin(i, s, turning), _spin(j, t, turning)
+        if oval is not None:
             store3(w, SWING_X + m, LANES, scale(dt, _swing(i, s, velocity)))
             store3(w, SWUNG_X + m, LANES, scale(dt, _swing(j, t, velocity)))
-        if oval and ((excess[i] != 0.0) | (excess[j] != 0.0)):
-            first_section = section_at(i, s, turned, square, excess)
-            second_section = section_at(j, t, turned, square, excess)
-            a, b, extent, touch = carry_over(
-                m, first_section, second_section, at3(shift, c), at3(other, c), contacts.touch[c], touched,
-                scale(touched, spin_a), scale(touched, spin_b), w,
-            )  # fmt: skip
-            put3(shift, c, a)
-            put3(other, c, b)
-            contacts.touch[c], contacts.arm[c] = touch, extent / touch
+            if (excess[i] != 0.0) | (excess[j] != 0.0):
+                first_section = section_at(i, s, turned, square, excess)
+                second_section = section_at(j, t, turned, square, excess)
+                a, b, extent, touch = carry_over(
+                    m, first_section, second_section, at3(shift, c), at3(other, c), contacts.touch[c], touched,
+                    scale(touched, spin_a), scale(touched, spin_b), w,
+                )  # fmt: skip
+                put3(shift, c, a)
+                put3(other, c, b)
+                contacts.touch[c], contacts.arm[c] = touch, extent / touch
         arm = contacts.arm[c]
         store3(w, TURN_X + m, LANES, add(scale(touched * arm, spin_a), scale(touched * (1.0 - arm), spin_b)))
-        if spinning:
+        if spin is not None:
             w[OVER + m] = touched * dot(sub(spin_a, spin_b), at3(offset, c))
 
 
@@ -193,7 +193,9 @@ def _evaluate(count, oval, law, inv_dt, w):
             gx = cx + s * (ux1 + s * ux2) - t * (vx1 + t * vx2)
             gy = cy + s * (uy1 + s * uy2) - t * (vy1 + t * vy2)
             gz = cz + s * (uz1 + s * uz2) - t * (vz1 + t * vz2)
-        if oval:  # the motion where the contact was and where it is: what turns about it as it runs makes no energy
+        if (
+            oval is not None
+        ):  # the motion where the contact was and where it is: what turns about it as it runs makes no energy
             ds, dt = 0.5 * (s - w[S + m]), 0.5 * (t - w[T + m])
             kx, ky, kz = combine(ds, load3(w, SWING_X + m, LANES), -dt, load3(w, SWUNG_X + m, LANES))
             mx, my, mz = mx + kx, my + ky, mz + kz
@@ -230,69 +232,39 @@ def _store(first, count, contacts, w):
     write3(first, count, w, PX, rows3(contacts.force))
 
 
-@njit(**INLINE)
-def _sweep(first, last, dt, spinning, oval, nodes, contacts, alive, law, sticking, w):
+@njit(**KERNEL)
+def contact_forces(share, dt, nodes, contacts, alive, law, spin, oval, w):
+    """Evaluate the contacts of ``share`` (first, stop); returns the energies lost to friction, of it to that of spin,
+    and to contact damping [mJ].
+
+    Where ``spin`` is not None contacts are evaluated as if they stuck, then give way. What resists it, and what makes
+    sections ``oval``, is not even compiled where it is None.
+    """
+    first, last = share
+    walk(first, last, contacts, alive)
+    sticking = law
+    if spin is not None:
+        sticking = ContactLaw(
+            law.normal, law.tangential, STICKS, STICKS, law.viscous, law.linear, law.square, law.cubic, law.cap,
+            0.0, 0.0,
+        )  # fmt: skip
     lost, spun, damped = 0.0, 0.0, 0.0
     block = first
     while block < last:
         count = min(BLOCK, last - block)
-        _gather(block, count, dt, spinning, oval, nodes, contacts, alive, w)
+        _gather(block, count, dt, spin, oval, nodes, contacts, alive, w)
         _evaluate(count, oval, sticking, 1.0 / dt, w)
-        if spinning:
+        if spin is not None:
             give_way(block, count, contacts, law, w)
         _store(block, count, contacts, w)
         for k in range(U(count)):
-            share = contacts.share[U(block) + k]
-            lost += share * w[LOST + k]
-            damped += share * w[DAMPED + k]
-            if spinning:
-                spun += share * w[SPUN + k]
+            counts = contacts.share[U(block) + k]
+            lost += counts * w[LOST + k]
+            damped += counts * w[DAMPED + k]
+            if spin is not None:
+                spun += counts * w[SPUN + k]
         block += count
     return lost, spun, damped
-
-
-@njit(**INLINE)
-def _sticking(law):
-    """``law`` without a limit of friction: contacts that spin are evaluated as if they stuck, and give way then."""
-    return ContactLaw(
-        law.normal, law.tangential, STICKS, STICKS, law.viscous, law.linear, law.square, law.cubic, law.cap, 0.0, 0.0
-    )
-
-
-@njit(**KERNEL)
-def _slipping(first, last, dt, nodes, contacts, alive, law, w):
-    return _sweep(first, last, dt, False, False, nodes, contacts, alive, law, law, w)
-
-
-@njit(**KERNEL)
-def _spinning(first, last, dt, nodes, contacts, alive, law, w):
-    return _sweep(first, last, dt, True, False, nodes, contacts, alive, law, _sticking(law), w)
-
-
-@njit(**KERNEL)
-def _slipping_ovals(first, last, dt, nodes, contacts, alive, law, w):
-    return _sweep(first, last, dt, False, True, nodes, contacts, alive, law, law, w)
-
-
-@njit(**KERNEL)
-def _spinning_ovals(first, last, dt, nodes, contacts, alive, law, w):
-    return _sweep(first, last, dt, True, True, nodes, contacts, alive, law, _sticking(law), w)
-
-
-@njit(**KERNEL)
-def contact_forces(first, last, dt, nodes, contacts, alive, law, w):
-    """Evaluate contacts first..last; returns the energies lost to friction, of it to that of spin, and to contact
-    damping [mJ].
-    """
-    walk(first, last, contacts, alive)
-    oval = contacts.excess.size > 0
-    if law.torsional > 0.0:
-        if oval:
-            return _spinning_ovals(first, last, dt, nodes, contacts, alive, law, w)
-        return _spinning(first, last, dt, nodes, contacts, alive, law, w)
-    if oval:
-        return _slipping_ovals(first, last, dt, nodes, contacts, alive, law, w)
-    return _slipping(first, last, dt, nodes, contacts, alive, law, w)
 
 
 @njit(**INLINE)

@@ -2,7 +2,9 @@
 
 Sweep 1 evaluates contacts or shells, each storing its own result; sweep 2 lets every partition of the nodes collect
 what acts on it in a fixed order and integrates. The number of partitions is fixed, so the bits do not depend on the
-number of threads. Yarns and shells, one thread and several have an entry each: a run compiles only what it uses.
+number of threads. A run compiles only what it uses: yarns and shells, one thread and several have an entry each; what
+resists ``spin`` at crossings, ``oval`` sections, the ``images`` of a periodic cell and ``tools`` are None where there
+are none, and their branches are cut before they are compiled.
 """
 
 import numpy as np
@@ -23,7 +25,7 @@ from knittest.kernels.sheet_contact import scatter_sheet, sheet_forces
 from knittest.kernels.shell_blocks import gather_shells, shell_forces
 from knittest.kernels.shell_state import BLOCK
 from knittest.kernels.tables import read_tables
-from knittest.kernels.tool_blocks import touch_tools
+from knittest.kernels.tool_blocks import forget_rooms, touch_tools
 from knittest.kernels.tool_contact import move_tools
 
 #: work space of one thread, in floats
@@ -38,10 +40,10 @@ def _clear(start, stop, rows):
 
 
 @njit(**KERNEL)
-def contact_share(p, count, dt, nodes, contacts, alive, law, tally, w):
+def contact_share(p, count, dt, nodes, contacts, alive, law, spin, oval, tally, w):
     """Evaluate the yarn contacts of share ``p`` and book what they lose."""
-    first, last = count * p // PARTITIONS, count * (p + 1) // PARTITIONS
-    rubbed, spun, damped = contact_forces(first, last, dt, nodes, contacts, alive, law, w)
+    share = count * p // PARTITIONS, count * (p + 1) // PARTITIONS
+    rubbed, spun, damped = contact_forces(share, dt, nodes, contacts, alive, law, spin, oval, w)
     tally.energy[p, 1] += rubbed
     tally.energy[p, 3] += damped
     tally.energy[p, 4] += spun
@@ -74,12 +76,13 @@ def shell_share(p, time, nodes, shells, laminate, bends, tally, w):
 @njit(**KERNEL)
 def outside(p, dt, nodes, parts, tables, loads, tools, touch, tally, w):
     """Forces of tools and loads on the nodes of one partition."""
-    touch_tools(p, parts.node[p], parts.node[p + 1], dt, nodes, tools, touch, tally, w)
+    if tools is not None:
+        touch_tools(p, parts.node[p], parts.node[p + 1], dt, nodes, tools, touch, tally, w)
     apply_loads(p, dt, nodes, loads, tables, tally)
 
 
 @njit(**KERNEL)
-def _yarn_share(p, time, dt, nodes, parts, beams, contacts, tables, motions, loads, tools, touch, tally, w):
+def _yarn_share(p, time, dt, nodes, parts, beams, contacts, oval, tables, motions, loads, tools, touch, tally, w):
     _clear(parts.node[p], parts.node[p + 1], nodes.force)
     _clear(parts.node[p], parts.node[p + 1], nodes.moment)
     scatter_contacts(p, nodes, contacts)
@@ -89,7 +92,7 @@ def _yarn_share(p, time, dt, nodes, parts, beams, contacts, tables, motions, loa
         tally.energy[p, 2] += advance_beams(start, stop, section, time, dt, nodes, beams, w)
     impose_motions(p, dt, nodes, motions, tables, tally)
     book_loads(p, dt, nodes, loads, tables, tally)
-    if contacts.excess.size > 0:
+    if oval is not None:
         turn_sections(parts.node[p], parts.node[p + 1], nodes, contacts)
 
 
@@ -110,34 +113,38 @@ def _fabric_share(p, dt, nodes, parts, shells, bends, count, contacts, tables, m
 
 @njit(**KERNEL)
 def advance_yarns_alone(
-    steps, time, dt, nodes, parts, beams, contacts, count, law, images, tables, motions, loads, tools, touch, tally,
-    scratch,
+    steps, time, dt, nodes, parts, beams, contacts, count, law, spin, oval, images, tables, motions, loads, tools,
+    touch, tally, scratch,
 ):  # fmt: skip
     """:func:`advance_yarns` on one thread, which neither forks nor claims what nobody else wants."""
-    touch.room[:, :] = 0.0  # nodes and tools may have been moved by hand since the last call
+    if tools is not None:
+        forget_rooms(touch)
     w = scratch[0]
     for step in range(steps):
         now = time + step * dt
         read_tables(tables, now - 0.5 * dt, now + 0.5 * dt)
         if count > 0:
             for p in range(PARTITIONS):
-                contact_share(p, count, dt, nodes, contacts, beams.alive, law, tally, w)
-        if images.ghost.size > 0:
+                contact_share(p, count, dt, nodes, contacts, beams.alive, law, spin, oval, tally, w)
+        if images is not None:
             pull_lattice(count, dt, nodes, beams, contacts, images, tables, tally)
         for p in range(PARTITIONS):
             if parts.node[p] < parts.node[p + 1]:
-                _yarn_share(p, now, dt, nodes, parts, beams, contacts, tables, motions, loads, tools, touch, tally, w)
-        if images.ghost.size > 0:
+                _yarn_share(
+                    p, now, dt, nodes, parts, beams, contacts, oval, tables, motions, loads, tools, touch, tally, w
+                )
+        if images is not None:
             follow(dt, nodes, images)
-            if contacts.excess.size > 0:  # of the images too
+            if oval is not None:  # of the images too
                 turn_sections(0, contacts.excess.size, nodes, contacts)
-        move_tools(dt, tools, tables, tally)
+        if tools is not None:
+            move_tools(dt, tools, tables, tally)
 
 
 @njit(**PARALLEL)
 def advance_yarns(
-    threads, steps, time, dt, nodes, parts, beams, contacts, count, law, images, tables, motions, loads, tools, touch,
-    tally, scratch,
+    threads, steps, time, dt, nodes, parts, beams, contacts, count, law, spin, oval, images, tables, motions, loads,
+    tools, touch, tally, scratch,
 ):  # fmt: skip
     """Advance a model of beam chains by ``steps`` time steps of ``dt`` [ms] from ``time`` [ms].
 
@@ -145,7 +152,8 @@ def advance_yarns(
     the fields of :class:`Drive` (parallel loops take no nested tuples); ``scratch`` is (PARTITIONS, SCRATCH). State is
     updated in place.
     """
-    touch.room[:, :] = 0.0
+    if tools is not None:
+        forget_rooms(touch)
     threads, claimed = min(threads, PARTITIONS), np.zeros(PARTITIONS, np.int64)
     for step in range(steps):
         now = time + step * dt
@@ -154,22 +162,23 @@ def advance_yarns(
             for k in range(PARTITIONS):
                 p = in_turn(k, thread, threads)
                 if claim(claimed, p, 2 * step + 1):
-                    contact_share(p, count, dt, nodes, contacts, beams.alive, law, tally, scratch[thread])
-        if images.ghost.size > 0:
+                    contact_share(p, count, dt, nodes, contacts, beams.alive, law, spin, oval, tally, scratch[thread])
+        if images is not None:
             pull_lattice(count, dt, nodes, beams, contacts, images, tables, tally)
         for thread in prange(threads):
             for k in range(PARTITIONS):
                 p = in_turn(k, thread, threads)
                 if claim(claimed, p, 2 * step + 2):
                     _yarn_share(
-                        p, now, dt, nodes, parts, beams, contacts, tables, motions, loads, tools, touch, tally,
+                        p, now, dt, nodes, parts, beams, contacts, oval, tables, motions, loads, tools, touch, tally,
                         scratch[thread],
                     )  # fmt: skip
-        if images.ghost.size > 0:
+        if images is not None:
             follow(dt, nodes, images)
-            if contacts.excess.size > 0:  # of the images too
+            if oval is not None:  # of the images too
                 turn_sections(0, contacts.excess.size, nodes, contacts)
-        move_tools(dt, tools, tables, tally)
+        if tools is not None:
+            move_tools(dt, tools, tables, tally)
 
 
 @njit(**KERNEL)
@@ -178,7 +187,8 @@ def advance_fabric_alone(
     touch, tally, scratch,
 ):  # fmt: skip
     """:func:`advance_fabric` on one thread; as :func:`advance_yarns_alone`."""
-    touch.room[:, :] = 0.0
+    if tools is not None:
+        forget_rooms(touch)
     w = scratch[0]
     for step in range(steps):
         now = time + step * dt
@@ -193,7 +203,8 @@ def advance_fabric_alone(
                 _fabric_share(
                     p, dt, nodes, parts, shells, bends, count, contacts, tables, motions, loads, tools, touch, tally, w
                 )
-        move_tools(dt, tools, tables, tally)
+        if tools is not None:
+            move_tools(dt, tools, tables, tally)
 
 
 @njit(**PARALLEL)
@@ -205,7 +216,8 @@ def advance_fabric(
 
     ``count`` of the ``contacts`` of ``sheet`` with itself are in use, by ``law`` (:mod:`knittest.kernels.sheet_state`).
     """
-    touch.room[:, :] = 0.0
+    if tools is not None:
+        forget_rooms(touch)
     threads, claimed = min(threads, PARTITIONS), np.zeros(PARTITIONS, np.int64)
     for step in range(steps):
         now = time + step * dt
@@ -229,4 +241,5 @@ def advance_fabric(
                         p, dt, nodes, parts, shells, bends, count, contacts, tables, motions, loads, tools, touch,
                         tally, scratch[thread],
                     )  # fmt: skip
-        move_tools(dt, tools, tables, tally)
+        if tools is not None:
+            move_tools(dt, tools, tables, tally)

@@ -43,14 +43,3 @@ class Images(NamedTuple):
     axes: Array
     pull: Array
     group: Index
-
-
-def no_images() -> Images:
-    """A model without images."""
-    index, pairs = np.zeros(0, np.int64), np.zeros((0, 2))
-    seven = np.zeros(LATTICE)
-    return Images(
-        index, index.copy(), np.zeros((4, 0)), index.copy(), pairs, np.zeros((0, MAP)), pairs.astype(np.int64),
-        seven, seven.copy(), np.zeros(LATTICE, np.int64), seven.copy(), np.eye(3), seven.copy(),
-        np.full(LATTICE, -1),
-    )  # fmt: skip

@@ -128,6 +128,11 @@ class ContactLaw(NamedTuple):
     torsional: float = 0.0
     softening: float = 0.0
 
+    @property
+    def spin(self) -> bool | None:
+        """True where crossings resist spin, None where they do not: kernels are compiled for the one or the other."""
+        return True if self.torsional > 0.0 else None
+
 
 class Tally(NamedTuple):
     """Accumulators over steps: ``reaction`` (PARTITIONS, n_groups) [N or N mm], conjugate to the table of each group,

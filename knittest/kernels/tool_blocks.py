@@ -46,14 +46,20 @@ def block_of(partition, first, start):
 
 
 @njit(**KERNEL)
+def forget_rooms(touch):
+    """Look at every block anew: nodes and tools may have been moved by hand."""
+    for t in range(touch.room.shape[0]):
+        for block in range(touch.room.shape[1]):
+            touch.room[t, block] = 0.0
+
+
+@njit(**KERNEL)
 def touch_tools(partition, first, last, dt, nodes, tools, touch, tally, w):
     """Add the tools' forces on nodes first..last; tally forces on the tools [N] and energies [mJ].
 
     A block is looked at for a tool once both may have come together by what was between them; until then only those of
     its nodes are that were near. ``w`` is work space of ``SCRATCH`` numbers.
     """
-    if tools.kind.size == 0:
-        return
     for start in range(first, last, BLOCK):
         count, block = min(BLOCK, last - start), block_of(partition, first, start)
         moved = dt * _speed(start, count, nodes)

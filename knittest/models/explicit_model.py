@@ -2,6 +2,7 @@
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,6 +91,11 @@ class ExplicitModel(ABC):
     @abstractmethod
     def advance(self, steps: int, time: float, dt: float, drive: Drive, tally: Tally, scratch: Array) -> None:
         """Renew contacts that may come near, then :meth:`step`."""
+
+    def acting(self, drive: Drive) -> tuple[Any, ...]:
+        """Fields of ``drive`` as the kernels take them: where there are no tools, they are compiled for None."""
+        some = drive.tools.kind.size > 0
+        return (*drive[:3], *((drive.tools, drive.touch) if some else (None, None)))
 
     @abstractmethod
     def step(self, steps: int, time: float, dt: float, drive: Drive, tally: Tally, scratch: Array) -> None:

@@ -63,8 +63,8 @@ class FabricModel(ExplicitModel):
         """See :meth:`ExplicitModel.step`."""
         contact = self.tracker.arguments if self.tracker else BLIND
         arguments = (
-            steps, time, dt, self.nodes, self.parts, self.shells, self.laminate, self.bends, *contact, *drive, tally,
-            scratch,
+            steps, time, dt, self.nodes, self.parts, self.shells, self.laminate, self.bends, *contact,
+            *self.acting(drive), tally, scratch,
         )  # fmt: skip
         if (threads := get_num_threads()) > 1:
             advance_fabric(threads, *arguments)

@@ -1,12 +1,14 @@
 """Model of a periodic cell: what counts of its beams and contacts, and the lattice it repeats by."""
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
-from knittest.kernels.periodic_state import CURVATURE
+from knittest.kernels.drive_state import Drive
+from knittest.kernels.periodic_state import CURVATURE, Images
 from knittest.models.boundary import Boundary
 from knittest.models.explicit_model import Index
 from knittest.models.halo import beyond
@@ -38,6 +40,7 @@ class PeriodicModel(YarnModel):
     #: of a cell's few beams a step costs less than a hundredth of a look
     chunk = 100
 
+    images: Images = field(kw_only=True)
     reference: Array = field(default_factory=lambda: np.zeros((2, 3)))
     record: list[dict[str, float]] = field(default_factory=list)
 
@@ -114,6 +117,10 @@ class PeriodicModel(YarnModel):
         """See :meth:`YarnModel.counted`; of the cell alone."""
         alive: Array = self.beams.alive * self.owned
         return alive
+
+    def acting(self, drive: Drive) -> tuple[Any, ...]:
+        """Fields of ``drive``: kernels of cells are compiled with tools whether there are any or not."""
+        return tuple(drive)
 
     def halt(self) -> None:
         """See :meth:`ExplicitModel.halt`; stops the lattice too."""

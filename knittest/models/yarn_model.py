@@ -11,7 +11,7 @@ from knittest.kernels import monitor
 from knittest.kernels.contact import spline_weights
 from knittest.kernels.drive_state import Drive
 from knittest.kernels.explicit import advance_yarns, advance_yarns_alone
-from knittest.kernels.periodic_state import Images, no_images
+from knittest.kernels.periodic_state import Images
 from knittest.kernels.state import Beams, ContactLaw, Tally
 from knittest.models.contact_tracker import ContactTracker, YarnContactGroup
 from knittest.models.explicit_model import Array, ExplicitModel, Index, Stored
@@ -30,7 +30,7 @@ MECHANISMS = ("stretching", "bending", "torsion")
 class YarnModel(ExplicitModel):
     """``element_node`` (n_el,) first node of each element of the mesh; ``section_part`` (n_sections,) part of each beam
     section; ``contact`` False leaves yarns blind; ``prestressed`` if yarns are bent or under tension in their start
-    shape, or press each other there; ``images`` of its nodes in a periodic cell, else none.
+    shape, or press each other there; ``images`` of its nodes in a periodic cell, else None.
     """
 
     beams: Beams
@@ -39,7 +39,7 @@ class YarnModel(ExplicitModel):
     group: YarnContactGroup
     contact: bool = True
     prestressed: bool = False
-    images: Images = field(default_factory=no_images)
+    images: Images | None = None
     tracker: ContactTracker = field(init=False)
 
     def __post_init__(self) -> None:
@@ -68,7 +68,7 @@ class YarnModel(ExplicitModel):
         """See :meth:`ExplicitModel.step`."""
         arguments = (
             steps, time, dt, self.nodes, self.parts, self.beams, self.tracker.contacts, self.tracker.count, self.law,
-            self.images, *drive, tally, scratch,
+            self.law.spin, True if self.group.excess.size else None, self.images, *self.acting(drive), tally, scratch,
         )  # fmt: skip
         if (threads := get_num_threads()) > 1:
             advance_yarns(threads, *arguments)

@@ -16,12 +16,13 @@ from pathlib import Path
 
 from knittest.base.cache import VARIABLE, cache_root
 from knittest.kernels import CODE_FOLDER
-from knittest.solve.exercise import THREADS, Exercise
+from knittest.solve.exercise import Exercise
+from knittest.solve.kernel_sets import THREADS, is_for
 
 Compiler = subprocess.Popen[bytes]
 
 #: what the second process says when it has compiled what a step needs of it
-TOOLS_DONE = b"tools"
+LINKED = b"linked"
 
 
 def compiled_before(kernels: str) -> bool:
@@ -56,12 +57,12 @@ def fill_cache(*kernels: str) -> None:
 
 def _fill(kernels: str) -> None:
     """Compile all of ``kernels``, beside a second process where there is a core for it, and mark them as complete."""
-    if not kernels.endswith(THREADS):  # those add little to what is compiled before
+    if not is_for(kernels, THREADS):  # those add little to what is compiled before
         stages = Exercise(kernels)
         with _second_process(kernels) as second:
-            stages.sweeps()
+            stages.elements()
             if second is not None and second.stdout is not None:
-                second.stdout.readline()  # TOOLS_DONE, or its end
+                second.stdout.readline()  # LINKED, or its end
             stages.step()
             if second is not None:
                 second.wait()
@@ -85,8 +86,8 @@ def _second_process(kernels: str) -> Iterator[Compiler | None]:
 def compile_beside(kernels: str) -> None:
     """Compile what the step of ``kernels`` links last, say so, then what it does not need."""
     stages = Exercise(kernels)
-    stages.tools()
-    sys.stdout.buffer.write(TOOLS_DONE + b"\n")
+    stages.nodes()
+    sys.stdout.buffer.write(LINKED + b"\n")
     sys.stdout.buffer.flush()
     stages.between()
 

@@ -16,19 +16,31 @@ from knittest.kernels.state import Array, Tally
 from knittest.kernels.threading import limited
 from knittest.kernels.tool_contact import tool_energies
 from knittest.materials.laminate import laminate
+from knittest.materials.yarn_section import SYSTEMS, sections
 from knittest.models.boundary import Boundary
 from knittest.models.explicit_model import ExplicitModel
 from knittest.models.fabric_model import FabricModel
 from knittest.models.macro import StripShape, build_strip, self_contact
-from knittest.models.meso import build_meso
+from knittest.models.meso import UPRIGHT, build_meso, yarn_contact
+from knittest.models.periodic import PeriodicChain, build_periodic
+from knittest.models.periodic_model import NUMBERS, PeriodicModel
 from knittest.models.readings import Readings, new_tally
-from knittest.models.table import ramp
+from knittest.models.table import constant, ramp
 from knittest.models.tool import plane
 from knittest.models.yarn_model import YarnModel
+from knittest.solve.kernel_sets import CONTACT, OVAL, PERIODIC, SPIN, THREADS, TOOLS, is_for
 from knittest.solve.simulate import simulate
 
-#: kernels of the macro scale with self-contact, and what the names of those of several threads end with
-MACRO_CONTACT, THREADS = "macro-contact", "-threads"
+#: inlays of elliptic sections
+ELLIPSES = [
+    f"fabric.reinforcing.section.{value}"
+    for value in (
+        "shape=ellipse", "fibre_density=1.53", "packing.warp=0.9", "packing.weft=0.9", "width_to_height.warp=1.5",
+        "width_to_height.weft=1.5",
+    )
+]  # fmt: skip
+#: pairs of yarn systems that cross
+CROSSINGS = ("inlay_inlay", "inlay_loop", "loop_loop")
 
 
 class _Moved(NamedTuple):
@@ -44,30 +56,36 @@ class Exercise:
     """A tiny model of ``kernels``, to be used once as a whole or by the stages of its compilation."""
 
     def __init__(self, kernels: str) -> None:
-        self.threads = 2 if kernels.endswith(THREADS) else 1
-        self.run = _run_of(kernels.removesuffix(THREADS))
-        self.model = _crossing_yarns(self.run) if self.run.model.scale == "meso" else _small_strip(self.run)
+        self.threads = 2 if is_for(kernels, THREADS) else 1
+        self.run, self.rig = _run_of(kernels), _Tug(is_for(kernels, TOOLS))
+        if self.run.model.scale == "macro":
+            self.model = _small_strip(self.run)
+        else:
+            self.model = _small_cell(self.run) if is_for(kernels, PERIODIC) else _crossing_yarns(self.run)
 
     def whole(self) -> None:
         """Simulate everything that a run calls."""
         brief = self.run.solver.model_copy(update={"target_step": None})
         with limited(self.threads):
-            simulate(self.model, _Tug(), brief, Output(samples=20, frames=1))
+            simulate(self.model, self.rig, brief, Output(samples=20, frames=1))
 
-    def sweeps(self) -> None:
-        """Call what evaluates contacts and beams, or shells."""
+    def elements(self) -> None:
+        """Call what evaluates contacts, or shells."""
         model, (dt, _, tally, scratch) = self.model, self._moved
         if isinstance(model, YarnModel):
             contacts, alive = model.tracker.contacts, model.beams.alive
-            contact_share(0, 0, dt, model.nodes, contacts, alive, model.law, tally, scratch[0])
-            advance_beams(0, 0, 0, 0.0, dt, model.nodes, model.beams, scratch[0])
+            oval = True if model.group.excess.size else None
+            contact_share(0, 0, dt, model.nodes, contacts, alive, model.law, model.law.spin, oval, tally, scratch[0])
         if isinstance(model, FabricModel):
             shell_share(0, 0.0, model.nodes, model.shells, model.laminate, model.bends, tally, scratch[0])
 
-    def tools(self) -> None:
-        """Call what tools and loads do to nodes."""
+    def nodes(self) -> None:
+        """Call what beams, tools and loads do to nodes."""
         model, (dt, drive, tally, scratch) = self.model, self._moved
-        outside(0, dt, model.nodes, model.parts, drive.tables, drive.loads, drive.tools, drive.touch, tally, scratch[0])
+        if isinstance(model, YarnModel):
+            advance_beams(0, 0, 0, 0.0, dt, model.nodes, model.beams, scratch[0])
+        actions = model.acting(drive)
+        outside(0, dt, model.nodes, model.parts, actions[0], *actions[2:], tally, scratch[0])
 
     def between(self) -> None:
         """Call what a run does between steps: search, energies, fields, guards."""
@@ -88,7 +106,7 @@ class Exercise:
     def _moved(self) -> _Moved:
         dt = self.run.solver.safety * self.model.critical_step
         boundary = Boundary(self.model, dt)
-        _Tug().constrain(boundary)
+        self.rig.constrain(boundary)
         return _Moved(dt, boundary.drive(), new_tally(boundary), np.zeros((PARTITIONS, SCRATCH)))
 
 
@@ -96,13 +114,18 @@ def _run_of(kernels: str) -> Run:
     from knittest.config.loading import resolve
 
     line = ["fabric.macro.shear.kind=linear", "fabric.macro.shear.stiffness=0.05"]  # no curve to be read
-    contact = ["model.macro.self_contact=true"] if kernels == MACRO_CONTACT else []
-    scale: Scale = "meso" if kernels == "meso" else "macro"
-    return resolve(variant="1", scale=scale, sets=[*line, *contact])
+    contact = ["model.macro.self_contact=true"] if is_for(kernels, CONTACT) else []
+    patches = [f"fabric.contact.patch.radius.{kind}=0.3" for kind in CROSSINGS] if is_for(kernels, SPIN) else []
+    ovals = ELLIPSES if is_for(kernels, OVAL) else []
+    scale: Scale = "meso" if is_for(kernels, "meso") else "macro"
+    return resolve(variant="1", scale=scale, sets=[*line, *contact, *patches, *ovals])
 
 
 class _Tug:
-    """Pulls a little over a plane."""
+    """Pulls a little, over a plane if ``tools``."""
+
+    def __init__(self, tools: bool) -> None:
+        self.tools = tools
 
     duration = 0.02
     coordinate, force = "strain_pct", "force_n"
@@ -114,7 +137,11 @@ class _Tug:
         boundary.grip(np.flatnonzero(along <= along.min() + 1e-6), "y")
         boundary.grip(np.flatnonzero(along >= along.max() - 1e-6), "y", ramp(1e-3, 0.01))
         boundary.load([0], "z", 0.0)
-        boundary.add_tool(plane((0.0, 0.0, -10.0), (0.0, 0.0, 1.0)))
+        if self.tools:
+            boundary.add_tool(plane((0.0, 0.0, -10.0), (0.0, 0.0, 1.0)))
+        if isinstance(boundary.model, PeriodicModel):
+            for number in NUMBERS:
+                boundary.model.drive(boundary, number, constant(0.0))
 
     def ring_time(self, wave_speed: float) -> float:
         return 10.0 / wave_speed
@@ -133,9 +160,23 @@ def _crossing_yarns(run: Run) -> ExplicitModel:
     paths = [
         YarnPath("warp", 0, np.column_stack([zero, along, zero])),
         YarnPath("weft", 0, np.column_stack([along, zero, above])),
+        YarnPath("knit", 0, np.column_stack([along, zero, 10.0 * above])),
     ]
     one = YarnDraws(np.full(1, 0.1), np.zeros(1), np.ones(1), np.full(1, 0.5))
     return build_meso(run, paths, {"warp": one, "weft": one, "knit": one})
+
+
+def _small_cell(run: Run) -> ExplicitModel:
+    along, cards = np.arange(0.0, 8.0, 0.5), sections(run.fabric)
+    zero = np.zeros_like(along)
+    above = zero + cards[0].radius + cards[1].radius
+    ways = (np.column_stack([zero, along, zero]), np.column_stack([along, zero, above]))
+    chains = [
+        PeriodicChain(points, cards[part], part, normal=UPRIGHT, along=1 - part) for part, points in enumerate(ways)
+    ]
+    third = np.column_stack([along, zero, 10.0 * above])
+    chains.append(PeriodicChain(third, cards[2], 2, normal=UPRIGHT, along=0))
+    return build_periodic(chains, 8.0 * np.eye(2, 3), SYSTEMS, yarn_contact(run))
 
 
 def _small_strip(run: Run) -> ExplicitModel:

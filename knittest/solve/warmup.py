@@ -7,18 +7,12 @@ from contextlib import contextmanager, nullcontext
 from knittest.config.run import Run
 from knittest.kernels import CODE_FOLDER
 from knittest.solve.compiling import compiled_before, compiling
-from knittest.solve.exercise import MACRO_CONTACT, THREADS, Exercise
+from knittest.solve.exercise import Exercise
+from knittest.solve.kernel_sets import ALL, kernels_of
 from knittest.solve.observer import SILENT, Observer
 from knittest.solve.threads import check_layer
 
 _warm: set[str] = set()
-
-
-def kernels_of(run: Run, threads: int = 1) -> tuple[str, ...]:
-    """Names of the kernels that ``run`` needs: its scale, whether shells touch each other, and several threads."""
-    touching = run.model.scale == "macro" and run.model.macro.self_contact
-    several = (f"{run.model.scale}{THREADS}",) if threads > 1 else ()
-    return (MACRO_CONTACT if touching else run.model.scale, *several)
 
 
 def lacking(run: Run, threads: int = 1) -> tuple[str, ...]:
@@ -58,6 +52,6 @@ def compile_all() -> float:
     check_layer()
     start = clock.perf_counter()
     if CODE_FOLDER is not None:
-        with compiling("meso", f"meso{THREADS}"), compiling("macro", MACRO_CONTACT, f"macro{THREADS}"):
-            pass  # of shells that touch each other what is left to compile
+        with compiling(*ALL["meso"]), compiling(*ALL["macro"]):
+            pass
     return clock.perf_counter() - start

@@ -36,7 +36,22 @@ def _beams():
 
 def _contacts():
     crossing = Crossing(SMOOTH)
-    return contact_blocks.contact_forces, (0, 1, 1e-3, crossing.nodes, crossing.contacts, np.ones(7), SMOOTH, W)
+    return contact_blocks.contact_forces, (
+        (0, 1),
+        1e-3,
+        crossing.nodes,
+        crossing.contacts,
+        np.ones(7),
+        SMOOTH,
+        None,
+        None,
+        W,
+    )
+
+
+def _spins():
+    kernel, (*arguments, _, _, w) = _contacts()
+    return kernel, (*arguments, True, True, w)
 
 
 def _scatter():
@@ -98,7 +113,7 @@ def _lattice():
     )
 
 
-CASES = (_beams, _contacts, _scatter, _tools, _clear, _shells, _gather, _images, _lattice)
+CASES = (_beams, _contacts, _spins, _scatter, _tools, _clear, _shells, _gather, _images, _lattice)
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.__name__[1:])

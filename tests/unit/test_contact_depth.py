@@ -56,7 +56,7 @@ class Pair:
         before = self.contacts.force[:, 0].copy()
         self.nodes.position[:, self.upper] += move[:, None]
         _, _, damped = plain(contact_forces)(
-            0, 1, 1e-4, self.nodes, self.contacts, self.alive, self.law, np.zeros(SCRATCH)
+            (0, 1), 1e-4, self.nodes, self.contacts, self.alive, self.law, self.law.spin, None, np.zeros(SCRATCH)
         )
         return float(0.5 * (before + self.contacts.force[:, 0]) @ move), damped
 

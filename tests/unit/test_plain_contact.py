@@ -51,7 +51,8 @@ class Crossing:
         """Evaluate the contact at the present positions."""
         self.contacts.reach[:] = REACH
         alive = np.ones(7)
-        plain(contact_forces)(0, 1, DT, self.nodes, self.contacts, alive, law or self.law, np.zeros(SCRATCH))
+        law = law or self.law
+        plain(contact_forces)((0, 1), DT, self.nodes, self.contacts, alive, law, law.spin, None, np.zeros(SCRATCH))
 
     def on_nodes(self) -> tuple[np.ndarray, np.ndarray]:
         """Forces [N] and moments [N mm] on the nodes, (6, 3)."""

@@ -84,7 +84,7 @@ class Pair:
     def step(self, law):
         """Evaluate the contact at the present poses."""
         plain(turn_sections)(0, 6, self.nodes, self.contacts)
-        plain(contact_forces)(0, 1, DT, self.nodes, self.contacts, self.alive, law, np.zeros(SCRATCH))
+        plain(contact_forces)((0, 1), DT, self.nodes, self.contacts, self.alive, law, law.spin, True, np.zeros(SCRATCH))
 
     def turn(self, node, vector):
         """Turn a node by a rotation vector."""

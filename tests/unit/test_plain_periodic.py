@@ -79,7 +79,8 @@ def set_lattice(model: PeriodicModel, lattice: np.ndarray) -> None:
     scratch = np.zeros(contact_scratch.SCRATCH)
     for _ in range(12):
         contacts.reach[:count] = model.group.radius[contacts.piece[:, :count]].sum(axis=0)
-        plain(contact_blocks.contact_forces)(0, count, DT, model.nodes, contacts, model.beams.alive, model.law, scratch)
+        arguments = model.nodes, contacts, model.beams.alive, model.law, model.law.spin, None, scratch
+        plain(contact_blocks.contact_forces)((0, count), DT, *arguments)
 
 
 def energy(model: PeriodicModel, lattice: np.ndarray) -> float:

@@ -40,7 +40,7 @@ class Spinning(Crossing):
         self.nodes.position[:, :3] += slide * self.along[:, None]
         self.contacts.reach[:] = REACH
         lost, spun, _ = plain(contact_forces)(
-            0, 1, DT, self.nodes, self.contacts, np.ones(7), self.law, np.zeros(SCRATCH)
+            (0, 1), DT, self.nodes, self.contacts, np.ones(7), self.law, self.law.spin, None, np.zeros(SCRATCH)
         )
         self.friction, self.spun = self.friction + lost, self.spun + spun
         return -float(self.contacts.couple[0] * np.linalg.norm(self.contacts.offset))
@@ -162,7 +162,9 @@ def test_nothing_resists_without_a_patch_or_when_a_yarn_is_broken():
     held = crossing.contacts.twist[0]
     broken, alive = Spinning(), np.ones(7)
     broken.contacts.twist[:], alive[1] = held, 0.0
-    lost, spun, _ = plain(contact_forces)(0, 1, DT, broken.nodes, broken.contacts, alive, LAW, np.zeros(SCRATCH))
+    lost, spun, _ = plain(contact_forces)(
+        (0, 1), DT, broken.nodes, broken.contacts, alive, LAW, LAW.spin, None, np.zeros(SCRATCH)
+    )
     assert broken.contacts.twist[0] == broken.contacts.couple[0] == 0.0
     assert spun == pytest.approx(0.5 * LAW.torsional * held**2) and lost >= spun
 
@@ -235,8 +237,8 @@ def test_the_loss_of_slip_is_that_of_the_force_turned_with_the_yarns():
     way = slide * (np.cos(angle) * across - np.sin(angle) * crossing.along)
     crossing.nodes.position[:, :3] += way[:, None]
     crossing.contacts.reach[:] = REACH
-    arguments = crossing.contacts, np.ones(7), crossing.law, np.zeros(SCRATCH)
-    lost, _, _ = plain(contact_forces)(0, 1, DT, crossing.nodes, *arguments)
+    arguments = crossing.contacts, np.ones(7), crossing.law, crossing.law.spin, None, np.zeros(SCRATCH)
+    lost, _, _ = plain(contact_forces)((0, 1), DT, crossing.nodes, *arguments)
     new, turned = crossing.contacts.spring[:, 0], old + angle * np.cross(crossing.normal, old)
     slid = way - 0.5 * angle * np.cross(crossing.normal, way)  # as seen from yarns half turned
     expected = 0.5 * LAW.tangential * float((turned + new) @ slid + turned @ turned - new @ new)

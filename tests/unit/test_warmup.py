@@ -90,10 +90,10 @@ def test_nothing_is_cached_without_a_folder(said, monkeypatch: pytest.MonkeyPatc
     assert said()[1] == []
 
 
-@pytest.mark.parametrize("kernels", ["meso", "macro", exercise.MACRO_CONTACT])
+@pytest.mark.parametrize("kernels", ["meso", "macro"])
 def test_stages_that_compile_side_by_side_call_the_step_they_are_for(kernels: str) -> None:
     stages = exercise.Exercise(kernels)
-    for stage in (stages.sweeps, stages.tools, stages.between, stages.step):
+    for stage in (stages.elements, stages.nodes, stages.between, stages.step):
         stage()
     entry = explicit.advance_yarns_alone if kernels == "meso" else explicit.advance_fabric_alone
     assert entry.signatures

@@ -7,6 +7,7 @@ KIND = TestKind(
     name="cell",
     shears=True,
     place=4,
+    periodic=True,
     directional=False,
     summary="One periodic cell of yarns under a mean deformation, meso.",
     usage="""Deform one periodic cell of yarns: mean stress, energy by mechanism, forces of crossings, thickness.

@@ -5,6 +5,7 @@ from knittest.base.kinds import TestKind
 KIND = TestKind(
     name="compaction",
     place=5,
+    tools=True,
     directional=False,
     summary="Compaction between two plates, meso.",
     usage="""Press a piece of fabric between two plates: thickness over pressure, work, exponent of van Wyk's law.

@@ -8,6 +8,7 @@ KIND = TestKind(
     name="forming",
     shears=True,
     place=5,
+    tools=True,
     directional=False,
     summary="Draw a blank into a die with a stamp, macro or meso.",
     usage="""Draw a blank into a die with a T, a hemisphere or STL files: shear angles, wrinkles, draw-in, yarn forces.

@@ -6,6 +6,7 @@ from knittest.base.regressed import Regressed, Regression
 KIND = TestKind(
     name="friction",
     place=4,
+    tools=True,
     summary="Pull-out between two plates, macro or meso.",
     usage="""Pull a strip out between two plates pressed together: pull force, friction coefficient.
 
