@@ -152,11 +152,15 @@ class KnittingYarn(Yarn):
         gt=0, band=(1e-3, 20),
     )  # fmt: skip
     tension_n: ClassVar[Kernel[float | None]] = Kernel("tension")
+    loop_scatter: Literal["none", "courses"] = Field(
+        "none", description="courses: the loop length of each course of a specimen is drawn with the sd of "
+        "fabric.loop_length, as strengths of yarns are; cells have the mean. Settled as under draw_in",
+    )  # fmt: skip
 
     @property
     def settled(self) -> bool:
         """Tell whether yarns come to rest by the contact law of the run before every test."""
-        return self.draw_in is not None or self.tension is not None
+        return self.draw_in is not None or self.tension is not None or self.loop_scatter != "none"
 
     @model_validator(mode="after")
     def _one_state_of_rest(self) -> Self:

@@ -1,5 +1,6 @@
 """summary.json: the one file other programs read; its keys are a contract."""
 
+import math
 import statistics
 from collections.abc import Mapping, Sequence
 
@@ -15,11 +16,15 @@ Results = Mapping[str, float]
 
 
 def ensemble_results(specimens: Sequence[Results]) -> dict[str, Spread]:
-    """Mean, sd and values of each result over the specimens, all of which have the same keys; sd is 0 for one."""
+    """Mean, sd and values of each result over the specimens, all of which have the same keys; sd is 0 for one.
+
+    Of a result that one of them lacks (nan) neither mean nor sd is known.
+    """
     spreads = {}
     for key in specimens[0]:
         values = [float(specimen[key]) for specimen in specimens]
-        sd = statistics.stdev(values) if len(values) > 1 else 0.0
+        known = all(math.isfinite(value) for value in values)
+        sd = (statistics.stdev(values) if known else math.nan) if len(values) > 1 else 0.0
         spreads[key] = Spread(mean=statistics.fmean(values), sd=sd, values=values)
     return spreads
 

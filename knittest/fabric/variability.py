@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from knittest.base.errors import InputError
 from knittest.config.fabric import Fabric
 from knittest.config.run import Variability
 
@@ -17,12 +18,15 @@ WEAKEST = 0.2
 @dataclass(frozen=True)
 class YarnDraws:
     """Yarns of one system, each (n,): fracture strain [-], slack [-], relative wave amplitude [-], place of the
-    weakest element along the yarn, from 0 to 1."""
+    weakest element along the yarn, from 0 to 1; length of the loops of each course over their mean [-], which other
+    yarns have none of.
+    """
 
     fracture_strain: Array
     slack: Array
     amplitude: Array
     weakest: Array
+    loop: Array | None = None
 
 
 def _uniforms(mode: str, n: int, rng: np.random.Generator) -> Array:
@@ -52,12 +56,26 @@ def draw(fabric: Fabric, variability: Variability, system: str, n: int, specimen
     if variability.mode == "uniform":
         return YarnDraws(np.full(n, mean), np.full(n, slack * float(halfnorm.ppf(0.5))), np.ones(n), weakest)
     strength, looseness, wave = (_uniforms(variability.mode, n, rng) for _ in range(3))
+    scattered = system == "knit" and fabric.knitting.loop_scatter == "courses"
+    loop = 1.0 + loop_scatter(fabric) * norm.ppf(_uniforms(variability.mode, n, rng)) if scattered else None
     return YarnDraws(
         mean * np.maximum(1.0 + relative * norm.ppf(strength), WEAKEST),
         slack * halfnorm.ppf(looseness),
         np.maximum(1.0 + amplitude * norm.ppf(wave), 0.0),
         weakest,
+        loop,
     )
+
+
+def loop_scatter(fabric: Fabric) -> float:
+    """Standard deviation of the loop length over its mean [-]; raises :class:`InputError` where none is stated."""
+    length = fabric.loop_length
+    if length.sd is None:
+        raise InputError(
+            "fabric.knitting.loop_scatter = courses: fabric.loop_length states no sd; expected the scatter of the "
+            "measured lengths in fabric.loop_length.sd"
+        )
+    return length.sd / length.value
 
 
 def bundle_peak(draws: YarnDraws, axial_stiffness: float) -> tuple[float, float]:

@@ -84,10 +84,15 @@ def _slack_as_wave(run: Run, system: str, draws: YarnDraws) -> YarnDraws:
 
 def _yarn_table(draws: dict[str, YarnDraws]) -> dict[str, np.ndarray]:
     systems = list(draws)
-    return {
+    table = {
         "system": np.concatenate([[s] * len(draws[s].slack) for s in systems]),
         "yarn": np.concatenate([np.arange(1, len(draws[s].slack) + 1) for s in systems]),
         "fracture_strain_pct": np.concatenate([100.0 * draws[s].fracture_strain for s in systems]),
         "slack_pct": np.concatenate([100.0 * draws[s].slack for s in systems]),
         "wave_amplitude_relative": np.concatenate([draws[s].amplitude for s in systems]),
     }
+    if (loop := draws["knit"].loop) is not None:
+        table["loop_length_relative"] = np.concatenate(
+            [loop if s == "knit" else np.ones_like(draws[s].slack) for s in systems]
+        )
+    return table

@@ -43,7 +43,7 @@ def build_meso(
             stretch(run, path.uncut),
             _degree_of_set(run, path, rows),
             UPRIGHT,
-            draw_in=_draw_in(run, path, rows),
+            draw_in=_draw_in(run, path, rows, draws[path.system].loop),
         )
         for path in sorted(paths, key=chain_order)
     ]
@@ -96,9 +96,14 @@ def _degree_of_set(run: Run, path: YarnPath, rows: int) -> Array:
     return np.where(_held(run, path, rows), run.fabric.knitting.degree_of_set.value, 1.0)
 
 
-def _draw_in(run: Run, path: YarnPath, rows: int) -> Array:
-    """Draw-in of each element; of loops at the cut edges, which nothing holds, none."""
-    return np.where(_held(run, path, rows), run.fabric.knitting.draw_in_fraction or 0.0, 0.0)
+def _draw_in(run: Run, path: YarnPath, rows: int, loop: Array | None) -> Array:
+    """Draw-in of each element, less than none in a course of longer loops; at the cut edges, which nothing holds, none.
+
+    ``loop`` (rows,) are the drawn lengths of the courses' loops over their mean [-], None where all are alike.
+    """
+    own = 1.0 if path.system != "knit" or loop is None else float(loop[path.index])
+    drawn = 1.0 - (1.0 - (run.fabric.knitting.draw_in_fraction or 0.0)) * own
+    return np.where(_held(run, path, rows), drawn, 0.0)
 
 
 def _held(run: Run, path: YarnPath, rows: int) -> NDArray[np.bool_]:

@@ -23,6 +23,10 @@ TABLES = {
         "Normalkraft;2,0;kN\nPlattenlänge;150;mm\nWeg;Kraft\nmm;N\n0,0;0,0\n1,0;330,25\n10,5;300\n20;299,5\n",
         "travel [mm],force [kN]\n0,0\n0.5,0.3\n10,.29\n20,3e-1\n",
     ),
+    "compaction": (
+        "Platten;50;mm\nDicke;Druck\nmm;MPa\n3,0;0,0001\n2,8;0,001\n2,5;0,01\n2,1;0,5\n2,4;0,1\n",
+        "thickness [cm],pressure [kPa]\n0.3,0.1\n0.28,1e0\n0.25,10.5\n0.2,.1e4\n",
+    ),
 }
 SIZES = {
     "frame_side_mm": 200.0, "fabric_side_mm": 180.0, "area_mass_g_m2": 824.2,

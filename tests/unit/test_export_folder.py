@@ -3,6 +3,7 @@
 import errno
 import hashlib
 import json
+import math
 import os
 import subprocess
 import sys
@@ -317,6 +318,13 @@ def test_a_failed_gate_refuses_the_comparison(run: Run) -> None:
 def test_ensemble_results() -> None:
     spread = ensemble_results([{"peak_force_n": value} for value in (5000.0, 5500.0, 6000.0)])["peak_force_n"]
     assert spread == {"mean": 5500.0, "sd": 500.0, "values": [5000.0, 5500.0, 6000.0]}
+
+
+def test_a_result_that_one_specimen_lacks_has_no_mean() -> None:
+    """Frames of which one has no wrinkles."""
+    frames = [{"wrinkle_onset_deg": onset} for onset in (math.nan, 31.0)]
+    found = ensemble_results(frames)["wrinkle_onset_deg"]
+    assert math.isnan(found["mean"]) and math.isnan(found["sd"]) and found["values"][1] == 31.0
 
 
 def test_json_has_no_nan(tmp_path: Path, run: Run) -> None:

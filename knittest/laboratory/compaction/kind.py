@@ -33,6 +33,7 @@ KIND = TestKind(
     pictures=("curve.png", "energies.png", "deformed.png"),
     scales=("meso",),
     presets="knittest.laboratory.compaction.presets:settings",
+    laboratory="knittest.laboratory.compaction.lab_files:LAB",
     sizes=("side",),
     deciding={
         "meso": (

@@ -1,0 +1,97 @@
+"""Import of compaction tests: thickness at pressures, units, first loading, slips that are refused, and calibration."""
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from knittest.base.errors import InputError
+from knittest.experiment.lab_given import Given
+from knittest.experiment.lab_tests import read_files, write_files
+from knittest.experiment.tables import published
+from knittest.laboratory.compaction.lab_files import LAB, compaction_results, read_compaction
+
+HEAD = "Dicke [mm];Druck [kPa]\n"
+
+
+def law(pressure, start=3.0):
+    """Falls by 0.2 mm a decade from ``start`` [mm] at 1 kPa."""
+    return start - 0.2 * np.log10(pressure)
+
+
+def export(path, start=3.0, most=1000.0, head=HEAD, factor=1.0, more=""):
+    pressure = np.geomspace(0.1, most, 41)
+    rows = "".join(f"{t:.6f};{p * factor:.8g}\n" for t, p in zip(law(pressure, start), pressure, strict=True))
+    path.write_text(head + rows.replace(".", ",") + more, encoding="utf-8")
+    return path
+
+
+def test_thickness_at_the_pressures_of_a_run(tmp_path):
+    (piece,) = read_compaction(export(tmp_path / "a.csv", most=300.0), Given())
+    found = compaction_results([piece], []).found
+    assert {name: float(v[0]) for name, v in found.items()} == pytest.approx(
+        {f"thickness_mm_at_kpa.{p}": law(p) for p in (1, 10, 100)}, abs=1e-5
+    )
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("MPa", 1e-3), ("Pa", 1e3)])
+def test_units_are_read_and_a_pressure_without_one_is_refused(tmp_path, unit, factor):
+    path = export(tmp_path / "a.csv", head=f"thickness;pressure [{unit}]\n", factor=factor)
+    assert read_compaction(path, Given())[0].pressure[-1] == pytest.approx(1000.0)
+    with pytest.raises(InputError, match=r"a\.csv:1: column 'pressure': a pressure without a unit"):
+        read_compaction(export(tmp_path / "a.csv", head="thickness;pressure\n"), Given())
+
+
+def test_unloading_is_left_out(tmp_path):
+    path = export(tmp_path / "a.csv", more="2,0;500\n1,9;100\n1,8;1\n")
+    piece = read_compaction(path, Given())[0]
+    assert piece.pressure[-1] == pytest.approx(1000.0)
+    assert piece.at(np.array([100.0]))[0] == pytest.approx(law(100.0), abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (HEAD + "1;1\n2;10\n3;100\n", "expected the distance of the plates, which falls, and not their way"),
+        (HEAD + "300;1\n200;10\n100;100\n", r"expected 0\.05 to 50 mm: check the unit of the thickness"),
+        (HEAD + "3;0,001\n2,9;0,01\n2,8;0,1\n", "check the unit of the pressure"),
+        ("Dicke [mm];Kraft [N]\n3;1\n2;10\n", "of a force: divide it by the area of the plates"),
+    ],
+)
+def test_a_table_that_is_no_compaction_is_refused(tmp_path, text, said):
+    path = tmp_path / "a.csv"
+    path.write_text(text)
+    with pytest.raises(InputError, match=said):
+        read_compaction(path, Given())
+
+
+def test_pieces_of_another_unit_copies_and_pressures_apart_are_refused(tmp_path):
+    one = read_compaction(export(tmp_path / "a.csv"), Given())[0]
+    thick = read_compaction(export(tmp_path / "b.csv", start=15.0), Given())[0]
+    with pytest.raises(InputError, match="thickness"):
+        compaction_results([one, thick], [])
+    with pytest.raises(InputError, match=r"a\.csv|copies|same"):
+        compaction_results([one, one], [])
+    short = read_compaction(export(tmp_path / "c.csv", start=3.1, most=0.9 / 0.8), Given())[0]
+    short = short.__class__(short.name, short.pressure[:-5], short.thickness[:-5], short.path)
+    with pytest.raises(InputError, match="expected one of 1, 10, 100, 1000 kPa"):
+        compaction_results([one, short], [])
+
+
+def test_an_import_is_an_experiment_whose_rows_a_run_is_held_against(tmp_path):
+    """Thickness, mean and sd of three pieces; runs of this fabric end at the largest pressure that was measured."""
+    files = [export(tmp_path / f"{k}.csv", start=3.0 + 0.1 * k, most=300.0) for k in range(3)]
+    out = tmp_path / "mine"
+    pieces = read_files("compaction", files, {})
+    write_files("compaction", pieces, out, None, files=[f.name for f in files], trusted=False)
+    rows = published(out, "mine", "", ("thickness_mm_at_kpa.1", "thickness_mm_at_kpa.100"))
+    assert [(r.mean, r.sd, r.n, r.unit) for r in rows] == [
+        (pytest.approx(3.1, abs=1e-5), pytest.approx(0.1, abs=1e-5), 3, "mm"),
+        (pytest.approx(2.7, abs=1e-5), pytest.approx(0.1, abs=1e-5), 3, "mm"),
+    ]
+    statistics = json.loads((out / "compaction" / "statistics.json").read_text())
+    assert LAB.rigs({"compaction": statistics}) == {"compaction": {"max_pressure": 100.0}}
+    corridor = pd.read_csv(out / "compaction" / "corridor.csv", comment="#")
+    assert corridor["thickness_mm"].iloc[0] == pytest.approx(law(0.1, 3.1), abs=1e-5)
+    assert corridor["thickness_sd_mm"].to_numpy() == pytest.approx(0.1, abs=1e-5)
