@@ -23,6 +23,8 @@ def not_expressed(run: Run, prepared: Prepared) -> list[str]:
         found += _of_tools(prepared.rig)
     else:
         found.append("ending: the run ends at the largest strain or angle, not when the force has fallen")
+    if (many := run.variability.specimens) > 1:
+        found.append(f"ensemble: this is the first of {many} specimens")
     return [*found, "gates: whether a result counts (energies, penetration) is for its user to judge"]
 
 
