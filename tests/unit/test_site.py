@@ -54,3 +54,22 @@ def test_what_python_documents_is_there():
     for name in re.findall(r"^::: (\S+)$", (DOCS / "reference-python.md").read_text(encoding="utf-8"), re.M):
         module, _, last = name.rpartition(".")
         assert hasattr(import_module(module), last) or import_module(name), name
+
+
+def test_readme_counts_what_the_validation_counts():
+    readme = " ".join((ROOT / "README.md").read_text(encoding="utf-8").split())
+    summary = (DOCS / "validation.md").read_text(encoding="utf-8")
+    (predicted, tuned, given) = (
+        re.search(rf"`{kind}`: (\d+ of \d+) rows pass", summary)[1] for kind in ("predicted", "tuned", "input")
+    )
+    assert f"{predicted} predicted rows, {tuned} tuned and {given} inputs pass" in readme
+
+
+def test_the_version_is_the_same_everywhere():
+    version = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    (released,) = re.findall(rf"^## {re.escape(version)} \((.*)\)$", (ROOT / "CHANGELOG.md").read_text(), re.M)
+    assert citation["version"] == version and str(citation["date-released"]) == released
+    from knittest import __version__
+
+    assert __version__ == version
