@@ -62,3 +62,19 @@ def test_entries_come_back_as_they_were_saved(tmp_path, monkeypatch):
     monkeypatch.setattr(provenance, "FILE", tmp_path / "provenance.json")
     provenance.save(before)
     assert provenance.load() == before
+
+
+def test_the_speed_study_keeps_what_changes_by_a_percent():
+    from benchmarks.speed_study import condensed
+
+    rows = [
+        "| tensile | macro | speed 1 | force [N] | 10 | 10 | -0.36 % |",
+        "| tensile | macro | speed 1 | strain [%] | 1 | 1 | +1.00 % |",
+        "| tensile | macro | speed 1 | onset | - | - | - |",
+        "| tensile | meso | speed 2 | force [N] | 10 | 12 | **+20.0 %** |",
+        "| friction | meso | speed 2 | pull [N] | 10 | 10 | -0.02 % |",
+    ]
+    assert condensed(["head", "rule", *rows]) == [
+        "head", "rule", rows[1], rows[3], "| tensile | macro | speed 1 | 1 others | | | 0.36 % at most |",
+        "| friction | meso | speed 2 | 1 results | | | 0.02 % at most |",
+    ]  # fmt: skip
