@@ -21,10 +21,9 @@ SETUP = (
 
 #: names of commands, without what they need: they must be there
 NAMES = (
-    "knittest regress", "knittest speed-study", "knittest resume", "knittest picture-frame", "knittest forming",
+    "knittest regress", "knittest speed-study", "knittest resume",
     "knittest check", "knittest compare", "knittest batch", "knittest calibrate", "knittest friction",
-    "knittest uncertainty", "knittest pull-out", "knittest view RUN", "knittest cell",
-    "knittest export",
+    "knittest uncertainty", "knittest view RUN",
 )  # fmt: skip
 
 #: in this order, in one folder
