@@ -130,6 +130,15 @@ class Run:
         webbrowser.open(page.resolve().as_uri())
         return None
 
+    def animate(self, out: PathLike[str] | str, **looks: Any) -> Path:
+        """Write the run as the film ``out``, .mp4 or .gif; ``colour``, ``look``, ``seconds``, ``fps``, ``width`` [px].
+
+        Raises :class:`InputError` where the run was made without frames, and for what no film can be made of.
+        """
+        from knittest.report_page.moving.film import Filmed, animate
+
+        return animate(self.folder, Path(out), Filmed(**looks))
+
     def _table(self, name: str) -> "DataFrame":
         if self.status != "completed":
             _ = self.summary  # says why there is none

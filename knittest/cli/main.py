@@ -32,6 +32,7 @@ COMMANDS = {
     "compare": ("knittest.cli.compare", "Compare a finished run with a curve of your own."),
     "report": ("knittest.cli.report", "Write one HTML page on runs, alone or compared."),
     "view": ("knittest.cli.view", "Write a page on which a run can be turned and played."),
+    "animate": ("knittest.cli.animate", "Write a run as a film, MP4 or GIF."),
     "export": ("knittest.cli.export", "Write the tools of a forming run as STL."),
     "fabric": ("knittest.cli.fabric", "Show, export or relax the yarn geometry."),
     "data": ("knittest.cli.data", "Import and summarise a laboratory's CSV files."),

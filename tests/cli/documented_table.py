@@ -44,6 +44,9 @@ COMMANDS: dict[str, Do] = {
         SHELLS.format(out="runs/rubbed").replace("--no-frames ", "")
     ),
     "knittest view runs/forming-...": Do(given={"runs/forming-...": "runs/rubbed"}),
+    "knittest animate runs/forming-... --out forming.gif": Do(
+        "--seconds 0.2 --width 320", given={"runs/forming-...": "runs/rubbed"}
+    ),
     "knittest cantilever --variant 1 --scale macro --direction warp": Do(SHELLS),
     "knittest cantilever --variant 1 --scale macro --direction warp --set rig.mode=overhang": Do(
         planned="as the one before, which runs, but for its mode, which the regression runs"

@@ -8,11 +8,9 @@ import numpy as np
 from knittest.base.figure import new_figure, save
 from knittest.base.history import Array, Frame, Mesh
 from knittest.base.printing import present
+from knittest.export.slant import shaded, sight
 from knittest.export.tubes import View, render_tubes
 
-#: turn about the vertical and tilt of the line of sight against it [deg]
-TURN, TILT = 30.0, 50.0
-_LIGHT = np.array([-0.45, 0.45, 0.7714])
 _PIXELS = 1_200_000
 
 
@@ -29,7 +27,7 @@ def tilted_picture(
 
     norm, cmap = Normalize(0.0, max(top, 1e-9), clip=True), colormaps[colours]
     colour = cmap(norm(value))[:, :3]
-    seen = frame.position @ _sight().T
+    seen = frame.position @ sight().T
     low, high = seen[:, :2].min(axis=0) - 3.0, seen[:, :2].max(axis=0) + 3.0
     size = high - low
     figure = new_figure(9.0, 9.0 * 0.86 * size[1] / size[0] + 1.1)
@@ -52,22 +50,9 @@ def tilted_picture(
     save(figure, path)
 
 
-def _sight() -> Array:
-    """Rows: right, up and towards the viewer."""
-    turn, tilt = np.deg2rad(TURN), np.deg2rad(TILT)
-    right = np.array([np.cos(turn), np.sin(turn), 0.0])
-    ahead = np.array([-np.sin(turn), np.cos(turn), 0.0])
-    up = np.cos(tilt) * ahead + np.sin(tilt) * np.array([0.0, 0.0, 1.0])
-    return np.array([right, up, np.cross(right, up)])
-
-
 def _draw_shells(axes: Any, corners: Array, colour: Array) -> None:
-    """Quadrilaterals (n, 4, 3) from far to near, shaded by Lambert's law from both sides."""
+    """Quadrilaterals (n, 4, 3) as they are seen."""
     from matplotlib.collections import PolyCollection
 
-    normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
-    shade = 0.45 + 0.6 * np.abs(normal @ _LIGHT)
-    order = np.argsort(corners[:, :, 2].mean(axis=1))
-    shown = np.clip(colour * shade[:, None], 0.0, 1.0)[order]
-    axes.add_collection(PolyCollection(list(corners[order][:, :, :2]), facecolor=shown, edgecolor=shown, linewidth=0.2))
+    places, shown = shaded(corners, colour)
+    axes.add_collection(PolyCollection(list(places), facecolor=shown, edgecolor=shown, linewidth=0.2))

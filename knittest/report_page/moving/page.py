@@ -59,7 +59,7 @@ def _html(run: LoadedRun, header: Mapping[str, Any], data: bytes) -> str:
     return environment.get_template("view.html").render(
         title=run.title,
         subtitle=str(run.setting("fabric", "title") or ""),
-        notices=_notices(run),
+        notices=notices(run),
         path="M" + "L".join(f"{x},{y}" for x, y in curve["place"]) if curve else "",
         header=json.dumps(header, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c"),
         data=base64.b64encode(data).decode("ascii"),
@@ -76,7 +76,7 @@ def _module(path: Path) -> str:
     return f"data:text/javascript;base64,{base64.b64encode(path.read_bytes()).decode('ascii')}"
 
 
-def _notices(run: LoadedRun) -> list[str]:
+def notices(run: LoadedRun) -> list[str]:
     """Warnings that a reader needs before trusting what moves."""
     status = run.manifest.status
     found = [] if status in ("", "completed") else [f"This run has not completed: {status}."]

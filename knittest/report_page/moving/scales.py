@@ -12,6 +12,7 @@ LABELS = {
     "axial_force": ("axial force", "N", 1.0),
     "axial_strain": ("axial strain", "%", 100.0),
     "shear_angle": ("shear angle", "°", float(np.degrees(1.0))),
+    "height": ("height", "mm", 1.0),
     "force_warp": ("force along warp", "N/mm", 1.0),
     "force_weft": ("force along weft", "N/mm", 1.0),
     "strain_warp": ("strain along warp", "%", 100.0),

@@ -1,0 +1,29 @@
+"""``knittest animate``."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+
+@click.command()
+@click.argument("run", metavar="RUN", type=click.Path(path_type=Path))
+@click.option("--out", type=click.Path(path_type=Path), help="Film, .mp4 or .gif.  [default: RUN/film.mp4]")
+@click.option("--colour", default="", help="Field of the frames, or height.  [default: axial force or shear angle]")
+@click.option("--look", type=click.Choice(["oblique", "top", "side"]), default="oblique", show_default=True)
+@click.option("--seconds", type=float, default=5.0, show_default=True, help="Length, before the last image stands.")
+@click.option("--fps", type=int, default=15, show_default=True, help="Images a second.")
+@click.option("--width", type=int, default=960, show_default=True, help="Pixels.")
+def animate(run: Path, out: Path | None, **looks: Any) -> None:
+    """Write a run as a film for slides: a run folder with frames as MP4 or GIF.
+
+    MP4 needs an encoder: pip install 'knittest[animate]'.
+
+    Example: knittest animate runs/forming-... --out forming.gif
+    """
+    from knittest.report_page.moving.film import Filmed
+    from knittest.report_page.moving.film import animate as write
+
+    film = write(run, out or run / "film.mp4", Filmed(**looks))
+    click.echo(str(film))
+    click.echo(f"{film.stat().st_size / 1e6:.1f} MB", err=True)
