@@ -8,8 +8,10 @@ from knittest.config.loading import resolve
 from knittest.config.run import Run
 from knittest.fabric.relax import relaxed_cell
 from knittest.fabric.variability import draw
+from knittest.laboratory.base import Prepared
 from knittest.laboratory.strips import cut
 from knittest.models.meso import build_meso
+from knittest.runs.deck.gaps import not_expressed
 
 SCATTERED = "fabric.knitting.loop_scatter=courses"
 
@@ -81,3 +83,13 @@ def test_lengths_of_courses_are_in_the_table_of_yarns_where_they_scatter():
     knit = table["system"] == "knit"
     assert table["loop_length_relative"][knit].std() > 0.0 and (table["loop_length_relative"][~knit] == 1.0).all()
     assert "loop_length_relative" not in cut(run_of(), 3, 4).table
+
+
+def test_a_deck_says_that_it_leaves_the_scatter_out():
+    run = run_of(SCATTERED)
+    piece = cut(run, 3, 4)
+    model = build_meso(run, piece.paths, piece.draws)
+    told = "\n".join(not_expressed(run, Prepared(model, mount=None)))  # type: ignore[arg-type]
+    assert "scatter of the loop length" in told
+    plain = build_meso(run_of(), cut(run_of(), 3, 4).paths, cut(run_of(), 3, 4).draws)
+    assert "scatter of the loop" not in "\n".join(not_expressed(run_of(), Prepared(plain, mount=None)))  # type: ignore[arg-type]

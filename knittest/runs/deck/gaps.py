@@ -54,6 +54,8 @@ def _of_yarns(run: Run, model: YarnModel) -> list[str]:
         )
     if card.draw_in_fraction:
         found.append(f"draw-in: loops are {100 * card.draw_in_fraction:g} % shorter at rest and start under tension")
+    if card.loop_scatter != "none":
+        found.append("scatter of the loop length: courses rest longer or shorter than they lie; here all as they lie")
     if model.pressed:
         found.append("settling: yarns that overlap press each other, and the run begins at rest; this deck does not")
     if np.isinf(beams.fail_strain[model.element_node]).all():
