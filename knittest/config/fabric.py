@@ -9,7 +9,7 @@ from knittest.config.base import BoundsError, Quantity, Strict, measure, number
 from knittest.config.kernel_units import Directed, Kernel
 from knittest.config.kind_name import TestName
 from knittest.config.shear import ShearLaw
-from knittest.config.yarn import KnittingYarn, PerDirection, ReinforcingYarn
+from knittest.config.yarn import InlaySection, KnittingYarn, PerDirection, ReinforcingYarn
 
 Direction = Literal["warp", "weft"]
 #: measured area mass over that of the yarns: beyond, densities, loop length or tex are another fabric's
@@ -266,6 +266,7 @@ def _check_sections(fabric: Fabric) -> None:
     """Between two inlays side by side the loop still passes: an ellipse leaves it its own diameter."""
     if fabric.reinforcing is None or fabric.knitting is None or (section := fabric.reinforcing.section) is None:
         return
+    _check_compaction(fabric, section)
     pitches: dict[Direction, float] = {"warp": fabric.wale_spacing, "weft": fabric.course_spacing}
     for direction, pitch in pitches.items():
         width, height = fabric.reinforcing.ellipse_mm(section, direction)
@@ -279,3 +280,16 @@ def _check_sections(fabric: Fabric) -> None:
                 f"{pitch:.3g} mm apart, expected {less}",
                 f"reinforcing.section.width_to_height.{direction}",
             )
+
+
+def _check_compaction(fabric: Fabric, section: InlaySection) -> None:
+    """Sections flatten by the law from which patches grow."""
+    law, patch = section.flattening, None if fabric.contact is None else fabric.contact.patch
+    if law is None or patch is None or (grown := patch.compaction) is None:
+        return
+    if (law.modulus.value, law.exponent) != (grown.reinforcing.value, grown.exponent):
+        raise BoundsError(
+            f"a modulus of {law.modulus.value:g} MPa with exponent {law.exponent}, but contact.patch.compaction has "
+            f"{grown.reinforcing.value:g} MPa with {grown.exponent}: expected one law for both",
+            "reinforcing.section.flattening",
+        )

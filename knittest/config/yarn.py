@@ -46,6 +46,17 @@ class YarnLaw(Strict):
         return self
 
 
+class Flattening(Strict):
+    """Lateral compaction of a section of conserved area: pressure = modulus x (share of height)^exponent.
+
+    The pressure acts over the width; from the sides over the height, with the share of the width that is lost.
+    """
+
+    exponent: Literal[1, 3] = Field(1, description="power of the share by which the section is compacted")
+    modulus: Quantity = measure("MPa", "modulus of the inlays across", gt=0, band=(0.1, 1e4))
+    modulus_mpa: ClassVar[Kernel[float]] = Kernel("modulus")
+
+
 class InlaySection(Strict):
     """Elliptic sections of the inlays in contact: pi / 4 x width x height = fibre area / packing.
 
@@ -59,6 +70,7 @@ class InlaySection(Strict):
     fibre_density_g_per_mm3: ClassVar[Kernel[float]] = Kernel("fibre_density")
     packing: PerDirection = measure("1", "fibre area over the area of the section", ge=0.3, le=0.907)
     width_to_height: PerDirection = measure("1", "width of the section over its height", ge=1, le=4)
+    flattening: Flattening | None = Field(None, description="how sections flatten under lateral force; none: rigid")
 
 
 class Yarn(Strict):

@@ -55,6 +55,7 @@ from knittest.kernels.contact_scratch import (
     write,
     write3,
 )
+from knittest.kernels.flatten import squeeze, swelling
 from knittest.kernels.options import INLINE, KERNEL, ONE, U
 from knittest.kernels.rows import at3, load3, put3, rows3, store3
 from knittest.kernels.section_blocks import carry_over, section_at
@@ -136,8 +137,9 @@ def _gather(first, count, dt, spin, oval, nodes, contacts, alive, w):
             if (excess[i] != 0.0) | (excess[j] != 0.0):
                 first_section = section_at(i, s, turned, square, excess)
                 second_section = section_at(j, t, turned, square, excess)
+                grown = swelling(i, j, s, t, first_section, second_section, at3(offset, c), contacts)
                 a, b, extent, touch = carry_over(
-                    m, first_section, second_section, at3(shift, c), at3(other, c), contacts.touch[c], touched,
+                    m, first_section, second_section, at3(shift, c), at3(other, c), contacts.touch[c], touched, grown,
                     scale(touched, spin_a), scale(touched, spin_b), w,
                 )  # fmt: skip
                 put3(shift, c, a)
@@ -299,6 +301,8 @@ def scatter_contacts(partition, nodes, contacts):
         turning = scale(arm, cross(f, at3(offset, c)))
         if elliptic:
             turning = add(turning, cross(f, at3(other, c) if on_second else at3(shift, c)))
+            if contacts.shape.shape[1] > 0:
+                squeeze(i, parameters[1][c] if on_second else parameters[0][c], f, at3(offset, c), contacts)
         if couple[c] != 0.0:
             turning = combine(1.0, turning, couple[c] if on_second else -couple[c], at3(offset, c))
         _add(moments, i, weights, turning)

@@ -14,6 +14,7 @@ from knittest.kernels import beam_blocks, contact_scratch, in_plane_blocks, shel
 from knittest.kernels.beam_blocks import advance_beams, advance_free
 from knittest.kernels.claims import claim, in_turn
 from knittest.kernels.contact_blocks import contact_forces, scatter_contacts
+from knittest.kernels.flatten import flatten, follow_sections
 from knittest.kernels.in_plane_blocks import bend_forces, gather_bends
 from knittest.kernels.loads import apply_loads, book_loads
 from knittest.kernels.motion import impose_motions
@@ -94,6 +95,8 @@ def _yarn_share(p, time, dt, nodes, parts, beams, contacts, oval, tables, motion
     book_loads(p, dt, nodes, loads, tables, tally)
     if oval is not None:
         turn_sections(parts.node[p], parts.node[p + 1], nodes, contacts)
+        if contacts.shape.shape[1] > 0:
+            tally.energy[p, 3] += flatten(parts.node[p], parts.node[p + 1], beams, contacts)
 
 
 @njit(**KERNEL)
@@ -135,8 +138,8 @@ def advance_yarns_alone(
                 )
         if images is not None:
             follow(dt, nodes, images)
-            if oval is not None:  # of the images too
-                turn_sections(0, contacts.excess.size, nodes, contacts)
+            if oval is not None:
+                follow_sections(nodes, images, contacts)
         if tools is not None:
             move_tools(dt, tools, tables, tally)
 
@@ -175,8 +178,8 @@ def advance_yarns(
                     )  # fmt: skip
         if images is not None:
             follow(dt, nodes, images)
-            if oval is not None:  # of the images too
-                turn_sections(0, contacts.excess.size, nodes, contacts)
+            if oval is not None:
+                follow_sections(nodes, images, contacts)
         if tools is not None:
             move_tools(dt, tools, tables, tally)
 

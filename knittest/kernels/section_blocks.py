@@ -53,11 +53,12 @@ def _unit(v):
 
 
 @njit(**INLINE)
-def carry_over(m, first, second, shift, other, touch, touched, spin_a, spin_b, w):
+def carry_over(m, first, second, shift, other, touch, touched, grown, spin_a, spin_b, w):
     """Shift contact ``m`` of a block in the scratch ``w`` to its sections.
 
     Returns the new shifts, the radius of curvature of the first and the sum of both [mm]. ``spin_a``, ``spin_b`` are
-    turns in this step where the yarns ``touched``: there what they close themselves is all that their depth grows by.
+    turns in this step where the yarns ``touched``: there what they close themselves is all that their depth grows by,
+    but for what both have ``grown`` in shape.
     """
     offset = load3(w, GX + m, LANES)
     n = _unit(offset)
@@ -70,7 +71,7 @@ def carry_over(m, first, second, shift, other, touch, touched, spin_a, spin_b, w
         store3(w, row + m, LANES, add(load3(w, row + m, LANES), add(a, b)))
     if touched > 0.0:
         gap = load3(w, GX + m, LANES)
-        w[REACH + m] += sqrt(dot(gap, gap)) - sqrt(dot(offset, offset))
+        w[REACH + m] += sqrt(dot(gap, gap)) - sqrt(dot(offset, offset)) + grown
     else:
         w[REACH + m] += h + k - touch
     return a, b, h, h + k

@@ -79,7 +79,8 @@ class Contacts(NamedTuple):
     Where a section is an ellipse (:mod:`knittest.kernels.section`; else these have no columns), ``offset`` is that
     of the centres of their curvature: ``shift`` of these on piece i and ``other`` on j (3, n) [mm], ``touch`` (n,) sum
     of their radii [mm], 0 between circles. Of the nodes: ``upright`` (3, n_nodes) heights of the sections before they
-    turn, ``turned`` now, ``square`` and ``excess`` (n_nodes,) [mm^2].
+    turn, ``turned`` now, ``square`` and ``excess`` (n_nodes,) [mm^2], and where they flatten ``shape`` (ROWS, n_nodes),
+    see :mod:`knittest.kernels.flatten`.
     """
 
     piece: Index
@@ -104,6 +105,7 @@ class Contacts(NamedTuple):
     turned: Array = np.zeros((3, 0))
     square: Array = np.zeros(0)
     excess: Array = np.zeros(0)
+    shape: Array = np.zeros((10, 0))
 
 
 class ContactLaw(NamedTuple):

@@ -27,7 +27,8 @@ class Section:
     The axial law is N(e) = compression * min(e, 0) + sum_k slope[k] max(e - strain[k], 0). ``offset_factor`` is the
     ring radius of the integration rule over the one that gives the solid circle's EI. A flat section has another EI
     ``across`` [N mm^2] for bending about the normal of its chain (None: round). An elliptic one has its height, 2 x
-    ``radius``, along that normal, and a ``half_width`` [mm] across it (None: round).
+    ``radius``, along that normal, and a ``half_width`` [mm] across it (None: round), and flattens by its
+    ``lateral`` modulus [MPa] and exponent (None: rigid).
     """
 
     axial: float
@@ -42,11 +43,22 @@ class Section:
     offset_factor: float
     across: float | None = None
     half_width: float | None = None
+    lateral: tuple[float, int] | None = None
 
     @property
     def wide(self) -> float:
         """Half width [mm], of a round section its radius."""
         return self.radius if self.half_width is None else self.half_width
+
+    @property
+    def squeezable(self) -> float:
+        """Lateral modulus [MPa], 0 where the section is rigid."""
+        return 0.0 if self.lateral is None else self.lateral[0]
+
+    @property
+    def exponent(self) -> float:
+        """Exponent of the law of lateral compaction."""
+        return 1.0 if self.lateral is None else float(self.lateral[1])
 
     @property
     def excess(self) -> float:
@@ -126,7 +138,9 @@ def _elliptic(card: Section, yarn: ReinforcingYarn, direction: str) -> Section:
     if yarn.section is None:
         return card
     width, height = yarn.section_mm(direction)
-    return replace(card, radius=0.5 * height, half_width=0.5 * width)
+    law = yarn.section.flattening
+    lateral = None if law is None else (law.modulus_mpa, law.exponent)
+    return replace(card, radius=0.5 * height, half_width=0.5 * width, lateral=lateral)
 
 
 def _softened(card: Section, share: float) -> Section:

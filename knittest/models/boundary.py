@@ -141,6 +141,11 @@ class Boundary:
     def add_tool(self, tool: Tool) -> int:
         """Add a rigid tool; returns its number."""
         self._open("a tool")
+        if self.model.flattens:
+            raise InputError(
+                "tool: it does not press sections flat; expected sections without flattening "
+                "(fabric.reinforcing.section.flattening), or a test without tools"
+            )
         if any(tool is one for one in self.tools) or tool.moved_in not in (None, self):
             raise InputError("tool: it is in a body already; make another, since motion and load are the tool's own")
         self.tools.append(tool)

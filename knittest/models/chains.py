@@ -11,10 +11,12 @@ from knittest.base.errors import InputError
 from knittest.base.history import Mesh
 from knittest.base.rounding import rounded_down
 from knittest.kernels.beam import rotary_inertia_factor, wave_speed
+from knittest.kernels.flatten import TINY
 from knittest.kernels.state import Beams, ContactLaw
 from knittest.materials.yarn_section import Section
 from knittest.models.contact_tracker import YarnContactGroup
 from knittest.models.explicit_model import make_nodes, make_partitions
+from knittest.models.flattening import shapes_at_rest
 from knittest.models.inputs import across_chain
 from knittest.models.natural_state import natural_normal, natural_state
 from knittest.models.yarn_contact import YarnContact
@@ -282,7 +284,8 @@ def _contact_group(
     levers = np.zeros((2, n_parts, n_parts)) if patch is None else patch.levers(n_parts)
     return YarnContactGroup(
         radius, half_piece, np.ceil(bend / mean[lay.section]).astype(np.int64), is_piece, lay.chain, node_cut, law,
-        part, levers, wide, *_heights(lay, normal), pressed=contact is not None and contact.pressed,
+        part, levers, wide, *_heights(lay, normal), _shapes(lay, contact),
+        pressed=contact is not None and contact.pressed,
     )  # fmt: skip
 
 
@@ -291,9 +294,19 @@ def _heights(lay: _Layout, normal: Array) -> tuple[Array, Array, Array, Array]:
     the half height is more (n,) [mm^2]; empty if all sections are round.
     """
     radius, wide = lay.of_card("radius"), lay.of_card("wide")
-    if (wide == radius).all():
+    if (wide == radius).all() and not lay.of_card("squeezable").any():
         return np.zeros((3, 0)), np.zeros((3, 0)), np.zeros(0), np.zeros(0)
     of_elements = np.where(lay.joined[:, None], normal, 0.0)
     height = of_elements + np.roll(of_elements, 1, axis=0)
     height /= np.maximum(np.linalg.norm(height, axis=1, keepdims=True), 1e-12)
-    return height.T.copy(), height.T.copy(), wide**2, radius**2 - wide**2
+    excess = radius**2 - wide**2
+    excess[(excess == 0.0) & (lay.of_card("squeezable") > 0.0)] = -TINY
+    return height.T.copy(), height.T.copy(), wide**2, excess
+
+
+def _shapes(lay: _Layout, contact: YarnContact | None) -> Array:
+    half = np.where(lay.joined, 0.5 * lay.rest, 0.0)
+    length = half + np.concatenate([[0.0], half[:-1]])
+    high, wide, stiff, exponent = (lay.of_card(name) for name in ("radius", "wide", "squeezable", "exponent"))
+    stiffest = 0.0 if contact is None else contact.stiffest(float(high.min()))
+    return shapes_at_rest(high, wide, stiff, exponent, length, stiffest)

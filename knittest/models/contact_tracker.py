@@ -19,8 +19,9 @@ from knittest.models.snapshot import State, arrays_of, entry, put_back
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-#: what contacts hold of the nodes, not of themselves, and the rest
-OF_NODES = ("upright", "turned", "square", "excess")
+#: what contacts hold of the nodes, not of themselves, of that what changes where sections flatten, and the rest
+OF_NODES = ("upright", "turned", "square", "excess", "shape")
+SHAPES = ("square", "excess", "shape")
 OF_CONTACTS = tuple(name for name in Contacts._fields if name not in OF_NODES)
 #: gap up to which contacts are tracked [mm]
 CONTACT_SKIN = 0.1
@@ -41,7 +42,7 @@ def _empty(capacity: int, group: "YarnContactGroup") -> Contacts:
         np.zeros((2, capacity), np.int64), pair, triple[0], triple[1], slipping, reach, arm, line, triple[2],
         twist, couple, np.zeros((2, capacity)), np.zeros(2 * capacity, np.int64), np.zeros(PARTITIONS + 1, np.int64),
         np.ones(capacity), shift, other, np.zeros(elliptic), group.upright, group.turned, group.square,
-        group.excess,
+        group.excess, group.shape,
     )  # fmt: skip
 
 
@@ -65,7 +66,8 @@ class YarnContactGroup:
     """Input of the search, each (n_nodes,): radius and half piece length [mm], pieces along the same yarn that never
     touch, where a spline piece is, chain and part numbers; ``node_cut`` first nodes of the partitions; ``law`` of all
     pairs, ``levers`` (2, n_parts, n_parts) of their friction moments. ``bound`` radius around the section [mm], that of
-    an ellipse more than its half height, ``radius``; sections of nodes as in :class:`Contacts`, empty if all are round.
+    an ellipse more than its half height, ``radius``; sections of nodes as in :class:`Contacts`, empty if all are round
+    (``shape``: if all are rigid).
     ``pressed`` where overlaps at the start shall carry force.
 
     In a periodic cell ``owned`` (n_nodes,) is 1 for its nodes and 0 for images, and contacts are looked for with the
@@ -86,6 +88,7 @@ class YarnContactGroup:
     turned: Array
     square: Array
     excess: Array
+    shape: Array
     owned: Array | None = None
     near: NDArray[np.bool_] | None = None
     pressed: bool = False
@@ -177,7 +180,7 @@ class ContactTracker:
         counts = np.array([self.count, self.contacts.reach.size, self._spare.reach.size, self.searches])
         return arrays_of("contacts", _used(self.contacts, self.count), OF_CONTACTS) | {
             "since": self._since.copy(), "speed": np.array(self.speed), "counts": counts,
-        }  # fmt: skip
+        } | ({name: getattr(self.group, name).copy() for name in SHAPES} if self.group.shape.size else {})  # fmt: skip
 
     def restore(self, state: State) -> None:
         """Put back what :meth:`state` gave; raises :class:`InputError` if it is another model's."""
@@ -185,6 +188,10 @@ class ContactTracker:
         # the spare list holds nothing between two searches; its size only says when it must grow
         self.contacts, self._spare = _empty(capacity, self.group), _empty(spare, self.group)
         put_back(state, "contacts", _used(self.contacts, self.count), OF_CONTACTS)
+        if self.group.shape.size:
+            for name in SHAPES:
+                array = getattr(self.group, name)
+                array[:] = entry(state, name, array.shape)
         if self.group.excess.size:
             turn_sections(0, self.group.excess.size, self.nodes, self.contacts)
         self._since[:] = entry(state, "since", self._since.shape)

@@ -89,9 +89,18 @@ def _tangent(model: YarnModel, side: int, touching: Index) -> Array:
 
 def surfaces(model: YarnModel, nodes: Index) -> tuple[float, float]:
     """Lowest and highest yarn surface [mm] at the ends and middles of the pieces of ``nodes``."""
-    z, radius = model.nodes.position[2], model.group.radius[nodes]
+    z, radius = model.nodes.position[2], half_heights(model)[nodes]
     heights = [w[0] * z[nodes - 1] + w[1] * z[nodes] + w[2] * z[nodes + 1] for w in map(_weights, (0.0, 0.5, 1.0))]
     return float(np.min(heights - radius)), float(np.max(heights + radius))
+
+
+def half_heights(model: YarnModel) -> Array:
+    """Half extents [mm] of the sections of all nodes along z, as ellipses lie now."""
+    contacts, radius = model.tracker.contacts, model.group.radius
+    if not contacts.excess.size:
+        return radius
+    found: Array = np.sqrt(contacts.square + contacts.excess * contacts.turned[2] ** 2)
+    return found
 
 
 def _weights(parameter: float) -> tuple[float, float, float]:

@@ -64,6 +64,8 @@ class ExplicitModel(ABC):
     prestressed = False
     #: whether yarns that overlap at the start shall press each other by all of it
     pressed = False
+    #: whether sections flatten, which tools do not press
+    flattens = False
     #: steps between looks at displacement, kinetic energy and damping loss, at most
     chunk = 20
 

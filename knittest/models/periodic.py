@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from knittest.base.errors import InputError
+from knittest.kernels.flatten import STIFF
 from knittest.kernels.options import PARTITIONS
 from knittest.kernels.periodic_state import LATTICE, MAP, Images
 from knittest.kernels.state import Partitions
@@ -172,6 +173,8 @@ def _periodic(
     mesh, section = flat.mesh, _section_of(flat.parts, n)
     given["mesh"] = replace(mesh, **{name: getattr(mesh, name)[kept] for name in ("cells", "part", "yarn", "radius")})
     given["images"] = _images(flat, vectors, ghost, master, times, element[kept], section)
+    if flat.group.shape.size:
+        flat.group.shape[STIFF, ghost] = 0.0  # images follow
     for array in (flat.mass, flat.inertia, flat.nodes.inv_mass[:n], flat.nodes.inv_inertia[:n]):
         array[ghost] = 0.0
     given |= {"added_mass": added, "element_node": element[kept], "parts": _own_spans(flat.parts, own, section)}

@@ -15,6 +15,7 @@ from knittest.kernels.periodic_state import Images
 from knittest.kernels.state import Beams, ContactLaw, Tally
 from knittest.models.contact_tracker import ContactTracker, YarnContactGroup
 from knittest.models.explicit_model import Array, ExplicitModel, Index, Stored
+from knittest.models.flattening import shape_energy
 from knittest.models.resultants import beam_resultants
 from knittest.models.snapshot import State, arrays_of, prefixed, put_back, under
 from knittest.models.yarn_health import YarnHealth
@@ -48,6 +49,7 @@ class YarnModel(ExplicitModel):
         self.health = YarnHealth(self)
         self.pressed = self.contact and self.group.pressed
         self.prestressed |= self.pressed
+        self.flattens = self.group.shape.size > 0
 
     def prepare(self) -> Overlaps:
         """See :meth:`ContactTracker.settle`; overlaps that press are none that is free of force."""
@@ -82,6 +84,7 @@ class YarnModel(ExplicitModel):
         )
         found = self.beam_energies()
         internal = np.sum(list(found.values()), axis=0)
+        contact += shape_energy(self.group.shape, self.beams, self.counted(), self.group.owned)
         return Stored(internal, contact, 0.0, penetration, found, force_free=self.force_free())
 
     def beam_energies(self) -> dict[str, Array]:

@@ -12,7 +12,11 @@ from knittest.fabric.cell import CellSpec
 from knittest.fabric.relax import relaxed_cell
 from knittest.fabric.strip import strip
 from knittest.fabric.variability import draw
+from knittest.kernels.flatten import HIGH, LENGTH, PRODUCT, STIFF
+from knittest.models.boundary import Boundary
 from knittest.models.meso import build_meso
+from knittest.models.meso_cell import build_meso_cell
+from knittest.models.tool import plane
 
 #: mass over fibre volume of 1200 tex whose fibres have 0.784 mm2
 DENSITY = 1.53
@@ -109,3 +113,58 @@ def test_circles_carry_no_sections():
     draws = {s: draw(run.fabric, run.variability, s, 1, 0) for s in ("warp", "weft", "knit")}
     group = build_meso(run, paths, draws).group
     assert group.excess.size == group.upright.size == 0 and (group.bound == group.radius).all()
+
+
+FLATTENING = "fabric.reinforcing.section.flattening"
+
+
+def flat_model(**more):
+    """Periodic cell of circles of the fibres at a packing of 0.9 that flatten, of variant 1."""
+    fabric = with_sections(ratio=(1.0, 1.0), packing=(0.9, 0.9), **{f"{FLATTENING}.modulus": 2.0} | more)
+    run = resolve(variant="1", test="cell", preset="quick").model_copy(update={"fabric": fabric})
+    return build_meso_cell(run, relaxed_cell(fabric), 1, 1)
+
+
+def test_a_cell_that_flattens_has_shapes_of_its_own_nodes_and_images_follow():
+    model = flat_model()
+    shape, ghost, inlay = model.group.shape, model.images.ghost, model.group.part < 2
+    radius = np.sqrt(1200e-6 / (1e-3 * DENSITY) / 0.9 / pi)
+    assert shape[HIGH][inlay] == pytest.approx(radius) and shape[PRODUCT][inlay] == pytest.approx(radius**2)
+    assert (model.group.excess[inlay] < 0.0).all()  # else contacts would take them for circles that stay
+    own = inlay & (model.group.owned > 0.0)
+    assert shape[STIFF][own] == pytest.approx(4.0 * radius**2 * 2.0)
+    assert (shape[STIFF][ghost] == 0.0).all() and (shape[STIFF][~inlay] == 0.0).all()
+    # lengths of the cell's nodes are those of its yarns
+    warp = own & (model.group.part == 0)
+    assert shape[LENGTH][warp].sum() == pytest.approx(np.linalg.norm(model.reference[1]), rel=0.02)
+
+
+def test_shapes_are_part_of_the_state():
+    model = flat_model()
+    group, before = model.group, model.state()
+    rest = group.shape.copy()
+    group.shape[HIGH] *= 0.9
+    group.square[:], group.excess[:] = 0.4, -0.1
+    flat = model.state()
+    model.restore(before)
+    assert (group.shape == rest).all() and group.excess == pytest.approx(0.0, abs=1e-11)
+    model.restore(flat)
+    assert group.shape[HIGH] == pytest.approx(0.9 * rest[HIGH])
+    assert (group.square == 0.4).all() and (model.tracker.contacts.excess == -0.1).all()
+
+
+def test_tools_do_not_press_sections_that_flatten():
+    model = flat_model()
+    with pytest.raises(InputError, match=r"does not press sections flat.*section.flattening"):
+        Boundary(model, 1e-4).add_tool(plane((0.0, 0.0, -2.0), (0.0, 0.0, 1.0)))
+
+
+@pytest.mark.parametrize(("modulus", "exponent"), [(3.0, 1), (2.0, 3)])
+def test_sections_and_patches_have_one_law(modulus, exponent):
+    patch = "fabric.contact.patch.compaction"
+    given = {f"{FLATTENING}.modulus": modulus, f"{FLATTENING}.exponent": exponent}
+    given |= {f"{patch}.reinforcing": 2.0, f"{patch}.knitting": 5.0}
+    with pytest.raises(InputError, match=r"section.flattening.*2 MPa with 1: expected one law for both"):
+        with_sections(ratio=(1.0, 1.0), packing=(0.9, 0.9), **given)
+    same = given | {f"{FLATTENING}.modulus": 2.0, f"{FLATTENING}.exponent": 1}
+    assert with_sections(ratio=(1.0, 1.0), packing=(0.9, 0.9), **same).reinforcing.section.flattening.exponent == 1

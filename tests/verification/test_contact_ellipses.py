@@ -1,11 +1,13 @@
 """Ellipses in contact by hand-posed yarns: one rocks on its flank as a rigid body does, and no energy is made of it."""
 
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
 import pytest
 
-from knittest.pose import ALL, Body, Chain, YarnContact, constant, section
+from knittest.models.yarn_model import YarnModel
+from knittest.pose import ALL, Body, Chain, YarnContact, constant, ramp, section
 
 WIDE, HIGH, ROUND, WEIGHT, LEAN = 0.5, 0.3, 0.25, 2.0, 0.1
 #: yarns so stiff that they turn as one
@@ -46,3 +48,31 @@ def test_a_leaning_ellipse_rocks_on_its_flank():
     energies = body.energies()
     assert abs(energies["balance"]) < 0.01 * kinetic.max()
     assert energies["friction"] < 0.01 * kinetic.max()
+
+
+def test_a_weight_flattens_crossed_ellipses_and_the_balance_has_what_they_store_and_lose():
+    """Both give way by N / (8 a modulus) at the crossing: that of a length of two half heights; the area stays."""
+    along, modulus = np.arange(-1.25, 1.26, 0.0625), 150.0
+    zero, soft = np.zeros(len(along)), replace(FLAT, lateral=(modulus, 1))
+    up = np.array([0.0, 0.0, 1.0])
+    lower = Chain(np.column_stack([along, zero, zero]), soft, normal=up)
+    upper = Chain(np.column_stack([zero, along, zero + 2.0 * HIGH]), soft, normal=up)
+    body = Body.of_chains([lower, upper], YarnContact(500.0, 250.0, 0.3), damping=2.0)
+    n = len(along)
+    body.boundary.move(np.arange(n), ALL)
+    body.boundary.move(np.arange(n, 2 * n), ["x", "y", "rx", "ry", "rz"])
+    body.boundary.load(np.arange(n, 2 * n), "z", np.full(n, -WEIGHT / n), ramp(1.0, 1.0))
+    body.advance(3.0)
+    group = cast(YarnModel, body.model).group
+    middle = n // 2
+    wide, high = np.sqrt(group.square), np.sqrt(group.square + group.excess)
+    assert wide * high == pytest.approx(WIDE * HIGH)
+    give = WEIGHT / (8.0 * WIDE * modulus)
+    # the spline spreads the force over an element
+    assert HIGH - high[[middle, n + middle]] == pytest.approx(give, rel=0.08)
+    assert HIGH - high[[0, -1]] == pytest.approx(0.0, abs=0.05 * give)
+    depth = WEIGHT / 500.0
+    assert body.position[n + middle, 2] == pytest.approx(2.0 * HIGH - 2.0 * give - depth, abs=0.2 * give)
+    energies = body.energies()
+    assert energies["contact"] == pytest.approx(0.5 * WEIGHT * depth + WEIGHT * give, rel=0.08)
+    assert abs(energies["balance"]) < 0.01 * energies["external"]
