@@ -63,6 +63,14 @@ def test_forces_are_those_of_looking_at_every_step(speed):
     assert some > 10 or speed == 0.0  # not all are looked at where some touch
 
 
+def test_nodes_that_touch_within_20_steps_are_listed():
+    fall = Fall()
+    fall.nodes.position[2, :N] = 3.0
+    fall.nodes.position[2, 0] = RADIUS + 10.0 * DT * (0.5 + 0.6)  # ten steps off
+    fall.step()
+    assert fall.touch.near_count[0, 0] == 1 and fall.touch.near[0, 0] == 0 and fall.touch.pressure[0, 0] == 0.0
+
+
 def test_the_room_is_what_lies_between():
     fall = Fall()
     fall.step()
