@@ -7,6 +7,7 @@ import pytest
 
 from knittest.base.errors import InputError
 from knittest.config.loading import resolve
+from knittest.export.keywords import KeywordFile
 from knittest.fabric import relax
 from knittest.fabric.cell import CellSpec
 from knittest.fabric.relax import relaxed_cell
@@ -17,6 +18,7 @@ from knittest.models.boundary import Boundary
 from knittest.models.meso import build_meso
 from knittest.models.meso_cell import build_meso_cell
 from knittest.models.tool import plane
+from knittest.runs.deck.yarns import add_yarns
 
 #: mass over fibre volume of 1200 tex whose fibres have 0.784 mm2
 DENSITY = 1.53
@@ -168,3 +170,8 @@ def test_sections_and_patches_have_one_law(modulus, exponent):
         with_sections(ratio=(1.0, 1.0), packing=(0.9, 0.9), **given)
     same = given | {f"{FLATTENING}.modulus": 2.0, f"{FLATTENING}.exponent": 1}
     assert with_sections(ratio=(1.0, 1.0), packing=(0.9, 0.9), **same).reinforcing.section.flattening.exponent == 1
+
+
+def test_a_deck_does_not_write_ellipses_as_circles():
+    with pytest.raises(InputError, match="deck: yarns of flat sections are not written"):
+        add_yarns(KeywordFile(), flat_model())
