@@ -17,6 +17,7 @@ __version__ = "0.2.0"
 _PUBLIC = {
     **dict.fromkeys(("run_test", "resume"), "knittest.api.tests"),
     **dict.fromkeys(("Gates", "Run", "Runs", "load"), "knittest.api.run"),
+    **dict.fromkeys(("Study", "batch", "calibrate", "homogenise", "uncertainty"), "knittest.api.studies"),
     "Fabric": "knittest.api.fabric",
     "InputError": "knittest.base.errors",
 }

@@ -32,7 +32,7 @@ def told(tmp_path_factory):
 
 
 def test_every_block_runs(told):
-    assert len(blocks()) == 4 and told["run"].status == "completed"
+    assert len(blocks()) == 5 and told["run"].status == "completed"
 
 
 def test_the_call_is_the_command(told, tmp_path, monkeypatch):

@@ -27,7 +27,7 @@ from knittest.studies.trials.pool import LocalPool, Pool
 from knittest.studies.trials.record import MEANING, Record
 from knittest.studies.trials.run_all import run_shown
 from knittest.studies.trials.runner import LEDGER
-from knittest.studies.trials.study import says_how_to_go_on, study_folder
+from knittest.studies.trials.study import Studied, says_how_to_go_on, study_folder
 from knittest.studies.trials.trial import Trial
 
 #: more runs than this are asked for
@@ -55,7 +55,12 @@ class BatchOptions:
 
 
 def batch_command(path: Path, options: BatchOptions, agree: Callable[[str], bool]) -> int:
-    """Run the sweep in the file ``path``, or what is left of it; returns the exit code.
+    """Run the sweep in the file ``path``, or what is left of it; returns the exit code. Raises as :func:`run_batch`."""
+    return run_batch(path, options, agree).exit_code
+
+
+def run_batch(path: Path, options: BatchOptions, agree: Callable[[str], bool]) -> Studied:
+    """Run the sweep in the file ``path``, or what is left of it.
 
     ``agree`` is asked before very many runs. Raises :class:`InputError` before anything runs.
     """
@@ -71,7 +76,7 @@ def batch_command(path: Path, options: BatchOptions, agree: Callable[[str], bool
         each = (options.workers or 1, options.threads or 1)
         script = write_script(path, folder, options.slurm, len(mine), plan.sweep.time_limit, each)
         print(shlex.join(["sbatch", str(script)]))
-        return 0
+        return Studied(folder, 0)
     pool = _pool(options)
     with says_how_to_go_on(), Interrupts() as interrupts, interrupts.deciding():
         try:
@@ -81,7 +86,7 @@ def batch_command(path: Path, options: BatchOptions, agree: Callable[[str], bool
                 _write(plan, rows, folder, options)
             raise
         records = _write(plan, rows, folder, options)
-    return _say(rows, records, mine, folder, options)
+    return Studied(folder, _say(rows, records, mine, folder, options))
 
 
 def _folder(path: Path, out: Path | None) -> Path:

@@ -40,7 +40,7 @@ from knittest.studies.calibrate.targets import Number
 from knittest.studies.trials.live import Overview
 from knittest.studies.trials.pool import LocalPool, Pool
 from knittest.studies.trials.runner import TrialRunner
-from knittest.studies.trials.study import says_how_to_go_on, study_folder
+from knittest.studies.trials.study import Studied, says_how_to_go_on, study_folder
 
 if TYPE_CHECKING:
     from optuna.storages import RDBStorage
@@ -67,7 +67,14 @@ class CalibrateOptions:
 
 
 def calibrate_command(path: Path, options: CalibrateOptions) -> int:
-    """Calibrate as the file ``path`` says, or go on with it; returns the exit code, 3 when it did not converge.
+    """Calibrate as the file ``path`` says, or go on with it; returns the exit code. Raises as
+    :func:`run_calibration`.
+    """
+    return run_calibration(path, options).exit_code
+
+
+def run_calibration(path: Path, options: CalibrateOptions) -> Studied:
+    """Calibrate as the file ``path`` says, or go on with it; the exit code is 3 when it did not converge.
 
     Raises :class:`InputError` before anything runs.
     """
@@ -82,7 +89,7 @@ def calibrate_command(path: Path, options: CalibrateOptions) -> int:
     if not options.quiet:
         for line in [*report_lines(outcome), f"written: {', '.join(map(str, written))}"]:
             print(line)
-    return 0 if outcome.converged else NumericalError.exit_code
+    return Studied(folder, 0 if outcome.converged else NumericalError.exit_code)
 
 
 def _storage(problem: Problem, options: CalibrateOptions) -> "RDBStorage | None":

@@ -21,7 +21,7 @@ from knittest.studies.homogenise.picture import homogenise_picture
 from knittest.studies.homogenise.plan import PIECES, Piece, Request, shell_run, yarn_run
 from knittest.studies.trials.pool import LocalPool, Pool
 from knittest.studies.trials.runner import TrialRunner
-from knittest.studies.trials.study import says_how_to_go_on, study_folder
+from knittest.studies.trials.study import Studied, says_how_to_go_on, study_folder
 from knittest.studies.trials.trial import trial_of
 
 RESULT, PICTURE, REQUEST = "homogenise.json", "homogenise.png", "command.txt"
@@ -40,7 +40,12 @@ class HomogeniseOptions:
 
 
 def homogenise_command(request: Request, options: HomogeniseOptions, command: str) -> int:
-    """Homogenise, or go on with it; returns the exit code: 3 without a card, 5 where it does not reproduce the yarns.
+    """Homogenise, or go on with it; returns the exit code. Raises as :func:`run_homogenisation`."""
+    return run_homogenisation(request, options, command).exit_code
+
+
+def run_homogenisation(request: Request, options: HomogeniseOptions, command: str) -> Studied:
+    """Homogenise, or go on with it; the exit code is 3 without a card, 5 where it does not reproduce the yarns.
 
     ``command`` is how it was called. Raises :class:`InputError` before anything runs.
     """
@@ -59,7 +64,7 @@ def homogenise_command(request: Request, options: HomogeniseOptions, command: st
         if pairs:
             homogenise_picture(outcome, pairs, folder / PICTURE)
         write_atomic(folder / RESULT, json_text(as_data(outcome)))
-    return _say(outcome, folder, options)
+    return Studied(folder, _say(outcome, folder, options))
 
 
 def _work(

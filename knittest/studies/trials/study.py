@@ -4,10 +4,18 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import NamedTuple
 
 from knittest.base.atomic import make_folder, resource_error, write_atomic
 from knittest.base.errors import InputError
 from knittest.base.interrupts import Interrupted
+
+
+class Studied(NamedTuple):
+    """Folder of a study that went to its end, and the exit code of its command."""
+
+    folder: Path
+    exit_code: int
 
 
 def study_folder(folder: Path, marker: str, content: bytes | str, what: str) -> Path:

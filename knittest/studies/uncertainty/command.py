@@ -20,7 +20,7 @@ from knittest.studies.trials.ledger import read_ledgers
 from knittest.studies.trials.pool import LocalPool
 from knittest.studies.trials.record import Record
 from knittest.studies.trials.run_all import run_shown
-from knittest.studies.trials.study import says_how_to_go_on, study_folder
+from knittest.studies.trials.study import Studied, says_how_to_go_on, study_folder
 from knittest.studies.uncertainty.outcome import outcome_of
 from knittest.studies.uncertainty.page import COPY, RESULT, write_uncertainty_page
 from knittest.studies.uncertainty.picture import pictures
@@ -45,7 +45,14 @@ class UncertaintyOptions:
 
 
 def uncertainty_command(path: Path, options: UncertaintyOptions) -> int:
-    """Run the study in the file ``path``, or what is left of it; returns the exit code, 3 where runs have no result.
+    """Run the study in the file ``path``, or what is left of it; returns the exit code. Raises as
+    :func:`run_uncertainty`.
+    """
+    return run_uncertainty(path, options).exit_code
+
+
+def run_uncertainty(path: Path, options: UncertaintyOptions) -> Studied:
+    """Run the study in the file ``path``, or what is left of it; the exit code is 3 where runs have no result.
 
     Raises :class:`InputError` before anything runs.
     """
@@ -69,7 +76,7 @@ def uncertainty_command(path: Path, options: UncertaintyOptions) -> int:
     if not options.quiet:
         for line in [*report_lines(found), f"table, pictures and page: {folder / TABLE}, *.png, {FILE}"]:
             print(line)
-    return NumericalError.exit_code if found.lost else 0
+    return Studied(folder, NumericalError.exit_code if found.lost else 0)
 
 
 def _check_unchanged(document: Document, study: Study, before: Path) -> None:
