@@ -24,13 +24,21 @@ from knittest.report_page.studies import studies
 
 #: name of the page in the folder it is about
 FILE = "report.html"
+#: moving view in a run's folder, if somebody asked for it
+VIEW = "view.html"
 #: stands at the top of every page, so that only pages are written over
 GENERATOR = "knittest report"
 
 
 def write_report(folder: Path) -> Path:
     """Write the page of the run folder ``folder`` into it; raises :class:`InputError`, :class:`ResourceError`."""
-    return write_page(folder / FILE, run_page(load_run(folder)))
+    return write_page(folder / FILE, run_page(load_run(folder), folder))
+
+
+def refresh_report(folder: Path) -> None:
+    """Write the page of the run folder ``folder`` again where it has one, as when a moving view has come to it."""
+    if _is_page(folder / FILE):
+        write_if_possible(folder, write_report)
 
 
 def write_reports(paths: list[Path], out: Path | None, printing: Printing | None = None) -> tuple[Path, int]:
@@ -55,18 +63,26 @@ def write_reports(paths: list[Path], out: Path | None, printing: Printing | None
         raise InputError("; ".join(notes))
     target = target_file(paths, out)
     alone = len(runs) == 1 and not notes
-    write_page(target, run_page(runs[0]) if alone else comparison_page(runs, notes))
+    write_page(target, run_page(runs[0], target.parent) if alone else comparison_page(runs, notes))
     if printing is not None:
         with printed(printing):
             print_pictures(runs, target)
     return target, len(runs)
 
 
-def run_page(run: LoadedRun) -> Page:
-    """The page of one run."""
+def run_page(run: LoadedRun, place: Path) -> Page:
+    """The page of one run, which is to lie in ``place``."""
     first, *rest = run_sections(run)
     fabric = str(run.setting("fabric", "title") or "")
-    return Page(run.title, fabric, [Section("summary", "Run", first.blocks, 2), *(_raised(s) for s in rest)])
+    blocks = [*first.blocks, *_moving(run, place)]
+    return Page(run.title, fabric, [Section("summary", "Run", blocks, 2), *(_raised(s) for s in rest)])
+
+
+def _moving(run: LoadedRun, place: Path) -> list[Block]:
+    """Link to the moving view, where it lies beside the page."""
+    if place.resolve() != Path(run.path).resolve() or not (place / VIEW).is_file():
+        return []
+    return [Table("To turn and play", (), [(Cell("moving view"), Cell(VIEW, href=VIEW))])]
 
 
 def comparison_page(runs: Sequence[LoadedRun], notes: Sequence[str]) -> Page:

@@ -220,3 +220,18 @@ def test_a_yarn_covers_what_a_round_tube_with_round_ends_covers(tmp_path: Path) 
     covered = np.sum(np.ptp(stage, axis=2) > 0.05) * pixel**2
     outline = 2 * length + 2 * np.pi * radius
     assert covered == pytest.approx(2 * radius * length + np.pi * radius**2, abs=outline * pixel)
+
+
+def test_the_report_beside_a_view_links_to_it_and_a_page_of_others_is_left_alone(tmp_path: Path) -> None:
+    folder = write_run(tmp_path / "linked")
+    write_frames(folder, beam_history())
+    report, link = folder / "report.html", 'href="view.html"'
+    assert command(["report", str(folder)]) == 0 and link not in report.read_text(encoding="utf-8")
+    view(folder)
+    assert link in report.read_text(encoding="utf-8")
+    elsewhere = tmp_path / "elsewhere.html"
+    assert command(["report", str(folder), "--out", str(elsewhere)]) == 0
+    assert link not in elsewhere.read_text(encoding="utf-8")
+    report.write_text("mine")
+    view(folder)
+    assert report.read_text() == "mine"

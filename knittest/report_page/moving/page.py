@@ -16,8 +16,8 @@ from knittest.report_page.moving.colours import diverging, sequential
 from knittest.report_page.moving.packing import packed_recording
 from knittest.report_page.moving.recording import read_recording
 from knittest.report_page.moving.scales import scales_of
+from knittest.report_page.page import VIEW, refresh_report
 
-FILE = "view.html"
 GENERATOR = "knittest view"
 HERE = Path(__file__).parent
 THREE, VERSION = HERE / "vendor" / "three", "0.170.0"
@@ -32,7 +32,8 @@ CURVE_POINTS, WIDE, HIGH = 400, 200.0, 84.0
 
 
 def view(folder: Path, frames: int | None = None) -> Path:
-    """Write the moving view of the run folder ``folder`` into it, of ``frames`` frames at most; returns its path.
+    """Write the moving view of the run folder ``folder`` into it, of ``frames`` frames at most; returns its path. The
+    run's report gets a link to it.
 
     Raises :class:`InputError` for a folder that is no run or has no frames, :class:`ResourceError` when the page
     cannot be written.
@@ -45,8 +46,9 @@ def view(folder: Path, frames: int | None = None) -> Path:
         recording = recording.thinned(frames)
     header, data = packed_recording(recording, scales_of(recording))
     header |= {"maps": {"sequential": sequential(), "diverging": diverging()}, **_curve(run, recording.time)}
-    page = folder / FILE
+    page = folder / VIEW
     write_atomic(page, _html(run, header, data))
+    refresh_report(folder)
     return page
 
 
