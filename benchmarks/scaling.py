@@ -113,9 +113,9 @@ def measured(runs: list[Run], steps: int) -> list[tuple[Built, float]]:
         facts.append(mine.recv())
     times: list[list[float]] = [[] for _ in runs]
     for _ in range(max(1, steps // TURN)):
-        for pipe, mine in zip(pipes, times, strict=True):
+        for pipe, spent in zip(pipes, times, strict=True):
             pipe.send(TURN)
-            mine.append(pipe.recv() / TURN)
+            spent.append(pipe.recv() / TURN)
     for pipe in pipes:
         pipe.send(None)
     return [(fact, statistics.median(mine)) for fact, mine in zip(facts, times, strict=True)]
