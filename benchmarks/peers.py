@@ -4,9 +4,10 @@
     python benchmarks/peers.py
 
 Two cases: 100 free rods of 100 elements, and a grid of 10 by 10 crossed rods of 100 elements that overlap by 0.1 mm
-at 100 crossings, so softly that they stay together. Rods are 1 mm thick, of 60 GPa and 2.5 g/cm3, elements 1 mm long. The
-steps are shown but not compared: ours is 0.9 of the critical one, those of PyElastica and MuJoCo a third and a tenth of
-the time of a wave along an element, which nobody has tuned. A code that is not installed is named. Processor time.
+at 100 crossings, so softly that they stay together. Rods are 1 mm thick, of 60 GPa and 2.5 g/cm3, elements
+1 mm long. The steps are shown but not compared: ours is 0.9 of the critical one, those of PyElastica and MuJoCo a third
+and a tenth of the time of a wave along an element, which nobody has tuned. A code that is not installed is named.
+Times are processor time.
 """
 
 import argparse
