@@ -2,6 +2,7 @@
 
 import json
 import re
+from contextlib import nullcontext
 from types import SimpleNamespace
 
 import numpy as np
@@ -14,6 +15,7 @@ from knittest.config.loading import resolve
 from knittest.export.npz import read_arrays
 from knittest.models import contact_tracker, yarn_health
 from knittest.runs.specimen import prepare, run_specimen
+from knittest.solve.guards import check_motion
 from knittest.solve.observer import Observer
 from knittest.solve.simulate import simulate
 
@@ -121,6 +123,18 @@ def test_it_stops_in_the_same_chunk(scale, spoil, said):
     assert wrong.calls == QUIET
     assert wrong.time - wrong.spoilt < 1.01 * wrong.chunk
     assert f"{wrong.time:.5f} ms" in message
+
+
+@pytest.mark.parametrize(("released", "stops"), [(0.0, True), (-5.0, True), (0.9, True), (1.1, False)])
+def test_what_a_resting_specimen_lets_go_of_may_move_it(released, stops):
+    """Motion may hold twice the work (none here), 20 times the energy at clamp speed, and twice what was released."""
+    nodes = SimpleNamespace(position=np.zeros((3, 1)), velocity=np.zeros((3, 1)))
+    model = SimpleNamespace(nodes=nodes, n_nodes=1, mass=np.ones(1), name_of=lambda node: "yarn 1")
+    run = SimpleNamespace(kinetic=2.4, kinetic_scale=0.02, time=1.0, model=model)
+    with pytest.raises(NumericalError, match="blows up") if stops else nullcontext():
+        check_motion(run, 0.0, lambda: released)
+    run.kinetic = 0.39
+    check_motion(run, 0.0, lambda: pytest.fail("asked without need"))
 
 
 def test_yarns_that_blow_up_while_they_settle_stop_the_run():
