@@ -12,8 +12,10 @@ from knittest.base.history import OVERLAP_COUNTS, Overlaps
 from knittest.kernels import search
 from knittest.kernels.options import PARTITIONS
 from knittest.kernels.pair_search import Cells, Pieces, find_pairs
+from knittest.kernels.periodic_state import Images
 from knittest.kernels.section_blocks import COLUMNS, place_ellipses, turn_sections
 from knittest.kernels.state import ContactLaw, Contacts, Nodes
+from knittest.models.image_contacts import masters, share_states
 from knittest.models.snapshot import State, arrays_of, entry, put_back
 
 Array = NDArray[np.float64]
@@ -71,7 +73,7 @@ class YarnContactGroup:
     ``pressed`` where overlaps at the start shall carry force.
 
     In a periodic cell ``owned`` (n_nodes,) is 1 for its nodes and 0 for images, and contacts are looked for with the
-    pieces ``near`` (n_nodes,), which touch a node of the cell; none elsewhere.
+    pieces ``near`` (n_nodes,), which touch a node of the cell, whose ``images`` have copies of them; none elsewhere.
     """
 
     radius: Array
@@ -91,6 +93,7 @@ class YarnContactGroup:
     shape: Array
     owned: Array | None = None
     near: NDArray[np.bool_] | None = None
+    images: Images | None = None
     pressed: bool = False
 
 
@@ -105,6 +108,7 @@ class ContactTracker:
         self._order = np.zeros(n, np.int64)
         self._since = np.full((3, n), np.inf)
         self._moved = np.zeros(n, np.bool_)
+        self._master = np.zeros(0, np.int64) if group.images is None else masters(group.images)
         self.speed = 0.0
         self.searches, self.seconds = 0, 0.0
 
@@ -231,8 +235,9 @@ class ContactTracker:
                 break
             self._spare = _empty(needed + needed // 4, group)
         self.contacts, self._spare, self.count = self._spare, self.contacts, needed
-        if group.owned is not None:
+        if group.owned is not None and group.images is not None:
             self.contacts.share[:needed] = group.owned[self.contacts.piece[:, :needed]].mean(axis=0)
+            share_states(self.contacts, needed, group.images, self._master)
         search.assign_halves(self.contacts, self.count, group.node_cut)
         self._since[:, self._moved] = position[:, self._moved]
         self.searches += 1

@@ -169,10 +169,10 @@ def _periodic(
     kept = own[element]
     n = flat.n_nodes
     near = own | np.roll(own, 1) | np.roll(own, -1)
-    given["group"] = replace(flat.group, owned=own.astype(float), near=near)
     mesh, section = flat.mesh, _section_of(flat.parts, n)
     given["mesh"] = replace(mesh, **{name: getattr(mesh, name)[kept] for name in ("cells", "part", "yarn", "radius")})
-    given["images"] = _images(flat, vectors, ghost, master, times, element[kept], section)
+    images = _images(flat, vectors, ghost, master, times, element[kept], section)
+    given |= {"images": images, "group": replace(flat.group, owned=own.astype(float), near=near, images=images)}
     if flat.group.shape.size:
         flat.group.shape[STIFF, ghost] = 0.0  # images follow
     for array in (flat.mass, flat.inertia, flat.nodes.inv_mass[:n], flat.nodes.inv_inertia[:n]):

@@ -12,6 +12,7 @@ from knittest.kernels.periodic_state import CURVATURE, Images
 from knittest.models.boundary import Boundary
 from knittest.models.explicit_model import Index
 from knittest.models.halo import beyond
+from knittest.models.image_contacts import masters
 from knittest.models.snapshot import State, arrays_of, columns, prefixed, put_back, rows_of, under
 from knittest.models.table import Table
 from knittest.models.yarn_model import YarnModel
@@ -67,9 +68,7 @@ class PeriodicModel(YarnModel):
 
     def masters(self) -> Index:
         """See :meth:`YarnModel.masters`."""
-        found = super().masters()
-        found[self.images.ghost] = self.images.master
-        return found
+        return masters(self.images)
 
     def typical(self) -> NDArray[np.bool_]:
         """See :meth:`YarnModel.typical`; all nodes of the cell."""
