@@ -72,7 +72,7 @@ def test_copies_take_over_the_state_of_the_loaded_one_turned_with_their_image(cu
 
 
 def test_a_yarn_that_meets_its_own_image_is_the_other_way_round_in_one_of_both_copies() -> None:
-    """What piece j does to i, i does to j: vectors change sign, parameters and arms their places."""
+    """Forces and offsets change sign, parameters and arms their places."""
     cell = crossed(1.6).cell
     images, contacts = cell.images, cell.tracker.contacts
     image = {(m, *images.times[images.of[g]]): g for g, m in zip(images.ghost, images.master, strict=True)}
