@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from knittest.api.fabric import Fabric, FabricLike
 from knittest.api.settings import Sets, settings_of
 from knittest.base.errors import InputError, RefusedWarning
+from knittest.base.kinds import DEFAULT
 from knittest.config.settings import Setting
 from knittest.studies.trials.study import Studied
 
@@ -121,7 +122,7 @@ def homogenise(
     from knittest.studies.homogenise.plan import Request
 
     chosen = Fabric.load(fabric)
-    sets = tuple(_text(one) for one in (*chosen.settings, *settings_of(set, "picture-frame")))
+    sets = tuple(_text(one) for one in (*chosen.settings, *settings_of(set, DEFAULT)))
     request = Request(chosen.variant, chosen.file, parameters, preset, None, sets, source=source)
     command = f"knittest.homogenise({chosen.variant or str(chosen.file)!r}, source={source!r}, set={list(sets)})"
     found = run_homogenisation(request, HomogeniseOptions(_path(out), workers, quiet=quiet), command)

@@ -199,9 +199,9 @@ def test_neighbour_lists_that_overflow_grow_and_give_the_same_bits(monkeypatch):
     roomy = run_specimen(run).history.curve["force_n"]
     make, sizes = contact_tracker._empty, []
 
-    def cramped(capacity):
+    def cramped(capacity, group):
         sizes.append(capacity)
-        return make(1 if capacity == 64 else capacity)
+        return make(1 if capacity == 64 else capacity, group)
 
     monkeypatch.setattr(contact_tracker, "_empty", cramped)
     assert run_specimen(run).history.curve["force_n"].tobytes() == roomy.tobytes()
