@@ -5,7 +5,7 @@ import warnings
 from collections.abc import Mapping
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 from knittest.api.fabric import Fabric, FabricLike
 from knittest.api.settings import Sets, settings_of
@@ -16,6 +16,8 @@ from knittest.studies.trials.study import Studied
 
 if TYPE_CHECKING:
     from pandas import DataFrame
+
+    from knittest.studies.homogenise.plan import Source
 
 Place = PathLike[str] | str
 #: files of a study's folder: its own summary, and what it makes
@@ -109,7 +111,7 @@ def uncertainty(
 
 
 def homogenise(
-    fabric: FabricLike, *, source: Literal["tests", "cell"] = "tests", preset: str | None = "quick",
+    fabric: FabricLike, *, source: "Source" = "tests", preset: str | None = "quick",
     parameters: str | None = None, set: Sets = (), out: Place | None = None, workers: int | None = None,
     quiet: bool = False,
 ) -> Study:  # fmt: skip

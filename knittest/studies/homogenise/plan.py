@@ -16,6 +16,8 @@ from knittest.laboratory.picture_frame.config import PictureFrameRun
 from knittest.laboratory.strips import yarns_across
 from knittest.laboratory.tensile.config import TensileRun
 
+#: where the yarns of a card are tested: in specimens, or in a cell without an edge
+Source = Literal["tests", "cell"]
 #: a strip of a cantilever is at least this much longer than its overhang
 LONGER = 1.2
 
@@ -57,7 +59,7 @@ class Request:
     seed: int | None = None
     sets: tuple[str, ...] = ()
     accept_limits: bool = False
-    source: Literal["tests", "cell"] = "tests"
+    source: Source = "tests"
 
 
 def yarn_run(request: Request, piece: Piece) -> Run:
