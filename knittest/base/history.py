@@ -48,6 +48,18 @@ class Frame:
 
 
 @dataclass(frozen=True)
+class Body:
+    """A rigid tool: closed or open surface of ``points`` (n, 3) [mm] and ``triangles`` (m, 3), moved by ``offset``
+    (k, 3) [mm] at the k frames.
+    """
+
+    name: str
+    points: Array
+    triangles: NDArray[np.int64]
+    offset: Array
+
+
+@dataclass(frozen=True)
 class Overlaps:
     """Yarns that overlap at the start: how many contacts do by more than :data:`OVERLAP_COUNTS` of the smaller radius,
     the ``largest`` overlap over that radius [-], and the ``worst`` pairs as yarn names, place and overlap.

@@ -1,6 +1,7 @@
 """VTU frames and their .pvd collection, for ParaView."""
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import escape, quoteattr
@@ -8,29 +9,36 @@ from xml.sax.saxutils import escape, quoteattr
 import numpy as np
 
 from knittest.base.atomic import replacing, resource_error, write_atomic
-from knittest.base.history import Array, Frame, History, Mesh
+from knittest.base.history import Array, Body, Frame, History, Mesh
 
 _CELL_TYPE = {"beams": "line", "shells": "quad"}
 
 
-def write_frames(run_folder: Path, history: History) -> Path:
+#: file of the collection at a time [ms]: its path, and the tool it shows, empty for the specimen
+Entry = tuple[float, str, str]
+
+
+def write_frames(run_folder: Path, history: History, bodies: Sequence[Body] = ()) -> Path:
     """Write ``frames/frame-0000.vtu``... and ``frames.pvd`` in ``run_folder``; return the path of the collection.
 
     Points are the nodes at the frame's time [mm], with ``displacement`` [mm] from the first frame and, for beams,
     ``radius`` [mm] (ParaView's tube filter varies its radius by a point field). Cells carry every field of
-    the frame, ``part``, ``yarn`` and ``radius``; failed elements stay, with ``alive`` 0, to be thresholded. Raises
-    :class:`ResourceError`.
+    the frame, ``part``, ``yarn`` and ``radius``; failed elements stay, with ``alive`` 0, to be thresholded. Tools
+    (``bodies``) are triangles in ``frames/<tool>-0000.vtu``..., a file wherever they have moved, and blocks of the
+    collection by name. Raises :class:`ResourceError`.
     """
     folder = run_folder / "frames"
     try:
         folder.mkdir(exist_ok=True)
     except OSError as error:
         raise resource_error(folder, error) from error
-    entries = []
+    entries: list[Entry] = []
     for number, frame in enumerate(history.frames):
         path = folder / f"frame-{number:04d}.vtu"
         write_frame(path, history.mesh, frame, history.frames[0].position)
-        entries.append((frame.time, path.relative_to(run_folder).as_posix()))
+        entries.append((frame.time, path.relative_to(run_folder).as_posix(), ""))
+    for body in bodies:
+        entries += _write_body(folder, body, [frame.time for frame in history.frames])
     collection = run_folder / "frames.pvd"
     write_atomic(collection, _collection(entries, history.mesh))
     return collection
@@ -54,6 +62,21 @@ def write_frame(path: Path, mesh: Mesh, frame: Frame, reference: Array) -> None:
         meshio.write(temporary, unstructured, file_format="vtu", compression="zlib")
 
 
+def _write_body(folder: Path, body: Body, times: Sequence[float]) -> list[Entry]:
+    """Write ``body`` at each of ``times`` [ms] into ``folder``, once while it stays where it is."""
+    import meshio
+
+    entries: list[Entry] = []
+    for number, (time, offset) in enumerate(zip(times, body.offset, strict=True)):
+        if number == 0 or (offset != body.offset[number - 1]).any():
+            path = folder / f"{body.name}-{number:04d}.vtu"
+            surface = meshio.Mesh(body.points + offset, [("triangle", body.triangles)])
+            with replacing(path) as temporary:
+                meshio.write(temporary, surface, file_format="vtu", compression="zlib")
+        entries.append((time, path.relative_to(folder.parent).as_posix(), body.name))
+    return entries
+
+
 def _nodal_radius(mesh: Mesh, n_nodes: int) -> Array:
     """Radius of the thickest beam at each node [mm], (n_nodes,)."""
     radius = np.zeros(n_nodes)
@@ -62,10 +85,13 @@ def _nodal_radius(mesh: Mesh, n_nodes: int) -> Array:
     return radius
 
 
-def _collection(entries: list[tuple[float, str]], mesh: Mesh) -> str:
+def _collection(entries: list[Entry], mesh: Mesh) -> str:
     parts = ", ".join(f"{number} {name}" for number, name in enumerate(mesh.part_names))
     parts = re.sub("-+", "-", parts)  # two in a row may not stand in a comment
-    rows = "".join(f'    <DataSet timestep="{time:.9g}" file={quoteattr(name)}/>\n' for time, name in entries)
+    rows = "".join(
+        f'    <DataSet timestep="{time:.9g}"{f" name={quoteattr(tool)}" if tool else ""} file={quoteattr(path)}/>\n'
+        for time, path, tool in entries
+    )
     return (
         '<?xml version="1.0"?>\n'
         f"<!-- time in ms, lengths in mm, forces in N; part: {escape(parts)} -->\n"

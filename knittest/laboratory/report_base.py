@@ -9,7 +9,7 @@ from typing import Generic, Protocol
 import numpy as np
 
 from knittest.base.errors import InputError
-from knittest.base.history import History, Specimen
+from knittest.base.history import Body, History, Specimen
 from knittest.config.gates import SolverGate, gates_of
 from knittest.config.run import Run
 from knittest.config.sources import numbers_of
@@ -123,6 +123,10 @@ class Report(Protocol[RunT]):
     def tables(self, run: RunT, specimens: list[Specimen]) -> dict[str, Columns]:
         """Columns of further CSV files by name, which the record of the test names: none unless stated."""
         return {}
+
+    def bodies(self, run: RunT, specimen: Specimen) -> list[Body]:
+        """Tools as they move over the frames of ``specimen``: none unless stated."""
+        return []
 
     @abstractmethod
     def pictures(self, run: RunT, specimens: list[Specimen], references: References, folder: Path) -> None:

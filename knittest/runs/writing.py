@@ -32,7 +32,7 @@ def write_files(
     for name, columns in report.tables(run, specimens).items():
         folder.write_table(name, columns)
     if options.frames:
-        vtu.write_frames(folder.path, first.history)
+        vtu.write_frames(folder.path, first.history, report.bodies(run, first))
     if options.pictures:
         with stamped(run_stamp(run, judgement.summary["refused"])), printed(options.printing):
             report.pictures(run, specimens, references, folder.path)

@@ -6,12 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
-from knittest.base.history import Array, Frame, History, Specimen
+from knittest.base.history import Array, Body, Frame, History, Specimen
 from knittest.experiment.curves import ReferenceCurve
 from knittest.export.line_picture import Level, Line, line_picture
 from knittest.laboratory.forming.config import FormingRun
 from knittest.laboratory.forming.draw_in import DrawIn, draw_in
 from knittest.laboratory.forming.formed import Formed
+from knittest.laboratory.forming.moved_tools import moved_tools
 from knittest.laboratory.forming.plan_picture import Field, Outlines, outline_picture, plan_picture
 from knittest.laboratory.forming.stamp_work import LABELS, stamp_work
 from knittest.laboratory.forming.test import Forming, allowed_depth, drawn, shear_field, tools_of
@@ -74,6 +75,10 @@ class FormingReport(NoSize[FormingRun], Report[FormingRun]):
                 "y_mm": surface.now[:, 1], "z_mm": surface.now[:, 2], "height_mm": surface.height,
             },
         }  # fmt: skip
+
+    def bodies(self, run: FormingRun, specimen: Specimen) -> list[Body]:
+        """Stamp, die and holder."""
+        return moved_tools(tools_of(run, specimen.facts["thickness_mm"]), specimen.history)
 
     def pictures(self, run: FormingRun, specimens: list[Specimen], references: References, folder: Path) -> None:
         """curve.png, energies.png, deformed.png, shear-angle.png, wrinkles.png, draw-in.png, yarn-forces.png and

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.report_page.moving.recording import Array, Body, Recording
+from knittest.base.history import Body
+from knittest.report_page.moving.recording import Array, Recording
 from knittest.report_page.moving.scales import Scale
 
 #: whole numbers of a position: 16 bits

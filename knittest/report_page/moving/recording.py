@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
+from knittest.base.history import Body
 from knittest.base.reading import read_regular
 
 Array = NDArray[np.float64]
@@ -20,18 +21,6 @@ MAX_COLLECTION, MAX_FRAME = 5_000_000, 2_000_000_000
 #: what says which elements there are, not what they carry
 FIXED = ("part", "yarn", "radius")
 KINDS = {"line": "beams", "quad": "shells"}
-
-
-@dataclass(frozen=True)
-class Body:
-    """A rigid tool: closed or open surface of ``points`` (n, 3) [mm] and ``triangles`` (m, 3), moved by ``offset``
-    (k, 3) [mm] at the k frames.
-    """
-
-    name: str
-    points: Array
-    triangles: Index
-    offset: Array
 
 
 @dataclass(frozen=True)
