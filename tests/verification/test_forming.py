@@ -12,6 +12,7 @@ from knittest.config.loading import resolve
 from knittest.laboratory.base import fabric_laminate
 from knittest.laboratory.forming.draw_in import draw_in
 from knittest.laboratory.forming.formed import formed
+from knittest.laboratory.forming.report import FormingReport
 from knittest.laboratory.forming.test import _wrinkles, dragged, shear_field, tools_of
 from knittest.materials.laminate import softened_at_most
 from knittest.models.shell_step import _largest_tangent
@@ -45,6 +46,19 @@ def test_a_hemisphere_draws_all_four_sides_alike(even):
     assert sides["weft_low"] == pytest.approx(sides["weft_high"], rel=1e-3)
     assert sides["warp_low"] == pytest.approx(sides["warp_high"], rel=1e-3)
     assert sides["weft_low"] == pytest.approx(sides["warp_low"], rel=0.02)
+
+
+def test_tools_of_the_frames_touch_the_blank_as_it_lies(even):
+    """The nodes next to the stamp lie half the thickness off the sphere that it is drawn as."""
+    run, specimen = even
+    bodies = {body.name: body for body in FormingReport().bodies(run, specimen)}
+    assert set(bodies) == {"stamp", "die", "holder"}
+    blank, half = specimen.history.frames[-1].position, 0.5 * specimen.facts["thickness_mm"]
+    lowest = bodies["stamp"].points[:, 2].min() + bodies["stamp"].offset[-1, 2]
+    apart = np.linalg.norm(blank - [0.0, 0.0, lowest + RADIUS], axis=1).min() - RADIUS
+    assert apart == pytest.approx(half, abs=0.05 * half)
+    assert bodies["stamp"].offset[0, 2] == pytest.approx(0.0, abs=1e-6)
+    assert abs(bodies["holder"].offset[:, 2]).max() < half
 
 
 def test_shear_on_the_hemisphere_is_that_of_the_pin_jointed_net(even):
