@@ -71,13 +71,14 @@ def run_batch(path: Path, options: BatchOptions, agree: Callable[[str], bool]) -
         raise InputError(f"{path}: {plan.count:,} runs, more than {MANY:,}: run them with --yes, or sweep less")
     rows = plan.rows()
     mine = _share([row.trial for row in rows if row.trial], options.shard)
-    folder = _folder(path, options.out)
     if options.slurm is not None:
+        folder = _folder(path, options.out)
         each = (options.workers or 1, options.threads or 1)
         script = write_script(path, folder, options.slurm, len(mine), plan.sweep.time_limit, each)
         print(shlex.join(["sbatch", str(script)]))
         return Studied(folder, 0)
     pool = _pool(options)
+    folder = _folder(path, options.out)
     with says_how_to_go_on(), Interrupts() as interrupts, interrupts.deciding():
         try:
             _run(plan, mine, pool, folder, options)
