@@ -66,7 +66,7 @@ def _forces(start, count, nodes, beams, section, w):
     x, rotation, tangent = rows3(nodes.position), rows4(nodes.rotation), rows3(beams.tangent)
     compression, shear, torsion, bending = rows4(beams.stiffness[section])
     knee, slope = beams.hinge_strain[section, 0], beams.hinge_slope[section, 0]
-    failed = 0.0
+    failed = 0  # an integer: a sum of floating-point numbers in their order would keep the loop from vectorising
     for k in range(U(count)):
         i = U(start) + k
         ax, ay, az, cx, cy, cz, inv = _frame(i, rotation, tangent)
@@ -76,7 +76,7 @@ def _forces(start, count, nodes, beams, section, w):
         over = strain - beams.slack[i]
         axial = compression * min(strain, 0.0) + hinge_force(over, knee, slope) + w[MORE + k]
         stays = alive if over < beams.fail_strain[i] else 0.0
-        failed += alive - stays
+        failed += stays != alive
         nx, ny, nz = section_force(axial, strain, shear, ax, ay, az, rx, ry, rz, inv_length)
         tx, ty, tz = ry * nz - rz * ny, rz * nx - rx * nz, rx * ny - ry * nx
         mx, my, mz = section_moment(torsion, bending, inv, inv_length, ax, ay, az, cx, cy, cz, tx, ty, tz)
@@ -223,7 +223,7 @@ def advance_beams(start, stop, section, time, dt, nodes, beams, w):
         count = min(BLOCK, stop - block)
         if beams.hinge_strain.shape[1] > 1:
             _more_hinges(block, count, nodes, beams, section, w)
-        if _forces(block, count, nodes, beams, section, w) > 0.0:
+        if _forces(block, count, nodes, beams, section, w) > 0:
             lost += _erode(block, count, section, time, nodes, beams, w)
         if beams.excess[section] != 0.0:
             _flat_moments(block, count, nodes, beams, beams.excess[section], w)

@@ -1,7 +1,9 @@
 """Compiler options shared by all kernels.
 
-``nnan`` and ``ninf`` stay out of the fast-math flags so that NaN and Inf remain detectable. Loop indices in blocked
-loops are unsigned (:data:`U`): a signed ``start + k`` keeps LLVM from vectorising.
+``nnan`` and ``ninf`` stay out of the fast-math flags so that NaN and Inf remain detectable; ``reassoc`` and ``arcp``
+because LLVM rearranges a function anew in every kernel it is linked into, so that one thread and several, or code just
+compiled and code read back, would differ in their last bits. Loop indices in blocked loops are unsigned (:data:`U`): a
+signed ``start + k`` keeps LLVM from vectorising, and so does a sum of floats, which has an order.
 """
 
 from typing import Any
@@ -10,7 +12,7 @@ import numpy as np
 
 from knittest.kernels import CODE_FOLDER
 
-FASTMATH = {"contract", "reassoc", "arcp", "nsz"}
+FASTMATH = {"contract", "nsz"}
 U = np.uintp
 ONE = np.uintp(1)
 
@@ -23,6 +25,8 @@ ALLOCATING: dict[str, Any] = {
 KERNEL: dict[str, Any] = {**ALLOCATING, "_nrt": False}
 #: a pure function of scalars, inlined into the blocked loops by LLVM
 INLINE: dict[str, Any] = {**KERNEL, "forceinline": True}
+#: a sum of floats in any order, of what decides no result
+ANY_ORDER: dict[str, Any] = {**INLINE, "fastmath": FASTMATH | {"reassoc"}}
 #: parts of an array, taken apart where they are used: inlined before it is decided whether references are counted
 ROWS: dict[str, Any] = {"cache": CODE_FOLDER is not None, "inline": "always"}
 #: a kernel with prange; only prange loops are made parallel, which spares compile time

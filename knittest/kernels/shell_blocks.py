@@ -36,6 +36,7 @@ from knittest.kernels.shell_scratch import (
     MIDDLE_B,
     OUT,
     ROW3,
+    RUBBED,
     SHEAR,
     STRAIN_A,
     STRAIN_B,
@@ -112,14 +113,16 @@ def _shear(at, state, laminate, w):
     for k in range(LANES):
         w[SHEAR + k] = w[SHEAR + k] if w[ANGLE + k] >= 0.0 else -w[SHEAR + k]
     share, stick = laminate.shear_friction, laminate.shear_stick
-    lost = 0.0
     for k in range(LANES):
         slip = state[at + SLIP + k]
         friction = slider_force(w[ANGLE + k] - slip, stick, share * abs(w[SHEAR + k]))
         now = w[ANGLE + k] - friction / stick
-        lost += state[at + ALIVE + k] * state[at + AREA + k] * friction * (now - slip)
+        w[RUBBED + k] = state[at + ALIVE + k] * state[at + AREA + k] * friction * (now - slip)
         state[at + SLIP + k] = now
         w[SHEAR + k] = (1.0 - share) * w[SHEAR + k] + friction
+    lost = 0.0
+    for k in range(LANES):
+        lost += w[RUBBED + k]
     return lost
 
 
@@ -127,13 +130,13 @@ def _shear(at, state, laminate, w):
 def _delete(at, state, laminate, w):
     """Delete elements whose membrane strain exceeds the limit of a direction; returns how many."""
     limit_a, limit_b = laminate.fail_strain[0], laminate.fail_strain[1]
-    failed = 0.0
+    failed = 0
     for k in range(LANES):
         alive = state[at + ALIVE + k]
         strength = state[at + STRENGTH + k]
         over = max(w[STRAIN_A + k] - strength * limit_a, w[STRAIN_B + k] - strength * limit_b)
         stays = 0.0 if over > 0.0 else alive
-        failed += alive - stays
+        failed += stays != alive
         state[at + ALIVE + k] = stays
     return failed
 
@@ -227,7 +230,7 @@ def shell_forces(block_start, block_stop, time, nodes, shells, laminate, w):
         gather(block, nodes, shells.conn, w)
         _directors(at, shells.state, w)
         _strains(at, shells.state, w)
-        if _delete(at, shells.state, laminate, w) > 0.0:
+        if _delete(at, shells.state, laminate, w) > 0:
             lost += _erode(block, time, nodes, shells, laminate)
         _middle_layer(STRAIN_A, MIDDLE_A, 0, laminate, w)
         _middle_layer(STRAIN_B, MIDDLE_B, 1, laminate, w)

@@ -11,10 +11,13 @@ from knittest.kernels.vec import add, rotate
 LANES = np.uintp(BLOCK)
 ROW2, ROW3 = np.uintp(2 * BLOCK), np.uintp(3 * BLOCK)
 # Rows of the scratch: four rows a corner for positions (the last unused), four for rotations, the first three of which
-# become the director; strains of warp and weft, shear angle, forces of the middle layer in warp and weft, shear force.
-X, D, STRAIN_A, STRAIN_B, ANGLE, MIDDLE_A, MIDDLE_B, SHEAR = (np.uintp(BLOCK * k) for k in (0, 16, *range(32, 38)))
+# become the director; strains of warp and weft, shear angle, forces of the middle layer in warp and weft, shear force,
+# energy that shear friction took.
+X, D, STRAIN_A, STRAIN_B, ANGLE, MIDDLE_A, MIDDLE_B, SHEAR, RUBBED = (
+    np.uintp(BLOCK * k) for k in (0, 16, *range(32, 39))
+)
 CORNERS = tuple(np.uintp(4 * BLOCK * k) for k in range(4))
-SCRATCH = BLOCK * 38
+SCRATCH = BLOCK * 39
 #: first row of each corner in the output
 OUT = tuple(np.uintp(6 * BLOCK * k) for k in range(4))
 

@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 
 from knittest.kernels.drive_state import KINETIC, NORMAL, STATIC, TANGENTIAL
-from knittest.kernels.options import INLINE, KERNEL, ONE, PARTITIONS, U
+from knittest.kernels.options import ANY_ORDER, INLINE, KERNEL, ONE, PARTITIONS, U
 from knittest.kernels.rows import at3, load3, rows3, store3
 from knittest.kernels.tool_contact import touch_force
 from knittest.kernels.tool_shapes import FAR, frame_distance, least_distances, tool_frame
@@ -74,7 +74,7 @@ def touch_tools(partition, first, last, dt, nodes, tools, touch, tally, w):
                 _touch(partition, t, start, touch.near_count[t, block], dt, nodes, tools, touch, tally, w)
 
 
-@njit(**INLINE)
+@njit(**ANY_ORDER)
 def _speed(start, count, nodes):
     """Upper bound of the speeds of ``count`` nodes [mm/ms]: the root of the sum of their eighth powers.
 
