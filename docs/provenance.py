@@ -54,6 +54,7 @@ _STIFFNESS = ("rig.max_angle=31", "solver.speed=0.4", "solver.damping=0.02")
 _IN_PLANE = ("fabric.macro.in_plane_bending.warp=4.2", "fabric.macro.in_plane_bending.weft=3.47")
 #: those of the yarns at ``quick``, for shells
 _EQUAL_SPEED = ("solver.speed=0.2", "solver.ramp=10")
+_PAPER_SIZE = ("model.macro.element_size=3", "solver.speed=0.55", "solver.ramp=10")
 #: blank and tools of the yarns' forming test at ``quick``, for shells
 _SMALL = (
     _FORCE.format(13), "rig.blank_length=120", "rig.blank_width=120", "rig.depth=15", "rig.stamp.t.bar_length=56",
@@ -158,6 +159,17 @@ TABLES: dict[tuple[str, str], Made] = {
             _run("forming", "meso", "quick", "1", _FORCE.format(13)),
             *(
                 _run("forming", "macro", "quick", "1", *_SMALL, "model.macro.element_size=3", *_EQUAL_SPEED, *sets)
+                for sets in (_IN_PLANE, ())
+            ),
+        ),
+        (("forming", "macro"), ("tensile", "meso")),
+    ),
+    ("forming.md", "work-paper"): Made(
+        "python benchmarks/forming_energies.py work-paper YARNS SHELLS...",
+        (
+            _run("forming", "meso", "paper", "1", _FORCE.format(100)),
+            *(
+                _run("forming", "macro", "standard", "1", _FORCE.format(100), *_PAPER_SIZE, *sets)
                 for sets in (_IN_PLANE, ())
             ),
         ),

@@ -15,14 +15,16 @@ NAMED = 3
 INTRO = """
 ### What the order hangs on
 
-Nobody measured the bending stiffness, set, tension and friction of these yarns, nor how far crossings flatten. Each
-has a prior with its reason in `configs/uncertainty/shear-order.yaml`; both variants take the same draw, so that they
-differ in loop length, densities and what follows from them alone. {runs} cells of yarns at {points} points
-(`knittest uncertainty configs/uncertainty/shear-order.yaml`, [uncertainty.md](uncertainty.md)), sections circles. The
-rule is the same: variant 2 below variant 1 at every angle. Median, in brackets 5 and 95 %, and points that ran:
+Nobody measured the stiffness in bending and torsion, set, tension and friction of these yarns, nor how far
+crossings flatten. Each has a prior with its reason in `configs/uncertainty/shear-order.yaml`; both variants
+take the same draw, so that they differ in loop length, densities and what follows from them alone. {runs}
+cells of yarns at {points} points (`knittest uncertainty configs/uncertainty/shear-order.yaml`,
+[uncertainty.md](uncertainty.md)), sections circles. The rule is the same: variant 2 below variant 1 at every
+angle. Median, in brackets 5 and 95 %, and points that ran:
 """.strip()
 MEANING = """
-So the order hangs on the tension of the loops and on their set, which nobody measured. A draw-in multiplies
+So the order hangs on the tension of the loops, on their set and, from 20 deg on, on how they resist torsion, none of
+which anybody measured: loops that twist easily bring variant 2 down. A draw-in multiplies
 the normal forces of variant 1, whose loops are near locking, and with them its friction; variant 2 has room, and hardly
 feels it. Without a draw-in variant 2 is the stiffer one, and the paper's order fails. No draw-in is shipped as
 calibrated on this order: until it is measured the order is open, and what the shipped parameters give, above, stays
