@@ -4,7 +4,8 @@ from knittest.base.kinds import TestKind
 from knittest.base.regressed import Regressed, Regression
 from knittest.laboratory.deciding_fields import CROSSINGS, LOOPS
 
-#: EI of the inlays over their distance [N mm]: without it shells of 2 mm fold into bands, and gates refuse them
+#: EI of the inlays over their distance [N mm]: without it shells of 2 mm fold into bands, and gates refuse them; those
+#: of 6 mm come so near the limit of hourglass energy (3.7 to 5.03 %) that rounding decides
 IN_PLANE = ("fabric.macro.in_plane_bending.warp=4.2", "fabric.macro.in_plane_bending.weft=3.47")
 
 KIND = TestKind(
@@ -74,7 +75,7 @@ KIND = TestKind(
     # an unevenness changed by 2e-9 of itself moves numbers by 1.7 %, the curve by 0.8 % and the buckles by 3.9 %
     regression=Regression(
         runs=(
-            Regressed(1, "quick", "macro", "quick", (("1", None),), ("rig.blank_holder_force=100",), "100n"),
+            Regressed(1, "quick", "macro", "quick", (("1", None),), ("rig.blank_holder_force=100", *IN_PLANE), "100n"),
             Regressed(0, "full", "meso", "paper", (("1", None),), ("rig.blank_holder_force=100",), "100n"),
             Regressed(2, "full", "macro", "paper", (("1", None),), ("rig.blank_holder_force=100", *IN_PLANE), "100n"),
         ),
