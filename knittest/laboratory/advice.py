@@ -57,7 +57,8 @@ def _less_damping(run: Run, share: float) -> str:
     return f"it goes with the damping: solver.damping={damping:g} would pass"
 
 
-def _finer_shells(run: Run, share: float) -> str:
+def finer_shells(run: Run, share: float) -> str:
+    """Element size [mm] that would bring what falls with it to ``share`` of itself."""
     size = rounded_down(run.model.macro.element_size * share)
     return f"it falls with the size of the shells: try model.macro.element_size={size:g}"
 
@@ -68,6 +69,6 @@ RULES: dict[str, Callable[[Run, float], str]] = {
     "energy_error_max": _smaller_step,
     "damping_over_work_max": _less_damping,
     "contact_damping_over_work_max": _slower_contacts,
-    "hourglass_over_internal_max": _finer_shells,
+    "hourglass_over_internal_max": finer_shells,
     "penetration_over_radius_max": _stiffer_contacts,
 }

@@ -61,6 +61,15 @@ def test_a_free_blank_is_sent_to_what_was_measured_to_pass() -> None:
     assert number(advised(held, "drag_over_weight", 20.0, 10.0), "solver.damping") == rounded_down(0.05 * 0.35**2)
 
 
+def test_a_blank_that_folds_into_bands_is_held_in_the_plane_before_its_shells_are_made_finer() -> None:
+    """At 100 N shells of 6, 5, 3, 2 mm hold 5.0, 5.1, 5.7, 8.1 % by hourglass control, 3.7 % at 6 mm in-plane."""
+    text = advised(run_of("forming", "rig.blank_holder_force=100"), "hourglass_over_internal_max", 5.03, 5.0)
+    assert "fabric.macro.in_plane_bending, warp 4.2 and weft 3.47 N mm" in text and "element_size" not in text
+    bends = [f"fabric.macro.in_plane_bending.{d}=4" for d in ("warp", "weft")]
+    finer = advised(run_of("forming", *bends), "hourglass_over_internal_max", 10.0, 5.0)
+    assert number(finer, "model.macro.element_size") == rounded_down(6.0 * 0.35)
+
+
 def test_contacts_of_yarns_are_stiffened_by_their_field() -> None:
     run = run_of(scale="meso")
     text = advised(run, "penetration_over_radius_max", 50.0, 25.0)

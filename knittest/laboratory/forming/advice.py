@@ -3,7 +3,9 @@
 from collections.abc import Callable
 
 from knittest.base.rounding import rounded_down
+from knittest.laboratory.advice import finer_shells
 from knittest.laboratory.forming.config import FormingRun
+from knittest.laboratory.forming.free_yarns import in_plane_stiffness
 from knittest.laboratory.forming.presets import FREE_BLANK
 
 
@@ -18,7 +20,18 @@ def less_damping(run: FormingRun, share: float) -> str:
     return f"try solver.damping={rounded_down(damping * share**2):g}"
 
 
+def held_in_the_plane(run: FormingRun, share: float) -> str:
+    """Yarns that bend in the plane: without, finer shells only fold into finer bands, at more hourglass energy."""
+    if run.fabric.macro.in_plane_bending is not None:
+        return finer_shells(run, share)
+    return (
+        "shells whose yarns do not bend in the plane fold into bands, the finer the more: try "
+        f"fabric.macro.in_plane_bending, {in_plane_stiffness(run.fabric)}"
+    )
+
+
 ADVICE: dict[str, Callable[[FormingRun, float], str]] = {
     "damping_over_work_max": less_damping,
     "drag_over_weight": less_damping,
+    "hourglass_over_internal_max": held_in_the_plane,
 }

@@ -11,12 +11,12 @@ def free_yarns(run: FormingRun) -> tuple[str, ...]:
         return ()
     return (
         "yarns of the shells do not bend in the plane: a compressed flange folds into bands as narrow as the shells, "
-        f"and forces fall with their size; fabric.macro.in_plane_bending holds them: {_told(run.fabric)}",
+        f"and forces fall with their size; fabric.macro.in_plane_bending holds them: {in_plane_stiffness(run.fabric)}",
     )
 
 
-def _told(fabric: Fabric) -> str:
-    """Values of the field [N mm] where the yarns are described, else what to give."""
+def in_plane_stiffness(fabric: Fabric) -> str:
+    """Values of ``fabric.macro.in_plane_bending`` [N mm] where the yarns are described, else what to give."""
     if any(getattr(fabric, name) is None for name in YARN_LEVEL):
         return "EI of a yarn over the distance of the yarns [N mm] (no yarns are described)"
     yarn = fabric.reinforcing.bending_stiffness_n_mm2
