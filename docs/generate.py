@@ -1,6 +1,6 @@
 """Writes the pages of docs that are made of the models, the commands and stored runs. In a checkout:
 
-python -m docs.generate           writes docs/reference-config.md, reference-cli.md and validation.md
+python -m docs.generate           writes reference-config.md, reference-cli.md, validation.md and the stub of knittest
 python -m docs.generate --check   writes nothing, exits with 1 when one of them is not what it would write
 """
 
@@ -11,10 +11,12 @@ from typing import Any
 import click
 
 from docs.generate_config import config_reference, plain, table
+from docs.generate_stub import stub
 from docs.generate_validation import validation_page
 from knittest.cli.main import cli, summaries
 
 HERE = Path(__file__).parent
+STUB = "../knittest/__init__.pyi"
 NOTE = "<!-- written by python -m docs.generate: do not edit -->"
 OPTION_HEADER = ("option", "value", "default", "what")
 CLI_INTRO = """
@@ -42,7 +44,7 @@ def references() -> dict[str, str]:
     """Text of each file by its name in docs."""
     texts = {"reference-config.md": config_reference(), "reference-cli.md": cli_reference()}
     texts["validation.md"] = validation_page()
-    return {name: f"{NOTE}\n\n{text}" for name, text in texts.items()}
+    return {name: f"{NOTE}\n\n{text}" for name, text in texts.items()} | {STUB: stub()}
 
 
 def cli_reference() -> str:

@@ -2,7 +2,8 @@
 
 import threading
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from inspect import Parameter, Signature
 from os import PathLike
 from pathlib import Path
 from typing import Any, TypedDict
@@ -44,7 +45,13 @@ class Options(TypedDict, total=False):
     pictures: bool
     verify: bool
     accept_limits: bool
-    against: PathLike[str] | str | list[PathLike[str] | str]
+    against: PathLike[str] | str | Sequence[PathLike[str] | str]
+
+
+#: of options that may not be None
+DEFAULTS: dict[str, Any] = {
+    "set": (), "quiet": False, "frames": True, "pictures": True, "verify": False, "accept_limits": False, "against": (),
+}  # fmt: skip
 
 
 def run_test(test: str, fabric: FabricLike | None = None, **given: Any) -> Run | Runs:
@@ -132,9 +139,9 @@ def _options(given: dict[str, Any]) -> RunOptions:
     return RunOptions(
         out=None if out is None else Path(out),
         threads=threads,
-        quiet=bool(given.get("quiet", False)),
-        frames=bool(given.get("frames", True)),
-        pictures=bool(given.get("pictures", True)),
+        quiet=bool(given.get("quiet", DEFAULTS["quiet"])),
+        frames=bool(given.get("frames", DEFAULTS["frames"])),
+        pictures=bool(given.get("pictures", DEFAULTS["pictures"])),
         against=tuple(Path(one) for one in curves),
     )
 
@@ -142,8 +149,6 @@ def _options(given: dict[str, Any]) -> RunOptions:
 def test_function(kind: TestKind) -> Callable[..., Run | Runs]:
     """The test of ``kind`` as a function, with the units of its curve and of its own arguments in its docstring."""
     from knittest.laboratory.registry import REPORTS
-
-    name = kind.name.replace("-", "_")
 
     def function(fabric: FabricLike | None = None, **options: Any) -> Run | Runs:
         return run_test(kind.name, fabric, **options)
@@ -153,6 +158,20 @@ def test_function(kind: TestKind) -> Callable[..., Run | Runs]:
     lines = [f"{one.replace('-', '_')}: {meaning}" for one, (_, meaning) in own.items()]
     words = [kind.summary, f"Curve: {axes.ylabel} over {axes.xlabel}.", *lines, str(Options.__doc__)]
     function.__module__ = "knittest"
-    function.__name__ = function.__qualname__ = name
+    function.__name__ = function.__qualname__ = kind.name.replace("-", "_")
     function.__doc__ = "\n\n".join(words)
+    function.__signature__ = signature(kind)  # type: ignore[attr-defined]
     return function
+
+
+def signature(kind: TestKind) -> Signature:
+    """Arguments of the function of ``kind``, with types and defaults: what ``help`` and editors show."""
+    types = {name: one for name, one in Options.__annotations__.items() if kind.directional or name != "direction"}
+    for own, one in ((kind.shortcuts, float), (kind.texts, str)):
+        types |= {name.replace("-", "_"): one | None for name in own}
+    first = Parameter("fabric", Parameter.POSITIONAL_OR_KEYWORD, default=None, annotation=FabricLike | None)
+    others = [
+        Parameter(name, Parameter.KEYWORD_ONLY, default=DEFAULTS.get(name), annotation=one)
+        for name, one in types.items()
+    ]
+    return Signature([first, *others], return_annotation=Run | Runs)

@@ -13,16 +13,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 # Okabe and Ito (2008): told apart with any colour vision; lines differ in dash as well.
-BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, RED, PINK = (
-    "#000000",
-    "#E69F00",
-    "#56B4E9",
-    "#009E73",
-    "#C9B800",
-    "#0072B2",
-    "#D55E00",
-    "#CC79A7",
-)
+BLACK = "#000000"
+ORANGE = "#E69F00"
+SKY = "#56B4E9"
+GREEN = "#009E73"
+YELLOW = "#C9B800"
+BLUE = "#0072B2"
+RED = "#D55E00"
+PINK = "#CC79A7"
 GREY = "#6b7178"
 #: elements of a field above which vector pictures hold it as pixels
 MANY = 1500

@@ -1,5 +1,7 @@
 """The tests as functions: what callers may give, what is refused and with which words, what a folder is read as."""
 
+import ast
+import inspect
 import json
 import subprocess
 import sys
@@ -51,6 +53,25 @@ def test_every_test_is_a_function_with_units_and_every_name_is_there():
     assert (Path(knittest.__file__).parent / "py.typed").is_file()
     with pytest.raises(AttributeError, match='did you mean "tensile"'):
         knittest.tensil  # noqa: B018
+
+
+def test_help_and_editors_see_every_argument_of_a_test():
+    """The signature is that of what the function takes: common options, then its own; strips alone have a direction."""
+    for name, kind in kinds().items():
+        given = inspect.signature(getattr(knittest, name.replace("-", "_"))).parameters
+        assert ("direction" in given) == kind.directional
+        assert set(given) - {"fabric", *tests.Options.__annotations__} == set(kind.own_fields)
+    force = inspect.signature(knittest.forming).parameters["blank_holder_force"]
+    assert (force.annotation, force.default) == (float | None, None)
+    assert inspect.signature(knittest.tensile).parameters["frames"].default is True
+
+
+def test_the_stub_has_the_names_of_the_package():
+    tree = ast.parse((Path(knittest.__file__).parent / "__init__.pyi").read_text())
+    imported = {one.asname for node in tree.body if isinstance(node, ast.ImportFrom) for one in node.names}
+    defined = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
+    assert imported | {"__version__"} == set(knittest.__all__)
+    assert defined == {name.replace("-", "_") for name in kinds()}
 
 
 @pytest.mark.parametrize("fabric", [2, "2", "pham2019-v2"])

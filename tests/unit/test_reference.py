@@ -23,7 +23,10 @@ def generate():
         sys.path.remove(str(DOCS.parent))
 
 
-@pytest.mark.parametrize("name", ["reference-config.md", "reference-cli.md", "validation.md"])
+PAGES = ["reference-config.md", "reference-cli.md", "validation.md", "../knittest/__init__.pyi"]
+
+
+@pytest.mark.parametrize("name", PAGES)
 def test_page_is_up_to_date(generate, name):
     written = (DOCS / name).read_text(encoding="utf-8")
     assert written == generate.references()[name], f"docs/{name} is not up to date: run python -m docs.generate"
@@ -57,10 +60,11 @@ def test_every_option_of_every_command_is_there_with_its_help(generate):
 def test_check_finds_what_is_stale_and_writes_nothing(generate, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(generate, "HERE", tmp_path)
     monkeypatch.setattr(sys, "argv", ["generate.py", "--check"])
+    monkeypatch.setattr(generate, "STUB", "stub.pyi")
     assert generate.main() == 1 and not list(tmp_path.iterdir())
     assert "docs/reference-cli.md: not up to date" in capsys.readouterr().out
     monkeypatch.setattr(sys, "argv", ["generate.py"])
-    assert generate.main() == 0 and len(list(tmp_path.iterdir())) == 3
+    assert generate.main() == 0 and len(list(tmp_path.iterdir())) == 4
     monkeypatch.setattr(sys, "argv", ["generate.py", "--check"])
     assert generate.main() == 0
     (tmp_path / "reference-cli.md").write_text("old")
