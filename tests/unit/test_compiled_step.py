@@ -135,8 +135,9 @@ def test_rows_of_a_scratch_spread_over_the_sets_of_the_first_level_cache(scratch
 
 
 def test_the_search_finds_what_it_searches():
-    """A kernel that may make arrays counts; a row read in a loop with a signed index is scattered to, where the processor
-    can: AVX2 cannot, and passes the tests above for nothing.
+    """A kernel that may make arrays counts; a row read in a loop with a signed index is scattered to.
+
+    The latter where the processor can: AVX2 cannot, and passes the tests above for nothing.
     """
     assert COUNTS.search(_compiled(*_scatter(), ALLOCATING))
     if not get_host_cpu_features().get("avx512f"):
