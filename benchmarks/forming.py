@@ -2,7 +2,6 @@
 
 python benchmarks/forming.py runs RUN [RUN ...]      the table of runs
 python benchmarks/forming.py fields RUN [RUN ...]    the shear of runs on one scale, and by how much it differs
-python benchmarks/forming.py drag RUN [RUN ...]      the table of runs without a holder over damping and speed
 python benchmarks/forming.py window SWEEP            table and picture of configs/sweeps/blank-holder.yaml
 """
 
@@ -21,7 +20,6 @@ from knittest.export.fields_picture import PlanField, fields_picture
 
 DOCS = Path(__file__).parent.parent / "docs"
 FORCE = "rig.blank_holder_force"
-FREE = ("max_wrinkle_height_mm", "wrinkle_height_p95_mm", "draw_in_max_mm", "stamp_force_max_n")
 WINDOW = ("max_wrinkle_height_mm", "wrinkled_area_pct", "max_yarn_force_n", "stamp_force_max_n")
 
 
@@ -42,18 +40,6 @@ def column(folder: Path) -> tuple[str, dict[str, str]]:
         "time of the run, of its processors [s]": f"{cost['wall_s']:.0f}, {cost['cpu_s']:.0f}",
     }
     return name, rows
-
-
-def drag(folders: list[Path]) -> None:
-    """Effect of damping on a blank that nothing but its weight keeps down."""
-    header = ["damping, speed of the stamp"]
-    columns = [column(folder)[1] for folder in folders]
-    for folder in folders:
-        solver = yaml.safe_load((folder / "config.yaml").read_text())["solver"]
-        header.append(f"{solver['damping']:g} / ms, {solver['speed']:g} m/s")
-    names = [*(LABELS[key][0] for key in FREE), "kinetic energy over work [%]", "quality gates"]
-    cells = [[name, *(rows[name] for rows in columns)] for name in names]
-    put("drag", table(header, cells))
 
 
 def table(header: list[str], rows: list[list[str]]) -> str:
@@ -111,5 +97,5 @@ def window(sweep: Path) -> None:
 
 if __name__ == "__main__":
     what, *names = sys.argv[1:]
-    commands = {"runs": runs, "fields": fields, "drag": drag, "window": lambda paths: window(paths[0])}
+    commands = {"runs": runs, "fields": fields, "window": lambda paths: window(paths[0])}
     commands[what]([Path(name) for name in names])

@@ -1,8 +1,7 @@
-"""Bands of shear in the flange of formed shells, over their size: tables of docs/forming.md.
+"""Bands of shear in the flange of formed shells, over their size: a table of docs/forming.md.
 
 python benchmarks/forming_bands.py bands RUN [RUN ...]     runs of the whole blank, with and without
                                                            ``fabric.macro.in_plane_bending``
-python benchmarks/forming_bands.py small RUN [RUN ...]     the same of the yarns' blank of 120 mm
 """
 
 import json

@@ -52,16 +52,6 @@ _FORCE = "rig.blank_holder_force={}"
 _WEAVE = ("cao2008-weave", "solver.safety=0.6")
 _STIFFNESS = ("rig.max_angle=31", "solver.speed=0.4", "solver.damping=0.02")
 _IN_PLANE = ("fabric.macro.in_plane_bending.warp=4.2", "fabric.macro.in_plane_bending.weft=3.47")
-#: those of the yarns at ``quick``, for shells
-_EQUAL_SPEED = ("solver.speed=0.2", "solver.ramp=10")
-_PAPER_SIZE = ("model.macro.element_size=3", "solver.speed=0.55", "solver.ramp=10")
-#: blank and tools of the yarns' forming test at ``quick``, for shells
-_SMALL = (
-    _FORCE.format(13), "rig.blank_length=120", "rig.blank_width=120", "rig.depth=15", "rig.stamp.t.bar_length=56",
-    "rig.stamp.t.bar_width=20", "rig.stamp.t.stem_length=36", "rig.stamp.t.stem_width=20",
-    "rig.stamp.t.edge_radius=4", "rig.stamp.t.outer_corner_radius=5", "rig.stamp.t.inner_corner_radius=12",
-    "rig.die.clearance=6", "rig.die.edge_radius=4", "rig.holder.clearance=6",
-)  # fmt: skip
 #: by page and name of the table
 TABLES: dict[tuple[str, str], Made] = {
     ("homogenise.md", "benchmarks/homogenise.py"): Made(
@@ -144,48 +134,9 @@ TABLES: dict[tuple[str, str], Made] = {
         ),
         (("forming", "macro"),),
     ),
-    ("forming.md", "small"): Made(
-        "python benchmarks/forming_bands.py small RUN...",
-        tuple(
-            _run("forming", "macro", "quick", "1", *_SMALL, f"model.macro.element_size={size}", *sets)
-            for sets in ((), _IN_PLANE)
-            for size in (6, 3, 2)
-        ),
-        (("forming", "macro"),),
-    ),
-    ("forming.md", "work-small"): Made(
-        "python benchmarks/forming_energies.py work-small YARNS SHELLS...",
-        (
-            _run("forming", "meso", "quick", "1", _FORCE.format(13)),
-            *(
-                _run("forming", "macro", "quick", "1", *_SMALL, "model.macro.element_size=3", *_EQUAL_SPEED, *sets)
-                for sets in (_IN_PLANE, ())
-            ),
-        ),
-        (("forming", "macro"), ("tensile", "meso")),
-    ),
-    ("forming.md", "work-paper"): Made(
-        "python benchmarks/forming_energies.py work-paper YARNS SHELLS...",
-        (
-            _run("forming", "meso", "paper", "1", _FORCE.format(100)),
-            *(
-                _run("forming", "macro", "standard", "1", _FORCE.format(100), *_PAPER_SIZE, *sets)
-                for sets in (_IN_PLANE, ())
-            ),
-        ),
-        (("forming", "macro"), ("tensile", "meso")),
-    ),
     ("forming.md", "window"): Made(
         "python benchmarks/forming.py window runs/batch-blank-holder",
         tuple(_run("forming", "macro", "quick", "1", _FORCE.format(f)) for f in (0, 25, 50, 100, 200, 400)),
-        (("forming", "macro"),),
-    ),
-    ("forming.md", "drag"): Made(
-        "python benchmarks/forming.py drag RUN...",
-        (
-            _run("forming", "macro", "quick"),
-            _run("forming", "macro", "quick", "1", "solver.damping=0.0125", "solver.speed=0.05"),
-        ),
         (("forming", "macro"),),
     ),
 }
