@@ -1,6 +1,6 @@
-"""Difference of the work of stamps, mechanism by mechanism, printed as a table.
+"""Difference of the work of stamps, mechanism by mechanism: tables of docs/forming.md.
 
-python benchmarks/forming_energies.py RUN OTHER [OTHER ...]     runs at one speed, with the same tools
+python benchmarks/forming_energies.py MARK RUN OTHER [OTHER ...]     runs at one speed, with the same tools
 
 Up to the travel that all of them reached. Bending is that in the plane and out of it on both scales. What the law of
 shear is for shells, loops, crossings and the torsion of inlays are for yarns: the law is that of a frame of such yarns.
@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 import yaml
 
-from benchmarks.forming import table
+from benchmarks.forming import put, table
 
 #: mechanisms of stamp-work.csv that are one row on both scales
 ROWS: dict[str, tuple[str, ...]] = {
@@ -70,8 +70,8 @@ def heading(folder: Path) -> str:
     return f"shells {bent} in the plane"
 
 
-def main(folders: list[Path]) -> None:
-    """Print the table; runs that differ in more than their model are refused."""
+def main(mark: str, folders: list[Path]) -> None:
+    """Write the table of ``mark``; runs that differ in more than their model are refused."""
     for folder in folders[1:]:
         differing = [name for name, a, b in zip(EQUAL, settings(folders[0]), settings(folder), strict=True) if a != b]
         if differing:
@@ -85,8 +85,8 @@ def main(folders: list[Path]) -> None:
     for row in first:
         more = [f"{first[row] - one[row]:.1f}, {100.0 * shares(first, one)[row]:.0f} %" for one in others]
         rows.append([row, *(f"{one[row]:.1f}" for one in (first, *others)), *more])
-    print(table(header, rows))
+    put(mark, table(header, rows))
 
 
 if __name__ == "__main__":
-    main([Path(name) for name in sys.argv[1:]])
+    main(sys.argv[1], [Path(name) for name in sys.argv[2:]])

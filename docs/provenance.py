@@ -52,6 +52,8 @@ _FORCE = "rig.blank_holder_force={}"
 _WEAVE = ("cao2008-weave", "solver.safety=0.6")
 _STIFFNESS = ("rig.max_angle=31", "solver.speed=0.4", "solver.damping=0.02")
 _IN_PLANE = ("fabric.macro.in_plane_bending.warp=4.2", "fabric.macro.in_plane_bending.weft=3.47")
+#: size of the shells and speed of the yarns at ``paper``, for shells
+_PAPER_SIZE = ("model.macro.element_size=3", "solver.speed=0.55", "solver.ramp=10")
 #: by page and name of the table
 TABLES: dict[tuple[str, str], Made] = {
     ("homogenise.md", "benchmarks/homogenise.py"): Made(
@@ -133,6 +135,17 @@ TABLES: dict[tuple[str, str], Made] = {
             for sets in ((), _IN_PLANE)
         ),
         (("forming", "macro"),),
+    ),
+    ("forming.md", "work-paper"): Made(
+        "python benchmarks/forming_energies.py work-paper YARNS SHELLS...",
+        (
+            _run("forming", "meso", "paper", "1", _FORCE.format(100)),
+            *(
+                _run("forming", "macro", "standard", "1", _FORCE.format(100), *_PAPER_SIZE, *sets)
+                for sets in (_IN_PLANE, ())
+            ),
+        ),
+        (("forming", "macro"), ("tensile", "meso")),
     ),
     ("forming.md", "window"): Made(
         "python benchmarks/forming.py window runs/batch-blank-holder",
