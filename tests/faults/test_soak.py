@@ -18,7 +18,7 @@ SLEEP = [sys.executable, "-c", "import time; print(flush=True); time.sleep(60)"]
 
 
 def test_a_few_stops_of_a_strip(capsys):
-    """Some ten processes; the table of docs/reliability.md comes from hundreds over all tests."""
+    """Some ten processes; the numbers of docs/reliability.md come from hundreds over all tests."""
     code = soak.main(["--kills", "1", "--signals", "1", "--scenes", "head", "--only", "tensile of shells", "--kept"])
     told = capsys.readouterr()
     assert code == 0, told.err
