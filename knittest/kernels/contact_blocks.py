@@ -131,9 +131,9 @@ def _gather(first, count, dt, spin, oval, nodes, contacts, alive, w):
         fx, fy, fz = at3(force, c)
         touched = dt if (fx != 0.0) | (fy != 0.0) | (fz != 0.0) else 0.0
         spin_a, spin_b = _spin(i, s, turning), _spin(j, t, turning)
+        store3(w, SWING_X + m, LANES, scale(dt, _swing(i, s, velocity)))
+        store3(w, SWUNG_X + m, LANES, scale(dt, _swing(j, t, velocity)))
         if oval is not None:
-            store3(w, SWING_X + m, LANES, scale(dt, _swing(i, s, velocity)))
-            store3(w, SWUNG_X + m, LANES, scale(dt, _swing(j, t, velocity)))
             if (excess[i] != 0.0) | (excess[j] != 0.0):
                 first_section = section_at(i, s, turned, square, excess)
                 second_section = section_at(j, t, turned, square, excess)
@@ -152,7 +152,7 @@ def _gather(first, count, dt, spin, oval, nodes, contacts, alive, w):
 
 
 @njit(**INLINE)
-def _evaluate(count, oval, law, inv_dt, w):
+def _evaluate(count, law, inv_dt, w):
     for m in range(U(count)):
         # spline coefficients: c(s) = c0 + s (c1 + s c2)
         ux1, uy1, uz1 = w[P3 + m] - w[P0 + m], w[P4 + m] - w[P1 + m], w[P5 + m] - w[P2 + m]
@@ -195,13 +195,11 @@ def _evaluate(count, oval, law, inv_dt, w):
             gx = cx + s * (ux1 + s * ux2) - t * (vx1 + t * vx2)
             gy = cy + s * (uy1 + s * uy2) - t * (vy1 + t * vy2)
             gz = cz + s * (uz1 + s * uz2) - t * (vz1 + t * vz2)
-        if (
-            oval is not None
-        ):  # the motion where the contact was and where it is: what turns about it as it runs makes no energy
-            ds, dt = 0.5 * (s - w[S + m]), 0.5 * (t - w[T + m])
-            kx, ky, kz = combine(ds, load3(w, SWING_X + m, LANES), -dt, load3(w, SWUNG_X + m, LANES))
-            mx, my, mz = mx + kx, my + ky, mz + kz
-            dx, dy, dz = dx + kx, dy + ky, dz + kz
+        # the motion half where the contact was and half where it is: what turns about it as it runs makes no energy
+        ds, dt = 0.5 * (s - w[S + m]), 0.5 * (t - w[T + m])
+        kx, ky, kz = combine(ds, load3(w, SWING_X + m, LANES), -dt, load3(w, SWUNG_X + m, LANES))
+        mx, my, mz = mx + kx, my + ky, mz + kz
+        dx, dy, dz = dx + kx, dy + ky, dz + kz
         # a contact beyond the end of its chain carries nothing
         on_yarns = 1.0 if (s > -0.5) & (s < 1.5) & (t > -0.5) & (t < 1.5) else 0.0
         # what the yarns close themselves, along the mean normal of the step: a slide is none, to third order
@@ -255,7 +253,7 @@ def contact_forces(share, dt, nodes, contacts, alive, law, spin, oval, w):
     while block < last:
         count = min(BLOCK, last - block)
         _gather(block, count, dt, spin, oval, nodes, contacts, alive, w)
-        _evaluate(count, oval, sticking, 1.0 / dt, w)
+        _evaluate(count, sticking, 1.0 / dt, w)
         if spin is not None:
             give_way(block, count, contacts, law, w)
         _store(block, count, contacts, w)

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit, prange
+from numpy.typing import NDArray
 
 from knittest.kernels.contact import closest_step
 from knittest.kernels.grid import ROWS, place_of, row_near
@@ -15,7 +16,7 @@ from knittest.kernels.options import ALLOCATING, INLINE, KERNEL, PARALLEL, PARTI
 from knittest.kernels.rows import rows3, rows4
 from knittest.kernels.state import Array, Index
 
-#: pieces within this angle of parallel (14 degrees) are line contacts: sin^2
+#: pieces within this angle of parallel (14 degrees) are line contacts, unless they bend apart: sin^2
 PARALLEL_SIN2 = 0.06
 #: Newton steps that place a new crossing, and how far beyond a piece they may leave it: it belongs to one of two
 NEWTON_STEPS, BEYOND = 4, 1e-3
@@ -23,13 +24,14 @@ NEWTON_STEPS, BEYOND = 4, 1e-3
 
 class Pieces(NamedTuple):
     """Pieces of yarns, (n_nodes,) each: ``radius`` and ``half_piece`` length [mm], the number of pieces along its yarn
-    that it never touches (``exclude``), and its ``chain``.
+    that it never touches (``exclude``), its ``chain``, and whether it is ``cut`` off there: no two of those touch.
     """
 
     radius: Array
     half_piece: Array
     exclude: Index
     chain: Index
+    cut: NDArray[np.bool_]
 
 
 class Cells(NamedTuple):
@@ -78,16 +80,25 @@ def _apart(x, y, z, i, j, gap):
 
 @njit(**KERNEL)
 def crossing(x, y, z, i, j):
-    """Closest points of pieces i and j: (s, t, offset (3), line flag); parameters may leave [0, 1)."""
+    """Closest points of pieces i and j: (s, t, offset (3), line flag); parameters may leave [0, 1).
+
+    The Hessian of half the squared distance says whether they touch at a point: straight pieces by the angle between
+    them, parallel ones by how they bend apart.
+    """
     ax, ay, az, ux, uy, uz, px, py, pz = piece(x, y, z, i)
     bx, by, bz, vx, vy, vz, qx, qy, qz = piece(x, y, z, j)
     s, t = 0.5, 0.5
     mx, my, mz = ux + px, uy + py, uz + pz
     nx, ny, nz = vx + qx, vy + qy, vz + qz
     mn = mx * nx + my * ny + mz * nz
-    lengths = (mx * mx + my * my + mz * mz) * (nx * nx + ny * ny + nz * nz)
-    line = 1.0 if mn * mn > (1.0 - PARALLEL_SIN2) * lengths else 0.0
-    wx, wy, wz = 0.0, 0.0, 0.0
+    mm, nn = mx * mx + my * my + mz * mz, nx * nx + ny * ny + nz * nz
+    wx = ax - bx + 0.5 * (ux + 0.5 * px - vx - 0.5 * qx)
+    wy = ay - by + 0.5 * (uy + 0.5 * py - vy - 0.5 * qy)
+    wz = az - bz + 0.5 * (uz + 0.5 * pz - vz - 0.5 * qz)
+    first = max(mm + 2.0 * (wx * px + wy * py + wz * pz), 0.0)
+    second = max(nn - 2.0 * (wx * qx + wy * qy + wz * qz), 0.0)
+    apart = max(first * second - mm * nn, 0.0)
+    line = 1.0 if mn * mn - apart > (1.0 - PARALLEL_SIN2) * mm * nn else 0.0
     for step in range(NEWTON_STEPS + 1):
         wx = ax - bx + s * (ux + s * px) - t * (vx + t * qx)
         wy = ay - by + s * (uy + s * py) - t * (vy + t * qy)
@@ -120,7 +131,7 @@ def _pairs_of(first, last, position, pieces, alive, moved, cells, by_cell, skin,
     """Pairs that pieces first..last are in; see :func:`find_pairs`. Returns their number."""
     x, y, z = rows3(position)
     px, py, pz, extent = rows4(by_cell)
-    radius, half_piece, exclude, chain = pieces
+    radius, half_piece, exclude, chain, cut = pieces
     cell_of, shape, head, order = cells
     found = 0
     for q in range(first, last):
@@ -137,6 +148,8 @@ def _pairs_of(first, last, position, pieces, alive, moved, cells, by_cell, skin,
                 i, j = min(q, order[k]), max(q, order[k])
                 # a pair of two moved pieces is looked at once, from the lower one
                 if i == j or (i != q and moved[i]) or (chain[j] == chain[i] and j - i <= exclude[i]):
+                    continue
+                if cut[i] and cut[j]:
                     continue
                 gap = radius[i] + radius[j] + skin
                 if alive[i - 1] * alive[i] * alive[j - 1] * alive[j] == 0.0 or _apart(x, y, z, i, j, gap):

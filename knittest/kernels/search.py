@@ -109,6 +109,12 @@ def _push(contacts, c, head, following):
 
 
 @njit(**KERNEL)
+def _gap(contacts, c):
+    """Distance of the closest points of contact ``c`` [mm]."""
+    return sqrt(contacts.offset[0, c] ** 2 + contacts.offset[1, c] ** 2 + contacts.offset[2, c] ** 2)
+
+
+@njit(**KERNEL)
 def keep_contacts(old, count, radius, chain, alive, moved, skin, new, head, following):
     """Copy tracked contacts that are still near into ``new`` and its lists; returns how many.
 
@@ -123,7 +129,7 @@ def keep_contacts(old, count, radius, chain, alive, moved, skin, new, head, foll
             continue
         if alive[i - 1] * alive[i] * alive[j - 1] * alive[j] == 0.0:
             continue
-        gap = sqrt(old.offset[0, c] ** 2 + old.offset[1, c] ** 2 + old.offset[2, c] ** 2)
+        gap = _gap(old, c)
         if gap >= old.reach[c] + skin:
             continue
         touch = radius[i] + radius[j]
@@ -146,8 +152,7 @@ def _reach_of_ellipses(touch, gap, goes_on, contacts, c):
     """Reach of contact ``c``, found again: what its old one fell short by it keeps, but for the gap that has opened."""
     full, short = contacts.touch[c], contacts.touch[c] - contacts.reach[c]
     if goes_on:  # at the place that it has, not at the one that was found
-        x, y, z = contacts.offset[0, c], contacts.offset[1, c], contacts.offset[2, c]
-        return min(full, max(full - short, sqrt(x * x + y * y + z * z)))
+        return min(full, max(full - short, _gap(contacts, c)))
     return min(touch, max(touch - short, gap))
 
 
@@ -156,13 +161,17 @@ def _add_contact(i, j, s, t, wx, wy, wz, line, touch, arm, coefficient, most, ol
     """Write contact ``c``; it inherits the spring of ``before`` in ``old`` unless that is -1.
 
     One of the same pieces goes on where it was. Any other looks back on no step: its offset is the present one, and
-    without a force the kernel counts no turn of its surfaces as slide. Returns whether it went on.
+    without a force the kernel counts no turn of its surfaces as slide. A crossing that was a line contact keeps its
+    depth, where it touches now. Returns whether it went on.
     """
     gap = sqrt(wx * wx + wy * wy + wz * wz)
     reach = min(touch, gap)
     new.spring[:, c], new.slipping[c], new.twist[c] = 0.0, 0.0, 0.0
     goes_on = False
-    if before >= 0:
+    if before >= 0 and old.line[before] != line:
+        _copy(old, before, new, c)
+        reach = min(touch, gap + max(new.reach[c] - _gap(old, before), 0.0))
+    elif before >= 0:
         _copy(old, before, new, c)
         goes_on = new.piece[0, c] == i and new.piece[1, c] == j
         reach = min(touch, max(reach, new.reach[c]))
@@ -214,6 +223,8 @@ def find_contacts(pairs, places, found, radius, part, levers, chain, alive, move
                 continue
             if needed < new.reach.size:
                 before = _tracked(old, old_lists, old_following, chain, i, j, s, t, line, SAME)
+                if before < 0 and line == 0.0:  # yarns side by side that bent apart, or turned
+                    before = _tracked(old, old_lists, old_following, chain, i, j, s, t, 1.0, SAME)
                 elliptic = new.excess.size > 0 and (new.excess[i] != 0.0 or new.excess[j] != 0.0)
                 touch = place[TOUCH] if elliptic else radius[i] + radius[j]
                 arm = place[ARM] if elliptic else radius[i] / touch

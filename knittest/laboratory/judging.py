@@ -110,7 +110,18 @@ def _judged(run: Run, quality: Quality, beyond: BeyondLaw) -> Quality:
             quality = quality.warning(beyond.stated)
         else:
             quality = by_gate(run, quality, gate, beyond)
+    quality = quality.warning(*_sunk(run, quality))
     return replace(quality, quasi_static=100.0 * quality.ke_over_ie_max <= run.solver.max_kinetic_ratio)
+
+
+def _sunk(run: Run, quality: Quality) -> Iterator[str]:
+    """What is said of yarns that lie in each other without a force, where no gate refuses that."""
+    share, limit = 100.0 * quality.force_free_overlap_max, run.solver.max_force_free
+    if share > limit and not any(gate.key == "force_free_overlap_max" for gate in gates_of(run)):
+        yield (
+            f"yarns lie in each other by up to {share:.0f} % of a radius without a force (contacts.csv), settled ones may "
+            f"by {limit:g} %: the fabric is thinner than it should be, its forces may be low"
+        )
 
 
 def by_gate(run: Run, quality: Quality, gate: SolverGate, beyond: BeyondLaw | None = None) -> Quality:

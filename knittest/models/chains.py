@@ -107,6 +107,11 @@ class _Layout:
         inner[self.start[:-1]] = inner[self.start[1:] - 1] = False
         return inner
 
+    def near_ends(self, count: int) -> Flags:
+        """Tell which pieces are among the ``count`` first or last of their chain."""
+        place, stop = np.arange(len(self.chain)), self.start[1:][self.chain] - 1
+        return (place - self.start[:-1][self.chain] <= count) | (stop - place <= count) if count else place < 0
+
     def of_card(self, name: str) -> Array:
         """A constant of each node's section."""
         return np.array([getattr(c, name) for c in self.cards])[self.section]
@@ -283,9 +288,9 @@ def _contact_group(
     n_parts, patch = int(part.max()) + 1, None if contact is None else contact.patch
     levers = np.zeros((2, n_parts, n_parts)) if patch is None else patch.levers(n_parts)
     return YarnContactGroup(
-        radius, half_piece, np.ceil(bend / mean[lay.section]).astype(np.int64), is_piece, lay.chain, node_cut, law,
-        part, levers, wide, *_heights(lay, normal), _shapes(lay, contact),
-        pressed=contact is not None and contact.pressed,
+        radius, half_piece, np.ceil(bend / mean[lay.section]).astype(np.int64), is_piece, lay.chain,
+        lay.near_ends(0 if contact is None else contact.cut), node_cut, law, part, levers, wide, *_heights(lay, normal),
+        _shapes(lay, contact), pressed=contact is not None and contact.pressed,
     )  # fmt: skip
 
 

@@ -66,7 +66,8 @@ def _used(contacts: Contacts, count: int) -> Contacts:
 @dataclass
 class YarnContactGroup:
     """Input of the search, each (n_nodes,): radius and half piece length [mm], pieces along the same yarn that never
-    touch, where a spline piece is, chain and part numbers; ``node_cut`` first nodes of the partitions; ``law`` of all
+    touch, where a spline piece is, chain and part numbers, whether a piece is so near the end of its yarn that it is
+    ``cut``, and does not press another that is; ``node_cut`` first nodes of the partitions; ``law`` of all
     pairs, ``levers`` (2, n_parts, n_parts) of their friction moments. ``bound`` radius around the section [mm], that of
     an ellipse more than its half height, ``radius``; sections of nodes as in :class:`Contacts`, empty if all are round
     (``shape``: if all are rigid).
@@ -81,6 +82,7 @@ class YarnContactGroup:
     exclude: Index
     is_piece: NDArray[np.bool_]
     chain: Index
+    cut: NDArray[np.bool_]
     node_cut: Index
     law: ContactLaw
     part: Index
@@ -157,6 +159,11 @@ class ContactTracker:
         gap = np.linalg.norm(self.contacts.offset[:, :n], axis=0)
         hidden = self.touch() - np.maximum(self.contacts.reach[:n], gap)
         found: Array = np.maximum(hidden, 0.0) / self.group.radius[self.contacts.piece[:, :n]].min(axis=0)
+        return found
+
+    def at_ends(self) -> NDArray[np.bool_]:
+        """Tell which contacts in use, (count,), are with a piece near the end of its yarn."""
+        found: NDArray[np.bool_] = self.group.cut[self.contacts.piece[:, : self.count]].any(axis=0)
         return found
 
     def _describe(self, contact: int, share: float) -> str:
@@ -245,7 +252,7 @@ class ContactTracker:
     def _find_pairs(self, position: Array, moved: NDArray[np.bool_], cells: Cells) -> tuple[Index, Array, Index]:
         """Pairs, their places and how many there are, by share; room for them grows when it overflows."""
         group, found = self.group, np.zeros(PARTITIONS, np.int64)
-        pieces = Pieces(group.bound, group.half_piece, group.exclude, group.chain)
+        pieces = Pieces(group.bound, group.half_piece, group.exclude, group.chain, group.cut)
         while True:
             find_pairs(position, pieces, self.alive, moved, cells, CONTACT_SKIN, *self._room, found)
             if (most := int(found.max())) <= self._room[0].shape[1]:

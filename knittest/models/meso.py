@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 
 #: strength of a yarn away from its weakest place, above its drawn strength, relative
 STRENGTH_MARGIN = 0.15
+#: pieces at the end of yarns that do not press each other: jaws hold them side by side, nearer than they are wide
+CUT = 2
 #: elliptic sections start with their height across the fabric
 UPRIGHT = np.array([0.0, 0.0, 1.0])
 
@@ -71,6 +73,7 @@ def yarn_contact(run: Run) -> YarnContact:
         compaction=None if compaction is None else (compaction.exponent, compaction.depth_mm),
         patch=fabric_patch(run.fabric),
         pressed=run.fabric.knitting.settled,
+        cut=CUT,
     )
 
 

@@ -74,6 +74,7 @@ def build_periodic(
                 f"chain {number}: {len(chain.points)} elements a period, along {chain.along}; expected at least "
                 f"{ENDS}, along lattice vector 0 or 1"
             )
+    contact = contact and replace(contact, cut=0)  # ends of images are no ends of yarns
     pieces = _pieces(chains, vectors, _reach(chains, vectors, shrink) if halo is None else halo)
     long = [_long(chains[p.chain], p, vectors) for p in pieces]
     flat = build_chains(long, part_names, contact, scaling)

@@ -20,7 +20,8 @@ class YarnContact:
     ``compaction`` (exponent 1, 2 or 3, depth [mm]) makes the force normal d (1 + (d / depth)^exponent). ``patch`` makes
     crossings resist spin, ``Patch.disc(R)`` up to 2/3 friction N R; slip and spin share one limit. None: free spin.
     Yarns that overlap at the start are free of force there, or ``pressed``: they press each other by all of it, and
-    come to rest.
+    come to rest. The ``cut`` first and last pieces of yarns do not press those of others: what holds cut ends side by
+    side leaves them no room.
     """
 
     normal: float
@@ -31,6 +32,7 @@ class YarnContact:
     compaction: tuple[int, float] | None = None
     patch: Patch | None = None
     pressed: bool = False
+    cut: int = 0
 
     def law(self, radius: float, viscous: float, torsional: float = 0.0) -> ContactLaw:
         """Contact law of yarns whose smallest radius is ``radius`` [mm], with ``viscous`` [N ms/mm] and ``torsional``

@@ -100,9 +100,12 @@ class YarnModel(ExplicitModel):
         """Living beams, (n_nodes + 1,): 1 where their energy counts, else 0."""
         return self.beams.alive
 
-    def force_free(self) -> float:
-        """Deepest overlap that carries no force over the smaller radius."""
-        return float(self.tracker.force_free().max(initial=0.0)) if self.contact else 0.0
+    def force_free(self) -> tuple[float, float]:
+        """Deepest overlap that carries no force over the smaller radius, away from the ends of yarns and at them."""
+        if not self.contact:
+            return 0.0, 0.0
+        share, at_ends = self.tracker.force_free(), self.tracker.at_ends()
+        return float(share[~at_ends].max(initial=0.0)), float(share[at_ends].max(initial=0.0))
 
     def pressing(self) -> float:
         """See :meth:`ExplicitModel.pressing`."""

@@ -217,7 +217,8 @@ def _contacts(run: Simulation, stored: Stored) -> dict[str, float]:
         "penetration_max_pct": float(share.max(initial=0.0)),
         "penetration_mean_pct": float(share.mean()) if len(share) else 0.0,
         **{f"penetration_p{p}_pct": float(v) for p, v in zip((50, 90, 99), middle, strict=True)},
-        "force_free_overlap_max_pct": 100.0 * stored.force_free,
+        "force_free_overlap_max_pct": 100.0 * stored.force_free[0],
+        "force_free_at_ends_max_pct": 100.0 * stored.force_free[1],
         "tool_contacts": float(np.count_nonzero(run.drive.touch.pressure)),
         "tool_penetration_max_um": 1e3 * stored.tool_depth,
     }

@@ -135,3 +135,25 @@ def test_yarns_that_close_press_and_those_that_part_do_not_by_a_slide():
     assert np.abs(pair.contacts.force).max() == 0.0  # apart, and back to where they touched
     pair.step(np.array([0.0, 0.0, -3.0e-2]))
     assert pair.depth == pytest.approx(DEPTH + 5e-3 - 1e-2, rel=1e-6)
+
+
+@pytest.mark.parametrize("slide", [0.3, -0.3])
+@pytest.mark.parametrize(("first", "axis"), [(True, 0), (False, 1)])
+def test_a_yarn_that_rocks_while_it_slides_comes_back_as_deep_as_it_was(first, axis, slide):
+    """Turned by 0.01 in time with a slide along itself: the place where it touches runs along what turns.
+
+    Closed where the contact was, each step would change the depth by half of turn times slide, 1.9 um in all.
+    """
+    pair, count = straight(90.0), 16
+    start, which = pair.depth, pair.upper if first else ~pair.upper
+    here = pair.nodes.position[:, which].copy()
+    pivot = here.mean(axis=1, keepdims=True)
+    for k in range(1, count + 1):
+        phase = np.sin(2.0 * np.pi * k / count)
+        turned = here.copy()
+        turned[axis] += slide * phase
+        turned[2] -= 0.01 * phase * (here - pivot)[axis]
+        pair.nodes.velocity[:, which] = (turned - pair.nodes.position[:, which]) / 1e-4
+        pair.nodes.position[:, which] = turned
+        pair.step(np.zeros(3))
+    assert pair.depth == pytest.approx(start, abs=2e-5)

@@ -143,6 +143,8 @@ def test_overlap_without_force_is_reported_always_and_refuses_settled_yarns(
     quality = judged(found, run)
     assert quality.force_free_overlap_max == pytest.approx(0.01 * share)
     assert len(quality.failures) == refused and all("carries no force" in text for text in quality.failures)
+    warned = [text for text in quality.warnings if "by up to 11 % of a radius without a force" in text]
+    assert len(warned) == (share > 10.0 and not settled)
     assert judged(found, run_of()).failures == ()
 
 
