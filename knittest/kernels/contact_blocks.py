@@ -133,18 +133,17 @@ def _gather(first, count, dt, spin, oval, nodes, contacts, alive, w):
         spin_a, spin_b = _spin(i, s, turning), _spin(j, t, turning)
         store3(w, SWING_X + m, LANES, scale(dt, _swing(i, s, velocity)))
         store3(w, SWUNG_X + m, LANES, scale(dt, _swing(j, t, velocity)))
-        if oval is not None:
-            if (excess[i] != 0.0) | (excess[j] != 0.0):
-                first_section = section_at(i, s, turned, square, excess)
-                second_section = section_at(j, t, turned, square, excess)
-                grown = swelling(i, j, s, t, first_section, second_section, at3(offset, c), contacts)
-                a, b, extent, touch = carry_over(
-                    m, first_section, second_section, at3(shift, c), at3(other, c), contacts.touch[c], touched, grown,
-                    scale(touched, spin_a), scale(touched, spin_b), w,
-                )  # fmt: skip
-                put3(shift, c, a)
-                put3(other, c, b)
-                contacts.touch[c], contacts.arm[c] = touch, extent / touch
+        if oval is not None and (excess[i] != 0.0) | (excess[j] != 0.0):
+            first_section = section_at(i, s, turned, square, excess)
+            second_section = section_at(j, t, turned, square, excess)
+            grown = swelling(i, j, s, t, first_section, second_section, at3(offset, c), contacts)
+            a, b, extent, touch = carry_over(
+                m, first_section, second_section, at3(shift, c), at3(other, c), contacts.touch[c], touched, grown,
+                scale(touched, spin_a), scale(touched, spin_b), w,
+            )  # fmt: skip
+            put3(shift, c, a)
+            put3(other, c, b)
+            contacts.touch[c], contacts.arm[c] = touch, extent / touch
         arm = contacts.arm[c]
         store3(w, TURN_X + m, LANES, add(scale(touched * arm, spin_a), scale(touched * (1.0 - arm), spin_b)))
         if spin is not None:

@@ -163,8 +163,8 @@ class ContactTracker:
 
     def at_ends(self) -> NDArray[np.bool_]:
         """Tell which contacts in use, (count,), are with a piece near the end of its yarn."""
-        found: NDArray[np.bool_] = self.group.cut[self.contacts.piece[:, : self.count]].any(axis=0)
-        return found
+        first, second = self.contacts.piece[:, : self.count]
+        return self.group.cut[first] | self.group.cut[second]
 
     def _describe(self, contact: int, share: float) -> str:
         nodes = self.contacts.piece[:, contact]

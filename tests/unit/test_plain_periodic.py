@@ -1,5 +1,7 @@
 """A periodic cell: maps of its images, shares of its contacts, and the pull on its lattice as the energy's gradient."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from plain import plain
@@ -301,3 +303,8 @@ def pulled_with(model: PeriodicModel, couple: float) -> np.ndarray:
         model.tracker.count, DT, model.nodes, model.beams, model.tracker.contacts, model.images, drive.tables, tally
     )
     return model.images.pull.copy()
+
+
+def test_yarns_of_a_cell_have_no_cut_ends():
+    """Where images stop, yarns go on: no piece there gives up its contacts."""
+    assert not build_periodic(wavy(), [A, B], ("a", "b"), replace(CONTACT, cut=2)).group.cut.any()

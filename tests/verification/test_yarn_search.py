@@ -105,3 +105,22 @@ def test_ways_there_and_back_do_not_add_up_unseen():
     assert moved(0, 0, 0.6) == 0
     moved(1, 2, -0.49 * (1.0 + search.SOON))
     assert moved(0, 2, 0.49) == 1
+
+
+def side_by_side(shift: float, cut: int) -> Body:
+    """Two straight yarns of nine nodes that lie 0.9 of their width apart, one ``shift`` [mm] ahead."""
+    along, zero = np.arange(9.0), np.zeros(9)
+    yarns = [np.column_stack([along + k * shift, zero + 1.8 * RADIUS * k, zero]) for k in range(2)]
+    body = Body.of_chains([Chain(points, CARD) for points in yarns], YarnContact(500.0, 250.0, 0.3, 0.0, cut=cut))
+    body.start()
+    return body
+
+
+@pytest.mark.parametrize(("cut", "shift", "touching"), [(0, 0.0, range(1, 8)), (2, 0.0, range(3, 6)), (2, 4.0, [5, 7])])
+def test_cut_ends_do_not_press_each_other_but_the_middles_of_others(cut, shift, touching):
+    """Pieces 1, 2, 6, 7 of either yarn are cut off by jaws; where one lies on the middle of the other it presses."""
+    tracker = side_by_side(shift, cut).model.tracker
+    assert sorted(tracker.contacts.piece[0, : tracker.count].tolist()) == list(touching)
+    ends = [1, 2, 6, 7] if cut else []
+    expected = [i in ends or j - 9 in ends for i, j in tracker.contacts.piece[:, : tracker.count].T]
+    assert tracker.at_ends().tolist() == expected
