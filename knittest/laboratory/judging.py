@@ -115,7 +115,7 @@ def _judged(run: Run, quality: Quality, beyond: BeyondLaw) -> Quality:
 
 
 def _sunk(run: Run, quality: Quality) -> Iterator[str]:
-    """What is said of yarns that lie in each other without a force, where no gate refuses that."""
+    """Warning of yarns that lie in each other without a force, where no gate refuses that."""
     share, limit = 100.0 * quality.force_free_overlap_max, run.solver.max_force_free
     if share > limit and not any(gate.key == "force_free_overlap_max" for gate in gates_of(run)):
         yield (

@@ -306,5 +306,5 @@ def pulled_with(model: PeriodicModel, couple: float) -> np.ndarray:
 
 
 def test_yarns_of_a_cell_have_no_cut_ends():
-    """Where images stop, yarns go on: no piece there gives up its contacts."""
+    """Yarns go on where images stop: no piece there gives up its contacts."""
     assert not build_periodic(wavy(), [A, B], ("a", "b"), replace(CONTACT, cut=2)).group.cut.any()

@@ -1,4 +1,4 @@
-"""Which pieces of yarns touch at a point and which along a line, and what such contacts inherit. Plain Python."""
+"""Pieces of yarns that touch at a point or along a line, and what such contacts inherit. Plain Python."""
 
 import numpy as np
 import pytest
