@@ -103,6 +103,15 @@ def _tracked(contacts, head, following, chain, i, j, s, t, line, near):
 
 
 @njit(**KERNEL)
+def _line_of(contacts, head, following, i, j):
+    """Number of the line contact of pieces ``i`` and ``j`` in the lists ``head``, or -1; of no others: it has one heir."""
+    c = head[i]
+    while c >= 0 and (contacts.piece[1, c] != j or contacts.line[c] == 0.0):
+        c = following[c]
+    return c
+
+
+@njit(**KERNEL)
 def _push(contacts, c, head, following):
     following[c] = head[contacts.piece[0, c]]
     head[contacts.piece[0, c]] = c
@@ -224,7 +233,7 @@ def find_contacts(pairs, places, found, radius, part, levers, chain, alive, move
             if needed < new.reach.size:
                 before = _tracked(old, old_lists, old_following, chain, i, j, s, t, line, SAME)
                 if before < 0 and line == 0.0:  # yarns side by side that bent apart, or turned
-                    before = _tracked(old, old_lists, old_following, chain, i, j, s, t, 1.0, SAME)
+                    before = _line_of(old, old_lists, old_following, i, j)
                 elliptic = new.excess.size > 0 and (new.excess[i] != 0.0 or new.excess[j] != 0.0)
                 touch = place[TOUCH] if elliptic else radius[i] + radius[j]
                 arm = place[ARM] if elliptic else radius[i] / touch

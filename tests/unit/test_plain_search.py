@@ -5,7 +5,7 @@ import pytest
 from plain import plain
 
 from knittest.kernels.pair_search import crossing
-from knittest.kernels.search import _add_contact
+from knittest.kernels.search import _add_contact, _line_of
 from knittest.kernels.state import Contacts
 
 SIZE = 0.4
@@ -85,3 +85,15 @@ def test_a_crossing_found_again_goes_on_where_it_was():
     assert new.reach[0] == 0.73
     assert new.offset[2, 0] == 0.70
     assert new.force.all()
+
+
+def test_a_line_has_one_heir_that_of_its_own_pieces():
+    """A line that goes on beside a new crossing keeps its depth to itself: handed over twice it would be energy."""
+    kept = contacts(1.0, 0.73, 0.70)
+    head, following = np.full(8, -1), np.full(1, -1)
+    head[1] = 0
+    assert plain(_line_of)(kept, head, following, 1, 4) == 0
+    assert plain(_line_of)(kept, head, following, 1, 5) == -1
+    assert plain(_line_of)(kept, head, following, 2, 4) == -1
+    kept.line[0] = 0.0
+    assert plain(_line_of)(kept, head, following, 1, 4) == -1

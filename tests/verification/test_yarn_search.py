@@ -124,3 +124,26 @@ def test_cut_ends_do_not_press_each_other_but_the_middles_of_others(cut, shift, 
     ends = [1, 2, 6, 7] if cut else []
     expected = [i in ends or j - 9 in ends for i, j in tracker.contacts.piece[:, : tracker.count].T]
     assert tracker.at_ends().tolist() == expected
+
+
+def bent(curvature: float, gap: float) -> tuple[np.ndarray, np.ndarray]:
+    """Control points (13, 3) of a yarn that bends up from a straight one below, ``gap`` [mm] apart at the middle."""
+    along, zero = 0.4 * np.arange(-6.0, 7.0), np.zeros(13)
+    return np.column_stack([along, zero, gap + 0.5 * curvature * (along**2 - 0.2**2)]), np.column_stack([along, zero, zero])
+
+
+def test_yarns_side_by_side_that_bend_apart_keep_the_depth_of_their_middle():
+    """Pressed along a line by 5 um; bent until they touch at a point: it has that depth, no other contact has any."""
+    upper, lower = bent(0.0, 1.9 * RADIUS)
+    body = Body.of_chains([Chain(upper, CARD), Chain(lower, CARD)], YarnContact(500.0, 250.0, 0.3, 0.0))
+    body.start()
+    tracker, position = body.model.tracker, body.model.nodes.position
+    assert tracker.contacts.line[: tracker.count].all()
+    tracker.contacts.reach[: tracker.count] = 1.95 * RADIUS
+    position[:, :13] = bent(1.5, 1.9 * RADIUS)[0].T
+    tracker.update(0.0)
+    gap = np.linalg.norm(tracker.contacts.offset[:, : tracker.count], axis=0)
+    depth = np.sort(tracker.contacts.reach[: tracker.count] - gap)
+    assert depth[-1] == pytest.approx(0.05 * RADIUS, abs=1e-4)
+    assert depth[:-1] == pytest.approx(0.0, abs=1e-9)
+    assert not tracker.contacts.line[: tracker.count].all()
