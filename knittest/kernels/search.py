@@ -104,7 +104,7 @@ def _tracked(contacts, head, following, chain, i, j, s, t, line, near):
 
 @njit(**KERNEL)
 def _line_of(contacts, head, following, i, j):
-    """Number of the line contact of pieces ``i`` and ``j`` in the lists ``head``, or -1; of no others: it has one heir."""
+    """Number of the line contact of pieces ``i`` and ``j`` themselves in the lists ``head``, or -1: it has one heir."""
     c = head[i]
     while c >= 0 and (contacts.piece[1, c] != j or contacts.line[c] == 0.0):
         c = following[c]

@@ -129,7 +129,8 @@ def test_cut_ends_do_not_press_each_other_but_the_middles_of_others(cut, shift, 
 def bent(curvature: float, gap: float) -> tuple[np.ndarray, np.ndarray]:
     """Control points (13, 3) of a yarn that bends up from a straight one below, ``gap`` [mm] apart at the middle."""
     along, zero = 0.4 * np.arange(-6.0, 7.0), np.zeros(13)
-    return np.column_stack([along, zero, gap + 0.5 * curvature * (along**2 - 0.2**2)]), np.column_stack([along, zero, zero])
+    height = gap + 0.5 * curvature * (along**2 - 0.2**2)
+    return np.column_stack([along, zero, height]), np.column_stack([along, zero, zero])
 
 
 def test_yarns_side_by_side_that_bend_apart_keep_the_depth_of_their_middle():
