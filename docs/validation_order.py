@@ -23,7 +23,7 @@ cells of yarns at {points} points (`knittest uncertainty configs/uncertainty/she
 angle. Median, in brackets 5 and 95 %, and points that ran:
 """.strip()
 MEANING = """
-So the order hangs on the tension of the loops, on their set and, from 20 deg on, on how they resist torsion, none of
+So the order hangs on the tension of the loops, on their set and, at 30 deg, on how they resist torsion, none of
 which anybody measured: loops that twist easily bring variant 2 down. A draw-in multiplies
 the normal forces of variant 1, whose loops are near locking, and with them its friction; variant 2 has room, and hardly
 feels it. Without a draw-in variant 2 is the stiffer one, and the paper's order fails. No draw-in is shipped as
