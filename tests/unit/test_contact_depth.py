@@ -157,3 +157,23 @@ def test_a_yarn_that_rocks_while_it_slides_comes_back_as_deep_as_it_was(first, a
         pair.nodes.position[:, which] = turned
         pair.step(np.zeros(3))
     assert pair.depth == pytest.approx(start, abs=2e-5)
+
+
+@pytest.mark.parametrize("slide", [0.3, -0.3])
+@pytest.mark.parametrize(("first", "axis"), [(True, 0), (False, 1)])
+def test_a_yarn_that_swings_while_it_slides_there_and_back_leaves_no_spring(first, axis, slide):
+    """Turned about the normal by 0.01: the sticking spring comes back to nothing, it would keep 1.9 um."""
+    pair, count = straight(90.0), 16
+    pair.law, pair.contacts.spring[:] = ContactLaw(STIFFNESS, 100.0, 1e9, 1e9, 0.0), 0.0
+    which = pair.upper if first else ~pair.upper
+    here = pair.nodes.position[:, which].copy()
+    pivot = here.mean(axis=1, keepdims=True)
+    for k in range(1, count + 1):
+        phase = np.sin(2.0 * np.pi * k / count)
+        turned = here.copy()
+        turned[axis] += slide * phase
+        turned[1 - axis] += 0.01 * phase * (here - pivot)[axis]
+        pair.nodes.velocity[:, which] = (turned - pair.nodes.position[:, which]) / 1e-4
+        pair.nodes.position[:, which] = turned
+        pair.step(np.zeros(3))
+    assert np.abs(pair.contacts.spring).max() < 2e-5

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from plain import plain
+from scipy.spatial.transform import Rotation
 
 from knittest.kernels.pair_search import crossing
 from knittest.kernels.search import _add_contact, _line_of
@@ -54,6 +55,26 @@ def test_arcs_about_one_axis_are_a_line():
     assert found(arc(-1.0 / 0.3, 0.7), arc(1.0 / 0.3, 0.0))[3]  # both beyond the other's centre of curvature
 
 
+def test_yarns_that_bend_towards_each_other_cross_by_their_angle_alone():
+    """At 20 degrees: what bends them together makes no line of a crossing."""
+    assert not found(arc(-0.2, 0.7, angle_deg=20.0), arc(0.2, 0.0))[3]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_how_a_pair_lies_in_space_does_not_decide(seed):
+    """A pair that touches at a point by its bends alone, turned at random: place, distance and kind stay."""
+    turn, upper, lower = Rotation.random(random_state=seed), arc(0.5, 0.7, shift=0.1), arc(-0.5, 0.0, shift=0.1)
+    s, t, offset, line = found(upper, lower)
+    turned = found(turn.apply(upper), turn.apply(lower))
+    assert turned[:2] == pytest.approx((s, t), abs=1e-9)
+    assert turned[2] == pytest.approx(turn.apply(offset), abs=1e-9)
+    assert not turned[3]
+    assert not line
+    assert found(turn.apply(arc(0.0, 0.7)), turn.apply(arc(0.0, 0.0)))[3]
+    one_sided = found(turn.apply(arc(0.0, 0.7)), turn.apply(arc(-0.15, 0.0)))
+    assert not one_sided[3]
+
+
 def contacts(line: float, reach: float, gap: float) -> Contacts:
     """One contact of pieces 1 and 4 that slips under 2 N."""
     return Contacts(
@@ -77,6 +98,13 @@ def test_a_line_that_becomes_a_crossing_keeps_depth_and_spring_at_its_new_place(
     deeper = plain(_add_contact)(1, 4, 0.1, 0.2, 0.0, 0.0, 0.74, 0.0, 0.75, 0.5, 0.0, 0.0, old, 0, new, 0)
     assert not deeper
     assert new.reach[0] == 0.75  # never beyond the radii
+
+
+def test_a_line_that_did_not_touch_gives_the_crossing_no_gap():
+    """Its gap beyond the reach is none of the crossing, which starts free of force where it is found."""
+    old, new = contacts(1.0, 0.70, 0.73), contacts(0.0, 9.0, 9.0)
+    plain(_add_contact)(1, 4, 0.1, 0.2, 0.0, 0.0, 0.68, 0.0, 0.75, 0.5, 0.0, 0.0, old, 0, new, 0)
+    assert new.reach[0] == 0.68
 
 
 def test_a_crossing_found_again_goes_on_where_it_was():
