@@ -16,6 +16,8 @@ from knittest.solve.state import SimulationCost
 
 #: share of the work up to the largest force that must be done before the first failure, as nothing after it is judged
 BEFORE_FAILURE = 0.25
+#: overlap without force, away from the ends of yarns and at them
+FORCE_FREE = ("force_free_overlap_max_pct", "force_free_at_ends_max_pct")
 
 
 def assess(
@@ -77,9 +79,11 @@ def _penetration(history: History, cost: SimulationCost, span: Span) -> float:
 
 
 def _force_free(history: History, rows: slice) -> float:
-    """Deepest overlap of yarns that carries no force over the smaller radius, up to the end of what is judged."""
-    found = history.contacts.get("force_free_overlap_max_pct", np.zeros(0))
-    return 0.01 * float(found[: rows.stop].max(initial=0.0))
+    """Deepest overlap of yarns that carries no force over the smaller radius, up to the end of what is judged; that at
+    cut ends counts.
+    """
+    columns = [history.contacts.get(name, np.zeros(0)) for name in FORCE_FREE]
+    return 0.01 * float(np.concatenate([found[: rows.stop] for found in columns]).max(initial=0.0))
 
 
 def _short(run: Run, history: History, rows: slice, span: Span) -> Iterator[str]:
