@@ -228,7 +228,8 @@ def find_contacts(pairs, places, found, radius, part, levers, chain, alive, move
                 continue
             place = places[share, k]
             s, t, wx, wy, wz, line = place[0], place[1], place[2], place[3], place[4], place[5]
-            if line == 0.0 and _tracked(new, lists, following, chain, i, j, s, t, line, SAME) >= 0:
+            # a tracked crossing is no other one, nor a line beside itself once its yarns lie parallel again
+            if _tracked(new, lists, following, chain, i, j, s, t, 0.0, SAME) >= 0:
                 continue
             if needed < new.reach.size:
                 before = _tracked(old, old_lists, old_following, chain, i, j, s, t, line, SAME)

@@ -133,8 +133,11 @@ def bent(curvature: float, gap: float) -> tuple[np.ndarray, np.ndarray]:
     return np.column_stack([along, zero, height]), np.column_stack([along, zero, zero])
 
 
-def test_yarns_side_by_side_that_bend_apart_keep_the_depth_of_their_middle():
-    """Pressed along a line by 5 um; bent until they touch at a point: it has that depth, no other contact has any."""
+def test_yarns_side_by_side_that_bend_apart_and_back_keep_the_depth_of_their_middle():
+    """Pressed along a line by 5 um; bent until they touch at a point: it has that depth, no other contact has any.
+
+    Bent back it stays, and no line is added where it is: both would press.
+    """
     upper, lower = bent(0.0, 1.9 * RADIUS)
     body = Body.of_chains([Chain(upper, CARD), Chain(lower, CARD)], YarnContact(500.0, 250.0, 0.3, 0.0))
     body.start()
@@ -148,3 +151,11 @@ def test_yarns_side_by_side_that_bend_apart_keep_the_depth_of_their_middle():
     assert depth[-1] == pytest.approx(0.05 * RADIUS, abs=1e-4)
     assert depth[:-1] == pytest.approx(0.0, abs=1e-9)
     assert not tracker.contacts.line[: tracker.count].all()
+    pairs = tracker.contacts.piece[:, : tracker.count].T.tolist()
+    position[:, :13] = upper.T
+    tracker.update(0.0)
+    now = tracker.contacts.piece[:, : tracker.count].T.tolist()
+    kept = [pair for pair, line in zip(now, tracker.contacts.line[: tracker.count], strict=True) if not line]
+    assert kept == [pair for pair in pairs if pair in kept]
+    assert len(kept) == 1
+    assert len(now) == len({tuple(pair) for pair in now})  # no line where the crossing is
