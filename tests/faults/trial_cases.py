@@ -19,8 +19,11 @@ def trial(width: float = 50.0, speed: float = QUICK, *sets: str) -> Trial:
 
 
 def process_in(folder: Path, checkpoint: bool = False) -> int:
-    """Process id of the one that runs in ``folder``, once there is one that has written a ``checkpoint``."""
-    end = time.monotonic() + 60.0
+    """Process id of the one that runs in ``folder``, once there is one that has written a ``checkpoint``.
+
+    It compiles first where no kernels are kept, on a busy machine for minutes.
+    """
+    end = time.monotonic() + 240.0
     while time.monotonic() < end:
         time.sleep(0.01)
         if checkpoint and not list(folder.glob("checkpoint-[0-9]*.npz")):
