@@ -67,7 +67,7 @@ class LazyGroup(click.Group):
         try:
             return super().invoke(ctx)
         except BrokenPipeError:
-            return _closed_pipe()
+            return _print_nowhere()
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the commands without importing them."""
@@ -153,12 +153,14 @@ def run(arguments: list[str] | None = None, stops: UntilSaved | None = None) -> 
     except KnittestError as error:
         return _say(f"error: {error}", error.exit_code)
     except BrokenPipeError:
-        return _closed_pipe()
+        return _print_nowhere()
     except MemoryError:
         return _say("error: out of memory; use a smaller preset", ResourceError.exit_code)
     except Exception as error:
         if isinstance(error, OSError) and error.errno in NO_ROOM + NO_PATH:
             code = (InputError if error.errno in NO_PATH else ResourceError).exit_code
+            if error.filename is None:
+                _print_nowhere()
             return _say(f"error: {_place(error)}: {error.strerror}", code)
         if os.environ.get("KNITTEST_DEBUG"):
             raise
@@ -182,8 +184,8 @@ def _leave(code: int) -> None:
     os._exit(code)
 
 
-def _closed_pipe() -> int:
-    """Let nothing more be written to the closed pipe, not even when the process ends."""
+def _print_nowhere() -> int:
+    """Let nothing more be written to a closed pipe or a full disk, not even when the process ends."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return 0
 

@@ -1,5 +1,6 @@
 """Names, places and settings of the machine that no file or library takes: one line that says so, no internal error."""
 
+import os
 import subprocess
 import sys
 
@@ -66,12 +67,14 @@ def test_a_yarn_that_carries_nothing_or_more_than_a_number_holds():
 
 
 @pytest.mark.parametrize("command", [["schema"], ["--help"], ["batch", "--help"]])
-def test_what_cannot_be_printed_is_an_error(command):
-    """A full disk behind ``>``: the code says that the output is not there."""
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_what_cannot_be_printed_is_an_error(command, unbuffered):
+    """A full disk behind ``>``: the code says that the output is not there, also where it is only met at the end."""
     with open("/dev/full", "w") as full:  # noqa: PTH123
         done = subprocess.run(
-            [sys.executable, "-m", "knittest.cli.main", *command], stdout=full, stderr=subprocess.PIPE, text=True
-        )
+            [sys.executable, "-m", "knittest.cli.main", *command], stdout=full, stderr=subprocess.PIPE, text=True,
+            env=os.environ | {"PYTHONUNBUFFERED": unbuffered},
+        )  # fmt: skip
     assert done.returncode == 4, done
     assert "standard output cannot be written: No space left" in done.stderr and "Traceback" not in done.stderr
 
