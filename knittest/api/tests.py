@@ -132,16 +132,17 @@ def _chosen(kind: TestKind, fabric: FabricLike | None, given: dict[str, Any]) ->
 
 
 def _options(given: dict[str, Any]) -> RunOptions:
-    threads, out, against = given.get("threads"), given.get("out"), given.get("against", ())
+    given = DEFAULTS | given
+    threads, out, against = given.get("threads"), given.get("out"), given["against"]
     if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
         raise InputError(f"threads = {threads!r}: expected a whole number from 1")
     curves = [against] if isinstance(against, str | PathLike) else against
     return RunOptions(
         out=None if out is None else Path(out),
         threads=threads,
-        quiet=bool(given.get("quiet", DEFAULTS["quiet"])),
-        frames=bool(given.get("frames", DEFAULTS["frames"])),
-        pictures=bool(given.get("pictures", DEFAULTS["pictures"])),
+        quiet=bool(given["quiet"]),
+        frames=bool(given["frames"]),
+        pictures=bool(given["pictures"]),
         against=tuple(Path(one) for one in curves),
     )
 

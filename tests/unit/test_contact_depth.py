@@ -137,43 +137,38 @@ def test_yarns_that_close_press_and_those_that_part_do_not_by_a_slide():
     assert pair.depth == pytest.approx(DEPTH + 5e-3 - 1e-2, rel=1e-6)
 
 
+def there_and_back(pair: Pair, first: bool, slide: float, turned: int) -> None:
+    """Slide one yarn by ``slide`` [mm] along itself and back, and turn it by 0.01 in time, its ends along ``turned``."""
+    which, axis, count = pair.upper if first else ~pair.upper, 0 if first else 1, 16
+    here = pair.nodes.position[:, which].copy()
+    along = here[axis] - here[axis].mean()
+    for k in range(1, count + 1):
+        phase, there = np.sin(2.0 * np.pi * k / count), here.copy()
+        there[axis] += slide * phase
+        there[turned] -= 0.01 * phase * along
+        pair.nodes.velocity[:, which] = (there - pair.nodes.position[:, which]) / 1e-4
+        pair.nodes.position[:, which] = there
+        pair.step(np.zeros(3))
+
+
 @pytest.mark.parametrize("slide", [0.3, -0.3])
-@pytest.mark.parametrize(("first", "axis"), [(True, 0), (False, 1)])
-def test_a_yarn_that_rocks_while_it_slides_comes_back_as_deep_as_it_was(first, axis, slide):
-    """Turned by 0.01 in time with a slide along itself: the place where it touches runs along what turns.
+@pytest.mark.parametrize("first", [True, False])
+def test_a_yarn_that_rocks_while_it_slides_comes_back_as_deep_as_it_was(first, slide):
+    """The place where it touches runs along what turns.
 
     Closed where the contact was, each step would change the depth by half of turn times slide, 1.9 um in all.
     """
-    pair, count = straight(90.0), 16
-    start, which = pair.depth, pair.upper if first else ~pair.upper
-    here = pair.nodes.position[:, which].copy()
-    pivot = here.mean(axis=1, keepdims=True)
-    for k in range(1, count + 1):
-        phase = np.sin(2.0 * np.pi * k / count)
-        turned = here.copy()
-        turned[axis] += slide * phase
-        turned[2] -= 0.01 * phase * (here - pivot)[axis]
-        pair.nodes.velocity[:, which] = (turned - pair.nodes.position[:, which]) / 1e-4
-        pair.nodes.position[:, which] = turned
-        pair.step(np.zeros(3))
+    pair = straight(90.0)
+    start = pair.depth
+    there_and_back(pair, first, slide, turned=2)
     assert pair.depth == pytest.approx(start, abs=2e-5)
 
 
 @pytest.mark.parametrize("slide", [0.3, -0.3])
-@pytest.mark.parametrize(("first", "axis"), [(True, 0), (False, 1)])
-def test_a_yarn_that_swings_while_it_slides_there_and_back_leaves_no_spring(first, axis, slide):
-    """Turned about the normal by 0.01: the sticking spring comes back to nothing, it would keep 1.9 um."""
-    pair, count = straight(90.0), 16
+@pytest.mark.parametrize("first", [True, False])
+def test_a_yarn_that_swings_while_it_slides_there_and_back_leaves_no_spring(first, slide):
+    """Turned about the normal: the sticking spring comes back to nothing, it would keep 1.9 um."""
+    pair = straight(90.0)
     pair.law, pair.contacts.spring[:] = ContactLaw(STIFFNESS, 100.0, 1e9, 1e9, 0.0), 0.0
-    which = pair.upper if first else ~pair.upper
-    here = pair.nodes.position[:, which].copy()
-    pivot = here.mean(axis=1, keepdims=True)
-    for k in range(1, count + 1):
-        phase = np.sin(2.0 * np.pi * k / count)
-        turned = here.copy()
-        turned[axis] += slide * phase
-        turned[1 - axis] += 0.01 * phase * (here - pivot)[axis]
-        pair.nodes.velocity[:, which] = (turned - pair.nodes.position[:, which]) / 1e-4
-        pair.nodes.position[:, which] = turned
-        pair.step(np.zeros(3))
+    there_and_back(pair, first, slide, turned=1 if first else 0)
     assert np.abs(pair.contacts.spring).max() < 2e-5
