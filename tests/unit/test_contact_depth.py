@@ -138,7 +138,7 @@ def test_yarns_that_close_press_and_those_that_part_do_not_by_a_slide():
 
 
 def there_and_back(pair: Pair, first: bool, slide: float, turned: int) -> None:
-    """Slide one yarn by ``slide`` [mm] along itself and back, and turn it by 0.01 in time, its ends along ``turned``."""
+    """Slide one yarn by ``slide`` [mm] along itself and back; turn it by 0.01 in time, its ends along ``turned``."""
     which, axis, count = pair.upper if first else ~pair.upper, 0 if first else 1, 16
     here = pair.nodes.position[:, which].copy()
     along = here[axis] - here[axis].mean()
