@@ -16,16 +16,20 @@ from matplotlib import pyplot as plt
 
 ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / "tests" / "verification"
-sys.path.insert(0, str(FOLDER))
+sys.path[:0] = [str(FOLDER), str(ROOT / "tests" / "unit")]
 
 from cases.row import Row  # noqa: E402
 
 HEAD = """# Verification
 
-Written by `benchmarks/verification.py` from `tests/verification/cases`, the rows that the tests assert, posed through
-`knittest.pose`; the closed form stands in the docstring of the case. *error* is the result over the reference less 1,
-or the result itself where the reference is zero; *order* is observed over the last two of the meshes named (elements,
-or time steps); errors on several meshes stand in their order. A case, source or mesh left out is the one above.
+The tests assert these rows. `python benchmarks/verification.py` runs the cases of `tests/verification/cases` through
+`knittest.pose` and writes this page; the closed form is in the docstring of the case.
+
+- *error*: the result over the reference less 1, or the result itself where the reference is zero; on several meshes, in
+  their order.
+- *order*: order of convergence over the last two of the meshes named (elements, or time steps).
+- A case, source or mesh left out is the one above.
+
 `benchmarks/breaks.py` breaks the physics on purpose and prints what each test then says.
 
 ![Convergence: error against mesh width and against time step](verification.png)

@@ -19,7 +19,7 @@ from knittest.kernels.beam import (
     section_moment,
 )
 from knittest.kernels.laws import hinge_energy, hinge_force
-from knittest.kernels.options import INLINE, KERNEL, ONE, U
+from knittest.kernels.options import INLINE, KERNEL, ONE, PART, U
 from knittest.kernels.rows import at3, rows3, rows4
 from knittest.kernels.vec import sub
 
@@ -161,7 +161,7 @@ def _rotate(start, count, dt, nodes):
         qw_[i], qx_[i], qy_[i], qz_[i] = qw, qx, qy, qz
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def beam_energies(i, section, nodes, beams):
     """Elastic energies [mJ] of beam ``i``, whether alive or not, as in :func:`elastic_energy`."""
     x, rotation = rows3(nodes.position), rows4(nodes.rotation)
@@ -186,14 +186,14 @@ def beam_energies(i, section, nodes, beams):
     return stretched, bent, twisted
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def beam_energy(i, section, nodes, beams):
     """Elastic energy [mJ] of beam ``i``, whether alive or not."""
     stretched, bent, twisted = beam_energies(i, section, nodes, beams)
     return stretched + bent + twisted
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _erode(start, count, section, time, nodes, beams, w):
     """Bury newly failed elements of a block, stamped with the time; returns their lost energy [mJ]."""
     lost = 0.0
@@ -236,7 +236,7 @@ def advance_beams(start, stop, section, time, dt, nodes, beams, w):
     return lost
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def advance_free(start, stop, dt, nodes, w):
     """One step of nodes start..stop that carry no beams."""
     for row in range(FORCE_ROWS):

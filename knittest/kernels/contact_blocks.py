@@ -56,7 +56,7 @@ from knittest.kernels.contact_scratch import (
     write3,
 )
 from knittest.kernels.flatten import squeeze, swelling
-from knittest.kernels.options import INLINE, KERNEL, ONE, U
+from knittest.kernels.options import INLINE, KERNEL, ONE, PART, U
 from knittest.kernels.rows import at3, load3, put3, rows3, store3
 from knittest.kernels.section_blocks import carry_over, section_at
 from knittest.kernels.spin_blocks import give_way
@@ -69,7 +69,7 @@ NEWTON_STEPS = 2
 STICKS = 1e30
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def walk(first, last, contacts, alive):
     """Move contacts whose parameter left [0, 1) to the neighbouring piece of the same yarn.
 

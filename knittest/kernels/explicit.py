@@ -18,7 +18,7 @@ from knittest.kernels.flatten import flatten, follow_sections
 from knittest.kernels.in_plane_blocks import bend_forces, gather_bends
 from knittest.kernels.loads import apply_loads, book_loads
 from knittest.kernels.motion import impose_motions
-from knittest.kernels.options import KERNEL, PARALLEL, PARTITIONS, U
+from knittest.kernels.options import KERNEL, PARALLEL, PART, PARTITIONS, U
 from knittest.kernels.periodic import follow, pull_lattice
 from knittest.kernels.rows import rows3
 from knittest.kernels.section_blocks import turn_sections
@@ -50,7 +50,7 @@ def contact_share(p, count, dt, nodes, contacts, alive, law, spin, oval, tally, 
     tally.energy[p, 4] += spun
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def sheet_share(p, dt, nodes, shells, sheet, count, law, contacts, tally):
     """Evaluate the contacts of shells of share ``p`` and book what they lose."""
     first, last = count * p // PARTITIONS, count * (p + 1) // PARTITIONS
@@ -82,7 +82,7 @@ def outside(p, dt, nodes, parts, tables, loads, tools, touch, tally, w):
     apply_loads(p, dt, nodes, loads, tables, tally)
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _yarn_share(p, time, dt, nodes, parts, beams, contacts, oval, tables, motions, loads, tools, touch, tally, w):
     _clear(parts.node[p], parts.node[p + 1], nodes.force)
     _clear(parts.node[p], parts.node[p + 1], nodes.moment)
@@ -99,7 +99,7 @@ def _yarn_share(p, time, dt, nodes, parts, beams, contacts, oval, tables, motion
             tally.energy[p, 3] += flatten(parts.node[p], parts.node[p + 1], beams, contacts)
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _fabric_share(p, dt, nodes, parts, shells, bends, count, contacts, tables, motions, loads, tools, touch, tally, w):
     start, stop = parts.node[p], parts.node[p + 1]
     _clear(start, stop, nodes.force)

@@ -12,7 +12,7 @@ from math import sqrt
 from numba import njit
 
 from knittest.kernels.contact import spline_weights
-from knittest.kernels.options import INLINE, KERNEL, ONE
+from knittest.kernels.options import INLINE, ONE, PART
 from knittest.kernels.rows import rows3
 from knittest.kernels.section_blocks import section_at, turn_sections
 from knittest.kernels.vec import dot
@@ -73,7 +73,7 @@ def swelling(i, j, s, t, first, second, offset, contacts):
     return _swelling(i, s, first, offset, contacts) + _swelling(j, t, second, offset, contacts)
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def squeeze(i, parameter, force, offset, contacts):
     """Add what ``force`` [N] of a contact on piece ``i`` pulls the half heights of its nodes with."""
     pull, weights = contacts.shape[PULL], spline_weights(parameter)
@@ -85,7 +85,7 @@ def squeeze(i, parameter, force, offset, contacts):
     pull[i + ONE] += pressure * _growth(i + ONE, weights[2], x, h, contacts)
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _drive(i, alive, inv_length, shape):
     """Force [N] on the half height of node ``i``: of contacts, of its law, of its neighbours."""
     high, stiff = shape[HIGH], shape[STIFF][i]
@@ -97,7 +97,7 @@ def _drive(i, alive, inv_length, shape):
     return force
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def reshape(first, stop, contacts):
     """Bring the squares of nodes first..stop that flatten to their half heights."""
     for i in range(first, stop):
@@ -109,7 +109,7 @@ def reshape(first, stop, contacts):
             contacts.excess[i] = excess if excess != 0.0 else -TINY  # a circle that may flatten is an ellipse
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def flatten(first, stop, beams, contacts):
     """Move the half heights of nodes first..stop by one step; returns what dragged on them took in the last [mJ]."""
     shape, lost = contacts.shape, 0.0
@@ -127,7 +127,7 @@ def flatten(first, stop, beams, contacts):
     return lost
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def follow_sections(nodes, images, contacts):
     """Give images the shapes of their nodes, and turn the heights of all."""
     shape = contacts.shape

@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from knittest.kernels.contact import penalty, spline_weights
-from knittest.kernels.options import INLINE, KERNEL
+from knittest.kernels.options import INLINE, KERNEL, PART
 from knittest.kernels.rows import at3, rows3
 from knittest.kernels.shell_state import AREA, state_index
 from knittest.kernels.vec import combine, dot
@@ -61,7 +61,7 @@ def _add_dyad(load, i, along, across, x, y, z):
     load[i, 5] += over * x * y
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _add_contacts(contacts, count, law, nodes, load):
     """Add every loaded contact to its six nodes: penalty along its normal, sticking across it, couples and spin."""
     fx, fy, fz = rows3(contacts.force)

@@ -9,7 +9,7 @@ from numba import njit
 
 from knittest.kernels.in_plane import bending_energy, bending_gradients
 from knittest.kernels.in_plane_state import BLOCK, OWN_EACH, SAME, WEIGHTS
-from knittest.kernels.options import ALLOCATING, INLINE, KERNEL, U
+from knittest.kernels.options import ALLOCATING, INLINE, PART, U
 from knittest.kernels.rows import load3, rows3, store3
 from knittest.kernels.vec import add, scale
 
@@ -116,7 +116,7 @@ def _forces(block, bends, w):
             bends.force[out + k] = w[PLACE + k]
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _energy(block, lane, bends, w):
     """Energy [mJ] of a gathered stencil."""
     s = block * BLOCK + lane
@@ -124,7 +124,7 @@ def _energy(block, lane, bends, w):
     return bends.alive[s] * bending_energy(_fibres(w, U(lane)), natural, stiffness)
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _cut(block, time, fail_time, bends, w):
     """Cut the fibres of a block beside shells that broke before ``time`` [ms]; returns their energy [mJ].
 
@@ -143,7 +143,7 @@ def _cut(block, time, fail_time, bends, w):
     return lost
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def bend_forces(block_start, block_stop, time, nodes, fail_time, bends, w):
     """Forces on the members of the blocks from block_start up to block_stop at ``time`` [ms].
 
@@ -160,7 +160,7 @@ def bend_forces(block_start, block_stop, time, nodes, fail_time, bends, w):
     return lost
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def gather_bends(node_start, node_stop, nodes, bends):
     """Add the forces of the stencils to nodes node_start up to node_stop, in a fixed order."""
     fx, fy, fz = rows3(nodes.force)

@@ -2,10 +2,10 @@
 
 from numba import njit
 
-from knittest.kernels.options import INLINE, KERNEL, U
+from knittest.kernels.options import INLINE, KERNEL, PART, U
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def load_now(value, table, tables):
     """``value`` times a table at the instant of the forces, between the middles of two steps."""
     return value * 0.5 * (tables.now[0, table] + tables.now[1, table])

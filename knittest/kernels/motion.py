@@ -4,11 +4,11 @@ from numba import njit
 
 from knittest.kernels.beam import quaternion_step
 from knittest.kernels.drive_state import ABOUT, ALONG
-from knittest.kernels.options import KERNEL
+from knittest.kernels.options import PART
 from knittest.kernels.rows import rows3, rows4
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def impose_motions(partition, dt, nodes, motions, tables, tally):
     """Replace free velocities by the prescribed ones of this step; tally reactions [N, N mm] and work [mJ].
 
@@ -42,7 +42,7 @@ def impose_motions(partition, dt, nodes, motions, tables, tally):
         tally.energy[partition, 0] += reaction * 0.5 * (target + before) * dt
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _guide(nodes, i, dt, target, axis):
     """Move node ``i`` along the unit vector ``axis`` (3,) with ``target`` [mm/ms]; returns the reaction [N]."""
     v, x, f = nodes.velocity, nodes.position, nodes.force
@@ -57,7 +57,7 @@ def _guide(nodes, i, dt, target, axis):
     return reaction
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _swivel(nodes, i, dt, target, axis):
     """Turn node ``i`` about the unit vector ``axis`` (3,) with ``target`` [rad/ms]; returns the reaction [N mm]."""
     w, m = nodes.spin, nodes.moment
@@ -72,7 +72,7 @@ def _swivel(nodes, i, dt, target, axis):
     return reaction
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _turn(nodes, i, half):
     """Turn node ``i`` by its spin for the time 2 ``half``; back and forth again leaves it as it was.
 

@@ -23,8 +23,11 @@ ALLOCATING: dict[str, Any] = {
 #: a kernel called from Python or from another kernel; it counts no references, so that it may neither make nor return
 #: an array
 KERNEL: dict[str, Any] = {**ALLOCATING, "_nrt": False}
+#: a kernel that only kernels call: without the wrappers by which Python would call it, a quarter of all compilation;
+#: Python that called it nevertheless would end without a word
+PART: dict[str, Any] = {**KERNEL, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 #: a pure function of scalars, inlined into the blocked loops by LLVM
-INLINE: dict[str, Any] = {**KERNEL, "forceinline": True}
+INLINE: dict[str, Any] = {**PART, "forceinline": True}
 #: a sum of floats in any order, of what decides no result
 ANY_ORDER: dict[str, Any] = {**INLINE, "fastmath": FASTMATH | {"reassoc"}}
 #: parts of an array, taken apart where they are used: inlined before it is decided whether references are counted

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from knittest.kernels.contact import closest_step
 from knittest.kernels.grid import ROWS, place_of, row_near
-from knittest.kernels.options import ALLOCATING, INLINE, KERNEL, PARALLEL, PARTITIONS
+from knittest.kernels.options import ALLOCATING, INLINE, KERNEL, PARALLEL, PART, PARTITIONS
 from knittest.kernels.rows import rows3, rows4
 from knittest.kernels.state import Array, Index
 
@@ -45,7 +45,7 @@ class Cells(NamedTuple):
     order: Index
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def piece(x, y, z, i):
     """Coefficients c0, c1, c2 (each 3) of spline piece ``i``: c(s) = c0 + s c1 + s^2 c2."""
     ux, uy, uz = x[i] - x[i - 1], y[i] - y[i - 1], z[i] - z[i - 1]
@@ -126,7 +126,7 @@ def _by_cell(position, pieces, cells):
     return sorted_
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _pairs_of(first, last, position, pieces, alive, moved, cells, by_cell, skin, pairs, places):
     """Pairs that pieces first..last are in; see :func:`find_pairs`. Returns their number."""
     x, y, z = rows3(position)

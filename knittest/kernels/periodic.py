@@ -18,7 +18,7 @@ from numba import njit
 from knittest.kernels.beam import axial_strain, flat_moment, mean_frame, section_force, section_moment
 from knittest.kernels.contact import spline_weights
 from knittest.kernels.laws import hinge_force
-from knittest.kernels.options import KERNEL
+from knittest.kernels.options import KERNEL, PART
 from knittest.kernels.periodic_state import (
     ARC,
     COSINE,
@@ -37,7 +37,7 @@ from knittest.kernels.vec import add, combine, cross, dot, scale, sub
 SMALL = 1e-2
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _arc(turn):
     """Quotients of a turn t: sin t / t - 1, (1 - cos t) / t, and their derivatives by t (with t' = s k')."""
     if abs(turn) < SMALL:
@@ -47,7 +47,7 @@ def _arc(turn):
     return s / turn - 1.0, (1.0 - c) / turn, (c - s / turn) / turn, (s - (1.0 - c) / turn) / turn
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def place_images(dt, images):
     """Bring the maps of all images to the present lattice, with their rates over the last ``dt`` [ms]."""
     a, curvature = images.lattice, images.lattice[CURVATURE]
@@ -68,13 +68,13 @@ def place_images(dt, images):
         row[TURN], row[SINE], row[COSINE], row[ARC] = turn, sin(turn), cos(turn), arc
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _about(axis, sine, cosine, v):
     """Vector ``v`` turned about the unit vector ``axis``."""
     return add(add(scale(cosine, v), scale(sine, cross(axis, v))), scale((1.0 - cosine) * dot(axis, v), axis))
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _product(p, q):
     """Product of two quaternions (w, x, y, z)."""
     return (
@@ -114,7 +114,7 @@ def follow(dt, nodes, images):
             q[d][g] = rotation[d]
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _book(node, force, moment, position, images):
     """Add to ``images.pull`` what ``force`` [N] and ``moment`` [N mm] on ``node`` mean, if it is an image."""
     k = images.of[node]
@@ -137,7 +137,7 @@ def _book(node, force, moment, position, images):
         images.pull[3 + d] -= images.times[k, 1] * moved
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _beam_end(i, section, nodes, beams):
     """Force [N] and moment [N mm] of beam ``i`` on its second node."""
     x, q, tangent = rows3(nodes.position), rows4(nodes.rotation), rows3(beams.tangent)
@@ -165,7 +165,7 @@ def _beam_end(i, section, nodes, beams):
     return scale(-alive, n), scale(-alive, sub(m, scale(0.5, t)))
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _book_contact(c, contacts, position, images):
     """Add what the forces of contact ``c`` on images mean, by its share."""
     share, f = contacts.share[c], at3(rows3(contacts.force), c)

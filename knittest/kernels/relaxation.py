@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from knittest.kernels.options import ALLOCATING, INLINE, KERNEL
+from knittest.kernels.options import ALLOCATING, INLINE, KERNEL, PART
 from knittest.kernels.section_touch import segment_closest, touch
 from knittest.kernels.vec import add, combine, dot, scale, sub
 
@@ -78,7 +78,7 @@ def _chord(x, yarns, i):
     return sub(add(_row(x, yarns.after[i]), _row(yarns.after_shift, i)), _row(x, i))
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _excluded(yarns, i, j, a, b):
     """Tell whether segments i and j (image a, b) are neighbours along one yarn."""
     c = yarns.chain[i]
@@ -184,7 +184,7 @@ def contact_forces(x, yarns, pairs, count, penalty, force):
     return deepest
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _power(yarns, mass, force, velocity):
     """Power F v, and the squared norms m v^2 and F^2 / m, summed over nodes; the largest force component [N]."""
     power, motion, drive, largest = 0.0, 0.0, 0.0, 0.0
@@ -197,7 +197,7 @@ def _power(yarns, mass, force, velocity):
     return power, motion, drive, largest
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _move(x, yarns, mass, force, velocity, keep, turn, step):
     """Semi-implicit Euler step of v = ``keep`` v + ``turn`` F / m, with a limited displacement."""
     limit = LARGEST_MOVE / step
@@ -209,7 +209,7 @@ def _move(x, yarns, mass, force, velocity, keep, turn, step):
             x[i, k] += step * velocity[i, k]
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _farthest(x, start):
     far = 0.0
     for i in range(len(x)):

@@ -9,7 +9,7 @@ from math import sqrt
 import numpy as np
 from numba import njit
 
-from knittest.kernels.options import ALLOCATING, KERNEL
+from knittest.kernels.options import ALLOCATING, KERNEL, PART
 from knittest.kernels.rows import rows3
 from knittest.kernels.section_blocks import ARM, OTHER, SHIFT, TOUCH
 
@@ -67,7 +67,7 @@ def flag_moved(nodes, since, ahead, limit, moved):
     return count, sqrt(fastest2)
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _copy(source, a, target, b):
     for side in range(2):
         target.piece[side, b], target.parameter[side, b] = source.piece[side, a], source.parameter[side, a]
@@ -84,7 +84,7 @@ def _copy(source, a, target, b):
         target.touch[b] = source.touch[a]
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _tracked(contacts, head, following, chain, i, j, s, t, line, near):
     """Number of the contact in the lists ``head`` within ``near`` elements of the crossing (i + s, j + t), or -1."""
     for ii in range(max(i - 1, 0), min(i + 2, chain.size)):
@@ -102,7 +102,7 @@ def _tracked(contacts, head, following, chain, i, j, s, t, line, near):
     return -1
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _line_of(contacts, head, following, i, j):
     """Number of the line contact of pieces ``i`` and ``j`` themselves in the lists ``head``, or -1: it has one heir."""
     c = head[i]
@@ -111,19 +111,19 @@ def _line_of(contacts, head, following, i, j):
     return c
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _push(contacts, c, head, following):
     following[c] = head[contacts.piece[0, c]]
     head[contacts.piece[0, c]] = c
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _gap(contacts, c):
     """Distance of the closest points of contact ``c`` [mm]."""
     return sqrt(contacts.offset[0, c] ** 2 + contacts.offset[1, c] ** 2 + contacts.offset[2, c] ** 2)
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def keep_contacts(old, count, radius, chain, alive, moved, skin, new, head, following):
     """Copy tracked contacts that are still near into ``new`` and its lists; returns how many.
 
@@ -156,7 +156,7 @@ def keep_contacts(old, count, radius, chain, alive, moved, skin, new, head, foll
     return kept
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _reach_of_ellipses(touch, gap, goes_on, contacts, c):
     """Reach of contact ``c``, found again: what its old one fell short by it keeps, but for the gap that has opened."""
     full, short = contacts.touch[c], contacts.touch[c] - contacts.reach[c]
@@ -165,7 +165,7 @@ def _reach_of_ellipses(touch, gap, goes_on, contacts, c):
     return min(touch, max(touch - short, gap))
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _add_contact(i, j, s, t, wx, wy, wz, line, touch, arm, coefficient, most, old, before, new, c):
     """Write contact ``c``; it inherits the spring of ``before`` in ``old`` unless that is -1.
 
@@ -197,7 +197,7 @@ def _add_contact(i, j, s, t, wx, wy, wz, line, touch, arm, coefficient, most, ol
     return goes_on
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _add_sections(place, elliptic, new, c):
     """Write the sections of contact ``c``, as :func:`knittest.kernels.section_blocks.place_ellipses` placed them."""
     for k in range(3):

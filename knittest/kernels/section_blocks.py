@@ -12,7 +12,7 @@ from numba import njit
 
 from knittest.kernels.contact import closest_step, spline_weights
 from knittest.kernels.contact_scratch import GX, LANES, R0, R3, R6, REACH
-from knittest.kernels.options import INLINE, KERNEL, ONE, U
+from knittest.kernels.options import INLINE, KERNEL, ONE, PART, U
 from knittest.kernels.pair_search import piece
 from knittest.kernels.rows import at3, load3, rows3, rows4, store3
 from knittest.kernels.section import osculating, support, turned_normal
@@ -87,7 +87,7 @@ def _walked(i, s, alive):
     return i, s
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _place(i, j, place, position, contacts, alive):
     """Solve the place of one pair of ellipses, in place; returns its pieces."""
     x, y, z = rows3(position)

@@ -4,7 +4,7 @@ from math import sqrt
 
 from numba import njit
 
-from knittest.kernels.options import INLINE, KERNEL
+from knittest.kernels.options import INLINE, PART
 from knittest.kernels.section import support, turned_normal
 from knittest.kernels.vec import add, combine, cross, dot, scale, sub
 
@@ -54,7 +54,7 @@ def _next_normal(n, g, inside, on, u, v, first, second):
     return turned_normal(n, g, first, second)
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def touch(r, u, v, first, second, enough):
     """Nearest places of two straight yarns P + s u and Q + t v of elliptic sections, r = P - Q.
 

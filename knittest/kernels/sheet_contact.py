@@ -11,7 +11,7 @@ from math import sqrt
 import numpy as np
 from numba import njit
 
-from knittest.kernels.options import ALLOCATING, INLINE, KERNEL
+from knittest.kernels.options import ALLOCATING, INLINE, KERNEL, PART
 from knittest.kernels.rows import rows3
 from knittest.kernels.sheet_surface import (
     blend,
@@ -84,7 +84,7 @@ def _from_edge(edge, along, inward):
     return inward, 1.0 - along
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _is_near(i, e, mesh):
     """Tell whether node ``i`` never touches shell ``e``."""
     found = False
@@ -93,7 +93,7 @@ def _is_near(i, e, mesh):
     return found
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def walk(c, nodes, shells, mesh, contacts):
     """Move a contact that left its shell to the neighbour, with the spring of its sticking.
 
@@ -139,7 +139,7 @@ def penalty_at(c, w, shells, mesh, contacts):
     return min(mesh.stiffness[contacts.node[c]], of_shell)
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def approach(c, rounds, nodes, shells, mesh, law, contacts):
     """Follow the place of a contact; renews its gap and reach. Returns depth [mm] and direction to the node (3)."""
     e, point = contacts.shell[c], _node(nodes.position, contacts.node[c])
@@ -168,7 +168,7 @@ def _closed(c, depth, earlier, closing, law, contacts):
     return depth
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _press(c, depth, earlier, direction, dt, nodes, shells, mesh, law, contacts):
     """Force and moment of a contact that touches, ``earlier`` [mm] deep a step ago; returns the energies lost to
     friction and to damping [mJ].
@@ -232,7 +232,7 @@ def _load(i, push, turn, c, nodes, contacts):
         nodes.moment[k, i] += turn * contacts.moment[k, c]
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def scatter_sheet(partition, start, stop, count, nodes, shells, contacts):
     """Add the forces of the first ``count`` contacts on nodes start..stop, which are those of a partition."""
     bit = 1 << partition

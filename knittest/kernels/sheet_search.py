@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 
 from knittest.kernels.grid import ROWS, place_of, row_near
-from knittest.kernels.options import ALLOCATING, KERNEL
+from knittest.kernels.options import ALLOCATING, KERNEL, PART
 from knittest.kernels.rows import rows3
 from knittest.kernels.sheet_contact import clamped
 from knittest.kernels.sheet_surface import facing, limits, node_normals, node_values, separation, surface
@@ -53,7 +53,7 @@ def mark_cells(moved, conn, cell_of, shape, shell_moved, active):
                 active[start:stop] = True
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _copy(source, a, target, b):
     target.node[b], target.shell[b], target.owners[b] = source.node[a], source.shell[a], source.owners[a]
     target.side[b], target.slipping[b], target.reach[b] = source.side[a], source.slipping[a], source.reach[a]
@@ -64,7 +64,7 @@ def _copy(source, a, target, b):
         target.force[k, b], target.moment[k, b] = source.force[k, a], source.moment[k, a]
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _beside(e, first, count, new, conn):
     """Tell whether shell ``e`` is, or shares a corner with, the shell of a contact first..count."""
     for c in range(first, count):
@@ -75,7 +75,7 @@ def _beside(e, first, count, new, conn):
     return False
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _keep(first, last, stamp, old, reach, shells, new, needed):
     """Copy the contacts first..last of one node that are still near; returns the number then in ``new``."""
     begin = needed
@@ -91,7 +91,7 @@ def _keep(first, last, stamp, old, reach, shells, new, needed):
     return needed
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _may_face(point, e, centre, half, reach, nodes, shells):
     """Cheap look at whether the point may face shell ``e`` within ``reach``."""
     w = (point[0] - centre[0, e], point[1] - centre[1, e], point[2] - centre[2, e])
@@ -104,7 +104,7 @@ def _may_face(point, e, centre, half, reach, nodes, shells):
     return away2 - height2 < (half[e] + LEAN * reach) ** 2
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _try(point, e, nodes, shells, mesh):
     """Place, gap and side of a point that faces shell ``e``: (u, v, gap, side); side 0 if it does not."""
     p, m = node_values(e, nodes.position, shells), node_normals(e, nodes.position, shells)
@@ -122,7 +122,7 @@ def _try(point, e, nodes, shells, mesh):
     return u, v, gap, side
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _add(c, i, e, place, thickness, new):
     u, v, gap, side = place
     new.node[c], new.shell[c], new.uv[0, c], new.uv[1, c] = i, e, u, v
@@ -131,7 +131,7 @@ def _add(c, i, e, place, thickness, new):
     new.spring[:, c], new.force[:, c], new.moment[:, c] = 0.0, 0.0, 0.0
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _cell(value, origin, cell, count):
     return min(max(int((value - origin) / cell), 0), count - 1)
 

@@ -11,7 +11,7 @@ from math import sqrt
 import numpy as np
 from numba import njit
 
-from knittest.kernels.options import INLINE, KERNEL
+from knittest.kernels.options import INLINE, KERNEL, PART
 from knittest.kernels.rows import rows3
 from knittest.kernels.shell_state import ALIVE, BLOCK, CORNER_ROWS, state_index
 from knittest.kernels.vec import add, combine, cross, dot, scale, sub
@@ -45,7 +45,7 @@ def shell_of(entry):
     return entry // (CORNER_ROWS * BLOCK) * BLOCK + entry % BLOCK
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def node_normal(n, position, shells):
     """Unit normal at node ``n`` of the living shells around it (3); zero if none lives."""
     x, y, z = rows3(position)
@@ -66,7 +66,7 @@ def node_values(e, field, shells):
     return (x[a], y[a], z[a]), (x[b], y[b], z[b]), (x[c], y[c], z[c]), (x[d], y[d], z[d])
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def node_normals(e, position, shells):
     """Normals at the four corners of shell ``e``."""
     return (
@@ -84,7 +84,7 @@ def surface(p, m, u, v):
     return blend(w, p), blend(w, m)
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def limits(e, mesh, shells):
     """Least and largest u and v on shell ``e``: 0 or 1 at a free edge, beyond where a neighbour goes on."""
     low_v, high_u, high_v, low_u = -1.0, 2.0, 2.0, -1.0

@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from knittest.kernels.laws import hinge_force, slider_force
-from knittest.kernels.options import INLINE, KERNEL, U
+from knittest.kernels.options import INLINE, KERNEL, PART, U
 from knittest.kernels.rows import load3, rows3, store3
 from knittest.kernels.shell import (
     arcsine,
@@ -204,7 +204,7 @@ def _couple_bending(at, out, state, laminate, corner, w):
         add_to_corner(corner, out + OUT[3] + k, scale(-1.0, f[3]), moment_of(g[3], d[3]))
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _erode(block, time, nodes, shells, laminate):
     """Stamp newly failed elements of a block with the time; returns their lost energy [mJ]."""
     lost = 0.0

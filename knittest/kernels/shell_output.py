@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 
 from knittest.kernels.laws import hinge_energy, hinge_force, odd_hinge_energy, odd_hinge_force, slider_force
-from knittest.kernels.options import ALLOCATING, KERNEL
+from knittest.kernels.options import ALLOCATING, KERNEL, PART
 from knittest.kernels.shell import (
     arcsine,
     drill,
@@ -32,13 +32,13 @@ from knittest.kernels.shell_state import (
 from knittest.kernels.vec import dot, rotate
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _corner(n, normal, nodes):
     x, q = nodes.position, nodes.rotation
     return (x[0, n], x[1, n], x[2, n]), rotate(q[0, n], q[1, n], q[2, n], q[3, n], normal)
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _corners(e, nodes, shells):
     """Positions and directors of the corners of element ``e``."""
     normal = normal_of(shells.state, state_index(e))
@@ -49,7 +49,7 @@ def _corners(e, nodes, shells):
     return (x1, x2, x3, x4), (d1, d2, d3, d4)
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _drilling_energy(e, a, b, directors, nodes, shells, laminate):
     """Energy of the corners' turns about the normal against the fibres a, b, per area."""
     energy = 0.0
@@ -61,7 +61,7 @@ def _drilling_energy(e, a, b, directors, nodes, shells, laminate):
     return energy
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _layers_energies(strain, bend, direction, laminate):
     """Energies per area of one direction's stretching and of its bending."""
     middle = 0.5 * laminate.compression[direction] * min(strain, 0.0) ** 2
@@ -70,7 +70,7 @@ def _layers_energies(strain, bend, direction, laminate):
     return layers_energies(strain, bend, middle, laminate.outer[direction], laminate.layer_offset)
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _shear_energy(angle, slip, laminate):
     """Elastic energy of the shear law per area, that of the spring behind its friction included."""
     elastic, force = 0.0, 0.0
@@ -82,7 +82,7 @@ def _shear_energy(angle, slip, laminate):
     return (1.0 - share) * elastic + 0.5 * friction * friction / stick
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def element_energies(e, nodes, shells, laminate):
     """Energies [mJ] of element ``e``, alive or not: elastic ones of stretching (the coupling's with it), bending (with
     twisting and transverse shear) and shear; that of the hourglass control and of drilling.
@@ -113,7 +113,7 @@ def element_energies(e, nodes, shells, laminate):
     return area * stretching, area * bent, area * sheared, control + area * drilling
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def element_energy(e, nodes, shells, laminate):
     """Elastic energy, and energy of the hourglass control and of drilling [mJ], of element ``e``, alive or not."""
     stretching, bent, sheared, control = element_energies(e, nodes, shells, laminate)

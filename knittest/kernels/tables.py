@@ -3,10 +3,10 @@
 import numpy as np
 from numba import njit
 
-from knittest.kernels.options import KERNEL
+from knittest.kernels.options import KERNEL, PART
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def table_value(times, values, time):
     """Value at ``time`` of the piecewise linear function through (times, values); constant outside."""
     last = times.size - 1

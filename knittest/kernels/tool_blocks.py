@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 
 from knittest.kernels.drive_state import KINETIC, NORMAL, STATIC, TANGENTIAL
-from knittest.kernels.options import ANY_ORDER, INLINE, KERNEL, ONE, PARTITIONS, U
+from knittest.kernels.options import ANY_ORDER, INLINE, KERNEL, ONE, PART, PARTITIONS, U
 from knittest.kernels.rows import at3, load3, rows3, store3
 from knittest.kernels.tool_contact import touch_force
 from knittest.kernels.tool_shapes import FAR, frame_distance, least_distances, tool_frame
@@ -45,7 +45,7 @@ def block_of(partition, first, start):
     return partition + first // BLOCK + (start - first) // BLOCK
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def forget_rooms(touch):
     """Look at every block anew: nodes and tools may have been moved by hand."""
     for t in range(touch.room.shape[0]):
@@ -89,7 +89,7 @@ def _speed(start, count, nodes):
     return sqrt(sqrt(sqrt(total)))
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _look(t, start, count, skin, nodes, tools, touch, w):
     """List the ``count`` nodes from ``start`` on that touch tool ``t`` or are within ``skin`` [mm] of it.
 
@@ -109,7 +109,7 @@ def _look(t, start, count, skin, nodes, tools, touch, w):
     return ROUNDING * room, listed
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _touch(partition, t, start, listed, dt, nodes, tools, touch, tally, w):
     """Forces of tool ``t`` on those that touch of the nodes ``listed`` of the block at ``start``."""
     touching = _pack(t, start, listed, dt, nodes, tools, touch, w)

@@ -6,7 +6,7 @@ from numba import njit
 
 from knittest.kernels.drive_state import NORMAL, TANGENTIAL
 from knittest.kernels.loads import load_now
-from knittest.kernels.options import INLINE, KERNEL
+from knittest.kernels.options import INLINE, KERNEL, PART
 from knittest.kernels.rows import rows3
 from knittest.kernels.tool_shapes import frame_distance, tool_frame
 from knittest.kernels.vec import add, combine, dot, scale, sub
@@ -69,7 +69,7 @@ def touch_force(n, d, e, depth, normal, viscous, tangential, sticking, static, k
     return combine(pressure, n, -1.0, add(spring, damping)), pressure, s, slips, rubbed, damped
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def move_tools(dt, tools, tables, tally):
     """Move the tools one step; books the work of moved and loaded ones [mJ] and sums the forces of the step.
 

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from knittest.kernels.drive_state import CYLINDER, GRID, PLANE, PLATE, SWEPT
-from knittest.kernels.options import INLINE, KERNEL, U
+from knittest.kernels.options import INLINE, KERNEL, PART, U
 
 #: distance [mm] returned where a sampled shape knows nothing
 FAR = 1e9
@@ -39,7 +39,7 @@ def cylinder_distance(x, y, z, radius, half):
     return rho - radius, x / rho, y / rho, 0.0
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def grid_distance(x, y, z, spacing, grid, samples):
     """Trilinear interpolation of a sampled signed distance and its gradient; first sample at the local origin."""
     nx, ny, nz = grid[1], grid[2], grid[3]
@@ -62,7 +62,7 @@ def grid_distance(x, y, z, spacing, grid, samples):
     return y0 + w * (y1 - y0), gx / spacing, gy / spacing, gz / spacing
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def plan_distance(x, y, spacing, grid, samples):
     """Bilinear interpolation of a signed distance in plan and its gradient; first sample at the local origin.
 

@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit, prange
 
-from knittest.kernels.options import INLINE, KERNEL, PARALLEL
+from knittest.kernels.options import INLINE, PARALLEL, PART
 
 #: without fast math: the two triangles at an edge must judge it by the same bits
 EXACT = {key: value for key, value in INLINE.items() if key != "fastmath"}
@@ -34,7 +34,7 @@ def _from_edge(off, edge):
     return _dot(rest, rest)
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def squared_distance(p, a, b, c):
     """Squared distance of point ``p`` from triangle a, b, c, three numbers each (Ericson, 2005)."""
     ab, ac, bc, ap, bp, cp = _less(b, a), _less(c, a), _less(c, b), _less(p, a), _less(p, b), _less(p, c)
@@ -96,7 +96,7 @@ def far_distance(corners, origin, spacing, beyond, nearest, square, found):
                     square[i, j, k], found[i, j, k] = _among_neighbours(corners, origin, spacing, nearest, i, j, k)
 
 
-@njit(**KERNEL)
+@njit(**PART)
 def _among_neighbours(corners, origin, spacing, nearest, i, j, k):
     """Squared distance [mm2] and number of the nearest of the triangles of a sample and its neighbours."""
     place, found = _place(origin, spacing, i, j, k), nearest[i, j, k]

@@ -54,7 +54,7 @@ class YarnContact:
     def stiffest(self, radius: float) -> float:
         """Largest stiffness [N/mm] between yarns of ``radius`` [mm]."""
         law = self.law(radius, 0.0)
-        return float(penalty(law.cap, law.normal, law.linear, law.square, law.cubic, law.cap)[1])
+        return float(penalty.py_func(law.cap, law.normal, law.linear, law.square, law.cubic, law.cap)[1])
 
     def torsional(self, bearable: float) -> float:
         """Stiffness against spin [N mm/rad], at most ``bearable``: that of a disc of sticking springs as wide as the

@@ -26,6 +26,6 @@ def test_every_share_is_taken_once_a_sweep():
 
 
 def test_a_thread_asks_for_its_own_shares_first():
-    halves = [{int(in_turn(k, thread, 2)) for k in range(PARTITIONS // 2)} for thread in range(2)]
+    halves = [{int(in_turn.py_func(k, thread, 2)) for k in range(PARTITIONS // 2)} for thread in range(2)]
     assert halves[0] | halves[1] == set(range(PARTITIONS))
-    assert {int(in_turn(k, 1, 2)) for k in range(PARTITIONS)} == set(range(PARTITIONS))
+    assert {int(in_turn.py_func(k, 1, 2)) for k in range(PARTITIONS)} == set(range(PARTITIONS))

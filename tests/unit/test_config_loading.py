@@ -39,7 +39,7 @@ def test_each_layer_goes_over_the_one_before(rig):
 
 
 @pytest.mark.parametrize(
-    ("preset", "ramp", "stamp"), [("quick", 2.0, 0.2), ("standard", 2.0, 0.5), ("paper", 4.0, 0.55)]
+    ("preset", "ramp", "stamp"), [("quick", 2.0, 0.2), ("standard", 2.0, 0.5), ("paper", 4.0, 0.5)]
 )
 def test_preset_sets_the_speeds_of_yarns_and_an_option_goes_over_them(preset, ramp, stamp):
     solver = resolve(variant="1", scale="meso", test="picture-frame", preset=preset).solver

@@ -26,7 +26,7 @@ def membrane(card, strain: np.ndarray) -> np.ndarray:
     own = [
         2.0 * card.outer[i] * strain[i]
         + card.compression[i] * min(strain[i], 0.0)
-        + sum(hinge_force(strain[i], k, s) for k, s in zip(card.knee[i], card.slope[i], strict=True))
+        + sum(hinge_force.py_func(strain[i], k, s) for k, s in zip(card.knee[i], card.slope[i], strict=True))
         for i in range(2)
     ]
     return np.array(own) + card.coupling_membrane * strain[::-1]

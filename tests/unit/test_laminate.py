@@ -18,7 +18,7 @@ FAIL = (1.6, 1.5)
 
 def membrane(sheet, i: int, strain: float) -> float:
     """Force per width of all layers [N/mm]."""
-    middle = sum(hinge_force(strain, k, s) for k, s in zip(sheet.knee[i], sheet.slope[i], strict=True))
+    middle = sum(hinge_force.py_func(strain, k, s) for k, s in zip(sheet.knee[i], sheet.slope[i], strict=True))
     return 2.0 * sheet.outer[i] * strain + middle + sheet.compression[i] * min(strain, 0.0)
 
 

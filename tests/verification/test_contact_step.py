@@ -31,7 +31,7 @@ def highest(body: Body) -> float:
     assert body.model.tracker.count == 1
     for side in range(2):
         i, s = contacts.piece[side, 0], contacts.parameter[side, 0]
-        total += float((np.array(spline_weights(s)) ** 2 / mass[i - 1 : i + 2]).sum())
+        total += float((np.array(spline_weights.py_func(s)) ** 2 / mass[i - 1 : i + 2]).sum())
     return CONTACT.normal * total
 
 
@@ -140,7 +140,7 @@ def spinning(torsional: float) -> tuple[Body, float]:
     model, contacts, weights = body.model, body.model.tracker.contacts, 0.0
     for side in range(2):
         i, s = contacts.piece[side, 0], contacts.parameter[side, 0]
-        weights += float((np.array(spline_weights(s)) ** 2 / model.inertia[i - 1 : i + 2]).sum())
+        weights += float((np.array(spline_weights.py_func(s)) ** 2 / model.inertia[i - 1 : i + 2]).sum())
     model.law = model.law._replace(torsional=torsional / (body.dt**2 * weights))
     return body, body.dt**2 * weights
 

@@ -122,7 +122,7 @@ def test_contact_of_a_shell_that_broke_ends():
     tracker = body.model.tracker
     shells = np.unique(tracker.contacts.shell[: tracker.count])
     for shell in shells:
-        body.model.shells.state[state_index(shell) + ALIVE] = 0.0
+        body.model.shells.state[state_index.py_func(shell) + ALIVE] = 0.0
     body.step(1)
     assert body.model.pressing() == 0.0
 

@@ -5,6 +5,7 @@ from math import cos, pi, sin
 import numpy as np
 from cases.row import Row
 from cases.series import order
+from plain import plain
 from shell_cases import grid
 
 from knittest.kernels.sheet_contact import sheet_forces
@@ -227,7 +228,7 @@ def _facing(rim, radius: float, point, side: float) -> tuple[float, tuple[float,
     a, b = (tuple(radius * np.array(r)) for r in rim)
     p, m = (a, b, (b[0], 1.0, b[2]), (a[0], 1.0, a[2])), (rim[0], rim[1], rim[1], rim[0])
     u, v = facing(p, m, point, 0.5, 0.5, (-1.0, 2.0, -1.0, 2.0), 8, 0.3)
-    distance, direction, _ = separation(p, m, point, u, v, side, False)
+    distance, direction, _ = plain(separation)(p, m, point, u, v, side, False)
     return distance, direction
 
 
