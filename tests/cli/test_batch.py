@@ -206,7 +206,7 @@ def test_bad_commands_run_nothing(sweep, capsys, arguments, said):
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL], ids=["ctrl-c", "kill"])
 def test_the_same_command_goes_on_where_it_was_stopped(sweep, tmp_path, number):
-    folder = sweep(UNHURRIED + "points: [{rig.width: 20, solver.speed: 4.0}, {rig.width: 30, solver.speed: 0.03}]\n")
+    folder = sweep(UNHURRIED + "points: [{rig.width: 20, solver.speed: 4.0}, {rig.width: 30, solver.speed: 0.01}]\n")
     process = started("--workers", "1", cwd=tmp_path)
     while process.poll() is None and not (ledger(folder) and list(folder.glob("trials/*/run.lock"))):
         time.sleep(0.02)

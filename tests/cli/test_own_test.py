@@ -105,12 +105,14 @@ def test_a_wrong_field_is_named(wired, tmp_path):
 
 def test_a_stopped_run_goes_on_to_the_same_bits(wired, tmp_path):
     chosen = ["wire", "--variant", "1", "--preset", "quick", "--set", "solver.speed=0.001", "--quiet", "--no-pictures"]
+    chosen += ["--set", "output.checkpoint_interval=0.1"]
     command = [sys.executable, "-m", "knittest.cli.main", *chosen, "--out", "stopped"]
     with subprocess.Popen(command, cwd=tmp_path, env=environment(wired), stderr=subprocess.PIPE) as process:
         ends = time.monotonic() + 300.0
-        while not (tmp_path / "stopped/log.jsonl").exists() and process.poll() is None and time.monotonic() < ends:
-            time.sleep(0.05)
-        time.sleep(2.0)
+        while process.poll() is None and time.monotonic() < ends:
+            if list(tmp_path.glob("stopped/checkpoint-0*.npz")):
+                break
+            time.sleep(0.02)
         process.send_signal(signal.SIGTERM)
         process.wait(60)
     assert process.returncode == 75
