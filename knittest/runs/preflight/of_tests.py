@@ -67,8 +67,8 @@ def _end_of_curve(fabric: Fabric, direction: Direction) -> Counterpart:
         (reach,) = reaches(fabric, {direction: tension_curve(fabric, direction)})
     except InputError as error:
         return of_quantity(name, field, "%", quantity, None, str(error))
-    whose = "another fabric's curve" if reach.borrowed else "curve"
-    origin = f"largest force of the {whose} {nearest(fabric.macro.tension[direction])}"
+    whose = "another fabric's curve" if reach.borrowed else "the curve"
+    origin = f"largest force of {whose} {nearest(fabric.macro.tension[direction])}"
     return of_quantity(name, field, "%", quantity, reach.end, origin, MARGIN)
 
 
