@@ -4,7 +4,7 @@ from knittest.base.kinds import Stated
 
 #: side of a shell of the blank [mm], and speed of the stamp on yarns [m/s]
 ELEMENT = {"quick": 6.0, "standard": 3.0, "paper": 2.0}
-SPEED = {"quick": 0.2, "standard": 0.5, "paper": 0.55}
+SPEED = {"quick": 0.2, "standard": 0.5, "paper": 0.5}
 
 #: blank, stroke and stamp of the yarns' forming test where they are not those of the rig, scaled down: a tenth and a
 #: half of the beams; gaps and floor stay, because the fabric is as thick
