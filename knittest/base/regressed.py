@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 @dataclass(frozen=True)
 class Regressed:
     """Runs of a regression: of ``specimens``, (variant, direction or None), with ``sets`` that ``label`` stands for,
-    of the ``parameters`` of the fabric, None for its default set.
+    of the ``parameters`` of the fabric, None for its default set. What ``enlarges`` rounding has its scatter stored.
 
     Runs start by ``rank``, expensive ones first, so that no worker is left alone with one at the end.
     """
@@ -20,6 +20,7 @@ class Regressed:
     sets: tuple[str, ...] = ()
     label: str | None = None
     parameters: str | None = None
+    enlarges: bool = False
 
 
 @dataclass(frozen=True)
@@ -27,7 +28,8 @@ class Regression:
     """A test in ``knittest regress``.
 
     ``rows`` of Table 3 that it gives, ``sets`` of all its runs, ``runs``; ``drift`` is the change that a number, a
-    curve and a number that is nothing but buckles, one of ``buckled``, may have, by scale, where it is not everyone's.
+    curve and a number that is nothing but buckles, one of ``buckled``, may have, by scale, where it is not everyone's
+    and the scatter by rounding is not stored.
     """
 
     rows: tuple[str, ...] = ()

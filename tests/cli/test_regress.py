@@ -7,13 +7,14 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import pytest
-from regress_cases import CPU_S, ELEMENTS, Pretending
+from regress_cases import CPU_S, ELEMENTS, UNPUBLISHED, Pretending
 
 from knittest.base.kinds import kinds
 from knittest.cli.main import run
 from knittest.studies.regress import baseline, cases, command
 from knittest.studies.regress.cases import Case, cases_of, chosen_cases
 from knittest.studies.regress.cost import table4_rows, total
+from knittest.studies.regress.rounding import RUNS
 from knittest.studies.trials.record import Record
 
 TENSILE = "tensile-macro-v1-warp-quick"
@@ -97,25 +98,69 @@ def test_drift_counts_beyond_its_limit(stored, path, factor, code, capsys):
     assert ("FAIL" in capsys.readouterr().out) == (code == 5)
 
 
+def scattered(case, **spread):
+    """Results of the runs of ``case`` that round differently: by turns 1 and -1 times ``spread`` off the first's."""
+    numbers = UNPUBLISHED[next(kind for kind in UNPUBLISHED if case.startswith(kind))]
+    return {
+        f"{case}, rounding {k}": {name: numbers[name] + (-1) ** k * off for name, off in spread.items()}
+        for k in range(1, RUNS)
+    }
+
+
+@pytest.mark.parametrize(("factor", "code"), [(1.04, 0), (1.07, 5), (0.96, 0), (0.93, 5)])
+def test_a_number_may_be_off_by_five_times_its_scatter(regress, factor, code, capsys):
+    """109 N, and eleven runs by turns 1.09 N below and above: 5.2 %; a number without scatter has 0.1 % still."""
+    pool = Pretending(more=scattered(FORMING, stamp_force_max_n=1.09))
+    assert regress("--update-baseline", "--quiet", pool=pool) == 0
+    changed("results", "stamp_force_max_n", factor=factor, case=FORMING)
+    assert regress() == code
+    text = capsys.readouterr().out
+    assert (f"FAIL {FORMING}: stamp_force_max_n" in text) == (code == 5)
+    said = rf"{FORMING}: and 5 times the scatter of 12 runs rounded differently, up to [45]\.\d % \(stamp_force_max_n\)"
+    assert re.search(said, text)
+    changed("results", "max_wrinkle_height_mm", factor=1.002, case=FORMING)
+    assert regress() == 5
+
+
+def test_only_what_enlarges_rounding_runs_several_times_and_only_to_be_stored(stored):
+    def asked(*arguments):
+        pool = Pretending()
+        assert stored("--quiet", *arguments, pool=pool) == 0
+        return pool.asked
+
+    again = [label for label in asked("--update-baseline") if ", rounding " in label]
+    frames = {YARNS, f"{YARNS}-gripping", "picture-frame-macro-v1-quick"}
+    assert {label.split(",")[0] for label in again} == {FORMING} | frames and len(again) == 4 * (RUNS - 1)
+    assert not [label for label in asked() if ", rounding " in label]
+
+
+def test_a_run_that_rounding_refuses_is_not_stored_and_fails(stored, capsys):
+    before = Path("b.json").read_text()
+    pool = Pretending(1.01, ends=lambda trial: "refused" if trial.label == f"{FORMING}, rounding 3" else "completed")
+    assert stored("--update-baseline", "--scale", "macro", pool=pool) == 5
+    assert f"FAIL {FORMING}: the same run, rounded differently, refused: refused with" in capsys.readouterr().out
+    assert json.loads(before)["entries"][FORMING] == json.loads(Path("b.json").read_text())["entries"][FORMING]
+
+
 @pytest.mark.parametrize(
-    ("case", "path", "factor", "code"),
+    ("name", "path", "factor", "code"),
     [
-        (FORMING, ("results", "stamp_force_max_n"), 1.05, 5),
-        (FORMING, ("results", "stamp_force_max_n"), 1.03, 0),
-        (FORMING, ("results", "max_wrinkle_height_mm"), 1.08, 0),
-        (FORMING, ("results", "max_wrinkle_height_mm"), 1.15, 5),
-        (FORMING, ("curve", "y", 10), 1.05, 5),
-        (YARNS, ("results", "shear_force_n_at_deg.30"), 1.02, 5),
-        (YARNS, ("results", "shear_force_n_at_deg.30"), 1.005, 0),
+        ("forming-macro-v1-paper-100n", ("results", "stamp_force_max_n"), 1.05, 5),
+        ("forming-macro-v1-paper-100n", ("results", "stamp_force_max_n"), 1.03, 0),
+        ("forming-macro-v1-paper-100n", ("results", "max_wrinkle_height_mm"), 1.08, 0),
+        ("forming-macro-v1-paper-100n", ("results", "max_wrinkle_height_mm"), 1.15, 5),
+        ("forming-macro-v1-paper-100n", ("curve", "y", 10), 1.05, 5),
     ],
 )
-def test_what_enlarges_rounding_has_limits_of_its_own(stored, case, path, factor, code, capsys):
-    """Forming and frames are judged, by limits that follow from runs with another rounding."""
-    changed(*path, factor=factor, case=case)
-    assert stored() == code
+def test_what_enlarges_rounding_at_a_price_has_limits_of_its_own(regress, name, path, factor, code, capsys):
+    """Runs of the full level that are too long for a dozen."""
+    level = ("--level", "full", "--table", "4", "--scale", "macro")
+    assert regress(*level, "--update-baseline", "--quiet") == 0
+    changed(*path, factor=factor, case=name)
+    assert regress(*level) == code
     text = capsys.readouterr().out
-    assert (f"FAIL {case}" in text) == (code == 5)
-    assert "forming, which enlarges rounding: 4 %, 2 %, of its buckles 10 %" in text
+    assert (f"FAIL {name}" in text) == (code == 5)
+    assert f"{name}, which enlarges rounding: 4 %, 2 %, of buckles 10 %" in text
 
 
 @pytest.mark.parametrize("gone", [None, "nan"])
@@ -219,7 +264,7 @@ def test_junit_can_be_read_back(stored):
     assert (table.get("name"), table.get("tests"), table.get("failures")) == ("table 3", "19", "2")
     failed = {case.get("name") for case in table if case.find("failure") is not None}
     assert failed == {"V1 warp peak_force_n (input)", "V1 warp fracture_strain_pct (input)"}
-    assert (drift.get("tests"), drift.get("failures")) == ("16", "11")  # 0.5 %: within limits of yarns and folds
+    assert (drift.get("tests"), drift.get("failures")) == ("16", "13")  # 0.5 %: within the limits of yarns
     assert float(drift.get("time")) == pytest.approx(15 * 2.0 + 1.0)
 
 

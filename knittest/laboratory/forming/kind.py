@@ -72,10 +72,14 @@ KIND = TestKind(
     gates=("drag_over_weight",),
     advice="knittest.laboratory.forming.advice:ADVICE",
     hinges={"membrane_share": -1},
-    # an unevenness changed by 2e-9 of itself moves numbers by 1.7 %, the curve by 0.8 % and the buckles by 3.9 %
+    # where no scatter is stored: an unevenness changed by 2e-9 of itself moves numbers by 1.7 %, the curve by 0.8 % and
+    # the buckles by 3.9 %
     regression=Regression(
         runs=(
-            Regressed(1, "quick", "macro", "quick", (("1", None),), ("rig.blank_holder_force=100", *IN_PLANE), "100n"),
+            Regressed(
+                1, "quick", "macro", "quick", (("1", None),), ("rig.blank_holder_force=100", *IN_PLANE), "100n",
+                enlarges=True,
+            ),
             Regressed(0, "full", "meso", "paper", (("1", None),), ("rig.blank_holder_force=100",), "100n"),
             Regressed(2, "full", "macro", "paper", (("1", None),), ("rig.blank_holder_force=100", *IN_PLANE), "100n"),
         ),

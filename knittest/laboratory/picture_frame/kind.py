@@ -63,18 +63,17 @@ KIND = TestKind(
     origin="knittest.laboratory.picture_frame.origin:PictureFrameOrigin",
     hinges={"membrane_share": -1},
     studied=True,
-    # sheets that buckle enlarge rounding most: an unevenness changed by 2e-9 of itself (of yarns: the slack) moves a
-    # frame of shells by 0.15 %, its curve by 3.1 % and its buckles by 9.5 %, a frame of yarns by 0.5, 1.0 and 0.8 %
-    # (two to four such runs each); twice that and more is allowed
+    # where no scatter is stored: a slack changed by 2e-9 of itself moves a frame of yarns by 0.5 %, its curve by 1 and
+    # its buckles by 0.8 % (two to four such runs); twice that and more is allowed
     regression=Regression(
         runs=(
-            Regressed(3, "quick", "meso", "quick", (("1", None),), ("rig.side=20",), "20mm"),
-            Regressed(3, "quick", "meso", "quick", (("1", None),), ("rig.side=20",), "20mm", "gripping"),
-            Regressed(4, "quick", "macro", "quick", (("1", None),)),
+            Regressed(3, "quick", "meso", "quick", (("1", None),), ("rig.side=20",), "20mm", enlarges=True),
+            Regressed(3, "quick", "meso", "quick", (("1", None),), ("rig.side=20",), "20mm", "gripping", True),
+            Regressed(4, "quick", "macro", "quick", (("1", None),), enlarges=True),
             Regressed(1, "full", "meso", "paper", (("1", None),)),
-            Regressed(5, "full", "macro", "paper", (("1", None),)),
+            Regressed(5, "full", "macro", "paper", (("1", None),), enlarges=True),
         ),
-        drift={"macro": (0.005, 0.06, 0.20), "meso": (0.01, 0.03, 0.03)},
+        drift={"meso": (0.01, 0.03, 0.03)},
         buckled=("material_shear_angle_sd_deg_at_40deg", "wrinkle_amplitude_mm_at_40deg"),
     ),
     laboratory="knittest.laboratory.picture_frame.lab_files:LAB",

@@ -33,22 +33,29 @@ class _Stored(BaseModel):
 
 
 class Curve(_Stored):
-    """A curve at ``POINTS`` places, equally far apart; ``x_name`` and ``y_name`` are columns of curve.csv."""
+    """A curve at ``POINTS`` places, equally far apart; ``x_name`` and ``y_name`` are columns of curve.csv, ``scatter``
+    the standard deviation of ``y`` by rounding, empty where it is not known.
+    """
 
     x_name: str
     y_name: str
     x: list[float] = Field(min_length=2)
     y: list[float] = Field(min_length=2)
+    scatter: list[float] = Field(default_factory=list)
 
 
 class Entry(_Stored):
-    """Result of a run, with the code (commit), time and processor that gave it."""
+    """Result of a run, with the code (commit), time and processor that gave it; or the mean of ``runs`` that round
+    differently, with the standard deviations ``scatter``.
+    """
 
     commit: str | None
     date: str
     cpu: str
     elements: int = Field(gt=0)
     results: dict[str, float]
+    runs: int = Field(1, gt=0)
+    scatter: dict[str, float] = Field(default_factory=dict)
     curve: Curve | None = None
 
 

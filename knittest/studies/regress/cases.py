@@ -30,7 +30,7 @@ def paper_cost(test: str, scale: str) -> tuple[float, float] | None:
 @dataclass(frozen=True)
 class Case:
     """One run: a test of a shipped variant; ``direction`` None where the test has none, ``sets`` what it does not take
-    from its preset and ``label`` says so in its name; ``parameters`` None for the default set.
+    from its preset and ``label`` says so in its name; ``parameters`` None for the default set; ``enlarges`` rounding.
     """
 
     test: str
@@ -41,6 +41,7 @@ class Case:
     sets: tuple[str, ...] = ()
     label: str | None = None
     parameters: str | None = None
+    enlarges: bool = False
 
     @property
     def name(self) -> str:
@@ -75,7 +76,7 @@ def cases_of(level: Level) -> list[Case]:
     return [
         Case(
             test, cast("Scale", one.scale), variant, direction, cast("Preset", one.preset), one.sets, one.label,
-            one.parameters,
+            one.parameters, one.enlarges,
         )
         for test, one in sorted(runs, key=lambda item: item[1].rank)
         for variant, direction in one.specimens

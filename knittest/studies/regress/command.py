@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import Literal
 
@@ -16,7 +18,9 @@ from knittest.studies.regress.drift import Drift, drift_of
 from knittest.studies.regress.judge import table3_rows
 from knittest.studies.regress.junit import write_junit
 from knittest.studies.regress.outcome import Outcome
+from knittest.studies.regress.rounding import otherwise_rounded
 from knittest.studies.regress.show import lines_of
+from knittest.studies.regress.update import Update, update_of
 from knittest.studies.trials.pool import LocalPool
 from knittest.studies.trials.record import Record
 from knittest.studies.trials.run_all import run_all
@@ -51,15 +55,20 @@ class RegressOptions:
 def regress_command(options: RegressOptions) -> int:
     """Run the regression; returns the exit code. Raises :class:`InputError` before anything runs."""
     cases = chosen_cases(options.level, options.scale, options.table)
-    path = options.baseline or stored.shipped()
+    path = _baseline(options)
     before = stored.Baseline() if options.update and not path.exists() else stored.load(path)
     for file in (options.junit, path if options.update else None):
         _check_writable(file)
     _check_folder(options.out)
     trials = {case: case.trial() for case in cases}
+    others = {c: otherwise_rounded(c, trial) if options.update else [] for c, trial in trials.items()}
     pool = LocalPool(*_processes(options))
-    records = run_all(list(trials.values()), options.out, pool, limit=LIMITS[options.level], quiet=options.quiet)
-    outcome = _outcome(options, trials, {c: records[t.key] for c, t in trials.items()}, before, path)
+    runs = [*trials.values(), *chain.from_iterable(others.values())]
+    records = run_all(runs, options.out, pool, limit=LIMITS[options.level], quiet=options.quiet)
+    update = update_of(trials, others, records, partial(_place, options)) if options.update else Update()
+    if options.update:
+        stored.save(path, stored.renewed(before, update.entries))
+    outcome = _outcome(options, trials, {c: records[t.key] for c, t in trials.items()}, before, update)
     write_atomic(options.out / RESULT, json_text(outcome.to_dict()))
     if options.junit is not None:
         write_junit(options.junit, outcome)
@@ -82,25 +91,16 @@ def _outcome(
     trials: Mapping[Case, Trial],
     records: Mapping[Case, Record],
     before: stored.Baseline,
-    path: Path,
+    update: Update,
 ) -> Outcome:
-    """Judge ``records``; the baseline is rewritten first if that is asked for."""
-    entries = before.entries
-    updated: tuple[str, ...] = ()
-    if options.update:
-        fresh = {
-            case.name: stored.entry_of(trials[case].run, record, _place(options, trials[case]))
-            for case, record in records.items()
-            if record.status == "completed"
-        }
-        updated = tuple(stored.difference(name, entries.get(name), new) for name, new in fresh.items())
-        after = stored.renewed(before, fresh)
-        stored.save(path, after)
-        entries = after.entries
+    """Judge ``records`` by the baseline as it was ``before`` and its ``update``."""
+    entries = stored.renewed(before, update.entries).entries
 
     def drift(case: Case) -> Drift:
-        trial = trials[case]
-        return drift_of(case, trial.run, records[case], _place(options, trial), entries.get(case.name))
+        trial, entry = trials[case], entries.get(case.name)
+        if case.name in update.problems:
+            return Drift(case, entry, problem=update.problems[case.name])
+        return drift_of(case, trial.run, records[case], _place(options, trial), entry)
 
     rows = (row for c, t in trials.items() for row in table3_rows(c, t.run, records[c], options.limit_sd))
     return Outcome(
@@ -109,9 +109,13 @@ def _outcome(
         rows=tuple(rows) if options.table in (3, None) else (),
         costs=tuple(table4_rows(records)) if options.table in (4, None) else (),
         drifts=tuple(drift(case) for case in trials),
-        baseline=path,
-        updated=updated,
+        baseline=_baseline(options),
+        updated=tuple(stored.difference(name, before.entries.get(name), new) for name, new in update.entries.items()),
     )
+
+
+def _baseline(options: RegressOptions) -> Path:
+    return options.baseline or stored.shipped()
 
 
 def _place(options: RegressOptions, trial: Trial) -> Path:

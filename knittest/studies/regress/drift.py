@@ -9,16 +9,17 @@ import numpy as np
 
 from knittest.base.kinds import kinds
 from knittest.config.run import Run, Scale
-from knittest.studies.regress.baseline import Entry, has_curve, points
+from knittest.studies.regress.baseline import Curve, Entry, has_curve, points
 from knittest.studies.regress.cases import Case
 from knittest.studies.regress.judge import no_result
+from knittest.studies.regress.rounding import TIMES
 from knittest.studies.trials.record import Record
 
 
 @dataclass(frozen=True)
 class Limits:
     """Change that a number may have over its stored value, a curve over its largest value, and a number that is
-    nothing but buckles over its stored value.
+    nothing but buckles over its stored value; to which the scatter by rounding comes where it is stored.
     """
 
     number: float
@@ -26,8 +27,7 @@ class Limits:
     buckled: float
 
 
-#: one processor model gives the same bits; others and newer libraries round differently, which contact and breaking
-#: yarns enlarge
+#: one processor model gives the same bits; others and newer libraries round differently, which breaking yarns enlarge
 LIMITS: dict[Scale, Limits] = {"macro": Limits(0.001, 0.002, 0.001), "meso": Limits(0.01, 0.02, 0.01)}
 
 
@@ -49,7 +49,7 @@ class Change:
     def __str__(self) -> str:
         return (
             f"{self.what}: {self.stored:.6g} stored, {self.now:.6g} now ({100.0 * self.change:+.3g} %, "
-            f"limit {100.0 * self.limit:g} %)"
+            f"limit {100.0 * self.limit:.3g} %)"
         )
 
 
@@ -87,37 +87,35 @@ def drift_of(case: Case, run: Run, record: Record, folder: Path, entry: Entry | 
     return Drift(case, entry, tuple(_changes(case, run, record, folder, entry)))
 
 
-def limits_of(case: Case) -> Limits:
-    """Limits of the change of the numbers of ``case``: those of its test, else of its scale."""
+def own_limits(case: Case, entry: Entry) -> Limits | None:
+    """Limits of a test that enlarges rounding, for an ``entry`` without the scatter of several runs."""
     own = kinds()[case.test].regression.drift.get(case.scale)
-    return Limits(*own) if own else LIMITS[case.scale]
+    return Limits(*own) if own and entry.runs == 1 else None
 
 
 def _changes(case: Case, run: Run, record: Record, folder: Path, entry: Entry) -> Iterator[Change]:
     assert record.cost is not None
-    limits, elements = limits_of(case), record.cost["elements"]
+    limits, elements = own_limits(case, entry) or LIMITS[case.scale], record.cost["elements"]
     yield Change("elements", entry.elements, elements, elements / entry.elements - 1.0, 0.0)
+    buckled = kinds()[case.test].regression.buckled
     for name, stored in entry.results.items():
         now = record.results.get(name, math.nan)
-        yield Change(
-            name,
-            stored,
-            now,
-            _relative(stored, now),
-            limits.buckled if name in kinds()[case.test].regression.buckled else limits.number,
-        )
+        limit = limits.buckled if name in buckled and entry.runs == 1 else limits.number
+        scatter = TIMES * entry.scatter.get(name, 0.0) / abs(stored) if stored else 0.0
+        yield Change(name, stored, now, _relative(stored, now), limit + scatter)
     if has_curve(run) and entry.curve is not None:
-        yield _curve_change(run, folder, entry, limits.curve)
+        yield _curve_change(run, folder, entry.curve, limits.curve)
 
 
-def _curve_change(run: Run, folder: Path, entry: Entry, limit: float) -> Change:
-    assert entry.curve is not None
-    stored = np.array(entry.curve.y)
-    now = np.interp(entry.curve.x, *points(run, folder))
-    share = (now - stored) / np.abs(stored).max()
-    worst = int(np.argmax(np.abs(share)))
-    what = f"curve, {entry.curve.y_name} at {entry.curve.x_name} {entry.curve.x[worst]:.4g}"
-    return Change(what, float(stored[worst]), float(now[worst]), float(share[worst]), limit)
+def _curve_change(run: Run, folder: Path, curve: Curve, limit: float) -> Change:
+    """The point that uses most of its limit."""
+    stored = np.array(curve.y)
+    now, largest = np.interp(curve.x, *points(run, folder)), np.abs(stored).max()
+    scatter = np.array(curve.scatter) if curve.scatter else np.zeros_like(stored)
+    shares, limits = (now - stored) / largest, limit + TIMES * scatter / largest
+    worst = int(np.argmax(np.abs(shares) / limits))
+    what = f"curve, {curve.y_name} at {curve.x_name} {curve.x[worst]:.4g}"
+    return Change(what, float(stored[worst]), float(now[worst]), float(shares[worst]), float(limits[worst]))
 
 
 def _relative(stored: float, now: float) -> float:

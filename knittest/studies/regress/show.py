@@ -3,16 +3,17 @@
 import math
 import sys
 from collections.abc import Iterator
+from dataclasses import astuple
 
-from knittest.base.kinds import kinds
 from knittest.base.layout import table, width_of
 from knittest.base.result_rows import LABELS
 from knittest.experiment.row_kind import RowKind
 from knittest.export.provenance import cpu_model
 from knittest.studies.regress.cost import CostRow, total
-from knittest.studies.regress.drift import LIMITS, Drift
+from knittest.studies.regress.drift import LIMITS, Drift, own_limits
 from knittest.studies.regress.judge import Row
 from knittest.studies.regress.outcome import Outcome, largest_of
+from knittest.studies.regress.rounding import TIMES
 
 HEAD3 = ("specimen", "scale", "preset", "quantity", "simulated", "experiment", "deviation", "kind", "passes", "verdict")
 HEAD4 = ("test", "scale", "elements, paper", "ours", "CPU h, paper", "ours", "steps", "mass added [%]", "")
@@ -81,11 +82,19 @@ def _drift_lines(outcome: Outcome) -> Iterator[str]:
 
 
 def _wider(drifts: list[Drift]) -> Iterator[str]:
-    """The tests with limits of their own."""
-    for test, scale in dict.fromkeys((drift.case.test, drift.case.scale) for drift in drifts):
-        if limits := kinds()[test].regression.drift.get(scale):
-            number, curve, buckled = (100.0 * v for v in limits)
-            yield f"  {test}, which enlarges rounding: {number:g} %, {curve:g} %, of its buckles {buckled:g} %"
+    """What has wider limits, because it enlarges rounding."""
+    for drift in drifts:
+        if drift.entry is None:
+            continue
+        if limits := own_limits(drift.case, drift.entry):
+            number, curve, buckled = (100.0 * v for v in astuple(limits))
+            yield f"  {drift.case.name}, which enlarges rounding: {number:g} %, {curve:g} %, of buckles {buckled:g} %"
+        elif drift.entry.runs > 1 and drift.changes:
+            widest = max(drift.changes, key=lambda change: change.limit)
+            yield (
+                f"  {drift.case.name}: and {TIMES:g} times the scatter of {drift.entry.runs} runs rounded differently, "
+                f"up to {100.0 * widest.limit:.2g} % ({widest.what})"
+            )
 
 
 def _largest(drifts: list[Drift]) -> str:
