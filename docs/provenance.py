@@ -19,13 +19,12 @@ from pathlib import Path
 from typing import Any
 
 from docs.stored_runs import differences, inputs_of, lines_of, packed, unpacked
-from knittest.base.kinds import kinds
 from knittest.config.loading import resolve
 from knittest.export.manifest import now
 from knittest.export.provenance import git_commit
 from knittest.studies.regress import baseline
 from knittest.studies.regress.cases import Case, cases_of
-from knittest.studies.regress.drift import limits_of
+from knittest.studies.regress.drift import limit_of
 
 HERE = Path(__file__).parent
 FILE = HERE / "provenance.json"
@@ -178,18 +177,19 @@ def stale(entry: dict[str, Any], made: Made, text: str) -> list[str]:
     found = ["edited by hand"] if entry["text"] != fresh["text"] else []
     for given, run in zip(entry["inputs"], made.runs, strict=True):
         found += [f"{run['test']} {run['scale']}: {what}" for what in differences(given, _config(run))]
+    known = baseline.load(baseline.shipped()).entries
     for case in _cases(made):
-        before, today = (one["regression"].get(case.name, {}) for one in (entry, fresh))
-        found += [f"{case.name}: {name} was {was:g}, is {today.get(name)}" for name, was in before.items()
-                  if _moved(case, name, was, today.get(name))]  # fmt: skip
+        before, today = entry["regression"].get(case.name, {}), known.get(case.name)
+        found += [f"{case.name}: {name} was {was:g}, is {today.results.get(name) if today else None}"
+                  for name, was in before.items() if _moved(case, name, was, today)]  # fmt: skip
     return found
 
 
-def _moved(case: Case, name: str, was: float, today: float | None) -> bool:
+def _moved(case: Case, name: str, was: float, today: baseline.Entry | None) -> bool:
     """Tell whether a stored number of the regression left the limits within which it may change unseen."""
-    limits = limits_of(case)
-    limit = limits.buckled if name in kinds()[case.test].regression.buckled else limits.number
-    return today is None or abs(today - was) > limit * abs(was)
+    if today is None or name not in today.results:
+        return True
+    return abs(today.results[name] - was) > limit_of(case, today, name) * abs(today.results[name])
 
 
 def _cases(made: Made) -> list[Case]:

@@ -93,18 +93,27 @@ def own_limits(case: Case, entry: Entry) -> Limits | None:
     return Limits(*own) if own and entry.runs == 1 else None
 
 
+def limit_of(case: Case, entry: Entry, name: str) -> float:
+    """Change [-] that the number ``name`` of ``case`` may have over that in ``entry``."""
+    limits, stored = _limits(case, entry), entry.results[name]
+    buckled = entry.runs == 1 and name in kinds()[case.test].regression.buckled
+    scatter = TIMES * entry.scatter.get(name, 0.0) / abs(stored) if stored else 0.0
+    return (limits.buckled if buckled else limits.number) + scatter
+
+
+def _limits(case: Case, entry: Entry) -> Limits:
+    return own_limits(case, entry) or LIMITS[case.scale]
+
+
 def _changes(case: Case, run: Run, record: Record, folder: Path, entry: Entry) -> Iterator[Change]:
     assert record.cost is not None
-    limits, elements = own_limits(case, entry) or LIMITS[case.scale], record.cost["elements"]
+    elements = record.cost["elements"]
     yield Change("elements", entry.elements, elements, elements / entry.elements - 1.0, 0.0)
-    buckled = kinds()[case.test].regression.buckled
     for name, stored in entry.results.items():
         now = record.results.get(name, math.nan)
-        limit = limits.buckled if name in buckled and entry.runs == 1 else limits.number
-        scatter = TIMES * entry.scatter.get(name, 0.0) / abs(stored) if stored else 0.0
-        yield Change(name, stored, now, _relative(stored, now), limit + scatter)
+        yield Change(name, stored, now, _relative(stored, now), limit_of(case, entry, name))
     if has_curve(run) and entry.curve is not None:
-        yield _curve_change(run, folder, entry.curve, limits.curve)
+        yield _curve_change(run, folder, entry.curve, _limits(case, entry).curve)
 
 
 def _curve_change(run: Run, folder: Path, curve: Curve, limit: float) -> Change:

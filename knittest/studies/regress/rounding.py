@@ -1,4 +1,4 @@
-"""What rounding makes of a run: its numbers and curve over runs whose time steps differ by billionths.
+"""Scatter of a run by rounding: its numbers and curve over runs whose time steps differ by billionths.
 
 Folding sheets and yarns that stick and slip enlarge rounding as far as their states go, and processors, compilers and
 libraries round differently. A change of the step by 1e-9 is far below what the step itself costs in exactness, and any

@@ -82,7 +82,7 @@ def _drift_lines(outcome: Outcome) -> Iterator[str]:
 
 
 def _wider(drifts: list[Drift]) -> Iterator[str]:
-    """What has wider limits, because it enlarges rounding."""
+    """Lines on wider limits, those of what enlarges rounding."""
     for drift in drifts:
         if drift.entry is None:
             continue
