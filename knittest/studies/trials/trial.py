@@ -23,14 +23,11 @@ KEY_DIGITS = 16
 
 @dataclass(frozen=True)
 class Trial:
-    """A run to do; ``label`` names it to a user, ``key`` to the folder it is kept in. Of an ensemble it may be one
-    ``specimen`` only, which is left in the folder two above.
-    """
+    """A run to do; ``label`` names it to a user, ``key`` to the folder it is kept in."""
 
     run: Run
     key: str
     label: str = ""
-    specimen: int | None = None
 
 
 def trial_of(run: Run, label: str = "") -> Trial:
