@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shutil
 import unicodedata
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
@@ -28,7 +29,7 @@ Columns = Mapping[str, ArrayLike]
 # What only a completed run may show; a failed one keeps its tables under a name that says so. Tests add their own.
 _RESULTS = ("summary.json", "comparison.json", "report.html", "view.html")
 _TABLES = ("curve.csv", "energies.csv", "contacts.csv", "yarns.csv")
-CHECKPOINTS = "checkpoint-*.npz"
+CHECKPOINTS, SPECIMENS = "checkpoint-*.npz", "specimens"
 _OWN = ("manifest.json", "config.yaml", "log.jsonl", "frames.pvd", LOCK_NAME)
 
 
@@ -52,6 +53,8 @@ class RunFolder:
     def __init__(self, path: Path, lock: RunLock, manifest: dict[str, Any]) -> None:
         self.path = path
         self.frames = path / "frames"
+        #: folders of the specimens that run in processes of their own, until the run is complete
+        self.specimens = path / SPECIMENS
         self._lock = lock
         self._manifest = manifest
         #: why a dead run's folder was taken over, for the user; empty otherwise
@@ -183,6 +186,7 @@ class RunFolder:
         self.write_text("manifest.json", json_text(self._manifest))
 
     def _remove_checkpoints(self) -> None:
+        shutil.rmtree(self.specimens, ignore_errors=True)
         for path in self.path.glob(CHECKPOINTS):
             with suppress(OSError):
                 path.unlink()

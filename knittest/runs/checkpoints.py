@@ -15,6 +15,7 @@ from typing import Self
 
 import numpy as np
 
+from knittest.base.atomic import resource_error
 from knittest.base.errors import InputError, ResourceError
 from knittest.base.interrupts import Interrupts
 from knittest.export.identity import Identity
@@ -77,7 +78,7 @@ class Checkpoints:
 
     def finished(self, specimen: int) -> State | None:
         """State kept of a finished specimen; ``None`` if there is none."""
-        path = self.folder / f"checkpoint-specimen-{specimen:04d}.npz"
+        path = self.folder / _finished_name(specimen)
         if not path.exists():
             return None
         try:
@@ -113,9 +114,17 @@ class Checkpoints:
 
     def write_finished(self, specimen: int, state: State) -> None:
         """Keep a finished specimen; its checkpoints and frames go."""
-        write_arrays(self.folder / f"checkpoint-specimen-{specimen:04d}.npz", self._labelled(state, specimen))
+        write_arrays(self.folder / _finished_name(specimen), self._labelled(state, specimen))
         for path in [*self.folder.glob("checkpoint-[0-9]*.npz"), *self.folder.glob("checkpoint-frame-*.npz")]:
             path.unlink(missing_ok=True)
+
+    def hand_over(self, specimen: int, folder: Path) -> None:
+        """Move a finished specimen to ``folder``, that of its ensemble."""
+        name = _finished_name(specimen)
+        try:
+            (self.folder / name).replace(folder / name)
+        except OSError as error:
+            raise resource_error(folder / name, error) from error
 
     def _labelled(self, state: Mapping[str, np.ndarray], specimen: int) -> State:
         return {**state, "identity": np.array(json.dumps(self.identity)), "specimen": np.array(specimen)}
@@ -189,6 +198,10 @@ class SpecimenKeeper:
     def finish(self, state: State) -> None:
         """Keep the finished specimen."""
         self.store.write_finished(self.specimen, state)
+
+
+def _finished_name(specimen: int) -> str:
+    return f"checkpoint-specimen-{specimen:04d}.npz"
 
 
 def _path(folder: Path, number: int) -> Path:

@@ -1,7 +1,7 @@
 """A run end to end: specimens of one direction, their folder, comparison and report."""
 
 import time as clock
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +15,7 @@ from knittest.config.run import Run
 from knittest.export.identity import cell_of
 from knittest.laboratory.registry import TESTS
 from knittest.report_page.page import write_if_possible, write_report
-from knittest.runs.judgement import References, judge, references_of
+from knittest.runs.judgement import judge, references_of
 from knittest.runs.opening import Opened, Place
 from knittest.runs.options import RunOptions
 from knittest.runs.specimen import run_specimen
@@ -38,26 +38,24 @@ class Outcome:
     curves: Sequence[dict[str, object]] = ()
 
 
-def execute(run: Run, place: Place, interrupts: Interrupts, options: RunOptions, progress: Progress) -> Outcome:
-    """Run all specimens of ``run``, or those that are left, and write its folder."""
-    references = references_of(run, options.against)
-    with compiling_for(run):
-        return _executed(run, place, interrupts, options, progress, references)
+#: runs specimens of an ensemble before the others, somewhere else, and leaves them among its checkpoints
+Ahead = Callable[[Run, Opened, RunOptions, Progress], None]
 
 
-def _executed(
+def execute(
     run: Run,
     place: Place,
     interrupts: Interrupts,
     options: RunOptions,
     progress: Progress,
-    references: References,
+    ahead: Ahead | None = None,
 ) -> Outcome:
-    if run.model.scale == "meso":  # before there is a folder, whose manifest names the cell
-        progress.phase(f"{_name(run)}: relaxing geometry")
-        cell_of(run)
-    with _opened(run, place, interrupts) as opened:
+    """Run all specimens of ``run``, or those that are left, and write its folder; ``ahead`` runs what it can before."""
+    references = references_of(run, options.against)
+    with compiling_for(run), _opened(run, place, interrupts, progress) as opened:
         with interrupts.heard():
+            if ahead is not None:
+                ahead(run, opened, options, progress)
             specimens = [_specimen(run, number, opened, progress) for number in range(run.variability.specimens)]
             progress.done()
             judgement = judge(run, specimens, references)
@@ -70,12 +68,22 @@ def _executed(
     return Outcome(run, opened.folder.path, judgement.summary, judgement.quality, judgement.own)
 
 
+def execute_specimen(run: Run, number: int, place: Place, interrupts: Interrupts, progress: Progress) -> None:
+    """Run specimen ``number`` of ``run`` alone and leave it in the folder of the ensemble, two above its own."""
+    with compiling_for(run), _opened(run, place, interrupts, progress) as opened, interrupts.heard():
+        _specimen(run, number, opened, progress)
+        opened.checkpoints.hand_over(number, opened.folder.path.parents[1])
+
+
 @contextmanager
-def _opened(run: Run, place: Place, interrupts: Interrupts) -> Iterator[Opened]:
+def _opened(run: Run, place: Place, interrupts: Interrupts, progress: Progress) -> Iterator[Opened]:
     """The locked folder of ``run``; what stops the run names it.
 
     Signals are heard inside only where the block says so: none may come between the first manifest and the last.
     """
+    if run.model.scale == "meso":  # before there is a folder, whose manifest names the cell
+        progress.phase(f"{_name(run)}: relaxing geometry")
+        cell_of(run)
     with interrupts.held(when=lambda: True):
         opened = place.open(run, interrupts)
         try:

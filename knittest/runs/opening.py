@@ -1,6 +1,7 @@
 """Opens the folder of a run, new or to go on in, with its checkpoints."""
 
 import json
+import shutil
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
@@ -10,7 +11,7 @@ from knittest.base.interrupts import Interrupts
 from knittest.base.notes import tell
 from knittest.config.dumping import dump
 from knittest.config.run import Run
-from knittest.export.folder import RunFolder
+from knittest.export.folder import SPECIMENS, RunFolder
 from knittest.export.identity import Identity, cell_of, changes, data_files, identity_of
 from knittest.export.lock import LOCK_NAME, RunLock
 from knittest.report_page.page import FILE, write_if_possible, write_report
@@ -82,10 +83,11 @@ class StoppedRun:
 def tidy_completed(path: Path, pictures: bool) -> None:
     """Write the page that a kill right after the end of the run left out, and remove what it left in ``path``."""
     leavings = [path / LOCK_NAME, *path.glob(PATTERN)]
-    if any(file.exists() for file in leavings):
+    if any(file.exists() for file in [*leavings, path / SPECIMENS]):
         lock = RunLock(path)
         for file in leavings[1:]:
             file.unlink(missing_ok=True)
+        shutil.rmtree(path / SPECIMENS, ignore_errors=True)
         lock.release()
     if pictures and not (path / FILE).exists():
         write_if_possible(path, write_report)

@@ -29,6 +29,7 @@ from knittest.runs.show import print_json, print_refused, print_results
 from knittest.solve.threads import use_threads
 from knittest.solve.warmup import compiling_for
 from knittest.studies.trials.beside import Beside
+from knittest.studies.trials.ensemble import run_ahead
 from knittest.studies.verify import REPEATS, finished, unverified, verified
 
 #: a run, and where it is to lie, or the folder where it is completed and only to be verified
@@ -144,7 +145,7 @@ def _run_jobs(jobs: Sequence[Job], options: RunOptions, parent: Path | None) -> 
                 if isinstance(place, Path):
                     outcome = finished(run, place, options.against)
                 else:
-                    outcome = execute(run, place, interrupts, options, progress)
+                    outcome = execute(run, place, interrupts, options, progress, run_ahead)
                 outcomes.append(verified(outcome, options, interrupts) if run.output.verify else outcome)
     return outcomes
 
@@ -164,12 +165,14 @@ def _told(outcomes: Sequence[Outcome], options: RunOptions) -> int:
 def _beside(jobs: Sequence[Job], options: RunOptions, progress: Progress) -> tuple[dict[Path, Run], int]:
     """New runs of yarns that go beside the first one, by folder, and the threads of each, once their cell is relaxed.
 
-    One thread a run takes the least time of processors; runs of shells are over before a process has begun.
+    One thread a run takes the least time of processors; runs of shells are over before a process has begun. Ensembles
+    are not: their specimens run side by side.
     """
     threads = numba.get_num_threads()
     new = {place.out: run for run, place in jobs if isinstance(place, NewFolder) and place.out}
     yarns = all(run.model.scale == "meso" for run in new.values())
-    if not yarns or len(new) < len(jobs) or min(len(jobs), threads) < 2:
+    ensembles = any(run.variability.specimens > 1 for run in new.values())
+    if not yarns or ensembles or len(new) < len(jobs) or min(len(jobs), threads) < 2:
         return {}, threads
     progress.phase("relaxing geometry")
     cell_of(jobs[0][0])

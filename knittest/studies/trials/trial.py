@@ -23,11 +23,14 @@ KEY_DIGITS = 16
 
 @dataclass(frozen=True)
 class Trial:
-    """A run to do; ``label`` names it to a user, ``key`` to the folder it is kept in."""
+    """A run to do; ``label`` names it to a user, ``key`` to the folder it is kept in. Of an ensemble it may be one
+    ``specimen`` only, which is left in the folder two above.
+    """
 
     run: Run
     key: str
     label: str = ""
+    specimen: int | None = None
 
 
 def trial_of(run: Run, label: str = "") -> Trial:

@@ -62,7 +62,7 @@ def serve(connection: Connection) -> None:
 
 def perform(task: Task, told: Told) -> Record:
     """Run the trial of ``task`` here; whatever goes wrong with it is in the record. Only a signal comes through."""
-    from knittest.runs.execute import execute
+    from knittest.runs.execute import execute, execute_specimen
     from knittest.studies.trials.opening import TrialFolder
 
     start = clock.perf_counter()
@@ -72,7 +72,11 @@ def perform(task: Task, told: Told) -> Record:
             _warm(task.trial.run, told)  # before the clock of the time limit starts
             told("started", None)
             start = clock.perf_counter()
-            outcome = execute(task.trial.run, TrialFolder(task.folder), interrupts, task.options, _Relay(told))
+            run, place, specimen = task.trial.run, TrialFolder(task.folder), task.trial.specimen
+            if specimen is not None:
+                execute_specimen(run, specimen, place, interrupts, _Relay(told))
+                return Record(key, "completed", seconds=clock.perf_counter() - start)
+            outcome = execute(run, place, interrupts, task.options, _Relay(told))
     except Exception as error:
         status, reason = _judged(error)
         return Record(key, status, reason, seconds=clock.perf_counter() - start)
