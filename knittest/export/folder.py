@@ -1,9 +1,9 @@
 """The run folder: everything a run leaves behind, and a manifest that always says how it ended."""
 
+import fnmatch
 import json
 import os
 import re
-import shutil
 import unicodedata
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
@@ -29,7 +29,7 @@ Columns = Mapping[str, ArrayLike]
 # What only a completed run may show; a failed one keeps its tables under a name that says so. Tests add their own.
 _RESULTS = ("summary.json", "comparison.json", "report.html", "view.html")
 _TABLES = ("curve.csv", "energies.csv", "contacts.csv", "yarns.csv")
-CHECKPOINTS, SPECIMENS = "checkpoint-*.npz", "specimens"
+CHECKPOINTS = "checkpoint-*.npz"
 _OWN = ("manifest.json", "config.yaml", "log.jsonl", "frames.pvd", LOCK_NAME)
 
 
@@ -53,8 +53,6 @@ class RunFolder:
     def __init__(self, path: Path, lock: RunLock, manifest: dict[str, Any]) -> None:
         self.path = path
         self.frames = path / "frames"
-        #: folders of the specimens that run in processes of their own, until the run is complete
-        self.specimens = path / SPECIMENS
         self._lock = lock
         self._manifest = manifest
         #: why a dead run's folder was taken over, for the user; empty otherwise
@@ -163,6 +161,11 @@ class RunFolder:
             self._lock.release()
 
     @property
+    def lock(self) -> int:
+        """File descriptor of the lock: a process that inherits it holds the folder as long as it lives."""
+        return self._lock.descriptor
+
+    @property
     def finished(self) -> bool:
         """True after :meth:`finish`."""
         return self._manifest["status"] != "running"
@@ -186,8 +189,7 @@ class RunFolder:
         self.write_text("manifest.json", json_text(self._manifest))
 
     def _remove_checkpoints(self) -> None:
-        shutil.rmtree(self.specimens, ignore_errors=True)
-        for path in self.path.glob(CHECKPOINTS):
+        for path in [*self.path.glob(CHECKPOINTS), *self.path.glob(f".{CHECKPOINTS}")]:
             with suppress(OSError):
                 path.unlink()
 
@@ -259,7 +261,8 @@ def _clear_dead_run(path: Path, lock: RunLock) -> None:
     if _completed(path):  # and killed before its lock was removed
         raise InputError(f"--out {path}: holds a completed run; choose a new folder, or remove this one")
     leftover = [name for name in names if re.fullmatch(r"\..*\.tmp(\.\w+)?", name)]
-    strange = sorted(names - {*_OWN, *results_of_runs(), *tables_of_runs()} - {"frames", *leftover})
+    useless = fnmatch.filter(names, CHECKPOINTS) if _of_bad_input(path) else []  # of another input
+    strange = sorted(names - {*_OWN, *results_of_runs(), *tables_of_runs()} - {"frames", *leftover, *useless})
     if strange:
         raise InputError(
             f"--out {path}: left by {lock.stale_owner or 'a run'}, which is no longer running, and holds {strange[0]}; "

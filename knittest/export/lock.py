@@ -48,7 +48,8 @@ class RunLock:
                 os.close(handle)
                 if error.errno in (errno.EAGAIN, errno.EACCES):
                     raise ResourceError(
-                        f"{self.path.parent}: in use by {owner}; wait for it to end or choose another folder with --out"
+                        f"{self.path.parent}: in use by {owner}; wait for it, or a process that it began, to end or "
+                        "choose another folder with --out"
                     ) from None
                 raise
             os.close(handle)
@@ -61,6 +62,11 @@ class RunLock:
         os.ftruncate(self._handle, 0)
         os.pwrite(self._handle, owner.encode().ljust(_PADDING), 0)
         os.fsync(self._handle)
+
+    @property
+    def descriptor(self) -> int:
+        """File descriptor that holds the lock, also in a process that inherits it."""
+        return self._handle
 
     def give_room(self) -> None:
         """Hand the reserved blocks back to the disk, so that the last manifest finds room on a full one."""

@@ -1,8 +1,8 @@
-"""Checkpoints of a run folder: the newest two of the specimen that runs, its frames, and the finished specimens.
+"""Checkpoints of a run folder, those of each specimen by themselves, so that several processes may keep theirs in it.
 
-``checkpoint-0007.npz`` state of one simulation; ``checkpoint-frame-0000-0003.npz`` frame 3 of specimen 0, written once,
-and its ``-copy.npz``, because every later checkpoint needs it; ``checkpoint-specimen-0000.npz`` a finished specimen;
-``checkpoint-failed.npz`` the state when the numbers went wrong.
+``checkpoint-0002-0007.npz`` state 7 of specimen 2, of which the newest two are kept; ``checkpoint-frame-0002-0003.npz``
+its frame 3, written once, and its ``-copy.npz``, because every later checkpoint needs it;
+``checkpoint-specimen-0002.npz`` the finished specimen; ``checkpoint-failed.npz`` the state when the numbers went wrong.
 """
 
 import json
@@ -15,7 +15,6 @@ from typing import Self
 
 import numpy as np
 
-from knittest.base.atomic import resource_error
 from knittest.base.errors import InputError, ResourceError
 from knittest.base.interrupts import Interrupts
 from knittest.export.identity import Identity
@@ -44,45 +43,67 @@ class Checkpoints:
     ) -> None:
         self.folder, self.identity, self.interval, self.tell = folder, identity, interval, tell
         self.interrupts = interrupts or Interrupts()
-        self.found: tuple[int, Snapshot] | None = None
-        self._number = max(_numbered(folder), default=0)
+        #: simulated time [ms] that the furthest of the specimens under way had come to, once looked for
+        self.reached = 0.0
         self._damaged: list[Path] = []
+        self._needed: set[Path] = set()
 
-    def find(self) -> Identity | None:
-        """Read the newest checkpoint that verifies; returns its identity, None when there are no checkpoints at all.
+    def find(self) -> list[Identity]:
+        """Identities of what the specimens go on from: each finished, or its newest checkpoint that verifies.
 
-        Raises :class:`InputError` when there are some and none can be used.
+        Raises :class:`InputError` when there are checkpoints and none can be used.
         """
-        numbers = sorted(_numbered(self.folder), reverse=True)
-        for number in numbers:
-            try:
-                return self._load(number)
-            except Damaged as error:
-                self._damaged.append(_path(self.folder, number))
-                self.tell(f"{error}; trying the checkpoint before it")
-        finished = self._finished_identity()
-        if numbers and finished is None:
+        identities, lost = list[Identity](), list[int]()
+        for specimen in self._begun():
+            identity = self._finished_identity(specimen)
+            if identity is None and (newest := self.newest(specimen)) is not None:
+                identity = newest[0]
+                self.reached = max(self.reached, newest[1].time)
+                self._needed |= {p for k in range(len(newest[1].frames)) for p in _frames(self.folder, specimen, k)}
+            if identity is None:
+                lost.append(specimen)
+            else:
+                identities.append(identity)
+        numbered = list(self.folder.glob("checkpoint-[0-9]*.npz"))
+        if numbered and not identities:
             raise InputError(
-                f"{self.folder}: none of its {len(numbers)} checkpoints can be read; start again with "
+                f"{self.folder}: none of its {len(numbered)} checkpoints can be read; start again with "
                 f"--config {self.folder / 'config.yaml'}"
             )
-        return finished
+        for specimen in lost:
+            self.tell(f"{self.folder}: nothing kept of specimen {specimen + 1} can be read; it is run again")
+        return identities
 
     def tidy(self) -> None:
-        """Before going on: remove what did not verify, what was half-written, and frames later than the state."""
-        specimen, snapshot = self.found or (0, Snapshot({}, []))
-        needed = {p for k in range(len(snapshot.frames)) for p in _frame_paths(self.folder, specimen, k)}
-        later = set(self.folder.glob("checkpoint-frame-*.npz")) - needed
+        """Before going on: remove what did not verify, what was half-written, and frames later than the states."""
+        later = set(self.folder.glob("checkpoint-frame-*.npz")) - self._needed
         for path in [*self._damaged, *later, *self.folder.glob(".*.tmp*")]:
             path.unlink(missing_ok=True)
 
+    def newest(self, specimen: int) -> tuple[Identity, Snapshot] | None:
+        """The newest checkpoint of ``specimen`` that verifies, with its identity; ``None`` if there is none."""
+        for number in sorted(self._numbers(specimen), reverse=True):
+            path = _path(self.folder, specimen, number)
+            try:
+                state = read_arrays(path)
+                identity = dict(json.loads(str(state.pop("identity"))))
+                frames = [self._frame(specimen, k, path.name) for k in range(int(state["n_frames"]))]
+                return identity, Snapshot({k: v for k, v in state.items() if k != "specimen"}, frames)
+            except Damaged as error:
+                self._damaged.append(path)
+                self.tell(f"{error}; trying the checkpoint before it")
+        return None
+
+    def is_finished(self, specimen: int) -> bool:
+        """Tell whether ``specimen`` is kept as finished."""
+        return _finished(self.folder, specimen).exists()
+
     def finished(self, specimen: int) -> State | None:
         """State kept of a finished specimen; ``None`` if there is none."""
-        path = self.folder / _finished_name(specimen)
-        if not path.exists():
+        if not self.is_finished(specimen):
             return None
         try:
-            return {k: v for k, v in read_arrays(path).items() if k != "identity"}
+            return {k: v for k, v in read_arrays(_finished(self.folder, specimen)).items() if k != "identity"}
         except Damaged as error:
             self.tell(f"{error}; specimen {specimen + 1} is run again")
             return None
@@ -98,14 +119,15 @@ class Checkpoints:
     def write(self, specimen: int, snapshot: Snapshot) -> None:
         """Write the next checkpoint and its new frames; then the third newest goes."""
         for k, frame in enumerate(snapshot.frames):
-            for path in _frame_paths(self.folder, specimen, k):
+            for path in _frames(self.folder, specimen, k):
                 if not path.exists():
                     write_arrays(path, frame)
-        self._number += 1
-        write_arrays(_path(self.folder, self._number), self._labelled(snapshot.state, specimen))
-        for number in _numbered(self.folder):
-            if number <= self._number - KEPT:
-                _path(self.folder, number).unlink(missing_ok=True)
+        numbers = self._numbers(specimen)
+        newest = max(numbers, default=0) + 1
+        write_arrays(_path(self.folder, specimen, newest), self._labelled(snapshot.state, specimen))
+        for number in numbers:
+            if number <= newest - KEPT:
+                _path(self.folder, specimen, number).unlink(missing_ok=True)
 
     def write_failed(self, specimen: int, snapshot: Snapshot) -> None:
         """Write the state in which the numbers went wrong; the error that did it matters more than a full disk."""
@@ -114,34 +136,20 @@ class Checkpoints:
 
     def write_finished(self, specimen: int, state: State) -> None:
         """Keep a finished specimen; its checkpoints and frames go."""
-        write_arrays(self.folder / _finished_name(specimen), self._labelled(state, specimen))
-        for path in [*self.folder.glob("checkpoint-[0-9]*.npz"), *self.folder.glob("checkpoint-frame-*.npz")]:
-            path.unlink(missing_ok=True)
-
-    def hand_over(self, specimen: int, folder: Path) -> None:
-        """Move a finished specimen to ``folder``, that of its ensemble."""
-        name = _finished_name(specimen)
-        try:
-            (self.folder / name).replace(folder / name)
-        except OSError as error:
-            raise resource_error(folder / name, error) from error
+        write_arrays(_finished(self.folder, specimen), self._labelled(state, specimen))
+        for name in (f"checkpoint-{specimen:04d}-*.npz", f"checkpoint-frame-{specimen:04d}-*.npz"):
+            for path in self.folder.glob(name):
+                path.unlink(missing_ok=True)
 
     def _labelled(self, state: Mapping[str, np.ndarray], specimen: int) -> State:
         return {**state, "identity": np.array(json.dumps(self.identity)), "specimen": np.array(specimen)}
 
-    def _load(self, number: int) -> Identity:
-        state = read_arrays(_path(self.folder, number))
-        specimen, identity = int(state.pop("specimen")), json.loads(str(state.pop("identity")))
-        frames = [self._frame(specimen, k, number) for k in range(int(state["n_frames"]))]
-        self.found = specimen, Snapshot(state, frames)
-        return dict(identity)
-
-    def _frame(self, specimen: int, frame: int, number: int) -> State:
+    def _frame(self, specimen: int, frame: int, needed_by: str) -> State:
         """The frame from its file or from the copy; raises :class:`Damaged` when neither verifies."""
         damaged = []
-        for path in _frame_paths(self.folder, specimen, frame):
+        for path in _frames(self.folder, specimen, frame):
             if not path.exists():
-                damaged.append(f"{path.name}, which {_path(self.folder, number).name} needs, is missing")
+                damaged.append(f"{path.name}, which {needed_by} needs, is missing")
                 continue
             try:
                 found = read_arrays(path)
@@ -154,11 +162,27 @@ class Checkpoints:
             return found
         raise Damaged(damaged[0])
 
-    def _finished_identity(self) -> Identity | None:
-        for path in sorted(self.folder.glob("checkpoint-specimen-*.npz"), reverse=True):
-            with suppress(Damaged):
-                return dict(json.loads(str(read_arrays(path)["identity"])))
-        return None
+    def _finished_identity(self, specimen: int) -> Identity | None:
+        if not self.is_finished(specimen):
+            return None
+        path = _finished(self.folder, specimen)
+        try:
+            return dict(json.loads(str(read_arrays(path)["identity"])))
+        except Damaged as error:
+            self._damaged.append(path)
+            self.tell(str(error))
+            return None
+
+    def _begun(self) -> list[int]:
+        """Numbers of the specimens of which something is kept."""
+        names = [path.name for path in self.folder.glob(PATTERN)]
+        found = (re.fullmatch(r"checkpoint-(\d{4})-\d{4,}\.npz|checkpoint-specimen-(\d{4})\.npz", n) for n in names)
+        return sorted({int(match[1] or match[2]) for match in found if match})
+
+    def _numbers(self, specimen: int) -> list[int]:
+        """Numbers of the checkpoints of ``specimen``."""
+        names = [path.stem for path in self.folder.glob(f"checkpoint-{specimen:04d}-*.npz")]
+        return [int(name.rpartition("-")[2]) for name in names]
 
 
 class SpecimenKeeper:
@@ -176,12 +200,11 @@ class SpecimenKeeper:
             yield self
 
     def resume_from(self) -> Snapshot | None:
-        """The checkpoint that was found, if it is of this specimen."""
+        """The newest checkpoint of the specimen, if there is one."""
         self._began = True
         self.due = time.monotonic() + self.store.interval
-        if self.store.found is None or self.store.found[0] != self.specimen:
-            return None
-        return self.store.found[1]
+        newest = self.store.newest(self.specimen)
+        return None if newest is None else newest[1]
 
     def visit(self, take: Callable[[], Snapshot]) -> None:
         """Write a checkpoint when it is due or a signal came; raise :class:`Interrupted` for the signal."""
@@ -200,20 +223,15 @@ class SpecimenKeeper:
         self.store.write_finished(self.specimen, state)
 
 
-def _finished_name(specimen: int) -> str:
-    return f"checkpoint-specimen-{specimen:04d}.npz"
+def _finished(folder: Path, specimen: int) -> Path:
+    return folder / f"checkpoint-specimen-{specimen:04d}.npz"
 
 
-def _path(folder: Path, number: int) -> Path:
-    return folder / f"checkpoint-{number:04d}.npz"
+def _path(folder: Path, specimen: int, number: int) -> Path:
+    return folder / f"checkpoint-{specimen:04d}-{number:04d}.npz"
 
 
-def _frame_paths(folder: Path, specimen: int, frame: int) -> tuple[Path, Path]:
+def _frames(folder: Path, specimen: int, frame: int) -> tuple[Path, Path]:
+    """File of a frame, and its copy."""
     name = f"checkpoint-frame-{specimen:04d}-{frame:04d}"
     return folder / f"{name}.npz", folder / f"{name}-copy.npz"
-
-
-def _numbered(folder: Path) -> list[int]:
-    """Numbers of the checkpoints in ``folder``."""
-    matches = (re.fullmatch(r"checkpoint-(\d{4,})\.npz", path.name) for path in folder.glob(PATTERN))
-    return [int(match[1]) for match in matches if match]

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from knittest.base.errors import NumericalError, ResourceError
+from knittest.base.errors import KnittestError, NumericalError, ResourceError
 from knittest.base.history import Quality, Specimen
 from knittest.base.interrupts import Interrupted, Interrupts
 from knittest.base.progress import Progress
@@ -15,12 +15,13 @@ from knittest.config.run import Run
 from knittest.export.identity import cell_of
 from knittest.laboratory.registry import TESTS
 from knittest.report_page.page import write_if_possible, write_report
+from knittest.runs.checkpoints import Checkpoints
 from knittest.runs.judgement import judge, references_of
-from knittest.runs.opening import Opened, Place
+from knittest.runs.opening import Opened, Place, joined
 from knittest.runs.options import RunOptions
 from knittest.runs.specimen import run_specimen
 from knittest.runs.specimen_store import specimen_of, specimen_state
-from knittest.runs.watcher import Watcher
+from knittest.runs.watcher import Log, Watcher
 from knittest.runs.writing import write_files
 from knittest.solve.warmup import compiling_for
 
@@ -38,8 +39,8 @@ class Outcome:
     curves: Sequence[dict[str, object]] = ()
 
 
-#: runs specimens of an ensemble before the others, somewhere else, and leaves them among its checkpoints
-Ahead = Callable[[Run, Opened, RunOptions, Progress], None]
+#: runs specimens of an ensemble before the others, in other processes, and leaves them among its checkpoints
+Ahead = Callable[[Run, Opened, Progress], None]
 
 
 def execute(
@@ -55,8 +56,8 @@ def execute(
     with compiling_for(run), _opened(run, place, interrupts, progress) as opened:
         with interrupts.heard():
             if ahead is not None:
-                ahead(run, opened, options, progress)
-            specimens = [_specimen(run, number, opened, progress) for number in range(run.variability.specimens)]
+                ahead(run, opened, progress)
+            specimens = [_specimen(run, k, opened, progress) for k in range(run.variability.specimens)]
             progress.done()
             judgement = judge(run, specimens, references)
             write_files(run, specimens, references, judgement, opened.folder, options)
@@ -68,11 +69,28 @@ def execute(
     return Outcome(run, opened.folder.path, judgement.summary, judgement.quality, judgement.own)
 
 
-def execute_specimen(run: Run, number: int, place: Place, interrupts: Interrupts, progress: Progress) -> None:
-    """Run specimen ``number`` of ``run`` alone and leave it in the folder of the ensemble, two above its own."""
-    with compiling_for(run), _opened(run, place, interrupts, progress) as opened, interrupts.heard():
-        _specimen(run, number, opened, progress)
-        opened.checkpoints.hand_over(number, opened.folder.path.parents[1])
+def execute_specimen(run: Run, number: int, folder: Path, interrupts: Interrupts, log: Log, progress: Progress) -> None:
+    """Run specimen ``number`` of ``run`` and leave it among the checkpoints in ``folder``, which another process has
+    opened and writes ``log`` of.
+    """
+    with compiling_for(run), interrupts.deciding():
+        _kept(run, number, joined(run, folder, interrupts), log, progress)
+
+
+@contextmanager
+def naming(run: Run, number: int) -> Iterator[None]:
+    """Let the errors of specimen ``number`` name it, unless ``run`` has no other."""
+    try:
+        yield
+    except KnittestError as error:
+        if run.variability.specimens > 1:
+            error.args = (f"{specimen_name(run, number)}: {error}",)
+        raise
+
+
+def specimen_name(run: Run, number: int) -> str:
+    """``specimen 1 of 3 (warp)``, what users call specimen ``number`` of ``run``."""
+    return f"specimen {number + 1} of {run.variability.specimens} ({name_of(run)})"
 
 
 @contextmanager
@@ -82,7 +100,7 @@ def _opened(run: Run, place: Place, interrupts: Interrupts, progress: Progress) 
     Signals are heard inside only where the block says so: none may come between the first manifest and the last.
     """
     if run.model.scale == "meso":  # before there is a folder, whose manifest names the cell
-        progress.phase(f"{_name(run)}: relaxing geometry")
+        progress.phase(f"{name_of(run)}: relaxing geometry")
         cell_of(run)
     with interrupts.held(when=lambda: True):
         opened = place.open(run, interrupts)
@@ -100,18 +118,25 @@ def _specimen(run: Run, number: int, opened: Opened, progress: Progress) -> Spec
     kept = opened.checkpoints.finished(number)
     if kept is not None:
         return specimen_of(kept)
-    count, label = run.variability.specimens, _name(run)
+    with naming(run, number):
+        return _kept(run, number, opened.checkpoints, opened.folder.log, progress)
+
+
+def _kept(run: Run, number: int, checkpoints: Checkpoints, log: Log, progress: Progress) -> Specimen:
+    """Specimen ``number`` of ``run``, gone on with from its checkpoint if there is one, and kept when finished."""
+    count, label = run.variability.specimens, name_of(run)
     if count > 1:
         run = run.model_copy(update={"variability": run.variability.model_copy(update={"mode": "random"})})
         label = f"{label} {number + 1}/{count}"
     start = clock.perf_counter()
-    with opened.checkpoints.keeping(number) as keeper:
-        watcher = Watcher(label, TESTS[run.rig.kind].ends_at_failure, progress, opened.folder, keeper)
+    with checkpoints.keeping(number) as keeper:
+        watcher = Watcher(label, TESTS[run.rig.kind].ends_at_failure, progress, log, keeper)
         specimen = run_specimen(run, number, watcher)
         keeper.finish(specimen_state(specimen, frames=number == 0))  # pictures show the first specimen
-    opened.folder.log("specimen", number=number, seconds=round(clock.perf_counter() - start, 3), **specimen.results)
+    log("specimen", number=number, seconds=round(clock.perf_counter() - start, 3), **specimen.results)
     return specimen
 
 
-def _name(run: Run) -> str:
+def name_of(run: Run) -> str:
+    """The direction of ``run``, or its test where there is none."""
     return run.direction or run.rig.kind

@@ -1,7 +1,7 @@
 """Opens the folder of a run, new or to go on in, with its checkpoints."""
 
 import json
-import shutil
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
@@ -11,7 +11,7 @@ from knittest.base.interrupts import Interrupts
 from knittest.base.notes import tell
 from knittest.config.dumping import dump
 from knittest.config.run import Run
-from knittest.export.folder import SPECIMENS, RunFolder
+from knittest.export.folder import RunFolder
 from knittest.export.identity import Identity, cell_of, changes, data_files, identity_of
 from knittest.export.lock import LOCK_NAME, RunLock
 from knittest.report_page.page import FILE, write_if_possible, write_report
@@ -70,7 +70,7 @@ class StoppedRun:
             checkpoints = _checkpoints(run, path, now, interrupts)
             changed = _changes(path, checkpoints.find(), now, self.force)
             checkpoints.tidy()
-            notes: dict[str, Any] = {"at_ms": checkpoints.found[1].time if checkpoints.found else 0.0}
+            notes: dict[str, Any] = {"at_ms": checkpoints.reached}
             if changed:
                 notes |= {"forced": changed, "config_sha256": now["config_sha256"]}
             folder = RunFolder.reopen(path, lock, manifest_of(path), threads=_threads(), notes=notes)
@@ -83,11 +83,10 @@ class StoppedRun:
 def tidy_completed(path: Path, pictures: bool) -> None:
     """Write the page that a kill right after the end of the run left out, and remove what it left in ``path``."""
     leavings = [path / LOCK_NAME, *path.glob(PATTERN)]
-    if any(file.exists() for file in [*leavings, path / SPECIMENS]):
+    if any(file.exists() for file in leavings):
         lock = RunLock(path)
         for file in leavings[1:]:
             file.unlink(missing_ok=True)
-        shutil.rmtree(path / SPECIMENS, ignore_errors=True)
         lock.release()
     if pictures and not (path / FILE).exists():
         write_if_possible(path, write_report)
@@ -104,8 +103,14 @@ def manifest_of(path: Path) -> dict[str, Any]:
     return manifest
 
 
-def _changes(path: Path, before: Identity | None, now: Identity, force: bool) -> list[str]:
-    changed = [] if before is None else changes(before, now)
+def joined(run: Run, path: Path, interrupts: Interrupts) -> Checkpoints:
+    """The checkpoints of ``run`` in the folder ``path``, which another process has opened."""
+    return _checkpoints(run, path, identity_of(run, data_files(run)), interrupts)
+
+
+def _changes(path: Path, before: Sequence[Identity], now: Identity, force: bool) -> list[str]:
+    """Changes since any of the checkpoints, whose identities are ``before``; raises unless ``force``."""
+    changed = list(dict.fromkeys(change for identity in before for change in changes(identity, now)))
     if not changed or force:
         return changed
     listed = "; ".join(changed[:LISTED]) + (f"; and {len(changed) - LISTED} more" if len(changed) > LISTED else "")

@@ -4,22 +4,22 @@ from collections.abc import Callable
 
 from knittest.base.history import Overlaps
 from knittest.base.progress import Progress
-from knittest.export.folder import RunFolder
 from knittest.runs.checkpoints import SpecimenKeeper
 from knittest.solve.observer import Observer
 from knittest.solve.state import Snapshot
 
+#: takes a line of a run's log: the name of an event, and its fields by keyword
+Log = Callable[..., None]
+
 
 class Watcher(Observer):
     """See :class:`Observer`; ``label`` is what phases are shown under, ``until_failure`` whether a failure of the
-    specimen ends its test.
+    specimen ends its test, ``log`` takes lines of the run's log.
     """
 
-    def __init__(
-        self, label: str, until_failure: bool, progress: Progress, folder: RunFolder, keeper: SpecimenKeeper
-    ) -> None:
+    def __init__(self, label: str, until_failure: bool, progress: Progress, log: Log, keeper: SpecimenKeeper) -> None:
         self._label, self._until_failure = label, until_failure
-        self._progress, self._folder, self._keeper = progress, folder, keeper
+        self._progress, self._log, self._keeper = progress, log, keeper
 
     def phase(self, text: str) -> None:
         """Show it."""
@@ -28,7 +28,7 @@ class Watcher(Observer):
     def overlaps(self, found: Overlaps) -> None:
         """Log which yarns overlap, if any do."""
         if found.largest > 0.0:
-            self._folder.log(
+            self._log(
                 "overlap", number=self._keeper.specimen, contacts=found.count,
                 largest_pct=round(100.0 * found.largest, 3), worst=found.worst,
             )  # fmt: skip
@@ -38,8 +38,11 @@ class Watcher(Observer):
         self._progress.update(fraction, time_ms, step_us, kinetic_ratio)
 
     def resume_from(self) -> Snapshot | None:
-        """Return the checkpoint that was found."""
-        return self._keeper.resume_from()
+        """Return the checkpoint that was found, and log it."""
+        found = self._keeper.resume_from()
+        if found is not None:
+            self._log("goes on", number=self._keeper.specimen, at_ms=found.time)
+        return found
 
     def visit(self, take: Callable[[], Snapshot]) -> None:
         """Write a checkpoint when it is due; raise for a signal."""

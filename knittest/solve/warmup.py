@@ -1,7 +1,7 @@
 """Kernels that a run needs: compiled once per installation, which is said, and loaded before the run."""
 
 import time as clock
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 
 from knittest.config.run import Run
@@ -34,17 +34,26 @@ def warm(run: Run, observer: Observer = SILENT, threads: int = 1) -> float:
     if not wanted:
         return 0.0
     check_layer()
-    missing, kept = lacking(run, threads), CODE_FOLDER is not None
-    name, once = run.model.scale, "once per installation" if kept else "nothing is cached"
-    observer.phase(f"compiling the {name} kernels ({once})" if missing else f"loading the {name} kernels")
     start = clock.perf_counter()
-    if kept and missing:
-        with compiling(*missing):
-            pass
+    if not compiled(run, observer.phase, threads):
+        observer.phase(f"loading the {run.model.scale} kernels")
     for kernels in wanted:
         Exercise(kernels).whole()
         _warm.add(kernels)
     return clock.perf_counter() - start
+
+
+def compiled(run: Run, phase: Callable[[str], None], threads: int = 1) -> bool:
+    """Compile what the cache lacks of what ``run`` needs on ``threads``, if anything, as a ``phase``; tell whether."""
+    missing, kept = lacking(run, threads), CODE_FOLDER is not None
+    if not missing:
+        return False
+    once = "once per installation" if kept else "nothing is cached"
+    phase(f"compiling the {run.model.scale} kernels ({once})")
+    if kept:
+        with compiling(*missing):
+            pass
+    return True
 
 
 def compile_all() -> float:

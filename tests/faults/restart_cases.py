@@ -57,8 +57,13 @@ def stop(process: subprocess.Popen, folder: Path, *signals: int, checkpoints: in
 
 
 def numbers(folder: Path) -> list[int]:
-    """Numbers of the checkpoints in ``folder``."""
-    return sorted(int(path.stem.split("-")[1]) for path in folder.glob("checkpoint-[0-9]*.npz"))
+    """Numbers of the checkpoints of a run of one specimen in ``folder``."""
+    return sorted(int(path.stem.split("-")[2]) for path in folder.glob("checkpoint-[0-9]*.npz"))
+
+
+def checkpoint(folder: Path, number: int, specimen: int = 0) -> Path:
+    """File of checkpoint ``number`` of ``specimen``."""
+    return folder / f"checkpoint-{specimen:04d}-{number:04d}.npz"
 
 
 def resumed_at(folder: Path) -> list[float]:

@@ -21,13 +21,32 @@ def test_directions_run_at_the_same_time_and_to_the_same_bits(tmp_path):
 
 @pytest.mark.parametrize(
     ("status", "error"),
-    [("failed", NumericalError), ("invalid", InputError), ("blocked", ResourceError), ("crashed", KnittestError)],
+    [
+        ("failed", NumericalError),
+        ("invalid", InputError),
+        ("blocked", ResourceError),
+        ("crashed", ResourceError),
+        ("error", KnittestError),
+    ],
 )
 def test_what_ends_a_run_beside_ends_the_command_as_if_it_had_run_here(status, error):
     with pytest.raises(error, match="weft: node 7") as raised:
-        raise_what_ended(Record("weft", status, "node 7"))
+        raise_what_ended(Record("k", status, "node 7"), "weft")
     assert type(raised.value) is error
 
 
 def test_a_refused_run_beside_has_a_result():
-    raise_what_ended(Record("weft", "refused", "gate"))
+    raise_what_ended(Record("weft", "refused", "gate"), "weft")
+
+
+@pytest.mark.parametrize(
+    "record",
+    [
+        Record("k", "crashed", "its process was killed by SIGKILL", earlier=("crashed: ", "crashed: ")),
+        Record("k", "blocked", "out of memory"),
+    ],
+)
+def test_where_memory_may_have_been_short_it_says_what_takes_less(record):
+    with pytest.raises(ResourceError, match="fewer --threads run fewer at a time") as raised:
+        raise_what_ended(record, "weft")
+    assert (", 3 times;" in str(raised.value)) == (record.status == "crashed")

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from restart_cases import checkpoint
 
 from knittest.base.errors import InputError
 from knittest.runs.checkpoints import Checkpoints
@@ -31,7 +32,7 @@ def names(folder, frame: int) -> list[str]:
 def found(folder) -> tuple[Checkpoints, list[str]]:
     said: list[str] = []
     store = Checkpoints(folder, {"version": "1"}, 1.0, tell=said.append)
-    assert store.find() == {"version": "1"}
+    assert store.find() == [{"version": "1"}]
     return store, said
 
 
@@ -45,11 +46,12 @@ def test_one_damaged_frame_loses_no_checkpoint(folder, frame, damage, which):
     if damage == "flipped":
         path.write_bytes(whole[:200] + bytes([whole[200] ^ 1]) + whole[201:])
     store, said = found(folder)
-    assert store.found is not None and store.found[1].time == 5.0
-    assert [float(f["position"][0]) for f in store.found[1].frames] == [0.0, 1.0, 2.0]
-    assert [path.name in text for text in said] == [True] * (which == 0)  # a copy is looked at when it is needed
+    newest = store.newest(0)
+    assert newest is not None and newest[1].time == store.reached == 5.0
+    assert [float(f["position"][0]) for f in newest[1].frames] == [0.0, 1.0, 2.0]
+    assert [path.name in text for text in said] == [True, True] * (which == 0)  # a copy is looked at when it is needed
     store.tidy()
-    assert (folder / "checkpoint-0005.npz").exists() and (folder / "checkpoint-0004.npz").exists()
+    assert checkpoint(folder, 5).exists() and checkpoint(folder, 4).exists()
     if which == 0 or damage == "gone":
         store.write(0, snapshot(3, 6.0))  # and it is whole again
         assert path.read_bytes() == whole
@@ -66,7 +68,7 @@ def test_without_file_and_copy_the_checkpoint_before_it_serves(folder):
     for name in names_of(3):
         (folder / name).write_bytes(b"no")
     store, said = found(folder)
-    assert store.found is not None and store.found[1].time == 5.0
+    assert store.reached == 5.0
     assert any("trying the checkpoint before it" in text for text in said)
     store.tidy()
     assert names(folder, 3) == [] and len(names(folder, 2)) == 2

@@ -9,7 +9,7 @@ import time
 
 import numpy as np
 import pytest
-from restart_cases import CASES, MACRO, MESO, OFTEN, finish, numbers, results, resumed_at, run, start, stop
+from restart_cases import CASES, MACRO, MESO, OFTEN, checkpoint, finish, numbers, results, resumed_at, run, start, stop
 
 from knittest.base.errors import ResourceError
 from knittest.base.interrupts import Interrupted, Interrupts
@@ -88,8 +88,8 @@ def test_a_signal_in_the_simulation_writes_a_checkpoint(tmp_path, whole):
     assert code == 75, error
     kept = numbers(folder)
     assert len(kept) == 2
-    assert float(read_arrays(folder / f"checkpoint-{kept[-1]:04d}.npz")["run/time"]) > 0.0
-    newest = folder / f"checkpoint-{kept[-1]:04d}.npz"
+    assert float(read_arrays(checkpoint(folder, kept[-1]))["run/time"]) > 0.0
+    newest = checkpoint(folder, kept[-1])
     newest.write_bytes(newest.read_bytes()[:-100])  # and the newest is lost on the way
     code, error = run("resume", str(folder))
     assert code in (0, 3), error

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from restart_cases import MACRO, numbers, results
+from restart_cases import MACRO, checkpoint, numbers, results
 
 from knittest.cli.main import run
 from knittest.export.lock import RunLock
@@ -119,7 +119,7 @@ def test_a_change_of_the_interval_is_no_change(stopped, folders):
 
 def test_no_checkpoint_that_verifies(stopped, capsys):
     for number in numbers(stopped):
-        (stopped / f"checkpoint-{number:04d}.npz").write_bytes(b"PK\x03\x04 no")
+        checkpoint(stopped, number).write_bytes(b"PK\x03\x04 no")
     assert resume(stopped) == 2
     assert "none of its 2 checkpoints can be read" in capsys.readouterr().err
     assert len(numbers(stopped)) == 2
@@ -128,7 +128,7 @@ def test_no_checkpoint_that_verifies(stopped, capsys):
 def test_another_models_checkpoint(stopped, capsys):
     from knittest.export.npz import read_arrays, write_arrays
 
-    newest = stopped / f"checkpoint-{numbers(stopped)[-1]:04d}.npz"
+    newest = checkpoint(stopped, numbers(stopped)[-1])
     state = read_arrays(newest)
     write_arrays(newest, state | {"model/nodes/position": np.zeros((3, 7))})
     assert resume(stopped) == 2
@@ -193,7 +193,7 @@ def test_a_full_disk_keeps_the_old_checkpoint(stopped, folders, capsys, target, 
     error = capsys.readouterr().err
     assert "the disk is full" in error and f"knittest resume {stopped}" in error
     assert not list(stopped.glob(".*.tmp*"))
-    assert Checkpoints(stopped, {}, 1.0).find() is not None
+    assert Checkpoints(stopped, {}, 1.0).find()
     assert resume(stopped) == 0
     assert results(stopped) == results(folders / "whole")
 
@@ -209,7 +209,8 @@ def test_an_ensemble_goes_on_with_the_next_specimen(tmp_path, monkeypatch):
     assert results(tmp_path / "run") == results(tmp_path / "whole")
     assert (tmp_path / "run" / "summary.json").read_text().count("values") > 0
     log = (tmp_path / "run" / "log.jsonl").read_text()
-    assert [log.count(f'"number": {k}') for k in range(3)] == [1, 1, 1]
+    assert [log.count(f'"event": "specimen", "number": {k}') for k in range(3)] == [1, 1, 1]
+    assert [log.count(f'"event": "goes on", "number": {k}') for k in range(3)] == [0, 1, 0]
 
 
 def test_both_directions_from_their_parent(tmp_path, monkeypatch, capsys):

@@ -1,72 +1,133 @@
-"""Specimens of an ensemble that run in processes of their own."""
+"""Specimens of an ensemble that run in processes of their own: how many at a time, and what comes back of them."""
 
 from types import SimpleNamespace as Stub
 
 import pytest
 
+from knittest.base.errors import NumericalError
 from knittest.base.progress import Progress
 from knittest.config.loading import resolve
-from knittest.runs.options import RunOptions
 from knittest.studies.trials import ensemble
+from knittest.studies.trials.ensemble import rounds
 from knittest.studies.trials.record import Record
 
 YARNS = {"test": "tensile", "variant": "2", "direction": "warp", "preset": "quick"}
+
+
+@pytest.mark.parametrize(
+    ("left", "threads", "expected"),
+    [
+        (4, 2, [(4, 1)]),
+        (3, 2, [(2, 1)]),  # the third in the process of the command, with two threads
+        (2, 4, [(2, 2)]),
+        (3, 4, [(3, 1)]),
+        (6, 4, [(4, 1), (2, 2)]),
+        (1, 4, []),
+        (0, 4, []),
+        (4, 1, []),
+    ],
+)
+def test_specimens_at_a_time_and_their_threads(left, threads, expected):
+    found = rounds(range(left), threads)
+    assert [(len(numbers), each) for numbers, each in found] == expected
+    assert [k for numbers, _ in found for k in numbers] == list(range(sum(n for n, _ in expected)))
 
 
 class Folder:
     """A run folder that remembers what was logged."""
 
     def __init__(self, path):
-        self.specimens, self.logged = path / "specimens", []
+        self.path, self.lock, self.logged = path, 7, []
 
     def log(self, event, **fields):
-        self.logged.append((event, fields["number"]))
+        self.logged.append((event, fields))
+
+
+class Shown(Progress):
+    """A progress that remembers what it was told."""
+
+    def __init__(self):
+        super().__init__(quiet=True)
+        self.phases, self.shares = [], []
+
+    def phase(self, text, *, until_failure=False):
+        self.phases.append((text, until_failure))
+
+    def update(self, fraction, *rest):
+        self.shares.append(fraction)
 
 
 @pytest.fixture
-def begun(monkeypatch):
-    """Numbers that were begun elsewhere, with the processes and threads that were asked for."""
-    found = []
+def asked(monkeypatch):
+    """What the pool was asked for; specimen 3 fails where it says so."""
+    found = {"pools": [], "specimens": [], "closed": 0, "failing": None}
 
     class Pool:
-        def __init__(self, *shares):
-            found.append(shares)
+        def __init__(self, workers, threads, note, holding):
+            found["pools"].append((workers, threads, holding))
+            self.note = note
 
-        def run(self, trials, place, *rest):
+        def run(self, trials, place, limit, options, watch):
             for trial in trials:
-                found.append((trial.specimen, place(trial).name))
-                yield Record(trial.key, "completed", seconds=1.0)
+                found["specimens"].append((trial.specimen, place(trial)))
+                watch(trial, 0.5)
+                self.note(trial, "overlap", {"number": trial.specimen, "contacts": 3})
+                self.note(trial, "said", {"text": "knittest: a frame is damaged"})
+                failed = trial.specimen == found["failing"]
+                yield Record(trial.key, "failed", "node 7 flew off") if failed else Record(trial.key, "completed")
 
         def close(self):
-            found.append("closed")
+            found["closed"] += 1
 
     monkeypatch.setattr(ensemble, "LocalPool", Pool)
+    monkeypatch.setattr(ensemble, "compiled", lambda *_: False)
     return found
 
 
-def run_ahead(folder, threads, monkeypatch, *, scale="meso", specimens=4, kept=(), found=None):
+def run_ahead(path, threads, monkeypatch, *, scale="meso", specimens=4, kept=()):
     monkeypatch.setattr(ensemble.numba, "get_num_threads", lambda: threads)
-    run = resolve(scale=scale, specimens=specimens, **YARNS)
-    state = Stub(finished=lambda number: {} if number in kept else None, found=found)
-    ensemble.run_ahead(run, Stub(folder=folder, checkpoints=state), RunOptions(), Progress(quiet=True))
+    folder, shown = Folder(path), Shown()
+    opened = Stub(folder=folder, checkpoints=Stub(is_finished=lambda number: number in kept))
+    ensemble.run_ahead(resolve(scale=scale, specimens=specimens, **YARNS), opened, shown)
+    return folder, shown
 
 
-def test_those_that_are_left_and_not_begun_here(begun, tmp_path, monkeypatch):
-    folder = Folder(tmp_path)
-    run_ahead(folder, 8, monkeypatch, kept=(0,), found=(2, None))
-    assert begun == [(2, 1), (1, "0001"), (3, "0003"), "closed"]
-    assert folder.logged == [("specimen", 1), ("specimen", 3)]
+def test_those_that_are_left_in_the_folder_of_the_run_which_stays_locked(asked, tmp_path, monkeypatch):
+    _, shown = run_ahead(tmp_path, 8, monkeypatch, kept=(0,))
+    assert asked["pools"] == [(3, 2, (7,))] and asked["closed"] == 1
+    assert asked["specimens"] == [(k, tmp_path) for k in (1, 2, 3)]
+    assert shown.phases == [("warp: 3 of 4 specimens, 3 at a time", True)]
+    assert shown.shares == pytest.approx([1 / 6, 2 / 6, 3 / 6, 4 / 6, 5 / 6, 1.0])
 
 
-def test_no_more_at_a_time_than_there_are_threads(begun, tmp_path, monkeypatch):
-    run_ahead(Folder(tmp_path), 3, monkeypatch)
-    assert begun[0] == (3, 1) and len(begun) == 6
+def test_no_more_at_a_time_than_there_are_threads(asked, tmp_path, monkeypatch):
+    run_ahead(tmp_path, 2, monkeypatch)
+    assert asked["pools"] == [(2, 1, (7,))] and len(asked["specimens"]) == 4
 
 
-@pytest.mark.parametrize(
-    "case",
-    [{"threads": 1}, {"scale": "macro"}, {"specimens": 1}, {"kept": (0, 1, 2)}, {"kept": (0, 1), "found": (2, None)}],
-)
-def test_none_where_this_process_is_as_good(begun, tmp_path, monkeypatch, case):
-    run_ahead(Folder(tmp_path), case.pop("threads", 8), monkeypatch, **case)
-    assert begun == []
+def test_logs_and_words_of_the_processes_are_those_of_the_run_by_specimen(asked, tmp_path, monkeypatch, capsys):
+    folder, _ = run_ahead(tmp_path, 2, monkeypatch, specimens=2)
+    assert folder.logged == [
+        line
+        for k in range(2)
+        for line in (
+            ("overlap", {"number": k, "contacts": 3}),
+            ("said", {"number": k, "text": "knittest: a frame is damaged"}),
+        )
+    ]
+    assert capsys.readouterr().err.splitlines() == [
+        f"knittest: specimen {k} of 2 (warp): a frame is damaged" for k in (1, 2)
+    ]
+
+
+def test_an_error_names_the_specimen_and_ends_the_others(asked, tmp_path, monkeypatch):
+    asked["failing"] = 1
+    with pytest.raises(NumericalError, match=r"^specimen 2 of 4 \(warp\): node 7 flew off$"):
+        run_ahead(tmp_path, 2, monkeypatch)
+    assert asked["closed"] == 1 and len(asked["specimens"]) == 2
+
+
+@pytest.mark.parametrize("case", [{"threads": 1}, {"scale": "macro"}, {"specimens": 1}, {"kept": (0, 1, 2)}])
+def test_none_where_this_process_is_as_good(asked, tmp_path, monkeypatch, case):
+    run_ahead(tmp_path, case.pop("threads", 8), monkeypatch, **case)
+    assert asked["pools"] == []

@@ -10,6 +10,7 @@ from types import TracebackType
 from typing import Self
 
 from knittest.base.errors import InputError, KnittestError, NumericalError, ResourceError
+from knittest.base.notes import tell
 from knittest.base.progress import Progress
 from knittest.config.run import Run
 from knittest.laboratory.registry import TESTS
@@ -17,11 +18,13 @@ from knittest.runs.options import RunOptions
 from knittest.studies.trials.child import GRACE, Child
 from knittest.studies.trials.record import Record, Status
 from knittest.studies.trials.trial import Trial
+from knittest.studies.trials.work import OUT_OF_MEMORY, SAID
 
 #: seconds between two looks at how far a run is, and those that a run may take, eleven days
 LOOK, FOREVER = 0.2, 1e6
 ERRORS: Mapping[Status, type[KnittestError]] = {
     "failed": NumericalError, "invalid": InputError, "blocked": ResourceError,
+    "crashed": ResourceError,
 }  # fmt: skip
 
 
@@ -31,7 +34,7 @@ class Beside:
     """
 
     def __init__(self, runs: Mapping[Path, Run], options: RunOptions, threads: int) -> None:
-        self._children = {folder: Child(threads) for folder in runs}
+        self._children = {folder: Child(threads, _tell) for folder in runs}
         self._shares = dict.fromkeys(runs, 0.0)
         self._runs, self._options = runs, options
         self._futures: dict[Path, Future[Record]] = {}
@@ -47,7 +50,7 @@ class Beside:
             except NotYet:
                 progress.update(self._shares[folder], math.nan, math.nan, math.nan)
                 continue
-            raise_what_ended(record)
+            raise_what_ended(record, run.direction or run.rig.kind)
             return folder
 
     def __enter__(self) -> Self:
@@ -76,7 +79,26 @@ class Beside:
         return child.run(Trial(run, folder.name, folder.name), folder, FOREVER, self._options, heard)
 
 
-def raise_what_ended(record: Record) -> None:
-    """Raise the error that ended the run of ``record``, if one did, with its words."""
-    if record.status not in ("completed", "refused"):
-        raise ERRORS.get(record.status, KnittestError)(f"{record.key}: {record.reason}")
+def raise_what_ended(record: Record, name: str) -> None:
+    """Raise the error that ended the run of ``record``, if one did, with the words that it had, and ``name``."""
+    if record.status in ("completed", "refused"):
+        return
+    often = f", {len(record.earlier) + 1} times" if record.status == "crashed" and record.earlier else ""
+    short = "; fewer --threads run fewer at a time, in less memory" if _of_memory(record) else ""
+    raise ERRORS.get(record.status, KnittestError)(f"{name}: {record.reason}{often}{short}")
+
+
+def _of_memory(record: Record) -> bool:
+    """Tell whether memory may have been short: the system kills the process that takes most of it."""
+    return record.reason == OUT_OF_MEMORY or (record.status == "crashed" and "SIGKILL" in record.reason)
+
+
+def _tell(trial: Trial, event: str, fields: Mapping[str, object]) -> None:
+    """Tell the user what a process beside says; its run's log it writes itself."""
+    if event == SAID:
+        tell_of(trial.label, fields)
+
+
+def tell_of(name: str, said: Mapping[str, object]) -> None:
+    """Tell the user what the process of ``name`` said."""
+    tell(f"{name}: {str(said['text']).removeprefix('knittest: ')}")

@@ -7,9 +7,10 @@ import sys
 import tempfile
 import threading
 import time as clock
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from multiprocessing.connection import Connection, Pipe
 from pathlib import Path
 from typing import IO, Any
@@ -20,10 +21,12 @@ from knittest.config.run import Run
 from knittest.runs.options import RunOptions
 from knittest.studies.trials.record import Record
 from knittest.studies.trials.trial import Trial, code_digest
-from knittest.studies.trials.work import Task
+from knittest.studies.trials.work import SAID, Task
 
 #: hears the share of a trial that is done, None while kernels are compiled
 Heard = Callable[[float | None], None]
+#: hears lines of the log of a trial, an event and its fields; from any thread
+Note = Callable[[Trial, str, dict[str, object]], None]
 
 #: seconds to import, to compile kernels on a slow machine, and to save a checkpoint when stopped
 START_LIMIT, COMPILE_LIMIT, GRACE = 300.0, 3600.0, 15.0
@@ -37,11 +40,12 @@ THREAD_VARIABLES = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREAD
 class Child:
     """One process that runs trials with ``threads`` threads, one at a time, and is replaced when it dies.
 
-    One thread uses it; :meth:`stop` and :meth:`kill` may come from another.
+    One thread uses it; :meth:`stop` and :meth:`kill` may come from another. ``note`` hears what it logs and says, and
+    the process inherits the file descriptors ``holding``.
     """
 
-    def __init__(self, threads: int = 1) -> None:
-        self.threads = threads
+    def __init__(self, threads: int = 1, note: Note = lambda *_: None, holding: Sequence[int] = ()) -> None:
+        self.threads, self._note, self._holding = threads, note, holding
         self._process: subprocess.Popen[bytes] | None = None
         self._connection: Connection
         self._errors: IO[bytes]
@@ -65,6 +69,7 @@ class Child:
             if record.status not in AGAIN or len(earlier) + 1 >= ATTEMPTS or self._stopped:
                 return replace(record, earlier=tuple(earlier))
             earlier.append(f"{record.status}: {record.reason}")
+            self._note(trial, SAID, {"text": f"{record.reason}; tried again"})
             clock.sleep(PAUSE)
 
     def compile(self, run: Run, heard: Heard | None = None) -> None:
@@ -100,11 +105,12 @@ class Child:
         try:
             self._start()
             self._connection.send(task)
-            what, value = self._wait_for(("started", "record"), COMPILE_LIMIT, heard)
+            note = partial(self._note, task.trial)
+            what, value = self._wait_for(("started", "record"), COMPILE_LIMIT, heard, note)
             start = clock.monotonic()
             if what == "started":
                 try:
-                    what, value = self._wait_for(("record",), limit, heard)
+                    what, value = self._wait_for(("record",), limit, heard, note)
                 except TimeoutError:
                     self._end()
                     return Record(key, "timeout", f"not done after {limit:g} s", seconds=limit, limit=limit)
@@ -127,7 +133,7 @@ class Child:
             self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the process
             command = [sys.executable, "-P", "-m", "knittest.studies.trials.work", str(theirs.fileno())]
             self._process = subprocess.Popen(
-                command, pass_fds=[theirs.fileno()], env=self._environment(), start_new_session=True,
+                command, pass_fds=[theirs.fileno(), *self._holding], env=self._environment(), start_new_session=True,
                 stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=self._errors,
             )  # fmt: skip
             theirs.close()
@@ -139,13 +145,19 @@ class Child:
         self._greeted = True
         if self._wait_for(("code",), START_LIMIT)[1] != code_digest():
             self._end()
-            raise ResourceError("the code of knittest changed while its trials ran; run the same command again")
+            raise ResourceError("the code of knittest changed while it ran; run the same command again")
 
     def _environment(self) -> dict[str, str]:
         path = os.pathsep.join([str(PACKAGE.parent), *filter(None, [os.environ.get("PYTHONPATH")])])
         return os.environ | {"PYTHONPATH": path} | dict.fromkeys(THREAD_VARIABLES, str(self.threads))
 
-    def _wait_for(self, wanted: tuple[str, ...], limit: float, heard: Heard | None = None) -> tuple[str, Any]:
+    def _wait_for(
+        self,
+        wanted: tuple[str, ...],
+        limit: float,
+        heard: Heard | None = None,
+        note: Callable[[str, dict[str, object]], None] | None = None,
+    ) -> tuple[str, Any]:
         """The first message that is ``wanted``; raises ``TimeoutError``, or ``EOFError`` when the process is gone."""
         end = clock.monotonic() + limit
         while self._connection.poll(max(end - clock.monotonic(), 0.0)):
@@ -154,6 +166,8 @@ class Child:
                 return what, value
             if what == "at" and heard is not None:
                 heard(value)
+            if what == "log" and note is not None:
+                note(*value)
         raise TimeoutError(f"no answer in {limit:g} s")
 
     def _end(self) -> None:

@@ -9,7 +9,7 @@ from typing import Protocol
 
 from knittest.export.provenance import cores
 from knittest.runs.options import RunOptions
-from knittest.studies.trials.child import GRACE, Child
+from knittest.studies.trials.child import GRACE, Child, Note
 from knittest.studies.trials.record import Record
 from knittest.studies.trials.trial import Trial
 
@@ -32,13 +32,22 @@ class Pool(Protocol):
 
 
 class LocalPool:
-    """``workers`` processes with ``threads`` threads each, by default this machine's cores shared among them."""
+    """``workers`` processes with ``threads`` threads each, by default this machine's cores shared among them.
 
-    def __init__(self, workers: int | None = None, threads: int | None = None) -> None:
+    For ``note`` and ``holding`` see :class:`Child`.
+    """
+
+    def __init__(
+        self,
+        workers: int | None = None,
+        threads: int | None = None,
+        note: Note = lambda *_: None,
+        holding: Sequence[int] = (),
+    ) -> None:
         workers = workers or max(cores() // (threads or 1), 1)
         threads = threads or max(cores() // workers, 1)
         #: the processes, for who watches them
-        self.children = [Child(threads) for _ in range(workers)]
+        self.children = [Child(threads, note, holding) for _ in range(workers)]
         self._idle: queue.SimpleQueue[Child] = queue.SimpleQueue()
         for child in self.children:
             self._idle.put(child)

@@ -24,7 +24,7 @@ KEY_DIGITS = 16
 @dataclass(frozen=True)
 class Trial:
     """A run to do; ``label`` names it to a user, ``key`` to the folder it is kept in. Of an ensemble it may be one
-    ``specimen`` only, which is left in the folder two above.
+    ``specimen`` only, whose folder is that of the whole, which the process that started it has opened.
     """
 
     run: Run

@@ -4,6 +4,7 @@ It keeps imports and kernels from trial to trial. When its parent is gone it sav
 """
 
 import faulthandler
+import io
 import os
 import queue
 import signal
@@ -12,10 +13,12 @@ import threading
 import time as clock
 import traceback
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import redirect_stderr, suppress
 from dataclasses import dataclass
+from functools import partial
 from multiprocessing.connection import Connection
 from pathlib import Path
+from typing import TextIO
 
 from knittest.base.errors import InputError, NumericalError, ResourceError
 from knittest.base.interrupts import Interrupted, Interrupts
@@ -28,6 +31,9 @@ from knittest.studies.trials.trial import Trial, code_digest
 
 #: sends a message, its kind and its value, to the parent
 Told = Callable[[str, object], None]
+#: event in the log: a line that was said on standard error
+SAID = "said"
+OUT_OF_MEMORY = "out of memory"
 #: seconds between two messages on how far a trial is
 BEAT = 0.5
 
@@ -45,19 +51,23 @@ def serve(connection: Connection) -> None:
     """Do the tasks that come in, a :class:`Task` to run or a :class:`Run` whose kernels to compile, until none can."""
     tasks: queue.SimpleQueue[Task | Run] = queue.SimpleQueue()
 
+    lock = threading.Lock()
+
     def told(what: str, value: object) -> None:
-        connection.send((what, value))
+        with lock:
+            connection.send((what, value))
 
     threading.Thread(target=_listen, args=(connection, tasks), daemon=True).start()
     told("code", code_digest())
     use_threads(None)
-    while True:
-        task = tasks.get()
-        if isinstance(task, Run):
-            _warm(task, told)
-            told("compiled", None)
-        else:
-            told("record", perform(task, told))
+    with redirect_stderr(_Heard(sys.stderr, told)):
+        while True:
+            task = tasks.get()
+            if isinstance(task, Run):
+                _warm(task, told)
+                told("compiled", None)
+            else:
+                told("record", perform(task, told))
 
 
 def perform(task: Task, told: Told) -> Record:
@@ -72,11 +82,11 @@ def perform(task: Task, told: Told) -> Record:
             _warm(task.trial.run, told)  # before the clock of the time limit starts
             told("started", None)
             start = clock.perf_counter()
-            run, place, specimen = task.trial.run, TrialFolder(task.folder), task.trial.specimen
+            run, specimen = task.trial.run, task.trial.specimen
             if specimen is not None:
-                execute_specimen(run, specimen, place, interrupts, _Relay(told))
+                execute_specimen(run, specimen, task.folder, interrupts, partial(_tell_log, told), _Relay(told))
                 return Record(key, "completed", seconds=clock.perf_counter() - start)
-            outcome = execute(run, place, interrupts, task.options, _Relay(told))
+            outcome = execute(run, TrialFolder(task.folder), interrupts, task.options, _Relay(told))
     except Exception as error:
         status, reason = _judged(error)
         return Record(key, status, reason, seconds=clock.perf_counter() - start)
@@ -107,6 +117,30 @@ class _Relay(Progress):
                 self._told("at", fraction)
 
 
+class _Heard(io.TextIOBase):
+    """Standard error of this process, whose lines the parent hears as well: warnings, and notes to the user."""
+
+    def __init__(self, stream: TextIO, told: Told) -> None:
+        self._stream, self._told, self._begun = stream, told, ""
+
+    def write(self, text: str) -> int:
+        """Write ``text`` and pass on what is whole lines by now."""
+        *lines, self._begun = (self._begun + text).split("\n")
+        for line in filter(None, lines):
+            with suppress(OSError):  # nobody is there any more
+                _tell_log(self._told, SAID, text=line)
+        return self._stream.write(text)
+
+    def flush(self) -> None:
+        """See :meth:`io.IOBase.flush`."""
+        self._stream.flush()
+
+
+def _tell_log(told: Told, event: str, **fields: object) -> None:
+    """Pass on a line of the log that the parent writes."""
+    told("log", (event, fields))
+
+
 def _listen(connection: Connection, tasks: "queue.SimpleQueue[Task | Run]") -> None:
     """Pass tasks on; when the parent is gone, stop as a user would stop a run: with a checkpoint."""
     try:
@@ -127,7 +161,7 @@ def _warm(run: Run, told: Told) -> None:
 
 def _judged(error: Exception) -> tuple[Status, str]:
     if isinstance(error, MemoryError):
-        return "blocked", "out of memory"
+        return "blocked", OUT_OF_MEMORY
     statuses: dict[type, Status] = {NumericalError: "failed", InputError: "invalid", ResourceError: "blocked"}
     found = next((status for kind, status in statuses.items() if isinstance(error, kind)), None)
     return (found, str(error)) if found else ("error", _located(error))
