@@ -13,7 +13,7 @@ from knittest.report_page.files import LooserLimit, Number
 from knittest.report_page.loading import LoadedRun
 
 _COST = {
-    "wall_s": "time on the clock, of specimens one by one [s]",
+    "wall_s": "time on the clock, of specimens added up [s]",
     "cpu_s": "processor time [s]",
     "compile_s": "of it compiling [s]",
     "element_steps_per_s": "elements times steps a second",

@@ -32,21 +32,25 @@ class Opened:
 class Place(Protocol):
     """Place of a run, new or gone on with."""
 
+    @property
+    def path(self) -> Path | None:
+        """Folder of the run, None where it gets its name when it is made."""
+
     def open(self, run: Run, interrupts: Interrupts) -> Opened:
         """Lock the folder of ``run``, which ``interrupts`` may stop at a checkpoint."""
 
 
 @dataclass(frozen=True)
 class NewFolder:
-    """A new folder ``out``, else one named after the run and the time."""
+    """A new folder ``path``, else one named after the run and the time."""
 
-    out: Path | None = None
+    path: Path | None = None
 
     def open(self, run: Run, interrupts: Interrupts) -> Opened:
         """Make it; see :meth:`RunFolder.create`."""
         files = data_files(run)
         folder = RunFolder.create(
-            self.out, run, config_text=dump(run), threads=_threads(), data_files=files, cell=cell_of(run)
+            self.path, run, config_text=dump(run), threads=_threads(), data_files=files, cell=cell_of(run)
         )
         return Opened(folder, _checkpoints(run, folder.path, identity_of(run, files), interrupts))
 

@@ -125,7 +125,7 @@ def _write_plan(parent: Path, runs: Sequence[Run]) -> None:
 
 
 def _run_jobs(jobs: Sequence[Job], options: RunOptions, parent: Path | None) -> list[Outcome]:
-    """Run the jobs one after the other; ``parent`` is what a user resumes, if not the folder of the run itself."""
+    """Run the jobs, side by side where that is quicker; ``parent`` is what a user resumes, if not a run's folder."""
     completed = [place for _, place in jobs if isinstance(place, Path)]
     if completed and options.against:
         raise InputError(f"--against: {completed[0]} is completed but for --verify; use knittest compare after it")
@@ -137,11 +137,11 @@ def _run_jobs(jobs: Sequence[Job], options: RunOptions, parent: Path | None) -> 
         interrupts.deciding(),
         compiling_for(jobs[0][0]),
     ):
-        others, threads = _beside(jobs, options, progress)
+        others, threads = _beside(jobs, progress)
         with Beside(others, options, threads) as beside, limited(threads):
             for run, place in jobs:
-                if isinstance(place, NewFolder) and place.out in others:
-                    place = beside.wait(place.out, progress)
+                if not isinstance(place, Path) and place.path in others:
+                    place = beside.wait(place.path, progress)
                 if isinstance(place, Path):
                     outcome = finished(run, place, options.against)
                 else:
@@ -162,21 +162,20 @@ def _told(outcomes: Sequence[Outcome], options: RunOptions) -> int:
     return EXIT_REFUSED if any(o.quality.failures for o in outcomes) else 0
 
 
-def _beside(jobs: Sequence[Job], options: RunOptions, progress: Progress) -> tuple[dict[Path, Run], int]:
-    """New runs of yarns that go beside the first one, by folder, and the threads of each, once their cell is relaxed.
+def _beside(jobs: Sequence[Job], progress: Progress) -> tuple[dict[Path, tuple[Run, Place]], int]:
+    """Runs of yarns that go beside the first one, by folder, and the threads of each, once their cell is relaxed.
 
     One thread a run takes the least time of processors; runs of shells are over before a process has begun. Ensembles
-    are not: their specimens run side by side.
+    are not among them: their specimens run side by side.
     """
     threads = numba.get_num_threads()
-    new = {place.out: run for run, place in jobs if isinstance(place, NewFolder) and place.out}
-    yarns = all(run.model.scale == "meso" for run in new.values())
-    ensembles = any(run.variability.specimens > 1 for run in new.values())
-    if not yarns or ensembles or len(new) < len(jobs) or min(len(jobs), threads) < 2:
+    single = all(run.model.scale == "meso" and run.variability.specimens == 1 for run, _ in jobs)
+    folders = {place.path: (run, place) for run, place in jobs if not isinstance(place, Path) and place.path}
+    if not single or len(folders) < len(jobs) or min(len(jobs), threads) < 2:
         return {}, threads
     progress.phase("relaxing geometry")
     cell_of(jobs[0][0])
-    return dict(list(new.items())[1:threads]), max(threads // len(jobs), 1)
+    return dict(list(folders.items())[1:threads]), max(threads // len(jobs), 1)
 
 
 @contextmanager

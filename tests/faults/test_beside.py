@@ -1,7 +1,12 @@
 """Both directions of a test of yarns, side by side."""
 
+import json
+import shutil
+import signal
+import time
+
 import pytest
-from restart_cases import MESO, finish, results, run, start
+from restart_cases import MESO, OFTEN, finish, numbers, results, resumed_at, run, start
 
 from knittest.base.errors import InputError, KnittestError, NumericalError, ResourceError
 from knittest.studies.trials.beside import raise_what_ended
@@ -17,6 +22,35 @@ def test_directions_run_at_the_same_time_and_to_the_same_bits(tmp_path):
     assert begun.stat().st_mtime < ended.stat().st_mtime
     assert run("tensile", *MESO, "--out", str(tmp_path / "one"))[0] in (0, 3)
     assert results(tmp_path / "both" / "warp") == results(tmp_path / "one")
+
+
+def test_stopped_directions_go_on_at_the_same_time_and_are_refused_as_one_is(tmp_path):
+    both, slow = tmp_path / "both", (*BOTH, *OFTEN, "--set", "solver.speed=0.2")
+    process = start("tensile", *slow, "--out", str(both), threads=2)
+    while not all(numbers(both / direction) for direction in ("warp", "weft")):
+        assert process.poll() is None, process.communicate()
+        time.sleep(0.005)
+    process.send_signal(signal.SIGINT)
+    code, said = finish(process)
+    assert code == 75 and f"knittest resume {both}" in said
+    config = both / "weft/config.yaml"
+    text = config.read_text()
+    config.write_text(text.replace("damping: 0.5 ", "damping: 0.6 "))
+    kept = numbers(both / "weft")
+    code, said = run("resume", str(both), threads=2)
+    assert (
+        code == 2 and "weft: " in said and "solver.damping was 0.5, is 0.6" in said and numbers(both / "weft") == kept
+    )
+    config.write_text(text)
+    shutil.rmtree(both / "warp")  # begins anew, while the weft goes on
+    code, said = run("resume", str(both), threads=2)
+    assert code in (0, 3), said
+    assert [at > 0.0 for at in resumed_at(both / "weft")] == [True]
+    ended = json.loads((both / "warp/manifest.json").read_text())["ended"]
+    again = json.loads((both / "weft/manifest.json").read_text())["resumed"][0]["time"]
+    assert again < ended
+    assert run("tensile", *slow, "--direction", "weft", "--out", str(tmp_path / "one"))[0] in (0, 3)
+    assert results(both / "weft") == results(tmp_path / "one")
 
 
 @pytest.mark.parametrize(

@@ -59,7 +59,7 @@ class Shown(Progress):
 
 @pytest.fixture
 def asked(monkeypatch):
-    """What the pool was asked for; specimen 3 fails where it says so."""
+    """Pools and specimens that were asked for; the specimen `failing` fails."""
     found = {"pools": [], "specimens": [], "closed": 0, "failing": None}
 
     class Pool:

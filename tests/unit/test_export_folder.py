@@ -5,6 +5,7 @@ import hashlib
 import json
 import math
 import os
+import shutil
 import subprocess
 import sys
 import textwrap
@@ -182,6 +183,27 @@ def test_a_killed_runs_folder_with_a_checkpoint_is_kept(tmp_path: Path, run: Run
     with pytest.raises(InputError, match=r"checkpoint-0001\.npz"):
         make(tmp_path / "r", run)
     assert (tmp_path / "r" / "frames" / "frame-0000.vtu").exists()
+
+
+def test_a_corrected_input_takes_the_folder_with_what_specimens_kept(tmp_path: Path, run: Run) -> None:
+    """One specimen was finished and one under way when another was refused."""
+    kept = ("checkpoint-specimen-0000.npz", "checkpoint-0001-0003.npz", ".checkpoint-0001-0004.7.tmp.npz")
+
+    def end_with(error: Exception) -> None:
+        with pytest.raises(type(error)), make(tmp_path / "r", run):
+            for name in kept:
+                (tmp_path / "r" / name).write_bytes(b"of another input")
+            raise error
+
+    end_with(InputError("specimen 3 of 3 (warp): its loops lock"))
+    with make(tmp_path / "r", run):
+        assert not any((tmp_path / "r" / name).exists() for name in kept)
+        (tmp_path / "r" / kept[2]).write_bytes(b"of a process that died")
+    assert not any((tmp_path / "r" / name).exists() for name in kept)
+    shutil.rmtree(tmp_path / "r")
+    end_with(NumericalError("specimen 3 of 3 (warp): node 7 flew off"))
+    with pytest.raises(InputError, match="continue the run in it with: knittest resume"):
+        make(tmp_path / "r", run)
 
 
 def _ended_with(path: Path, run: Run, error: Exception) -> None:

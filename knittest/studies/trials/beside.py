@@ -14,6 +14,7 @@ from knittest.base.notes import tell
 from knittest.base.progress import Progress
 from knittest.config.run import Run
 from knittest.laboratory.registry import TESTS
+from knittest.runs.opening import Place, StoppedRun
 from knittest.runs.options import RunOptions
 from knittest.studies.trials.child import GRACE, Child
 from knittest.studies.trials.record import Record, Status
@@ -29,11 +30,11 @@ ERRORS: Mapping[Status, type[KnittestError]] = {
 
 
 class Beside:
-    """Runs ``runs`` in their folders beside this process, of ``threads`` threads each; a context manager, which stops
+    """Runs ``runs``, by their folders, beside this process, of ``threads`` threads each; a context manager, which stops
     those that are under way when it is left, with a checkpoint.
     """
 
-    def __init__(self, runs: Mapping[Path, Run], options: RunOptions, threads: int) -> None:
+    def __init__(self, runs: Mapping[Path, tuple[Run, Place]], options: RunOptions, threads: int) -> None:
         self._children = {folder: Child(threads, _tell) for folder in runs}
         self._shares = dict.fromkeys(runs, 0.0)
         self._runs, self._options = runs, options
@@ -41,7 +42,7 @@ class Beside:
 
     def wait(self, folder: Path, progress: Progress) -> Path:
         """Return ``folder`` once its run is completed, showing how far it is; raise the error that ended it."""
-        run = self._runs[folder]
+        run, _ = self._runs[folder]
         to_failure = TESTS[run.rig.kind].ends_at_failure
         progress.phase(f"{run.direction or run.rig.kind}: running beside", until_failure=to_failure)
         while True:
@@ -75,8 +76,9 @@ class Beside:
         def heard(share: float | None) -> None:
             self._shares[folder] = share or 0.0
 
-        run = self._runs[folder]
-        return child.run(Trial(run, folder.name, folder.name), folder, FOREVER, self._options, heard)
+        run, place = self._runs[folder]
+        stopped = place if isinstance(place, StoppedRun) else None  # a new one is gone on with if its process dies
+        return child.run(Trial(run, folder.name, folder.name, place=stopped), folder, FOREVER, self._options, heard)
 
 
 def raise_what_ended(record: Record, name: str) -> None:

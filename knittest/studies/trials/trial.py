@@ -12,6 +12,7 @@ from knittest.base.resources import PACKAGE
 from knittest.config.run import Run
 from knittest.export.identity import FREE, data_files
 from knittest.export.provenance import sha256_files
+from knittest.runs.opening import Place
 
 #: sources that show, schedule or judge runs; a change of any other one makes all trials new
 AROUND = (
@@ -23,14 +24,16 @@ KEY_DIGITS = 16
 
 @dataclass(frozen=True)
 class Trial:
-    """A run to do; ``label`` names it to a user, ``key`` to the folder it is kept in. Of an ensemble it may be one
-    ``specimen`` only, whose folder is that of the whole, which the process that started it has opened.
+    """A run to do; ``label`` names it to a user, ``key`` to the folder it is kept in, which is opened as ``place`` says
+    if it says anything. Of an ensemble it may be one ``specimen`` only, in the folder that the process which started it
+    has opened.
     """
 
     run: Run
     key: str
     label: str = ""
     specimen: int | None = None
+    place: Place | None = None
 
 
 def trial_of(run: Run, label: str = "") -> Trial:

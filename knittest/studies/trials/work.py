@@ -86,7 +86,8 @@ def perform(task: Task, told: Told) -> Record:
             if specimen is not None:
                 execute_specimen(run, specimen, task.folder, interrupts, partial(_tell_log, told), _Relay(told))
                 return Record(key, "completed", seconds=clock.perf_counter() - start)
-            outcome = execute(run, TrialFolder(task.folder), interrupts, task.options, _Relay(told))
+            place = task.trial.place or TrialFolder(task.folder)
+            outcome = execute(run, place, interrupts, task.options, _Relay(told))
     except Exception as error:
         status, reason = _judged(error)
         return Record(key, status, reason, seconds=clock.perf_counter() - start)
