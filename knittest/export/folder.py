@@ -244,7 +244,7 @@ def _chosen_folder(path: Path) -> Path:
         names = [file.name for file in path.iterdir()]
     except OSError as error:
         raise resource_error(path, error) from error
-    if names and LOCK_NAME not in names and not _of_bad_input(path):
+    if names and LOCK_NAME not in names and not of_bad_input(path):
         resumable = "config.yaml" in names and any(name.startswith("checkpoint-") for name in names)
         instead = f"continue the run in it with: knittest resume {path}, or " if resumable else ""
         raise InputError(
@@ -261,7 +261,7 @@ def _clear_dead_run(path: Path, lock: RunLock) -> None:
     if _completed(path):  # and killed before its lock was removed
         raise InputError(f"--out {path}: holds a completed run; choose a new folder, or remove this one")
     leftover = [name for name in names if re.fullmatch(r"\..*\.tmp(\.\w+)?", name)]
-    useless = fnmatch.filter(names, CHECKPOINTS) if _of_bad_input(path) else []  # of another input
+    useless = fnmatch.filter(names, CHECKPOINTS) if of_bad_input(path) else []  # of another input
     strange = sorted(names - {*_OWN, *results_of_runs(), *tables_of_runs()} - {"frames", *leftover, *useless})
     if strange:
         raise InputError(
@@ -279,7 +279,7 @@ def _completed(path: Path) -> bool:
     return _ended(path)[0] == "completed"
 
 
-def _of_bad_input(path: Path) -> bool:
+def of_bad_input(path: Path) -> bool:
     """Tell whether a run ended in ``path`` because of its input, which its next start has corrected."""
     return _ended(path) == ("failed", InputError.exit_code)
 

@@ -86,7 +86,7 @@ class StoppedRun:
 
 def tidy_completed(path: Path, pictures: bool) -> None:
     """Write the page that a kill right after the end of the run left out, and remove what it left in ``path``."""
-    leavings = [path / LOCK_NAME, *path.glob(PATTERN)]
+    leavings = [path / LOCK_NAME, *path.glob(PATTERN), *path.glob(f".{PATTERN}")]
     if any(file.exists() for file in leavings):
         lock = RunLock(path)
         for file in leavings[1:]:

@@ -16,7 +16,7 @@ from knittest.base.progress import Progress
 from knittest.config.dumping import dump
 from knittest.config.loading import resolve
 from knittest.config.run import Run
-from knittest.export.folder import fresh_folder, run_name
+from knittest.export.folder import fresh_folder, of_bad_input, run_name
 from knittest.export.identity import cell_of
 from knittest.kernels.threading import limited
 from knittest.laboratory.registry import TESTS
@@ -89,7 +89,12 @@ def _plans(folder: Path) -> list[tuple[Path, Path]]:
     plans = sorted(folder.glob("config-*.yaml"))
     if not plans:
         raise InputError(f"{folder}: not a run folder: it has no config.yaml")
-    return [(plan, folder / plan.stem.removeprefix("config-")) for plan in plans]
+    return [(plan, _planned_in(plan)) for plan in plans]
+
+
+def _planned_in(plan: Path) -> Path:
+    """Folder of the run that the file ``plan`` plans."""
+    return plan.parent / plan.stem.removeprefix("config-")
 
 
 def _what_is_left(plan: Path, folder: Path, options: RunOptions, force: bool) -> Job | int:
@@ -114,9 +119,11 @@ def _what_is_left(plan: Path, folder: Path, options: RunOptions, force: bool) ->
 
 
 def _write_plan(parent: Path, runs: Sequence[Run]) -> None:
-    """Keep what is to be run, for a resume before the later ones have a folder."""
+    """Keep what is to be run, for a resume before the later ones have a folder; what bad input ended gives way."""
     make_folder(parent)
-    if any(parent.glob("config-*.yaml")):
+    plans = list(parent.glob("config-*.yaml"))
+    begun = [folder for folder in map(_planned_in, plans) if folder.exists()]
+    if plans and not (begun and all(map(of_bad_input, begun))):
         raise InputError(
             f"--out {parent}: holds a run; continue it with: knittest resume {parent}, or choose a new folder"
         )

@@ -68,13 +68,28 @@ def test_a_sibling_that_goes_on_does_not_hide_a_refusal(tmp_path, monkeypatch):
     assert run(["resume", str(tmp_path)]) == 3
 
 
+@pytest.mark.parametrize(("ended", "taken"), [(("failed", 2), True), (("failed", 3), False), (("completed", 0), False)])
+def test_both_directions_corrected_take_the_folder_that_bad_input_ended(tmp_path, monkeypatch, capsys, ended, taken):
+    seen = []
+    monkeypatch.setattr("knittest.studies.command._run_jobs", lambda jobs, *_: seen.extend(jobs) or [])
+    both = ["tensile", *(word for word in QUICK if word not in ("--direction", "warp")), "--out", str(tmp_path)]
+    assert run(both) == 0 and len(seen) == 2
+    assert run(both) == 2  # nothing has ended in it yet
+    folder = ended_run(tmp_path / "warp")
+    manifest = {"status": ended[0], "exit_code": ended[1]}
+    (folder / "manifest.json").write_text(json.dumps(manifest))
+    assert run(both) == (0 if taken else 2) and len(seen) == (4 if taken else 2)
+    assert ("holds a run; continue it with: knittest resume" in capsys.readouterr().err.splitlines()[-1]) or taken
+
+
 def test_resume_writes_the_page_and_removes_the_leavings_of_a_kill(tmp_path, monkeypatch):
     folder = ended_run(tmp_path / "run")
     written = []
     monkeypatch.setattr("knittest.runs.opening.write_if_possible", lambda path, write: written.append(path))
     assert run(["resume", str(folder)]) == 0 and written == []
     (folder / LOCK_NAME).write_bytes(b"")
-    (folder / "checkpoint-0003.npz").write_bytes(b"")
+    for name in ("checkpoint-0000-0003.npz", ".checkpoint-0000-0004.7.tmp.npz"):
+        (folder / name).write_bytes(b"")
     (folder / "report.html").unlink()
     assert run(["resume", str(folder)]) == 0
     assert written == [folder]

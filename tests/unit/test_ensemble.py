@@ -1,5 +1,6 @@
 """Specimens of an ensemble that run in processes of their own: how many at a time, and what comes back of them."""
 
+import io
 from types import SimpleNamespace as Stub
 
 import pytest
@@ -10,6 +11,7 @@ from knittest.config.loading import resolve
 from knittest.studies.trials import ensemble
 from knittest.studies.trials.ensemble import rounds
 from knittest.studies.trials.record import Record
+from knittest.studies.trials.work import _Heard
 
 YARNS = {"test": "tensile", "variant": "2", "direction": "warp", "preset": "quick"}
 
@@ -96,7 +98,7 @@ def test_those_that_are_left_in_the_folder_of_the_run_which_stays_locked(asked, 
     _, shown = run_ahead(tmp_path, 8, monkeypatch, kept=(0,))
     assert asked["pools"] == [(3, 2, (7,))] and asked["closed"] == 1
     assert asked["specimens"] == [(k, tmp_path) for k in (1, 2, 3)]
-    assert shown.phases == [("warp: 3 of 4 specimens, 3 at a time", True)]
+    assert shown.phases == [("warp: running 3 specimens of 4, 3 at a time", True)]
     assert shown.shares == pytest.approx([1 / 6, 2 / 6, 3 / 6, 4 / 6, 5 / 6, 1.0])
 
 
@@ -118,6 +120,15 @@ def test_logs_and_words_of_the_processes_are_those_of_the_run_by_specimen(asked,
     assert capsys.readouterr().err.splitlines() == [
         f"knittest: specimen {k} of 2 (warp): a frame is damaged" for k in (1, 2)
     ]
+
+
+def test_a_process_passes_on_the_lines_of_its_standard_error():
+    told, stream = [], io.StringIO()
+    heard = _Heard(stream, lambda what, value: told.append((what, value)))
+    for text in ("knittest: a ", "frame\n\nsecond\nthi", "rd"):
+        print(text, end="", file=heard, flush=True)
+    assert told == [("log", ("said", {"text": "knittest: a frame"})), ("log", ("said", {"text": "second"}))]
+    assert stream.getvalue() == "knittest: a frame\n\nsecond\nthird"
 
 
 def test_an_error_names_the_specimen_and_ends_the_others(asked, tmp_path, monkeypatch):

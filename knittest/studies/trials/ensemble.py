@@ -56,7 +56,7 @@ class _Round:
         """Run the specimens ``numbers``, as many at a time as this process has ``threads`` for."""
         run, name, workers = self._run, name_of(self._run), min(len(numbers), numba.get_num_threads() // threads)
         compiled(run, lambda text: self._progress.phase(f"{name}: {text}"), threads)
-        text = f"{name}: {len(numbers)} of {run.variability.specimens} specimens, {workers} at a time"
+        text = f"{name}: running {len(numbers)} specimens of {run.variability.specimens}, {workers} at a time"
         self._progress.phase(text, until_failure=TESTS[run.rig.kind].ends_at_failure)
         trials = [Trial(run, str(k), specimen_name(run, k), specimen=k) for k in numbers]
         self._shares = {trial.key: 0.0 for trial in trials}

@@ -1,0 +1,80 @@
+"""Checkpoints of several specimens in one folder: each has its own, and all are looked at."""
+
+import numpy as np
+import pytest
+
+from knittest.base.errors import InputError
+from knittest.runs import opening
+from knittest.runs.checkpoints import Checkpoints
+from knittest.solve.state import Snapshot
+
+
+def snapshot(time: float, frames: int = 1) -> Snapshot:
+    state = {"n_frames": np.array(frames), "run/time": np.array(time)}
+    return Snapshot(state, [{"position": np.full(3, time)} for _ in range(frames)])
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Specimen 0 is finished, 1 and 2 are under way, and 2 was begun by another version."""
+    store = Checkpoints(tmp_path, {"version": "1"}, 1.0)
+    store.write(0, snapshot(3.0))
+    for time in (4.0, 5.0, 6.0):
+        store.write(1, snapshot(time))
+    Checkpoints(tmp_path, {"version": "2"}, 1.0).write(2, snapshot(2.0))
+    store.write_finished(0, {"n_frames": np.array(0)})
+    return tmp_path
+
+
+def names(folder) -> set[str]:
+    return {path.name for path in folder.glob("checkpoint-*") if "frame" not in path.name}
+
+
+def test_each_keeps_its_newest_two_and_a_finished_one_takes_only_its_own_away(folder):
+    assert names(folder) == {
+        "checkpoint-specimen-0000.npz", "checkpoint-0001-0002.npz", "checkpoint-0001-0003.npz",
+        "checkpoint-0002-0001.npz",
+    }  # fmt: skip
+    assert len(list(folder.glob("checkpoint-frame-*"))) == 4
+
+
+def test_each_goes_on_from_its_own(folder):
+    store = Checkpoints(folder, {"version": "1"}, 1.0)
+    for specimen, time in ((1, 6.0), (2, 2.0)):
+        with store.keeping(specimen) as keeper:
+            found = keeper.resume_from()
+        assert found is not None and found.time == time and float(found.frames[0]["position"][0]) in (4.0, 2.0)
+    with store.keeping(3) as keeper:
+        assert keeper.resume_from() is None
+    assert [store.is_finished(k) for k in range(3)] == [True, False, False]
+
+
+def test_a_change_since_any_of_them_is_refused(folder):
+    store = Checkpoints(folder, {"version": "1"}, 1.0)
+    found = store.find()
+    assert found == [{"version": "1"}, {"version": "1"}, {"version": "2"}] and store.reached == 6.0
+    with pytest.raises(InputError, match="version was 2, is 1; undo that, or go on anyway with --force"):
+        opening._changes(folder, found, {"version": "1"}, force=False)
+    assert opening._changes(folder, found, {"version": "1"}, force=True) == ["version was 2, is 1"]
+    assert opening._changes(folder, found[:2], {"version": "1"}, force=False) == []
+
+
+def test_one_that_cannot_be_read_is_told_of_and_removed_and_the_others_stay(folder):
+    said: list[str] = []
+    for path in [*folder.glob("checkpoint-0001-*"), folder / "checkpoint-specimen-0000.npz"]:
+        path.write_bytes(b"no")
+    (folder / ".checkpoint-0002-0002.7.tmp.npz").write_bytes(b"half")
+    store = Checkpoints(folder, {"version": "1"}, 1.0, tell=said.append)
+    assert store.find() == [{"version": "2"}]
+    assert [text.rpartition("nothing kept of ")[2] for text in said if "nothing kept" in text] == [
+        "specimen 1 can be read; it is run again", "specimen 2 can be read; it is run again",
+    ]  # fmt: skip
+    store.tidy()
+    assert names(folder) == {"checkpoint-0002-0001.npz"} and not list(folder.glob(".*"))
+    assert {path.name[:21] for path in folder.glob("checkpoint-frame-*")} == {"checkpoint-frame-0002"}
+
+
+def test_checkpoints_of_an_earlier_layout_are_not_passed_over(tmp_path):
+    (tmp_path / "checkpoint-0007.npz").write_bytes(b"of version 0.2.0")
+    with pytest.raises(InputError, match="none of its 1 checkpoints can be read"):
+        Checkpoints(tmp_path, {}, 1.0).find()
