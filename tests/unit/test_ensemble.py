@@ -8,6 +8,7 @@ import pytest
 from knittest.base.errors import NumericalError
 from knittest.base.progress import Progress
 from knittest.config.loading import resolve
+from knittest.runs.execute import naming
 from knittest.studies.trials import ensemble
 from knittest.studies.trials.ensemble import rounds
 from knittest.studies.trials.record import Record
@@ -136,6 +137,13 @@ def test_an_error_names_the_specimen_and_ends_the_others(asked, tmp_path, monkey
     with pytest.raises(NumericalError, match=r"^specimen 2 of 4 \(warp\): node 7 flew off$"):
         run_ahead(tmp_path, 2, monkeypatch)
     assert asked["closed"] == 1 and len(asked["specimens"]) == 2
+
+
+@pytest.mark.parametrize(("specimens", "said"), [(3, "specimen 2 of 3 (warp): node 7"), (1, "node 7")])
+def test_an_error_in_the_process_of_the_command_names_the_specimen_too(specimens, said):
+    with pytest.raises(NumericalError) as raised, naming(resolve(specimens=specimens, **YARNS), 1):
+        raise NumericalError("node 7")
+    assert str(raised.value) == said
 
 
 @pytest.mark.parametrize("case", [{"threads": 1}, {"scale": "macro"}, {"specimens": 1}, {"kept": (0, 1, 2)}])
