@@ -131,7 +131,8 @@ class Run:
         return None
 
     def animate(self, out: PathLike[str] | str, **looks: Any) -> Path:
-        """Write the run as the film ``out``, .mp4 or .gif; ``colour``, ``look``, ``seconds``, ``fps``, ``width`` [px].
+        """Write the run as the film ``out``, .mp4 or .gif; ``colour``, ``look``, ``seconds``, ``fps``, ``width`` [px],
+        ``tools`` or not.
 
         Raises :class:`InputError` where the run was made without frames, and for what no film can be made of.
         """

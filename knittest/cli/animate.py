@@ -12,8 +12,9 @@ import click
 @click.option("--colour", default="", help="Field of the frames, or height.  [default: axial force or shear angle]")
 @click.option("--look", type=click.Choice(["oblique", "top", "side"]), default="oblique", show_default=True)
 @click.option("--seconds", type=float, default=5.0, show_default=True, help="Length, before the last image stands.")
-@click.option("--fps", type=int, default=15, show_default=True, help="Images a second.")
-@click.option("--width", type=int, default=960, show_default=True, help="Pixels.")
+@click.option("--fps", type=int, help="Images a second.  [default: 15; GIF: 10]")
+@click.option("--width", type=int, help="Pixels.  [default: 960; GIF: 640]")
+@click.option("--tools/--no-tools", default=True, show_default=True, help="Stamp, die, holder, plates, board.")
 def animate(run: Path, out: Path | None, **looks: Any) -> None:
     """Write a run as a film for slides: a run folder with frames as MP4 or GIF.
 

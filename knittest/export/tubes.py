@@ -53,6 +53,12 @@ def render_tubes(start: Array, end: Array, radius: Array, colour: Array, view: V
     Returns RGBA (rows, columns, 4), transparent where no yarn lies. A pixel shows the capsule with the highest
     surface there, z = z_axis + sqrt(r^2 - d^2), shaded by Lambert's law.
     """
+    canvas = drawn_tubes(start, end, radius, colour, view)
+    return canvas.image.reshape(canvas.rows, canvas.columns, 4)
+
+
+def drawn_tubes(start: Array, end: Array, radius: Array, colour: Array, view: View) -> Canvas:
+    """Canvas of :func:`render_tubes`, which has the height of what is seen too."""
     canvas = Canvas(view)
     inside = _touching(start, end, radius, view)
     start, end, radius, colour = start[inside], end[inside], radius[inside], colour[inside]
@@ -63,7 +69,7 @@ def render_tubes(start: Array, end: Array, radius: Array, colour: Array, view: V
         for first in range(0, len(start), chunk):
             part = slice(first, first + chunk)
             _draw(canvas, start[part], end[part], radius[part], colour[part], patch)
-    return canvas.image.reshape(canvas.rows, canvas.columns, 4)
+    return canvas
 
 
 def _touching(start: Array, end: Array, radius: Array, view: View) -> NDArray[np.bool_]:

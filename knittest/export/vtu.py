@@ -69,7 +69,7 @@ def _write_body(folder: Path, body: Body, times: Sequence[float]) -> list[Entry]
     entries: list[Entry] = []
     for number, (time, offset) in enumerate(zip(times, body.offset, strict=True)):
         if number == 0 or (offset != body.offset[number - 1]).any():
-            path = folder / f"{body.name}-{number:04d}.vtu"
+            path = folder / f"{body.name.replace(' ', '-')}-{number:04d}.vtu"
             surface = meshio.Mesh(body.points + offset, [("triangle", body.triangles)])
             with replacing(path) as temporary:
                 meshio.write(temporary, surface, file_format="vtu", compression="zlib")

@@ -13,9 +13,10 @@ from knittest.cli.main import run as command
 from knittest.export.slant import LOOKS, sight
 from knittest.export.vtu import write_frames
 from knittest.report_page.loading import load_run
-from knittest.report_page.moving.film import Filmed, Stage, animate
+from knittest.report_page.moving.film import Filmed, animate
 from knittest.report_page.moving.recording import read_recording
 from knittest.report_page.moving.scales import scales_of
+from knittest.report_page.moving.stage import Stage
 
 
 @pytest.fixture(scope="module", params=["beams", "shells"])
@@ -55,7 +56,7 @@ def test_a_film_has_its_images_and_its_size(moved: Path, tmp_path: Path, form: s
 def test_failed_elements_are_gone_and_what_moves_moves(moved: Path) -> None:
     recording = read_recording(moved)
     name, scale = next(iter(scales_of(recording).items()))
-    stage = Stage(load_run(moved), recording, scale, Filmed(look="top", width=320))
+    stage = Stage(load_run(moved), recording, scale, "top", 320, tools=True)
 
     value = recording.fields[name][0]
     none = stage.image(recording.position[0], np.full_like(value, np.nan), 1.0)

@@ -6,13 +6,14 @@ from pathlib import Path
 
 import numpy as np
 
-from knittest.base.history import Specimen
+from knittest.base.history import Body, Specimen
 from knittest.config.gates import HOURGLASS
 from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.tables import PublishedValue, for_width, with_note
 from knittest.export.line_picture import Level, Line, line_picture
+from knittest.laboratory.apparatus import block
 from knittest.laboratory.cantilever.config import CantileverRun
-from knittest.laboratory.cantilever.side_picture import side_picture
+from knittest.laboratory.cantilever.side_picture import BOARD, DEEP, side_picture
 from knittest.laboratory.cantilever.test import MOMENT_TOLERANCE
 from knittest.laboratory.cantilever.yarns import BALANCED
 from knittest.laboratory.report_base import (
@@ -91,6 +92,20 @@ class CantileverReport(NoSize[CantileverRun], Report[CantileverRun]):
     def reference_curve(self, run: CantileverRun) -> ReferenceCurve | None:
         """No curve is published."""
         return None
+
+    def bodies(self, run: CantileverRun, specimen: Specimen) -> list[Body]:
+        """The board up to its edge, and the plane that the strip is to meet."""
+        history = specimen.history
+        first, last = history.frames[0].position, history.frames[-1].position
+        top = float(first[:, 2].mean()) - 0.5 * run.fabric.thickness_mm
+        sides = float(first[:, 0].min()), float(first[:, 0].max())
+        reach = float(last[:, 1].max())
+        back, deep = BOARD * specimen.results["overhang_mm"], DEEP * specimen.results["overhang_mm"]
+        foot = top - reach * np.tan(np.deg2rad(run.rig.plane_angle))
+        board = np.array([[-back, top - deep], [0.0, top - deep], [0.0, top], [-back, top]])
+        slope = np.array([[0.0, top], [0.0, foot], [reach, foot]])
+        still = np.zeros((len(history.frames), 3))
+        return [block("board", board, sides, still), block("plane", slope, sides, still)]
 
     def pictures(self, run: CantileverRun, specimens: list[Specimen], references: References, folder: Path) -> None:
         """deformed.png from the side, curve.png of the convergence."""

@@ -45,14 +45,15 @@ def shells_to_rest(prepared: Prepared, run: CantileverRun, cost: SimulationCost,
     boundary.gravity(mounting.weight)
     observer.overlaps(model.prepare())
     drive, tally = boundary.drive(), new_tally(boundary)
-    first = model.position()
+    first = Frame(0.0, 0.0, 0.0, model.position(), model.fields())
     relaxation = relax(model, drive, tally, dt, run.rig.tolerance)
     cost.steps, cost.time_step = cost.steps + relaxation.steps, dt
     now = model.position()
-    tip = first[:, 1] >= first[:, 1].max() - 1e-6
-    drop, reach = -(now[tip, 2] - first[tip, 2]).mean(), now[tip, 1].mean()
+    flat = first.position
+    tip = flat[:, 1] >= flat[:, 1].max() - 1e-6
+    drop, reach = -(now[tip, 2] - flat[tip, 2]).mean(), now[tip, 1].mean()
     angle, moment = degrees(atan2(drop, reach)), mounting.moment(now)
-    frames = (Frame(0.0, 0.0, 0.0, first, {}), Frame(1.0, angle, moment, now, model.fields()))
+    frames = (first, Frame(1.0, angle, moment, now, model.fields()))
     root = mounting.root(tally.reaction, relaxation.last_chunk)
     return Rest(
         prepared.facts["overhang_mm"], angle, root, moment, mounting.curvature(now), relaxation, frames,

@@ -132,7 +132,7 @@ def yarns_to_rest(prepared: Prepared, run: CantileverRun, cost: SimulationCost, 
     """Bend the strip until the moments of all its sections carry the weight beyond them."""
     per_length = run.fabric.area_mass_g_per_mm2 * run.rig.gravity_mm_per_ms2 * prepared.facts["width_mm"]
     overhang, mounting, model = prepared.facts["overhang_mm"], _mounting(prepared), prepared.model
-    fresh = model.state()
+    fresh, first = model.state(), Frame(0.0, 0.0, 0.0, mounting.flat, model.fields())
     flat = _Course(prepared, run, cost, None)
     observer.overlaps(flat.overlaps)
     curl = -float(flat.settle(SETTLE)[ENDS:-ENDS].mean())
@@ -150,7 +150,7 @@ def yarns_to_rest(prepared: Prepared, run: CantileverRun, cost: SimulationCost, 
         moments = course.settle(BETWEEN)
     now = model.position()
     weight, angle = mounting.moment(now), _angle(prepared, run)
-    frames = (Frame(0.0, 0.0, 0.0, mounting.flat, {}), Frame(1.0, angle, weight, now, model.fields()))
+    frames = (first, Frame(1.0, angle, weight, now, model.fields()))
     return Rest(
         overhang, angle, course.carried(), weight, mounting.curvature(now), course.done, frames, course.done.converged,
         curl, angle - before,

@@ -4,12 +4,14 @@ from pathlib import Path
 
 import numpy as np
 
-from knittest.base.history import Specimen
+from knittest.base.history import Body, Specimen
 from knittest.experiment.curves import ReferenceCurve
 from knittest.export.faces_picture import faces_picture
 from knittest.export.line_picture import Band, Level, Line, line_picture
+from knittest.laboratory.apparatus import at_frames, plate_block
 from knittest.laboratory.compaction.config import CompactionRun
-from knittest.laboratory.compaction.test import SUNK_TOLERANCE, UNEVEN_TOLERANCE, Compaction
+from knittest.laboratory.compaction.rig import plate_centres, plate_lengths
+from knittest.laboratory.compaction.test import SUNK_TOLERANCE, UNEVEN_TOLERANCE, Compaction, pressed_size
 from knittest.laboratory.compaction.van_wyk import PRESSURES, fit, loading
 from knittest.laboratory.report_base import (
     Columns,
@@ -53,6 +55,17 @@ class CompactionReport(NoSize[CompactionRun], Report[CompactionRun]):
         columns = specimens[0].history.curve
         grown = np.isin(columns["pressure_kpa"], loading(columns["thickness_mm"], columns["pressure_kpa"])[1])
         return {name: values[grown] for name, values in columns.items()}
+
+    def bodies(self, run: CompactionRun, specimen: Specimen) -> list[Body]:
+        """Both plates, each closing by half the way."""
+        history, facts = specimen.history, specimen.facts
+        faces = facts["lower_plate_mm"], facts["upper_plate_mm"]
+        centres, lengths = plate_centres(history.frames[0].position, faces), plate_lengths(pressed_size(run))
+        offset = np.zeros((2, len(history.frames), 3))
+        offset[:, :, 2] = np.outer([0.5, -0.5], at_frames(history, "compaction_mm"))
+        names = ("lower plate", "upper plate")
+        placed = zip(names, centres, offset, strict=True)
+        return [plate_block(name, centre, lengths, moved) for name, centre, moved in placed]
 
     def pictures(self, run: CompactionRun, specimens: list[Specimen], references: References, folder: Path) -> None:
         """curve.png with the fitted law and the fabric file's thickness, energies.png, deformed.png."""

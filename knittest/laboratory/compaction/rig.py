@@ -58,12 +58,9 @@ class CompactionTest:
         position = boundary.model.position()
         boundary.radius[:] = self.radius
         boundary.move(self.rim, ("x", "y"))
-        low, high = position.min(axis=0), position.max(axis=0)
-        lengths = np.append(self.size + 2.0 * EDGE, THICKNESS)
         speeds = self.closing.value
-        for face, side in zip(self.faces, (-1.0, 1.0), strict=True):
-            centre = np.append(0.5 * (low + high)[:2], face + 0.5 * side * THICKNESS)
-            tool = plate(centre, lengths, EDGE)
+        for centre, side in zip(plate_centres(position, self.faces), (-1.0, 1.0), strict=True):
+            tool = plate(centre, plate_lengths(self.size), EDGE)
             tool.stiffness = self.stiffness
             boundary.move_tool(
                 boundary.add_tool(tool), "z", Table(self.closing.time, tuple(-0.5 * side * v for v in speeds))
@@ -90,6 +87,20 @@ class CompactionTest:
     def finished(self, force: float, peak: float, broken: bool) -> bool:
         """Over at the pressure."""
         return force >= self.most
+
+
+def plate_lengths(size: Array) -> Array:
+    """Lengths (3,) [mm] of a plate with its rounded edges, of a nominal ``size`` (2,) [mm]."""
+    return np.append(size + 2.0 * EDGE, THICKNESS)
+
+
+def plate_centres(position: Array, faces: tuple[float, float]) -> Array:
+    """Centres (2, 3) [mm] of the plates with their ``faces`` (lower, upper) [mm] on the middle of a piece with nodes at
+    ``position`` (n, 3).
+    """
+    centres = np.tile(0.5 * (position.min(axis=0) + position.max(axis=0)), (2, 1))
+    centres[:, 2] = [faces[0] - 0.5 * THICKNESS, faces[1] + 0.5 * THICKNESS]
+    return centres
 
 
 def _closing(speed: float, ramp_time: float) -> Table:

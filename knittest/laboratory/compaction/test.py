@@ -36,8 +36,8 @@ class Compaction(Test[CompactionRun]):
     def prepare(self, run: CompactionRun, specimen: int = 0, observer: Observer = SILENT) -> Prepared:
         """The piece between its plates, which begin a little off its faces."""
         start = clock.perf_counter()
-        pitches = np.array([run.fabric.wale_spacing, run.fabric.course_spacing])
-        pressed = np.maximum(np.round(run.rig.side_mm / pitches), 2.0)
+        pitches = _pitches(run)
+        pressed = _pressed(run)
         whole = (pressed + 2.0 * AROUND) * pitches
         n_wales, n_courses = (int(n) + 2 * AROUND for n in pressed)
         piece = cut(run, n_wales, n_courses, specimen, observer)
@@ -49,8 +49,9 @@ class Compaction(Test[CompactionRun]):
         z = position[:, 2]
         faces = float((z - radius)[under].min()), float((z + radius)[under].max())
         rim = on_needles(np.abs(position[:, 1]) - 0.5 * float(whole[1]), model.group.chain)
-        facts = {"area_mm2": float(np.prod(size)), "thickness_at_start_mm": faces[1] - faces[0]}
         mount = CompactionTest(run, faces, size, radius, rim)
+        facts = {"area_mm2": float(np.prod(size)), "thickness_at_start_mm": faces[1] - faces[0]}
+        facts |= {"lower_plate_mm": mount.faces[0], "upper_plate_mm": mount.faces[1]}
         return Prepared(model, mount, clock.perf_counter() - start, piece.table, facts)
 
     def solve(self, prepared: Prepared, run: CompactionRun, observer: Observer) -> tuple[History, SimulationCost]:
@@ -122,3 +123,17 @@ def sunk(history: History) -> float:
     """Share [%] of the way of the plates that the deepest node has sunk into both of them."""
     deepest = 1e-3 * float(history.contacts["tool_penetration_max_um"].max())
     return 200.0 * deepest / max(float(history.curve["compaction_mm"][-1]), 1e-9)
+
+
+def pressed_size(run: CompactionRun) -> np.ndarray:
+    """Size (2,) [mm] of the square between the plates, in whole pitches."""
+    return np.asarray(_pressed(run) * _pitches(run))
+
+
+def _pressed(run: CompactionRun) -> np.ndarray:
+    """Whole pitches (2,) along both sides of the square."""
+    return np.asarray(np.maximum(np.round(run.rig.side_mm / _pitches(run)), 2.0))
+
+
+def _pitches(run: CompactionRun) -> np.ndarray:
+    return np.array([run.fabric.wale_spacing, run.fabric.course_spacing])

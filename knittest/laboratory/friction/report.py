@@ -4,17 +4,20 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from knittest.base.errors import InputError
-from knittest.base.history import Specimen
+from knittest.base.history import Body, Specimen
 from knittest.base.kinds import kinds
 from knittest.experiment.conditions import same
 from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.tables import PublishedValue, with_note
 from knittest.export.line_picture import Level, Line, line_picture
+from knittest.laboratory.apparatus import at_frames, plate_block
 from knittest.laboratory.friction.config import FrictionRun
 from knittest.laboratory.friction.pressure import PLATES, pressure_map
 from knittest.laboratory.friction.pressure_picture import pressure_picture
-from knittest.laboratory.friction.rig import KINETIC_SHARE
+from knittest.laboratory.friction.rig import KINETIC_SHARE, plate_centres, plate_lengths, pull_axis
 from knittest.laboratory.friction.test import FORCE_TOLERANCE, PENETRATION_TOLERANCE, Friction, map_cell
 from knittest.laboratory.imported import imported_corridor
 from knittest.laboratory.report_base import (
@@ -29,7 +32,6 @@ from knittest.laboratory.report_base import (
     scatter,
     title_of,
 )
-from knittest.laboratory.strips import AXIS
 
 
 def _of_a_face(row: PublishedValue) -> PublishedValue:
@@ -110,6 +112,19 @@ class FrictionReport(NoSize[FrictionRun], Report[FrictionRun]):
         """pressure.csv of the first specimen."""
         return {"pressure.csv": pressure_map(specimens[0].history, map_cell(run)).table()}
 
+    def bodies(self, run: FrictionRun, specimen: Specimen) -> list[Body]:
+        """Both plates: drawn off the strip together, the upper one free to rise and fall."""
+        history, axis = specimen.history, pull_axis(run)
+        faces = specimen.facts["lower_face_mm"], specimen.facts["upper_face_mm"]
+        centres = plate_centres(run.rig, axis, history.frames[0].position, faces)
+        offset = np.zeros((2, len(history.frames), 3))
+        offset[:, :, axis] = -at_frames(history, "displacement_mm")
+        offset[1, :, 2] = at_frames(history, "plate_travel_mm")
+        lengths = plate_lengths(run.rig, axis)
+        names = ("lower plate", "upper plate")
+        placed = zip(names, centres, offset, strict=True)
+        return [plate_block(name, centre, lengths, moved) for name, centre, moved in placed]
+
     def pictures(self, run: FrictionRun, specimens: list[Specimen], references: References, folder: Path) -> None:
         """curve.png with the Coulomb level, energies.png, pressure.png."""
         lines = [
@@ -127,6 +142,6 @@ class FrictionReport(NoSize[FrictionRun], Report[FrictionRun]):
         forces = " and ".join(f"{f:.0f} N ({name})" for f, name in zip(found.force, PLATES, strict=True))
         pressure_picture(
             folder / "pressure.png", found.x, found.y, dict(zip(PLATES, found.pressure, strict=True)),
-            along="xy"[AXIS[run.rig.direction]], title=title_of(run),
+            along="xy"[pull_axis(run)], title=title_of(run),
             note=f"mean over {low:g} to {travel:g} mm of travel, cells of {map_cell(run):.2f} mm; sums: {forces}",
         )  # fmt: skip

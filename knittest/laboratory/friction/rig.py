@@ -7,7 +7,8 @@ So the strip is nearly at rest, and damping and inertia take nothing of the pull
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.laboratory.friction.config import FrictionRun
+from knittest.laboratory.friction.config import FrictionRig, FrictionRun
+from knittest.laboratory.strips import AXIS
 from knittest.models.boundary import Boundary
 from knittest.models.readings import Readings
 from knittest.models.table import Table, ramp
@@ -46,18 +47,12 @@ class FrictionTest:
     def constrain(self, boundary: Boundary) -> None:
         """Plates under all but the pulled end of the strip, which is gripped."""
         position = boundary.model.position()
-        low, high = position.min(axis=0), position.max(axis=0)
         along = position[:, self.axis]
         boundary.radius[:] = self.radius
         mass, pull = float(boundary.model.mass.sum()), boundary.table(self.pull)
-        boundary.grip(np.flatnonzero(along >= high[self.axis] - self._grip(along)), "xyz"[self.axis])
-        centre = 0.5 * (low + high)
-        centre[self.axis] = low[self.axis] + 0.5 * self.rig.plate_length_mm
-        lengths = np.full(3, THICKNESS)
-        lengths[self.axis] = self.rig.plate_length_mm + 2.0 * EDGE
-        lengths[1 - self.axis] = self.rig.plate_width_mm + 2.0 * EDGE
-        for face, side in zip(self.faces, (-1.0, 1.0), strict=True):
-            centre[2] = face + 0.5 * side * THICKNESS
+        boundary.grip(np.flatnonzero(along >= along.max() - self._grip(along)), "xyz"[self.axis])
+        lengths = plate_lengths(self.rig, self.axis)
+        for centre, side in zip(plate_centres(self.rig, self.axis, position, self.faces), (-1.0, 1.0), strict=True):
             tool = plate(centre, lengths, EDGE)
             tool.friction = (self.rig.static_coefficient, self.rig.kinetic_coefficient)
             tool.motion[self.axis] = pull
@@ -88,6 +83,30 @@ class FrictionTest:
     def finished(self, force: float, peak: float, broken: bool) -> bool:
         """Only the travel ends the test."""
         return False
+
+
+def pull_axis(run: FrictionRun) -> int:
+    """Axis along which the strip is pulled, 0: x, 1: y; shells always lie along y."""
+    return AXIS[run.rig.direction] if run.model.scale == "meso" else 1
+
+
+def plate_lengths(rig: FrictionRig, axis: int) -> Array:
+    """Lengths (3,) [mm] of a plate with its rounded edges, for a strip along ``axis``."""
+    lengths = np.full(3, THICKNESS)
+    lengths[axis] = rig.plate_length_mm + 2.0 * EDGE
+    lengths[1 - axis] = rig.plate_width_mm + 2.0 * EDGE
+    return lengths
+
+
+def plate_centres(rig: FrictionRig, axis: int, position: Array, faces: tuple[float, float]) -> Array:
+    """Centres (2, 3) [mm] of the plates with their ``faces`` (lower, upper) [mm] on a strip with nodes at ``position``
+    (n, 3): they begin at the end that is not pulled.
+    """
+    low, high = position.min(axis=0), position.max(axis=0)
+    centres = np.tile(0.5 * (low + high), (2, 1))
+    centres[:, axis] = low[axis] + 0.5 * rig.plate_length_mm
+    centres[:, 2] = [faces[0] - 0.5 * THICKNESS, faces[1] + 0.5 * THICKNESS]
+    return centres
 
 
 def _pull(speed: float, ramp_time: float) -> Table:

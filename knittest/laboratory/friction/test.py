@@ -11,10 +11,10 @@ from knittest.laboratory.base import Prepared, Test, fabric_laminate
 from knittest.laboratory.friction.config import FrictionRun
 from knittest.laboratory.friction.lab_files import STICKS_OUT
 from knittest.laboratory.friction.pressure import pressure_map, shares
-from knittest.laboratory.friction.rig import KINETIC_SHARE, FrictionTest
+from knittest.laboratory.friction.rig import KINETIC_SHARE, FrictionTest, pull_axis
 from knittest.laboratory.judging import assess
 from knittest.laboratory.span import Span
-from knittest.laboratory.strips import AXIS, cut, pitch, yarns_across
+from knittest.laboratory.strips import cut, pitch, yarns_across
 from knittest.models.macro import StripShape, build_strip, self_contact
 from knittest.models.meso import build_meso
 from knittest.solve.observer import SILENT, Observer
@@ -67,8 +67,8 @@ class Friction(Test[FrictionRun]):
         contact = self_contact(run.fabric, run.model.macro, run.solver.safety)
         model = build_strip(run.fabric, fabric_laminate(run), rig.direction, shape, contact)
         half = 0.5 * run.fabric.thickness_mm
-        test = FrictionTest(run, 1, (-half, half), np.full(model.n_nodes, half))
-        return Prepared(model, test, facts={"area_mm2": rig.length_mm * rig.width_mm})
+        test = FrictionTest(run, pull_axis(run), (-half, half), np.full(model.n_nodes, half))
+        return Prepared(model, test, facts={"area_mm2": rig.length_mm * rig.width_mm} | _faces(test.faces))
 
     def _yarns(self, run: FrictionRun, specimen: int, observer: Observer) -> Prepared:
         start = clock.perf_counter()
@@ -79,8 +79,8 @@ class Friction(Test[FrictionRun]):
         model = build_meso(run, piece.paths, piece.draws)
         z, radius = model.position()[:, 2], model.group.radius
         faces = (float((z - radius).min()), float((z + radius).max()))
-        test = FrictionTest(run, AXIS[direction], faces, radius)
-        facts = {"yarns_across": float(across), "area_mm2": along * period * run.rig.width_mm}
+        test = FrictionTest(run, pull_axis(run), faces, radius)
+        facts = {"yarns_across": float(across), "area_mm2": along * period * run.rig.width_mm} | _faces(faces)
         return Prepared(model, test, clock.perf_counter() - start, piece.table, facts)
 
     def solve(self, prepared: Prepared, run: FrictionRun, observer: Observer) -> tuple[History, SimulationCost]:
@@ -119,6 +119,10 @@ class Friction(Test[FrictionRun]):
     def span(self, history: History) -> Span:
         """The whole pull, at the latest from the samples of the static force on."""
         return Span(reported_from=static_force(history.curve)[1])
+
+
+def _faces(faces: tuple[float, float]) -> dict[str, float]:
+    return {"lower_face_mm": faces[0], "upper_face_mm": faces[1]}
 
 
 def static_force(curve: Mapping[str, np.ndarray]) -> tuple[float, float]:

@@ -85,18 +85,23 @@ def notices(run: LoadedRun) -> list[str]:
     return found + (["Comparison refused: " + "; ".join(run.summary.refused)] if run.summary.refused else [])
 
 
+def timed(run: LoadedRun, time: np.ndarray) -> bool:
+    """Tell whether ``time`` (k,) [ms] of the frames is that of the run's curve; that of a static state is none."""
+    columns = run.curve
+    return "time_ms" in columns and len(time) > 1 and bool(time[-1] <= columns["time_ms"].max() * 1.01)
+
+
 def _curve(run: LoadedRun, time: np.ndarray) -> dict[str, Any]:
     """Curve of the run over ``time`` (k,) [ms] of the frames, and whether its time is that of the frames at all."""
     axes = run.report.axes if run.report else None
-    columns = run.curve
-    timed = "time_ms" in columns and len(time) > 1 and bool(time[-1] <= columns["time_ms"].max() * 1.01)
-    if not timed or axes is None or not {axes.x, axes.y} <= set(columns):
-        return {"timed": timed, "curve": None}
+    columns, in_time = run.curve, timed(run, time)
+    if not in_time or axes is None or not {axes.x, axes.y} <= set(columns):
+        return {"timed": in_time, "curve": None}
     t, x, y = (columns[name] for name in ("time_ms", axes.x, axes.y))
     known = np.isfinite(t) & np.isfinite(x) & np.isfinite(y)
     t, x, y = t[known], x[known], y[known]
     if len(t) < 2 or np.ptp(x) == 0.0:
-        return {"timed": timed, "curve": None}
+        return {"timed": in_time, "curve": None}
     kept = np.unique(
         [*np.linspace(0, len(t) - 1, CURVE_POINTS).astype(int), *np.searchsorted(t, time).clip(max=len(t) - 1)]
     )

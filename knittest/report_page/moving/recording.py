@@ -49,6 +49,10 @@ class Recording:
         bodies = tuple(replace(body, offset=body.offset[kept]) for body in self.bodies)
         return replace(self, time=self.time[kept], position=self.position[kept], fields=fields, bodies=bodies)
 
+    def offsets(self, time: float) -> list[Array]:
+        """Offset (3,) [mm] of each of the ``bodies`` at ``time`` [ms], by the line between the frames."""
+        return [np.array([np.interp(time, self.time, moved) for moved in body.offset.T]) for body in self.bodies]
+
 
 @dataclass(frozen=True)
 class Entry:

@@ -18,8 +18,10 @@ LABELS = {
     "strain_warp": ("strain along warp", "%", 100.0),
     "strain_weft": ("strain along weft", "%", 100.0),
 }
-#: fields that a reader looks for first
-FIRST = ("axial_force", "shear_angle")
+#: fields that a reader looks for first, where they reach so far [unit of the label]
+FIRST = {"axial_force": 0.0, "shear_angle": 0.1}
+#: largest value of a field, by unit, that is no more than rounding
+ROUNDING = {"N": 1e-6, "N/mm": 1e-6, "%": 1e-6, "°": 1e-4}
 #: share of the values of elements that their colours tell apart: few recoiling ends would make all others alike
 TOLD_APART = 99.8
 #: negative values below this share of the largest are of no account, and the scale begins at 0
@@ -51,12 +53,17 @@ class Scale:
 
 
 def scales_of(recording: Recording) -> dict[str, Scale]:
-    """Scales of the fields that are not zero throughout, by name, those that a reader looks for first in front."""
-    names = [name for name in recording.fields if name != "alive"]
-    names.sort(key=lambda name: (name not in FIRST, list(LABELS).index(name) if name in LABELS else len(LABELS)))
+    """Scales of the fields that are more than rounding, by name, those that a reader looks for first in front."""
     alive = recording.fields.get("alive")
-    found = {name: scale_of(name, recording.fields[name], alive) for name in names}
-    return {name: scale for name, scale in found.items() if scale is not None}
+    scaled = {name: scale_of(name, values, alive) for name, values in recording.fields.items() if name != "alive"}
+    found = {name: scale for name, scale in scaled.items() if scale is not None}
+    known = list(LABELS)
+
+    def place(name: str) -> tuple[int, int]:
+        rank = 1 if name not in FIRST else 0 if found[name].high >= FIRST[name] else 2
+        return rank, known.index(name) if name in known else len(known)
+
+    return {name: found[name] for name in sorted(found, key=place)}
 
 
 def scale_of(name: str, values: Array, alive: Array | None = None) -> Scale | None:
@@ -65,7 +72,7 @@ def scale_of(name: str, values: Array, alive: Array | None = None) -> Scale | No
     known = factor * values[np.isfinite(values) if alive is None else np.isfinite(values) & (alive > 0.5)]
     limit = float(np.percentile(np.abs(known), TOLD_APART)) if known.size else 0.0
     limit = limit or float(np.abs(known).max(initial=0.0))
-    if limit == 0.0:
+    if limit <= ROUNDING.get(unit, 0.0):
         return None
     least, largest = float(known.min()), float(known.max())
     signed = least < -ONE_SIDED * max(limit, largest)

@@ -5,6 +5,7 @@ import { inflated } from "decode";
 import { RunScene, partColour } from "scene";
 
 const one = id => document.getElementById(id), root = document.documentElement;
+const LONG = 1.5;  // length along y over width from which a specimen is looked at across its length
 const LOOP = 8;  // seconds from the first frame to the last
 
 function trouble(text) {
@@ -71,9 +72,12 @@ class View {
 
   /** Look at the whole run from a side. */
   look(from) {
-    const { low, high } = this.run.box, middle = new THREE.Vector3(...low.map((v, k) => (v + high[k]) / 2));
+    const { low, high } = this.run.room, middle = new THREE.Vector3(...low.map((v, k) => (v + high[k]) / 2));
     const size = Math.hypot(...high.map((v, k) => v - low[k])) || 1;
-    const direction = { top: [0, -1e-4, 1], side: [0, -1, 0.02], oblique: [0.55, -1, 0.75] }[from];
+    const { low: l, high: h } = this.run.box, long = h[1] - l[1] > LONG * (h[0] - l[0]);
+    const direction = {
+      top: [0, -1e-4, 1], side: long ? [1, 0, 0.02] : [0, -1, 0.02], oblique: long ? [1, 0.55, 0.75] : [0.55, -1, 0.75],
+    }[from];
     this.camera.position.copy(middle).addScaledVector(new THREE.Vector3(...direction).normalize(), 4 * size);
     Object.assign(this.camera, { near: 0.1 * size, far: 8 * size, zoom: 1 });
     this.controls.target.copy(middle);
@@ -86,7 +90,7 @@ class View {
 
   /** Half width and height [mm] that the run takes up as the camera sees it now. */
   extent() {
-    const { low, high } = this.run.box, reach = [0, 0], p = new THREE.Vector3();
+    const { low, high } = this.run.room, reach = [0, 0], p = new THREE.Vector3();
     for (let k = 0; k < 8; k++) {
       p.set(...[0, 1, 2].map(c => (k >> c & 1 ? high : low)[c])).applyMatrix4(this.camera.matrixWorldInverse);
       reach[0] = Math.max(reach[0], Math.abs(p.x));
@@ -112,7 +116,7 @@ class View {
     let a = 0;
     while (a < last - 1 && time[a + 1] <= t) a++;
     const b = Math.min(a + 1, last), step = time[b] - time[a];
-    const between = step > 0 ? Math.min(Math.max((t - time[a]) / step, 0), 1) : 0;
+    const share = step > 0 ? Math.max((t - time[a]) / step, 0) : 0, between = share > 1 - 1e-6 ? 1 : share;
     between === 1 ? this.run.show(b, b, 0) : this.run.show(a, b, between);
     this.readout(t, between === 1 ? b : a, between);
     one("time").value = Math.round(1000 * at);

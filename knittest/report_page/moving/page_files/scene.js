@@ -23,6 +23,7 @@ export class RunScene {
     this.mesh = this.makeMesh(radius);
     this.scene.add(this.mesh);
     this.tools = header.bodies.map(body => this.makeTool(body, data));
+    this.room = this.withTools();
     this.shownA = this.shownB = -1;
     this.write(this.uniforms.placeFirst.value, 0);
     this.colourBy(0);
@@ -104,6 +105,20 @@ export class RunScene {
       far = Math.max(far, d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
     }
     return { low, high: low.map((v, c) => v + step * top[c]), far: step * Math.sqrt(far) };
+  }
+
+  /** Corners of the space that nodes and tools ever take up [mm]. */
+  withTools() {
+    const low = [...this.box.low], high = [...this.box.high];
+    for (const { lines, offset } of this.tools) {
+      lines.geometry.computeBoundingBox();
+      const { min, max } = lines.geometry.boundingBox;
+      for (const moved of offset) {
+        [min.x, min.y, min.z].forEach((v, c) => { low[c] = Math.min(low[c], v + moved[c]); });
+        [max.x, max.y, max.z].forEach((v, c) => { high[c] = Math.max(high[c], v + moved[c]); });
+      }
+    }
+    return { low, high };
   }
 
   write(texture, frame) {

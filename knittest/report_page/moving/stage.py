@@ -1,0 +1,154 @@
+"""The picture that every image of a film is drawn into: title, axes of one size, colours, tools, time."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knittest.base.figure import RED, new_figure
+from knittest.export.raster import nearest
+from knittest.export.slant import shaded, sight
+from knittest.export.tubes import View, drawn_tubes
+from knittest.report_page.loading import LoadedRun
+from knittest.report_page.moving.page import notices, timed
+from knittest.report_page.moving.recording import Array, Recording
+from knittest.report_page.moving.scales import Scale
+from knittest.report_page.moving.tool_layers import ToolLayers
+
+Image = NDArray[np.uint8]
+
+#: pixels an inch: letters stay legible at 640 pixels and do not fill the picture at 1920
+DPI = 100
+#: share of the extent that is left free around what moves
+MARGIN = 0.02
+#: line around shells that hides the seams between them [points]; seen from their edge, it is their thickness
+SEAM = 0.2
+#: room for the colour bar [inch]
+BAR = 1.15
+#: length over width from which a specimen is looked at across its length
+LONG = 1.5
+#: pixels of a picture of yarns along the side of one of the film: thin yarns stay smooth
+FINER = 2
+#: triangles of a quadrilateral
+HALVES = [[0, 1, 2], [0, 2, 3]]
+
+
+class Stage:
+    """Axes that hold the whole run as seen from ``look``, ``width`` pixels wide; ``tools`` are drawn or not."""
+
+    def __init__(self, run: LoadedRun, recording: Recording, scale: Scale, look: str, width: int, tools: bool) -> None:
+        from matplotlib import colormaps
+        from matplotlib.cm import ScalarMappable
+        from matplotlib.colors import Normalize
+
+        self._recording, self._scale = recording, scale
+        self._sight = sight(look, turned=look != "top" and _lies_along_y(recording))
+        self._norm = Normalize(scale.low, scale.high, clip=True)
+        self._map = colormaps["coolwarm" if scale.signed else "viridis"]
+        bodies = recording.bodies if tools else ()
+        low, high = _extent(recording, self._sight, bodies)
+        self._figure, self._axes, bar = _figure(run, high - low, width / DPI)
+        self._axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+        self._axes.set_aspect("equal")
+        self._view = _view(self._axes)
+        thick = 2.0 * float(recording.radius.mean()) / self._view.pixel * 72.0 / DPI
+        self._line = max(thick, SEAM) if look == "side" else SEAM
+        self._tools = ToolLayers(bodies, self._sight, self._view)
+        unit = f" [{scale.unit}]" if scale.unit else ""
+        cut = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}
+        ends = (scale.least < scale.low - 1e-12, scale.largest > scale.high + 1e-12)
+        shown = self._figure.colorbar(ScalarMappable(self._norm, self._map), cax=bar, extend=cut[ends])
+        shown.set_label(scale.label + unit, fontsize=9)
+        self._clock = self._figure.text(0.98, 0.02, "", ha="right", fontsize=9, family="monospace")
+        self._timed = timed(run, recording.time)
+        self._drawn: list[Any] = []
+
+    def image(self, position: Array, value: Array, time: float) -> Image:
+        """Pixels (rows, columns, 3) of the nodes at ``position`` (n, 3), elements coloured by ``value`` (m,), of which
+        those without a number are not drawn, and of the tools, at ``time`` [ms].
+        """
+        kept = np.isfinite(value)
+        corners = (position @ self._sight.T)[self._recording.cells[kept]]
+        colour = self._map(self._norm(self._scale.factor * value[kept]))[:, :3]
+        while self._drawn:
+            self._drawn.pop().remove()
+        draw = self._tubes if corners.shape[1] == 2 else self._shells
+        height = draw(corners, colour, kept)
+        behind, before = self._tools.around(height, self._recording.offsets(time))
+        self._show(behind, 0.5)
+        self._show(before, 2.0)
+        if self._timed:
+            self._clock.set_text(f"{time:8.2f} ms")
+        canvas: Any = self._figure.canvas
+        canvas.draw()
+        return np.asarray(canvas.buffer_rgba())[..., :3].copy()
+
+    def _tubes(self, ends: Array, colour: Array, kept: NDArray[np.bool_]) -> Array:
+        fine = replace(self._view, pixel=self._view.pixel / FINER)
+        canvas = drawn_tubes(ends[:, 0], ends[:, 1], self._recording.radius[kept], colour, fine)
+        rows, columns = self._view.shape
+        blocks = (rows, canvas.rows // rows, columns, canvas.columns // columns)
+        self._show(_mean(canvas.image.reshape(*blocks, 4)), 1.0)
+        return canvas.height.reshape(blocks).max(axis=(1, 3))
+
+    def _shells(self, corners: Array, colour: Array, kept: NDArray[np.bool_]) -> Array:
+        from matplotlib.collections import PolyCollection
+
+        places, shown = shaded(corners, colour)
+        drawn = PolyCollection(list(places), facecolor=shown, edgecolor=shown, linewidth=self._line, zorder=1.0)
+        self._drawn.append(self._axes.add_collection(drawn))
+        return nearest(corners[:, HALVES].reshape(-1, 3, 3), self._view)[0] if self._tools.any else np.zeros(())
+
+    def _show(self, image: Array, order: float) -> None:
+        if image.size:
+            extent, smooth = self._view.extent, "antialiased"
+            self._drawn.append(
+                self._axes.imshow(image, origin="lower", extent=extent, interpolation=smooth, zorder=order)
+            )
+
+
+def _lies_along_y(recording: Recording) -> bool:
+    """Tell whether the specimen is much longer along y than along x: seen from there it would hide behind its end."""
+    across, along = np.ptp(recording.position.reshape(-1, 3), axis=0)[:2]
+    return bool(along > LONG * across)
+
+
+def _extent(recording: Recording, seen_from: Array, bodies: Any) -> tuple[Array, Array]:
+    """Least and largest place (2,) each that nodes and tools ever have in the picture, with a margin."""
+    seen = [(recording.position @ seen_from.T).reshape(-1, 3)]
+    for body in bodies:
+        seen += [(body.points + offset) @ seen_from.T for offset in body.offset]
+    low = np.min([place.min(axis=0) for place in seen], axis=0)[:2]
+    high = np.max([place.max(axis=0) for place in seen], axis=0)[:2]
+    edge = MARGIN * float((high - low).max()) + float(recording.radius.max())
+    return low - edge, high + edge
+
+
+def _view(axes: Any) -> View:
+    """What the ``axes`` show, in whole pixels of the picture."""
+    axes.apply_aspect()
+    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+    pixel = float(right - left) / float(axes.get_window_extent().width)
+    whole = View(left, right, bottom, top, pixel).shape
+    return View(left, left + whole[1] * pixel, bottom, bottom + whole[0] * pixel, pixel)
+
+
+def _mean(blocks: Array) -> Array:
+    """Mean of RGBA pixels (rows, k, columns, k, 4) over their blocks; what is transparent has no colour."""
+    alpha = blocks[..., 3:].sum(axis=(1, 3))
+    colour = (blocks[..., :3] * blocks[..., 3:]).sum(axis=(1, 3)) / np.maximum(alpha, 1e-12)
+    return np.concatenate([colour, alpha / (blocks.shape[1] * blocks.shape[3])], axis=2)
+
+
+def _figure(run: LoadedRun, extent: Array, wide: float) -> tuple[Any, Any, Any]:
+    """A figure ``wide`` [inch] with axes for ``extent`` [mm] and one for the colour bar, an even number of pixels."""
+    tall = float(np.clip((wide - BAR) * extent[1] / extent[0], 0.4 * wide, 1.2 * wide)) + 0.8
+    figure = new_figure(wide, 0.02 * round(50.0 * tall))
+    figure.set_dpi(DPI)
+    axes = figure.add_axes((0.01, 0.3 / tall, 1.0 - BAR / wide, 1.0 - 0.8 / tall))
+    axes.set_axis_off()
+    figure.text(0.02, 1.0 - 0.25 / tall, run.title, fontsize=11, va="center")
+    for line, said in enumerate(notices(run)):
+        figure.text(0.02, (0.1 + 0.16 * line) / tall, said, fontsize=8, color=RED)
+    return figure, axes, figure.add_axes((1.0 - (BAR - 0.2) / wide, 0.25, 0.15 / wide, 0.5))
