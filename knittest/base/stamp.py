@@ -49,12 +49,20 @@ def lines_of(stamp: Stamp, width: float) -> list[tuple[str, str]]:
     """Lines of text and their colours for a picture ``width`` [inch] wide; version and date stand on every picture."""
     letters = int((width - 2.0 * MARGIN) * 72.0 / (WIDE * LETTER))
     today = datetime.now(UTC).date().isoformat()
-    found = [""]
-    for fact in [*filter(None, stamp.facts), f"knittest {__version__}", today]:
-        joined = BETWEEN.join(filter(None, (found[-1], _plain(fact))))
-        found[-1:] = [joined] if len(joined) <= letters or not found[-1] else [found[-1], _plain(fact)]
-    facts = [(part, FACTS) for line in found for part in textwrap.wrap(line, letters)]
+    told = [_plain(fact) for fact in [*filter(None, stamp.facts), f"knittest {__version__}", today]]
+    least = len(_filled(told, letters))
+    even = next(n for n in range(1, letters + 1) if len(_filled(told, n)) <= least)  # no line with the date alone
+    facts = [(line, FACTS) for line in _filled(told, even)]
     return facts + [(line, BAD if stamp.bad else FACTS) for line in textwrap.wrap(_plain(stamp.verdict), letters)]
+
+
+def _filled(facts: Sequence[str], letters: int) -> list[str]:
+    """``facts`` in lines of ``letters`` at most, each whole in one unless it is longer."""
+    found = [""]
+    for fact in facts:
+        joined = BETWEEN.join(filter(None, (found[-1], fact)))
+        found[-1:] = [joined] if len(joined) <= letters or not found[-1] else [found[-1], fact]
+    return [part for line in found for part in textwrap.wrap(line, letters)]
 
 
 def with_stamp(figure: "Figure", dpi: int) -> np.ndarray:

@@ -11,13 +11,19 @@ from knittest.export.tubes import View, render_tubes
 
 _GROUND = "#23282e"
 _PIXELS = 900_000
-_FINEST_PIXEL = 0.03  # mm
+_FINEST_PIXEL = 0.012  # mm
+#: what stands at x and y: of a piece that lies along its yarns, and of one that is pulled along y
+PLAN = ("x, along the weft [mm]", "y, along the warp [mm]")
+PULLED = ("across the pull [mm]", "along the pull [mm]")
 #: share of the beams whose force the colours hold [%]
 _SHOWN = 98.0
 
 
-def faces_picture(path: Path, mesh: Mesh, frame: Frame, *, title: str, note: str) -> None:
-    """Draw the beams of ``frame`` from above and, turned about the vertical, from below, to ``path`` (PNG).
+def faces_picture(
+    path: Path, mesh: Mesh, frame: Frame, *, title: str, note: str, axes_labels: tuple[str, str] = PLAN
+) -> None:
+    """Draw the beams of ``frame`` from above and, turned about the vertical, from below, to ``path`` (PNG); x and y
+    have ``axes_labels``.
 
     Colours end at the force that 98 % of the beams stay below. Raises :class:`ResourceError`.
     """
@@ -45,9 +51,9 @@ def faces_picture(path: Path, mesh: Mesh, frame: Frame, *, title: str, note: str
         axes.set_facecolor(_GROUND)
         axes.imshow(image, origin="lower", extent=view.extent, interpolation="antialiased")
         axes.set_title(f"{name}, {note}", fontsize=9.5)
-        axes.set_xlabel("across the pull [mm]", fontsize=9)
+        axes.set_xlabel(axes_labels[0], fontsize=9)
         axes.tick_params(labelsize=8, labelleft=k == 0)
-    figure.axes[0].set_ylabel("along the pull [mm]", fontsize=9)
+    figure.axes[0].set_ylabel(axes_labels[1], fontsize=9)
     bar = figure.add_axes((0.75 / total[0], 0.5 / total[1], 1.0 - 1.5 / total[0], 0.13 / total[1]))
     cut = "both" if np.abs(force).max() > largest else "neither"
     figure.colorbar(ScalarMappable(norm, cmap), cax=bar, orientation="horizontal", extend=cut).set_label(

@@ -41,7 +41,7 @@ def overview(runs: Sequence[LoadedRun], notes: Sequence[str]) -> Section:
 def side_by_side(runs: Sequence[LoadedRun]) -> Section:
     """Results of the runs of each test in columns, with the change against the first of them; then their curves."""
     blocks: list[Block] = []
-    for rig, group in _by_test(runs):
+    for rig, group in by_test(runs):
         for start in range(0, len(group), ABREAST):
             table = _results(rig, group[start : start + ABREAST], group[0])
             blocks += [table] if table else []
@@ -54,7 +54,7 @@ def side_by_side(runs: Sequence[LoadedRun]) -> Section:
 def differences(runs: Sequence[LoadedRun]) -> Section:
     """Parameters and settings that differ between runs of one test, and provenance that differs between any."""
     blocks: list[Block] = []
-    for rig, group in _by_test(runs):
+    for rig, group in by_test(runs):
         if len(group) > 1:
             blocks += _differing(f"{rig or 'test not stated'}: parameters and settings that differ", group, _told)
     blocks += _differing("Provenance that differs", runs, _provenance)
@@ -66,7 +66,7 @@ def print_pictures(runs: Sequence[LoadedRun], page: Path) -> list[Path]:
     in other formats lie beside (:mod:`knittest.base.printing`). Raises :class:`ResourceError`.
     """
     written = []
-    for rig, group in _by_test(runs):
+    for rig, group in by_test(runs):
         for what, figure in (("curve", overlay_figure(group)), ("shear-field", fields_of(group))):
             if figure is not None:
                 written.append(page.with_name(f"{page.stem}-{rig}-{what}.png"))
@@ -90,7 +90,8 @@ def _differing(caption: str, runs: Sequence[LoadedRun], told: Callable[[LoadedRu
     return blocks
 
 
-def _by_test(runs: Sequence[LoadedRun]) -> Iterator[tuple[str, list[LoadedRun]]]:
+def by_test(runs: Sequence[LoadedRun]) -> Iterator[tuple[str, list[LoadedRun]]]:
+    """Runs of each test in the order of their names."""
     for rig, group in groupby(sorted(runs, key=lambda r: r.rig), key=lambda r: r.rig):
         yield rig, list(group)
 
@@ -112,12 +113,15 @@ def _results(rig: str, runs: Sequence[LoadedRun], first: LoadedRun) -> Table | N
     return Table(caption, header, rows, tuple(range(1, len(header))))
 
 
+def shown_abreast(runs: Sequence[LoadedRun]) -> frozenset[str]:
+    """Names of the pictures that stand beside each other: of what a table does not tell, of ``runs`` of one test."""
+    return frozenset(ABREAST_PICTURES if len(runs) > 1 else ())
+
+
 def _pictures(runs: Sequence[LoadedRun]) -> list[Block]:
-    """The same picture of each run beside each other, of what a table does not tell."""
-    if len(runs) < 2:
-        return []
+    """The same picture of each run beside each other."""
     blocks: list[Block] = []
-    for name in ABREAST_PICTURES:
+    for name in filter(shown_abreast(runs).__contains__, ABREAST_PICTURES):
         found = [
             picture(run.path / name, f"Run {run.number}: {CAPTIONS[name].lower()}")
             for run in runs

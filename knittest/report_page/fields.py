@@ -11,7 +11,7 @@ from knittest.base.reading import read_regular
 from knittest.export.fields_picture import PlanField, fields_figure
 from knittest.report_page.blocks import Block, Picture, Text
 from knittest.report_page.loading import LoadedRun
-from knittest.report_page.pictures import data_uri
+from knittest.report_page.pictures import light
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -31,7 +31,7 @@ def fields(runs: Sequence[LoadedRun]) -> list[Block]:
     if figure is None:
         return blocks
     caption = f"{TITLE}: one colour scale; below, each less the first"
-    return [Picture(data_uri(png(figure), "image/png"), caption, caption, wide=True), *blocks]
+    return [Picture(light(png(figure)), caption, caption, wide=True), *blocks]
 
 
 def fields_of(runs: Sequence[LoadedRun]) -> "Figure | None":

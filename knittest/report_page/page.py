@@ -11,7 +11,7 @@ from knittest.base.errors import InputError
 from knittest.base.printing import Printing, printed
 from knittest.config.sources import numbers_of
 from knittest.report_page.blocks import Block, Cell, Page, Section, Table
-from knittest.report_page.comparison import differences, overview, print_pictures, side_by_side
+from knittest.report_page.comparison import by_test, differences, overview, print_pictures, shown_abreast, side_by_side
 from knittest.report_page.curves import curve
 from knittest.report_page.folders import find_runs
 from knittest.report_page.gates import gates
@@ -88,16 +88,20 @@ def _moving(run: LoadedRun, place: Path) -> list[Block]:
 def comparison_page(runs: Sequence[LoadedRun], notes: Sequence[str]) -> Page:
     """The page of several runs: what they have together, then each of them."""
     sections = [overview(runs, notes), side_by_side(runs), differences(runs)]
+    above: dict[int, frozenset[str]] = {}
+    for _, group in by_test(runs):
+        for run in group:
+            above[run.number] = shown_abreast(group)
     for run in runs:
-        sections += run_sections(run)
+        sections += run_sections(run, above[run.number])
     return Page(f"Comparison of {len(runs)} runs", "", sections)
 
 
-def run_sections(run: LoadedRun) -> list[Section]:
-    """All sections on one run; the first stands over the others."""
+def run_sections(run: LoadedRun, above: frozenset[str] = frozenset()) -> list[Section]:
+    """All sections on one run, without the pictures shown ``above``; the first stands over the others."""
     shown_curve, complete = curve(run)
     head = Section(f"run-{run.number}", f"Run {run.number}: {run.title}", [*ending(run), _facts(run)], level=2)
-    rest = [parameters(run), pictures(run, complete), repeat(run)]
+    rest = [parameters(run), pictures(run, complete, above), repeat(run)]
     return [head, results(run), shown_curve, gates(run), *studies(run), *rest]
 
 

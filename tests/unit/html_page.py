@@ -80,13 +80,13 @@ class HtmlPage:
         for style in self.all("style"):
             assert not re.search(r"url\(|@import|expression", style.text or "")
         for image, raw in zip(self.all("img"), self.pictures(), strict=True):
-            assert str(image.get("src")).startswith(("data:image/png;base64,", "data:image/svg+xml;base64,"))
+            assert str(image.get("src")).startswith(("data:image/webp;base64,", "data:image/svg+xml;base64,"))
             assert image.get("alt")
             if "svg" in str(image.get("src"))[:20]:
                 svg = fromstring(raw)
                 assert not [e for e in svg.iter() if str(e.tag).endswith(("script", "foreignObject", "image"))]
             else:
-                assert raw.startswith(b"\x89PNG")
+                assert raw.startswith(b"RIFF") and raw[8:12] == b"WEBP"
         policy = [m.get("content") for m in self.all("meta") if m.get("http-equiv") == "Content-Security-Policy"]
         assert policy == ["default-src 'none'; img-src data:; style-src 'unsafe-inline'"]
 

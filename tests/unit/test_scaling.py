@@ -68,3 +68,11 @@ def test_a_peer_that_is_missing_is_named_and_what_each_lacks(monkeypatch: pytest
     assert rows[0].startswith("| 2,000 elements")
     assert f"| knittest | 7 | 0.2 | 2 | {peers.LACKS['knittest']} |" in rows
     assert f"| PyElastica | not installed | | | {peers.LACKS['PyElastica']} |" in rows
+
+
+def test_memory_is_that_of_the_model_also_of_a_small_one() -> None:
+    """In processes of their own: three and twelve thousand beams hold 0.3 to 1.3 kB each, as the trace of ours says."""
+    rows = scaling.measured([scaling.strip(3_000), scaling.strip(12_000)], scaling.TURN)
+    for fact, step in rows:
+        assert 300.0 < fact.held / fact.elements < 1300.0 and fact.most >= fact.held and step > 0.0
+    assert rows[0][0].held < 0.5 * rows[1][0].held

@@ -13,7 +13,7 @@ from knittest.experiment.curves import FORCE, ReferenceCurve
 from knittest.experiment.forces import normalised as of_frame
 from knittest.experiment.forces import noted
 from knittest.experiment.tables import PublishedValue
-from knittest.export.faces_picture import faces_picture
+from knittest.export.faces_picture import PULLED, faces_picture
 from knittest.export.line_picture import Line, line_picture
 from knittest.laboratory.bias_extension.config import BiasExtensionRun
 from knittest.laboratory.bias_extension.law import pin_jointed_force
@@ -96,7 +96,9 @@ class BiasExtensionReport(Report[BiasExtensionRun]):
         )  # fmt: skip
         if history.mesh.kind == "beams":
             note = f"at {frame.coordinate:.1f} deg"
-            faces_picture(folder / "deformed.png", history.mesh, frame, title=title_of(run), note=note)
+            faces_picture(
+                folder / "deformed.png", history.mesh, frame, title=title_of(run), note=note, axes_labels=PULLED
+            )
 
     def _curve_picture(
         self, run: BiasExtensionRun, specimens: list[Specimen], references: References, path: Path

@@ -66,9 +66,7 @@ def side_picture(
     axes.text(0.5 * reach, 1.75 * margin, f"overhang {overhang:.1f} mm along the strip", ha="center", fontsize=9)
     axes.set(xlim=(left, right), ylim=(low, high), xlabel="from the edge [mm]", ylabel="height [mm]")
     axes.set_title(f"{title}\nchord angle {angle:.2f} deg", loc="left", fontsize=11)
-    axes.legend(
-        loc="lower left", bbox_to_anchor=(0.0, 0.02), frameon=True, framealpha=0.9, edgecolor="none", fontsize=9
-    )
+    axes.legend(loc="lower left", bbox_to_anchor=(0.05, 0.06), frameon=False, fontsize=9)
     save(figure, path)
 
 

@@ -1,5 +1,6 @@
 """A field over the plan of a formed blank, with the outlines of the tools and of the flat blank."""
 
+import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,14 +25,21 @@ class Outlines:
 
 @dataclass(frozen=True)
 class Field:
-    """``value`` (n,) at ``place`` (n, 2) [mm], or in the polygons ``cells`` (n, k, 2); nan is not known."""
+    """``value`` (n,) at ``place`` (n, 2) [mm], or in the polygons ``cells`` (n, k, 2); nan is not known, and the legend
+    calls it ``unknown``.
+    """
 
     place: Array
     value: Array
     cells: Array | None = None
+    unknown: str = "not known"
 
 
 UNKNOWN = "#e4e7ea"
+#: lengths of the picture [inch]: the plan across, and what lies around it, right of it where there is a scale
+PLAN, LEFT, RIGHT, SCALED, TOP, BOTTOM = 5.4, 0.8, 0.3, 1.3, 0.6, 1.3
+#: letters of a note in a line
+LETTERS = 88
 DASHES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (1, 1.5)), (0, (6, 2, 1, 2)))
 
 
@@ -53,8 +61,8 @@ def plan_picture(
     from matplotlib.collections import PolyCollection
     from matplotlib.colors import Normalize
 
-    figure = new_figure(7.4, 7.6)
-    axes = figure.add_axes((0.11, 0.16, 0.72, 0.76))
+    axes = _sheet(outlines, SCALED, title, note)
+    figure: Any = axes.figure
     place, value, cells = field.place, field.value, field.cells
     shown = np.isfinite(value)
     most = float(np.abs(value[shown]).max(initial=0.0)) if top is None else top
@@ -63,7 +71,7 @@ def plan_picture(
     drawn: Any
     if cells is None:
         size = _size(place, outlines)
-        axes.scatter(place[~shown, 0], place[~shown, 1], s=size, color=UNKNOWN, marker="s", linewidths=0)
+        axes.scatter(*place[~shown].T, s=size, color=UNKNOWN, marker="s", linewidths=0)
         drawn = axes.scatter(
             place[shown, 0], place[shown, 1], c=value[shown], s=size, marker="s", linewidths=0, cmap=colours, norm=scale
         )
@@ -72,28 +80,36 @@ def plan_picture(
         drawn = PolyCollection(list(cells[shown]), edgecolor="face", linewidth=0.2, cmap=colours, norm=scale)
         drawn.set_array(value[shown])
         axes.add_collection(drawn)
+    if not shown.all():
+        axes.fill([], [], color=UNKNOWN, label=field.unknown)
     _draw(axes, outlines)
-    axes.set_aspect("equal")
-    axes.set(xlabel="x, along the weft [mm]", ylabel="y, along the warp [mm]")
-    figure.text(0.11, 0.955, title, fontsize=12)
-    cut = _cut(value[shown], scale)
-    figure.colorbar(drawn, cax=figure.add_axes((0.86, 0.2, 0.03, 0.62)), extend=cut).set_label(label)
-    figure.text(0.11, 0.02, note, fontsize=9, color=GREY)
+    box, wide = axes.get_position(), figure.get_size_inches()[0]
+    bar = figure.add_axes((box.x1 + 0.2 / wide, box.y0 + 0.1 * box.height, 0.2 / wide, 0.8 * box.height))
+    figure.colorbar(drawn, cax=bar, extend=_cut(value[shown], scale)).set_label(label)
     save(figure, path)
 
 
 def outline_picture(path: Path, now: Sequence[Array], outlines: Outlines, *, title: str, note: str) -> None:
     """The edge of the blank after the draw, lines (n, 2) [mm], over ``outlines``. Raises ResourceError."""
-    figure = new_figure(7.0, 7.4)
-    axes = figure.add_axes((0.12, 0.16, 0.82, 0.76))
+    axes = _sheet(outlines, RIGHT, title, note)
     for k, line in enumerate(now):
         axes.plot(*line.T, color="#0072B2", lw=1.8, label="edge of the drawn blank" if k == 0 else None)
     _draw(axes, outlines)
-    axes.set_aspect("equal")
-    axes.set(xlabel="x, along the weft [mm]", ylabel="y, along the warp [mm]")
-    figure.text(0.12, 0.955, title, fontsize=12)
-    figure.text(0.12, 0.02, note, fontsize=9, color=GREY)
-    save(figure, path)
+    save(axes.figure, path)
+
+
+def _sheet(outlines: Outlines, right: float, title: str, note: str) -> Any:
+    """Axes that the plan fills, with ``right`` [inch] beside them, below the title and above the note."""
+    x, y = outlines.extent
+    lines = textwrap.wrap(note, LETTERS)
+    high, below = PLAN * y / x, BOTTOM + 0.17 * (len(lines) - 1)
+    wide, tall = LEFT + PLAN + right, TOP + high + below
+    figure = new_figure(wide, tall)
+    axes = figure.add_axes((LEFT / wide, below / tall, PLAN / wide, high / tall))
+    axes.set(xlim=(-x, x), ylim=(-y, y), xlabel="x, along the weft [mm]", ylabel="y, along the warp [mm]")
+    figure.text(LEFT / wide, 1.0 - 0.4 / tall, title, fontsize=12)
+    figure.text(0.2 / wide, 0.15 / tall, "\n".join(lines), fontsize=9, color=GREY)
+    return axes
 
 
 def _cut(value: Array, scale: "Normalize") -> Literal["neither", "both", "min", "max"]:
@@ -108,12 +124,10 @@ def _cut(value: Array, scale: "Normalize") -> Literal["neither", "both", "min", 
 def _draw(axes: Any, outlines: Outlines) -> None:
     for (name, line), dash in zip(outlines.lines.items(), DASHES, strict=False):
         axes.plot(*line.T, color=BLACK, lw=1.0, ls=dash, label=name)
-    x, y = outlines.extent
-    axes.set(xlim=(-x, x), ylim=(-y, y))
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=4, fontsize=8, frameon=False)
 
 
 def _size(place: Array, outlines: Outlines) -> float:
     """Marker area [points^2] at which squares about evenly spread points touch."""
     spacing = float(np.sqrt(np.prod(np.ptp(place, axis=0)) / len(place)))
-    return float((0.72 * 7.4 * 72.0 * spacing / (2.0 * outlines.extent[0])) ** 2)
+    return float((PLAN * 72.0 * spacing / (2.0 * outlines.extent[0])) ** 2)

@@ -100,8 +100,9 @@ class FormingReport(NoSize[FormingRun], Report[FormingRun]):
         )  # fmt: skip
         flange = np.where(surface.on_die, surface.height, np.nan)
         height = flange if cells is None else flange[history.mesh.cells].mean(axis=1)
+        raised = Field(surface.now[:, :2], height, cells, "not on the flange")
         plan_picture(
-            folder / "wrinkles.png", Field(surface.now[:, :2], height, cells), outlines, title=title,
+            folder / "wrinkles.png", raised, outlines, title=title,
             label="height of the flange above the die [mm]",
             top=max(float(np.percentile(np.append(surface.on_flange, 0.0), SHOWN)), 0.5 * first.facts["thickness_mm"]),
             note=f"flange: largest {results['max_wrinkle_height_mm']:.2f} mm, {results['wrinkled_area_pct']:.1f} % "

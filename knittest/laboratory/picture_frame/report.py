@@ -15,7 +15,7 @@ from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.forces import normalised
 from knittest.experiment.simulated_studies import friction_curves
 from knittest.experiment.tables import PublishedValue, with_note
-from knittest.export.faces_picture import faces_picture
+from knittest.export.faces_picture import PULLED, faces_picture
 from knittest.export.line_picture import Band, Line, Span, line_picture
 from knittest.laboratory.imported import imported_corridor
 from knittest.laboratory.picture_frame.config import PictureFrameRun
@@ -110,7 +110,7 @@ class PictureFrameReport(Report[PictureFrameRun]):
             places = crossing_angles(history.mesh, frame)[1]
             faces_picture(
                 folder / "deformed.png", history.mesh, frame, title=title_of(run),
-                note=f"frame at {frame.coordinate:.1f} deg",
+                note=f"frame at {frame.coordinate:.1f} deg", axes_labels=PULLED,
             )  # fmt: skip
         else:
             places = frame.position[history.mesh.cells][:, :, :2]
