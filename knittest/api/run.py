@@ -8,6 +8,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from knittest.api.shown import Shown, show_views
 from knittest.base.errors import InputError
 from knittest.base.summary import Summary
 from knittest.runs.opening import manifest_of
@@ -110,25 +111,12 @@ class Run:
         ax.legend()
         return ax
 
-    def show(self) -> Any:
+    def show(self) -> Shown | None:
         """Moving view of the run, ``view.html``: in a notebook an object that it displays, else in the browser.
 
         Raises :class:`InputError` where the run was made without frames.
         """
-        from knittest.report_page.moving.page import view
-
-        page = view(self.folder)
-        if _in_notebook():
-            from html import escape
-
-            from IPython.display import HTML
-
-            inner = escape(page.read_text(encoding="utf-8"))
-            return HTML(f'<iframe srcdoc="{inner}" style="width: 100%; height: 36em; border: 0"></iframe>')
-        import webbrowser
-
-        webbrowser.open(page.resolve().as_uri())
-        return None
+        return show_views([self.folder])
 
     def animate(self, out: PathLike[str] | str, **looks: Any) -> Path:
         """Write the run as the film ``out``, .mp4 or .gif; ``colour``, ``look``, ``seconds``, ``fps``, ``width`` [px],
@@ -220,9 +208,9 @@ class Runs(Sequence[Run]):
         assert ax is not None
         return ax
 
-    def show(self) -> list[Any]:
-        """Show each run; see :meth:`Run.show`."""
-        return [run.show() for run in self]
+    def show(self) -> Shown | None:
+        """Show the runs, one below the other; see :meth:`Run.show`."""
+        return show_views([run.folder for run in self])
 
 
 def load(folder: PathLike[str] | str) -> Run | Runs:
@@ -242,11 +230,3 @@ def load(folder: PathLike[str] | str) -> Run | Runs:
 def _in_front(table: "DataFrame") -> "DataFrame":
     """The table with its column ``direction`` first, rows numbered anew."""
     return table[["direction", *(name for name in table if name != "direction")]].reset_index(drop=True)
-
-
-def _in_notebook() -> bool:
-    """Tell whether a notebook's kernel runs this code."""
-    import sys
-
-    shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
-    return shell is not None and "IPKernelApp" in shell.config

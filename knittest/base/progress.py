@@ -1,4 +1,6 @@
-"""Progress of a run on standard error: a bar on a terminal, plain lines in a pipe, nothing when quiet."""
+"""Progress of a run on standard error: a bar on a terminal, plain lines in a pipe, nothing when quiet; in a notebook a
+line of the cell.
+"""
 
 import math
 import sys
@@ -7,6 +9,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from types import TracebackType
 from typing import Generic, Protocol, Self, TextIO, TypeVar
+
+from knittest.base.notebook import CellText, in_notebook
 
 _REFRESH_S = 0.1
 #: columns of a bar, and of its percents with the gaps of a line
@@ -103,11 +107,10 @@ class Progress(OnDisplay[_Display]):
         interval: float = 5.0,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        """Show on ``stream`` (standard error); ``interval`` [s] lies between plain lines."""
-        stream = stream or sys.stderr
+        """Show on ``stream`` (standard error, or the cell of a notebook); ``interval`` [s] lies between plain lines."""
         self._clock = clock
-        if not quiet and stream is not None:
-            self._display = _Bar(stream) if stream.isatty() else _Lines(stream, interval)
+        if not quiet:
+            self._display = _display(stream, interval)
         self._phase: str | None = None
         self._until_failure = False
         self._began = 0.0
@@ -167,6 +170,36 @@ class Progress(OnDisplay[_Display]):
         began, first = self._first or (now, fraction)
         gained = fraction - first
         return (now - began) * (1.0 - fraction) / gained if gained > 0 else math.nan
+
+
+def _display(stream: TextIO | None, interval: float) -> _Display | None:
+    if stream is None and in_notebook():
+        return _Cell()
+    stream = stream or sys.stderr
+    if stream is None:
+        return None
+    return _Bar(stream) if stream.isatty() else _Lines(stream, interval)
+
+
+class _Cell:
+    """One line in a notebook's cell, which tells the present phase, at last how long the last one took."""
+
+    interval = 0.5
+
+    def __init__(self) -> None:
+        self._text = CellText()
+
+    def begin(self, text: str) -> None:
+        self._text.show(text)
+
+    def show(self, text: str, status: Status) -> None:
+        self._text.show(f"{text}  {status.fraction * 100:3.0f} %  {status.text()}".rstrip())
+
+    def end(self, text: str, seconds: float) -> None:
+        self._text.show(f"{text}: done in {seconds:.1f} s")
+
+    def close(self) -> None:
+        pass
 
 
 class _Lines:

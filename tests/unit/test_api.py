@@ -7,7 +7,6 @@ import subprocess
 import sys
 from importlib.metadata import entry_points
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -164,20 +163,29 @@ def test_a_run_of_both_directions_passes_only_if_both_do(tmp_path):
 
 @pytest.mark.parametrize("notebook", [True, False])
 def test_show_is_the_moving_view(tmp_path, monkeypatch, notebook):
-    from knittest.api import run as module
+    """Of one run and of several: in a notebook the pages whole, else each in the browser."""
+    from knittest.api import run, shown
     from knittest.report_page.moving import page
 
-    shown = tmp_path / "view.html"
-    monkeypatch.setattr(page, "view", lambda folder: shown.write_text('<p class="a">&</p>') and shown)
-    monkeypatch.setattr(module, "_in_notebook", lambda: notebook)
-    display = SimpleNamespace(HTML=str)
-    monkeypatch.setitem(sys.modules, "IPython", SimpleNamespace(display=display))
-    monkeypatch.setitem(sys.modules, "IPython.display", display)
+    def view(folder):
+        (folder / "view.html").write_text(f'<p class="a">{folder.name} & more</p>')
+        return folder / "view.html"
+
+    monkeypatch.setattr(page, "view", view)
+    monkeypatch.setattr(shown, "in_notebook", lambda: notebook)
     opened: list[str] = []
     monkeypatch.setattr("webbrowser.open", opened.append)
-    (tmp_path / "manifest.json").write_text('{"status": "completed"}')
-    found = module.Run(tmp_path).show()
-    if notebook:
-        assert 'srcdoc="&lt;p class=&quot;a&quot;&gt;&amp;&lt;/p&gt;"' in found and not opened
-    else:
-        assert found is None and opened == [shown.as_uri()]
+    for name in ("warp", "weft"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "manifest.json").write_text('{"status": "completed"}')
+    runs = run.Runs(tmp_path, [run.Run(tmp_path / name) for name in ("warp", "weft")])
+    for shows, names in ((runs.warp, ["warp"]), (runs, ["warp", "weft"])):
+        found = shows.show()
+        if notebook:
+            html = found._repr_html_()
+            for name in names:
+                assert f'srcdoc="&lt;p class=&quot;a&quot;&gt;{name} &amp; more&lt;/p&gt;"' in html
+            assert html.count("<iframe") == len(names) and not opened
+        else:
+            assert found is None and opened == [(tmp_path / name / "view.html").as_uri() for name in names]
+            opened.clear()

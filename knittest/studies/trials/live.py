@@ -7,6 +7,7 @@ from collections import Counter
 from types import TracebackType
 from typing import Protocol, Self, TextIO
 
+from knittest.base.notebook import CellText, in_notebook
 from knittest.base.progress import OnDisplay, duration, write_line
 from knittest.base.result_rows import LABELS
 from knittest.studies.trials.record import Record
@@ -27,7 +28,6 @@ class Overview(OnDisplay[_Display]):
 
     def __init__(self, total: int, *, at_most: bool = False, quiet: bool = False, stream: TextIO | None = None) -> None:
         """Show on ``stream`` (standard error); of ``at_most`` ``total`` runs nobody knows when they end."""
-        stream = stream or sys.stderr
         self._total, self._known, self._done = total, 0, 0
         self._at_most = at_most
         self._counts: Counter[str] = Counter()
@@ -35,7 +35,7 @@ class Overview(OnDisplay[_Display]):
         self._began, self._drawn = time.monotonic(), 0.0
         self._lock = threading.RLock()
         if not quiet:
-            self._display = _Live(stream) if stream.isatty() else _Lines(stream)
+            self._display = _display(stream)
 
     def begin(self, known: int) -> None:
         """The runs begin; ``known`` of them are finished from before."""
@@ -84,6 +84,31 @@ class Overview(OnDisplay[_Display]):
         )
         running = [_running(*state, now) for state in self._running.values()]
         self._safely(lambda display: display.draw(head, running, (self._known + self._done) / max(self._total, 1)))
+
+
+def _display(stream: TextIO | None) -> _Display:
+    if stream is None and in_notebook():
+        return _Cell()
+    stream = stream or sys.stderr
+    return _Live(stream) if stream.isatty() else _Lines(stream)
+
+
+class _Cell:
+    """A text in a notebook's cell: how far the batch is, the runs under way, and the last that did not complete."""
+
+    def __init__(self) -> None:
+        self._text = CellText()
+        self._wrong: list[str] = []
+
+    def ended(self, text: str, record: Record) -> None:
+        if record.status != "completed":
+            self._wrong.append(text)
+
+    def draw(self, head: str, running: list[str], share: float) -> None:
+        self._text.show("\n".join([*self._wrong[-SHOWN:], head, *running[:SHOWN]]))
+
+    def close(self) -> None:
+        pass
 
 
 class _Lines:
