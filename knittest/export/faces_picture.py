@@ -12,6 +12,8 @@ from knittest.export.tubes import View, render_tubes
 _GROUND = "#23282e"
 _PIXELS = 900_000
 _FINEST_PIXEL = 0.012  # mm
+#: share of the extent that is free around the yarns, 1.5 mm at most
+_FREE = 0.06
 #: what stands at x and y: of a piece that lies along its yarns, and of one that is pulled along y
 PLAN = ("x, along the weft [mm]", "y, along the warp [mm]")
 PULLED = ("across the pull [mm]", "along the pull [mm]")
@@ -35,7 +37,9 @@ def faces_picture(
     largest = max(float(np.percentile(np.abs(force), _SHOWN)), 1e-6)
     norm, cmap = Normalize(-largest, largest, clip=True), colormaps["coolwarm"]
     colour = cmap(norm(force))[:, :3]
-    front = _view(frame.position[np.unique(mesh.cells)])  # images of a periodic cell are not shown
+    front = _view(
+        frame.position[np.unique(mesh.cells)], float(mesh.radius.max())
+    )  # images of a periodic cell are not shown
     size = np.array([front.right - front.left, front.top - front.bottom])
     tall = min(8.0, 12.0 / (2.0 * size[0] / size[1]))
     wide = tall * size[0] / size[1]
@@ -63,8 +67,9 @@ def faces_picture(
     save(figure, path)
 
 
-def _view(position: Array) -> View:
-    low, high = position[:, :2].min(axis=0) - 1.5, position[:, :2].max(axis=0) + 1.5
+def _view(position: Array, radius: float) -> View:
+    free = min(_FREE * float(np.ptp(position[:, :2], axis=0).max()), 1.5) + radius
+    low, high = position[:, :2].min(axis=0) - free, position[:, :2].max(axis=0) + free
     pixel = max(
         float(np.sqrt((high - low).prod() / (_PIXELS * present().pixels))), _FINEST_PIXEL / present().pixels ** 0.5
     )

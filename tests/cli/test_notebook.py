@@ -20,7 +20,7 @@ CELLS = (
 
 @pytest.fixture(scope="module")
 def outputs(tmp_path_factory):
-    """What each cell leaves."""
+    """Outputs of each cell."""
     folder = tmp_path_factory.mktemp("notebook")
     (folder / "sweep.yaml").write_text(SWEEP)
     book = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(cell) for cell in CELLS])

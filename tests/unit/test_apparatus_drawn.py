@@ -13,7 +13,10 @@ from knittest.export.line_picture import Line, Span, line_picture
 from knittest.export.strip_picture import _cut, _scale
 from knittest.laboratory.cantilever.side_picture import side_picture
 from knittest.laboratory.forming.plan_picture import _cut as cut_of_plan
+from knittest.laboratory.friction.pressure_picture import pressure_picture
+from knittest.laboratory.friction.rig import pull_axis
 from knittest.laboratory.picture_frame.frame_drawing import FrameShape, draw_frame
+from knittest.laboratory.picture_frame.map_picture import _levels
 from knittest.laboratory.picture_frame.rig import PictureFrameTest, starting
 from knittest.materials.trellis import crosshead
 
@@ -89,3 +92,36 @@ def test_a_cantilever_lies_on_its_board_up_to_the_edge(tmp_path, monkeypatch):
     box, (wide, tall) = axes.get_position(), kept[0].get_size_inches()
     across, down = np.ptp(axes.get_xlim()) / (box.width * wide), np.ptp(axes.get_ylim()) / (box.height * tall)
     assert across == pytest.approx(down)  # to scale
+
+
+@pytest.mark.parametrize(("along", "across"), [("y", 0.25), ("x", 0.075)])
+def test_maps_of_pressure_fill_their_sheet_to_scale_along_the_pull(tmp_path, monkeypatch, along, across):
+    kept = []
+    monkeypatch.setattr("knittest.laboratory.friction.pressure_picture.save", lambda figure, path: kept.append(figure))
+    long, short = np.linspace(0.0, 200.0, 21), np.linspace(0.0, 200.0 * across, 6)
+    x, y = (short, long) if along == "y" else (long, short)
+    pressure = {face: np.ones((len(x) - 1, len(y) - 1)) for face in ("back", "face")}
+    pressure_picture(tmp_path / "a.png", x, y, pressure, along=along, title="t", note="n")
+    wide, tall = kept[0].get_size_inches()
+    for axes in kept[0].axes[:2]:
+        box = axes.get_position()
+        assert np.ptp(axes.get_xlim()) == 200.0
+        assert box.height * tall == pytest.approx(across * box.width * wide)
+    maps = sum(axes.get_position().height * tall for axes in kept[0].axes[:2])
+    assert tall - maps < 3.0  # inch of title, labels and note
+
+
+def test_strips_of_shells_are_pulled_along_y_whichever_way_they_are_cut():
+    def axis(scale, direction):
+        return pull_axis(resolve(test="friction", variant="1", scale=scale, preset="quick", direction=direction))
+
+    assert [axis("macro", d) for d in ("warp", "weft")] == [1, 1]
+    assert [axis("meso", d) for d in ("warp", "weft")] == [1, 0]
+
+
+@pytest.mark.parametrize("most", [0.33, 2.08, 7.0, 0.0021, 50.0])
+def test_levels_of_wrinkles_are_round_and_about_zero(most):
+    levels = _levels(most)
+    step = levels[1] - levels[0]
+    assert 0.0 in levels and np.allclose(levels, -levels[::-1]) and most <= levels[-1] < most + step
+    assert 11 <= len(levels) <= 25 and float(f"{step:.2g}") == pytest.approx(step)

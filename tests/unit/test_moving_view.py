@@ -5,6 +5,7 @@ import json
 import re
 import shutil
 import zlib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -235,3 +236,31 @@ def test_the_report_beside_a_view_links_to_it_and_a_page_of_others_is_left_alone
     report.write_text("mine")
     view(folder)
     assert report.read_text() == "mine"
+
+
+def test_nodes_of_no_element_take_no_room(tmp_path: Path) -> None:
+    """Like those of a periodic cell's images, among the others and far away."""
+    folder, history = write_run(tmp_path / "cell"), beam_history()
+    own = [frame.position for frame in history.frames]
+    mesh = replace(history.mesh, cells=history.mesh.cells + 1)
+    frames = [replace(f, position=np.vstack([[1e3, 0.0, 0.0], f.position, [0.0, 1e3, 0.0]])) for f in history.frames]
+    write_frames(folder, replace(history, mesh=mesh, frames=frames))
+    recording = read_recording(folder)
+    np.testing.assert_array_equal(recording.cells, history.mesh.cells)
+    np.testing.assert_allclose(recording.position, own, atol=1e-9)
+
+
+def test_a_field_of_rounding_is_left_out_and_a_shear_of_nothing_comes_last() -> None:
+    values = np.linspace(-1.0, 1.0, 50).reshape(2, 25)
+    cells = np.arange(100).reshape(25, 4)
+    bare = Recording(
+        "shells", cells, np.zeros(25, int), ("fabric",), np.ones(25), np.arange(2.0), np.zeros((2, 100, 3)), {}
+    )
+
+    def found(shear: float) -> list[str]:
+        fields = {"force_warp": values, "shear_angle": shear * values, "strain_weft": 1e-12 * values}
+        return list(scales_of(replace(bare, fields=fields)))
+
+    assert found(0.5) == ["shear_angle", "force_warp"]
+    assert found(1e-4) == ["force_warp", "shear_angle"]
+    assert found(1e-9) == ["force_warp"]

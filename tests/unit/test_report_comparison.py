@@ -59,6 +59,10 @@ def test_pictures_of_runs_of_one_test_stand_beside_each_other(parent: Path, tmp_
     page = page_of([parent / "tensile", parent / "plates"], tmp_path / "page.html")
     captions = [str(e.text) for e in page.all("figcaption") if str(e.text).startswith("Run ")]
     assert captions == [f"Run {k}: the specimen, deformed (deformed.png)" for k in (1, 2)]
+    for k in (1, 2):  # not a second time
+        part = page.section(f"run-{k}-pictures")
+        assert "Beside those of the other runs, above: deformed.png" in page.text(part)
+    assert len([raw for raw in page.pictures() if raw.startswith(b"RIFF")]) == 3  # of them one of the friction
 
 
 def test_only_what_differs_is_listed(parent: Path, tmp_path: Path) -> None:

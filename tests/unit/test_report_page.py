@@ -1,20 +1,26 @@
 """Pages of single runs: whole in themselves, with the numbers of the run folder, and nothing of a user's as markup."""
 
+import base64
+import io
 import json
 import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 import pytest
 from html_page import HtmlPage, near
+from matplotlib.image import imsave
+from PIL import Image
 from report_sample import METRICS, RESULTS, RIGS, curves, edit_json, write_run
 
 from knittest.base.errors import InputError
 from knittest.config.yaml_loader import load_yaml
 from knittest.laboratory.registry import REPORTS
 from knittest.report_page.page import write_report, write_reports
+from knittest.report_page.pictures import light
 
 HOSTILE = "</style><script>alert(1)</script>\"'><img src=x onerror=alert(2)> {{ 7*7 }} $\\frac{$ & ü"
 
@@ -235,3 +241,22 @@ def test_warnings_stand_on_the_page_of_a_run_and_in_the_overview_of_several(tmp_
     assert "Warning: damping took 15 % of the work" in page.text(page.section("summary"))
     both = HtmlPage(write_reports([one, two], tmp_path / "both.html")[0])
     assert "completed, 1 warning" in both.text(both.section("overview"))
+
+
+def test_pictures_of_yarns_and_of_lines_are_light_and_keep_their_colours(tmp_path: Path) -> None:
+    """Shaded noise in a tenth of its bytes, by a few levels off; plain faces without loss; none wider than a page."""
+    rng = np.random.default_rng(5)
+    shades = 0.5 + 0.25 * np.kron(rng.random((120, 200)), np.ones((10, 10))) + 0.02 * rng.random((1200, 2000))
+    plain = np.ones((300, 400, 3))
+    plain[100:200, 50:60] = [0.0, 0.4, 0.7]
+    for name, pixels, most in (("yarns", np.repeat(shades[..., None], 3, 2), 0.12), ("lines", plain, 1.0)):
+        imsave(tmp_path / f"{name}.png", pixels)
+        raw = (tmp_path / f"{name}.png").read_bytes()
+        kept = base64.b64decode(light(raw).removeprefix("data:image/webp;base64,"))
+        with Image.open(io.BytesIO(kept)) as image:
+            found = np.asarray(image.convert("RGB"), float) / 255.0
+        assert len(kept) < most * len(raw)
+        if name == "lines":
+            np.testing.assert_allclose(found, plain, atol=0.5 / 255.0 + 1e-9)
+        else:
+            assert found.shape[1] == 1600 and found.mean() == pytest.approx(pixels.mean(), abs=0.005)

@@ -98,3 +98,8 @@ def test_the_stamp_lies_below_the_picture_and_covers_none_of_it(tmp_path: Path) 
         assert (strip < 0.6).any()
         assert (strip[:6] == 1.0).all() and (strip[-4:] == 1.0).all()  # no letter is cut
     assert long.shape[0] > plain.shape[0]
+
+
+def test_lines_are_evenly_long_so_that_none_holds_the_date_alone() -> None:
+    lines = [text for text, _ in lines_of(Stamp(("square of 50 mm", "preset quick", "seed 1")), 4.0)]
+    assert len(lines) == 2 and min(map(len, lines)) > 0.6 * max(map(len, lines))

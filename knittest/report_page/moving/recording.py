@@ -137,8 +137,18 @@ def _recording(meshes: Sequence[Any], paths: Sequence[Path], time: Array, part_n
     fields = {name: np.array([mesh.cell_data[name][0] for mesh in meshes], float) for name in names}
     part, radius = (np.asarray(first.cell_data[name][0]) for name in ("part", "radius"))
     part_names = part_names if len(part_names) > part.max() else tuple(f"part {k}" for k in range(part.max() + 1))
-    position = np.array([mesh.points for mesh in meshes], float)
-    return Recording(kind, cells, part.astype(np.int64), part_names, radius.astype(float), time, position, fields)
+    used, numbers = np.unique(cells, return_inverse=True)  # a cell has nodes of its images too
+    position = np.array([mesh.points[used] for mesh in meshes], float)
+    return Recording(
+        kind,
+        numbers.reshape(cells.shape),
+        part.astype(np.int64),
+        part_names,
+        radius.astype(float),
+        time,
+        position,
+        fields,
+    )
 
 
 def _bodies(entries: Sequence[Entry], time: Array) -> tuple[Body, ...]:

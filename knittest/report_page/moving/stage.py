@@ -126,7 +126,7 @@ def _extent(recording: Recording, seen_from: Array, bodies: Any) -> tuple[Array,
 
 
 def _view(axes: Any) -> View:
-    """What the ``axes`` show, in whole pixels of the picture."""
+    """Window of the ``axes`` in whole pixels of the picture."""
     axes.apply_aspect()
     (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
     pixel = float(right - left) / float(axes.get_window_extent().width)
