@@ -5,9 +5,9 @@
 Strips of yarns (variant 2, warp, mesh of the paper, gauge length four times the width) and blanks of forming (variant
 1, shells from 6 mm down) are each built in a process of their own and make the same steps by turns, so that a machine
 which others use treats all alike. Times are processor time, medians of the turns. Memory is resident memory of the
-process (Linux' VmRSS and, at most, VmHWM) with the model less without it. Kernels are loaded before by a small model that
-is dropped, and what the allocator keeps of freed memory goes back to the system before either is read; some 100 kB are
-noise.
+process (Linux' VmRSS and, at most, VmHWM) with the model less without it. Kernels are loaded before by a small model
+that is dropped, and what the allocator keeps of freed memory goes back to the system before either is read; some 100 kB
+are noise.
 """
 
 import argparse
