@@ -9,6 +9,8 @@ from math import sqrt
 import numpy as np
 from numba import njit
 
+from knittest.kernels.along import found_along, lies_along
+from knittest.kernels.contact import FIRST_ALONG, POINT, SECOND_ALONG
 from knittest.kernels.options import ALLOCATING, KERNEL, PART
 from knittest.kernels.rows import rows3
 from knittest.kernels.section_blocks import ARM, OTHER, SHIFT, TOUCH
@@ -21,6 +23,8 @@ REACHED = 0.5 / (1.0 + SOON)
 #: distance along both yarns [elements] within which a found crossing is the tracked one, and two tracked ones merge
 SAME = 0.9
 MERGE = 0.25
+#: the same for a crossing and the middle of the piece that inherits it when it begins to lie along the other yarn
+HELD, FREE = 0.5, 1.5
 
 
 @njit(**ALLOCATING)
@@ -86,7 +90,7 @@ def _copy(source, a, target, b):
 
 @njit(**PART)
 def _tracked(contacts, head, following, chain, i, j, s, t, line, near):
-    """Number of the contact in the lists ``head`` within ``near`` elements of the crossing (i + s, j + t), or -1."""
+    """Number of the contact in the lists ``head`` within ``near`` (2) elements of the crossing (i + s, j + t), or -1."""
     for ii in range(max(i - 1, 0), min(i + 2, chain.size)):
         c = head[ii]
         while c >= 0:
@@ -94,8 +98,8 @@ def _tracked(contacts, head, following, chain, i, j, s, t, line, near):
                 contacts.line[c] == line
                 and chain[contacts.piece[0, c]] == chain[i]
                 and chain[contacts.piece[1, c]] == chain[j]
-                and abs(contacts.piece[0, c] + contacts.parameter[0, c] - i - s) < near
-                and abs(contacts.piece[1, c] + contacts.parameter[1, c] - j - t) < near
+                and abs(contacts.piece[0, c] + contacts.parameter[0, c] - i - s) < near[0]
+                and abs(contacts.piece[1, c] + contacts.parameter[1, c] - j - t) < near[1]
             ):
                 return c
             c = following[c]
@@ -112,6 +116,21 @@ def _line_of(contacts, head, following, i, j):
 
 
 @njit(**PART)
+def _before(old, head, following, chain, i, j, s, t, line):
+    """Number of the contact in the lists ``head`` whose heir the one at (i + s, j + t) is, or -1."""
+    before = _tracked(old, head, following, chain, i, j, s, t, line, (SAME, SAME))
+    if before >= 0:
+        return before
+    if line == POINT:  # yarns side by side that bent apart, or turned
+        return _line_of(old, head, following, i, j)
+    if line == FIRST_ALONG:  # of the pieces that now lie along the other yarn, the one that the crossing was on
+        return _tracked(old, head, following, chain, i, j, s, t, POINT, (HELD, FREE))
+    if line == SECOND_ALONG:
+        return _tracked(old, head, following, chain, i, j, s, t, POINT, (FREE, HELD))
+    return before
+
+
+@njit(**PART)
 def _push(contacts, c, head, following):
     following[c] = head[contacts.piece[0, c]]
     head[contacts.piece[0, c]] = c
@@ -124,19 +143,22 @@ def _gap(contacts, c):
 
 
 @njit(**PART)
-def keep_contacts(old, count, radius, chain, alive, moved, skin, new, head, following):
+def keep_contacts(old, count, radius, chain, alive, moved, along, skin, new, head, following):
     """Copy tracked contacts that are still near into ``new`` and its lists; returns how many.
 
-    Two contacts that ran into the same crossing become one. A reach that was cut when the contact was found inside
-    (see :func:`find_contacts`) grows back as the gap opens.
+    Two contacts that ran into the same crossing become one. A crossing on a piece found to lie ``along`` the other yarn
+    ends, and that piece inherits it. A reach that was cut when the contact was found inside (see
+    :func:`find_contacts`) grows back as the gap opens.
     """
     kept = 0
     for c in range(count):
         s, t = old.parameter[0, c], old.parameter[1, c]
         i, j, line = old.piece[0, c], old.piece[1, c], old.line[c]
-        if s < -0.5 or s > 1.5 or t < -0.5 or t > 1.5 or (line == 1.0 and (moved[i] or moved[j])):
+        if s < -0.5 or s > 1.5 or t < -0.5 or t > 1.5 or (line != POINT and (moved[i] or moved[j])):
             continue
         if alive[i - 1] * alive[i] * alive[j - 1] * alive[j] == 0.0:
+            continue
+        if line == POINT and (lies_along(along, chain, i, s, j, SAME) or lies_along(along, chain, j, t, i, SAME)):
             continue
         gap = _gap(old, c)
         if gap >= old.reach[c] + skin:
@@ -145,7 +167,7 @@ def keep_contacts(old, count, radius, chain, alive, moved, skin, new, head, foll
         if old.excess.size > 0 and old.touch[c] > 0.0:
             touch = old.touch[c]
         reach = min(touch, max(old.reach[c], gap))
-        same = _tracked(new, head, following, chain, i, j, s, t, line, MERGE)
+        same = _tracked(new, head, following, chain, i, j, s, t, line, (MERGE, MERGE))
         if same >= 0:
             new.reach[same] = max(new.reach[same], reach)
             continue
@@ -193,7 +215,7 @@ def _add_contact(i, j, s, t, wx, wy, wz, line, touch, arm, coefficient, most, ol
         new.offset[0, c], new.offset[1, c], new.offset[2, c] = wx, wy, wz
     new.reach[c], new.arm[c], new.line[c] = reach, arm, line
     # yarns side by side already resist spin by friction along their line
-    new.lever[0, c], new.lever[1, c] = coefficient, most if line == 0.0 else 0.0
+    new.lever[0, c], new.lever[1, c] = coefficient, most if line == POINT else 0.0
     return goes_on
 
 
@@ -220,7 +242,8 @@ def find_contacts(pairs, places, found, radius, part, levers, chain, alive, move
     following, old_following = np.empty(new.reach.size, np.int64), np.empty(old.reach.size, np.int64)
     for c in range(old_count):
         _push(old, c, old_lists, old_following)
-    needed = keep_contacts(old, old_count, radius, chain, alive, moved, skin, new, lists, following)
+    along = found_along(pairs, places, found, chain)
+    needed = keep_contacts(old, old_count, radius, chain, alive, moved, along, skin, new, lists, following)
     for share in range(found.size):
         for k in range(found[share]):
             i, j = pairs[share, k, 0], pairs[share, k, 1]
@@ -229,12 +252,10 @@ def find_contacts(pairs, places, found, radius, part, levers, chain, alive, move
             place = places[share, k]
             s, t, wx, wy, wz, line = place[0], place[1], place[2], place[3], place[4], place[5]
             # a tracked crossing is no other one, nor a line beside itself once its yarns lie parallel again
-            if _tracked(new, lists, following, chain, i, j, s, t, 0.0, SAME) >= 0:
+            if _tracked(new, lists, following, chain, i, j, s, t, POINT, (SAME, SAME)) >= 0:
                 continue
             if needed < new.reach.size:
-                before = _tracked(old, old_lists, old_following, chain, i, j, s, t, line, SAME)
-                if before < 0 and line == 0.0:  # yarns side by side that bent apart, or turned
-                    before = _line_of(old, old_lists, old_following, i, j)
+                before = _before(old, old_lists, old_following, chain, i, j, s, t, line)
                 elliptic = new.excess.size > 0 and (new.excess[i] != 0.0 or new.excess[j] != 0.0)
                 touch = place[TOUCH] if elliptic else radius[i] + radius[j]
                 arm = place[ARM] if elliptic else radius[i] / touch

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from knittest.base.errors import InputError, NumericalError
 from knittest.base.history import OVERLAP_COUNTS, Overlaps
 from knittest.kernels import search
+from knittest.kernels.along import mark_along
 from knittest.kernels.options import PARTITIONS
 from knittest.kernels.pair_search import Cells, Pieces, find_pairs
 from knittest.kernels.periodic_state import Images
@@ -109,7 +110,7 @@ class ContactTracker:
         self._room = _room(64)
         self._order = np.zeros(n, np.int64)
         self._since = np.full((3, n), np.inf)
-        self._moved = np.zeros(n, np.bool_)
+        self._moved, self._along = np.zeros(n, np.bool_), np.full(n, -1)
         self._master = np.zeros(0, np.int64) if group.images is None else masters(group.images)
         self.speed = 0.0
         self.searches, self.seconds = 0, 0.0
@@ -252,7 +253,8 @@ class ContactTracker:
     def _find_pairs(self, position: Array, moved: NDArray[np.bool_], cells: Cells) -> tuple[Index, Array, Index]:
         """Pairs, their places and how many there are, by share; room for them grows when it overflows."""
         group, found = self.group, np.zeros(PARTITIONS, np.int64)
-        pieces = Pieces(group.bound, group.half_piece, group.exclude, group.chain, group.cut)
+        mark_along(self.contacts, self.count, group.chain, self._along)
+        pieces = Pieces(group.bound, group.half_piece, group.exclude, group.chain, group.cut, self._along)
         while True:
             find_pairs(position, pieces, self.alive, moved, cells, CONTACT_SKIN, *self._room, found)
             if (most := int(found.max())) <= self._room[0].shape[1]:

@@ -5,8 +5,10 @@ import pytest
 from plain import plain
 from scipy.spatial.transform import Rotation
 
+from knittest.kernels.along import lies_along, mark_along
+from knittest.kernels.contact import BESIDE, FIRST_ALONG, POINT, SECOND_ALONG
 from knittest.kernels.pair_search import crossing
-from knittest.kernels.search import _add_contact, _line_of
+from knittest.kernels.search import _add_contact, _before, _line_of
 from knittest.kernels.state import Contacts
 
 SIZE = 0.4
@@ -24,8 +26,12 @@ def arc(curvature: float, height: float, shift: float = 0.0, angle_deg: float = 
 
 
 def found(upper: np.ndarray, lower: np.ndarray) -> tuple[float, float, np.ndarray, bool]:
-    s, t, *offset, line = plain(crossing)(*np.vstack([upper, lower]).T, 1, 4)
-    return s, t, np.array(offset), line == 1.0
+    s, t, *offset, line = plain(crossing)(*np.vstack([upper, lower]).T, 1, 4, 0)
+    return s, t, np.array(offset), line == BESIDE
+
+
+def kind(upper: np.ndarray, lower: np.ndarray, along: int = 0) -> float:
+    return plain(crossing)(*np.vstack([upper, lower]).T, 1, 4, along)[-1]
 
 
 @pytest.mark.parametrize(("angle", "line"), [(0.0, True), (13.5, True), (14.5, False), (90.0, False)])
@@ -73,6 +79,64 @@ def test_how_a_pair_lies_in_space_does_not_decide(seed):
     assert found(turn.apply(arc(0.0, 0.7)), turn.apply(arc(0.0, 0.0)))[3]
     one_sided = found(turn.apply(arc(0.0, 0.7)), turn.apply(arc(-0.15, 0.0)))
     assert not one_sided[3]
+
+
+@pytest.mark.parametrize(("share", "wraps"), [(0.9, False), (0.99, False), (1.01, True), (3.0, True)])
+@pytest.mark.parametrize("angle", [90.0, 60.0, 45.0])
+def test_a_yarn_lies_along_another_that_it_bends_around_by_their_distance(share, wraps, angle):
+    """A helix at ``angle`` to the axis of the other, a distance g away, has the curvature sin^2(angle) / g."""
+    bent = -share * np.sin(np.deg2rad(angle)) ** 2 / 0.7
+    assert kind(arc(bent, 0.7, angle_deg=angle), arc(0.0, 0.0)) == (FIRST_ALONG if wraps else POINT)
+    assert kind(arc(0.0, 0.7, angle_deg=angle), arc(-bent, 0.0)) == (SECOND_ALONG if wraps else POINT)
+
+
+def test_a_yarn_that_lies_along_another_goes_on_to_until_it_is_nearly_straight():
+    """By 0.2 of the radius of their distance it still does, by 0.1 it does not."""
+    for share, goes_on in ((0.2, True), (0.1, False)):
+        assert kind(arc(-share / 0.7, 0.7, angle_deg=90.0), arc(0.0, 0.0), 1) == (FIRST_ALONG if goes_on else POINT)
+        assert kind(arc(0.0, 0.7, angle_deg=90.0), arc(share / 0.7, 0.0), -1) == (SECOND_ALONG if goes_on else POINT)
+    assert kind(arc(-0.5, 0.7, angle_deg=90.0), arc(0.0, 0.0), -1) == POINT  # that the other does is no matter
+
+
+@pytest.mark.parametrize(("held", "line"), [(0, FIRST_ALONG), (1, SECOND_ALONG)])
+def test_a_held_place_is_the_middle_of_the_piece_that_bends(held, line):
+    """Its partner's is the nearest to that: 0.1 mm along the straight yarn."""
+    bent, straight = arc(-2.0, 0.7, angle_deg=90.0), arc(0.0, 0.0, shift=0.1)
+    pieces = (bent, straight) if held == 0 else (straight, bent)
+    *place, _, _, _, kind_found = plain(crossing)(*np.vstack(pieces).T, 1, 4, 0)
+    assert kind_found == line
+    assert place[held] == 0.5
+    assert place[1 - held] == pytest.approx(0.5 - 0.1 / SIZE, abs=1e-6)
+
+
+def test_what_lies_along_a_yarn_spreads_to_the_pieces_beside_it_on_the_same_yarn():
+    chain, along = np.array([0, 0, 0, 0, 0, 1, 1, 1]), np.zeros(8, np.int64)
+    for line, marked in ((FIRST_ALONG, [1, 1, 1, 1, -1, -1, -1, -1]), (SECOND_ALONG, [-1] * 5 + [0, 0, 0])):
+        one = contacts(line, 0.7, 0.7)
+        one.piece[:, 0] = 1, 6
+        plain(mark_along)(one, 1, chain, along)
+        assert along.tolist() == marked
+    plain(mark_along)(contacts(BESIDE, 0.7, 0.7), 1, chain, along)
+    assert (along == -1).all()
+
+
+def test_a_crossing_goes_to_the_piece_that_it_was_on_and_to_no_other():
+    """Handed over twice its depth would be energy."""
+    crossed, chain = contacts(POINT, 0.73, 0.70), np.array([0, 0, 0, 1, 1, 1])
+    crossed.parameter[:, 0] = 0.9, 0.2
+    head, following = np.full(6, -1), np.full(1, -1)
+    head[1] = 0
+    heirs = [i for i in (0, 1, 2) if plain(_before)(crossed, head, following, chain, i, 4, 0.5, 0.5, FIRST_ALONG) == 0]
+    assert heirs == [1]
+    assert plain(_before)(crossed, head, following, chain, 1, 4, 0.5, 0.5, SECOND_ALONG) == 0
+    assert plain(_before)(crossed, head, following, chain, 1, 4, 0.5, 0.5, BESIDE) == -1
+
+
+def test_a_crossing_ends_beside_a_piece_that_lies_along_its_partner():
+    chain, along = np.array([0, 0, 0, 1, 1, 1]), np.array([-1, 1, -1, -1, -1, -1])
+    near = [plain(lies_along)(along, chain, i, s, 4, 0.9) for i, s in ((0, 0.5), (0, 0.7), (1, 0.5), (2, 0.3), (2, 0.5))]
+    assert near == [False, True, True, True, False]
+    assert not plain(lies_along)(along, chain, 1, 0.5, 2, 0.9)  # along another yarn
 
 
 def contacts(line: float, reach: float, gap: float) -> Contacts:
