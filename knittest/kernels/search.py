@@ -90,7 +90,7 @@ def _copy(source, a, target, b):
 
 @njit(**PART)
 def _tracked(contacts, head, following, chain, i, j, s, t, line, near):
-    """Number of the contact in the lists ``head`` within ``near`` (2) elements of the crossing (i + s, j + t), or -1."""
+    """Number of the contact in the lists ``head`` within ``near`` (2) elements of (i + s, j + t), or -1."""
     for ii in range(max(i - 1, 0), min(i + 2, chain.size)):
         c = head[ii]
         while c >= 0:

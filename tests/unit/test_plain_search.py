@@ -5,11 +5,13 @@ import pytest
 from plain import plain
 from scipy.spatial.transform import Rotation
 
-from knittest.kernels.along import lies_along, mark_along
+from knittest.kernels.along import found_along, lies_along, mark_along
 from knittest.kernels.contact import BESIDE, FIRST_ALONG, POINT, SECOND_ALONG
 from knittest.kernels.pair_search import crossing
+from knittest.kernels.periodic_state import Images
 from knittest.kernels.search import _add_contact, _before, _line_of
 from knittest.kernels.state import Contacts
+from knittest.models.image_contacts import _crossings
 
 SIZE = 0.4
 
@@ -120,6 +122,27 @@ def test_what_lies_along_a_yarn_spreads_to_the_pieces_beside_it_on_the_same_yarn
     assert (along == -1).all()
 
 
+def test_pieces_found_to_lie_along_a_yarn_are_known_by_its_chain():
+    chain = np.array([0, 0, 0, 1, 1, 1])
+    pairs, places = np.array([[[1, 4], [-1, 4]], [[2, 3], [0, 5]]]), np.zeros((2, 2, 6))
+    places[:, :, 5] = [[FIRST_ALONG, FIRST_ALONG], [SECOND_ALONG, BESIDE]]
+    along = plain(found_along)(pairs, places, np.array([2, 2]), chain)
+    assert along.tolist() == [-1, 1, -1, 0, -1, -1]  # a pair marked as far apart does not count, nor yarns side by side
+
+
+def test_a_copy_the_other_way_round_is_the_same_contact_if_the_same_yarn_lies_along():
+    """Two contacts of pieces 1 and 4 of a cell of one image, each seen from the other yarn."""
+    master, still = np.arange(6), np.zeros((1, 2))
+    images = Images(*[np.zeros(0)] * len(Images._fields))._replace(of=np.zeros(6, np.int64), times=still)
+    pair = [contacts(line, 0.7, 0.7) for line in (FIRST_ALONG, SECOND_ALONG)]
+    pair[1].piece[:, 0] = 4, 1
+    (_, _, key), (swapped, _, same) = (_crossings(c, 1, images, master) for c in pair)
+    assert swapped.all()
+    assert (key == same).all()
+    pair[1].line[0] = FIRST_ALONG
+    assert (key != _crossings(pair[1], 1, images, master)[2]).any()
+
+
 def test_a_crossing_goes_to_the_piece_that_it_was_on_and_to_no_other():
     """Handed over twice its depth would be energy."""
     crossed, chain = contacts(POINT, 0.73, 0.70), np.array([0, 0, 0, 1, 1, 1])
@@ -134,7 +157,9 @@ def test_a_crossing_goes_to_the_piece_that_it_was_on_and_to_no_other():
 
 def test_a_crossing_ends_beside_a_piece_that_lies_along_its_partner():
     chain, along = np.array([0, 0, 0, 1, 1, 1]), np.array([-1, 1, -1, -1, -1, -1])
-    near = [plain(lies_along)(along, chain, i, s, 4, 0.9) for i, s in ((0, 0.5), (0, 0.7), (1, 0.5), (2, 0.3), (2, 0.5))]
+    near = [
+        plain(lies_along)(along, chain, i, s, 4, 0.9) for i, s in ((0, 0.5), (0, 0.7), (1, 0.5), (2, 0.3), (2, 0.5))
+    ]
     assert near == [False, True, True, True, False]
     assert not plain(lies_along)(along, chain, 1, 0.5, 2, 0.9)  # along another yarn
 
