@@ -11,8 +11,8 @@ from numba import njit
 
 from knittest.kernels.options import INLINE
 
-#: how two pieces touch, ``line`` of a contact: at a point; side by side, s held; the first along the second, around which
-#: it bends, s held; the second along the first, t held
+#: how two pieces touch, ``line`` of a contact: at a point; side by side, s held; the first along the second, around
+#: which it bends, s held; the second along the first, t held
 POINT, BESIDE, FIRST_ALONG, SECOND_ALONG = 0.0, 1.0, 2.0, 3.0
 #: share of the tangent's square that a curvature term may take from the Hessian: keeps every step a descent
 CURVATURE_LIMIT = 0.9

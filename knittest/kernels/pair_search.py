@@ -87,7 +87,7 @@ def _apart(x, y, z, i, j, gap):
 
 @njit(**INLINE)
 def _kind(uu, vv, uv, ss, tt, along):
-    """Tell how two pieces touch (``line`` of a contact) by the Hessian (ss, -uv; -uv, tt) of half their distance squared.
+    """Tell how two pieces touch (``line`` of a contact) by the Hessian (ss, -uv; -uv, tt) of half distance squared.
 
     ``uu``, ``vv``, ``uv`` products of the tangents at the middles, ``ss``, ``tt`` [mm^2]; ``along`` is 1 where the
     first is known to lie along the second's yarn, -1 the other way round. Straight pieces touch at a point by the angle
