@@ -4,19 +4,21 @@ A yarn that bends around another by the radius of their distance is as near to i
 and one that was followed would run away and let the rest sink in. Such pieces have a contact each, at their middle.
 """
 
-import numpy as np
 from numba import njit
 
 from knittest.kernels.contact import FIRST_ALONG, SECOND_ALONG
-from knittest.kernels.options import ALLOCATING, KERNEL, PART
+from knittest.kernels.options import KERNEL, PART
 
 #: pieces beyond one that lies along another yarn that go on to do so
 BESIDE_ALONG = 2
 
 
 @njit(**KERNEL)
-def mark_along(contacts, count, chain, along):
-    """Fill ``along`` (n,) with the chain that pieces lie along by the tracked contacts, they or one near; -1: none."""
+def mark_along(contacts, count, yarn, along):
+    """Fill ``along`` (n,) with the yarn that pieces lie along by the tracked contacts, they or one near; -1: none.
+
+    ``yarn`` (n,) of the nodes: a chain, with all its images in a periodic cell.
+    """
     along[:] = -1
     for c in range(count):
         line = contacts.line[c]
@@ -24,29 +26,28 @@ def mark_along(contacts, count, chain, along):
             continue
         side = 0 if line == FIRST_ALONG else 1
         i, j = contacts.piece[side, c], contacts.piece[1 - side, c]
-        for h in range(max(i - BESIDE_ALONG, 0), min(i + BESIDE_ALONG + 1, chain.size)):
-            if chain[h] == chain[i]:
-                along[h] = chain[j]
+        for h in range(max(i - BESIDE_ALONG, 0), min(i + BESIDE_ALONG + 1, yarn.size)):
+            if yarn[h] == yarn[i]:
+                along[h] = yarn[j]
 
 
-@njit(**ALLOCATING)
-def found_along(pairs, places, found, chain):
-    """Chain along which every piece was found to lie, (n,); -1: none."""
-    along = np.full(chain.size, -1)
+@njit(**KERNEL)
+def mark_found(pairs, places, found, yarn, along):
+    """Fill ``along`` (n,) with the yarn along which every piece was found to lie; -1: none."""
+    along[:] = -1
     for share in range(found.size):
         for k in range(found[share]):
             i, j, line = pairs[share, k, 0], pairs[share, k, 1], places[share, k, 5]
             if i >= 0 and line == FIRST_ALONG:
-                along[i] = chain[j]
+                along[i] = yarn[j]
             if i >= 0 and line == SECOND_ALONG:
-                along[j] = chain[i]
-    return along
+                along[j] = yarn[i]
 
 
 @njit(**PART)
-def lies_along(along, chain, i, s, j, near):
-    """Tell whether a piece that lies along the chain of ``j`` has its middle within ``near`` pieces of i + s."""
-    for h in range(max(i - 1, 0), min(i + 2, chain.size)):
-        if along[h] == chain[j] and chain[h] == chain[i] and abs(h + 0.5 - i - s) < near:
+def lies_along(along, yarn, i, s, j, near):
+    """Tell whether a piece that lies along the yarn of ``j`` has its middle within ``near`` pieces of i + s."""
+    for h in range(max(i - 1, 0), min(i + 2, yarn.size)):
+        if along[h] == yarn[j] and yarn[h] == yarn[i] and abs(h + 0.5 - i - s) < near:
             return True
     return False

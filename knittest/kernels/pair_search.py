@@ -30,7 +30,7 @@ NEWTON_STEPS, BEYOND = 4, 1e-3
 class Pieces(NamedTuple):
     """Pieces of yarns, (n_nodes,) each: ``radius`` and ``half_piece`` length [mm], the number of pieces along its yarn
     that it never touches (``exclude``), its ``chain``, and whether it is ``cut`` off there: no two of those touch;
-    the chain ``along`` which it lies already, or -1.
+    its ``yarn`` and that ``along`` which it lies already, or -1.
     """
 
     radius: Array
@@ -38,6 +38,7 @@ class Pieces(NamedTuple):
     exclude: Index
     chain: Index
     cut: NDArray[np.bool_]
+    yarn: Index
     along: Index
 
 
@@ -156,7 +157,7 @@ def _pairs_of(first, last, position, pieces, alive, moved, cells, by_cell, skin,
     """Pairs that pieces first..last are in; see :func:`find_pairs`. Returns their number."""
     x, y, z = rows3(position)
     px, py, pz, extent = rows4(by_cell)
-    radius, half_piece, exclude, chain, cut, lies = pieces
+    radius, half_piece, exclude, chain, cut, yarn, lies = pieces
     cell_of, shape, head, order = cells
     found = 0
     for q in range(first, last):
@@ -179,7 +180,7 @@ def _pairs_of(first, last, position, pieces, alive, moved, cells, by_cell, skin,
                 gap = radius[i] + radius[j] + skin
                 if alive[i - 1] * alive[i] * alive[j - 1] * alive[j] == 0.0 or _apart(x, y, z, i, j, gap):
                     continue
-                along = int(lies[i] == chain[j]) - int(lies[j] == chain[i])
+                along = int(lies[i] == yarn[j]) - int(lies[j] == yarn[i])
                 s, t, wx, wy, wz, line = crossing(x, y, z, i, j, along)
                 over = BEYOND if line == POINT else 0.0  # found twice, a crossing is tracked once
                 inside = s >= -over and s < 1.0 + over and t >= -over and t < 1.0 + over

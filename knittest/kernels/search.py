@@ -9,7 +9,7 @@ from math import sqrt
 import numpy as np
 from numba import njit
 
-from knittest.kernels.along import found_along, lies_along
+from knittest.kernels.along import lies_along
 from knittest.kernels.contact import FIRST_ALONG, POINT, SECOND_ALONG
 from knittest.kernels.options import ALLOCATING, KERNEL, PART
 from knittest.kernels.rows import rows3
@@ -143,12 +143,12 @@ def _gap(contacts, c):
 
 
 @njit(**PART)
-def keep_contacts(old, count, radius, chain, alive, moved, along, skin, new, head, following):
+def keep_contacts(old, count, radius, chain, alive, moved, lying, skin, new, head, following):
     """Copy tracked contacts that are still near into ``new`` and its lists; returns how many.
 
-    Two contacts that ran into the same crossing become one. A crossing on a piece found to lie ``along`` the other yarn
-    ends, and that piece inherits it. A reach that was cut when the contact was found inside (see
-    :func:`find_contacts`) grows back as the gap opens.
+    Two contacts that ran into the same crossing become one. A crossing on a piece found to lie along the other yarn
+    (``lying``: along, yarn of every piece) ends, and that piece inherits it. A reach that was cut when
+    the contact was found inside (see :func:`find_contacts`) grows back as the gap opens.
     """
     kept = 0
     for c in range(count):
@@ -158,7 +158,7 @@ def keep_contacts(old, count, radius, chain, alive, moved, along, skin, new, hea
             continue
         if alive[i - 1] * alive[i] * alive[j - 1] * alive[j] == 0.0:
             continue
-        if line == POINT and (lies_along(along, chain, i, s, j, SAME) or lies_along(along, chain, j, t, i, SAME)):
+        if line == POINT and (lies_along(*lying, i, s, j, SAME) or lies_along(*lying, j, t, i, SAME)):
             continue
         gap = _gap(old, c)
         if gap >= old.reach[c] + skin:
@@ -229,7 +229,7 @@ def _add_sections(place, elliptic, new, c):
 
 
 @njit(**ALLOCATING)
-def find_contacts(pairs, places, found, radius, part, levers, chain, alive, moved, skin, old, old_count, new):
+def find_contacts(pairs, places, found, radius, part, levers, chain, alive, moved, lying, skin, old, old_count, new):
     """Contacts of the pairs that :func:`knittest.kernels.pair_search.find_pairs` found, and those tracked before.
 
     Tracked ones keep parameters and springs. A pair found overlapping (at the start, or where a broken end slid in)
@@ -242,8 +242,7 @@ def find_contacts(pairs, places, found, radius, part, levers, chain, alive, move
     following, old_following = np.empty(new.reach.size, np.int64), np.empty(old.reach.size, np.int64)
     for c in range(old_count):
         _push(old, c, old_lists, old_following)
-    along = found_along(pairs, places, found, chain)
-    needed = keep_contacts(old, old_count, radius, chain, alive, moved, along, skin, new, lists, following)
+    needed = keep_contacts(old, old_count, radius, chain, alive, moved, lying, skin, new, lists, following)
     for share in range(found.size):
         for k in range(found[share]):
             i, j = pairs[share, k, 0], pairs[share, k, 1]

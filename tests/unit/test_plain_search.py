@@ -5,7 +5,7 @@ import pytest
 from plain import plain
 from scipy.spatial.transform import Rotation
 
-from knittest.kernels.along import found_along, lies_along, mark_along
+from knittest.kernels.along import lies_along, mark_along, mark_found
 from knittest.kernels.contact import BESIDE, FIRST_ALONG, POINT, SECOND_ALONG
 from knittest.kernels.pair_search import crossing
 from knittest.kernels.periodic_state import Images
@@ -126,7 +126,8 @@ def test_pieces_found_to_lie_along_a_yarn_are_known_by_its_chain():
     chain = np.array([0, 0, 0, 1, 1, 1])
     pairs, places = np.array([[[1, 4], [-1, 4]], [[2, 3], [0, 5]]]), np.zeros((2, 2, 6))
     places[:, :, 5] = [[FIRST_ALONG, FIRST_ALONG], [SECOND_ALONG, BESIDE]]
-    along = plain(found_along)(pairs, places, np.array([2, 2]), chain)
+    along = np.zeros(6, np.int64)
+    plain(mark_found)(pairs, places, np.array([2, 2]), chain, along)
     assert along.tolist() == [-1, 1, -1, 0, -1, -1]  # a pair marked as far apart does not count, nor yarns side by side
 
 
