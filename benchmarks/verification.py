@@ -22,15 +22,17 @@ from cases.row import Row  # noqa: E402
 
 HEAD = """# Verification
 
-The tests assert these rows. `python benchmarks/verification.py` runs the cases of `tests/verification/cases` through
-`knittest.pose` and writes this page; the closed form is in the docstring of the case.
+Closed forms and published benchmarks beside what the solver gives. The tests assert these rows; `python
+benchmarks/verification.py` runs the cases (`tests/verification/cases`, posed by `knittest.pose`) and writes this page.
+The docstring of each case has its closed form. What the models get wrong is in [limits.md](limits.md).
 
-- *error*: the result over the reference less 1, or the result itself where the reference is zero; on several meshes, in
-  their order.
+- *error*: result over reference less 1, or the result itself where the reference is zero; on several meshes, in their
+  order.
 - *order*: order of convergence over the last two of the meshes named (elements, or time steps).
 - A case, source or mesh left out is the one above.
 
-`benchmarks/breaks.py` breaks the physics on purpose and prints what each test then says.
+`benchmarks/breaks.py` breaks the physics on purpose and prints what each test then says;
+`tests/verification/NOTICED.md` has the errors of shells and tools with broken physics.
 
 ![Convergence: error against mesh width and against time step](verification.png)
 """
@@ -71,8 +73,8 @@ def table(title: str, rows: list[Row]) -> str:
 
 
 def page(found: dict[str, list[Row]]) -> str:
-    """Text of docs/verification.md."""
-    return HEAD + "\n".join(table(title, rows) for title, rows in found.items()) + "\n"
+    """Text of docs/verification.md, without the limits, which have a page of their own."""
+    return HEAD + "\n".join(table(title, rows) for title, rows in found.items() if "limits.md" not in title) + "\n"
 
 
 def plot(rows: list[Row], path: Path) -> None:
