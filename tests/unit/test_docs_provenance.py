@@ -78,3 +78,16 @@ def test_the_speed_study_keeps_what_changes_by_a_percent():
         "head", "rule", rows[1], rows[3], "| tensile | macro | speed 1 | 1 others | | | 0.36 % at most |",
         "| friction | meso | speed 2 | 1 results | | | 0.02 % at most |",
     ]  # fmt: skip
+
+
+def test_a_result_at_several_angles_has_one_row():
+    from benchmarks.strips import by_angle
+
+    rows = [
+        ["force at 10 deg [N]", "1.65", "± 0.019", "-0.2 %", "-"],
+        ["strain [%]", "1.6", "± 0.05", "+0.1 %", "-"],
+        ["force at 20 deg [N]", "3.65", "± 0.04", "+0.1 %", "+1.0 %"],
+    ]
+    assert by_angle(rows) == [
+        ["force at 10, 20 deg [N]", "1.65, 3.65", "± 0.019, 0.04", "-0.2, +0.1 %", "-, +1.0 %"], rows[1],
+    ]  # fmt: skip
