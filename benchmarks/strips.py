@@ -4,6 +4,7 @@ python benchmarks/strips.py FOLDER [MARK ...]     runs what is missing in FOLDER
 """
 
 import json
+import re
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -145,7 +146,26 @@ def changes(folder: Path, names: tuple[str, str], page: str) -> None:
             label = f"{scale}, {LABELS[key][0] if key in LABELS else key}"
             rows.append([label, f"{results[key]:.3g}", error, *shown])
     header = ["result", "value", "error", "at half the speed", "on the other mesh"]
-    put("verify", table(header, rows), page)
+    put("verify", table(header, by_angle(rows)), page)
+
+
+def by_angle(rows: list[list[str]]) -> list[list[str]]:
+    """One row for all angles of a result: "force at 10 deg" and "force at 20 deg" become "force at 10, 20 deg"."""
+    groups: dict[str, list[list[str]]] = {}
+    for row in rows:
+        groups.setdefault(re.sub(r"at [\d.]+ deg", "at {} deg", row[0]), []).append(row)
+    found = []
+    for label, same in groups.items():
+        angles = ", ".join(re.findall(r"at ([\d.]+) deg", " ".join(row[0] for row in same)))
+        found.append([label.format(angles), *(_joined(cells) for cells in list(zip(*same, strict=True))[1:])])
+    return found
+
+
+def _joined(cells: tuple[str, ...]) -> str:
+    """Cells of one column with their sign ± and their unit % once."""
+    first, *others = cells
+    texts = [first, *(text.removeprefix("± ") for text in others)]
+    return ", ".join([*(text.removesuffix(" %") for text in texts[:-1]), texts[-1]])
 
 
 TABLES: dict[str, Callable[[Path], None]] = {

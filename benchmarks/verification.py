@@ -22,15 +22,17 @@ from cases.row import Row  # noqa: E402
 
 HEAD = """# Verification
 
-The tests assert these rows. `python benchmarks/verification.py` runs the cases of `tests/verification/cases` through
-`knittest.pose` and writes this page; the closed form is in the docstring of the case.
+Closed forms and published benchmarks beside what the solver gives. The tests assert these rows; `python
+benchmarks/verification.py` runs the cases (`tests/verification/cases`, posed by `knittest.pose`) and writes this page.
+The docstring of each case has its closed form. What the models get wrong is in [limits.md](limits.md).
 
-- *error*: the result over the reference less 1, or the result itself where the reference is zero; on several meshes, in
-  their order.
+- *error*: result over reference less 1, or the result itself where the reference is zero; on several meshes, in their
+  order.
 - *order*: order of convergence over the last two of the meshes named (elements, or time steps).
 - A case, source or mesh left out is the one above.
 
-`benchmarks/breaks.py` breaks the physics on purpose and prints what each test then says.
+`benchmarks/breaks.py` breaks the physics on purpose and prints what each test then says;
+`tests/verification/NOTICED.md` has the errors of shells and tools with broken physics.
 
 ![Convergence: error against mesh width and against time step](verification.png)
 """
@@ -49,30 +51,74 @@ def collect() -> dict[str, list[Row]]:
     return found
 
 
-def table(title: str, rows: list[Row]) -> str:
-    """A section of the page: a line a quantity, with its errors on all meshes; a column of orders where one has any."""
+#: cells of a line: case, source, quantity, reference, error, mesh, order
+Cells = list[str]
+QUANTITY, REFERENCE, ERROR, MESH, ORDER = range(2, 7)
+
+
+def lines_of(rows: list[Row]) -> list[Cells]:
+    """A line a quantity, with its errors on all meshes."""
     quantities: dict[tuple[str, ...], list[Row]] = {}
     for row in rows:
-        key = (row.case, f"({row.source or '-'})", row.quantity.removesuffix(" [-]"), f"{row.reference:.6g}")
+        key = (row.case, row.source or "-", row.quantity.removesuffix(" [-]"), f"{row.reference:.6g}")
         quantities.setdefault(key, []).append(row)
+    return [
+        [
+            *key,
+            "; ".join("0" if row.error == 0.0 else f"{row.error:.1e}" for row in same),
+            "; ".join(re.sub(r"(?<=\d) x (?=\d)", "×", row.mesh) for row in same),
+            "; ".join(f"{row.order:.2f}" for row in same if row.order is not None),
+        ]
+        for key, same in quantities.items()
+    ]
+
+
+def joined(lines: list[Cells]) -> list[Cells]:
+    """Lines of one case and mesh whose quantities differ in one word, such as x and y, in one."""
+    found: list[Cells] = []
+    for line in lines:
+        before = found[-1] if found else None
+        words = before and _both(before, line)
+        if before is None or not words:
+            found.append(line)
+            continue
+        found[-1] = [
+            *line[:QUANTITY], words, *(f"{before[k]}, {line[k]}" for k in (REFERENCE, ERROR)), line[MESH],
+            ", ".join(text for text in (before[ORDER], line[ORDER]) if text),
+        ]  # fmt: skip
+    return found
+
+
+def _both(before: Cells, line: Cells) -> str:
+    """Quantity of both lines: "tip x, y [mm]" of "tip x [mm]" and "tip y [mm]"; empty if they do not go together."""
+    old, new = re.split(r"(?<!,) ", before[QUANTITY]), line[QUANTITY].split(" ")
+    other = [k for k, (a, b) in enumerate(zip(old, new, strict=False)) if a != b]
+    alike = (*before[:QUANTITY], before[MESH], bool(before[ORDER])) == (*line[:QUANTITY], line[MESH], bool(line[ORDER]))
+    if not alike or len(old) != len(new) or len(other) != 1 or ";" in line[ERROR]:
+        return ""
+    at = other[0]
+    return " ".join([*old[:at], f"{old[at]}, {new[at]}", *old[at + 1 :]])
+
+
+def table(title: str, lines: list[Cells]) -> str:
+    """A section of the page; a column of orders where one has any, and no case, source and mesh that stands above."""
     columns = ["case (source)", "quantity", "reference", "error", "mesh", "order"]
-    columns = columns if any(row.order is not None for row in rows) else columns[:-1]
-    lines = [f"\n## {title}\n", "| " + " | ".join(columns) + " |", "|" + "---|" * len(columns)]
+    columns = columns if any(line[ORDER] for line in lines) else columns[:-1]
+    texts = [f"\n## {title}\n", "| " + " | ".join(columns) + " |", "|" + "---|" * len(columns)]
     above = ["", "", ""]
-    for (case, source, quantity, reference), same in quantities.items():
-        mesh = "; ".join(re.sub(r"(?<=\d) x (?=\d)", "×", row.mesh) for row in same)
-        error = "; ".join("0" if row.error == 0.0 else f"{row.error:.1e}" for row in same)
-        order = "; ".join(f"{row.order:.2f}" for row in same if row.order is not None)
-        new = ["" if text == old else text for text, old in zip((case, source, mesh), above, strict=True)]
-        above = [case, source, mesh]
-        cells = [" ".join(text for text in new[:2] if text), quantity, reference, error, new[2], order]
-        lines.append("| " + " | ".join(c.replace("|", r"\|") for c in cells[: len(columns)]) + " |")
-    return "\n".join(lines)
+    for case, source, quantity, reference, error, mesh, order in lines:
+        cells = (case, f"({source})", mesh)
+        new = ["" if text == old else text for text, old in zip(cells, above, strict=True)]
+        above = list(cells)
+        shown = [" ".join(text for text in new[:2] if text), quantity, reference, error, new[2], order]
+        texts.append("| " + " | ".join(c.replace("|", r"\|") for c in shown[: len(columns)]) + " |")
+    return "\n".join(texts)
 
 
 def page(found: dict[str, list[Row]]) -> str:
-    """Text of docs/verification.md."""
-    return HEAD + "\n".join(table(title, rows) for title, rows in found.items()) + "\n"
+    """Text of docs/verification.md, without the limits, which have a page of their own."""
+    shown = {title: joined(lines_of(rows)) for title, rows in found.items() if "limits.md" not in title}
+    return HEAD + "\n".join(table(title, lines) for title, lines in shown.items()) + "\n"
 
 
 def plot(rows: list[Row], path: Path) -> None:

@@ -52,9 +52,6 @@ COMMANDS: dict[str, Do] = {
         planned="as the one before, which runs, but for its mode, which the regression runs"
     ),
     "knittest picture-frame --variant 1 --scale macro": Do(planned="as the one with --against, which runs"),
-    "knittest picture-frame --variant NAME --scale macro": Do(
-        planned="as the one with --against, which runs", given={"NAME": "2"}
-    ),
     "knittest picture-frame --variant 1 --scale macro --against mine.csv": Do(FRAME.format(out="runs/sheared")),
     "knittest compare RUN --against mine.csv": Do(given={"RUN": "runs/sheared"}),
     "knittest picture-frame --variant cao2008-weave --scale macro --set rig.side=180 --set rig.frame_side=250 "
@@ -100,9 +97,6 @@ COMMANDS: dict[str, Do] = {
         "--threads 1 --out {out}"
     ),
     "knittest check friction --variant 2 --scale macro --convergence": Do("--preset quick --direction warp"),
-    "knittest check TEST ... --convergence": Do(
-        "--preset quick --variant 1 --scale macro --direction warp", given={"TEST ...": "tensile"}
-    ),
     "knittest check ... --convergence": Do(
         planned="as the one before", given={"...": "tensile --variant 1 --scale macro --direction warp"}
     ),
@@ -122,9 +116,6 @@ COMMANDS: dict[str, Do] = {
     "knittest export tubes runs/tensile-.../warp --out broken.vtp": Do(given={"runs/tensile-.../warp": "runs/frame"}),
     "knittest export tubes runs/tensile-.../warp --out broken.stl": Do(given={"runs/tensile-.../warp": "runs/frame"}),
     "knittest data shear-law runs/frame --out data/law/shear.csv": Do(),
-    "knittest data shear-law RUN --out data/law/shear.csv": Do(
-        given={"RUN": "runs/frame", "data/law/shear": "data/law/again"}
-    ),
     "knittest data shear-law runs/picture-frame-1-meso --out data/law/shear.csv": Do(
         given={"runs/picture-frame-1-meso": "runs/frame", "data/law/shear": "data/law/third"}
     ),

@@ -78,3 +78,31 @@ def test_the_speed_study_keeps_what_changes_by_a_percent():
         "head", "rule", rows[1], rows[3], "| tensile | macro | speed 1 | 1 others | | | 0.36 % at most |",
         "| friction | meso | speed 2 | 1 results | | | 0.02 % at most |",
     ]  # fmt: skip
+
+
+def test_a_result_at_several_angles_has_one_row():
+    from benchmarks.strips import by_angle
+
+    rows = [
+        ["force at 10 deg [N]", "1.65", "± 0.019", "-0.2 %", "-"],
+        ["strain [%]", "1.6", "± 0.05", "+0.1 %", "-"],
+        ["force at 20 deg [N]", "3.65", "± 0.04", "+0.1 %", "+1.0 %"],
+    ]
+    assert by_angle(rows) == [
+        ["force at 10, 20 deg [N]", "1.65, 3.65", "± 0.019, 0.04", "-0.2, +0.1 %", "-, +1.0 %"], rows[1],
+    ]  # fmt: skip
+
+
+def test_quantities_that_differ_in_a_word_share_a_line_of_the_verification():
+    from benchmarks.verification import joined
+
+    def line(quantity, error="1e-3", order="2.00", mesh="8"):
+        return ["bend", "a book", quantity, "1", error, mesh, order]
+
+    x, y, z = line("tip x [mm]"), line("tip y [mm]", order="1.9"), line("tip z [mm]")
+    assert joined([x, y, z]) == [
+        ["bend", "a book", "tip x, y, z [mm]", "1, 1, 1", "1e-3, 1e-3, 1e-3", "8", "2.00, 1.9, 2.00"]
+    ]
+    others = (line("turn y [rad]"), line("tip y [mm]", mesh="4"), line("tip y [mm]", order=""),
+              line("tip y [mm]", "1e-3; 1e-4"), ["ring", *y[1:]])  # fmt: skip
+    assert all(joined([x, other]) == [x, other] for other in others)
