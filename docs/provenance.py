@@ -24,7 +24,7 @@ from knittest.export.manifest import now
 from knittest.export.provenance import git_commit
 from knittest.studies.regress import baseline
 from knittest.studies.regress.cases import Case, cases_of
-from knittest.studies.regress.drift import limit_of
+from knittest.studies.regress.drift import change_of
 
 HERE = Path(__file__).parent
 FILE = HERE / "provenance.json"
@@ -189,7 +189,7 @@ def _moved(case: Case, name: str, was: float, today: baseline.Entry | None) -> b
     """Tell whether a stored number of the regression left the limits within which it may change unseen."""
     if today is None or name not in today.results:
         return True
-    return abs(today.results[name] - was) > limit_of(case, today, name) * abs(today.results[name])
+    return not change_of(case, today, name, was).passed
 
 
 def _cases(made: Made) -> list[Case]:

@@ -29,7 +29,7 @@ class Regression:
 
     ``rows`` of Table 3 that it gives, ``sets`` of all its runs, ``runs``; ``drift`` is the change that a number, a
     curve and a number that is nothing but buckles, one of ``buckled``, may have, by scale, where it is not everyone's
-    and the scatter by rounding is not stored.
+    and the scatter by rounding is not stored. ``crests`` count them, and change by whole ones.
     """
 
     rows: tuple[str, ...] = ()
@@ -37,6 +37,7 @@ class Regression:
     runs: tuple[Regressed, ...] = ()
     drift: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
     buckled: tuple[str, ...] = ()
+    crests: tuple[str, ...] = ()
 
 
 #: specimens of the paper on a strip

@@ -28,6 +28,12 @@ import click
     "--baseline", type=click.Path(path_type=Path), help="The code's own numbers.  [default: the shipped ones]"
 )
 @click.option("--update-baseline", "update", is_flag=True, help="Write the numbers of these runs to the baseline.")
+@click.option(
+    "--accept-wider",
+    multiple=True,
+    metavar="RUN",
+    help="With --update-baseline: store this run though its limits grow by more than 30 %, or a number is gone.",
+)
 @click.option("--out", type=click.Path(path_type=Path), default=Path("runs/regress"), show_default=True)
 @click.option("--junit", type=click.Path(path_type=Path), metavar="FILE", help="Write JUnit XML for a CI server.")
 @click.option("--workers", type=click.IntRange(1), help="Processes.  [default: cores over threads; with --table 4: 2]")

@@ -12,6 +12,8 @@ ELEMENTS, CPU_S, STEPS, ADDED = 100, 36.0, 5000, 12.5
 UNPUBLISHED = {
     "forming": {"stamp_force_max_n": 109.0, "max_wrinkle_height_mm": 0.87},
     "picture-frame": {"shear_force_n_at_deg.30": 12.3, "wrinkle_amplitude_mm_at_40deg": 1.6},
+    "bias-extension": {"bias_force_n_at_deg.30": 6.4},
+    "biaxial": {"biaxial_force_n_per_mm": 116.0},
 }
 
 

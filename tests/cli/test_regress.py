@@ -116,7 +116,9 @@ def test_a_number_may_be_off_by_five_times_its_scatter(regress, factor, code, ca
     assert regress() == code
     text = capsys.readouterr().out
     assert (f"FAIL {FORMING}: stamp_force_max_n" in text) == (code == 5)
-    said = rf"{FORMING}: and 5 times the scatter of 12 runs rounded differently, up to [45]\.\d % \(stamp_force_max_n\)"
+    said = (
+        r"these and 5 times the scatter of 12 runs rounded differently, together [45]\.\d % at most \(stamp_force_max_n"
+    )
     assert re.search(said, text)
     changed("results", "max_wrinkle_height_mm", factor=1.002, case=FORMING)
     assert regress() == 5
@@ -138,7 +140,11 @@ def test_a_run_that_rounding_refuses_is_not_stored_and_fails(stored, capsys):
     before = Path("b.json").read_text()
     pool = Pretending(1.01, ends=lambda trial: "refused" if trial.label == f"{FORMING}, rounding 3" else "completed")
     assert stored("--update-baseline", "--scale", "macro", pool=pool) == 5
-    assert f"FAIL {FORMING}: the same run, rounded differently, refused: refused with" in capsys.readouterr().out
+    text = capsys.readouterr().out
+    assert (
+        f"FAIL {FORMING}: not stored: {FORMING}, rounding 3, the same run with other rounding, refused: refused" in text
+    )
+    assert "a run at the edge of a gate guards nothing" in text
     assert json.loads(before)["entries"][FORMING] == json.loads(Path("b.json").read_text())["entries"][FORMING]
 
 
@@ -172,9 +178,15 @@ def test_a_number_without_value_is_neither_stored_nor_passes(stored, gone, capsy
     data = json.loads(file.read_text())
     assert "wrinkle_onset_deg" not in data["entries"][YARNS]["results"]
     data["entries"][YARNS]["results"]["wrinkle_onset_deg"] = 12.0
+    data["entries"][YARNS]["scatter"]["wrinkle_onset_deg"] = 0.0
     file.write_text(json.dumps(data))
     assert stored(pool=Pretending(more={YARNS: lost})) == 5
     assert f"FAIL {YARNS}: wrinkle_onset_deg: 12 stored, nan now" in capsys.readouterr().out
+    assert stored("--update-baseline", pool=Pretending(more={YARNS: lost})) == 5
+    text = (
+        f"FAIL {YARNS}: not stored: limits would grow by more than 30 %: wrinkle_onset_deg 1 % to none, as it is gone"
+    )
+    assert text in capsys.readouterr().out
 
 
 def test_a_result_that_is_gone_is_drift(stored, capsys):
@@ -235,7 +247,7 @@ def test_choice_of_table_scale_and_level(stored):
 
 
 def test_table_4_has_all_runs_of_the_paper_at_its_size_two_at_a_time_on_one_thread(stored, capsys):
-    assert stored("--table", "4", "--level", "full") == 0
+    assert stored("--table", "4", "--level", "full", "--update-baseline") == 0
     assert stored.shares == [(None, None), (2, 1)]
     lines = capsys.readouterr().out.splitlines()
     rows = [line for line in lines if "preset paper, gates passed" in line]
@@ -251,10 +263,11 @@ def test_a_run_that_gates_refuse_has_its_cost_and_says_so():
     assert total([row]) == (row.paper_cpu_h, 0.01)
 
 
-def test_without_an_entry_drift_is_not_judged_and_said_so(stored, capsys):
-    assert stored("--level", "full", "--scale", "macro", "--junit", "j.xml") == 0
-    assert "not judged for drift: " in capsys.readouterr().out
-    assert len(ET.parse("j.xml").findall(".//skipped")) == 14
+def test_a_run_without_an_entry_fails_as_nothing_judges_it(stored, capsys):
+    assert stored("--level", "full", "--scale", "macro", "--junit", "j.xml") == 5
+    said = "FAIL picture-frame-macro-v1-paper: not in the baseline, so nothing judges it: --update-baseline stores it"
+    assert said in capsys.readouterr().out
+    assert len(ET.parse("j.xml").findall(".//failure")) == 14
 
 
 def test_junit_can_be_read_back(stored):
@@ -333,15 +346,22 @@ def test_ci_runs_the_regression_for_real():
     assert not re.search(r"[|&;!]|^\s*if |--baseline|--update-baseline|--scale|--table|--sd|--level full", line), line
 
 
-def test_shipped_baseline_knows_every_quick_run():
+def test_shipped_baseline_knows_every_run_and_no_other():
     known = baseline.load(baseline.shipped()).entries
-    assert {case.name for case in cases_of("quick")} <= set(known)
+    assert cases.all_names() == set(known)
     assert all(entry.commit and not entry.commit.endswith("-dirty") for entry in known.values())
+    for case in (case for level in cases.LIMITS for case in cases_of(level)):
+        entry, crests = known[case.name], set(kinds()[case.test].regression.crests)
+        assert (entry.runs == RUNS) == case.enlarges and (entry.curve is None) == (case.test == "cantilever")
+        assert set(entry.ranges) == (crests if case.enlarges else set())
 
 
 def test_the_code_has_not_drifted(tmp_path, monkeypatch):
     one = Case("tensile", "macro", "1", "warp", "quick")
     monkeypatch.setattr(cases, "cases_of", lambda level: [one])
-    assert run(["regress", "--out", str(tmp_path / "out"), "--workers", "1", "--threads", "1", "--quiet"]) == 0
+    kept = {one.name: baseline.load(baseline.shipped()).entries[one.name]}
+    baseline.save(tmp_path / "b.json", baseline.Baseline(entries=kept))
+    where = ["--out", str(tmp_path / "out"), "--baseline", str(tmp_path / "b.json")]
+    assert run(["regress", *where, "--workers", "1", "--threads", "1", "--quiet"]) == 0
     (drift,) = json.loads((tmp_path / "out" / "regress.json").read_text())["drift"]
     assert drift["judged"] and len(drift["changes"]) >= 4

@@ -107,7 +107,7 @@ def test_a_record_names_what_is_there(name):
     for part in ("presets", "laboratory", "advice", "size", "sheet"):
         assert not getattr(kind, part) or kind.load(part)
     assert set(kind.published) | set(kind.sized) | set(kind.diagnostic) <= set(kind.labels)
-    assert set(kind.regression.buckled) <= set(kind.labels)
+    assert set(kind.regression.buckled) | set(kind.regression.crests) <= set(kind.labels)
     fields_named = {*kind.sizes, *kind.hinges, *kind.measured, *kind.tied, *kind.tied.values()}
     assert fields_named <= set(rig.model_fields)
 

@@ -12,6 +12,7 @@ from knittest.studies.regress.rounding import RUNS, otherwise_rounded, pooled
 from knittest.studies.trials.record import Record
 
 FRAME = Case("picture-frame", "macro", "1", None, "quick", enlarges=True)
+COUNT = "wrinkle_count_at_40deg"
 X, Y = "frame_shear_angle_deg", "shear_force_n"
 
 
@@ -45,19 +46,27 @@ def test_mean_and_standard_deviation_are_stored_and_what_one_run_lacks_is_not(tm
         (run, curve_of(tmp_path / "a", [0.0, 0.5, 3.0], [0.0, 1.5, 9.0])),
         (run, curve_of(tmp_path / "b", [0.0, 2.0], [0.0, 4.0])),
     ]
-    found = pooled(entry({"a": 1.0, "b": 1.0}), [entry({"a": 2.0}), entry({"a": 6.0, "b": 0.0})], places)
+    found = pooled(entry({"a": 1.0, "b": 1.0}), [entry({"a": 2.0}), entry({"a": 6.0, "c": 0.0})], places, ())
     assert (found.runs, found.results, found.scatter) == (3, {"a": 3.0}, {"a": pytest.approx(7.0**0.5, rel=1e-5)})
+    assert (found.sometimes, found.ranges) == (["b", "c"], {})
     assert found.curve is not None
     assert found.curve.y == pytest.approx([0.0, 2.0, 4.0]) and found.curve.scatter == pytest.approx([0.0, 1.0, 2.0])
+
+
+def test_of_crests_the_range_is_stored_in_place_of_their_scatter(tmp_path):
+    places = [(FRAME.trial().run, curve_of(tmp_path / str(k), [0.0, 2.0], [0.0, 2.0])) for k in (1, 2)]
+    runs = [entry({COUNT: float(n), "a": 1.0}) for n in (3, 5, 4)]
+    found = pooled(runs[0], runs[1:], places, (COUNT,))
+    assert (found.ranges, found.scatter, found.results[COUNT]) == ({COUNT: (3, 5)}, {"a": 0.0}, 4.0)
 
 
 @pytest.mark.parametrize(("off", "passes"), [(0.49, True), (0.52, False), (-0.49, True), (-0.52, False)])
 def test_a_point_of_a_curve_is_judged_by_its_own_scatter(tmp_path, off, passes):
     """At 1 deg five times 0.1 N, and 0.2 % of the 2 N: 0.504 N; at 2 deg, without scatter, 0.004 N."""
-    stored = entry({}).model_copy(update={"runs": RUNS})
+    stored = entry({"a": 1.0}).model_copy(update={"runs": RUNS})
     assert stored.curve is not None
     stored = stored.model_copy(update={"curve": stored.curve.model_copy(update={"scatter": [0.0, 0.1, 0.0]})})
-    record = Record("k", "completed", summary={"results": {}, "cost": {"elements": 4}})
+    record = Record("k", "completed", summary={"results": {"a": 1.0}, "cost": {"elements": 4}})
     run = FRAME.trial().run
     here = curve_of(tmp_path / "here", [0.0, 1.0, 2.0], [0.0, 1.0 + off, 2.0])
     assert drift_of(FRAME, run, record, here, stored).passed == passes

@@ -85,5 +85,6 @@ KIND = TestKind(
         ),
         drift={"macro": (0.04, 0.02, 0.10)},
         buckled=("max_wrinkle_height_mm", "wrinkle_height_p95_mm", "rim_wave_height_mm"),
+        crests=("rim_wave_count",),
     ),
 )  # fmt: skip

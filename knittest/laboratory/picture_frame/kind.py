@@ -75,6 +75,7 @@ KIND = TestKind(
         ),
         drift={"meso": (0.01, 0.03, 0.03)},
         buckled=("material_shear_angle_sd_deg_at_40deg", "wrinkle_amplitude_mm_at_40deg"),
+        crests=("wrinkle_count_at_40deg",),
     ),
     laboratory="knittest.laboratory.picture_frame.lab_files:LAB",
 )

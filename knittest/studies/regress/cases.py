@@ -1,6 +1,7 @@
 """The runs of a regression, by level."""
 
-from dataclasses import dataclass
+import json
+from dataclasses import dataclass, replace
 from functools import cache
 from math import nan
 from typing import Literal, cast
@@ -9,9 +10,11 @@ from knittest.base.errors import InputError
 from knittest.base.kinds import kinds
 from knittest.base.resources import data_dir
 from knittest.config.loading import resolve
-from knittest.config.run import Preset, Scale
+from knittest.config.run import Preset, Run, Scale
 from knittest.experiment.tables import published
-from knittest.studies.trials.trial import Trial, trial_of
+from knittest.export.identity import ARITHMETIC
+from knittest.export.provenance import cpu_model, library_versions, sha256_text
+from knittest.studies.trials.trial import KEY_DIGITS, Trial, trial_of
 
 Level = Literal["quick", "full"]
 Table = Literal[3, 4]
@@ -62,12 +65,19 @@ class Case:
         return (*published, 4) if cost else tuple(published)
 
     def trial(self) -> Trial:
-        """Trial of this case, with the code and data that are here now."""
+        """Trial of this case, with the code, data, libraries and processor that are here now."""
         run = resolve(
             test=self.test, variant=self.variant, scale=self.scale, direction=self.direction, preset=self.preset,
             parameters=self.parameters, sets=(*kinds()[self.test].regression.sets, *self.sets),
         )  # fmt: skip
-        return trial_of(run, self.name)
+        return trial_here(run, self.name)
+
+
+def trial_here(run: Run, label: str) -> Trial:
+    """Trial of ``run`` that is new also where libraries or the processor changed: drift is what these do, too."""
+    trial, versions = trial_of(run, label), library_versions()
+    content = [trial.key, cpu_model(), *(versions.get(name, "") for name in ARITHMETIC)]
+    return replace(trial, key=sha256_text(json.dumps(content))[:KEY_DIGITS])
 
 
 def cases_of(level: Level) -> list[Case]:
@@ -81,6 +91,11 @@ def cases_of(level: Level) -> list[Case]:
         for test, one in sorted(runs, key=lambda item: item[1].rank)
         for variant, direction in one.specimens
     ]  # fmt: skip
+
+
+def all_names() -> set[str]:
+    """Names of the runs of all levels."""
+    return {case.name for level in LIMITS for case in cases_of(level)}
 
 
 #: seconds that one run may take

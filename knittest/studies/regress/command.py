@@ -1,6 +1,6 @@
 """Command ``knittest regress``: run what is left, judge, compare with the baseline, write."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import chain
@@ -12,7 +12,7 @@ from knittest.base.errors import InputError
 from knittest.export.jsonfile import json_text
 from knittest.runs.show import print_json, print_text
 from knittest.studies.regress import baseline as stored
-from knittest.studies.regress.cases import LIMITS, Case, Level, Table, chosen_cases
+from knittest.studies.regress.cases import LIMITS, Case, Level, Table, all_names, chosen_cases
 from knittest.studies.regress.cost import table4_rows
 from knittest.studies.regress.drift import Drift, drift_of
 from knittest.studies.regress.judge import table3_rows
@@ -35,7 +35,7 @@ SIDE_BY_SIDE = 2
 @dataclass(frozen=True)
 class RegressOptions:
     """Runs of a regression, their place and the files to leave; ``table`` None is both, ``limit_sd`` what predicted and
-    tuned rows may deviate, ``baseline`` None the shipped file.
+    tuned rows may deviate, ``baseline`` None the shipped file, ``accept_wider`` runs whose limits an update may widen.
     """
 
     table: Table | None = None
@@ -44,6 +44,7 @@ class RegressOptions:
     limit_sd: float = 1.0
     baseline: Path | None = None
     update: bool = False
+    accept_wider: tuple[str, ...] = ()
     out: Path = Path("runs/regress")
     junit: Path | None = None
     workers: int | None = None
@@ -55,6 +56,7 @@ class RegressOptions:
 def regress_command(options: RegressOptions) -> int:
     """Run the regression; returns the exit code. Raises :class:`InputError` before anything runs."""
     cases = chosen_cases(options.level, options.scale, options.table)
+    _check_accepted(options, cases)
     path = _baseline(options)
     before = stored.Baseline() if options.update and not path.exists() else stored.load(path)
     for file in (options.junit, path if options.update else None):
@@ -65,10 +67,12 @@ def regress_command(options: RegressOptions) -> int:
     pool = LocalPool(*_processes(options))
     runs = [*trials.values(), *chain.from_iterable(others.values())]
     records = run_all(runs, options.out, pool, limit=LIMITS[options.level], quiet=options.quiet)
-    update = update_of(trials, others, records, partial(_place, options)) if options.update else Update()
+    lost, update = sorted({*before.entries} - all_names()), Update()
     if options.update:
-        stored.save(path, stored.renewed(before, update.entries))
-    outcome = _outcome(options, trials, {c: records[t.key] for c, t in trials.items()}, before, update)
+        place = partial(_place, options)
+        update = update_of(trials, others, records, place, before.entries, options.accept_wider)
+        stored.save(path, stored.renewed(before, update.entries, lost))
+    outcome = _outcome(options, trials, {c: records[t.key] for c, t in trials.items()}, before, update, lost)
     write_atomic(options.out / RESULT, json_text(outcome.to_dict()))
     if options.junit is not None:
         write_junit(options.junit, outcome)
@@ -92,14 +96,16 @@ def _outcome(
     records: Mapping[Case, Record],
     before: stored.Baseline,
     update: Update,
+    lost: Sequence[str],
 ) -> Outcome:
-    """Judge ``records`` by the baseline as it was ``before`` and its ``update``."""
+    """Judge ``records`` by the baseline as it was ``before`` and its ``update``; ``lost`` are entries of no run."""
     entries = stored.renewed(before, update.entries).entries
 
     def drift(case: Case) -> Drift:
         trial, entry = trials[case], entries.get(case.name)
         if case.name in update.problems:
-            return Drift(case, entry, problem=update.problems[case.name])
+            problem = update.problems[case.name]
+            return Drift(case, entry, problem=problem.text, no_room=problem.no_room)
         return drift_of(case, trial.run, records[case], _place(options, trial), entry)
 
     rows = (row for c, t in trials.items() for row in table3_rows(c, t.run, records[c], options.limit_sd))
@@ -110,7 +116,9 @@ def _outcome(
         costs=tuple(table4_rows(records)) if options.table in (4, None) else (),
         drifts=tuple(drift(case) for case in trials),
         baseline=_baseline(options),
-        updated=tuple(stored.difference(name, before.entries.get(name), new) for name, new in update.entries.items()),
+        updated=tuple(update.lines),
+        lost=() if options.update else tuple(lost),
+        dropped=tuple(lost) if options.update else (),
     )
 
 
@@ -120,6 +128,14 @@ def _baseline(options: RegressOptions) -> Path:
 
 def _place(options: RegressOptions, trial: Trial) -> Path:
     return options.out / "trials" / trial.key
+
+
+def _check_accepted(options: RegressOptions, cases: Sequence[Case]) -> None:
+    """Refuse to accept wider limits of a run that is not updated."""
+    names = [case.name for case in cases] if options.update else []
+    if unknown := [name for name in options.accept_wider if name not in names]:
+        said = f"expected one of {', '.join(names)}" if names else "needs --update-baseline"
+        raise InputError(f"--accept-wider {unknown[0]}: {said}")
 
 
 def _check_writable(file: Path | None) -> None:

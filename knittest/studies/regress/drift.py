@@ -5,13 +5,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from knittest.base.kinds import kinds
 from knittest.config.run import Run, Scale
-from knittest.studies.regress.baseline import Curve, Entry, has_curve, points
+from knittest.studies.regress.baseline import Entry
 from knittest.studies.regress.cases import Case
+from knittest.studies.regress.change import Change, of_crests, of_new, of_number
+from knittest.studies.regress.curve_drift import curve_changes, curve_problem
 from knittest.studies.regress.judge import no_result
+from knittest.studies.regress.recorded import fault_of, numbers_of
 from knittest.studies.regress.rounding import TIMES
 from knittest.studies.trials.record import Record
 
@@ -29,62 +30,49 @@ class Limits:
 
 #: one processor model gives the same bits; others and newer libraries round differently, which breaking yarns enlarge
 LIMITS: dict[Scale, Limits] = {"macro": Limits(0.001, 0.002, 0.001), "meso": Limits(0.01, 0.02, 0.01)}
-
-
-@dataclass(frozen=True)
-class Change:
-    """One number, or the point of the curve that changed most: as stored, now, and the change [-] it may have."""
-
-    what: str
-    stored: float
-    now: float
-    change: float
-    limit: float
-
-    @property
-    def passed(self) -> bool:
-        """Tell whether the change is within its limit; one that is no number is not."""
-        return abs(self.change) <= self.limit
-
-    def __str__(self) -> str:
-        return (
-            f"{self.what}: {self.stored:.6g} stored, {self.now:.6g} now ({100.0 * self.change:+.3g} %, "
-            f"limit {100.0 * self.limit:.3g} %)"
-        )
+#: crests fewer or more than the stored runs have: they come and go as a whole, and 12 runs do not show all there is
+CRESTS = 1.0
+#: what is said of a run without an entry: nothing judges it
+MISSING = "not in the baseline, so nothing judges it: --update-baseline stores it"
 
 
 @dataclass(frozen=True)
 class Drift:
-    """Changes of a case since ``entry``, None where the baseline has none; ``problem``: nothing to compare."""
+    """Changes of a case since ``entry``, None where the baseline has none; ``problem``: what cannot be compared, and
+    with ``no_room`` only because the machine had none.
+    """
 
     case: Case
     entry: Entry | None
     changes: tuple[Change, ...] = ()
     problem: str = ""
+    no_room: bool = False
 
     @property
     def reasons(self) -> list[str]:
-        """Changes that are out of tolerance."""
-        return [self.problem] if self.problem else [str(change) for change in self.changes if not change.passed]
+        """Problem and changes that are out of tolerance."""
+        failed = [str(change) for change in self.changes if not change.passed]
+        return [self.problem, *failed] if self.problem else failed
 
     @property
     def passed(self) -> bool:
-        """Tell whether nothing is out of tolerance; a case without a stored entry is not judged."""
+        """Tell whether all was compared and nothing is out of tolerance."""
         return not self.reasons
-
-    @property
-    def largest(self) -> Change | None:
-        """The change that uses most of its limit."""
-        return max(self.changes, key=_used, default=None)
 
 
 def drift_of(case: Case, run: Run, record: Record, folder: Path, entry: Entry | None) -> Drift:
     """The drift of ``case`` that ran in ``folder``; raises :class:`InputError` when its curve is gone."""
     if record.status != "completed":
-        return Drift(case, entry, problem=no_result(record))
+        return Drift(case, entry, problem=no_result(record), no_room=record.status == "blocked")
+    if problem := fault_of(run, record, folder):
+        return Drift(case, entry, problem=problem)
     if entry is None:
-        return Drift(case, None)
-    return Drift(case, entry, tuple(_changes(case, run, record, folder, entry)))
+        return Drift(case, None, problem=MISSING)
+    problem = curve_problem(run, entry.curve)
+    changes = list(_changes(case, record, entry))
+    if entry.curve is not None and not problem:
+        changes += curve_changes(run, folder, entry.curve, limits_for(case, entry).curve)
+    return Drift(case, entry, tuple(changes), problem)
 
 
 def own_limits(case: Case, entry: Entry) -> Limits | None:
@@ -93,49 +81,39 @@ def own_limits(case: Case, entry: Entry) -> Limits | None:
     return Limits(*own) if own and entry.runs == 1 else None
 
 
+def limits_for(case: Case, entry: Entry) -> Limits:
+    """Limits of ``case`` before scatter."""
+    return own_limits(case, entry) or LIMITS[case.scale]
+
+
 def limit_of(case: Case, entry: Entry, name: str) -> float:
-    """Change [-] that the number ``name`` of ``case`` may have over that in ``entry``."""
-    limits, stored = _limits(case, entry), entry.results[name]
+    """Change [-] that the number ``name`` of ``case``, which counts no crests, may have over that in ``entry``."""
+    limits, stored = limits_for(case, entry), entry.results[name]
     buckled = entry.runs == 1 and name in kinds()[case.test].regression.buckled
     scatter = TIMES * entry.scatter.get(name, 0.0) / abs(stored) if stored else 0.0
     return (limits.buckled if buckled else limits.number) + scatter
 
 
-def _limits(case: Case, entry: Entry) -> Limits:
-    return own_limits(case, entry) or LIMITS[case.scale]
+def counted(case: Case, entry: Entry, name: str) -> tuple[int, int] | None:
+    """Least and greatest of the stored runs where ``name`` counts crests, None where it does not."""
+    if name not in kinds()[case.test].regression.crests:
+        return None
+    return entry.ranges.get(name) or (math.floor(entry.results[name]), math.ceil(entry.results[name]))
 
 
-def _changes(case: Case, run: Run, record: Record, folder: Path, entry: Entry) -> Iterator[Change]:
+def change_of(case: Case, entry: Entry, name: str, now: float) -> Change:
+    """Change of the stored number ``name`` to ``now``."""
+    stored = entry.results[name]
+    if crests := counted(case, entry, name):
+        return of_crests(name, stored, now, crests, CRESTS)
+    return of_number(name, stored, now, limit_of(case, entry, name))
+
+
+def _changes(case: Case, record: Record, entry: Entry) -> Iterator[Change]:
     assert record.cost is not None
-    elements = record.cost["elements"]
-    yield Change("elements", entry.elements, elements, elements / entry.elements - 1.0, 0.0)
-    for name, stored in entry.results.items():
-        now = record.results.get(name, math.nan)
-        yield Change(name, stored, now, _relative(stored, now), limit_of(case, entry, name))
-    if has_curve(run) and entry.curve is not None:
-        yield _curve_change(run, folder, entry.curve, _limits(case, entry).curve)
-
-
-def _curve_change(run: Run, folder: Path, curve: Curve, limit: float) -> Change:
-    """The point that uses most of its limit."""
-    stored = np.array(curve.y)
-    now, largest = np.interp(curve.x, *points(run, folder)), np.abs(stored).max()
-    scatter = np.array(curve.scatter) if curve.scatter else np.zeros_like(stored)
-    shares, limits = (now - stored) / largest, limit + TIMES * scatter / largest
-    worst = int(np.argmax(np.abs(shares) / limits))
-    what = f"curve, {curve.y_name} at {curve.x_name} {curve.x[worst]:.4g}"
-    return Change(what, float(stored[worst]), float(now[worst]), float(shares[worst]), float(limits[worst]))
-
-
-def _relative(stored: float, now: float) -> float:
-    if stored == 0.0:
-        return 0.0 if now == 0.0 else math.inf
-    return (now - stored) / abs(stored)
-
-
-def _used(change: Change) -> float:
-    if not math.isfinite(change.change):
-        return math.inf
-    if change.limit > 0.0:
-        return abs(change.change) / change.limit
-    return 0.0 if change.change == 0.0 else math.inf
+    yield of_number("elements", entry.elements, record.cost["elements"], 0.0)
+    for name in entry.results:
+        yield change_of(case, entry, name, record.results.get(name, math.nan))
+    for name, now in numbers_of(record).items():
+        if name not in entry.results and name not in entry.sometimes:
+            yield of_new(name, now)

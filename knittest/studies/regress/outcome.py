@@ -14,10 +14,15 @@ from knittest.studies.regress.drift import Change, Drift
 from knittest.studies.regress.judge import Row
 from knittest.studies.trials.record import Record
 
+#: what is said of an entry of no run
+LOST = "in the baseline, but no level runs it any more: --update-baseline drops it"
+
 
 @dataclass(frozen=True)
 class Outcome:
-    """Records of the runs, rows of both tables (none: not asked for), and drift against the file ``baseline``."""
+    """Records of the runs, rows of both tables (none: not asked for), and drift against the file ``baseline``: what was
+    ``updated``, entries ``lost``, which no level runs, and those that the update ``dropped`` for it.
+    """
 
     level: Level
     records: Mapping[Case, Record]
@@ -26,16 +31,20 @@ class Outcome:
     drifts: tuple[Drift, ...]
     baseline: Path
     updated: tuple[str, ...] = ()
+    lost: tuple[str, ...] = ()
+    dropped: tuple[str, ...] = ()
 
     @property
     def failures(self) -> int:
-        """Rows and cases that do not pass."""
-        return sum(not row.passed for row in self.rows) + sum(not drift.passed for drift in self.drifts)
+        """Rows and cases that do not pass, and entries that no level runs any more."""
+        return (
+            sum(not row.passed for row in self.rows) + sum(not drift.passed for drift in self.drifts) + len(self.lost)
+        )
 
     @property
     def exit_code(self) -> int:
         """0; 4 when a run found no room, which says nothing of the code; 5 when something does not pass."""
-        if any(record.status == "blocked" for record in self.records.values()):
+        if any(drift.no_room for drift in self.drifts):
             return ResourceError.exit_code
         return OutOfTolerance.exit_code if self.failures else 0
 
@@ -55,7 +64,12 @@ class Outcome:
             "table3": [_row(row) for row in self.rows],
             "table4": [asdict(row) for row in self.costs],
             "drift": list(self._drift()),
-            "baseline": {"file": str(self.baseline), "updated": list(self.updated)},
+            "baseline": {
+                "file": str(self.baseline),
+                "updated": list(self.updated),
+                "lost": list(self.lost),
+                "dropped": list(self.dropped),
+            },
             "runs": [_run(case, record) for case, record in self.records.items()],
         }
 
@@ -63,7 +77,7 @@ class Outcome:
         for drift in self.drifts:
             yield {
                 "run": drift.case.name,
-                "judged": drift.entry is not None or bool(drift.problem),
+                "judged": bool(drift.changes),
                 "passed": drift.passed,
                 "reasons": drift.reasons,
                 "changes": [asdict(change) for change in drift.changes],
@@ -83,6 +97,6 @@ def _run(case: Case, record: Record) -> dict[str, object]:
 
 
 def largest_of(drifts: list[Drift]) -> Change | None:
-    """The change among ``drifts`` that is largest."""
-    changes = [change for drift in drifts for change in drift.changes]
+    """The change among ``drifts`` that is largest, crests left out, which have no shares."""
+    changes = [c for drift in drifts for c in drift.changes if c.counted is None]
     return max(changes, key=lambda c: abs(c.change) if math.isfinite(c.change) else math.inf, default=None)

@@ -11,9 +11,10 @@ from pathlib import Path
 import numpy as np
 
 from knittest.config.run import Run
-from knittest.studies.regress.baseline import Entry, points, rounded
-from knittest.studies.regress.cases import Case
-from knittest.studies.trials.trial import Trial, trial_of
+from knittest.studies.regress.baseline import Entry
+from knittest.studies.regress.cases import Case, trial_here
+from knittest.studies.regress.recorded import points, rounded
+from knittest.studies.trials.trial import Trial
 
 #: runs whose mean and scatter are stored, the one as it is among them
 RUNS = 12
@@ -27,18 +28,26 @@ def otherwise_rounded(case: Case, trial: Trial) -> list[Trial]:
     """The runs beside ``trial`` by which the scatter of ``case`` is known; none where it does not enlarge rounding."""
     if not case.enlarges:
         return []
-    return [trial_of(_shorter(trial.run, number), f"{case.name}, rounding {number}") for number in range(1, RUNS)]
+    return [trial_here(_shorter(trial.run, number), f"{case.name}, rounding {number}") for number in range(1, RUNS)]
 
 
-def pooled(entry: Entry, others: Sequence[Entry], curves: Sequence[tuple[Run, Path]]) -> Entry:
+def pooled(entry: Entry, others: Sequence[Entry], curves: Sequence[tuple[Run, Path]], crests: Sequence[str]) -> Entry:
     """``entry`` with the mean of its numbers and those of ``others``, its curve of ``curves`` (runs and folders) too,
-    and their standard deviations; without numbers that one of them lacks. Raises :class:`InputError` for a lost curve.
+    their standard deviations, and the range of what counts ``crests``; numbers that one of them lacks are named alone.
+    Raises :class:`InputError` for a lost curve.
     """
     together = [entry.results, *(other.results for other in others)]
     names = [name for name in entry.results if all(name in one for one in together)]
     values = np.array([[one[name] for name in names] for one in together])
     results, scatter = (dict(zip(names, _digits(row), strict=True)) for row in _mean_sd(values))
-    update = {"runs": len(together), "results": results, "scatter": scatter}
+    ranges = {name: (int(min(row)), int(max(row))) for name, row in zip(names, values.T, strict=True) if name in crests}
+    update: dict[str, object] = {
+        "runs": len(together),
+        "results": results,
+        "scatter": {name: sd for name, sd in scatter.items() if name not in crests},
+        "ranges": ranges,
+        "sometimes": sorted({name for one in together for name in one} - {*names}),
+    }
     if entry.curve is not None:
         grid = entry.curve.x
         y = np.array([entry.curve.y, *(np.interp(grid, *points(run, folder)) for run, folder in curves)])

@@ -5,6 +5,7 @@ import sys
 from collections.abc import Iterator
 from dataclasses import astuple
 
+from knittest.base.errors import ResourceError
 from knittest.base.layout import table, width_of
 from knittest.base.result_rows import LABELS
 from knittest.experiment.row_kind import RowKind
@@ -12,7 +13,7 @@ from knittest.export.provenance import cpu_model
 from knittest.studies.regress.cost import CostRow, total
 from knittest.studies.regress.drift import LIMITS, Drift, own_limits
 from knittest.studies.regress.judge import Row
-from knittest.studies.regress.outcome import Outcome, largest_of
+from knittest.studies.regress.outcome import LOST, Outcome, largest_of
 from knittest.studies.regress.rounding import TIMES
 
 HEAD3 = ("specimen", "scale", "preset", "quantity", "simulated", "experiment", "deviation", "kind", "passes", "verdict")
@@ -64,9 +65,9 @@ def _drift_lines(outcome: Outcome) -> Iterator[str]:
     if outcome.updated:
         yield f"baseline {outcome.baseline}: {len(outcome.updated)} runs written"
         yield from (f"  {text}" for text in outcome.updated)
-    judged = [drift for drift in outcome.drifts if drift.entry is not None or drift.problem]
+    yield from (f"  {name}: dropped, no level runs it any more" for name in outcome.dropped)
     for scale, limits in LIMITS.items():
-        mine = [drift for drift in judged if drift.case.scale == scale]
+        mine = [drift for drift in outcome.drifts if drift.case.scale == scale]
         if mine:
             good = sum(drift.passed for drift in mine)
             yield f"drift from the baseline, {scale}: {good} of {len(mine)} runs pass{_largest(mine)}"
@@ -74,11 +75,9 @@ def _drift_lines(outcome: Outcome) -> Iterator[str]:
             yield f"  limits: {number:g} % of a number, {curve:g} % of a curve's largest value"
             yield from _wider(mine)
             yield from (f"  FAIL {drift.case.name}: {reason}" for drift in mine for reason in drift.reasons)
-    if any(drift.entry is not None and drift.entry.cpu != cpu_model() for drift in judged):
+    if any(drift.entry is not None and drift.entry.cpu != cpu_model() for drift in outcome.drifts):
         yield "  some of the baseline was written on another processor model, which rounds differently"
-    left = [drift.case.name for drift in outcome.drifts if drift not in judged]
-    if left:
-        yield f"not in the baseline, so not judged for drift: {', '.join(left)}"
+    yield from (f"FAIL {name}: {LOST}" for name in outcome.lost)
 
 
 def _wider(drifts: list[Drift]) -> Iterator[str]:
@@ -90,10 +89,10 @@ def _wider(drifts: list[Drift]) -> Iterator[str]:
             number, curve, buckled = (100.0 * v for v in astuple(limits))
             yield f"  {drift.case.name}, which enlarges rounding: {number:g} %, {curve:g} %, of buckles {buckled:g} %"
         elif drift.entry.runs > 1 and drift.changes:
-            widest = max(drift.changes, key=lambda change: change.limit)
+            widest = max((c for c in drift.changes if c.counted is None), key=lambda change: change.limit)
             yield (
-                f"  {drift.case.name}: and {TIMES:g} times the scatter of {drift.entry.runs} runs rounded differently, "
-                f"up to {100.0 * widest.limit:.2g} % ({widest.what})"
+                f"  {drift.case.name}: these and {TIMES:g} times the scatter of {drift.entry.runs} runs rounded "
+                f"differently, together {100.0 * widest.limit:.2g} % at most ({widest.what}); a crest more or fewer"
             )
 
 
@@ -107,7 +106,8 @@ def _verdict(outcome: Outcome) -> Iterator[str]:
     tallies = {kind: outcome.tally(kind) for kind in row_kinds}
     counts = [f"{good} of {total} {kind}" for kind, (good, total) in tallies.items() if total]
     said = f": rows that pass: {', '.join(counts)}" if counts else ""
-    yield ("PASS" if outcome.exit_code == 0 else "FAIL") + said
+    words = {0: "PASS", ResourceError.exit_code: "NOT JUDGED, the machine had no room"}
+    yield words.get(outcome.exit_code, "FAIL") + said
 
 
 def _number(value: float, form: str) -> str:
