@@ -15,6 +15,7 @@ from knittest.studies.regress.drift import LIMITS, Drift, own_limits
 from knittest.studies.regress.judge import Row
 from knittest.studies.regress.outcome import LOST, Outcome, largest_of
 from knittest.studies.regress.rounding import TIMES
+from knittest.studies.regress.widening import limits_of
 
 HEAD3 = ("specimen", "scale", "preset", "quantity", "simulated", "experiment", "deviation", "kind", "passes", "verdict")
 HEAD4 = ("test", "scale", "elements, paper", "ours", "CPU h, paper", "ours", "steps", "mass added [%]", "")
@@ -89,10 +90,11 @@ def _wider(drifts: list[Drift]) -> Iterator[str]:
             number, curve, buckled = (100.0 * v for v in astuple(limits))
             yield f"  {drift.case.name}, which enlarges rounding: {number:g} %, {curve:g} %, of buckles {buckled:g} %"
         elif drift.entry.runs > 1 and drift.changes:
-            widest = max((c for c in drift.changes if c.counted is None), key=lambda change: change.limit)
+            along = limits_of(drift.case, drift.entry)
+            widest = max({*along} - {*drift.entry.ranges}, key=lambda name: along[name])
             yield (
                 f"  {drift.case.name}: these and {TIMES:g} times the scatter of {drift.entry.runs} runs rounded "
-                f"differently, together {100.0 * widest.limit:.2g} % at most ({widest.what}); a crest more or fewer"
+                f"differently, together {100.0 * along[widest]:.2g} % at most ({widest}); a crest more or fewer"
             )
 
 
