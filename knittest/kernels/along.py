@@ -7,7 +7,7 @@ and one that was followed would run away and let the rest sink in. Such pieces h
 from numba import njit
 
 from knittest.kernels.contact import FIRST_ALONG, SECOND_ALONG
-from knittest.kernels.options import KERNEL, PART
+from knittest.kernels.options import KERNEL
 
 #: pieces beyond one that lies along another yarn that go on to do so
 BESIDE_ALONG = 2
@@ -42,12 +42,3 @@ def mark_found(pairs, places, found, yarn, along):
                 along[i] = yarn[j]
             if i >= 0 and line == SECOND_ALONG:
                 along[j] = yarn[i]
-
-
-@njit(**PART)
-def lies_along(along, yarn, i, s, j, near):
-    """Tell whether a piece that lies along the yarn of ``j`` has its middle within ``near`` pieces of i + s."""
-    for h in range(max(i - 1, 0), min(i + 2, yarn.size)):
-        if along[h] == yarn[j] and yarn[h] == yarn[i] and abs(h + 0.5 - i - s) < near:
-            return True
-    return False

@@ -9,8 +9,7 @@ from math import sqrt
 import numpy as np
 from numba import njit
 
-from knittest.kernels.along import lies_along
-from knittest.kernels.contact import FIRST_ALONG, POINT, SECOND_ALONG
+from knittest.kernels.contact import BESIDE, FIRST_ALONG, POINT, SECOND_ALONG
 from knittest.kernels.options import ALLOCATING, KERNEL, PART
 from knittest.kernels.rows import rows3
 from knittest.kernels.section_blocks import ARM, OTHER, SHIFT, TOUCH
@@ -23,8 +22,8 @@ REACHED = 0.5 / (1.0 + SOON)
 #: distance along both yarns [elements] within which a found crossing is the tracked one, and two tracked ones merge
 SAME = 0.9
 MERGE = 0.25
-#: the same for a crossing and the middle of the piece that inherits it when it begins to lie along the other yarn
-HELD, FREE = 0.5, 1.5
+#: the same for a crossing and the middle of its piece, which inherits it when it begins to lie along the other yarn
+HELD, FREE = 0.5, 4.0
 
 
 @njit(**ALLOCATING)
@@ -91,7 +90,8 @@ def _copy(source, a, target, b):
 @njit(**PART)
 def _tracked(contacts, head, following, chain, i, j, s, t, line, near):
     """Number of the contact in the lists ``head`` within ``near`` (2) elements of (i + s, j + t), or -1."""
-    for ii in range(max(i - 1, 0), min(i + 2, chain.size)):
+    beside = 1 + int(near[0])
+    for ii in range(max(i - beside, 0), min(i + beside + 1, chain.size)):
         c = head[ii]
         while c >= 0:
             if (
@@ -116,17 +116,24 @@ def _line_of(contacts, head, following, i, j):
 
 
 @njit(**PART)
-def _before(old, head, following, chain, i, j, s, t, line):
-    """Number of the contact in the lists ``head`` whose heir the one at (i + s, j + t) is, or -1."""
+def _before(old, head, following, chain, lying, i, j, s, t, line):
+    """Number of the contact in the lists ``head`` whose heir the one at (i + s, j + t) is, or -1.
+
+    That is one of the same kind nearby, or a line contact of the same pieces; for a piece that begins or ends to lie
+    along the other yarn what it had before. A crossing has one heir, on its own piece.
+    """
     before = _tracked(old, head, following, chain, i, j, s, t, line, (SAME, SAME))
-    if before >= 0:
-        return before
-    if line == POINT:  # yarns side by side that bent apart, or turned
-        return _line_of(old, head, following, i, j)
-    if line == FIRST_ALONG:  # of the pieces that now lie along the other yarn, the one that the crossing was on
-        return _tracked(old, head, following, chain, i, j, s, t, POINT, (HELD, FREE))
-    if line == SECOND_ALONG:
-        return _tracked(old, head, following, chain, i, j, s, t, POINT, (FREE, HELD))
+    if before < 0:
+        before = _line_of(old, head, following, i, j)
+    if before < 0 and line != BESIDE and line != SECOND_ALONG:
+        other = POINT if line == FIRST_ALONG else FIRST_ALONG
+        before = _tracked(old, head, following, chain, i, j, s, t, other, (HELD, FREE))
+    if before < 0 and line != BESIDE and line != FIRST_ALONG:
+        other = POINT if line == SECOND_ALONG else SECOND_ALONG
+        before = _tracked(old, head, following, chain, i, j, s, t, other, (FREE, HELD))
+        along, yarn = lying
+        if line == SECOND_ALONG and before >= 0 and along[old.piece[0, before]] == yarn[j]:  # the first yarn has it
+            return -1
     return before
 
 
@@ -150,7 +157,7 @@ def keep_contacts(old, count, radius, chain, alive, moved, lying, skin, new, hea
     (``lying``: along, yarn of every piece) ends, and that piece inherits it. A reach that was cut when
     the contact was found inside (see :func:`find_contacts`) grows back as the gap opens.
     """
-    kept = 0
+    kept, (along, yarn) = 0, lying
     for c in range(count):
         s, t = old.parameter[0, c], old.parameter[1, c]
         i, j, line = old.piece[0, c], old.piece[1, c], old.line[c]
@@ -158,7 +165,7 @@ def keep_contacts(old, count, radius, chain, alive, moved, lying, skin, new, hea
             continue
         if alive[i - 1] * alive[i] * alive[j - 1] * alive[j] == 0.0:
             continue
-        if line == POINT and (lies_along(*lying, i, s, j, SAME) or lies_along(*lying, j, t, i, SAME)):
+        if line == POINT and (along[i] == yarn[j] or along[j] == yarn[i]):
             continue
         gap = _gap(old, c)
         if gap >= old.reach[c] + skin:
@@ -254,7 +261,7 @@ def find_contacts(pairs, places, found, radius, part, levers, chain, alive, move
             if _tracked(new, lists, following, chain, i, j, s, t, POINT, (SAME, SAME)) >= 0:
                 continue
             if needed < new.reach.size:
-                before = _before(old, old_lists, old_following, chain, i, j, s, t, line)
+                before = _before(old, old_lists, old_following, chain, lying, i, j, s, t, line)
                 elliptic = new.excess.size > 0 and (new.excess[i] != 0.0 or new.excess[j] != 0.0)
                 touch = place[TOUCH] if elliptic else radius[i] + radius[j]
                 arm = place[ARM] if elliptic else radius[i] / touch

@@ -5,11 +5,11 @@ import pytest
 from plain import plain
 from scipy.spatial.transform import Rotation
 
-from knittest.kernels.along import lies_along, mark_along, mark_found
+from knittest.kernels.along import mark_along, mark_found
 from knittest.kernels.contact import BESIDE, FIRST_ALONG, POINT, SECOND_ALONG
 from knittest.kernels.pair_search import crossing
 from knittest.kernels.periodic_state import Images
-from knittest.kernels.search import _add_contact, _before, _line_of
+from knittest.kernels.search import _add_contact, _before, _line_of, keep_contacts
 from knittest.kernels.state import Contacts
 from knittest.models.image_contacts import _crossings
 
@@ -145,24 +145,42 @@ def test_a_copy_the_other_way_round_is_the_same_contact_if_the_same_yarn_lies_al
 
 
 def test_a_crossing_goes_to_the_piece_that_it_was_on_and_to_no_other():
-    """Handed over twice its depth would be energy."""
+    """Handed over twice its depth would be energy; where the other yarn bends too, the first has it."""
     crossed, chain = contacts(POINT, 0.73, 0.70), np.array([0, 0, 0, 1, 1, 1])
     crossed.parameter[:, 0] = 0.9, 0.2
     head, following = np.full(6, -1), np.full(1, -1)
     head[1] = 0
-    heirs = [i for i in (0, 1, 2) if plain(_before)(crossed, head, following, chain, i, 4, 0.5, 0.5, FIRST_ALONG) == 0]
-    assert heirs == [1]
-    assert plain(_before)(crossed, head, following, chain, 1, 4, 0.5, 0.5, SECOND_ALONG) == 0
-    assert plain(_before)(crossed, head, following, chain, 1, 4, 0.5, 0.5, BESIDE) == -1
+
+    def heir(i: int, j: int, line: float, along: tuple[int, ...] = (-1,) * 6) -> bool:
+        lying = np.array(along), chain
+        return plain(_before)(crossed, head, following, chain, lying, i, j, 0.5, 0.5, line) == 0
+
+    assert [heir(i, 4, FIRST_ALONG) for i in (0, 1, 2)] == [False, True, False]
+    assert [heir(1, j, SECOND_ALONG) for j in (3, 4, 5)] == [False, True, False]
+    assert heir(1, 5, FIRST_ALONG) and heir(2, 4, SECOND_ALONG)  # the place on the other yarn may differ
+    assert not heir(1, 4, SECOND_ALONG, (-1, 1, -1, -1, 0, -1))
+    assert not heir(1, 4, BESIDE)
 
 
-def test_a_crossing_ends_beside_a_piece_that_lies_along_its_partner():
-    chain, along = np.array([0, 0, 0, 1, 1, 1]), np.array([-1, 1, -1, -1, -1, -1])
-    near = [
-        plain(lies_along)(along, chain, i, s, 4, 0.9) for i, s in ((0, 0.5), (0, 0.7), (1, 0.5), (2, 0.3), (2, 0.5))
-    ]
-    assert near == [False, True, True, True, False]
-    assert not plain(lies_along)(along, chain, 1, 0.5, 2, 0.9)  # along another yarn
+@pytest.mark.parametrize("kind_before", [BESIDE, FIRST_ALONG, SECOND_ALONG])
+@pytest.mark.parametrize("kind_now", [POINT, BESIDE, FIRST_ALONG, SECOND_ALONG])
+def test_a_line_contact_that_changes_its_kind_keeps_its_depth(kind_before, kind_now):
+    line, chain = contacts(kind_before, 0.73, 0.70), np.array([0, 0, 0, 1, 1, 1])
+    head, following = np.full(6, -1), np.full(1, -1)
+    head[1] = 0
+    lying = np.full(6, -1), chain
+    assert plain(_before)(line, head, following, chain, lying, 1, 4, 0.5, 0.5, kind_now) == 0
+    elsewhere = plain(_before)(line, head, following, chain, lying, 1, 5, 0.3, 0.6, kind_now)
+    assert elsewhere == (0 if (kind_before, kind_now) == (FIRST_ALONG, POINT) else -1)
+
+
+@pytest.mark.parametrize(("along", "kept"), [((-1,) * 6, 1), ((-1, 1) + (-1,) * 4, 0), ((1, -1, 1) + (-1,) * 3, 1)])
+def test_a_crossing_ends_where_its_own_piece_lies_along_the_other_yarn(along, kept):
+    """Beside such a piece it goes on: it would have no heir there, and its depth would be lost."""
+    chain, new = np.array([0, 0, 0, 1, 1, 1]), contacts(POINT, 0.0, 0.0)
+    arguments = np.full(6, 0.375), chain, np.ones(6), np.ones(6, bool), (np.array(along), chain), 0.1
+    lists = np.full(6, -1), np.full(1, -1)
+    assert plain(keep_contacts)(contacts(POINT, 0.73, 0.70), 1, *arguments, new, *lists) == kept
 
 
 def contacts(line: float, reach: float, gap: float) -> Contacts:
