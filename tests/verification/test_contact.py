@@ -31,10 +31,12 @@ def test_capstan():
 
 @pytest.mark.parametrize(("friction", "thick_first"), [(0.2, False), (0.3, True)])
 def test_a_yarn_drawn_around_a_yarn_follows_the_capstan_and_does_not_sink_in(friction, thick_first):
-    """Friction at the surface of the fixed yarn. A piece that arrives lets the tension swing by some per cent."""
+    """Friction at the surface of the fixed yarn. A piece that arrives lets the tension swing by some per cent. Without
+    a contact a piece the yarn lay 0.47 of 0.5 mm deep.
+    """
     row, lost = yarn_contact.wrapped(friction, thick_first)
     assert abs(row.error) < 0.015
-    assert lost.result < 2.0 * lost.reference
+    assert lost.error < 3e-3
 
 
 def test_a_body_on_an_incline_slips_at_the_static_coefficient_and_slides_at_the_kinetic_one():

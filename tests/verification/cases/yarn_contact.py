@@ -90,12 +90,12 @@ def wrapped(friction: float, thick_first: bool = False) -> tuple[Row, Row]:
     body.advance(1.0 + 3.0 * h / speed)
     tension: list[float] = []
     body.advance(2.0 * h / speed, lambda b: tension.append(-b.reaction(pull)))
-    mesh, lost = "16", float(body.model.tracker.force_free().max()) * r
-    case = f"yarn around a yarn, mu = {friction:g}"
+    lost = float(body.model.tracker.force_free().max()) * r - h**2 / (8.0 * (R + r))
+    case, source = f"yarn around a yarn, mu = {friction:g}", "Euler 1769; Eytelwein 1808"
     exact = float(np.exp(friction * np.pi * R / (R + r)))
     return (
-        Row(case, "Euler 1769; Eytelwein 1808", "T2 / T1 [-]", exact, float(np.mean(tension)) / hold, mesh, None),
-        Row(case, "none hides", "depth without force [mm]", h**2 / (8.0 * (R + r)), lost, mesh, None),
+        Row(case, source, "T2 / T1 [-]", exact, float(np.mean(tension)) / hold, f"{n}", None),
+        Row(case, source, "depth lost [mm]", 0.0, lost, f"{n}", None),
     )
 
 
