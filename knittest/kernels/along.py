@@ -20,15 +20,16 @@ def mark_along(contacts, count, yarn, along):
     ``yarn`` (n,) of the nodes: a chain, with all its images in a periodic cell.
     """
     along[:] = -1
-    for c in range(count):
-        line = contacts.line[c]
-        if line != FIRST_ALONG and line != SECOND_ALONG:
-            continue
-        side = 0 if line == FIRST_ALONG else 1
-        i, j = contacts.piece[side, c], contacts.piece[1 - side, c]
-        for h in range(max(i - BESIDE_ALONG, 0), min(i + BESIDE_ALONG + 1, yarn.size)):
-            if yarn[h] == yarn[i]:
-                along[h] = yarn[j]
+    for away in range(BESIDE_ALONG + 1):  # what lies along a yarn itself comes first, then what is beside it
+        for c in range(count):
+            line = contacts.line[c]
+            if line != FIRST_ALONG and line != SECOND_ALONG:
+                continue
+            side = 0 if line == FIRST_ALONG else 1
+            i, j = contacts.piece[side, c], contacts.piece[1 - side, c]
+            for h in (i - away, i + away):
+                if 0 <= h < yarn.size and along[h] < 0 and yarn[h] == yarn[i]:
+                    along[h] = yarn[j]
 
 
 @njit(**KERNEL)

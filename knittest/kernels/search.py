@@ -150,12 +150,13 @@ def _gap(contacts, c):
 
 
 @njit(**PART)
-def keep_contacts(old, count, radius, chain, alive, moved, lying, skin, new, head, following):
+def keep_contacts(old, count, radius, chain, alive, moved, lying, skin, new, head, following, taken):
     """Copy tracked contacts that are still near into ``new`` and its lists; returns how many.
 
     Two contacts that ran into the same crossing become one. A crossing on a piece found to lie along the other yarn
     (``lying``: along, yarn of every piece) ends, and that piece inherits it. A reach that was cut when
-    the contact was found inside (see :func:`find_contacts`) grows back as the gap opens.
+    the contact was found inside (see :func:`find_contacts`) grows back as the gap opens. Fills ``taken`` (count,) where
+    a contact goes on: it has no heir.
     """
     kept, (along, yarn) = 0, lying
     for c in range(count):
@@ -173,7 +174,7 @@ def keep_contacts(old, count, radius, chain, alive, moved, lying, skin, new, hea
         touch = radius[i] + radius[j]
         if old.excess.size > 0 and old.touch[c] > 0.0:
             touch = old.touch[c]
-        reach = min(touch, max(old.reach[c], gap))
+        reach, taken[c] = min(touch, max(old.reach[c], gap)), True
         same = _tracked(new, head, following, chain, i, j, s, t, line, (MERGE, MERGE))
         if same >= 0:
             new.reach[same] = max(new.reach[same], reach)
@@ -245,11 +246,11 @@ def find_contacts(pairs, places, found, radius, part, levers, chain, alive, move
     exceed the capacity of ``new``; nothing is dropped.
     """
     n = chain.size
-    lists, old_lists = np.full(n, -1), np.full(n, -1)
+    lists, old_lists, taken = np.full(n, -1), np.full(n, -1), np.zeros(old_count, np.bool_)
     following, old_following = np.empty(new.reach.size, np.int64), np.empty(old.reach.size, np.int64)
     for c in range(old_count):
         _push(old, c, old_lists, old_following)
-    needed = keep_contacts(old, old_count, radius, chain, alive, moved, lying, skin, new, lists, following)
+    needed = keep_contacts(old, old_count, radius, chain, alive, moved, lying, skin, new, lists, following, taken)
     for share in range(found.size):
         for k in range(found[share]):
             i, j = pairs[share, k, 0], pairs[share, k, 1]
@@ -260,8 +261,14 @@ def find_contacts(pairs, places, found, radius, part, levers, chain, alive, move
             # a tracked crossing is no other one, nor a line beside itself once its yarns lie parallel again
             if _tracked(new, lists, following, chain, i, j, s, t, POINT, (SAME, SAME)) >= 0:
                 continue
+            if line > BESIDE and _tracked(new, lists, following, chain, i, j, s, t, line, (SAME, SAME)) >= 0:
+                continue
             if needed < new.reach.size:
                 before = _before(old, old_lists, old_following, chain, lying, i, j, s, t, line)
+                if before >= 0 and taken[before]:
+                    before = -1
+                elif before >= 0:
+                    taken[before] = True
                 elliptic = new.excess.size > 0 and (new.excess[i] != 0.0 or new.excess[j] != 0.0)
                 touch = place[TOUCH] if elliptic else radius[i] + radius[j]
                 arm = place[ARM] if elliptic else radius[i] / touch

@@ -9,7 +9,7 @@ from knittest.kernels.along import mark_along, mark_found
 from knittest.kernels.contact import BESIDE, FIRST_ALONG, POINT, SECOND_ALONG
 from knittest.kernels.pair_search import crossing
 from knittest.kernels.periodic_state import Images
-from knittest.kernels.search import _add_contact, _before, _line_of, keep_contacts
+from knittest.kernels.search import _add_contact, _before, _line_of, find_contacts, keep_contacts
 from knittest.kernels.state import Contacts
 from knittest.models.image_contacts import _crossings
 
@@ -174,13 +174,54 @@ def test_a_line_contact_that_changes_its_kind_keeps_its_depth(kind_before, kind_
     assert elsewhere == (0 if (kind_before, kind_now) == (FIRST_ALONG, POINT) else -1)
 
 
+def both(places: list[tuple[int, int, float, float, float]], old: Contacts) -> Contacts:
+    """Contacts of two yarns of 10 pieces after a search that found ``places`` (i, j, s, t, line) and lost ``old``."""
+    chain, nodes = np.repeat([0, 1], 10), 20
+    pairs, found = np.array([[[i, j] for i, j, *_ in places]]), np.array([len(places)])
+    rows = np.array([[[s, t, 0.0, 0.0, 0.70, line] for _, _, s, t, line in places]])
+    along, new = np.full(nodes, -1), contacts(POINT, 0.0, 0.0)
+    plain(mark_found)(pairs, rows, found, chain, along)
+    new = Contacts(**{name: np.repeat(array, 4, axis=-1) for name, array in new._asdict().items()})  # room for four
+    count = plain(find_contacts)(
+        pairs,
+        rows,
+        found,
+        np.full(nodes, 0.375),
+        np.zeros(nodes, int),
+        np.zeros((2, 1, 1)),
+        chain,
+        np.ones(nodes),
+        np.ones(nodes, bool),
+        (along, chain),
+        0.1,
+        old,
+        1,
+        new,
+    )
+    assert count == len(places)
+    return new
+
+
+def test_a_contact_has_one_heir_however_many_places_are_found():
+    """Two nearest places of one piece, or a line of the same pieces beside a crossing: one keeps the depth."""
+    for kind_before, places in (
+        (POINT, [(3, 12, 0.5, 0.5, FIRST_ALONG), (3, 15, 0.5, 0.5, FIRST_ALONG)]),
+        (FIRST_ALONG, [(3, 12, 0.5, 0.5, BESIDE), (3, 14, 0.5, 0.4, POINT)]),
+    ):
+        old = contacts(kind_before, 0.73, 0.70)
+        old.piece[:, 0] = 3, 12
+        new = both(places, old)
+        assert sorted(new.reach[:2]) == pytest.approx([0.70, 0.73])
+
+
 @pytest.mark.parametrize(("along", "kept"), [((-1,) * 6, 1), ((-1, 1) + (-1,) * 4, 0), ((1, -1, 1) + (-1,) * 3, 1)])
 def test_a_crossing_ends_where_its_own_piece_lies_along_the_other_yarn(along, kept):
     """Beside such a piece it goes on: it would have no heir there, and its depth would be lost."""
     chain, new = np.array([0, 0, 0, 1, 1, 1]), contacts(POINT, 0.0, 0.0)
     arguments = np.full(6, 0.375), chain, np.ones(6), np.ones(6, bool), (np.array(along), chain), 0.1
-    lists = np.full(6, -1), np.full(1, -1)
-    assert plain(keep_contacts)(contacts(POINT, 0.73, 0.70), 1, *arguments, new, *lists) == kept
+    lists, taken = (np.full(6, -1), np.full(1, -1)), np.zeros(1, bool)
+    assert plain(keep_contacts)(contacts(POINT, 0.73, 0.70), 1, *arguments, new, *lists, taken) == kept
+    assert taken.sum() == kept
 
 
 def contacts(line: float, reach: float, gap: float) -> Contacts:

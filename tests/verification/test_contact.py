@@ -35,7 +35,7 @@ def test_a_yarn_drawn_around_a_yarn_follows_the_capstan_and_does_not_sink_in(fri
     a contact a piece the yarn lay 0.47 of 0.5 mm deep.
     """
     row, lost = yarn_contact.wrapped(friction, thick_first)
-    assert abs(row.error) < 0.015
+    assert abs(row.error) < 0.008
     assert lost.error < 3e-3
 
 

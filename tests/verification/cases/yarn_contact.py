@@ -64,11 +64,13 @@ def capstan() -> list[Row]:
 
 
 def wrapped(friction: float, thick_first: bool = False) -> tuple[Row, Row]:
-    """A yarn of radius r = 0.1 mm drawn over half a fixed one of R = 0.4 mm: T2 = T1 exp(mu pi R / (R + r)).
+    """A yarn of radius r = 0.1 mm drawn over half a fixed one of R = 0.4 mm: T2 = T1 exp(pi lambda).
 
-    Euler (1769), Eytelwein (1808) about the axis of the fixed yarn: friction acts on its surface, at R, the tension at
-    R + r. Mean while the yarn goes on by two elements of 0.1 mm; then how deep it lies in the other beyond what it did
-    at the start, as control points about a circle lie outside their spline by h^2 / (8 (R + r)).
+    Euler (1769), Eytelwein (1808), with the friction f = mu n on the surface of the fixed yarn, a couple f r about the
+    axis of a yarn that does not resist bending: a shear force Q = f r / (R + r), so that n = T - dQ/dtheta and
+    dT/dtheta = f - Q. Hence lambda (1 + q lambda) = c with q = mu r / (R + r), c = mu R / (R + r). Mean while the yarn
+    goes on by two elements of 0.1 mm, damping adds about 0.1 %. Then the depth that no longer presses, beyond that of
+    the start, where control points about a circle lie outside their spline by h^2 / (8 (R + r)).
     """
     r, R, size, hold, speed = 0.1, 0.4, 0.1, 2.0, 0.05
     n = round((R + r) * np.pi / size)
@@ -92,7 +94,8 @@ def wrapped(friction: float, thick_first: bool = False) -> tuple[Row, Row]:
     body.advance(2.0 * h / speed, lambda b: tension.append(-b.reaction(pull)))
     lost = float(body.model.tracker.force_free().max()) * r - h**2 / (8.0 * (R + r))
     case, source = f"yarn around a yarn, mu = {friction:g}", "Euler 1769; Eytelwein 1808"
-    exact = float(np.exp(friction * np.pi * R / (R + r)))
+    q, c = friction * r / (R + r), friction * R / (R + r)
+    exact = float(np.exp(np.pi * (np.sqrt(1.0 + 4.0 * q * c) - 1.0) / (2.0 * q)))
     return (
         Row(case, source, "T2 / T1 [-]", exact, float(np.mean(tension)) / hold, f"{n}", None),
         Row(case, source, "depth lost [mm]", 0.0, lost, f"{n}", None),
