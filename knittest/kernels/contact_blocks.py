@@ -174,8 +174,12 @@ def _evaluate(count, law, inv_dt, w):
         ox = cx + s * (ux1 + s * ux2) - t * (vx1 + t * vx2)
         oy = cy + s * (uy1 + s * uy2) - t * (vy1 + t * vy2)
         oz = cz + s * (uz1 + s * uz2) - t * (vz1 + t * vz2)
-        mx, my, mz = ox - w[GX + m], oy - w[GY + m], oz - w[GZ + m]
+        dx, dy, dz = ox - w[GX + m], oy - w[GY + m], oz - w[GZ + m]
+        mx, my, mz = dx, dy, dz
+        # surfaces touch at a point between the centre-lines: they turn with their yarns about its arms
+        hx, hy, hz = 0.5 * (ox + w[GX + m]), 0.5 * (oy + w[GY + m]), 0.5 * (oz + w[GZ + m])
         rx, ry, rz = w[TURN_X + m], w[TURN_Y + m], w[TURN_Z + m]
+        dx, dy, dz = dx - (ry * hz - rz * hy), dy - (rz * hx - rx * hz), dz - (rx * hy - ry * hx)
         ex, ey, ez = w[EX + m], w[EY + m], w[EZ + m]
         ex, ey, ez = ex + ry * ez - rz * ey, ey + rz * ex - rx * ez, ez + rx * ey - ry * ex
         gx, gy, gz = ox, oy, oz
@@ -194,9 +198,7 @@ def _evaluate(count, law, inv_dt, w):
         ds, dt = 0.5 * (s - w[S + m]), 0.5 * (t - w[T + m])
         kx, ky, kz = combine(ds, load3(w, SWING_X + m, LANES), -dt, load3(w, SWUNG_X + m, LANES))
         mx, my, mz = mx + kx, my + ky, mz + kz
-        # surfaces touch at a point between the centre-lines: they turn with their yarns about its arms
-        hx, hy, hz = 0.5 * (gx + w[GX + m]), 0.5 * (gy + w[GY + m]), 0.5 * (gz + w[GZ + m])
-        dx, dy, dz = mx - (ry * hz - rz * hy), my - (rz * hx - rx * hz), mz - (rx * hy - ry * hx)
+        dx, dy, dz = dx + kx, dy + ky, dz + kz
         # a contact beyond the end of its chain carries nothing
         on_yarns = 1.0 if (s > -0.5) & (s < 1.5) & (t > -0.5) & (t < 1.5) else 0.0
         # what the yarns close themselves, along the mean normal of the step: a slide is none, to third order

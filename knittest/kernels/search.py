@@ -119,11 +119,11 @@ def _line_of(contacts, head, following, i, j):
 def _before(old, head, following, chain, lying, i, j, s, t, line):
     """Number of the contact in the lists ``head`` whose heir the one at (i + s, j + t) is, or -1.
 
-    That is one of the same kind nearby, or a line contact of the same pieces; for a piece that begins or ends to lie
+    That is one of the same kind nearby, or a line contact of the same pieces (side by side: none); for a piece that begins or ends to lie
     along the other yarn what it had before. A crossing has one heir, on its own piece.
     """
     before = _tracked(old, head, following, chain, i, j, s, t, line, (SAME, SAME))
-    if before < 0:
+    if before < 0 and line != BESIDE:
         before = _line_of(old, head, following, i, j)
     if before < 0 and line != BESIDE and line != SECOND_ALONG:
         other = POINT if line == FIRST_ALONG else FIRST_ALONG
@@ -265,7 +265,7 @@ def find_contacts(pairs, places, found, radius, part, levers, chain, alive, move
                 continue
             if needed < new.reach.size:
                 before = _before(old, old_lists, old_following, chain, lying, i, j, s, t, line)
-                if before >= 0 and taken[before]:
+                if before >= 0 and taken[before] and (line > BESIDE or old.line[before] > BESIDE):
                     before = -1
                 elif before >= 0:
                     taken[before] = True

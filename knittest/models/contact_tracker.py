@@ -12,7 +12,7 @@ from knittest.base.history import OVERLAP_COUNTS, Overlaps
 from knittest.kernels import search
 from knittest.kernels.along import mark_along, mark_found
 from knittest.kernels.options import PARTITIONS
-from knittest.kernels.pair_search import Cells, Pieces, find_pairs
+from knittest.kernels.pair_search import NEVER, WRAPPED, Cells, Pieces, find_pairs
 from knittest.kernels.periodic_state import Images
 from knittest.kernels.section_blocks import COLUMNS, place_ellipses, turn_sections
 from knittest.kernels.state import ContactLaw, Contacts, Nodes
@@ -72,7 +72,7 @@ class YarnContactGroup:
     pairs, ``levers`` (2, n_parts, n_parts) of their friction moments. ``bound`` radius around the section [mm], that of
     an ellipse more than its half height, ``radius``; sections of nodes as in :class:`Contacts`, empty if all are round
     (``shape``: if all are rigid).
-    ``pressed`` where overlaps at the start shall carry force.
+    ``pressed`` where overlaps at the start shall carry force, ``wraps`` where pieces may lie along yarns.
 
     In a periodic cell ``owned`` (n_nodes,) is 1 for its nodes and 0 for images, and contacts are looked for with the
     pieces ``near`` (n_nodes,), which touch a node of the cell, whose ``images`` have copies of them; none elsewhere.
@@ -98,6 +98,7 @@ class YarnContactGroup:
     near: NDArray[np.bool_] | None = None
     images: Images | None = None
     pressed: bool = False
+    wraps: bool = False
 
 
 class ContactTracker:
@@ -265,7 +266,16 @@ class ContactTracker:
         group, found = self.group, np.zeros(PARTITIONS, np.int64)
         mark_along(self.contacts, self.count, self._yarn, self._along)
         self._spread()
-        pieces = Pieces(group.bound, group.half_piece, group.exclude, group.chain, group.cut, self._yarn, self._along)
+        pieces = Pieces(
+            group.bound,
+            group.half_piece,
+            group.exclude,
+            group.chain,
+            group.cut,
+            self._yarn,
+            self._along,
+            WRAPPED if group.wraps else NEVER,
+        )
         while True:
             find_pairs(position, pieces, self.alive, moved, cells, CONTACT_SKIN, *self._room, found)
             if (most := int(found.max())) <= self._room[0].shape[1]:

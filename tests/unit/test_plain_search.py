@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from knittest.kernels.along import mark_along, mark_found
 from knittest.kernels.contact import BESIDE, FIRST_ALONG, POINT, SECOND_ALONG
-from knittest.kernels.pair_search import crossing
+from knittest.kernels.pair_search import WRAPPED, crossing
 from knittest.kernels.periodic_state import Images
 from knittest.kernels.search import _add_contact, _before, _line_of, find_contacts, keep_contacts
 from knittest.kernels.state import Contacts
@@ -28,12 +28,12 @@ def arc(curvature: float, height: float, shift: float = 0.0, angle_deg: float = 
 
 
 def found(upper: np.ndarray, lower: np.ndarray) -> tuple[float, float, np.ndarray, bool]:
-    s, t, *offset, line = plain(crossing)(*np.vstack([upper, lower]).T, 1, 4, 0)
+    s, t, *offset, line = plain(crossing)(*np.vstack([upper, lower]).T, 1, 4, 0, WRAPPED)
     return s, t, np.array(offset), line == BESIDE
 
 
 def kind(upper: np.ndarray, lower: np.ndarray, along: int = 0) -> float:
-    return plain(crossing)(*np.vstack([upper, lower]).T, 1, 4, along)[-1]
+    return plain(crossing)(*np.vstack([upper, lower]).T, 1, 4, along, WRAPPED)[-1]
 
 
 @pytest.mark.parametrize(("angle", "line"), [(0.0, True), (13.5, True), (14.5, False), (90.0, False)])
@@ -105,7 +105,7 @@ def test_a_held_place_is_the_middle_of_the_piece_that_bends(held, line):
     """Its partner's is the nearest to that: 0.1 mm along the straight yarn."""
     bent, straight = arc(-2.0, 0.7, angle_deg=90.0), arc(0.0, 0.0, shift=0.1)
     pieces = (bent, straight) if held == 0 else (straight, bent)
-    *place, _, _, _, kind_found = plain(crossing)(*np.vstack(pieces).T, 1, 4, 0)
+    *place, _, _, _, kind_found = plain(crossing)(*np.vstack(pieces).T, 1, 4, 0, WRAPPED)
     assert kind_found == line
     assert place[held] == 0.5
     assert place[1 - held] == pytest.approx(0.5 - 0.1 / SIZE, abs=1e-6)
@@ -163,7 +163,7 @@ def test_a_crossing_goes_to_the_piece_that_it_was_on_and_to_no_other():
 
 
 @pytest.mark.parametrize("kind_before", [BESIDE, FIRST_ALONG, SECOND_ALONG])
-@pytest.mark.parametrize("kind_now", [POINT, BESIDE, FIRST_ALONG, SECOND_ALONG])
+@pytest.mark.parametrize("kind_now", [POINT, FIRST_ALONG, SECOND_ALONG])
 def test_a_line_contact_that_changes_its_kind_keeps_its_depth(kind_before, kind_now):
     line, chain = contacts(kind_before, 0.73, 0.70), np.array([0, 0, 0, 1, 1, 1])
     head, following = np.full(6, -1), np.full(1, -1)
@@ -206,7 +206,7 @@ def test_a_contact_has_one_heir_however_many_places_are_found():
     """Two nearest places of one piece, or a line of the same pieces beside a crossing: one keeps the depth."""
     for kind_before, places in (
         (POINT, [(3, 12, 0.5, 0.5, FIRST_ALONG), (3, 15, 0.5, 0.5, FIRST_ALONG)]),
-        (FIRST_ALONG, [(3, 12, 0.5, 0.5, BESIDE), (3, 14, 0.5, 0.4, POINT)]),
+        (FIRST_ALONG, [(3, 12, 0.5, 0.5, SECOND_ALONG), (3, 14, 0.5, 0.4, POINT)]),
     ):
         old = contacts(kind_before, 0.73, 0.70)
         old.piece[:, 0] = 3, 12

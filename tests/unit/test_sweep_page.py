@@ -85,7 +85,7 @@ def test_a_sweep_has_its_runs_with_states_reasons_and_links(batch):
 
 def test_a_sweep_has_its_picture_and_how_to_repeat_it(batch):
     page = page_of(batch / "report.html")
-    assert page.pictures() == [(batch / "overview.png").read_bytes()]
+    assert page.pictures() == [unpacked(light((batch / "overview.png").read_bytes()))]
     text = page.text(page.section("repeat"))
     assert "knittest batch sweep.yaml" in text and "grid: {rig.width: [20, 30, 40, 50]}" in text
     assert "No trial left a manifest." in text

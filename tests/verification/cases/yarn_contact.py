@@ -82,7 +82,7 @@ def wrapped(friction: float, thick_first: bool = False) -> tuple[Row, Row]:
     z = np.arange(-1.47, 1.5, size)
     thin = Chain(np.vstack([left[::-1], arc, right]), section(2e3, 1e-3, r, 1e-3))
     thick = Chain(np.column_stack([0.0 * z, 0.0 * z, z]), section(1e5, 1e3, R, 0.1))
-    contact = YarnContact(500.0, 250.0, friction)
+    contact = YarnContact(500.0, 250.0, friction, wraps=True)
     body = Body.of_chains([thick, thin] if thick_first else [thin, thick], contact, damping=10.0)
     first = len(z) if thick_first else 0
     last = first + len(thin.points) - 1
