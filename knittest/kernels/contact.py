@@ -11,9 +11,6 @@ from numba import njit
 
 from knittest.kernels.options import INLINE
 
-#: how two pieces touch, ``line`` of a contact: at a point; side by side, s held; the first along the second, around
-#: which it bends, s held; the second along the first, t held
-POINT, BESIDE, FIRST_ALONG, SECOND_ALONG = 0.0, 1.0, 2.0, 3.0
 #: share of the tangent's square that a curvature term may take from the Hessian: keeps every step a descent
 CURVATURE_LIMIT = 0.9
 #: largest move of a contact parameter in one step
@@ -33,7 +30,7 @@ def closest_step(wx, wy, wz, ux, uy, uz, vx, vy, vz, ax, ay, az, bx, by, bz, lin
     """One safeguarded Newton step for the closest points of two curves.
 
     ``w`` offset from curve B to A, ``u``, ``v`` tangents and ``a``, ``b`` second derivatives at the present
-    parameters. ``line`` says which of them is held (:data:`POINT`: none). Returns (ds, dt) to subtract.
+    parameters. ``line`` = 1 holds s (near-parallel contact). Returns (ds, dt) to subtract.
     """
     f = wx * ux + wy * uy + wz * uz
     h = wx * vx + wy * vy + wz * vz
@@ -41,12 +38,11 @@ def closest_step(wx, wy, wz, ux, uy, uz, vx, vy, vz, ax, ay, az, bx, by, bz, lin
     vv = vx * vx + vy * vy + vz * vz
     ss = uu + max(wx * ax + wy * ay + wz * az, -CURVATURE_LIMIT * uu)
     tt = vv - min(wx * bx + wy * by + wz * bz, CURVATURE_LIMIT * vv)
-    first = 0.0 if (line == BESIDE) | (line == FIRST_ALONG) else 1.0
-    second = 0.0 if line == SECOND_ALONG else 1.0
-    uv = (ux * vx + uy * vy + uz * vz) * first * second
+    crossing = 1.0 - line
+    uv = (ux * vx + uy * vy + uz * vz) * crossing
     inv = 1.0 / max(ss * tt - uv * uv, 0.02 * ss * tt)
-    ds = (f * tt - h * uv) * inv * first
-    dt = (f * uv - h * ss) * inv * second
+    ds = (f * tt - h * uv) * inv * crossing
+    dt = (f * uv - h * ss) * inv
     return (
         min(max(ds, -PARAMETER_STEP), PARAMETER_STEP),
         min(max(dt, -PARAMETER_STEP), PARAMETER_STEP),

@@ -8,7 +8,7 @@ from math import acos, cos, sqrt
 import numpy as np
 from numba import njit
 
-from knittest.kernels.contact import BESIDE, penalty, spline_weights
+from knittest.kernels.contact import penalty, spline_weights
 from knittest.kernels.options import INLINE, KERNEL, PART
 from knittest.kernels.rows import at3, rows3
 from knittest.kernels.shell_state import AREA, state_index
@@ -34,7 +34,7 @@ def count_pierced(offset, reach, line, count, limit):
     found, limit2 = 0, limit * limit
     for c in range(count):
         gap2 = gx[c] * gx[c] + gy[c] * gy[c] + gz[c] * gz[c]
-        found += (gap2 < limit2 * reach[c] * reach[c]) & (line[c] != BESIDE)
+        found += (gap2 < limit2 * reach[c] * reach[c]) & (line[c] == 0.0)
     return found
 
 

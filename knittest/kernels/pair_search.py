@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-from knittest.kernels.contact import BESIDE, FIRST_ALONG, POINT, SECOND_ALONG, closest_step
+from knittest.kernels.contact import closest_step
 from knittest.kernels.grid import ROWS, place_of, row_near
 from knittest.kernels.options import ALLOCATING, INLINE, KERNEL, PARALLEL, PART, PARTITIONS
 from knittest.kernels.rows import rows3, rows4
@@ -18,20 +18,13 @@ from knittest.kernels.state import Array, Index
 
 #: pieces within this angle of parallel (14 degrees) are line contacts, unless they bend apart: sin^2
 PARALLEL_SIN2 = 0.06
-#: a piece that bends around another as far as it is away lies along it if its term of the Hessian is below this share
-#: of its tangent's square, and so do those beside it; a yarn that is nearly straight does not
-WRAPPED, NEVER = 0.85, -np.inf
-#: share of the first piece's term below which it is the second that lies along it
-SECOND_BENDS = 0.9
 #: Newton steps that place a new crossing, and how far beyond a piece they may leave it: it belongs to one of two
 NEWTON_STEPS, BEYOND = 4, 1e-3
 
 
 class Pieces(NamedTuple):
     """Pieces of yarns, (n_nodes,) each: ``radius`` and ``half_piece`` length [mm], the number of pieces along its yarn
-    that it never touches (``exclude``), its ``chain``, and whether it is ``cut`` off there: no two of those touch;
-    its ``yarn`` and that ``along`` which it lies already, or -1. ``wrapped`` is :data:`WRAPPED`, or :data:`NEVER` where
-    pieces are not to lie along yarns.
+    that it never touches (``exclude``), its ``chain``, and whether it is ``cut`` off there: no two of those touch.
     """
 
     radius: Array
@@ -39,9 +32,6 @@ class Pieces(NamedTuple):
     exclude: Index
     chain: Index
     cut: NDArray[np.bool_]
-    yarn: Index
-    along: Index
-    wrapped: float
 
 
 class Cells(NamedTuple):
@@ -88,33 +78,12 @@ def _apart(x, y, z, i, j, gap):
     return length2 - reach > gap * sqrt(length2)
 
 
-@njit(**INLINE)
-def _kind(uu, vv, uv, ss, tt, along, wrapped):
-    """Tell how two pieces touch (``line`` of a contact) by the Hessian (ss, -uv; -uv, tt) of half distance squared.
-
-    ``uu``, ``vv``, ``uv`` products of the tangents at the middles, ``ss``, ``tt`` [mm^2]; ``along`` is 1 where the
-    first is known to lie along the second's yarn, -1 the other way round. Straight pieces touch at a point by the angle
-    between them, parallel ones by how they bend apart. Where the Hessian is not positive there is no closest point: one
-    bends around the other by the radius of their distance, or more.
-    """
-    if (along == 1) & (ss < wrapped * uu):
-        return FIRST_ALONG
-    if (along == -1) & (tt < wrapped * vv):
-        return SECOND_ALONG
-    product = max(ss, 0.0) * max(tt, 0.0)
-    if uv * uv - max(product - uu * vv, 0.0) > (1.0 - PARALLEL_SIN2) * uu * vv:
-        return BESIDE
-    if (product <= uv * uv) & (min(ss * vv, tt * uu) < wrapped * uu * vv):
-        return SECOND_ALONG if tt * uu < SECOND_BENDS * ss * vv else FIRST_ALONG
-    return POINT
-
-
 @njit(**KERNEL)
-def crossing(x, y, z, i, j, along, wrapped):
+def crossing(x, y, z, i, j):
     """Closest points of pieces i and j: (s, t, offset (3), line flag); parameters may leave [0, 1).
 
-    ``along`` is 1 where i is known to lie along the yarn of j, -1 the other way round, else 0; ``wrapped`` as in
-    :class:`Pieces`.
+    The Hessian of half the squared distance says whether they touch at a point: straight pieces by the angle between
+    them, parallel ones by how they bend apart.
     """
     ax, ay, az, ux, uy, uz, px, py, pz = piece(x, y, z, i)
     bx, by, bz, vx, vy, vz, qx, qy, qz = piece(x, y, z, j)
@@ -126,8 +95,10 @@ def crossing(x, y, z, i, j, along, wrapped):
     wx = ax - bx + 0.5 * (ux + 0.5 * px - vx - 0.5 * qx)
     wy = ay - by + 0.5 * (uy + 0.5 * py - vy - 0.5 * qy)
     wz = az - bz + 0.5 * (uz + 0.5 * pz - vz - 0.5 * qz)
-    ss, tt = mm + 2.0 * (wx * px + wy * py + wz * pz), nn - 2.0 * (wx * qx + wy * qy + wz * qz)
-    line = _kind(mm, nn, mn, ss, tt, along, wrapped)
+    first = max(mm + 2.0 * (wx * px + wy * py + wz * pz), 0.0)
+    second = max(nn - 2.0 * (wx * qx + wy * qy + wz * qz), 0.0)
+    apart = max(first * second - mm * nn, 0.0)
+    line = 1.0 if mn * mn - apart > (1.0 - PARALLEL_SIN2) * mm * nn else 0.0
     for step in range(NEWTON_STEPS + 1):
         wx = ax - bx + s * (ux + s * px) - t * (vx + t * qx)
         wy = ay - by + s * (uy + s * py) - t * (vy + t * qy)
@@ -160,7 +131,7 @@ def _pairs_of(first, last, position, pieces, alive, moved, cells, by_cell, skin,
     """Pairs that pieces first..last are in; see :func:`find_pairs`. Returns their number."""
     x, y, z = rows3(position)
     px, py, pz, extent = rows4(by_cell)
-    radius, half_piece, exclude, chain, cut, yarn, lies, wrapped = pieces
+    radius, half_piece, exclude, chain, cut = pieces
     cell_of, shape, head, order = cells
     found = 0
     for q in range(first, last):
@@ -183,9 +154,8 @@ def _pairs_of(first, last, position, pieces, alive, moved, cells, by_cell, skin,
                 gap = radius[i] + radius[j] + skin
                 if alive[i - 1] * alive[i] * alive[j - 1] * alive[j] == 0.0 or _apart(x, y, z, i, j, gap):
                     continue
-                along = int(lies[i] == yarn[j]) - int(lies[j] == yarn[i])
-                s, t, wx, wy, wz, line = crossing(x, y, z, i, j, along, wrapped)
-                over = BEYOND if line == POINT else 0.0  # found twice, a crossing is tracked once
+                s, t, wx, wy, wz, line = crossing(x, y, z, i, j)
+                over = BEYOND if line == 0.0 else 0.0  # found twice, a crossing is tracked once
                 inside = s >= -over and s < 1.0 + over and t >= -over and t < 1.0 + over
                 if not inside or wx * wx + wy * wy + wz * wz > gap * gap:
                     continue

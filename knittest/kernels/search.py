@@ -9,7 +9,6 @@ from math import sqrt
 import numpy as np
 from numba import njit
 
-from knittest.kernels.contact import BESIDE, FIRST_ALONG, POINT, SECOND_ALONG
 from knittest.kernels.options import ALLOCATING, KERNEL, PART
 from knittest.kernels.rows import rows3
 from knittest.kernels.section_blocks import ARM, OTHER, SHIFT, TOUCH
@@ -22,8 +21,6 @@ REACHED = 0.5 / (1.0 + SOON)
 #: distance along both yarns [elements] within which a found crossing is the tracked one, and two tracked ones merge
 SAME = 0.9
 MERGE = 0.25
-#: the same for a crossing and the middle of its piece, which inherits it when it begins to lie along the other yarn
-HELD, FREE = 0.5, 4.0
 
 
 @njit(**ALLOCATING)
@@ -89,17 +86,16 @@ def _copy(source, a, target, b):
 
 @njit(**PART)
 def _tracked(contacts, head, following, chain, i, j, s, t, line, near):
-    """Number of the contact in the lists ``head`` within ``near`` (2) elements of (i + s, j + t), or -1."""
-    beside = 1 + int(near[0])
-    for ii in range(max(i - beside, 0), min(i + beside + 1, chain.size)):
+    """Number of the contact in the lists ``head`` within ``near`` elements of the crossing (i + s, j + t), or -1."""
+    for ii in range(max(i - 1, 0), min(i + 2, chain.size)):
         c = head[ii]
         while c >= 0:
             if (
                 contacts.line[c] == line
                 and chain[contacts.piece[0, c]] == chain[i]
                 and chain[contacts.piece[1, c]] == chain[j]
-                and abs(contacts.piece[0, c] + contacts.parameter[0, c] - i - s) < near[0]
-                and abs(contacts.piece[1, c] + contacts.parameter[1, c] - j - t) < near[1]
+                and abs(contacts.piece[0, c] + contacts.parameter[0, c] - i - s) < near
+                and abs(contacts.piece[1, c] + contacts.parameter[1, c] - j - t) < near
             ):
                 return c
             c = following[c]
@@ -116,28 +112,6 @@ def _line_of(contacts, head, following, i, j):
 
 
 @njit(**PART)
-def _before(old, head, following, chain, lying, i, j, s, t, line):
-    """Number of the contact in the lists ``head`` whose heir the one at (i + s, j + t) is, or -1.
-
-    That is one of the same kind nearby, or a line contact of the same pieces (side by side: none); for a piece that begins or ends to lie
-    along the other yarn what it had before. A crossing has one heir, on its own piece.
-    """
-    before = _tracked(old, head, following, chain, i, j, s, t, line, (SAME, SAME))
-    if before < 0 and line != BESIDE:
-        before = _line_of(old, head, following, i, j)
-    if before < 0 and line != BESIDE and line != SECOND_ALONG:
-        other = POINT if line == FIRST_ALONG else FIRST_ALONG
-        before = _tracked(old, head, following, chain, i, j, s, t, other, (HELD, FREE))
-    if before < 0 and line != BESIDE and line != FIRST_ALONG:
-        other = POINT if line == SECOND_ALONG else SECOND_ALONG
-        before = _tracked(old, head, following, chain, i, j, s, t, other, (FREE, HELD))
-        along, yarn = lying
-        if line == SECOND_ALONG and before >= 0 and along[old.piece[0, before]] == yarn[j]:  # the first yarn has it
-            return -1
-    return before
-
-
-@njit(**PART)
 def _push(contacts, c, head, following):
     following[c] = head[contacts.piece[0, c]]
     head[contacts.piece[0, c]] = c
@@ -150,23 +124,19 @@ def _gap(contacts, c):
 
 
 @njit(**PART)
-def keep_contacts(old, count, radius, chain, alive, moved, lying, skin, new, head, following, taken):
+def keep_contacts(old, count, radius, chain, alive, moved, skin, new, head, following):
     """Copy tracked contacts that are still near into ``new`` and its lists; returns how many.
 
-    Two contacts that ran into the same crossing become one. A crossing on a piece found to lie along the other yarn
-    (``lying``: along, yarn of every piece) ends, and that piece inherits it. A reach that was cut when
-    the contact was found inside (see :func:`find_contacts`) grows back as the gap opens. Fills ``taken`` (count,) where
-    a contact goes on: it has no heir.
+    Two contacts that ran into the same crossing become one. A reach that was cut when the contact was found inside
+    (see :func:`find_contacts`) grows back as the gap opens.
     """
-    kept, (along, yarn) = 0, lying
+    kept = 0
     for c in range(count):
         s, t = old.parameter[0, c], old.parameter[1, c]
         i, j, line = old.piece[0, c], old.piece[1, c], old.line[c]
-        if s < -0.5 or s > 1.5 or t < -0.5 or t > 1.5 or (line != POINT and (moved[i] or moved[j])):
+        if s < -0.5 or s > 1.5 or t < -0.5 or t > 1.5 or (line == 1.0 and (moved[i] or moved[j])):
             continue
         if alive[i - 1] * alive[i] * alive[j - 1] * alive[j] == 0.0:
-            continue
-        if line == POINT and (along[i] == yarn[j] or along[j] == yarn[i]):
             continue
         gap = _gap(old, c)
         if gap >= old.reach[c] + skin:
@@ -174,8 +144,8 @@ def keep_contacts(old, count, radius, chain, alive, moved, lying, skin, new, hea
         touch = radius[i] + radius[j]
         if old.excess.size > 0 and old.touch[c] > 0.0:
             touch = old.touch[c]
-        reach, taken[c] = min(touch, max(old.reach[c], gap)), True
-        same = _tracked(new, head, following, chain, i, j, s, t, line, (MERGE, MERGE))
+        reach = min(touch, max(old.reach[c], gap))
+        same = _tracked(new, head, following, chain, i, j, s, t, line, MERGE)
         if same >= 0:
             new.reach[same] = max(new.reach[same], reach)
             continue
@@ -223,7 +193,7 @@ def _add_contact(i, j, s, t, wx, wy, wz, line, touch, arm, coefficient, most, ol
         new.offset[0, c], new.offset[1, c], new.offset[2, c] = wx, wy, wz
     new.reach[c], new.arm[c], new.line[c] = reach, arm, line
     # yarns side by side already resist spin by friction along their line
-    new.lever[0, c], new.lever[1, c] = coefficient, most if line == POINT else 0.0
+    new.lever[0, c], new.lever[1, c] = coefficient, most if line == 0.0 else 0.0
     return goes_on
 
 
@@ -237,7 +207,7 @@ def _add_sections(place, elliptic, new, c):
 
 
 @njit(**ALLOCATING)
-def find_contacts(pairs, places, found, radius, part, levers, chain, alive, moved, lying, skin, old, old_count, new):
+def find_contacts(pairs, places, found, radius, part, levers, chain, alive, moved, skin, old, old_count, new):
     """Contacts of the pairs that :func:`knittest.kernels.pair_search.find_pairs` found, and those tracked before.
 
     Tracked ones keep parameters and springs. A pair found overlapping (at the start, or where a broken end slid in)
@@ -246,11 +216,11 @@ def find_contacts(pairs, places, found, radius, part, levers, chain, alive, move
     exceed the capacity of ``new``; nothing is dropped.
     """
     n = chain.size
-    lists, old_lists, taken = np.full(n, -1), np.full(n, -1), np.zeros(old_count, np.bool_)
+    lists, old_lists = np.full(n, -1), np.full(n, -1)
     following, old_following = np.empty(new.reach.size, np.int64), np.empty(old.reach.size, np.int64)
     for c in range(old_count):
         _push(old, c, old_lists, old_following)
-    needed = keep_contacts(old, old_count, radius, chain, alive, moved, lying, skin, new, lists, following, taken)
+    needed = keep_contacts(old, old_count, radius, chain, alive, moved, skin, new, lists, following)
     for share in range(found.size):
         for k in range(found[share]):
             i, j = pairs[share, k, 0], pairs[share, k, 1]
@@ -259,16 +229,12 @@ def find_contacts(pairs, places, found, radius, part, levers, chain, alive, move
             place = places[share, k]
             s, t, wx, wy, wz, line = place[0], place[1], place[2], place[3], place[4], place[5]
             # a tracked crossing is no other one, nor a line beside itself once its yarns lie parallel again
-            if _tracked(new, lists, following, chain, i, j, s, t, POINT, (SAME, SAME)) >= 0:
-                continue
-            if line > BESIDE and _tracked(new, lists, following, chain, i, j, s, t, line, (SAME, SAME)) >= 0:
+            if _tracked(new, lists, following, chain, i, j, s, t, 0.0, SAME) >= 0:
                 continue
             if needed < new.reach.size:
-                before = _before(old, old_lists, old_following, chain, lying, i, j, s, t, line)
-                if before >= 0 and taken[before] and (line > BESIDE or old.line[before] > BESIDE):
-                    before = -1
-                elif before >= 0:
-                    taken[before] = True
+                before = _tracked(old, old_lists, old_following, chain, i, j, s, t, line, SAME)
+                if before < 0 and line == 0.0:  # yarns side by side that bent apart, or turned
+                    before = _line_of(old, old_lists, old_following, i, j)
                 elliptic = new.excess.size > 0 and (new.excess[i] != 0.0 or new.excess[j] != 0.0)
                 touch = place[TOUCH] if elliptic else radius[i] + radius[j]
                 arm = place[ARM] if elliptic else radius[i] / touch

@@ -10,7 +10,7 @@ from math import sqrt
 
 from numba import njit
 
-from knittest.kernels.contact import POINT, SECOND_ALONG, closest_step, spline_weights
+from knittest.kernels.contact import closest_step, spline_weights
 from knittest.kernels.contact_scratch import GX, LANES, R0, R3, R6, REACH
 from knittest.kernels.options import INLINE, KERNEL, ONE, PART, U
 from knittest.kernels.pair_search import piece
@@ -102,12 +102,11 @@ def _place(i, j, place, position, contacts, alive):
         bx, by, bz, vx, vy, vz, qx, qy, qz = piece(x, y, z, j)
         u = (ux + 2.0 * s * px, uy + 2.0 * s * py, uz + 2.0 * s * pz)
         v = (vx + 2.0 * t * qx, vy + 2.0 * t * qy, vz + 2.0 * t * qz)
-        if line == POINT:
+        if line == 0.0:
             uv = _unit(cross(u, v))
             n = uv if dot(uv, n) > 0.0 else scale(-1.0, uv)
         elif step > 0:
-            free = u if line == SECOND_ALONG else v
-            n = turned_normal(_unit(combine(1.0, n, -dot(n, free) / dot(free, free), free)), gap, first, second)
+            n = turned_normal(_unit(combine(1.0, n, -dot(n, v) / dot(v, v), v)), gap, first, second)
         first = section_at(U(i), s, turned, square, excess)
         second = section_at(U(j), t, turned, square, excess)
         h, a = support(first, n)

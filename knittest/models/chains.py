@@ -291,7 +291,6 @@ def _contact_group(
         radius, half_piece, np.ceil(bend / mean[lay.section]).astype(np.int64), is_piece, lay.chain,
         lay.near_ends(0 if contact is None else contact.cut), node_cut, law, part, levers, wide, *_heights(lay, normal),
         _shapes(lay, contact), pressed=contact is not None and contact.pressed,
-        wraps=contact is not None and contact.wraps,
     )  # fmt: skip
 
 

@@ -4,7 +4,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
-from knittest.kernels.contact import BESIDE
 from knittest.kernels.state import Contacts
 from knittest.models.contact_tracker import ContactTracker
 
@@ -39,7 +38,7 @@ def refuse_conforming(tracker: ContactTracker, position: Array) -> None:
     if not contacts.touch.size or not n:
         return
     force = np.linalg.norm(contacts.force[:, :n], axis=0)
-    elliptic = (contacts.touch[:n] > 0.0) & (contacts.line[:n] != BESIDE)
+    elliptic = (contacts.touch[:n] > 0.0) & (contacts.line[:n] == 0.0)
     along = np.where(elliptic & (force > 0.0), conformity(tracker, position), 0.0)
     if force[along > CONFORMS].sum() <= MOST * force.sum():
         return

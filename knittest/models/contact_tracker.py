@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 from knittest.base.errors import InputError, NumericalError
 from knittest.base.history import OVERLAP_COUNTS, Overlaps
 from knittest.kernels import search
-from knittest.kernels.along import mark_along, mark_found
 from knittest.kernels.options import PARTITIONS
-from knittest.kernels.pair_search import NEVER, WRAPPED, Cells, Pieces, find_pairs
+from knittest.kernels.pair_search import Cells, Pieces, find_pairs
 from knittest.kernels.periodic_state import Images
 from knittest.kernels.section_blocks import COLUMNS, place_ellipses, turn_sections
 from knittest.kernels.state import ContactLaw, Contacts, Nodes
@@ -72,7 +71,7 @@ class YarnContactGroup:
     pairs, ``levers`` (2, n_parts, n_parts) of their friction moments. ``bound`` radius around the section [mm], that of
     an ellipse more than its half height, ``radius``; sections of nodes as in :class:`Contacts`, empty if all are round
     (``shape``: if all are rigid).
-    ``pressed`` where overlaps at the start shall carry force, ``wraps`` where pieces may lie along yarns.
+    ``pressed`` where overlaps at the start shall carry force.
 
     In a periodic cell ``owned`` (n_nodes,) is 1 for its nodes and 0 for images, and contacts are looked for with the
     pieces ``near`` (n_nodes,), which touch a node of the cell, whose ``images`` have copies of them; none elsewhere.
@@ -98,7 +97,6 @@ class YarnContactGroup:
     near: NDArray[np.bool_] | None = None
     images: Images | None = None
     pressed: bool = False
-    wraps: bool = False
 
 
 class ContactTracker:
@@ -111,9 +109,8 @@ class ContactTracker:
         self._room = _room(64)
         self._order = np.zeros(n, np.int64)
         self._since = np.full((3, n), np.inf)
-        self._moved, self._along = np.zeros(n, np.bool_), np.full(n, -1)
-        self._master = np.arange(n) if group.images is None else masters(group.images)
-        self._yarn = group.chain[self._master]
+        self._moved = np.zeros(n, np.bool_)
+        self._master = np.zeros(0, np.int64) if group.images is None else masters(group.images)
         self.speed = 0.0
         self.searches, self.seconds = 0, 0.0
 
@@ -234,14 +231,12 @@ class ContactTracker:
         if group.excess.size:
             turn_sections(0, group.excess.size, self.nodes, self.contacts)
             place_ellipses(*pairs, position, self.contacts, self.alive, CONTACT_SKIN)
-        mark_found(*pairs, self._yarn, self._along)
-        self._spread()
         if self._spare.reach.size < self.count:
             self._spare = _empty(self.contacts.reach.size, group)
         while True:
             needed = search.find_contacts(
-                *pairs, group.radius, group.part, group.levers, group.chain, self.alive, moved,
-                (self._along, self._yarn), CONTACT_SKIN, self.contacts, self.count, self._spare,
+                *pairs, group.radius, group.part, group.levers, group.chain, self.alive, moved, CONTACT_SKIN,
+                self.contacts, self.count, self._spare,
             )  # fmt: skip
             if needed <= self._spare.reach.size:
                 break
@@ -254,28 +249,10 @@ class ContactTracker:
         self._since[:, self._moved] = position[:, self._moved]
         self.searches += 1
 
-    def _spread(self) -> None:
-        """Let images in a periodic cell lie along what any of them does, or copies of a contact would differ."""
-        if self.group.images is not None:
-            most = np.full(self._along.size, -1)
-            np.maximum.at(most, self._master, self._along)
-            self._along[:] = most[self._master]
-
     def _find_pairs(self, position: Array, moved: NDArray[np.bool_], cells: Cells) -> tuple[Index, Array, Index]:
         """Pairs, their places and how many there are, by share; room for them grows when it overflows."""
         group, found = self.group, np.zeros(PARTITIONS, np.int64)
-        mark_along(self.contacts, self.count, self._yarn, self._along)
-        self._spread()
-        pieces = Pieces(
-            group.bound,
-            group.half_piece,
-            group.exclude,
-            group.chain,
-            group.cut,
-            self._yarn,
-            self._along,
-            WRAPPED if group.wraps else NEVER,
-        )
+        pieces = Pieces(group.bound, group.half_piece, group.exclude, group.chain, group.cut)
         while True:
             find_pairs(position, pieces, self.alive, moved, cells, CONTACT_SKIN, *self._room, found)
             if (most := int(found.max())) <= self._room[0].shape[1]:

@@ -3,7 +3,6 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.kernels.contact import BESIDE, FIRST_ALONG, POINT, SECOND_ALONG
 from knittest.kernels.periodic_state import TURN, Images
 from knittest.kernels.search import MERGE
 from knittest.kernels.state import Contacts
@@ -14,9 +13,6 @@ Index = NDArray[np.int64]
 #: what a contact remembers: numbers, and vectors that point from piece j to piece i
 NUMBERS = ("slipping", "reach", "twist", "couple")
 VECTORS = ("spring", "offset", "force")
-#: how the pieces of a contact touch, (2, kinds): as it says, and the other way round. Yarns side by side hold the
-#: parameter of piece i: the other way round they are another contact
-LINES = np.array([[POINT, BESIDE, FIRST_ALONG, SECOND_ALONG], [POINT, -BESIDE, SECOND_ALONG, FIRST_ALONG]])
 
 
 def masters(images: Images) -> Index:
@@ -60,7 +56,8 @@ def _crossings(contacts: Contacts, count: int, images: Images, master: Index) ->
     swapped = (node[0] > node[1]) | ((node[0] == node[1]) & backward)
     first = swapped.astype(np.int64)
     apart[swapped] *= -1.0
-    line = LINES[first, contacts.line[:count].astype(np.int64)]
+    # yarns side by side hold the parameter of piece i: the other way round they are another contact
+    line = contacts.line[:count] * (1.0 + first)
     s, t = contacts.parameter[first, every], contacts.parameter[1 - first, every]
     key = np.array([t, s, line, apart[:, 0], apart[:, 1], node[1 - first, every], node[first, every]])
     return swapped, images.of[piece[first, every]], key

@@ -21,8 +21,7 @@ class YarnContact:
     crossings resist spin, ``Patch.disc(R)`` up to 2/3 friction N R; slip and spin share one limit. None: free spin.
     Yarns that overlap at the start are free of force there, or ``pressed``: they press each other by all of it, and
     come to rest. The ``cut`` first and last pieces of yarns do not press those of others: what holds cut ends side by
-    side leaves them no room. ``wraps`` gives each piece of a yarn that bends around another by their distance a contact
-    of its own, as around a drum; loops that hook into each other make energy by it.
+    side leaves them no room.
     """
 
     normal: float
@@ -34,7 +33,6 @@ class YarnContact:
     patch: Patch | None = None
     pressed: bool = False
     cut: int = 0
-    wraps: bool = False
 
     def law(self, radius: float, viscous: float, torsional: float = 0.0) -> ContactLaw:
         """Contact law of yarns whose smallest radius is ``radius`` [mm], with ``viscous`` [N ms/mm] and ``torsional``

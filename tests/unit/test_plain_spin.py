@@ -204,9 +204,8 @@ def found_again(line: float, s: float) -> np.ndarray:
     chain, part = np.array([0, 0, 0, 1, 1, 1]), np.array([0, 0, 0, 2, 2, 2])
     levers = np.arange(18.0).reshape(2, 3, 3)
     still, radius = np.zeros(nodes, np.bool_), np.full(nodes, 0.5)
-    lying = np.full(nodes, -1), chain
     count = plain(find_contacts)(
-        pairs, places, np.array([1]), radius, part, levers, chain, np.ones(nodes), ~still, lying, 0.1, old, 1, new
+        pairs, places, np.array([1]), radius, part, levers, chain, np.ones(nodes), ~still, 0.1, old, 1, new
     )
     assert count == 1 and new.piece[:, 0].tolist() == [2, 4]
     return np.array([new.twist[0], *new.lever[:, 0]])

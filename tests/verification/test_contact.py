@@ -29,16 +29,6 @@ def test_capstan():
     assert row.order == pytest.approx(2.0, abs=0.5)
 
 
-@pytest.mark.parametrize(("friction", "thick_first"), [(0.2, False), (0.3, True)])
-def test_a_yarn_drawn_around_a_yarn_follows_the_capstan_and_does_not_sink_in(friction, thick_first):
-    """Friction at the surface of the fixed yarn. A piece that arrives lets the tension swing by some per cent. Without
-    a contact a piece the yarn lay 0.47 of 0.5 mm deep.
-    """
-    row, lost = yarn_contact.wrapped(friction, thick_first)
-    assert abs(row.error) < 0.008
-    assert lost.error < 3e-3
-
-
 def test_a_body_on_an_incline_slips_at_the_static_coefficient_and_slides_at_the_kinetic_one():
     """Slip is seen 0.1 degrees late; the acceleration is exact but for the swing of the pressure."""
     angle, acceleration = yarn_contact.incline()

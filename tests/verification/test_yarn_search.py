@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from knittest.kernels import search
-from knittest.kernels.pair_search import NEVER, crossing
+from knittest.kernels.pair_search import crossing
 from knittest.models.contact_tracker import CONTACT_SKIN
 from knittest.pose import Body, Chain, YarnContact, section
 
@@ -41,7 +41,7 @@ def test_the_search_finds_what_all_pairs_show(body):
     near: dict[tuple[int, int], tuple[float, float, float]] = {}
     for i, j in itertools.combinations(np.flatnonzero(group.is_piece), 2):
         if group.chain[i] != group.chain[j] or j - i > group.exclude[i]:
-            s, t, *offset, line = crossing(x, y, z, i, j, 0, NEVER)
+            s, t, *offset, line = crossing(x, y, z, i, j)
             if 0.0 <= s < 1.0 and 0.0 <= t < 1.0 and np.linalg.norm(offset) < 2.0 * RADIUS + CONTACT_SKIN:
                 near[int(i), int(j)] = s, t, line
     piece, place = tracker.contacts.piece[:, : tracker.count], tracker.contacts.parameter[:, : tracker.count]
