@@ -71,7 +71,8 @@ def light(png: bytes) -> str:
     from PIL import Image
 
     with Image.open(io.BytesIO(png)) as opened:
-        image = opened.convert("RGB")
+        image = Image.new("RGB", opened.size, "white")
+        image.paste(opened.convert("RGB"), mask=opened.convert("RGBA").getchannel("A"))
     shaded = len(png) > SHADED * image.width * image.height
     if image.width > WIDEST:
         image.thumbnail((WIDEST, image.height), Image.Resampling.LANCZOS)
