@@ -37,9 +37,8 @@ def faces_picture(
     largest = max(float(np.percentile(np.abs(force), _SHOWN)), 1e-6)
     norm, cmap = Normalize(-largest, largest, clip=True), colormaps["coolwarm"]
     colour = cmap(norm(force))[:, :3]
-    front = _view(
-        frame.position[np.unique(mesh.cells)], float(mesh.radius.max())
-    )  # images of a periodic cell are not shown
+    shown = frame.position[np.unique(mesh.cells)]  # images of a periodic cell are not
+    front = _view(shown, float(mesh.radius.max()))
     size = np.array([front.right - front.left, front.top - front.bottom])
     tall = min(8.0, 12.0 / (2.0 * size[0] / size[1]))
     wide = tall * size[0] / size[1]

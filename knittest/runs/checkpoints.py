@@ -53,6 +53,7 @@ class Checkpoints:
 
         Raises :class:`InputError` when there are checkpoints and none can be used.
         """
+        self._refuse_earlier_layout()
         identities, lost = list[Identity](), list[int]()
         for specimen in self._begun():
             identity = self._finished_identity(specimen)
@@ -73,6 +74,15 @@ class Checkpoints:
         for specimen in lost:
             self.tell(f"{self.folder}: nothing kept of specimen {specimen + 1} can be read; it is run again")
         return identities
+
+    def _refuse_earlier_layout(self) -> None:
+        """Raise :class:`InputError` for checkpoints that do not say of which specimen: none may be passed over."""
+        earlier = sorted(p.name for p in self.folder.glob(PATTERN) if re.fullmatch(r"checkpoint-\d+\.npz", p.name))
+        if earlier:
+            raise InputError(
+                f"{self.folder}: {earlier[0]} was left by an earlier version of knittest; go on with that version, or "
+                f"start again with --config {self.folder / 'config.yaml'}"
+            )
 
     def tidy(self) -> None:
         """Before going on: remove what did not verify, what was half-written, and frames later than the states."""

@@ -12,7 +12,8 @@ from knittest.base.errors import InputError
 from knittest.studies.regress import cases
 from knittest.studies.regress.baseline import Curve, Entry, load
 from knittest.studies.regress.cases import Case
-from knittest.studies.regress.drift import drift_of
+from knittest.studies.regress.drift import Drift, drift_of
+from knittest.studies.regress.outcome import Outcome
 from knittest.studies.regress.recorded import entry_of
 from knittest.studies.trials.record import Record
 
@@ -47,6 +48,17 @@ def test_crests_pass_from_one_below_the_least_to_one_above_the_greatest(tmp_path
     found = reasons(tmp_path, entry, {COUNT: float(now), NAME: 1.0})
     assert (found == []) == passes
     assert passes or COUNT in found[0]
+
+
+def test_a_run_without_room_hides_no_drift_of_another(tmp_path):
+    """4 tells a CI to try again: only where nothing else is wrong."""
+    blocked = Drift(FRAME, None, problem="no room", no_room=True)
+    drifted = drift_of(FRAME, RUN, *run_in(tmp_path / "now", {NAME: 2.0}), stored(tmp_path, {NAME: 1.0}))
+
+    def code(*drifts: Drift, lost: tuple[str, ...] = ()) -> int:
+        return Outcome("quick", {}, (), (), drifts, tmp_path, lost=lost).exit_code
+
+    assert [code(blocked), code(drifted), code(blocked, drifted), code(blocked, lost=("gone",))] == [4, 5, 5, 5]
 
 
 def test_crests_of_one_run_or_of_a_mean_alone_have_no_wider_range_than_is_known(tmp_path):

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from export_sample import shell_history
+from PIL import Image
 from report_sample import write_run
 from test_tools_in_frames import DIE, STAMP
 
@@ -73,8 +74,12 @@ def test_a_film_shows_the_tools_unless_told_not_to(tmp_path: Path) -> None:
     area = (shown != 255).any(axis=2)
     assert area.mean() > 2.0 * (bare != 255).any(axis=2).mean()
     assert (shown != later)[: 3 * len(shown) // 4].any()  # the stamp has moved; the specimen and the clock's corner not
-    words = ["--seconds", "0.2", "--width", "320", "--no-tools", "--out", str(tmp_path / "a.gif")]
-    assert command(["animate", str(folder), *words]) == 0
+    words, films = ["--seconds", "0.2", "--width", "320"], [tmp_path / "bare.gif", tmp_path / "tools.gif"]
+    for film, option in zip(films, (["--no-tools"], []), strict=True):
+        assert command(["animate", str(folder), *words, *option, "--out", str(film)]) == 0
+    without, drawn = (np.asarray(Image.open(film).convert("RGB")) for film in films)
+    covered, bare_covered = ((image != 255).any(axis=2).sum() for image in (drawn, without))
+    assert covered > 1.1 * bare_covered  # title and colour bar are in both
 
 
 def test_a_few_pixels_that_stand_out_keep_their_colour() -> None:

@@ -45,7 +45,7 @@ class Outcome:
     def exit_code(self) -> int:
         """0; 5 when something does not pass; 4 when all that does not is runs for which there was no room."""
         drifted = any(not drift.passed and not drift.no_room for drift in self.drifts)
-        if any(drift.no_room for drift in self.drifts) and not drifted:
+        if any(drift.no_room for drift in self.drifts) and not drifted and not self.lost:
             return ResourceError.exit_code
         return OutOfTolerance.exit_code if self.failures else 0
 
