@@ -21,7 +21,7 @@ from knittest.kernels.beam import (
 from knittest.kernels.laws import hinge_energy, hinge_force
 from knittest.kernels.options import INLINE, KERNEL, ONE, PART, U
 from knittest.kernels.rows import at3, rows3, rows4
-from knittest.kernels.vec import sub
+from knittest.kernels.vec import cross, scale, sub
 
 BLOCK = 192
 STRIDE = np.uintp(BLOCK + 16)
@@ -77,13 +77,16 @@ def _forces(start, count, nodes, beams, section, w):
         axial = compression * min(strain, 0.0) + hinge_force(over, knee, slope) + w[MORE + k]
         stays = alive if over < beams.fail_strain[i] else 0.0
         failed += stays != alive
-        nx, ny, nz = section_force(axial, strain, shear, ax, ay, az, rx, ry, rz, inv_length)
-        tx, ty, tz = ry * nz - rz * ny, rz * nx - rx * nz, rx * ny - ry * nx
-        mx, my, mz = section_moment(torsion, bending, inv, inv_length, ax, ay, az, cx, cy, cz, tx, ty, tz)
+        nx, ny, nz = scale(stays, section_force(axial, strain, shear, ax, ay, az, rx, ry, rz, inv_length))
+        tx, ty, tz = cross((rx, ry, rz), (nx, ny, nz))
+        # of one that fails no stiffness is left, nor a force in t
+        mx, my, mz = section_moment(
+            torsion, bending, inv, stays * inv_length, ax, ay, az, cx, cy, cz, tx, ty, tz
+        )  # fmt: skip
         m = k + ONE
-        w[FX + m], w[FY + m], w[FZ + m] = stays * nx, stays * ny, stays * nz
-        w[AX + m], w[AY + m], w[AZ + m] = stays * (mx + 0.5 * tx), stays * (my + 0.5 * ty), stays * (mz + 0.5 * tz)
-        w[BX + m], w[BY + m], w[BZ + m] = stays * (mx - 0.5 * tx), stays * (my - 0.5 * ty), stays * (mz - 0.5 * tz)
+        w[FX + m], w[FY + m], w[FZ + m] = nx, ny, nz
+        w[AX + m], w[AY + m], w[AZ + m] = mx + 0.5 * tx, my + 0.5 * ty, mz + 0.5 * tz
+        w[BX + m], w[BY + m], w[BZ + m] = mx - 0.5 * tx, my - 0.5 * ty, mz - 0.5 * tz
         w[STAYS + k] = stays
     return failed
 

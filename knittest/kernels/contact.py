@@ -9,7 +9,9 @@ from math import sqrt
 
 from numba import njit
 
-from knittest.kernels.options import INLINE
+from knittest.kernels.options import INLINE, ONE
+from knittest.kernels.rows import at3
+from knittest.kernels.vec import combine, sub
 
 #: share of the tangent's square that a curvature term may take from the Hessian: keeps every step a descent
 CURVATURE_LIMIT = 0.9
@@ -23,6 +25,19 @@ def spline_weights(s):
     last = 0.5 * s * s
     first = 0.5 * (1.0 - s) * (1.0 - s)
     return first, 1.0 - first - last, last
+
+
+@njit(**INLINE)
+def tangent_of(i, parameter, x):
+    """Tangent (3) of piece ``i`` at ``parameter`` from the positions ``x``; from velocities its rate."""
+    before, at, after = at3(x, i - ONE), at3(x, i), at3(x, i + ONE)
+    return combine(1.0 - parameter, sub(at, before), parameter, sub(after, at))
+
+
+@njit(**INLINE)
+def slope_at(s, first, second):
+    """Derivative (3) of c0 + s ``first`` + s^2 ``second`` by ``s``."""
+    return combine(1.0, first, 2.0 * s, second)
 
 
 @njit(**INLINE)

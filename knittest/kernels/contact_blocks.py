@@ -1,4 +1,4 @@
-"""Blocked evaluation of tracked contacts: scalar gather, vectorised physics, scalar store; then scatter by owner.
+"""Blocked evaluation of tracked contacts: gather (:mod:`contact_gather`), physics, store; then scatter by owner.
 
 Forces are first stored by contact, then every partition adds those on its own chains in the fixed order of
 ``Contacts.half``: no races and the same bits at any thread count.
@@ -7,7 +7,8 @@ Forces are first stored by contact, then every partition adds those on its own c
 import numpy as np
 from numba import njit
 
-from knittest.kernels.contact import closest_step, contact_force, spline_weights
+from knittest.kernels.contact import closest_step, contact_force, slope_at, spline_weights
+from knittest.kernels.contact_gather import fetch, gather_first, gather_second, walk
 from knittest.kernels.contact_scratch import (
     BLOCK,
     DAMPED,
@@ -20,7 +21,6 @@ from knittest.kernels.contact_scratch import (
     LANES,
     LINE,
     LOST,
-    OVER,
     P0,
     P1,
     P2,
@@ -45,109 +45,28 @@ from knittest.kernels.contact_scratch import (
     REACH,
     SLIPPING,
     SPUN,
-    SWING_X,
-    SWUNG_X,
     TURN_X,
     TURN_Y,
     TURN_Z,
+    UX,
+    VX,
+    WAS_UX,
     S,
     T,
     write,
     write3,
 )
-from knittest.kernels.flatten import squeeze, swelling
-from knittest.kernels.options import INLINE, KERNEL, ONE, PART, U
-from knittest.kernels.rows import at3, load3, put3, rows3, store3
-from knittest.kernels.section_blocks import carry_over, section_at
+from knittest.kernels.flatten import squeeze
+from knittest.kernels.options import INLINE, KERNEL, ONE, U
+from knittest.kernels.rows import at3, load3, rows3, store3
 from knittest.kernels.spin_blocks import give_way
 from knittest.kernels.state import ContactLaw
-from knittest.kernels.vec import add, combine, cross, dot, scale, sub
+from knittest.kernels.vec import add, combine, cross, scale, sub
 
 #: closest-point steps a time step: a contact that lags behind the closest points makes energy out of friction
 NEWTON_STEPS = 2
 #: coefficient of friction with which contacts stick, to give way afterwards
 STICKS = 1e30
-
-
-@njit(**PART)
-def walk(first, last, contacts, alive):
-    """Move contacts whose parameter left [0, 1) to the neighbouring piece of the same yarn.
-
-    Piece i spans elements i - 1 and i, so it exists where both are alive; at a yarn's end or break a contact stays,
-    with a parameter outside [0, 1), where it carries force for half an element more.
-    """
-    for side in range(2):
-        piece, parameter = contacts.piece[side], contacts.parameter[side]
-        for k in range(U(last - first)):
-            c = U(first) + k
-            i, s = U(piece[c]), parameter[c]
-            if s >= 1.0:
-                if alive[i] > 0.0 and alive[i + ONE] > 0.0:
-                    piece[c], parameter[c] = i + ONE, s - 1.0
-            elif s < 0.0 and i > ONE and alive[i - ONE] > 0.0 and alive[i - ONE - ONE] > 0.0:
-                piece[c], parameter[c] = i - ONE, s + 1.0
-
-
-@njit(**INLINE)
-def _spin(i, parameter, spin):
-    """Spin (3) of piece ``i`` at ``parameter``."""
-    before, at, after = spline_weights(parameter)
-    mean = combine(before, at3(spin, i - ONE), at, at3(spin, i))
-    return combine(1.0, mean, after, at3(spin, i + ONE))
-
-
-@njit(**INLINE)
-def _swing(i, parameter, velocity):
-    """Change of the velocity (3) of piece ``i`` with the parameter."""
-    first, at, last = at3(velocity, i - ONE), at3(velocity, i), at3(velocity, i + ONE)
-    return combine(1.0 - parameter, sub(at, first), parameter, sub(last, at))
-
-
-@njit(**INLINE)
-def _gather(first, count, dt, spin, oval, nodes, contacts, alive, w):
-    shift, other, velocity = rows3(contacts.shift), rows3(contacts.other), rows3(nodes.velocity)
-    turned, square, excess = rows3(contacts.turned), contacts.square, contacts.excess
-    x, turning, spring = rows3(nodes.position), rows3(nodes.spin), rows3(contacts.spring)
-    offset, force = rows3(contacts.offset), rows3(contacts.force)
-    pieces, parameters = (contacts.piece[0], contacts.piece[1]), (contacts.parameter[0], contacts.parameter[1])
-    for m in range(U(count)):
-        c = U(first) + m
-        i, j = U(pieces[0][c]), U(pieces[1][c])
-        store3(w, P0 + m, LANES, at3(x, i - ONE))
-        store3(w, P3 + m, LANES, at3(x, i))
-        store3(w, P6 + m, LANES, at3(x, i + ONE))
-        store3(w, R0 + m, LANES, at3(x, j - ONE))
-        store3(w, R3 + m, LANES, at3(x, j))
-        store3(w, R6 + m, LANES, at3(x, j + ONE))
-        s, t = parameters[0][c], parameters[1][c]
-        w[S + m], w[T + m] = s, t
-        # a piece with a broken element does not touch
-        whole = alive[i - ONE] * alive[i] * alive[j - ONE] * alive[j]
-        w[LINE + m], w[REACH + m] = contacts.line[c], contacts.reach[c] * whole
-        w[SLIPPING + m] = contacts.slipping[c]
-        store3(w, EX + m, LANES, at3(spring, c))
-        store3(w, GX + m, LANES, at3(offset, c))
-        # both surfaces turn, by their arms; none do where nothing touched
-        fx, fy, fz = at3(force, c)
-        touched = dt if (fx != 0.0) | (fy != 0.0) | (fz != 0.0) else 0.0
-        spin_a, spin_b = _spin(i, s, turning), _spin(j, t, turning)
-        store3(w, SWING_X + m, LANES, scale(dt, _swing(i, s, velocity)))
-        store3(w, SWUNG_X + m, LANES, scale(dt, _swing(j, t, velocity)))
-        if oval is not None and (excess[i] != 0.0) | (excess[j] != 0.0):
-            first_section = section_at(i, s, turned, square, excess)
-            second_section = section_at(j, t, turned, square, excess)
-            grown = swelling(i, j, s, t, first_section, second_section, at3(offset, c), contacts)
-            a, b, extent, touch = carry_over(
-                m, first_section, second_section, at3(shift, c), at3(other, c), contacts.touch[c], touched, grown,
-                scale(touched, spin_a), scale(touched, spin_b), w,
-            )  # fmt: skip
-            put3(shift, c, a)
-            put3(other, c, b)
-            contacts.touch[c], contacts.arm[c] = touch, extent / touch
-        arm = contacts.arm[c]
-        store3(w, TURN_X + m, LANES, add(scale(touched * arm, spin_a), scale(touched * (1.0 - arm), spin_b)))
-        if spin is not None:
-            w[OVER + m] = touched * dot(sub(spin_a, spin_b), at3(offset, c))
 
 
 @njit(**INLINE)
@@ -174,12 +93,8 @@ def _evaluate(count, law, inv_dt, w):
         ox = cx + s * (ux1 + s * ux2) - t * (vx1 + t * vx2)
         oy = cy + s * (uy1 + s * uy2) - t * (vy1 + t * vy2)
         oz = cz + s * (uz1 + s * uz2) - t * (vz1 + t * vz2)
-        dx, dy, dz = ox - w[GX + m], oy - w[GY + m], oz - w[GZ + m]
-        mx, my, mz = dx, dy, dz
-        # surfaces touch at a point between the centre-lines: they turn with their yarns about its arms
-        hx, hy, hz = 0.5 * (ox + w[GX + m]), 0.5 * (oy + w[GY + m]), 0.5 * (oz + w[GZ + m])
+        mx, my, mz = ox - w[GX + m], oy - w[GY + m], oz - w[GZ + m]
         rx, ry, rz = w[TURN_X + m], w[TURN_Y + m], w[TURN_Z + m]
-        dx, dy, dz = dx - (ry * hz - rz * hy), dy - (rz * hx - rx * hz), dz - (rx * hy - ry * hx)
         ex, ey, ez = w[EX + m], w[EY + m], w[EZ + m]
         ex, ey, ez = ex + ry * ez - rz * ey, ey + rz * ex - rx * ez, ez + rx * ey - ry * ex
         gx, gy, gz = ox, oy, oz
@@ -195,10 +110,13 @@ def _evaluate(count, law, inv_dt, w):
             gy = cy + s * (uy1 + s * uy2) - t * (vy1 + t * vy2)
             gz = cz + s * (uz1 + s * uz2) - t * (vz1 + t * vz2)
         # the motion half where the contact was and half where it is: what turns about it as it runs makes no energy
-        ds, dt = 0.5 * (s - w[S + m]), 0.5 * (t - w[T + m])
-        kx, ky, kz = combine(ds, load3(w, SWING_X + m, LANES), -dt, load3(w, SWUNG_X + m, LANES))
+        swing = sub(slope_at(w[S + m], (ux1, uy1, uz1), (ux2, uy2, uz2)), load3(w, WAS_UX + m, LANES))
+        swung = sub(slope_at(w[T + m], (vx1, vy1, vz1), (vx2, vy2, vz2)), load3(w, VX + m, LANES))
+        kx, ky, kz = combine(0.5 * (s - w[S + m]), swing, 0.5 * (w[T + m] - t), swung)
         mx, my, mz = mx + kx, my + ky, mz + kz
-        dx, dy, dz = dx + kx, dy + ky, dz + kz
+        # surfaces touch at a point between the centre-lines: they turn with their yarns about its arms
+        hx, hy, hz = 0.5 * (gx + w[GX + m]), 0.5 * (gy + w[GY + m]), 0.5 * (gz + w[GZ + m])
+        dx, dy, dz = mx - (ry * hz - rz * hy), my - (rz * hx - rx * hz), mz - (rx * hy - ry * hx)
         # a contact beyond the end of its chain carries nothing
         on_yarns = 1.0 if (s > -0.5) & (s < 1.5) & (t > -0.5) & (t < 1.5) else 0.0
         # what the yarns close themselves, along the mean normal of the step: a slide is none, to third order
@@ -213,6 +131,8 @@ def _evaluate(count, law, inv_dt, w):
             w[SLIPPING + m], law, inv_dt,
         )  # fmt: skip
         w[S + m], w[T + m] = s, t
+        store3(w, UX + m, LANES, slope_at(s, (ux1, uy1, uz1), (ux2, uy2, uz2)))
+        store3(w, VX + m, LANES, slope_at(t, (vx1, vy1, vz1), (vx2, vy2, vz2)))
         w[EX + m], w[EY + m], w[EZ + m] = ex, ey, ez
         w[GX + m], w[GY + m], w[GZ + m] = gx, gy, gz
         w[PX + m], w[PY + m], w[PZ + m] = fx, fy, fz
@@ -229,6 +149,8 @@ def _store(first, count, contacts, w):
     write3(first, count, w, EX, rows3(contacts.spring))
     write3(first, count, w, GX, rows3(contacts.offset))
     write3(first, count, w, PX, rows3(contacts.force))
+    write3(first, count, w, UX, rows3(contacts.tangent))
+    write3(first, count, w, VX, rows3(contacts.other_tangent))
 
 
 @njit(**KERNEL)
@@ -240,7 +162,7 @@ def contact_forces(share, dt, nodes, contacts, alive, law, spin, oval, w):
     sections ``oval``, is not even compiled where it is None.
     """
     first, last = share
-    walk(first, last, contacts, alive)
+    walk(first, last, dt, nodes, contacts, alive)
     sticking = law
     if spin is not None:
         sticking = ContactLaw(
@@ -251,7 +173,9 @@ def contact_forces(share, dt, nodes, contacts, alive, law, spin, oval, w):
     block = first
     while block < last:
         count = min(BLOCK, last - block)
-        _gather(block, count, dt, spin, oval, nodes, contacts, alive, w)
+        fetch(block, count, dt, contacts, w)
+        gather_first(block, count, nodes, contacts, alive, w)
+        gather_second(block, count, spin, oval, nodes, contacts, alive, w)
         _evaluate(count, sticking, 1.0 / dt, w)
         if spin is not None:
             give_way(block, count, contacts, law, w)

@@ -20,14 +20,31 @@ LOST, SLIPPING = np.uintp(STRIDE * 31), np.uintp(STRIDE * 32)
 TURN_X, TURN_Y, TURN_Z = (np.uintp(STRIDE * k) for k in range(33, 36))
 DAMPED = np.uintp(STRIDE * 36)
 OVER, SPUN = np.uintp(STRIDE * 37), np.uintp(STRIDE * 38)
-# change of the velocity of A and B along them, times the step: that of A where the force will be
-SWING_X, SWUNG_X = PX, np.uintp(STRIDE * 39)
+# tangents (3) of A, before the step where the force will be, after it where control points were, and of B
+WAS_UX, UX, VX = PX, P[3], np.uintp(STRIDE * 39)
+# the step [ms] where surfaces touched, else 0, until losses are known
+TOUCHED = LOST
 SCRATCH = STRIDE * 42
 P0, P1, P2, P3, P4, P5, P6, P7, P8 = P[:9]
 R0, R1, R2, R3, R4, R5, R6, R7, R8 = P[9:]
 # control points are done with when contacts give way: spring of the last step (3), whether it slipped, twist, lever and
 # its coefficient, couple
 WAS_EX, WAS_SLIPPING, TWIST, LEVER, COEFFICIENT, COUPLE = P0, P6, P7, P8, R0, R1
+
+
+@njit(**INLINE)
+def read(first, count, row, w, target):
+    """Read a block of ``count`` contacts of ``row`` from ``first`` on into the row ``target``."""
+    for m in range(U(count)):
+        w[target + m] = row[U(first) + m]
+
+
+@njit(**INLINE)
+def read3(first, count, rows, w, target):
+    """Read a block of three rows, the first of them into ``target``."""
+    read(first, count, rows[0], w, target)
+    read(first, count, rows[1], w, target + LANES)
+    read(first, count, rows[2], w, target + LANES + LANES)
 
 
 @njit(**INLINE)

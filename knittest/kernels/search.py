@@ -9,8 +9,9 @@ from math import sqrt
 import numpy as np
 from numba import njit
 
-from knittest.kernels.options import ALLOCATING, KERNEL, PART
-from knittest.kernels.rows import rows3
+from knittest.kernels.contact import tangent_of
+from knittest.kernels.options import ALLOCATING, KERNEL, PART, U
+from knittest.kernels.rows import put3, rows3
 from knittest.kernels.section_blocks import ARM, OTHER, SHIFT, TOUCH
 
 #: share of the way that calls for a search from which on pieces are looked at along with it
@@ -74,6 +75,7 @@ def _copy(source, a, target, b):
     for k in range(3):
         target.spring[k, b], target.offset[k, b] = source.spring[k, a], source.offset[k, a]
         target.force[k, b] = source.force[k, a]
+        target.tangent[k, b], target.other_tangent[k, b] = source.tangent[k, a], source.other_tangent[k, a]
     target.slipping[b], target.line[b] = source.slipping[a], source.line[a]
     target.reach[b], target.arm[b] = source.reach[a], source.arm[a]
     target.twist[b], target.couple[b] = source.twist[a], source.couple[a]
@@ -206,14 +208,22 @@ def _add_sections(place, elliptic, new, c):
     new.touch[c] = place[TOUCH] if elliptic else 0.0
 
 
+@njit(**PART)
+def _look_back(c, position, contacts):
+    """Let contact ``c`` look back on its present tangents: it has not been where it is."""
+    x, i, j = rows3(position), U(contacts.piece[0, c]), U(contacts.piece[1, c])
+    put3(rows3(contacts.tangent), c, tangent_of(i, contacts.parameter[0, c], x))
+    put3(rows3(contacts.other_tangent), c, tangent_of(j, contacts.parameter[1, c], x))
+
+
 @njit(**ALLOCATING)
-def find_contacts(pairs, places, found, radius, part, levers, chain, alive, moved, skin, old, old_count, new):
+def find_contacts(position, pairs, places, found, radius, part, levers, chain, alive, moved, skin, old, old_count, new):
     """Contacts of the pairs that :func:`knittest.kernels.pair_search.find_pairs` found, and those tracked before.
 
     Tracked ones keep parameters and springs. A pair found overlapping (at the start, or where a broken end slid in)
-    touches from its present gap on, so that it brings no energy. ``radius`` and ``skin`` [mm]. ``levers`` (2, n_parts,
-    n_parts) of the friction moment by the ``part`` (n_nodes,) of either yarn. Returns the number needed, which may
-    exceed the capacity of ``new``; nothing is dropped.
+    touches from its present gap on, so that it brings no energy. ``position`` (3, n_nodes), ``radius`` and ``skin``
+    [mm]. ``levers`` (2, n_parts, n_parts) of the friction moment by the ``part`` (n_nodes,) of either yarn. Returns the
+    number needed, which may exceed the capacity of ``new``; nothing is dropped.
     """
     n = chain.size
     lists, old_lists = np.full(n, -1), np.full(n, -1)
@@ -242,8 +252,10 @@ def find_contacts(pairs, places, found, radius, part, levers, chain, alive, move
                 goes_on = _add_contact(
                     i, j, s, t, wx, wy, wz, line, touch, arm, coefficient, most, old, before, new, needed
                 )  # fmt: skip
-                if new.excess.size > 0 and not goes_on:
-                    _add_sections(place, elliptic, new, needed)
+                if not goes_on:
+                    _look_back(needed, position, new)
+                    if new.excess.size > 0:
+                        _add_sections(place, elliptic, new, needed)
                 _push(new, needed, lists, following)
             needed += 1
     return needed

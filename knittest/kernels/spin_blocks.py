@@ -23,25 +23,14 @@ from knittest.kernels.contact_scratch import (
     TWIST,
     WAS_EX,
     WAS_SLIPPING,
+    read,
+    read3,
     write,
 )
 from knittest.kernels.options import INLINE, U
 from knittest.kernels.rows import load3, rows3, store3
 from knittest.kernels.spin import NOTHING, lever_of, shares_left
 from knittest.kernels.vec import add, combine, cross, dot, scale
-
-
-@njit(**INLINE)
-def _read(first, count, row, w, target):
-    for m in range(U(count)):
-        w[target + m] = row[U(first) + m]
-
-
-@njit(**INLINE)
-def _read3(first, count, rows, w, target):
-    _read(first, count, rows[0], w, target)
-    _read(first, count, rows[1], w, target + LANES)
-    _read(first, count, rows[2], w, target + LANES + LANES)
 
 
 @njit(**INLINE)
@@ -83,12 +72,12 @@ def _give_way(count, law, w):
 @njit(**INLINE)
 def give_way(first, count, contacts, law, w):
     """Let the contacts first.. of a block, whose springs and forces are those of sticking, slip and spin by ``law``."""
-    _read3(first, count, rows3(contacts.spring), w, WAS_EX)
-    _read(first, count, contacts.slipping, w, WAS_SLIPPING)
-    _read(first, count, contacts.twist, w, TWIST)
-    _read(first, count, contacts.lever[1], w, LEVER)
+    read3(first, count, rows3(contacts.spring), w, WAS_EX)
+    read(first, count, contacts.slipping, w, WAS_SLIPPING)
+    read(first, count, contacts.twist, w, TWIST)
+    read(first, count, contacts.lever[1], w, LEVER)
     if law.softening > 0.0:
-        _read(first, count, contacts.lever[0], w, COEFFICIENT)
+        read(first, count, contacts.lever[0], w, COEFFICIENT)
         _grow(count, law, w)
     _give_way(count, law, w)
     write(first, count, w, TWIST, contacts.twist)

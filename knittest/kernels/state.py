@@ -74,7 +74,8 @@ class Contacts(NamedTuple):
     i over j about the offset in the spring that resists it, ``couple`` its moment over the length of the offset [N],
     ``lever`` (2, n) of its limit: coefficient [mm / N^p] and largest value [mm]. ``half``: contact number and side
     (2 c + side) sorted by the partition that owns the side, half_start (PARTITIONS + 1,). ``share`` (n,)
-    of its energies that counts: 1, in a periodic cell less for those that are, or have, an image.
+    of its energies that counts: 1, in a periodic cell less for those that are, or have, an image. ``tangent`` of piece
+    i and ``other_tangent`` of j in the last step [mm] by the parameter, (3, n).
 
     Where a section is an ellipse (:mod:`knittest.kernels.section`; else these have no columns), ``offset`` is that
     of the centres of their curvature: ``shift`` of these on piece i and ``other`` on j (3, n) [mm], ``touch`` (n,) sum
@@ -98,6 +99,8 @@ class Contacts(NamedTuple):
     half: Index
     half_start: Index
     share: Array
+    tangent: Array
+    other_tangent: Array
     shift: Array = np.zeros((3, 0))
     other: Array = np.zeros((3, 0))
     touch: Array = np.zeros(0)

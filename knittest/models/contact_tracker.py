@@ -38,13 +38,13 @@ LISTED = 5
 def _empty(capacity: int, group: "YarnContactGroup") -> Contacts:
     elliptic = capacity if group.square.size else 0
     shift, other = (np.zeros((3, elliptic)) for _ in range(2))
-    pair, triple = (np.zeros((2, capacity)), [np.zeros((3, capacity)) for _ in range(3)])
+    pair, triple = (np.zeros((2, capacity)), [np.zeros((3, capacity)) for _ in range(5)])
     slipping, reach, arm, line, twist, couple = (np.zeros(capacity) for _ in range(6))
     return Contacts(
         np.zeros((2, capacity), np.int64), pair, triple[0], triple[1], slipping, reach, arm, line, triple[2],
         twist, couple, np.zeros((2, capacity)), np.zeros(2 * capacity, np.int64), np.zeros(PARTITIONS + 1, np.int64),
-        np.ones(capacity), shift, other, np.zeros(elliptic), group.upright, group.turned, group.square,
-        group.excess, group.shape,
+        np.ones(capacity), triple[3], triple[4], shift, other, np.zeros(elliptic), group.upright, group.turned,
+        group.square, group.excess, group.shape,
     )  # fmt: skip
 
 
@@ -235,7 +235,7 @@ class ContactTracker:
             self._spare = _empty(self.contacts.reach.size, group)
         while True:
             needed = search.find_contacts(
-                *pairs, group.radius, group.part, group.levers, group.chain, self.alive, moved, CONTACT_SKIN,
+                position, *pairs, group.radius, group.part, group.levers, group.chain, self.alive, moved, CONTACT_SKIN,
                 self.contacts, self.count, self._spare,
             )  # fmt: skip
             if needed <= self._spare.reach.size:

@@ -77,6 +77,11 @@ def _copy(
     for name in VECTORS:
         rows = getattr(contacts, name)
         rows[:, copies] = sign * _turned(rows[:, source], of[source], of[copies], images)
+    tangents = [
+        _turned(r[:, source], of[source], of[copies], images) for r in (contacts.tangent, contacts.other_tangent)
+    ]
+    contacts.tangent[:, copies] = np.where(swapped, tangents[1], tangents[0])
+    contacts.other_tangent[:, copies] = np.where(swapped, tangents[0], tangents[1])
     if contacts.touch.size:
         contacts.touch[copies] = contacts.touch[source]
         shifts = [_turned(rows[:, source], of[source], of[copies], images) for rows in (contacts.shift, contacts.other)]

@@ -5,7 +5,8 @@ import pytest
 from plain import plain
 
 from knittest.kernels.contact import contact_force, penalty
-from knittest.kernels.contact_blocks import contact_forces, scatter_contacts, walk
+from knittest.kernels.contact_blocks import contact_forces, scatter_contacts
+from knittest.kernels.contact_gather import walk
 from knittest.kernels.contact_scratch import SCRATCH
 from knittest.kernels.state import ContactLaw, Contacts, Nodes
 
@@ -42,6 +43,7 @@ class Crossing:
             line=np.zeros(1), force=np.zeros((3, 1)), twist=np.zeros(1), couple=np.zeros(1),
             lever=np.zeros((2, 1)), half=np.array([0, 1]), half_start=np.array([0, 2]),
             share=np.ones(1),
+            tangent=np.zeros((3, 1)), other_tangent=np.zeros((3, 1)),
         )  # fmt: skip
         for _ in range(20):  # closest points settle, at no friction
             self.step(SMOOTH)
@@ -175,11 +177,28 @@ def test_a_rigid_turn_rubs_nothing(axis):
 )  # fmt: skip
 def test_a_contact_passes_to_the_next_piece_where_the_yarn_goes_on(side, start, parameter, broken, end, left):
     """Piece i spans elements i - 1 and i: the place on the yarn stays, at a break or an end the contact too."""
-    contacts = Crossing(SMOOTH).contacts
+    crossing = Crossing(SMOOTH)
+    contacts = crossing.contacts
     contacts.piece[side, 0], contacts.parameter[side, 0] = start, parameter
     other = contacts.piece[1 - side, 0], contacts.parameter[1 - side, 0]
     alive = np.ones(7)
     alive[list(broken)] = 0.0
-    plain(walk)(0, 1, contacts, alive)
+    plain(walk)(0, 1, DT, crossing.nodes, contacts, alive)
     assert contacts.piece[side, 0] == end and contacts.parameter[side, 0] == pytest.approx(left)
     assert (contacts.piece[1 - side, 0], contacts.parameter[1 - side, 0]) == other
+
+
+@pytest.mark.parametrize(("side", "parameter"), [(0, 1.2), (1, -0.3)])
+def test_a_contact_that_passes_on_remembers_how_its_new_piece_lay_one_step_ago(side, parameter):
+    """The tangent there of the nodes less what they moved; that of the other yarn is left as it was."""
+    crossing = Crossing(SMOOTH)
+    contacts, nodes = crossing.contacts, crossing.nodes
+    tangents = (contacts.tangent, contacts.other_tangent)
+    nodes.velocity[:] = np.random.default_rng(3).standard_normal((3, 7)) * 0.01 / DT
+    contacts.piece[side, 0], contacts.parameter[side, 0] = 3, parameter
+    kept = tangents[1 - side].copy()
+    plain(walk)(0, 1, DT, nodes, contacts, np.ones(7))
+    i, s = contacts.piece[side, 0], contacts.parameter[side, 0]
+    before = (nodes.position - DT * nodes.velocity)[:, i - 1 : i + 2]
+    assert tangents[side][:, 0] == pytest.approx(np.diff(before) @ [1.0 - s, s], abs=1e-12)
+    assert np.array_equal(tangents[1 - side], kept)

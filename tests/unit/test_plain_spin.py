@@ -10,7 +10,7 @@ from knittest.kernels.contact_scratch import SCRATCH
 from knittest.kernels.monitor import contact_statistics
 from knittest.kernels.search import find_contacts
 from knittest.kernels.spin import lever_of, shares_left
-from knittest.kernels.state import ContactLaw
+from knittest.kernels.state import ContactLaw, Contacts
 
 #: friction 0.4 until it slips, then 0.3; torsional 2 N mm/rad
 LAW = ContactLaw(20.0, 150.0, 0.4, 0.3, 0.0, torsional=2.0)
@@ -194,8 +194,8 @@ def test_without_torsional_stiffness_the_bits_are_those_of_no_patch():
     assert SMOOTH.torsional == 0.0
 
 
-def found_again(line: float, s: float) -> np.ndarray:
-    """Twist, largest lever and kind of lever of contacts found at piece 2 where one was on piece 1 at ``s``."""
+def found_again(line: float, s: float, tracked: int = 1, position: np.ndarray = np.zeros((3, 6))) -> Contacts:
+    """Contact found at piece 2 where, if ``tracked``, one was on piece 1 at ``s``."""
     old, new = Spinning().contacts, Spinning().contacts
     old.parameter[0, 0], old.twist[0], old.line[0] = s, 0.07, line
     nodes = 6
@@ -205,18 +205,28 @@ def found_again(line: float, s: float) -> np.ndarray:
     levers = np.arange(18.0).reshape(2, 3, 3)
     still, radius = np.zeros(nodes, np.bool_), np.full(nodes, 0.5)
     count = plain(find_contacts)(
-        pairs, places, np.array([1]), radius, part, levers, chain, np.ones(nodes), ~still, 0.1, old, 1, new
-    )
+        position, pairs, places, np.array([1]), radius, part, levers, chain, np.ones(nodes), ~still, 0.1, old, tracked,
+        new,
+    )  # fmt: skip
     assert count == 1 and new.piece[:, 0].tolist() == [2, 4]
-    return np.array([new.twist[0], *new.lever[:, 0]])
+    return new
 
 
 def test_the_neighbour_piece_inherits_the_twist_and_looks_its_lever_up():
-    assert found_again(0.0, 1.6) == pytest.approx([0.07, 2.0, 11.0])
+    found = found_again(0.0, 1.6)
+    assert [found.twist[0], *found.lever[:, 0]] == pytest.approx([0.07, 2.0, 11.0])
 
 
 def test_yarns_side_by_side_have_no_lever():
-    assert found_again(1.0, 1.6)[2] == 0.0
+    assert found_again(1.0, 1.6).lever[1, 0] == 0.0
+
+
+def test_a_contact_found_anew_looks_back_on_its_present_tangents():
+    position = np.random.default_rng(1).standard_normal((3, 6))
+    found = found_again(0.0, 1.6, 0, position)
+    for tangents, side in ((found.tangent, 0), (found.other_tangent, 1)):
+        i, s = found.piece[side, 0], found.parameter[side, 0]
+        assert tangents[:, 0] == pytest.approx(np.diff(position[:, i - 1 : i + 2]) @ [1.0 - s, s])
 
 
 def turn_both(crossing: Spinning, axis: np.ndarray, angle: float) -> None:
@@ -243,3 +253,17 @@ def test_the_loss_of_slip_is_that_of_the_force_turned_with_the_yarns():
     slid = way - 0.5 * angle * np.cross(crossing.normal, way)  # as seen from yarns half turned
     expected = 0.5 * LAW.tangential * float((turned + new) @ slid + turned @ turned - new @ new)
     assert lost == pytest.approx(expected, rel=0.015) and np.linalg.norm(old) > 0.01
+
+
+@pytest.mark.parametrize("way", [0.0, 0.5 * np.pi, 2.0])
+def test_a_slide_of_yarns_that_turn_is_seen_from_halfway(way):
+    """Contacts run along both yarns; where they were and where they are, seen on average, are half a turn apart."""
+    crossing, angle, slide = Spinning(), 0.1, 0.01
+    way = slide * (np.cos(way) * crossing.along + np.sin(way) * np.cross(crossing.normal, crossing.along))
+    turn_both(crossing, crossing.normal, angle)
+    crossing.nodes.position[:, :3] += way[:, None]
+    crossing.contacts.reach[:] = REACH
+    arguments = crossing.contacts, np.ones(7), LAW._replace(static=1e3), None, None, np.zeros(SCRATCH)
+    plain(contact_forces)((0, 1), DT, crossing.nodes, *arguments)
+    halfway = way - 0.5 * angle * np.cross(crossing.normal, way)
+    assert crossing.contacts.spring[:, 0] == pytest.approx(halfway, abs=0.01 * slide)
