@@ -194,7 +194,10 @@ def test_without_torsional_stiffness_the_bits_are_those_of_no_patch():
     assert SMOOTH.torsional == 0.0
 
 
-def found_again(line: float, s: float, tracked: int = 1, position: np.ndarray = np.zeros((3, 6))) -> Contacts:
+AT_ONE_PLACE = np.zeros((3, 6))
+
+
+def found_again(line: float, s: float, tracked: int = 1, position: np.ndarray = AT_ONE_PLACE) -> Contacts:
     """Contact found at piece 2 where, if ``tracked``, one was on piece 1 at ``s``."""
     old, new = Spinning().contacts, Spinning().contacts
     old.parameter[0, 0], old.twist[0], old.line[0] = s, 0.07, line
