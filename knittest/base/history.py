@@ -49,14 +49,32 @@ class Frame:
 
 @dataclass(frozen=True)
 class Body:
-    """A rigid tool: closed or open surface of ``points`` (n, 3) [mm] and ``triangles`` (m, 3), moved by ``offset``
-    (k, 3) [mm] at the k frames.
+    """A rigid tool: closed or open surface of ``points`` (n, 3) [mm] and ``triangles`` (m, 3), at the k frames turned
+    about the origin by the matrices ``turn`` (k, 3, 3), if it turns at all, then moved by ``offset`` (k, 3) [mm].
     """
 
     name: str
     points: Array
     triangles: NDArray[np.int64]
     offset: Array
+    turn: Array | None = None
+
+    def place(self, frame: int) -> Array:
+        """Points at a ``frame`` (from 0), (n, 3) [mm]."""
+        turned = self.points if self.turn is None else self.points @ self.turn[frame].T
+        return np.asarray(turned + self.offset[frame])
+
+    def at_frames(self, numbers: NDArray[np.int64]) -> "Body":
+        """The same at the frames ``numbers`` alone."""
+        return replace(self, offset=self.offset[numbers], turn=None if self.turn is None else self.turn[numbers])
+
+    def between(self, before: int, after: int, share: float) -> "Body":
+        """The same at one moment, a ``share`` of the way from the frame ``before`` to the one ``after``."""
+
+        def mixed(values: Array) -> Array:
+            return np.asarray((1.0 - share) * values[[before]] + share * values[[after]])
+
+        return replace(self, offset=mixed(self.offset), turn=None if self.turn is None else mixed(self.turn))
 
 
 @dataclass(frozen=True)

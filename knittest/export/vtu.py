@@ -67,10 +67,11 @@ def _write_body(folder: Path, body: Body, times: Sequence[float]) -> list[Entry]
     import meshio
 
     entries: list[Entry] = []
-    for number, (time, offset) in enumerate(zip(times, body.offset, strict=True)):
-        if number == 0 or (offset != body.offset[number - 1]).any():
+    for number, time in enumerate(times):
+        place = body.place(number)
+        if number == 0 or (place != body.place(number - 1)).any():
             path = folder / f"{body.name.replace(' ', '-')}-{number:04d}.vtu"
-            surface = meshio.Mesh(body.points + offset, [("triangle", body.triangles)])
+            surface = meshio.Mesh(place, [("triangle", body.triangles)])
             with replacing(path) as temporary:
                 meshio.write(temporary, surface, file_format="vtu", compression="zlib")
         entries.append((time, path.relative_to(folder.parent).as_posix(), body.name))

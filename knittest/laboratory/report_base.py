@@ -85,6 +85,8 @@ class Report(Protocol[RunT]):
     """Comparison and pictures of a test; pictures show the first specimen."""
 
     axes: CurveAxes
+    #: facts that say where its tools are: specimens that an earlier version kept may lack them
+    placed_by: tuple[str, ...] = ()
 
     def levels(self, run: RunT) -> list[Level]:
         """Horizontal lines of the curve's picture: none unless stated."""
@@ -125,7 +127,11 @@ class Report(Protocol[RunT]):
         return {}
 
     def bodies(self, run: RunT, specimen: Specimen) -> list[Body]:
-        """Tools as they move over the frames of ``specimen``: none unless stated."""
+        """Tools as they move over the frames of ``specimen``; none where it lacks a fact of ``placed_by``."""
+        return self.placed(run, specimen) if set(self.placed_by) <= specimen.facts.keys() else []
+
+    def placed(self, run: RunT, specimen: Specimen) -> list[Body]:
+        """Tools of a ``specimen`` with all facts of ``placed_by``: none unless stated."""
         return []
 
     @abstractmethod

@@ -51,8 +51,9 @@ def test_a_tool_is_behind_below_the_specimen_and_before_it_above() -> None:
     body = Body("plate", square, np.array([[0, 1, 2], [0, 2, 3]]), np.array([[0.0, 0.0, 0.0], [8.0, 0.0, 10.0]]))
     layers = ToolLayers([body], np.eye(3), VIEW)
     specimen = np.full(VIEW.shape, 5.0)
-    for offset, place in zip(body.offset, (0, 1), strict=True):
-        images = layers.around(specimen, [offset])
+    for frame, place in ((0, 0), (1, 1)):
+        offset = body.offset[frame]
+        images = layers.around(specimen, [body.between(frame, frame, 0.0)])
         shown, other = images[place], images[1 - place]
         columns = np.flatnonzero(shown[20, :, 3])
         assert columns[0] * VIEW.pixel == pytest.approx(5.0 + offset[0]) and len(columns) == 20

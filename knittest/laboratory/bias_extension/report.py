@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from knittest.base.errors import InputError
-from knittest.base.history import Specimen
+from knittest.base.history import Body, Specimen
 from knittest.base.kinds import kinds
 from knittest.experiment.curves import FORCE, ReferenceCurve
 from knittest.experiment.forces import normalised as of_frame
@@ -15,6 +15,7 @@ from knittest.experiment.forces import noted
 from knittest.experiment.tables import PublishedValue
 from knittest.export.faces_picture import PULLED, faces_picture
 from knittest.export.line_picture import Line, line_picture
+from knittest.laboratory.apparatus import STRIP_JAWS, strip_jaws
 from knittest.laboratory.bias_extension.config import BiasExtensionRun
 from knittest.laboratory.bias_extension.law import pin_jointed_force
 from knittest.laboratory.bias_extension.material import material_of
@@ -47,6 +48,7 @@ class BiasExtensionReport(Report[BiasExtensionRun]):
         ANGLE, FORCE, "shear angle of the middle, pin-jointed [deg]", "force of the clamp [N]", others=(NORMALISED,),
         labels={NORMALISED: NORMALISED_LABEL}, reach="rig.max_angle",
     )  # fmt: skip
+    placed_by = STRIP_JAWS
 
     def scaled(self, run: BiasExtensionRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
         """Normalised forces, which no size of a strip enters, as they are."""
@@ -82,6 +84,10 @@ class BiasExtensionReport(Report[BiasExtensionRun]):
         """zones.csv of the first specimen."""
         history = specimens[0].history
         return {"zones.csv": zone_table(history, strip_of(run), material_of(run, history))}
+
+    def placed(self, run: BiasExtensionRun, specimen: Specimen) -> list[Body]:
+        """Both jaws."""
+        return strip_jaws(specimen, axis=1)
 
     def pictures(self, run: BiasExtensionRun, specimens: list[Specimen], references: References, folder: Path) -> None:
         """curve.png, energies.png, zones.png, and deformed.png of yarns."""

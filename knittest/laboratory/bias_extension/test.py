@@ -57,8 +57,7 @@ class BiasExtension(Test[BiasExtensionRun]):
             points, cells, fabric_laminate(run), fabric.area_mass_g_per_mm2, fabric.thickness_mm, WARP,
             contact=self_contact(fabric, macro, run.solver.safety),
         )  # fmt: skip
-        facts = {"width_mm": strip.width, "gauge_mm": strip.length, "area_mm2": strip.length * strip.width}
-        return Prepared(model, BiasExtensionTest(run, strip, *ends), facts=facts)
+        return Prepared(model, BiasExtensionTest(run, strip, *ends), facts=_facts(strip, strip.length))
 
     def _yarns(self, run: BiasExtensionRun, specimen: int, observer: Observer) -> Prepared:
         start, strip = clock.perf_counter(), strip_of(run)
@@ -66,9 +65,8 @@ class BiasExtension(Test[BiasExtensionRun]):
         model = build_meso(run, found.paths, found.piece.draws, run.rig.membrane_share)
         ends = ends_of(model.position(), strip)
         whole = strip.length + 2.0 * jaw_length(run.fabric)
-        facts = {"width_mm": strip.width, "gauge_mm": strip.length, "area_mm2": whole * strip.width}
         mount = BiasExtensionTest(run, strip, *ends)
-        return Prepared(model, mount, clock.perf_counter() - start, found.piece.table, facts)
+        return Prepared(model, mount, clock.perf_counter() - start, found.piece.table, _facts(strip, whole))
 
     def solve(self, prepared: Prepared, run: BiasExtensionRun, observer: Observer) -> tuple[History, SimulationCost]:
         """Pull to the largest angle; the normalised force hangs on that at all smaller angles."""
@@ -91,6 +89,15 @@ class BiasExtension(Test[BiasExtensionRun]):
         first = history.curve[ANGLE] >= ANGLES[0] - NEAR
         times = history.curve["time_ms"]
         return Span(reported_from=float(times[np.argmax(first)]) if first.any() else np.inf)
+
+
+def _facts(strip: BiasStrip, whole: float) -> dict[str, float]:
+    """Sizes of ``strip``, which is ``whole`` [mm] long with what the jaws hold."""
+    half = 0.5 * strip.length
+    return {
+        "width_mm": strip.width, "gauge_mm": strip.length, "area_mm2": whole * strip.width, "fixed_jaw_mm": -half,
+        "moving_jaw_mm": half,
+    }  # fmt: skip
 
 
 def ends_of(points: Array, strip: BiasStrip) -> tuple[Index, Index]:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from knittest.base.errors import InputError
-from knittest.base.history import Specimen
+from knittest.base.history import Body, Specimen
 from knittest.base.kinds import kinds
 from knittest.experiment.conditions import Conditions
 from knittest.experiment.curves import FORCE_PER_WIDTH, ReferenceCurve
@@ -17,8 +17,9 @@ from knittest.export import strip_picture
 from knittest.export.line_picture import Line, line_picture
 from knittest.laboratory.base import tension_curve
 from knittest.laboratory.biaxial.config import BiaxialRun
+from knittest.laboratory.biaxial.rails import rails
 from knittest.laboratory.biaxial.rig import across
-from knittest.laboratory.biaxial.test import Biaxial
+from knittest.laboratory.biaxial.test import SIDES, Biaxial
 from knittest.laboratory.imported import imported_corridor
 from knittest.laboratory.report_base import (
     Columns,
@@ -30,6 +31,7 @@ from knittest.laboratory.report_base import (
     scatter,
     title_of,
 )
+from knittest.laboratory.strips import AXIS
 
 #: difference of two ratios of strains that does not matter
 SAME_RATIO = 0.02
@@ -39,6 +41,7 @@ class BiaxialReport(Report[BiaxialRun]):
     """See :class:`knittest.laboratory.report_base.Report`."""
 
     axes = CurveAxes("strain_pct", FORCE_PER_WIDTH, "strain [%]", "force per width [N/mm]")
+    placed_by = SIDES
 
     def scaled(self, run: BiaxialRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
         """Forces per width as they are; raises :class:`InputError` for another ratio of the strains."""
@@ -64,6 +67,11 @@ class BiaxialReport(Report[BiaxialRun]):
         """The fabric's own biaxial tests."""
         curve = imported_corridor(run, kinds()[run.rig.kind].published)
         return None if curve is None else self.matched(run, curve)
+
+    def placed(self, run: BiaxialRun, specimen: Specimen) -> list[Body]:
+        """The rails along which the needles slide."""
+        along_x, along_y = (specimen.facts[name] for name in SIDES)
+        return rails(specimen.history, AXIS[run.rig.direction], (along_x, along_y))
 
     def pictures(self, run: BiaxialRun, specimens: list[Specimen], references: References, folder: Path) -> None:
         """curve.png, energies.png, deformed.png."""

@@ -23,6 +23,8 @@ from knittest.solve.state import SimulationCost
 
 Array = NDArray[np.float64]
 
+#: facts of the square: its sides along x and y
+SIDES = ("weft_side_mm", "warp_side_mm")
 #: share of the yarns' length at each end that their weakest place is not in: needles hold them there
 AT_NEEDLES = 0.1
 
@@ -113,4 +115,4 @@ def biaxial_results(curve: dict[str, Array]) -> dict[str, float]:
 
 def _facts(size: Array) -> dict[str, float]:
     """Sides of the square along weft and warp, and its area."""
-    return {"weft_side_mm": float(size[0]), "warp_side_mm": float(size[1]), "area_mm2": float(np.prod(size))}
+    return dict(zip(SIDES, size.tolist(), strict=True)) | {"area_mm2": float(np.prod(size))}

@@ -93,7 +93,7 @@ class CantileverReport(NoSize[CantileverRun], Report[CantileverRun]):
         """No curve is published."""
         return None
 
-    def bodies(self, run: CantileverRun, specimen: Specimen) -> list[Body]:
+    def placed(self, run: CantileverRun, specimen: Specimen) -> list[Body]:
         """The board up to its edge, and the plane that the strip is to meet."""
         history = specimen.history
         first, last = history.frames[0].position, history.frames[-1].position

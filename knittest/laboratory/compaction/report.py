@@ -33,6 +33,7 @@ class CompactionReport(NoSize[CompactionRun], Report[CompactionRun]):
         "pressure_kpa", "thickness_mm", "pressure of the plates [kPa]", "thickness between the plates [mm]",
         reach="rig.max_pressure",
     )  # fmt: skip
+    placed_by = ("lower_plate_mm", "upper_plate_mm")
 
     def gates(self, run: CompactionRun) -> list[Gate]:
         """Standard gates, and those of the plates."""
@@ -56,7 +57,7 @@ class CompactionReport(NoSize[CompactionRun], Report[CompactionRun]):
         grown = np.isin(columns["pressure_kpa"], loading(columns["thickness_mm"], columns["pressure_kpa"])[1])
         return {name: values[grown] for name, values in columns.items()}
 
-    def bodies(self, run: CompactionRun, specimen: Specimen) -> list[Body]:
+    def placed(self, run: CompactionRun, specimen: Specimen) -> list[Body]:
         """Both plates, each closing by half the way."""
         history, facts = specimen.history, specimen.facts
         faces = facts["lower_plate_mm"], facts["upper_plate_mm"]

@@ -44,6 +44,7 @@ class FormingReport(NoSize[FormingRun], Report[FormingRun]):
     """See :class:`knittest.laboratory.report_base.Report`."""
 
     axes = CurveAxes("stamp_travel_mm", "stamp_force_n", "travel of the stamp [mm]", "force [N]")
+    placed_by = ("thickness_mm",)
 
     def levels(self, run: FormingRun) -> list[Level]:
         """The force on the holder."""
@@ -76,7 +77,7 @@ class FormingReport(NoSize[FormingRun], Report[FormingRun]):
             },
         }  # fmt: skip
 
-    def bodies(self, run: FormingRun, specimen: Specimen) -> list[Body]:
+    def placed(self, run: FormingRun, specimen: Specimen) -> list[Body]:
         """Stamp, die and holder."""
         return moved_tools(tools_of(run, specimen.facts["thickness_mm"]), specimen.history)
 

@@ -54,6 +54,7 @@ class FrictionReport(NoSize[FrictionRun], Report[FrictionRun]):
     axes = CurveAxes(
         "displacement_mm", "pull_force_n", "travel of the clamp [mm]", "pull force [N]", reach="rig.travel"
     )
+    placed_by = ("lower_face_mm", "upper_face_mm")
 
     def scaled(self, run: FrictionRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
         """Pull forces under the normal force of the run, by Coulomb's law, and said so; without those of a table that
@@ -112,7 +113,7 @@ class FrictionReport(NoSize[FrictionRun], Report[FrictionRun]):
         """pressure.csv of the first specimen."""
         return {"pressure.csv": pressure_map(specimens[0].history, map_cell(run)).table()}
 
-    def bodies(self, run: FrictionRun, specimen: Specimen) -> list[Body]:
+    def placed(self, run: FrictionRun, specimen: Specimen) -> list[Body]:
         """Both plates: drawn off the strip together, the upper one free to rise and fall."""
         history, axis = specimen.history, pull_axis(run)
         faces = specimen.facts["lower_face_mm"], specimen.facts["upper_face_mm"]

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from knittest.base.errors import InputError
-from knittest.base.history import Specimen
+from knittest.base.history import Body, Specimen
 from knittest.base.kinds import kinds
 from knittest.experiment.conditions import EXACT
 from knittest.experiment.curves import ReferenceCurve
@@ -18,12 +18,14 @@ from knittest.experiment.tables import PublishedValue, with_note
 from knittest.export.faces_picture import PULLED, faces_picture
 from knittest.export.line_picture import Band, Line, Span, line_picture
 from knittest.laboratory.imported import imported_corridor
+from knittest.laboratory.picture_frame.bars import bars
 from knittest.laboratory.picture_frame.config import PictureFrameRun
 from knittest.laboratory.picture_frame.frame_drawing import FrameShape
 from knittest.laboratory.picture_frame.map_picture import height_picture
 from knittest.laboratory.picture_frame.rig import starting
 from knittest.laboratory.picture_frame.shear_picture import shear_picture
 from knittest.laboratory.picture_frame.test import (
+    FRAME_SIDES,
     MAPPED,
     PictureFrame,
     fabric_side,
@@ -60,6 +62,7 @@ class PictureFrameReport(Report[PictureFrameRun]):
         labels={NORMALISED: NORMALISED_LABEL},
         reach="rig.max_angle",
     )
+    placed_by = FRAME_SIDES
 
     def scaled(self, run: PictureFrameRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
         """Forces of the crosshead for the run's sides, and said so; normalised ones as they are.
@@ -90,6 +93,11 @@ class PictureFrameReport(Report[PictureFrameRun]):
     def tables(self, run: PictureFrameRun, specimens: list[Specimen]) -> dict[str, Columns]:
         """shear-angle.csv of the first specimen."""
         return {"shear-angle.csv": angle_table(material_scatter(specimens[0].history))}
+
+    def placed(self, run: PictureFrameRun, specimen: Specimen) -> list[Body]:
+        """The four bars."""
+        weft, warp = (specimen.facts[name] for name in FRAME_SIDES)
+        return bars(specimen.history, (weft, warp))
 
     def pictures(self, run: PictureFrameRun, specimens: list[Specimen], references: References, folder: Path) -> None:
         """curve.png, energies.png, wrinkles.png, shear-angle.png, and deformed.png of yarns."""

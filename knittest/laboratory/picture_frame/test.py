@@ -32,6 +32,8 @@ from knittest.solve.state import SimulationCost
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
+#: facts of the frame: its sides along weft and warp, from hinge to hinge
+FRAME_SIDES = ("frame_weft_mm", "frame_warp_mm")
 #: wrinkles begin where their amplitude passes this share of the thickness
 ONSET = 0.5
 #: half the range of angles [deg] over which a force is averaged
@@ -71,11 +73,11 @@ class PictureFrame(Test[PictureFrameRun]):
             contact=self_contact(fabric, run.model.macro, run.solver.safety),
         )  # fmt: skip
         test = PictureFrameTest(run, np.flatnonzero(edge), side**2)
-        return Prepared(model, test, facts={"side_mm": side, "area_mm2": side**2})
+        return Prepared(model, test, facts=_facts(run, np.full(2, side)))
 
     def _yarns(self, run: PictureFrameRun, specimen: int, observer: Observer) -> Prepared:
         start = clock.perf_counter()
-        side, fabric = run.rig.side_mm, run.fabric
+        fabric = run.fabric
         n_wales, n_courses = _whole_pitches(run)
         piece = cut(run, n_wales, n_courses, specimen, observer)
         size = np.array([n_wales * fabric.wale_spacing, n_courses * fabric.course_spacing, 0.0])
@@ -84,7 +86,7 @@ class PictureFrame(Test[PictureFrameRun]):
         position = model.position()
         beyond = np.abs(position[:, 1] - position[:, 0]) * sqrt(0.5) - 0.5 * size[1]
         held = on_needles(beyond, model.group.chain)
-        facts = {"side_mm": side, "area_mm2": float(size[0] * size[1])}
+        facts = _facts(run, size[:2])
         test = PictureFrameTest(run, held, facts["area_mm2"])
         return Prepared(model, test, clock.perf_counter() - start, piece.table, facts)
 
@@ -118,6 +120,15 @@ class PictureFrame(Test[PictureFrameRun]):
         first = history.curve["frame_shear_angle_deg"] >= ANGLES[0] - NEAR
         times = history.curve["time_ms"]
         return Span(reported_from=float(times[np.argmax(first)]) if first.any() else np.inf)
+
+
+def _facts(run: PictureFrameRun, fabric: Array) -> dict[str, float]:
+    """Side and area of ``fabric`` (along weft, along warp) [mm], and sides of the frame around it: that of one without
+    a side of its own is the fabric's, which of yarns comes in whole pitches.
+    """
+    frame = np.maximum(fabric, run.rig.frame_side_mm or 0.0)
+    own = {"side_mm": run.rig.side_mm, "area_mm2": float(np.prod(fabric))}
+    return own | dict(zip(FRAME_SIDES, frame.tolist(), strict=True))
 
 
 def fabric_side(run: PictureFrameRun) -> float:

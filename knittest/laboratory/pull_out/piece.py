@@ -16,12 +16,13 @@ Index = NDArray[np.int64]
 @dataclass(frozen=True)
 class Nodes:
     """Nodes of the pulled inlay in the order of the model: its clamped end, its free ``tail``; those of the piece
-    ``held``.
+    ``held``, and how wide [mm] the edge is that its clamps hold.
     """
 
     pulled: Index
     tail: int
     held: Index
+    edge: float
 
 
 def nodes_of(run: PullOutRun, paths: list[YarnPath], size: tuple[float, float]) -> Nodes:
@@ -35,14 +36,15 @@ def nodes_of(run: PullOutRun, paths: list[YarnPath], size: tuple[float, float]) 
     points = np.concatenate([p.points for p in ordered])
     along, across = points[:, axis], points[:, 1 - axis]
     if run.rig.clamped == "sides":
-        wide = pitch(run, "weft" if direction == "warp" else "warp")
-        gripped = (across <= wide) | (across >= size[1 - axis] - wide)
+        edge = pitch(run, "weft" if direction == "warp" else "warp")
+        gripped = (across <= edge) | (across >= size[1 - axis] - edge)
     else:
-        gripped = along <= pitch(run, direction)
+        edge = pitch(run, direction)
+        gripped = along <= edge
     gripped[start[chain] : start[chain + 1]] = False
     ends = int(start[chain]), int(start[chain + 1]) - 1
     tail, top = sorted(ends, key=lambda node: float(along[node]))
-    return Nodes(np.array([top], np.int64), tail, np.flatnonzero(gripped))
+    return Nodes(np.array([top], np.int64), tail, np.flatnonzero(gripped), edge)
 
 
 def middle(indices: list[int]) -> int:

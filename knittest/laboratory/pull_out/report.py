@@ -4,10 +4,11 @@ from pathlib import Path
 
 import numpy as np
 
-from knittest.base.history import Specimen
+from knittest.base.history import Body, Specimen
 from knittest.experiment.curves import ReferenceCurve
 from knittest.export.faces_picture import faces_picture
 from knittest.export.line_picture import Line, line_picture
+from knittest.laboratory.pull_out.clamps import CLAMPS, clamps
 from knittest.laboratory.pull_out.config import PullOutRun
 from knittest.laboratory.pull_out.test import UNBALANCED, PullOut
 from knittest.laboratory.report_base import (
@@ -20,6 +21,7 @@ from knittest.laboratory.report_base import (
     energy_gates,
     title_of,
 )
+from knittest.laboratory.strips import AXIS
 
 
 class PullOutReport(NoSize[PullOutRun], Report[PullOutRun]):
@@ -28,6 +30,7 @@ class PullOutReport(NoSize[PullOutRun], Report[PullOutRun]):
     axes = CurveAxes(
         "displacement_mm", "pull_force_n", "way of the inlay's clamp [mm]", "pull force [N]", reach="rig.travel"
     )
+    placed_by = CLAMPS
 
     def gates(self, run: PullOutRun) -> list[Gate]:
         """Standard gates, and the balance of the clamps."""
@@ -36,6 +39,10 @@ class PullOutReport(NoSize[PullOutRun], Report[PullOutRun]):
     def reference_curve(self, run: PullOutRun) -> ReferenceCurve | None:
         """No pull-out is published for the paper's fabrics."""
         return None
+
+    def placed(self, run: PullOutRun, specimen: Specimen) -> list[Body]:
+        """The clamps of the piece, and that of the inlay."""
+        return clamps(specimen.history, specimen.facts, AXIS[run.rig.direction], run.rig.clamped == "sides")
 
     def pictures(self, run: PullOutRun, specimens: list[Specimen], references: References, folder: Path) -> None:
         """curve.png with the friction of equal crossings over the embedded length, energies.png, deformed.png."""

@@ -64,7 +64,8 @@ class PullOut(Test[PullOutRun]):
         mount = PullOutTest(run, AXIS[direction], nodes.pulled, nodes.held, along * period)
         facts = {
             "area_mm2": size[0] * size[1], "embedded_mm": along * period, "pitch_mm": period,
-            "crossings": float(along), "tail_node": float(nodes.tail),
+            "crossings": float(along), "tail_node": float(nodes.tail), "pulled_node": float(nodes.pulled[0]),
+            "piece_width_mm": size[1 - AXIS[direction]], "clamped_edge_mm": nodes.edge,
         }  # fmt: skip
         return Prepared(model, mount, clock.perf_counter() - start, piece.table, facts)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from knittest.base.history import Specimen
+from knittest.base.history import Body, Specimen
 from knittest.base.kinds import kinds
 from knittest.base.resources import data_dir
 from knittest.experiment.borrowed import borrowed
@@ -19,6 +19,7 @@ from knittest.experiment.forces import noted
 from knittest.experiment.statistics import Corridor, corridor_on, mean_sd
 from knittest.experiment.tables import PublishedValue, for_width, with_note
 from knittest.export import curve_picture, strip_picture
+from knittest.laboratory.apparatus import STRIP_JAWS, strip_jaws
 from knittest.laboratory.report_base import (
     Columns,
     CurveAxes,
@@ -30,7 +31,7 @@ from knittest.laboratory.report_base import (
 )
 from knittest.laboratory.strips import yarns_across
 from knittest.laboratory.tensile.config import TensileRun
-from knittest.laboratory.tensile.test import Tensile, carrying_width
+from knittest.laboratory.tensile.test import Tensile, carrying_width, pull_axis
 from knittest.laboratory.tuned_data import marked
 
 #: share of the yarns by which whole ones may differ from those of the width without a word
@@ -43,6 +44,7 @@ class TensileReport(Report[TensileRun]):
     """See :class:`knittest.laboratory.report_base.Report`."""
 
     axes = CurveAxes("strain_pct", "force_n", "strain [%]", "force [N]", "force_mean_n", "force_sd_n")
+    placed_by = STRIP_JAWS
 
     def scaled(self, run: TensileRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
         """Forces of the tested strip for the width of the run, and said so; of yarns also how many are whole."""
@@ -95,6 +97,10 @@ class TensileReport(Report[TensileRun]):
             return specimens[0].history.curve
         found = corridor(specimens)
         return {self.axes.x: found.strain, self.axes.mean: found.mean, self.axes.sd: found.sd}
+
+    def placed(self, run: TensileRun, specimen: Specimen) -> list[Body]:
+        """Both jaws."""
+        return strip_jaws(specimen, pull_axis(run))
 
     def pictures(self, run: TensileRun, specimens: list[Specimen], references: References, folder: Path) -> None:
         """curve.png, energies.png, deformed.png."""

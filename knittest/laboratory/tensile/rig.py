@@ -32,6 +32,11 @@ class TensileTest:
         self.stop_ratio = run.rig.stop_force_ratio
         self.duration = 0.5 * run.solver.ramp_ms + self.max_strain * self.gauge / self.speed
 
+    @property
+    def faces(self) -> tuple[float, float]:
+        """Place [mm] along the axis from which the fixed clamp holds the strip, and the moving one at the start."""
+        return self.middle - 0.5 * self.gauge, self.middle + 0.5 * self.gauge
+
     def constrain(self, boundary: Boundary) -> None:
         """Grip all nodes outside the gauge length."""
         along = boundary.model.position()[:, self.axis] - self.middle

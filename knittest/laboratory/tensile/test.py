@@ -39,8 +39,8 @@ class Tensile(Test[TensileRun]):
         )  # fmt: skip
         contact = self_contact(run.fabric, macro, run.solver.safety)
         model = build_strip(run.fabric, fabric_laminate(run), rig.direction, shape, contact)
-        facts = _facts(run, specimen, gauge, gauge + 2.0 * rig.jaw_length_mm)
-        return Prepared(model, TensileTest(run, axis=1, gauge=gauge, middle=0.0), facts=facts)
+        mount = TensileTest(run, pull_axis(run), gauge, middle=0.0)
+        return Prepared(model, mount, facts=_facts(run, specimen, mount, gauge + 2.0 * rig.jaw_length_mm))
 
     def _yarns(self, run: TensileRun, specimen: int, observer: Observer) -> Prepared:
         start = clock.perf_counter()
@@ -50,10 +50,10 @@ class Tensile(Test[TensileRun]):
         n_wales, n_courses = (across, whole) if direction == "warp" else (whole, across)
         grip = (JAW_PITCHES + 0.5) / whole
         piece = cut(run, n_wales, n_courses, specimen, observer, (direction, grip))
-        gauge = along * period
+        mount = TensileTest(run, pull_axis(run), along * period, 0.5 * whole * period)
         return Prepared(
-            build_meso(run, piece.paths, piece.draws), TensileTest(run, AXIS[direction], gauge, 0.5 * whole * period),
-            clock.perf_counter() - start, piece.table, _facts(run, specimen, gauge, whole * period),
+            build_meso(run, piece.paths, piece.draws), mount, clock.perf_counter() - start, piece.table,
+            _facts(run, specimen, mount, whole * period),
         )  # fmt: skip
 
     def solve(self, prepared: Prepared, run: TensileRun, observer: Observer) -> tuple[History, SimulationCost]:
@@ -74,6 +74,11 @@ class Tensile(Test[TensileRun]):
         return Span(to_failure=True)
 
 
+def pull_axis(run: TensileRun) -> int:
+    """Axis (0: x, 1: y) along which the strip is pulled: of shells it always lies along y."""
+    return AXIS[run.rig.direction] if run.model.scale == "meso" else 1
+
+
 def carrying_width(run: TensileRun, specimen: int = 0) -> float:
     """Width [mm] that carries the force of a strip: its own of shells, that of its whole yarns of yarns."""
     if run.model.scale == "macro":
@@ -82,10 +87,13 @@ def carrying_width(run: TensileRun, specimen: int = 0) -> float:
     return yarns_across(run, direction, specimen) / run.fabric.density_per_mm.of(direction)
 
 
-def _facts(run: TensileRun, specimen: int, gauge: float, length: float) -> dict[str, float]:
+def _facts(run: TensileRun, specimen: int, mount: TensileTest, length: float) -> dict[str, float]:
+    fixed, moving = mount.faces
     return {
         "yarns_across": float(yarns_across(run, run.rig.direction, specimen)),
         "width_mm": carrying_width(run, specimen),
-        "gauge_mm": gauge,
+        "gauge_mm": mount.gauge,
         "area_mm2": length * run.rig.width_mm,
+        "fixed_jaw_mm": fixed,
+        "moving_jaw_mm": moving,
     }

@@ -91,11 +91,8 @@ class _Reel:
         return (self._at(float(moment)) for moment in np.linspace(time[0], time[-1], count))
 
     def _at(self, moment: float) -> Image:
-        time, place, values = self._recording.time, self._recording.position, self._values
-        k = int(np.clip(np.searchsorted(time, moment, side="right") - 1, 0, max(len(time) - 2, 0)))
-        after = min(k + 1, len(time) - 1)
-        span = float(time[after] - time[k])
-        share = (moment - time[k]) / span if span > 0.0 else 0.0
+        place, values = self._recording.position, self._values
+        k, after, share = self._recording.around(moment)
         position = (1.0 - share) * place[k] + share * place[after]
         value = (1.0 - share) * values[k] + share * values[after]
         return self._stage.image(position, np.where(self._alive[k], value, np.nan), moment)

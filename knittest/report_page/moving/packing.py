@@ -99,4 +99,5 @@ def _body(body: Body, packer: Packer) -> dict[str, Any]:
         "points": packer.add(values[None], 2),
         "triangles": packer.add(body.triangles[None], 4),
         "offset": np.round(body.offset, 5).tolist(),
+        "turn": None if body.turn is None else np.round(body.turn.reshape(-1, 9), 7).tolist(),
     }

@@ -21,6 +21,8 @@ MAX_COLLECTION, MAX_FRAME = 5_000_000, 2_000_000_000
 #: what says which elements there are, not what they carry
 FIXED = ("part", "yarn", "radius")
 KINDS = {"line": "beams", "quad": "shells"}
+#: difference of two places that is rounding [mm]
+SHIFTED = 1e-6
 
 
 @dataclass(frozen=True)
@@ -46,12 +48,19 @@ class Recording:
             return self
         kept = np.unique(np.round(np.linspace(0, len(self.time) - 1, most)).astype(int))
         fields = {name: values[kept] for name, values in self.fields.items()}
-        bodies = tuple(replace(body, offset=body.offset[kept]) for body in self.bodies)
+        bodies = tuple(body.at_frames(kept) for body in self.bodies)
         return replace(self, time=self.time[kept], position=self.position[kept], fields=fields, bodies=bodies)
 
-    def offsets(self, time: float) -> list[Array]:
-        """Offset (3,) [mm] of each of the ``bodies`` at ``time`` [ms], by the line between the frames."""
-        return [np.array([np.interp(time, self.time, moved) for moved in body.offset.T]) for body in self.bodies]
+    def around(self, time: float) -> tuple[int, int, float]:
+        """Number of the frame before a ``time`` [ms] and of the one after it, and the share of the way between them."""
+        before = int(np.clip(np.searchsorted(self.time, time, side="right") - 1, 0, max(len(self.time) - 2, 0)))
+        after = min(before + 1, len(self.time) - 1)
+        span = float(self.time[after] - self.time[before])
+        return before, after, (time - float(self.time[before])) / span if span > 0.0 else 0.0
+
+    def bodies_at(self, time: float) -> list[Body]:
+        """The ``bodies`` at one ``time`` [ms], by the line between the frames."""
+        return [body.between(*self.around(time)) for body in self.bodies]
 
 
 @dataclass(frozen=True)
@@ -152,7 +161,7 @@ def _recording(meshes: Sequence[Any], paths: Sequence[Path], time: Array, part_n
 
 
 def _bodies(entries: Sequence[Entry], time: Array) -> tuple[Body, ...]:
-    """Tools, each of which has a file at every time and only moves."""
+    """Tools, each of which has a file at every time and keeps its shape."""
     found = []
     for name in dict.fromkeys(entry.tool for entry in entries):
         own = [entry for entry in entries if entry.tool == name]
@@ -162,6 +171,23 @@ def _bodies(entries: Sequence[Entry], time: Array) -> tuple[Body, ...]:
         points, triangles = meshes[0].points, meshes[0].cells[0].data
         if meshes[0].cells[0].type != "triangle" or any(mesh.points.shape != points.shape for mesh in meshes):
             raise InputError(f"{own[0].path}: tool {name!r}: expected triangles, as many at every time")
-        offset = np.array([mesh.points[0] - points[0] for mesh in meshes])
-        found.append(Body(name, np.asarray(points, float), triangles, offset))
+        try:
+            offset, turn = _motion(np.asarray(points, float), [np.asarray(mesh.points, float) for mesh in meshes])
+        except ValueError:
+            raise InputError(f"{own[0].path}: tool {name!r} changes its shape; run the test again") from None
+        found.append(Body(name, np.asarray(points, float), triangles, offset, turn))
     return tuple(found)
+
+
+def _motion(points: Array, places: Sequence[Array]) -> tuple[Array, Array | None]:
+    """Offsets (k, 3) and matrices (k, 3, 3) that take ``points`` (n, 3) to each of ``places``; none for one that never
+    turns. Raises :class:`ValueError` where no such matrix does.
+    """
+    offset = np.array([place[0] - points[0] for place in places])
+    if all(np.allclose(place, points + o, rtol=0.0, atol=SHIFTED) for place, o in zip(places, offset, strict=True)):
+        return offset, None
+    known = np.column_stack([points, np.ones(len(points))])
+    solved = [np.linalg.lstsq(known, place, rcond=None)[0] for place in places]
+    if not all(np.allclose(known @ s, p, rtol=0.0, atol=SHIFTED) for s, p in zip(solved, places, strict=True)):
+        raise ValueError("no rigid motion")
+    return np.array([s[3] for s in solved]), np.array([s[:3].T for s in solved])

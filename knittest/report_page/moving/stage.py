@@ -75,7 +75,7 @@ class Stage:
             self._drawn.pop().remove()
         draw = self._tubes if corners.shape[1] == 2 else self._shells
         height = draw(corners, colour, kept)
-        behind, before = self._tools.around(height, self._recording.offsets(time))
+        behind, before = self._tools.around(height, self._recording.bodies_at(time))
         self._show(behind, 0.5)
         self._show(before, 2.0)
         if self._timed:
@@ -118,7 +118,7 @@ def _extent(recording: Recording, seen_from: Array, bodies: Any) -> tuple[Array,
     """Least and largest place (2,) each that nodes and tools ever have in the picture, with a margin."""
     seen = [(recording.position @ seen_from.T).reshape(-1, 3)]
     for body in bodies:
-        seen += [(body.points + offset) @ seen_from.T for offset in body.offset]
+        seen += [body.place(frame) @ seen_from.T for frame in range(len(body.offset))]
     low = np.min([place.min(axis=0) for place in seen], axis=0)[:2]
     high = np.max([place.max(axis=0) for place in seen], axis=0)[:2]
     edge = MARGIN * float((high - low).max()) + float(recording.radius.max())

@@ -19,35 +19,37 @@ STEP = 0.06
 class ToolLayers:
     """``bodies`` as seen along the rows ``sight`` (3, 3) on the pixels of ``view``, which has room for their ways.
 
-    Each is drawn once and moved by whole pixels.
+    Each is drawn once and moved by whole pixels, unless it turns.
     """
 
     def __init__(self, bodies: Sequence[Body], sight: Array, view: View) -> None:
-        self._sight, self._pixel = sight, view.pixel
+        self._sight, self._view = sight, view
         self._start = [body.offset[0] for body in bodies]
-        self._layers = [_layer((body.points + body.offset[0]) @ sight.T, body.triangles, view) for body in bodies]
+        self._layers = [_layer(body.place(0) @ sight.T, body.triangles, view) for body in bodies]
 
     @property
     def any(self) -> bool:
         """Tell whether there are tools."""
         return bool(self._layers)
 
-    def around(self, height: Array, offsets: Sequence[Array]) -> tuple[Array, Array]:
+    def around(self, height: Array, moved: Sequence[Body]) -> tuple[Array, Array]:
         """Images RGBA (rows, columns, 4) of what lies behind and before a specimen of ``height`` (rows, columns) [mm],
-        tools moved by ``offsets`` (3,) [mm] each; empty ones without tools.
+        tools as ``moved``, each at one moment; empty ones without tools.
         """
         if not self._layers:
             return np.zeros((0, 0, 4)), np.zeros((0, 0, 4))
-        found = [self._moved(k, offset) for k, offset in enumerate(offsets)]
+        found = [self._moved(k, body) for k, body in enumerate(moved)]
         found.sort(key=lambda layer: float(layer[0].max()))
         behind = [(image, top <= height) for top, image in found]
         return _blended(behind), _blended([(image, ~under) for image, under in behind])
 
-    def _moved(self, number: int, offset: Array) -> tuple[Array, Array]:
-        """Height and image of a tool that is moved by ``offset`` [mm]."""
+    def _moved(self, number: int, body: Body) -> tuple[Array, Array]:
+        """Height and image of tool ``number`` at the moment of ``body``."""
+        if body.turn is not None:
+            return _layer(body.place(0) @ self._sight.T, body.triangles, self._view)
         height, image = self._layers[number]
-        across, up, towards = self._sight @ (offset - self._start[number])
-        shift = (round(up / self._pixel), round(across / self._pixel))
+        across, up, towards = self._sight @ (body.offset[0] - self._start[number])
+        shift = (round(up / self._view.pixel), round(across / self._view.pixel))
         return np.roll(height, shift, (0, 1)) + towards, np.roll(image, shift, (0, 1))
 
 

@@ -80,7 +80,7 @@ export class RunScene {
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute("position", new THREE.BufferAttribute(points, 3));
     geometry.setIndex(new THREE.BufferAttribute(new Uint32Array(unpacked(data, body.triangles, Int32Array)), 1));
-    const uniforms = { offset: { value: new THREE.Vector3() }, opacity: { value: 0.3 }, colour: { value: new THREE.Color(0.55, 0.6, 0.66) } };
+    const uniforms = { opacity: { value: 0.3 }, colour: { value: new THREE.Color(0.55, 0.6, 0.66) } };
     const material = new THREE.ShaderMaterial({
       glslVersion: THREE.GLSL3, vertexShader: TOOL.vertex, fragmentShader: TOOL.fragment, uniforms, side: THREE.DoubleSide,
       transparent: true, depthWrite: false,
@@ -90,9 +90,18 @@ export class RunScene {
     solid.frustumCulled = false;
     solid.renderOrder = 1;
     const group = new THREE.Group();
+    group.matrixAutoUpdate = false;
     group.add(solid, lines);
     this.scene.add(group);
-    return { name: body.name, group, uniforms, lines, offset: body.offset };
+    return { name: body.name, group, points: solid.geometry.attributes.position, offset: body.offset, turn: body.turn };
+  }
+
+  /** Put a tool where it is a share `between` of the way from frame `a` to frame `b`. */
+  place({ group, offset, turn }, a, b, between) {
+    const mix = (one, other) => one.map((v, k) => v * (1 - between) + other[k] * between);
+    const o = mix(offset[a], offset[b]), m = turn ? mix(turn[a], turn[b]) : [1, 0, 0, 0, 1, 0, 0, 0, 1];
+    group.matrix.set(m[0], m[1], m[2], o[0], m[3], m[4], m[5], o[1], m[6], m[7], m[8], o[2], 0, 0, 0, 1);
+    group.matrixWorldNeedsUpdate = true;
   }
 
   /** Corners of the space that the nodes ever take up [mm], and the largest displacement from the first frame. */
@@ -110,12 +119,16 @@ export class RunScene {
   /** Corners of the space that nodes and tools ever take up [mm]. */
   withTools() {
     const low = [...this.box.low], high = [...this.box.high];
-    for (const { lines, offset } of this.tools) {
-      lines.geometry.computeBoundingBox();
-      const { min, max } = lines.geometry.boundingBox;
-      for (const moved of offset) {
-        [min.x, min.y, min.z].forEach((v, c) => { low[c] = Math.min(low[c], v + moved[c]); });
-        [max.x, max.y, max.z].forEach((v, c) => { high[c] = Math.max(high[c], v + moved[c]); });
+    const p = new THREE.Vector3();
+    for (const tool of this.tools) {
+      for (let frame = 0; frame < this.frames; frame++) {
+        this.place(tool, frame, frame, 0);
+        for (let k = 0; k < tool.points.count; k++) {
+          p.fromBufferAttribute(tool.points, k).applyMatrix4(tool.group.matrix).toArray().forEach((v, c) => {
+            low[c] = Math.min(low[c], v);
+            high[c] = Math.max(high[c], v);
+          });
+        }
       }
     }
     return { low, high };
@@ -164,11 +177,7 @@ export class RunScene {
       codes.array[2 * e + 1] = field[b * this.count + e];
     }
     codes.needsUpdate = alive.needsUpdate = true;
-    for (const tool of this.tools) {
-      const o = [0, 1, 2].map(k => tool.offset[a][k] * (1 - between) + tool.offset[b][k] * between);
-      tool.uniforms.offset.value.set(...o);
-      tool.lines.position.set(...o);
-    }
+    for (const tool of this.tools) this.place(tool, a, b, between);
   }
 
   /** Colour by field number `field`, or by what the positions tell: 1 height, 2 displacement, 3 part. */

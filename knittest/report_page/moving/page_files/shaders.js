@@ -92,8 +92,8 @@ void main() {
 };
 
 export const TOOL = {
-  vertex: `precision highp float; uniform vec3 offset; out vec3 eye;
-void main() { vec4 p = viewMatrix * vec4(position + offset, 1.0); eye = p.xyz; gl_Position = projectionMatrix * p; }`,
+  vertex: `precision highp float; out vec3 eye;
+void main() { vec4 p = modelViewMatrix * vec4(position, 1.0); eye = p.xyz; gl_Position = projectionMatrix * p; }`,
   fragment: `precision highp float; uniform vec3 colour; uniform float opacity; in vec3 eye; out vec4 shown;
 void main() {
   vec3 n = normalize(cross(dFdx(eye), dFdy(eye)));
