@@ -49,8 +49,9 @@ class Frame:
 
 @dataclass(frozen=True)
 class Body:
-    """A rigid tool: closed or open surface of ``points`` (n, 3) [mm] and ``triangles`` (m, 3), at the k frames turned
-    about the origin by the matrices ``turn`` (k, 3, 3), if it turns at all, then moved by ``offset`` (k, 3) [mm].
+    """A part of the apparatus: closed or open surface of ``points`` (n, 3) [mm] and ``triangles`` (m, 3), at the k
+    frames turned about the origin, or sheared, by the matrices ``turn`` (k, 3, 3), if it is at all, then moved by
+    ``offset`` (k, 3) [mm].
     """
 
     name: str

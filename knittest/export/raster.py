@@ -10,6 +10,8 @@ from knittest.export.tubes import View
 _CHUNK_PIXELS = 400_000
 #: twice the area of a triangle [pixel^2] below which it is seen edge on
 _EDGE_ON = 1e-9
+#: longest side [pixels] of a triangle that is drawn whole: few pixels around one this small are not its own
+_WHOLE = 32.0
 
 
 def nearest(corners: Array, view: View) -> tuple[Array, Array]:
@@ -17,6 +19,7 @@ def nearest(corners: Array, view: View) -> tuple[Array, Array]:
     ``corners`` (n, 3, 3), in axes of ``view`` with z towards the viewer; (rows, columns) each, row 0 at the bottom.
     """
     rows, columns = view.shape
+    corners = _cut(corners, _WHOLE * view.pixel)
     height, light = np.full(rows * columns, -np.inf), np.zeros(rows * columns)
     place = corners.copy()
     place[:, :, :2] = (corners[:, :, :2] - [view.left, view.bottom]) / view.pixel - 0.5  # centres of pixels are whole
@@ -34,6 +37,22 @@ def nearest(corners: Array, view: View) -> tuple[Array, Array]:
             top = surface >= height[pixel]
             light[pixel[top]] = shade[part[which[top]]]
     return height.reshape(rows, columns), light.reshape(rows, columns)
+
+
+def _cut(corners: Array, most: float) -> Array:
+    """Triangles (m, 3, 3) that ``corners`` (n, 3, 3) consist of, halved across their longest side until that is
+    ``most`` [mm] at most, as it is seen.
+    """
+    done = []
+    while len(corners):
+        side = np.linalg.norm((np.roll(corners, -1, axis=1) - corners)[:, :, :2], axis=2)
+        long = side.max(axis=1) > most
+        done.append(corners[~long])
+        first = side[long].argmax(axis=1)[:, None]
+        a, b, c = (np.take_along_axis(corners[long], (first + k)[:, :, None] % 3, axis=1) for k in range(3))
+        middle = 0.5 * (a + b)
+        corners = np.concatenate([np.concatenate(half, axis=1) for half in ((a, middle, c), (middle, b, c))])
+    return np.concatenate(done) if done else corners
 
 
 def _covered(

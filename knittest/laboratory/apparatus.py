@@ -6,7 +6,7 @@ from knittest.base.history import Array, Body, History, Specimen
 
 #: depth of a jaw that holds no more of the specimen, over the width that it holds, and what it stands out beyond the
 #: specimen over its depth
-DEPTH, AROUND = 0.1, 0.35
+DEPTH, AROUND = 0.06, 0.35
 #: facts of a strip between two jaws: where their faces are at the start, along the strip
 STRIP_JAWS = ("fixed_jaw_mm", "moving_jaw_mm")
 

@@ -146,7 +146,7 @@ def test_bars_join_the_hinges_and_carry_the_needles(scale: str, more: tuple[str,
     size = np.sqrt(specimen.facts["area_mm2"])
     assert wide == (pytest.approx(size, rel=0.1), pytest.approx(size, rel=0.1)) if own else wide == (32.0, 32.0)
     gap, pitch = 0.0 if own else 0.5 * (32.0 - size), max(run.fabric.wale_spacing, run.fabric.course_spacing)
-    assert set(bodies) == set(BETWEEN)
+    assert set(bodies) == set(BETWEEN) | (set() if own else {"arms"})
     for k, frame in enumerate(history.frames):
         hinge, near = corners(wide, frame, history), np.full(len(needles), np.inf)
         for name, ends in BETWEEN.items():
@@ -158,6 +158,13 @@ def test_bars_join_the_hinges_and_carry_the_needles(scale: str, more: tuple[str,
             assert ((outline - hinge[ends[0]]) @ out).min() > -1e-2  # the bar lies outside the fabric
             near = np.minimum(near, np.abs((frame.position[needles, :2] - hinge[ends[0]]) @ out))
         assert near.max() < (gap + pitch if scale == "meso" else gap + 1e-2)
+        if not own:  # an end of each arm is where the needles are, the other where the bars are
+            ends = bodies["arms"].place(k)[:, None, :2]
+            to_needles = np.linalg.norm(ends - frame.position[needles, :2], axis=2).min(axis=1)
+            assert (np.sort(to_needles)[:8] < (1e-2 if scale == "macro" else pitch)).all()
+            normals = {(a, b): (hinge[b] - hinge[a])[::-1] * [-1.0, 1.0] / wide[0] for a, b in BETWEEN.values()}
+            inside = [(ends[:, 0] - hinge[a]) @ normal for (a, _), normal in normals.items()]
+            assert np.sort(np.min(inside, axis=0))[:8] == pytest.approx(np.zeros(8), abs=1e-2)
         if scale == "macro" and own:  # corners of the shells are the hinges
             nodes = frame.position[needles, :2]
             assert np.linalg.norm(nodes[:, None] - hinge, axis=2).min(axis=0) == pytest.approx(np.zeros(4), abs=1e-2)

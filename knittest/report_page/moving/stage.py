@@ -1,6 +1,7 @@
 """The picture that every image of a film is drawn into: title, axes of one size, colours, tools, time."""
 
 from dataclasses import replace
+from textwrap import wrap
 from typing import Any
 
 import numpy as np
@@ -24,8 +25,8 @@ DPI = 100
 MARGIN = 0.02
 #: line around shells that hides the seams between them [points]; seen from their edge, it is their thickness
 SEAM = 0.2
-#: room for the colour bar [inch]
-BAR = 1.15
+#: room for the colour bar and for the clock, width of a letter of a notice and height of its lines [inch]
+BAR, CLOCK, LETTER, LINE = 1.15, 1.1, 0.062, 0.16
 #: length over width from which a specimen is looked at across its length
 LONG = 1.5
 #: pixels of a picture of yarns along the side of one of the film: thin yarns stay smooth
@@ -143,12 +144,14 @@ def _mean(blocks: Array) -> Array:
 
 def _figure(run: LoadedRun, extent: Array, wide: float) -> tuple[Any, Any, Any]:
     """A figure ``wide`` [inch] with axes for ``extent`` [mm] and one for the colour bar, an even number of pixels."""
-    tall = float(np.clip((wide - BAR) * extent[1] / extent[0], 0.4 * wide, 1.2 * wide)) + 0.8
+    said = [line for notice in notices(run) for line in wrap(notice, int((wide - CLOCK) / LETTER))][::-1]
+    below = 0.3 + LINE * max(len(said) - 1, 0)
+    tall = float(np.clip((wide - BAR) * extent[1] / extent[0], 0.4 * wide, 1.2 * wide)) + 0.5 + below
     figure = new_figure(wide, 0.02 * round(50.0 * tall))
     figure.set_dpi(DPI)
-    axes = figure.add_axes((0.01, 0.3 / tall, 1.0 - BAR / wide, 1.0 - 0.8 / tall))
+    axes = figure.add_axes((0.01, below / tall, 1.0 - BAR / wide, 1.0 - (0.5 + below) / tall))
     axes.set_axis_off()
     figure.text(0.02, 1.0 - 0.25 / tall, run.title, fontsize=11, va="center")
-    for line, said in enumerate(notices(run)):
-        figure.text(0.02, (0.1 + 0.16 * line) / tall, said, fontsize=8, color=RED)
+    for number, line in enumerate(said):
+        figure.text(0.02, (0.1 + LINE * number) / tall, line, fontsize=8, color=RED)
     return figure, axes, figure.add_axes((1.0 - (BAR - 0.2) / wide, 0.25, 0.15 / wide, 0.5))
