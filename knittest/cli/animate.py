@@ -14,7 +14,9 @@ import click
 @click.option("--seconds", type=float, default=5.0, show_default=True, help="Length, before the last image stands.")
 @click.option("--fps", type=int, help="Images a second.  [default: 15; GIF: 10]")
 @click.option("--width", type=int, help="Pixels.  [default: 960; GIF: 640]")
-@click.option("--tools/--no-tools", default=True, show_default=True, help="Stamp, die, holder, plates, board.")
+@click.option(
+    "--tools/--no-tools", default=True, show_default=True, help="Stamp, die, holder, plates, board, jaws, bars."
+)
 def animate(run: Path, out: Path | None, **looks: Any) -> None:
     """Write a run as a film for slides: a run folder with frames as MP4 or GIF.
 

@@ -73,5 +73,8 @@ def resumed_at(folder: Path) -> list[float]:
 
 
 def results(folder: Path) -> dict[str, bytes]:
-    """The files whose bits must not depend on how often a run was stopped."""
-    return {name: (folder / name).read_bytes() for name in ("curve.csv", "energies.csv")}
+    """The files whose bits must not depend on how often a run was stopped, frames with their jaws among them."""
+    frames = sorted((folder / "frames").glob("*.vtu"))
+    assert {"fixed-jaw-0000.vtu", "moving-jaw-0000.vtu"} <= {path.name for path in frames}
+    files = [folder / "curve.csv", folder / "energies.csv", folder / "frames.pvd", *frames]
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in files}

@@ -1,0 +1,131 @@
+"""Tools that turn: in files of frames, in the moving view and in films."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from browser import browse, needs_browser
+from export_sample import shell_history
+from report_sample import write_run
+from test_moving_view import GL, parts
+
+from knittest.base.errors import InputError
+from knittest.base.figure import RED
+from knittest.base.history import Body
+from knittest.export import raster
+from knittest.export.tubes import View
+from knittest.export.vtu import write_frames
+from knittest.report_page.loading import load_run
+from knittest.report_page.moving.page import view
+from knittest.report_page.moving.recording import read_recording
+from knittest.report_page.moving.scales import scales_of
+from knittest.report_page.moving.stage import CLOCK, DPI, Stage
+from knittest.report_page.moving.tool_layers import ToolLayers
+
+QUARTER = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+#: a strip from 5 to 35 mm along x and 3 mm wide, at rest, turned to the left by a quarter, then sheared
+STRIP = np.array([[5.0, 0.0, 8.0], [35.0, 0.0, 8.0], [35.0, 3.0, 8.0], [5.0, 3.0, 8.0]])
+TURN = np.array([np.eye(3), QUARTER, np.array([[1.0, 0.5, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])])
+OFFSET = np.array([[0.0, 0.0, 0.0], [20.0, -3.0, 0.0], [1.0, 2.0, 3.0]])
+BAR = Body("bar", STRIP, np.array([[0, 1, 2], [0, 2, 3]]), OFFSET, TURN)
+
+
+def test_a_bar_is_read_back_where_it_was_written(tmp_path: Path) -> None:
+    write_frames(tmp_path, shell_history(), (BAR,))
+    (read,) = read_recording(tmp_path).bodies
+    assert read.turn is not None
+    for frame in range(3):
+        np.testing.assert_allclose(read.place(frame), BAR.place(frame), atol=1e-9)
+    np.testing.assert_allclose(read.place(1)[0], [20.0, 2.0, 8.0], atol=1e-9)  # 5 mm along x has become 5 along y
+
+
+def test_between_frames_it_is_on_the_line_as_the_nodes_are(tmp_path: Path) -> None:
+    write_frames(tmp_path, shell_history(), (BAR,))
+    recording = read_recording(tmp_path)
+    time = 0.75 * recording.time[0] + 0.25 * recording.time[1]
+    (body,) = recording.bodies_at(float(time))
+    np.testing.assert_allclose(body.place(0), 0.75 * BAR.place(0) + 0.25 * BAR.place(1), atol=1e-9)
+    thinned = recording.thinned(2).bodies[0]
+    np.testing.assert_allclose(thinned.place(1), BAR.place(2), atol=1e-9)
+
+
+def test_the_view_has_its_matrices(tmp_path: Path) -> None:
+    folder = write_run(tmp_path / "run")
+    write_frames(folder, shell_history(), (BAR,))
+    (told,) = parts(view(folder))[0]["bodies"]
+    turn, offset = np.array(told["turn"]).reshape(-1, 3, 3), np.array(told["offset"])
+    for frame in range(3):
+        np.testing.assert_allclose(STRIP @ turn[frame].T + offset[frame], BAR.place(frame), atol=1e-3)
+
+
+def test_a_tool_that_changes_its_shape_is_refused(tmp_path: Path) -> None:
+    folder = write_run(tmp_path / "run")
+    write_frames(folder, shell_history(), (BAR,))
+    bent = Body("bar", STRIP + np.array([[0.0], [0.0], [0.1], [0.0]]), BAR.triangles, OFFSET)
+    write_frames(tmp_path / "run", shell_history(), (bent,))
+    straight = tmp_path / "straight"
+    straight.mkdir()
+    write_frames(straight, shell_history(), (BAR,))
+    (folder / "frames" / "bar-0000.vtu").write_bytes((straight / "frames" / "bar-0000.vtu").read_bytes())
+    with pytest.raises(InputError, match=r"bar-0000\.vtu: tool 'bar' changes its shape"):
+        read_recording(folder)
+
+
+def test_a_film_draws_it_where_it_is_at_each_moment() -> None:
+    """From above: 30 x 3 mm along x, then along y from (17, 2) to (20, 32)."""
+    seen = View(0.0, 40.0, 0.0, 40.0, 0.5)
+    layers, below = ToolLayers([BAR], np.eye(3), seen), np.full(seen.shape, -np.inf)
+    for frame, (left, bottom, right, top) in ((0, (5, 0, 35, 3)), (1, (17, 2, 20, 32))):
+        shown = layers.around(below, [BAR.between(frame, frame, 0.0)])[1][..., 3] > 0.0
+        rows, columns = np.flatnonzero(shown.any(axis=1)), np.flatnonzero(shown.any(axis=0))
+        found = [columns[0], rows[0], columns[-1] + 1, rows[-1] + 1]
+        np.testing.assert_allclose(0.5 * np.array(found), [left, bottom, right, top], atol=0.51)
+
+
+def test_large_triangles_are_drawn_in_pieces_as_if_whole(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen, rng = View(0.0, 60.0, 0.0, 50.0, 0.25), np.random.default_rng(4)
+    corners = rng.uniform(-10.0, 70.0, (6, 3, 3))
+    height, light = raster.nearest(corners, seen)
+    monkeypatch.setattr(raster, "_WHOLE", np.inf)
+    whole, lit = raster.nearest(corners, seen)
+    assert np.isfinite(whole).mean() > 0.2
+    np.testing.assert_array_equal(np.isfinite(height), np.isfinite(whole))
+    np.testing.assert_allclose(height, whole, atol=1e-9)
+    assert (np.abs(light - lit) < 1e-9).mean() > 0.999  # two faces may meet at a pixel
+
+
+def test_long_notices_of_a_film_leave_the_clock_its_corner(tmp_path: Path) -> None:
+    folder = write_run(tmp_path / "run", failures=("kinetic energy over work 11.96 % is above 5 %; " * 3,))
+    write_frames(folder, shell_history())
+    recording = read_recording(folder)
+    name, scale = next(iter(scales_of(recording).items()))
+    stage = Stage(load_run(folder), recording, scale, "top", 480, tools=True)
+    image = stage.image(recording.position[0], recording.fields[name][0], 0.0).astype(int)
+    ink = (np.abs(image - colour(RED)).max(axis=2) < 60)[-80:]
+    columns, rows = np.flatnonzero(ink.any(axis=0)), np.flatnonzero(ink.any(axis=1))
+    assert columns[-1] < 480 - DPI * CLOCK + 20 and np.ptp(rows) > 20  # two lines and more
+
+
+def colour(name: str) -> Any:
+    from matplotlib.colors import to_rgb
+
+    return np.round(255 * np.array(to_rgb(name)))
+
+
+@needs_browser
+def test_a_browser_turns_it(tmp_path: Path) -> None:
+    """The specimen is at rest: what changes between the frames is the bar, which only turns."""
+    import matplotlib.image
+
+    folder, history, shots = write_run(tmp_path / "run"), shell_history(), []
+    history.frames[:] = [replace(history.frames[0], time=time) for time in (0.0, 1.0, 2.0)]
+    write_frames(folder, history, (replace(BAR, offset=np.zeros_like(OFFSET)),))
+    page, png = view(folder).as_uri(), tmp_path / "shot.png"
+    for frame in (1, 2):
+        state = f"{page}#frame={frame}&look=top"
+        dom = browse(tmp_path, *GL, "--window-size=800,700", f"--screenshot={png}", "--dump-dom", state)
+        assert 'data-state="ready"' in dom
+        shots.append(matplotlib.image.imread(png)[200:-200, :, :3])
+    assert np.mean(np.abs(shots[0] - shots[1]).max(axis=2) > 0.02) > 0.005
