@@ -13,6 +13,8 @@ from knittest.laboratory.picture_frame.frame_drawing import ARMS, WIDE
 
 #: bars at the ends of the weft, then at those of the warp
 NAMES = (("lower left bar", "upper right bar"), ("lower right bar", "upper left bar"))
+#: what a bar stands out above and below the fabric, over its width: little, for wrinkles are seen from the side
+OUT = 0.2
 #: share by which a frame is wider than the fabric where it has arms
 WIDER = 1e-6
 
@@ -57,7 +59,7 @@ def _flat_bar(name: str, history: History, sides: tuple[float, float], normal: i
     first, wide, radius = history.frames[0].position[:, 2], WIDE * max(sides), float(history.mesh.radius.max())
     centre = np.array([0.0, 0.0, 0.5 * (first.min() + first.max())])
     centre[normal] = 0.5 * way * (sides[normal] + wide)
-    lengths = np.array([sides[0], sides[1], np.ptp(first) + 2.0 * radius + wide])
+    lengths = np.array([sides[0], sides[1], np.ptp(first) + 2.0 * (radius + OUT * wide)])
     lengths[normal] = wide
     body = plate_block(name, centre, lengths, np.zeros((len(history.frames), 3)))
     return replace(body, points=turned(body.points))
