@@ -33,20 +33,26 @@ def conformity(tracker: ContactTracker, position: Array) -> Array:
 
 
 def refuse_conforming(tracker: ContactTracker, position: Array) -> None:
-    """Raise :class:`InputError`, with the ratio that would do, where sections lie along yarns that bend around them."""
+    """Raise :class:`InputError` for the reason that :func:`conforming` gives."""
+    if reason := conforming(tracker, position):
+        raise InputError(reason)
+
+
+def conforming(tracker: ContactTracker, position: Array) -> str:
+    """Say which sections lie along yarns that bend around them, with the ratio that would do; empty if none does."""
     contacts, n = tracker.contacts, tracker.count
     if not contacts.touch.size or not n:
-        return
+        return ""
     force = np.linalg.norm(contacts.force[:, :n], axis=0)
     elliptic = (contacts.touch[:n] > 0.0) & (contacts.line[:n] == 0.0)
     along = np.where(elliptic & (force > 0.0), conformity(tracker, position), 0.0)
     if force[along > CONFORMS].sum() <= MOST * force.sum():
-        return
+        return ""
     worst = int(np.argmax(np.where(along > CONFORMS, force, 0.0)))
     first, second = (int(i) for i in contacts.piece[:, worst])
     ratio, most = _ratio_that_does(contacts, worst, first, second, float(along[worst]))
     less = f"at most about {most:.2f}" if most >= 1.0 else "1, and a packing higher"
-    raise InputError(
+    return (
         f"fabric.reinforcing.section.width_to_height: {tracker.name_of(first)} and {tracker.name_of(second)} bend "
         f"along each other's section of {ratio:.3g} times its height and would touch in two places, which one contact "
         f"does not follow; expected {less}"
