@@ -1,9 +1,14 @@
-"""Part of docs/validation.md on both variants in shear with inlays of the measured heights: from shear-sections.json."""
+"""Part of docs/validation.md on both variants in shear with inlays of the measured heights: shear-sections.json."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from math import pi
 from pathlib import Path
+
+from docs import stored_runs
+from docs.generate_config import table
+from docs.lost import cause
+from docs.stored_runs import StoredRun
 
 FILE = Path(__file__).parent / "shear-sections.json"
 #: heights of the inlays that the measured thickness wants [mm], density of their fibres [g/cm3] and area [mm2]
@@ -12,12 +17,17 @@ DENSITY, FIBRES = 1.53, 1.2 / 1.53
 PACKINGS = (0.9, 0.75, 0.6)
 #: beams in a loop and in a wave
 MESHES = ((30, 4), (48, 12), (64, 16))
+#: inlays of variant 1, given to both: then nothing differs but loop length, densities and sections
+EQUAL = {"bending_stiffness.warp": 15.0, "bending_stiffness.weft": 12.4, "crimp.warp": 0.77, "crimp.weft": 0.77}
+ANGLES = ("10", "20", "30", "40")
+SHOWN = ("bending", "torsion", "stretching", "contact", "friction")
 
 
 @dataclass(frozen=True)
 class Case:
     """Cell of ``variant`` with ellipses of ``packing`` [-] (None: circles) of a lateral ``modulus`` [MPa] (None:
-    rigid), a ``draw_in`` [%] of its loops (None: free of force) and ``mesh`` beams in a loop and in a wave.
+    rigid), a ``draw_in`` [%] of its loops (None: free of force), ``mesh`` beams in a loop and in a wave, and inlays
+    ``equal`` to those of variant 1 or its own.
     """
 
     variant: str
@@ -25,6 +35,7 @@ class Case:
     packing: float | None = None
     modulus: float | None = None
     draw_in: float | None = None
+    equal: bool = False
 
     @property
     def ratio(self) -> float:
@@ -35,15 +46,18 @@ class Case:
     @property
     def name(self) -> str:
         """Name of its folder."""
-        return f"V{self.variant}-{self.packing}-{self.modulus}-{self.draw_in}-{self.mesh[0]}"
+        own = "equal" if self.equal else "own"
+        return f"V{self.variant}-{own}-{self.packing}-{self.modulus}-{self.draw_in}-{self.mesh[0]}"
 
     @property
     def sets(self) -> tuple[str, ...]:
         """Settings by which it differs from the shipped cell."""
         loop, wave = self.mesh
-        given = {
+        given: dict[str, float | str] = {
             "rig.max_angle": 41, "model.meso.elements_per_loop": loop, "model.meso.elements_per_wave": wave,
         }  # fmt: skip
+        if self.equal:
+            given |= {f"fabric.reinforcing.{field}": value for field, value in EQUAL.items()}
         if self.draw_in is not None:
             given["fabric.knitting.draw_in"] = self.draw_in
         section = "fabric.reinforcing.section"
@@ -57,13 +71,23 @@ class Case:
         return tuple(f"{name}={value}" for name, value in given.items())
 
 
-def cases() -> Iterator[Case]:
-    """All cells that are stored, variant by variant."""
+def pairs() -> Iterator[tuple[Case, Case]]:
+    """Both variants alike."""
     for packing in (None, *PACKINGS):
         for mesh in MESHES:
             for draw_in in (None, 1.0):
                 if draw_in is None or mesh != MESHES[0]:
-                    yield from (Case(v, mesh, packing, draw_in=draw_in) for v in HEIGHTS)
+                    yield _pair(Case("1", mesh, packing, draw_in=draw_in))
     for modulus in (1.0, 0.3):
-        for mesh in MESHES[:2]:
-            yield from (Case(v, mesh, PACKINGS[0], modulus) for v in HEIGHTS)
+        yield from (_pair(Case("1", mesh, PACKINGS[0], modulus)) for mesh in MESHES[:2])
+
+
+def _pair(first: Case) -> tuple[Case, Case]:
+    return first, replace(first, variant="2")
+
+
+def cases() -> Iterator[Case]:
+    """All cells that are stored."""
+    for pair in pairs():
+        yield from pair
+        yield replace(pair[1], equal=True)
