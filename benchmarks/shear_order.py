@@ -48,8 +48,9 @@ def energies(folder: Path) -> dict[str, Any]:
         row["normal_n"] = float((contacts[pressed].iloc[k].to_numpy() * contacts[numbers].iloc[k].to_numpy()).sum())
         rows.append({"angle": at, **row})
     fabric = config["fabric"]
-    draw_in = fabric["knitting"]["draw_in"]["value"]
-    return {"variant": str(fabric["experiment_variant"]), "draw_in": draw_in, "rows": rows}
+    draw_in = fabric["knitting"]["draw_in"]
+    stated = 0.0 if draw_in is None else draw_in["value"]
+    return {"variant": str(fabric["experiment_variant"]), "draw_in": stated, "rows": rows}
 
 
 def main(study: Path, cells: list[Path]) -> None:

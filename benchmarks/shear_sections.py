@@ -62,7 +62,8 @@ def _mechanisms(folder: Path) -> Iterator[tuple[str, Any]]:
 
 def main(folder: Path) -> None:
     """Run what is missing, and store all."""
-    stored_runs.save([stored(ran(folder, case), case) for case in cases()], FILE)
+    folders = [ran(folder, case) for case in cases()]
+    stored_runs.save([stored(*one) for one in zip(folders, cases(), strict=True)], FILE)
 
 
 if __name__ == "__main__":

@@ -91,3 +91,94 @@ def cases() -> Iterator[Case]:
     for pair in pairs():
         yield from pair
         yield replace(pair[1], equal=True)
+
+
+INTRO = """
+### With sections as measured
+
+The measured thicknesses want inlays {first:.2f} mm (variant 1) and {second:.2f} mm high (2). All fibres of 1200 tex at
+{density} g/cm³ then make ellipses whose width follows from their packing, which nobody measured. Cells as above, but with
+the parameters `calibrated` and loops free of force unless a draw-in is stated; the same rule. "beams" are those of a
+loop and of a wave. V2/V1, and in brackets with the inlays of variant 1 in both, so that loop length, densities and
+sections alone differ:
+""".strip()
+ENERGIES = """
+On the finest of these meshes, energy taken up from rest [mJ a cell] and sum of the normal forces of all
+crossings, variant 1; 2:
+""".strip()
+HEAD = ("sections, V1; V2 [mm]", "draw-in [%]", "beams", "thickness, V1; V2 [mm]")
+
+
+def sections_part(runs: Sequence[StoredRun] | None = None) -> list[str]:
+    """Blocks of the part."""
+    found = {(run.options["variant"], tuple(run.options["sets"])): run for run in runs or stored_runs.load(FILE)}
+    intro = INTRO.format(first=HEIGHTS["1"], second=HEIGHTS["2"], density=DENSITY)
+    head = (*HEAD, *(f"{angle} deg" for angle in ANGLES), "verdict")
+    rows = [_row(first, second, found) for first, second in pairs()]
+    return [intro, table(head, rows), ENERGIES, table(*_energies(found)), MEANING]
+
+
+Found = Mapping[tuple[str, tuple[str, ...]], StoredRun]
+
+
+def _of(found: Found, case: Case) -> StoredRun:
+    return found[case.variant, case.sets]
+
+
+def _row(first: Case, second: Case, found: Found) -> list[str]:
+    runs = [_of(found, case) for case in (first, second)]
+    named = [_sections(first, second), _drawn(first), _beams(first)]
+    thick = "; ".join(f"{run.results['cell_thickness_at_rest_mm']:.2f}" if run.results else "-" for run in runs)
+    lost = "; ".join(f"V{case.variant}: {cause(run.refused[0])}" for case, run in zip((first, second), runs) if run.refused)
+    if lost:
+        return [*named, thick, *["-"] * len(ANGLES), f"refused ({lost})"]
+    ratios = [_ratio(runs[1], runs[0], angle) for angle in ANGLES]
+    equal = _of(found, replace(second, equal=True))
+    others = ["" if equal.refused else f" ({_ratio(equal, runs[0], angle):.2f})" for angle in ANGLES]
+    cells = [f"{ratio:.2f}{other}" for ratio, other in zip(ratios, others, strict=True)]
+    return [*named, thick, *cells, verdict(ratios)]
+
+
+def verdict(ratios: Sequence[float]) -> str:
+    """Verdict on variant 2 below variant 1 at all of :data:`ANGLES`, with the angles at which it is not."""
+    above = [angle for angle, ratio in zip(ANGLES, ratios, strict=True) if not ratio < 1.0]
+    return f"**FAILED** at {', '.join(above)} deg" if above else "passed"
+
+
+def _ratio(over: StoredRun, under: StoredRun, angle: str) -> float:
+    name = f"cell_shear_n_per_mm_at_deg.{angle}"
+    return float(over.results[name]) / float(under.results[name])
+
+
+def _energies(found: Found) -> tuple[Sequence[str], list[list[str]]]:
+    """Header and lines of the energies by mechanism, of the finest mesh on which both variants count."""
+    finest: dict[tuple[float | None, float | None, float | None], tuple[Case, Case]] = {}
+    for pair in pairs():
+        if not any(_of(found, case).refused for case in pair):
+            finest[pair[0].packing, pair[0].modulus, pair[0].draw_in] = pair
+    lines = []
+    for first, second in finest.values():
+        runs = [_of(found, case).results for case in (first, second)]
+        named = [_sections(first, second), _drawn(first), _beams(first)]
+        for angle in ANGLES[:3]:
+            parts = ("; ".join(f"{abs(r[f'{name}.{angle}']):.4f}" for r in runs) for name in SHOWN)
+            normal = "; ".join(f"{r[f'normal_n.{angle}']:.2f}" for r in runs)
+            lines.append([*named, angle, *parts, normal])
+    return (*HEAD[:3], "angle [deg]", *SHOWN, "normal forces [N]"), lines
+
+
+def _sections(first: Case, second: Case) -> str:
+    """Sizes of the sections of both variants with what they are made of."""
+    if first.packing is None:
+        return "circles of 0.75"
+    sizes = "; ".join(f"{case.ratio * HEIGHTS[case.variant]:.2f} x {HEIGHTS[case.variant]:.2f}" for case in (first, second))
+    soft = "" if first.modulus is None else f", flattening at {first.modulus:g} MPa"
+    return f"{sizes} (packing {first.packing:g}{soft})"
+
+
+def _drawn(case: Case) -> str:
+    return "-" if case.draw_in is None else f"{case.draw_in:g}"
+
+
+def _beams(case: Case) -> str:
+    return "{}, {}".format(*case.mesh)
