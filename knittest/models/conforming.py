@@ -12,6 +12,8 @@ Array = NDArray[np.float64]
 #: curvature of a yarn times the distance to the centre of the ellipse's curvature, from which on it lies along it: at 1
 #: the nearest place turns into two, beside it, and runs from one piece to the next before
 CONFORMS = 0.9
+#: the same of the sections that are advised
+ADVISED = 0.8
 #: share of the sum of contact forces that such contacts may carry
 MOST = 0.05
 
@@ -68,5 +70,5 @@ def _ratio_that_does(contacts: Contacts, c: int, first: int, second: int, along:
     flat = [float(contacts.square[i] / (contacts.square[i] + contacts.excess[i])) ** 0.5 for i in (first, second)]
     side = int(flat[1] > flat[0])
     radius = touch * (arm if side == 0 else 1.0 - arm)
-    less = radius - touch * (1.0 - CONFORMS / along)
+    less = radius - touch * (1.0 - ADVISED / along)
     return flat[side], flat[side] * (max(less, 0.0) / radius) ** (2.0 / 3.0)
