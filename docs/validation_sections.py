@@ -15,41 +15,50 @@ FILE = Path(__file__).parent / "shear-sections.json"
 HEIGHTS = {"1": 0.80, "2": 0.93}
 DENSITY, FIBRES = 1.53, 1.2 / 1.53
 PACKINGS = (0.9, 0.75, 0.6)
+#: width over height and area [mm2] of ellipses of fewer fibres, with a modulus [GPa] that keeps their EA
+NARROW, NARROW_FIBRES, NARROW_MODULUS = 1.25, 0.56, 94.5
 #: beams in a loop and in a wave
-COARSE, USUAL, FINE = MESHES = ((30, 4), (48, 12), (64, 16))
+COARSE, USUAL, FINE = MESHES = ((30, 4), (48, 12), (60, 12))
+#: meshes and moduli [MPa] of sections that flatten
+SOFT = ((COARSE, 1.0), (USUAL, 1.0))
 #: inlays of variant 1, given to both: then nothing differs but loop length, densities and sections
 EQUAL = {"bending_stiffness.warp": 15.0, "bending_stiffness.weft": 12.4, "crimp.warp": 0.77, "crimp.weft": 0.77}
-#: meshes and moduli [MPa] of sections that flatten
-SOFT = ((COARSE, 1.0), (USUAL, 1.0), (COARSE, 0.3))
+CIRCLE, ROUND, ELLIPSE = "circles of 0.75", "circles of the heights", "ellipses of fewer fibres"
 ANGLES = ("10", "20", "30")
 SHOWN = ("bending", "torsion", "stretching", "contact", "friction")
 
 
 @dataclass(frozen=True)
 class Case:
-    """Cell of ``variant`` with ellipses of ``packing`` [-] (None: circles) of a lateral ``modulus`` [MPa] (None:
-    rigid), a ``draw_in`` [%] of its loops (None: free of force), ``mesh`` beams in a loop and in a wave, and inlays
-    ``equal`` to those of variant 1 or its own.
+    """Cell of ``variant`` with inlays of a ``shape``, one of the above or the packing [-] of all fibres in an ellipse of
+    the measured height, of a lateral ``modulus`` [MPa] (None: rigid), a ``draw_in`` [%] of its loops (None: free of
+    force), ``mesh`` beams in a loop and in a wave, and inlays ``equal`` to those of variant 1 or its own.
     """
 
     variant: str
     mesh: tuple[int, int]
-    packing: float | None = None
+    shape: str | float = CIRCLE
     modulus: float | None = None
     draw_in: float | None = None
     equal: bool = False
 
     @property
+    def height(self) -> float:
+        """Height of the section [mm]."""
+        return 0.75 if self.shape == CIRCLE else HEIGHTS[self.variant]
+
+    @property
     def ratio(self) -> float:
-        """Width over height of the ellipse of the measured height."""
-        assert self.packing is not None
-        return 4.0 * FIBRES / (pi * self.packing * HEIGHTS[self.variant] ** 2)
+        """Width over height of the section [-]."""
+        if isinstance(self.shape, float):
+            return 4.0 * FIBRES / (pi * self.shape * self.height**2)
+        return NARROW if self.shape == ELLIPSE else 1.0
 
     @property
     def name(self) -> str:
         """Name of its folder."""
         own = "equal" if self.equal else "own"
-        return f"V{self.variant}-{own}-{self.packing}-{self.modulus}-{self.draw_in}-{self.mesh[0]}"
+        return f"V{self.variant}-{own}-{self.shape}-{self.modulus}-{self.draw_in}-{self.mesh[0]}".replace(" ", "-")
 
     @property
     def sets(self) -> tuple[str, ...]:
@@ -58,29 +67,41 @@ class Case:
         given: dict[str, float | str] = {
             "rig.max_angle": 31, "model.meso.elements_per_loop": loop, "model.meso.elements_per_wave": wave,
         }  # fmt: skip
-        if self.equal:
-            given |= {f"fabric.reinforcing.{field}": value for field, value in EQUAL.items()}
+        given |= {f"fabric.reinforcing.{field}": value for field, value in EQUAL.items() if self.equal}
+        given |= {f"fabric.reinforcing.{field}": value for field, value in self._section()}
+        if self.modulus is not None:
+            given["fabric.reinforcing.section.flattening.modulus"] = self.modulus
         if self.draw_in is not None:
             given["fabric.knitting.draw_in"] = self.draw_in
-        section = "fabric.reinforcing.section"
-        if self.packing is not None:
-            given |= {f"{section}.shape": "ellipse", f"{section}.fibre_density": DENSITY}
-            for direction in ("warp", "weft"):
-                given[f"{section}.packing.{direction}"] = self.packing
-                given[f"{section}.width_to_height.{direction}"] = round(self.ratio, 3)
-        if self.modulus is not None:
-            given[f"{section}.flattening.modulus"] = self.modulus
         return tuple(f"{name}={value}" for name, value in given.items())
+
+    def _section(self) -> Iterator[tuple[str, float | str]]:
+        """Fields of the inlays by which their section is told."""
+        if isinstance(self.shape, str) and self.shape != ELLIPSE:
+            yield from [("beam_diameter", self.height)] if self.shape == ROUND else []
+            return
+        packing, density = (0.9, self._density) if self.shape == ELLIPSE else (self.shape, DENSITY)
+        if self.shape == ELLIPSE:
+            yield from (("load_area", NARROW_FIBRES), ("youngs_modulus", NARROW_MODULUS))
+        yield from (("section.shape", "ellipse"), ("section.fibre_density", density))
+        for direction in ("warp", "weft"):
+            yield f"section.packing.{direction}", packing
+            yield f"section.width_to_height.{direction}", round(self.ratio, 3)
+
+    @property
+    def _density(self) -> float:
+        """Density [g/cm3] of fibres that fill the narrow ellipse to 0.9."""
+        return round(1.2 / (0.9 * 0.25 * pi * self.ratio * self.height**2), 4)
 
 
 def pairs() -> Iterator[tuple[Case, Case]]:
     """Both variants alike."""
-    for packing in (None, *PACKINGS):
-        for mesh in MESHES:
-            yield _pair(Case("1", mesh, packing))
-        for mesh in (USUAL, FINE) if packing in (None, PACKINGS[0]) else (USUAL,):
-            yield _pair(Case("1", mesh, packing, draw_in=1.0))
-    yield from (_pair(Case("1", mesh, PACKINGS[0], modulus)) for mesh, modulus in SOFT)
+    first = [Case("1", mesh, shape) for shape in (CIRCLE, ROUND, ELLIPSE, PACKINGS[0]) for mesh in MESHES]
+    first += [Case("1", USUAL, packing) for packing in PACKINGS[1:]]
+    first += [Case("1", mesh, shape, modulus) for shape in (ELLIPSE, PACKINGS[0]) for mesh, modulus in SOFT]
+    first += [Case("1", mesh, draw_in=1.0) for mesh in (USUAL, FINE)]
+    first += [Case("1", USUAL, shape, draw_in=1.0) for shape in (ROUND, ELLIPSE, PACKINGS[0])]
+    yield from map(_pair, first)
 
 
 def _pair(first: Case) -> tuple[Case, Case]:
@@ -160,10 +181,10 @@ def _ratio(over: StoredRun, under: StoredRun, angle: str) -> float:
 
 def _energies(found: Found) -> tuple[Sequence[str], list[list[str]]]:
     """Header and lines of the energies by mechanism, of the finest mesh on which both variants count."""
-    finest: dict[tuple[float | None, float | None, float | None], tuple[Case, Case]] = {}
+    finest: dict[tuple[str | float, float | None, float | None], tuple[Case, Case]] = {}
     for pair in pairs():
         if not any(_of(found, case).refused for case in pair):
-            finest[pair[0].packing, pair[0].modulus, pair[0].draw_in] = pair
+            finest[pair[0].shape, pair[0].modulus, pair[0].draw_in] = pair
     lines = []
     for first, second in finest.values():
         runs = [_of(found, case).results for case in (first, second)]
@@ -177,11 +198,12 @@ def _energies(found: Found) -> tuple[Sequence[str], list[list[str]]]:
 
 def _sections(first: Case, second: Case) -> str:
     """Sizes of the sections of both variants with what they are made of."""
-    if first.packing is None:
-        return "circles of 0.75"
-    sizes = "; ".join(f"{case.ratio * HEIGHTS[case.variant]:.2f} x {HEIGHTS[case.variant]:.2f}" for case in (first, second))
+    if first.shape == CIRCLE:
+        return CIRCLE
+    one = "; ".join(f"{c.ratio * c.height:.2f} x {c.height:.2f}" for c in (first, second))
+    of = f"packing {first.shape:g}" if isinstance(first.shape, float) else first.shape
     soft = "" if first.modulus is None else f", flattening at {first.modulus:g} MPa"
-    return f"{sizes} (packing {first.packing:g}{soft})"
+    return f"{one} ({of}{soft})"
 
 
 def _drawn(case: Case) -> str:

@@ -87,7 +87,7 @@ def _as_stated(run: Run, at: Callable[[float], SettledCell]) -> SettledCell:
     if knitting.tension_n is not None:
         return _at_tension(at, knitting.tension_n)
     draw_in = knitting.draw_in_fraction or 0.0
-    if _locks(at, draw_in):
+    if not at(draw_in).conforming and _locks(at, draw_in):
         least = 100.0 * _largest(at, draw_in)
         raise InputError(
             f"fabric.knitting.draw_in = {100.0 * draw_in:g} %: the loops lock; expected at most {least:.3g} %"
