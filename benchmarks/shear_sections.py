@@ -15,8 +15,9 @@ import yaml
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from benchmarks.shear_order import energies
 from docs import stored_runs
+from docs.shear_cells import Case, cases
 from docs.stored_runs import StoredRun, inputs_of
-from docs.validation_sections import FILE, Case, cases
+from docs.validation_sections import FILE
 from knittest.base.result_rows import unfolded
 from knittest.cli.main import run
 from knittest.config.loading import resolve

@@ -75,9 +75,9 @@ def test_compaction_of_a_fabric_file_becomes_a_law_of_the_force(exponent):
 
 def test_patches_of_elliptic_sections_are_those_of_their_flat_flanks():
     """1.49 x 0.74 mm (packing 0.9, twice as wide as high): radius of curvature a^2 / b = 4 b, no wider than 2 a."""
-    section = "{shape: ellipse, fibre_density: 1.53, packing: {warp: 0.9, weft: 0.9}, width_to_height: {warp: 2, weft: 2}}"
-    card = "{compaction: {reinforcing: 5, knitting: 2}}"
-    found = fabric(card, f"fabric.reinforcing.section={section}").fabric
+    both, twice = "{warp: 0.9, weft: 0.9}", "{warp: 2, weft: 2}"
+    section = f"{{shape: ellipse, fibre_density: 1.53, packing: {both}, width_to_height: {twice}}}"
+    found = fabric("{compaction: {reinforcing: 5, knitting: 2}}", f"fabric.reinforcing.section={section}").fabric
     (width, height), patch = found.reinforcing.section_mm("warp"), fabric_patch(found)
     assert patch is not None
     flat = patch_radius(0.01, (2.0 * height, 0.25), (5.0, 2.0), 1, (height, 0.5))
