@@ -22,9 +22,9 @@ NUMBERS = {
 }
 UNSETTLED = "not settled: yarns start free of force"
 #: forces out of balance [%] above which numbers of rest are off by a tenth and more, not those of the test: settled on
-#: from 2 % frames of yarns changed their tension by 0.2 %, from 5 and 53 % by 11 and 14 %, their forces by at most 0.9 %
+#: from 2 % frames changed their tension by 0.2 %, from 5 and 53 % by 11 and 14 %, their forces by at most 0.9 %
 CREEPING = 3.0
-CREEPS = ": yarns still creep, tension and crossings stated here may be off by a tenth and more, forces of frames by 1 %"
+CREEPS = ": yarns creep, tension and crossings stated here may be off by a tenth and more, forces of frames by 1 %"
 
 
 @dataclass(frozen=True)
