@@ -50,7 +50,7 @@ def sections_part(runs: Sequence[StoredRun] | None = None) -> list[str]:
 
 
 def _meaning(found: Found) -> str:
-    """What the cells say, by numbers of the finest mesh."""
+    """Text on what the cells give, by numbers of the finest mesh."""
     numbers = {}
     for name, shape in (("circle", CIRCLE), ("round", ROUND)):
         one, two = (_of(found, Case(variant, FINE, shape)) for variant in HEIGHTS)
