@@ -3,11 +3,10 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from docs import stored_runs
 from docs.generate_config import table
 from docs.lost import cause
 from docs.shear_cells import CIRCLE, DENSITY, FINE, HEIGHTS, NARROW, PACKINGS, ROUND, Case, equal, pairs
-from docs.stored_runs import StoredRun
+from docs.stored_runs import StoredRun, load
 
 FILE = Path(__file__).parent / "shear-sections.json"
 ANGLES = ("10", "20", "30")
@@ -42,7 +41,7 @@ Found = Mapping[tuple[str, tuple[str, ...]], StoredRun]
 
 def sections_part(runs: Sequence[StoredRun] | None = None) -> list[str]:
     """Blocks of the part."""
-    found = {(run.options["variant"], tuple(run.options["sets"])): run for run in runs or stored_runs.load(FILE)}
+    found = {(run.options["variant"], tuple(run.options["sets"])): run for run in runs or load(FILE)}
     intro = INTRO.format(first=HEIGHTS["1"], second=HEIGHTS["2"], density=DENSITY, narrow=NARROW)
     head = (*HEAD, *(f"{angle} deg" for angle in ANGLES), "verdict")
     rows = [_row(first, second, found) for first, second in pairs()]
