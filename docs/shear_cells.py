@@ -92,6 +92,7 @@ def pairs() -> Iterator[tuple[Case, Case]]:
     first += [Case("1", mesh, shape, modulus) for shape in (ELLIPSE, PACKINGS[0]) for mesh, modulus in SOFT]
     first += [Case("1", mesh, draw_in=1.0) for mesh in (USUAL, FINE)]
     first += [Case("1", USUAL, shape, draw_in=1.0) for shape in (ROUND, ELLIPSE, PACKINGS[0])]
+    first += [Case("1", USUAL, CIRCLE, draw_in=0.5), *(Case("1", mesh, ROUND, draw_in=0.5) for mesh in (USUAL, FINE))]
     yield from map(_pair, first)
 
 
