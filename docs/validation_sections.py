@@ -33,8 +33,7 @@ which were measured, are open: their loops bend along them, where one contact at
 ([kernel.md](kernel.md#elliptic-sections)), and no cell of variant 1 passes at any packing. Refused cells of variant 2
 (packing 0.9) agree on three meshes up to 20 deg, with {flat10:.2f} times the stress of its circles at 10 deg and
 {flat20:.2f} times at 20 deg; what variant 1 does with its flatter ones is not known. A draw-in brings variant 2 below
-variant 1 at 10 deg alone, with circles of either size; at 1 % higher inlays lock the loops of variant 1, which makes
-the draw-in of a fabric more, not less, worth measuring.
+variant 1 at 10 deg alone, with circles of either size; at 1 % higher inlays lock the loops of variant 1.
 """.strip()
 HEAD = ("sections, V1; V2 [mm]", "draw-in [%]", "beams", "thickness, V1; V2 [mm]")
 Found = Mapping[tuple[str, tuple[str, ...]], StoredRun]
