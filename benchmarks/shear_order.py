@@ -17,6 +17,7 @@ import pandas as pd
 import yaml
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
+from docs.lost import cause
 from docs.validation_order import FILE
 from knittest.base.resources import data_dir
 from knittest.experiment.simulated_studies import FOLDER, SHEAR_BANDS
@@ -27,21 +28,6 @@ MECHANISMS = {
     "bending": "bending_", "torsion": "torsion_", "stretching": "stretching_", "contact": "contact_mj",
     "friction": "friction_mj", "spin": "friction_spin_mj",
 }  # fmt: skip
-#: first words of what a run was refused or stopped by, and what they stand for
-CAUSES = {
-    "fabric.knitting.draw_in": "loops lock at that draw-in",
-    "energy error": "energy error",
-    "kinetic": "kinetic energy",
-    "damping": "damping of contacts",
-    "overlap": "overlap that carries no force",
-    "contact forces": "mesh too coarse for the draw-in",
-}
-
-
-def cause(reason: str) -> str:
-    """Cause of a lost run in a few words."""
-    found = next((told for start, told in CAUSES.items() if reason.startswith(start)), None)
-    return found or "motion that blows up or yarns beyond their images"
 
 
 def energies(folder: Path) -> dict[str, Any]:
@@ -62,8 +48,9 @@ def energies(folder: Path) -> dict[str, Any]:
         row["normal_n"] = float((contacts[pressed].iloc[k].to_numpy() * contacts[numbers].iloc[k].to_numpy()).sum())
         rows.append({"angle": at, **row})
     fabric = config["fabric"]
-    draw_in = fabric["knitting"]["draw_in"]["value"]
-    return {"variant": str(fabric["experiment_variant"]), "draw_in": draw_in, "rows": rows}
+    draw_in = fabric["knitting"]["draw_in"]
+    stated = 0.0 if draw_in is None else draw_in["value"]
+    return {"variant": str(fabric["experiment_variant"]), "draw_in": stated, "rows": rows}
 
 
 def main(study: Path, cells: list[Path]) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from docs.generate_config import table
+from docs.validation_sections import sections_part
 from knittest.studies.uncertainty.told import index_text, ranked, share_text, short
 from knittest.studies.uncertainty.written import Uncertainty, VariableRow
 
@@ -19,8 +20,8 @@ Nobody measured the stiffness in bending and torsion, set, tension and friction 
 crossings flatten. Each has a prior with its reason in `configs/uncertainty/shear-order.yaml`; both variants
 take the same draw, so that they differ in loop length, densities and what follows from them alone. {runs}
 cells of yarns at {points} points (`knittest uncertainty configs/uncertainty/shear-order.yaml`,
-[uncertainty.md](uncertainty.md)), sections circles. The rule is the same: variant 2 below variant 1 at every
-angle. Median, in brackets 5 and 95 %, and points that ran:
+[uncertainty.md](uncertainty.md)), sections circles ([others](#with-sections-as-measured)). The rule is the same:
+variant 2 below variant 1 at every angle. Median, in brackets 5 and 95 %, and points that ran:
 """.strip()
 MEANING = """
 So the order hangs on the tension of the loops, on their set and, at 30 deg, on how they resist torsion, none of
@@ -60,6 +61,7 @@ def order_section() -> list[str]:
         CELLS,
         table(*_cells(stored["cells"])),
         MEANING,
+        *sections_part(),
     ]
 
 

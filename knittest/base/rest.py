@@ -21,6 +21,10 @@ NUMBERS = {
     "out_of_balance_pct": ("out of balance", "{:.2g} % of the contact forces"),
 }
 UNSETTLED = "not settled: yarns start free of force"
+#: forces out of balance [%] above which numbers of rest are off by a tenth and more, not those of the test: settled on
+#: from 2 % frames changed their tension by 0.2 %, from 5 and 53 % by 11 and 14 %, their forces by at most 0.9 %
+CREEPING = 3.0
+CREEPS = ": yarns creep, tension and crossings stated here may be off by a tenth and more, forces of frames by 1 %"
 
 
 @dataclass(frozen=True)
@@ -83,5 +87,7 @@ def _mean(value: Value) -> float:
 def _told(name: str, text: str, value: float) -> str:
     if not math.isfinite(value):
         return UNSETTLED if name == "out_of_balance_pct" else "unknown"
+    if name == "out_of_balance_pct" and value > CREEPING:
+        return text.format(value) + CREEPS
     low, high = RELAXED.get(name, (0.0, 0.0))
     return text.format(value) + (f" (relaxed plain knits {low:g} to {high:g})" if high else "")

@@ -79,7 +79,8 @@ class Solver(Strict):
     max_force_free: float = number(
         10.0,
         "%",
-        "force-free overlap over radius, of yarns settled before their test, above which comparison is refused",
+        "force-free overlap over radius, of yarns settled before their test or with elliptic inlays, above which "
+        "comparison is refused",
         gt=0,
         le=100,
     )

@@ -3,7 +3,8 @@
 Pressed flanks of curvature radii r1, r2 [mm] that are d [mm] deep in each other meet where x^2 / 2 r1 + y^2 / 2 r2 < d:
 an ellipse of half axes sqrt(2 r1 d), sqrt(2 r2 d), as large as a disc of R = (4 r1 r2)^(1/4) sqrt(d). Each yarn gives
 way by its lateral compaction, p = modulus (share of its height)^m, place by place (Winkler), so that both in a row are
-a foundation of p = (u / s)^m, s = sum of 2 r / modulus^(1/m), and
+a foundation of p = (u / s)^m, s = sum of height / modulus^(1/m), with height = 2 r and the width 2 r of a circle. An
+ellipse of half axes a and b that lies flat has the height 2 b, r = a^2 / b and the width 2 a. Hence
 
     N = 2 pi sqrt(r1 r2) d^(m + 1) / ((m + 1) s^m),    hence R in proportion to N^(1 / (2 m + 2)).
 
@@ -79,34 +80,52 @@ def lever_share(exponent: float) -> float:
     return (exponent + 1.0) * gamma(1.5) * gamma(exponent + 1.0) / gamma(exponent + 2.5)
 
 
-def patch_radius(force: float, radii: tuple[float, float], moduli: tuple[float, float], exponent: float) -> float:
+def patch_radius(
+    force: float,
+    radii: tuple[float, float],
+    moduli: tuple[float, float],
+    exponent: float,
+    heights: tuple[float, float] | None = None,
+) -> float:
     """Radius [mm] of the patch of two crossed yarns under ``force`` [N].
 
-    ``radii`` [mm] of their flanks' curvature, ``moduli`` [MPa] and ``exponent`` of their lateral compaction.
+    ``radii`` [mm] of their flanks' curvature, ``moduli`` [MPa] and ``exponent`` of their lateral compaction;
+    ``heights`` [mm] of their sections, by default those of circles.
     """
-    width = sqrt(radii[0] * radii[1])
-    give = sum(2.0 * r * modulus ** (-1.0 / exponent) for r, modulus in zip(radii, moduli, strict=True))
+    width, (h1, h2) = sqrt(radii[0] * radii[1]), heights or (2.0 * radii[0], 2.0 * radii[1])
+    give = sum(height * modulus ** (-1.0 / exponent) for height, modulus in zip((h1, h2), moduli, strict=True))
     depth = (force * (exponent + 1.0) * give**exponent / (2.0 * pi * width)) ** (1.0 / (exponent + 1.0))
     return sqrt(2.0 * depth * width)
 
 
 def fabric_patch(fabric: Fabric) -> Patch | None:
     """Patch of the crossings of a fabric by yarn system; None where none is given."""
-    card, loops = fabric.contact.patch, np.array([system == "knit" for system in SYSTEMS])
+    card = fabric.contact.patch
     if card is not None and card.compaction is not None:
-        return _compacted(fabric, card.compaction, loops)
+        return _compacted(fabric, card.compaction)
     if card is not None and card.radius is not None:
+        loops = np.array([system == "knit" for system in SYSTEMS])
         kinds = np.array([card.radius.inlay_inlay_mm, card.radius.inlay_loop_mm, card.radius.loop_loop_mm])
         most = EVEN * kinds[loops[:, None].astype(int) + loops]
         return Patch(np.full(most.shape, ANY), most)
     return None
 
 
-def _compacted(fabric: Fabric, law: LateralCompaction, loops: NDArray[np.bool_]) -> Patch:
+def _compacted(fabric: Fabric, law: LateralCompaction) -> Patch:
     """Patches that grow by ``law``, no wider than the yarns, and by then pressed evenly."""
-    inlay, loop = 0.5 * fabric.reinforcing.beam_diameter_mm, 0.5 * fabric.knitting.beam_diameter_mm
-    yarns = [(loop, law.knitting_mpa) if knit else (inlay, law.reinforcing_mpa) for knit in loops]
-    exponent, share = law.exponent, lever_share(law.exponent)
-    grown = [[share * patch_radius(1.0, (r1, r2), (e1, e2), exponent) for r2, e2 in yarns] for r1, e1 in yarns]
-    widest = [[EVEN * sqrt(r1 * r2) for r2, _ in yarns] for r1, _ in yarns]
+    exponent, share, yarns = law.exponent, lever_share(law.exponent), [_flank(fabric, law, s) for s in SYSTEMS]
+    grown = [
+        [share * patch_radius(1.0, (r1, r2), (e1, e2), exponent, (h1, h2)) for _, h2, r2, e2 in yarns]
+        for _, h1, r1, e1 in yarns
+    ]
+    widest = [[EVEN * sqrt(a1 * a2) for a2, *_ in yarns] for a1, *_ in yarns]
     return Patch(np.array(grown), np.array(widest), exponent)
+
+
+def _flank(fabric: Fabric, law: LateralCompaction, system: str) -> tuple[float, float, float, float]:
+    """Half width, height, radius of curvature [mm] and modulus [MPa] of the flank that yarns of ``system`` press."""
+    if system == "knit":
+        diameter = fabric.knitting.beam_diameter_mm
+        return 0.5 * diameter, diameter, 0.5 * diameter, law.knitting_mpa
+    width, height = fabric.reinforcing.section_mm(system)
+    return 0.5 * width, height, 0.5 * width * (width / height), law.reinforcing_mpa

@@ -12,6 +12,8 @@ Array = NDArray[np.float64]
 #: curvature of a yarn times the distance to the centre of the ellipse's curvature, from which on it lies along it: at 1
 #: the nearest place turns into two, beside it, and runs from one piece to the next before
 CONFORMS = 0.9
+#: the same of the sections that are advised
+ADVISED = 0.8
 #: share of the sum of contact forces that such contacts may carry
 MOST = 0.05
 
@@ -33,20 +35,26 @@ def conformity(tracker: ContactTracker, position: Array) -> Array:
 
 
 def refuse_conforming(tracker: ContactTracker, position: Array) -> None:
-    """Raise :class:`InputError`, with the ratio that would do, where sections lie along yarns that bend around them."""
+    """Raise :class:`InputError` for the reason that :func:`conforming` gives."""
+    if reason := conforming(tracker, position):
+        raise InputError(reason)
+
+
+def conforming(tracker: ContactTracker, position: Array) -> str:
+    """Say which sections lie along yarns that bend around them, with the ratio that would do; empty if none does."""
     contacts, n = tracker.contacts, tracker.count
     if not contacts.touch.size or not n:
-        return
+        return ""
     force = np.linalg.norm(contacts.force[:, :n], axis=0)
     elliptic = (contacts.touch[:n] > 0.0) & (contacts.line[:n] == 0.0)
     along = np.where(elliptic & (force > 0.0), conformity(tracker, position), 0.0)
     if force[along > CONFORMS].sum() <= MOST * force.sum():
-        return
+        return ""
     worst = int(np.argmax(np.where(along > CONFORMS, force, 0.0)))
     first, second = (int(i) for i in contacts.piece[:, worst])
     ratio, most = _ratio_that_does(contacts, worst, first, second, float(along[worst]))
     less = f"at most about {most:.2f}" if most >= 1.0 else "1, and a packing higher"
-    raise InputError(
+    return (
         f"fabric.reinforcing.section.width_to_height: {tracker.name_of(first)} and {tracker.name_of(second)} bend "
         f"along each other's section of {ratio:.3g} times its height and would touch in two places, which one contact "
         f"does not follow; expected {less}"
@@ -62,5 +70,5 @@ def _ratio_that_does(contacts: Contacts, c: int, first: int, second: int, along:
     flat = [float(contacts.square[i] / (contacts.square[i] + contacts.excess[i])) ** 0.5 for i in (first, second)]
     side = int(flat[1] > flat[0])
     radius = touch * (arm if side == 0 else 1.0 - arm)
-    less = radius - touch * (1.0 - CONFORMS / along)
+    less = radius - touch * (1.0 - ADVISED / along)
     return flat[side], flat[side] * (max(less, 0.0) / radius) ** (2.0 / 3.0)

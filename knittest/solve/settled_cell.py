@@ -15,6 +15,7 @@ from knittest.config.run import Run
 from knittest.fabric.relax import relaxed_cell
 from knittest.materials.yarn_section import SYSTEMS
 from knittest.models.at_rest import at_rest
+from knittest.models.conforming import conforming
 from knittest.models.crossings import Crossings
 from knittest.models.meso_cell import build_meso_cell
 from knittest.solve.periodic_body import PeriodicBody
@@ -33,12 +34,15 @@ MESHES, COARSE = ((30, 8), (48, 12), (64, 16)), 0.2
 
 @dataclass(frozen=True)
 class SettledCell:
-    """A cell at ``rest`` whose loops are drawn in by ``draw_in`` [-]: steps to there, and its crossings by kind."""
+    """A cell at ``rest`` whose loops are drawn in by ``draw_in`` [-]: steps to there, its crossings by kind, and why
+    contacts could not follow its sections (empty where they do).
+    """
 
     draw_in: float
     rest: Rest
     steps: int
     crossings: dict[str, Crossings]
+    conforming: str
 
     @property
     def tension(self) -> float:
@@ -64,19 +68,26 @@ class SettledCell:
 def settled_cell(run: Run, axial_share: float = 1.0) -> SettledCell:
     """The cell at the stated draw-in, or at the one that gives the stated tension.
 
-    Raises :class:`InputError` where the loops lock, with the largest number that would do, and for a tension below that
-    of loops of their measured length.
+    Raises :class:`InputError` where the loops lock, with the largest number that would do, for a tension below that of
+    loops of their measured length, and for sections along which the loops bend at that rest.
     """
-    knitting = run.fabric.knitting
 
     @cache
     def at(draw_in: float) -> SettledCell:
         return settle_at(run, draw_in, axial_share)
 
+    found = _as_stated(run, at)
+    if found.conforming:
+        raise InputError(found.conforming)
+    return found
+
+
+def _as_stated(run: Run, at: Callable[[float], SettledCell]) -> SettledCell:
+    knitting = run.fabric.knitting
     if knitting.tension_n is not None:
         return _at_tension(at, knitting.tension_n)
     draw_in = knitting.draw_in_fraction or 0.0
-    if _locks(at, draw_in):
+    if not at(draw_in).conforming and _locks(at, draw_in):
         least = 100.0 * _largest(at, draw_in)
         raise InputError(
             f"fabric.knitting.draw_in = {100.0 * draw_in:g} %: the loops lock; expected at most {least:.3g} %"
@@ -136,7 +147,8 @@ def _settle_at(run: Run, draw_in: float, axial_share: float) -> SettledCell:
     found = body.settle(AT_REST, PATIENT)
     rest = at_rest(model, found.residual)
     assert rest is not None
-    return SettledCell(draw_in, rest, found.steps, body.crossings())
+    told = conforming(model.tracker, model.nodes.position)
+    return SettledCell(draw_in, rest, found.steps, body.crossings(), told)
 
 
 def _settles(run: Run) -> bool:

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from fabric_cases import ellipses
 
 from knittest.config.loading import resolve
 from knittest.runs.specimen import prepare
@@ -19,6 +20,7 @@ SETS = {
         "output.samples=41",
     ],
 }
+SETS["ellipses"] = [*SETS["meso"], *(f"{field}={value}" for field, value in ellipses().items())]
 
 
 class Keeper(Observer):
@@ -39,8 +41,9 @@ class Keeper(Observer):
         raise AssertionError("the numbers went wrong")
 
 
-def simulated(scale, keeper):
-    run = resolve(variant="2", scale=scale, preset="quick", direction="warp", sets=SETS[scale])
+def simulated(case, keeper):
+    scale = "macro" if case == "macro" else "meso"
+    run = resolve(variant="2", scale=scale, preset="quick", direction="warp", sets=SETS[case])
     prepared = prepare(run)
     history, cost = simulate(prepared.model, prepared.rig, run.solver, run.output, keeper)
     return history, cost.steps
@@ -54,16 +57,16 @@ def bits(history):
     return [array.tobytes() for array in arrays], history.first_failure, str(history.rest)
 
 
-@pytest.mark.parametrize("scale", list(SETS))
-def test_it_goes_on_to_the_same_bits_from_anywhere(scale):
+@pytest.mark.parametrize("case", list(SETS))
+def test_it_goes_on_to_the_same_bits_from_anywhere(case):
     alone = Keeper()
-    history, steps = simulated(scale, alone)
+    history, steps = simulated(case, alone)
     watched = Keeper(at=[*np.linspace(1, alone.looks, 6, dtype=int), alone.looks - 1])
-    assert bits(simulated(scale, watched)[0]) == bits(history)  # looking changes nothing
+    assert bits(simulated(case, watched)[0]) == bits(history)  # looking changes nothing
     assert sum(s.state["run/eroded"] > 0.0 for s in watched.taken) >= 1, "none of them after the first failure"
     assert any(s.state["run/row_steps"] > 0 for s in watched.taken), "none of them inside a row"
     for snapshot in watched.taken:
-        assert (bits(simulated(scale, Keeper(snapshot=snapshot))[0]), steps) == (bits(history), steps)
+        assert (bits(simulated(case, Keeper(snapshot=snapshot))[0]), steps) == (bits(history), steps)
 
 
 def test_the_forces_of_tools_are_averaged_across_a_restart():

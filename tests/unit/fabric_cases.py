@@ -19,3 +19,17 @@ def spec(variant: str, crimp: float = 0.006, loop_length: float | None = None) -
 @cache
 def relaxed(variant: str, crimp: float = 0.006, loop_length: float | None = None) -> Cell:
     return relax_cell(spec(variant, crimp, loop_length))
+
+
+def ellipses(ratio: float = 1.3, packing: float = 0.9) -> dict[str, float | str]:
+    """Settings of inlays whose sections have the area of the modelled circle, 0.442 mm2, and that carry what it does:
+    those of all fibres lie along the loops of a strip.
+    """
+    section, reinforcing = "fabric.reinforcing.section.", "fabric.reinforcing."
+    found: dict[str, float | str] = {
+        f"{reinforcing}load_area": 0.392, f"{reinforcing}youngs_modulus": 135, f"{section}shape": "ellipse",
+        f"{section}fibre_density": 1.2 / (0.442 * packing),
+    }  # fmt: skip
+    for direction in ("warp", "weft"):
+        found |= {f"{section}packing.{direction}": packing, f"{section}width_to_height.{direction}": ratio}
+    return found

@@ -133,19 +133,29 @@ def test_a_test_that_goes_on_after_a_failure_is_judged_to_its_end() -> None:
     assert judged(deep, run_of("tensile"), Span(to_failure=True)).penetration_over_radius_max == 0.0
 
 
+SETTLED = "fabric.knitting.draw_in=1"
+ELLIPSES = (
+    "fabric.reinforcing.section={shape: ellipse, fibre_density: 1.53, packing: {warp: 0.9, weft: 0.9}, "
+    "width_to_height: {warp: 1.5, weft: 1.5}}"
+)
+
+
 @pytest.mark.parametrize("where", ["force_free_overlap_max_pct", "force_free_at_ends_max_pct"])
-@pytest.mark.parametrize(("share", "settled", "refused"), [(9.0, True, 0), (11.0, True, 1), (11.0, False, 0)])
-def test_overlap_without_force_is_reported_always_and_refuses_settled_yarns(
-    share: float, settled: bool, refused: int, where: str
+@pytest.mark.parametrize(
+    ("share", "given", "refused"),
+    [(9.0, SETTLED, 0), (11.0, SETTLED, 1), (11.0, "", 0), (9.0, ELLIPSES, 0), (11.0, ELLIPSES, 1)],
+)
+def test_overlap_without_force_is_reported_always_and_refuses_settled_yarns_and_ellipses(
+    share: float, given: str, refused: int, where: str
 ) -> None:
     """Yarns that are not settled start with such overlaps; those that are have none, and hooks may make some."""
-    run = run_of("friction", *(["fabric.knitting.draw_in=1"] if settled else []), scale="meso")
+    run = run_of("friction", *([given] if given else []), scale="meso")
     found = replace(history(), contacts={where: at(60, share)})
     quality = judged(found, run)
     assert quality.force_free_overlap_max == pytest.approx(0.01 * share)
     assert len(quality.failures) == refused and all("carries no force" in text for text in quality.failures)
     warned = [text for text in quality.warnings if "by up to 11 % of a radius without a force" in text]
-    assert len(warned) == (share > 10.0 and not settled)
+    assert len(warned) == (share > 10.0 and not given)
     assert judged(found, run_of()).failures == ()
 
 

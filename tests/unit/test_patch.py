@@ -30,18 +30,20 @@ def test_the_lever_of_a_pressure(exponent, known):
     assert known is None or lever_share(exponent) == pytest.approx(known, rel=1e-12)
 
 
+@pytest.mark.parametrize("heights", [None, (0.3, 0.5)])
 @pytest.mark.parametrize("exponent", [1, 3])
-def test_the_radius_carries_its_force(exponent):
+def test_the_radius_carries_its_force(exponent, heights):
     """Pressure of two foundations in a row, place by place, summed up over the ellipse: the force."""
     (r1, r2), (e1, e2), force = (0.4, 0.25), (3.0, 0.7), 0.2
-    radius = patch_radius(force, (r1, r2), (e1, e2), exponent)
+    h1, h2 = heights or (2.0 * r1, 2.0 * r2)
+    radius = patch_radius(force, (r1, r2), (e1, e2), exponent, heights)
     depth = radius**2 / (2.0 * np.sqrt(r1 * r2))
 
     def pressure(y: float, x: float) -> float:
-        """u = u1 + u2 with p = e1 (u1 / 2 r1)^m = e2 (u2 / 2 r2)^m."""
+        """u = u1 + u2 with p = e1 (u1 / h1)^m = e2 (u2 / h2)^m."""
         u = max(depth - x * x / (2.0 * r1) - y * y / (2.0 * r2), 0.0)
-        first = 2.0 * r1 * (1.0 / e1) ** (1.0 / exponent)
-        second = 2.0 * r2 * (1.0 / e2) ** (1.0 / exponent)
+        first = h1 * (1.0 / e1) ** (1.0 / exponent)
+        second = h2 * (1.0 / e2) ** (1.0 / exponent)
         return (u / (first + second)) ** exponent
 
     a, b = np.sqrt(2.0 * r1 * depth), np.sqrt(2.0 * r2 * depth)
@@ -69,6 +71,18 @@ def test_compaction_of_a_fabric_file_becomes_a_law_of_the_force(exponent):
         assert patch.most[pair] == pytest.approx(EVEN * np.sqrt(0.375 * 0.25))
     law = yarn_contact(run).law(0.25, 0.0)
     assert law.softening == exponent
+
+
+def test_patches_of_elliptic_sections_are_those_of_their_flat_flanks():
+    """1.49 x 0.74 mm (packing 0.9, twice as wide as high): radius of curvature a^2 / b = 4 b, no wider than 2 a."""
+    both, twice = "{warp: 0.9, weft: 0.9}", "{warp: 2, weft: 2}"
+    section = f"{{shape: ellipse, fibre_density: 1.53, packing: {both}, width_to_height: {twice}}}"
+    found = fabric("{compaction: {reinforcing: 5, knitting: 2}}", f"fabric.reinforcing.section={section}").fabric
+    (width, height), patch = found.reinforcing.section_mm("warp"), fabric_patch(found)
+    assert patch is not None
+    flat = patch_radius(0.01, (2.0 * height, 0.25), (5.0, 2.0), 1, (height, 0.5))
+    assert patch.coefficient[0, 2] * 0.01**0.25 == pytest.approx(lever_share(1) * flat, rel=1e-12)
+    assert patch.most[0, 1] == pytest.approx(EVEN * 0.5 * width) and patch.most[2, 2] == pytest.approx(EVEN * 0.25)
 
 
 def test_a_fabric_file_without_a_patch_has_none():

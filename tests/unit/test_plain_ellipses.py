@@ -256,10 +256,11 @@ def test_a_section_along_which_a_loaded_loop_bends_is_refused_with_a_ratio_that_
     tracker, position = bent_over(1.67, 0.1)
     assert 0.9 < conformity(tracker, position)[0] < 1.2
     with pytest.raises(
-        InputError, match=r"yarn 0 and yarn 1 bend .* section of 1.67 times .* expected at most about 1.4"
+        InputError, match=r"yarn 0 and yarn 1 bend .* section of 1.67 times .* expected at most about 1.3"
     ) as said:
         refuse_conforming(tracker, position)
     most = float(str(said.value).split("at most about ")[1])
+    assert conformity(*bent_over(most, 0.1))[0] < 0.9 * conformity(tracker, position)[0]
     refuse_conforming(*bent_over(most, 0.1))
     refuse_conforming(*bent_over(1.67, 0.0))  # nothing presses
 

@@ -4,12 +4,14 @@ from functools import cache
 
 import pytest
 
+from docs.shear_cells import USUAL, Case
 from knittest.base.errors import InputError
 from knittest.config.loading import resolve
 from knittest.config.run import Run
 from knittest.runs.specimen import prepare
 from knittest.solve.settled_cell import settle_at, settled_cell, too_coarse, with_draw_in
 
+MEASURED = [one for one in Case("2", USUAL, 0.9).sets if "section" in one]
 LOOPS, FINE = "fabric.knitting.", ("model.meso.elements_per_loop=48", "model.meso.elements_per_wave=12")
 
 
@@ -52,6 +54,12 @@ def test_a_number_that_no_fabric_can_have_is_refused_with_one_that_would_do(fiel
     """Loops of their measured length are under some tension already; drawn in by 7 % their legs jam."""
     with pytest.raises(InputError, match=f"fabric.knitting.{field.split('=')[0]} = .*{said}"):
         with_draw_in(run_of(LOOPS + field))
+
+
+def test_a_cell_at_rest_along_whose_sections_loops_bend_is_refused():
+    """All fibres of V2 in ellipses of its measured height, 1.19 x 0.93 mm: no locked loops, no tension that counts."""
+    with pytest.raises(InputError, match=r"section.width_to_height: .* bend along each other's section of 1.28 times"):
+        settled_cell(run_of(f"{LOOPS}draw_in=1", *FINE, *MEASURED, variant="2"))
 
 
 def test_a_specimen_of_loops_that_lock_is_not_made():

@@ -67,7 +67,10 @@ def cable_law(knee: Array, slope: Array, slack: float, held: float, end: float) 
 def add_yarns(deck: KeywordFile, model: YarnModel) -> YarnParts:
     """Add nodes, beams, cables, their sections and materials; raises :class:`InputError` for flat sections."""
     if np.any(model.beams.excess != 0.0) or model.group.excess.size:
-        raise InputError("deck: yarns of flat sections are not written; expected round ones")
+        raise InputError(
+            "deck: yarns of flat sections are not written; expected round ones, a fabric without "
+            "fabric.reinforcing.section"
+        )
     position, cells, section = model.position(), model.mesh.cells, section_of(model)
     length = np.linalg.norm(position[cells[:, 1]] - position[cells[:, 0]], axis=1)
     _nodes(deck, position)

@@ -1,0 +1,19 @@
+"""Causes for which runs have no result that counts, in a few words."""
+
+#: first words of what a run was refused or stopped by, and what they stand for
+CAUSES = {
+    "fabric.knitting.draw_in": "loops lock at that draw-in",
+    "fabric.loop_length": "yarns lock",
+    "fabric.reinforcing.section": "loops bend along the section",
+    "energy error": "energy error",
+    "kinetic": "kinetic energy",
+    "damping": "damping of contacts",
+    "overlap": "overlap that carries no force",
+    "contact forces": "mesh too coarse for the draw-in",
+}
+
+
+def cause(reason: str) -> str:
+    """Cause of a lost run in a few words."""
+    found = next((told for start, told in CAUSES.items() if reason.startswith(start)), None)
+    return found or "motion that blows up or yarns beyond their images"
