@@ -1,0 +1,270 @@
+"""Import of pull-outs: inlays held by equal crossings, in closed form, and files that leave open what they mean."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from knittest.base.errors import InputError
+from knittest.config.calibration import parse_calibration
+from knittest.config.loading import resolve
+from knittest.config.yaml_loader import load_yaml
+from knittest.experiment.compare import compare_columns
+from knittest.experiment.conditions import UNKNOWN
+from knittest.experiment.curves import load_curve
+from knittest.experiment.lab_given import Given
+from knittest.experiment.tables import published
+from knittest.laboratory.pull_out.lab_pulls import read_pulls
+from knittest.laboratory.pull_out.lab_report import UNITS, pull_lines, pull_results, write_pulls
+from knittest.laboratory.registry import REPORTS
+from knittest.studies.calibrate.targets import targets_of
+
+LENGTH, DENSITY, FRICTION = 50.0, 28.0, 0.02
+PITCH, CROSSINGS = 100.0 / DENSITY, LENGTH * DENSITY / 100.0
+SIZES = {"embedded_length_mm": LENGTH, "crossing_density_per_100_mm": DENSITY}
+HEAD = "Weg [mm];freies Ende [mm];Kraft [N]"
+STRETCH, SLACK = 0.2, 1.5
+
+
+def export(path, travel=20.0, friction=FRICTION, head=HEAD, noise=0.0, factors=(1.0, 1.0, 1.0), followed=True,
+           preload=0.0, wave=0.0, step=0.01, slack=0.0):  # fmt: skip
+    """File of an inlay that stretches by 0.2 mm until all of it slides; its force has a ``wave`` every pitch."""
+    way = np.arange(0.0, travel + 0.5 * step, step)
+    tail = np.maximum(way - STRETCH - slack, 0.0)
+    held = friction * np.maximum(LENGTH - tail, 0.0) / PITCH * (1.0 + wave * np.sin(np.pi * tail / PITCH) ** 2)
+    force = np.clip((way - slack) / STRETCH, 0.0, 1.0) * held + preload
+    force = force + noise * friction * CROSSINGS * np.random.default_rng(5).standard_normal(len(way))
+    table = np.column_stack([way, tail, force]) * factors
+    rows = [";".join(f"{v:.6f}" for v in (row if followed else row[[0, 2]])) for row in table]
+    path.write_text("\n".join([head, *rows]).replace(".", ",") + "\n", encoding="utf-8")
+    return path
+
+
+def pull(path, clamped="sides", sizes=None, **given):
+    (one,) = read_pulls(path, Given(clamped=clamped, sizes=SIZES if sizes is None else sizes, **given))
+    return one
+
+
+def found(*pulls):
+    return {name: values.tolist() for name, values in pull_results(pulls, "weft", []).found.items()}
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.02])
+def test_equal_crossings_give_their_friction_back(tmp_path, noise):
+    """F = mu N (length / pitch), falling with it: 5 whole pitches of 19.8 mm, the last ones, hold 30.2 to 48.06 mm."""
+    one = found(pull(export(tmp_path / "a.csv", noise=noise)))
+    middle = LENGTH - 19.8 + 0.5 * 5 * PITCH
+    assert one["crossing_friction_n"] == pytest.approx([FRICTION], rel=1e-3 + 0.1 * noise)
+    assert one["pull_out_sliding_n"] == pytest.approx([FRICTION * middle / PITCH], rel=1e-3 + 0.1 * noise)
+    assert one["pull_out_at_rest_n"] == pytest.approx([FRICTION * CROSSINGS], rel=3e-3 + noise)
+    assert one["crossing_friction_at_rest_n"] == pytest.approx([FRICTION], rel=3e-3 + noise)
+    assert one["pull_out_peak_n"] == pytest.approx([FRICTION * CROSSINGS], rel=3e-3 + 1.5 * noise)
+
+
+def test_the_largest_force_is_that_up_to_half_a_pitch(tmp_path):
+    """A wavy inlay whose crests lie in the troughs of its channel after half a pitch: four times the force."""
+    one = found(pull(export(tmp_path / "a.csv", wave=3.0)))
+    assert one["pull_out_peak_n"] == pytest.approx([4.0 * FRICTION * (LENGTH - 0.5 * PITCH) / PITCH], rel=0.01)
+    assert one["pull_out_at_rest_n"] == pytest.approx([FRICTION * CROSSINGS], rel=0.02)
+    assert one["crossing_friction_n"] == pytest.approx([2.5 * FRICTION], rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("head", "factors"),
+    [
+        ("travel [cm];free end [um];force [cN]", (0.1, 1000.0, 100.0)),
+        ("crosshead [m];tail [mm];load [mN]", (1e-3, -1.0, 1e3)),
+    ],
+)
+def test_units_of_all_columns_count(tmp_path, head, factors):
+    one = found(pull(export(tmp_path / "a.csv", head=head, factors=factors, step=0.02)))
+    assert one["crossing_friction_n"] == pytest.approx([FRICTION], rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("head", "said"),
+    [
+        ("Weg [mm];freies Ende [mm];Kraft", r"a\.csv:1: column 'Kraft': no unit: write 'Kraft \[N\]', or one of N, kN"),
+        ("Weg;freies Ende [mm];Kraft [N]", "column 'Weg': no unit"),
+        ("Weg [mm];freies Ende;Kraft [N]", "column 'freies Ende': no unit"),
+        ("Weg [cm];freies Ende [mm];Kraft [N]", "its clamp goes 197.*its free end 19.7.* mm: expected about the same"),
+        ("Weg [mm];freies Ende [mm];Kraft [kN]", r"are 20 and 20 N a crossing|implausible"),
+        ("Weg [mm];freies Ende [mm];Kraft [kgf]", None),
+        ("Weg [mm];freies Ende [mm];Druck [N]", "no row names a force and a displacement"),
+    ],
+)
+def test_units_that_are_missing_or_cannot_be_are_refused(tmp_path, head, said):
+    path = export(tmp_path / "a.csv", head=head)
+    if said is None:
+        assert found(pull(path))["crossing_friction_n"] == pytest.approx([9.80665 * FRICTION], rel=1e-3)
+        return
+    with pytest.raises(InputError, match=said):
+        found(pull(path))
+
+
+def test_ways_in_another_unit_do_not_fit_the_embedded_length(tmp_path):
+    """The same unit slip in both ways: by a factor of ten too short, or the inlay is out and still held."""
+    both = "Weg [{0}];freies Ende [{0}];Kraft [N]"
+    with pytest.raises(InputError, match=r"between the rows where the inlay lets go"):
+        found(pull(export(tmp_path / "a.csv", head=both.format("cm"), step=0.02)))
+    with pytest.raises(InputError, match=r"N where all 50 mm are out, .* N before: expected next to nothing"):
+        found(pull(export(tmp_path / "b.csv", head=both.format("cm"), step=0.005, travel=30.0)))
+    with pytest.raises(InputError, match=r"slide by 1\.\d+ mm .* at least the distance of the crossings, 3\.57"):
+        found(pull(export(tmp_path / "c.csv", factors=(0.1, 0.1, 1.0))))
+    with pytest.raises(InputError, match=r"0\.2 mm between the rows where the inlay lets go: expected at most 0\.1 mm"):
+        pull(export(tmp_path / "d.csv", step=0.4))
+
+
+def test_a_force_counted_the_other_way_is_asked_about(tmp_path):
+    path = export(tmp_path / "a.csv", factors=(-1.0, -1.0, -1.0))
+    with pytest.raises(InputError, match="with a pull counted as positive: compression, or the other sign"):
+        pull(export(tmp_path / "b.csv", factors=(1.0, 1.0, -1.0)))
+    assert found(pull(path, sign="negative"))["crossing_friction_n"] == pytest.approx([FRICTION], rel=1e-3)
+
+
+def test_a_clamp_alone_says_not_where_the_inlay_slides(tmp_path):
+    path = export(tmp_path / "a.csv", followed=False, head="Weg [mm];Kraft [N]", slack=SLACK)
+    with pytest.raises(InputError, match=r"no column of the free end.*give --zero, the displacement at which"):
+        pull(path)
+    with pytest.raises(InputError, match=r"--zero 90: expected a displacement of the file, 0 to 20"):
+        pull(path, zero=90.0)
+    one = pull(path, zero=SLACK + STRETCH)
+    assert found(one)["pull_out_at_rest_n"] == pytest.approx([FRICTION * CROSSINGS], rel=3e-3)
+    assert any("free end was not followed" in line for line in pull_lines([one]))
+    with pytest.raises(InputError, match="--zero: has no meaning beside a column of the free end"):
+        pull(export(tmp_path / "b.csv"), zero=1.0)
+    both = export(tmp_path / "c.csv", followed=False, head="Weg [mm];Kraft [N]", slack=SLACK, factors=(-1.0, 1.0, -1.0))
+    other = found(pull(both, sign="negative", zero=-SLACK - STRETCH))
+    assert other == {name: pytest.approx(values) for name, values in found(one).items()}
+
+
+def test_a_preload_is_held_against_the_force_at_rest(tmp_path):
+    """0.05 N are 4 % of the largest force, and 18 % of that at which the inlay lets go."""
+    path = export(tmp_path / "a.csv", wave=3.0, preload=0.05)
+    with pytest.raises(InputError, match=r"starts with a force of 0\.0\d+ N, the inlay lets go at 0\.3\d+ N"):
+        pull(path)
+    assert found(pull(path, preload="subtract"))["crossing_friction_n"] == pytest.approx([2.5 * FRICTION], rel=0.03)
+    assert found(pull(path, preload="keep"))["pull_out_at_rest_n"] == pytest.approx([0.33], rel=0.02)
+
+
+def test_an_inlay_that_is_drawn_out_counts_until_a_pitch_is_left(tmp_path):
+    whole, short = (found(pull(export(tmp_path / f"{t:g}.csv", travel=t))) for t in (70.0, LENGTH - PITCH + STRETCH))
+    assert whole == {name: pytest.approx(value, rel=2e-3) for name, value in short.items()}
+
+
+def test_what_the_force_hangs_on_must_be_known(tmp_path):
+    path = export(tmp_path / "a.csv")
+    with pytest.raises(InputError, match=r"states no embedded length: give --embedded-length \[mm\]"):
+        pull(path, sizes={"crossing_density_per_100_mm": DENSITY})
+    with pytest.raises(InputError, match=r"no density of the crossing yarns: give --crossing-density"):
+        pull(path, sizes={"embedded_length_mm": LENGTH})
+    with pytest.raises(InputError, match="which edges of the piece were clamped"):
+        pull(path, clamped=None)
+    path.write_text(f"embedded length: 5 cm\nCrossing density;2,8;yarn/mm\n{path.read_text()}")
+    with pytest.raises(InputError, match="unit 'yarn/mm': expected one of yarn/100 mm, yarn/cm, yarn/inch"):
+        pull(path, sizes={})
+    path.write_text(path.read_text().replace("2,8;yarn/mm", "28;yarn/cm"))
+    with pytest.raises(InputError, match="Crossing density 280: implausible"):
+        pull(path, sizes={})
+    path.write_text(path.read_text().replace("28;yarn/cm", "2,8;yarn/cm"))
+    one = pull(path, sizes={})
+    assert (one.length, one.density) == (LENGTH, pytest.approx(DENSITY))
+
+
+def test_inlays_of_another_unit_copies_and_other_lengths_are_no_series(tmp_path):
+    one, two = pull(export(tmp_path / "a.csv")), pull(export(tmp_path / "e.csv", friction=0.021))
+    for other, said in (
+        (pull(export(tmp_path / "b.csv", friction=0.2)), r"b\.csv: specimen b: force while it slides 2\."),
+        (replace(one, name="c"), "specimens a and c: the same curve twice"),
+        (replace(pull(export(tmp_path / "d.csv", noise=0.01)), length=30.0), "an embedded length of 30 mm"),
+    ):
+        with pytest.raises(InputError, match=said):
+            found(one, two, other)
+
+
+@pytest.fixture
+def mine(tmp_path, monkeypatch):
+    """Experiment of three inlays, mu N 0.019, 0.02, 0.021 N, in the working folder."""
+    monkeypatch.chdir(tmp_path)
+    files = [export(tmp_path / f"weft-{k}.csv", friction=f) for k, f in enumerate((0.019, 0.02, 0.021))]
+    write_pulls([pull(path) for path in files], tmp_path / "data" / "mine", "weft", [path.name for path in files])
+    return tmp_path / "data" / "mine"
+
+
+def run(*sets):
+    fabric = ('fabric.experiment="mine"', 'fabric.experiment_variant="mine"')
+    return resolve(test="pull-out", variant="1", preset="quick", direction="weft", sets=[*fabric, *sets])
+
+
+def test_rows_are_those_of_a_run_of_the_same_piece(mine):
+    rows = published(mine, "mine", "weft", tuple(UNITS))
+    at_rest = rows[0]
+    assert [row.quantity for row in rows] == list(UNITS) and {row.unit for row in rows} == {"N"}
+    assert (at_rest.mean, at_rest.sd, at_rest.n) == (
+        pytest.approx(FRICTION * CROSSINGS, rel=3e-3), pytest.approx(0.001 * CROSSINGS, rel=3e-3), 3,
+    )  # fmt: skip
+    same = run("rig.length=50", "rig.travel=19")
+    assert REPORTS["pull-out"].scaled(same, rows) == rows and REPORTS["pull-out"].apart(same, rows) == []
+
+
+@pytest.mark.parametrize(
+    ("sets", "kept", "said"),
+    [
+        (
+            (), ["crossing_friction_at_rest_n", "crossing_friction_n"],
+            r"pull_out_peak_n, pull_out_sliding_n .*: 50 mm embedded, in the run 21\.4 mm: --set rig\.length=50",
+        ),
+        (("rig.length=50",), [name for name in UNITS if name != "pull_out_sliding_n"],
+         r"mean over 5 pitches, in the run over 2: --set rig\.travel=18\.9 makes them comparable"),
+        (("rig.length=50", "rig.travel=19", "rig.clamped=far"), [],
+         "both sides clamped, in the run the far end clamped: --set rig.clamped=sides"),
+        (("rig.length=50", "rig.travel=19", "fabric.warp_density=24"), [],
+         "28 crossing yarns per 100 mm, in the run 24: another fabric"),
+    ],
+)  # fmt: skip
+def test_another_piece_is_not_compared_in_silence(mine, sets, kept, said):
+    rows, report = published(mine, "mine", "weft", tuple(UNITS)), REPORTS["pull-out"]
+    found = report.scaled(run(*sets), rows)
+    assert [row.quantity for row in found] == kept
+    assert report.apart(run(*sets), rows)[0].startswith("not compared: ")
+    assert re.search(said, report.apart(run(*sets), rows)[0])
+    if not sets:
+        assert "of 14 instead of 6 crossings" in found[0].table
+    bare = [replace(row, conditions=UNKNOWN) for row in rows]
+    assert report.scaled(run(*sets), bare) == [] and "unknown embedded length" in report.apart(run(*sets), bare)[0]
+
+
+def test_the_corridor_is_a_curve_to_compare_with(mine):
+    curve = load_curve(mine / "pull-out-weft" / "corridor.csv")
+    assert (curve.x_name, curve.y_name) == ("tail_travel_mm", "pull_force_n") and curve.sd is not None
+    same, report = run("rig.length=50", "rig.travel=19"), REPORTS["pull-out"]
+    reference = report.matched(same, curve)
+    tail = np.linspace(0.0, 18.0, 400)
+    columns = {"displacement_mm": tail + 0.1, "tail_travel_mm": tail, "pull_force_n": 0.018 * (LENGTH - tail) / PITCH}
+    told = compare_columns(columns, reference)
+    assert told["comparable"] and told["kinetic_error_pct"] == pytest.approx(-10.0, abs=0.1)
+    with pytest.raises(InputError, match=r"corridor\.csv: 50 mm embedded, in the run 21\.4 mm"):
+        report.matched(run(), curve)
+
+
+def test_a_calibration_takes_the_rows_and_refuses_those_of_another_piece(mine):
+    text = """base: {{variant: "1", scale: meso, preset: quick}}
+parameters:
+  fabric.contact.friction_coefficient: {{low: 0.1, high: 0.6}}
+tests:
+  pull: {{test: pull-out, direction: weft}}
+targets:
+  - {{test: pull, quantity: {0}}}
+"""
+
+    def targets(quantity):
+        path = mine.parent / "calibration.yaml"
+        path.write_text(text.format(quantity))
+        document = load_yaml(path)
+        return targets_of(parse_calibration(document), document, {"pull": run()})
+
+    (one,) = targets("crossing_friction_at_rest_n")
+    assert (one.mean, one.sd) == (pytest.approx(FRICTION, rel=3e-3), pytest.approx(0.001, rel=3e-3))
+    with pytest.raises(InputError, match=r"pull_out_at_rest_n: not compared: .*rig\.length=50.*or give value and sd"):
+        targets("pull_out_at_rest_n")
