@@ -37,14 +37,14 @@ def law(stops, share=SHARE, points=400):
 
 
 def export(path, stops=(TURN, 0.0), noise=0.0, sign=1.0, head="Weg [mm];Kraft [N]", share=SHARE, gain=1.0, side=FRAME,
-           fabric=FABRIC, travel=1.0, mirrored=False):  # fmt: skip
+           fabric=FABRIC, travel=1.0, mirrored=False, preload=0.0):  # fmt: skip
     """File of a frame; ``noise`` is the sd over the largest force, ``mirrored`` lets friction push."""
     angle, shear = law(stops, share)
     shear = 2.0 * STIFFNESS * (1.0 - share) * angle - shear if mirrored else shear
     force = crosshead_force(shear, angle, fabric, side)
     force = force + noise * force.max() * np.random.default_rng(3).standard_normal(len(force))
     way = np.array([crosshead(a, side) for a in angle])
-    rows = [f"{travel * d:.6f};{sign * gain * f:.7f}" for d, f in zip(way, force, strict=True)]
+    rows = [f"{travel * d:.6f};{sign * gain * f + preload:.7f}" for d, f in zip(way, force, strict=True)]
     lines = [f"Rahmenlänge;{side:g};mm", f"Gewebeseite: {fabric:g} mm", head, *rows]
     path.write_text("\n".join(lines).replace(".", ",") + "\n", encoding="utf-8")
     return path
@@ -79,6 +79,13 @@ def test_a_pull_counted_negative_turns_the_loop_round_and_not_its_loss(tmp_path)
     assert cycles(path, sign="negative")[0].loss == pytest.approx(LOSS, rel=4e-3)
 
 
+def test_a_preload_is_subtracted_on_both_ways(tmp_path):
+    (one,) = cycles(export(tmp_path / "a.csv", preload=1.0), preload="subtract")
+    assert (one.work, one.loss, one.residual) == (
+        pytest.approx(WORK, rel=4e-3), pytest.approx(LOSS, rel=4e-3), pytest.approx(GONE, abs=0.03),
+    )  # fmt: skip
+
+
 def test_the_number_of_cycles_is_found(tmp_path):
     found = cycles(export(tmp_path / "a.csv", stops=(TURN, 0.0) * 3, noise=0.01))
     assert len(found) == 3 and found[0].work == pytest.approx(WORK, rel=5e-3)
@@ -92,6 +99,7 @@ def test_the_number_of_cycles_is_found(tmp_path):
     [
         ((TURN,), r"the frame does not come back from 20 deg: expected a way back to 0 deg"),
         ((TURN, 5.0), r"cycle 1 comes back to 5 deg, with -?[\d.]+ N: expected a way back to 0 deg"),
+        ((TURN, 0.8), r"cycle 1 comes back to 0\.8 deg"),
         ((TURN, -TURN), r"cycle 1 comes back to -20 deg"),
         ((TURN, 0.0, TURN), r"loading 2 does not come back from 20 deg"),
         ((TURN, 0.0, 12.0), r"loading 2 does not come back from 12 deg"),

@@ -5,8 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from export_sample import cost, quality, strip
 
 from knittest.base.errors import InputError
+from knittest.base.history import History, Specimen
 from knittest.config.calibration import parse_calibration
 from knittest.config.loading import resolve
 from knittest.config.yaml_loader import load_yaml
@@ -18,6 +20,7 @@ from knittest.experiment.tables import published
 from knittest.laboratory.pull_out.lab_pulls import read_pulls
 from knittest.laboratory.pull_out.lab_report import UNITS, pull_lines, pull_results, write_pulls
 from knittest.laboratory.registry import REPORTS
+from knittest.runs.judgement import judge, references_of
 from knittest.studies.calibrate.targets import targets_of
 
 LENGTH, DENSITY, FRICTION = 50.0, 28.0, 0.02
@@ -233,6 +236,17 @@ def test_another_piece_is_not_compared_in_silence(mine, sets, kept, said):
         assert "of 14 instead of 6 crossings" in found[0].table
     bare = [replace(row, conditions=UNKNOWN) for row in rows]
     assert report.scaled(run(*sets), bare) == [] and "unknown embedded length" in report.apart(run(*sets), bare)[0]
+
+
+def test_a_run_of_another_piece_warns_and_compares_what_is_left(mine):
+    one, columns = run(), {"tail_travel_mm": np.zeros(1), "pull_force_n": np.zeros(1)}
+    results = {"pull_out_at_rest_n": 0.1, "crossing_friction_at_rest_n": 0.019}
+    specimen = Specimen(History(strip(2, 2)[0], columns, {}, []), results, quality(), cost(), {})
+    found = judge(one, [specimen], references_of(one, ()))
+    (row,) = found.comparison["rows"]
+    assert row["quantity"] == "crossing_friction_at_rest_n"
+    assert row["deviation_sd"] == pytest.approx(-1.0, abs=0.1)
+    assert any("pull_out_at_rest_n" in text and "rig.length=50" in text for text in found.summary["warnings"])
 
 
 def test_the_corridor_is_a_curve_to_compare_with(mine):
