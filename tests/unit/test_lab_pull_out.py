@@ -142,6 +142,14 @@ def test_a_clamp_alone_says_not_where_the_inlay_slides(tmp_path):
     assert other == {name: pytest.approx(values) for name, values in found(one).items()}
 
 
+def test_a_yarn_that_breaks_is_none_that_slides(tmp_path):
+    path = export(tmp_path / "a.csv", followed=False, head="Weg [mm];Kraft [N]")
+    head, *rows = path.read_text().splitlines()
+    path.write_text("\n".join([head, *(r if k < 1500 else f"{r.split(';')[0]};0,0001" for k, r in enumerate(rows))]))
+    with pytest.raises(InputError, match=r"falls from 0\.0\d+ to \S+ N a crossing: did the yarn break"):
+        pull(path, zero=STRETCH)
+
+
 def test_a_preload_is_held_against_the_force_at_rest(tmp_path):
     """0.05 N are 4 % of the largest force, and 18 % of that at which the inlay lets go."""
     path = export(tmp_path / "a.csv", wave=3.0, preload=0.05)

@@ -29,7 +29,7 @@ FREE_END = re.compile(r"(free|loose)[ _-]*end|\btail\b|(freies|loses)[ _-]*(garn
 STEP, COARSE = 0.02, 2.0 * SLIDES
 #: way of the free end over that of the clamp while the inlay slides
 TOGETHER = (0.7, 1.1)
-#: share of the mean force before it that is left when an inlay is out
+#: share of the force before it that is left when an inlay is out, or has gone
 GONE = 0.25
 
 
@@ -83,6 +83,7 @@ def read_pulls(path: Path, given: Given) -> list[Pulled]:
         unit = _unit(table, group[1], lab_units.FORCE)
         one = Pulled(name, tail, force, length, density, given.clamped, group[2] is not None, path, said, unit)
         found.append(_until_out(one))
+        _refuse_let_go(found[-1])
     return found
 
 
@@ -196,6 +197,19 @@ def _until_out(one: Pulled) -> Pulled:
             f"before: expected next to nothing: check {EMBEDDED.option} and the unit of the way"
         )
     return replace(one, tail=one.tail[held], force=one.force[held])
+
+
+def _refuse_let_go(one: Pulled) -> None:
+    """Raise :class:`InputError` for a free end that nobody followed and that need not have gone on: the force over what
+    is embedded has nearly gone.
+    """
+    each = one.force / (one.length - one.tail)
+    start, end = (each[rows].mean() for rows in (one.tail <= one.pitch, one.tail >= one.tail[-1] - one.pitch))
+    if not one.measured and end < GONE * start:
+        raise InputError(
+            f"{one.path}: specimen {one.name}: the force falls from {start * one.pitch:.3g} to {end * one.pitch:.3g} N a "
+            "crossing: did the yarn break, or slip out of its clamp? Leave out what follows, or add the free end's way"
+        )
 
 
 def _averaged(*values: Array) -> list[Array]:
