@@ -83,9 +83,7 @@ TABLES: dict[tuple[str, str], Made] = {
         (
             _run("pull-out", "meso", "quick", "1", "rig.travel=4.2", direction="weft", **_GRIPPING),
             _run("compaction", "meso", "quick", "1", "rig.side=10", "rig.max_pressure=100", **_GRIPPING),
-            _run(
-                "picture-frame", "meso", "quick", "1", "rig.side=20", "rig.max_angle=15", "rig.cycles=1", **_GRIPPING
-            ),
+            _run("picture-frame", "meso", "quick", "1", "rig.side=20", "rig.max_angle=15", "rig.cycles=1", **_GRIPPING),
         ),
         (("picture-frame", "meso"),),
     ),

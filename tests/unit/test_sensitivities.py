@@ -43,7 +43,9 @@ def test_each_run_changes_one_parameter_of_the_shipped_fabric(test):
     start, own = points[0], [one for one in PARAMETERS if one.start is None]
     assert (name, other, len(points)) == (test, f"{test}-draw-in", 1 + len(ROUNDING) + 2 * len(own))
     for number, one in enumerate(own):
-        for point, factor in zip(points[3 + 2 * number : 5 + 2 * number], (1.0 + one.step, 1.0 - one.step), strict=True):
+        for point, factor in zip(
+            points[3 + 2 * number : 5 + 2 * number], (1.0 + one.step, 1.0 - one.step), strict=True
+        ):
             changed = {field: value / start[field] for field, value in point.items() if value != start[field]}
             assert changed == {field: pytest.approx(factor**power) for field, power in one.powers.items()}
     assert [list(point.values()) for point in draw_ins] == [[1.2], [0.8]]

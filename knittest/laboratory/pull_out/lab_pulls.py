@@ -25,8 +25,8 @@ Columns = tuple[int, int, int | None]
 
 TRAVEL = re.compile(r"displacement|travel|weg|extension|traverse|crosshead", re.I)
 FREE_END = re.compile(r"(free|loose)[ _-]*end|\btail\b|(freies|loses)[ _-]*(garn)?ende", re.I)
-#: way [mm] over which rows are averaged, as those of a run are, and most between rows where the inlay lets go
-STEP, COARSE = 0.02, 2.0 * SLIDES
+#: way [mm] on both sides of where the inlay lets go by whose rows its force is read, and most between two of them there
+NEAR, COARSE = 0.02, 0.04
 #: way of the free end over that of the clamp while the inlay slides
 TOGETHER = (0.7, 1.1)
 #: share of the force before it that is left when an inlay is out, or has gone
@@ -133,9 +133,8 @@ def _curve(table: LabTable, name: str, group: Columns, given: Given) -> tuple[Ar
     travel, tail = factor * (travel[rows] - travel[0]), factor * tail[rows]
     force = pulled(force[rows], given.sign, where)
     _refuse_apart(travel, tail, where)
-    first = float(force[0])
-    _, tail, force = _averaged(travel, tail, force)
-    return np.maximum.accumulate(np.maximum(tail, 0.0)), force - _preload(first, tail, force, given, where)
+    tail = np.maximum.accumulate(np.maximum(tail, 0.0))
+    return tail, force - _preload(tail, force, given, where)
 
 
 def _from_zero(values: Array, given: Given, where: str) -> tuple[Array, Array]:
@@ -207,26 +206,31 @@ def _refuse_let_go(one: Pulled) -> None:
     start, end = (each[rows].mean() for rows in (one.tail <= one.pitch, one.tail >= one.tail[-1] - one.pitch))
     if not one.measured and end < GONE * start:
         raise InputError(
-            f"{one.path}: specimen {one.name}: the force falls from {start * one.pitch:.3g} to {end * one.pitch:.3g} N a "
-            "crossing: did the yarn break, or slip out of its clamp? Leave out what follows, or add the free end's way"
+            f"{one.path}: specimen {one.name}: the force falls from {start * one.pitch:.3g} to {end * one.pitch:.3g} N "
+            "a crossing: did the yarn break, or slip out of its clamp? Leave out what follows, or add the free end's "
+            "way"
         )
 
 
-def _averaged(*values: Array) -> list[Array]:
-    """Means of the rows of ``values`` (n,) over steps of :data:`STEP` of the first."""
-    step = np.floor(values[0] / STEP + 1e-9).astype(int)
-    _, block = np.unique(step, return_inverse=True)
-    count = np.bincount(block)
-    return [np.bincount(block, one) / count for one in values]
+def at_rest(tail: Array, force: Array) -> float:
+    """Force [N] where the free end has gone :data:`SLIDES`, on a line through the rows about it: it rises steeply
+    there, so that a mean over more of them would be another one.
+    """
+    near = np.abs(tail - SLIDES) <= NEAR
+    if np.count_nonzero(near) > 2 and np.ptp(tail[near]) > 0.0:
+        _, level = np.polyfit(tail[near] - SLIDES, force[near], 1)
+        return float(level)
+    rising = np.append(True, np.diff(tail) > 0.0)
+    return float(np.interp(SLIDES, tail[rising], force[rising]))
 
 
-def _preload(first: float, tail: Array, force: Array, given: Given, where: str) -> float:
+def _preload(tail: Array, force: Array, given: Given, where: str) -> float:
     """Force [N] to subtract.
 
-    Raises :class:`InputError` where nobody said what a ``first`` force is that is not small beside that at which the
+    Raises :class:`InputError` where nobody said what a force at the start is that is not small beside that at which the
     inlay lets go, which is a small part of the largest.
     """
-    lets_go = float(force[int(np.argmax(tail >= SLIDES))])
+    first, lets_go = float(force[0]), at_rest(tail, force)
     if given.preload is None and abs(first) > TARE * abs(lets_go):
         raise InputError(
             f"{where}: starts with a force of {first:.4g} N, the inlay lets go at {lets_go:.4g} N: a preload or a "

@@ -1,6 +1,7 @@
 """Writes what an import of pull-outs yields: the forces of a run, friction of a crossing, corridor."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,7 @@ from knittest.experiment.lab_picture import plot
 from knittest.experiment.lab_series import Results, write_results
 from knittest.experiment.lab_units import likely_force
 from knittest.experiment.statistics import band
-from knittest.laboratory.pull_out.lab_pulls import Pulled
+from knittest.laboratory.pull_out.lab_pulls import Pulled, at_rest
 from knittest.laboratory.pull_out.sliding import SLIDES, Sliding, sliding
 
 Array = NDArray[np.float64]
@@ -34,6 +35,8 @@ EDGES = {"sides": 2.0, "far": 1.0}
 WORDS = {"sides": "both sides clamped", "far": "the far end clamped"}
 #: friction of a crossing [N], from a fine yarn in a loose knit to a tow that is sewn in
 CROSSING = (1e-5, 20.0)
+#: way [mm] over which rows are averaged
+STEP = 0.02
 
 
 def slides(pulls: Sequence[Pulled]) -> list[Sliding]:
@@ -44,12 +47,19 @@ def slides(pulls: Sequence[Pulled]) -> list[Sliding]:
     end = min(float(one.tail[-1]) for one in pulls)
     found = []
     for one in pulls:
-        common_way = one.tail <= end
-        tail = one.tail[common_way]
-        curve = {TAIL: tail, FORCE: one.force[common_way], "embedded_mm": one.length - tail}
-        found.append(sliding(curve, one.pitch))
+        whole = one.tail <= end
+        tail, force = _averaged(one.tail[whole], one.force[whole])
+        read = sliding({TAIL: tail, FORCE: force, "embedded_mm": one.length - tail}, one.pitch)
+        found.append(replace(read, at_rest=at_rest(one.tail, one.force)))
         _refuse_none(one, found[-1])
     return found
+
+
+def _averaged(tail: Array, force: Array) -> tuple[Array, Array]:
+    """Means of the rows over steps of :data:`STEP` of the free end's way: the noise of one is no largest force."""
+    _, block = np.unique(np.floor(tail / STEP + 1e-9), return_inverse=True)
+    count = np.bincount(block)
+    return np.bincount(block, tail) / count, np.bincount(block, force) / count
 
 
 def _refuse_none(one: Pulled, found: Sliding) -> None:
@@ -77,10 +87,10 @@ def pull_results(pulls: Sequence[Pulled], direction: str, files: Sequence[str]) 
     density = common(CROSSING_DENSITY, [one.density for one in pulls], paths)
     found = slides(pulls)
     crossings = np.array([one.length / one.pitch for one in pulls])
-    at_rest = np.array([one.at_rest for one in found])
+    lets_go = np.array([one.at_rest for one in found])
     rows = {
-        AT_REST: at_rest, PEAK: np.array([one.peak for one in found]), MEAN: np.array([one.mean for one in found]),
-        EACH_AT_REST: at_rest / crossings, EACH: np.array([one.per_crossing for one in found]),
+        AT_REST: lets_go, PEAK: np.array([one.peak for one in found]), MEAN: np.array([one.mean for one in found]),
+        EACH_AT_REST: lets_go / crossings, EACH: np.array([one.per_crossing for one in found]),
     }  # fmt: skip
     refuse_apart([(one.name, one.path) for one in pulls], rows[MEAN], "force while it slides", "N")
     digests = [digest(one.tail, one.force) for one in pulls]
@@ -130,8 +140,6 @@ def write_pulls(pulls: Sequence[Pulled], out: Path, direction: str, files: Seque
 
 
 def _rising(one: Pulled) -> tuple[Array, Array]:
-    """Way of the free end, rising from the last row in which it is at rest, and force."""
-    begin = int(np.flatnonzero(one.tail <= one.tail[0])[-1])
-    tail, force = one.tail[begin:], one.force[begin:]
-    rows = np.append(True, np.diff(tail) > 1e-6)
-    return tail[rows], force[rows]
+    """Way of the free end, rising from where it goes, and force, both averaged."""
+    tail, force = _averaged(one.tail, one.force)
+    return tail[1:], force[1:]
