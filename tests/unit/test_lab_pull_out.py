@@ -81,6 +81,11 @@ def test_a_force_that_rises_steeply_is_read_where_the_inlay_lets_go(tmp_path, st
     text = "".join(f"{t + 0.1:.5f};{t:.5f};{f:.6f}\n" for t, f in zip(tail, force, strict=True))
     (tmp_path / "a.csv").write_text(f"travel [mm];free end [mm];force [N]\n{text}")
     assert found(pull(tmp_path / "a.csv"))["pull_out_at_rest_n"] == pytest.approx([0.3], rel=0.025)
+    (tmp_path / "b.csv").write_text(re.sub(r"(?m);[^;]*;", ";", (tmp_path / "a.csv").read_text()))
+    alone = pull(tmp_path / "b.csv", zero=0.1)
+    assert set(UNITS) - set(found(alone)) == {"pull_out_at_rest_n", "crossing_friction_at_rest_n"}
+    told = r"no force at rest: 0\.02 mm more or less of --zero change it by (19|2\d) %, 10 are allowed: follow"
+    assert any(re.match(told, line) for line in pull_lines([alone]))
 
 
 @pytest.mark.parametrize(

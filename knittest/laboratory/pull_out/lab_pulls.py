@@ -58,6 +58,12 @@ class Pulled:
         """Distance of the crossings [mm]."""
         return 100.0 / self.density
 
+    @property
+    def doubt(self) -> float:
+        """Share by which the force at rest changes with :data:`NEAR` of the way of a free end that nobody followed."""
+        less, read, more = (at_rest(self.tail, self.force, SLIDES + way) for way in (-NEAR, 0.0, NEAR))
+        return 0.0 if self.measured else 0.5 * abs(more - less) / max(abs(read), 1e-12)
+
 
 def read_pulls(path: Path, given: Given) -> list[Pulled]:
     """Inlays in one export, told apart by repeated columns of clamp, force and, where it was followed, free end.
@@ -212,16 +218,16 @@ def _refuse_let_go(one: Pulled) -> None:
         )
 
 
-def at_rest(tail: Array, force: Array) -> float:
-    """Force [N] where the free end has gone :data:`SLIDES`, on a line through the rows about it: it rises steeply
+def at_rest(tail: Array, force: Array, way: float = SLIDES) -> float:
+    """Force [N] where the free end has gone a ``way`` [mm], on a line through the rows about it: it rises steeply
     there, so that a mean over more of them would be another one.
     """
-    near = np.abs(tail - SLIDES) <= NEAR
+    near = np.abs(tail - way) <= NEAR
     if np.count_nonzero(near) > 2 and np.ptp(tail[near]) > 0.0:
-        _, level = np.polyfit(tail[near] - SLIDES, force[near], 1)
+        _, level = np.polyfit(tail[near] - way, force[near], 1)
         return float(level)
     rising = np.append(True, np.diff(tail) > 0.0)
-    return float(np.interp(SLIDES, tail[rising], force[rising]))
+    return float(np.interp(way, tail[rising], force[rising]))
 
 
 def _preload(tail: Array, force: Array, given: Given, where: str) -> float:

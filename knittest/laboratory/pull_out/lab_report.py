@@ -19,7 +19,7 @@ from knittest.experiment.lab_picture import plot
 from knittest.experiment.lab_series import Results, write_results
 from knittest.experiment.lab_units import likely_force
 from knittest.experiment.statistics import band
-from knittest.laboratory.pull_out.lab_pulls import Pulled, at_rest
+from knittest.laboratory.pull_out.lab_pulls import NEAR, Pulled, at_rest
 from knittest.laboratory.pull_out.sliding import SLIDES, Sliding, sliding
 
 Array = NDArray[np.float64]
@@ -29,12 +29,17 @@ TAIL, FORCE, FORCE_SD = "tail_travel_mm", "pull_force_n", "pull_force_sd_n"
 AT_REST, PEAK, MEAN = "pull_out_at_rest_n", "pull_out_peak_n", "pull_out_sliding_n"
 EACH_AT_REST, EACH = "crossing_friction_at_rest_n", "crossing_friction_n"
 UNITS = dict.fromkeys((AT_REST, PEAK, MEAN, EACH_AT_REST, EACH), "N")
-HEADS = ("at rest [N]", "largest [N]", "slides [N]", "a crossing at rest [N]", "a crossing, sliding [N]")
+HEADS = {
+    AT_REST: "at rest [N]", PEAK: "largest [N]", MEAN: "slides [N]", EACH_AT_REST: "a crossing at rest [N]",
+    EACH: "a crossing, sliding [N]",
+}  # fmt: skip
 #: number of clamped edges, and what they are called, by ``rig.clamped``
 EDGES = {"sides": 2.0, "far": 1.0}
 WORDS = {"sides": "both sides clamped", "far": "the far end clamped"}
 #: friction of a crossing [N], from a fine yarn in a loose knit to a tow that is sewn in
 CROSSING = (1e-5, 20.0)
+#: share by which a force at rest may hang on where a free end that nobody followed began to move
+UNSURE = 0.1
 #: way [mm] over which rows are averaged
 STEP = 0.02
 
@@ -92,6 +97,8 @@ def pull_results(pulls: Sequence[Pulled], direction: str, files: Sequence[str]) 
         AT_REST: lets_go, PEAK: np.array([one.peak for one in found]), MEAN: np.array([one.mean for one in found]),
         EACH_AT_REST: lets_go / crossings, EACH: np.array([one.per_crossing for one in found]),
     }  # fmt: skip
+    if max(one.doubt for one in pulls) > UNSURE:
+        del rows[AT_REST], rows[EACH_AT_REST]
     refuse_apart([(one.name, one.path) for one in pulls], rows[MEAN], "force while it slides", "N")
     digests = [digest(one.tail, one.force) for one in pulls]
     refuse_copies([(one.name, d) for one, d in zip(pulls, digests, strict=True)])
@@ -109,7 +116,8 @@ def pull_lines(pulls: Sequence[Pulled]) -> list[str]:
     results = pull_results(pulls, "", [])
     rows = np.array(list(results.found.values())).T
     lines = table_lines(
-        [(head, ".4g") for head in HEADS], [(one.name, values) for one, values in zip(pulls, rows, strict=True)]
+        [(HEADS[name], ".4g") for name in results.found],
+        [(one.name, values) for one, values in zip(pulls, rows, strict=True)],
     )
     lines.append(
         f"at rest: where the free end has gone {SLIDES:g} mm; largest: up to half a pitch; slides: mean over whole "
@@ -117,6 +125,12 @@ def pull_lines(pulls: Sequence[Pulled]) -> list[str]:
     )
     if not all(one.measured for one in pulls):
         lines.append("the free end was not followed: it goes with the clamp from --zero on, the inlay does not stretch")
+    if AT_REST not in results.found:
+        doubt = 100.0 * max(one.doubt for one in pulls)
+        lines.append(
+            f"no force at rest: {NEAR:g} mm more or less of --zero change it by {doubt:.0f} %, {100.0 * UNSURE:g} are "
+            "allowed: follow the free end"
+        )
     lines.append("forces are taken as friction alone: weight and what the empty clamp takes must have been subtracted")
     return lines + [f"{what.name}: {value:.4g} {what.unit}".removesuffix(" 1") for what, value in results.conditions]
 
