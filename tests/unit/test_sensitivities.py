@@ -4,15 +4,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from benchmarks.sensitivities import PARAMETERS, ROUNDING, TESTS, sensitivities, sweeps_of
+from benchmarks.sensitivities import FACTORS, LOOPS, PARAMETERS, ROUNDING, TESTS, sensitivities, sweeps_of
 from knittest.base.kinds import kinds
 
 
 def powers(refused: int = -1) -> pd.DataFrame:
     """Runs of a result that goes with the 0th, 1st, 2nd ... power of the parameters; one that a gate ``refused``."""
     factors = [1.0] * (1 + len(ROUNDING))
-    for number, one in enumerate(PARAMETERS):
-        factors += [(1.0 + one.step) ** number, (1.0 - one.step) ** number]
+    for number in range(len(PARAMETERS)):
+        factors += [factor**number for factor in FACTORS]
     status = ["refused" if row == refused else "completed" for row in range(len(factors))]
     return pd.DataFrame({"status": status, "result": 3.0 * np.array(factors)})
 
@@ -43,10 +43,11 @@ def test_each_run_changes_one_parameter_of_the_shipped_fabric(test):
     start, own = points[0], [one for one in PARAMETERS if one.start is None]
     assert (name, other, len(points)) == (test, f"{test}-draw-in", 1 + len(ROUNDING) + 2 * len(own))
     for number, one in enumerate(own):
-        for point, factor in zip(
-            points[3 + 2 * number : 5 + 2 * number], (1.0 + one.step, 1.0 - one.step), strict=True
-        ):
+        for point, factor in zip(points[3 + 2 * number : 5 + 2 * number], FACTORS, strict=True):
             changed = {field: value / start[field] for field, value in point.items() if value != start[field]}
-            assert changed == {field: pytest.approx(factor**power) for field, power in one.powers.items()}
+            if one.rest:
+                assert changed == {f"{LOOPS}.degree_of_set.value": pytest.approx((1.0 - 0.1 * factor) / 0.9)}
+            else:
+                assert changed == {field: pytest.approx(factor**power) for field, power in one.powers.items()}
     assert [list(point.values()) for point in draw_ins] == [[1.2], [0.8]]
     assert set(TESTS[test].results) <= set(kinds()[test].labels)
