@@ -73,21 +73,22 @@ TESTS = {
     "pull-out": Tested(
         {"direction": "weft"},
         {"rig.travel": 4.2},
-        {"pull_out_at_rest_n": "lets go", "pull_out_peak_n": "largest", "pull_out_sliding_n": "slides"},
+        {"pull_out_at_rest_n": "lets go [N]", "pull_out_peak_n": "largest [N]", "pull_out_sliding_n": "slides [N]"},
     ),
     "compaction": Tested(
         {},
         {"rig.side": 10, "rig.max_pressure": 100},
         {
-            "thickness_mm_at_kpa.1": "1 kPa", "thickness_mm_at_kpa.100": "100 kPa",
-            "compaction_work_j_per_m2": "work of compaction",
+            "thickness_mm_at_kpa.1": "1 kPa [mm]", "thickness_mm_at_kpa.100": "100 kPa [mm]",
+            "compaction_work_j_per_m2": "compaction [J/m²]",
         },
     ),
     "picture-frame": Tested(
         {},
         {"rig.side": 20, "rig.max_angle": 15, "rig.cycles": 1},
         {
-            "cycle_work_mj": "work of shear", "cycle_loss_mj": "loss", "cycle_residual_angle_deg": "residual angle",
+            "cycle_work_mj": "shear [mJ]", "cycle_loss_mj": "loss [mJ]",
+            "cycle_residual_angle_deg": "force gone at [deg]",
         },
     ),
 }  # fmt: skip
@@ -149,7 +150,8 @@ class Slope:
     def __str__(self) -> str:
         if np.isnan(self.value):
             return "-"
-        return f"({self.value:+.2f})" if self.refused else f"{self.value:+.2f}"
+        shown = f"{round(self.value, 2) + 0.0:+.2f}"  # no -0.00
+        return f"({shown})" if self.refused else shown
 
 
 def sensitivities(found: pd.DataFrame, result: str) -> tuple[list[Slope], float]:
