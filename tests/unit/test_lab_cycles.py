@@ -1,6 +1,7 @@
 """Import of cyclic picture frames: loops of a law with friction in closed form, and loops that are none."""
 
 import json
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -36,16 +37,32 @@ def law(stops, share=SHARE, points=400):
     return angle, np.array(force)
 
 
-def export(path, stops=(TURN, 0.0), noise=0.0, sign=1.0, head="Weg [mm];Kraft [N]", share=SHARE, gain=1.0, side=FRAME,
-           fabric=FABRIC, travel=1.0, mirrored=False, preload=0.0):  # fmt: skip
+@dataclass(frozen=True)
+class Frame:
     """File of a frame; ``noise`` is the sd over the largest force, ``mirrored`` lets friction push."""
-    angle, shear = law(stops, share)
-    shear = 2.0 * STIFFNESS * (1.0 - share) * angle - shear if mirrored else shear
-    force = crosshead_force(shear, angle, fabric, side)
-    force = force + noise * force.max() * np.random.default_rng(3).standard_normal(len(force))
-    way = np.array([crosshead(a, side) for a in angle])
-    rows = [f"{travel * d:.6f};{sign * gain * f + preload:.7f}" for d, f in zip(way, force, strict=True)]
-    lines = [f"Rahmenlänge;{side:g};mm", f"Gewebeseite: {fabric:g} mm", head, *rows]
+
+    stops: tuple[float, ...] = (TURN, 0.0)
+    noise: float = 0.0
+    head: str = "Weg [mm];Kraft [N]"
+    travel: float = 1.0
+    gain: float = 1.0
+    preload: float = 0.0
+    share: float = SHARE
+    mirrored: bool = False
+    side: float = FRAME
+    fabric: float = FABRIC
+
+
+def export(path, **how):
+    """Write the file of a :class:`Frame` to ``path``."""
+    one = Frame(**how)
+    angle, shear = law(one.stops, one.share)
+    shear = 2.0 * STIFFNESS * (1.0 - one.share) * angle - shear if one.mirrored else shear
+    force = crosshead_force(shear, angle, one.fabric, one.side)
+    force = force + one.noise * force.max() * np.random.default_rng(3).standard_normal(len(force))
+    way = [one.travel * crosshead(a, one.side) for a in angle]
+    rows = [f"{d:.6f};{one.gain * f + one.preload:.7f}" for d, f in zip(way, force, strict=True)]
+    lines = [f"Rahmenlänge;{one.side:g};mm", f"Gewebeseite: {one.fabric:g} mm", one.head, *rows]
     path.write_text("\n".join(lines).replace(".", ",") + "\n", encoding="utf-8")
     return path
 
@@ -73,7 +90,7 @@ def test_units_of_both_columns_count(tmp_path, head, gain, travel):
 
 
 def test_a_pull_counted_negative_turns_the_loop_round_and_not_its_loss(tmp_path):
-    path = export(tmp_path / "a.csv", sign=-1.0)
+    path = export(tmp_path / "a.csv", gain=-1.0)
     with pytest.raises(InputError, match="with a pull counted as positive: compression, or the other sign"):
         cycles(path)
     assert cycles(path, sign="negative")[0].loss == pytest.approx(LOSS, rel=4e-3)
