@@ -153,6 +153,13 @@ def test_frames_of_one_series_have_the_same_cycles(tmp_path):
             frame_series([one, *other])
 
 
+def test_work_is_that_of_the_mean_square_of_a_series(tmp_path):
+    files = [export(tmp_path / f"{side:g}.csv", fabric=side) for side in (160.0, 156.0)]
+    rows = frame_series([read_frames(path, Given())[0] for path in files]).loops.rows
+    assert rows["cycle_work_mj"] == pytest.approx([WORK * (158.0 / FABRIC) ** 2] * 2, rel=3e-3)
+    assert rows["cycle_loss_mj"] == pytest.approx([LOSS * (158.0 / FABRIC) ** 2] * 2, rel=4e-3)
+
+
 def test_a_force_that_stays_has_no_angle(tmp_path):
     one = read_frames(export(tmp_path / "a.csv", stops=(TURN, 0.4)), Given(loading="cycles"))[0]
     assert one.cycles[0].residual == pytest.approx(GONE, abs=0.03)
