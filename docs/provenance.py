@@ -53,6 +53,7 @@ _STIFFNESS = ("rig.max_angle=31", "solver.speed=0.4", "solver.damping=0.02")
 _IN_PLANE = ("fabric.macro.in_plane_bending.warp=4.2", "fabric.macro.in_plane_bending.weft=3.47")
 #: size of the shells and speed of the yarns at ``paper``, for shells
 _PAPER_SIZE = ("model.macro.element_size=3", "solver.speed=0.55", "solver.ramp=10")
+_GRIPPING = {"parameters": "gripping"}
 #: by page and name of the table
 TABLES: dict[tuple[str, str], Made] = {
     ("homogenise.md", "benchmarks/homogenise.py"): Made(
@@ -76,6 +77,15 @@ TABLES: dict[tuple[str, str], Made] = {
             for frame, fabric in ((216, 140), (250, 180))
         ),
         (("picture-frame", "macro"),),
+    ),
+    ("identify.md", "sensitivities"): Made(
+        "python benchmarks/sensitivities.py FOLDER",
+        (
+            _run("pull-out", "meso", "quick", "1", "rig.travel=4.2", direction="weft", **_GRIPPING),
+            _run("compaction", "meso", "quick", "1", "rig.side=10", "rig.max_pressure=100", **_GRIPPING),
+            _run("picture-frame", "meso", "quick", "1", "rig.side=20", "rig.max_angle=15", "rig.cycles=1", **_GRIPPING),
+        ),
+        (("picture-frame", "meso"),),
     ),
     ("friction.md", "benchmarks/friction.py"): Made(
         "python benchmarks/friction.py FOLDER", (_run("friction", "meso", direction="warp"),), (("friction", "macro"),)

@@ -15,7 +15,7 @@ def data() -> None:
 
     They hold a force (N, kN, daN, cN, mN, kgf, lbf; N if not stated) over a travel (mm, cm, m, um, inch; mm if not
     stated), a strain (%, mm/mm) or a shear angle (deg, rad), the unit in the column's name or in the row below it; of a
-    cantilever, overhang lengths.
+    cantilever, overhang lengths; of a pull-out also the way of the free end, and all units must be stated.
     """
 
 
@@ -31,6 +31,8 @@ NUMBERS = (
     ("--plate-length", "mm", "Length of the plates (friction)"),
     ("--plate-width", "mm", "Width of the plates (friction)"),
     ("--ratio", "1", "Strain of the other system over that of the direction (biaxial)"),
+    ("--embedded-length", "mm", "Length of the inlay in the piece (pull-out)"),
+    ("--crossing-density", "yarn/100 mm", "Yarns that cross the inlay (pull-out)"),
 )
 
 
@@ -51,12 +53,26 @@ def _reading(command: Command) -> Command:
             help="How the files count a pull; positive if not given.",
         ),
         click.option(
-            "--zero", type=float, help="Travel or shear angle at which the frame is square, in the column's unit."
+            "--zero",
+            type=float,
+            help="Travel or shear angle at which the frame is square, or travel of the clamp at which an inlay's free "
+            "end begins to move, in the column's unit.",
+        ),
+        click.option(
+            "--clamped",
+            type=click.Choice(["sides", "far"]),
+            help="Edges of the piece that were clamped: both along the inlay, or the far one (pull-out).",
+        ),
+        click.option(
+            "--loading",
+            type=click.Choice(["first", "cycles"]),
+            help="What counts: the first loading alone, or whole cycles, which must then be there; cycles if there are "
+            "any, unless stated (picture-frame).",
         ),
         click.option(
             "--preload",
             type=click.Choice(["subtract", "keep"]),
-            help="Whether to subtract or keep a force at the start (picture-frame, friction).",
+            help="Whether to subtract or keep a force at the start (picture-frame, friction, pull-out).",
         ),
         click.option(
             "--faces",
@@ -86,7 +102,7 @@ def import_(
     Into OUT go a table of the results and the conditions that they hang on, a SOURCE.md, and fabric.yaml, the part of a
     fabric file that all imports into OUT give; into a folder in it specimens, corridor (mean and sd), statistics and a
     plot. Tensile curves are forces per width, a frame's are normalised shear forces; an overhang gives the bending
-    stiffness; a pull between plates a coefficient of friction.
+    stiffness; a pull between plates a coefficient of friction, a pull-out the friction of a crossing.
 
     Example: knittest data import warp-*.csv --width 50 --gauge-length 200 --direction warp --out data/mine
 

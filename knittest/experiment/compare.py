@@ -21,7 +21,9 @@ GRID = 201
 FAR = 20.0
 #: units by column
 UNITS = {"strain_pct": "%", "force_n": "N", "shear_angle_deg": "deg", "normalised_shear_force_n_per_mm": "N/mm"}
-STRAIN, TRAVEL = "strain_pct", "displacement_mm"
+STRAIN = "strain_pct"
+#: ways of a clamp, and of an inlay's free end
+TRAVELS = ("displacement_mm", "tail_travel_mm")
 #: columns of a run's curve that mean the same as a reference's
 SAME = {"force_n": ("force_n", "force_mean_n"), "shear_angle_deg": ("frame_shear_angle_deg",)}
 #: shear angles at which forces are compared [deg]
@@ -133,11 +135,11 @@ def compare_curves(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve, reac
     grid = np.linspace(low, high, GRID)
     simulated, measured = np.interp(grid, x, y), np.interp(grid, reference.x, reference.mean)
     rmse = np.sqrt(np.mean((simulated - measured) ** 2))
-    peak = float(measured.max()) if reference.x_name in (ANGLE, TRAVEL) else reference.peak[1]
+    peak = float(measured.max()) if reference.x_name in (ANGLE, *TRAVELS) else reference.peak[1]
     if reference.x_name == ANGLE:
         found = _at_angles(grid, simulated, measured, reference)
     else:
-        found = _levels(x, y, reference, low, high) if reference.x_name == TRAVEL else _at_peaks(x, y, reference)
+        found = _levels(x, y, reference, low, high) if reference.x_name in TRAVELS else _at_peaks(x, y, reference)
     return judged | {
         "comparable": True,
         f"range_{reference.x_name}": [_rounded(low), _rounded(high)],
@@ -253,7 +255,7 @@ def _hindrance(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> str:
 def _other_units(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> str:
     """Peaks, or their places, that lie so far apart that one of them is in another unit; empty if none."""
     end, peak = int(np.argmax(y)), reference.peak
-    if reference.x_name in (ANGLE, TRAVEL):  # up to where the shorter one ends
+    if reference.x_name in (ANGLE, *TRAVELS):  # up to where the shorter one ends
         last = min(x[-1], reference.x[-1])
         end, peak = (
             int(np.searchsorted(x, last, side="right")) - 1,

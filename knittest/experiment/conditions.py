@@ -8,18 +8,30 @@ from knittest.base.errors import InputError
 from knittest.base.kinds import names
 from knittest.config.fabric import Direction
 from knittest.experiment.lab_conditions import (
+    CLAMPED_EDGES,
+    CROSSING_DENSITY,
+    CYCLE_ANGLE,
+    CYCLES,
+    EMBEDDED,
     FABRIC_SIDE,
     FRAME_SIDE,
     GAUGE,
     NORMAL_FORCE,
     RATIO,
     SAME,
+    SLID_PITCHES,
     WIDTH,
     Condition,
 )
 
 #: sizes that curves and tables state, by their keys
-SIZES: dict[str, Condition] = {size.key: size for size in (WIDTH, GAUGE, FRAME_SIDE, FABRIC_SIDE, NORMAL_FORCE, RATIO)}
+SIZES: dict[str, Condition] = {
+    size.key: size
+    for size in (
+        WIDTH, GAUGE, FRAME_SIDE, FABRIC_SIDE, NORMAL_FORCE, RATIO, EMBEDDED, CROSSING_DENSITY, CLAMPED_EDGES,
+        SLID_PITCHES, CYCLES, CYCLE_ANGLE,
+    )
+}  # fmt: skip
 #: difference [-] of two lengths below which forces are not scaled: that of rounding
 EXACT = 1e-6
 
@@ -36,6 +48,12 @@ class Conditions:
     fabric_side_mm: float | None = None
     normal_force_n: float | None = None
     strain_ratio: float | None = None
+    embedded_length_mm: float | None = None
+    crossing_density_per_100_mm: float | None = None
+    clamped_edges: float | None = None
+    slid_pitches: float | None = None
+    cycles: float | None = None
+    cycle_angle_deg: float | None = None
 
 
 UNKNOWN = Conditions()

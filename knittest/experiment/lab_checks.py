@@ -91,7 +91,7 @@ def common(what: Condition, values: Sequence[float | None], paths: Sequence[obje
     for value, path in zip(found, paths, strict=True):
         if abs(value - found[0]) > SERIES * found[0]:
             raise InputError(
-                f"{path}: a {what.name} of {value:g} {what.unit}, {paths[0]} has {found[0]:g} {what.unit}: "
+                f"{path}: {what.one} of {value:g} {what.unit}, {paths[0]} has {found[0]:g} {what.unit}: "
                 "import series of different sizes into folders of their own"
             )
     return found[0] if np.ptp(found) == 0.0 else float(np.mean(found))

@@ -29,7 +29,7 @@ class Condition:
 
     ``key`` names it in tables and in heads of curves, ``option`` on the command line. A cell names it by the first of
     ``labels`` that any cell of a head matches, unless ``other`` matches too; ``units`` are factors to ``unit``. Its
-    bounds are those of the field ``field`` of ``model``, or of the rig of the test that it names.
+    bounds are those of the field ``field`` of ``model``, or of the rig of the test that it names; none without.
     """
 
     key: str
@@ -42,6 +42,11 @@ class Condition:
     model: type[BaseModel] | str
     field: str
 
+    @property
+    def one(self) -> str:
+        """Name with its article."""
+        return f"{'an' if self.name[0] in 'aeiou' else 'a'} {self.name}"
+
     def names(self, cell: str, tier: int) -> bool:
         """Tell whether ``cell`` names this condition by label ``tier``."""
         cell = cell[:_LONGEST_LABEL]
@@ -49,6 +54,8 @@ class Condition:
 
     def plausible(self, value: float, said: str) -> float:
         """``value`` [unit]; raises :class:`InputError` outside the field's bounds, with the likely unit."""
+        if not self.field:
+            return value
         model = rig_model(self.model) if isinstance(self.model, str) else self.model
         try:
             check_bounds(value, field_meta(model, self.field))
@@ -121,6 +128,29 @@ RATIO = Condition(
     r"force|kraft", {"1": 1.0}, "biaxial", "ratio",
 )  # fmt: skip
 
+EMBEDDED = Condition(
+    "embedded_length_mm", "embedded length", "--embedded-length", "mm",
+    (r"embedded[ _-]*length|(?<!un)eingebettete[ _-]*länge|einbettlänge",), r"loop|masche", lab_units.LENGTH,
+    "pull-out", "length",
+)  # fmt: skip
+CROSSING_DENSITY = Condition(
+    "crossing_density_per_100_mm", "density of the crossing yarns", "--crossing-density", "yarn/100 mm",
+    (r"(crossing|cross)[ _-]*(yarns?[ _-]*)?density|density[ _-]of[ _-]the[ _-]crossing[ _-]yarns|kreuzungsdichte|"
+     r"dichte[ _-]der[ _-]kreuzenden",),
+    r"area|linear|fläche", {"yarn/100 mm": 1.0, "yarn/cm": 10.0, "yarn/inch": 100.0 / 25.4}, Fabric, "warp_density",
+)  # fmt: skip
+
+
+def _found(key: str, name: str, unit: str, model: str = "", field: str = "") -> Condition:
+    """Condition that an import finds by itself: no label and no option states it."""
+    return Condition(key, name, "", unit, (), "", {}, model, field)
+
+
+CLAMPED_EDGES = _found("clamped_edges", "number of clamped edges", "1")
+SLID_PITCHES = _found("slid_pitches", "number of pitches slid", "1")
+CYCLES = _found("cycles", "number of cycles", "1", "picture-frame", "cycles")
+CYCLE_ANGLE = _found("cycle_angle_deg", "angle at which cycles turn", "deg", "picture-frame", "max_angle")
+
 
 def stated(what: Condition, path: Path, head: Sequence[Row], mark: str) -> tuple[float, str] | None:
     """Value of ``what`` [its unit] in the rows above a table, and ``file:line``; ``None`` when no row states one.
@@ -148,7 +178,7 @@ def agreeing(what: Condition, found: Sequence[tuple[float, str]]) -> tuple[float
     for value, place in found[1:]:
         if not same(value, first):
             raise InputError(
-                f"{place}: states a {what.name} of {value:g} {what.unit}, {where} one of {first:g} {what.unit}: "
+                f"{place}: states {what.one} of {value:g} {what.unit}, {where} one of {first:g} {what.unit}: "
                 "which is it? Leave the right one in; specimens that differ go into files of their own"
             )
     return first, where
@@ -163,7 +193,7 @@ def agreed(what: Condition, given: float | None, said: tuple[float, str] | None)
     value, where = said
     if not same(given, value):
         raise InputError(
-            f"{where}: the file states a {what.name} of {value:g} {what.unit}, {what.option} says {given:g} {what.unit}"
+            f"{where}: the file states {what.one} of {value:g} {what.unit}, {what.option} says {given:g} {what.unit}"
         )
     return given
 

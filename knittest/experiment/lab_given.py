@@ -12,6 +12,8 @@ from knittest.experiment.lab_sign import Sign
 
 Array = NDArray[np.float64]
 Preload = Literal["subtract", "keep"]
+Clamped = Literal["sides", "far"]
+Loading = Literal["first", "cycles"]
 
 #: a force at the start beyond this share of the largest is asked about
 TARE = 0.1
@@ -21,7 +23,9 @@ JITTER = 0.01
 
 @dataclass(frozen=True)
 class Given:
-    """Format, conditions by key, and how sign, preload and zero of a curve are meant; ``None``: not said."""
+    """Format, conditions by key, how sign, preload and zero of a curve are meant, and what of it counts; ``None``: not
+    said.
+    """
 
     decimal: str | None = None
     delimiter: str | None = None
@@ -30,6 +34,8 @@ class Given:
     zero: float | None = None
     preload: Preload | None = None
     faces: int = 2
+    clamped: Clamped | None = None
+    loading: Loading | None = None
 
 
 def tared(force: Array, preload: Preload | None, where: str) -> Array:

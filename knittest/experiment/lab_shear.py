@@ -51,6 +51,18 @@ class Tested:
     options: str
 
 
+@dataclass(frozen=True)
+class ShearCurve:
+    """Shear angle [deg], rising, and force [N] of the first loading, (n,) each; whether it turns after it, and both of
+    all rows as ``whole``.
+    """
+
+    angle: Array
+    force: Array
+    turned: bool
+    whole: tuple[Array, Array]
+
+
 def pairs(cells: list[str], angles: bool = True) -> list[tuple[int, int]]:
     """Columns of (angle or travel, force), each force with the nearest of the other before it, else after it.
 
@@ -65,10 +77,8 @@ def pairs(cells: list[str], angles: bool = True) -> list[tuple[int, int]]:
     return [(max([m for m in moves if m < f] or [min(moves)]), f) for f in forces]
 
 
-def shear_curve(
-    table: LabTable, name: str, pair: tuple[int, int], tested: Tested, given: Given
-) -> tuple[Array, Array, bool]:  # fmt: skip
-    """Shear angle [deg] and force [N] of the first loading in the columns ``pair``, and whether it turns."""
+def shear_curve(table: LabTable, name: str, pair: tuple[int, int], tested: Tested, given: Given) -> ShearCurve:
+    """The curve in the columns ``pair``; raises :class:`InputError` for a start that is not square or free of force."""
     where = f"{table.path}: specimen {name}"
     _, values = columns(table, pair, name)
     move, pull = pair
@@ -78,7 +88,8 @@ def shear_curve(
         raise InputError(f"{where}: no finite force")
     moved = drawn(values[:, 0], given.sign)
     rows, turned = first_loading(moved)
-    moved, force = moved[rows], pulled(force[rows], given.sign, where)
+    first = pulled(force[rows], given.sign, where)  # on its way back a specimen may be pushed
+    force = -force if given.sign == "negative" else force
     angle = _angles(moved - (given.zero or 0.0), table, move, tested, where)
     if given.zero is None and abs(angle[0]) > SQUARE:
         raise InputError(
@@ -86,10 +97,11 @@ def shear_curve(
             f"Give --zero, in the unit of the column: {moved[0]:g} if at the start, 0 if the numbers are right"
         )
     if angle[0] <= SQUARE:
-        force = tared(force, given.preload, where)
-    _check_end(angle, tested.test, where)
-    sheared = angle >= 0.0
-    return angle[sheared], force[sheared], turned
+        free = tared(first, given.preload, where)
+        first, force = free, force - (first[0] - free[0])
+    _check_end(angle[rows], tested.test, where)
+    sheared = angle[rows] >= 0.0
+    return ShearCurve(angle[rows][sheared], first[sheared], turned, (angle, force))
 
 
 def _angles(moved: Array, table: LabTable, column: int, tested: Tested, where: str) -> Array:

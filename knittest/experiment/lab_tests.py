@@ -10,6 +10,9 @@ from knittest.experiment.lab_given import Given
 from knittest.experiment.lab_guess import hinted
 from knittest.experiment.lab_kind import LAB_TESTS, directed
 
+#: options of the command that say how a curve is meant, by their names in ``Given``
+SAID = ("sign", "zero", "preload", "faces", "clamped", "loading")
+
 
 def conditions() -> list[Condition]:
     """Conditions that any of the tests takes, each once."""
@@ -30,7 +33,7 @@ def read_files(test: str, files: Sequence[Path], options: Mapping[str, Any]) -> 
         if what not in kind.conditions:
             raise _useless(what.option, test)
         sizes[what.key] = value
-    said = {name: options[name] for name in ("sign", "zero", "preload", "faces") if options.get(name) is not None}
+    said = {name: options[name] for name in SAID if options.get(name) is not None}
     for name in said:
         if name not in kind.options:
             raise _useless(f"--{name}", test)

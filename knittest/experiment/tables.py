@@ -93,6 +93,18 @@ def with_note(row: PublishedValue, note: str) -> PublishedValue:
     return replace(row, table=f"{row.table}, {note}", scaled=", ".join(filter(None, (row.scaled, note))))
 
 
+def left_out(rows: Iterable[tuple[PublishedValue, str]]) -> list[str]:
+    """One line for each reason why ``rows`` are not compared, with their names and file; a row without one is."""
+    found: dict[str, list[PublishedValue]] = {}
+    for row, reason in rows:
+        if reason:
+            found.setdefault(reason, []).append(row)
+    return [
+        f"not compared: {', '.join(one.quantity for one in same)} ({same[0].file.rpartition(':')[0]}): {reason}"
+        for reason, same in found.items()
+    ]
+
+
 def _value(path: Path, line: int, row: dict[str, str], conditions: Conditions) -> PublishedValue:
     try:
         return PublishedValue(

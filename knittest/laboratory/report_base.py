@@ -26,11 +26,14 @@ Columns = dict[str, np.ndarray]
 
 @dataclass(frozen=True)
 class References:
-    """Published rows and the reference curve, if there are any, and the curves of a user's own."""
+    """Published rows and the reference curve, if there are any, the curves of a user's own, and why rows stand
+    ``apart``: the run is not compared with them.
+    """
 
     rows: Sequence[PublishedValue] = ()
     curve: ReferenceCurve | None = None
     own: Sequence[ReferenceCurve] = ()
+    apart: Sequence[str] = ()
 
     @property
     def curves(self) -> list[ReferenceCurve]:
@@ -99,6 +102,10 @@ class Report(Protocol[RunT]):
     @abstractmethod
     def scaled(self, run: RunT, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
         """Published rows for the size of the run's specimen."""
+
+    def apart(self, run: RunT, rows: Sequence[PublishedValue]) -> list[str]:
+        """Reasons why some of ``rows`` are not among those that :meth:`scaled` returns: all are unless stated."""
+        return []
 
     @abstractmethod
     def matched(self, run: RunT, curve: ReferenceCurve) -> ReferenceCurve:

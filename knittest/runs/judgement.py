@@ -46,12 +46,13 @@ def _references(run: Run) -> References:
     quantities = kinds()[run.rig.kind].published
     report = REPORTS[run.rig.kind]
     rows = published(data_dir() / fabric.experiment, fabric.experiment_variant, run.direction, quantities)
-    return References(report.scaled(run, rows), report.reference_curve(run))
+    return References(report.scaled(run, rows), report.reference_curve(run), apart=report.apart(run, rows))
 
 
 def judge(run: Run, specimens: list[Specimen], references: References) -> Judgement:
     """Compare the mean of ``specimens`` with ``references``, unless a gate of one of them refuses it."""
-    quality, cost = _worst([s.quality for s in specimens]), _total([s.cost for s in specimens])
+    quality = _worst([s.quality for s in specimens]).warning(*references.apart)
+    cost = _total([s.cost for s in specimens])
     results = [s.results for s in specimens]
     means = {k: v["mean"] for k, v in ensemble_results(results).items()}
     kind_of = {row.quantity: row_kind(run, row.quantity) for row in references.rows}

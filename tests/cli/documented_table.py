@@ -132,6 +132,11 @@ COMMANDS: dict[str, Do] = {
     "knittest data import cantilever-warp.csv --test cantilever --direction warp --area-mass 830 --width 50 "
     "--out data/mine": Do(),
     "knittest data import frame-*.csv --test picture-frame --frame-side 200 --fabric-side 180 --out data/mine": Do(),
+    "knittest data import pulls-*.csv --test pull-out --direction weft --embedded-length 50 --crossing-density 28 "
+    "--clamped sides --out data/mine": Do(given={"data/mine": "data/pulled"}),
+    "knittest data import cycled-*.csv --test picture-frame --frame-side 200 --fabric-side 160 --out data/mine": Do(
+        given={"data/mine": "data/pulled"}
+    ),
     "knittest new NAME": Do(given={"NAME": "mine-too"}),
     "knittest new my-fabric": Do(),
     "knittest tensile --variant my-fabric --scale macro": Do(SHELLS),

@@ -1,6 +1,7 @@
 """``knittest data import``: what the files of a laboratory say is kept, what they leave open is asked."""
 
 import csv
+import math
 import shutil
 from pathlib import Path
 
@@ -105,3 +106,31 @@ def test_a_direction_is_asked_of_strips_and_refused_of_frames(place, capsys):
     frame = ["data", "import", "lab/frame-1.csv", "--test", "picture-frame", "--out", "data/mine"]
     assert run([*frame, "--direction", "warp"]) == 2
     assert "--direction: has no meaning for --test picture-frame" in capsys.readouterr().err
+
+
+def test_a_pull_out_and_a_cycled_frame_are_imported_by_the_command(place, capsys):
+    """An inlay held by 0.02 N a crossing; a frame of S = 0.1 gamma with nothing that rubs."""
+    rows = [(0.02 * t, max(0.02 * t - 0.2, 0.0)) for t in range(1001)]
+    text = "".join(f"{d:.2f},{e:.2f},{min(d / 0.2, 1.0) * 0.02 * (50.0 - e) * 0.28:.6f}\n" for d, e in rows)
+    Path("weft.csv").write_text("displacement [mm],free end [mm],force [N]\n" + text)
+    pull = ["data", "import", "weft.csv", "--direction", "weft", "--out", "data/mine"]
+    assert run(pull) == 2
+    assert "looks like a pull-out test: give --test pull-out" in capsys.readouterr().err
+    sizes = ["--embedded-length", "50", "--crossing-density", "28"]
+    assert run([*pull, "--test", "pull-out", *sizes]) == 2
+    assert "which edges of the piece were clamped" in capsys.readouterr().err
+    assert run([*pull, "--test", "pull-out", *sizes, "--clamped", "far"]) == 0
+    found = table("pull-out-weft.csv")
+    assert float(found["crossing_friction_n"]["mean"]) == pytest.approx(0.02, rel=2e-3)
+    assert (found["clamped_edges"]["mean"], found["slid_pitches"]["mean"]) == ("1", "5")
+    shear = [(a, 0.1 * math.radians(a) * 200.0 / math.sin(math.radians(45.0 - 0.5 * a))) for a in range(21)]
+    both = "".join(f"{a};{f:.5f}\n" for a, f in [*shear, *shear[-2::-1]])
+    Path("frame.csv").write_text("Rahmenlänge;200;mm\nGewebeseite;200;mm\nScherwinkel [deg];Kraft [N]\n" + both)
+    frame = ["data", "import", "frame.csv", "--test", "picture-frame", "--out", "data/mine"]
+    assert run([*frame, "--loading", "cycles", "--clamped", "far"]) == 2
+    assert "--clamped: has no meaning for --test picture-frame" in capsys.readouterr().err
+    assert run([*frame, "--loading", "cycles"]) == 0
+    cycles = table("picture-frame.csv")
+    assert float(cycles["cycle_work_mj"]["mean"]) == pytest.approx(2e3 * math.radians(20.0) ** 2, rel=3e-3)
+    assert float(cycles["cycle_loss_mj"]["mean"]) == pytest.approx(0.0, abs=0.1) and cycles["cycles"]["mean"] == "1"
+    assert "work [mJ]" in capsys.readouterr().out

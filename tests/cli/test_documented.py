@@ -41,6 +41,10 @@ def place(tmp_path_factory):
     (folder / "bias-1.csv").write_text(f"Travel [mm],Force [N]\n{bias}")
     biaxial = "".join(f"{0.05 * k:.2f},{300.0 * k:g}\n" for k in range(31))
     (folder / "biaxial-1.csv").write_text(f"Strain [%],Force [N]\n{biaxial}")
+    pulls = "".join(f"{0.02 * k:.2f},{max(0.02 * k - 0.2, 0.0):.2f},{min(0.1 * k, 1.0) * 0.3:g}\n" for k in range(500))
+    (folder / "pulls-1.csv").write_text(f"travel [mm],free end [mm],force [N]\n{pulls}")
+    cycled = "".join(f"{10.0 - abs(10.0 - 0.5 * k):g},{0.1 * (10.0 - abs(10.0 - 0.5 * k)):g}\n" for k in range(41))
+    (folder / "cycled-1.csv").write_text(f"shear angle [deg],force [N]\n{cycled}")
     (example,) = re.findall(
         r"^```\n((?:# .*\n)*strain_pct.*?)^```$", (ROOT / "docs/tensile.md").read_text(), re.M | re.S
     )

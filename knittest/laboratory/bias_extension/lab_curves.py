@@ -65,7 +65,7 @@ def read_strips(path: Path, given: Given) -> list[Pulled]:
     columns, found = pairs(table.names, angles=False), []
     for number, pair in enumerate(columns, 1):
         name = path.stem if len(columns) == 1 else f"{path.stem}-{number}"
-        angle, force, turned = shear_curve(table, name, pair, tested, given)
+        curve = shear_curve(table, name, pair, tested, given)
         unit = lab_units.force_unit(table.names[pair[1]], table.units[pair[1]], table.where)
-        found.append(Pulled(name, angle, force, strip, path, turned, unit))
+        found.append(Pulled(name, curve.angle, curve.force, strip, path, curve.turned, unit))
     return found

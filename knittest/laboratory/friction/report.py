@@ -11,7 +11,7 @@ from knittest.base.history import Body, Specimen
 from knittest.base.kinds import kinds
 from knittest.experiment.conditions import same
 from knittest.experiment.curves import ReferenceCurve
-from knittest.experiment.tables import PublishedValue, with_note
+from knittest.experiment.tables import PublishedValue, left_out, with_note
 from knittest.export.line_picture import Level, Line, line_picture
 from knittest.laboratory.apparatus import at_frames, plate_block
 from knittest.laboratory.friction.config import FrictionRun
@@ -66,6 +66,12 @@ class FrictionReport(NoSize[FrictionRun], Report[FrictionRun]):
             found += [_of_a_face(row) for row in rows if row.quantity == "mu_paper"]
         pulled = [row for row in rows if row.quantity.startswith("pull_force")]
         return [_under(row, run.rig.normal_force_n) for row in pulled if row.conditions.normal_force_n] + found
+
+    def apart(self, run: FrictionRun, rows: Sequence[PublishedValue]) -> list[str]:
+        """Pull forces of a table that states no normal force."""
+        unknown = "under an unknown normal force (no row normal_force_n)"
+        forces = [row for row in rows if row.quantity.startswith("pull_force")]
+        return left_out((row, "" if row.conditions.normal_force_n else unknown) for row in forces)
 
     def matched(self, run: FrictionRun, curve: ReferenceCurve) -> ReferenceCurve:
         """Curve as it is; raises :class:`InputError` for one under another normal force than the run's, or an unknown

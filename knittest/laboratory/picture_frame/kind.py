@@ -47,8 +47,10 @@ KIND = TestKind(
         "wrinkle_count_at_40deg": ("wrinkles at 40 deg", "{:.0f}"),
     },
     sized={f"shear_force_n_at_deg.{a}": f"normalised_shear_force_n_per_mm_at_deg.{a}" for a in _ANGLES},
-    published=tuple(
-        f"{force}_at_deg.{a}" for a in _ANGLES for force in ("shear_force_n", "normalised_shear_force_n_per_mm")
+    published=(
+        *(f"{force}_at_deg.{a}" for a in _ANGLES for force in ("shear_force_n", "normalised_shear_force_n_per_mm")),
+        "cycle_work_mj", "cycle_loss_mj", "cycle_loss_share_pct", "cycle_residual_angle_deg",
+        "last_cycle_loss_share_pct",
     ),
     pictures=("curve.png", "energies.png", "wrinkles.png", "shear-angle.png", "deformed.png"),
     tables=("shear-angle.csv",),
@@ -78,4 +80,4 @@ KIND = TestKind(
         crests=("wrinkle_count_at_40deg",),
     ),
     laboratory="knittest.laboratory.picture_frame.lab_files:LAB",
-)
+)  # fmt: skip

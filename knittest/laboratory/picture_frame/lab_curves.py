@@ -1,6 +1,7 @@
 """Reads picture-frame exports of testing machines: crosshead force over shear angle or crosshead displacement."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -9,9 +10,11 @@ from numpy.typing import NDArray
 from knittest.base.errors import InputError
 from knittest.experiment import lab_units
 from knittest.experiment.lab_conditions import FABRIC_SIDE, FRAME_SIDE, SAME, agreed, stated, unstated
-from knittest.experiment.lab_given import Given
-from knittest.experiment.lab_shear import Tested, pairs, shear_curve
+from knittest.experiment.lab_given import Given, Loading
+from knittest.experiment.lab_shear import ShearCurve, Tested, pairs, shear_curve
 from knittest.experiment.lab_table import read_table
+from knittest.laboratory.picture_frame.cycles import Cycle
+from knittest.laboratory.picture_frame.lab_cycles import cycles_in, turn_of
 from knittest.materials.trellis import frame_angle, normalised_force
 
 Array = NDArray[np.float64]
@@ -37,7 +40,8 @@ class Frame:
 class Sheared:
     """Shear angle [deg], rising, and crosshead force [N] of one specimen on its first loading, (n,) each.
 
-    ``turned`` says that more loading follows, which is left out. Sides in mm; ``unit`` is that of the file's forces.
+    ``turned`` says that more follows: whole ``cycles``, which turn at ``turn`` [deg], or for what reason there are none
+    (``not_cycled``). Sides in mm; ``unit`` is that of the file's forces.
     """
 
     name: str
@@ -48,6 +52,9 @@ class Sheared:
     path: Path
     turned: bool
     unit: str = "N"
+    cycles: Sequence[Cycle] = ()
+    turn: float = float("nan")
+    not_cycled: str = ""
 
     @property
     def normalised(self) -> Array:
@@ -61,7 +68,8 @@ def read_frames(path: Path, given: Given) -> list[Sheared]:
 
     A shear angle [deg or rad] counts before a displacement of the crosshead, which becomes one by the frame's side.
     Raises :class:`InputError` where the sides are not known, for units, text and gaps as
-    :func:`knittest.experiment.lab_csv.read_lab`, and for a start that is not square or not free of force.
+    :func:`knittest.experiment.lab_csv.read_lab`, for a start that is not square or not free of force, and for cycles
+    that are asked for and not there.
     """
     table = read_table(
         path, lambda cells: bool(pairs(cells)), "a force and a shear angle or a displacement", given.decimal,
@@ -81,7 +89,24 @@ def read_frames(path: Path, given: Given) -> list[Sheared]:
     found = []
     for number, pair in enumerate(found_pairs, 1):
         name = path.stem if len(found_pairs) == 1 else f"{path.stem}-{number}"
-        angle, force, turned = shear_curve(table, name, pair, tested, given)
+        curve = shear_curve(table, name, pair, tested, given)
         unit = lab_units.force_unit(table.names[pair[1]], table.units[pair[1]], table.where)
-        found.append(Sheared(name, angle, force, frame, fabric, path, turned, unit))
+        one = Sheared(name, curve.angle, curve.force, frame, fabric, path, curve.turned, unit)
+        found.append(_with_cycles(one, curve, given.loading))
     return found
+
+
+def _with_cycles(one: Sheared, curve: ShearCurve, loading: Loading | None) -> Sheared:
+    """``one`` with the cycles of its ``curve``, unless the first ``loading`` alone is asked for.
+
+    Raises :class:`InputError` where cycles are asked for, and there are none.
+    """
+    if loading == "first" or (loading is None and not curve.turned):
+        return one
+    try:
+        cycles = cycles_in(*curve.whole, one.frame_side, f"{one.path}: specimen {one.name}")
+    except InputError as error:
+        if loading is None:
+            return replace(one, not_cycled=str(error))
+        raise
+    return replace(one, cycles=cycles, turn=turn_of(curve.whole[0]))

@@ -43,7 +43,7 @@ LAB = LabTest(
     frame_lines,
     _write,
     (FRAME_SIDE, FABRIC_SIDE),
-    ("sign", "zero", "preload"),
+    ("sign", "zero", "preload", "loading"),
     _looks,
     _NAMED,
     _rigs,

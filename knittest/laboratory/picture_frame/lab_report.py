@@ -19,6 +19,7 @@ from knittest.experiment.lab_series import Results, write_results
 from knittest.experiment.lab_units import likely_force
 from knittest.experiment.statistics import Corridor, band
 from knittest.laboratory.picture_frame.lab_curves import Sheared
+from knittest.laboratory.picture_frame.lab_loops import UNITS, Loops, loop_lines, loops
 from knittest.materials.trellis import ANGLE, CONJUGATE, NORMALISED, crosshead_of_normalised, to_conjugate
 
 Array = NDArray[np.float64]
@@ -41,7 +42,8 @@ LAW = (
 class FrameSeries:
     """Specimens of one series, their sides [mm] and the corridor of the normalised force.
 
-    ``rows`` are crosshead forces [N] at angles for these sides, ``normalised`` the same in N/mm for any.
+    ``rows`` are crosshead forces [N] at angles for these sides, ``normalised`` the same in N/mm for any; those of
+    cycles are ``loops``.
     """
 
     specimens: Sequence[Sheared]
@@ -50,6 +52,7 @@ class FrameSeries:
     band: Corridor
     rows: dict[str, Array]
     normalised: dict[str, Array]
+    loops: Loops
 
 
 def frame_series(specimens: Sequence[Sheared]) -> FrameSeries:
@@ -78,7 +81,7 @@ def frame_series(specimens: Sequence[Sheared]) -> FrameSeries:
     if not rows:
         raise InputError(f"{paths[0]}: all specimens together go to {end:.3g} deg: expected at least {ANGLES[0]:g} deg")
     corridor = band([(s.angle, s.normalised) for s in specimens], end, "shear angles")
-    return FrameSeries(specimens, frame, fabric, corridor, rows, normalised)
+    return FrameSeries(specimens, frame, fabric, corridor, rows, normalised, loops(specimens, fabric))
 
 
 def shear_law(series: FrameSeries) -> tuple[Array, Array]:
@@ -100,14 +103,12 @@ def shear_law(series: FrameSeries) -> tuple[Array, Array]:
 
 
 def frame_lines(specimens: Sequence[Sheared]) -> list[str]:
-    """Table of the crosshead forces [N] at angles, with mean and sd, and of the sides."""
+    """Tables of the crosshead forces [N] at angles and of cycles, with mean and sd, and the sides."""
     series = frame_series(specimens)
     heads = [(f"{name.rpartition('.')[2]} deg [N]", ".4g") for name in series.rows]
     table = np.array(list(series.rows.values())).T
     lines = table_lines(heads, [(s.name, values) for s, values in zip(specimens, table, strict=True)])
-    for s in specimens:
-        turned = ", turns there: first loading alone" if s.turned else ""
-        lines.append(f"{s.name}: up to {s.angle[-1]:.3g} deg{turned}")
+    lines += loop_lines(specimens, series.loops)
     lines.append(
         "forces are taken as those of the fabric alone: that of the empty frame must have been subtracted before"
     )
@@ -122,9 +123,10 @@ def write_frames(specimens: Sequence[Sheared], out: Path, files: Sequence[str]) 
     """
     series = frame_series(specimens)
     results = Results(
-        "picture-frame", "", series.normalised | series.rows | {END: np.array([s.angle[-1] for s in specimens])},
-        dict.fromkeys(series.normalised, "N/mm") | dict.fromkeys(series.rows, "N") | {END: "deg"},
-        [(FRAME_SIDE, series.frame), (FABRIC_SIDE, series.fabric)],
+        "picture-frame", "",
+        series.normalised | series.rows | series.loops.rows | {END: np.array([s.angle[-1] for s in specimens])},
+        dict.fromkeys(series.normalised, "N/mm") | dict.fromkeys(series.rows, "N") | UNITS | {END: "deg"},
+        [(FRAME_SIDE, series.frame), (FABRIC_SIDE, series.fabric), *series.loops.conditions],
         ("frame", f"of {series.frame:g} mm, fabric of {series.fabric:g} mm"), files,
         [digest(s.angle, s.force) for s in specimens],
     )  # fmt: skip

@@ -14,13 +14,15 @@ from knittest.experiment.conditions import EXACT
 from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.forces import normalised
 from knittest.experiment.simulated_studies import friction_curves
-from knittest.experiment.tables import PublishedValue, with_note
+from knittest.experiment.tables import PublishedValue, left_out, with_note
 from knittest.export.faces_picture import PULLED, faces_picture
 from knittest.export.line_picture import Band, Line, Span, line_picture
 from knittest.laboratory.imported import imported_corridor
 from knittest.laboratory.picture_frame.bars import bars
 from knittest.laboratory.picture_frame.config import PictureFrameRun
 from knittest.laboratory.picture_frame.frame_drawing import FrameShape
+from knittest.laboratory.picture_frame.lab_compared import for_cycles, other_cycles
+from knittest.laboratory.picture_frame.lab_loops import ROWS_OF_A_RUN
 from knittest.laboratory.picture_frame.map_picture import height_picture
 from knittest.laboratory.picture_frame.rig import starting
 from knittest.laboratory.picture_frame.shear_picture import shear_picture
@@ -65,12 +67,22 @@ class PictureFrameReport(Report[PictureFrameRun]):
     placed_by = FRAME_SIDES
 
     def scaled(self, run: PictureFrameRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
-        """Forces of the crosshead for the run's sides, and said so; normalised ones as they are.
+        """Forces of the crosshead and work of cycles for the run's sides, and said so; normalised ones as they are;
+        without rows of other cycles than the run's.
 
         Raises :class:`InputError` where the table states no sides.
         """
         size, words = self.size(run)
-        return [_for_size(row, size, words) if row.quantity.startswith("shear_force") else row for row in rows]
+        found = [_for_size(row, size, words) if row.quantity.startswith("shear_force") else row for row in rows]
+        return [
+            for_cycles(run, row, fabric_side(run)) if row.quantity in ROWS_OF_A_RUN else row
+            for row in found
+            if not other_cycles(run, row)
+        ]
+
+    def apart(self, run: PictureFrameRun, rows: Sequence[PublishedValue]) -> list[str]:
+        """Rows of cycles up to another angle, and of the last of another number of cycles."""
+        return left_out((row, other_cycles(run, row)) for row in rows)
 
     def matched(self, run: PictureFrameRun, curve: ReferenceCurve) -> ReferenceCurve:
         """Normalised by the sides of the tested frame, so that the run's sides do not matter."""

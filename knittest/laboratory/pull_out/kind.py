@@ -41,4 +41,5 @@ KIND = TestKind(
         ),
     },
     hinges={"membrane_share": -1},
+    laboratory="knittest.laboratory.pull_out.lab_files:LAB",
 )  # fmt: skip

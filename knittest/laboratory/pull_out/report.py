@@ -1,15 +1,20 @@
 """Report of the pull-out test: pull force over the way of the inlay's end."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
+from knittest.base.errors import InputError
 from knittest.base.history import Body, Specimen
 from knittest.experiment.curves import ReferenceCurve
+from knittest.experiment.tables import PublishedValue, left_out
 from knittest.export.faces_picture import faces_picture
 from knittest.export.line_picture import Line, line_picture
 from knittest.laboratory.pull_out.clamps import CLAMPS, clamps
 from knittest.laboratory.pull_out.config import PullOutRun
+from knittest.laboratory.pull_out.lab_compared import for_length, other_length, other_piece, other_pull
+from knittest.laboratory.pull_out.lab_report import TAIL
 from knittest.laboratory.pull_out.test import UNBALANCED, PullOut
 from knittest.laboratory.report_base import (
     CurveAxes,
@@ -28,9 +33,25 @@ class PullOutReport(NoSize[PullOutRun], Report[PullOutRun]):
     """See :class:`knittest.laboratory.report_base.Report`."""
 
     axes = CurveAxes(
-        "displacement_mm", "pull_force_n", "way of the inlay's clamp [mm]", "pull force [N]", reach="rig.travel"
-    )
+        "displacement_mm", "pull_force_n", "way of the inlay's clamp [mm]", "pull force [N]", others=(TAIL,),
+        reach="rig.travel",
+    )  # fmt: skip
     placed_by = CLAMPS
+
+    def scaled(self, run: PullOutRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
+        """Values as they are, of a piece that was held as that of the run; forces of its embedded length alone."""
+        return [for_length(run, row) for row in rows if not other_pull(run, row)]
+
+    def apart(self, run: PullOutRun, rows: Sequence[PublishedValue]) -> list[str]:
+        """Rows of a piece that was held or cut otherwise."""
+        return left_out((row, other_pull(run, row)) for row in rows)
+
+    def matched(self, run: PullOutRun, curve: ReferenceCurve) -> ReferenceCurve:
+        """Curve as it is, over the way of the free end; raises :class:`InputError` for another piece."""
+        reason = other_piece(run, curve.conditions) or other_length(run, curve.conditions)
+        if reason:
+            raise InputError(f"{curve.file or curve.source}: {reason}")
+        return super().matched(run, curve)
 
     def gates(self, run: PullOutRun) -> list[Gate]:
         """Standard gates, and the balance of the clamps."""

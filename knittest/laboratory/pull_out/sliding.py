@@ -14,6 +14,8 @@ Array = NDArray[np.float64]
 
 #: way of the free end [mm] from which on the whole inlay slides; rows in a moving mean
 SLIDES, SMOOTH = 0.05, 5
+#: pitches that stay embedded
+LEFT = 1.0
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from knittest.laboratory.judging import assess
 from knittest.laboratory.pull_out.config import PullOutRun
 from knittest.laboratory.pull_out.piece import nodes_of
 from knittest.laboratory.pull_out.rig import REST, PullOutTest
-from knittest.laboratory.pull_out.sliding import sliding
+from knittest.laboratory.pull_out.sliding import LEFT, sliding
 from knittest.laboratory.span import Span
 from knittest.laboratory.strips import AXIS, cut, pitch, yarns_across
 from knittest.models.meso import build_meso
@@ -21,8 +21,8 @@ from knittest.solve.observer import SILENT, Observer
 from knittest.solve.simulate import simulate
 from knittest.solve.state import SimulationCost
 
-#: yarns across the piece, of which clamps hold two and one is pulled; pitches that stay embedded
-LEAST_YARNS, LEFT = 5, 1.0
+#: yarns across the piece, of which clamps hold two and one is pulled
+LEAST_YARNS = 5
 #: difference of the forces of both clamps over the pull force, on the mean while sliding [%]
 UNBALANCED = 5.0
 

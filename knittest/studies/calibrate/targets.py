@@ -130,12 +130,10 @@ def _row(quantity: str, run: Run, where: str) -> PublishedValue:
         rows = published(folder, fabric.experiment_variant, run.direction, (quantity,))
     except InputError as error:
         raise InputError(f"{where}: quantity = {quantity}: {error}; give value and sd instead") from None
-    scaled: Sequence[PublishedValue] = REPORTS[run.rig.kind].scaled(run, rows)
-    if rows and not scaled:
-        raise InputError(
-            f"{where}: quantity = {quantity}: {rows[0].file}: under an unknown normal force (no row normal_force_n): "
-            "give value and sd"
-        )
+    report = REPORTS[run.rig.kind]
+    scaled: Sequence[PublishedValue] = report.scaled(run, rows)
+    if apart := report.apart(run, rows):
+        raise InputError(f"{where}: quantity = {quantity}: {'; '.join(apart)}; or give value and sd")
     if not scaled:
         wanted = f"variant {fabric.experiment_variant} {run.direction}".strip()
         raise InputError(f"{where}: quantity = {quantity}: no row of {wanted} in {folder}: give value and sd")

@@ -1,0 +1,245 @@
+"""Reads pull-out exports of testing machines: force on an inlay over the way of its clamp and of its free end."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knittest.base.errors import InputError
+from knittest.experiment import lab_units
+from knittest.experiment.lab_conditions import CROSSING_DENSITY, EMBEDDED, needed
+from knittest.experiment.lab_csv import FORCE
+from knittest.experiment.lab_direction import Said, said_by
+from knittest.experiment.lab_given import TARE, Given, first_loading
+from knittest.experiment.lab_numbers import NUMBER
+from knittest.experiment.lab_sign import drawn, pulled
+from knittest.experiment.lab_table import LabTable, columns, read_table
+from knittest.laboratory.pull_out.sliding import LEFT, SLIDES
+
+Array = NDArray[np.float64]
+#: columns of the clamp's way, the force and the free end's way, if there is one
+Columns = tuple[int, int, int | None]
+
+TRAVEL = re.compile(r"displacement|travel|weg|extension|traverse|crosshead", re.I)
+FREE_END = re.compile(r"(free|loose)[ _-]*end|\btail\b|(freies|loses)[ _-]*(garn)?ende", re.I)
+#: way [mm] on both sides of where the inlay lets go by whose rows its force is read, and most between two of them there
+NEAR, COARSE = 0.02, 0.04
+#: way of the free end over that of the clamp while the inlay slides
+TOGETHER = (0.7, 1.1)
+#: share of the force before it that is left when an inlay is out, or has gone
+GONE = 0.25
+
+
+@dataclass(frozen=True)
+class Pulled:
+    """Way of the free end [mm], not falling, and force [N] of one inlay, (n,) each; its embedded length [mm] and the
+    crossing yarns per 100 mm.
+
+    ``measured`` says that the free end was followed, and not the clamp from where it began to slide; ``unit`` is that
+    of the file's forces.
+    """
+
+    name: str
+    tail: Array
+    force: Array
+    length: float
+    density: float
+    clamped: str
+    measured: bool
+    path: Path
+    said: Said | None
+    unit: str
+
+    @property
+    def pitch(self) -> float:
+        """Distance of the crossings [mm]."""
+        return 100.0 / self.density
+
+    @property
+    def doubt(self) -> float:
+        """Share by which the force at rest changes with :data:`NEAR` of the way of a free end that nobody followed."""
+        less, read, more = (at_rest(self.tail, self.force, SLIDES + way) for way in (-NEAR, 0.0, NEAR))
+        return 0.0 if self.measured else 0.5 * abs(more - less) / max(abs(read), 1e-12)
+
+
+def read_pulls(path: Path, given: Given) -> list[Pulled]:
+    """Inlays in one export, told apart by repeated columns of clamp, force and, where it was followed, free end.
+
+    Raises :class:`InputError` where embedded length, crossing yarns, clamped edges or a unit are not known, for text
+    and gaps as :func:`knittest.experiment.lab_csv.read_lab`, and for a pull that is none.
+    """
+    table = read_table(
+        path, lambda cells: bool(_groups(cells)), "a force and a displacement, one free end a force or none",
+        given.decimal, given.delimiter,
+    )  # fmt: skip
+    length, density = (needed(what, path, table.head, table.mark, given.sizes) for what in (EMBEDDED, CROSSING_DENSITY))
+    if given.clamped is None:
+        raise InputError(
+            f"{path}: which edges of the piece were clamped? Give --clamped sides (both along the inlay) or --clamped "
+            "far (the one away from the pull)"
+        )
+    groups, said = _groups(table.names), said_by(path, table.head)
+    found = []
+    for number, group in enumerate(groups, 1):
+        name = path.stem if len(groups) == 1 else f"{path.stem}-{number}"
+        tail, force = _curve(table, name, group, given)
+        unit = _unit(table, group[1], lab_units.FORCE)
+        one = Pulled(name, tail, force, length, density, given.clamped, group[2] is not None, path, said, unit)
+        found.append(_until_out(one))
+        _refuse_let_go(found[-1])
+    return found
+
+
+def _groups(cells: list[str]) -> list[Columns]:
+    """Columns of each pull; none where free ends are more or fewer than the forces."""
+    words = [(k, cell) for k, cell in enumerate(cells) if not NUMBER.match(cell)]
+    ends = [k for k, cell in words if FREE_END.search(cell)]
+    forces = [k for k, cell in words if FORCE.search(cell) and k not in ends]
+    ways = [k for k, cell in words if TRAVEL.search(cell) and k not in (*ends, *forces)]
+    if not forces or not ways or len(ends) not in (0, len(forces)):
+        return []
+    clamps = [max([w for w in ways if w < f] or [min(ways)]) for f in forces]
+    tails: Sequence[int | None] = ends or [None] * len(forces)
+    return list(zip(clamps, forces, tails, strict=True))
+
+
+def _unit(table: LabTable, column: int, units: dict[str, float]) -> str:
+    """Unit of a ``column``; raises :class:`InputError` where none is stated: an inlay may take N or cN."""
+    name = table.names[column]
+    unit = lab_units.stated(name, table.units[column], units, table.where)
+    if not unit:
+        raise InputError(
+            f"{table.where}: column {name!r}: no unit: write '{name} [{next(iter(units))}]', or one of "
+            f"{', '.join(units)}"
+        )
+    return unit
+
+
+def _curve(table: LabTable, name: str, group: Columns, given: Given) -> tuple[Array, Array]:
+    """Way of the free end [mm] and force [N] of the first way out in the columns ``group``."""
+    where = f"{table.path}: specimen {name}"
+    way, pull, end = group
+    _, values = columns(table, [k for k in group if k is not None], name)
+    factor = lab_units.LENGTH[_unit(table, way, lab_units.LENGTH)]
+    with np.errstate(over="ignore", invalid="ignore"):  # refused below
+        force = values[:, 1] * lab_units.FORCE[_unit(table, pull, lab_units.FORCE)]
+    if not np.isfinite(force).all():
+        raise InputError(f"{where}: no finite force")
+    if end is None:
+        travel, tail = _from_zero(values[:, 0], given, where)
+    elif given.zero is not None:
+        raise InputError(f"{where}: --zero: has no meaning beside a column of the free end, {table.names[end]!r}")
+    else:
+        travel, tail = drawn(values[:, 0], given.sign), _followed(values[:, 2])
+        tail = tail * (lab_units.LENGTH[_unit(table, end, lab_units.LENGTH)] / factor)
+    rows, _ = first_loading(travel)
+    travel, tail = factor * (travel[rows] - travel[0]), factor * tail[rows]
+    force = pulled(force[rows], given.sign, where)
+    _refuse_apart(travel, tail, where)
+    tail = np.maximum.accumulate(np.maximum(tail, 0.0))
+    return tail, force - _preload(tail, force, given, where)
+
+
+def _from_zero(values: Array, given: Given, where: str) -> tuple[Array, Array]:
+    """Way of the clamp, rising, and beyond ``--zero``, that of a free end that nobody followed, both as ``values``."""
+    if given.zero is None:
+        raise InputError(
+            f"{where}: no column of the free end, and the way of the clamp holds the slack and stretch of the yarn "
+            "outside: give --zero, the displacement at which the free end begins to move, in the column's unit"
+        )
+    *moved, zero = drawn(np.append(values, given.zero), given.sign)
+    travel = np.array(moved)
+    if not travel[0] <= zero < travel.max():
+        raise InputError(
+            f"{where}: --zero {given.zero:g}: expected a displacement of the file, {values[0]:g} to "
+            f"{values[int(np.argmax(travel))]:g}"
+        )
+    return travel, np.maximum(travel - zero, 0.0)
+
+
+def _followed(values: Array) -> Array:
+    """Way of the free end from its start, counted as it goes, whatever its sign in the file."""
+    way = values - values[0]
+    return way if way.max() >= -way.min() else -way
+
+
+def _refuse_apart(travel: Array, tail: Array, where: str) -> None:
+    """Raise :class:`InputError` for a free end that does not go with the clamp while the inlay slides."""
+    slides = tail >= SLIDES
+    if len(travel) < 3 or not slides.any():
+        raise InputError(
+            f"{where}: {len(travel)} rows over {travel[-1]:.4g} mm, the free end goes {tail.max():.3g} mm: expected at "
+            f"least 3, and an inlay that slides by {SLIDES:g} mm or more: check the unit of the way"
+        )
+    first = int(np.argmax(slides))
+    clamp, end = travel[-1] - travel[first], tail[-1] - tail[first]
+    if clamp > 10.0 * SLIDES and not TOGETHER[0] <= end / clamp <= TOGETHER[1]:
+        raise InputError(
+            f"{where}: while the inlay slides its clamp goes {clamp:.4g} mm, its free end {end:.4g} mm: expected about "
+            "the same: check both units"
+        )
+    gap = tail[first] - tail[max(first - 1, 0)]
+    if gap > COARSE:
+        raise InputError(
+            f"{where}: {gap:.3g} mm between the rows where the inlay lets go: expected at most {COARSE:g} mm: export "
+            "more points, or check the unit of the way"
+        )
+
+
+def _until_out(one: Pulled) -> Pulled:
+    """``one`` until a pitch of the inlay is embedded, as in a run; raises :class:`InputError` for an inlay that is out
+    and still held.
+    """
+    held = one.tail <= one.length - LEFT * one.pitch
+    out = one.tail >= one.length + one.pitch
+    before, after = (float(one.force[rows].mean()) if rows.any() else 0.0 for rows in (held, out))
+    if after > GONE * before:
+        raise InputError(
+            f"{one.path}: specimen {one.name}: {after:.3g} N where all {one.length:g} mm are out, {before:.3g} N "
+            f"before: expected next to nothing: check {EMBEDDED.option} and the unit of the way"
+        )
+    return replace(one, tail=one.tail[held], force=one.force[held])
+
+
+def _refuse_let_go(one: Pulled) -> None:
+    """Raise :class:`InputError` for a free end that nobody followed and that need not have gone on: the force over what
+    is embedded has nearly gone.
+    """
+    each = one.force / (one.length - one.tail)
+    start, end = (each[rows].mean() for rows in (one.tail <= one.pitch, one.tail >= one.tail[-1] - one.pitch))
+    if not one.measured and end < GONE * start:
+        raise InputError(
+            f"{one.path}: specimen {one.name}: the force falls from {start * one.pitch:.3g} to {end * one.pitch:.3g} N "
+            "a crossing: did the yarn break, or slip out of its clamp? Leave out what follows, or add the free end's "
+            "way"
+        )
+
+
+def at_rest(tail: Array, force: Array, way: float = SLIDES) -> float:
+    """Force [N] where the free end has gone a ``way`` [mm], on a line through the rows about it: it rises steeply
+    there, so that a mean over more of them would be another one.
+    """
+    near = np.abs(tail - way) <= NEAR
+    if np.count_nonzero(near) > 2 and np.ptp(tail[near]) > 0.0:
+        _, level = np.polyfit(tail[near] - way, force[near], 1)
+        return float(level)
+    rising = np.append(True, np.diff(tail) > 0.0)
+    return float(np.interp(way, tail[rising], force[rising]))
+
+
+def _preload(tail: Array, force: Array, given: Given, where: str) -> float:
+    """Force [N] to subtract.
+
+    Raises :class:`InputError` where nobody said what a force at the start is that is not small beside that at which the
+    inlay lets go, which is a small part of the largest.
+    """
+    first, lets_go = float(force[0]), at_rest(tail, force)
+    if given.preload is None and abs(first) > TARE * abs(lets_go):
+        raise InputError(
+            f"{where}: starts with a force of {first:.4g} N, the inlay lets go at {lets_go:.4g} N: a preload or a "
+            "weight, which is no friction? Give --preload subtract, or --preload keep"
+        )
+    return first if given.preload == "subtract" else 0.0
