@@ -10,7 +10,7 @@ from knittest.base.errors import InputError
 from knittest.experiment import lab_units
 from knittest.experiment.lab_conditions import FABRIC_SIDE, FRAME_SIDE, SAME, agreed, stated, unstated
 from knittest.experiment.lab_given import Given
-from knittest.experiment.lab_shear import Tested, pairs, shear_curve
+from knittest.experiment.lab_shear import Tested, pairs, shear_curve, specimens_in
 from knittest.experiment.lab_table import read_table
 from knittest.materials.trellis import frame_angle, normalised_force
 
@@ -77,7 +77,7 @@ def read_frames(path: Path, given: Given) -> list[Sheared]:
     if fabric > frame * (1.0 + SAME):
         raise InputError(f"{path}: a fabric side of {fabric:g} mm in a frame of {frame:g} mm: which is which?")
     tested = Tested("picture-frame", Frame(frame), f"a frame of {frame:g} mm", "the frame square", FRAME_SIDE.option)
-    found_pairs = pairs(table.names)
+    found_pairs = specimens_in(table)
     found = []
     for number, pair in enumerate(found_pairs, 1):
         name = path.stem if len(found_pairs) == 1 else f"{path.stem}-{number}"
