@@ -248,7 +248,7 @@ def _check_fibre(yarn: Yarn) -> None:
     if strength > TENACITY * tex:
         raise BoundsError(
             f"a strength of {strength:.4g} N is {strength / tex:.3g} N/tex at linear_density = {tex:g} tex: expected "
-            f"at most {TENACITY:g} N/tex, more than fibres have: correct youngs_modulus, load_area, linear_density or it",
+            f"at most {TENACITY:g} N/tex, that of fibres: correct youngs_modulus, load_area, linear_density or it",
             "fracture_strain",
         )
 
