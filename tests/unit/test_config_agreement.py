@@ -58,6 +58,10 @@ CASES = {
     "table in Pa": (
         "tensile", TABLE.format("[[0, 0], [1, 5900]]"), TABLE.format("[[0, 0], [1, 6000]]"), "has 600 GPa",
     ),
+    "crimp as a fraction": (
+        "tensile", YARN + "crimp={warp: 0.02, weft: 0}", YARN + "crimp.weft=0.0077",
+        "crimp.weft = 0.0077: implausible, expected 0, or at least 0.02 % (it looks like a fraction: 0.77 %)",
+    ),
     "load area ten times too large": (
         "tensile", YARN + "load_area=4", YARN + "load_area=7.84",
         "fabric.reinforcing.load_area = 7.84: 1200 tex over 7.84 mm2 are 0.153 g/cm3, expected at least 0.3 g/cm3",
