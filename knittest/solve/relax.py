@@ -34,8 +34,9 @@ SLOWEST = 1e-6
 TOO_FAST = 1e5
 #: sum of forces over that of m x / dt^2, which rounding causes: stiffnesses are at most 4 m / dt^2
 ROUNDING = 4.0 * float(np.finfo(float).eps)
-#: steps in which the residual does not fall by a tenth any more, and residual up to which such a state is one of rest
-STALLED, LOST = 2000, 0.01
+#: fewest and most steps, else a period of the slowest mode, in which the residual no longer falls by a tenth, and
+#: residual up to which such a state is one of rest
+STALLED, LOST = (2000, 20000), 0.01
 #: residual and most steps of a prestressed model that comes to rest before its test
 SETTLED, SETTLING = 0.01, 4000
 #: the same where yarns press each other from the start, and overlap [mm] that comes to bear there in a chunk
@@ -191,11 +192,13 @@ class _Rounding:
     since: int = 0
 
     def alone(self, found: Relaxation, force: float, acts: bool) -> bool:
-        """Tell it from the sum of ``force`` [N] out of balance, the residual so far and whether anything ``acts``."""
-        if force >= self.noise or found.residual < 0.9 * self.best:
+        """Tell it from the sum of ``force`` [N] out of balance, the course so far and whether anything ``acts``."""
+        quiet = force < self.noise
+        if quiet and found.residual < 0.9 * self.best:
             self.best, self.since = found.residual, found.steps
-        stalled = found.steps - self.since >= STALLED and found.residual < LOST
-        return force < self.noise and (stalled or not acts)
+        wait = np.clip(2.0 * np.pi / found.history[-1][3], *STALLED)
+        stalled = self.since > 0 and found.steps - self.since >= wait and found.residual < LOST
+        return bool(stalled) or (quiet and not acts)
 
 
 def _noise(mass: Array, arm: Array, size: float, dt: float) -> float:
