@@ -8,7 +8,7 @@ NOISE, QUIET = 1e-9, 0.5e-9
 def told(
     rounding: _Rounding, steps: int, residual: float, force: float = QUIET, acts: bool = True, slowest: float = 0.1
 ):
-    """What ``rounding`` says after ``steps``."""
+    """Answer of ``rounding`` after ``steps``."""
     course = Relaxation(steps, residual=residual, history=[(steps, residual, 0.0, slowest)])
     return rounding.alone(course, force, acts)
 
