@@ -1,4 +1,4 @@
-"""When a state that only rounding moves is one of rest: not before the residual has come to its least."""
+"""End of a relaxation that only rounding moves: not before the residual has come to its least."""
 
 from knittest.solve.relax import STALLED, Relaxation, _Rounding
 
