@@ -53,6 +53,7 @@ def compare(
     import sys
 
     from knittest.base.printing import printed
+    from knittest.config.looser import loosened
     from knittest.experiment.compare import compare_columns
     from knittest.experiment.conditions import Conditions
     from knittest.laboratory.against import draw_against, identity_of, own_curves
@@ -65,8 +66,10 @@ def compare(
     found, picture = compare_columns(columns, reference, reach), out or run / "compare.png"
     with printed(printing_asked(formats, dpi)):
         draw_against(given, columns, reference, picture, identity_of(given, run, manifest))
-    click.echo(json.dumps(found | {"picture": str(picture)}, indent=2))
-    print_text([curve_line(found)], sys.stderr)
+    looser = [one.stated for one in loosened(given)]
+    click.echo(json.dumps(found | {"picture": str(picture), "looser_limits": looser}, indent=2))
+    accepted = [f"limits of the run that --accept-limits let pass: {'; '.join(looser)}"] if looser else []
+    print_text([curve_line(found), *accepted], sys.stderr)
     return 0
 
 

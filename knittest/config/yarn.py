@@ -16,6 +16,12 @@ from knittest.config.kernel_units import Directed, Kernel
 LAW_STRAIN, LAW_STRESS = {"unit": "%", "ge": 0, "le": 50}, {"unit": "MPa", "ge": 0, "le": 1e5}
 #: steepest tangent of a yarn's law over its modulus: beyond, stresses are in another unit
 LAW_STEEPNESS = (0.1, 10.0)
+#: crimp [%] below which a wave is no wave but a fraction in place of per cent: 0.006 mm high at a pitch of 3.6 mm
+LEAST_CRIMP = 0.02
+#: strength for the mass [N/tex] that no yarn reaches: the strongest fibres have 4
+TENACITY = 6.0
+#: least mass over length and load area [g/cm3]: no area is larger than that of a loose yarn, its air included
+LOOSEST = 0.3
 #: area that carries load over that of the fibres, at most: both are rounded in a card
 LOADED = 1.02
 
@@ -98,6 +104,7 @@ class Yarn(Strict):
     @model_validator(mode="after")
     def _law_fits(self) -> Self:
         _check_yarn(self)
+        _check_fibre(self)
         return self
 
 
@@ -131,6 +138,18 @@ class ReinforcingYarn(Yarn):
         if self.section is None:
             return self.beam_diameter_mm, self.beam_diameter_mm
         return self.ellipse_mm(self.section, direction)
+
+    @model_validator(mode="after")
+    def _crimp_is_no_fraction(self) -> Self:
+        for direction in ("warp", "weft"):
+            crimp = self.crimp.of(direction).value
+            if 0.0 < crimp < LEAST_CRIMP:
+                raise BoundsError(
+                    f"implausible, expected 0, or at least {LEAST_CRIMP:g} % (it looks like a fraction: "
+                    f"{100.0 * crimp:g} %)",
+                    f"crimp.{direction}",
+                )
+        return self
 
     @model_validator(mode="after")
     def _load_is_carried_by_fibres(self) -> Self:
@@ -229,6 +248,33 @@ def _check_yarn(yarn: Yarn) -> None:
             f"{yarn.youngs_modulus.value:g} GPa (stresses are in MPa, strains in %)",
             "law.points",
         )
+
+
+def _check_fibre(yarn: Yarn) -> None:
+    """No yarn is stronger for its mass than the best fibres, or lighter for its area than a loose bundle."""
+    tex, area, strength = yarn.linear_density.value, yarn.load_area.value, _strength(yarn)
+    if tex < 1e3 * LOOSEST * area:
+        raise BoundsError(
+            f"{tex:g} tex over {area:g} mm2 are {1e-3 * tex / area:.3g} g/cm3, expected at least {LOOSEST:g} g/cm3, or "
+            f"at most {1e-3 * tex / LOOSEST:.3g} mm2: correct it or linear_density",
+            "load_area",
+        )
+    if strength > TENACITY * tex:
+        raise BoundsError(
+            f"a strength of {strength:.4g} N is {strength / tex:.3g} N/tex at linear_density = {tex:g} tex: expected "
+            f"at most {TENACITY:g} N/tex, that of fibres: correct youngs_modulus, load_area, linear_density or it",
+            "fracture_strain",
+        )
+
+
+def _strength(yarn: Yarn) -> float:
+    """Force [N] at the fracture strain by the law of ``yarn``."""
+    law, strain = yarn.law, yarn.fracture_strain.value
+    if law.kind == "table":
+        a, b = next((a, b) for a, b in pairwise(law.points) if b[0] >= strain)
+        return (a[1] + (b[1] - a[1]) * (strain - a[0]) / (b[0] - a[0])) * yarn.load_area_mm2
+    toe = law.toe_strain if law.kind == "toe" else 0.0
+    return 10.0 * yarn.youngs_modulus.value * (strain - 0.5 * toe) * yarn.load_area_mm2  # GPa times % is 10 MPa
 
 
 def fibre_area(yarn: Yarn, section: InlaySection) -> float:

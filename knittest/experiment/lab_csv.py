@@ -13,7 +13,7 @@ from knittest.experiment.lab_conditions import GAUGE, WIDTH, agreed, agreeing, s
 from knittest.experiment.lab_direction import Said, said_by
 from knittest.experiment.lab_numbers import NUMBER
 from knittest.experiment.lab_sign import Sign, drawn, pulled
-from knittest.experiment.lab_table import LabTable, columns, read_table
+from knittest.experiment.lab_table import LabTable, columns, read_table, refuse_shared, with_nearest
 
 Array = NDArray[np.float64]
 
@@ -57,6 +57,7 @@ def read_lab(
     )
     gauge = agreed(GAUGE, gauge_length, stated(GAUGE, path, table.head, table.mark))
     pairs = _pairs(table.names)
+    refuse_shared(table, pairs)
     widths = _widths(table, len(pairs), width)
     said = said_by(path, table.head)
     specimens = []
@@ -85,9 +86,7 @@ def _pairs(cells: list[str]) -> list[tuple[int, int]]:
     """Columns of (travel, force), each force with the nearest travel before it, or after it if none is before."""
     forces = [k for k, c in enumerate(cells) if FORCE.search(c) and not NUMBER.match(c)]
     travels = [k for k, c in enumerate(cells) if TRAVEL.search(c) and not NUMBER.match(c) and k not in forces]
-    if not forces or not travels:
-        return []
-    return [(max([t for t in travels if t < f] or [min(travels)]), f) for f in forces]
+    return with_nearest(travels, forces)
 
 
 def _widths(table: LabTable, count: int, given: float | None) -> list[float | None]:

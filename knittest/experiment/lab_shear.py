@@ -15,12 +15,14 @@ from knittest.experiment.lab_csv import FORCE
 from knittest.experiment.lab_given import Given, first_loading, tared
 from knittest.experiment.lab_numbers import NUMBER
 from knittest.experiment.lab_sign import drawn, pulled
-from knittest.experiment.lab_table import LabTable, columns
+from knittest.experiment.lab_table import LabTable, columns, refuse_shared, with_nearest
 
 Array = NDArray[np.float64]
 
 ANGLE = re.compile(r"angle|winkel|gamma", re.I)
 TRAVEL = re.compile(r"displacement|travel|weg|crosshead|traverse|extension", re.I)
+#: force along the sides of a frame, F_s = F / (2 cos(45 deg - angle / 2)), where that of the crosshead is expected
+ALONG_SIDES = re.compile(r"shear|scher|schub|(?<![a-z])side|seiten", re.I)
 #: shear angle [deg] within which a specimen starts square
 SQUARE = 0.5
 #: a test that ends below is in rad, in other units, or none
@@ -72,9 +74,23 @@ def pairs(cells: list[str], angles: bool = True) -> list[tuple[int, int]]:
     forces = [k for k, cell in words if FORCE.search(cell) and not ANGLE.search(cell)]
     moves = [k for k, cell in words if angles and ANGLE.search(cell)]
     moves = moves or [k for k, cell in words if TRAVEL.search(cell) and k not in forces]
-    if not forces or not moves:
-        return []
-    return [(max([m for m in moves if m < f] or [min(moves)]), f) for f in forces]
+    return with_nearest(moves, forces)
+
+
+def specimens_in(table: LabTable, angles: bool = True) -> list[tuple[int, int]]:
+    """:func:`pairs` of ``table``, one a specimen; raises :class:`InputError` for two over one travel, and for a force
+    along the sides.
+    """
+    found = pairs(table.names, angles)
+    for _, force in found:
+        if ALONG_SIDES.search(table.names[force]):
+            raise InputError(
+                f"{table.where}: column {table.names[force]!r}: a force along the sides, F_s? Expected the F of the "
+                "crosshead, 2 F_s cos(45 deg - angle / 2): leave the column out or convert it; name it 'force' if it "
+                "is that"
+            )
+    refuse_shared(table, found)
+    return found
 
 
 def shear_curve(table: LabTable, name: str, pair: tuple[int, int], tested: Tested, given: Given) -> ShearCurve:

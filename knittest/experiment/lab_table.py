@@ -82,6 +82,26 @@ def columns(table: LabTable, which: Sequence[int], name: str) -> tuple[list[int]
     return lines, np.array(rows)
 
 
+def with_nearest(moves: Sequence[int], forces: Sequence[int]) -> list[tuple[int, int]]:
+    """Columns of (travel, force): each of ``forces`` with the nearest of ``moves`` before it, else the first of all."""
+    if not moves:
+        return []
+    return [(max([m for m in moves if m < f] or [min(moves)]), f) for f in forces]
+
+
+def refuse_shared(table: LabTable, pairs: Sequence[tuple[int, int]]) -> None:
+    """Raise :class:`InputError` for two forces over one travel: of one specimen they would count as two."""
+    first: dict[int, int] = {}
+    for move, force in pairs:
+        if move in first:
+            one, other, over = (table.names[k] for k in (first[move], force, move))
+            raise InputError(
+                f"{table.where}: columns {one!r} and {other!r} are both over {over!r}: two forces of one specimen? "
+                "Leave one out; of two specimens each needs its own travel beside its force"
+            )
+        first[move] = force
+
+
 def _refuse_ragged(path: Path, body: list[Row], width: int) -> None:
     """A number torn at its own decimal comma would be read as two."""
     for line, cells in body:

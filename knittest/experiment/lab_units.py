@@ -20,7 +20,11 @@ _NAMED = {"in": "inch", '"': "inch", "pct": "%", "°": "deg", "grad": "deg"}
 _STRAIN_NAME = re.compile(r"strain|dehnung", re.I)
 #: after these marks stands a unit; after an underscore, blank or comma only if it is a known one
 _BRACKETS = re.compile(r"\[([^\[\]]*)\]|\(([^()]*)\)")
-_PER_LENGTH = re.compile(r"per[ _](mm|cm|m)(?![a-z])", re.I)
+_PER_LENGTH = re.compile(
+    r"(?<![a-z])(per|pro)[ _]{0,2}[\d.,]{0,9}[ _]{0,2}(mm|cm|m|width|breite)(?![a-z])|"
+    r"(line(ar)?[ _-]?|linien|strecken)(load|last|kraft)|breitenbezogen",
+    re.I,
+)
 _UNIT_WITHIN = 100  # last characters of a name, so that a long one takes no quadratic time
 _MARKED = re.compile(r"(?:/|\bin\b)\s*(\S+)$")
 _LAST_WORD = re.compile(r"[_\s,]\s*([^_\s,]+)$")

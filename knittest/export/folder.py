@@ -185,6 +185,11 @@ class RunFolder:
             if error is None:
                 raise
 
+    @property
+    def forced(self) -> list[str]:
+        """Changes under which the run was gone on with by force."""
+        return [change for note in self._manifest.get("resumed", []) for change in note.get("forced", [])]
+
     def _write_manifest(self) -> None:
         self.write_text("manifest.json", json_text(self._manifest))
 

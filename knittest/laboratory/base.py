@@ -14,7 +14,7 @@ from knittest.config.run import Run
 from knittest.experiment.curves import ReferenceCurve, load_curve
 from knittest.experiment.forces import per_width
 from knittest.kernels.shell_state import Laminate
-from knittest.laboratory.curve_reach import cut_curves, refuse_blunders
+from knittest.laboratory.curve_reach import cut_curves, refuse_blunders, refuse_too_strong
 from knittest.materials.laminate import laminate
 from knittest.models.boundary import Boundary
 from knittest.models.explicit_model import ExplicitModel
@@ -91,8 +91,8 @@ class Test(Protocol[RunT]):
 def fabric_laminate(run: Run) -> Laminate:
     """Laminate of the run's fabric with its tension curves.
 
-    Raises :class:`InputError` for mass scaling, which shells lack, and for an assumed fracture strain that cuts a
-    curve of the fabric's own.
+    Raises :class:`InputError` for mass scaling, which shells lack, for an assumed fracture strain that cuts a curve of
+    the fabric's own, and for a curve beyond the strength of fibres.
     """
     if run.solver.target_step is not None:
         raise InputError(
@@ -100,6 +100,7 @@ def fabric_laminate(run: Run) -> Laminate:
         )
     curves = tension_curves(run.fabric)
     refuse_blunders(run.fabric, curves)
+    refuse_too_strong(run.fabric, curves)
     return laminate(run.fabric, {d: (c.x, c.mean) for d, c in curves.items()}, shear_curve(run))
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from knittest.base.errors import InputError
 from knittest.config.base import Quantity
 from knittest.config.fabric import Direction, Fabric
+from knittest.config.yarn import TENACITY
 from knittest.experiment.borrowed import borrowed
 from knittest.experiment.curves import ReferenceCurve
 
@@ -66,6 +67,18 @@ def refuse_blunders(fabric: Fabric, curves: Mapping[Direction, ReferenceCurve]) 
             raise InputError(
                 f"fabric {fabric.name}, {one.text()}; expected that of your tests, about {one.end:.3g} %, with its "
                 "source (knittest new NAME --from FOLDER takes it over from the import)"
+            )
+
+
+def refuse_too_strong(fabric: Fabric, curves: Mapping[Direction, ReferenceCurve]) -> None:
+    """Raise :class:`InputError` for a curve that no fibres of the area mass of ``fabric`` can carry."""
+    most = TENACITY * fabric.area_mass.value  # g/m2 are tex a mm of width
+    for direction, curve in curves.items():
+        if (top := float(np.max(curve.mean))) > most:
+            raise InputError(
+                f"fabric {fabric.name}, macro.tension.{direction} ({curve.file}): {top:.4g} N/mm at area_mass = "
+                f"{fabric.area_mass.value:g} g/m2, expected at most {most:.4g} N/mm, {TENACITY:g} N/tex as of fibres: "
+                "the force of a whole strip? Then name the column force_n, under a line # strip_width_mm: ..."
             )
 
 

@@ -59,7 +59,7 @@ def execute(
                 ahead(run, opened, progress)
             specimens = [_specimen(run, k, opened, progress) for k in range(run.variability.specimens)]
             progress.done()
-            judgement = judge(run, specimens, references)
+            judgement = judge(run, specimens, references, opened.folder.forced)
             write_files(run, specimens, references, judgement, opened.folder, options)
         refused = judgement.quality.failures
         if refused:

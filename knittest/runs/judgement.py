@@ -49,10 +49,14 @@ def _references(run: Run) -> References:
     return References(report.scaled(run, rows), report.reference_curve(run), apart=report.apart(run, rows))
 
 
-def judge(run: Run, specimens: list[Specimen], references: References) -> Judgement:
-    """Compare the mean of ``specimens`` with ``references``, unless a gate of one of them refuses it."""
-    quality = _worst([s.quality for s in specimens]).warning(*references.apart)
-    cost = _total([s.cost for s in specimens])
+def judge(run: Run, specimens: list[Specimen], references: References, forced: Sequence[str] = ()) -> Judgement:
+    """Compare the mean of ``specimens`` with ``references``, unless a gate of one of them refuses it; the quality warns
+    of changes under which they were gone on with, ``forced``.
+    """
+    quality, cost = _worst([s.quality for s in specimens]), _total([s.cost for s in specimens])
+    quality = quality.warning(*references.apart)
+    if forced:
+        quality = quality.warning(f"gone on with by --force, although {'; '.join(forced)}")
     results = [s.results for s in specimens]
     means = {k: v["mean"] for k, v in ensemble_results(results).items()}
     kind_of = {row.quantity: row_kind(run, row.quantity) for row in references.rows}

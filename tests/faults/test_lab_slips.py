@@ -172,3 +172,31 @@ def test_the_direction_that_a_file_states(name, head, said):
 def test_a_force_that_is_none_at_all_is_no_pull(tmp_path):
     (still,) = read_lab(written(tmp_path, "Weg;Kraft\n0;0\n1;0\n"), 200.0)
     assert not np.any(still.force)
+
+
+@pytest.mark.parametrize(
+    "name", ["force_n_per_50mm", "Kraft pro 50 mm", "force per 5 cm", "force per width", "line load", "Linienkraft"]
+)
+def test_a_force_that_is_not_that_of_the_whole_strip_is_refused(tmp_path, name):
+    """A strip 100 mm wide whose force is given for 50 mm would come out half as strong."""
+    path = written(tmp_path, f"Probenbreite;100;mm\nEinspannlänge;200\n{BODY.replace('Kraft', name)}")
+    with pytest.raises(InputError, match="a force per width: expected the force of the whole strip"):
+        read_lab(path)
+
+
+@pytest.mark.parametrize("name", ["force [N]", "force per yarn [N]", "process load"])
+def test_names_that_only_look_like_a_force_per_width_are_read(tmp_path, name):
+    path = written(tmp_path, f"Probenbreite;100;mm\nEinspannlänge;200\n{BODY.replace('Kraft', name)}")
+    assert read_lab(path)[0].force.max() == 6400.0
+
+
+def test_two_forces_over_one_travel_are_not_two_strips(tmp_path):
+    """A filtered copy of the force would count as a second specimen, with no scatter."""
+    path = written(
+        tmp_path,
+        "Breite;50;mm\nEinspannlänge;200\nWeg;Kraft;Kraft gefiltert\nmm;N;N\n0;0;0\n1;2000;1990\n3;6400;6390\n",
+    )
+    with pytest.raises(
+        InputError, match="'Kraft' and 'Kraft gefiltert' are both over 'Weg': two forces of one specimen"
+    ):
+        read_lab(path)

@@ -8,6 +8,11 @@ from knittest.config.loading import resolve
 
 YARN = "fabric.reinforcing."
 TABLE = YARN + "law={{kind: table, points: {}}}"
+#: a steep table and the strain at which it breaks
+STEEP = (
+    "fabric.reinforcing={{law: {{kind: table, points: [[0, 0], [1, 500], [2, 6000]]}}, load_area: 1.3, "
+    "fracture_strain: {}}}"
+)
 #: kind of test, setting taken, setting refused, field and words of the message
 CASES = {
     "yarn stiffer than a tube": (
@@ -52,6 +57,25 @@ CASES = {
     ),
     "table in Pa": (
         "tensile", TABLE.format("[[0, 0], [1, 5900]]"), TABLE.format("[[0, 0], [1, 6000]]"), "has 600 GPa",
+    ),
+    "crimp as a fraction": (
+        "tensile", YARN + "crimp={warp: 0.02, weft: 0}", YARN + "crimp.weft=0.0077",
+        "crimp.weft = 0.0077: implausible, expected 0, or at least 0.02 % (it looks like a fraction: 0.77 %)",
+    ),
+    "load area ten times too large": (
+        "tensile", YARN + "load_area=4", YARN + "load_area=7.84",
+        "fabric.reinforcing.load_area = 7.84: 1200 tex over 7.84 mm2 are 0.153 g/cm3, expected at least 0.3 g/cm3",
+    ),
+    "too strong for its mass": (
+        "tensile", YARN + "fracture_strain=15.4", YARN + "fracture_strain=15.6",
+        "fabric.reinforcing.fracture_strain = 15.6: a strength of 7253 N is 6.04 N/tex at linear_density = 1200 tex",
+    ),
+    "table too strong at its fracture": (
+        "tensile", STEEP.format(1), STEEP.format(2), "a strength of 7800 N is 6.5 N/tex",
+    ),
+    "toe that takes its half off the strength": (
+        "tensile", "fabric.reinforcing={law: {kind: toe, toe_strain: 2}, fracture_strain: 16.4}",
+        "fabric.reinforcing={law: {kind: toe, toe_strain: 2}, fracture_strain: 16.6}", "is 6.04 N/tex",
     ),
     "scatter above the mean": (
         "tensile", "fabric.loop_length={value: 14.4, sd: 14.4, source: user}",

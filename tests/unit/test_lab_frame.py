@@ -181,3 +181,24 @@ def test_a_force_in_newton_under_a_head_of_kilonewton_looks_like_newton(tmp_path
     path.write_text(path.read_text(encoding="utf-8").replace("Kraft [N]", "Kraft [kN]"), encoding="utf-8")
     with pytest.raises(InputError, match=r"implausible, .*\(it looks like N: \d+\.?\d* N or cN"):
         frame_series(read_frames(path, Given()))
+
+
+@pytest.mark.parametrize("name", ["shear force [N]", "Scherkraft [N]", "side force [N]"])
+def test_a_force_along_the_sides_is_not_taken_for_that_of_the_crosshead(tmp_path, name):
+    """F_s = F / (2 cos(45 deg - gamma / 2)): read as F, the law would be 1.5 to 2 times too soft."""
+    path = frame_file(tmp_path / "a.csv")
+    path.write_text(path.read_text(encoding="utf-8").replace("Kraft [N]", name), encoding="utf-8")
+    with pytest.raises(
+        InputError, match=r"a\.csv:3: column '.*a force along the sides, F_s\? Expected the F of the cross"
+    ):
+        read_frames(path, Given())
+
+
+def test_two_forces_over_one_displacement_are_not_two_frames(tmp_path):
+    path = tmp_path / "a.csv"
+    head = "frame side [mm],200\nfabric side [mm],160\ndisplacement [mm],force [N],filtered force [N]\n"
+    path.write_text(head + "".join(f"{d},{d},{d}\n" for d in range(50)), encoding="utf-8")
+    with pytest.raises(
+        InputError, match=r"'force \[N\]' and 'filtered force \[N\]' are both over 'displacement \[mm\]'"
+    ):
+        read_frames(path, Given())

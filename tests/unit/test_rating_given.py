@@ -1,11 +1,13 @@
 """A rating stands beside errors, never against what the model was given, and not where curves hardly overlap."""
 
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+import yaml
 from click.testing import CliRunner
 from html_page import HtmlPage
 from report_sample import edit_json, write_run
@@ -124,6 +126,20 @@ def test_compare_scales_says_so_and_draws(strip, tmp_path):
     result = CliRunner().invoke(cli, ["compare", str(strip), "--against", str(mine), "--width", "50"])
     assert json.loads(result.stdout)["peak_error_pct"] == pytest.approx(-50.0, abs=0.01)
     assert (strip / "compare.png").exists()
+    assert json.loads(result.stdout)["looser_limits"] == []
+
+
+def test_compare_names_the_limits_that_a_run_was_let_pass_by(strip, tmp_path):
+    """The run exits with 0 by --accept-limits: whoever compares it later must not take it for one that passed."""
+    folder = shutil.copytree(strip, tmp_path / "run")
+    config = yaml.safe_load((folder / "config.yaml").read_text())
+    config["solver"] |= {"max_kinetic_ratio": 50.0}
+    (folder / "config.yaml").write_text(yaml.safe_dump(config))
+    mine = own_file(tmp_path / "mine.csv", 1.0, "# direction: warp\n# strip_width_mm: 50\n")
+    result = CliRunner().invoke(cli, ["compare", str(folder), "--against", str(mine)])
+    said = "solver.max_kinetic_ratio = 50 %, looser than the preset's 5 %"
+    assert json.loads(result.stdout)["looser_limits"] == [said]
+    assert f"limits of the run that --accept-limits let pass: {said}" in result.stderr
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,8 @@ from knittest.base.kinds import kinds
 from knittest.config.loading import resolve
 from knittest.experiment.compare import compare_columns, compare_curves
 from knittest.experiment.curves import ReferenceCurve
+from knittest.laboratory.base import fabric_laminate
+from knittest.laboratory.curve_reach import refuse_too_strong
 from knittest.laboratory.friction.test import Friction
 from knittest.laboratory.registry import REPORTS
 from knittest.report_page.blocks import Table
@@ -92,3 +94,29 @@ def test_a_strip_of_two_shells_is_refused_with_a_size_that_does():
 @pytest.mark.parametrize("test", ["picture-frame", "bias-extension"])
 def test_a_test_that_ends_at_an_angle_says_which_field_goes_on(test):
     assert REPORTS[test].axes.reach == kinds()[test].sheared_to == "rig.max_angle"
+
+
+def test_a_curve_that_no_fibres_of_the_area_mass_can_carry_is_refused() -> None:
+    """The force of a strip 50 mm wide in a column per width: at 285 g/m2 fibres carry 6 N/tex, 1710 N/mm, at most."""
+    fabric = resolve(variant="1", scale="macro", sets=["fabric={area_mass: 600}"]).fabric
+    x = np.linspace(0.0, 1.6, 5)
+
+    def curve(top: float) -> ReferenceCurve:
+        return ReferenceCurve(
+            "measured", x, top * x / 1.6, None, "strain_pct", "force_n_per_mm", "mine", file="mine.csv"
+        )
+
+    refuse_too_strong(fabric, {"warp": curve(3590.0)})
+    words = (
+        r"macro\.tension\.weft \(mine\.csv\): 3610 N/mm at area_mass = 600 g/m2, expected at most 3600 N/mm, 6 N/tex"
+    )
+    with pytest.raises(InputError, match=words):
+        refuse_too_strong(fabric, {"warp": curve(116.0), "weft": curve(3610.0)})
+
+
+def test_shells_are_not_made_of_such_a_curve(tmp_path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "strip.csv").write_text("strain_pct,force_n_per_mm\n0,0\n0.8,1500\n1.7,5820\n")
+    run = resolve(variant="1", scale="macro", sets=["fabric.macro.tension.warp=strip.csv"])
+    with pytest.raises(InputError, match=r"5820 N/mm at area_mass = 824\.2 g/m2, .* the force of a whole strip\?"):
+        fabric_laminate(run)

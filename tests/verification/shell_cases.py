@@ -57,7 +57,10 @@ def fabric(**macro) -> Fabric:
             "name": "V1", "warp_density": q(28), "weft_density": q(28), "loop_length": q(14.4), "area_mass": q(824.2),
             "thickness": q(2.22),
             "reinforcing": {**yarn, "bending_stiffness": both, "crimp": both, "crimp_scatter": both, "slack": both},
-            "knitting": {**yarn, "linear_density": q(230), "bending_stiffness": q(0.1), "degree_of_set": q(1.0)},
+            "knitting": {
+                **yarn, "linear_density": q(230), "load_area": q(0.136), "bending_stiffness": q(0.1),
+                "degree_of_set": q(1.0),
+            },
             "contact": {"friction_coefficient": q(0.15), "normal_stiffness": q(500), "tangential_ratio": q(0.5)},
             "macro": {**laminate, **macro},
         }

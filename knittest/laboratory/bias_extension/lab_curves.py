@@ -10,7 +10,7 @@ from knittest.base.errors import InputError
 from knittest.experiment import lab_units
 from knittest.experiment.lab_conditions import GAUGE, WIDTH, agreed, stated, unstated
 from knittest.experiment.lab_given import Given
-from knittest.experiment.lab_shear import Tested, pairs, shear_curve
+from knittest.experiment.lab_shear import Tested, pairs, shear_curve, specimens_in
 from knittest.experiment.lab_table import read_table
 from knittest.laboratory.bias_extension.pin_jointed import BiasStrip
 
@@ -62,7 +62,7 @@ def read_strips(path: Path, given: Given) -> list[Pulled]:
         "bias-extension", strip, f"a strip {width:g} mm wide, {length:g} mm between the clamps,",
         "the strip not yet sheared", f"{GAUGE.option}, {WIDTH.option}",
     )  # fmt: skip
-    columns, found = pairs(table.names, angles=False), []
+    columns, found = specimens_in(table, angles=False), []
     for number, pair in enumerate(columns, 1):
         name = path.stem if len(columns) == 1 else f"{path.stem}-{number}"
         curve = shear_curve(table, name, pair, tested, given)

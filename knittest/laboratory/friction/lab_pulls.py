@@ -23,7 +23,7 @@ from knittest.experiment.lab_numbers import NUMBER
 from knittest.experiment.lab_picture import plot
 from knittest.experiment.lab_series import Results, write_results
 from knittest.experiment.lab_sign import drawn, pulled
-from knittest.experiment.lab_table import LabTable, columns, read_table
+from knittest.experiment.lab_table import LabTable, columns, read_table, refuse_shared, with_nearest
 from knittest.experiment.lab_units import likely_force
 from knittest.experiment.statistics import band as corridor_band
 
@@ -91,6 +91,7 @@ def read_friction(path: Path, given: Given) -> list[Rubbed]:
     )
     normal, long, wide = (needed(what, path, table.head, table.mark, given.sizes) for what in SIZES)
     pairs, said = _pairs(table.names), said_by(path, table.head)
+    refuse_shared(table, pairs)
     found = []
     for number, pair in enumerate(pairs, 1):
         name = path.stem if len(pairs) == 1 else f"{path.stem}-{number}"
@@ -105,9 +106,7 @@ def _pairs(cells: list[str]) -> list[tuple[int, int]]:
     words = [(k, cell) for k, cell in enumerate(cells) if not NUMBER.match(cell)]
     forces = [k for k, cell in words if FORCE.search(cell) and not NORMAL.search(cell)]
     travels = [k for k, cell in words if TRAVEL.search(cell) and k not in forces]
-    if not forces or not travels:
-        return []
-    return [(max([t for t in travels if t < f] or [min(travels)]), f) for f in forces]
+    return with_nearest(travels, forces)
 
 
 def _curve(table: LabTable, name: str, pair: tuple[int, int], given: Given) -> tuple[Array, Array]:

@@ -11,7 +11,7 @@ from knittest.base.errors import InputError
 from knittest.experiment import lab_units
 from knittest.experiment.lab_conditions import FABRIC_SIDE, FRAME_SIDE, SAME, agreed, stated, unstated
 from knittest.experiment.lab_given import Given, Loading
-from knittest.experiment.lab_shear import ShearCurve, Tested, pairs, shear_curve
+from knittest.experiment.lab_shear import ShearCurve, Tested, pairs, shear_curve, specimens_in
 from knittest.experiment.lab_table import read_table
 from knittest.laboratory.picture_frame.cycles import Cycle
 from knittest.laboratory.picture_frame.lab_cycles import cycles_in, turn_of
@@ -85,7 +85,7 @@ def read_frames(path: Path, given: Given) -> list[Sheared]:
     if fabric > frame * (1.0 + SAME):
         raise InputError(f"{path}: a fabric side of {fabric:g} mm in a frame of {frame:g} mm: which is which?")
     tested = Tested("picture-frame", Frame(frame), f"a frame of {frame:g} mm", "the frame square", FRAME_SIDE.option)
-    found_pairs = pairs(table.names)
+    found_pairs = specimens_in(table)
     found = []
     for number, pair in enumerate(found_pairs, 1):
         name = path.stem if len(found_pairs) == 1 else f"{path.stem}-{number}"
