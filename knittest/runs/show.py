@@ -13,9 +13,11 @@ from knittest.base.kinds import kinds
 from knittest.base.layout import nearest, table, width_of, wrapped
 from knittest.base.rest import rest_line
 from knittest.base.result_rows import (
+    FEW,
     GIVEN,
     KINDS,
     NO_REFERENCE,
+    OF_MEANS,
     UNRESOLVED,
     UNSCATTERED,
     assumed_inputs,
@@ -23,6 +25,7 @@ from knittest.base.result_rows import (
     unfolded,
 )
 from knittest.base.summary import Limit, Summary
+from knittest.base.unjudged import unjudged_note
 from knittest.config.looser import LOOSER
 from knittest.config.run import Run
 from knittest.experiment.compare import ERRORS
@@ -37,6 +40,7 @@ STYLES = {
     "within 1 sd": "green",
     NO_REFERENCE: "yellow",
     UNRESOLVED: "yellow",
+    FEW: "yellow",
     UNSCATTERED: "yellow",
     GIVEN: "yellow",
 }
@@ -100,6 +104,7 @@ def quality_lines(outcome: Outcome) -> list[str]:
         verdict = "passed as loosened; comparison refused: limit loosened"
     lines = [f"quality gates, {_name(outcome)}: {verdict} ({text})"]
     lines += [f"  {_looser(limit)}" for limit in outcome.summary.get("limits", [])]
+    lines += [f"  {note}" for note in [unjudged_note(outcome.summary.get("unjudged"))] if note]
     lines += [f"  failed: {reason}" for reason in quality.failures]
     return lines + [f"  warning: {reason}" for reason in quality.warnings]
 
@@ -119,10 +124,15 @@ def band_line(outcome: Outcome) -> str:
     return f"shear of this fabric over what is assumed of its yarns, 5 to 95 % [N/mm]: {told}" if told else ""
 
 
+def _of_means(outcome: Outcome) -> bool:
+    """Tell whether means of several specimens were compared."""
+    return outcome.run.variability.specimens > 1 and bool(outcome.summary["comparison"])
+
+
 def rest_told(outcome: Outcome) -> str:
-    """The state of rest that yarns started from, in one line; empty of shells."""
+    """The state of rest that yarns started from, in a line short enough for a terminal; empty of shells."""
     numbers = outcome.summary.get("rest")
-    return f"yarns at rest before the test, {_name(outcome)}: {rest_line(unfolded(numbers))}" if numbers else ""
+    return f"yarns at rest, {_name(outcome)}: {rest_line(unfolded(numbers))}" if numbers else ""
 
 
 def error_lines(outcomes: Sequence[Outcome]) -> list[str]:
@@ -207,6 +217,7 @@ def _print(outcomes: Sequence[Outcome], stream: TextIO) -> None:
     rows, width = results_table(outcomes, "±" if _can_encode("±", stream) else "+-"), width_of(stream)
     kinds = {row[HEADER.index("kind")] for row in rows}
     notes = [text for kind, text in KINDS.items() if kind in kinds]
+    notes += [OF_MEANS] if any(_of_means(outcome) for outcome in outcomes) else []
     notes += [line for outcome in outcomes if (line := assumed_line(outcome))]
     notes += dict.fromkeys(line for outcome in outcomes if (line := band_line(outcome)))
     lines = [*notes, *error_lines(outcomes), *(line for outcome in outcomes if (line := rest_told(outcome)))]

@@ -42,7 +42,9 @@ POINTS = 400
 class TensileReport(Report[TensileRun]):
     """See :class:`knittest.laboratory.report_base.Report`."""
 
-    axes = CurveAxes("strain_pct", "force_n", "strain [%]", "force [N]", "force_mean_n", "force_sd_n")
+    axes = CurveAxes(
+        "strain_pct", "force_n", "strain [%]", "force [N]", "force_mean_n", "force_sd_n", peak="fracture_strain_pct"
+    )
 
     def scaled(self, run: TensileRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
         """Forces of the tested strip for the width of the run, and said so; of yarns also how many are whole."""
