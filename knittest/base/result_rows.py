@@ -26,7 +26,7 @@ ON_ASSUMED = "on {} assumed input{}"
 #: verdict on a result whose numerical error reaches across the border
 UNRESOLVED = "unresolved: the numerical error crosses 1 sd"
 #: verdict on the mean of specimens that scatter so much that the mean of others might lie across the border
-FEW = "unresolved: too few specimens for their scatter"
+FEW = "unresolved: too few specimens"
 #: what stands behind the deviation of a mean
 OF_MEANS = "± of a deviation: 95 % interval of the mean of the specimens (Student's t), and numerical error if known"
 #: verdict where the experiment states no scatter, as of one specimen

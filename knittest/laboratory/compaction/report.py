@@ -57,8 +57,10 @@ class CompactionReport(NoSize[CompactionRun], Report[CompactionRun]):
         return {name: values[grown] for name, values in columns.items()}
 
     def bodies(self, run: CompactionRun, specimen: Specimen) -> list[Body]:
-        """Both plates, each closing by half the way."""
+        """Both plates, each closing by half the way; of a specimen that an earlier version finished none."""
         history, facts = specimen.history, specimen.facts
+        if "lower_plate_mm" not in facts:
+            return []
         faces = facts["lower_plate_mm"], facts["upper_plate_mm"]
         centres, lengths = plate_centres(history.frames[0].position, faces), plate_lengths(pressed_size(run))
         offset = np.zeros((2, len(history.frames), 3))

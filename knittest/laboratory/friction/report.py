@@ -113,7 +113,11 @@ class FrictionReport(NoSize[FrictionRun], Report[FrictionRun]):
         return {"pressure.csv": pressure_map(specimens[0].history, map_cell(run)).table()}
 
     def bodies(self, run: FrictionRun, specimen: Specimen) -> list[Body]:
-        """Both plates: drawn off the strip together, the upper one free to rise and fall."""
+        """Both plates: drawn off the strip together, the upper one free to rise and fall; of a specimen that an earlier
+        version finished none.
+        """
+        if "lower_face_mm" not in specimen.facts:
+            return []
         history, axis = specimen.history, pull_axis(run)
         faces = specimen.facts["lower_face_mm"], specimen.facts["upper_face_mm"]
         centres = plate_centres(run.rig, axis, history.frames[0].position, faces)
