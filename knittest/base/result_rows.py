@@ -33,6 +33,8 @@ OF_MEANS = "± of a deviation: 95 % interval of the mean of the specimens (Stude
 UNSCATTERED = "sd not stated"
 #: verdict on a result that nothing was measured for
 NO_REFERENCE = "no reference"
+#: said of results none of which is compared, in place of empty columns
+NOTHING = "no reference: nothing was measured that these results could be compared with"
 #: verdict on a number that the run was given as such
 GIVEN = "given"
 #: specimens of an ensemble up to which each is shown in place of their scatter, which so few do not tell

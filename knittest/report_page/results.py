@@ -7,6 +7,8 @@ from knittest.base.rest import rest_rows
 from knittest.base.result_rows import (
     FEW,
     KINDS,
+    NO_REFERENCE,
+    NOTHING,
     OF_MEANS,
     UNRESOLVED,
     UNSCATTERED,
@@ -65,7 +67,10 @@ def results(run: LoadedRun) -> Section:
         what += " ± numerical error" if run.summary.numerical_error and what == "Results" else ""
         sources = sorted({_cited(row) for row in run.summary.comparison if row.source})
         against = f", beside the experiment ({'; '.join(sources)}: mean ± sd)" if sources else ""
-        blocks.append(Table(what + against, HEADER, [_cells(row) for row in rows], (1, 2, 3)))
+        alone = all(row.verdict == NO_REFERENCE and row.kind == "-" for row in rows)
+        shown = HEADER[:2] if alone else HEADER
+        blocks.append(Table(what + against, shown, [_cells(row)[: len(shown)] for row in rows], (1, 2, 3)))
+        blocks += [Text(f"{NOTHING[0].upper()}{NOTHING[1:]}.")] if alone else []
         kinds = {row.kind for row in rows}
         notes = {"predicted": _PREDICTED, **KINDS}
         blocks += [Text(text[0].upper() + text[1:] + ".") for kind, text in notes.items() if kind in kinds]

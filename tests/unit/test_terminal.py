@@ -270,6 +270,21 @@ def test_no_experiment_is_said() -> None:
     assert table[0][3:] == ("7332", "+13.2 %", "predicted", "sd not stated")
 
 
+def test_columns_that_would_be_empty_are_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TERM", "xterm-256color")
+    for stream in (io.StringIO(), Terminal()):
+        print_results([weft(comparison=[])], stream)
+        lines = stream.getvalue().splitlines()
+        assert [line.split() for line in lines[:2]] == [
+            ["direction", "quantity", "simulated"] if stream.isatty() is False else ["quantity", "simulated"],
+            [*(["weft"] if stream.isatty() is False else []), "peak", "force", "[N]", "8300"],
+        ]  # fmt: skip
+        assert "no reference: nothing was measured" in stream.getvalue()
+    out = io.StringIO()
+    print_results([weft(quality(("kinetic energy 9 %",)))], out)
+    assert out.getvalue().splitlines()[0].split() == ["direction", "quantity", "simulated", "verdict"]
+
+
 def test_gates_in_one_line_without_what_a_shell_has_not() -> None:
     gates = Quality(0.008, 0.0012, math.nan, math.nan, 0.0, True, (), ("kinetic energy 3 %",))
     assert quality_lines(weft(gates)) == [
