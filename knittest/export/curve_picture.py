@@ -46,8 +46,8 @@ class Corridor:
     peak: EndPoint
 
 
-#: what the mean of specimens is called, whose curve cannot go on where the first of them breaks
-MEAN = "simulated, mean up to the first specimen's peak"
+#: what the mean of specimens is called, whose curve cannot go on where one of them breaks
+MEAN = "simulated, mean up to the earliest peak"
 #: characters of a line in the legend
 LEGEND = 56
 

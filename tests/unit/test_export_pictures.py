@@ -143,7 +143,7 @@ def test_an_ensemble_shows_specimens_corridor_and_its_spread(monkeypatch: pytest
     assert labels(kept[0]) == [
         "3 simulated specimens, circles: their peaks",
         "simulated, ± sd",
-        "simulated, mean up to the first specimen's peak",
+        "simulated, mean up to the earliest peak",
         "simulated peaks 5500 ± 500 N at 1.60 ± 0.02 %",
     ]
     marked = [line.get_ydata()[line.get_markevery()[0]] for line in kept[0].axes[0].lines if line.get_markevery()]

@@ -120,7 +120,7 @@ def test_ensemble_has_corridor_spread_and_the_picture_of_all_specimens(tmp_path:
     page = page_of(write_run(tmp_path / "r", specimens=3))
     chart = page.pictures()[0].decode()
     assert "<!-- simulated, mean, ± sd -->" in chart and "<!-- simulated, peaks of the specimens -->" in chart
-    assert "a mean ends where its first specimen has its peak" in page.text(page.section("run-1-curve"))
+    assert "a mean ends at the earliest peak of its specimens" in page.text(page.section("run-1-curve"))
     assert [c for c in page.tables() if c.startswith("Results, mean ± sd of 3 specimens")]
     assert "6233 ± 567 (n 3)" in page.text(page.section("run-1-results"))
     assert "curve.png" in page.text(page.section("run-1-pictures"))

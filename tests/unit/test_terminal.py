@@ -28,6 +28,7 @@ from knittest.runs.show import (
     quality_lines,
     results_table,
 )
+from knittest.runs.watcher import Watcher
 
 COMPILING = "compiling kernels (once, about 20 s)"
 
@@ -195,6 +196,14 @@ def test_what_ran_elsewhere_is_told_with_its_own_time(kind: type[io.StringIO]) -
         progress.ended("weft, beside", 75.31)
     assert "weft, beside: done in 75.3 s" in stream.getvalue() and "running beside: done" not in stream.getvalue()
     assert "warp: goes on at 5.2 ms, 64 % of the test" in stream.getvalue()
+
+
+def test_a_run_that_goes_on_says_at_which_time_and_share() -> None:
+    stream = io.StringIO()
+    with Progress(stream=stream) as progress:
+        keeper: Any = None
+        Watcher("warp", True, progress, print, keeper).resumed(0.637, 5.2)
+    assert stream.getvalue() == "warp: goes on at 5.2 ms, 64 % of the test\n"
 
 
 @dataclass(frozen=True)

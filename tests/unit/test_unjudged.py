@@ -14,20 +14,20 @@ NO_MESH = Mesh("beams", np.zeros((0, 2), np.int64), np.zeros(0, np.int64), (), n
 
 
 def history(first_failure: int | None) -> History:
-    """0.1 % of strain a row of the energies, of which the curve has every other."""
+    """An eighth of a percent of strain a row of the energies, of which the curve has every other."""
     time = np.arange(21.0)
-    curve = {"time_ms": time[::2], "strain_pct": 0.1 * time[::2]}
+    curve = {"time_ms": time[::2], "strain_pct": 0.125 * time[::2]}
     return History(NO_MESH, curve, {"time_ms": time}, first_failure=first_failure)
 
 
 def test_a_peak_beyond_the_first_failure_is_found_where_the_energies_have_it():
     found = peaks_beyond([history(7)], "strain_pct", [1.3])
-    assert found == {"specimens": 1, "first_failure_pct": [pytest.approx(0.7)], "peak_pct": [1.3]}
-    told = "gates judged up to the first failure, at 0.70 % strain; the peak lies beyond it, at 1.30 %"
+    assert found == {"specimens": 1, "first_failure_pct": [0.875], "peak_pct": [1.3]}
+    told = "gates judged up to the first failure, at 0.88 % strain; the peak lies beyond it, at 1.30 %"
     assert unjudged_note(found) == told
 
 
-@pytest.mark.parametrize(("failure", "peak"), [(None, 1.3), (13, 1.3), (14, 1.3)])
+@pytest.mark.parametrize(("failure", "peak"), [(None, 1.3), (13, 1.625), (14, 1.3)])
 def test_nothing_is_said_of_a_peak_that_is_judged(failure, peak):
     assert peaks_beyond([history(failure)], "strain_pct", [peak]) is None
     assert unjudged_note(None) == ""
@@ -36,7 +36,7 @@ def test_nothing_is_said_of_a_peak_that_is_judged(failure, peak):
 def test_of_an_ensemble_those_that_lie_beyond_are_counted():
     found = peaks_beyond([history(7), history(None), history(9)], "strain_pct", [1.3, 1.2, 1.45])
     assert unjudged_note(found) == (
-        "gates judged up to the first failure, at 0.70 to 0.90 % strain; the peaks of 2 of 3 specimens lie beyond it, "
+        "gates judged up to the first failure, at 0.88 to 1.12 % strain; the peaks of 2 of 3 specimens lie beyond it, "
         "at 1.30 to 1.45 %"
     )
 
