@@ -10,11 +10,10 @@ from knittest.config.fabric import YARN_LEVEL, Fabric
 from knittest.config.leaves import leaves
 from knittest.config.loading import resolve
 from knittest.config.run import Run
-from knittest.config.sources import BASE
 
 #: parts of a fabric that no shell is computed from, and none of the yarns, whose reference the tension curves are
 OF_YARNS = (*YARN_LEVEL, "warp_density", "weft_density")
-OF_SHELLS, REFERENCE = ("macro",), "macro.tension"
+OF_SHELLS, REFERENCE = ("macro",), ("macro.tension",)
 #: fields that a warning names
 NAMED = 4
 
@@ -23,7 +22,8 @@ def unread_note(run: Run) -> str:
     """Warning of changed numbers that ``run`` does not read, with what to do; empty without any."""
     macro = run.model.scale == "macro"
     own = _leaves(run.fabric)
-    found = [(fabric.name, _changed(own, _leaves(fabric), OF_YARNS if macro else OF_SHELLS)) for fabric in _likes(run)]
+    unread = OF_YARNS if macro else OF_SHELLS
+    found = [(f.name, [n for n in _changed(own, _leaves(f), unread) if not _below(n, REFERENCE)]) for f in _likes(run)]
     name, changed = min(found, key=lambda one: len(one[1]), default=("", []))
     if not changed:
         return ""
@@ -42,24 +42,21 @@ def _likes(run: Run) -> Iterator[Fabric]:
     names = sorted(path.stem for path in (configs_dir() / "fabrics").glob("*.yaml"))
     fields = [field for field in deciding(run) if field.startswith("macro.")]
     if run.fabric.name in names:
-        chosen = None if run.parameters == BASE else run.parameters
-        fabrics = [resolve(variant=run.fabric.name, parameters=chosen, scale="macro").fabric]
-    elif fields:
-        fabrics = [fabric for name in names for fabric in _shipped(name)]
-    else:
+        names = [run.fabric.name]
+    elif not fields:
         return
     own = _leaves(run.fabric)
-    for fabric in fabrics:
+    for fabric in (fabric for name in names for fabric in _shipped(name, run.parameters)):
         stated = tuple(field for field in fields if entry(fabric, field) is not None)
         if not _changed(own, _leaves(fabric), stated):
             yield fabric
 
 
-def _shipped(name: str) -> Iterator[Fabric]:
+def _shipped(name: str, chosen: str) -> Iterator[Fabric]:
     """The shipped fabric ``name`` by those of its sets of numbers that a fabric may have been started from."""
-    for chosen in (None, "as-measured"):
+    for one in (chosen, None, "as-measured"):
         with suppress(InputError):  # it has no such set
-            yield resolve(variant=name, parameters=chosen, scale="macro").fabric
+            yield resolve(variant=name, parameters=one, scale="macro").fabric
 
 
 def _leaves(fabric: Fabric) -> dict[str, object]:
@@ -69,7 +66,7 @@ def _leaves(fabric: Fabric) -> dict[str, object]:
 
 def _changed(own: dict[str, object], other: dict[str, object], parts: tuple[str, ...]) -> list[str]:
     """Fields below ``parts`` in which both differ."""
-    names = [n for n in dict.fromkeys([*own, *other]) if _below(n, parts) and not _below(n, (REFERENCE,))]
+    names = [name for name in dict.fromkeys([*own, *other]) if _below(name, parts)]
     return [name for name in names if own.get(name) != other.get(name)]
 
 

@@ -2,6 +2,7 @@
 
 import pytest
 
+from knittest.base.resources import configs_dir
 from knittest.config.loading import resolve
 from knittest.config.starting import starting_text
 from knittest.config.unread import unread_note
@@ -40,6 +41,19 @@ def test_yarns_do_not_read_the_card():
 def test_a_card_of_ones_own_is_not_that_of_the_yarns():
     assert note("fabric.warp_density=26", "fabric.macro.fracture_strain.warp=1.7", direction="warp") == ""
     assert note("fabric.warp_density=26", "fabric.macro.bending_stiffness.warp=9") != ""  # no strip of them is bent
+    own_curve = "fabric.macro.tension.warp=pham2019/curves/tensile-v2-warp.csv"
+    assert note("fabric.warp_density=26", own_curve, direction="warp") == "" == note(own_curve, scale="meso")
+
+
+def test_a_copy_with_sets_of_its_own_is_compared_with_what_is_shipped(tmp_path):
+    """Such a set is none of the shipped fabric's: that must not end a run at its very end."""
+    text = (configs_dir() / "fabrics" / "pham2019-v1.yaml").read_text()
+    path = tmp_path / "copy.yaml"
+    path.write_text(
+        text.replace("  gripping:", "  mine:").replace("warp_density: {value: 28", "warp_density: {value: 26")
+    )
+    own = {"variant": None, "fabric": path}
+    assert "fabric.warp_density" in note(**own, parameters="mine")
 
 
 def test_stiffness_in_the_plane_which_no_shipped_card_has_makes_no_own_card():
