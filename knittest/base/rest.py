@@ -73,8 +73,11 @@ def rest_rows(numbers: Mapping[str, Value]) -> list[tuple[str, str]]:
 
 
 def rest_line(numbers: Mapping[str, Value]) -> str:
-    """The same in one line."""
-    return "; ".join(f"{label} {text}" for label, text in rest_rows(numbers))
+    """Tension of the loops, thickness and how far they are settled: the part of it that a terminal shows."""
+    means = {name: _mean(value) for name, value in numbers.items()}
+    tension, thickness, residual = (means[n] for n in ("loop_tension_n", "thickness_mm", "out_of_balance_pct"))
+    state = f"out of balance {residual:.2g} %" if math.isfinite(residual) else "not settled"
+    return f"loops {tension:.2g} N, {thickness:.2f} mm thick, {state}"
 
 
 def _mean(value: Value) -> float:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import cast
 
 from knittest.base.kinds import Joined
+from knittest.base.sampling import mean_error
 from knittest.base.summary import ComparisonRow, Summary, Value
 
 #: label and format of a result
@@ -24,13 +25,19 @@ ON_ASSUMED = "on {} assumed input{}"
 
 #: verdict on a result whose numerical error reaches across the border
 UNRESOLVED = "unresolved: the numerical error crosses 1 sd"
+#: verdict on the mean of specimens that scatter so much that the mean of others might lie across the border
+FEW = "unresolved: too few specimens"
+#: what stands behind the deviation of a mean
+OF_MEANS = "± of a deviation: 95 % interval of the mean of the specimens (Student's t), and numerical error if known"
 #: verdict where the experiment states no scatter, as of one specimen
 UNSCATTERED = "sd not stated"
 #: verdict on a result that nothing was measured for
 NO_REFERENCE = "no reference"
+#: said of results none of which is compared, in place of empty columns
+NOTHING = "no reference: nothing was measured that these results could be compared with"
 #: verdict on a number that the run was given as such
 GIVEN = "given"
-#: specimens of an ensemble up to which each is shown beside the mean
+#: specimens of an ensemble up to which each is shown in place of their scatter, which so few do not tell
 SIDE_BY_SIDE = 2
 
 
@@ -102,7 +109,7 @@ def result_rows(summary: Summary, plus_minus: str = "±", *, refused: bool) -> l
     for quantity, value in unfolded(summary["results"]).items():
         label, form = LABELS.get(quantity, (quantity.replace("_", " "), "{:.4g}"))
         error = errors[quantity].get("error") if quantity in errors else None
-        tail = _judged(compared.get(quantity), form, plus_minus, error, refused=refused)
+        tail = _judged(compared.get(quantity), form, plus_minus, _Errors(error, mean_error(value)), refused=refused)
         if quantity in alone and not refused:
             tail = ("-", "-", alone[quantity], NO_REFERENCE)
         if errors and error is None and tail[-1].endswith("1 sd"):
@@ -129,25 +136,38 @@ def error_text(error: float, form: str) -> str:
 
 
 def _simulated(value: Value, form: str, plus_minus: str, error: float | None = None) -> str:
-    """A number with its numerical ``error``; of an ensemble mean, sd and count, and the values of a small one side by
-    side.
-    """
+    """A number with its numerical ``error``; of an ensemble mean, count and sd, of a small one values for the sd."""
     if isinstance(value, Mapping):
         mean, sd, count = _number(value["mean"], form), _number(value["sd"], form), len(value["values"])
-        each = ": " + ", ".join(_number(v, form) for v in value["values"]) if count <= SIDE_BY_SIDE else ""
         told = "" if error is None else f", numerical {plus_minus} {error_text(error, form)}"
-        return f"{mean} {plus_minus} {sd} (n {count}{each}){told}"
+        if count <= SIDE_BY_SIDE:
+            return f"{mean} (n {count}: {', '.join(_number(v, form) for v in value['values'])}){told}"
+        return f"{mean} {plus_minus} {sd} (n {count}){told}"
     return _number(value, form) + ("" if error is None else f" {plus_minus} {error_text(error, form)}")
 
 
+@dataclass(frozen=True)
+class _Errors:
+    """Errors of a result in its unit: the numerical one, where it was estimated, and that of a mean of specimens."""
+
+    numerical: float | None
+    sampling: float
+
+    @property
+    def whole(self) -> float | None:
+        """Both added up, None where there is none."""
+        return None if self.numerical is None and self.sampling == 0.0 else (self.numerical or 0.0) + self.sampling
+
+
 def _judged(
-    row: ComparisonRow | None, form: str, plus_minus: str, error: float | None, *, refused: bool
+    row: ComparisonRow | None, form: str, plus_minus: str, errors: _Errors, *, refused: bool
 ) -> tuple[str, str, str, str]:
     """Experiment, deviation, kind and verdict of one row."""
     if refused:
         return "-", "-", "-", "refused"
     if row is None:
         return "-", "-", "-", NO_REFERENCE
+    error = errors.whole
     mean, deviation = _number(row["experiment_mean"], form), row["deviation_sd"]
     scaled = f" ({row['scaled']})" if row.get("scaled") else ""
     if row.get("given"):
@@ -159,6 +179,8 @@ def _judged(
     told = "" if error is None else f" {plus_minus} {error_text(share, '{:.2f}')}"
     # what the model was given says nothing of the model, wherever its error reaches
     verdict = verdict_of(deviation, 0.0 if row["kind"] == "input" else share)
+    if verdict == UNRESOLVED and verdict_of(deviation, (errors.numerical or 0.0) / row["experiment_sd"]) != UNRESOLVED:
+        verdict = FEW
     return _experiment(row, form, plus_minus) + scaled, f"{deviation:+.2f}{told} sd", row["kind"], verdict
 
 
@@ -170,7 +192,7 @@ def _experiment(row: ComparisonRow, form: str, plus_minus: str) -> str:
 
 
 def verdict_of(deviation: float, error: float = 0.0) -> str:
-    """Verdict: within or outside one sd of the experiment, wherever in its numerical ``error`` (both in sd) it is."""
+    """Verdict: within or outside one sd of the experiment, wherever in its ``error`` (both in sd) it is."""
     if abs(deviation) + error <= 1.0:
         return "within 1 sd"
     return "outside 1 sd" if abs(deviation) - error > 1.0 else UNRESOLVED

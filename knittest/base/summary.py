@@ -97,11 +97,20 @@ class Verification(TypedDict):
     mesh: NotRequired[RepeatBlock]
 
 
+class Unjudged(TypedDict):
+    """Strains [%] at first failure and at the largest force, of those of ``specimens`` whose peak lies beyond it."""
+
+    specimens: int
+    first_failure_pct: list[float]
+    peak_pct: list[float]
+
+
 class Summary(TypedDict):
     """summary.json of a run; ``results`` are folded (:func:`knittest.base.result_rows.folded`).
 
     ``kinds`` are those of results without a reference, ``assumed`` the inputs that decide the results; older runs have
-    neither. ``rest`` is the state that a test of yarns started from (:mod:`knittest.base.rest`), folded too.
+    neither. ``rest`` is the state that a test of yarns started from (:mod:`knittest.base.rest`), folded too;
+    ``unjudged`` are peaks that the gates do not reach (:mod:`knittest.base.unjudged`).
     """
 
     rig: str
@@ -119,5 +128,6 @@ class Summary(TypedDict):
     warnings: list[str]
     limits: list[Limit]
     rest: NotRequired[dict[str, object]]
+    unjudged: NotRequired[Unjudged]
     numerical_error: NotRequired[dict[str, NumericalError]]
     verification: NotRequired[Verification]

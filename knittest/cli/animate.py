@@ -20,13 +20,22 @@ import click
 def animate(run: Path, out: Path | None, **looks: Any) -> None:
     """Write a run as a film for slides: a run folder with frames as MP4 or GIF.
 
-    MP4 needs an encoder: pip install 'knittest[animate]'.
+    MP4 needs an encoder: pip install 'knittest[animate]'; without it the default is a GIF. RUN is a run folder, or a
+    folder that holds some, such as that of both directions: each gets a film, with --out one with its name in it.
 
     Example: knittest animate runs/forming-... --out forming.gif
     """
-    from knittest.report_page.moving.film import Filmed
+    from knittest.report_page.folders import find_runs
+    from knittest.report_page.moving.film import Filmed, films
     from knittest.report_page.moving.film import animate as write
 
-    film = write(run, out or run / "film.mp4", Filmed(**looks))
-    click.echo(str(film))
-    click.echo(f"{film.stat().st_size / 1e6:.1f} MB", err=True)
+    found, notes = find_runs([run])
+    planned, fallback = films(run, [one.path for one in found], out)
+    if fallback:
+        click.echo(fallback, err=True)
+    for folder, film in planned.items():
+        write(folder, film, Filmed(**looks))
+        click.echo(str(film))
+        click.echo(f"{film.stat().st_size / 1e6:.1f} MB", err=True)
+    for note in notes:
+        click.echo(note, err=True)

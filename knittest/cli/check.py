@@ -4,14 +4,15 @@ from typing import Any
 
 import click
 
-from knittest.base.kinds import DEFAULT, names
-from knittest.cli.options import describes_run, resolve_runs
+from knittest.base.kinds import DEFAULT, kinds, names
+from knittest.cli.options import describes_run, own_options, own_settings, resolve_runs
 
 
 @click.command()
 @describes_run
 @click.argument("test", type=click.Choice(names()), default=DEFAULT)
 @click.option("--direction", type=click.Choice(["warp", "weft", "both"]), default=None, help="[default: both]")
+@own_options(*kinds().values())
 @click.option("--convergence", is_flag=True, help="Run the test at its speed and at half of it, and compare.")
 @click.option(
     "--no-time", is_flag=True, help="No estimate of the time, for which kernels are compiled and steps timed."
@@ -35,6 +36,7 @@ def check(
 
     Example: knittest check tensile --variant 2 --scale meso --preset paper
     """
+    chosen["sets"] = (*chosen["sets"], *own_settings(kinds()[test], chosen))
     runs = resolve_runs(test, direction, chosen)
     from knittest.runs.preflight.command import CheckOptions, check_command
 

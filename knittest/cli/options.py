@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from knittest.base.kinds import TestKind, kinds
+
 if TYPE_CHECKING:
     from knittest.base.printing import Printing
 
@@ -96,6 +98,30 @@ def reports(command: Command) -> Command:
     ):
         command = option(command)
     return command
+
+
+def own_options(*tests: TestKind) -> Callable[[Command], Command]:
+    """Add the options that only ``tests`` have; with several, which of them has each."""
+
+    def add(command: Command) -> Command:
+        added = set[str]()
+        for kind in reversed(tests):
+            for names, value in ((kind.shortcuts, float), (kind.texts, str)):
+                for name in names.keys() - added:
+                    of = f"Of {kind.name}: " if len(tests) > 1 else ""
+                    command = click.option(f"--{name}", type=value, help=of + names[name][1])(command)
+                    added.add(name)
+        return command
+
+    return add
+
+
+def own_settings(kind: TestKind, chosen: dict[str, Any]) -> tuple[str, ...]:
+    """Settings of the options of :func:`own_options`, which ``chosen`` loses; raises for one that ``kind`` has not."""
+    given = {name: chosen.pop(name, None) for one in kinds().values() for name in one.own_fields}
+    for name in [name for name, value in given.items() if value is not None and name not in kind.own_fields]:
+        raise click.UsageError(f"--{name.replace('_', '-')}: {kind.name} has no such option")
+    return tuple(f"{field}={given[name]!r}" for name, field in kind.own_fields.items() if given[name] is not None)
 
 
 def resolve_runs(test: str, direction: str | None, chosen: dict[str, Any]) -> list[Any]:

@@ -6,7 +6,15 @@ from typing import Any
 import click
 
 from knittest.base.kinds import TestKind
-from knittest.cli.options import ACCEPT_LIMITS, describes_run, printing_asked, reports, resolve_runs
+from knittest.cli.options import (
+    ACCEPT_LIMITS,
+    describes_run,
+    own_options,
+    own_settings,
+    printing_asked,
+    reports,
+    resolve_runs,
+)
 
 _DIRECTION = click.option(
     "--direction", type=click.Choice(["warp", "weft", "both"]), default=None, help="[default: both]"
@@ -31,8 +39,7 @@ def test_command(kind: TestKind) -> click.Command:
     ) -> int:
         from knittest.runs.options import RunOptions
 
-        given = {field: chosen.pop(name) for name, field in kind.own_fields.items()}
-        chosen["sets"] = (*chosen["sets"], *(f"{field}={v!r}" for field, v in given.items() if v is not None))
+        chosen["sets"] = (*chosen["sets"], *own_settings(kind, chosen))
         reported = {name: chosen.pop(name) for name in ("threads", "quiet", "against")}
         printing = printing_asked(chosen.pop("formats"), chosen.pop("dpi"), chosen["no_pictures"])
         frames, pictures = (not chosen.pop(f"no_{what}") for what in ("frames", "pictures"))
@@ -55,10 +62,7 @@ def test_command(kind: TestKind) -> click.Command:
 
     command.__doc__ = kind.usage
     wrapped: Any = reports(command)
-    for name, (_, meaning) in kind.shortcuts.items():
-        wrapped = click.option(f"--{name}", type=float, help=meaning)(wrapped)
-    for name, (_, meaning) in kind.texts.items():
-        wrapped = click.option(f"--{name}", type=str, help=meaning)(wrapped)
+    wrapped = own_options(kind)(wrapped)
     for option in reversed((*_FOLDER, ACCEPT_LIMITS)):
         wrapped = option(wrapped)
     if kind.directional:

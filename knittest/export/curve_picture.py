@@ -46,6 +46,8 @@ class Corridor:
     peak: EndPoint
 
 
+#: what the mean of specimens is called, whose curve cannot go on where one of them breaks
+MEAN = "simulated, mean up to the earliest peak"
 #: characters of a line in the legend
 LEGEND = 56
 
@@ -138,12 +140,16 @@ def _cited(text: str, source: str) -> str:
 
 def _ensemble(axes: "Axes", specimens: Sequence[Mapping[str, Array]], corridor: Corridor | None) -> None:
     for number, curve in enumerate(specimens):
-        label = f"{len(specimens)} simulated specimens" if number == 0 else None
-        axes.plot(curve["strain_pct"], curve["force_n"], color=SKY, linewidth=0.8, alpha=0.8, label=label, zorder=2.5)
+        label = f"{len(specimens)} simulated specimens, circles: their peaks" if number == 0 else None
+        strain, force = curve["strain_pct"], curve["force_n"]
+        axes.plot(
+            strain, force, color=SKY, linewidth=0.8, label=label, zorder=2.5, marker="o", markersize=5.5,
+            markerfacecolor="white", markeredgecolor=BLUE, markevery=[int(np.nanargmax(force))],
+        )  # fmt: skip
     if corridor is not None:
         low, high = corridor.mean_n - corridor.sd_n, corridor.mean_n + corridor.sd_n
         axes.fill_between(corridor.strain_pct, low, high, color=BLUE, alpha=0.16, linewidth=0, label="simulated, ± sd")
-        axes.plot(corridor.strain_pct, corridor.mean_n, color=BLUE, linewidth=2.4, label="simulated, mean", zorder=4)
+        axes.plot(corridor.strain_pct, corridor.mean_n, color=BLUE, linewidth=2.4, label=MEAN, zorder=4)
         peak = corridor.peak
         label = (
             f"simulated peaks {peak.force_mean:.0f} ± {peak.force_sd:.0f} N "

@@ -215,7 +215,7 @@ def run_name(run: Run, *, direction: str | None = None, at: datetime | None = No
     """``<rig>-<variant>-<scale>-<direction>-<time>``, safe as a file name; ``direction`` replaces the rig's own."""
     moment = (at or datetime.now()).strftime("%Y%m%d-%H%M%S")
     parts = (run.rig.kind, run.fabric.name, run.model.scale, direction or run.direction, moment)
-    return "-".join(slug(part) for part in parts)
+    return "-".join(slug(part) for part in parts if part)
 
 
 def slug(text: str) -> str:

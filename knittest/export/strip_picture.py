@@ -100,7 +100,10 @@ def _scale(force: str, before: Frame) -> Scale:
 
     alive = before.fields["alive"] > 0
     largest = float(np.nanmax(np.abs(before.fields[force][alive]), initial=0.0)) or 1.0
-    label = "axial force of the yarn [N]" if force == "axial_force" else "fibre force per width [N/mm]"
+    label = "fibre force per width [N/mm]"
+    if force == "axial_force":
+        pale = f"pale: loops under less than {100.0 * _NEGLIGIBLE:g} % of the scale"
+        label = f"axial force of the yarn [N] ({pale}; crosses: broken inlays)"
     colours = LinearSegmentedColormap.from_list("load", _COLOURS)
     return Scale(colours, Normalize(0.0, largest, clip=True), label, largest)
 
@@ -228,4 +231,4 @@ def _caption(frame: Frame, peak: float, *, broken: bool) -> str:
     share = 100.0 * frame.force / peak
     largest = "at the largest force" if share > 99.95 else f"at {share:.1f} % of the largest force"
     state = ("broken" if failed else "end, unbroken") if broken else largest
-    return f"{state}\n{frame.coordinate:.2f} %, {frame.force:.0f} N, {failed} failed elements"
+    return f"{state}\n{frame.coordinate:.2f} %, {frame.force:.0f} N, {failed} failed element{'s' * (failed != 1)}"

@@ -45,7 +45,8 @@ class References:
 class CurveAxes:
     """Columns of curve.csv that make the curve, and what stands at its axes; ``mean`` and ``sd`` of an ensemble;
     ``others`` may be compared with as well; ``labels`` are what stands at the axis of them; ``reach`` is the field of
-    the rig that says how far x goes.
+    the rig that says how far x goes; ``peak`` is the result that says at which x the largest force lies, of a test
+    whose gates judge up to the first failure.
     """
 
     x: str
@@ -58,6 +59,7 @@ class CurveAxes:
     others: tuple[str, ...] = ()
     labels: Mapping[str, str] = field(default_factory=dict)
     reach: str = ""
+    peak: str = ""
 
 
 @dataclass(frozen=True)

@@ -35,12 +35,13 @@ _STYLE: dict[Any, Any] = {
 
 @dataclass(frozen=True)
 class Series:
-    """A curve, (n,) each, with its standard deviation if it is the mean of several."""
+    """A curve, (n,) each, with its standard deviation if it is the mean of several, and their ``peaks`` (k, 2)."""
 
     label: str
     x: Array
     y: Array
     sd: Array | None = None
+    peaks: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -96,16 +97,23 @@ def curve_figure(series: Sequence[Series], axes: CurveAxes, beside: Sequence[Bes
 def _drawable(series: Series) -> Series:
     columns = [series.x, series.y, *([] if series.sd is None else [series.sd])]
     keep = np.all([np.abs(c) < _LARGEST for c in columns], axis=0)  # False for NaN
-    return Series(series.label, series.x[keep], series.y[keep], None if series.sd is None else series.sd[keep])
+    sd = None if series.sd is None else series.sd[keep]
+    return Series(series.label, series.x[keep], series.y[keep], sd, series.peaks)
 
 
 def _draw_series(plot: "Axes", series: Series, number: int) -> None:
     colour = _COLOURS[number % len(_COLOURS)]
     dashes = _DASHES[number // len(_COLOURS) % len(_DASHES)]
-    plot.plot(series.x, series.y, color=colour, linestyle=dashes, linewidth=1.8, label=series.label, zorder=4)
+    name = series.label if series.sd is None else f"{series.label}, mean"
+    plot.plot(series.x, series.y, color=colour, linestyle=dashes, linewidth=1.8, label=name, zorder=4)
     if series.sd is not None:
         low, high = series.y - series.sd, series.y + series.sd
-        plot.fill_between(series.x, low, high, color=colour, alpha=0.18, linewidth=0, label=f"{series.label}, ± sd")
+        plot.fill_between(series.x, low, high, color=colour, alpha=0.18, linewidth=0, label=f"{name}, ± sd")
+    if series.peaks is not None:
+        plot.plot(
+            *series.peaks.T, "o", color=colour, markersize=4.5, markerfacecolor="white", zorder=5,
+            label=f"{series.label}, peaks of the specimens",
+        )  # fmt: skip
 
 
 def _draw_beside(plot: "Axes", beside: Beside) -> None:

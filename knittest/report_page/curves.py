@@ -1,10 +1,14 @@
 """The curves of runs, beside what each is compared with."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from knittest.base.history import Array
+from knittest.base.result_rows import SIZED, unfolded
 from knittest.experiment.conditions import EXACT
 from knittest.experiment.curves import FORCE, ReferenceCurve
 from knittest.export.curve_picture import EndPoint
@@ -16,6 +20,9 @@ from knittest.report_page.loading import LoadedRun
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+#: result that is the largest force of a strip
+PEAK = "peak_force_n"
 
 
 def curve(run: LoadedRun) -> tuple[Section, bool]:
@@ -50,7 +57,8 @@ def _chart(runs: Sequence[LoadedRun], labels: Sequence[str]) -> list[Block]:
     if uri is None:
         return [Text("There is no curve to draw.", "warn"), *blocks]
     sizes = "; the specimens differ in size" if differ else ""
-    caption = f"{axes.ylabel} over {axes.xlabel}{sizes}{_origin([b.reference for b in beside])}"
+    means = "; a mean ends at the earliest peak of its specimens" if any(s.sd is not None for s in series) else ""
+    caption = f"{axes.ylabel} over {axes.xlabel}{sizes}{means}{_origin([b.reference for b in beside])}"
     return [Picture(uri, f"{caption}; {', '.join(labels)}", caption), *blocks]
 
 
@@ -72,7 +80,7 @@ def _drawn(
     assert report is not None
     drawn = [_columns(run, report.axes, free) for run in runs]
     axes = drawn[0][0]
-    series = [_series(run, *one, label) for run, one, label in zip(runs, drawn, labels, strict=True)]
+    series = [_series(run, *one, label, free=free) for run, one, label in zip(runs, drawn, labels, strict=True)]
     found = [_beside(run, len(runs) > 1, free) for run in runs]
     beside, problems = [around for around, _ in found], [problem for _, problem in found if problem]
     return [s for s in series if s is not None], axes, beside, problems
@@ -103,9 +111,19 @@ def _columns(run: LoadedRun, axes: CurveAxes, free: bool) -> tuple[CurveAxes, Co
     return axes, run.curve
 
 
-def _series(run: LoadedRun, axes: CurveAxes, columns: Columns, label: str) -> Series | None:
+def _peaks(run: LoadedRun, axes: CurveAxes, *, free: bool) -> Array | None:
+    """Largest force, ``free`` of the specimen's size or not, over its place of each specimen, (n, 2); None without."""
+    results = unfolded(run.summary.plain()["results"])
+    force = SIZED.get(PEAK, "") if free else PEAK
+    found = [value["values"] for name in (axes.peak, force) if isinstance(value := results.get(name), Mapping)]
+    if len(found) < 2 or any(number is None for values in found for number in values):
+        return None
+    return np.column_stack(found)
+
+
+def _series(run: LoadedRun, axes: CurveAxes, columns: Columns, label: str, *, free: bool) -> Series | None:
     if {axes.x, axes.mean, axes.sd} <= set(columns):
-        return Series(f"{label}, mean", columns[axes.x], columns[axes.mean], columns[axes.sd])
+        return Series(label, columns[axes.x], columns[axes.mean], columns[axes.sd], _peaks(run, axes, free=free))
     if {axes.x, axes.y} <= set(columns):
         many = run.setting("variability", "specimens")
         first = ", first specimen" if isinstance(many, int) and many > 1 else ""
@@ -123,7 +141,7 @@ def _beside(run: LoadedRun, several: bool, free: bool = False) -> tuple[Beside, 
         return Beside(), ""
     which = f", {run.run.direction}" if several and run.run.direction else ""
     compared = {row.quantity: row for row in run.summary.comparison}
-    force, strain = compared.get("peak_force_n"), compared.get("fracture_strain_pct")
+    force, strain = compared.get(PEAK), compared.get("fracture_strain_pct")
     end_point = None
     if force and strain:
         numbers = (strain.experiment_mean, strain.experiment_sd, force.experiment_mean, force.experiment_sd)

@@ -31,7 +31,11 @@ def fields(runs: Sequence[LoadedRun]) -> list[Block]:
     if figure is None:
         return blocks
     caption = f"{TITLE}: one colour scale; below, each less the first"
-    return [Picture(light(png(figure)), caption, caption, wide=True), *blocks]
+    try:
+        uri = light(png(figure))
+    except Exception as error:  # whatever the encoder meets
+        return [Text(f"{caption}: cannot be drawn ({error})", "warn"), *blocks]
+    return [Picture(uri, caption, caption, wide=True), *blocks]
 
 
 def fields_of(runs: Sequence[LoadedRun]) -> "Figure | None":

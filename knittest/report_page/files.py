@@ -59,6 +59,14 @@ class LooserLimit(BaseModel):
     accepted: bool = False
 
 
+class Unjudged(BaseModel):
+    """Peaks that the gates do not reach."""
+
+    specimens: int
+    first_failure_pct: list[float]
+    peak_pct: list[float]
+
+
 class Summary(BaseModel):
     """summary.json."""
 
@@ -78,6 +86,7 @@ class Summary(BaseModel):
     verification: dict[str, object] = {}
     limits: list[LooserLimit] = []
     rest: dict[str, Number | Spread | dict[str, Number | Spread]] = {}
+    unjudged: Unjudged | None = None
 
     def plain(self) -> Written:
         """Plain data, as the run wrote them where they are whole."""

@@ -15,7 +15,7 @@ from knittest.report_page.loading import LoadedRun
 _COST = {
     "wall_s": "time on the clock, of specimens added up [s]",
     "cpu_s": "processor time [s]",
-    "compile_s": "of it compiling [s]",
+    "compile_s": "compiling, part of the time on the clock [s]",
     "element_steps_per_s": "elements times steps a second",
 }
 #: rows of a table of states at rest

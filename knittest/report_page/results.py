@@ -5,7 +5,11 @@ from typing import Any
 
 from knittest.base.rest import rest_rows
 from knittest.base.result_rows import (
+    FEW,
     KINDS,
+    NO_REFERENCE,
+    NOTHING,
+    OF_MEANS,
     UNRESOLVED,
     UNSCATTERED,
     ResultRow,
@@ -13,6 +17,7 @@ from knittest.base.result_rows import (
     result_rows,
     unfolded,
 )
+from knittest.base.unjudged import unjudged_note
 from knittest.experiment.compare import ERRORS, UNRATED
 from knittest.report_page.blocks import Block, Cell, Section, Table, Text, Tone
 from knittest.report_page.errors import error_blocks
@@ -21,7 +26,7 @@ from knittest.report_page.loading import LoadedRun
 
 _VERDICTS: dict[str, Tone] = {
     "within 1 sd": "good", "outside 1 sd": "bad", "refused": "bad", "not comparable": "warn", UNRESOLVED: "warn",
-    UNSCATTERED: "warn",
+    FEW: "warn", UNSCATTERED: "warn",
 }  # fmt: skip
 #: error of a peak, a strain or a force at an angle that is said above the table [%]
 FAR_OFF = 10.0
@@ -57,16 +62,23 @@ def results(run: LoadedRun) -> Section:
     blocks: list[Block] = []
     if rows:
         count = run.setting("variability", "specimens")
-        what = f"Results, mean ± sd of {count} specimens" if isinstance(count, int) and count > 1 else "Results"
+        several = isinstance(count, int) and count > 1
+        what = f"Results, mean ± sd of {count} specimens" if several else "Results"
         what += " ± numerical error" if run.summary.numerical_error and what == "Results" else ""
         sources = sorted({_cited(row) for row in run.summary.comparison if row.source})
         against = f", beside the experiment ({'; '.join(sources)}: mean ± sd)" if sources else ""
-        blocks.append(Table(what + against, HEADER, [_cells(row) for row in rows], (1, 2, 3)))
+        alone = all(row.verdict == NO_REFERENCE and row.kind == "-" for row in rows)
+        shown = HEADER[:2] if alone else HEADER
+        blocks.append(Table(what + against, shown, [_cells(row)[: len(shown)] for row in rows], (1, 2, 3)))
+        blocks += [Text(f"{NOTHING[0].upper()}{NOTHING[1:]}.")] if alone else []
         kinds = {row.kind for row in rows}
         notes = {"predicted": _PREDICTED, **KINDS}
         blocks += [Text(text[0].upper() + text[1:] + ".") for kind, text in notes.items() if kind in kinds]
+        blocks += [Text(f"{OF_MEANS}.")] if several and run.summary.comparison else []
         blocks += _assumed(assumed_inputs(run.summary.plain(), rows))
         blocks += error_blocks(run)
+        note = unjudged_note(run.summary.plain().get("unjudged"))
+        blocks += [Text(note[0].upper() + note[1:] + ".")] if note else []
         blocks += _rest(run)
     else:
         blocks.append(Text("This run left no results.", "warn"))

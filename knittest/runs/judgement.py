@@ -9,15 +9,17 @@ import numpy as np
 from knittest.base.history import Cost, Quality, Specimen
 from knittest.base.kinds import kinds
 from knittest.base.resources import data_dir
-from knittest.base.summary import Summary
+from knittest.base.summary import Summary, Unjudged
+from knittest.base.unjudged import peaks_beyond
 from knittest.config.run import Run
+from knittest.config.unread import unread_note
 from knittest.experiment.compare import compare_columns, compare_results
 from knittest.experiment.row_kind import assumed_inputs, given_results, row_kind
 from knittest.experiment.tables import published
 from knittest.export.summary import build_summary, ensemble_results
 from knittest.laboratory.against import own_curves
 from knittest.laboratory.registry import REPORTS
-from knittest.laboratory.report_base import References
+from knittest.laboratory.report_base import CurveAxes, References
 
 
 @dataclass(frozen=True)
@@ -54,7 +56,7 @@ def judge(run: Run, specimens: list[Specimen], references: References, forced: S
     of changes under which they were gone on with, ``forced``.
     """
     quality, cost = _worst([s.quality for s in specimens]), _total([s.cost for s in specimens])
-    quality = quality.warning(*references.apart)
+    quality = quality.warning(*references.apart, *filter(None, [unread_note(run)]))
     if forced:
         quality = quality.warning(f"gone on with by --force, although {'; '.join(forced)}")
     results = [s.results for s in specimens]
@@ -65,14 +67,23 @@ def judge(run: Run, specimens: list[Specimen], references: References, forced: S
     for row in rows:
         row["assumed"] = guessed
     refused, curves = quality.failures, list[dict[str, object]]()
+    report = REPORTS[run.rig.kind]
     if not refused:
-        report = REPORTS[run.rig.kind]
         columns = report.curve(specimens)
         curves = [compare_columns(columns, curve, report.axes.reach) for curve in references.curves]
     comparison: dict[str, object] = {"refused": list(refused), "rows": [] if refused else rows, "curves": curves}
     alone = {q: row_kind(run, q) for q in kinds()[run.rig.kind].published if q in means and q not in kind_of}
     summary = build_summary(run, results, quality, cost, rows, alone, guessed, [s.rest for s in specimens])
+    if beyond := _peaks_beyond(report.axes, specimens):
+        summary["unjudged"] = beyond
     return Judgement(summary, comparison, quality, curves[len(curves) - len(references.own) :])
+
+
+def _peaks_beyond(axes: CurveAxes, specimens: list[Specimen]) -> Unjudged | None:
+    """Peaks beyond the first failure, of a test whose gates judge up to it."""
+    if not axes.peak:
+        return None
+    return peaks_beyond([s.history for s in specimens], axes.x, [s.results[axes.peak] for s in specimens])
 
 
 def _worst(qualities: list[Quality]) -> Quality:

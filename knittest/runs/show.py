@@ -13,9 +13,12 @@ from knittest.base.kinds import kinds
 from knittest.base.layout import nearest, table, width_of, wrapped
 from knittest.base.rest import rest_line
 from knittest.base.result_rows import (
+    FEW,
     GIVEN,
     KINDS,
     NO_REFERENCE,
+    NOTHING,
+    OF_MEANS,
     UNRESOLVED,
     UNSCATTERED,
     assumed_inputs,
@@ -23,6 +26,7 @@ from knittest.base.result_rows import (
     unfolded,
 )
 from knittest.base.summary import Limit, Summary
+from knittest.base.unjudged import unjudged_note
 from knittest.config.looser import LOOSER
 from knittest.config.run import Run
 from knittest.experiment.compare import ERRORS
@@ -31,12 +35,16 @@ from knittest.export.jsonfile import json_text
 from knittest.laboratory.error_notes import error_notes
 
 HEADER = ("direction", "quantity", "simulated", "experiment", "deviation", "kind", "verdict")
-_NUMBERS = (2, 3, 4)  # columns aligned to the right
+_NUMBERS = ("simulated", "experiment", "deviation")  # columns aligned to the right
+#: columns that are left out where they say nothing
+VERDICT = 6
+EMPTY = (3, 4, 5, VERDICT)
 #: colours of verdicts; of any other red
 STYLES = {
     "within 1 sd": "green",
     NO_REFERENCE: "yellow",
     UNRESOLVED: "yellow",
+    FEW: "yellow",
     UNSCATTERED: "yellow",
     GIVEN: "yellow",
 }
@@ -100,6 +108,7 @@ def quality_lines(outcome: Outcome) -> list[str]:
         verdict = "passed as loosened; comparison refused: limit loosened"
     lines = [f"quality gates, {_name(outcome)}: {verdict} ({text})"]
     lines += [f"  {_looser(limit)}" for limit in outcome.summary.get("limits", [])]
+    lines += [f"  {note}" for note in [unjudged_note(outcome.summary.get("unjudged"))] if note]
     lines += [f"  failed: {reason}" for reason in quality.failures]
     return lines + [f"  warning: {reason}" for reason in quality.warnings]
 
@@ -119,10 +128,15 @@ def band_line(outcome: Outcome) -> str:
     return f"shear of this fabric over what is assumed of its yarns, 5 to 95 % [N/mm]: {told}" if told else ""
 
 
+def _of_means(outcome: Outcome) -> bool:
+    """Tell whether means of several specimens were compared."""
+    return outcome.run.variability.specimens > 1 and bool(outcome.summary["comparison"])
+
+
 def rest_told(outcome: Outcome) -> str:
-    """The state of rest that yarns started from, in one line; empty of shells."""
+    """The state of rest that yarns started from, in a line short enough for a terminal; empty of shells."""
     numbers = outcome.summary.get("rest")
-    return f"yarns at rest before the test, {_name(outcome)}: {rest_line(unfolded(numbers))}" if numbers else ""
+    return f"yarns at rest, {_name(outcome)}: {rest_line(unfolded(numbers))}" if numbers else ""
 
 
 def error_lines(outcomes: Sequence[Outcome]) -> list[str]:
@@ -205,36 +219,45 @@ def print_text(lines: Iterable[str], stream: TextIO | None = None) -> None:
 
 def _print(outcomes: Sequence[Outcome], stream: TextIO) -> None:
     rows, width = results_table(outcomes, "±" if _can_encode("±", stream) else "+-"), width_of(stream)
-    kinds = {row[HEADER.index("kind")] for row in rows}
-    notes = [text for kind, text in KINDS.items() if kind in kinds]
+    kinds, shown = {row[HEADER.index("kind")] for row in rows}, _saying(rows)
+    notes = [text for kind, text in KINDS.items() if kind in kinds] + ([] if VERDICT in shown else [NOTHING])
+    notes += [OF_MEANS] if any(_of_means(outcome) for outcome in outcomes) else []
     notes += [line for outcome in outcomes if (line := assumed_line(outcome))]
     notes += dict.fromkeys(line for outcome in outcomes if (line := band_line(outcome)))
     lines = [*notes, *error_lines(outcomes), *(line for outcome in outcomes if (line := rest_told(outcome)))]
     lines += [line for outcome in outcomes for line in (*curve_lines(outcome), *quality_lines(outcome))]
     lines += [f"run folder: {nearest(outcome.folder)}" for outcome in outcomes]
-    for told, styled in _tables(rows, width):
-        if stream.isatty():
+    for told, styled in _tables([tuple(row[k] for k in shown) for row in [HEADER, *rows]], width):
+        if stream.isatty() and VERDICT in shown:
             _print_coloured(told, styled, stream)
         else:
             stream.write("\n".join(line for row in told for line in row) + "\n")
     stream.write("\n".join(["", *(part for line in lines for part in wrapped(line, width))]) + "\n")
 
 
+def _saying(rows: Sequence[tuple[str, ...]]) -> list[int]:
+    """Columns of :data:`HEADER` that say something of ``rows``: not that there is nothing, or no reference, in each."""
+    empty = {VERDICT: NO_REFERENCE}
+    return [k for k in range(len(HEADER)) if k < min(EMPTY) or any(row[k] != empty.get(k, "-") for row in rows)]
+
+
 def _tables(
     rows: Sequence[tuple[str, ...]], width: int | None
 ) -> Iterator[tuple[list[list[str]], Sequence[tuple[str, ...]]]]:
-    """Lines of the table of ``rows``, with the rows; within a ``width`` a table of its own for each run unless all fit
-    one.
+    """Lines of the table of ``rows``, a head and results, with the results; within a ``width`` a table of its own for
+    each run unless all fit one.
     """
+    header, rows = rows[0], rows[1:]
     names = list(dict.fromkeys(row[0] for row in rows))
-    whole = table([HEADER, *rows], None, _NUMBERS)
+    right = [column for column, name in enumerate(header) if name in _NUMBERS]
+    whole = table([header, *rows], None, right)
     if width is None or (len(names) > 1 and max(len(line) for row in whole for line in row) <= width):
         yield whole, rows
         return
     for name in names:
         own = [row for row in rows if row[0] == name]
-        head = (f"{name}: {HEADER[1]}" if len(names) > 1 else HEADER[1], *HEADER[2:])
-        yield table([head, *(row[1:] for row in own)], width, [column - 1 for column in _NUMBERS]), own
+        head = (f"{name}: {header[1]}" if len(names) > 1 else header[1], *header[2:])
+        yield table([head, *(row[1:] for row in own)], width, [column - 1 for column in right]), own
 
 
 def _print_coloured(told: Sequence[Sequence[str]], rows: Sequence[tuple[str, ...]], stream: TextIO) -> None:
@@ -243,7 +266,7 @@ def _print_coloured(told: Sequence[Sequence[str]], rows: Sequence[tuple[str, ...
     from rich.text import Text
 
     console = Console(file=stream, highlight=False, markup=False)
-    start = told[0][0].rindex(HEADER[-1])
+    start = told[0][0].rindex(HEADER[VERDICT])
     styles = ["bold", *(STYLES.get(row[-1], "red") for row in rows)]
     for lines, style in zip(told, styles, strict=True):
         for line in lines:

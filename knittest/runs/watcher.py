@@ -44,6 +44,10 @@ class Watcher(Observer):
             self._log("goes on", number=self._keeper.specimen, at_ms=found.time)
         return found
 
+    def resumed(self, fraction: float, time_ms: float) -> None:
+        """Tell the user."""
+        self._progress.say(f"{self._label}: goes on at {time_ms:.4g} ms, {100.0 * fraction:.0f} % of the test")
+
     def visit(self, take: Callable[[], Snapshot]) -> None:
         """Write a checkpoint when it is due; raise for a signal."""
         self._keeper.visit(take)

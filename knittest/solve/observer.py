@@ -25,6 +25,9 @@ class Observer:
         """Return the state to go on from; None to start."""
         return None
 
+    def resumed(self, fraction: float, time_ms: float) -> None:
+        """Hear where it goes on: share of the test (0 to 1), simulated time [ms]."""
+
     def visit(self, take: Callable[[], Snapshot]) -> None:
         """See the state after a chunk of steps, taken if wanted; may raise to stop the simulation."""
 

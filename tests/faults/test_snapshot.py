@@ -27,10 +27,13 @@ class Keeper(Observer):
     """Takes a snapshot at the looks ``at``; goes on from ``snapshot``."""
 
     def __init__(self, at=(), snapshot=None):
-        self.at, self.snapshot, self.looks, self.taken = set(at), snapshot, 0, []
+        self.at, self.snapshot, self.looks, self.taken, self.went_on = set(at), snapshot, 0, [], []
 
     def resume_from(self):
         return self.snapshot
+
+    def resumed(self, fraction, time_ms):
+        self.went_on.append((fraction, time_ms))
 
     def visit(self, take):
         self.looks += 1
@@ -85,4 +88,8 @@ def test_the_forces_of_tools_are_averaged_across_a_restart():
     watched = Keeper(at=[alone.looks // 2, alone.looks - 2, alone.looks - 1])
     pulled(watched)
     for snapshot in watched.taken:
-        assert bits(pulled(Keeper(snapshot=snapshot))) == bits(history)
+        keeper = Keeper(snapshot=snapshot)
+        assert bits(pulled(keeper)) == bits(history)
+        ((fraction, time_ms),) = keeper.went_on
+        assert time_ms == snapshot.time and 0.4 < fraction <= 1.0
+    assert not alone.went_on

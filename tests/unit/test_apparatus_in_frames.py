@@ -84,3 +84,10 @@ def test_plates_of_compaction_close_by_half_the_way_each() -> None:
     same_as_tools(bodies, run, prepared)
     np.testing.assert_allclose(bodies[0].offset[:, 2], [0.0, 0.1, 0.2])
     np.testing.assert_allclose(bodies[1].offset[:, 2], [0.0, -0.1, -0.2])
+
+
+@pytest.mark.parametrize("test", ["compaction", "friction"])
+def test_a_specimen_that_an_earlier_version_finished_has_no_plates(test: str) -> None:
+    """A resumed ensemble reads it from its checkpoint, without the places of the plates."""
+    specimen: Any = SimpleNamespace(history=None, facts={"area_mm2": 100.0})
+    assert REPORTS[test].bodies(resolved(test, scale="meso"), specimen) == []

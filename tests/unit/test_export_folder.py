@@ -17,6 +17,7 @@ from export_sample import cost, curve, quality
 
 from knittest.base import atomic
 from knittest.base.errors import InputError, NumericalError, OutOfTolerance, ResourceError
+from knittest.config.loading import resolve
 from knittest.config.run import Run
 from knittest.export import lock
 from knittest.export.folder import RunFolder, run_name, slug
@@ -125,6 +126,8 @@ def test_default_folder_names(tmp_path: Path, run: Run, monkeypatch: pytest.Monk
         assert second.path.name == first.path.name + "-2"
     monkeypatch.undo()
     assert run_name(run, direction="both").startswith("tensile-2-meso-both-2")
+    forming = resolve(variant="1", test="forming")
+    assert run_name(forming).startswith("forming-pham2019-v1-macro-2")  # no direction, and no word for none
 
 
 @pytest.mark.parametrize("text", ["../../etc/passwd", "<script>", "a b", "", "...", "ü" * 90])

@@ -141,11 +141,13 @@ def test_an_ensemble_shows_specimens_corridor_and_its_spread(monkeypatch: pytest
     specimens = [curve(peak) for peak in (5000.0, 5500.0, 6000.0)]
     curves.curve_picture(Path("x.png"), specimens, title="t", corridor=corridor)
     assert labels(kept[0]) == [
-        "3 simulated specimens",
+        "3 simulated specimens, circles: their peaks",
         "simulated, ± sd",
-        "simulated, mean",
+        "simulated, mean up to the earliest peak",
         "simulated peaks 5500 ± 500 N at 1.60 ± 0.02 %",
     ]
+    marked = [line.get_ydata()[line.get_markevery()[0]] for line in kept[0].axes[0].lines if line.get_markevery()]
+    assert marked[:3] == [one["force_n"].max() for one in specimens]
 
 
 def test_limits_and_first_failure_are_marked(monkeypatch: pytest.MonkeyPatch) -> None:

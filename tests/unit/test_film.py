@@ -1,5 +1,6 @@
 """Films: their images by what must be on them, their files, and what is refused."""
 
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -13,10 +14,12 @@ from knittest.cli.main import run as command
 from knittest.export.slant import LOOKS, sight
 from knittest.export.vtu import write_frames
 from knittest.report_page.loading import load_run
-from knittest.report_page.moving.film import Filmed, animate
+from knittest.report_page.moving.film import Filmed, animate, films
 from knittest.report_page.moving.recording import read_recording
 from knittest.report_page.moving.scales import scales_of
 from knittest.report_page.moving.stage import Stage
+
+SHORT = ["--seconds", "0.2", "--fps", "5", "--width", "320"]
 
 
 @pytest.fixture(scope="module", params=["beams", "shells"])
@@ -93,3 +96,29 @@ def test_without_an_encoder_an_mp4_is_refused_and_nothing_left(moved: Path, tmp_
     with pytest.raises(InputError, match=r"pip install 'knittest\[animate\]', or write a .gif"):
         animate(moved, tmp_path / "film.mp4", Filmed(seconds=0.1, width=320))
     assert not list(tmp_path.iterdir())
+
+
+def test_both_directions_get_a_film_each(moved: Path, tmp_path: Path) -> None:
+    both = tmp_path / "both"
+    for name in ("warp", "weft"):
+        shutil.copytree(moved, both / name)
+    assert command(["animate", str(both), "--out", str(tmp_path / "film.gif"), *SHORT]) == 0
+    assert sorted(path.name for path in tmp_path.glob("*.gif")) == ["film-warp.gif", "film-weft.gif"]
+
+
+def test_without_an_encoder_the_default_is_a_gif_and_says_what_to_install(
+    moved: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("knittest.report_page.moving.film.has_encoder", lambda: False)
+    assert command(["animate", str(moved), *SHORT]) == 0
+    out, err = capsys.readouterr()
+    assert out.strip() == str(moved / "film.gif") and (moved / "film.gif").is_file()
+    assert "pip install 'knittest[animate]'" in err
+    (moved / "film.gif").unlink()
+
+
+def test_with_one_it_is_mp4(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("knittest.report_page.moving.film.has_encoder", lambda: True)
+    run = Path("runs/one")
+    assert films(run, [run], None) == ({run: run / "film.mp4"}, "")
+    assert films(run, [run], Path("a.gif")) == ({run: Path("a.gif")}, "")

@@ -131,3 +131,16 @@ def test_a_damaged_field_is_said_and_not_drawn(tmp_path):
         (folder / "shear-field.csv").write_text("x_mm,y_mm\n1,2\n")
     page, _ = write_reports(runs, tmp_path / "page.html")
     assert "expected the columns x_mm, y_mm, shear_angle_deg" in page.read_text()
+
+
+def test_a_picture_of_fields_that_cannot_be_carried_costs_the_page_nothing_else(tmp_path, monkeypatch):
+    def fails(png: bytes) -> str:
+        raise OSError("encoder error")
+
+    monkeypatch.setattr("knittest.report_page.fields.light", fails)
+    runs = [write_run(tmp_path / name, "forming") for name in ("a", "b")]
+    for k, folder in enumerate(runs):
+        rows = "\n".join(f"{x},{y},{x + k}" for x in range(12) for y in range(12))
+        (folder / "shear-field.csv").write_text(f"x_mm,y_mm,shear_angle_deg\n{rows}\n")
+    page, _ = write_reports(runs, tmp_path / "page.html")
+    assert "cannot be drawn (encoder error)" in page.read_text()

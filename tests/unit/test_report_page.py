@@ -118,7 +118,9 @@ def test_chart_says_what_the_curve_beside_it_is(tensile: tuple[Path, HtmlPage], 
 
 def test_ensemble_has_corridor_spread_and_the_picture_of_all_specimens(tmp_path: Path) -> None:
     page = page_of(write_run(tmp_path / "r", specimens=3))
-    assert "<!-- simulated, mean, ± sd -->" in page.pictures()[0].decode()
+    chart = page.pictures()[0].decode()
+    assert "<!-- simulated, mean, ± sd -->" in chart and "<!-- simulated, peaks of the specimens -->" in chart
+    assert "a mean ends at the earliest peak of its specimens" in page.text(page.section("run-1-curve"))
     assert [c for c in page.tables() if c.startswith("Results, mean ± sd of 3 specimens")]
     assert "6233 ± 567 (n 3)" in page.text(page.section("run-1-results"))
     assert "curve.png" in page.text(page.section("run-1-pictures"))

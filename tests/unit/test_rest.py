@@ -64,8 +64,7 @@ def test_numbers_rows_and_the_line_say_the_same():
     assert rows["mean normal force of crossings"] == "knit-knit 0.1, warp-weft 0.4 N"
     assert rows["Munden's Kc"] == "4.00 (relaxed plain knits 5 to 5.3)"
     assert rows["out of balance"] == "0.4 % of the contact forces"
-    line = rest_line(numbers)
-    assert all(f"{label} {text}" in line for label, text in rows.items()) and "\n" not in line
+    assert rest_line(numbers) == "loops 0.2 N, 2.20 mm thick, out of balance 0.4 %"
 
 
 @pytest.mark.parametrize(("share", "creeps"), [(0.029, False), (0.031, True)])
@@ -79,6 +78,7 @@ def test_what_was_not_settled_says_so_and_no_draw_in_is_none():
     numbers = rest_numbers(Rest(0.0, 2.2, math.nan), 4.0, 16.3)
     rows = dict(rest_rows(json.loads(json.dumps(numbers).replace("NaN", "null"))))
     assert rows["out of balance"] == "not settled: yarns start free of force"
+    assert rest_line(rest_numbers(Rest(0.0, 2.2, math.nan), 4.0, 16.3)).endswith("thick, not settled")
     assert "loops drawn in by" not in rows and "mean normal force of crossings" not in rows
 
 

@@ -40,7 +40,7 @@ SAME_RATIO = 0.02
 class BiaxialReport(Report[BiaxialRun]):
     """See :class:`knittest.laboratory.report_base.Report`."""
 
-    axes = CurveAxes("strain_pct", FORCE_PER_WIDTH, "strain [%]", "force per width [N/mm]")
+    axes = CurveAxes("strain_pct", FORCE_PER_WIDTH, "strain [%]", "force per width [N/mm]", peak="biaxial_strain_pct")
     placed_by = SIDES
 
     def scaled(self, run: BiaxialRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:

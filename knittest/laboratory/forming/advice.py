@@ -5,7 +5,7 @@ from collections.abc import Callable
 from knittest.base.rounding import rounded_down
 from knittest.laboratory.advice import finer_shells
 from knittest.laboratory.forming.config import FormingRun
-from knittest.laboratory.forming.free_yarns import in_plane_stiffness
+from knittest.laboratory.forming.free_yarns import in_plane_bending
 from knittest.laboratory.forming.presets import FREE_BLANK
 
 
@@ -26,7 +26,7 @@ def held_in_the_plane(run: FormingRun, share: float) -> str:
         return finer_shells(run, share)
     return (
         "shells whose yarns do not bend in the plane fold into bands, the finer the more: try "
-        f"fabric.macro.in_plane_bending, {in_plane_stiffness(run.fabric)}"
+        f"{in_plane_bending(run.fabric)}"
     )
 
 

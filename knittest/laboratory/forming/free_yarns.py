@@ -11,14 +11,14 @@ def free_yarns(run: FormingRun) -> tuple[str, ...]:
         return ()
     return (
         "yarns of the shells do not bend in the plane: a compressed flange folds into bands as narrow as the shells, "
-        f"and forces fall with their size; fabric.macro.in_plane_bending holds them: {in_plane_stiffness(run.fabric)}",
+        f"and forces fall with their size; what holds them: {in_plane_bending(run.fabric)}",
     )
 
 
-def in_plane_stiffness(fabric: Fabric) -> str:
-    """Values of ``fabric.macro.in_plane_bending`` [N mm] where the yarns are described, else what to give."""
+def in_plane_bending(fabric: Fabric) -> str:
+    """Options that make the yarns of ``fabric`` bend in the plane, where they are described; else what to give."""
     if any(getattr(fabric, name) is None for name in YARN_LEVEL):
-        return "EI of a yarn over the distance of the yarns [N mm] (no yarns are described)"
+        return "fabric.macro.in_plane_bending, EI of a yarn over the distance of the yarns [N mm] (none are described)"
     yarn = fabric.reinforcing.bending_stiffness_n_mm2
-    each = [f"{d} {fabric.density_per_mm.of(d) * yarn.of(d):.3g}" for d in DIRECTIONS]
-    return f"{' and '.join(each)} N mm by EI of the yarns over their distance"
+    values = {d: fabric.density_per_mm.of(d) * yarn.of(d) for d in DIRECTIONS}
+    return " ".join(f"--set fabric.macro.in_plane_bending.{d}={value:.3g}" for d, value in values.items())

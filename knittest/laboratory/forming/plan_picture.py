@@ -26,13 +26,15 @@ class Outlines:
 @dataclass(frozen=True)
 class Field:
     """``value`` (n,) at ``place`` (n, 2) [mm], or in the polygons ``cells`` (n, k, 2); nan is not known, and the legend
-    calls it ``unknown``.
+    calls it ``unknown``. ``colours`` are those of a scale without signs, on which a line stands at ``limit``.
     """
 
     place: Array
     value: Array
     cells: Array | None = None
     unknown: str = "not known"
+    colours: str = "viridis"
+    limit: float | None = None
 
 
 UNKNOWN = "#e4e7ea"
@@ -67,7 +69,7 @@ def plan_picture(
     shown = np.isfinite(value)
     most = float(np.abs(value[shown]).max(initial=0.0)) if top is None else top
     scale = Normalize(-most if signed else 0.0, max(most, 1e-9))
-    colours = "RdBu_r" if signed else "viridis"
+    colours = "RdBu_r" if signed else field.colours
     drawn: Any
     if cells is None:
         size = _size(place, outlines)
@@ -85,7 +87,10 @@ def plan_picture(
     _draw(axes, outlines)
     box, wide = axes.get_position(), figure.get_size_inches()[0]
     bar = figure.add_axes((box.x1 + 0.2 / wide, box.y0 + 0.1 * box.height, 0.2 / wide, 0.8 * box.height))
-    figure.colorbar(drawn, cax=bar, extend=_cut(value[shown], scale)).set_label(label)
+    found = figure.colorbar(drawn, cax=bar, extend=_cut(value[shown], scale))
+    found.set_label(label)
+    if field.limit is not None:
+        found.ax.axhline(field.limit, color=BLACK, lw=1.5)
     save(figure, path)
 
 

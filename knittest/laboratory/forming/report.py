@@ -15,7 +15,7 @@ from knittest.laboratory.forming.formed import Formed
 from knittest.laboratory.forming.moved_tools import moved_tools
 from knittest.laboratory.forming.plan_picture import Field, Outlines, outline_picture, plan_picture
 from knittest.laboratory.forming.stamp_work import LABELS, stamp_work
-from knittest.laboratory.forming.test import Forming, allowed_depth, drawn, shear_field, tools_of
+from knittest.laboratory.forming.test import WRINKLED, Forming, allowed_depth, drawn, shear_field, tools_of
 from knittest.laboratory.forming.tilted_picture import tilted_picture
 from knittest.laboratory.forming.yarn_forces import yarn_forces
 from knittest.laboratory.report_base import (
@@ -101,11 +101,12 @@ class FormingReport(NoSize[FormingRun], Report[FormingRun]):
         )  # fmt: skip
         flange = np.where(surface.on_die, surface.height, np.nan)
         height = flange if cells is None else flange[history.mesh.cells].mean(axis=1)
-        raised = Field(surface.now[:, :2], height, cells, "not on the flange")
+        high = WRINKLED * first.facts["thickness_mm"]
+        raised = Field(surface.now[:, :2], height, cells, "walls and bottom, not judged", "YlOrRd", high)
         plan_picture(
             folder / "wrinkles.png", raised, outlines, title=title,
-            label="height of the flange above the die [mm]",
-            top=max(float(np.percentile(np.append(surface.on_flange, 0.0), SHOWN)), 0.5 * first.facts["thickness_mm"]),
+            label=f"height of the flange above the die [mm]; line: {high:.2g} mm, wrinkled above",
+            top=max(float(np.percentile(np.append(surface.on_flange, 0.0), SHOWN)), 2.0 * high),
             note=f"flange: largest {results['max_wrinkle_height_mm']:.2f} mm, {results['wrinkled_area_pct']:.1f} % "
             f"higher than half the thickness; bottom: {results['off_stamp_area_pct']:.1f} % as far off the stamp",
         )  # fmt: skip
@@ -139,7 +140,7 @@ def _surface(run: FormingRun, specimen: Specimen) -> Formed:
 def _deformed(run: FormingRun, history: History, last: Frame, path: Path) -> None:
     """The blank at a slant: shells by shear angle, yarns by axial force."""
     if history.mesh.kind == "shells":
-        value, label = np.abs(np.rad2deg(last.fields["shear_angle"])), "shear angle of the material [deg]"
+        value, label = np.abs(np.rad2deg(last.fields["shear_angle"])), "shear angle, without its sign [deg]"
     else:
         value, label = np.maximum(last.fields["axial_force"], 0.0), "tension of the yarn [N]"
     tilted_picture(

@@ -43,7 +43,9 @@ POINTS = 400
 class TensileReport(Report[TensileRun]):
     """See :class:`knittest.laboratory.report_base.Report`."""
 
-    axes = CurveAxes("strain_pct", "force_n", "strain [%]", "force [N]", "force_mean_n", "force_sd_n")
+    axes = CurveAxes(
+        "strain_pct", "force_n", "strain [%]", "force [N]", "force_mean_n", "force_sd_n", peak="fracture_strain_pct"
+    )
     placed_by = STRIP_JAWS
 
     def scaled(self, run: TensileRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:

@@ -1,6 +1,7 @@
 """Images one after the other into one file: MP4 by ffmpeg, GIF by Pillow."""
 
 from collections.abc import Iterable, Iterator
+from importlib.util import find_spec
 from itertools import chain
 from pathlib import Path
 
@@ -34,6 +35,11 @@ def encode(out: Path, images: Iterator[Image], fps: int, typical: Iterable[Image
         raise resource_error(out, error) from error
     finally:
         part.unlink(missing_ok=True)
+
+
+def has_encoder() -> bool:
+    """Tell whether MP4 can be written."""
+    return find_spec("imageio_ffmpeg") is not None
 
 
 def _mp4(path: Path, images: Iterator[Image], fps: int) -> None:

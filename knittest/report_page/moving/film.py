@@ -1,6 +1,6 @@
 """Films of a run folder: its frames drawn one after the other, those between them interpolated in time."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import repeat
 from pathlib import Path
@@ -10,7 +10,7 @@ import numpy as np
 from knittest.base.errors import InputError
 from knittest.export.slant import LOOKS
 from knittest.report_page.loading import load_run
-from knittest.report_page.moving.encoding import FORMATS, Image, encode
+from knittest.report_page.moving.encoding import FORMATS, Image, encode, has_encoder
 from knittest.report_page.moving.recording import Array, Recording, read_recording
 from knittest.report_page.moving.scales import Scale, scale_of, scales_of
 from knittest.report_page.moving.stage import Stage
@@ -45,6 +45,23 @@ class Filmed:
             given = getattr(self, name)
             if given is not None and not least <= given <= most:
                 raise InputError(f"{name} = {given:g}: expected {least:g} to {most:g}")
+
+
+def films(parent: Path, folders: Sequence[Path], out: Path | None) -> tuple[dict[Path, Path], str]:
+    """Film of each run of ``folders`` found in ``parent``, and a line on the format where MP4 cannot be written.
+
+    Without ``out`` it lies in the run's folder; an ``out`` for several has the place of the run below ``parent`` in its
+    name.
+    """
+    if out is not None and len(folders) == 1:
+        return {folders[0]: out}, ""
+    if out is not None:
+        names = ["-".join(folder.resolve().relative_to(parent.resolve()).parts) for folder in folders]
+        return {f: out.with_name(f"{out.stem}-{n}{out.suffix}") for f, n in zip(folders, names, strict=True)}, ""
+    if has_encoder():
+        return {folder: folder / "film.mp4" for folder in folders}, ""
+    why = "GIF, as MP4 needs an encoder that is not installed: pip install 'knittest[animate]'"
+    return {folder: folder / "film.gif" for folder in folders}, why
 
 
 def animate(folder: Path, out: Path, filmed: Filmed | None = None) -> Path:

@@ -68,14 +68,16 @@ def table_cells(rows: list[Counterpart]) -> list[tuple[str, ...]]:
 
 
 def table_lines(rows: list[Counterpart], width: int | None) -> list[str]:
-    """:func:`table_cells` as lines; where they do not fit ``width``, each origin stands below its row."""
-    cells = table_cells(rows)
-    lines = [line for row in table(cells, indent="  ") for line in row]
+    """:func:`table_cells` as lines; where they do not fit ``width``, a line of the verdict and one of both numbers."""
+    lines = [line for row in table(table_cells(rows), indent="  ") for line in row]
     if width is None or max(map(len, lines)) <= width:
         return lines
     told = []
-    for row, below in zip(table([row[:-1] for row in cells], width, indent="  "), cells, strict=True):
-        told += [*row, *wrapped(f"      {below[-1]}", width)]
+    for name, stated, source, other, difference, verdict, origin in table_cells(rows)[1:]:
+        off = "" if difference == "-" else f", {difference}"
+        found = origin if other == "-" else f"{other}: {origin}"
+        told += wrapped(f"  {name}: {verdict}{off}", width)
+        told += wrapped(f"      {stated} in the file ({source}); {found}", width)
     return told
 
 

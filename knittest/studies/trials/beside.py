@@ -3,7 +3,6 @@
 import math
 from collections.abc import Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
-from concurrent.futures import TimeoutError as NotYet
 from concurrent.futures import wait as wait_for
 from pathlib import Path
 from types import TracebackType
@@ -43,16 +42,18 @@ class Beside:
     def wait(self, folder: Path, progress: Progress) -> Path:
         """Return ``folder`` once its run is completed, showing how far it is; raise the error that ended it."""
         run, _ = self._runs[folder]
-        to_failure = TESTS[run.rig.kind].ends_at_failure
-        progress.phase(f"{run.direction or run.rig.kind}: running beside", until_failure=to_failure)
-        while True:
-            try:
-                record = self._futures[folder].result(LOOK)
-            except NotYet:
-                progress.update(self._shares[folder], math.nan, math.nan, math.nan)
-                continue
-            raise_what_ended(record, run.direction or run.rig.kind)
-            return folder
+        name, future = run.direction or run.rig.kind, self._futures[folder]
+        if future.done():
+            progress.done()
+        else:
+            progress.phase(f"{name}: running beside", until_failure=TESTS[run.rig.kind].ends_at_failure)
+        while not future.done():
+            wait_for([future], LOOK)
+            progress.update(self._shares[folder], math.nan, math.nan, math.nan)
+        record = future.result()
+        raise_what_ended(record, name)
+        progress.ended(f"{name}, beside", record.seconds)
+        return folder
 
     def __enter__(self) -> Self:
         self._watchers = ThreadPoolExecutor(max(len(self._children), 1), thread_name_prefix="beside")

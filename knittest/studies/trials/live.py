@@ -7,8 +7,9 @@ from collections import Counter
 from types import TracebackType
 from typing import Protocol, Self, TextIO
 
+from knittest.base.displays import duration, write_line
 from knittest.base.notebook import CellText, in_notebook
-from knittest.base.progress import OnDisplay, duration, write_line
+from knittest.base.progress import OnDisplay
 from knittest.base.result_rows import LABELS
 from knittest.studies.trials.record import Record
 from knittest.studies.trials.trial import Trial

@@ -1,15 +1,14 @@
 """Numbers in which the fabrics of a study differ: only what the file says may."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
 
 from knittest.base.errors import InputError
+from knittest.config.leaves import leaves
 from knittest.config.run import Run
 from knittest.config.uncertainty import Uncertainty
 from knittest.config.yaml_loader import Document, shown
 
-#: what says where a number comes from, or names things: no run computes with it
-_TOLD = {"source", "ref", "tuned_on", "chosen_by"}
+#: what names things: no run computes with it
 _NAMES = ("fabric.name", "fabric.title", "fabric.experiment", "fabric.rigs", "output.")
 
 
@@ -34,18 +33,8 @@ def check_differences(runs: Mapping[str, Run], study: Uncertainty, document: Doc
 
 def differences(runs: Sequence[Run]) -> dict[str, list[object]]:
     """Values of each field, by dotted path, in which ``runs`` differ; of runs of yarns without the shells' card."""
-    flat = [dict(_leaves(run.model_dump(mode="json"))) for run in runs]
+    flat = [dict(leaves(run.model_dump(mode="json"))) for run in runs]
     unread = (*_NAMES, "fabric.macro.") if runs[0].model.scale == "meso" else _NAMES
     names = dict.fromkeys(name for one in flat for name in one if not name.startswith(unread))
     values = {name: [one.get(name) for one in flat] for name in names}
     return {name: found for name, found in values.items() if any(value != found[0] for value in found)}
-
-
-def _leaves(value: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, object]]:
-    for name, inner in value.items():
-        if name in _TOLD:
-            continue
-        if isinstance(inner, dict):
-            yield from _leaves(inner, f"{prefix}{name}.")
-        else:
-            yield (prefix.removesuffix(".") if name == "value" else f"{prefix}{name}"), inner

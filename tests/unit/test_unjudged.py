@@ -1,0 +1,62 @@
+"""Peaks beyond the first failure: found in the curves, said under the table and on the page, and only where true."""
+
+import numpy as np
+import pytest
+from report_sample import write_run
+
+from knittest.base.history import History, Mesh
+from knittest.base.unjudged import peaks_beyond, unjudged_note
+from knittest.laboratory.registry import REPORTS
+from knittest.report_page.loading import load_run
+from knittest.report_page.results import results
+
+NO_MESH = Mesh("beams", np.zeros((0, 2), np.int64), np.zeros(0, np.int64), (), np.zeros(0, np.int64), np.zeros(0))
+
+
+def history(first_failure: int | None) -> History:
+    """An eighth of a percent of strain a row of the energies, of which the curve has every other."""
+    time = np.arange(21.0)
+    curve = {"time_ms": time[::2], "strain_pct": 0.125 * time[::2]}
+    return History(NO_MESH, curve, {"time_ms": time}, first_failure=first_failure)
+
+
+def test_a_peak_beyond_the_first_failure_is_found_where_the_energies_have_it():
+    found = peaks_beyond([history(7)], "strain_pct", [1.3])
+    assert found == {"specimens": 1, "first_failure_pct": [0.875], "peak_pct": [1.3]}
+    told = "gates judged up to the first failure, at 0.88 % strain; the peak lies beyond it, at 1.30 %"
+    assert unjudged_note(found) == told
+
+
+@pytest.mark.parametrize(("failure", "peak"), [(None, 1.3), (13, 1.625), (14, 1.3)])
+def test_nothing_is_said_of_a_peak_that_is_judged(failure, peak):
+    assert peaks_beyond([history(failure)], "strain_pct", [peak]) is None
+    assert unjudged_note(None) == ""
+
+
+def test_of_an_ensemble_those_that_lie_beyond_are_counted():
+    found = peaks_beyond([history(7), history(None), history(9)], "strain_pct", [1.3, 1.2, 1.45])
+    assert unjudged_note(found) == (
+        "gates judged up to the first failure, at 0.88 to 1.12 % strain; the peaks of 2 of 3 specimens lie beyond it, "
+        "at 1.30 to 1.45 %"
+    )
+
+
+def test_strains_that_two_digits_do_not_tell_apart_are_not_worth_a_line():
+    assert unjudged_note({"specimens": 1, "first_failure_pct": [1.601], "peak_pct": [1.604]}) == ""
+
+
+def test_the_page_says_it_beside_the_results(tmp_path):
+    path = write_run(tmp_path / "run")
+    summary = path / "summary.json"
+    beyond = '{"unjudged": {"specimens": 1, "first_failure_pct": [0.85], "peak_pct": [1.32]},'
+    texts = [block.text for block in results(load_run(path)).blocks if hasattr(block, "text")]
+    assert not any("first failure" in text for text in texts)
+    summary.write_text(summary.read_text().replace("{", beyond, 1))
+    texts = [block.text for block in results(load_run(path)).blocks if hasattr(block, "text")]
+    assert any(text.startswith("Gates judged up to the first failure, at 0.85 %") for text in texts)
+
+
+def test_strips_name_the_result_that_says_where_their_peak_lies():
+    assert {k: r.axes.peak for k, r in REPORTS.items() if r.axes.peak} == {
+        "tensile": "fracture_strain_pct", "biaxial": "biaxial_strain_pct",
+    }  # fmt: skip
