@@ -20,14 +20,19 @@ def _made(kind: TestKind, part: str, protocol: type) -> Any:
     missing = {*getattr(maker, "__abstractmethods__", ())}  # of one that inherits the protocol, which cannot be made
     if not missing:
         made = maker()
-        wanted = {*getattr(protocol, "__abstractmethods__", ()), *protocol.__annotations__}
+        stated = protocol.__annotations__.keys() - vars(protocol).keys()
+        wanted = {*getattr(protocol, "__abstractmethods__", ()), *stated}
         missing = {name for name in wanted if not hasattr(made, name)}
     if missing:
         lacking = ", ".join(sorted(missing))
         raise InputError(f"test {kind.name}: {getattr(kind, part)} lacks {lacking}: see {protocol.__name__}")
     for name, default in vars(protocol).items():  # of one that does not inherit the protocol
-        if isfunction(default) and not name.startswith("_") and not hasattr(made, name):
+        if name.startswith("_") or hasattr(made, name):
+            continue
+        if isfunction(default):
             setattr(made, name, MethodType(default, made))
+        elif name in protocol.__annotations__:
+            setattr(made, name, default)
     return made
 
 
