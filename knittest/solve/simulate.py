@@ -75,7 +75,7 @@ def _begin(model: ExplicitModel, rig: Rig, solver: Solver, observer: Observer) -
         run.frames.append(_frame(run, {run.rig.coordinate: 0.0, run.rig.force: 0.0}))
         return run
     run.restore(snapshot)
-    observer.resumed(run.time / run.rig.duration, run.time)
+    observer.resumed(min(run.time / run.rig.duration, 1.0), run.time)  # the last chunk may end a little later
     before = float(snapshot.state["run/rest_damping_factor"])
     if before != run.rest_damping_factor:  # a forced restart with another step or damping
         _damp_recoil(run)
