@@ -77,7 +77,8 @@ def rest_line(numbers: Mapping[str, Value]) -> str:
     means = {name: _mean(value) for name, value in numbers.items()}
     tension, thickness, residual = (means[n] for n in ("loop_tension_n", "thickness_mm", "out_of_balance_pct"))
     state = f"out of balance {residual:.2g} %" if math.isfinite(residual) else "not settled"
-    return f"loops {tension:.2g} N, {thickness:.2f} mm thick, {state}"
+    doubt = ": tension good to a tenth at best" if residual > CREEPING else ""
+    return f"loops {tension:.2g} N, {thickness:.2f} mm thick, {state}{doubt}"
 
 
 def _mean(value: Value) -> float:

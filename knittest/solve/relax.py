@@ -94,8 +94,7 @@ def relax(
     Converged when the residual is below ``tolerance`` and the move in a period of the slowest mode below ``tolerance``
     of the largest displacement so far from ``unloaded`` (n_nodes, 3), by default from where it begins; or when forces
     are no more than the rounding of positions gives (:data:`ROUNDING`) and nothing acts or the residual has come to its
-    least. Raises :class:`NumericalError` when the state
-    is no longer finite.
+    least. Raises :class:`NumericalError` when the state is no longer finite.
     """
     nodes, n = model.nodes, model.n_nodes
     found, free, arm = Relaxation(), _free(model, drive), _gyration(model)

@@ -69,9 +69,11 @@ def test_numbers_rows_and_the_line_say_the_same():
 
 @pytest.mark.parametrize(("share", "creeps"), [(0.029, False), (0.031, True)])
 def test_yarns_that_still_creep_say_what_of_their_rest_is_not_to_be_read(share, creeps):
-    told = dict(rest_rows(rest_numbers(Rest(0.1, 2.0, share), 4.0, 16.0)))["out of balance"]
+    numbers = rest_numbers(Rest(0.1, 2.0, share), 4.0, 16.0)
+    told = dict(rest_rows(numbers))["out of balance"]
     assert told.startswith(f"{100.0 * share:.2g} % of the contact forces")
     assert ("tension and crossings stated here may be off by a tenth" in told) == creeps
+    assert rest_line(numbers).endswith("%: tension good to a tenth at best") == creeps
 
 
 def test_what_was_not_settled_says_so_and_no_draw_in_is_none():
