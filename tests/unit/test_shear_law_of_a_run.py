@@ -1,5 +1,7 @@
 """A picture frame of yarns as the shear law of the shells."""
 
+import json
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -46,11 +48,12 @@ def test_the_stop_of_the_frame_does_not_flatten_the_law():
     assert np.diff(found[1])[-1] / np.diff(found[0])[-1] > 0.5e-3
 
 
-def run_folder(folder, law, **of):
+def run_folder(folder, law, refused=(), **of):
     (folder / "config.yaml").write_text(dump(resolve(variant="2", test="picture-frame", preset="quick", **of)))
     angle, force = frame_curve(law)
     table = pd.DataFrame({"frame_shear_angle_deg": angle, "normalised_shear_force_n_per_mm": force})
     table.to_csv(folder / "curve.csv", index=False)
+    (folder / "summary.json").write_text(json.dumps({"refused": refused}))
     return folder
 
 
@@ -60,10 +63,30 @@ def test_the_file_says_what_its_force_hangs_on_and_is_read_as_a_law(tmp_path):
     angle, force = write_law(run, tmp_path / "mine" / "law.csv")
     text = (tmp_path / "mine" / "law.csv").read_text()
     assert "# yarn-yarn friction coefficient: 0.4 (user)" in text
-    assert "# degree of set of the loops: 0.9 (assumed)" in text
+    assert "# degree of set of the loops: 0.9 (assumed)" in text and "patch" not in text and "draw-in" not in text
     curve = load_curve(tmp_path / "mine" / "law.csv")
     assert (curve.kind, curve.source) == ("simulated", "picture frame of yarns, pham2019-v2 (calibrated), 50 mm")
     assert curve.x == pytest.approx(angle, abs=1e-4) and curve.mean == pytest.approx(force, abs=1e-6)
+
+
+def test_the_file_names_patches_and_draw_in_where_the_fabric_states_them(tmp_path):
+    drawn = ["fabric.knitting.draw_in=0.5"]
+    run = run_folder(tmp_path, lambda a: 1e-3 * a, scale="meso", parameters="gripping", sets=drawn)
+    write_law(run, tmp_path / "law.csv")
+    head = (tmp_path / "law.csv").read_text()
+    assert "# draw-in of the loops [%]: 0.5 (user)\n" in head
+    for pair, radius in (("inlays", 0.375), ("inlay and loop", 0.306), ("loops", 0.25)):
+        assert f"# patch of a crossing, {pair} [mm]: {radius:g} (assumed)\n" in head
+
+
+def test_a_frame_that_its_gates_refused_is_no_law(tmp_path):
+    run = run_folder(tmp_path, lambda a: 1e-3 * a, refused=["energy error 7 % > 5 %"], scale="meso")
+    with pytest.raises(InputError, match=r"refused by its gates \(energy error 7 % > 5 %\)"):
+        write_law(run, tmp_path / "law.csv")
+    (run / "summary.json").unlink()
+    with pytest.raises(InputError, match="expected a finished run: go on with it by knittest resume"):
+        write_law(run, tmp_path / "law.csv")
+    assert not (tmp_path / "law.csv").exists()
 
 
 def test_shells_have_no_law_of_their_own(tmp_path):

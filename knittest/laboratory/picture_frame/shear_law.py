@@ -1,5 +1,6 @@
 """Homogenises a picture frame of yarns: its force as a shear law of the shells."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +8,8 @@ from numpy.typing import NDArray
 
 from knittest.base.atomic import make_folder, replacing
 from knittest.base.errors import InputError
+from knittest.config.base import Quantity
+from knittest.config.fabric import Fabric
 from knittest.config.loading import resolve
 from knittest.experiment.shear_csv import START
 from knittest.laboratory.picture_frame.config import PictureFrameRun
@@ -48,7 +51,8 @@ def write_law(run: Path, out: Path) -> tuple[Array, Array]:
     The folder of ``out`` is made if it is not there.
 
     The header says which fabric was sheared, and what was assumed of it. Raises :class:`InputError` when the folder
-    holds no such run, its frame went less than two steps, or it is of shells, which return the law they were given.
+    holds no such run, a gate refused it or its frame went less than two steps, or it is of shells, which return the law
+    they were given.
     """
     import pandas as pd
 
@@ -56,6 +60,7 @@ def write_law(run: Path, out: Path) -> tuple[Array, Array]:
     if not path.is_file():
         raise InputError(f"{run}: no curve.csv; expected the folder of a finished picture-frame run")
     given = _config(run)
+    _passed(run)
     curve = pd.read_csv(path, comment="#")
     missing = [c for c in (FRAME_ANGLE, NORMALISED) if c not in curve]
     if missing:
@@ -83,19 +88,51 @@ def _config(run: Path) -> PictureFrameRun:
     return given
 
 
+def _passed(run: Path) -> None:
+    """Raise :class:`InputError` unless ``run`` ended and every gate passed it."""
+    summary = run / "summary.json"
+    if not summary.is_file():
+        raise InputError(f"{run}: no summary.json; expected a finished run: go on with it by knittest resume {run}")
+    if refused := json.loads(summary.read_text(encoding="utf-8"))["refused"]:
+        raise InputError(
+            f"{run}: refused by its gates ({'; '.join(refused)}), so its force is no law; change the run as they say, "
+            "or end it before that angle (--set rig.max_angle=)"
+        )
+
+
 def _header(given: PictureFrameRun) -> list[str]:
     """Kind and source of the curve, and the numbers that its force hangs on, each with its own source."""
-    fabric, rig = given.fabric, given.rig
-    hangs_on = {
-        "yarn-yarn friction coefficient": fabric.contact.friction_coefficient,
-        "bending stiffness of the loops [N mm2]": fabric.knitting.bending_stiffness,
-        "degree of set of the loops": fabric.knitting.degree_of_set,
-    }
+    rig, fabric = given.rig, given.fabric
     return [
         "kind: simulated",
         f"fabric: {fabric.name}",
         f"source: picture frame of yarns, {fabric.name} ({given.parameters}), {rig.side:g} mm",
-        *(f"{name}: {number.value:g} ({number.source})" for name, number in hangs_on.items()),
+        *(f"{name}: {number.value:g} ({number.source})" for name, number in _hangs_on(fabric).items()),
         f"mean over {STEP:g} deg; conjugate to the shear angle, per reference area",
         f"preset {given.model.preset}, rig.side={rig.side:g}, rig.max_angle={rig.max_angle:g}",
     ]
+
+
+def _hangs_on(fabric: Fabric) -> dict[str, Quantity]:
+    """Numbers of the yarns that the force hangs on, those that the fabric states."""
+    loops, contact = fabric.knitting, fabric.contact
+    stated = {
+        "yarn-yarn friction coefficient": contact.friction_coefficient,
+        "bending stiffness of the loops [N mm2]": loops.bending_stiffness,
+        "torsion of the loops over their bending": loops.torsion_ratio,
+        "degree of set of the loops": loops.degree_of_set,
+        "draw-in of the loops [%]": loops.draw_in,
+        "tension of the loops [N]": loops.tension,
+    }
+    if contact.patch and (radius := contact.patch.radius):
+        stated |= {
+            "patch of a crossing, inlays [mm]": radius.inlay_inlay,
+            "patch of a crossing, inlay and loop [mm]": radius.inlay_loop,
+            "patch of a crossing, loops [mm]": radius.loop_loop,
+        }
+    if contact.patch and (compaction := contact.patch.compaction):
+        stated |= {
+            "lateral modulus of the inlays [MPa]": compaction.reinforcing,
+            "lateral modulus of the loops [MPa]": compaction.knitting,
+        }
+    return {name: number for name, number in stated.items() if number is not None}
