@@ -7,6 +7,7 @@ import numpy as np
 from docs.stored_cells import StoredCell, fabric_of
 from docs.validation_rows import LIMIT_SD, density, measured
 from knittest.base.resources import data_dir
+from knittest.config.loading import resolve
 from knittest.experiment.curves import load_curve
 from knittest.experiment.row_kind import cell_row_kind
 from knittest.experiment.tables import PublishedValue
@@ -68,7 +69,7 @@ def _off(value: float, row: PublishedValue) -> str:
 
 def shear_rows() -> tuple[Sequence[str], list[list[str]]]:
     """Header and lines of the order of both variants in shear."""
-    v1, v2 = ([_shear(variant, angle) for angle in ANGLES] for variant in ("1", "2"))
+    v1, v2 = ([law(variant, angle) for angle in ANGLES] for variant in ("1", "2"))
     return SHEAR_HEAD, [shear_line(*row) for row in zip(ANGLES, v1, v2, strict=True)]
 
 
@@ -86,6 +87,8 @@ def shear_line(angle: float, first: float, second: float) -> list[str]:
     ]
 
 
-def _shear(variant: str, angle: float) -> float:
-    curve = load_curve(data_dir() / f"pham2019/curves/shear-v{variant}-simulated.csv")
+def law(variant: str, angle: float, parameters: str = "calibrated") -> float:
+    """Force [N/mm] at ``angle`` [deg] of the shear law that shells of ``variant`` have in the set ``parameters``."""
+    shear = resolve(variant=variant, scale="macro", parameters=parameters).fabric.macro.shear
+    curve = load_curve(data_dir() / str(shear.curve))
     return float(np.interp(angle, curve.x, curve.mean))

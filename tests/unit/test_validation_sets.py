@@ -6,8 +6,10 @@ import pytest
 
 from docs import stored_runs, validation_sets
 from docs.stored_runs import StoredRun, inputs_of
-from docs.validation_sets import bending_lines, moved, pairs, shear_lines, tension_lines
+from docs.validation_sets import bending_lines, law_lines, moved, pairs, shear_lines, tension_lines
+from knittest.base.resources import data_dir
 from knittest.config.loading import resolve
+from knittest.laboratory.picture_frame.shear_law import hangs_on
 from knittest.materials.patch import patch_radius
 
 QUALITY, COST = {"ke_over_ie_max": 0.02, "energy_error_max": 0.001}, {"elements": 1, "steps": 1, "cpu_s": 5.0}
@@ -26,16 +28,39 @@ def both(old, new, **more):
 
 
 @pytest.mark.parametrize("variant", ["1", "2"])
-def test_gripping_is_calibrated_with_patches_and_nothing_else(variant):
-    """Inputs differ in the patches alone; the default set has none."""
-    old, new = (inputs_of(_config(variant, parameters)) for parameters in ("calibrated", "gripping"))
+@pytest.mark.parametrize(
+    ("scale", "differs"), [("meso", "fabric.contact.patch"), ("macro", "fabric.macro.shear.curve")]
+)
+def test_gripping_is_calibrated_with_patches_and_nothing_else(variant, scale, differs):
+    """Yarns differ in the patches alone, shells in the law that they take from such yarns; the default has no patch."""
+    old, new = (inputs_of(_config(variant, parameters, scale)) for parameters in ("calibrated", "gripping"))
     differing = {path for path in old.keys() | new.keys() if old.get(path) != new.get(path)}
-    assert differing and all(path.startswith("fabric.contact.patch") for path in differing)
-    assert resolve(variant=variant).parameters == "calibrated" and old["fabric.contact.patch"] is None
+    assert differing and all(path.startswith(differs) for path in differing)
+    assert resolve(variant=variant).parameters == "calibrated" and old.get("fabric.contact.patch") is None
 
 
-def _config(variant, parameters):
-    return resolve(variant=variant, scale="meso", parameters=parameters).model_dump(mode="json")
+@pytest.mark.parametrize("variant", ["1", "2"])
+@pytest.mark.parametrize("parameters", ["calibrated", "gripping"])
+def test_the_law_of_shells_is_that_of_frames_of_the_same_yarns(variant, parameters):
+    """The head of the law states what the fabric states now, with the same sources."""
+    shells, yarns = (resolve(variant=variant, scale=scale, parameters=parameters).fabric for scale in ("macro", "meso"))
+    head = (data_dir() / shells.macro.shear.curve).read_text().split("shear_angle_deg")[0]
+    assert f"picture frame of yarns, pham2019-v{variant} ({parameters}), 100 mm" in head
+    for name, number in hangs_on(yarns).items():
+        assert f"# {name}: {number.value:g} ({number.source})\n" in head
+
+
+def test_laws_of_both_sets_stand_side_by_side():
+    """Patches make shells of both variants stiffer at 10 deg, by the spin that friction resists."""
+    for line in law_lines():
+        v1, new_v1, v2, new_v2, ratio, new_ratio = map(float, line[1:7])
+        assert (ratio, new_ratio) == pytest.approx((v2 / v1, new_v2 / new_v1), abs=0.02)
+        assert new_v1 > v1 and (new_v2 > v2 or float(line[0]) > 10.0)
+        assert line[-1] == ("passed" if new_v2 < new_v1 else "**FAILED**")
+
+
+def _config(variant, parameters, scale):
+    return resolve(variant=variant, scale=scale, parameters=parameters).model_dump(mode="json")
 
 
 @pytest.mark.parametrize("variant", ["1", "2"])

@@ -182,7 +182,7 @@ def _other_friction(run: PictureFrameRun, as_normalised: bool) -> list[Line]:
     lines = []
     for curve in friction_curves(run.fabric.name):
         newton = crosshead_of_normalised(curve.force, np.deg2rad(curve.angle), *sides)
-        label = f"yarn-yarn friction {curve.coefficient:g} (simulated, shipped)"
+        label = f"yarn-yarn friction {curve.coefficient:g} (simulated, calibrated)"
         lines.append(Line(curve.angle, curve.force if as_normalised else newton, label, ":"))
     return lines
 

@@ -107,13 +107,13 @@ def _header(given: PictureFrameRun) -> list[str]:
         "kind: simulated",
         f"fabric: {fabric.name}",
         f"source: picture frame of yarns, {fabric.name} ({given.parameters}), {rig.side:g} mm",
-        *(f"{name}: {number.value:g} ({number.source})" for name, number in _hangs_on(fabric).items()),
+        *(f"{name}: {number.value:g} ({number.source})" for name, number in hangs_on(fabric).items()),
         f"mean over {STEP:g} deg; conjugate to the shear angle, per reference area",
         f"preset {given.model.preset}, rig.side={rig.side:g}, rig.max_angle={rig.max_angle:g}",
     ]
 
 
-def _hangs_on(fabric: Fabric) -> dict[str, Quantity]:
+def hangs_on(fabric: Fabric) -> dict[str, Quantity]:
     """Numbers of the yarns that the force hangs on, those that the fabric states."""
     loops, contact = fabric.knitting, fabric.contact
     stated = {

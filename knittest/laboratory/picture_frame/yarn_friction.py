@@ -34,5 +34,6 @@ def study(run: PictureFrameRun, results: Mapping[str, object]) -> Study | None:
         "Force of the crosshead [N] by yarn-yarn friction: a shipped sweep, scaled to the size of this frame",
         ("yarn-yarn friction coefficient", *(f"{angle:g} deg" for angle in ANGLES)),
         tuple(rows),
-        "The coefficient is not published. The sweep was simulated; knittest batch repeats it.",
+        "The coefficient is not published. The sweep was simulated on squares of 50 mm with the set calibrated; "
+        "knittest batch repeats it.",
     )
