@@ -53,6 +53,12 @@ def energies(folder: Path) -> dict[str, Any]:
     return {"variant": str(fabric["experiment_variant"]), "draw_in": stated, "rows": rows}
 
 
+def _ends(lost: list[dict[str, Any]]) -> dict[str, int]:
+    """Lost runs that count to a shorter end, by that end."""
+    ends = Counter(one["counts_to"] for one in lost if one["counts_to"] is not None)
+    return {f"{end:g}": ends[end] for end in sorted(ends, reverse=True)}
+
+
 def main(study: Path, cells: list[Path]) -> None:
     """Write both files."""
     found = json.loads((study / "uncertainty.json").read_text(encoding="utf-8"))
@@ -60,6 +66,7 @@ def main(study: Path, cells: list[Path]) -> None:
     found["causes"] = {
         f: dict(Counter(cause(one["reason"]) for one in lost if one["fabric"] == f)) for f in found["fabrics"]
     }
+    found["counts_to"] = {f: _ends([one for one in lost if one["fabric"] == f]) for f in found["fabrics"]}
     found["cells"] = [energies(folder) for folder in cells]
     FILE.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     shutil.copyfile(study / "bands.png", FILE.with_suffix(".png"))
