@@ -35,8 +35,8 @@ the prior itself is too wide, or sections that flatten are missed.
 #: of a study with shorter ends
 SHORTER = ' ("shortened": of cells that were lost on their way and passed every gate to {ends} deg)'
 LOST = """
-Without a result to the full end: {lost}. Bands and coefficients at an angle are of the points that came so far, of
-ratios where both variants did; shares are of the points that came to all angles.
+Without a result to the full end (a cell may have several causes): {lost}. Bands and coefficients at an angle are of the
+points that came so far, of ratios where both variants did; shares are of the points that came to all angles.
 """.strip()
 CELLS = """
 Cells at the medians of all priors, without and with a draw-in of the loops; energy taken up from rest [mJ a cell] and
@@ -50,7 +50,7 @@ def order_section() -> list[str]:
     found = Uncertainty.model_validate(stored)
     ratios = [one for one in found.variables if one.ratio]
     ends = ", ".join(f"{one.end:g}" for one in found.shorter)
-    lost = "; ".join(_lost(name, causes, stored, found.points) for name, causes in stored["causes"].items())
+    lost = "; ".join(lost_text(name, stored, found.points) for name in found.fabrics)
     return [
         INTRO.format(runs=found.runs, points=found.points, shorter=SHORTER.format(ends=ends) if ends else ""),
         table(*_bands(found.variables)),
@@ -65,11 +65,12 @@ def order_section() -> list[str]:
     ]
 
 
-def _lost(fabric: str, causes: dict[str, int], stored: dict[str, Any], points: int) -> str:
+def lost_text(fabric: str, stored: dict[str, Any], points: int) -> str:
     """Lost runs of ``fabric`` by cause, and how many of them count to which shorter end."""
-    told = f"{fabric} {sum(causes.values())} of {points} ({', '.join(f'{n} {c}' for c, n in _sorted(causes))})"
+    causes = ", ".join(f"{count} {cause}" for cause, count in _sorted(stored["causes"][fabric]))
     ends = ", ".join(f"{count} to {end} deg" for end, count in stored["counts_to"][fabric].items())
-    return f"{told}, of which {ends} count" if ends else told
+    told = f"{fabric} {stored['lost_of'][fabric]} of {points} ({causes})"
+    return f"{told}, of which {ends.replace(' to', ' count to', 1)}" if ends else told
 
 
 def _sorted(causes: dict[str, int]) -> list[tuple[str, int]]:

@@ -270,6 +270,8 @@ def test_ends_are_refused_that_give_nothing_are_drawn_or_belong_to_no_such_test(
     low = SHORTER.replace("21, 11", "21, 5")
     assert "5 gives nothing that is asked for: the first place is 10" in refusal(low.replace(", any_end: true", ""))
     assert problem_of(parse_document(low, "u.yaml")).shorter.values == (31.0, 21.0, 5.0)
+    just = SHORTER.replace("21, 11", "20.5")
+    assert problem_of(parse_document(just, "u.yaml")).shorter.values == (31.0, 20.5)
     drawn = "parameters:\n  rig.end_angle: {low: 20, high: 40, reason: a reason of some length}\n"
     assert "is one of the parameters" in refusal(SHORTER.replace("parameters:\n", drawn))
     frame = STUDY + "shorter: {rig.max_angle: [21]}\n"

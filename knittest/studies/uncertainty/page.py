@@ -199,7 +199,7 @@ def _lost(folder: Path, at: Path, found: Uncertainty) -> list[Block]:
 
 def _counting(folder: Path, at: Path, one: Lost) -> Cell:
     """Shorter end of the run that counts, with a link to it, and why those before it do not."""
-    told = "; ".join(f"{again.end:g}: {again.reason}" for again in one.tried if again.reason)
+    told = "; ".join(f"{again.end:g}: {again.reason.partition(';')[0]}" for again in one.tried if again.reason)
     if one.counts_to is None:
         return Cell("-", note=told)
     return Cell(
