@@ -149,7 +149,8 @@ def test_runs_to_shorter_ends_are_counted_by_status_and_warned_of(here):
     }  # fmt: skip
     assert (found["shorter_field"], found["shorter_unit"]) == ("rig.end_angle", "deg")
     said = " ".join(found["warnings"])
-    assert f"{count['21'] + count['11']} of these count to a shorter one ({count['21']} to 21, {count['11']} to" in said
+    ends_ = f"({count['21']} to 21 deg, {count['11']} to 11 deg)"
+    assert f"{count['21'] + count['11']} of these count to a shorter one {ends_}" in said
     assert "bands of force, rest, end are not of the same points for all fabrics" in said
     assert "bands of force are not of the same points at all places" in said
     lines = report_lines(Uncertainty.model_validate(found))
@@ -175,7 +176,7 @@ def test_the_page_shows_where_lost_runs_count_to_and_whose_numbers_bands_are_of(
     by = {row[0]: row[4] for row in bands[1:]}
     assert by["V2 force, 20"] == f"{count['full'] + count['21']} of 32, {count['21']} shortened"
     ((_, lost),) = page.tables(page.section("lost")).items()
-    assert lost[0][3] == "counts to" and any(row[3].startswith("21") for row in lost[1:])
+    assert lost[0][3] == "counts to [deg]" and any(row[3].startswith("21") for row in lost[1:])
     assert "31: refused on purpose" in page.text(page.section("lost"))
     assert "to 31 deg" in page.text(page.section("summary"))
 

@@ -47,14 +47,16 @@ def shorter_rows(problem: Problem, runs: Sequence[Planned], records: Mapping[str
     return [ShorterRow(end=end, runs_by_status=dict(counts)) for end, counts in found.items()]
 
 
-def lost_warnings(lost: Sequence[Lost], runs: int, variables: Sequence[VariableRow]) -> list[str]:
-    """Lines on how many runs are lost, and on bands that are not of the same points; none where nothing is lost."""
+def lost_warnings(lost: Sequence[Lost], runs: int, variables: Sequence[VariableRow], unit: str) -> list[str]:
+    """Lines on how many runs are lost or end sooner, at ends in ``unit``, and on bands that are not of the same points;
+    none where nothing is lost.
+    """
     if not lost:
         return []
     share = f"{len(lost)} of {runs} runs ({100.0 * len(lost) / runs:.1f} %)"
     ends = Counter(one.counts_to for one in lost if one.counts_to is not None)
     if ends:
-        told = ", ".join(f"{ends[end]} to {end:g}" for end in sorted(ends, reverse=True))
+        told = ", ".join(f"{ends[end]} to {end:g} {unit}".strip() for end in sorted(ends, reverse=True))
         share += f" did not pass to their full end; {ends.total()} of these count to a shorter one ({told}), the others"
     found = [f"{share} have no result that counts: bands and shares are of the part of the prior that ran"]
     if uneven := _uneven(variables, lambda one: one.at):

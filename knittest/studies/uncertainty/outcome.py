@@ -17,7 +17,7 @@ from knittest.studies.uncertainty.problem import Parameter, Problem
 from knittest.studies.uncertainty.ranks import no_regression, rank_regression
 from knittest.studies.uncertainty.runs import Planned, ended_sooner, values_of
 from knittest.studies.uncertainty.variables import Numbers, Stated, Variable
-from knittest.studies.uncertainty.written import Index, Lost, ParameterRow, StatementRow, Uncertainty, VariableRow
+from knittest.studies.uncertainty.written import Index, ParameterRow, StatementRow, Uncertainty, VariableRow
 
 #: half the width of the interval of an index from which it is called uncertain
 WIDE = 0.2
@@ -46,7 +46,10 @@ def outcome_of(
         runs=len(runs), runs_by_status=dict(counts), lost_share=len(lost) / len(runs),
         shorter_field=problem.shorter.field, shorter_unit=problem.shorter.unit,
         shorter=shorter_rows(problem, runs, records),
-        warnings=[*looser, *_warnings(lost, len(runs), variables), *idle(problem, numbers)],
+        warnings=[
+            *looser, *lost_warnings(lost, len(runs), variables, problem.shorter.unit), *_warnings(variables),
+            *idle(problem, numbers),
+        ],
         parameters=[_parameter_row(one) for one in problem.parameters], variables=variables,
         statements=[_statement_row(one, study.seed, numbers) for one in problem.statements], lost=lost,
         version=knittest.__version__, code=code_digest(), written=now(),
@@ -120,8 +123,8 @@ def _statement_row(one: Stated, seed: int, numbers: Numbers) -> StatementRow:
     )  # fmt: skip
 
 
-def _warnings(lost: Sequence[Lost], runs: int, variables: Sequence[VariableRow]) -> list[str]:
-    found = lost_warnings(lost, runs, variables)
+def _warnings(variables: Sequence[VariableRow]) -> list[str]:
+    found = []
     ranked = [one for one in variables if one.indices]
     wide = [one.name for one in ranked if any(_half_width(index) > WIDE for index in one.indices)]
     if wide:

@@ -190,7 +190,8 @@ def _lost(folder: Path, at: Path, found: Uncertainty) -> list[Block]:
         Column("state", [Cell(one.status, note=one.reason, tone="bad") for one in shown]),
     ]
     if found.shorter:
-        naming.append(Column("counts to", [_counting(folder, at, one) for one in shown]))
+        unit = f" [{found.shorter_unit}]" if found.shorter_unit else ""
+        naming.append(Column(f"counts to{unit}", [_counting(folder, at, one) for one in shown]))
     names: Sequence[str] = list(dict.fromkeys(name for one in shown for name in one.values))
     columns = [Column(short(n), [_value(one.values.get(n)) for one in shown], numeric=True) for n in names]
     more = f", the first {MOST_LOST}; results.csv has all" if len(found.lost) > MOST_LOST else ""
