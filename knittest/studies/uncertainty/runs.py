@@ -16,8 +16,8 @@ from knittest.studies.uncertainty.design import design, matrix_name
 from knittest.studies.uncertainty.problem import Problem
 from knittest.studies.uncertainty.variables import results_of
 
-#: ends of a run after which one that ends sooner may pass; loops that lock before it begins, and what no run of this
-#: length is to blame for, come to the same
+#: ends of a run after which a shorter one may pass: loops that lock do so before it begins, and a run that hung or died
+#: says nothing of its length
 ON_ITS_WAY = ("refused", "failed")
 
 
