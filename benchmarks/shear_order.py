@@ -17,7 +17,7 @@ import pandas as pd
 import yaml
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from docs.lost import cause
+from docs.lost import causes
 from docs.validation_order import FILE
 from knittest.base.resources import data_dir
 from knittest.experiment.simulated_studies import FOLDER, SHEAR_BANDS
@@ -53,13 +53,20 @@ def energies(folder: Path) -> dict[str, Any]:
     return {"variant": str(fabric["experiment_variant"]), "draw_in": stated, "rows": rows}
 
 
+def _ends(lost: list[dict[str, Any]]) -> dict[str, int]:
+    """Lost runs that count to a shorter end, by that end."""
+    ends = Counter(one["counts_to"] for one in lost if one["counts_to"] is not None)
+    return {f"{end:g}": ends[end] for end in sorted(ends, reverse=True)}
+
+
 def main(study: Path, cells: list[Path]) -> None:
     """Write both files."""
     found = json.loads((study / "uncertainty.json").read_text(encoding="utf-8"))
     lost = found.pop("lost")
-    found["causes"] = {
-        f: dict(Counter(cause(one["reason"]) for one in lost if one["fabric"] == f)) for f in found["fabrics"]
-    }
+    by = {fabric: [one for one in lost if one["fabric"] == fabric] for fabric in found["fabrics"]}
+    found["lost_of"] = {fabric: len(rows) for fabric, rows in by.items()}
+    found["causes"] = {f: dict(Counter(c for one in rows for c in causes(one["reason"]))) for f, rows in by.items()}
+    found["counts_to"] = {fabric: _ends(rows) for fabric, rows in by.items()}
     found["cells"] = [energies(folder) for folder in cells]
     FILE.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     shutil.copyfile(study / "bands.png", FILE.with_suffix(".png"))

@@ -14,6 +14,12 @@ CAUSES = {
 
 
 def cause(reason: str) -> str:
-    """Cause of a lost run in a few words."""
-    found = next((told for start, told in CAUSES.items() if reason.startswith(start)), None)
-    return found or "motion that blows up or yarns beyond their images"
+    """First cause of a lost run in a few words."""
+    return causes(reason)[0]
+
+
+def causes(reason: str) -> list[str]:
+    """All causes of a lost run in a few words: every gate that it did not pass, or what went wrong on its way."""
+    parts = reason.split("; ")
+    found = dict.fromkeys(told for part in parts for start, told in CAUSES.items() if part.startswith(start))
+    return list(found) or ["motion that blows up or yarns beyond their images"]

@@ -7,7 +7,7 @@ from typing import Any
 
 from docs.generate_config import table
 from docs.validation_sections import sections_part
-from knittest.studies.uncertainty.told import index_text, ranked, share_text, short
+from knittest.studies.uncertainty.told import index_text, points_text, ranked, share_text, short
 from knittest.studies.uncertainty.written import Uncertainty, VariableRow
 
 FILE = Path(__file__).parent / "shear-order.json"
@@ -21,7 +21,7 @@ crossings flatten. Each has a prior with its reason in `configs/uncertainty/shea
 take the same draw, so that they differ in loop length, densities and what follows from them alone. {runs}
 cells of yarns at {points} points (`knittest uncertainty configs/uncertainty/shear-order.yaml`,
 [uncertainty.md](uncertainty.md)), sections circles ([others](#with-sections-as-measured)). The rule is the same:
-variant 2 below variant 1 at every angle. Median, in brackets 5 and 95 %, and points that ran:
+variant 2 below variant 1 at every angle. Median, in brackets 5 and 95 %, and points that ran{shorter}:
 """.strip()
 MEANING = """
 So the order hangs on the tension of the loops, on their set and, at 30 deg, on how they resist torsion, none of
@@ -32,9 +32,11 @@ calibrated on this order: until it is measured the order is open, and what the s
 contradicted. More than half of the prior of variant 1 has no result, mostly because its loops lock or nearly do: there
 the prior itself is too wide, or sections that flatten are missed.
 """.strip()
+#: of a study with shorter ends
+SHORTER = ' ("shortened": of cells that were lost on their way and passed every gate to {ends} deg)'
 LOST = """
-Without a result that counts: {lost}. Bands, shares and coefficients are of the points that ran, of ratios where both
-variants did.
+Without a result to the full end (a cell may have several causes): {lost}. Bands and coefficients at an angle are of the
+points that came so far, of ratios where both variants did; shares are of the points that came to all angles.
 """.strip()
 CELLS = """
 Cells at the medians of all priors, without and with a draw-in of the loops; energy taken up from rest [mJ a cell] and
@@ -47,12 +49,10 @@ def order_section() -> list[str]:
     stored = json.loads(FILE.read_text(encoding="utf-8"))
     found = Uncertainty.model_validate(stored)
     ratios = [one for one in found.variables if one.ratio]
-    lost = "; ".join(
-        f"{fabric} {sum(causes.values())} of {found.points} ({', '.join(f'{n} {c}' for c, n in _sorted(causes))})"
-        for fabric, causes in stored["causes"].items()
-    )
+    ends = ", ".join(f"{one.end:g}" for one in found.shorter)
+    lost = "; ".join(lost_text(name, stored, found.points) for name in found.fabrics)
     return [
-        INTRO.format(runs=found.runs, points=found.points),
+        INTRO.format(runs=found.runs, points=found.points, shorter=SHORTER.format(ends=ends) if ends else ""),
         table(*_bands(found.variables)),
         "![Shear stress of both variants, their ratio and thickness over the prior](shear-order.png)",
         "\n".join(f"- {one.text}: {share_text(one)}." for one in found.statements),
@@ -63,6 +63,14 @@ def order_section() -> list[str]:
         MEANING,
         *sections_part(),
     ]
+
+
+def lost_text(fabric: str, stored: dict[str, Any], points: int) -> str:
+    """Lost runs of ``fabric`` by cause, and how many of them count to which shorter end."""
+    causes = ", ".join(f"{count} {cause}" for cause, count in _sorted(stored["causes"][fabric]))
+    ends = ", ".join(f"{count} to {end} deg" for end, count in stored["counts_to"][fabric].items())
+    told = f"{fabric} {stored['lost_of'][fabric]} of {points} ({causes})"
+    return f"{told}, of which {ends.replace(' to', ' count to', 1)}" if ends else told
 
 
 def _sorted(causes: dict[str, int]) -> list[tuple[str, int]]:
@@ -84,9 +92,9 @@ def _bands(variables: Sequence[VariableRow]) -> tuple[Sequence[str], list[list[s
 def _band(one: VariableRow) -> str:
     """Median, 5 and 95 %, and the points that ran."""
     if not one.band:
-        return f"-, {one.count} of {one.points}"
+        return f"-, {points_text(one)}"
     low, middle, high = (f"{end or 0.0:.3g}" for end in one.band)
-    return f"{middle} ({low} to {high}), {one.count} of {one.points}"
+    return f"{middle} ({low} to {high}), {points_text(one)}"
 
 
 def verdict(ratio: VariableRow) -> str:

@@ -61,6 +61,8 @@ class TestKind:
     study: str = ""
     #: field of a run that ends the test at a shear angle [deg]
     sheared_to: str = ""
+    #: ``module:name`` of how a run is ended sooner (:class:`knittest.laboratory.ending.Ending`), None where it is not
+    ending: str = ""
     #: where its deck for another solver says its force; none is written of a test without
     deck_force: str = ""
     #: place among the tests in help and tables, and whether it is on a strip along warp or weft

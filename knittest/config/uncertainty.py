@@ -1,6 +1,6 @@
 """A study of what assumed parameters are worth: priors, quantities, statements, for ``knittest uncertainty``."""
 
-from typing import Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
@@ -63,11 +63,16 @@ class Wanted(Strict):
         "linear", description="log: indices share out the variance of the logarithm, for what spans decades"
     )
     ratios: list[list[str]] = Field(default_factory=list, description="[A, B]: A over B, two of the fabrics")
+    any_end: bool = Field(
+        False, description="without places: whether a run that ends sooner gives it too, such as a thickness at rest"
+    )
 
     @model_validator(mode="after")
     def _is_in_order(self) -> Self:
         if any(b <= a for a, b in zip(self.at, self.at[1:], strict=False)):
             raise BoundsError("must rise", "at")
+        if self.at and self.any_end:
+            raise BoundsError("is for a quantity without places: a run gives those that it comes to", "any_end")
         if any(len(pair) != 2 or pair[0] == pair[1] for pair in self.ratios):
             raise BoundsError("expected pairs of different fabrics, [[A, B]] for A over B", "ratios")
         return self
@@ -108,6 +113,10 @@ class Uncertainty(Strict):
     )
     samples: int = Field(64, ge=2, le=8192, description="points of each of the two samples, a power of two")
     seed: int = Field(1, ge=0, le=2**32 - 1, description="seed of the sequence and of the resampling")
+    shorter: dict[str, Annotated[list[Annotated[float, Field(gt=0)]], Field(min_length=1)]] = Field(
+        default_factory=dict, max_length=1,
+        description="field that ends the test: falling values at which a run that was refused or failed is tried again",
+    )  # fmt: skip
     workers: int | None = Field(
         None, ge=1, le=1024, description="processes, one thread each; --workers goes before it; none: one a core"
     )

@@ -33,6 +33,29 @@ def test_a_trellis_keeps_the_lengths_of_both_vectors_and_reaches_its_angle():
     assert angle == pytest.approx(np.linspace(0.0, 30.0, KNOTS + 1))
 
 
+def test_an_end_on_the_way_moves_no_cell_otherwise_and_goes_with_shear_alone():
+    run, sooner = run_of("rig.max_angle=30"), run_of("rig.max_angle=30", "rig.end_angle=11")
+    assert np.array_equal(path_of(run, REFERENCE).at, path_of(sooner, REFERENCE).at)
+    assert (run.rig.last_angle, sooner.rig.last_angle) == (30.0, 11.0)
+    with pytest.raises(InputError, match=r"end_angle.*must be at most max_angle, 30 deg"):
+        run_of("rig.max_angle=30", "rig.end_angle=31")
+    with pytest.raises(InputError, match=r"end_angle.*goes with rig.path=shear alone"):
+        run_of("rig.path=warp", "rig.end_angle=11")
+
+
+def test_a_cell_that_ends_sooner_gives_the_places_that_it_came_to():
+    angle, ones = np.linspace(0.0, 21.0, 421), np.ones(421)
+    history = SimpleNamespace(
+        curve={"shear_angle_deg": angle, "conjugate_force": 0.1 * angle}, contacts={"thickness_mm": ones},
+        energies={"friction_mj": ones, "external_mj": ones},
+    )  # fmt: skip
+    for judged, places in ((2.5, [1, 10, 20]), (25.0, [10, 20])):  # of the whole path: from 1.0 and from 10.0 deg on
+        run = run_of("rig.max_angle=40", "rig.end_angle=21", f"rig.judged_from={judged}")
+        found = Cell().results(run, SimpleNamespace(mount=None), history)
+        forces = {name: value for name, value in found.items() if "shear" in name}
+        assert forces == pytest.approx({f"cell_shear_n_per_mm_at_deg.{a}": 0.1 * a for a in places})
+
+
 def test_the_conjugate_force_is_the_work_a_coordinate():
     """A tension T of both vectors along themselves does none; on turning them they give a (t_a x a) / 2 each."""
     path = path_of(run_of("rig.max_angle=30"), REFERENCE)
@@ -97,7 +120,8 @@ def test_a_path_ends_where_a_yarn_comes_to_its_fracture_strain_if_it_may(torn, s
     fracture = run.fabric.reinforcing.fracture_strain_fraction
     mesh = SimpleNamespace(part_names=("warp", "weft", "knit"), part=np.array([0, 1, 2]))
     fields = {"axial_strain": np.array([strain * fracture, 0.0, 0.0])}
-    mount = SimpleNamespace(model=SimpleNamespace(record=[], fields=lambda: fields, mesh=mesh), torn=False)
+    model = SimpleNamespace(record=[], fields=lambda: fields, mesh=mesh)
+    mount = SimpleNamespace(model=model, torn=False, share=lambda time: 0.5, ends_at=np.inf)
     watch = record.Recorder(run, mount, SILENT)
     if torn == "refused":
         # the first row: 0.9 of half the path's 1.5 %, over 1.1

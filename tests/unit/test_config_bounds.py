@@ -31,6 +31,7 @@ OPEN = {
 ENTRIES = {
     "Uncertainty.fabrics": {"variant": "1"},
     "Uncertainty.parameters": {"low": 1.0, "high": 2.0, "reason": "a reason of some length"},
+    "Uncertainty.shorter": [1.0],
 }
 
 

@@ -4,7 +4,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from docs.validation_order import verdict
+from docs.lost import cause, causes
+from docs.validation_order import lost_text, verdict
 from knittest.experiment.simulated_studies import shear_bands
 from knittest.report_page.studies import studies
 from knittest.runs.show import band_line
@@ -57,3 +58,21 @@ def test_the_page_of_a_frame_has_the_table_and_says_that_it_is_not_this_run(monk
 )  # fmt: skip
 def test_the_verdict_is_that_of_the_median_and_open_where_the_band_holds_one(band, told):
     assert verdict(VariableRow(name="V2/V1", band=band)) == told
+
+
+def test_a_lost_run_is_counted_with_every_gate_that_it_did_not_pass():
+    reason = (
+        "energy error 3.16 % is above 2 %; it goes with the step: solver.safety=0.39 would pass; damping of contacts "
+        "over work 25.30 % is above 5 %; it falls with the speed: try solver.speed=0.25; contact forces of the settled "
+        "cell are 1.3 times those on a fine mesh, 0.8 to 1.2 are allowed: model.meso.elements_per_loop=64 would pass"
+    )
+    assert causes(reason) == ["energy error", "damping of contacts", "mesh too coarse for the draw-in"]
+    assert cause(reason) == "energy error"
+    assert causes("the motion blows up at 3.1 ms; reduce solver.safety") == [cause("node 3 is not finite")]
+
+
+def test_the_page_says_of_how_many_cells_a_shorter_run_counts():
+    stored = {"lost_of": {"V1": 3}, "causes": {"V1": {"kinetic energy": 1, "energy error": 3}}, "counts_to": {"V1": {}}}
+    assert lost_text("V1", stored, 8) == "V1 3 of 8 (3 energy error, 1 kinetic energy)"
+    stored["counts_to"]["V1"] = {"31": 2, "11": 1}
+    assert lost_text("V1", stored, 8).endswith(" of which 2 count to 31 deg, 1 to 11 deg")

@@ -93,10 +93,14 @@ def test_bands_are_percentiles_and_their_intervals_hold_them():
 def test_a_share_says_what_the_missing_could_make_of_it():
     holds = np.ones((2, 20))
     holds[:, :5], holds[0, 5:9] = 0.0, np.nan
-    found = share(holds, 1)
-    assert (found.holds, found.count, found.total) == (26, 36, 40) and found.value == 26 / 36
+    fails = holds == 0.0
+    found = share(holds, fails, 1)
+    assert (found.holds, found.count, found.total, found.failing) == (26, 36, 40, 0) and found.value == 26 / 36
     assert found.possible == (26 / 40, 30 / 40) and found.interval[0] < 26 / 36 < found.interval[1]
-    assert share(np.full((2, 20), np.nan), 1).value is None
+    fails[0, 5:8] = True  # a place that they have decides three of the four: the limits, and not the share
+    decided = share(holds, fails, 1)
+    assert decided.failing == 3 and decided.possible == (26 / 40, 27 / 40) and decided.value == found.value
+    assert share(np.full((2, 20), np.nan), np.zeros((2, 20), bool), 1).value is None
 
 
 def test_rounding_is_no_change():

@@ -162,7 +162,7 @@ def test_the_page_has_bands_shares_indices_priors_differences_and_what_was_lost(
     differing = page.tables(page.section("fabrics"))["Fields in which they differ; all others are equal"]
     assert ["fabric.loop_length", "14.4", "13.4"] in differing
     gone = page.text(page.section("lost"))
-    assert "refused on purpose" in gone and f"Runs without a result that counts: {len(lost['lost'])}" in gone
+    assert "refused on purpose" in gone and f"Runs that did not give every number: {len(lost['lost'])}" in gone
     assert "have no result that counts" in page.text(page.section("summary"))
     pictures = [light((FOLDER / name).read_bytes()) for name in ("bands.png", "indices.png")]
     assert [e.get("src") for e in page.all("img")] == pictures

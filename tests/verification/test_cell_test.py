@@ -5,7 +5,7 @@ import pytest
 
 from knittest.base.errors import InputError
 from knittest.config.loading import resolve
-from knittest.laboratory.cell.test import Cell
+from knittest.laboratory.cell.test import Cell, judged_span
 from knittest.solve.observer import SILENT
 
 
@@ -26,6 +26,30 @@ def test_a_sheared_cell_reports_work_mechanisms_and_crossings() -> None:
     quality = test.assess(run, prepared, history, cost)
     assert not quality.failures and quality.ke_over_ie_max < 0.05
     assert test.results(run, prepared, history)["cell_shear_n_per_mm_at_deg.1"] > 0.0
+
+
+def test_a_cell_that_ends_sooner_is_the_same_cell_up_to_there_and_is_judged_from_the_same_angle() -> None:
+    found = []
+    for sets in ([], ["rig.end_angle=2"]):
+        run = resolve(
+            variant="1", test="cell", preset="quick",
+            sets=["rig.max_angle=4", "rig.judged_from=25", "output.samples=60", *sets],
+        )  # fmt: skip
+        test = Cell()
+        prepared = test.prepare(run)
+        history, cost = test.solve(prepared, run, SILENT)
+        quality = test.assess(run, prepared, history, cost)
+        found.append((history, test.results(run, prepared, history), quality, judged_span(run, history)))
+    (whole, numbers, _, span), (half, same, quality, own) = found
+    rows = len(half.energies["time_ms"])
+    for name, column in whole.energies.items():
+        assert np.array_equal(column[:rows], half.energies[name]), name
+    angle = half.curve["shear_angle_deg"]
+    assert np.array_equal(whole.curve["shear_angle_deg"][: len(angle)], angle) and 1.98 < angle[-1] < 2.1
+    assert np.array_equal(whole.curve["conjugate_force"][: len(angle)], half.curve["conjugate_force"])
+    at = "cell_shear_n_per_mm_at_deg.1"
+    assert same[at] == numbers[at] and same["cell_thickness_at_rest_mm"] == numbers["cell_thickness_at_rest_mm"]
+    assert own == span and not quality.failures
 
 
 def test_a_bent_cell_passes_its_gates_and_its_stiffness_holds() -> None:

@@ -33,6 +33,10 @@ class CellRig(Rig):
     wales: int = Field(2, ge=1, le=12, description="repeats across the wales")
     courses: int = Field(2, ge=1, le=12, description="repeats along the wales")
     max_angle: float = number(40.0, "deg", "shear: largest shear angle", gt=0, le=60)
+    end_angle: float | None = number(
+        None, "deg", "shear: angle at which the run ends, on its way to max_angle as without it; none: there",
+        gt=0, le=60,
+    )  # fmt: skip
     max_strain: float = number(1.0, "%", "warp, weft, biaxial: largest mean strain", gt=0, le=50)
     max_strain_fraction: ClassVar[Kernel[float]] = Kernel("max_strain")
     ratio: float = number(1.0, "1", "biaxial: mean strain of the weft over that of the warp", ge=0, le=10)
@@ -68,6 +72,19 @@ class CellRig(Rig):
         if (self.path == "steps") != bool(self.steps):
             raise BoundsError("go with rig.path=FILE.csv, and with it alone", "steps")
         return self
+
+    @model_validator(mode="after")
+    def _ends_on_its_way(self) -> Self:
+        if self.end_angle is not None and self.path != "shear":
+            raise BoundsError("goes with rig.path=shear alone", "end_angle")
+        if self.end_angle is not None and self.end_angle > self.max_angle:
+            raise BoundsError(f"must be at most max_angle, {self.max_angle:g} deg", "end_angle")
+        return self
+
+    @property
+    def last_angle(self) -> float:
+        """Shear angle [deg] at the end of the run."""
+        return self.max_angle if self.end_angle is None else self.end_angle
 
     @property
     def axial_share(self) -> float:

@@ -18,6 +18,7 @@ KIND = TestKind(
     test="knittest.laboratory.cell.test:Cell",
     report="knittest.laboratory.cell.report:CellReport",
     size="knittest.laboratory.cell.size:stated",
+    ending="knittest.laboratory.cell.ends:ending",
     texts={"path": ("rig.path", "shear, warp, weft, biaxial, bending, compaction, or a CSV file of steps.")},
     labels={
         "cell_shear_n_per_mm_at_deg.1": ("shear force at 1 deg [N/mm]", "{:.5f}"),

@@ -38,8 +38,11 @@ class Recorder(Observer):
         self.observer.overlaps(found)
 
     def progress(self, fraction: float, time_ms: float, step_us: float, kinetic_ratio: float) -> None:
-        """Keep a row; where yarns would be torn end the path, or raise :class:`InputError` as the run says."""
+        """Keep a row, and see whether the run ends here; where yarns would be torn end the path, or raise
+        :class:`InputError` as the run says.
+        """
         self.model.record.append(row_of(self.model))
+        self.mount.arrived = self.mount.share(time_ms) >= self.mount.ends_at
         if self.run.rig.path in STRETCHING:
             self._look_for_torn(fraction)
         self.reached = fraction

@@ -27,6 +27,8 @@ class CellTest:
     averaged_from = np.inf
     #: whether a yarn has come to its fracture strain
     torn = False
+    #: whether the run has come to where it ends on the way of its path
+    arrived = False
 
     def __init__(self, run: CellRun, model: PeriodicModel) -> None:
         self.model, self.pressed = model, run.rig.path == "compaction"
@@ -36,6 +38,7 @@ class CellTest:
         self.path, self.progress = self._plan(run, model)
         self.duration, self.most = self.path.duration, 1e-3 * run.rig.max_pressure
         self.bent = run.rig.about
+        self.ends_at = np.inf if run.rig.end_angle is None else run.rig.end_angle / run.rig.max_angle
 
     def _plan(self, run: CellRun, model: PeriodicModel) -> tuple[CellPath, Table]:
         path = path_of(run, model.reference)
@@ -69,7 +72,7 @@ class CellTest:
 
     def channels(self, time: float, readings: Readings) -> dict[str, float]:
         """Share of the path, its coordinate, the force conjugate to that over the area, nominal mean stresses."""
-        s = min(self.progress.integral(time), 1.0)
+        s = self.share(time)
         pull, area = readings.reaction[self.model.images.group], self.model.area
         nominal = pull[:6].reshape(2, 3).T @ self.model.reference / area
         pressure = 0.5 * float(readings.tool_force[1, 2] - readings.tool_force[0, 2]) / area if self.pressed else 0.0
@@ -85,6 +88,10 @@ class CellTest:
             "pressure_kpa": 1e3 * pressure,
         }
 
+    def share(self, time: float) -> float:
+        """Share of the path at ``time`` [ms]."""
+        return min(self.progress.integral(time), 1.0)
+
     def finished(self, force: float, peak: float, broken: bool) -> bool:
-        """Over when the plates press hard enough, or a yarn is torn."""
-        return self.torn or (self.pressed and force >= self.most)
+        """Over when the plates press hard enough, a yarn is torn, or the run has come to its own end."""
+        return self.torn or self.arrived or (self.pressed and force >= self.most)

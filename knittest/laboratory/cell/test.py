@@ -11,6 +11,7 @@ from knittest.base.rounding import rounded_down
 from knittest.fabric.relax import relaxed_cell
 from knittest.laboratory.base import Prepared, Test
 from knittest.laboratory.cell.config import CellRun
+from knittest.laboratory.cell.ends import ANGLES, NEAR
 from knittest.laboratory.cell.path import path_of
 from knittest.laboratory.cell.record import Recorder, split
 from knittest.laboratory.cell.rig import CellTest
@@ -23,9 +24,6 @@ from knittest.solve.observer import SILENT, Observer
 from knittest.solve.periodic_body import PeriodicBody
 from knittest.solve.simulate import simulate
 from knittest.solve.state import SimulationCost
-
-#: shear angles at which results are read [deg], and half the range over which they are averaged
-ANGLES, NEAR = (1.0, 10.0, 20.0, 30.0, 40.0), 0.5
 
 
 class Cell(Test[CellRun]):
@@ -79,7 +77,7 @@ class Cell(Test[CellRun]):
         if run.rig.path == "shear":
             angle, force = curve["shear_angle_deg"], curve["conjugate_force"]
             for a in ANGLES:
-                if run.rig.judged_from_fraction * run.rig.max_angle <= a <= run.rig.max_angle:
+                if run.rig.judged_from_fraction * run.rig.max_angle <= a <= run.rig.last_angle:
                     found[f"cell_shear_n_per_mm_at_deg.{a:g}"] = float(force[np.abs(angle - a) < NEAR].mean())
         elif run.rig.path == "bending":
             found["cell_moment_n"] = float(curve["moment_n"][-1])

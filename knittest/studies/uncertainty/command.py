@@ -1,6 +1,6 @@
 """Command ``knittest uncertainty``: pose the problem, run the design or what is left of it, judge, write."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -25,13 +25,14 @@ from knittest.studies.uncertainty.outcome import outcome_of
 from knittest.studies.uncertainty.page import COPY, RESULT, write_uncertainty_page
 from knittest.studies.uncertainty.picture import pictures
 from knittest.studies.uncertainty.problem import Problem, problem_of
-from knittest.studies.uncertainty.runs import Planned, check_first, numbers_of, planned
+from knittest.studies.uncertainty.runs import Planned, check_first, gone_on, numbers_of, planned
 from knittest.studies.uncertainty.table import TABLE, write_table
 from knittest.studies.uncertainty.told import report_lines
 from knittest.studies.uncertainty.written import Uncertainty
 
-#: fields that may change between two calls in one folder: the runs are the same
-FREE = ("workers", "time_limit", "quantities", "statements")
+#: fields that may change between two calls in one folder: runs to the full end are the same, and which of the shorter
+#: ones count is found anew from all that are there
+FREE = ("workers", "time_limit", "quantities", "statements", "shorter")
 
 
 @dataclass(frozen=True)
@@ -61,13 +62,10 @@ def run_uncertainty(path: Path, options: UncertaintyOptions) -> Studied:
     folder = options.out or Path("runs") / f"uncertainty-{slug(path.stem)}"
     _check_unchanged(document, problem.study, folder / COPY)
     runs = planned(problem)
-    pool = LocalPool(options.workers or problem.study.workers, 1)
     study_folder(folder, COPY, path.read_bytes(), "study of uncertainty")
     with says_how_to_go_on(), Interrupts() as interrupts, interrupts.deciding():
         try:
-            trials, limit = [one.trial for one in runs if one.trial], problem.study.time_limit
-            check = partial(check_first, problem)
-            run_shown(trials, folder, pool, limit=limit, quiet=options.quiet, check=check)
+            runs = _run_all(problem, runs, folder, options)
         except BaseException:
             with suppress(Exception):  # the first error is the one to report
                 _write(problem, runs, folder)
@@ -77,6 +75,18 @@ def run_uncertainty(path: Path, options: UncertaintyOptions) -> Studied:
         for line in [*report_lines(found), f"table, pictures and page: {folder / TABLE}, *.png, {FILE}"]:
             print(line)
     return Studied(folder, NumericalError.exit_code if found.lost else 0)
+
+
+def _run_all(problem: Problem, runs: list[Planned], folder: Path, options: UncertaintyOptions) -> list[Planned]:
+    """``runs`` to their full ends, then those that were lost on their way to shorter ones, with all their attempts."""
+    asked = set[str]()
+    check: Callable[[Record], None] | None = partial(check_first, problem)
+    while trials := [one.last.trial for one in runs if one.last.trial and one.last.trial.key not in asked]:
+        pool = LocalPool(options.workers or problem.study.workers, 1)
+        run_shown(trials, folder, pool, limit=problem.study.time_limit, quiet=options.quiet, check=check)
+        asked |= {trial.key for trial in trials}
+        runs, check = gone_on(problem, runs, read_ledgers(folder, lambda text: None)), None
+    return runs
 
 
 def _check_unchanged(document: Document, study: Study, before: Path) -> None:
@@ -114,6 +124,7 @@ def _design_of(study: Study) -> dict[str, Any]:
 def _write(problem: Problem, runs: Sequence[Planned], folder: Path) -> Uncertainty:
     """Table, result, pictures and page of all that is known."""
     records: Mapping[str, Record] = read_ledgers(folder, lambda text: None)
+    runs = gone_on(problem, runs, records)
     numbers = numbers_of(problem, runs, records)
     write_table(problem, runs, records, numbers, folder)
     found = outcome_of(problem, runs, records, numbers)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from knittest.base.history import Array
 
@@ -90,11 +91,16 @@ def _resampled(values: Array, seed: int) -> Array:
 
 @dataclass(frozen=True)
 class Share:
-    """Share of the prior that a statement holds for: ``holds`` of ``count`` points of the ``total`` of A and B."""
+    """Share of the prior that a statement holds for: ``holds`` of ``count`` points of the ``total`` of A and B.
+
+    The share is of the points with all numbers. ``failing`` others lack one and fail at a place that they have: of
+    such points only those that fail are decided, so they would make the share too low, and bound it only.
+    """
 
     holds: int
     count: int
     total: int
+    failing: int
     interval: tuple[float, float] | None
 
     @property
@@ -104,17 +110,19 @@ class Share:
 
     @property
     def possible(self) -> tuple[float, float]:
-        """Least and largest share of all points, whatever those without a number would have given."""
-        return self.holds / self.total, (self.holds + self.total - self.count) / self.total
+        """Least and largest share of all points, whatever the numbers that are missing would have been."""
+        return self.holds / self.total, (self.holds + self.total - self.count - self.failing) / self.total
 
 
-def share(holds: Array, seed: int) -> Share:
-    """Share of the points (2, n) of A and B: 1 where it holds, 0 where not, NaN where there is no number."""
+def share(holds: Array, fails: NDArray[np.bool_], seed: int) -> Share:
+    """Share of the points (2, n) of A and B: 1 where it holds, 0 where not, NaN where a number is missing; ``fails``
+    where it does not hold whatever that is.
+    """
     count, interval = int(np.isfinite(holds).sum()), None
     if count >= LEAST_POINTS:
         low, high = np.percentile(np.nanmean(_resampled(holds, seed), axis=1), _ends())
         interval = (float(low), float(high))
-    return Share(int(np.nansum(holds)), count, holds.size, interval)
+    return Share(int(np.nansum(holds)), count, holds.size, int((fails & np.isnan(holds)).sum()), interval)
 
 
 def _ends() -> tuple[float, float]:

@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 import knittest
 from knittest.base.history import Array
@@ -11,11 +12,12 @@ from knittest.export.manifest import now
 from knittest.studies.trials.record import OPEN, Record, looser_note
 from knittest.studies.trials.trial import code_digest
 from knittest.studies.uncertainty.indices import LEAST_ROWS, indices, share, spread, varies
+from knittest.studies.uncertainty.lost import lost_row, lost_warnings, shorter_rows
 from knittest.studies.uncertainty.problem import Parameter, Problem
 from knittest.studies.uncertainty.ranks import no_regression, rank_regression
-from knittest.studies.uncertainty.runs import Planned, missing, values_of
+from knittest.studies.uncertainty.runs import Planned, ended_sooner, values_of
 from knittest.studies.uncertainty.variables import Numbers, Stated, Variable
-from knittest.studies.uncertainty.written import Index, Lost, ParameterRow, StatementRow, Uncertainty, VariableRow
+from knittest.studies.uncertainty.written import Index, ParameterRow, StatementRow, Uncertainty, VariableRow
 
 #: half the width of the interval of an index from which it is called uncertain
 WIDE = 0.2
@@ -26,36 +28,31 @@ def outcome_of(
 ) -> Uncertainty:
     """Outcome as far as runs have ended; bands and shares are of the points of A and B that gave a number."""
     study = problem.study
-    counts = Counter(one.ended(records)[0] for one in runs)
-    lost = [row for one in runs if (row := _lost(one, problem, records, numbers))]
-    variables = [_variable_row(one, problem, one.values(numbers)) for one in problem.variables]
+    counts = Counter(one.full.ended(records)[0] for one in runs)
+    lost = [row for one in runs if (row := lost_row(one, problem, records, numbers))]
+    sooner = ended_sooner(problem, runs)
+    variables = [_variable_row(one, problem, one.values(numbers), one.either(sooner)) for one in problem.variables]
     setup = next(iter(problem.cases.values())).run()
-    looser = looser_note(records[one.trial.key] for one in runs if one.trial and one.trial.key in records)
+    keys = [one.trial.key for run in runs for one in run.attempts if one.trial]
+    looser = looser_note(records[key] for key in keys if key in records)
+    left = any(one.last.ended(records)[0] == OPEN for one in runs)
     return Uncertainty(
-        uncertainty=problem.name, status="not finished" if counts[OPEN] else "finished",
+        uncertainty=problem.name, status="not finished" if left else "finished",
         test=" ".join(filter(None, (setup.rig.kind, setup.direction))),
         setup=[setup.model.scale, f"preset {setup.model.preset}", f"parameters {setup.parameters}"],
         fabrics={name: case.run().fabric.name for name, case in problem.cases.items()},
         differences={name: list(values) for name, values in problem.differences.items()},
         design=study.design, samples=study.samples, seed=study.seed, points=problem.parts * study.samples,
         runs=len(runs), runs_by_status=dict(counts), lost_share=len(lost) / len(runs),
-        warnings=[*looser, *_warnings(lost, len(runs), variables), *idle(problem, numbers)],
+        shorter_field=problem.shorter.field, shorter_unit=problem.shorter.unit,
+        shorter=shorter_rows(problem, runs, records),
+        warnings=[
+            *looser, *lost_warnings(lost, len(runs), variables, problem.shorter.unit), *_warnings(variables),
+            *idle(problem, numbers),
+        ],
         parameters=[_parameter_row(one) for one in problem.parameters], variables=variables,
-        statements=[_statement_row(one, study.seed, one.holds(numbers)) for one in problem.statements], lost=lost,
+        statements=[_statement_row(one, study.seed, numbers) for one in problem.statements], lost=lost,
         version=knittest.__version__, code=code_digest(), written=now(),
-    )  # fmt: skip
-
-
-def _lost(one: Planned, problem: Problem, records: Mapping[str, Record], numbers: Numbers) -> Lost | None:
-    """The run as one without a result; None for one that gave every number."""
-    status, reason = one.ended(records)
-    gone = missing(one, numbers)
-    if status == "completed" and not gone:
-        return None
-    values = {p.name: value for p, value in zip(problem.parameters, one.values, strict=True)}
-    return Lost(
-        point=one.part * problem.study.samples + one.row + 1, fabric=one.fabric, status=status,
-        reason=reason or f"no number of {', '.join(gone)}", values=values, trial=one.trial.key if one.trial else "",
     )  # fmt: skip
 
 
@@ -68,14 +65,15 @@ def _parameter_row(one: Parameter) -> ParameterRow:
     )  # fmt: skip
 
 
-def _variable_row(one: Variable, problem: Problem, values: Array) -> VariableRow:
-    """Band and indices of ``values`` (parts, n)."""
+def _variable_row(one: Variable, problem: Problem, values: Array, sooner: NDArray[np.bool_]) -> VariableRow:
+    """Band and indices of ``values`` (parts, n), which are of runs to a shorter end where ``sooner``."""
     found = spread(values[:2], problem.study.seed)
     hang, explained, why = _hanging(one, problem, values)
     band = {} if found is None else {"band": found.band, "band_low": found.interval[0], "band_high": found.interval[1]}
     return VariableRow(
         name=one.name, quantity=one.quantity, who=one.who, ratio=one.over is not None, at=one.at, axis=one.axis,
         unit=one.unit, log=one.log, count=int(np.isfinite(values[:2]).sum()), points=values[:2].size,
+        shortened=int((np.isfinite(values) & sooner)[:2].sum()),
         indices=hang, explained=explained, no_indices=why,
         **{name: ends.tolist() for name, ends in band.items()},
     )  # fmt: skip
@@ -117,29 +115,16 @@ def _index_rows(problem: Problem, values: Array) -> list[Index]:
     ]  # fmt: skip
 
 
-def _statement_row(one: Stated, seed: int, holds: Array) -> StatementRow:
-    found = share(holds[:2], seed)
+def _statement_row(one: Stated, seed: int, numbers: Numbers) -> StatementRow:
+    found = share(one.holds(numbers)[:2], one.fails(numbers)[:2], seed)
     return StatementRow(
-        name=one.name, text=one.text, holds=found.holds, count=found.count, points=found.total, share=found.value,
-        interval=list(found.interval or ()), possible=list(found.possible),
+        name=one.name, text=one.text, holds=found.holds, count=found.count, points=found.total, failing=found.failing,
+        share=found.value, interval=list(found.interval or ()), possible=list(found.possible),
     )  # fmt: skip
 
 
-def _warnings(lost: Sequence[Lost], runs: int, variables: Sequence[VariableRow]) -> list[str]:
+def _warnings(variables: Sequence[VariableRow]) -> list[str]:
     found = []
-    if lost:
-        found.append(
-            f"{len(lost)} of {runs} runs ({100.0 * len(lost) / runs:.1f} %) have no result that counts: bands and "
-            "shares are of the part of the prior that ran"
-        )
-        counts: dict[str, set[int]] = {}
-        for one in variables:
-            counts.setdefault(one.quantity, set()).add(one.count)
-        if uneven := [name for name, numbers in counts.items() if len(numbers) > 1]:
-            found.append(
-                f"bands of {', '.join(uneven)} are not of the same points for all fabrics: compare by ratios and "
-                "statements, which are of points that both have"
-            )
     ranked = [one for one in variables if one.indices]
     wide = [one.name for one in ranked if any(_half_width(index) > WIDE for index in one.indices)]
     if wide:

@@ -10,8 +10,8 @@ from knittest.report_page.pictures import picture
 from knittest.report_page.trials import Column, file_to_save, link, problems, provenance, wide
 from knittest.studies.trials.record import OPEN
 from knittest.studies.trials.runner import TRIALS
-from knittest.studies.uncertainty.told import index_text, share_text, short
-from knittest.studies.uncertainty.written import ParameterRow, Uncertainty, VariableRow
+from knittest.studies.uncertainty.told import index_text, points_text, share_text, short, shorter_texts
+from knittest.studies.uncertainty.written import Lost, ParameterRow, Uncertainty, VariableRow
 
 RESULT, COPY = "uncertainty.json", "uncertainty.yaml"
 #: what the indices say
@@ -66,7 +66,7 @@ def _picture(folder: Path, name: str, caption: str) -> list[Block]:
 
 
 def _ending(found: Uncertainty) -> list[Block]:
-    left = found.runs_by_status.get(OPEN, 0)
+    left = sum(states.get(OPEN, 0) for states in (found.runs_by_status, *(one.runs_by_status for one in found.shorter)))
     told = f"Not finished; runs left: {left}. The same command goes on with them."
     blocks: list[Block] = [Text(told, "warn")] if left else []
     return [*blocks, *(Text(f"Warning: {text}.", "warn") for text in found.warnings)]
@@ -79,7 +79,8 @@ def _facts(found: Uncertainty) -> Block:
         "test": ", ".join(filter(None, (found.test, *found.setup))),
         "design": f"{found.design}, {found.samples} samples of A and B, {found.points} points, seed {found.seed}",
         "runs": f"{found.runs}" + (f" ({states})" if states else ""),
-        "without a result": "" if share is None else f"{100.0 * share:.1f} %",
+        "lost on their way, again": "; ".join(shorter_texts(found)),
+        "without all numbers": "" if share is None else f"{100.0 * share:.1f} %",
         "knittest": found.version,
         "digest of the code": found.code,
         "written": found.written,
@@ -99,14 +100,14 @@ def _bands(found: Uncertainty) -> list[Block]:
         (
             Cell(one.name),
             *(_percentile(one, k) for k in range(3)),
-            Cell(f"{one.count} of {one.points}", tone="warn" if one.count < one.points else ""),
+            Cell(points_text(one), tone="warn" if one.count < one.points else ""),
         )
         for one in found.variables
     ]
     header = ("quantity", "5 %", "50 %", "95 %", "points")
     told = (
         "Small print: 95 % interval of the percentile, for the number of points. Errors of the model that no parameter "
-        "stands for are not in a band."
+        "stands for are not in a band. Shortened: of runs to a shorter end, which passed every gate up to there."
     )
     return [Table("Percentiles over the prior", header, rows, (1, 2, 3)), Text(told)]
 
@@ -188,10 +189,23 @@ def _lost(folder: Path, at: Path, found: Uncertainty) -> list[Block]:
         Column("fabric", [Cell(one.fabric) for one in shown]),
         Column("state", [Cell(one.status, note=one.reason, tone="bad") for one in shown]),
     ]
+    if found.shorter:
+        unit = f" [{found.shorter_unit}]" if found.shorter_unit else ""
+        naming.append(Column(f"counts to{unit}", [_counting(folder, at, one) for one in shown]))
     names: Sequence[str] = list(dict.fromkeys(name for one in shown for name in one.values))
     columns = [Column(short(n), [_value(one.values.get(n)) for one in shown], numeric=True) for n in names]
     more = f", the first {MOST_LOST}; results.csv has all" if len(found.lost) > MOST_LOST else ""
-    return wide(f"Runs without a result that counts: {len(found.lost)}{more}", naming, columns)
+    return wide(f"Runs that did not give every number: {len(found.lost)}{more}", naming, columns)
+
+
+def _counting(folder: Path, at: Path, one: Lost) -> Cell:
+    """Shorter end of the run that counts, with a link to it, and why those before it do not."""
+    told = "; ".join(f"{again.end:g}: {again.reason.partition(';')[0]}" for again in one.tried if again.reason)
+    if one.counts_to is None:
+        return Cell("-", note=told)
+    return Cell(
+        f"{one.counts_to:g}", one.counts_to, note=told, href=link(folder, f"{TRIALS}/{one.tried[-1].trial}", at)
+    )
 
 
 def _repeat(reader: Reader) -> list[Block]:

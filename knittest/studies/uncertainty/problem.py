@@ -18,6 +18,7 @@ from knittest.config.yaml_loader import Document, KeyPath, dotted
 from knittest.studies.trials.case import Case, existing, fabric_path, settings_of
 from knittest.studies.trials.draws import quantiles, tried
 from knittest.studies.uncertainty.differences import check_differences
+from knittest.studies.uncertainty.shorter import Shorter, shorter_of
 from knittest.studies.uncertainty.variables import Stated, Variable, statements_of, variables_of
 
 
@@ -72,15 +73,19 @@ class Problem:
     variables: list[Variable]
     statements: list[Stated]
     differences: Mapping[str, Sequence[object]]
+    shorter: Shorter
 
     @property
     def parts(self) -> int:
         """Parts of the design: A and B, and one a parameter where indices of Sobol are asked for."""
         return 2 + (len(self.parameters) if self.study.design == "saltelli" else 0)
 
-    def run(self, fabric: str, values: Sequence[float]) -> Run:
-        """The run of ``fabric`` with ``values`` of the parameters; raises :class:`InputError` where it is refused."""
-        return self.cases[fabric].run(settings_at(self.parameters, values))
+    def run(self, fabric: str, values: Sequence[float], end: float | None = None) -> Run:
+        """The run of ``fabric`` with ``values`` of the parameters, to its full end or to the shorter ``end``; raises
+        :class:`InputError` where it is refused.
+        """
+        sooner = [] if end is None else [self.shorter.setting(end)]
+        return self.cases[fabric].run([*settings_at(self.parameters, values), *sooner])
 
 
 def settings_at(parameters: Sequence[Parameter], values: Sequence[float]) -> list[Setting]:
@@ -98,10 +103,12 @@ def problem_of(document: Document, accept_limits: bool = False) -> Problem:
     parameters = _parameters(study, document, first.rig.kind)
     for case in cases.values():
         _check_ends(case, parameters)
-    differences = check_differences(_middle(cases, parameters), study, document)
+    middle = _middle(cases, parameters)
+    differences = check_differences(middle, study, document)
     variables = variables_of(study, document)
     stated = statements_of(study, document)
-    return Problem(Path(document.source).stem, study, parameters, cases, variables, stated, differences)
+    shorter = shorter_of(study, document, middle, [path for one in parameters for path in one.paths])
+    return Problem(Path(document.source).stem, study, parameters, cases, variables, stated, differences, shorter)
 
 
 def _cases(study: file.Uncertainty, document: Document, accept_limits: bool) -> dict[str, Case]:

@@ -1,9 +1,10 @@
 """Runs of the design: a trial for every point and fabric, and the numbers that its record gives."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
 from knittest.base.history import Array
@@ -15,20 +16,20 @@ from knittest.studies.uncertainty.design import design, matrix_name
 from knittest.studies.uncertainty.problem import Problem
 from knittest.studies.uncertainty.variables import results_of
 
+#: ends of a run after which a shorter one may pass: loops that lock do so before it begins, and a run that hung or died
+#: says nothing of its length
+ON_ITS_WAY = ("refused", "failed")
+
 
 @dataclass(frozen=True)
-class Planned:
-    """The run of ``fabric`` at row ``row`` of the part ``part`` of the design, where the parameters are ``values``.
-
-    ``problem`` says why the input is refused there, and is empty where there is a trial.
+class Attempt:
+    """A run to its full end, or to the shorter ``end``; ``problem`` says why the input is refused, where there is no
+    trial.
     """
 
-    part: int
-    row: int
-    fabric: str
-    values: tuple[float, ...]
     trial: Trial | None
     problem: str = ""
+    end: float | None = None
 
     def ended(self, records: Mapping[str, Record]) -> tuple[str, str]:
         """Status and reason."""
@@ -36,6 +37,35 @@ class Planned:
             return "invalid", self.problem
         record = records.get(self.trial.key)
         return (record.status, record.reason) if record else (OPEN, "not run yet")
+
+    def results(self, records: Mapping[str, Record]) -> dict[str, float]:
+        """Numbers of one that passed every gate, empty of any other."""
+        return records[self.trial.key].results if self.trial and self.trial.key in records else {}
+
+
+@dataclass(frozen=True)
+class Planned:
+    """The run of ``fabric`` at row ``row`` of the part ``part`` of the design, where the parameters are ``values``.
+
+    ``attempts`` are the full one, and as far as it was lost on its way those to shorter ends, one after the other: the
+    last one counts, if it passed.
+    """
+
+    part: int
+    row: int
+    fabric: str
+    values: tuple[float, ...]
+    attempts: tuple[Attempt, ...]
+
+    @property
+    def full(self) -> Attempt:
+        """Attempt to the full end."""
+        return self.attempts[0]
+
+    @property
+    def last(self) -> Attempt:
+        """Attempt that counts, if it passed."""
+        return self.attempts[-1]
 
 
 def values_of(problem: Problem) -> Array:
@@ -56,30 +86,61 @@ def planned(problem: Problem) -> list[Planned]:
 
 
 def _planned(problem: Problem, part: int, row: int, fabric: str, values: tuple[float, ...]) -> Planned:
-    names = [one.name for one in problem.parameters]
-    label = f"{fabric}, {matrix_name(part, names)}, row {row + 1}"
+    one = Planned(part, row, fabric, values, ())
+    return replace(one, attempts=(_attempt(problem, one),))
+
+
+def _attempt(problem: Problem, one: Planned, end: float | None = None) -> Attempt:
+    """Attempt of ``one`` to its full ``end``, or a shorter one."""
+    label = f"{one.fabric}, {matrix_name(one.part, [p.name for p in problem.parameters])}, row {one.row + 1}"
+    label += "" if end is None else f", to {end:g}"
     try:
-        return Planned(part, row, fabric, values, trial_of(problem.run(fabric, values), label))
+        return Attempt(trial_of(problem.run(one.fabric, one.values, end), label), end=end)
     except InputError as error:
-        return Planned(part, row, fabric, values, None, str(error))
+        return Attempt(None, str(error), end)
+
+
+def gone_on(problem: Problem, runs: Sequence[Planned], records: Mapping[str, Record]) -> list[Planned]:
+    """``runs`` with all attempts to shorter ends that ``records`` make due."""
+    return [_gone_on(problem, one, records) for one in runs]
+
+
+def _gone_on(problem: Problem, one: Planned, records: Mapping[str, Record]) -> Planned:
+    for end in problem.shorter.values[len(one.attempts) - 1 :]:
+        if one.last.ended(records)[0] not in ON_ITS_WAY:
+            break
+        one = replace(one, attempts=(*one.attempts, _attempt(problem, one, end)))
+    return one
 
 
 def numbers_of(problem: Problem, runs: Sequence[Planned], records: Mapping[str, Record]) -> dict[str, dict[str, Array]]:
     """Results asked for, by fabric and name, over the design (parts, n), NaN where a run gave none.
 
-    Raises :class:`InputError` for a quantity that no run of the test has.
+    A run that ended sooner gives what has a place up to there, and else what any end gives only. Raises
+    :class:`InputError` for a quantity that no run of the test has.
     """
-    names = [name for one in problem.study.quantities.values() for name in results_of(one)]
+    quantities = problem.study.quantities.values()
+    names = [name for one in quantities for name in results_of(one)]
+    sooner = [name for one in quantities if one.at or one.any_end for name in results_of(one)]
     shape = (problem.parts, problem.study.samples)
     found = {fabric: {name: np.full(shape, np.nan) for name in names} for fabric in problem.cases}
     known: dict[str, None] = {}
-    for one in runs:
-        results = records[one.trial.key].results if one.trial and one.trial.key in records else {}
-        known |= dict.fromkeys(results)
-        for name in names:
-            found[one.fabric][name][one.part, one.row] = results.get(name, np.nan)
+    for run in runs:
+        known |= dict.fromkeys(run.full.results(records))
+        results = run.last.results(records)
+        for name in names if run.last.end is None else sooner:
+            found[run.fabric][name][run.part, run.row] = results.get(name, np.nan)
     if known:
         _check_known(problem, list(known))
+    return found
+
+
+def ended_sooner(problem: Problem, runs: Sequence[Planned]) -> dict[str, NDArray[np.bool_]]:
+    """Flags of runs to a shorter end, by fabric, over the design (parts, n)."""
+    shape = (problem.parts, problem.study.samples)
+    found = {fabric: np.zeros(shape, bool) for fabric in problem.cases}
+    for one in runs:
+        found[one.fabric][one.part, one.row] = one.last.end is not None
     return found
 
 

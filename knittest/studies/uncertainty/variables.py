@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
 from knittest.base.history import Array
@@ -46,6 +47,10 @@ class Variable:
         below = numbers[self.over][self.result]
         return np.divide(found, below, out=np.full_like(found, np.nan), where=below != 0.0)
 
+    def either(self, flags: Mapping[str, NDArray[np.bool_]]) -> NDArray[np.bool_]:
+        """Flags of the fabric, or of either one of a ratio, over the design."""
+        return flags[self.of] if self.over is None else flags[self.of] | flags[self.over]
+
 
 @dataclass(frozen=True)
 class Stated:
@@ -68,11 +73,19 @@ class Stated:
 
     def holds(self, numbers: Numbers) -> Array:
         """1 where it holds at all places, 0 where it does not, NaN where a number is missing, over the design."""
+        least = np.min(self._gaps(numbers), axis=(0, 1))  # NaN where one is
+        return np.where(np.isfinite(least), least > 0.0, np.nan)
+
+    def fails(self, numbers: Numbers) -> NDArray[np.bool_]:
+        """Flags of points at which it fails at a place with numbers, whatever others would give, over the design."""
+        failing: NDArray[np.bool_] = np.any(self._gaps(numbers) <= 0.0, axis=(0, 1))
+        return failing
+
+    def _gaps(self, numbers: Numbers) -> Array:
+        """Gaps between the values and their ends (ends, places, ...), above 0 where it holds, NaN without a number."""
         values = np.array([one.values(numbers) for one in self.of])
         ends = [(_side(self.below, numbers), 1.0), (_side(self.above, numbers), -1.0)]
-        gaps = [np.broadcast_to(sign * (end - values), values.shape) for end, sign in ends if end is not None]
-        least = np.min(gaps, axis=(0, 1))  # NaN where one is
-        return np.where(np.isfinite(least), least > 0.0, np.nan)
+        return np.array([np.broadcast_to(sign * (end - values), values.shape) for end, sign in ends if end is not None])
 
 
 def results_of(quantity: file.Wanted) -> list[str]:

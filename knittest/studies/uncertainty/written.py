@@ -32,7 +32,8 @@ class Index(BaseModel):
 
 
 class VariableRow(BaseModel):
-    """A quantity of a fabric or a ratio at one place: ``count`` of ``points`` of the prior gave a number.
+    """A quantity of a fabric or a ratio at one place: ``count`` of ``points`` of the prior gave a number, ``shortened``
+    of these by runs to a shorter end.
 
     ``band`` is its 5, 50 and 95 % points, each with its interval in ``band_low`` and ``band_high``; empty where too
     few ran. ``indices`` is empty where ``no_indices`` says why; ``explained`` is what share of the variance of the
@@ -49,6 +50,7 @@ class VariableRow(BaseModel):
     log: bool = False
     count: int = 0
     points: int = 0
+    shortened: int = 0
     band: list[Number] = []
     band_low: list[Number] = []
     band_high: list[Number] = []
@@ -58,9 +60,10 @@ class VariableRow(BaseModel):
 
 
 class StatementRow(BaseModel):
-    """An inequality and the share of the prior that it holds for.
+    """An inequality and the share of the prior that it holds for, of the ``count`` points with all numbers.
 
-    ``possible`` is between which shares it lies, whatever the runs without a result would have given.
+    ``failing`` points lack a number and fail at a place that they have. ``possible`` is between which shares it lies,
+    whatever the numbers that are missing would have been.
     """
 
     name: str
@@ -68,13 +71,26 @@ class StatementRow(BaseModel):
     holds: int = 0
     count: int = 0
     points: int = 0
+    failing: int = 0
     share: Number = None
     interval: list[Number] = []
     possible: list[Number] = []
 
 
+class Tried(BaseModel):
+    """A run to a shorter end."""
+
+    end: float
+    status: str
+    reason: str = ""
+    trial: str = ""
+
+
 class Lost(BaseModel):
-    """A run without a result that counts, and where in the prior it was."""
+    """A run that did not give every number, and where in the prior it was.
+
+    ``counts_to`` is where the run ends that counts in its place, the last one ``tried``; None where none does.
+    """
 
     point: int
     fabric: str
@@ -82,6 +98,15 @@ class Lost(BaseModel):
     reason: str = ""
     values: dict[str, Number] = {}
     trial: str = ""
+    counts_to: Number = None
+    tried: list[Tried] = []
+
+
+class ShorterRow(BaseModel):
+    """Runs to the shorter ``end``."""
+
+    end: float
+    runs_by_status: dict[str, int] = {}
 
 
 class Uncertainty(BaseModel):
@@ -100,6 +125,9 @@ class Uncertainty(BaseModel):
     runs: int = 0
     runs_by_status: dict[str, int] = {}
     lost_share: Number = None
+    shorter_field: str = ""
+    shorter_unit: str = ""
+    shorter: list[ShorterRow] = []
     warnings: list[str] = []
     parameters: list[ParameterRow] = []
     variables: list[VariableRow] = []
