@@ -141,6 +141,8 @@ def _bounds(info: FieldInfo, meta: dict[str, Any]) -> str:
         if getattr(one, "pattern", None):
             words.append(f"matches `{one.pattern}`")
     found = [f"{sign} {limits[name]:.10g}" for name, sign in signs.items() if name in limits] + words
+    if "least" in meta:
+        found.append(f"plausible 0, or from {meta['least']:g}")
     if "band" in meta:
         found.append("plausible {:g} to {:g}".format(*meta["band"]))
     return ", ".join(found)

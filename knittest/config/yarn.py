@@ -18,6 +18,8 @@ LAW_STRAIN, LAW_STRESS = {"unit": "%", "ge": 0, "le": 50}, {"unit": "MPa", "ge":
 LAW_STEEPNESS = (0.1, 10.0)
 #: crimp [%] below which a wave is no wave but a fraction in place of per cent: 0.006 mm high at a pitch of 3.6 mm
 LEAST_CRIMP = 0.02
+#: toe and draw-in [%] below which they are fractions in place of per cent, too
+LEAST_TOE, LEAST_DRAW_IN = 0.02, 0.1
 #: strength for the mass [N/tex] that no yarn reaches: the strongest fibres have 4
 TENACITY = 6.0
 #: least mass over length and load area [g/cm3]: no area is larger than that of a loose yarn, its air included
@@ -41,7 +43,7 @@ class YarnLaw(Strict):
     """Axial law of a yarn: linear, linear after a parabolic toe, or a table."""
 
     kind: Literal["linear", "toe", "table"] = Field("linear", description="shape of the axial stress-strain law")
-    toe_strain: float = number(0.0, "%", "strain at which the toe ends (kind toe)", ge=0, le=2)
+    toe_strain: float = number(0.0, "%", "strain at which the toe ends (kind toe)", ge=0, le=2, least=LEAST_TOE)
     points: list[Annotated[tuple[float, float], Field(strict=False)]] = Field(
         default_factory=list, description="strain [%] and stress [MPa] pairs, rising, first (0, 0) (kind table)"
     )
@@ -115,7 +117,7 @@ class ReinforcingYarn(Yarn):
         "N mm2", "EI of one yarn, by the section integration rule", gt=0, band=(1e-4, 1e4)
     )
     bending_stiffness_n_mm2: ClassVar[Kernel[Directed]] = Kernel("bending_stiffness")
-    crimp: PerDirection = measure("%", "extra length of the harmonic wave", ge=0, le=5)
+    crimp: PerDirection = measure("%", "extra length of the harmonic wave", ge=0, le=5, least=LEAST_CRIMP)
     crimp_fraction: ClassVar[Kernel[Directed]] = Kernel("crimp")
     crimp_scatter: PerDirection = measure("1", "sd of the wave amplitude, relative, yarn to yarn", ge=0, le=0.5)
     slack: PerDirection = measure("%", "scale of the half-normal slack of a yarn before it carries load", ge=0, le=2)
@@ -138,18 +140,6 @@ class ReinforcingYarn(Yarn):
         if self.section is None:
             return self.beam_diameter_mm, self.beam_diameter_mm
         return self.ellipse_mm(self.section, direction)
-
-    @model_validator(mode="after")
-    def _crimp_is_no_fraction(self) -> Self:
-        for direction in ("warp", "weft"):
-            crimp = self.crimp.of(direction).value
-            if 0.0 < crimp < LEAST_CRIMP:
-                raise BoundsError(
-                    f"implausible, expected 0, or at least {LEAST_CRIMP:g} % (it looks like a fraction: "
-                    f"{100.0 * crimp:g} %)",
-                    f"crimp.{direction}",
-                )
-        return self
 
     @model_validator(mode="after")
     def _load_is_carried_by_fibres(self) -> Self:
@@ -175,7 +165,7 @@ class KnittingYarn(Yarn):
     draw_in: Quantity | None = number(
         None, "%", "by how much the loop's yarn at rest is shorter than the relaxed loop; the fabric is settled under "
         "it by the contact law of the run before every test of yarns. None: loops start without tension, and overlaps "
-        "free of force", ge=0, le=10,
+        "free of force", ge=0, le=10, least=LEAST_DRAW_IN,
     )  # fmt: skip
     draw_in_fraction: ClassVar[Kernel[float | None]] = Kernel("draw_in")
     tension: Quantity | None = number(

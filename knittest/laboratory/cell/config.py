@@ -33,7 +33,7 @@ class CellRig(Rig):
     wales: int = Field(2, ge=1, le=12, description="repeats across the wales")
     courses: int = Field(2, ge=1, le=12, description="repeats along the wales")
     max_angle: float = number(40.0, "deg", "shear: largest shear angle", gt=0, le=60)
-    max_strain: float = number(1.0, "%", "warp, weft, biaxial: largest mean strain", gt=0, le=50)
+    max_strain: float = number(1.0, "%", "warp, weft, biaxial: largest mean strain", gt=0, le=50, band=(0.05, 50))
     max_strain_fraction: ClassVar[Kernel[float]] = Kernel("max_strain")
     ratio: float = number(1.0, "1", "biaxial: mean strain of the weft over that of the warp", ge=0, le=10)
     across: Literal["free", "held"] = Field(
