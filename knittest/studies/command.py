@@ -180,8 +180,7 @@ def _beside(jobs: Sequence[Job], progress: Progress) -> tuple[dict[Path, tuple[R
     folders = {place.path: (run, place) for run, place in jobs if not isinstance(place, Path) and place.path}
     if not single or len(folders) < len(jobs) or min(len(jobs), threads) < 2:
         return {}, threads
-    progress.phase("relaxing geometry")
-    cell_of(jobs[0][0])
+    cell_of(jobs[0][0], lambda: progress.phase("relaxing geometry"))
     return dict(list(folders.items())[1:threads]), max(threads // len(jobs), 1)
 
 
