@@ -82,6 +82,17 @@ class Quantity(BaseModel):
         return self
 
 
+class PerDirection(Strict):
+    """One quantity for each direction; the unit is that of the field which holds it."""
+
+    warp: Quantity
+    weft: Quantity
+
+    def of(self, direction: str) -> Quantity:
+        """Return that of ``direction``; raise ``KeyError`` where it is neither warp nor weft."""
+        return {"warp": self.warp, "weft": self.weft}[direction]
+
+
 class BoundsError(ValueError):
     """A number breaks a hard bound or its plausibility band; ``part`` names the direction or field inside, if any."""
 

@@ -16,8 +16,9 @@ from knittest.base.progress import Progress
 from knittest.config.dumping import dump
 from knittest.config.loading import resolve
 from knittest.config.run import Run
-from knittest.export.folder import fresh_folder, of_bad_input, run_name
 from knittest.export.identity import cell_of
+from knittest.export.names import run_name
+from knittest.export.place import fresh_folder, of_bad_input
 from knittest.kernels.threading import limited
 from knittest.laboratory.registry import TESTS
 from knittest.runs.checkpoints import PATTERN

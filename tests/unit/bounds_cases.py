@@ -11,8 +11,7 @@ from pydantic import BaseModel
 
 from knittest import config
 from knittest.base.kinds import kinds
-from knittest.config.base import Quantity, Strict, field_meta
-from knittest.config.yarn import PerDirection
+from knittest.config.base import PerDirection, Quantity, Strict, field_meta
 
 LIMITS = ("gt", "ge", "lt", "le", "band", "least", "multiple_of", "min_length", "max_length", "pattern")
 

@@ -231,7 +231,7 @@ def test_a_curve_without_a_fabric_in_its_head_is_the_fabrics_own(tmp_path: Path)
 
 
 def test_a_pull_out_names_what_moves_its_forces():
-    """Powers of docs/identify.md: friction, bend and set of the loops, and the geometry; neither crimp nor inlays' EI."""
+    """Powers of docs/identify.md: friction, bend and set of the loops, geometry; neither crimp nor inlays' EI."""
     run = resolve(test="pull-out", variant="1", direction="weft", parameters="as-measured")
     assert assumed_inputs(run) == (
         "knitting.beam_diameter", "knitting.bending_stiffness", "knitting.degree_of_set", "reinforcing.beam_diameter",
