@@ -1,10 +1,14 @@
 """Numbers that can be meant but hardly are: a warning names them, of a run and of ``check``, and no others."""
 
+import numpy as np
 import pytest
+from export_sample import cost, quality, strip
 
+from knittest.base.history import History, Specimen
 from knittest.base.resources import configs_dir
 from knittest.config.doubtful import doubts
 from knittest.config.loading import resolve
+from knittest.runs.judgement import judge, references_of
 from knittest.runs.preflight.model import model_facts
 from knittest.runs.specimen import prepare
 
@@ -41,3 +45,11 @@ def test_shipped_fabrics_have_nothing_doubtful(fabric, parameters):
 def test_check_says_it():
     run = resolve(variant="1", scale="meso", preset="quick", direction="weft", sets=[f"{SLACK}weft=0.003"])
     assert any("if it is a fraction, write 0.3" in note for note in model_facts(run, prepare(run))["notes"])
+
+
+def test_a_run_warns_of_it():
+    run = resolve(variant="1", test="pull-out", direction="weft", sets=[f"{SLACK}weft=0.003"])
+    columns = {"tail_travel_mm": np.zeros(1), "pull_force_n": np.zeros(1)}
+    specimen = Specimen(History(strip(2, 2)[0], columns, {}, []), {}, quality(), cost(), {})
+    warnings = judge(run, [specimen], references_of(run, ())).summary["warnings"]
+    assert any("if it is a fraction, write 0.3" in text for text in warnings)
