@@ -8,10 +8,9 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from knittest.config import calibration, sweep, uncertainty
-from knittest.config.base import Quantity, field_meta
+from knittest.config.base import PerDirection, Quantity, field_meta
 from knittest.config.presets import PRESETS, default_scale, preset_settings
 from knittest.config.run import RUNS, Run
-from knittest.config.yarn import PerDirection
 
 WORDS = {float: "number", int: "whole number", bool: "yes or no", str: "text", Any: "anything", Quantity: "quantity"}
 FIELD_HEADER = ("field", "type", "unit", "default", "bounds", "what")
@@ -141,6 +140,8 @@ def _bounds(info: FieldInfo, meta: dict[str, Any]) -> str:
         if getattr(one, "pattern", None):
             words.append(f"matches `{one.pattern}`")
     found = [f"{sign} {limits[name]:.10g}" for name, sign in signs.items() if name in limits] + words
+    if "least" in meta:
+        found.append(f"plausible 0, or from {meta['least']:g}")
     if "band" in meta:
         found.append("plausible {:g} to {:g}".format(*meta["band"]))
     return ", ".join(found)

@@ -25,7 +25,7 @@ from knittest.kernels.shell_state import Laminate
 from knittest.materials.patch import Patch
 from knittest.materials.yarn_section import Section
 from knittest.models.boundary import ALL, Boundary
-from knittest.models.chains import Chain
+from knittest.models.chain_layout import Chain
 from knittest.models.crossings import Crossings
 from knittest.models.from_stiffness import linear_laminate, round_section, section, strip_section
 from knittest.models.periodic import PeriodicChain

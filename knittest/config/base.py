@@ -82,6 +82,17 @@ class Quantity(BaseModel):
         return self
 
 
+class PerDirection(Strict):
+    """One quantity for each direction; the unit is that of the field which holds it."""
+
+    warp: Quantity
+    weft: Quantity
+
+    def of(self, direction: str) -> Quantity:
+        """Return that of ``direction``; raise ``KeyError`` where it is neither warp nor weft."""
+        return {"warp": self.warp, "weft": self.weft}[direction]
+
+
 class BoundsError(ValueError):
     """A number breaks a hard bound or its plausibility band; ``part`` names the direction or field inside, if any."""
 
@@ -92,7 +103,7 @@ class BoundsError(ValueError):
 
 
 def check_bounds(number: float, meta: dict[str, Any], part: str | None = None) -> None:
-    """Raise :class:`BoundsError` when ``number`` breaks the hard bounds or the plausibility band in ``meta``."""
+    """Raise :class:`BoundsError` when ``number`` breaks the hard bounds or the plausibility bounds in ``meta``."""
     unit = meta.get("unit", "")
     unit = "" if unit == "1" else f" {unit}"
     if "gt" in meta and not number > meta["gt"]:
@@ -105,6 +116,9 @@ def check_bounds(number: float, meta: dict[str, Any], part: str | None = None) -
         low, high = meta["band"]
         guess = likely_unit(number, meta.get("unit", ""), meta["band"])
         raise BoundsError(f"implausible, expected {low:g} to {high:g}{unit}{guess}", part)
+    if "least" in meta and 0.0 < number < meta["least"]:
+        guess = likely_unit(number, meta.get("unit", ""), (meta["least"], meta["le"]))
+        raise BoundsError(f"implausible, expected 0, or at least {meta['least']:g}{unit}{guess}", part)
 
 
 def _check_scatter(quantity: Quantity, part: str) -> None:
@@ -114,10 +128,12 @@ def _check_scatter(quantity: Quantity, part: str) -> None:
 
 
 def measure(unit: str, description: str, **meta: Any) -> Any:
-    """Field of a required :class:`Quantity` in ``unit``; ``meta``: gt, ge, le, band."""
+    """Field of a required :class:`Quantity` in ``unit``; ``meta``: gt, ge, le, band, and ``least``, the smallest number
+    but 0 (beside le).
+    """
     return Field(description=description, json_schema_extra={"unit": unit, **meta})
 
 
 def number(default: "float | Quantity | None", unit: str, description: str, **meta: Any) -> Any:
-    """Field of a plain number with a default, in ``unit``; ``meta``: gt, ge, le, band."""
+    """Field of a plain number with a default, in ``unit``; ``meta`` as of :func:`measure`."""
     return Field(default, description=description, json_schema_extra={"unit": unit, **meta})

@@ -5,90 +5,19 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, ValidatorFunctionWrapHandler, WrapValidator, model_validator
 
-from knittest.config.base import BoundsError, Quantity, Strict, measure, number
+from knittest.config.base import BoundsError, PerDirection, Quantity, Strict, measure, number
+from knittest.config.contact import YarnContact
+from knittest.config.inlay_section import InlaySection
 from knittest.config.kernel_units import Directed, Kernel
 from knittest.config.kind_name import TestName
 from knittest.config.shear import ShearLaw
-from knittest.config.yarn import InlaySection, KnittingYarn, PerDirection, ReinforcingYarn
+from knittest.config.yarn import KnittingYarn, ReinforcingYarn
 
 Direction = Literal["warp", "weft"]
 #: measured area mass over that of the yarns: beyond, densities, loop length or tex are another fabric's
 AREA_MASS = (0.5, 2.0)
 #: thickness over two inlays, at least, and over two inlays and two loop yarns, at most
 THICKNESS = (0.5, 3.0)
-
-
-class Compaction(Strict):
-    """Progressive yarn contact: F = k d (1 + (d / depth)^exponent), d the penetration, k the normal stiffness."""
-
-    exponent: Literal[1, 2, 3] = Field(2, description="power with which the stiffness grows")
-    depth: Quantity = measure("mm", "penetration at which the force is twice the linear one", gt=0, band=(1e-3, 10))
-    depth_mm: ClassVar[Kernel[float]] = Kernel("depth")
-
-
-class PatchRadius(Strict):
-    """Radius of the patch over which crossed yarns touch, a disc of even pressure; 0: free spin."""
-
-    inlay_inlay: Quantity = measure("mm", "where a warp crosses a weft", ge=0, le=5)
-    inlay_inlay_mm: ClassVar[Kernel[float]] = Kernel("inlay_inlay")
-    inlay_loop: Quantity = measure("mm", "where a loop crosses an inlay", ge=0, le=5)
-    inlay_loop_mm: ClassVar[Kernel[float]] = Kernel("inlay_loop")
-    loop_loop: Quantity = measure("mm", "where loops cross each other", ge=0, le=5)
-    loop_loop_mm: ClassVar[Kernel[float]] = Kernel("loop_loop")
-
-    @property
-    def largest(self) -> float:
-        """Largest of the radii [mm]."""
-        return max(self.inlay_inlay_mm, self.inlay_loop_mm, self.loop_loop_mm)
-
-
-class LateralCompaction(Strict):
-    """Lateral compaction of the yarns, pressure = modulus x (share of the height)^exponent, from which patches grow."""
-
-    exponent: Literal[1, 3] = Field(1, description="power of the share of its height by which a yarn is compacted")
-    reinforcing: Quantity = measure("MPa", "modulus of the inlays across", gt=0, band=(1e-4, 1e4))
-    reinforcing_mpa: ClassVar[Kernel[float]] = Kernel("reinforcing")
-    knitting: Quantity = measure("MPa", "modulus of the loop yarn across", gt=0, band=(1e-4, 1e4))
-    knitting_mpa: ClassVar[Kernel[float]] = Kernel("knitting")
-
-
-class Patch(Strict):
-    """Patch over which crossed yarns touch and resist spin, up to 2/3 of friction, force and its radius.
-
-    Its radius is given or follows from the force and the lateral compaction of the yarns.
-    """
-
-    radius: PatchRadius | None = Field(None, description="given radii")
-    compaction: LateralCompaction | None = Field(None, description="or what the yarns give way by across")
-
-    @model_validator(mode="after")
-    def _one_of_both(self) -> Self:
-        if (self.radius is None) == (self.compaction is None):
-            raise ValueError("give either radius or compaction")
-        return self
-
-
-class YarnContact(Strict):
-    """Penalty contact between yarns with Coulomb friction."""
-
-    friction_coefficient: Quantity = measure("1", "yarn-yarn Coulomb coefficient", ge=0, le=2)
-    static_friction_coefficient: Quantity | None = Field(
-        None,
-        description="the same before a contact slips; none: equal",
-        json_schema_extra={"unit": "1", "ge": 0, "le": 2},
-    )
-    normal_stiffness: Quantity = measure("N/mm", "penalty stiffness of one crossing", gt=0, band=(1, 1e6))
-    normal_stiffness_n_per_mm: ClassVar[Kernel[float]] = Kernel("normal_stiffness")
-    tangential_ratio: Quantity = measure("1", "sticking stiffness over normal stiffness", gt=0, le=1)
-    compaction: Compaction | None = Field(None, description="progressive normal force; none: linear")
-    patch: Patch | None = Field(None, description="where crossings resist spin; none: they spin freely")
-
-    @model_validator(mode="after")
-    def _static_not_below(self) -> Self:
-        static = self.static_friction_coefficient
-        if static is not None and static.value < self.friction_coefficient.value:
-            raise BoundsError("must be at least friction_coefficient", "static_friction_coefficient")
-        return self
 
 
 class MacroMaterial(Strict):

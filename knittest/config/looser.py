@@ -11,10 +11,11 @@ from knittest.config.run import Run, Scale, Solver
 from knittest.config.yaml_loader import dotted
 
 #: fields of the model that a gate hangs on, beside the limits of the gates and what tests state of their rigs, and the
-#: sign of the looser side: contact that lets yarns and folds pass through each other
+#: sign of the looser side: contact that lets yarns and folds pass through each other, loops that are not there
 HINGES: dict[tuple[str, ...], int] = {
     ("model", "macro", "self_contact"): -1,
     ("model", "meso", "contact"): -1,
+    ("model", "meso", "knitting"): -1,
 }
 #: words of every refusal for a limit
 LOOSER = "looser than the preset's"

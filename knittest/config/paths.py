@@ -8,6 +8,7 @@ from knittest.base.errors import InputError
 from knittest.base.resources import data_dir
 from knittest.base.tidy_tables import variants
 from knittest.config.layers import Layers
+from knittest.config.namesakes import namesake
 from knittest.config.rigs import Rig
 from knittest.config.run import Run
 from knittest.config.tools import stl_tools
@@ -18,8 +19,8 @@ def settle_data_paths(run: Run, layers: Layers, folders: Sequence[Path]) -> Run:
     """Check the data paths of ``run`` and make those outside the data folder absolute.
 
     ``folders``: of the fabric's file and of the config. Raises :class:`InputError` for a path that leaves these
-    folders, is no regular file (or folder, for ``experiment``) or, where the run needs it, does not exist, and for an
-    experiment without rows of the fabric's variant.
+    folders, is no regular file (or folder, for ``experiment``), means one of the user's and a shipped one that differs,
+    or, where the run needs it, does not exist, and for an experiment without rows of the fabric's variant.
     """
     here = Path.cwd().resolve()
     own = (here / "data").resolve()
@@ -77,7 +78,16 @@ def _settled(text: str, path: KeyPath, layers: Layers, roots: list[Path], needed
             continue
         if not (stat.S_ISDIR(mode) if is_folder else stat.S_ISREG(mode)):
             raise refuse(f"expected a {'folder' if is_folder else 'regular file'}")
-        return found.relative_to(roots[0]).as_posix() if found.is_relative_to(roots[0]) else str(found)
+        if not found.is_relative_to(roots[0]):
+            return str(found)
+        name = found.relative_to(roots[0])
+        own = namesake(found, (other / name for other in roots[1:]))
+        if own is not None and not Path(text).is_absolute():
+            raise refuse(
+                f"{own} and the shipped {found} differ: expected one file of this name: rename yours, or give the "
+                "whole path of the one that is meant"
+            )
+        return name.as_posix() if own is None else str(found)
     if needed:
         raise refuse(f"no such {'folder' if is_folder else 'file'} in {', '.join(map(str, dict.fromkeys(roots)))}")
     return text

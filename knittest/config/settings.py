@@ -29,14 +29,19 @@ def parse_set(text: str) -> Setting:
 
 
 def lay_setting(layers: Layers, setting: Setting) -> None:
-    """Lay one setting over ``layers``; a number of the fabric given so is the user's, its stated scatter stays."""
+    """Lay one setting over ``layers``; a number of the fabric given so is the user's, its stated scatter stays.
+
+    A null in place of a number takes the whole quantity away, as if it had not been given.
+    """
     path, value = setting.path, setting.value
     kind = layers.get(("rig", "kind"))
     field = place(path, kind)
     if field and field.is_quantity and not isinstance(value, dict):
         path = (*path, "value")
     holder = place(path[:-1], kind)
-    if holder and holder.is_quantity and path[-1] in ("value", "sd"):
+    if holder and holder.is_quantity and path[-1] == "value" and value is None:
+        path = path[:-1]
+    elif holder and holder.is_quantity and path[-1] in ("value", "sd"):
         layers.lay(_users_own(layers.get(path[:-1])), lambda _: setting.said, path[:-1])
     layers.lay(value, lambda _: setting.said, path)
 

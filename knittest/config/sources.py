@@ -9,6 +9,7 @@ from knittest.base.errors import InputError
 from knittest.base.resources import configs_dir
 from knittest.config.layers import Layers
 from knittest.config.messages import unknown
+from knittest.config.namesakes import namesake
 from knittest.config.yaml_loader import Document, KeyPath, describe, load_yaml
 
 #: the paper's two variants by number
@@ -56,9 +57,19 @@ def variant_path(variant: str) -> Path:
     folders = (configs_dir() / "fabrics", Path("configs"), Path("configs/fabrics"))
     for folder in folders:
         if (path := folder / f"{name}.yaml").is_file():
+            _refuse_namesake(variant, path, [other / path.name for other in folders if other != folder])
             return path
     known = [*NUMBERED, *sorted({p.stem for folder in folders for p in folder.glob("*.yaml") if _is_fabric(p)})]
     raise InputError(f"--variant {variant}: {unknown(variant, known, 'fabric')}; give a path with --fabric")
+
+
+def _refuse_namesake(variant: str, path: Path, others: list[Path]) -> None:
+    """Raise :class:`InputError` where two fabrics have the name that was asked for; a number is one of the paper's."""
+    if variant not in NUMBERED and (other := namesake(path, others)) is not None:
+        raise InputError(
+            f"--variant {variant}: {other} and {path} differ: expected one fabric of this name: give the path of the "
+            "one that is meant with --fabric"
+        )
 
 
 def _is_fabric(path: Path) -> bool:

@@ -101,6 +101,8 @@ def _fields(model: BaseModel, level: int, commented_out: dict[str, str]) -> Iter
 def _comment(model: type[BaseModel], name: str) -> str:
     info, meta = model.model_fields[name], field_meta(model, name)
     notes = [meta["unit"] if meta["unit"] != "1" else "dimensionless"] if "unit" in meta else []
+    if "least" in meta:
+        notes.append(f"0, or from {meta['least']:g} to {meta['le']:g}")
     if "band" in meta:
         notes.append(f"{meta['band'][0]:g} to {meta['band'][1]:g}")
     choices = [str(a) for a in get_args(info.annotation) if isinstance(a, str)]

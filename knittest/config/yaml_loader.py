@@ -78,8 +78,8 @@ def describe(value: object) -> str:
 
 def shown(value: object, limit: int = 60) -> str:
     """A value as a short single line for a message."""
-    if isinstance(value, bool):
-        return "true" if value else "false"
+    if value is None or isinstance(value, bool):
+        return {None: "null", True: "true", False: "false"}[value]
     text = ascii(value) if isinstance(value, str) and not value.isprintable() else repr(value)
     return text if len(text) <= limit else f"{text[: limit - 3]}..."
 

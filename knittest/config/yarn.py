@@ -5,15 +5,15 @@ Every condition raises :class:`BoundsError` naming the field.
 
 import math
 from itertools import pairwise
-from typing import Annotated, ClassVar, Literal, Self
+from typing import ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from knittest.config.base import BoundsError, Quantity, Strict, check_bounds, measure, number
+from knittest.config.base import BoundsError, PerDirection, Quantity, Strict, measure, number
+from knittest.config.inlay_section import InlaySection
 from knittest.config.kernel_units import Directed, Kernel
+from knittest.config.yarn_law import YarnLaw
 
-#: strain [%] and stress [MPa] that a point of a yarn's law may have
-LAW_STRAIN, LAW_STRESS = {"unit": "%", "ge": 0, "le": 50}, {"unit": "MPa", "ge": 0, "le": 1e5}
 #: steepest tangent of a yarn's law over its modulus: beyond, stresses are in another unit
 LAW_STEEPNESS = (0.1, 10.0)
 #: crimp [%] below which a wave is no wave but a fraction in place of per cent: 0.006 mm high at a pitch of 3.6 mm
@@ -24,59 +24,6 @@ TENACITY = 6.0
 LOOSEST = 0.3
 #: area that carries load over that of the fibres, at most: both are rounded in a card
 LOADED = 1.02
-
-
-class PerDirection(Strict):
-    """One quantity for each direction; the unit is that of the field which holds it."""
-
-    warp: Quantity
-    weft: Quantity
-
-    def of(self, direction: str) -> Quantity:
-        """Return that of ``direction``; raise ``KeyError`` where it is neither warp nor weft."""
-        return {"warp": self.warp, "weft": self.weft}[direction]
-
-
-class YarnLaw(Strict):
-    """Axial law of a yarn: linear, linear after a parabolic toe, or a table."""
-
-    kind: Literal["linear", "toe", "table"] = Field("linear", description="shape of the axial stress-strain law")
-    toe_strain: float = number(0.0, "%", "strain at which the toe ends (kind toe)", ge=0, le=2)
-    points: list[Annotated[tuple[float, float], Field(strict=False)]] = Field(
-        default_factory=list, description="strain [%] and stress [MPa] pairs, rising, first (0, 0) (kind table)"
-    )
-
-    @model_validator(mode="after")
-    def _consistent(self) -> Self:
-        _check_law(self)
-        return self
-
-
-class Flattening(Strict):
-    """Lateral compaction of a section of conserved area: pressure = modulus x (share of height)^exponent.
-
-    The pressure acts over the width; from the sides over the height, with the share of the width that is lost.
-    """
-
-    exponent: Literal[1, 3] = Field(1, description="power of the share by which the section is compacted")
-    modulus: Quantity = measure("MPa", "modulus of the inlays across", gt=0, band=(0.1, 1e4))
-    modulus_mpa: ClassVar[Kernel[float]] = Kernel("modulus")
-
-
-class InlaySection(Strict):
-    """Elliptic sections of the inlays in contact: pi / 4 x width x height = fibre area / packing.
-
-    The fibre area is ``linear_density`` over ``fibre_density``. They start with their width in the plane of the fabric.
-    """
-
-    shape: Literal["ellipse"] = Field(description="shape of the section")
-    fibre_density: Quantity = measure(
-        "g/cm3", "mass of the yarn over the volume of its fibres, matrix fibres too", gt=0, band=(0.8, 9)
-    )
-    fibre_density_g_per_mm3: ClassVar[Kernel[float]] = Kernel("fibre_density")
-    packing: PerDirection = measure("1", "fibre area over the area of the section", ge=0.3, le=0.907)
-    width_to_height: PerDirection = measure("1", "width of the section over its height", ge=1, le=4)
-    flattening: Flattening | None = Field(None, description="how sections flatten under lateral force; none: rigid")
 
 
 class Yarn(Strict):
@@ -115,7 +62,7 @@ class ReinforcingYarn(Yarn):
         "N mm2", "EI of one yarn, by the section integration rule", gt=0, band=(1e-4, 1e4)
     )
     bending_stiffness_n_mm2: ClassVar[Kernel[Directed]] = Kernel("bending_stiffness")
-    crimp: PerDirection = measure("%", "extra length of the harmonic wave", ge=0, le=5)
+    crimp: PerDirection = measure("%", "extra length of the harmonic wave", ge=0, le=5, least=LEAST_CRIMP)
     crimp_fraction: ClassVar[Kernel[Directed]] = Kernel("crimp")
     crimp_scatter: PerDirection = measure("1", "sd of the wave amplitude, relative, yarn to yarn", ge=0, le=0.5)
     slack: PerDirection = measure("%", "scale of the half-normal slack of a yarn before it carries load", ge=0, le=2)
@@ -138,18 +85,6 @@ class ReinforcingYarn(Yarn):
         if self.section is None:
             return self.beam_diameter_mm, self.beam_diameter_mm
         return self.ellipse_mm(self.section, direction)
-
-    @model_validator(mode="after")
-    def _crimp_is_no_fraction(self) -> Self:
-        for direction in ("warp", "weft"):
-            crimp = self.crimp.of(direction).value
-            if 0.0 < crimp < LEAST_CRIMP:
-                raise BoundsError(
-                    f"implausible, expected 0, or at least {LEAST_CRIMP:g} % (it looks like a fraction: "
-                    f"{100.0 * crimp:g} %)",
-                    f"crimp.{direction}",
-                )
-        return self
 
     @model_validator(mode="after")
     def _load_is_carried_by_fibres(self) -> Self:
@@ -203,30 +138,6 @@ class KnittingYarn(Yarn):
     def _bends_like_its_section(self) -> Self:
         _check_bending(self, self.bending_stiffness, "bending_stiffness")
         return self
-
-
-def _check_law(law: YarnLaw) -> None:
-    """A law has the numbers of its kind, rises from the start, and its points are strains and stresses."""
-    if law.kind == "toe" and law.toe_strain <= 0:
-        raise BoundsError("kind toe needs toe_strain > 0 %", "toe_strain")
-    if law.kind == "table":
-        _check_points(law.points)
-
-
-def _check_points(points: list[tuple[float, float]]) -> None:
-    if len(points) < 2 or points[0] != (0.0, 0.0):
-        raise BoundsError("kind table needs at least two points, the first [0, 0]", "points")
-    for strain, stress in points:
-        check_bounds(strain, LAW_STRAIN, "points")
-        check_bounds(stress, LAW_STRESS, "points")
-    if any(b[0] <= a[0] for a, b in pairwise(points)):
-        raise BoundsError("table strains must rise strictly", "points")
-    if any(b[1] < a[1] for a, b in pairwise(points)):
-        raise BoundsError("table stresses must not fall (failure is set by fracture_strain)", "points")
-    if points[1][1] <= 0.0:
-        raise BoundsError(
-            "the table has no slope at its start: a yarn would carry nothing; give slack by reinforcing.slack", "points"
-        )
 
 
 def _check_yarn(yarn: Yarn) -> None:

@@ -1,46 +1,25 @@
 """The run folder: everything a run leaves behind, and a manifest that always says how it ended."""
 
-import fnmatch
-import json
-import os
-import re
-import unicodedata
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from datetime import datetime
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
 from numpy.typing import ArrayLike
 
-from knittest.base.atomic import make_folder, resource_error, write_atomic
-from knittest.base.errors import InputError, KnittestError
-from knittest.base.kinds import listed
+from knittest.base.atomic import resource_error, write_atomic
+from knittest.base.errors import KnittestError
 from knittest.base.summary import Status, Summary
 from knittest.config.run import Run
 from knittest.export.jsonfile import json_text
-from knittest.export.lock import LOCK_NAME, RunLock
+from knittest.export.lock import RunLock
 from knittest.export.manifest import ending, first_manifest, now, restarted_manifest
+from knittest.export.names import CHECKPOINTS, incomplete, results_of_runs, run_name, tables_of_runs
+from knittest.export.place import chosen_folder, clear_dead_run, fresh_folder
 
 #: values of equal length by the name of their column
 Columns = Mapping[str, ArrayLike]
-
-# What only a completed run may show; a failed one keeps its tables under a name that says so. Tests add their own.
-_RESULTS = ("summary.json", "comparison.json", "report.html", "view.html")
-_TABLES = ("curve.csv", "energies.csv", "contacts.csv", "yarns.csv")
-CHECKPOINTS = "checkpoint-*.npz"
-_OWN = ("manifest.json", "config.yaml", "log.jsonl", "frames.pvd", LOCK_NAME)
-
-
-def results_of_runs() -> tuple[str, ...]:
-    """Names of the files that only a completed run of any test may show."""
-    return tuple(dict.fromkeys((*_RESULTS, *listed("pictures"))))
-
-
-def tables_of_runs() -> tuple[str, ...]:
-    """Names of the tables of runs of all tests."""
-    return tuple(dict.fromkeys((*_TABLES, *listed("tables"))))
 
 
 class RunFolder:
@@ -76,10 +55,10 @@ class RunFolder:
         Raises :class:`InputError` when ``out`` is a file or holds something else, :class:`ResourceError` when it
         cannot be written or another run is using it.
         """
-        path = fresh_folder(Path("runs") / run_name(run)) if out is None else _chosen_folder(out)
+        path = fresh_folder(Path("runs") / run_name(run)) if out is None else chosen_folder(out)
         lock = RunLock(path)
         try:
-            _clear_dead_run(path, lock)
+            clear_dead_run(path, lock)
             folder = cls(path, lock, first_manifest(run, config_text, threads, data_files, cell))
             folder._write_manifest()
             folder.write_text("config.yaml", config_text)
@@ -97,7 +76,7 @@ class RunFolder:
         folder = cls(path, lock, restarted_manifest(manifest, threads, notes))
         folder.notice = ""
         for name in tables_of_runs():
-            (path / _incomplete(name)).unlink(missing_ok=True)
+            (path / incomplete(name)).unlink(missing_ok=True)
         folder._write_manifest()
         folder.log("resumed", **notes)
         return folder
@@ -204,98 +183,7 @@ class RunFolder:
                 (self.path / name).unlink(missing_ok=True)
         for name in tables_of_runs():
             with suppress(OSError):
-                (self.path / name).replace(self.path / _incomplete(name))
-
-
-def _incomplete(table: str) -> str:
-    return table.replace(".csv", ".incomplete.csv")
-
-
-def run_name(run: Run, *, direction: str | None = None, at: datetime | None = None) -> str:
-    """``<rig>-<variant>-<scale>-<direction>-<time>``, safe as a file name; ``direction`` replaces the rig's own."""
-    moment = (at or datetime.now()).strftime("%Y%m%d-%H%M%S")
-    parts = (run.rig.kind, run.fabric.name, run.model.scale, direction or run.direction, moment)
-    return "-".join(slug(part) for part in parts if part)
-
-
-def slug(text: str) -> str:
-    """``text`` as letters, digits, dot, dash and underscore, never hidden, never empty, 60 characters at most."""
-    plain = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode()
-    return re.sub(r"[^A-Za-z0-9._-]+", "-", plain).strip("-.")[:60] or "unnamed"
-
-
-def fresh_folder(path: Path) -> Path:
-    """Make ``path``, or ``path-2``, ``path-3``... when runs of the same second got there first."""
-    make_folder(path.parent)
-    try:
-        candidate, number = path, 1
-        while True:
-            try:
-                candidate.mkdir()
-                return candidate
-            except FileExistsError:
-                number += 1
-                candidate = path.with_name(f"{path.name}-{number}")
-    except OSError as error:
-        raise resource_error(path, error) from error
-
-
-def _chosen_folder(path: Path) -> Path:
-    """Make the folder the user chose, or check that it is empty, a dead run's, or one's that its input stopped."""
-    if os.path.lexists(path) and not path.is_dir():
-        raise InputError(f"--out {path}: is a file, expected a new or empty folder")
-    make_folder(path)
-    try:
-        names = [file.name for file in path.iterdir()]
-    except OSError as error:
-        raise resource_error(path, error) from error
-    if names and LOCK_NAME not in names and not of_bad_input(path):
-        resumable = "config.yaml" in names and any(name.startswith("checkpoint-") for name in names)
-        instead = f"continue the run in it with: knittest resume {path}, or " if resumable else ""
-        raise InputError(
-            f"--out {path}: not empty; {instead}choose a new folder, or remove this one if it is not needed"
-        )
-    return path
-
-
-def _clear_dead_run(path: Path, lock: RunLock) -> None:
-    """Remove the files of a run that is dead or had a bad input; refuse when there are others among them."""
-    names = {file.name for file in path.iterdir()} - {LOCK_NAME}
-    if not names:
-        return
-    if _completed(path):  # and killed before its lock was removed
-        raise InputError(f"--out {path}: holds a completed run; choose a new folder, or remove this one")
-    leftover = [name for name in names if re.fullmatch(r"\..*\.tmp(\.\w+)?", name)]
-    useless = fnmatch.filter(names, CHECKPOINTS) if of_bad_input(path) else []  # of another input
-    strange = sorted(names - {*_OWN, *results_of_runs(), *tables_of_runs()} - {"frames", *leftover, *useless})
-    if strange:
-        raise InputError(
-            f"--out {path}: left by {lock.stale_owner or 'a run'}, which is no longer running, and holds {strange[0]}; "
-            "choose a new folder, or remove this one if it is not needed"
-        )
-    try:
-        for file in [*(path / name for name in names - {"frames"}), *(path / "frames").glob("frame-*.vtu")]:
-            file.unlink()
-    except OSError as error:
-        raise resource_error(path, error) from error
-
-
-def _completed(path: Path) -> bool:
-    return _ended(path)[0] == "completed"
-
-
-def of_bad_input(path: Path) -> bool:
-    """Tell whether a run ended in ``path`` because of its input, which its next start has corrected."""
-    return _ended(path) == ("failed", InputError.exit_code)
-
-
-def _ended(path: Path) -> tuple[object, object]:
-    """Status and exit code that the manifest in ``path`` states; nothing where there is none."""
-    try:
-        manifest = json.loads((path / "manifest.json").read_text(encoding="utf-8"))
-        return manifest["status"], manifest.get("exit_code")
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
-        return None, None
+                (self.path / name).replace(self.path / incomplete(name))
 
 
 def _notice(path: Path, lock: RunLock) -> str:

@@ -1,6 +1,6 @@
 """Identity of a run: all that its bits depend on, and the differences between a checkpoint and now."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -39,11 +39,14 @@ def identity_of(run: Run, data_files: Iterable[Path]) -> Identity:
     }
 
 
-def cell_of(run: Run) -> str | None:
-    """Digest of the relaxed cell that the yarns of ``run`` are made of; None for shells."""
+def cell_of(run: Run, compute: Callable[[], None] | None = None) -> str | None:
+    """Digest of the relaxed cell that the yarns of ``run`` are made of; None for shells.
+
+    ``compute`` is called before a cell is relaxed that was not before.
+    """
     if run.model.scale == "macro":
         return None
-    return cell_digest(relaxed_cell(run.fabric))
+    return cell_digest(relaxed_cell(run.fabric, compute))
 
 
 def data_files(run: Run) -> list[Path]:

@@ -21,7 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
-from knittest.config.fabric import Fabric, LateralCompaction
+from knittest.config.contact import LateralCompaction
+from knittest.config.fabric import Fabric
 from knittest.materials.yarn_section import SYSTEMS
 
 Array = NDArray[np.float64]

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from knittest.base.errors import InputError
 from knittest.base.units import to_kernel
 from knittest.config.fabric import Fabric
-from knittest.config.yarn import ReinforcingYarn, Yarn, YarnLaw
+from knittest.config.yarn import ReinforcingYarn, Yarn
+from knittest.config.yarn_law import YarnLaw
 
 Array = NDArray[np.float64]
 

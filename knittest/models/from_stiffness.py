@@ -3,7 +3,7 @@
 from math import pi, tanh
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from knittest.base.errors import InputError
 from knittest.kernels.laws import hinge_table
@@ -12,6 +12,8 @@ from knittest.materials.coupling import coupled
 from knittest.materials.laminate import DRILLING, hourglass_of_shear
 from knittest.materials.yarn_section import POISSON, Section
 from knittest.models.inputs import above, finite, one_an_element, tension_law
+
+Array = NDArray[np.float64]
 
 
 def section(
@@ -109,27 +111,15 @@ def linear_laminate(
     plane, EI over their distance. Raises :class:`InputError` for a bending stiffness that the membrane
     cannot have at this thickness, and for a ``poisson`` whose square is not below the ratio of warp to weft.
     """
-    stretch, bend = finite(membrane, "membrane", (2,)), finite(bending, "bending", (2,))
-    above(hourglass, "hourglass", equal=True)
-    above(drilling, "drilling", equal=True)
-    above(twist or 0.0, "twist", equal=True)
+    stretch, bend = _checked(membrane, bending, shear, thickness, poisson)
+    for name, value in (("hourglass", hourglass), ("drilling", drilling), ("twist", twist or 0.0)):
+        above(value, name, equal=True)
     if (one_an_element(fail_strain, "fail_strain of warp and weft", 2) <= 0.0).any():
         raise InputError("fail_strain: expected more than 0")
-    above(float(stretch.min()), "membrane [N/mm]")
-    above(float(bend.min()), "bending [N mm]", equal=True)
-    above(shear, "shear [N/mm]", equal=True)
-    above(thickness, "thickness [mm]")
-    above(poisson, "poisson", -1.0)
     yarns = finite(in_plane, "in_plane", (2,))
     above(float(yarns.min()), "in_plane", equal=True)
     layer_offset = 0.5 * thickness
     outer = bend / (2.0 * layer_offset**2)
-    if (stretch <= 2.0 * outer).any():
-        least = float((2.0 * np.sqrt(bend / stretch)).max())
-        raise InputError(
-            f"bending {bending} N mm is too much for membrane {membrane} N/mm at thickness {thickness:g} mm: the "
-            f"middle layer would be negative; a thickness above {least:.4g} mm would do"
-        )
     transverse = 5.0 * bend / thickness**2 / (1.0 + poisson)
     card = Laminate(
         layer_offset=layer_offset, outer=outer, compression=stretch - 2.0 * outer, knee=np.zeros((2, 1)),
@@ -145,3 +135,22 @@ def linear_laminate(
         in_plane=yarns,
     )  # fmt: skip
     return coupled(card, poisson)
+
+
+def _checked(
+    membrane: tuple[float, float], bending: tuple[float, float], shear: float, thickness: float, poisson: float
+) -> tuple[Array, Array]:
+    """Stiffnesses of membrane and bending (2,) of a laminate that there can be; raises :class:`InputError`."""
+    stretch, bend = finite(membrane, "membrane", (2,)), finite(bending, "bending", (2,))
+    above(float(stretch.min()), "membrane [N/mm]")
+    above(float(bend.min()), "bending [N mm]", equal=True)
+    above(shear, "shear [N/mm]", equal=True)
+    above(thickness, "thickness [mm]")
+    above(poisson, "poisson", -1.0)
+    if (stretch <= 2.0 * (bend / (2.0 * (0.5 * thickness) ** 2))).any():
+        least = float((2.0 * np.sqrt(bend / stretch)).max())
+        raise InputError(
+            f"bending {bending} N mm is too much for membrane {membrane} N/mm at thickness {thickness:g} mm: the "
+            f"middle layer would be negative; a thickness above {least:.4g} mm would do"
+        )
+    return stretch, bend

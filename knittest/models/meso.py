@@ -11,7 +11,9 @@ from knittest.fabric.strip import YarnPath
 from knittest.fabric.variability import YarnDraws
 from knittest.materials.patch import fabric_patch
 from knittest.materials.yarn_section import SYSTEMS, sections
-from knittest.models.chains import Chain, MassScaling, build_chains
+from knittest.models.chain_layout import Chain
+from knittest.models.chain_step import MassScaling
+from knittest.models.chains import build_chains
 from knittest.models.yarn_contact import YarnContact
 from knittest.models.yarn_model import YarnModel
 

@@ -12,7 +12,9 @@ from knittest.kernels.flatten import STIFF
 from knittest.kernels.options import PARTITIONS
 from knittest.kernels.periodic_state import LATTICE, MAP, Images
 from knittest.kernels.state import Partitions
-from knittest.models.chains import Chain, MassScaling, build_chains
+from knittest.models.chain_layout import Chain
+from knittest.models.chain_step import MassScaling
+from knittest.models.chains import build_chains
 from knittest.models.contact_tracker import CONTACT_SKIN
 from knittest.models.inputs import finite
 from knittest.models.periodic_model import PeriodicModel

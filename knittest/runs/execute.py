@@ -100,8 +100,7 @@ def _opened(run: Run, place: Place, interrupts: Interrupts, progress: Progress) 
     Signals are heard inside only where the block says so: none may come between the first manifest and the last.
     """
     if run.model.scale == "meso":  # before there is a folder, whose manifest names the cell
-        progress.phase(f"{name_of(run)}: relaxing geometry")
-        cell_of(run)
+        cell_of(run, lambda: progress.phase(f"{name_of(run)}: relaxing geometry"))
     with interrupts.held(when=lambda: True):
         opened = place.open(run, interrupts)
         try:

@@ -11,8 +11,8 @@ from knittest.base.kinds import kinds
 from knittest.base.resources import data_dir
 from knittest.base.summary import Summary, Unjudged
 from knittest.base.unjudged import peaks_beyond
+from knittest.config.doubtful import doubts
 from knittest.config.run import Run
-from knittest.config.unread import unread_note
 from knittest.experiment.compare import compare_columns, compare_results
 from knittest.experiment.row_kind import assumed_inputs, given_results, row_kind
 from knittest.experiment.tables import published
@@ -56,7 +56,7 @@ def judge(run: Run, specimens: list[Specimen], references: References, forced: S
     of changes under which they were gone on with, ``forced``.
     """
     quality, cost = _worst([s.quality for s in specimens]), _total([s.cost for s in specimens])
-    quality = quality.warning(*references.apart, *filter(None, [unread_note(run)]))
+    quality = quality.warning(*references.apart, *doubts(run))
     if forced:
         quality = quality.warning(f"gone on with by --force, although {'; '.join(forced)}")
     results = [s.results for s in specimens]

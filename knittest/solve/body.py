@@ -12,7 +12,8 @@ from knittest.kernels.shell_state import Laminate
 from knittest.kernels.threading import best_threads, limited
 from knittest.kernels.tool_contact import tool_energies
 from knittest.models.boundary import Boundary
-from knittest.models.chains import Chain, build_chains
+from knittest.models.chain_layout import Chain
+from knittest.models.chains import build_chains
 from knittest.models.explicit_model import ExplicitModel
 from knittest.models.fabric_model import FabricModel
 from knittest.models.inputs import above, across_shells, chain_fields, chain_points, finite, quadrilaterals

@@ -1,8 +1,6 @@
-"""Static states by dynamic relaxation, damped critically for the slowest mode that still moves.
+"""Static states by dynamic relaxation: chunks of damped steps until forces and moves say that a model is at rest.
 
-Underwood (1983), Dynamic relaxation, in: Computational Methods for Transient Analysis. The frequency of that mode is
-the Rayleigh quotient of the movement over a chunk of steps: work of the change of force over the movement's inertia.
-Turns count as movements of the nodes' radius of gyration, and moments as forces at it. Tools that are free to move come
+Underwood (1983), Dynamic relaxation, in: Computational Methods for Transient Analysis. Tools that are free to move come
 to rest with the nodes.
 """
 
@@ -10,28 +8,18 @@ from dataclasses import dataclass, field
 from math import ceil
 
 import numpy as np
-from numba import get_num_threads
 from numpy.typing import NDArray
 
-from knittest.base.errors import NumericalError
-from knittest.kernels.drive_state import ALONG, Drive
-from knittest.kernels.explicit import SCRATCH
-from knittest.kernels.options import PARTITIONS
+from knittest.kernels.drive_state import Drive
 from knittest.kernels.state import Tally
 from knittest.models.explicit_model import ExplicitModel
-from knittest.solve.loose_tools import LooseTools, applied_to_tools
-from knittest.solve.pace import Pace
+from knittest.solve.damped import CHUNK, Chunk, DampedModel
+from knittest.solve.loose_tools import applied_to_tools
 
 Array = NDArray[np.float64]
 
-#: steps between estimates of the slowest frequency
-CHUNK = 50
 #: time [ms] at which tables are read: their last value
 AT_THE_END = 1e12
-#: lowest circular frequency a step that damping follows down to
-SLOWEST = 1e-6
-#: speed [mm/ms] that no yarn and no sheet coming to rest can have
-TOO_FAST = 1e5
 #: sum of forces over that of m x / dt^2, which rounding causes: stiffnesses are at most 4 m / dt^2
 ROUNDING = 4.0 * float(np.finfo(float).eps)
 #: fewest and most steps, else a period of the slowest mode, in which the residual no longer falls by a tenth, and
@@ -60,6 +48,12 @@ class Relaxation:
     converged: bool = False
     residual: float = np.inf
     history: list[tuple[int, float, float, float]] = field(default_factory=list)
+
+    def add(self, chunk: Chunk, applied: float) -> None:
+        """Add a chunk, whose forces out of balance are judged by those that are ``applied`` [N]."""
+        self.steps, self.last_chunk = self.steps + chunk.steps, chunk.steps
+        self.residual = float(chunk.force / max(applied, 1e-12))
+        self.history.append((self.steps, self.residual, chunk.moved, chunk.frequency))
 
 
 def settle(model: ExplicitModel, drive: Drive, tally: Tally, dt: float) -> Relaxation:
@@ -96,86 +90,24 @@ def relax(
     are no more than the rounding of positions gives (:data:`ROUNDING`) and nothing acts or the residual has come to its
     least. Raises :class:`NumericalError` when the state is no longer finite.
     """
-    nodes, n = model.nodes, model.n_nodes
-    found, free, arm = Relaxation(), _free(model, drive), _gyration(model)
     start = model.position() if unloaded is None else unloaded
-    rounding = _Rounding(_noise(model.mass, free * arm, float(np.abs(start).max()), dt))
-    scratch, frequency, pace = np.zeros((PARTITIONS, SCRATCH)), 0.05, Pace(get_num_threads())
-    model.halt()
-    own_damping = nodes.damping_factor.copy()
-    tools, mass = LooseTools(drive, dt, count=at > 0.0), np.append(model.mass, drive.tools.mass)
-    last: Array | None = None
+    damped = DampedModel(model, drive, tally, dt, at)
+    found, rounding = Relaxation(), _Rounding(_noise(damped, start, dt))
     bearing = ceil(model.press(0.0) / PRESSED)
     while found.steps < most_steps and not found.converged:
         if bearing > 0:
             model.press(PRESSED)
             bearing -= 1
-        nodes.damping_factor[:] = kept = np.exp(-2.0 * frequency)
-        tools.damp(frequency)
-        before, facing = model.position(), nodes.rotation[:, :n].copy()
-        chunk = min(model.safe_steps(dt, CHUNK), CHUNK)
-        tally.reaction[:], tally.tool_sum[:], tally.support[:] = 0.0, 0.0, 0.0
-        pace.advance(lambda steps: model.advance(steps, at, dt, drive, tally, scratch), chunk - 1)
-        spin = nodes.spin[:, :n].copy()
-        tools.look()
-        model.advance(1, at, dt, drive, tally, scratch)
-        found.steps, found.last_chunk = found.steps + chunk, chunk
-        _refuse_runaway(model, found.steps)
-        # no sum of a node has all of its moments; one held about axes of one's own does not spin about them
-        moment = (nodes.spin[:, :n] - kept * spin).T * model.inertia[:, None] / dt
-        force = np.vstack([np.hstack([nodes.force[:, :n].T, moment]) / arm * free, tools.forces()])
-        move = np.hstack([model.position() - before, _turn(facing, nodes.rotation[:, :n])]) * arm * free
-        move = np.vstack([move, tools.moves()])
-        if last is not None:
-            frequency = _slowest(move, force - last, mass, dt, frequency)
-        last = force
-        reaction = np.abs(tally.reaction.sum(axis=0)).sum() / chunk
-        loads = _applied(drive) if at > 0.0 else 0.0
-        applied = (loads or reaction) if at > 0.0 else model.pressing()
-        found.residual = float(np.abs(force).sum() / max(applied, 1e-12))
-        moved = float(np.abs(move).max())
-        found.history.append((found.steps, found.residual, moved, frequency))
+        chunk = damped.advance()
+        loads, applied = _acting(model, drive, tally, chunk.steps, at)
+        found.add(chunk, applied)
         reach = max(float(np.abs(model.position() - start).max()), 1e-6)
-        drift = moved * 2.0 * np.pi / (frequency * chunk)
         found.converged = (
-            bearing == 0 and found.steps > 4 * CHUNK and found.residual < tolerance and drift < tolerance * reach
+            bearing == 0 and found.steps > 4 * CHUNK and found.residual < tolerance and chunk.drift < tolerance * reach
         )
-        found.converged |= rounding.alone(found, float(np.abs(force).sum()), loads > 0.0 or applied > rounding.noise)
-    model.halt()
-    tools.halt()
-    nodes.damping_factor[:] = own_damping
+        found.converged |= rounding.alone(found, chunk.force, loads > 0.0 or applied > rounding.noise)
+    damped.release()
     return found
-
-
-def _refuse_runaway(model: ExplicitModel, steps: int) -> None:
-    """Raise :class:`NumericalError` before the search for contacts, which would read beyond its cells."""
-    nodes = model.nodes
-    wrong = ~(np.isfinite(nodes.velocity) & np.isfinite(nodes.position)).all(axis=0)
-    wrong |= (np.abs(nodes.velocity) > TOO_FAST).any(axis=0)
-    if wrong.any():
-        bad = int(np.argmax(wrong))
-        raise NumericalError(
-            f"dynamic relaxation is no longer finite after {steps} steps, first at node {bad} of "
-            f"{model.name_of(bad)}; reduce solver.safety"
-        )
-
-
-def _free(model: ExplicitModel, drive: Drive) -> Array:
-    """1 for degrees of freedom that may move, else 0, (n_nodes, 6).
-
-    Along axes of one's own all are 1: forces hold the reaction.
-    """
-    free = np.repeat(np.column_stack([model.mass > 0.0, model.inertia > 0.0]).astype(float), 3, axis=1)
-    fixed = drive.motions.dof < ALONG
-    free[drive.motions.node[fixed], drive.motions.dof[fixed]] = 0.0
-    return free
-
-
-def _gyration(model: ExplicitModel) -> Array:
-    """Radius of gyration [mm] of the turns of each node, 1 for its translations, (n_nodes, 6)."""
-    turning = (model.mass > 0.0) & (model.inertia > 0.0)
-    arm = np.sqrt(np.where(turning, model.inertia, 1.0) / np.where(turning, model.mass, 1.0))
-    return np.repeat(np.column_stack([np.ones(model.n_nodes), arm]), 3, axis=1)
 
 
 @dataclass
@@ -200,23 +132,20 @@ class _Rounding:
         return bool(stalled) or (quiet and not acts)
 
 
-def _noise(mass: Array, arm: Array, size: float, dt: float) -> float:
-    """Sum of forces [N] that rounding causes: of positions of ``size`` [mm] and of quaternions, whose size is 1."""
-    return ROUNDING * float((mass @ arm) @ np.repeat([size, 1.0], 3)) / dt**2
+def _noise(damped: DampedModel, start: Array, dt: float) -> float:
+    """Sum of forces [N] that rounding causes: of positions [mm] about ``start`` and of quaternions, whose size is 1."""
+    arm, size = damped.free * damped.arm, float(np.abs(start).max())
+    return ROUNDING * float((damped.model.mass @ arm) @ np.repeat([size, 1.0], 3)) / dt**2
 
 
-def _turn(before: Array, after: Array) -> Array:
-    """Rotation vectors (n, 3) [rad] of small turns between unit quaternions (4, n)."""
-    v, u = before[1:], after[1:]
-    cosine = np.sum(before * after, axis=0)
-    return np.asarray(2.0 * np.sign(cosine) * (before[0] * u - after[0] * v - np.cross(v, u, axis=0))).T
-
-
-def _slowest(move: Array, change: Array, mass: Array, dt: float, frequency: float) -> float:
-    """Circular frequency a step of the mode that moves, between :data:`SLOWEST` and twice the last one."""
-    inertia = float((mass[:, None] * move**2).sum())
-    quotient = -float((move * change).sum()) / inertia if inertia > 0.0 else 0.0
-    return float(np.clip(dt * np.sqrt(max(quotient, 0.0)), max(SLOWEST, 0.5 * frequency), min(2.0 * frequency, 0.5)))
+def _acting(model: ExplicitModel, drive: Drive, tally: Tally, steps: int, at: float) -> tuple[float, float]:
+    """Sum of the loads [N], and of what the forces out of balance are judged by: loads, reactions in ``steps``, or
+    contacts where the model settles.
+    """
+    if at <= 0.0:
+        return 0.0, model.pressing()
+    loads = _applied(drive)
+    return loads, loads or np.abs(tally.reaction.sum(axis=0)).sum() / steps
 
 
 def _applied(drive: Drive) -> float:

@@ -16,8 +16,9 @@ from knittest.base.progress import Progress
 from knittest.config.dumping import dump
 from knittest.config.loading import resolve
 from knittest.config.run import Run
-from knittest.export.folder import fresh_folder, of_bad_input, run_name
 from knittest.export.identity import cell_of
+from knittest.export.names import run_name
+from knittest.export.place import fresh_folder, of_bad_input
 from knittest.kernels.threading import limited
 from knittest.laboratory.registry import TESTS
 from knittest.runs.checkpoints import PATTERN
@@ -180,8 +181,7 @@ def _beside(jobs: Sequence[Job], progress: Progress) -> tuple[dict[Path, tuple[R
     folders = {place.path: (run, place) for run, place in jobs if not isinstance(place, Path) and place.path}
     if not single or len(folders) < len(jobs) or min(len(jobs), threads) < 2:
         return {}, threads
-    progress.phase("relaxing geometry")
-    cell_of(jobs[0][0])
+    cell_of(jobs[0][0], lambda: progress.phase("relaxing geometry"))
     return dict(list(folders.items())[1:threads]), max(threads // len(jobs), 1)
 
 

@@ -11,10 +11,9 @@ from pydantic import BaseModel
 
 from knittest import config
 from knittest.base.kinds import kinds
-from knittest.config.base import Quantity, Strict, field_meta
-from knittest.config.yarn import PerDirection
+from knittest.config.base import PerDirection, Quantity, Strict, field_meta
 
-LIMITS = ("gt", "ge", "lt", "le", "band", "multiple_of", "min_length", "max_length", "pattern")
+LIMITS = ("gt", "ge", "lt", "le", "band", "least", "multiple_of", "min_length", "max_length", "pattern")
 
 
 @dataclass(frozen=True)
@@ -53,16 +52,19 @@ class Bounded:
                 yield step(limit, -1)
             elif name == "le":
                 yield step(limit, 1)
+            elif name == "least":
+                yield step(limit, -1)
             elif name == "band":
                 yield step(limit[0], -1)
                 yield step(limit[1], 1)
 
     def inside(self) -> list[Any]:
-        """The smallest and the largest value that all limits allow."""
+        """The smallest and the largest value that all limits allow, and the smallest but 0."""
         lows = [self._next(v, 1) if n == "gt" else v[0] if n == "band" else v
                 for n, v in self.limits.items() if n in ("gt", "ge", "band")]  # fmt: skip
         highs = [v[1] if n == "band" else v for n, v in self.limits.items() if n in ("le", "band")]
-        return [self.kind(v) for v in (*([max(lows)] if lows else []), *([min(highs)] if highs else []))]
+        least = [self.limits["least"]] if "least" in self.limits else []
+        return [self.kind(v) for v in (*([max(lows)] if lows else []), *([min(highs)] if highs else []), *least)]
 
     def _next(self, value: float, way: int) -> Any:
         if self.kind is int:

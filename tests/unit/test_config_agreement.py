@@ -62,6 +62,18 @@ CASES = {
         "tensile", YARN + "crimp={warp: 0.02, weft: 0}", YARN + "crimp.weft=0.0077",
         "crimp.weft = 0.0077: implausible, expected 0, or at least 0.02 % (it looks like a fraction: 0.77 %)",
     ),
+    "toe as a fraction": (
+        "tensile", YARN + "law={kind: toe, toe_strain: 0.02}", YARN + "law={kind: toe, toe_strain: 0.003}",
+        "law.toe_strain = 0.003: implausible, expected 0, or at least 0.02 % (it looks like a fraction: 0.3 %)",
+    ),
+    "mounting slack as a fraction": (
+        "picture-frame", "rig.mounting_slack=0", "rig.mounting_slack=5e-4",
+        "rig.mounting_slack = 0.0005: implausible, expected 0, or at least 0.01 % (it looks like a fraction: 0.05 %)",
+    ),
+    "strain of needles as a fraction": (
+        "biaxial", "rig.max_strain=0.05", "rig.max_strain=0.04",
+        "rig.max_strain = 0.04: implausible, expected 0.05 to 100 % (it looks like a fraction: 4 %)",
+    ),
     "load area ten times too large": (
         "tensile", YARN + "load_area=4", YARN + "load_area=7.84",
         "fabric.reinforcing.load_area = 7.84: 1200 tex over 7.84 mm2 are 0.153 g/cm3, expected at least 0.3 g/cm3",
@@ -155,6 +167,12 @@ def test_a_contradiction_is_refused_and_its_neighbour_taken(case):
     with pytest.raises(InputError) as error:
         resolved(kind, refused)
     assert words in str(error.value)
+
+
+def test_the_strain_of_a_cell_is_no_fraction():
+    resolve(variant="1", test="cell", sets=["rig.max_strain=0.05"])
+    with pytest.raises(InputError, match=r"expected 0.05 to 50 % \(it looks like a fraction: 1 %\)"):
+        resolve(variant="1", test="cell", sets=["rig.max_strain=0.01"])
 
 
 def test_yarns_must_be_able_to_break():

@@ -20,7 +20,8 @@ from knittest.base.errors import InputError, NumericalError, OutOfTolerance, Res
 from knittest.config.loading import resolve
 from knittest.config.run import Run
 from knittest.export import lock
-from knittest.export.folder import RunFolder, run_name, slug
+from knittest.export.folder import RunFolder
+from knittest.export.names import run_name, slug
 from knittest.export.summary import build_summary, ensemble_results
 from knittest.laboratory.tensile.config import TensileRun
 

@@ -8,12 +8,16 @@ import numpy as np
 import pytest
 from fabric_cases import relaxed, spec
 
+from knittest.base.interrupts import Interrupts
 from knittest.config.loading import resolve
 from knittest.export.identity import cell_of, changes, identity_of
 from knittest.export.manifest import first_manifest
 from knittest.fabric import relax
 from knittest.fabric.cell import Cell
 from knittest.fabric.cell_cache import cell_digest, cell_path, load_cell, save_cell
+from knittest.runs.execute import _opened
+from knittest.runs.opening import NewFolder
+from knittest.studies.command import _beside
 
 
 @pytest.fixture(autouse=True)
@@ -127,13 +131,41 @@ def test_the_cell_is_part_of_what_a_run_is(monkeypatch: pytest.MonkeyPatch) -> N
     yarns, shells = (resolve(variant="1", scale=scale, direction="warp") for scale in ("meso", "macro"))
     found = {}
     for place, cell in cells.items():
-        monkeypatch.setattr("knittest.export.identity.relaxed_cell", lambda fabric, cell=cell: cell)
+        monkeypatch.setattr("knittest.export.identity.relaxed_cell", lambda fabric, compute=None, cell=cell: cell)
         found[place] = identity_of(yarns, [])
         assert cell_of(yarns) == found[place]["cell"] == cell_digest(cell)
         assert first_manifest(yarns, "", 1, [], cell_of(yarns))["cell_sha256"] == cell_digest(cell)
     was, now = (cell_digest(cells[place]) for place in ("here", "there"))
     assert changes(found["here"], found["there"]) == [f"cell was {was}, is {now}"]
     assert cell_of(shells) is None and "cell" not in identity_of(shells, [])
+
+
+@pytest.mark.parametrize("cached", [False, True])
+def test_the_relaxation_is_announced_once_by_runs_side_by_side_and_only_where_there_is_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cached: bool
+) -> None:
+    monkeypatch.setattr(relax, "load_cell", lambda spec: relaxed("V1") if cached else None)
+    monkeypatch.setattr(relax, "relax_cell", lambda spec: relaxed("V1"))
+    monkeypatch.setattr("numba.get_num_threads", lambda: 2)
+    runs = [resolve(variant="1", scale="meso", direction=direction) for direction in ("warp", "weft")]
+    places = [NewFolder(tmp_path / run.direction) for run in runs]
+    progress = Announced()
+    _beside(list(zip(runs, places, strict=True)), progress)
+    with Interrupts() as interrupts, interrupts.deciding():
+        for run, place in zip(runs, places, strict=True):
+            with _opened(run, place, interrupts, progress):
+                pass
+    assert progress.phases == ([] if cached else ["relaxing geometry"])
+
+
+class Announced:
+    """Progress that remembers what was announced."""
+
+    def __init__(self) -> None:
+        self.phases: list[str] = []
+
+    def phase(self, text: str) -> None:
+        self.phases.append(text)
 
 
 class Hostile:

@@ -279,10 +279,11 @@ def test_what_a_gate_hangs_on_counts_as_a_limit(test: str, sets: str) -> None:
     assert [one.name for one in loosened(run_of(test, sets))] == [sets.partition("=")[0]]
 
 
-def test_contact_that_is_switched_off_counts_at_its_scale_only() -> None:
-    off = "model.meso.contact=false"
+@pytest.mark.parametrize("field", ["contact", "knitting"])
+def test_contact_or_loops_that_are_left_out_count_at_their_scale_only(field: str) -> None:
+    off = f"model.meso.{field}=false"
     assert [one.stated for one in loosened(run_of("tensile", off, scale="meso"))] == [
-        "model.meso.contact = false, looser than the preset's true"
+        f"model.meso.{field} = false, looser than the preset's true"
     ]
     assert loosened(run_of("tensile", off)) == []
 

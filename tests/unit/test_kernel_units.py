@@ -10,10 +10,9 @@ from pydantic import BaseModel
 
 from knittest.base.kinds import kinds
 from knittest.config import fabric, rigs, run, shear, tools, yarn
-from knittest.config.base import Quantity, Strict, field_meta, number
+from knittest.config.base import PerDirection, Quantity, Strict, field_meta, number
 from knittest.config.kernel_units import Directed, Kernel
 from knittest.config.loading import resolve
-from knittest.config.yarn import PerDirection
 
 #: kernel units are mm, ms, g, N, MPa, rad: of one unit of the user, written out
 IN_KERNEL = {

@@ -14,7 +14,7 @@ from knittest.base.kinds import Joined, Parts, kinds, names
 from knittest.cli.main import cli
 from knittest.config.base import Strict
 from knittest.config.run import Run, rig_model
-from knittest.export.folder import results_of_runs, tables_of_runs
+from knittest.export.names import results_of_runs, tables_of_runs
 from knittest.laboratory.base import Test
 from knittest.laboratory.registry import REPORTS, TESTS, _made
 from knittest.solve.observer import SILENT

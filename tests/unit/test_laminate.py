@@ -9,6 +9,7 @@ import pytest
 from knittest.base.errors import InputError
 from knittest.kernels.laws import hinge_force
 from knittest.materials.laminate import laminate, softened
+from knittest.models.from_stiffness import linear_laminate
 
 sys.path.append(str(Path(__file__).parents[1] / "verification"))
 from shell_cases import CURVES, fabric, per_width, toe_curve
@@ -90,3 +91,12 @@ def test_too_small_a_share_names_one_that_is_enough():
         softened(card, 0.99 * least)
     named = float(str(refused.value).rpartition("=")[2].split()[0])
     assert least < named <= 1.2 * least + 0.01 and (softened(card, named).slope[:, 0] > 0.0).all()
+
+
+def test_layers_that_bend_more_than_the_membrane_can_are_refused_with_the_thickness_that_would_do():
+    """Two outer layers of 2 D / t^2 each at t / 2: t > 2 sqrt(D / E) leaves the middle one a stiffness."""
+    stiffness, bending = (900.0, 400.0), (4.0, 9.0)
+    with pytest.raises(InputError, match=r"at thickness 0\.299 mm: .* a thickness above 0\.3 mm would do"):
+        linear_laminate(stiffness, bending, 1.0, 0.299)
+    card = linear_laminate(stiffness, bending, 1.0, 0.3001)
+    assert 2.0 * card.outer + card.compression == pytest.approx(np.array(stiffness)) and (card.compression > 0.0).all()

@@ -11,7 +11,8 @@ from knittest.config.loading import resolve
 from knittest.fabric.cell import CellSpec
 from knittest.fabric.munden import Munden
 from knittest.models.at_rest import at_rest
-from knittest.models.chains import Chain, build_chains
+from knittest.models.chain_layout import Chain
+from knittest.models.chains import build_chains
 from knittest.models.yarn_model import YarnModel
 from knittest.pose import YarnContact, round_section
 

@@ -230,6 +230,18 @@ def test_a_curve_without_a_fabric_in_its_head_is_the_fabrics_own(tmp_path: Path)
         assert borrowed(fabric) == found
 
 
+def test_a_pull_out_names_what_moves_its_forces():
+    """Powers of docs/identify.md: friction, bend and set of the loops, geometry; neither crimp nor inlays' EI."""
+    run = resolve(test="pull-out", variant="1", direction="weft", parameters="as-measured")
+    assert assumed_inputs(run) == (
+        "knitting.beam_diameter", "knitting.bending_stiffness", "knitting.degree_of_set", "reinforcing.beam_diameter",
+        "contact.friction_coefficient",
+    )  # fmt: skip
+    assert {"warp_density", "weft_density", "loop_length"} < set(deciding(run))
+    drawn_in = resolve(test="pull-out", variant="1", direction="weft", sets=["fabric.knitting.draw_in=1"])
+    assert set(deciding(drawn_in)) - set(deciding(run)) == {"knitting.draw_in"}
+
+
 @pytest.mark.parametrize("test", ["picture-frame", "bias-extension", "cell"])
 def test_a_test_of_shear_names_patches_that_are_assumed_where_the_fabric_has_them(test):
     """Crossings that resist spin over a patch that nobody measured."""

@@ -117,6 +117,29 @@ def test_a_drawn_value_that_is_refused_is_a_row_and_the_others_run():
         plan(text.replace("high: 60", "high: -1")).rows()
 
 
+@pytest.mark.parametrize(
+    "block",
+    [
+        "points: [{D: null, T: 0.1}, {D: 1.0, T: null}]",
+        "points: [{D.value: null, T: 0.1}, {D.value: 1.0, T: null}]",
+        "grid: {D: [null, 1.0]}",
+    ],
+)
+def test_a_null_takes_a_number_of_the_fabric_away(tmp_path, block):
+    text = (configs_dir() / "fabrics" / "pham2019-v1.yaml").read_text()
+    (tmp_path / "mine.yaml").write_text(text.replace("  degree_of_set:", "  draw_in: 2.0\n  degree_of_set:"))
+    named = block.replace("D", "fabric.knitting.draw_in").replace("T", "fabric.knitting.tension")
+    rows = plan("base: {fabric: mine.yaml, scale: meso, direction: warp}\n" + named, tmp_path).rows()
+    bare, drawn_in = (row.trial.run.fabric.knitting for row in rows)
+    assert bare.draw_in is None and drawn_in.draw_in.value == 1.0 and drawn_in.tension is None
+    assert (bare.tension is None) == (block[0] == "g")
+
+
+def test_a_null_for_a_number_that_must_be_there_is_refused():
+    with pytest.raises(InputError, match=r"s\.yaml:2: fabric\.thickness: expected a number in mm.*found nothing"):
+        plan(BASE + "grid: {fabric.thickness: [null]}").rows()
+
+
 def test_files_are_found_from_the_folder_of_the_sweep(tmp_path):
     (tmp_path / "rig.yaml").write_text("rig: {width: 30}\n")
     (tmp_path / "mine.yaml").write_bytes((configs_dir() / "fabrics" / "pham2019-v2.yaml").read_bytes())

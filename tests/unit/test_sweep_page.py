@@ -14,13 +14,15 @@ from knittest.cli.main import run
 from knittest.report_page.pictures import light
 from knittest.studies.batch import command
 from knittest.studies.batch.command import BatchOptions, batch_command
-from knittest.studies.batch.picture import _experiment, _Group, shown_results
+from knittest.studies.batch.picture import _experiment, _Group, _scale, shown_results
+from knittest.studies.batch.plan import Swept
 from knittest.studies.trials.record import Record
 
 SWEEP = """
 base: {variant: 1, scale: macro, preset: quick, direction: warp}
 grid: {rig.width: [20, 30, 40, 50]}
 """
+DRAW_IN = "fabric.knitting.draw_in"
 REFUSED = "kinetic energy over work 9 % is above 5 %"
 
 
@@ -151,6 +153,30 @@ def test_a_page_that_cannot_be_written_costs_nothing_else(tmp_path, monkeypatch,
     assert batch_command(Path("s.yaml"), BatchOptions(quiet=True), lambda _: False) == 0
     assert "complete, but report.html could not be written" in capsys.readouterr().err
     assert Path("runs/batch-s/results.csv").exists()
+
+
+@pytest.mark.parametrize("listed", ["[null, 1.0, 2.5]", "[null, 1, 2]"])
+def test_what_is_not_given_stands_as_null_in_table_page_and_picture(tmp_path, monkeypatch, listed):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(command, "_pool", lambda _: Pretending())
+    Path("s.yaml").write_text(
+        f"base: {{variant: 1, scale: meso, direction: warp, set: {{rig.width: 25}}}}\ngrid: {{{DRAW_IN}: {listed}}}"
+    )
+    assert batch_command(Path("s.yaml"), BatchOptions(quiet=True, parquet=True), lambda _: False) == 0
+    folder = Path("runs/batch-s")
+    said = listed.strip("[]").split(", ")
+    assert list(pd.read_csv(folder / "results.csv", dtype=str, keep_default_na=False)[DRAW_IN]) == said
+    for table in (pd.read_csv(folder / "results.csv"), pd.read_parquet(folder / "results.parquet")):
+        assert np.array_equal(table[DRAW_IN].to_numpy(float), [np.nan, *map(float, said[1:])], equal_nan=True)
+    page = page_of(folder / "report.html")
+    ((_, runs),) = page.tables(page.section("runs")).items()
+    assert [row[2] for row in runs[1:]] == ["null", *(f"{float(one):g}" for one in said[1:])]
+    assert (folder / "overview.png").is_file()
+
+
+def test_what_is_not_given_has_a_place_of_its_own_on_an_axis():
+    values = pd.Series(["null", 1.0, 2.5], dtype=object)
+    assert list(_scale(values, Swept(DRAW_IN, False, False)).places(values)) == [0.0, 1.0, 2.0]
 
 
 @needs_browser

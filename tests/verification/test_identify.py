@@ -12,9 +12,11 @@ from knittest.laboratory.pull_out.rig import REST, PullOutTest
 from knittest.laboratory.pull_out.sliding import sliding
 from knittest.laboratory.pull_out.test import with_tail
 from knittest.models.boundary import TOOL_STIFFNESS, Boundary
-from knittest.models.chains import Chain, YarnContact, build_chains
+from knittest.models.chain_layout import Chain
+from knittest.models.chains import build_chains
 from knittest.models.from_stiffness import round_section
 from knittest.models.table import Table
+from knittest.models.yarn_contact import YarnContact
 from knittest.solve.simulate import simulate
 
 RADIUS, MU, SQUEEZE, PITCH = 0.4, 0.3, 0.5, 4.0

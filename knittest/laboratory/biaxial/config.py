@@ -24,7 +24,7 @@ class BiaxialRig(Rig):
     side: float = number(100.0, "mm", "side of the square between the needles", gt=0, band=(10, 1000))
     side_mm: ClassVar[Kernel[float]] = Kernel("side")
     max_strain: float = number(
-        4.0, "%", "stop at this engineering strain of the system that is strained more", gt=0, le=100
+        4.0, "%", "stop at this engineering strain of the system that is strained more", gt=0, le=100, band=(0.05, 100)
     )
     max_strain_fraction: ClassVar[Kernel[float]] = Kernel("max_strain")
     stop_force_ratio: float = number(

@@ -37,7 +37,7 @@ class CellRig(Rig):
         None, "deg", "shear: angle at which the run ends, on its way to max_angle as without it; none: there",
         gt=0, le=60,
     )  # fmt: skip
-    max_strain: float = number(1.0, "%", "warp, weft, biaxial: largest mean strain", gt=0, le=50)
+    max_strain: float = number(1.0, "%", "warp, weft, biaxial: largest mean strain", gt=0, le=50, band=(0.05, 50))
     max_strain_fraction: ClassVar[Kernel[float]] = Kernel("max_strain")
     ratio: float = number(1.0, "1", "biaxial: mean strain of the weft over that of the warp", ge=0, le=10)
     across: Literal["free", "held"] = Field(

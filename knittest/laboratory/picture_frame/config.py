@@ -34,8 +34,9 @@ class PictureFrameRig(Rig):
         "max_angle",
     )  # fmt: skip
     mounting_slack: float = number(
-        0.05, "%", "slack with which the yarns hang on the needles (assumed); taut yarns cannot wrinkle", ge=0, le=5
-    )
+        0.05, "%", "slack with which the yarns hang on the needles (assumed); taut yarns cannot wrinkle", ge=0, le=5,
+        least=0.01,
+    )  # fmt: skip
     mounting_slack_fraction: ClassVar[Kernel[float]] = Kernel("mounting_slack")
     membrane_share: float = number(
         0.05,

@@ -1,6 +1,7 @@
 """Record of the pull-out test."""
 
 from knittest.base.kinds import TestKind
+from knittest.laboratory.deciding_fields import LOOPS
 
 KIND = TestKind(
     name="pull-out",
@@ -34,10 +35,11 @@ KIND = TestKind(
     scales=("meso",),
     presets="knittest.laboratory.pull_out.presets:settings",
     sizes=("width", "length", "travel"),
+    # by their powers in the forces: docs/identify.md, where crimp and the inlays' own stiffness have hardly any
     deciding={
         "meso": (
-            "contact.friction_coefficient", "reinforcing.bending_stiffness.{d}", "reinforcing.crimp.{d}",
-            "knitting.degree_of_set", "loop_length",
+            "warp_density", "weft_density", *LOOPS, "knitting.torsion_ratio", "knitting.draw_in", "knitting.tension",
+            "reinforcing.beam_diameter", "contact.friction_coefficient",
         ),
     },
     hinges={"membrane_share": -1},

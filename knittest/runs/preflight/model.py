@@ -3,9 +3,9 @@
 from typing import NotRequired, TypedDict
 
 from knittest.base.history import OVERLAP_COUNTS
+from knittest.config.doubtful import doubts
 from knittest.config.run import Run
 from knittest.config.sources import numbers_of
-from knittest.config.unread import unread_note
 from knittest.laboratory.base import Prepared
 
 #: bytes a node takes in all arrays, about
@@ -62,7 +62,7 @@ def model_facts(run: Run, prepared: Prepared) -> ModelFacts:
         "steps_at_most": int(prepared.duration / step),
         "duration_ms": prepared.duration,
         "arrays_mb": model.n_nodes * BYTES_PER_NODE / 1e6,
-        "notes": [*prepared.notes, *filter(None, [unread_note(run)])],
+        "notes": [*prepared.notes, *doubts(run)],
     }
     if run.model.scale == "meso":
         facts |= {

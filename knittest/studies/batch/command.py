@@ -14,7 +14,7 @@ from knittest.base.errors import InputError, NumericalError
 from knittest.base.interrupts import Interrupts
 from knittest.base.stamp import Stamp, stamped
 from knittest.config.yaml_loader import load_yaml
-from knittest.export.folder import slug
+from knittest.export.names import slug
 from knittest.report_page.page import FILE, write_if_possible
 from knittest.runs.options import RunOptions
 from knittest.studies.batch.page import SWEEP, write_sweep_page

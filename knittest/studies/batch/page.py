@@ -16,7 +16,7 @@ from knittest.report_page.pictures import picture
 from knittest.report_page.trials import Column, file_to_save, link, problems, provenance, wide
 from knittest.studies.batch.axes import axes_of
 from knittest.studies.batch.plan import Plan, Swept
-from knittest.studies.batch.table import INVALID
+from knittest.studies.batch.table import INVALID, NULL
 from knittest.studies.trials.record import MEANING, OPEN
 
 if TYPE_CHECKING:
@@ -153,10 +153,13 @@ def _runs(folder: Path, at: Path, table: "DataFrame", swept: Sequence[Swept]) ->
 
 
 def _field(table: "DataFrame", field: Swept, rows: Sequence["Series"]) -> Column:
+    import pandas as pd
+
     cells = []
     for row in rows:
         number = _number(row[field.name])
-        cells.append(Cell(str(row[field.name])) if number is None else Cell(f"{number:.6g}", number))
+        said = NULL if pd.isna(row[field.name]) else str(row[field.name])
+        cells.append(Cell(said) if number is None else Cell(f"{number:.6g}", number))
     return Column(_name(table, field), cells, numeric=all(cell.value is not None for cell in cells))
 
 

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 Cells = dict[str, object]
 #: status of a row whose input is refused
 INVALID = "invalid"
+#: a swept field that is not given, as a sweep file says it; pandas reads it from CSV as a missing number
+NULL = "null"
 
 
 def results_table(plan: Plan, rows: Sequence[Row], records: Mapping[str, Record]) -> "DataFrame":
@@ -118,10 +120,13 @@ def _tail(row: Row, record: Record | None) -> Cells:
 
 
 def _cell(value: object) -> object:
+    if value is None:
+        return NULL
     return json.dumps(value) if isinstance(value, dict | list) else value
 
 
 def _uniform(table: "DataFrame") -> "DataFrame":
-    """Columns that mix kinds as text, for a format with one type a column."""
+    """Columns that mix kinds as text, for a format with one type a column; what is not given is missing there."""
+    table = table.where(table != NULL).infer_objects()
     kinds = {name: table[name].dropna().map(type).nunique() for name in table.columns}
     return table.astype({name: "string" for name, count in kinds.items() if count > 1 and table[name].dtype == object})

@@ -14,8 +14,8 @@ from knittest.base.errors import InputError, NumericalError
 from knittest.base.interrupts import Interrupts
 from knittest.config.run import RUNS
 from knittest.config.yaml_loader import load_yaml
-from knittest.export.folder import slug
 from knittest.export.jsonfile import json_ready
+from knittest.export.names import slug
 from knittest.report_page.page import FILE, write_if_possible
 from knittest.runs.options import RunOptions
 from knittest.studies.calibrate.evaluate import Evaluation, Evaluator, Exhausted, TrialEvaluator

@@ -9,8 +9,8 @@ from knittest.base.atomic import write_atomic
 from knittest.base.errors import InputError, KnittestError, NumericalError, OutOfTolerance, ResourceError
 from knittest.base.interrupts import Interrupts
 from knittest.config.run import Run
-from knittest.export.folder import slug
 from knittest.export.jsonfile import json_text
+from knittest.export.names import slug
 from knittest.laboratory.cell.config import CellRun
 from knittest.studies.homogenise.card import FABRIC, Card, card_of, write_card
 from knittest.studies.homogenise.check import compared

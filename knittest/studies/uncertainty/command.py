@@ -13,8 +13,8 @@ from knittest.base.interrupts import Interrupts
 from knittest.config.uncertainty import Uncertainty as Study
 from knittest.config.uncertainty import parse_uncertainty
 from knittest.config.yaml_loader import Document, load_yaml
-from knittest.export.folder import slug
 from knittest.export.jsonfile import json_text
+from knittest.export.names import slug
 from knittest.report_page.page import FILE, write_if_possible
 from knittest.studies.trials.ledger import read_ledgers
 from knittest.studies.trials.pool import LocalPool

@@ -9,7 +9,8 @@ from knittest.base.history import History, Quality
 from knittest.laboratory.base import Prepared
 from knittest.laboratory.judging import Span, assess
 from knittest.models.boundary import ALL, Boundary
-from knittest.models.chains import Chain, build_chains
+from knittest.models.chain_layout import Chain
+from knittest.models.chains import build_chains
 from knittest.models.from_stiffness import section
 from knittest.models.readings import Readings
 from knittest.models.table import ramp

@@ -1,0 +1,44 @@
+"""Names of a run's folder and of the files in it."""
+
+import re
+import unicodedata
+from datetime import datetime
+
+from knittest.base.kinds import listed
+from knittest.config.run import Run
+from knittest.export.lock import LOCK_NAME
+
+# What only a completed run may show; a failed one keeps its tables under a name that says so. Tests add their own.
+_RESULTS = ("summary.json", "comparison.json", "report.html", "view.html")
+_TABLES = ("curve.csv", "energies.csv", "contacts.csv", "yarns.csv")
+CHECKPOINTS = "checkpoint-*.npz"
+#: files of every run besides
+OWN = ("manifest.json", "config.yaml", "log.jsonl", "frames.pvd", LOCK_NAME)
+
+
+def results_of_runs() -> tuple[str, ...]:
+    """Names of the files that only a completed run of any test may show."""
+    return tuple(dict.fromkeys((*_RESULTS, *listed("pictures"))))
+
+
+def tables_of_runs() -> tuple[str, ...]:
+    """Names of the tables of runs of all tests."""
+    return tuple(dict.fromkeys((*_TABLES, *listed("tables"))))
+
+
+def incomplete(table: str) -> str:
+    """Name of the ``table`` of a run that did not complete."""
+    return table.replace(".csv", ".incomplete.csv")
+
+
+def run_name(run: Run, *, direction: str | None = None, at: datetime | None = None) -> str:
+    """``<rig>-<variant>-<scale>-<direction>-<time>``, safe as a file name; ``direction`` replaces the rig's own."""
+    moment = (at or datetime.now()).strftime("%Y%m%d-%H%M%S")
+    parts = (run.rig.kind, run.fabric.name, run.model.scale, direction or run.direction, moment)
+    return "-".join(slug(part) for part in parts if part)
+
+
+def slug(text: str) -> str:
+    """``text`` as letters, digits, dot, dash and underscore, never hidden, never empty, 60 characters at most."""
+    plain = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode()
+    return re.sub(r"[^A-Za-z0-9._-]+", "-", plain).strip("-.")[:60] or "unnamed"

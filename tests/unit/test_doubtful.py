@@ -1,0 +1,63 @@
+"""Numbers that can be meant but hardly are: a warning names them, of a run and of ``check``, and no others."""
+
+import numpy as np
+import pytest
+from export_sample import cost, quality, strip
+
+from knittest.base.history import History, Specimen
+from knittest.base.resources import configs_dir
+from knittest.config.doubtful import doubts
+from knittest.config.loading import resolve
+from knittest.runs.judgement import judge, references_of
+from knittest.runs.preflight.model import model_facts
+from knittest.runs.specimen import prepare
+
+SLACK = "fabric.reinforcing.slack."
+
+
+def said(*sets: str, variant: str = "1", scale: str = "meso", **more: str) -> list[str]:
+    return doubts(resolve(variant=variant, scale=scale, sets=sets, **more))
+
+
+def test_a_slack_that_is_next_to_none_is_named_with_what_to_write():
+    assert said(f"{SLACK}warp=0.003", f"{SLACK}weft=0.0199") == [
+        f"{SLACK}warp = 0.003 % is next to none, expected 0, or at least 0.02 %: if it is a fraction, write 0.3",
+        f"{SLACK}weft = 0.0199 % is next to none, expected 0, or at least 0.02 %: if it is a fraction, write 1.99",
+    ]
+
+
+def test_a_draw_in_that_is_next_to_none_is_named_with_what_to_write():
+    assert said("fabric.knitting.draw_in=0.02") == [
+        "fabric.knitting.draw_in = 0.02 % is next to none, expected 0, or at least 0.1 %: if it is a fraction, write 2"
+    ]
+
+
+@pytest.mark.parametrize(
+    "given", [f"{SLACK}warp=0", f"{SLACK}warp=0.02", "fabric.knitting.draw_in=0", "fabric.knitting.draw_in=0.1"]
+)
+def test_a_slack_a_draw_in_or_none_is_not_named(given):
+    assert said(given) == []
+
+
+def test_shells_have_no_slack_but_a_number_they_do_not_read():
+    (only,) = said(f"{SLACK}warp=0.003", scale="macro")
+    assert only.startswith(f"shells do not read {SLACK}warp, changed from pham2019-v1")
+
+
+@pytest.mark.parametrize("fabric", sorted((configs_dir() / "fabrics").glob("pham*.yaml")), ids=lambda path: path.stem)
+@pytest.mark.parametrize("parameters", ["as-measured", "calibrated", "gripping"])
+def test_shipped_fabrics_have_nothing_doubtful(fabric, parameters):
+    assert said(variant=fabric.stem, parameters=parameters) == []
+
+
+def test_check_says_it():
+    run = resolve(variant="1", scale="meso", preset="quick", direction="weft", sets=[f"{SLACK}weft=0.003"])
+    assert any("if it is a fraction, write 0.3" in note for note in model_facts(run, prepare(run))["notes"])
+
+
+def test_a_run_warns_of_it():
+    run = resolve(variant="1", test="pull-out", direction="weft", sets=[f"{SLACK}weft=0.003"])
+    columns = {"tail_travel_mm": np.zeros(1), "pull_force_n": np.zeros(1)}
+    specimen = Specimen(History(strip(2, 2)[0], columns, {}, []), {}, quality(), cost(), {})
+    warnings = judge(run, [specimen], references_of(run, ())).summary["warnings"]
+    assert any("if it is a fraction, write 0.3" in text for text in warnings)
