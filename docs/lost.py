@@ -11,9 +11,13 @@ CAUSES = {
     "overlap": "overlap that carries no force",
     "contact forces": "mesh too coarse for the draw-in",
 }
+#: words of a run that yarns ended where their images do
+IMAGES = "the cell has no image"
 
 
 def cause(reason: str) -> str:
     """Cause of a lost run in a few words."""
+    if IMAGES in reason:
+        return "yarns beyond their images"
     found = next((told for start, told in CAUSES.items() if reason.startswith(start)), None)
-    return found or "motion that blows up or yarns beyond their images"
+    return found or "motion that blows up, or energy from nothing"
