@@ -10,6 +10,7 @@ CAUSES = {
     "damping": "damping of contacts",
     "overlap": "overlap that carries no force",
     "contact forces": "mesh too coarse for the draw-in",
+    "contacts on node": "contacts too stiff for the step",
 }
 #: words of a run that yarns ended where their images do
 IMAGES = "the cell has no image"
