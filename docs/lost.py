@@ -10,7 +10,10 @@ CAUSES = {
     "damping": "damping of contacts",
     "overlap": "overlap that carries no force",
     "contact forces": "mesh too coarse for the draw-in",
+    "contacts on node": "contacts too stiff for the step",
 }
+#: words of a run that yarns ended where their images do
+IMAGES = "the cell has no image"
 
 
 def cause(reason: str) -> str:
@@ -20,6 +23,8 @@ def cause(reason: str) -> str:
 
 def causes(reason: str) -> list[str]:
     """All causes of a lost run in a few words: every gate that it did not pass, or what went wrong on its way."""
+    if IMAGES in reason:
+        return ["yarns beyond their images"]
     parts = reason.split("; ")
     found = dict.fromkeys(told for part in parts for start, told in CAUSES.items() if part.startswith(start))
-    return list(found) or ["motion that blows up or yarns beyond their images"]
+    return list(found) or ["motion that blows up, or energy from nothing"]

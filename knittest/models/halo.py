@@ -54,6 +54,7 @@ def beyond(cell: Cell) -> str:
             if distance < radius + CONTACT_SKIN + 2.0 * half:
                 return (
                     f"{cell.name_of(int(own[m]))} and {cell.name_of(int(own[nearest]))} come near each other where the "
-                    f"cell has no image, {times[0]:+d} and {times[1]:+d} cells away: take more repeats, or a wider halo"
+                    f"cell has no image, {times[0]:+d} and {times[1]:+d} cells away; keep more images: a larger "
+                    "rig.slide, or halo of a cell posed by hand"
                 )
     return ""

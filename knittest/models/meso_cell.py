@@ -8,7 +8,7 @@ from knittest.fabric.cell import Cell
 from knittest.fabric.strip import YarnPath, strip, wave_elements, wave_scale
 from knittest.materials.yarn_section import SYSTEMS, sections
 from knittest.models.meso import UPRIGHT, chain_order, mass_scaling, stretch, yarn_contact
-from knittest.models.periodic import PeriodicChain, build_periodic
+from knittest.models.periodic import SLIDE, PeriodicChain, build_periodic
 from knittest.models.periodic_model import PeriodicModel
 
 Array = NDArray[np.float64]
@@ -31,12 +31,14 @@ def build_meso_cell(
     axial_share: float = 1.0,
     shrink: float = 1.0,
     about: str = "",
+    slide: float = SLIDE,
 ) -> PeriodicModel:
     """Model of ``wales`` x ``courses`` cells of the run's fabric that repeats without an edge.
 
     A test that pulls no yarn may keep a share of the axial stiffness only: the time step grows. Its mean deformation
-    brings lines to ``shrink`` of their length at the least. Yarns of the system ``about`` lie about z = 0, the surface
-    that bending leaves its length. Yarns do not break: a cell has no weakest place.
+    brings lines to ``shrink`` of their length at the least, and yarns past each other by ``slide`` of the largest
+    radius. Yarns of the system ``about`` lie about z = 0, the surface that bending leaves its length. Yarns do not
+    break: a cell has no weakest place.
     """
     cards = sections(run.fabric, axial_share)
     paths = sorted(cell_paths(run, cell, wales, courses), key=chain_order)
@@ -55,7 +57,8 @@ def build_meso_cell(
         for path in paths
     ]
     contact = yarn_contact(run) if run.model.meso.contact else None
-    return build_periodic(chains, lattice_of(cell, wales, courses), SYSTEMS, contact, mass_scaling(run), shrink=shrink)
+    lattice, added = lattice_of(cell, wales, courses), mass_scaling(run)
+    return build_periodic(chains, lattice, SYSTEMS, contact, added, shrink=shrink, slide=slide)
 
 
 def lattice_of(cell: Cell, wales: int, courses: int) -> Array:

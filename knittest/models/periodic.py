@@ -61,11 +61,13 @@ def build_periodic(
     scaling: MassScaling | None = None,
     halo: float | None = None,
     shrink: float = SHRINK,
+    slide: float = SLIDE,
 ) -> PeriodicModel:
     """Model of one cell of ``chains`` that repeats by both vectors of ``lattice`` (2, 3) [mm].
 
     Images are kept up to ``halo`` [mm] from the nodes of the cell: by default what contacts reach where the mean
-    deformation brings lines to ``shrink`` of their length, and some way that yarns slide.
+    deformation brings lines to ``shrink`` of their length, and the way ``slide`` that yarns slide, over the largest
+    radius.
     Raises :class:`InputError` for a lattice without an area, and for chains of fewer than three elements.
     """
     vectors = finite(lattice, "lattice [mm]", (2, 3))
@@ -77,7 +79,7 @@ def build_periodic(
                 f"{ENDS}, along lattice vector 0 or 1"
             )
     contact = contact and replace(contact, cut=0)  # ends of images are no ends of yarns
-    pieces = _pieces(chains, vectors, _reach(chains, vectors, shrink) if halo is None else halo)
+    pieces = _pieces(chains, vectors, _reach(chains, vectors, shrink, slide) if halo is None else halo)
     long = [_long(chains[p.chain], p, vectors) for p in pieces]
     flat = build_chains(long, part_names, contact, scaling)
     own, master, times = _masters(chains, pieces)
@@ -93,11 +95,11 @@ def _heights(vectors: Array) -> Array:
     return np.asarray(area / np.linalg.norm(vectors[::-1], axis=1))
 
 
-def _reach(chains: Sequence[PeriodicChain], vectors: Array, shrink: float) -> float:
+def _reach(chains: Sequence[PeriodicChain], vectors: Array, shrink: float, slide: float) -> float:
     """Distance [mm] from nodes of the cell at the start within which pieces may come to touch theirs."""
     radius = max(chain.section.wide for chain in chains)
     longest = max(float(np.linalg.norm(np.diff(_closed(c, vectors), axis=0), axis=1).max()) for c in chains)
-    return (2.0 * radius + CONTACT_SKIN + longest) / shrink + SLIDE * radius
+    return (2.0 * radius + CONTACT_SKIN + longest) / shrink + slide * radius
 
 
 def _closed(chain: PeriodicChain, vectors: Array) -> Array:

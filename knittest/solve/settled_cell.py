@@ -87,10 +87,10 @@ def _as_stated(run: Run, at: Callable[[float], SettledCell]) -> SettledCell:
     if knitting.tension_n is not None:
         return _at_tension(at, knitting.tension_n)
     draw_in = knitting.draw_in_fraction or 0.0
-    if not at(draw_in).conforming and _locks(at, draw_in):
+    if not at(draw_in).conforming and (why := _locks(at, draw_in)):
         least = 100.0 * _largest(at, draw_in)
         raise InputError(
-            f"fabric.knitting.draw_in = {100.0 * draw_in:g} %: the loops lock; expected at most {least:.3g} %"
+            f"fabric.knitting.draw_in = {100.0 * draw_in:g} %: the loops lock, {why}; expected at most {least:.3g} %"
         )
     return at(draw_in)
 
@@ -186,10 +186,14 @@ def _at_tension(at: Callable[[float], SettledCell], wanted: float) -> SettledCel
     return at(float(brentq(lambda p: at(p).tension - wanted, 0.0, most, xtol=1e-7, rtol=MET)))
 
 
-def _locks(at: Callable[[float], SettledCell], draw_in: float) -> bool:
-    """Tell whether the legs of the loops jam, or nothing comes to rest."""
+def _locks(at: Callable[[float], SettledCell], draw_in: float) -> str:
+    """Reason to call the loops locked: nothing comes to rest, or they touch where they do not cross; empty if none."""
     found = at(draw_in)
-    return found.residual > RESTLESS or found.touching > max(INTERLACED, at(0.0).touching) + 0.5
+    if found.residual > RESTLESS:
+        return f"nothing comes to rest (forces out of balance {100.0 * found.residual:.0f} % of those of contacts)"
+    if found.touching > max(INTERLACED, at(0.0).touching) + 0.5:
+        return f"they touch each other at {found.touching:g} places a cell and cross at {INTERLACED:g}"
+    return ""
 
 
 def _largest(at: Callable[[float], SettledCell], locked: float) -> float:

@@ -247,16 +247,16 @@ def test_yarns_that_reach_where_no_image_is_are_named():
     """With images of the next nodes alone, the yarn across has none where it will touch; by default it has."""
     assert beyond(model_of(wavy())) == ""
     model = PeriodicBody.of_cell(wavy(), [A, B], CONTACT, ("a", "b"), halo=0.0).cell
-    assert "wider halo" in beyond(model) and "wider halo" in model.diagnose(DT)
+    assert "; keep more images: a larger rig.slide" in beyond(model) and "rig.slide" in model.diagnose(DT)
 
 
-@pytest.mark.parametrize("shrink", [0.5, 1.0])
-def test_images_are_those_near_nodes_of_the_cell(shrink):
+@pytest.mark.parametrize(("shrink", "slide"), [(0.5, 2.0), (1.0, 2.0), (1.0, 9.0)])
+def test_images_are_those_near_nodes_of_the_cell(shrink, slide):
     """All of them, of all cells around: contacts reach 2 r, the skin and a piece, over the shrink, and yarns slide."""
-    model = build_periodic(wavy(), [A, B], ("a", "b"), CONTACT, shrink=shrink)
+    model = build_periodic(wavy(), [A, B], ("a", "b"), CONTACT, shrink=shrink, slide=slide)
     own = model.position()[model.owned > 0.0]
     longest = max(float(np.linalg.norm(np.diff(c.points, axis=0), axis=1).max()) for c in wavy())
-    reach = (2.0 * 0.25 + 0.1 + longest) / shrink + 2.0 * 0.25
+    reach = (2.0 * 0.25 + 0.1 + longest) / shrink + slide * 0.25
     images = model.images
     held = {(*images.times[images.of[g]].astype(int), m) for g, m in zip(images.ghost, images.master, strict=True)}
     far = 0

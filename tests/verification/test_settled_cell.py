@@ -63,7 +63,7 @@ def test_a_cell_at_rest_along_whose_sections_loops_bend_is_refused():
 
 
 def test_a_specimen_of_loops_that_lock_is_not_made():
-    with pytest.raises(InputError, match=r"draw_in = 10 %: the loops lock; expected at most"):
+    with pytest.raises(InputError, match=r"draw_in = 10 %: the loops lock, .*; expected at most"):
         prepare(run_of(f"{LOOPS}draw_in=10", "rig.side=22"))
 
 

@@ -54,6 +54,10 @@ class CellRig(Rig):
         2.5, "%", "share of the path from which energies are judged and results given; not of bending", ge=0, le=25
     )
     judged_from_fraction: ClassVar[Kernel[float]] = Kernel("judged_from")
+    slide: float = number(
+        2.0, "1", "way that yarns may slide past each other before images of the cell are missing, over the largest "
+        "radius", ge=0, le=20,
+    )  # fmt: skip
     membrane_share: float = number(
         0.05, "1", "shear, bending, compaction: share of the yarns' axial stiffness that is kept: none is pulled, and "
         "the step grows", gt=0, le=1,

@@ -53,7 +53,7 @@ class Cell(Test[CellRun]):
         observer.phase("laying out the yarns")
         cell = relaxed_cell(run.fabric)
         shrink = path_of(run, lattice_of(cell, rig.wales, rig.courses)).shrink
-        model = build_meso_cell(run, cell, rig.wales, rig.courses, rig.axial_share, shrink, rig.about)
+        model = build_meso_cell(run, cell, rig.wales, rig.courses, rig.axial_share, shrink, rig.about, rig.slide)
         facts = {"area_mm2": model.area}
         return Prepared(model, CellTest(run, model), clock.perf_counter() - start, {}, facts)
 
