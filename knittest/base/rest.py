@@ -8,6 +8,8 @@ from knittest.base.summary import Value
 
 #: before the kind of a crossing: its mean normal force
 FORCE = "normal_force_n."
+#: how closely loops wrap each other (:mod:`knittest.models.wrap`)
+WRAP = "loop_wrap"
 #: Munden's constants K_c and K_s of relaxed plain knits (textbook values, apparel)
 RELAXED = {"munden_kc": (5.0, 5.3), "munden_ks": (19.0, 21.6)}
 #: label and format of each number
@@ -18,8 +20,16 @@ NUMBERS = {
     "thickness_mm": ("thickness", "{:.3f} mm"),
     "munden_kc": ("Munden's Kc", "{:.2f}"),
     "munden_ks": ("Munden's Ks", "{:.1f}"),
+    WRAP: ("loops wrap to", "{:.3g} (1: straight and square, 0: closest points split)"),
     "out_of_balance_pct": ("out of balance", "{:.2g} % of the contact forces"),
 }
+#: wrap of loops below which they snap: of 45 sheared cells at 0.10 or more none was lost by it, of those at 0.09 or
+#: less most were
+UNIQUE = 0.10
+SPLITS = f"below {UNIQUE:.2f} one contact a crossing is no longer unique, and sheared cells mostly snap: "
+REMEDY = "take less draw-in or a longer loop"
+#: runs of cells that were lost by it and passed neither at half the speed (10) nor with half the step (6)
+RESCUED = "half the speed or step let none of 16 such cells pass, "
 UNSETTLED = "not settled: yarns start free of force"
 #: forces out of balance [%] above which numbers of rest are off by a tenth and more, not those of the test: settled on
 #: from 2 % frames changed their tension by 0.2 %, from 5 and 53 % by 11 and 14 %, their forces by at most 0.9 %
@@ -30,14 +40,25 @@ CREEPS = ": yarns creep, tension and crossings stated here may be off by a tenth
 @dataclass(frozen=True)
 class Rest:
     """Yarns at rest: mean axial force of the loops' yarn [N], thickness over the yarns' surfaces [mm], forces out of
-    balance over those of contacts [-] (nan where nothing was settled), and the mean normal force [N] of crossings that
-    touch, by kind.
+    balance over those of contacts [-] (nan where nothing was settled), the mean normal force [N] of crossings that
+    touch, by kind, and how closely loops ``wrap`` each other at most [-] (nan where none cross, or not known).
     """
 
     tension: float
     thickness: float
     residual: float
     normal_force: Mapping[str, float] = field(default_factory=dict)
+    wrap: float = math.nan
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """A warning of loops that wrap each other too closely for contacts at points."""
+        return (f"loops wrap to {self.wrap:.3g}: {SPLITS}{REMEDY}",) if self.wrap < UNIQUE else ()
+
+    @property
+    def advice(self) -> str:
+        """Remedy for a run whose motion or energies are off by that; empty where loops do not wrap so closely."""
+        return f"loops wrap to {self.wrap:.3g}: {RESCUED}{REMEDY}" if self.wrap < UNIQUE else ""
 
 
 def rest_numbers(rest: Rest, kc: float, ks: float, draw_in: float | None = None) -> dict[str, float]:
@@ -49,6 +70,7 @@ def rest_numbers(rest: Rest, kc: float, ks: float, draw_in: float | None = None)
         "thickness_mm": rest.thickness,
         "munden_kc": kc,
         "munden_ks": ks,
+        **({} if math.isnan(rest.wrap) else {WRAP: rest.wrap}),
         "out_of_balance_pct": 100.0 * rest.residual,
     }
 
@@ -73,12 +95,13 @@ def rest_rows(numbers: Mapping[str, Value]) -> list[tuple[str, str]]:
 
 
 def rest_line(numbers: Mapping[str, Value]) -> str:
-    """Tension of the loops, thickness and how far they are settled: the part of it that a terminal shows."""
+    """Tension of the loops, their wrap, thickness and how far they are settled: what of it a terminal shows."""
     means = {name: _mean(value) for name, value in numbers.items()}
     tension, thickness, residual = (means[n] for n in ("loop_tension_n", "thickness_mm", "out_of_balance_pct"))
     state = f"out of balance {residual:.2g} %" if math.isfinite(residual) else "not settled"
     doubt = ": tension good to a tenth at best" if residual > CREEPING else ""
-    return f"loops {tension:.2g} N, {thickness:.2f} mm thick, {state}{doubt}"
+    wrap = f", wrap {means[WRAP]:.2g}" if math.isfinite(means.get(WRAP, math.nan)) else ""
+    return f"loops {tension:.2g} N{wrap}, {thickness:.2f} mm thick, {state}{doubt}"
 
 
 def _mean(value: Value) -> float:
@@ -93,5 +116,7 @@ def _told(name: str, text: str, value: float) -> str:
         return UNSETTLED if name == "out_of_balance_pct" else "unknown"
     if name == "out_of_balance_pct" and value > CREEPING:
         return text.format(value) + CREEPS
+    if name == WRAP and value < UNIQUE:
+        return f"{text.format(value)}; {SPLITS}{REMEDY}"
     low, high = RELAXED.get(name, (0.0, 0.0))
     return text.format(value) + (f" (relaxed plain knits {low:g} to {high:g})" if high else "")

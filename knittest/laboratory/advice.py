@@ -4,6 +4,7 @@ from collections.abc import Callable
 from math import isfinite, sqrt
 
 from knittest.base.kinds import kinds
+from knittest.base.rest import Rest
 from knittest.base.rounding import rounded_down
 from knittest.config.run import Run
 
@@ -11,11 +12,14 @@ from knittest.config.run import Run
 AIM = 0.7
 
 
-def advised(run: Run, key: str, value: float, limit: float) -> str:
+def advised(run: Run, key: str, value: float, limit: float, rest: Rest | None = None) -> str:
     """Setting that would bring the gate ``key`` from ``value`` to :data:`AIM` of its ``limit``, both [%].
 
-    Empty where no setting of the run decides, or nothing is known of the value.
+    Empty where no setting of the run decides, or nothing is known of the value. Where loops at ``rest`` wrap each other
+    so closely that they snap, speed and step do not decide, and what does is said.
     """
+    if rest is not None and rest.advice and key in OF_SNAPPING:
+        return rest.advice
     kind = kinds()[run.rig.kind]
     rule = (RULES | (kind.load("advice") if kind.advice else {})).get(key)
     if rule is None or not isfinite(value):
@@ -63,6 +67,8 @@ def finer_shells(run: Run, share: float) -> str:
     return f"it falls with the size of the shells: try model.macro.element_size={size:g}"
 
 
+#: what loops that snap are refused by
+OF_SNAPPING = ("ke_over_ie_max", "energy_error_max", "contact_damping_over_work_max")
 OF_THE_WORK = ("damping_over_work_max", "contact_damping_over_work_max")
 RULES: dict[str, Callable[[Run, float], str]] = {
     "ke_over_ie_max": _slower,

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from knittest.base.history import Array, History, Quality
+from knittest.base.rest import Rest
 from knittest.config.gates import LEAST_ROWS, NEAR, SolverGate, gates_of
 from knittest.config.run import Run
 from knittest.laboratory.advice import advised
@@ -46,7 +47,7 @@ def assess(
         beyond_law=beyond.share,
         drag_over_weight=drag,
     )
-    return _judged(run, quality, beyond)
+    return _judged(run, quality, beyond, history.rest)
 
 
 def losses(energies: dict[str, Array]) -> tuple[Array, Array, Array]:
@@ -108,13 +109,13 @@ def _short(run: Run, history: History, rows: slice, span: Span) -> Iterator[str]
             )
 
 
-def _judged(run: Run, quality: Quality, beyond: BeyondLaw) -> Quality:
+def _judged(run: Run, quality: Quality, beyond: BeyondLaw, rest: Rest | None) -> Quality:
     for gate in gates_of(run):
         if gate.key == "beyond_law" and 0.0 < gate.value(quality) <= run.solver.max_beyond_law:
             quality = quality.warning(beyond.stated)
         else:
-            quality = by_gate(run, quality, gate, beyond)
-    quality = quality.warning(*_sunk(run, quality))
+            quality = by_gate(run, quality, gate, beyond, rest)
+    quality = quality.warning(*_sunk(run, quality), *(rest.warnings if rest else ()))
     return replace(quality, quasi_static=100.0 * quality.ke_over_ie_max <= run.solver.max_kinetic_ratio)
 
 
@@ -128,13 +129,17 @@ def _sunk(run: Run, quality: Quality) -> Iterator[str]:
         )
 
 
-def by_gate(run: Run, quality: Quality, gate: SolverGate, beyond: BeyondLaw | None = None) -> Quality:
-    """``quality`` refused where it does not pass ``gate``, with a warning above half of its limit."""
+def by_gate(
+    run: Run, quality: Quality, gate: SolverGate, beyond: BeyondLaw | None = None, rest: Rest | None = None
+) -> Quality:
+    """``quality`` refused where it does not pass ``gate``, with a warning above half of its limit; advice goes by the
+    state of ``rest`` too.
+    """
     value, limit = gate.value(quality), float(getattr(run.solver, gate.limit))
     if value <= limit:
         near = f"{gate.label} {value:.2f} % is more than half of its limit {limit:g} %"
         return quality.warning(near) if value > NEAR * limit else quality
     said = f"{gate.label} is not a number" if np.isnan(value) else f"{gate.label} {value:.2f} % is above {limit:g} %"
     of_law = beyond if gate.key == "beyond_law" else None
-    advice = of_law.advice(run) if of_law else advised(run, gate.key, value, limit)
+    advice = of_law.advice(run) if of_law else advised(run, gate.key, value, limit, rest)
     return quality.refusing(f"{said}; {advice}" if advice else said)

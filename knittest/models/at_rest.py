@@ -1,4 +1,4 @@
-"""State of yarns that have come to rest: tension of the loops, forces of crossings, thickness."""
+"""State of yarns that have come to rest: tension of the loops, their wrap, forces of crossings, thickness."""
 
 import numpy as np
 
@@ -6,6 +6,7 @@ from knittest.base.rest import Rest
 from knittest.kernels.monitor import axial_state
 from knittest.models.crossings import crossings, surfaces
 from knittest.models.explicit_model import ExplicitModel
+from knittest.models.wrap import least_wrap
 from knittest.models.yarn_model import YarnModel
 
 #: part of the loops
@@ -27,4 +28,4 @@ def at_rest(model: ExplicitModel, residual: float = np.nan) -> Rest | None:
     loops = typical[model.element_node] & (model.mesh.part == (names.index(LOOPS) if LOOPS in names else -1))
     tension = float(force[loops].mean()) if loops.any() else 0.0
     pressed = {kind: of.normal_force for kind, of in crossings(model, typical).items()}
-    return Rest(tension, high - low, residual, pressed)
+    return Rest(tension, high - low, residual, pressed, least_wrap(model, LOOPS, typical))

@@ -50,9 +50,10 @@ def check_balance(run: Simulation) -> None:
     made = newest["balance_error_mj"] < 0.0
     if newest["energy_error"] > (STOP_ENERGY_GAIN if made else STOP_ENERGY_ERROR):
         what = "energy is made from nothing" if made else "energy is lost"
+        remedy = (run.rest.advice if run.rest else "") or "reduce solver.safety or solver.speed"
         raise NumericalError(
             f"the energy balance is off by {100.0 * newest['energy_error']:.0f} % at {run.time:.4f} ms, before "
-            f"anything failed ({what}); reduce solver.safety or solver.speed"
+            f"anything failed ({what}); {remedy}"
         )
 
 
