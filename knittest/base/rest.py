@@ -28,8 +28,8 @@ NUMBERS = {
 UNIQUE = 0.10
 SPLITS = f"below {UNIQUE:.2f} one contact a crossing is no longer unique, and sheared cells mostly snap: "
 REMEDY = "take less draw-in or a longer loop"
-#: runs of cells that were lost by it and passed neither at half the speed (10) nor with half the step (6)
-RESCUED = "half the speed or step let none of 16 such cells pass, "
+#: cells that were lost by it at the speed and step of the preset: none passed at half the one (10) or the other (6)
+RESCUED = "half the speed or step of the preset let none of 16 such cells pass, "
 UNSETTLED = "not settled: yarns start free of force"
 #: forces out of balance [%] above which numbers of rest are off by a tenth and more, not those of the test: settled on
 #: from 2 % frames changed their tension by 0.2 %, from 5 and 53 % by 11 and 14 %, their forces by at most 0.9 %

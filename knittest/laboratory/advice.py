@@ -68,7 +68,7 @@ def finer_shells(run: Run, share: float) -> str:
 
 
 #: what loops that snap are refused by
-OF_SNAPPING = ("ke_over_ie_max", "energy_error_max", "contact_damping_over_work_max")
+OF_SNAPPING = ("ke_over_ie_max", "energy_error_max", "damping_over_work_max", "contact_damping_over_work_max")
 OF_THE_WORK = ("damping_over_work_max", "contact_damping_over_work_max")
 RULES: dict[str, Callable[[Run, float], str]] = {
     "ke_over_ie_max": _slower,

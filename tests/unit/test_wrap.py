@@ -7,16 +7,19 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from test_gates import ROWS, history, judged, run_of
+from test_gates import PREPARED, ROWS, history, judged, run_of
 
 from knittest.base.errors import NumericalError
 from knittest.base.rest import UNIQUE, Rest, of_all, rest_line, rest_numbers, rest_rows
+from knittest.laboratory.judging import assess
+from knittest.laboratory.span import Span
 from knittest.models.at_rest import at_rest
 from knittest.models.chain_layout import Chain
 from knittest.models.chains import build_chains
 from knittest.models.wrap import Curve, least_wrap, wrap
 from knittest.pose import YarnContact, round_section
 from knittest.solve.guards import check_balance
+from knittest.solve.state import SimulationCost
 
 SECTION = round_section(modulus=2e3, diameter=0.5, density=1.5e-3)
 X, Y, UP = np.eye(3)
@@ -159,7 +162,7 @@ def test_a_run_whose_loops_wrap_closely_is_warned_of_and_not_refused(found: floa
     ("column", "advice"),
     [
         ("kinetic_ratio", "solver.speed="), ("energy_error", "solver.safety="),
-        ("contact_damping_mj", "solver.speed="),
+        ("damping_mj", "solver.damping="), ("contact_damping_mj", "solver.speed="),
     ],
 )  # fmt: skip
 def test_loops_that_snap_are_not_sent_to_speed_or_step(column: str, advice: str):
@@ -169,14 +172,14 @@ def test_loops_that_snap_are_not_sent_to_speed_or_step(column: str, advice: str)
     (usual,) = judged(replace(off, rest=rest_of(0.137))).failures
     (snapping,) = judged(replace(off, rest=rest_of(0.068))).failures
     assert advice in usual and "wrap" not in usual
-    assert "solver." not in snapping and "; loops wrap to 0.068: half the speed or step let none of 16" in snapping
+    assert "solver." not in snapping and "; loops wrap to 0.068: half the speed or step of the preset" in snapping
     assert snapping.endswith("take less draw-in or a longer loop")
 
 
 def test_other_gates_keep_their_advice():
-    off = replace(history(damping_mj=0.2 * history().energies["external_mj"]), rest=rest_of(0.068))
-    (told,) = judged(off, run_of("tensile", "solver.damping=10")).failures
-    assert "solver.damping=" in told and "wrap" not in told
+    found = replace(history(), rest=rest_of(0.068))
+    (told,) = assess(run_of(), PREPARED, found, SimulationCost(penetration_max=0.5), Span()).failures
+    assert told.startswith("penetration over radius") and "would pass" in told and "wrap" not in told
 
 
 @pytest.mark.parametrize(("found", "helps"), [(0.068, "longer loop"), (0.137, "solver.speed"), (None, "solver.speed")])
