@@ -29,8 +29,9 @@ which anybody measured: loops that twist easily bring variant 2 down. A draw-in 
 the normal forces of variant 1, whose loops are near locking, and with them its friction; variant 2 has room, and hardly
 feels it. Without a draw-in variant 2 is the stiffer one, and the paper's order fails. No draw-in is shipped as
 calibrated on this order: until it is measured the order is open, and what the shipped parameters give, above, stays
-contradicted. More than half of the prior of variant 1 has no result, mostly because its loops lock or nearly do: there
-the prior itself is too wide, or sections that flatten are missed.
+contradicted. More than half of the prior of variant 1 has no result to 20 deg and beyond, mostly because its loops
+[wrap each other](cell.md#state-of-rest) until one contact a crossing is no longer enough
+([one by one](uncertainty.md#what-the-shipped-file-loses)): bands of variant 1 and of the ratio lean to small draw-ins.
 """.strip()
 #: of a study with shorter ends
 SHORTER = ' ("shortened": of cells that were lost on their way and passed every gate to {ends} deg)'

@@ -75,7 +75,7 @@ def _draw(path: Path, found: Uncertainty, groups: list[list[VariableRow]], bars:
 def _stamp(found: Uncertainty) -> Stamp:
     facts = [", ".join(found.fabrics.values()), found.test, *found.setup, f"seed {found.seed}"]
     lost = len(found.lost)
-    told = f"{lost} of {found.runs} runs without a result that counts" if lost else "every run gave a result"
+    told = f"{lost} of {found.runs} runs did not give every number" if lost else "every run gave a result"
     return Stamp(facts, told, bad=lost > 0)
 
 
