@@ -142,4 +142,5 @@ def by_gate(
     said = f"{gate.label} is not a number" if np.isnan(value) else f"{gate.label} {value:.2f} % is above {limit:g} %"
     of_law = beyond if gate.key == "beyond_law" else None
     advice = of_law.advice(run) if of_law else advised(run, gate.key, value, limit, rest)
-    return quality.refusing(f"{said}; {advice}" if advice else said)
+    heard = any(advice in before for before in quality.failures)  # loops that wrap are the cause of several
+    return quality.refusing(said if heard or not advice else f"{said}; {advice}")

@@ -176,6 +176,14 @@ def test_loops_that_snap_are_not_sent_to_speed_or_step(column: str, advice: str)
     assert snapping.endswith("take less draw-in or a longer loop")
 
 
+def test_what_helps_is_said_once_where_several_gates_refuse():
+    off = history(kinetic_ratio=np.full(ROWS, 0.2), energy_error=np.full(ROWS, 0.2))
+    first, second = judged(replace(off, rest=rest_of(0.068))).failures
+    assert first.count("longer loop") == 1 and second == "energy error 20.00 % is above 2 %"
+    usual = judged(replace(off, rest=rest_of(0.137))).failures
+    assert all("would pass" in one or "try" in one for one in usual) and "solver." in usual[1]
+
+
 def test_other_gates_keep_their_advice():
     found = replace(history(), rest=rest_of(0.068))
     (told,) = assess(run_of(), PREPARED, found, SimulationCost(penetration_max=0.5), Span()).failures
