@@ -80,6 +80,13 @@ def penalty(depth, normal, linear, square, cubic, cap):
 
 
 @njit(**INLINE)
+def elastic_force(depth, law):
+    """Force [N] at ``depth`` [mm], none in a gap, by ``law`` (:class:`ContactLaw`)."""
+    normal, _, _, _, _, linear, square, cubic, cap, _, _ = law
+    return penalty(max(depth, 0.0), normal, linear, square, cubic, cap)[0]
+
+
+@njit(**INLINE)
 def contact_force(gx, gy, gz, closing, reach, ex, ey, ez, dx, dy, dz, slipping, law, inv_dt):
     """Penalty and friction of one contact by ``law`` (:class:`ContactLaw`, as a tuple).
 
@@ -87,16 +94,16 @@ def contact_force(gx, gy, gz, closing, reach, ex, ey, ez, dx, dy, dz, slipping, 
     (not of the closest points, which also slide along the yarns), ``reach`` the sum of radii, ``e`` the stretch of the
     sticking spring, turned with the yarns, and ``d`` the slide of the touching surfaces in this step [mm]. A contact
     that sticks gives way at the static limit and slips at the kinetic one until its spring falls below that. Returns
-    force on A (3) [N], returned spring (3), 1 where it slips, and the energies lost in this step [mJ]: by slip (mean
-    spring force times slip, as central differences see it), and by the viscous part.
+    force on A (3) [N], returned spring (3), 1 where it slips, the energy lost by slip in this step [mJ] (mean spring
+    force times slip, as central differences see it), and the viscous part of the force [N].
     """
-    normal, tangential, static, kinetic, viscous, linear, square, cubic, cap, _, _ = law
+    _, tangential, static, kinetic, viscous, _, _, _, _, _, _ = law
     distance = sqrt(gx * gx + gy * gy + gz * gz)
     inv = 1.0 / max(distance, 1e-9)
     nx, ny, nz = gx * inv, gy * inv, gz * inv
     depth = max(reach - distance, 0.0)
     touching = 1.0 if depth > 0.0 else 0.0
-    elastic = penalty(depth, normal, linear, square, cubic, cap)[0]
+    elastic = elastic_force(depth, law)
     pressure = max(elastic + touching * viscous * closing * inv_dt, 0.0)
     tx, ty, tz = ex + dx, ey + dy, ez + dz
     along = tx * nx + ty * ny + tz * nz
@@ -107,8 +114,8 @@ def contact_force(gx, gy, gz, closing, reach, ex, ey, ez, dx, dy, dz, slipping, 
     slips = 1.0 if over & (pressure > 0.0) else 0.0
     sx, sy, sz = sx * share, sy * share, sz * share
     slip = (ex + sx) * (tx - sx) + (ey + sy) * (ty - sy) + (ez + sz) * (tz - sz)
-    rubbed, damped = 0.5 * tangential * slip, (pressure - elastic) * closing
+    rubbed = 0.5 * tangential * slip
     fx = pressure * nx - tangential * sx
     fy = pressure * ny - tangential * sy
     fz = pressure * nz - tangential * sz
-    return fx, fy, fz, sx, sy, sz, slips, rubbed, damped
+    return fx, fy, fz, sx, sy, sz, slips, rubbed, pressure - elastic

@@ -7,7 +7,7 @@ Forces are first stored by contact, then every partition adds those on its own c
 import numpy as np
 from numba import njit
 
-from knittest.kernels.contact import closest_step, contact_force, slope_at, spline_weights
+from knittest.kernels.contact import closest_step, contact_force, elastic_force, slope_at, spline_weights
 from knittest.kernels.contact_gather import fetch, gather_first, gather_second, walk
 from knittest.kernels.contact_scratch import (
     BLOCK,
@@ -30,6 +30,7 @@ from knittest.kernels.contact_scratch import (
     P6,
     P7,
     P8,
+    PRESSED,
     PX,
     PY,
     PZ,
@@ -125,8 +126,9 @@ def _evaluate(count, law, inv_dt, w):
         closing = -0.5 * (before + (mx * gx + my * gy + mz * gz) / max(near, 1e-9))
         # no other depth: closest points that jump along a hook would make energy
         depth = max(w[REACH + m] - far + closing, 0.0) * on_yarns
+        pressed, elastic = w[PRESSED + m], elastic_force(w[REACH + m] - far, law)
         w[REACH + m] = min(w[REACH + m], depth + near)
-        fx, fy, fz, ex, ey, ez, slips, lost, damped = contact_force(
+        fx, fy, fz, ex, ey, ez, slips, lost, resists = contact_force(
             gx, gy, gz, closing, w[REACH + m] * on_yarns, ex, ey, ez, dx, dy, dz,
             w[SLIPPING + m], law, inv_dt,
         )  # fmt: skip
@@ -136,7 +138,10 @@ def _evaluate(count, law, inv_dt, w):
         w[EX + m], w[EY + m], w[EZ + m] = ex, ey, ez
         w[GX + m], w[GY + m], w[GZ + m] = gx, gy, gz
         w[PX + m], w[PY + m], w[PZ + m] = fx, fy, fz
-        w[LOST + m], w[DAMPED + m], w[SLIPPING + m] = lost, damped, slips
+        # the mean of the step, as central differences see it; one that was lifted off, or is new, had no force
+        resisted = pressed - elastic if (pressed > 0.0) | (elastic == 0.0) else resists
+        w[DAMPED + m] = 0.5 * (resisted + resists) * closing
+        w[LOST + m], w[SLIPPING + m] = lost, slips
 
 
 @njit(**INLINE)

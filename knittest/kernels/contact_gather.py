@@ -3,6 +3,8 @@
 Nodes are gathered for one yarn after the other: a loop over both would run out of registers.
 """
 
+from math import sqrt
+
 from numba import njit
 
 from knittest.kernels.contact import spline_weights, tangent_of
@@ -15,6 +17,7 @@ from knittest.kernels.contact_scratch import (
     P0,
     P3,
     P6,
+    PRESSED,
     R0,
     R3,
     R6,
@@ -42,27 +45,53 @@ def _last_tangent(i, parameter, dt, x, velocity):
     return combine(1.0, tangent_of(i, parameter, x), -dt, tangent_of(i, parameter, velocity))
 
 
+@njit(**INLINE)
+def _bend_before(i, dt, x, velocity):
+    """Second derivative (3) of piece ``i`` one step before."""
+    first = combine(1.0, at3(x, i - ONE), -dt, at3(velocity, i - ONE))
+    middle = combine(1.0, at3(x, i), -dt, at3(velocity, i))
+    last = combine(1.0, at3(x, i + ONE), -dt, at3(velocity, i + ONE))
+    return combine(1.0, add(first, last), -2.0, middle)
+
+
+@njit(**INLINE)
+def _shift_offset(c, by, contacts):
+    """Move the last offset of contact ``c`` ``by`` (3) as if it had been so: its depth stays, and nothing slid."""
+    offset = rows3(contacts.offset)
+    before = at3(offset, c)
+    after = add(before, by)
+    put3(offset, c, after)
+    contacts.reach[c] += sqrt(dot(after, after)) - sqrt(dot(before, before))
+
+
 @njit(**PART)
 def walk(first, last, dt, nodes, contacts, alive):
     """Move contacts whose parameter left [0, 1) to the neighbouring piece of the same yarn.
 
     Piece i spans elements i - 1 and i, so it exists where both are alive; at a yarn's end or break a contact stays,
-    with a parameter outside [0, 1), where it carries force for half an element more.
+    with a parameter outside [0, 1), where it carries force for half an element more. A contact that ran beyond its
+    piece lay on its continuation, off the neighbour by half the difference of their second derivatives times the way
+    squared.
     """
     x, velocity = rows3(nodes.position), rows3(nodes.velocity)
     for side in range(2):
         piece, parameter = contacts.piece[side], contacts.parameter[side]
         tangent = rows3(contacts.other_tangent if side == 1 else contacts.tangent)
+        half = -0.5 if side == 1 else 0.5
         for k in range(U(last - first)):
             c = U(first) + k
             i, s = U(piece[c]), parameter[c]
+            j, t, beyond = i, s, 0.0
             if s >= 1.0:
                 if alive[i] > 0.0 and alive[i + ONE] > 0.0:
-                    piece[c], parameter[c] = i + ONE, s - 1.0
-                    put3(tangent, c, _last_tangent(i + ONE, s - 1.0, dt, x, velocity))
+                    j, t, beyond = i + ONE, s - 1.0, s - 1.0
             elif s < 0.0 and i > ONE and alive[i - ONE] > 0.0 and alive[i - ONE - ONE] > 0.0:
-                piece[c], parameter[c] = i - ONE, s + 1.0
-                put3(tangent, c, _last_tangent(i - ONE, s + 1.0, dt, x, velocity))
+                j, t, beyond = i - ONE, s + 1.0, s
+            if j != i:
+                piece[c], parameter[c] = j, t
+                put3(tangent, c, _last_tangent(j, t, dt, x, velocity))
+                change = sub(_bend_before(j, dt, x, velocity), _bend_before(i, dt, x, velocity))
+                _shift_offset(c, scale(half * beyond * beyond, change), contacts)
 
 
 @njit(**INLINE)
@@ -86,10 +115,13 @@ def fetch(first, count, dt, contacts, w):
     read3(first, count, rows3(contacts.tangent), w, WAS_UX)
     read3(first, count, rows3(contacts.other_tangent), w, VX)
     fx, fy, fz = rows3(contacts.force)
+    gx, gy, gz = rows3(contacts.offset)
     for m in range(U(count)):
         c = U(first) + m
         # surfaces turn where they touched
         w[TOUCHED + m] = dt if (fx[c] != 0.0) | (fy[c] != 0.0) | (fz[c] != 0.0) else 0.0
+        along = fx[c] * gx[c] + fy[c] * gy[c] + fz[c] * gz[c]
+        w[PRESSED + m] = along / max(sqrt(gx[c] * gx[c] + gy[c] * gy[c] + gz[c] * gz[c]), 1e-9)
 
 
 @njit(**INLINE)

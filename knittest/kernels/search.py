@@ -159,35 +159,22 @@ def keep_contacts(old, count, radius, chain, alive, moved, skin, new, head, foll
 
 
 @njit(**PART)
-def _reach_of_ellipses(touch, gap, goes_on, contacts, c):
-    """Reach of contact ``c``, found again: what its old one fell short by it keeps, but for the gap that has opened."""
-    full, short = contacts.touch[c], contacts.touch[c] - contacts.reach[c]
-    if goes_on:  # at the place that it has, not at the one that was found
-        return min(full, max(full - short, _gap(contacts, c)))
-    return min(touch, max(touch - short, gap))
-
-
-@njit(**PART)
 def _add_contact(i, j, s, t, wx, wy, wz, line, touch, arm, coefficient, most, old, before, new, c):
     """Write contact ``c``; it inherits the spring of ``before`` in ``old`` unless that is -1.
 
     One of the same pieces goes on where it was. Any other looks back on no step: its offset is the present one, and
-    without a force the kernel counts no turn of its surfaces as slide. A crossing that was a line contact keeps its
-    depth, where it touches now. Returns whether it went on.
+    without a force the kernel counts no turn of its surfaces as slide. What is inherited is the depth, not the reach:
+    found where the gap is smaller, it would press by more. Returns whether it went on.
     """
     gap = sqrt(wx * wx + wy * wy + wz * wz)
     reach = min(touch, gap)
     new.spring[:, c], new.slipping[c], new.twist[c] = 0.0, 0.0, 0.0
     goes_on = False
-    if before >= 0 and old.line[before] != line:
+    if before >= 0:
         _copy(old, before, new, c)
-        reach = min(touch, gap + max(new.reach[c] - _gap(old, before), 0.0))
-    elif before >= 0:
-        _copy(old, before, new, c)
-        goes_on = new.piece[0, c] == i and new.piece[1, c] == j
-        reach = min(touch, max(reach, new.reach[c]))
-        if new.excess.size > 0 and new.touch[c] > 0.0:
-            reach = _reach_of_ellipses(touch, gap, goes_on, new, c)
+        goes_on = old.line[before] == line and new.piece[0, c] == i and new.piece[1, c] == j
+        own = _gap(old, before)
+        reach = min(touch, (own if goes_on else gap) + max(new.reach[c] - own, 0.0))
     if not goes_on:
         new.force[:, c], new.couple[c] = 0.0, 0.0
         new.piece[0, c], new.piece[1, c] = i, j

@@ -104,10 +104,10 @@ def slide(steps: np.ndarray, slipping: float = 0.0) -> tuple[np.ndarray, np.ndar
     """
     spring, forces, springs, loss = (0.0, 0.0, 0.0), [], [], 0.0
     for step in steps:
-        *force, ex, ey, ez, slipping, rubbed, damped = plain(contact_force)(
+        *force, ex, ey, ez, slipping, rubbed, _ = plain(contact_force)(
             0.8, 0.0, 0.0, 0.0, REACH, *spring, 0.0, step, 0.0, slipping, ROUGH, 1.0 / DT
         )
-        spring, loss = (ex, ey, ez), loss + rubbed + damped
+        spring, loss = (ex, ey, ez), loss + rubbed
         forces.append(force)
         springs.append(ey)
     return np.array(forces), np.array(springs), loss

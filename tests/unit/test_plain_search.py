@@ -116,6 +116,13 @@ def test_a_crossing_found_again_goes_on_where_it_was():
     assert new.force.all()
 
 
+def test_a_crossing_found_elsewhere_keeps_its_depth_not_its_reach():
+    """0.03 mm deep at one place, 0.02 mm nearer at the one found: at the old reach it would be 0.05 mm deep."""
+    old, new = contacts(0.0, 0.73, 0.70), contacts(0.0, 9.0, 9.0)
+    assert not plain(_add_contact)(2, 4, 0.1, 0.2, 0.0, 0.0, 0.68, 0.0, 0.75, 0.5, 0.0, 0.0, old, 0, new, 0)
+    assert new.reach[0] == pytest.approx(0.71)
+
+
 def test_a_line_has_one_heir_that_of_its_own_pieces():
     """A line that goes on beside a new crossing keeps its depth to itself: handed over twice it would be energy."""
     kept = contacts(1.0, 0.73, 0.70)
