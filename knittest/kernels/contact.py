@@ -11,8 +11,11 @@ from numba import njit
 
 from knittest.kernels.options import INLINE, ONE
 from knittest.kernels.rows import at3
-from knittest.kernels.vec import combine, sub
+from knittest.kernels.vec import add, combine, sub
 
+#: kinds of contacts: at a point, whose place on both yarns is free; of yarns side by side, or with the first bent round
+#: the second, one at the middle of each piece of the first; with the second bent round the first, of the second
+POINT, BESIDE, FIRST_ALONG, SECOND_ALONG = 0.0, 1.0, 2.0, 3.0
 #: share of the tangent's square that a curvature term may take from the Hessian: keeps every step a descent
 CURVATURE_LIMIT = 0.9
 #: largest move of a contact parameter in one step
@@ -35,6 +38,12 @@ def tangent_of(i, parameter, x):
 
 
 @njit(**INLINE)
+def bend_of(i, x):
+    """Second derivative (3) of piece ``i`` from the positions ``x``; from velocities its rate."""
+    return combine(1.0, add(at3(x, i - ONE), at3(x, i + ONE)), -2.0, at3(x, i))
+
+
+@njit(**INLINE)
 def slope_at(s, first, second):
     """Derivative (3) of c0 + s ``first`` + s^2 ``second`` by ``s``."""
     return combine(1.0, first, 2.0 * s, second)
@@ -45,7 +54,7 @@ def closest_step(wx, wy, wz, ux, uy, uz, vx, vy, vz, ax, ay, az, bx, by, bz, lin
     """One safeguarded Newton step for the closest points of two curves.
 
     ``w`` offset from curve B to A, ``u``, ``v`` tangents and ``a``, ``b`` second derivatives at the present
-    parameters. ``line`` = 1 holds s (near-parallel contact). Returns (ds, dt) to subtract.
+    parameters. The kind ``line`` of the contact says whether either parameter is held. Returns (ds, dt) to subtract.
     """
     f = wx * ux + wy * uy + wz * uz
     h = wx * vx + wy * vy + wz * vz
@@ -53,11 +62,12 @@ def closest_step(wx, wy, wz, ux, uy, uz, vx, vy, vz, ax, ay, az, bx, by, bz, lin
     vv = vx * vx + vy * vy + vz * vz
     ss = uu + max(wx * ax + wy * ay + wz * az, -CURVATURE_LIMIT * uu)
     tt = vv - min(wx * bx + wy * by + wz * bz, CURVATURE_LIMIT * vv)
-    crossing = 1.0 - line
-    uv = (ux * vx + uy * vy + uz * vz) * crossing
+    moves_a = 1.0 if (line == POINT) | (line == SECOND_ALONG) else 0.0
+    moves_b = 0.0 if line == SECOND_ALONG else 1.0
+    uv = (ux * vx + uy * vy + uz * vz) * moves_a * moves_b
     inv = 1.0 / max(ss * tt - uv * uv, 0.02 * ss * tt)
-    ds = (f * tt - h * uv) * inv * crossing
-    dt = (f * uv - h * ss) * inv
+    ds = (f * tt - h * uv) * inv * moves_a
+    dt = (f * uv - h * ss) * inv * moves_b
     return (
         min(max(ds, -PARAMETER_STEP), PARAMETER_STEP),
         min(max(dt, -PARAMETER_STEP), PARAMETER_STEP),

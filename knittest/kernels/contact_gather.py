@@ -7,7 +7,7 @@ from math import sqrt
 
 from numba import njit
 
-from knittest.kernels.contact import spline_weights, tangent_of
+from knittest.kernels.contact import bend_of, spline_weights, tangent_of
 from knittest.kernels.contact_scratch import (
     EX,
     GX,
@@ -48,10 +48,7 @@ def _last_tangent(i, parameter, dt, x, velocity):
 @njit(**INLINE)
 def _bend_before(i, dt, x, velocity):
     """Second derivative (3) of piece ``i`` one step before."""
-    first = combine(1.0, at3(x, i - ONE), -dt, at3(velocity, i - ONE))
-    middle = combine(1.0, at3(x, i), -dt, at3(velocity, i))
-    last = combine(1.0, at3(x, i + ONE), -dt, at3(velocity, i + ONE))
-    return combine(1.0, add(first, last), -2.0, middle)
+    return combine(1.0, bend_of(i, x), -dt, bend_of(i, velocity))
 
 
 @njit(**INLINE)

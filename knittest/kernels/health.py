@@ -8,7 +8,7 @@ from math import acos, cos, sqrt
 import numpy as np
 from numba import njit
 
-from knittest.kernels.contact import penalty, spline_weights
+from knittest.kernels.contact import BESIDE, penalty, spline_weights
 from knittest.kernels.options import INLINE, KERNEL, PART
 from knittest.kernels.rows import at3, rows3
 from knittest.kernels.shell_state import AREA, state_index
@@ -29,12 +29,14 @@ def count_short_beams(position, alive, inv_length, limit):
 
 @njit(**KERNEL)
 def count_pierced(offset, reach, line, count, limit):
-    """Crossings whose centre-lines are nearer than ``limit`` times the reach: one yarn is about to pass the other."""
+    """Contacts, but of yarns side by side, whose centre-lines are nearer than ``limit`` times the reach: one yarn is
+    about to pass the other.
+    """
     gx, gy, gz = rows3(offset)
     found, limit2 = 0, limit * limit
     for c in range(count):
         gap2 = gx[c] * gx[c] + gy[c] * gy[c] + gz[c] * gz[c]
-        found += (gap2 < limit2 * reach[c] * reach[c]) & (line[c] == 0.0)
+        found += (gap2 < limit2 * reach[c] * reach[c]) & (line[c] != BESIDE)
     return found
 
 

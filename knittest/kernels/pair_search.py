@@ -8,30 +8,20 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit, prange
-from numpy.typing import NDArray
 
-from knittest.kernels.contact import closest_step
+from knittest.kernels.along import held_kind
+from knittest.kernels.contact import BESIDE, POINT, closest_step
 from knittest.kernels.grid import ROWS, place_of, row_near
 from knittest.kernels.options import ALLOCATING, INLINE, KERNEL, PARALLEL, PART, PARTITIONS
 from knittest.kernels.rows import rows3, rows4
-from knittest.kernels.state import Array, Index
+from knittest.kernels.state import Index
 
 #: pieces within this angle of parallel (14 degrees) are line contacts, unless they bend apart: sin^2
 PARALLEL_SIN2 = 0.06
 #: Newton steps that place a new crossing, and how far beyond a piece they may leave it: it belongs to one of two
 NEWTON_STEPS, BEYOND = 4, 1e-3
-
-
-class Pieces(NamedTuple):
-    """Pieces of yarns, (n_nodes,) each: ``radius`` and ``half_piece`` length [mm], the number of pieces along its yarn
-    that it never touches (``exclude``), its ``chain``, and whether it is ``cut`` off there: no two of those touch.
-    """
-
-    radius: Array
-    half_piece: Array
-    exclude: Index
-    chain: Index
-    cut: NDArray[np.bool_]
+#: the same where one parameter is held, whose copies in a periodic cell shall be found on the same pieces
+HELD_STEPS, HELD_BEYOND = 8, 1e-9
 
 
 class Cells(NamedTuple):
@@ -78,16 +68,35 @@ def _apart(x, y, z, i, j, gap):
     return length2 - reach > gap * sqrt(length2)
 
 
+@njit(**PART)
+def _closest(x, y, z, i, j, line, steps):
+    """Closest points of pieces i and j from their middles on: (s, t, offset (3)); ``line`` may hold a parameter."""
+    ax, ay, az, ux, uy, uz, px, py, pz = piece(x, y, z, i)
+    bx, by, bz, vx, vy, vz, qx, qy, qz = piece(x, y, z, j)
+    s, t, wx, wy, wz = 0.5, 0.5, 0.0, 0.0, 0.0
+    for step in range(steps + 1):
+        wx = ax - bx + s * (ux + s * px) - t * (vx + t * qx)
+        wy = ay - by + s * (uy + s * py) - t * (vy + t * qy)
+        wz = az - bz + s * (uz + s * pz) - t * (vz + t * qz)
+        if step < steps:
+            ds, dt = closest_step(
+                wx, wy, wz, ux + 2 * s * px, uy + 2 * s * py, uz + 2 * s * pz,
+                vx + 2 * t * qx, vy + 2 * t * qy, vz + 2 * t * qz,
+                2 * px, 2 * py, 2 * pz, 2 * qx, 2 * qy, 2 * qz, line,
+            )  # fmt: skip
+            s, t = s - ds, t - dt
+    return s, t, wx, wy, wz
+
+
 @njit(**KERNEL)
 def crossing(x, y, z, i, j):
-    """Closest points of pieces i and j: (s, t, offset (3), line flag); parameters may leave [0, 1).
+    """Closest points of pieces i and j: (s, t, offset (3), kind); parameters may leave [0, 1).
 
     The Hessian of half the squared distance says whether they touch at a point: straight pieces by the angle between
     them, parallel ones by how they bend apart.
     """
     ax, ay, az, ux, uy, uz, px, py, pz = piece(x, y, z, i)
     bx, by, bz, vx, vy, vz, qx, qy, qz = piece(x, y, z, j)
-    s, t = 0.5, 0.5
     mx, my, mz = ux + px, uy + py, uz + pz
     nx, ny, nz = vx + qx, vy + qy, vz + qz
     mn = mx * nx + my * ny + mz * nz
@@ -98,18 +107,8 @@ def crossing(x, y, z, i, j):
     first = max(mm + 2.0 * (wx * px + wy * py + wz * pz), 0.0)
     second = max(nn - 2.0 * (wx * qx + wy * qy + wz * qz), 0.0)
     apart = max(first * second - mm * nn, 0.0)
-    line = 1.0 if mn * mn - apart > (1.0 - PARALLEL_SIN2) * mm * nn else 0.0
-    for step in range(NEWTON_STEPS + 1):
-        wx = ax - bx + s * (ux + s * px) - t * (vx + t * qx)
-        wy = ay - by + s * (uy + s * py) - t * (vy + t * qy)
-        wz = az - bz + s * (uz + s * pz) - t * (vz + t * qz)
-        if step < NEWTON_STEPS:
-            ds, dt = closest_step(
-                wx, wy, wz, ux + 2 * s * px, uy + 2 * s * py, uz + 2 * s * pz,
-                vx + 2 * t * qx, vy + 2 * t * qy, vz + 2 * t * qz,
-                2 * px, 2 * py, 2 * pz, 2 * qx, 2 * qy, 2 * qz, line,
-            )  # fmt: skip
-            s, t = s - ds, t - dt
+    line = BESIDE if mn * mn - apart > (1.0 - PARALLEL_SIN2) * mm * nn else POINT
+    s, t, wx, wy, wz = _closest(x, y, z, i, j, line, NEWTON_STEPS)
     return s, t, wx, wy, wz, line
 
 
@@ -131,7 +130,7 @@ def _pairs_of(first, last, position, pieces, alive, moved, cells, by_cell, skin,
     """Pairs that pieces first..last are in; see :func:`find_pairs`. Returns their number."""
     x, y, z = rows3(position)
     px, py, pz, extent = rows4(by_cell)
-    radius, half_piece, exclude, chain, cut = pieces
+    radius, half_piece, exclude, chain, cut, _, _ = pieces
     cell_of, shape, head, order = cells
     found = 0
     for q in range(first, last):
@@ -154,8 +153,12 @@ def _pairs_of(first, last, position, pieces, alive, moved, cells, by_cell, skin,
                 gap = radius[i] + radius[j] + skin
                 if alive[i - 1] * alive[i] * alive[j - 1] * alive[j] == 0.0 or _apart(x, y, z, i, j, gap):
                     continue
-                s, t, wx, wy, wz, line = crossing(x, y, z, i, j)
-                over = BEYOND if line == 0.0 else 0.0  # found twice, a crossing is tracked once
+                line, over = held_kind(i, j, pieces), HELD_BEYOND
+                if line == POINT:
+                    s, t, wx, wy, wz, line = crossing(x, y, z, i, j)
+                    over = BEYOND if line == POINT else 0.0  # found twice, a crossing is tracked once
+                else:
+                    s, t, wx, wy, wz = _closest(x, y, z, i, j, line, HELD_STEPS)
                 inside = s >= -over and s < 1.0 + over and t >= -over and t < 1.0 + over
                 if not inside or wx * wx + wy * wy + wz * wz > gap * gap:
                     continue
@@ -172,7 +175,7 @@ def find_pairs(position, pieces, alive, moved, cells, skin, pairs, places, found
     """Pairs of pieces, one of them ``moved``, whose closest points lie on them with a gap below ``skin`` [mm].
 
     ``position`` (3, n_nodes) [mm]. Fills ``pairs`` (PARTITIONS, capacity, 2) with the pieces i < j, ``places``
-    (PARTITIONS, capacity, 6) with parameters s, t, offset (3) [mm] and line flag, and ``found`` (PARTITIONS,) with the
+    (PARTITIONS, capacity, 6) with parameters s, t, offset (3) [mm] and kind, and ``found`` (PARTITIONS,) with the
     number that each share needs, which may exceed the capacity.
     """
     by_cell, n = _by_cell(position, pieces, cells), moved.size

@@ -9,7 +9,9 @@ from math import sqrt
 import numpy as np
 from numba import njit
 
-from knittest.kernels.contact import tangent_of
+from knittest.kernels.along import held_kind
+from knittest.kernels.contact import FIRST_ALONG, POINT, tangent_of
+from knittest.kernels.heirs import SAME, predecessor, push, tracked
 from knittest.kernels.options import ALLOCATING, KERNEL, PART, U
 from knittest.kernels.rows import put3, rows3
 from knittest.kernels.section_blocks import ARM, OTHER, SHIFT, TOUCH
@@ -19,8 +21,7 @@ SOON = 0.5
 #: share of the skin that calls for a search. A piece goes on from where its nodes were when its partner was last
 #: searched: each of both may close 1 + SOON times this way, unseen
 REACHED = 0.5 / (1.0 + SOON)
-#: distance along both yarns [elements] within which a found crossing is the tracked one, and two tracked ones merge
-SAME = 0.9
+#: distance along both yarns [elements] within which two tracked crossings merge
 MERGE = 0.25
 
 
@@ -87,56 +88,32 @@ def _copy(source, a, target, b):
 
 
 @njit(**PART)
-def _tracked(contacts, head, following, chain, i, j, s, t, line, near):
-    """Number of the contact in the lists ``head`` within ``near`` elements of the crossing (i + s, j + t), or -1."""
-    for ii in range(max(i - 1, 0), min(i + 2, chain.size)):
-        c = head[ii]
-        while c >= 0:
-            if (
-                contacts.line[c] == line
-                and chain[contacts.piece[0, c]] == chain[i]
-                and chain[contacts.piece[1, c]] == chain[j]
-                and abs(contacts.piece[0, c] + contacts.parameter[0, c] - i - s) < near
-                and abs(contacts.piece[1, c] + contacts.parameter[1, c] - j - t) < near
-            ):
-                return c
-            c = following[c]
-    return -1
-
-
-@njit(**PART)
-def _line_of(contacts, head, following, i, j):
-    """Number of the line contact of pieces ``i`` and ``j`` themselves in the lists ``head``, or -1: it has one heir."""
-    c = head[i]
-    while c >= 0 and (contacts.piece[1, c] != j or contacts.line[c] == 0.0):
-        c = following[c]
-    return c
-
-
-@njit(**PART)
-def _push(contacts, c, head, following):
-    following[c] = head[contacts.piece[0, c]]
-    head[contacts.piece[0, c]] = c
-
-
-@njit(**PART)
 def _gap(contacts, c):
     """Distance of the closest points of contact ``c`` [mm]."""
     return sqrt(contacts.offset[0, c] ** 2 + contacts.offset[1, c] ** 2 + contacts.offset[2, c] ** 2)
 
 
 @njit(**PART)
-def keep_contacts(old, count, radius, chain, alive, moved, skin, new, head, following):
-    """Copy tracked contacts that are still near into ``new`` and its lists; returns how many.
+def _is_looked_for(i, j, line, moved, pieces):
+    """Tell whether a contact of the kind ``line`` is no longer one, or found anew: those held at a piece that moved."""
+    held = held_kind(i, j, pieces)
+    if held != line and (held != POINT or line >= FIRST_ALONG):
+        return True
+    return line != POINT and (moved[i] or moved[j])
+
+
+@njit(**PART)
+def keep_contacts(old, count, radius, pieces, alive, moved, skin, new, lists, taken):
+    """Copy tracked contacts that are still near into ``new`` and its ``lists``; returns how many.
 
     Two contacts that ran into the same crossing become one. A reach that was cut when the contact was found inside
-    (see :func:`find_contacts`) grows back as the gap opens.
+    (see :func:`find_contacts`) grows back as the gap opens. Those kept are ``taken``: they have no other heir.
     """
     kept = 0
     for c in range(count):
         s, t = old.parameter[0, c], old.parameter[1, c]
         i, j, line = old.piece[0, c], old.piece[1, c], old.line[c]
-        if s < -0.5 or s > 1.5 or t < -0.5 or t > 1.5 or (line == 1.0 and (moved[i] or moved[j])):
+        if s < -0.5 or s > 1.5 or t < -0.5 or t > 1.5 or _is_looked_for(i, j, line, moved, pieces):
             continue
         if alive[i - 1] * alive[i] * alive[j - 1] * alive[j] == 0.0:
             continue
@@ -147,13 +124,14 @@ def keep_contacts(old, count, radius, chain, alive, moved, skin, new, head, foll
         if old.excess.size > 0 and old.touch[c] > 0.0:
             touch = old.touch[c]
         reach = min(touch, max(old.reach[c], gap))
-        same = _tracked(new, head, following, chain, i, j, s, t, line, MERGE)
+        taken[c] = True
+        same = tracked(new, lists, pieces.chain, (i, j, s, t, line), MERGE)
         if same >= 0:
             new.reach[same] = max(new.reach[same], reach)
             continue
         _copy(old, c, new, kept)
         new.reach[kept] = reach
-        _push(new, kept, head, following)
+        push(new, kept, lists)
         kept += 1
     return kept
 
@@ -182,7 +160,7 @@ def _add_contact(i, j, s, t, wx, wy, wz, line, touch, arm, coefficient, most, ol
         new.offset[0, c], new.offset[1, c], new.offset[2, c] = wx, wy, wz
     new.reach[c], new.arm[c], new.line[c] = reach, arm, line
     # yarns side by side already resist spin by friction along their line
-    new.lever[0, c], new.lever[1, c] = coefficient, most if line == 0.0 else 0.0
+    new.lever[0, c], new.lever[1, c] = coefficient, most if line == POINT else 0.0
     return goes_on
 
 
@@ -204,7 +182,9 @@ def _look_back(c, position, contacts):
 
 
 @njit(**ALLOCATING)
-def find_contacts(position, pairs, places, found, radius, part, levers, chain, alive, moved, skin, old, old_count, new):
+def find_contacts(
+    position, pairs, places, found, radius, part, levers, pieces, alive, moved, skin, old, old_count, new
+):
     """Contacts of the pairs that :func:`knittest.kernels.pair_search.find_pairs` found, and those tracked before.
 
     Tracked ones keep parameters and springs. A pair found overlapping (at the start, or where a broken end slid in)
@@ -212,12 +192,12 @@ def find_contacts(position, pairs, places, found, radius, part, levers, chain, a
     [mm]. ``levers`` (2, n_parts, n_parts) of the friction moment by the ``part`` (n_nodes,) of either yarn. Returns the
     number needed, which may exceed the capacity of ``new``; nothing is dropped.
     """
-    n = chain.size
-    lists, old_lists = np.full(n, -1), np.full(n, -1)
-    following, old_following = np.empty(new.reach.size, np.int64), np.empty(old.reach.size, np.int64)
+    n, chain = pieces.chain.size, pieces.chain
+    lists = np.full(n, -1), np.empty(new.reach.size, np.int64)
+    old_lists, taken = (np.full(n, -1), np.empty(old.reach.size, np.int64)), np.zeros(old.reach.size, np.bool_)
     for c in range(old_count):
-        _push(old, c, old_lists, old_following)
-    needed = keep_contacts(old, old_count, radius, chain, alive, moved, skin, new, lists, following)
+        push(old, c, old_lists)
+    needed = keep_contacts(old, old_count, radius, pieces, alive, moved, skin, new, lists, taken)
     for share in range(found.size):
         for k in range(found[share]):
             i, j = pairs[share, k, 0], pairs[share, k, 1]
@@ -226,12 +206,11 @@ def find_contacts(position, pairs, places, found, radius, part, levers, chain, a
             place = places[share, k]
             s, t, wx, wy, wz, line = place[0], place[1], place[2], place[3], place[4], place[5]
             # a tracked crossing is no other one, nor a line beside itself once its yarns lie parallel again
-            if _tracked(new, lists, following, chain, i, j, s, t, 0.0, SAME) >= 0:
+            known = POINT if line < FIRST_ALONG else line
+            if tracked(new, lists, chain, (i, j, s, t, known), SAME) >= 0:
                 continue
             if needed < new.reach.size:
-                before = _tracked(old, old_lists, old_following, chain, i, j, s, t, line, SAME)
-                if before < 0 and line == 0.0:  # yarns side by side that bent apart, or turned
-                    before = _line_of(old, old_lists, old_following, i, j)
+                before = predecessor(old, old_lists, chain, taken, (i, j, s, t, line))
                 elliptic = new.excess.size > 0 and (new.excess[i] != 0.0 or new.excess[j] != 0.0)
                 touch = place[TOUCH] if elliptic else radius[i] + radius[j]
                 arm = place[ARM] if elliptic else radius[i] / touch
@@ -243,7 +222,7 @@ def find_contacts(position, pairs, places, found, radius, part, levers, chain, a
                     _look_back(needed, position, new)
                     if new.excess.size > 0:
                         _add_sections(place, elliptic, new, needed)
-                _push(new, needed, lists, following)
+                push(new, needed, lists)
             needed += 1
     return needed
 

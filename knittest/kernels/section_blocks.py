@@ -10,7 +10,7 @@ from math import sqrt
 
 from numba import njit
 
-from knittest.kernels.contact import closest_step, spline_weights
+from knittest.kernels.contact import POINT, SECOND_ALONG, closest_step, spline_weights
 from knittest.kernels.contact_scratch import GX, LANES, R0, R3, R6, REACH
 from knittest.kernels.options import INLINE, KERNEL, ONE, PART, U
 from knittest.kernels.pair_search import piece
@@ -22,7 +22,7 @@ from knittest.kernels.vec import add, combine, cross, dot, rotate, scale, sub
 PLACING = 12
 #: cosine between normal and offset of a place that was found: no steps lead to one along a bend of loops
 PLACED = 0.95
-#: columns of a place: parameters, shifted offset (3), line flag; then shifts (3 + 3), touch and arm
+#: columns of a place: parameters, shifted offset (3), kind; then shifts (3 + 3), touch and arm
 SHIFT, OTHER, TOUCH, ARM, COLUMNS = 6, 9, 12, 13, 14
 
 
@@ -102,11 +102,12 @@ def _place(i, j, place, position, contacts, alive):
         bx, by, bz, vx, vy, vz, qx, qy, qz = piece(x, y, z, j)
         u = (ux + 2.0 * s * px, uy + 2.0 * s * py, uz + 2.0 * s * pz)
         v = (vx + 2.0 * t * qx, vy + 2.0 * t * qy, vz + 2.0 * t * qz)
-        if line == 0.0:
+        if line == POINT:
             uv = _unit(cross(u, v))
             n = uv if dot(uv, n) > 0.0 else scale(-1.0, uv)
         elif step > 0:
-            n = turned_normal(_unit(combine(1.0, n, -dot(n, v) / dot(v, v), v)), gap, first, second)
+            free = u if line == SECOND_ALONG else v
+            n = turned_normal(_unit(combine(1.0, n, -dot(n, free) / dot(free, free), free)), gap, first, second)
         first = section_at(U(i), s, turned, square, excess)
         second = section_at(U(j), t, turned, square, excess)
         h, a = support(first, n)

@@ -70,12 +70,12 @@ class Contacts(NamedTuple):
     ``piece`` (2, n) spline pieces i, j (node index of the middle control point) with ``parameter`` s, t in [0, 1);
     tangential ``spring`` stretch and ``offset`` vector of the last step [mm], (3, n); ``slipping`` 1 while the contact
     slips; ``reach`` sum of radii [mm], ``arm`` the share of piece i, at which part of the offset the yarns touch;
-    ``line`` = 1 for near-parallel contacts, whose s is held; ``force`` on piece i [N], (3, n). ``twist`` [rad] of piece
-    i over j about the offset in the spring that resists it, ``couple`` its moment over the length of the offset [N],
-    ``lever`` (2, n) of its limit: coefficient [mm / N^p] and largest value [mm]. ``half``: contact number and side
-    (2 c + side) sorted by the partition that owns the side, half_start (PARTITIONS + 1,). ``share`` (n,)
-    of its energies that counts: 1, in a periodic cell less for those that are, or have, an image. ``tangent`` of piece
-    i and ``other_tangent`` of j in the last step [mm] by the parameter, (3, n).
+    ``line`` its kind, by which s or t may be held, see :mod:`knittest.kernels.contact`; ``force`` on piece i [N],
+    (3, n). ``twist`` [rad] of piece i over j about the offset in the spring that resists it, ``couple`` its moment over
+    the length of the offset [N], ``lever`` (2, n) of its limit: coefficient [mm / N^p] and largest value [mm].
+    ``half``: contact number and side (2 c + side) sorted by the partition that owns the side, half_start
+    (PARTITIONS + 1,). ``share`` (n,) of its energies that counts: 1, in a periodic cell less for those that are, or
+    have, an image. ``tangent`` of piece i and ``other_tangent`` of j in the last step [mm] by the parameter, (3, n).
 
     Where a section is an ellipse (:mod:`knittest.kernels.section`; else these have no columns), ``offset`` is that
     of the centres of their curvature: ``shift`` of these on piece i and ``other`` on j (3, n) [mm], ``touch`` (n,) sum

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
+from knittest.kernels.contact import BESIDE
 from knittest.kernels.state import Contacts
 from knittest.models.contact_tracker import ContactTracker
 
@@ -46,7 +47,7 @@ def conforming(tracker: ContactTracker, position: Array) -> str:
     if not contacts.touch.size or not n:
         return ""
     force = np.linalg.norm(contacts.force[:, :n], axis=0)
-    elliptic = (contacts.touch[:n] > 0.0) & (contacts.line[:n] == 0.0)
+    elliptic = (contacts.touch[:n] > 0.0) & (contacts.line[:n] != BESIDE)
     along = np.where(elliptic & (force > 0.0), conformity(tracker, position), 0.0)
     if force[along > CONFORMS].sum() <= MOST * force.sum():
         return ""

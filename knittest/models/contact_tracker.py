@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from knittest.base.errors import InputError, NumericalError
 from knittest.base.history import OVERLAP_COUNTS, Overlaps
 from knittest.kernels import search
+from knittest.kernels.along import MOST, Pieces, mark_found, mark_tracked
 from knittest.kernels.options import PARTITIONS
-from knittest.kernels.pair_search import Cells, Pieces, find_pairs
+from knittest.kernels.pair_search import Cells, find_pairs
 from knittest.kernels.periodic_state import Images
 from knittest.kernels.section_blocks import COLUMNS, place_ellipses, turn_sections
 from knittest.kernels.state import ContactLaw, Contacts, Nodes
@@ -110,7 +111,8 @@ class ContactTracker:
         self._order = np.zeros(n, np.int64)
         self._since = np.full((3, n), np.inf)
         self._moved = np.zeros(n, np.bool_)
-        self._master = np.zeros(0, np.int64) if group.images is None else masters(group.images)
+        self._master = np.arange(n) if group.images is None else masters(group.images)[:n]
+        self._along = np.full((n, MOST), -1)
         self.speed = 0.0
         self.searches, self.seconds = 0, 0.0
 
@@ -190,7 +192,7 @@ class ContactTracker:
         """Contacts in use, where every piece was last looked at, and the speed that sets the next look."""
         counts = np.array([self.count, self.contacts.reach.size, self._spare.reach.size, self.searches])
         return arrays_of("contacts", _used(self.contacts, self.count), OF_CONTACTS) | {
-            "since": self._since.copy(), "speed": np.array(self.speed), "counts": counts,
+            "since": self._since.copy(), "along": self._along.copy(), "speed": np.array(self.speed), "counts": counts,
         } | ({name: getattr(self.group, name).copy() for name in SHAPES} if self.group.shape.size else {})  # fmt: skip
 
     def restore(self, state: State) -> None:
@@ -206,6 +208,7 @@ class ContactTracker:
         if self.group.excess.size:
             turn_sections(0, self.group.excess.size, self.nodes, self.contacts)
         self._since[:] = entry(state, "since", self._since.shape)
+        self._along[:] = entry(state, "along", self._along.shape)
         self.speed = float(entry(state, "speed", ()))
 
     def _find_contacts(self) -> None:
@@ -227,7 +230,10 @@ class ContactTracker:
         moved = self._moved | np.roll(self._moved, 1) | np.roll(self._moved, -1)
         if group.near is not None:  # far images are in no contact but with these, whichever of both moved
             self._moved[:], moved = True, group.near
-        pairs = self._find_pairs(position, moved, Cells(cell_of, shape, head, self._order))
+        pieces = Pieces(
+            group.bound, group.half_piece, group.exclude, group.chain, group.cut, self._master, self._along
+        )  # fmt: skip
+        pairs, moved = self._find_pairs(position, pieces, moved, Cells(cell_of, shape, head, self._order))
         if group.excess.size:
             turn_sections(0, group.excess.size, self.nodes, self.contacts)
             place_ellipses(*pairs, position, self.contacts, self.alive, CONTACT_SKIN)
@@ -235,7 +241,7 @@ class ContactTracker:
             self._spare = _empty(self.contacts.reach.size, group)
         while True:
             needed = search.find_contacts(
-                position, *pairs, group.radius, group.part, group.levers, group.chain, self.alive, moved, CONTACT_SKIN,
+                position, *pairs, group.radius, group.part, group.levers, pieces, self.alive, moved, CONTACT_SKIN,
                 self.contacts, self.count, self._spare,
             )  # fmt: skip
             if needed <= self._spare.reach.size:
@@ -249,10 +255,28 @@ class ContactTracker:
         self._since[:, self._moved] = position[:, self._moved]
         self.searches += 1
 
-    def _find_pairs(self, position: Array, moved: NDArray[np.bool_], cells: Cells) -> tuple[Index, Array, Index]:
+    def _find_pairs(
+        self, position: Array, pieces: Pieces, moved: NDArray[np.bool_], cells: Cells
+    ) -> tuple[tuple[Index, Array, Index], NDArray[np.bool_]]:
+        """Pairs, found again until what lies along others is known; returns also what was looked at.
+
+        Pieces that came to lie along others, or do no longer, are looked at as if they had moved.
+        """
+        before = np.sort(self._along)
+        self._along[:] = -1
+        mark_tracked(self.contacts, self.count, position, pieces)
+        while True:
+            now = np.sort(self._along)
+            moved = moved | (now != before).any(axis=1)[self._master]
+            pairs, before = self._near_pairs(position, pieces, moved, cells), now
+            if not mark_found(*pairs, position, pieces):
+                return pairs, moved
+
+    def _near_pairs(
+        self, position: Array, pieces: Pieces, moved: NDArray[np.bool_], cells: Cells
+    ) -> tuple[Index, Array, Index]:
         """Pairs, their places and how many there are, by share; room for them grows when it overflows."""
-        group, found = self.group, np.zeros(PARTITIONS, np.int64)
-        pieces = Pieces(group.bound, group.half_piece, group.exclude, group.chain, group.cut)
+        found = np.zeros(PARTITIONS, np.int64)
         while True:
             find_pairs(position, pieces, self.alive, moved, cells, CONTACT_SKIN, *self._room, found)
             if (most := int(found.max())) <= self._room[0].shape[1]:

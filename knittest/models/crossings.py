@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.kernels.contact import spline_weights
+from knittest.kernels.contact import FIRST_ALONG, POINT, SECOND_ALONG, spline_weights
 from knittest.models.yarn_model import YarnModel
 
 Array = NDArray[np.float64]
@@ -14,8 +14,10 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Crossings:
-    """Contacts of one kind that touch: how many, their mean and largest normal force [N], the mean share of it that
+    """Crossings of one kind that touch: how many, their mean and largest normal force [N], the mean share of it that
     friction has [-], and the mean angle [deg] between the yarns, from 0 (side by side) to 90.
+
+    Contacts in a row along a yarn that bends round another are one crossing.
     """
 
     count: float
@@ -26,7 +28,7 @@ class Crossings:
 
 
 def crossings(model: YarnModel, among: NDArray[np.bool_] | None = None) -> dict[str, Crossings]:
-    """Contacts of ``model`` that touch, by the names of both parts, such as ``warp-weft``; each by its share.
+    """Crossings of ``model`` that touch, by the names of both parts, such as ``warp-weft``; each by its share.
 
     Of the nodes ``among`` (n_nodes,) a contact has one at least; without them all count.
     """
@@ -36,6 +38,8 @@ def crossings(model: YarnModel, among: NDArray[np.bool_] | None = None) -> dict[
     if among is not None:
         counts &= among[contacts.piece[:, :count]].any(axis=0)
     touching = np.flatnonzero(counts)
+    row = _rows(model, touching)
+    in_row = np.bincount(row, minlength=touching.size)[row]
     force, offset = contacts.force[:, touching], contacts.offset[:, touching]
     normal = np.sum(force * offset, axis=0) / np.linalg.norm(offset, axis=0)
     friction = np.sqrt(np.maximum(np.sum(force**2, axis=0) - normal**2, 0.0))
@@ -46,13 +50,28 @@ def crossings(model: YarnModel, among: NDArray[np.bool_] | None = None) -> dict[
         of = kind == number
         if of.any():
             weight = share[touching[of]]
-            pressed = float(weight @ normal[of])
+            pressed, every = float(weight @ normal[of]), weight / in_row[of]
+            number_of = float(every.sum())
             found[name] = Crossings(
-                float(weight.sum()), pressed / float(weight.sum()), float(normal[of].max()),
-                float(weight @ friction[of]) / pressed if pressed > 0.0 else 0.0,
-                float(weight @ angle[of]) / float(weight.sum()),
+                number_of, pressed / number_of, float(np.bincount(row[of], normal[of]).max()),
+                float(weight @ friction[of]) / pressed if pressed > 0.0 else 0.0, float(every @ angle[of]) / number_of,
             )  # fmt: skip
     return found
+
+
+def _rows(model: YarnModel, touching: Index) -> Index:
+    """Number of the crossing of each contact: one of its own, or that of the piece before along another yarn."""
+    contacts, chain = model.tracker.contacts, model.group.chain
+    line, piece = contacts.line[touching], contacts.piece[:, touching]
+    second = (line == SECOND_ALONG).astype(np.int64)
+    every = np.arange(touching.size)
+    held, other = piece[second, every], chain[piece[1 - second, every]]
+    order = np.lexsort((held, other, line))
+    begins = (np.diff(held[order], prepend=-1) != 1) | (np.diff(other[order], prepend=-1) != 0)
+    begins |= (line[order] < FIRST_ALONG) | (np.diff(line[order], prepend=POINT) != 0.0)
+    row = np.empty(touching.size, np.int64)
+    row[order] = np.cumsum(begins) - 1
+    return row
 
 
 def _kinds(model: YarnModel, touching: Index) -> tuple[Index, list[str]]:

@@ -13,6 +13,9 @@ Index = NDArray[np.int64]
 #: what a contact remembers: numbers, and vectors that point from piece j to piece i
 NUMBERS = ("slipping", "reach", "twist", "couple")
 VECTORS = ("spring", "offset", "force")
+#: numbers of the kinds of contacts, and of those the other way round: yarns side by side hold the parameter of piece i,
+#: so that they are another contact then, while a yarn along another is held whichever it is
+LINES = np.array([[0.0, 1.0, 2.0, 3.0], [0.0, 4.0, 3.0, 2.0]])
 
 
 def masters(images: Images) -> Index:
@@ -47,7 +50,7 @@ def share_states(contacts: Contacts, count: int, images: Images, master: Index) 
 
 def _crossings(contacts: Contacts, count: int, images: Images, master: Index) -> tuple[NDArray[np.bool_], Index, Array]:
     """Contacts whose pieces are the other way round than in their crossing, (count,), the image that its first yarn is
-    in, and (7, count) what copies of one crossing have in common: both parameters, line flag, images between, masters.
+    in, and (7, count) what copies of one crossing have in common: both parameters, kind, images between, masters.
     """
     piece, every = contacts.piece[:, :count], np.arange(count)
     node = master[piece]
@@ -56,8 +59,7 @@ def _crossings(contacts: Contacts, count: int, images: Images, master: Index) ->
     swapped = (node[0] > node[1]) | ((node[0] == node[1]) & backward)
     first = swapped.astype(np.int64)
     apart[swapped] *= -1.0
-    # yarns side by side hold the parameter of piece i: the other way round they are another contact
-    line = contacts.line[:count] * (1.0 + first)
+    line = LINES[first, contacts.line[:count].astype(np.int64)]
     s, t = contacts.parameter[first, every], contacts.parameter[1 - first, every]
     key = np.array([t, s, line, apart[:, 0], apart[:, 1], node[1 - first, every], node[first, every]])
     return swapped, images.of[piece[first, every]], key

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.kernels import health
+from knittest.kernels.contact import BESIDE
 from knittest.kernels.state import Beams, ContactLaw, Nodes, Partitions
 from knittest.models.conforming import refuse_conforming
 from knittest.models.contact_tracker import LEAST_STEPS, ContactTracker, YarnContactGroup
@@ -92,7 +93,7 @@ class YarnHealth:
         if not health.count_pierced(contacts.offset, contacts.reach, contacts.line, count, NEAREST):
             return ""
         share = np.linalg.norm(contacts.offset[:, :count], axis=0) / contacts.reach[:count]
-        c = int(np.argmin(np.where(contacts.line[:count] == 0.0, share, np.inf)))
+        c = int(np.argmin(np.where(contacts.line[:count] != BESIDE, share, np.inf)))
         names = " and ".join(self.model.name_of(int(i)) for i in contacts.piece[:, c])
         return f"{names} pass through each other (node {int(contacts.piece[0, c])})"
 

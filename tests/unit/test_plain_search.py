@@ -5,8 +5,10 @@ import pytest
 from plain import plain
 from scipy.spatial.transform import Rotation
 
+from knittest.kernels.contact import BESIDE, POINT
+from knittest.kernels.heirs import predecessor
 from knittest.kernels.pair_search import crossing
-from knittest.kernels.search import _add_contact, _line_of
+from knittest.kernels.search import _add_contact
 from knittest.kernels.state import Contacts
 
 SIZE = 0.4
@@ -126,10 +128,17 @@ def test_a_crossing_found_elsewhere_keeps_its_depth_not_its_reach():
 def test_a_line_has_one_heir_that_of_its_own_pieces():
     """A line that goes on beside a new crossing keeps its depth to itself: handed over twice it would be energy."""
     kept = contacts(1.0, 0.73, 0.70)
-    head, following = np.full(8, -1), np.full(1, -1)
-    head[1] = 0
-    assert plain(_line_of)(kept, head, following, 1, 4) == 0
-    assert plain(_line_of)(kept, head, following, 1, 5) == -1
-    assert plain(_line_of)(kept, head, following, 2, 4) == -1
-    kept.line[0] = 0.0
-    assert plain(_line_of)(kept, head, following, 1, 4) == -1
+    lists, chain, taken = (np.full(8, -1), np.full(1, -1)), np.array([0, 0, 0, 1, 1, 1, 1, 1]), np.zeros(1, np.bool_)
+    lists[0][1] = 0
+
+    def found(i: int, j: int, line: float = POINT) -> int:
+        return int(plain(predecessor)(kept, lists, chain, taken, (i, j, 0.5, 0.5, line)))
+
+    assert found(1, 5) == -1
+    assert found(2, 4) == -1
+    assert found(1, 4) == 0
+    assert taken.all()
+    assert found(1, 4) == -1
+    taken[:], kept.line[0] = False, POINT
+    assert found(1, 4, BESIDE) == 0
+    assert found(1, 4) == -1

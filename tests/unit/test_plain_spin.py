@@ -5,6 +5,7 @@ import pytest
 from plain import plain
 from test_plain_contact import DT, REACH, SMOOTH, Crossing
 
+from knittest.kernels.along import MOST, Pieces
 from knittest.kernels.contact_blocks import contact_forces
 from knittest.kernels.contact_scratch import SCRATCH
 from knittest.kernels.monitor import contact_statistics
@@ -205,10 +206,12 @@ def found_again(line: float, s: float, tracked: int = 1, position: np.ndarray = 
     pairs, places = np.zeros((1, 1, 2), np.int64), np.zeros((1, 1, 6))
     pairs[0, 0], places[0, 0] = (2, 4), (s - 1.0, old.parameter[1, 0], 0.0, 0.0, 0.9, line)
     chain, part = np.array([0, 0, 0, 1, 1, 1]), np.array([0, 0, 0, 2, 2, 2])
+    one, none = np.ones(nodes), np.full((nodes, MOST), -1)
+    pieces = Pieces(one, one, np.ones(nodes, np.int64), chain, one < 0.0, np.arange(nodes), none)
     levers = np.arange(18.0).reshape(2, 3, 3)
     still, radius = np.zeros(nodes, np.bool_), np.full(nodes, 0.5)
     count = plain(find_contacts)(
-        position, pairs, places, np.array([1]), radius, part, levers, chain, np.ones(nodes), ~still, 0.1, old, tracked,
+        position, pairs, places, np.array([1]), radius, part, levers, pieces, np.ones(nodes), ~still, 0.1, old, tracked,
         new,
     )  # fmt: skip
     assert count == 1 and new.piece[:, 0].tolist() == [2, 4]

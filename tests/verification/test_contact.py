@@ -29,6 +29,14 @@ def test_capstan():
     assert row.order == pytest.approx(2.0, abs=0.5)
 
 
+@pytest.mark.parametrize(
+    "case", [{"friction": 0.2}, {"friction": 0.3}, {"friction": 0.3, "first": False}, {"friction": 0.3, "rise": 0.1}]
+)
+def test_capstan_of_a_yarn_on_a_yarn(case):
+    """One contact would run along the wrap, let the rest sink in, and end in no number."""
+    assert abs(yarn_contact.wrapped(**case).error) < 1e-2
+
+
 def test_a_body_on_an_incline_slips_at_the_static_coefficient_and_slides_at_the_kinetic_one():
     """Slip is seen 0.1 degrees late; the acceleration is exact but for the swing of the pressure."""
     angle, acceleration = yarn_contact.incline()

@@ -63,6 +63,39 @@ def capstan() -> list[Row]:
     return [converging("capstan", "Euler 1769; Eytelwein 1808", "T2 / T1 [-]", exact, ratios, "6, 12, 24")]
 
 
+def wrapped(friction: float, n: int = 12, first: bool = True, rise: float = 0.0) -> Row:
+    """A yarn drawn over half of a fixed yarn, over ``n`` elements: T2 = T1 exp(mu pi R / (R + r)).
+
+    Friction acts where the surfaces touch, on the lever R of the drum's R + r: (R + r) dT = mu R T dtheta, if shear
+    carries nothing; it does over r, by up to 0.6 %. ``rise`` [mm] along the drum makes a helix; ``first`` the number of
+    the yarn, which the search tells apart. Mean while one element passes.
+    """
+    drum, size, hold, speed = 0.4, 0.1, 5.0, 0.2
+    across = np.linspace(np.pi, 0.0, n + 1)
+    h = (drum + size) * np.pi / n
+    leg = -h * np.arange(1, n // 2 + 3)
+    arc = np.column_stack(
+        [(drum + size) * np.cos(across), (drum + size) * np.sin(across), rise * np.linspace(-0.5, 0.5, n + 1)]
+    )
+    left, right = (np.column_stack([np.full_like(leg, p[0]), leg, np.full_like(leg, p[2])]) for p in (arc[0], arc[-1]))
+    points = np.vstack([left[::-1], arc, right])
+    axis = np.column_stack([np.zeros(13), np.zeros(13), np.linspace(-1.2, 1.2, 13)])
+    yarn, fixed = Chain(points, section(2e3, 1e-3, size, 1e-3)), Chain(axis, section(1e4, 5.0, drum, 1e-3))
+    law = YarnContact(500.0, 250.0, friction, cut=0)
+    body = Body.of_chains([yarn, fixed] if first else [fixed, yarn], law, damping=1.0)
+    moves = np.arange(len(points)) + (0 if first else len(axis))
+    holds = np.arange(len(axis)) + (len(points) if first else 0)
+    body.boundary.move(holds, ALL)
+    body.boundary.load([moves[0]], "y", -hold, ramp(0.5, 1.0))
+    pull = body.boundary.move([moves[-1]], ["y"], ramp(1.0, -speed))
+    body.advance(1.0 + h / speed)
+    tension: list[float] = []
+    body.advance(h / speed, lambda b: tension.append(-b.reaction(pull)))
+    exact = float(np.exp(np.pi * friction * drum / (drum + size)))
+    name = f"yarn drawn over half a yarn, mu = {friction:g}" + (", helix" if rise else "")
+    return Row(name, "Euler 1769; Eytelwein 1808", "T2 / T1 [-]", exact, float(np.mean(tension)) / hold, str(n), None)
+
+
 def incline() -> list[Row]:
     """A body on a plane that is tilted slowly: it slips at tan a = mu_s, then speeds up by g (sin a - mu_k cos a).
 
@@ -147,4 +180,4 @@ def impact() -> list[Row]:
 
 def rows() -> list[Row]:
     """All contact cases of yarns."""
-    return [crossing(0.3, 90.0), crossing(0.1, 60.0), *capstan(), *incline(), *impact()]
+    return [crossing(0.3, 90.0), crossing(0.1, 60.0), *capstan(), wrapped(0.2), wrapped(0.3), *incline(), *impact()]

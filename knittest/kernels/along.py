@@ -1,0 +1,123 @@
+"""Yarns that lie along others that they bend round: which of their pieces do.
+
+Bent about the axis of another, a yarn is as near to it all along: closest points run or split, and one contact would
+let it sink in beside. Such pieces are marked with the yarns they lie along, and pressed one by one at their middles.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from knittest.kernels.contact import BESIDE, FIRST_ALONG, POINT, SECOND_ALONG, bend_of, tangent_of
+from knittest.kernels.options import KERNEL, PART, U
+from knittest.kernels.rows import at3, rows3
+from knittest.kernels.state import Array, Index
+from knittest.kernels.vec import dot
+
+#: determinant of the second derivatives of half the squared distance, over both tangents squared, below which yarns at
+#: a point wrap each other if one bends by 1 - BENDS over the distance at least; until none does by 1 - UNWRAPS
+WRAPS, BENDS, UNWRAPS = 0.02, 0.7, 0.85
+#: the second yarn lies along the first if it is nearer to bending about its axis by this factor
+SECOND_BENDS = 0.9
+#: pieces marked on either side of one that bends round: they come to lie along before they touch
+SPREAD = 2
+#: yarns that a piece may lie along
+MOST = 4
+
+
+class Pieces(NamedTuple):
+    """Pieces of yarns, (n_nodes,) each: ``radius`` and ``half_piece`` length [mm], the number of pieces along its yarn
+    that it never touches (``exclude``), its ``chain``, whether it is ``cut`` off there: no two of those touch, and the
+    piece of a periodic cell that it copies (``master``), by which ``along`` (n_nodes, :data:`MOST`) has the chains of
+    those that it lies along, -1 for none.
+    """
+
+    radius: Array
+    half_piece: Array
+    exclude: Index
+    chain: Index
+    cut: NDArray[np.bool_]
+    master: Index
+    along: Index
+
+
+@njit(**PART)
+def _lies(i, j, pieces):
+    """Tell whether piece ``i`` lies along the yarn of piece ``j``, or a copy of either does."""
+    row, yarn = pieces.along[pieces.master[i]], pieces.chain[pieces.master[j]]
+    return row[0] == yarn or row[1] == yarn or row[2] == yarn or row[3] == yarn
+
+
+@njit(**PART)
+def held_kind(i, j, pieces):
+    """Kind of a contact of pieces ``i`` and ``j`` by their marks; :data:`POINT` where none lies along the other.
+
+    Where both do, that of the lower master is held, whichever copy it is.
+    """
+    first, second = _lies(i, j, pieces), _lies(j, i, pieces)
+    if first and (not second or pieces.master[i] <= pieces.master[j]):
+        return FIRST_ALONG
+    return SECOND_ALONG if second else POINT
+
+
+@njit(**PART)
+def _mark(i, j, pieces):
+    """Mark piece ``i`` and those beside it as lying along the yarn of ``j``; returns how many marks are new."""
+    new, yarn = 0, pieces.chain[pieces.master[j]]
+    for k in range(max(i - SPREAD, 0), min(i + SPREAD + 1, pieces.chain.size)):
+        if pieces.chain[k] != pieces.chain[i] or _lies(k, j, pieces):
+            continue
+        row = pieces.along[pieces.master[k]]
+        for slot in range(MOST):
+            if row[slot] < 0:
+                row[slot] = yarn
+                new += 1
+                break
+    return new
+
+
+@njit(**PART)
+def _look_at(i, j, s, t, offset, line, x, pieces):
+    """Mark what bends round the other at the place (s, t) of pieces ``i`` and ``j``, ``offset`` (3) from j to i.
+
+    Returns how many marks are new.
+    """
+    u, v = tangent_of(U(i), s, x), tangent_of(U(j), t, x)
+    uu, vv, uv = dot(u, u), dot(v, v), dot(u, v)
+    first, second = 1.0 + dot(offset, bend_of(U(i), x)) / uu, 1.0 - dot(offset, bend_of(U(j), x)) / vv
+    if line == FIRST_ALONG:
+        return _mark(i, j, pieces) if first < UNWRAPS else 0
+    if line == SECOND_ALONG:
+        return _mark(j, i, pieces) if second < UNWRAPS else 0
+    least = min(first, second)
+    wraps = least < 0.0 or first * second - uv * uv / (uu * vv) < WRAPS
+    if line == BESIDE or least > BENDS or not wraps:
+        return 0
+    return _mark(j, i, pieces) if second < SECOND_BENDS * first else _mark(i, j, pieces)
+
+
+@njit(**KERNEL)
+def mark_tracked(contacts, count, position, pieces):
+    """Mark the pieces that lie along others by the first ``count`` contacts; returns how many marks are new."""
+    x, offset, new = rows3(position), rows3(contacts.offset), 0
+    for c in range(count):
+        i, j = contacts.piece[0, c], contacts.piece[1, c]
+        s, t = contacts.parameter[0, c], contacts.parameter[1, c]
+        new += _look_at(i, j, s, t, at3(offset, c), contacts.line[c], x, pieces)
+    return new
+
+
+@njit(**KERNEL)
+def mark_found(pairs, places, found, position, pieces):
+    """Mark the pieces that lie along others by pairs just found; returns how many marks are new."""
+    x, new = rows3(position), 0
+    for share in range(found.size):
+        for k in range(found[share]):
+            place = places[share, k]
+            offset = (place[2], place[3], place[4])
+            new += _look_at(
+                pairs[share, k, 0], pairs[share, k, 1], place[0], place[1], offset, place[5], x, pieces
+            )  # fmt: skip
+    return new
