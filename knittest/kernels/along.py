@@ -19,6 +19,8 @@ from knittest.kernels.vec import dot
 #: determinant of the second derivatives of half the squared distance, over both tangents squared, below which yarns at
 #: a point wrap each other if one bends by 1 - BENDS over the distance at least; until none does by 1 - UNWRAPS
 WRAPS, BENDS, UNWRAPS = 0.02, 0.7, 0.85
+#: the same determinant of ellipses, along which closest points run sooner
+CONFORMS = 0.5
 #: the second yarn lies along the first if it is nearer to bending about its axis by this factor
 SECOND_BENDS = 0.9
 #: pieces marked on either side of one that bends round: they come to lie along before they touch
@@ -79,11 +81,12 @@ def _mark(i, j, pieces):
 
 
 @njit(**PART)
-def _look_at(i, j, s, t, offset, line, x, pieces):
-    """Mark what bends round the other at the place (s, t) of pieces ``i`` and ``j``, ``offset`` (3) from j to i.
+def look_at(place, offset, line, limit, x, pieces):
+    """Mark what bends round the other at ``place``, pieces i, j at s, t, with ``offset`` (3) from j to i [mm].
 
-    Returns how many marks are new.
+    At a point yarns wrap each other if the determinant is below ``limit``. Returns how many marks are new.
     """
+    i, j, s, t = place
     u, v = tangent_of(U(i), s, x), tangent_of(U(j), t, x)
     uu, vv, uv = dot(u, u), dot(v, v), dot(u, v)
     first, second = 1.0 + dot(offset, bend_of(U(i), x)) / uu, 1.0 - dot(offset, bend_of(U(j), x)) / vv
@@ -92,7 +95,7 @@ def _look_at(i, j, s, t, offset, line, x, pieces):
     if line == SECOND_ALONG:
         return _mark(j, i, pieces) if second < UNWRAPS else 0
     least = min(first, second)
-    wraps = least < 0.0 or first * second - uv * uv / (uu * vv) < WRAPS
+    wraps = least < 0.0 or first * second - uv * uv / (uu * vv) < limit
     if line == BESIDE or least > BENDS or not wraps:
         return 0
     return _mark(j, i, pieces) if second < SECOND_BENDS * first else _mark(i, j, pieces)
@@ -103,9 +106,9 @@ def mark_tracked(contacts, count, position, pieces):
     """Mark the pieces that lie along others by the first ``count`` contacts; returns how many marks are new."""
     x, offset, new = rows3(position), rows3(contacts.offset), 0
     for c in range(count):
-        i, j = contacts.piece[0, c], contacts.piece[1, c]
-        s, t = contacts.parameter[0, c], contacts.parameter[1, c]
-        new += _look_at(i, j, s, t, at3(offset, c), contacts.line[c], x, pieces)
+        place = (contacts.piece[0, c], contacts.piece[1, c], contacts.parameter[0, c], contacts.parameter[1, c])
+        limit = CONFORMS if contacts.touch.size > 0 and contacts.touch[c] > 0.0 else WRAPS
+        new += look_at(place, at3(offset, c), contacts.line[c], limit, x, pieces)
     return new
 
 
@@ -115,9 +118,7 @@ def mark_found(pairs, places, found, position, pieces):
     x, new = rows3(position), 0
     for share in range(found.size):
         for k in range(found[share]):
-            place = places[share, k]
-            offset = (place[2], place[3], place[4])
-            new += _look_at(
-                pairs[share, k, 0], pairs[share, k, 1], place[0], place[1], offset, place[5], x, pieces
-            )  # fmt: skip
+            at = places[share, k]
+            place = (pairs[share, k, 0], pairs[share, k, 1], at[0], at[1])
+            new += look_at(place, (at[2], at[3], at[4]), at[5], WRAPS, x, pieces)
     return new

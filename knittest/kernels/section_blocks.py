@@ -10,6 +10,7 @@ from math import sqrt
 
 from numba import njit
 
+from knittest.kernels.along import CONFORMS, look_at
 from knittest.kernels.contact import POINT, SECOND_ALONG, closest_step, spline_weights
 from knittest.kernels.contact_scratch import GX, LANES, R0, R3, R6, REACH
 from knittest.kernels.options import INLINE, KERNEL, ONE, PART, U
@@ -151,3 +152,24 @@ def place_ellipses(pairs, places, found, position, contacts, alive, skin):
             gap = sqrt(place[2] * place[2] + place[3] * place[3] + place[4] * place[4])
             inside = place[0] > -0.5 and place[0] < 1.5 and place[1] > -0.5 and place[1] < 1.5
             pairs[share, k, 0], pairs[share, k, 1] = i if inside and gap < place[TOUCH] + skin else -1, j
+
+
+@njit(**KERNEL)
+def mark_ellipses(pairs, places, found, position, contacts, pieces):
+    """Mark the pieces of pairs just found that bend along ellipses, as :func:`knittest.kernels.along.mark_found` does.
+
+    The circles that osculate the sections where centre-lines are nearest stand for them; none is placed yet. Returns
+    how many marks are new.
+    """
+    x, turned, new = rows3(position), rows3(contacts.turned), 0
+    for share in range(found.size):
+        for k in range(found[share]):
+            i, j, at = pairs[share, k, 0], pairs[share, k, 1], places[share, k]
+            if contacts.excess[i] == 0.0 and contacts.excess[j] == 0.0:
+                continue
+            gap = (at[2], at[3], at[4])
+            n = _unit(gap)
+            first = osculating(section_at(U(i), at[0], turned, contacts.square, contacts.excess), n)[1]
+            second = osculating(section_at(U(j), at[1], turned, contacts.square, contacts.excess), n)[1]
+            new += look_at((i, j, at[0], at[1]), sub(gap, add(first, second)), at[5], CONFORMS, x, pieces)
+    return new

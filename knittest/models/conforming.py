@@ -1,10 +1,13 @@
-"""Contacts of elliptic sections at yarns that bend as the ellipse does: there one nearest place becomes two."""
+"""Contacts of elliptic sections at yarns that bend as the ellipse does: there one nearest place becomes two.
+
+A yarn that is pressed piece by piece has them both; what is left is one that bends along the section of a yarn that is.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
-from knittest.kernels.contact import BESIDE
+from knittest.kernels.contact import BESIDE, FIRST_ALONG, SECOND_ALONG
 from knittest.kernels.state import Contacts
 from knittest.models.contact_tracker import ContactTracker
 
@@ -15,12 +18,15 @@ Array = NDArray[np.float64]
 CONFORMS = 0.9
 #: the same of the sections that are advised
 ADVISED = 0.8
+#: kind of contact that holds the first yarn, and the second
+HOLDS = (FIRST_ALONG, SECOND_ALONG)
 #: share of the sum of contact forces that such contacts may carry
 MOST = 0.05
 
 
 def conformity(tracker: ContactTracker, position: Array) -> Array:
-    """Curvature of the yarns times their distance [-] of the tracked contacts, (count,): the larger of both yarns.
+    """Curvature of the yarns times their distance [-] of the tracked contacts, (count,): the larger of both yarns,
+    of those whose place on them is free.
 
     ``position`` (3, n_nodes) [mm]. The distance is that of the circles that osculate the sections.
     """
@@ -30,7 +36,8 @@ def conformity(tracker: ContactTracker, position: Array) -> Array:
         i, s = contacts.piece[side, :n], contacts.parameter[side, :n]
         bend = position[:, i - 1] - 2.0 * position[:, i] + position[:, i + 1]
         tangent = position[:, i] - position[:, i - 1] + s * bend
-        found[side] = sign * np.sum(offset * bend, axis=0) / np.sum(tangent * tangent, axis=0)
+        free = contacts.line[:n] != HOLDS[side]
+        found[side] = np.where(free, sign * np.sum(offset * bend, axis=0) / np.sum(tangent * tangent, axis=0), 0.0)
     largest: Array = found.max(axis=0)
     return largest
 

@@ -14,7 +14,7 @@ from knittest.kernels.along import MOST, Pieces, mark_found, mark_tracked
 from knittest.kernels.options import PARTITIONS
 from knittest.kernels.pair_search import Cells, find_pairs
 from knittest.kernels.periodic_state import Images
-from knittest.kernels.section_blocks import COLUMNS, place_ellipses, turn_sections
+from knittest.kernels.section_blocks import COLUMNS, mark_ellipses, place_ellipses, turn_sections
 from knittest.kernels.state import ContactLaw, Contacts, Nodes
 from knittest.models.image_contacts import masters, share_states
 from knittest.models.snapshot import State, arrays_of, entry, put_back
@@ -233,9 +233,10 @@ class ContactTracker:
         pieces = Pieces(
             group.bound, group.half_piece, group.exclude, group.chain, group.cut, self._master, self._along
         )  # fmt: skip
-        pairs, moved = self._find_pairs(position, pieces, moved, Cells(cell_of, shape, head, self._order))
         if group.excess.size:
             turn_sections(0, group.excess.size, self.nodes, self.contacts)
+        pairs, moved = self._find_pairs(position, pieces, moved, Cells(cell_of, shape, head, self._order))
+        if group.excess.size:
             place_ellipses(*pairs, position, self.contacts, self.alive, CONTACT_SKIN)
         if self._spare.reach.size < self.count:
             self._spare = _empty(self.contacts.reach.size, group)
@@ -269,7 +270,10 @@ class ContactTracker:
             now = np.sort(self._along)
             moved = moved | (now != before).any(axis=1)[self._master]
             pairs, before = self._near_pairs(position, pieces, moved, cells), now
-            if not mark_found(*pairs, position, pieces):
+            marked = mark_found(*pairs, position, pieces)
+            if self.group.excess.size:
+                marked += mark_ellipses(*pairs, position, self.contacts, pieces)
+            if not marked:
                 return pairs, moved
 
     def _near_pairs(
