@@ -14,13 +14,11 @@ from knittest.kernels.contact import BESIDE, FIRST_ALONG, POINT, SECOND_ALONG, b
 from knittest.kernels.options import KERNEL, PART, U
 from knittest.kernels.rows import at3, rows3
 from knittest.kernels.state import Array, Index
-from knittest.kernels.vec import dot
+from knittest.kernels.vec import add, dot
 
 #: determinant of the second derivatives of half the squared distance, over both tangents squared, below which yarns at
 #: a point wrap each other if one bends by 1 - BENDS over the distance at least; until none does by 1 - UNWRAPS
 WRAPS, BENDS, UNWRAPS = 0.02, 0.7, 0.85
-#: the same determinant of ellipses, along which closest points run sooner
-CONFORMS = 0.5
 #: the second yarn lies along the first if it is nearer to bending about its axis by this factor
 SECOND_BENDS = 0.9
 #: pieces marked on either side of one that bends round: they come to lie along before they touch
@@ -81,21 +79,23 @@ def _mark(i, j, pieces):
 
 
 @njit(**PART)
-def look_at(place, offset, line, limit, x, pieces):
-    """Mark what bends round the other at ``place``, pieces i, j at s, t, with ``offset`` (3) from j to i [mm].
+def look_at(place, to_first, to_second, line, x, pieces):
+    """Mark what bends round the other at ``place``, pieces i, j at s, t.
 
-    At a point yarns wrap each other if the determinant is below ``limit``. Returns how many marks are new.
+    ``to_first`` is the offset (3) [mm] from the centre of curvature of the second section to the first centre-line,
+    ``to_second`` from the second centre-line to that of the first section: alike for circles. Returns how many marks
+    are new.
     """
     i, j, s, t = place
     u, v = tangent_of(U(i), s, x), tangent_of(U(j), t, x)
     uu, vv, uv = dot(u, u), dot(v, v), dot(u, v)
-    first, second = 1.0 + dot(offset, bend_of(U(i), x)) / uu, 1.0 - dot(offset, bend_of(U(j), x)) / vv
+    first, second = 1.0 + dot(to_first, bend_of(U(i), x)) / uu, 1.0 - dot(to_second, bend_of(U(j), x)) / vv
     if line == FIRST_ALONG:
         return _mark(i, j, pieces) if first < UNWRAPS else 0
     if line == SECOND_ALONG:
         return _mark(j, i, pieces) if second < UNWRAPS else 0
     least = min(first, second)
-    wraps = least < 0.0 or first * second - uv * uv / (uu * vv) < limit
+    wraps = least < 0.0 or first * second - uv * uv / (uu * vv) < WRAPS
     if line == BESIDE or least > BENDS or not wraps:
         return 0
     return _mark(j, i, pieces) if second < SECOND_BENDS * first else _mark(i, j, pieces)
@@ -105,10 +105,13 @@ def look_at(place, offset, line, limit, x, pieces):
 def mark_tracked(contacts, count, position, pieces):
     """Mark the pieces that lie along others by the first ``count`` contacts; returns how many marks are new."""
     x, offset, new = rows3(position), rows3(contacts.offset), 0
+    shift, other = rows3(contacts.shift), rows3(contacts.other)
     for c in range(count):
         place = (contacts.piece[0, c], contacts.piece[1, c], contacts.parameter[0, c], contacts.parameter[1, c])
-        limit = CONFORMS if contacts.touch.size > 0 and contacts.touch[c] > 0.0 else WRAPS
-        new += look_at(place, at3(offset, c), contacts.line[c], limit, x, pieces)
+        to_first = to_second = at3(offset, c)
+        if contacts.touch.size > 0:
+            to_first, to_second = add(to_first, at3(shift, c)), add(to_second, at3(other, c))
+        new += look_at(place, to_first, to_second, contacts.line[c], x, pieces)
     return new
 
 
@@ -120,5 +123,6 @@ def mark_found(pairs, places, found, position, pieces):
         for k in range(found[share]):
             at = places[share, k]
             place = (pairs[share, k, 0], pairs[share, k, 1], at[0], at[1])
-            new += look_at(place, (at[2], at[3], at[4]), at[5], WRAPS, x, pieces)
+            offset = (at[2], at[3], at[4])
+            new += look_at(place, offset, offset, at[5], x, pieces)
     return new

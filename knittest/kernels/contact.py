@@ -50,18 +50,22 @@ def slope_at(s, first, second):
 
 
 @njit(**INLINE)
-def closest_step(wx, wy, wz, ux, uy, uz, vx, vy, vz, ax, ay, az, bx, by, bz, line):
+def closest_step(
+    wx, wy, wz, ux, uy, uz, vx, vy, vz, ax, ay, az, bx, by, bz, own_a, own_b, line
+):  # fmt: skip
     """One safeguarded Newton step for the closest points of two curves.
 
     ``w`` offset from curve B to A, ``u``, ``v`` tangents and ``a``, ``b`` second derivatives at the present
-    parameters. The kind ``line`` of the contact says whether either parameter is held. Returns (ds, dt) to subtract.
+    parameters. ``own_a`` and ``own_b`` are the products of ``a`` and ``b`` with the shifts of their own sections, which
+    are in ``w`` but turn with the curves, 0 for circles. The kind ``line`` of the contact says whether either parameter
+    is held. Returns (ds, dt) to subtract.
     """
     f = wx * ux + wy * uy + wz * uz
     h = wx * vx + wy * vy + wz * vz
     uu = ux * ux + uy * uy + uz * uz
     vv = vx * vx + vy * vy + vz * vz
-    ss = uu + max(wx * ax + wy * ay + wz * az, -CURVATURE_LIMIT * uu)
-    tt = vv - min(wx * bx + wy * by + wz * bz, CURVATURE_LIMIT * vv)
+    ss = uu + max(wx * ax + wy * ay + wz * az + own_a, -CURVATURE_LIMIT * uu)
+    tt = vv - min(wx * bx + wy * by + wz * bz + own_b, CURVATURE_LIMIT * vv)
     moves_a = 1.0 if (line == POINT) | (line == SECOND_ALONG) else 0.0
     moves_b = 0.0 if line == SECOND_ALONG else 1.0
     uv = (ux * vx + uy * vy + uz * vz) * moves_a * moves_b

@@ -21,6 +21,8 @@ from knittest.kernels.contact_scratch import (
     LANES,
     LINE,
     LOST,
+    OWN_A,
+    OWN_B,
     P0,
     P1,
     P2,
@@ -71,8 +73,11 @@ STICKS = 1e30
 
 
 @njit(**INLINE)
-def _evaluate(count, law, inv_dt, w):
+def _evaluate(count, law, oval, inv_dt, w):
     for m in range(U(count)):
+        own_a, own_b = 0.0, 0.0
+        if oval is not None:
+            own_a, own_b = w[OWN_A + m], w[OWN_B + m]
         # spline coefficients: c(s) = c0 + s (c1 + s c2)
         ux1, uy1, uz1 = w[P3 + m] - w[P0 + m], w[P4 + m] - w[P1 + m], w[P5 + m] - w[P2 + m]
         vx1, vy1, vz1 = w[R3 + m] - w[R0 + m], w[R4 + m] - w[R1 + m], w[R5 + m] - w[R2 + m]
@@ -104,7 +109,7 @@ def _evaluate(count, law, inv_dt, w):
                 gx, gy, gz,
                 ux1 + 2.0 * s * ux2, uy1 + 2.0 * s * uy2, uz1 + 2.0 * s * uz2,
                 vx1 + 2.0 * t * vx2, vy1 + 2.0 * t * vy2, vz1 + 2.0 * t * vz2,
-                2.0 * ux2, 2.0 * uy2, 2.0 * uz2, 2.0 * vx2, 2.0 * vy2, 2.0 * vz2, w[LINE + m],
+                2.0 * ux2, 2.0 * uy2, 2.0 * uz2, 2.0 * vx2, 2.0 * vy2, 2.0 * vz2, own_a, own_b, w[LINE + m],
             )  # fmt: skip
             s, t = s - ds, t - dt
             gx = cx + s * (ux1 + s * ux2) - t * (vx1 + t * vx2)
@@ -181,7 +186,7 @@ def contact_forces(share, dt, nodes, contacts, alive, law, spin, oval, w):
         fetch(block, count, dt, contacts, w)
         gather_first(block, count, nodes, contacts, alive, w)
         gather_second(block, count, spin, oval, nodes, contacts, alive, w)
-        _evaluate(count, sticking, 1.0 / dt, w)
+        _evaluate(count, sticking, oval, 1.0 / dt, w)
         if spin is not None:
             give_way(block, count, contacts, law, w)
         _store(block, count, contacts, w)

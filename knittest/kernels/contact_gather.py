@@ -14,6 +14,8 @@ from knittest.kernels.contact_scratch import (
     LANES,
     LINE,
     OVER,
+    OWN_A,
+    OWN_B,
     P0,
     P3,
     P6,
@@ -135,6 +137,13 @@ def gather_first(first, count, nodes, contacts, alive, w):
 
 
 @njit(**INLINE)
+def _bend(before, at, after, m, w):
+    """Second derivative (3) of the piece of contact ``m`` whose control points begin in three rows of the scratch."""
+    ends = add(load3(w, before + m, LANES), load3(w, after + m, LANES))
+    return combine(1.0, ends, -2.0, load3(w, at + m, LANES))
+
+
+@njit(**INLINE)
 def _turn_ellipses(c, m, spin_a, spin_b, contacts, w):
     """Shift contact ``c``, number ``m`` of a block, to its sections where one is an ellipse; they turn by the spins."""
     turned, square, excess = rows3(contacts.turned), contacts.square, contacts.excess
@@ -150,6 +159,9 @@ def _turn_ellipses(c, m, spin_a, spin_b, contacts, w):
         put3(shift, c, a)
         put3(other, c, b)
         contacts.touch[c], contacts.arm[c] = touch, extent / touch
+        w[OWN_A + m], w[OWN_B + m] = dot(a, _bend(P0, P3, P6, m, w)), dot(b, _bend(R0, R3, R6, m, w))
+    else:
+        w[OWN_A + m], w[OWN_B + m] = 0.0, 0.0
 
 
 @njit(**INLINE)

@@ -82,7 +82,7 @@ def _closest(x, y, z, i, j, line, steps):
             ds, dt = closest_step(
                 wx, wy, wz, ux + 2 * s * px, uy + 2 * s * py, uz + 2 * s * pz,
                 vx + 2 * t * qx, vy + 2 * t * qy, vz + 2 * t * qz,
-                2 * px, 2 * py, 2 * pz, 2 * qx, 2 * qy, 2 * qz, line,
+                2 * px, 2 * py, 2 * pz, 2 * qx, 2 * qy, 2 * qz, 0.0, 0.0, line,
             )  # fmt: skip
             s, t = s - ds, t - dt
     return s, t, wx, wy, wz

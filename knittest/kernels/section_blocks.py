@@ -10,11 +10,11 @@ from math import sqrt
 
 from numba import njit
 
-from knittest.kernels.along import CONFORMS, look_at
+from knittest.kernels.along import look_at
 from knittest.kernels.contact import POINT, SECOND_ALONG, closest_step, spline_weights
 from knittest.kernels.contact_scratch import GX, LANES, R0, R3, R6, REACH
 from knittest.kernels.options import INLINE, KERNEL, ONE, PART, U
-from knittest.kernels.pair_search import piece
+from knittest.kernels.pair_search import PARALLEL_SIN2, piece
 from knittest.kernels.rows import at3, load3, rows3, rows4, store3
 from knittest.kernels.section import osculating, support, turned_normal
 from knittest.kernels.vec import add, combine, cross, dot, rotate, scale, sub
@@ -103,8 +103,9 @@ def _place(i, j, place, position, contacts, alive):
         bx, by, bz, vx, vy, vz, qx, qy, qz = piece(x, y, z, j)
         u = (ux + 2.0 * s * px, uy + 2.0 * s * py, uz + 2.0 * s * pz)
         v = (vx + 2.0 * t * qx, vy + 2.0 * t * qy, vz + 2.0 * t * qz)
-        if line == POINT:
-            uv = _unit(cross(u, v))
+        uv = cross(u, v)
+        if line == POINT and dot(uv, uv) > PARALLEL_SIN2 * dot(u, u) * dot(v, v):
+            uv = _unit(uv)
             n = uv if dot(uv, n) > 0.0 else scale(-1.0, uv)
         elif step > 0:
             free = u if line == SECOND_ALONG else v
@@ -119,9 +120,13 @@ def _place(i, j, place, position, contacts, alive):
             az - bz + s * (uz + s * pz) - t * (vz + t * qz) - a[2] - b[2],
         )
         if step < PLACING - 1:
+            bend_a, bend_b = (2.0 * px, 2.0 * py, 2.0 * pz), (2.0 * qx, 2.0 * qy, 2.0 * qz)
+            # either section moves with its own yarn, and is a circle of its curvature to the other
+            own_a = dot(combine(1.0, a, osculating(second, n)[0] - k, n), bend_a)
+            own_b = dot(combine(1.0, b, osculating(first, n)[0] - h, n), bend_b)
             ds, dt = closest_step(
                 gap[0], gap[1], gap[2], u[0], u[1], u[2], v[0], v[1], v[2],
-                2 * px, 2 * py, 2 * pz, 2 * qx, 2 * qy, 2 * qz, line,
+                bend_a[0], bend_a[1], bend_a[2], bend_b[0], bend_b[1], bend_b[2], own_a, own_b, line,
             )  # fmt: skip
             i, s = _walked(i, s - ds, alive)
             j, t = _walked(j, t - dt, alive)
@@ -169,7 +174,7 @@ def mark_ellipses(pairs, places, found, position, contacts, pieces):
                 continue
             gap = (at[2], at[3], at[4])
             n = _unit(gap)
-            first = osculating(section_at(U(i), at[0], turned, contacts.square, contacts.excess), n)[1]
-            second = osculating(section_at(U(j), at[1], turned, contacts.square, contacts.excess), n)[1]
-            new += look_at((i, j, at[0], at[1]), sub(gap, add(first, second)), at[5], CONFORMS, x, pieces)
+            shift = osculating(section_at(U(i), at[0], turned, contacts.square, contacts.excess), n)[1]
+            other = osculating(section_at(U(j), at[1], turned, contacts.square, contacts.excess), n)[1]
+            new += look_at((i, j, at[0], at[1]), sub(gap, other), sub(gap, shift), at[5], x, pieces)
     return new

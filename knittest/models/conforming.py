@@ -25,21 +25,27 @@ MOST = 0.05
 
 
 def conformity(tracker: ContactTracker, position: Array) -> Array:
-    """Curvature of the yarns times their distance [-] of the tracked contacts, (count,): the larger of both yarns,
-    of those whose place on them is free.
+    """Curvature of the yarns times their distance [-] of the tracked contacts, (count,): the larger of both yarns, of
+    those whose place on them is free.
 
-    ``position`` (3, n_nodes) [mm]. The distance is that of the circles that osculate the sections.
+    ``position`` (3, n_nodes) [mm]. The distance is that to the circle that osculates the section of the other.
     """
     contacts, n = tracker.contacts, tracker.count
-    offset, found = contacts.offset[:, :n], np.zeros((2, n))
+    found = np.zeros((2, n))
     for side, sign in ((0, -1.0), (1, 1.0)):
         i, s = contacts.piece[side, :n], contacts.parameter[side, :n]
         bend = position[:, i - 1] - 2.0 * position[:, i] + position[:, i + 1]
         tangent = position[:, i] - position[:, i - 1] + s * bend
-        free = contacts.line[:n] != HOLDS[side]
-        found[side] = np.where(free, sign * np.sum(offset * bend, axis=0) / np.sum(tangent * tangent, axis=0), 0.0)
+        along = sign * np.sum(_to_curvature(contacts, side, n) * bend, axis=0) / np.sum(tangent * tangent, axis=0)
+        found[side] = np.where(contacts.line[:n] != HOLDS[side], along, 0.0)
     largest: Array = found.max(axis=0)
     return largest
+
+
+def _to_curvature(contacts: Contacts, side: int, n: int) -> Array:
+    """Offset (3, n) [mm] of the centre-line on one ``side`` and the centre of curvature of the other's section."""
+    offset: Array = contacts.offset[:, :n]
+    return offset + (contacts.shift if side == 0 else contacts.other)[:, :n] if contacts.touch.size else offset
 
 
 def refuse_conforming(tracker: ContactTracker, position: Array) -> None:
@@ -78,5 +84,6 @@ def _ratio_that_does(contacts: Contacts, c: int, first: int, second: int, along:
     flat = [float(contacts.square[i] / (contacts.square[i] + contacts.excess[i])) ** 0.5 for i in (first, second)]
     side = int(flat[1] > flat[0])
     radius = touch * (arm if side == 0 else 1.0 - arm)
-    less = radius - touch * (1.0 - ADVISED / along)
+    away = float(np.linalg.norm(_to_curvature(contacts, 1 - side, c + 1)[:, c]))
+    less = radius - away * (1.0 - ADVISED / along)
     return flat[side], flat[side] * (max(less, 0.0) / radius) ** (2.0 / 3.0)

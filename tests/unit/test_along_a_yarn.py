@@ -154,7 +154,7 @@ def test_a_piece_keeps_a_mark_for_each_yarn_that_it_lies_along():
 def step_of(line: float) -> tuple[float, float]:
     """Step of both parameters towards closest points 0.1 away, of yarns at 60 degrees."""
     offset = (-0.1, -0.05, APART)
-    return plain(closest_step)(*offset, 1.0, 0.0, 0.0, 0.5, 0.75**0.5, 0.0, *np.zeros(6), line)  # type: ignore[no-any-return]
+    return plain(closest_step)(*offset, 1.0, 0.0, 0.0, 0.5, 0.75**0.5, 0.0, *np.zeros(8), line)  # type: ignore[no-any-return]
 
 
 def test_each_kind_holds_its_parameter():
