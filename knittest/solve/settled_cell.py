@@ -13,7 +13,6 @@ from knittest.base.rest import Rest
 from knittest.config.base import Quantity
 from knittest.config.run import Run
 from knittest.fabric.relax import relaxed_cell
-from knittest.materials.yarn_section import SYSTEMS
 from knittest.models.at_rest import at_rest
 from knittest.models.conforming import conforming
 from knittest.models.crossings import Crossings
@@ -23,11 +22,10 @@ from knittest.solve.settled_cache import remembered
 
 #: forces out of balance over those of contacts at rest, most steps to it, and above which yarns have not found a rest
 AT_REST, PATIENT, RESTLESS = 0.01, 20_000, 0.05
-#: loops that touch each other in a cell of plain knit: beyond, their legs jam
-INTERLACED = 2.0
+#: share of a draw-in that the loops' yarn stretches by, from which on it draws nothing in: its loops are jammed
+JAMMED = 0.5
 #: largest draw-in [-] that is looked at, and what it is found to; a tension is met to this share
 LARGEST, NEAR, MET = 0.1, 5e-4, 1e-3
-LOOPS = f"{SYSTEMS[2]}-{SYSTEMS[2]}"
 #: beams in a loop and in a wave of meshes that are looked at, and what contact forces may be off from those of the last
 MESHES, COARSE = ((30, 8), (48, 12), (64, 16)), 0.2
 
@@ -60,9 +58,9 @@ class SettledCell:
         return sum(c.count * c.normal_force for c in self.crossings.values())
 
     @property
-    def touching(self) -> float:
-        """Places where loops touch each other."""
-        return self.crossings[LOOPS].count if LOOPS in self.crossings else 0.0
+    def stretch(self) -> float:
+        """Mean axial strain of the loops' yarn [-]."""
+        return self.rest.stretch
 
 
 def settled_cell(run: Run, axial_share: float = 1.0) -> SettledCell:
@@ -177,22 +175,25 @@ def _at_tension(at: Callable[[float], SettledCell], wanted: float) -> SettledCel
             f"fabric.knitting.tension = {wanted:g} N: loops of their measured length are under {slack.tension:.3g} N; "
             f"expected at least {slack.tension:.3g} N"
         )
-    most = _largest(at, LARGEST) if _locks(at, LARGEST) else LARGEST
+    locks = _locks(at, LARGEST)
+    most = _largest(at, LARGEST) if locks else LARGEST
     if wanted > at(most).tension:
+        why = "the loops lock before" if locks else "the loops would be drawn in further than is looked at"
         raise InputError(
-            f"fabric.knitting.tension = {wanted:g} N: the loops lock before, drawn in by {100.0 * most:.3g} %; "
-            f"expected at most {at(most).tension:.3g} N"
+            f"fabric.knitting.tension = {wanted:g} N: {why}, {100.0 * most:.3g} %; expected at most "
+            f"{at(most).tension:.3g} N"
         )
     return at(float(brentq(lambda p: at(p).tension - wanted, 0.0, most, xtol=1e-7, rtol=MET)))
 
 
 def _locks(at: Callable[[float], SettledCell], draw_in: float) -> str:
-    """Reason to call the loops locked: nothing comes to rest, or they touch where they do not cross; empty if none."""
+    """Reason to call the loops locked: nothing comes to rest, or their yarn stretches instead; empty if neither."""
     found = at(draw_in)
     if found.residual > RESTLESS:
         return f"nothing comes to rest (forces out of balance {100.0 * found.residual:.0f} % of those of contacts)"
-    if found.touching > max(INTERLACED, at(0.0).touching) + 0.5:
-        return f"they touch each other at {found.touching:g} places a cell and cross at {INTERLACED:g}"
+    stretched = found.stretch - at(0.0).stretch
+    if stretched > JAMMED * draw_in > 0.0:
+        return f"their yarn stretches by {100.0 * stretched / draw_in:.0f} % of it"
     return ""
 
 
