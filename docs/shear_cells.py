@@ -12,11 +12,12 @@ PACKINGS = (0.9, 0.75, 0.6)
 NARROW, NARROW_FIBRES, NARROW_MODULUS = 1.25, 0.56, 94.5
 #: beams in a loop and in a wave
 USUAL, FINE = MESHES = ((48, 12), (64, 16))
-#: modulus [MPa] of sections that flatten, draw-ins [%], and the share of the critical step of flatter sections, on which
-#: more contacts press
+#: modulus [MPa] of sections that flatten, draw-ins [%], and the share of the critical step of flatter sections, on
+#: which more contacts press
 SOFT, DRAW_INS, CAREFUL = 1.0, (0.5, 1.0), 0.6
-#: share [%] of the path from which energies are judged: the first degree does no work on loops free of force
-JUDGED_FROM = 12
+#: share [%] of the path from which energies are judged: the first degree does no work on loops free of force; radii that
+#: yarns may slide past each other
+JUDGED_FROM, SLIDE = 12, 4
 #: inlays of variant 1, given to both: then nothing differs but loop length, densities and sections
 EQUAL = {"bending_stiffness.warp": 15.0, "bending_stiffness.weft": 12.4, "crimp.warp": 0.77, "crimp.weft": 0.77}
 CIRCLE, ROUND, ELLIPSE = "circles of 0.75", "circles of the heights", "ellipses of fewer fibres"
@@ -59,7 +60,7 @@ class Case:
         """Settings by which it differs from the shipped cell."""
         loop, wave = self.mesh
         given: dict[str, float | str] = {
-            "rig.max_angle": 31, "rig.judged_from": JUDGED_FROM,
+            "rig.max_angle": 31, "rig.judged_from": JUDGED_FROM, "rig.slide": SLIDE,
             "model.meso.elements_per_loop": loop, "model.meso.elements_per_wave": wave,
         }  # fmt: skip
         given |= {f"fabric.reinforcing.{field}": value for field, value in EQUAL.items() if self.equal}
