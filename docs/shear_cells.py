@@ -15,8 +15,8 @@ USUAL, FINE = MESHES = ((48, 12), (64, 16))
 #: modulus [MPa] of sections that flatten, draw-ins [%], and the share of the critical step of flatter sections, on
 #: which more contacts press
 SOFT, DRAW_INS, CAREFUL = 1.0, (0.5, 1.0), 0.6
-#: share [%] of the path from which energies are judged: the first degree does no work on loops free of force; radii that
-#: yarns may slide past each other
+#: share [%] of the path from which energies are judged: the first degree does no work on loops free of force; radii
+#: that yarns may slide past each other
 JUDGED_FROM, SLIDE = 12, 4
 #: inlays of variant 1, given to both: then nothing differs but loop length, densities and sections
 EQUAL = {"bending_stiffness.warp": 15.0, "bending_stiffness.weft": 12.4, "crimp.warp": 0.77, "crimp.weft": 0.77}
