@@ -263,13 +263,13 @@ class ContactTracker:
 
         Pieces that came to lie along others, or do no longer, are looked at as if they had moved.
         """
-        before = np.sort(self._along)
+        before = self._along.copy()
         self._along[:] = -1
         mark_tracked(self.contacts, self.count, position, pieces)
         while True:
-            now = np.sort(self._along)
-            moved = moved | (now != before).any(axis=1)[self._master]
-            pairs, before = self._near_pairs(position, pieces, moved, cells), now
+            moved = moved | (self._along != before).any(axis=1)[self._master]
+            before = self._along.copy()
+            pairs = self._near_pairs(position, pieces, moved, cells)
             marked = mark_found(*pairs, position, pieces)
             if self.group.excess.size:
                 marked += mark_ellipses(*pairs, position, self.contacts, pieces)
