@@ -37,7 +37,7 @@ def energies(folder: Path) -> dict[str, Any]:
     contacts = pd.read_csv(folder / "contacts.csv")
     angle = np.interp(table["time_ms"], curve["time_ms"], curve["shear_angle_deg"])
     rows = []
-    for at in ANGLES:
+    for at in (a for a in ANGLES if a <= angle[-1]):
         k = int(np.argmin(np.abs(angle - at)))
         grown = table.iloc[k] - table.iloc[0]
         row = {

@@ -18,6 +18,8 @@ SOFT, DRAW_INS, CAREFUL = 1.0, (0.5, 1.0), 0.6
 #: share [%] of the path from which energies are judged: the first degree does no work on loops free of force; radii
 #: that yarns may slide past each other
 JUDGED_FROM, SLIDE = 12, 4
+#: angle [deg] to which cells with ellipses run again
+SHORT = 21
 #: inlays of variant 1, given to both: then nothing differs but loop length, densities and sections
 EQUAL = {"bending_stiffness.warp": 15.0, "bending_stiffness.weft": 12.4, "crimp.warp": 0.77, "crimp.weft": 0.77}
 CIRCLE, ROUND, ELLIPSE = "circles of 0.75", "circles of the heights", "ellipses of fewer fibres"
@@ -27,7 +29,8 @@ CIRCLE, ROUND, ELLIPSE = "circles of 0.75", "circles of the heights", "ellipses 
 class Case:
     """Cell of ``variant`` with inlays of a ``shape``, one of the above or the packing [-] of all fibres in an ellipse
     of the measured height, of a lateral ``modulus`` [MPa] (None: rigid), a ``draw_in`` [%] of its loops (None: free of
-    force), ``mesh`` beams in a loop and in a wave, and inlays ``equal`` to those of variant 1 or its own.
+    force), ``mesh`` beams in a loop and in a wave, inlays ``equal`` to those of variant 1 or its own, and the shear
+    angle [deg] at which it is to ``end`` (None: 31).
     """
 
     variant: str
@@ -36,6 +39,7 @@ class Case:
     modulus: float | None = None
     draw_in: float | None = None
     equal: bool = False
+    end: int | None = None
 
     @property
     def height(self) -> float:
@@ -53,7 +57,9 @@ class Case:
     def name(self) -> str:
         """Name of its folder."""
         own = "equal" if self.equal else "own"
-        return f"V{self.variant}-{own}-{self.shape}-{self.modulus}-{self.draw_in}-{self.mesh[0]}".replace(" ", "-")
+        short = "" if self.end is None else f"-{self.end}"
+        name = f"V{self.variant}-{own}-{self.shape}-{self.modulus}-{self.draw_in}-{self.mesh[0]}{short}"
+        return name.replace(" ", "-")
 
     @property
     def sets(self) -> tuple[str, ...]:
@@ -65,6 +71,8 @@ class Case:
         }  # fmt: skip
         given |= {f"fabric.reinforcing.{field}": value for field, value in EQUAL.items() if self.equal}
         given |= {f"fabric.reinforcing.{field}": value for field, value in self._section()}
+        if self.end is not None:
+            given["rig.end_angle"] = self.end
         if self.shape in PACKINGS[1:]:
             given["solver.safety"] = CAREFUL
         if self.modulus is not None:
@@ -99,6 +107,8 @@ def pairs() -> Iterator[tuple[Case, Case]]:
     first += [Case("1", USUAL, shape, SOFT) for shape in (ELLIPSE, PACKINGS[0])]
     drawn = [(shape, draw_in) for shape in (CIRCLE, ROUND, PACKINGS[0]) for draw_in in DRAW_INS]
     first += [Case("1", mesh, shape, draw_in=draw_in) for shape, draw_in in drawn for mesh in MESHES]
+    # ellipses snap from 20 deg on: what they give before
+    first += [replace(case, end=SHORT) for case in first if case.shape in (ELLIPSE, *PACKINGS) and not case.modulus]
     yield from map(_pair, first)
 
 
