@@ -79,7 +79,7 @@ def _row(first: Case, second: Case, found: Found) -> list[str]:
 
 
 def verdict(ratios: Sequence[float]) -> str:
-    """Verdict on variant 2 below variant 1 at the :data:`ANGLES` that ``ratios`` reach, with those at which it is not."""
+    """Verdict on variant 2 below variant 1 at the :data:`ANGLES` that ``ratios`` reach, and where it is not."""
     above = [angle for angle, ratio in zip(ANGLES, ratios, strict=False) if not ratio < 1.0]
     return f"**FAILED** at {', '.join(above)} deg" if above else f"passed{_to(len(ratios))}"
 
