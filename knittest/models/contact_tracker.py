@@ -267,7 +267,8 @@ class ContactTracker:
         self._along[:] = -1
         mark_tracked(self.contacts, self.count, position, pieces)
         while True:
-            moved = moved | (self._along != before).any(axis=1)[self._master]
+            changed = (self._along != before).any(axis=1)[self._master]
+            moved = moved | (changed if self.group.near is None else changed & self.group.near)
             before = self._along.copy()
             pairs = self._near_pairs(position, pieces, moved, cells)
             marked = mark_found(*pairs, position, pieces)

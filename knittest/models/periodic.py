@@ -26,6 +26,8 @@ Index = NDArray[np.int64]
 
 #: images of a chain's own nodes that its beams and contacts need, at either end
 ENDS = 3
+#: pieces that ellipses touch off where centre-lines are nearest, where they are looked for
+OFF = 3
 #: way [mm] that yarns may slide along each other before images are missing, over the largest radius
 SLIDE = 2.0
 #: smallest mean stretch [-] of a cell that images are kept for: a trellis sheared by 40 deg
@@ -173,7 +175,7 @@ def _periodic(
     ghost, element = np.flatnonzero(~own), flat.element_node
     kept = own[element]
     n = flat.n_nodes
-    near = own | np.roll(own, 1) | np.roll(own, -1)
+    near = _near(own, OFF if flat.group.excess.size else 0)
     mesh, section = flat.mesh, _section_of(flat.parts, n)
     given["mesh"] = replace(mesh, **{name: getattr(mesh, name)[kept] for name in ("cells", "part", "yarn", "radius")})
     images = _images(flat, vectors, ghost, master, times, element[kept], section)
@@ -184,6 +186,11 @@ def _periodic(
         array[ghost] = 0.0
     given |= {"added_mass": added, "element_node": element[kept], "parts": _own_spans(flat.parts, own, section)}
     return PeriodicModel(**given, reference=vectors)
+
+
+def _near(own: NDArray[np.bool_], off: int) -> NDArray[np.bool_]:
+    """Pieces, (n_nodes,), with a node that is ``own``, or ``off`` pieces from one at most."""
+    return np.any([np.roll(own, k) for k in range(-1 - off, 2 + off)], axis=0)
 
 
 def _section_of(parts: Partitions, n: int) -> Index:

@@ -3,9 +3,13 @@
 import numpy as np
 import pytest
 
+from knittest.config.loading import resolve
+from knittest.fabric.relax import relaxed_cell
 from knittest.kernels import periodic
 from knittest.kernels.periodic_state import CURVATURE
 from knittest.models.image_contacts import masters, share_states
+from knittest.models.meso_cell import build_meso_cell
+from knittest.models.periodic import _near
 from knittest.models.table import constant
 from knittest.pose import ALL, PeriodicBody, PeriodicChain, YarnContact, round_section
 
@@ -87,3 +91,23 @@ def test_a_yarn_that_meets_its_own_image_is_the_other_way_round_in_one_of_both_c
     assert contacts.offset[:, 1] == pytest.approx([0.0, 0.0, -0.5])
     assert contacts.parameter[:, 1] == pytest.approx([0.3, 0.2])
     assert (contacts.arm[1], contacts.couple[1]) == (pytest.approx(0.6), 0.5)
+
+
+@pytest.mark.parametrize(("off", "looked_at"), [(0, [3, 4, 5, 6]), (3, [0, 1, 2, 3, 4, 5, 6, 7, 8, 9])])
+def test_ellipses_are_looked_for_where_centre_lines_are_nearest_beyond_the_cell(off: int, looked_at: list[int]) -> None:
+    """Placed on a piece that touches the cell; looked for on such alone, a copy pressed one of both yarns there."""
+    own = np.zeros(12, np.bool_)
+    own[4:6] = True
+    assert np.flatnonzero(_near(own, off)).tolist() == looked_at
+
+
+def test_cells_of_ellipses_look_further_than_those_of_circles() -> None:
+    counts = {}
+    for packing in (None, 0.9):
+        sets = ["fabric.reinforcing.section.shape=ellipse", "fabric.reinforcing.section.fibre_density=1.53"]
+        sets += [f"fabric.reinforcing.section.{field}.{direction}={value}" for direction in ("warp", "weft")
+                 for field, value in (("packing", 0.9), ("width_to_height", 1.3))]  # fmt: skip
+        run = resolve(test="cell", variant="2", scale="meso", preset="quick", sets=sets if packing else [])
+        group = build_meso_cell(run, relaxed_cell(run.fabric), 1, 1).group
+        counts[packing] = int(group.near.sum()) - int(group.owned.sum())
+    assert counts[0.9] > counts[None] > 0
