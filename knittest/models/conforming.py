@@ -13,9 +13,9 @@ from knittest.models.contact_tracker import ContactTracker
 
 Array = NDArray[np.float64]
 
-#: curvature of a yarn times the distance to the centre of the ellipse's curvature, from which on it lies along it: at 1
-#: the nearest place turns into two, beside it, and runs from one piece to the next before
-CONFORMS = 0.9
+#: curvature of a yarn times the distance to the centre of the ellipse's curvature, at which the nearest place turns into
+#: two, beside it
+CONFORMS = 1.0
 #: the same of the sections that are advised
 ADVISED = 0.8
 #: kind of contact that holds the first yarn, and the second
