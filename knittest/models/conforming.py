@@ -13,8 +13,8 @@ from knittest.models.contact_tracker import ContactTracker
 
 Array = NDArray[np.float64]
 
-#: curvature of a yarn times the distance to the centre of the ellipse's curvature, at which the nearest place turns into
-#: two, beside it
+#: curvature of a yarn times the distance to the centre of the ellipse's curvature, at which the nearest place turns
+#: into two, beside it
 CONFORMS = 1.0
 #: the same of the sections that are advised
 ADVISED = 0.8
