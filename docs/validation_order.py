@@ -24,14 +24,14 @@ cells of yarns at {points} points (`knittest uncertainty configs/uncertainty/she
 variant 2 below variant 1 at every angle. Median, in brackets 5 and 95 %, and points that ran{shorter}:
 """.strip()
 MEANING = """
-So the order hangs on the tension of the loops, on their set and, at 30 deg, on how they resist torsion, none of
-which anybody measured: loops that twist easily bring variant 2 down. A draw-in multiplies
-the normal forces of variant 1, whose loops are near locking, and with them its friction; variant 2 has room, and hardly
-feels it. Without a draw-in variant 2 is the stiffer one, and the paper's order fails. No draw-in is shipped as
-calibrated on this order: until it is measured the order is open, and what the shipped parameters give, above, stays
-contradicted. More than half of the prior of variant 1 has no result to 20 deg and beyond, mostly because its loops
-[wrap each other](cell.md#state-of-rest) until one contact a crossing is no longer enough
-([one by one](uncertainty.md#what-the-shipped-file-loses)): bands of variant 1 and of the ratio lean to small draw-ins.
+So the order hangs on the tension of the loops, on how thick yarns are, at 30 deg on how loops resist torsion, and at
+40 deg on friction. Nobody measured the first and the last two, and sections of yarns are not those of circles. A
+draw-in multiplies the normal forces of variant 1, whose loops are near locking, and with them its friction; variant 2
+has room, and hardly feels it. Over the prior variant 2 is mostly the softer one up to 30 deg, and the stiffer one at
+40 deg, the more so the thicker its inlays are. Without a draw-in it is the stiffer one, and the paper's order fails.
+No draw-in is shipped as calibrated on this order: until it is measured the order is open, and what the shipped
+parameters give, above, stays contradicted. Cells that are lost are of soft loops under much draw-in ([one by
+one](uncertainty.md#what-the-shipped-file-loses)).
 """.strip()
 #: of a study with shorter ends
 SHORTER = ' ("shortened": of cells that were lost on their way and passed every gate to {ends} deg)'
