@@ -42,12 +42,12 @@ all crossings, V1; V2:
 MEANING = """
 So sections of the measured heights do not bring variant 2 below variant 1 as long as loops are free of force. Circles
 of these heights give both fabrics their measured thickness; V2/V1 goes from {circle10:.2f} to {round10:.2f} at 10 deg
-and from {circle30:.2f} to {round30:.2f} at 30 deg, where the loops of variant 2 jam on its higher inlays. Ellipses
-that hold all fibres, those which were measured (packing 0.9), give the thickness too, and {free10:.2f} at 10 and
-{free20:.2f} at 20 deg. With a draw-in of 0.5 % it is {half10:.2f} and {half20:.2f}, with 1 % {one10:.2f} and
-{one20:.2f}: so with the measured sections, too, the order hangs on the tension of the loops, and 0.5 % is enough.
-Beyond 20 deg loops snap over the ellipses; most of these cells are refused, and where both pass the mesh decides.
-Flatter sections (packing 0.75 and 0.6) snap or jam before.
+and from {circle30:.2f} to {round30:.2f} at 30 deg, where the loops of variant 2 jam on its higher inlays. Ellipses of
+these heights that hold all fibres (packing 0.9) give the thickness too, and {free10:.2f} at 10 and {free20:.2f} at 20
+deg. With a draw-in of 0.5 % it is {half10:.2f} and {half20:.2f}, with 1 % {one10:.2f} and {one20:.2f}: so with such
+sections, too, the order hangs on the tension of the loops, and 0.5 % is enough. Beyond 20 deg loops snap over the
+ellipses: the cells of the finer mesh are refused there, for overlap that carries no force. Flatter sections (packing
+0.75 and 0.6) snap or jam before.
 """.strip()
 HEAD = ("sections, V1; V2 [mm]", "draw-in [%]", "beams", "thickness, V1; V2 [mm]")
 Found = Mapping[tuple[str, tuple[str, ...]], StoredRun]
