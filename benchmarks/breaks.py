@@ -77,7 +77,7 @@ BREAKS = [
     Break(CONTACT + "an_elastic_impact_keeps_momentum_and_energy", "reaction 1 % small", "kernels/contact_blocks.py",
           "scale(-1.0 if on_second", "scale(-0.99 if on_second"),
     Break(CONTACT + "an_elastic_impact_keeps_momentum_and_energy", "friction work booked twice", "kernels/contact.py",
-          "damped = 0.5 * tangential * slip", "damped = tangential * slip"),
+          "rubbed = 0.5 * tangential * slip", "rubbed = tangential * slip"),
     Break(CONTACT + "an_elastic_impact_keeps_momentum_and_energy", "spring not turned into the tangent plane",
           "kernels/contact.py", "along = tx * nx + ty * ny + tz * nz", "along = 0.0"),
     Break(TIME + "bar_and_mass_follow_central_differences_exactly", "force 1 % small", "kernels/beam_blocks.py",

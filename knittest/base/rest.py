@@ -40,8 +40,7 @@ CREEPS = ": yarns creep, tension and crossings stated here may be off by a tenth
 class Rest:
     """Yarns at rest: mean axial force of the loops' yarn [N], thickness over the yarns' surfaces [mm], forces out of
     balance over those of contacts [-] (nan where nothing was settled), the mean normal force [N] of crossings that
-    touch, by kind, how closely loops ``wrap`` each other at most [-] (nan where none cross, or not known), and the mean
-    axial strain of their yarn, its ``stretch`` [-].
+    touch, by kind, and how closely loops ``wrap`` each other at most [-] (nan where none cross, or not known).
     """
 
     tension: float
@@ -49,7 +48,6 @@ class Rest:
     residual: float
     normal_force: Mapping[str, float] = field(default_factory=dict)
     wrap: float = math.nan
-    stretch: float = math.nan
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -24,11 +24,10 @@ OVER, SPUN = np.uintp(STRIDE * 37), np.uintp(STRIDE * 38)
 WAS_UX, UX, VX = PX, P[3], np.uintp(STRIDE * 39)
 # the step [ms] where surfaces touched, else 0, until losses are known
 TOUCHED = LOST
-# normal force before the step
-PRESSED = np.uintp(STRIDE * 42)
-# products of the second derivatives of A and B with the shifts of their own sections
-OWN_A, OWN_B = np.uintp(STRIDE * 43), np.uintp(STRIDE * 44)
-SCRATCH = STRIDE * 45
+# before losses are known: normal force before the step, and the products of the second derivatives of A and B with the
+# shifts of their own sections, which take the place of TOUCHED
+PRESSED, OWN_A, OWN_B = DAMPED, SPUN, LOST
+SCRATCH = STRIDE * 42
 P0, P1, P2, P3, P4, P5, P6, P7, P8 = P[:9]
 R0, R1, R2, R3, R4, R5, R6, R7, R8 = P[9:]
 # control points are done with when contacts give way: spring of the last step (3), whether it slipped, twist, lever and

@@ -23,9 +23,9 @@ def at_rest(model: ExplicitModel, residual: float = np.nan) -> Rest | None:
     typical = model.typical()
     pieces = np.flatnonzero(typical & model.group.is_piece)
     low, high = surfaces(model, pieces) if pieces.size else (np.nan, np.nan)
-    strain, force = axial_state(model.nodes, model.parts, model.beams)[:, model.element_node]
+    force = axial_state(model.nodes, model.parts, model.beams)[1][model.element_node]
     names = model.mesh.part_names
     loops = typical[model.element_node] & (model.mesh.part == (names.index(LOOPS) if LOOPS in names else -1))
-    tension, stretch = (float(v[loops].mean()) if loops.any() else 0.0 for v in (force, strain))
+    tension = float(force[loops].mean()) if loops.any() else 0.0
     pressed = {kind: of.normal_force for kind, of in crossings(model, typical).items()}
-    return Rest(tension, high - low, residual, pressed, least_wrap(model, LOOPS, typical), stretch)
+    return Rest(tension, high - low, residual, pressed, least_wrap(model, LOOPS, typical))

@@ -22,8 +22,6 @@ from knittest.solve.settled_cache import remembered
 
 #: forces out of balance over those of contacts at rest, most steps to it, and above which yarns have not found a rest
 AT_REST, PATIENT, RESTLESS = 0.01, 20_000, 0.05
-#: share of a draw-in that the loops' yarn stretches by, from which on it draws nothing in: its loops are jammed
-JAMMED = 0.5
 #: largest draw-in [-] that is looked at, and what it is found to; a tension is met to this share
 LARGEST, NEAR, MET = 0.1, 5e-4, 1e-3
 #: beams in a loop and in a wave of meshes that are looked at, and what contact forces may be off from those of the last
@@ -32,8 +30,9 @@ MESHES, COARSE = ((30, 8), (48, 12), (64, 16)), 0.2
 
 @dataclass(frozen=True)
 class SettledCell:
-    """A cell at ``rest`` whose loops are drawn in by ``draw_in`` [-]: steps to there, its crossings by kind, and why
-    contacts could not follow its sections (empty where they do).
+    """A cell at ``rest`` whose loops are drawn in by ``draw_in`` [-]: steps to there, its crossings by kind, why
+    contacts could not follow its sections (empty where they do), and how deep yarns sink into each other over a radius
+    [-], their ``depth``.
     """
 
     draw_in: float
@@ -41,6 +40,7 @@ class SettledCell:
     steps: int
     crossings: dict[str, Crossings]
     conforming: str
+    depth: float
 
     @property
     def tension(self) -> float:
@@ -56,11 +56,6 @@ class SettledCell:
     def pressing(self) -> float:
         """Sum of the contact forces [N]."""
         return sum(c.count * c.normal_force for c in self.crossings.values())
-
-    @property
-    def stretch(self) -> float:
-        """Mean axial strain of the loops' yarn [-]."""
-        return self.rest.stretch
 
 
 def settled_cell(run: Run, axial_share: float = 1.0) -> SettledCell:
@@ -83,10 +78,10 @@ def settled_cell(run: Run, axial_share: float = 1.0) -> SettledCell:
 def _as_stated(run: Run, at: Callable[[float], SettledCell]) -> SettledCell:
     knitting = run.fabric.knitting
     if knitting.tension_n is not None:
-        return _at_tension(at, knitting.tension_n)
+        return _at_tension(run, at, knitting.tension_n)
     draw_in = knitting.draw_in_fraction or 0.0
-    if not at(draw_in).conforming and (why := _locks(at, draw_in)):
-        least = 100.0 * _largest(at, draw_in)
+    if not at(draw_in).conforming and (why := _locks(run, at(draw_in))):
+        least = 100.0 * _largest(run, at, draw_in)
         raise InputError(
             f"fabric.knitting.draw_in = {100.0 * draw_in:g} %: the loops lock, {why}; expected at most {least:.3g} %"
         )
@@ -146,7 +141,8 @@ def _settle_at(run: Run, draw_in: float, axial_share: float) -> SettledCell:
     rest = at_rest(model, found.residual)
     assert rest is not None
     told = conforming(model.tracker, model.nodes.position)
-    return SettledCell(draw_in, rest, found.steps, body.crossings(), told)
+    depth = float(model.stored().penetration.max(initial=0.0))
+    return SettledCell(draw_in, rest, found.steps, body.crossings(), told, depth)
 
 
 def _settles(run: Run) -> bool:
@@ -166,7 +162,7 @@ def _drawn_in(run: Run, draw_in: float) -> Run:
     return run.model_copy(update={"fabric": run.fabric.model_copy(update={"knitting": knitting})})
 
 
-def _at_tension(at: Callable[[float], SettledCell], wanted: float) -> SettledCell:
+def _at_tension(run: Run, at: Callable[[float], SettledCell], wanted: float) -> SettledCell:
     from scipy.optimize import brentq
 
     slack = at(0.0)
@@ -175,8 +171,8 @@ def _at_tension(at: Callable[[float], SettledCell], wanted: float) -> SettledCel
             f"fabric.knitting.tension = {wanted:g} N: loops of their measured length are under {slack.tension:.3g} N; "
             f"expected at least {slack.tension:.3g} N"
         )
-    locks = _locks(at, LARGEST)
-    most = _largest(at, LARGEST) if locks else LARGEST
+    locks = _locks(run, at(LARGEST))
+    most = _largest(run, at, LARGEST) if locks else LARGEST
     if wanted > at(most).tension:
         why = "the loops lock before" if locks else "the loops would be drawn in further than is looked at"
         raise InputError(
@@ -186,21 +182,19 @@ def _at_tension(at: Callable[[float], SettledCell], wanted: float) -> SettledCel
     return at(float(brentq(lambda p: at(p).tension - wanted, 0.0, most, xtol=1e-7, rtol=MET)))
 
 
-def _locks(at: Callable[[float], SettledCell], draw_in: float) -> str:
-    """Reason to call the loops locked: nothing comes to rest, or their yarn stretches instead; empty if neither."""
-    found = at(draw_in)
+def _locks(run: Run, found: SettledCell) -> str:
+    """Reason to call the loops locked: nothing comes to rest, or yarns sink in as no run may; empty if neither."""
     if found.residual > RESTLESS:
         return f"nothing comes to rest (forces out of balance {100.0 * found.residual:.0f} % of those of contacts)"
-    stretched = found.stretch - at(0.0).stretch
-    if stretched > JAMMED * draw_in > 0.0:
-        return f"their yarn stretches by {100.0 * stretched / draw_in:.0f} % of it"
+    if 100.0 * found.depth > run.solver.max_penetration:
+        return f"yarns sink into each other by {100.0 * found.depth:.0f} % of a radius"
     return ""
 
 
-def _largest(at: Callable[[float], SettledCell], locked: float) -> float:
+def _largest(run: Run, at: Callable[[float], SettledCell], locked: float) -> float:
     """Largest draw-in below ``locked`` at which the loops do not lock, by bisection."""
     low = 0.0
     while locked - low > NEAR:
         middle = 0.5 * (low + locked)
-        low, locked = (low, middle) if _locks(at, middle) else (middle, locked)
+        low, locked = (low, middle) if _locks(run, at(middle)) else (middle, locked)
     return low

@@ -1,4 +1,4 @@
-"""Which pieces of yarns lie along others, what their contacts hold and inherit. Plain Python."""
+"""Pieces of yarns that lie along others, what their contacts hold and inherit. Plain Python."""
 
 import numpy as np
 import pytest

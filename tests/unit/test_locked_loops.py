@@ -11,9 +11,10 @@ from knittest.solve import settled_cell
 
 
 def at(draw_in: float, jams: float, restless: float) -> SimpleNamespace:
-    """Cell of loops whose yarn takes all that is drawn in beyond ``jams``, and finds no rest beyond ``restless``."""
-    stretch = 1e-4 + 0.1 * draw_in + max(draw_in - jams, 0.0)
-    return SimpleNamespace(residual=0.12 if draw_in > restless else 0.004, stretch=stretch, conforming="")
+    """Cell of loops that sink in by 40 % of a radius beyond ``jams``, and find no rest beyond ``restless``."""
+    return SimpleNamespace(
+        residual=0.12 if draw_in > restless else 0.004, depth=0.4 if draw_in > jams else 0.24, conforming=""
+    )
 
 
 def run_of(draw_in: float) -> Run:
@@ -23,19 +24,21 @@ def run_of(draw_in: float) -> Run:
 @pytest.mark.parametrize(
     ("jams", "restless", "said", "most"),
     [
-        (0.01, 9.0, "their yarn stretches by 60 % of it", 1.0 / 0.6),
+        (0.01, 9.0, "yarns sink into each other by 40 % of a radius", 1.0),
         (9.0, 0.015, r"nothing comes to rest \(forces out of balance 12 % of those of contacts\)", 1.5),
     ],
 )
 def test_a_refusal_says_by_what_the_loops_are_called_locked(jams: float, restless: float, said: str, most: float):
-    """The draw-in that would do is found to 0.05 %: with 0.1 d + d - 1 % = 0.5 d at 1.67 %."""
+    """The draw-in that would do is found to 0.05 %."""
     with pytest.raises(InputError, match=f"draw_in = 2 %: the loops lock, {said}; expected at most") as refused:
         settled_cell._as_stated(run_of(2.0), lambda share: at(share, jams, restless))
     assert most - 0.05 <= float(str(refused.value).split()[-2]) <= most
 
 
-def test_loops_whose_yarn_hardly_stretches_are_not_called_locked():
-    """However often their legs touch; what they stretch by without a draw-in does not count."""
-    assert settled_cell._as_stated(run_of(2.0), lambda share: at(share, 9.0, 9.0)).stretch == pytest.approx(2.1e-3)
-    assert settled_cell._as_stated(run_of(0.01), lambda share: at(share, 9.0, 9.0)).stretch > 1e-4
-    assert settled_cell._as_stated(run_of(0.0), lambda share: at(share, 9.0, 9.0)).stretch == pytest.approx(1e-4)
+def test_loops_that_sink_in_as_the_gate_of_runs_allows_are_not_called_locked():
+    """Whatever touches: 24 % of a radius, of 25."""
+    assert settled_cell._as_stated(run_of(2.0), lambda share: at(share, 9.0, 9.0)).depth == 0.24
+    run = run_of(2.0)
+    strict = run.model_copy(update={"solver": run.solver.model_copy(update={"max_penetration": 20.0})})
+    with pytest.raises(InputError, match="by 24 % of a radius"):
+        settled_cell._as_stated(strict, lambda share: at(share, 9.0, 9.0))

@@ -27,7 +27,7 @@ def test_crossings_of_a_settled_cell_are_in_balance():
     assert force["warp-weft"] == pytest.approx(force["warp-knit"], rel=0.01)
     assert force["weft-knit"] == pytest.approx(force["warp-weft"], rel=0.05)  # legs lean: not all is along z
     assert cell.residual < 0.01
-    assert cell.touching == pytest.approx(2.0)
+    assert cell.crossings["knit-knit"].count == pytest.approx(2.0)
 
 
 def test_more_draw_in_presses_more_and_v2_has_room():
@@ -48,23 +48,24 @@ def test_a_stated_tension_is_met_by_a_draw_in():
 
 @pytest.mark.parametrize(
     ("field", "said"),
-    [("tension=0.01", "expected at least 0.1"), ("tension=19", "expected at most 5."), ("draw_in=10", "at most 6.")],
+    [("tension=0.01", "expected at least 0.1"), ("tension=19", "expected at most [2-4]"), ("draw_in=10", "at most 5.")],
 )
 def test_a_number_that_no_fabric_can_have_is_refused_with_one_that_would_do(field: str, said: str):
-    """Loops of their measured length are under some tension already; drawn in by 7 % their legs jam."""
+    """Loops of their measured length are under some tension already; drawn in by 6 % they sink in by 9 % of a radius."""
     with pytest.raises(InputError, match=f"fabric.knitting.{field.split('=')[0]} = .*{said}"):
-        with_draw_in(run_of(LOOPS + field))
+        with_draw_in(run_of(LOOPS + field, "solver.max_penetration=5"))
 
 
-def test_a_cell_at_rest_along_whose_sections_loops_bend_is_refused():
-    """All fibres of V2 in ellipses of its measured height, 1.19 x 0.93 mm: no locked loops, no tension that counts."""
-    with pytest.raises(InputError, match=r"section.width_to_height: .* bend along each other's section of 1.28 times"):
-        settled_cell(run_of(f"{LOOPS}draw_in=1", *FINE, *MEASURED, variant="2"))
+def test_a_cell_whose_sections_hold_all_fibres_comes_to_rest():
+    """V2 in ellipses of its measured height, 1.19 x 0.93 mm, along which its loops bend: it was refused."""
+    cell = settled_cell(run_of(f"{LOOPS}draw_in=1", *FINE, *MEASURED, variant="2"))
+    assert cell.residual < 0.01
+    assert cell.rest.thickness == pytest.approx(2.74, abs=0.02)
 
 
 def test_a_specimen_of_loops_that_lock_is_not_made():
-    with pytest.raises(InputError, match=r"draw_in = 10 %: the loops lock, .*; expected at most"):
-        prepare(run_of(f"{LOOPS}draw_in=10", "rig.side=22"))
+    with pytest.raises(InputError, match=r"draw_in = 10 %: the loops lock, yarns sink .*; expected at most"):
+        prepare(run_of(f"{LOOPS}draw_in=10", "rig.side=22", "solver.max_penetration=5"))
 
 
 def test_yarns_that_do_not_touch_hold_no_tension():

@@ -63,7 +63,7 @@ def test_a_row_of_contacts_is_one_crossing(body):
 
 
 def test_a_wrapped_yarn_goes_on_from_its_state(body):
-    """What lies along others is part of it: looked for anew, contacts would come in another order."""
+    """Marks of what lies along others are part of it: looked for anew, contacts would come in another order."""
     tracker = body.model.tracker
     state = tracker.state()
     along = tracker._along.copy()
