@@ -51,7 +51,7 @@ def test_a_stated_tension_is_met_by_a_draw_in():
     [("tension=0.01", "expected at least 0.1"), ("tension=19", "expected at most [2-4]"), ("draw_in=10", "at most 5.")],
 )
 def test_a_number_that_no_fabric_can_have_is_refused_with_one_that_would_do(field: str, said: str):
-    """Loops of their measured length are under some tension already; drawn in by 6 % they sink in by 9 % of a radius."""
+    """Loops of their measured length are under tension already; drawn in by 6 % they sink in by 9 % of a radius."""
     with pytest.raises(InputError, match=f"fabric.knitting.{field.split('=')[0]} = .*{said}"):
         with_draw_in(run_of(LOOPS + field, "solver.max_penetration=5"))
 
