@@ -23,7 +23,7 @@ NUMBERS = {
     WRAP: ("loops wrap to", "{:.3g} (1: straight and square, 0: closest points split)"),
     "out_of_balance_pct": ("out of balance", "{:.2g} % of the contact forces"),
 }
-#: wrap of loops below which they may snap: of 61 sheared cells at 0.05 or more one was lost by it, of 69 others 18
+#: wrap of loops below which they may snap: of 61 sheared cells at 0.05 or more one was lost by it, of 66 others 15
 UNIQUE = 0.05
 SPLITS = f"below {UNIQUE:.2f} a quarter of sheared cells snap and are refused: "
 REMEDY = "take less draw-in or a longer loop"

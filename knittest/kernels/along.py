@@ -17,10 +17,11 @@ from knittest.kernels.state import Array, Index
 from knittest.kernels.vec import add, dot
 
 #: determinant of the second derivatives of half the squared distance, over both tangents squared, below which yarns at
-#: a point wrap each other if one bends by 1 - BENDS over the distance at least; until none does by 1 - UNWRAPS
+#: a point wrap each other where one bends by more than 1 - BENDS over the distance; marks go on while a yarn bends by
+#: more than 1 - UNWRAPS
 WRAPS, BENDS, UNWRAPS = 0.02, 0.7, 0.85
-#: the second yarn lies along the first if it is nearer to bending about its axis by this factor
-SECOND_BENDS = 0.9
+#: the second yarn lies along the first if it bends by this more over the distance
+SECOND_BENDS = 0.01
 #: pieces marked on either side of one that bends round: they come to lie along before they touch
 SPREAD = 2
 #: yarns that a piece may lie along
@@ -54,12 +55,21 @@ def _lies(i, j, pieces):
 def held_kind(i, j, pieces):
     """Kind of a contact of pieces ``i`` and ``j`` by their marks; :data:`POINT` where none lies along the other.
 
-    Where both do, that of the lower master is held, whichever copy it is.
+    Where both do, that of the lower master is held, whichever copy it is. A piece does not lie along its own image.
     """
+    if pieces.master[i] == pieces.master[j]:
+        return POINT
     first, second = _lies(i, j, pieces), _lies(j, i, pieces)
-    if first and (not second or pieces.master[i] <= pieces.master[j]):
+    if first and (not second or pieces.master[i] < pieces.master[j]):
         return FIRST_ALONG
     return SECOND_ALONG if second else POINT
+
+
+@njit(**PART)
+def is_other_kind(line, i, j, pieces):
+    """Tell whether a contact of the kind ``line`` of pieces ``i`` and ``j`` is one of another kind by their marks."""
+    held = held_kind(i, j, pieces)
+    return held != line and (held != POINT or line >= FIRST_ALONG)
 
 
 @njit(**PART)
@@ -98,7 +108,7 @@ def look_at(place, to_first, to_second, line, x, pieces):
     wraps = least < 0.0 or first * second - uv * uv / (uu * vv) < WRAPS
     if line == BESIDE or least > BENDS or not wraps:
         return 0
-    return _mark(j, i, pieces) if second < SECOND_BENDS * first else _mark(i, j, pieces)
+    return _mark(j, i, pieces) if second < first - SECOND_BENDS else _mark(i, j, pieces)
 
 
 @njit(**KERNEL)
@@ -116,13 +126,27 @@ def mark_tracked(contacts, count, position, pieces):
 
 
 @njit(**KERNEL)
-def mark_found(pairs, places, found, position, pieces):
-    """Mark the pieces that lie along others by pairs just found; returns how many marks are new."""
+def mark_found(pairs, places, found, position, excess, pieces):
+    """Mark the pieces that lie along others by pairs of circles just found; returns how many marks are new.
+
+    ``excess`` (n_nodes,) of the sections says which are ellipses; empty if none is.
+    """
     x, new = rows3(position), 0
     for share in range(found.size):
         for k in range(found[share]):
-            at = places[share, k]
-            place = (pairs[share, k, 0], pairs[share, k, 1], at[0], at[1])
+            i, j, at = pairs[share, k, 0], pairs[share, k, 1], places[share, k]
+            if excess.size > 0 and (excess[i] != 0.0 or excess[j] != 0.0):
+                continue
+            place = (i, j, at[0], at[1])
             offset = (at[2], at[3], at[4])
             new += look_at(place, offset, offset, at[5], x, pieces)
     return new
+
+
+@njit(**KERNEL)
+def flag_other_kinds(contacts, count, pieces, moved):
+    """Flag as ``moved`` the pieces of the first ``count`` contacts that are another kind by marks: found anew."""
+    for c in range(count):
+        i, j = contacts.piece[0, c], contacts.piece[1, c]
+        if is_other_kind(contacts.line[c], i, j, pieces):
+            moved[i] = moved[j] = True

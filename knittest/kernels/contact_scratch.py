@@ -9,7 +9,7 @@ BLOCK = 64
 #: rows lie apart by no power of two: the rows of a contact would share a few sets of the first-level cache
 STRIDE = BLOCK + 8
 LANES = U(STRIDE)
-# control points of A and B (9 + 9), parameters, line flag, reach, spring, offset, force, loss by friction, slipping,
+# control points of A and B (9 + 9), parameters, kind, reach, spring, offset, force, loss by friction, slipping,
 # turn of the touching surfaces, loss by damping, turn of A over B about the offset times its length, loss by spin
 P = tuple(np.uintp(STRIDE * k) for k in range(18))
 S, T, LINE, REACH = (np.uintp(STRIDE * k) for k in range(18, 22))
@@ -24,8 +24,8 @@ OVER, SPUN = np.uintp(STRIDE * 37), np.uintp(STRIDE * 38)
 WAS_UX, UX, VX = PX, P[3], np.uintp(STRIDE * 39)
 # the step [ms] where surfaces touched, else 0, until losses are known
 TOUCHED = LOST
-# before losses are known: normal force before the step, and the products of the second derivatives of A and B with the
-# shifts of their own sections, which take the place of TOUCHED
+# before losses are known: normal force before the step; products of the second derivatives of A and B with the shifts
+# of their own sections, the latter in the place of TOUCHED, which is read before
 PRESSED, OWN_A, OWN_B = DAMPED, SPUN, LOST
 SCRATCH = STRIDE * 42
 P0, P1, P2, P3, P4, P5, P6, P7, P8 = P[:9]

@@ -41,10 +41,10 @@ def tracked(contacts, lists, chain, place, near):
 
 
 @njit(**PART)
-def _of_another_kind(contacts, lists, chain, place):
+def _of_another_kind(contacts, lists, chain, taken, place):
     """Number of the contact of another kind at ``place`` whose piece is the one that the one or the other holds, or -1.
 
-    One beside does not hold its second piece: it hands over to a point only where both pieces are its own.
+    Between a point and one beside both pieces are to be the same. None that is ``taken``.
     """
     head, following = lists
     i, j, s, t, line = place
@@ -57,9 +57,10 @@ def _of_another_kind(contacts, lists, chain, place):
             near_second = abs(contacts.piece[1, c] + contacts.parameter[1, c] - j - t) < SAME
             own_first, own_second = contacts.piece[0, c] == i, contacts.piece[1, c] == j
             held = near_first and own_second if holds_second else own_first and near_second
-            if was == BESIDE or line == BESIDE:
+            if was + line == POINT + BESIDE:
                 held = own_first and own_second
-            if was != line and held and chain[contacts.piece[1, c]] == chain[j] and chain[first] == chain[i]:
+            one_pair = chain[first] == chain[i] and chain[contacts.piece[1, c]] == chain[j]
+            if was != line and held and one_pair and not taken[c]:
                 return c
             c = following[c]
     return -1
@@ -70,7 +71,7 @@ def predecessor(contacts, lists, chain, taken, place):
     """Number of the contact that the one found at ``place`` goes on from, which is ``taken`` then, or -1."""
     c = tracked(contacts, lists, chain, place, SAME)
     if c < 0 or taken[c]:
-        c = _of_another_kind(contacts, lists, chain, place)
+        c = _of_another_kind(contacts, lists, chain, taken, place)
     if c < 0 or taken[c]:
         return -1
     taken[c] = True

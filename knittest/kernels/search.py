@@ -9,7 +9,7 @@ from math import sqrt
 import numpy as np
 from numba import njit
 
-from knittest.kernels.along import held_kind
+from knittest.kernels.along import is_other_kind
 from knittest.kernels.contact import FIRST_ALONG, POINT, tangent_of
 from knittest.kernels.heirs import SAME, predecessor, push, tracked
 from knittest.kernels.options import ALLOCATING, KERNEL, PART, U
@@ -96,10 +96,7 @@ def _gap(contacts, c):
 @njit(**PART)
 def _is_looked_for(i, j, line, moved, pieces):
     """Tell whether a contact of the kind ``line`` is no longer one, or found anew: those held at a piece that moved."""
-    held = held_kind(i, j, pieces)
-    if held != line and (held != POINT or line >= FIRST_ALONG):
-        return True
-    return line != POINT and (moved[i] or moved[j])
+    return is_other_kind(line, i, j, pieces) or (line != POINT and (moved[i] or moved[j]))
 
 
 @njit(**PART)
@@ -159,7 +156,7 @@ def _add_contact(i, j, s, t, wx, wy, wz, line, touch, arm, coefficient, most, ol
         new.parameter[0, c], new.parameter[1, c] = s, t
         new.offset[0, c], new.offset[1, c], new.offset[2, c] = wx, wy, wz
     new.reach[c], new.arm[c], new.line[c] = reach, arm, line
-    # yarns side by side already resist spin by friction along their line
+    # yarns side by side, or in a row, already resist spin by friction along their line
     new.lever[0, c], new.lever[1, c] = coefficient, most if line == POINT else 0.0
     return goes_on
 

@@ -1,6 +1,6 @@
 """Contacts of elliptic sections at yarns that bend as the ellipse does: there one nearest place becomes two.
 
-A yarn that is pressed piece by piece has them both; what is left is one that bends along the section of a yarn that is.
+Yarns that are pressed piece by piece touch in both; what is left are those that bend along the section of such a yarn.
 """
 
 import numpy as np
@@ -70,8 +70,8 @@ def conforming(tracker: ContactTracker, position: Array) -> str:
     less = f"at most about {most:.2f}" if most >= 1.0 else "1, and a packing higher"
     return (
         f"fabric.reinforcing.section.width_to_height: {tracker.name_of(first)} and {tracker.name_of(second)} bend "
-        f"along each other's section of {ratio:.3g} times its height and would touch in two places, which one contact "
-        f"does not follow; expected {less}"
+        f"along each other's section of {ratio:.3g} times its height and would touch in two places, which contacts do "
+        f"not follow; expected {less}"
     )
 
 

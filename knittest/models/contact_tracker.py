@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from knittest.base.errors import InputError, NumericalError
 from knittest.base.history import OVERLAP_COUNTS, Overlaps
 from knittest.kernels import search
-from knittest.kernels.along import MOST, Pieces, mark_found, mark_tracked
+from knittest.kernels.along import MOST, Pieces, flag_other_kinds, mark_found, mark_tracked
 from knittest.kernels.options import PARTITIONS
 from knittest.kernels.pair_search import Cells, find_pairs
 from knittest.kernels.periodic_state import Images
@@ -269,9 +269,11 @@ class ContactTracker:
         while True:
             changed = (self._along != before).any(axis=1)[self._master]
             moved = moved | (changed if self.group.near is None else changed & self.group.near)
+            if self.group.near is None:
+                flag_other_kinds(self.contacts, self.count, pieces, moved)
             before = self._along.copy()
             pairs = self._near_pairs(position, pieces, moved, cells)
-            marked = mark_found(*pairs, position, pieces)
+            marked = mark_found(*pairs, position, self.group.excess, pieces)
             if self.group.excess.size:
                 marked += mark_ellipses(*pairs, position, self.contacts, pieces)
             if not marked:

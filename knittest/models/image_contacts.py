@@ -42,7 +42,9 @@ def share_states(contacts: Contacts, count: int, images: Images, master: Index) 
     crossing = np.empty(count, np.int64)
     crossing[order] = np.cumsum(changes)
     fresh = (contacts.force[:, :count] == 0.0).all(axis=0)
-    best = np.lexsort((np.arange(count), fresh, crossing))
+    # of those that look back on no step one that inherited its depth goes before those that did not
+    depth = contacts.reach[:count] - np.linalg.norm(contacts.offset[:, :count], axis=0)
+    best = np.lexsort((np.arange(count), np.where(fresh, -depth, 0.0), fresh, crossing))
     source = best[np.unique(crossing[best], return_index=True)[1]][crossing]
     copies = np.flatnonzero(source != np.arange(count))
     _copy(contacts, source[copies], copies, swapped[source[copies]] != swapped[copies], of, images)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from plain import plain
 
-from knittest.kernels.along import MOST, SPREAD, Pieces, held_kind, mark_found, mark_tracked
+from knittest.kernels.along import MOST, SPREAD, Pieces, flag_other_kinds, held_kind, mark_found, mark_tracked
 from knittest.kernels.contact import BESIDE, FIRST_ALONG, POINT, SECOND_ALONG, closest_step
 from knittest.kernels.heirs import predecessor, push
 from knittest.kernels.pair_search import _closest
@@ -43,7 +43,7 @@ class Two:
         pairs, places = np.array([[self.middle]]), np.zeros((1, 1, 6))
         offset = self.position[:, self.middle[0]] - self.position[:, self.middle[1]]
         places[0, 0] = [0.5, 0.5, *offset, line]
-        return int(plain(mark_found)(pairs, places, np.array([1]), self.position, self.pieces))
+        return int(plain(mark_found)(pairs, places, np.array([1]), self.position, np.zeros(0), self.pieces))
 
     @property
     def marked(self) -> dict[int, list[int]]:
@@ -96,6 +96,7 @@ def test_hooks_that_bend_round_each_other_are_held_on_the_sharper_one():
     centres of curvature make a positive product."""
     for first, second, kind in [
         (1.2, 1.01, SECOND_ALONG), (1.1, 1.15, FIRST_ALONG), (1.15, 1.14, FIRST_ALONG), (0.6, 0.9, FIRST_ALONG),
+        (0.9, 0.6, SECOND_ALONG), (0.50, 0.52, FIRST_ALONG),
     ]:  # fmt: skip
         pair = crossed(first * APART, second * APART)
         assert pair.found() == 2 * SPREAD + 1
@@ -206,6 +207,8 @@ def contact(line: float, pieces: tuple[int, int], s: float = 0.5, t: float = 0.5
         (FIRST_ALONG, (5, 17, 0.5, -0.4, FIRST_ALONG), True),
         (FIRST_ALONG, (6, 16, 0.5, 0.5, FIRST_ALONG), False),
         (BESIDE, (5, 16, 0.5, 0.5, FIRST_ALONG), True),
+        (BESIDE, (5, 17, 0.5, -0.2, FIRST_ALONG), True),
+        (BESIDE, (5, 17, 0.5, -0.2, POINT), False),
     ],
 )
 def test_depth_goes_to_the_contact_at_the_held_piece(was, place, heir):
@@ -250,3 +253,32 @@ def test_copies_of_a_held_contact_are_one_whichever_way_round():
     assert LINES[1][kinds[2]] == LINES[0][kinds[3]]
     assert LINES[1][kinds[1]] != LINES[0][kinds[1]]
     assert LINES[1][kinds[0]] == LINES[0][kinds[0]]
+
+
+def test_contacts_that_marks_make_another_kind_are_looked_for_where_nothing_moved():
+    """One that walked onto a marked piece would be dropped, and not found."""
+    pair = crossed(APART, STRAIGHT)
+    pair.found()
+    for line, told in ((POINT, True), (FIRST_ALONG, False), (SECOND_ALONG, True), (BESIDE, True)):
+        moved = np.zeros(22, np.bool_)
+        plain(flag_other_kinds)(contact(line, pair.middle), 1, pair.pieces, moved)
+        assert np.flatnonzero(moved).tolist() == (list(pair.middle) if told else [])
+
+
+def test_a_piece_does_not_lie_along_its_own_image():
+    pair = crossed(APART, STRAIGHT)
+    pair.found()
+    own = pair.pieces._replace(master=np.full(22, 5), chain=np.zeros(22, np.int64))
+    own.along[:] = 0
+    assert plain(held_kind)(*pair.middle, own) == POINT
+
+
+def test_of_two_contacts_at_a_place_the_one_that_is_free_is_taken():
+    old, chain = contact(POINT, (5, 16)), np.repeat([0, 1], 11)
+    both = Contacts(*(np.concatenate([row, row], axis=-1) for row in old[:17]))
+    lists, taken = (np.full(22, -1), np.full(2, -1)), np.zeros(2, np.bool_)
+    for c in (0, 1):
+        plain(push)(both, c, lists)
+    place = (5, 16, 0.5, 0.5, FIRST_ALONG)
+    assert sorted(plain(predecessor)(both, lists, chain, taken, place) for _ in range(2)) == [0, 1]
+    assert plain(predecessor)(both, lists, chain, taken, place) == -1

@@ -111,3 +111,17 @@ def test_cells_of_ellipses_look_further_than_those_of_circles() -> None:
         group = build_meso_cell(run, relaxed_cell(run.fabric), 1, 1).group
         counts[packing] = int(group.near.sum()) - int(group.owned.sum())
     assert counts[0.9] > counts[None] > 0
+
+
+def test_of_copies_found_anew_the_one_that_inherited_its_depth_goes_before() -> None:
+    """None looks back on a force; the first one in the list may have found no predecessor."""
+    cell = crossed(2.7).cell
+    cell.prepare()
+    contacts, count = cell.tracker.contacts, cell.tracker.count
+    assert count > 1
+    contacts.force[:] = 0.0
+    gap = np.linalg.norm(contacts.offset[:, :count], axis=0)
+    contacts.reach[:count] = gap
+    contacts.reach[count - 1] = gap[-1] + 0.01
+    share_states(contacts, count, cell.images, masters(cell.images))
+    assert contacts.reach[:count] - gap == pytest.approx(np.full(count, 0.01))

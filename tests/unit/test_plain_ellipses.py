@@ -285,7 +285,7 @@ def test_a_yarn_that_bends_about_the_curvature_of_a_section_lies_along_it(ratio,
     chain = np.repeat([0, 1], 3)
     pieces = Pieces(one, one, np.ones(nodes, np.int64), chain, one < 0.0, np.arange(nodes), none)
     pairs, found = np.array([[[1, 4]]]), np.array([1])
-    assert plain(mark_found)(pairs, places, found, position, pieces) == 0
+    assert plain(mark_found)(pairs, places, found, position, contacts.excess, pieces) == 0
     assert plain(mark_ellipses)(pairs, places, found, position, contacts, pieces) == (3 if marks else 0)
     assert (none[:3, 0] == 1).all() == marks
 
