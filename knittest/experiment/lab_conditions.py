@@ -3,7 +3,6 @@
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 from pydantic import BaseModel
 
@@ -12,45 +11,48 @@ from knittest.config.base import BoundsError, check_bounds, field_meta
 from knittest.config.fabric import Fabric
 from knittest.config.rigs import StripRig
 from knittest.config.run import rig_model
-from knittest.experiment import lab_units
+from knittest.experiment import lab_names, lab_units
 from knittest.experiment.lab_numbers import NUMBER, read_number
-from knittest.experiment.lab_rows import Row
+from knittest.experiment.lab_table import LabTable
 
 _VALUE = re.compile(r"([+-]?\d[\d.,]*)\s*(.*)", re.S)
 #: difference [-] of two numbers that are meant to be the same
 SAME = 0.005
 _UP_TO = re.compile(r"[:=]")
-_LONGEST_LABEL = 200
 
 
 @dataclass(frozen=True)
 class Condition:
-    """A number that results of a test hang on, with its place in files and commands.
+    """A number that results of a test hang on: ``key`` names it in tables, ``option`` on the command line.
 
-    ``key`` names it in tables and in heads of curves, ``option`` on the command line. A cell names it by the first of
-    ``labels`` that any cell of a head matches, unless ``other`` matches too; ``units`` are factors to ``unit``. Its
-    bounds are those of the field ``field`` of ``model``, or of the rig of the test that it names; none without.
+    ``units`` are factors to ``unit``. Its bounds are those of the field ``field`` of ``model``, or of the rig of the
+    test that it names; none without. The labels that state it stand in the table of names.
     """
 
     key: str
     name: str
     option: str
     unit: str
-    labels: tuple[str, ...]
-    other: str
-    units: dict[str, float]
-    model: type[BaseModel] | str
-    field: str
+    units: Mapping[str, float]
+    model: type[BaseModel] | str = ""
+    field: str = ""
 
     @property
     def one(self) -> str:
         """Name with its article."""
         return f"{'an' if self.name[0] in 'aeiou' else 'a'} {self.name}"
 
-    def names(self, cell: str, tier: int) -> bool:
-        """Tell whether ``cell`` names this condition by label ``tier``."""
-        cell = cell[:_LONGEST_LABEL]
-        return bool(re.search(self.labels[tier], cell, re.I)) and not re.search(self.other, cell, re.I)
+    @property
+    def tiers(self) -> int:
+        """Number of ranks of labels; a label counts where no earlier rank stands in the file."""
+        return len(lab_names.table()["conditions"].get(self.key, {}).get("tiers", ()))
+
+    def names(self, cell: str, tier: int = 0) -> bool:
+        """Tell whether ``cell`` names this condition by a label of rank ``tier``."""
+        cell = cell[: lab_names.LONGEST].replace("_", " ")
+        return bool(lab_names.pattern("conditions", self.key, "tiers", tier).search(cell)) and not lab_names.pattern(
+            "conditions", self.key, "none"
+        ).search(cell)
 
     def plausible(self, value: float, said: str) -> float:
         """``value`` [unit]; raises :class:`InputError` outside the field's bounds, with the likely unit."""
@@ -64,108 +66,50 @@ class Condition:
         return value
 
 
-#: parts of machines and yarns, whose widths and lengths are others
-_MACHINE = r"jaw|clamp|grip|klemm|einspann|backe|yarn|garn|roll|ware"
-_PIECE = r"strip|specimen|sample|test ?piece|coupon|initial|nominal|original"
-_STUECK = r"proben?|streifen|prüflings?|prüfkörper|muster|anfangs"
-GAUGE = Condition(
-    "gauge_length_mm", "gauge length", "--gauge-length", "mm",
-    # an extensometer's gauge ("Messlänge") is another length
-    (r"einspannl|klemml|gau?ge[ _-]?length|grip sep|clamp(ing)? (dist|len)|distance of the clamps",
-     r"anfangsl|ausgangsl|\bL0\b"),
-    r"extensometer", lab_units.LENGTH, "tensile", "gauge_length",
-)  # fmt: skip
-WIDTH = Condition(
-    "strip_width_mm", "strip width", "--width", "mm",
-    (rf"({_PIECE})[ _-]*width(?![a-z])|(?<![a-zäöü])({_STUECK})[ _-]*breite(?![a-z])",
-     r"^\W*width(?![a-z])|^\W*breite(?![a-z])", r"^\W*b_?0?\W*(mm|cm|m)?\W*$"),
-    _MACHINE + r"|plate|platte|frame|rahmen|tolerance|toleranz", lab_units.LENGTH, StripRig, "width",
-)  # fmt: skip
-
-FRAME_SIDE = Condition(
-    "frame_side_mm", "frame side", "--frame-side", "mm",
-    (r"(frame|arm)[ _-]*(side|length)|(side|length)[ _-]of[ _-]the[ _-](frame|arms?)|"
-     r"rahmen(seite|länge|kante)|schenkell",),
-    r"fabric|specimen|sample|probe|gewebe|stoff", lab_units.LENGTH, "picture-frame", "frame_side",
-)  # fmt: skip
-FABRIC_SIDE = Condition(
-    "fabric_side_mm", "fabric side", "--fabric-side", "mm",
-    (r"(fabric|specimen|sample)[ _-]*(side|length)|side[ _-]of[ _-]the[ _-](fabric|specimen|sample)|"
-     r"(proben?|stoff|gewebe|prüf)[ _-]*(seite|seitenlänge|kante|kantenlänge)(?![a-z])",),
-    r"frame|rahmen", lab_units.LENGTH, "picture-frame", "side",
-)  # fmt: skip
+_MM = ("mm", lab_units.LENGTH)
+GAUGE = Condition("gauge_length_mm", "gauge length", "--gauge-length", *_MM, "tensile", "gauge_length")
+EXTENSOMETER = Condition("extensometer_gauge_mm", "gauge length of the extensometer", "", *_MM)
+STANDARD = Condition("standard_gauge_mm", "gauge length of the standard travel", "", *_MM)
+WIDTH = Condition("strip_width_mm", "strip width", "--width", *_MM, StripRig, "width")
+FRAME_SIDE = Condition("frame_side_mm", "frame side", "--frame-side", *_MM, "picture-frame", "frame_side")
+FABRIC_SIDE = Condition("fabric_side_mm", "fabric side", "--fabric-side", *_MM, "picture-frame", "side")
 AREA_MASS = Condition(
-    "area_mass_g_m2", "area mass", "--area-mass", "g/m2",
-    (r"area[ _-]*(mass|weight|density)|areal[ _-]*(mass|weight|density)|mass per (unit )?area|grammage|"
-     r"fl[äa]chen(masse|gewicht)|grammatur",),
-    r"plate|platte|yarn|garn", lab_units.AREA_MASS, Fabric, "area_mass",
+    "area_mass_g_m2", "area mass", "--area-mass", "g/m2", lab_units.AREA_MASS, Fabric, "area_mass"
 )  # fmt: skip
 PLANE_ANGLE = Condition(
-    "plane_angle_deg", "angle of the plane", "--plane-angle", "deg",
-    (r"angle of the plane|plane[ _-]*angle|(bending|chord|slope|inclin\w*)[ _-]*angle|neigungswinkel|ebenenwinkel|"
-     r"messwinkel|biegewinkel",),
-    r"shear|scher", lab_units.ANGLE, "cantilever", "plane_angle",
-)  # fmt: skip
+    "plane_angle_deg", "angle of the plane", "--plane-angle", "deg", lab_units.ANGLE, "cantilever", "plane_angle"
+)
 NORMAL_FORCE = Condition(
-    "normal_force_n", "normal force", "--normal-force", "N",
-    (r"normal[ _-]*(force|load)|normalkraft|andruckkraft|anpresskraft|clamping force",),
-    r"coefficient", lab_units.FORCE, "friction", "normal_force",
-)  # fmt: skip
-PLATE_LENGTH = Condition(
-    "plate_length_mm", "plate length", "--plate-length", "mm",
-    (r"(plate|sled)[ _-]*length|length[ _-]of[ _-]the[ _-]plate|(platten|schlitten)[ _-]*länge",),
-    r"strip|specimen|probe", lab_units.LENGTH, "friction", "plate_length",
-)  # fmt: skip
-PLATE_WIDTH = Condition(
-    "plate_width_mm", "plate width", "--plate-width", "mm",
-    (r"(plate|sled)[ _-]*width|width[ _-]of[ _-]the[ _-]plate|(platten|schlitten)[ _-]*breite",),
-    r"strip|specimen|probe", lab_units.LENGTH, "friction", "plate_width",
-)  # fmt: skip
-
-RATIO = Condition(
-    "strain_ratio", "strain ratio", "--ratio", "1",
-    (r"strain[ _-]*ratio|ratio[ _-]of[ _-](the[ _-])?strains|dehnungsverhältnis",),
-    r"force|kraft", {"1": 1.0}, "biaxial", "ratio",
-)  # fmt: skip
-
-EMBEDDED = Condition(
-    "embedded_length_mm", "embedded length", "--embedded-length", "mm",
-    (r"embedded[ _-]*length|(?<!un)eingebettete[ _-]*länge|einbettlänge",), r"loop|masche", lab_units.LENGTH,
-    "pull-out", "length",
-)  # fmt: skip
+    "normal_force_n", "normal force", "--normal-force", "N", lab_units.FORCE, "friction", "normal_force"
+)
+PLATE_LENGTH = Condition("plate_length_mm", "plate length", "--plate-length", *_MM, "friction", "plate_length")
+PLATE_WIDTH = Condition("plate_width_mm", "plate width", "--plate-width", *_MM, "friction", "plate_width")
+PLATE_DIAMETER = Condition("plate_diameter_mm", "plate diameter", "--plate-diameter", *_MM)
+PLATE_AREA = Condition("plate_area_mm2", "plate area", "", "mm2", lab_units.AREA)
+RATIO = Condition("strain_ratio", "strain ratio", "--ratio", "1", {"1": 1.0}, "biaxial", "ratio")
+EMBEDDED = Condition("embedded_length_mm", "embedded length", "--embedded-length", *_MM, "pull-out", "length")
 CROSSING_DENSITY = Condition(
     "crossing_density_per_100_mm", "density of the crossing yarns", "--crossing-density", "yarn/100 mm",
-    (r"(crossing|cross)[ _-]*(yarns?[ _-]*)?density|density[ _-]of[ _-]the[ _-]crossing[ _-]yarns|kreuzungsdichte|"
-     r"dichte[ _-]der[ _-]kreuzenden",),
-    r"area|linear|fläche", {"yarn/100 mm": 1.0, "yarn/cm": 10.0, "yarn/inch": 100.0 / 25.4}, Fabric, "warp_density",
+    lab_units.DENSITY, Fabric, "warp_density",
 )  # fmt: skip
+# those that an import finds by itself: no label and no option states them
+CLAMPED_EDGES = Condition("clamped_edges", "number of clamped edges", "", "1", {})
+SLID_PITCHES = Condition("slid_pitches", "number of pitches slid", "", "1", {})
+CYCLES = Condition("cycles", "number of cycles", "", "1", {}, "picture-frame", "cycles")
+CYCLE_ANGLE = Condition("cycle_angle_deg", "angle at which cycles turn", "", "deg", {}, "picture-frame", "max_angle")
 
 
-def _found(key: str, name: str, unit: str, model: str = "", field: str = "") -> Condition:
-    """Condition that an import finds by itself: no label and no option states it."""
-    return Condition(key, name, "", unit, (), "", {}, model, field)
+def stated(what: Condition, table: LabTable, tiers: Iterable[int] | None = None) -> tuple[float, str] | None:
+    """Value of ``what`` [its unit] in the rows above ``table``, and ``file:line``; ``None`` when no row states one.
 
-
-CLAMPED_EDGES = _found("clamped_edges", "number of clamped edges", "1")
-SLID_PITCHES = _found("slid_pitches", "number of pitches slid", "1")
-CYCLES = _found("cycles", "number of cycles", "1", "picture-frame", "cycles")
-CYCLE_ANGLE = _found("cycle_angle_deg", "angle at which cycles turn", "deg", "picture-frame", "max_angle")
-
-
-def stated(what: Condition, path: Path, head: Sequence[Row], mark: str) -> tuple[float, str] | None:
-    """Value of ``what`` [its unit] in the rows above a table, and ``file:line``; ``None`` when no row states one.
-
-    ``mark`` is the decimal mark of the table. Raises :class:`InputError` for an unknown unit, an implausible number, or
-    rows that contradict each other.
+    Raises :class:`InputError` for an unknown unit, an implausible number, or rows that contradict each other.
     """
-    for tier in range(len(what.labels)):
+    for tier in range(what.tiers) if tiers is None else tiers:
         found = [
-            (what.plausible(*value), where)
-            for line, cells in head
+            (what.plausible(*value), f"{table.place}:{line}")
+            for line, cells in table.head
             for k, cell in enumerate(cells)
-            if what.names(_split(cell)[0], tier)
-            and (where := f"{path}:{line}")
-            and (value := _value(what, path, line, cells[k:], mark)) is not None
+            if what.names(_split(cell)[0], tier) and (value := _value(what, table, line, cells[k:])) is not None
         ]
         if found:
             return agreeing(what, found)
@@ -198,20 +142,39 @@ def agreed(what: Condition, given: float | None, said: tuple[float, str] | None)
     return given
 
 
-def needed(what: Condition, path: Path, head: Sequence[Row], mark: str, given: Mapping[str, float]) -> float:
-    """The value of ``what`` by the file's ``head`` and by the user (by key); raises where neither states it."""
-    value = agreed(what, given.get(what.key), stated(what, path, head, mark))
-    if value is None:
-        raise unstated([what], path)
-    return value
+def known(what: Condition, table: LabTable, given: Mapping[str, float]) -> float | None:
+    """The value of ``what`` by the head of ``table`` and by the user (by key), ``None`` where neither states it."""
+    return agreed(what, given.get(what.key), stated(what, table))
 
 
-def unstated(wanted: Iterable[Condition], path: object) -> InputError:
+def needed(wanted: Sequence[Condition], table: LabTable, path: object, given: Mapping[str, float]) -> list[float]:
+    """:func:`known` of each of ``wanted``; raises :class:`InputError` naming those that nobody states."""
+    values = [known(what, table, given) for what in wanted]
+    if missing := [what for what, value in zip(wanted, values, strict=True) if value is None]:
+        raise unstated(missing, path)
+    return [value for value in values if value is not None]
+
+
+def unstated(missing: Sequence[Condition], path: object) -> InputError:
     """The refusal of a file that leaves open what its results hang on."""
-    missing = list(wanted)
     names = " and no ".join(w.name for w in missing)
     options = " and ".join(f"{w.option} [{w.unit}]" for w in missing)
     return InputError(f"{path}: the file states no {names}: give {options}")
+
+
+def in_column(what: Condition, table: LabTable, column: int) -> tuple[float, str]:
+    """The one value of ``what`` in a column that it names, and its place."""
+    filled = [(line, cells) for line, cells in table.body if column < len(cells) and cells[column]]
+    name = table.names[column]
+    if not filled:
+        raise InputError(f"{table.where}: column {name!r} is empty: give {what.option} [{what.unit}] and leave it out")
+    factor = what.units[table.unit(column, what.units) or what.unit]
+    values = {cells[column]: line for line, cells in reversed(filled)}
+    found = [
+        (what.plausible(table.number(line, cell) * factor, f"{table.place}:{line}: {name}"), f"{table.place}:{line}")
+        for cell, line in sorted(values.items(), key=lambda item: item[1])
+    ]
+    return agreeing(what, found)
 
 
 def same(one: float, other: float) -> bool:
@@ -220,12 +183,13 @@ def same(one: float, other: float) -> bool:
 
 
 def _split(cell: str) -> tuple[str, str]:
-    """Label of a cell and what stands behind its colon or equals sign."""
+    """Label of a cell and what stands behind its colon or equals sign, if that is a number."""
     label, *rest = _UP_TO.split(cell, maxsplit=1)
-    return label.strip("# \t"), rest[0].strip() if rest else ""
+    behind = rest[0].strip() if rest else ""
+    return (label.strip("# \t"), behind) if not behind or _VALUE.match(behind) else (cell.strip("# \t"), "")
 
 
-def _value(what: Condition, path: Path, line: int, cells: Sequence[str], mark: str) -> tuple[float, str] | None:
+def _value(what: Condition, table: LabTable, line: int, cells: Sequence[str]) -> tuple[float, str] | None:
     """Number and its name in messages, from a cell with a label and those behind it; ``None`` without a number."""
     label, rest = _split(cells[0])
     behind = [cell for cell in (rest, *cells[1:]) if cell]
@@ -236,12 +200,8 @@ def _value(what: Condition, path: Path, line: int, cells: Sequence[str], mark: s
     if not unit and len(behind) > 1 and not NUMBER.match(behind[1]):
         labels_another = len(behind) > 2 and _VALUE.match(behind[2]) and not lab_units.known(behind[1], what.units)
         unit = "" if labels_another else behind[1]
-    value = read_number(path, line, found[1], _mark(found[1], mark))
-    named = lab_units.stated(label, unit, what.units, f"{path}:{line}") or what.unit
-    return value * what.units[named], f"{path}:{line}: {label}"
-
-
-def _mark(text: str, table: str) -> str:
-    """Decimal mark of one number: that of the table, unless its only mark cannot stand for thousands."""
-    own = re.fullmatch(r"[+-]?\d+([.,])(\d*)", text)
-    return own[1] if own and len(own[2]) != 3 else table
+    own = re.fullmatch(r"[+-]?\d+([.,])(\d*)", found[1])  # a mark that cannot stand for thousands is its own
+    value = read_number(table.place, line, found[1], own[1] if own and len(own[2]) != 3 else table.mark)
+    plain = re.sub(r"\(([^()]*)\)", lambda text: text[0] if lab_units.is_unit(text[1]) else "", label)
+    named = lab_units.stated(plain, unit, what.units, f"{table.place}:{line}") or what.unit
+    return value * what.units[named], f"{table.place}:{line}: {label}"

@@ -1,6 +1,5 @@
 """The direction that a laboratory file states: in its head, in its name or in that of its folder."""
 
-import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,15 +7,8 @@ from typing import Literal
 
 from knittest.base.errors import InputError
 from knittest.config.fabric import Direction
+from knittest.experiment.lab_names import LONGEST, pattern
 from knittest.experiment.lab_rows import Row
-
-#: a weft-knitted fabric has both
-_FABRIC = re.compile(r"(weft|warp|schuss|schuß|kett)[ -]?(en)?(knit|gewirk|insert|gestrick|beaded)\w*", re.I)
-_WORDS: dict[Direction, re.Pattern[str]] = {
-    "warp": re.compile(r"(?<![a-zäöü])(warp|wales?(?![a-z])|kett(e|en)?(?![a-zäöü])|kett(richt|f[aä]d|garn))", re.I),
-    "weft": re.compile(r"(?<![a-zäöü])(weft|courses?(?![a-z])|filling(?![a-z])|schu(ss|ß))", re.I),
-}
-_LONGEST = 200
 
 
 @dataclass(frozen=True)
@@ -35,9 +27,10 @@ def said_by(path: Path, head: Iterable[Row]) -> Said | None:
         (f"{path}: its name", path.stem, "name"),
         (f"{path}: its folder", path.parent.name, "folder"),
     ]
+    directions: tuple[Direction, ...] = ("warp", "weft")
     for where, text, by in places:
-        plain = _FABRIC.sub(" ", text[:_LONGEST].replace("_", " "))
-        named = [direction for direction, word in _WORDS.items() if word.search(plain)]
+        plain = pattern("directions", "fabric").sub(" ", text[:LONGEST].replace("_", " "))
+        named = [direction for direction in directions if pattern("directions", direction).search(plain)]
         if len(named) == 1:
             return Said(named[0], where, by)
     return None

@@ -10,8 +10,7 @@ from knittest.base.atomic import write_atomic
 from knittest.config.fabric import Fabric, MacroMaterial
 from knittest.config.starting import FABRIC
 from knittest.experiment.lab_folder import SOURCE_FILE, named, read_statistics, source_text
-from knittest.experiment.lab_kind import LAB_TESTS
-from knittest.experiment.lab_rigs import rigs_of
+from knittest.experiment.lab_tests import LAB_TESTS, rigs_of
 
 HEAD = """\
 # Written by knittest data import, from the tests in this folder: a part of a fabric file.

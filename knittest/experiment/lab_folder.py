@@ -1,23 +1,14 @@
 """The folder of an experiment: what imports write there, and what they leave alone."""
 
-import csv
-import io
 import json
-import math
 import re
 import textwrap
-from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from knittest.base.errors import InputError, ResourceError
 from knittest.base.kinds import DEFAULT, kinds, names
-from knittest.base.tidy_tables import COLUMNS
 from knittest.config.starting import FABRIC
-from knittest.experiment.lab_conditions import Condition
-from knittest.experiment.statistics import mean_sd
 
 STATISTICS, SOURCE_FILE = "statistics.json", "SOURCE.md"
 TENSION, SHEAR = "tension.csv", "shear.csv"
@@ -81,17 +72,15 @@ def _refuse_foreign(out: Path, inner: Path) -> None:
     for folder in (out, inner):
         if folder.exists() and not folder.is_dir():
             raise InputError(f"--out {out}: {folder} is a file: choose a new or empty folder")
-    strange = [name for name in _names(out) if name not in own]
-    inside = _names(inner)
+    outside, inside = (
+        sorted(path.name for path in folder.iterdir()) if folder.exists() else [] for folder in (out, inner)
+    )
+    strange = [name for name in outside if name not in own]
     strange += [f"{inner.name}/{n}" for n in inside if not _OWN_INSIDE.fullmatch(n) or STATISTICS not in inside]
     if strange:
         raise InputError(
             f"--out {out}: holds {strange[0]}, which knittest data import did not write: choose a new or empty folder"
         )
-
-
-def _names(folder: Path) -> list[str]:
-    return sorted(path.name for path in folder.iterdir()) if folder.exists() else []
 
 
 def counted(n: int, what: str) -> str:
@@ -102,21 +91,6 @@ def counted(n: int, what: str) -> str:
 def named(out: Path) -> Path:
     """``out`` as fabric files name it, from ``./data`` on."""
     return Path(*out.parts[1:]) if out.parts[:1] == ("data",) else out
-
-
-def summary(values: np.ndarray) -> dict[str, Any]:
-    """Mean, sd (``None`` of one specimen) and values, as statistics hold them."""
-    mean, sd = mean_sd(values)
-    return {"mean": mean, "sd": None if math.isnan(sd) else sd, "n": len(values), "values": [float(v) for v in values]}
-
-
-def statistics_text(
-    test: str, direction: str, found: Mapping[str, np.ndarray], conditions: Mapping[str, float], **more: Any
-) -> str:
-    """Content of ``statistics.json``."""
-    results = {name: summary(values) for name, values in found.items()}
-    known = {"kind": "measured", "test": test, "direction": direction, "conditions": dict(conditions), **more}
-    return json.dumps(known | results, indent=2, ensure_ascii=False) + "\n"
 
 
 def quantity(found: dict[str, Any], source: str, ref: str) -> dict[str, Any]:
@@ -139,27 +113,3 @@ def read_statistics(out: Path) -> dict[str, dict[str, Any]]:
             raise InputError(f"{path}: not what knittest data import writes now: import those files anew") from None
         found[name] = read
     return found
-
-
-def table_text(
-    variant: str, direction: str, found: Mapping[str, np.ndarray], units: Mapping[str, str],
-    conditions: Sequence[tuple[Condition, float]], source: str,
-) -> str:  # fmt: skip
-    """Tidy rows as :func:`knittest.experiment.tables.published` reads them; ``source`` is cited for each."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    for name, values in found.items():
-        mean, sd = mean_sd(values)
-        scatter = "" if math.isnan(sd) else f"{sd:.6g}"
-        writer.writerow([variant, direction, name, f"{mean:.6g}", scatter, len(values), units[name], source])
-    for what, value in conditions:
-        writer.writerow([variant, direction, what.key, f"{value:.6g}", "", "", what.unit, source])
-    return text.getvalue()
-
-
-def curve_text(notes: Sequence[str], columns: Mapping[str, np.ndarray]) -> str:
-    """A curve as :func:`knittest.experiment.curves.load_curve` reads it, without a column of NaN (no scatter known)."""
-    kept = {name: values for name, values in columns.items() if not np.isnan(values).all()}
-    rows = [",".join(f"{v:.6g}" for v in row) for row in zip(*kept.values(), strict=True)]
-    return "\n".join(["# kind: measured", *notes, ",".join(kept), *rows]) + "\n"

@@ -1,4 +1,4 @@
-"""Statements of a user on laboratory files, besides what the files state themselves."""
+"""Statements of a user on laboratory files, and what they make of forces and travels: sign, preload, first loading."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -8,13 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
-from knittest.experiment.lab_sign import Sign
 
 Array = NDArray[np.float64]
+Sign = Literal["positive", "negative"]
 Preload = Literal["subtract", "keep"]
 Clamped = Literal["sides", "far"]
 Loading = Literal["first", "cycles"]
 
+#: share of the largest force that a force of the other sign stays below, such as noise or the weight of a clamp
+OTHER = 0.5
 #: a force at the start beyond this share of the largest is asked about
 TARE = 0.1
 #: share of its range by which a travel may go back before it counts as turned
@@ -23,9 +25,7 @@ JITTER = 0.01
 
 @dataclass(frozen=True)
 class Given:
-    """Format, conditions by key, how sign, preload and zero of a curve are meant, and what of it counts; ``None``: not
-    said.
-    """
+    """Format, names of columns, conditions by key, and how sign, preload and zero are meant; ``None``: not stated."""
 
     decimal: str | None = None
     delimiter: str | None = None
@@ -36,6 +36,32 @@ class Given:
     faces: int = 2
     clamped: Clamped | None = None
     loading: Loading | None = None
+    columns: tuple[str, ...] = ()
+    named: Mapping[str, str] = field(default_factory=dict)
+
+
+def drawn(travel: Array, sign: Sign) -> Array:
+    """``travel`` (n,) as rising: with a pull counted negative, travels may be too."""
+    falls = travel[0] - travel.min() > travel.max() - travel[0]
+    return -travel if sign == "negative" and falls else travel
+
+
+def pulled(force: Array, sign: Sign, where: str) -> Array:
+    """``force`` [N], (n,), with pull counted positive; raises :class:`InputError` where it is rather of the other sign.
+
+    ``sign`` is that of a pull in the file.
+    """
+    if not np.isfinite(force).all():
+        raise InputError(f"{where}: no finite force")
+    signed = -force if sign == "negative" else force
+    top, bottom = float(signed.max()), float(signed.min())
+    if -bottom > OTHER * max(top, 0.0) and bottom < 0.0:
+        other = "negative" if sign == "positive" else "positive"
+        raise InputError(
+            f"{where}: forces from {force.max():.4g} to {force.min():.4g} N, with a pull counted as {sign}: "
+            f"compression, or the other sign? If it is a pull, give --sign {other}; else tare the force"
+        )
+    return signed
 
 
 def tared(force: Array, preload: Preload | None, where: str) -> Array:

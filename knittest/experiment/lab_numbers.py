@@ -1,15 +1,19 @@
 """Numbers of laboratory files, with either decimal mark."""
 
 import re
-from pathlib import Path
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
 from knittest.config.yaml_loader import shown
 
 #: digits and marks, whatever they mean; looks ahead for a digit, so that a long cell takes no quadratic time
 NUMBER = re.compile(r"[+-]?(?=[.,]*\d)[\d.,]+(e[+-]?\d+)?$", re.I)
+#: cells that say that there is no number
+EMPTY = {"", "nan", "na", "n/a", "n.a.", "#n/a", "#nv", "#num!", "#value!", "#wert!", "null", "none", "-", "--", "---"}
 #: decimal mark -> the number: thousands in groups of three or not at all
 _GROUPED = {
     mark: re.compile(rf"[+-]?(\d{{1,3}}(\{other}\d{{3}})+|\d*)(\{mark}\d*)?(e[+-]?\d+)?", re.I)
@@ -17,37 +21,44 @@ _GROUPED = {
 }
 
 
-def decimal_mark(path: Path, cells: list[str]) -> str:
+def decimal_mark(path: object, cells: Sequence[str]) -> str:
     """The decimal mark of an export; refuses to guess when every number could be in thousands."""
-    numbers = [c for c in cells if c and NUMBER.match(c) and re.search(r"[.,]", c)]
+    numbers = [c for c in cells if ("." in c or "," in c) and NUMBER.match(c)]
     for mark, other in ((",", "."), (".", ",")):
         if any(other in c and mark in c and c.rindex(mark) > c.rindex(other) for c in numbers):
             return mark
-    marks = {m for c in numbers for m in ".," if m in c}
-    if len(marks) == 2:
+    thousands = {m: re.compile(rf"[+-]?[1-9]\d{{0,2}}(\{m}\d{{3}})+") for m in ".,"}
+    sure = {m for m in ".," if any(m in c and not thousands[m].fullmatch(c) for c in numbers)}
+    if len(sure) == 2:
         raise InputError(f"{path}: both '.' and ',' appear as decimal marks; say which with --decimal")
-    if not marks:
-        return "."
-    mark = marks.pop()
-    if all(re.fullmatch(rf"[+-]?[1-9]\d{{0,2}}(\{mark}\d{{3}})+", c) for c in numbers):
+    if numbers and not sure:
         raise InputError(
             f"{path}: {shown(numbers[0])} could be a thousand or a decimal; say which with --decimal . or --decimal ,"
         )
-    return mark
+    return sure.pop() if sure else "."
 
 
-def read_number(path: Path, line: int, cell: str, mark: str) -> float:
+def read_number(path: object, line: int, cell: str, mark: str) -> float:
     """The number in ``cell`` of line ``line``; raises :class:`InputError`."""
     if not NUMBER.match(cell) or not _GROUPED[mark].fullmatch(cell):
         raise InputError(f"{path}:{line}: {shown(cell)} is not a number with decimal mark {mark!r}")
-    plain = cell.replace("." if mark == "," else ",", "").replace(mark, ".")
-    try:
-        value = float(plain)
-    except ValueError:
-        value = np.nan
+    value = float(numbers([cell], mark)[0])
     if not np.isfinite(value):
         raise InputError(f"{path}:{line}: {shown(cell)} is not a finite number")
     return value
+
+
+def numbers(cells: Sequence[str], mark: str) -> NDArray[np.float64]:
+    """Numbers in ``cells``, nan for what is none with decimal mark ``mark``."""
+    import pandas as pd
+
+    text: Any = pd.Series(cells, dtype=object)
+    fits = text.map(lambda c: bool(c) and bool(_GROUPED[mark].fullmatch(c)))
+    plain = text.where(fits, "").str.replace("." if mark == "," else ",", "", regex=False)
+    found: NDArray[np.float64] = pd.to_numeric(
+        plain.str.replace(mark, ".", regex=False), errors="coerce"
+    ).to_numpy(np.float64)  # fmt: skip
+    return found
 
 
 def plain(value: float) -> float:

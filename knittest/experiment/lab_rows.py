@@ -1,43 +1,89 @@
-"""Rows of the text tables that testing machines write: encoding and delimiter found, size bounded."""
+"""Rows of the tables that testing machines write: text in any encoding and workbooks, size bounded."""
 
 import csv
 import io
+import re
+import unicodedata
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from knittest.base.errors import InputError
 from knittest.base.reading import read_regular
 from knittest.config.yaml_loader import shown
+from knittest.experiment import lab_names
+from knittest.experiment.lab_numbers import NUMBER
 
 #: what a table of a machine stays below; together they bound memory to some 0.6 GB
 MAX_BYTES, MAX_ROWS, MAX_ROW_LENGTH = 20_000_000, 500_000, 20_000
+BLANKS = " "
+#: encodings without a mark, the likelier first; that in which most known words stand is taken
+ENCODINGS = ("cp1252", "cp1250", "cp932", "gb18030")
+#: lines that tell the delimiter
+_SAMPLE = 4000
+_THOUSANDS = re.compile(r"(?<=\d)[ '’](?=\d{3}(?!\d))")
 
 #: line number and stripped cells
 Row = tuple[int, list[str]]
 
 
 def read_rows(path: Path, delimiter: str | None = None) -> list[Row]:
-    """Every line that is not empty; raises :class:`InputError` for what is no table."""
-    text = _decode(path, read_regular(path, MAX_BYTES, "export fewer points"))
-    if delimiter is None:
-        counts = {mark: text.count(mark) for mark in ("\t", ";")}
-        delimiter = max(counts, key=lambda mark: counts[mark]) if max(counts.values()) else ","
+    """Every line of all sheets that is not empty; raises :class:`InputError` for what is no table."""
+    return [row for _, rows in read_sheets(path, delimiter) for row in rows]
+
+
+def read_sheets(path: Path, delimiter: str | None = None) -> list[tuple[str, list[Row]]]:
+    """Name and rows of each sheet of a workbook; a text is one sheet without a name."""
+    raw = read_regular(path, MAX_BYTES, "export fewer points")
+    if raw.startswith((b"PK\x03\x04", b"\xd0\xcf\x11\xe0")):
+        return _workbook(path, raw)
+    text = _plain(_decode(path, raw))
+    delimiter = delimiter or _delimiter(text)
     if len(delimiter) != 1 or delimiter in '"\r\n':
         raise InputError(f"--delimiter {shown(delimiter)}: expected one character")
+    return [("", _split(path, text, delimiter))]
+
+
+def _workbook(path: Path, raw: bytes) -> list[tuple[str, list[Row]]]:
+    import pandas as pd
+
+    try:
+        sheets = pd.read_excel(io.BytesIO(raw), sheet_name=None, header=None, engine="calamine")
+    except Exception as error:  # whatever a damaged archive makes the reader raise
+        raise InputError(f"{path}: not a workbook that can be read: {error}") from None
+    found = []
+    for name, sheet in sheets.items():
+        rows = [(k, [_cell(value) for value in row]) for k, row in enumerate(sheet.itertuples(index=False), 1)]
+        if len(rows) > MAX_ROWS:
+            raise InputError(f"{path}: more than {MAX_ROWS} rows; export fewer points")
+        found.append((str(name), [row for row in rows if any(row[1])]))
+    return found
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, int | float):
+        return "" if value != value else f"{value:.15g}"
+    text = _plain(str(value)).strip()
+    return text.replace(",", ".") if re.fullmatch(r"[+-]?\d+,\d+", text) else "" if text in ("nan", "NaT") else text
+
+
+def _split(path: Path, text: str, delimiter: str) -> list[Row]:
     rows: list[Row] = []
     pulled = 0
 
     def lines() -> Iterator[str]:
         nonlocal pulled
-        for line in io.StringIO(text):
+        for line in io.StringIO(text, newline=None):
             pulled += len(line)
             if pulled > MAX_ROW_LENGTH:
                 raise InputError(
                     f"{path}:{reader.line_num + 1}: a row of more than {MAX_ROW_LENGTH} characters: not a table"
                 )
-            yield line
+            yield line if delimiter != BLANKS else line.replace("\t", "  ")
 
-    reader = csv.reader(lines(), delimiter=delimiter)
+    reader = csv.reader(lines(), delimiter="\0" if delimiter == BLANKS else delimiter, skipinitialspace=True)
+    if delimiter == BLANKS:
+        return _aligned(path, lines())
     try:
         for number, cells in enumerate(reader):
             pulled = 0
@@ -45,15 +91,59 @@ def read_rows(path: Path, delimiter: str | None = None) -> list[Row]:
             if any(stripped):
                 rows.append((reader.line_num, stripped))
             if number > MAX_ROWS:
-                raise InputError(f"{path}: more than {MAX_ROWS} rows; export fewer points")
+                raise InputError(f"{path}:{reader.line_num}: more than {MAX_ROWS} rows; export fewer points")
     except csv.Error as error:
         raise InputError(f"{path}:{reader.line_num}: not a table: {error}") from None
     return rows
 
 
+def _aligned(path: Path, lines: Iterator[str]) -> list[Row]:
+    """Rows of columns that blanks part: numbers at each blank, names at two where they stand so."""
+    rows: list[Row] = []
+    for number, line in enumerate(lines, 1):
+        words, wide = line.split(), re.split(r"\s{2,}", line.strip())
+        if words and not all(NUMBER.match(word) for word in words):
+            words = wide if len(wide) > 1 or re.search(r"[:=]", line) else words
+            stated = re.fullmatch(r"(.*?\D)\s+([+-]?\d[\d.,]*)\s*([^\d\s]\S*)?\s*", line.strip())
+            words = [cell or "" for cell in stated.groups()] if stated and len(wide) == 1 and ":" not in line else words
+        if words:
+            rows.append((number, words))
+    return rows
+
+
+def _delimiter(text: str) -> str:
+    """The mark at which most rows fall into numbers; else one of tab and semicolon that is there, else the comma."""
+    sample = text[: 40 * _SAMPLE].splitlines()[:_SAMPLE]
+    best, most = "", 0
+    for mark in ("\t", ";", ",", BLANKS):
+        score = 0
+        for line in sample:
+            cells = line.split() if mark == BLANKS else [c.strip(' "') for c in line[:MAX_ROW_LENGTH].split(mark)]
+            filled = [c for c in cells if c]
+            numbers = sum(bool(NUMBER.match(c)) and c[-1:].isdigit() for c in filled)
+            if len(cells) > 1 and numbers:
+                score += (10 if len(filled) > 1 else 2) if numbers == len(filled) else 1 if mark != BLANKS else 0
+        if score > most:
+            best, most = mark, score
+    if best and not (best == BLANKS and most < 20):
+        return best
+    counts = {mark: text.count(mark) for mark in ("\t", ";")}
+    return max(counts, key=lambda mark: counts[mark]) if max(counts.values()) else ","
+
+
+def _plain(text: str) -> str:
+    """``text`` with plain minus signs, widths of letters and thousands that are not parted by blanks."""
+    text = text if text.isascii() else unicodedata.normalize("NFKC", text.replace("\u2212", "-").replace("…", "..."))
+    return _THOUSANDS.sub("", text) if re.search(r"[\t;,\"]\s*[+-]?\d{1,3}([ '’]\d{3})+[.,\"\t;\n]", text) else text
+
+
 def _decode(path: Path, raw: bytes) -> str:
-    marked = raw.startswith((b"\xff\xfe", b"\xfe\xff"))
-    encodings = ["utf-16"] if marked else ["utf-8-sig", "cp1252"]
+    if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
+        encodings: tuple[str, ...] = ("utf-16",)
+    elif (odd := raw[1:4000:2].count(0)) + (even := raw[0:4000:2].count(0)) > len(raw[:4000]) // 4:
+        encodings, raw = ("utf-16-le" if odd > even else "utf-16-be",), raw[: len(raw) // 2 * 2]
+    else:
+        encodings = ("utf-8-sig",)
     for encoding in encodings:
         try:
             text = raw.decode(encoding)
@@ -61,4 +151,26 @@ def _decode(path: Path, raw: bytes) -> str:
             continue
         if "\0" not in text:
             return text
-    raise InputError(f"{path}: is not text in UTF-8, UTF-16 or Windows-1252")
+    if encodings == ("utf-8-sig",) and b"\0" not in raw and (text := _unmarked(raw)):
+        return text
+    raise InputError(f"{path}: is not text in UTF-8, UTF-16, Windows-1252, Windows-1250, Shift-JIS or GB18030")
+
+
+def _unmarked(raw: bytes) -> str:
+    """Text of the encoding in which most known words stand; charset-normalizer's guess where none has any."""
+    from charset_normalizer import from_bytes
+
+    found: dict[str, int] = {}
+    for encoding in ENCODINGS:
+        try:
+            text = raw.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+        found[text] = lab_names.count_known(text)
+    if found and max(found.values()):
+        return max(found, key=lambda text: found[text])
+    guess = from_bytes(raw[:200_000]).best()
+    try:
+        return next(iter(found), "") if guess is None else raw.decode(guess.encoding)
+    except (UnicodeDecodeError, LookupError):
+        return next(iter(found), "")

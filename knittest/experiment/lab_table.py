@@ -1,111 +1,383 @@
-"""A machine's table taken apart: head, names of columns, units, body; and its columns as numbers."""
+"""Tables in a machine's file: names of columns, units, numbers, and the rows above them that state conditions."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from pathlib import Path
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
-from knittest.experiment.lab_numbers import NUMBER, decimal_mark, read_number
-from knittest.experiment.lab_rows import Row, read_rows
+from knittest.config.yaml_loader import shown
+from knittest.experiment import lab_names, lab_units
+from knittest.experiment.lab_given import Given
+from knittest.experiment.lab_numbers import EMPTY, NUMBER, decimal_mark, numbers, read_number
+from knittest.experiment.lab_rows import Row, read_sheets
 
 Array = NDArray[np.float64]
+#: roles of which a test needs one each
+Wanted = Sequence[tuple[str, ...]]
+#: rows above a table that may state something, and rows of a table below which a block of one row may count
+MAX_HEAD, SHORT = 1000, 10
 
-MAX_HEAD = 1000
 
-
-@dataclass(frozen=True)
+@dataclass
 class LabTable:
-    """Rows above the table, the row of ``names`` at ``line`` with the ``units`` below it, and the rows of numbers."""
+    """One table at ``place``: ``names`` at ``line`` with the ``units`` below, rows of numbers, rows above as ``head``.
 
-    path: Path
+    ``roles`` are those of the columns, ``stem`` names its specimens, ``notes`` say what was left out.
+    """
+
+    place: str
+    stem: str
     head: list[Row]
     line: int
     names: list[str]
     units: list[str]
     body: list[Row]
     mark: str
+    roles: list[str]
+    notes: list[str] = field(default_factory=list)
 
     @property
     def where(self) -> str:
         """File and line of the names or of the units below them."""
-        return f"{self.path}:{self.line}"
+        return f"{self.place}:{self.line}"
 
     def number(self, line: int, cell: str) -> float:
         """The number in ``cell`` of ``line``; raises :class:`InputError`."""
-        return read_number(self.path, line, cell, self.mark)
+        return read_number(self.place, line, cell, self.mark)
+
+    def having(self, *roles: str) -> list[int]:
+        """Columns of any of ``roles``, in their order."""
+        return [k for k, role in enumerate(self.roles) if role in roles]
+
+    def unit(self, column: int, units: dict[str, float] | lab_units.Units) -> str:
+        """Unit of a column; raises :class:`InputError` for one that is not of ``units``."""
+        return lab_units.stated(self.names[column], self.units[column], units, self.where)
 
 
-def read_table(
-    path: Path, is_names: Callable[[list[str]], bool], wanted: str, decimal: str | None, delimiter: str | None
-) -> LabTable:
-    """The table whose row of names satisfies ``is_names``; ``wanted`` says in messages what that row names.
+def read_tables(
+    path: object, given: Given, wanted: Wanted, words: str, own: tuple[str, ...] = (),
+    fits: Callable[[list[str]], bool] = lambda roles: True,
+) -> list[LabTable]:  # fmt: skip
+    """Tables of the recordings in a file whose columns have a role of each of ``wanted``; ``words`` name them.
 
-    Raises :class:`InputError` for no such row, rows longer than it, and a decimal mark that cannot be told.
+    Raises :class:`InputError` where there is none, and for a file of another kind of test than ``own``.
     """
-    rows = read_rows(path, delimiter)
-    head = next((k for k, (_, cells) in enumerate(rows[:MAX_HEAD]) if is_names(cells)), None)
-    if head is None:
-        raise InputError(f"{path}: no row names {wanted}")
-    line, names = rows[head]
-    body = rows[head + 1 :]
-    below: list[str] = []
-    if body and not any(NUMBER.match(cell) for cell in body[0][1] if cell):
-        line, below = body[0]
-        body = body[1:]
-    _refuse_ragged(path, body, len(names))
-    mark = decimal or decimal_mark(path, [cell for _, cells in body for cell in cells])
-    units = (below + [""] * len(names))[: len(names)]
-    return LabTable(path, rows[:head], line, names, units, body, mark)
+    sheets = read_sheets(path, given.delimiter)  # type: ignore[arg-type]
+    stem = path.stem  # type: ignore[attr-defined]
+    found: list[LabTable] = []
+    others: list[Row] = []
+    for sheet, rows in sheets:
+        place = f"{path}, sheet {sheet!r}" if len(sheets) > 1 else str(path)
+        tables = _tables_in(rows, place, stem, given, wanted, fits)
+        found += tables
+        others += [] if tables else rows
+    if not found:
+        _refuse_foreign(str(path), stem, others, [], own)
+        raise _no_names(str(path), others, wanted, words)
+    for k, table in enumerate(found):
+        table.head = table.head + others + _stated_in_columns(table.head + others, k, len(found))
+        _refuse_foreign(str(path), stem, table.head, table.names, own)
+        cells = [cell for _, row in table.body for cell in row]
+        table.mark = given.decimal or decimal_mark(path, cells)
+    return found
+
+
+def _roles(names: Sequence[str], units: Sequence[str], given: Given) -> list[str]:
+    own = {name.strip().lower(): role for role, name in given.named.items()}
+    roles = lab_names.table()["columns"]
+    found = []
+    for name, below in zip(names, units, strict=True):
+        plain = name.strip().lower()
+        bare = plain.partition("[")[0].strip().replace(" ", "_")
+        number = not name or bool(NUMBER.match(name))
+        found.append(own.get(plain) or ("" if number else bare if bare in roles else lab_names.role(name, below)[0]))
+    return found
+
+
+def _has_all(roles: Sequence[str], wanted: Wanted) -> bool:
+    return all(any(role in roles for role in some) for some in wanted)
+
+
+def _tables_in(
+    rows: list[Row], place: str, stem: str, given: Given, wanted: Wanted, fits: Callable[[list[str]], bool]
+) -> list[LabTable]:
+    rows = _with_names(rows, given.columns, place) if given.columns else rows
+    found: list[LabTable] = []
+    k = end = 0
+
+    def names_all(cells: list[str]) -> bool:
+        return _may_name(cells) and _has_all(_roles(cells, [""] * len(cells), given), wanted)
+
+    while k < len(rows):
+        names = rows[k][1]
+        if not names_all(names):
+            k += 1
+            continue
+        first, units, line = _units_below(rows, k)
+        roles = _roles(names, units, given)
+        if not _has_all(roles, wanted):
+            _refuse_units(names, units, f"{place}:{line}", wanted)
+        if not _has_all(roles, wanted) or not fits(roles):
+            k += 1
+            continue
+        needed = [c for c, role in enumerate(roles) if any(role in some for some in wanted)]
+        head = [*(found[0].head if found else []), *rows[end:k]][-MAX_HEAD:]
+        blocks, k, notes = _blocks(rows, first, needed, names_all)
+        end = k
+        for block in blocks:
+            table = LabTable(place, stem, head, line, names, units, block, ".", roles, notes)
+            _refuse_ragged(table)
+            if found and found[-1].names == names and _goes_on(found[-1], table):
+                found[-1].body += block
+            else:
+                found.append(table)
+    widest = max(found, key=lambda t: len(t.body), default=None)
+    return [t for t in found if widest is not None and t.names == widest.names]
+
+
+def _may_name(cells: list[str]) -> bool:
+    texts = [cell for cell in cells if cell and not NUMBER.match(cell)]
+    return bool(texts) and 2 * len(texts) > sum(map(bool, cells))
+
+
+def _units_below(rows: list[Row], k: int) -> tuple[int, list[str], int]:
+    """Row of the first numbers below the names in row ``k``, their units, and the line of units or names."""
+    line, names = rows[k]
+    below: list[tuple[int, int]] = []
+    for at in range(k + 1, min(k + 4, len(rows))):
+        cells = rows[at][1]
+        if any(NUMBER.match(cell) for cell in cells if cell) or cells == names:
+            break
+        if sum(map(bool, cells)) > 1 or len([n for n in names if n]) == 1:
+            below.append((-sum(bool(cell) and lab_units.is_unit(cell) for cell in cells), at))
+    if not below or (len(names) == 1 and lab_names.is_statistic(rows[below[0][1]][1][0])):
+        return k + 1, [""] * len(names), line
+    _, at = min(below)
+    return max(b for _, b in below) + 1, (rows[at][1] + [""] * len(names))[: len(names)], rows[at][0]
+
+
+def _blocks(
+    rows: list[Row], first: int, needed: list[int], names_all: Callable[[list[str]], bool]
+) -> tuple[list[list[Row]], int, list[str]]:
+    """Rows of numbers from ``first`` on, parted by lines of text; the row after them; and notes on rows left out."""
+    blocks: list[list[Row]] = [[]]
+    notes: list[str] = []
+    ended, k = False, first
+    while k < len(rows):
+        line, cells = rows[k]
+        texts = [c for c in cells if c and not NUMBER.match(c) and c.lower() not in EMPTY]
+        if texts and len(texts) == sum(map(bool, cells)) and names_all(cells):
+            break
+        k += 1
+        if not texts and not ended:
+            blocks[-1].append((line, cells))
+            continue
+        here = [cells[c] for c in needed if c < len(cells)]
+        if any(map(lab_names.is_statistic, texts)):
+            ended = ended or sum(map(bool, cells)) == 1
+        elif not ended and (any(c and NUMBER.match(c) for c in here) or len(needed) == len(rows[first][1]) == 1):
+            blocks[-1].append((line, cells))
+            continue
+        elif len(texts) > 1 and len(texts) == sum(map(bool, cells)):
+            ended = True  # names of another table
+        elif blocks[-1] and not ended:
+            blocks.append([])
+            continue
+        notes.append(f"line {line} left out: {' '.join(filter(None, cells))[:40]!r}")
+    for block in blocks:  # labels below the last row of numbers
+        while len(block) > 1 and 0 in needed and not NUMBER.match(block[-1][1][0]) and block[-1][1][0].lower() not in EMPTY:
+            if len(block[-1][1]) < 2:
+                break
+            line, cells = block.pop()
+            notes.append(f"line {line} left out: {' '.join(filter(None, cells))[:40]!r}")
+    filled = [block for block in blocks if block]
+    long = [block for block in filled if len(block) > 1 or sum(map(len, filled)) < SHORT]
+    return long or [[]], k, notes[:3] + [f"{len(notes) - 3} more lines left out"] * (len(notes) > 3)
+
+
+def _goes_on(one: LabTable, other: LabTable) -> bool:
+    """Tell whether ``other`` is a further block of the same recording: its time, or else its travel, goes on."""
+    moves = one.having("time") + one.having("travel", "extensometer", "angle", "pressure")
+    if not moves or not one.body or not other.body:
+        return False
+    ends = [row[1][moves[0]] if moves[0] < len(row[1]) else "" for row in (one.body[0], one.body[-1], other.body[0])]
+    start, last, then = numbers(ends, "," if any("," in end for end in ends) else ".")
+    return bool(then >= last > start)
+
+
+def _with_names(rows: list[Row], columns: Sequence[str], place: str) -> list[Row]:
+    """``rows`` with the names that the user gave above the numbers, in place of those in the file."""
+    first = next((k for k, (_, c) in enumerate(rows) if len(c) > 1 and all(NUMBER.match(x) for x in c if x)), None)
+    if first is None:
+        raise InputError(f"{place}: --columns: no row of numbers in the file")
+    line, cells = rows[first]
+    if len(cells) != len(columns):
+        raise InputError(
+            f"{place}:{line}: --columns names {len(columns)} columns, the row has {len(cells)}: name each in its "
+            "order, '-' for one that is not needed"
+        )
+    names: Row = (line, [f"column {k + 1}" if name in ("", "-") else name for k, name in enumerate(columns)])
+    return [*rows[:first], names, *rows[first:]]
+
+
+def _refuse_ragged(table: LabTable) -> None:
+    """A number torn at its own decimal comma would be read as two."""
+    width = len(table.names)
+    for line, cells in table.body:
+        if any(cells[width:]):
+            raise InputError(
+                f"{table.place}:{line}: {len(cells)} cells below {width} columns: is the delimiter also the decimal "
+                "mark?"
+            )
+
+
+def _refuse_units(names: list[str], units: list[str], where: str, wanted: Wanted) -> None:
+    """Raise :class:`InputError` where a column has the name of a role that is ``wanted``, and a unit of another."""
+    for name, below in zip(names, units, strict=True):
+        role, _, _ = lab_names.role(name, below)[1].partition(":")
+        if role in ("force", "overhang", "thickness", "pressure") and any(role in some for some in wanted):
+            quantity = lab_names.table()["columns"][role]["quantity"][0]
+            lab_units.stated(name, below, lab_units.QUANTITIES[quantity], where)
+
+
+def _refuse_foreign(path: str, stem: str, head: Sequence[Row], names: Sequence[str], own: tuple[str, ...]) -> None:
+    """Raise :class:`InputError` for a file that says by its title, its columns or its name that it is of another test."""
+    texts = [stem, *names]
+    for _, cells in head[:1000]:
+        filled = [cell for cell in cells if cell]
+        label = filled[0] if filled else ""
+        texts += filled if len(filled) == 1 or lab_names.pattern("test_labels").search(label[:80]) else [label]
+        texts += [cell for cell in filled if len(filled) > 3 and not NUMBER.match(cell)]
+    if other := lab_names.foreign(texts, own):
+        kind, text = other
+        raise InputError(
+            f"{path}: {shown(text)} says that this is a test of {kind}, which is not the test asked for: leave the file "
+            "out, or correct what it says"
+        )
+
+
+def _no_names(path: str, rows: list[Row], wanted: Wanted, words: str) -> InputError:
+    """The refusal of a file without names, with the option that names its columns ready to use."""
+    at = next((k for k, (_, c) in enumerate(rows) if len(c) > 1 and all(NUMBER.match(x) for x in c if x)), None)
+    message = f"{path}: no row names {words}"
+    if at is None:
+        return InputError(message)
+    line, cells = rows[at]
+    above = [row for row in rows[max(at - 3, 0) : at] if len(row[1]) == len(cells) and _may_name(row[1])]
+    needed = [some[-1] for some in wanted]
+    if not above:
+        block = [row for _, row in rows[at:] if len(row) == len(cells)]
+        guess = ",".join(_guessed(block, needed))
+        return InputError(f"{message}: line {line} has numbers without names: give --columns {guess}, in their order")
+    names = [name for name in above[0][1] if name]
+    free = [name for name in names if not lab_names.role(name)[0] or lab_names.role(name)[0] not in sum(wanted, ())]
+    lacking = [
+        some[-1] for some in wanted if not any(role in some for role in _roles(above[0][1], [""] * len(above[0][1]), Given()))
+    ]  # fmt: skip
+    options = " ".join(f'--column {role}="{name}"' for role, name in zip(lacking, free, strict=False))
+    listed = ", ".join(repr(name) for name in names[:12])
+    stress = next((n for n in names if lab_names.role(n)[0] == "pressure"), "")
+    more = f"; {stress!r} is a stress, which is no force" if stress and "force" in lacking else ""
+    return InputError(f"{message}; the columns in line {above[0][0]} are {listed}{more}: name them, such as {options}")
+
+
+def _guessed(rows: list[list[str]], needed: list[str]) -> list[str]:
+    """Roles that the columns of numbers may have: equal steps are a time, what falls at last is the force."""
+    mark = "," if any("," in cell for row in rows[:50] for cell in row) else "."
+    columns = [numbers([row[k] for row in rows], mark) for k in range(len(rows[0]))]
+    names = [""] * len(columns)
+    for k, values in enumerate(columns):
+        steps = np.diff(values)
+        if len(columns) > len(needed) and len(steps) > 2 and np.all(steps > 0.0) and np.ptp(steps) < 0.02 * steps.mean():
+            names[k] = "time"
+            break
+    rest = sorted((k for k, name in enumerate(names) if not name), key=lambda k: -float(np.nanmax(np.abs(columns[k]))))
+    for k, role in zip(rest, needed, strict=False):
+        names[k] = role
+    return [name or "-" for name in names]
+
+
+def _stated_in_columns(head: list[Row], number: int, count: int) -> list[Row]:
+    """Conditions that stand in a table of results, as rows of label, number and unit; of ``count`` rows that ``number``."""
+    found: list[Row] = []
+    for (_, names), (k, _) in zip(head, enumerate(head), strict=True):
+        if len([n for n in names if n]) < 2 or any(NUMBER.match(n) for n in names if n):
+            continue
+        first, units, _ = _units_below(head, k)
+        values = []
+        for row in head[first:]:
+            filled = [c for c, n in enumerate(names) if n and c < len(row[1]) and NUMBER.match(row[1][c])]
+            if len(filled) < 2:
+                break
+            values.append((row, filled))
+        if len(values) == count and count > 1:
+            values = values[number : number + 1]
+        found += [(line, [names[c], cells[c], units[c]]) for (line, cells), filled in values for c in filled]
+    return found
 
 
 def columns(table: LabTable, which: Sequence[int], name: str) -> tuple[list[int], Array]:
-    """Lines (n) and numbers (n, columns) of the columns ``which`` up to where they end; ``name`` is for messages.
+    """Lines (n) and numbers (n, columns) of the columns ``which``, rows with empty cells left out and noted.
 
-    Raises :class:`InputError` with the row for text, gaps and fewer than two rows.
+    Raises :class:`InputError` with the row for text and for fewer than two rows; ``name`` is for messages.
     """
-    lines, rows = [], []
-    ended = 0
-    for line, cells in table.body:
-        found = [cells[k] if k < len(cells) else "" for k in which]
-        if not any(found):
-            ended = ended or line
-            continue
-        if ended:
-            raise InputError(f"{table.path}:{line}: specimen {name} goes on after a gap at line {ended}")
-        lines.append(line)
-        rows.append([table.number(line, cell) for cell in found])
-    if len(rows) < 2:
-        raise InputError(f"{table.path}: specimen {name} has {len(rows)} points; at least two are needed")
-    return lines, np.array(rows)
+    cells = [[row[k] if k < len(row) else "" for k in which] for _, row in table.body]
+    values = np.column_stack([numbers([row[k] for row in cells], table.mark) for k in range(len(which))])
+    empty = np.array([[cell.lower() in EMPTY for cell in row] for row in cells]).reshape(len(cells), len(which))
+    bad = np.argwhere(~np.isfinite(values) & ~empty)
+    if len(bad):
+        row, column = bad[0]
+        table.number(table.body[row][0], cells[row][column])
+    partly = np.flatnonzero(empty.any(axis=1) & ~empty.all(axis=1))
+    for k in partly:
+        if len(table.body[k][1]) <= max(which) and len(table.body[k][1]) < 2:
+            raise InputError(f"{table.place}:{table.body[k][0]}: a row of one cell below {len(table.names)} columns: torn?")
+    if len(partly):
+        line, cell = table.body[partly[0]][0], next(c for c in cells[partly[0]] if c.lower() in EMPTY)
+        note = f"{name}: {len(partly)} rows with empty cells left out, the first at {table.place}:{line}: {shown(cell)}"
+        table.notes.append(note.replace("1 rows", "1 row"))
+    kept = np.flatnonzero(~empty.any(axis=1))
+    if len(kept) < 2:
+        left = f" ({table.notes[-1]})" if len(partly) else ""
+        raise InputError(f"{table.place}: specimen {name} has {len(kept)} points; at least two are needed{left}")
+    return [table.body[k][0] for k in kept], values[kept]
 
 
-def with_nearest(moves: Sequence[int], forces: Sequence[int]) -> list[tuple[int, int]]:
-    """Columns of (travel, force): each of ``forces`` with the nearest of ``moves`` before it, else the first of all."""
-    if not moves:
-        return []
-    return [(max([m for m in moves if m < f] or [min(moves)]), f) for f in forces]
+def specimens_in(
+    tables: Sequence[LabTable], lead: Sequence[str], moves: Sequence[str], shared: bool = False
+) -> Iterator[tuple[str, LabTable, list[int], int]]:
+    """Name, table and columns of each specimen, one a column of ``lead`` with those of ``moves`` beside it, and its
+    number in the table.
+    """
+    found = [(table, *one) for table in tables for one in enumerate(_groups(table, lead, moves, shared))]
+    for number, (table, place, group) in enumerate(found, 1):
+        yield (table.stem if len(found) == 1 else f"{table.stem}-{number}"), table, group, place
 
 
-def refuse_shared(table: LabTable, pairs: Sequence[tuple[int, int]]) -> None:
-    """Raise :class:`InputError` for two forces over one travel: of one specimen they would count as two."""
-    first: dict[int, int] = {}
-    for move, force in pairs:
-        if move in first:
-            one, other, over = (table.names[k] for k in (first[move], force, move))
+def _groups(table: LabTable, lead: Sequence[str], moves: Sequence[str], shared: bool) -> list[list[int]]:
+    leads, others = table.having(*lead), table.having(*moves)
+    if len(leads) < 2:
+        return [list(range(len(table.names)))]
+    for timed in (table.having("time"), []):
+        relevant = sorted([*leads, *others, *timed])
+        size, rest = divmod(len(relevant), len(leads))
+        kinds = [table.roles[k] for k in relevant]
+        if not rest and size > 1 and kinds == kinds[:size] * len(leads):
+            starts = [0, *(relevant[k * size] for k in range(1, len(leads))), len(table.names)]
+            return [list(range(a, b)) for a, b in pairwise(starts)]
+    beside = [cs for role in set(table.roles) - {*lead, *moves} if len(cs := table.having(role)) == len(leads)]
+    found, first = [], {}
+    for number, k in enumerate(leads):
+        move = max([m for m in others if m < k] or [min(others)])
+        if move in first and not shared:
+            one, other, over = (table.names[c] for c in (first[move], k, move))
             raise InputError(
                 f"{table.where}: columns {one!r} and {other!r} are both over {over!r}: two forces of one specimen? "
                 "Leave one out; of two specimens each needs its own travel beside its force"
             )
-        first[move] = force
-
-
-def _refuse_ragged(path: Path, body: list[Row], width: int) -> None:
-    """A number torn at its own decimal comma would be read as two."""
-    for line, cells in body:
-        if any(cells[width:]):
-            raise InputError(
-                f"{path}:{line}: {len(cells)} cells below {width} columns: is the delimiter also the decimal mark?"
-            )
+        first[move] = k
+        found.append([move, k, *(cs[number] for cs in beside)])
+    return found

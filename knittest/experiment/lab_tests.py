@@ -1,17 +1,86 @@
-"""The tests of a laboratory that can be imported: how each is read, shown and written."""
+"""The tests of a laboratory that can be imported: how each is read, shown, written and told from the others."""
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 from knittest.base.errors import InputError
+from knittest.base.kinds import DEFAULT, Parts, kinds
+from knittest.experiment import lab_names
 from knittest.experiment.lab_conditions import Condition
+from knittest.experiment.lab_direction import refuse_other
 from knittest.experiment.lab_given import Given
-from knittest.experiment.lab_guess import hinted
-from knittest.experiment.lab_kind import LAB_TESTS, directed
+from knittest.experiment.lab_numbers import NUMBER
+from knittest.experiment.lab_results import Results, write_results
+from knittest.experiment.lab_rows import read_rows
 
+#: fields of the rig, by test, from the statistics of an experiment by folder
+Rigs = dict[str, dict[str, Any]]
 #: options of the command that say how a curve is meant, by their names in ``Given``
 SAID = ("sign", "zero", "preload", "faces", "clamped", "loading")
+#: rows of a file that may say what it is of
+_HEAD = 60
+SpecimenT = TypeVar("SpecimenT")
+
+
+def _accept(out: Path, results: Results) -> None:
+    """Write whatever the results are."""
+
+
+@dataclass(frozen=True)
+class LabTest(Generic[SpecimenT]):
+    """``read`` a file into specimens, whose ``results`` with direction and names of files are shown and written.
+
+    ``conditions`` and ``options`` are those that a user may give. ``looks`` tells by the texts in each row at the head
+    of a file whether it is one of this test, ``named`` by its name; ``rigs`` is what an experiment says of rigs,
+    ``fabric`` what it says of the fabric, with the folder that files are named from. ``show`` are lines in place of
+    those of the results; ``check`` may refuse to write them.
+    """
+
+    read: Callable[[Path, Given], list[SpecimenT]]
+    results: Callable[[Sequence[SpecimenT], str, Sequence[str]], Results]
+    conditions: tuple[Condition, ...] = ()
+    options: tuple[str, ...] = ()
+    looks: Callable[[Sequence[Sequence[str]]], bool] = lambda rows: False
+    named: re.Pattern[str] | None = None
+    rigs: Callable[[Mapping[str, dict[str, Any]]], Rigs] = lambda tests: {}
+    fabric: Callable[[Mapping[str, dict[str, Any]], Path], dict[str, Any]] = lambda tests, place: {}
+    show: Callable[[Sequence[SpecimenT]], list[str]] | None = None
+    check: Callable[[Path, Results], None] = _accept
+
+    def lines(self, specimens: Sequence[SpecimenT]) -> list[str]:
+        """The results with mean and sd, what they hang on, and how the file was read."""
+        own = self.show(specimens) if self.show else self.results(specimens, "", []).lines()
+        return [*own, *notes_of(specimens)]
+
+    def write(
+        self, specimens: Sequence[SpecimenT], out: Path, direction: str, files: Sequence[str], trusted: bool = False
+    ) -> str:
+        """Write an experiment into ``out``; returns its variant. A direction that a file contradicts must be trusted."""
+        if direction and not trusted:
+            refuse_other([getattr(s, "said", None) for s in specimens], direction)
+        results = self.results(specimens, direction, files)
+        self.check(out, results)
+        return write_results(out, results)
+
+
+def notes_of(specimens: Sequence[Any]) -> list[str]:
+    """Notes on how specimens were read, each once with the specimens that it holds for."""
+    found: dict[str, list[str]] = {}
+    for s in specimens:
+        for note in getattr(s, "notes", ()):
+            found.setdefault(note, []).append(s.name)
+    return [f"{'' if len(who) == len(specimens) else ', '.join(who) + ': '}{note}" for note, who in found.items()]
+
+
+LAB_TESTS: Mapping[str, LabTest[Any]] = Parts(lambda kind: kind.load("laboratory"), "laboratory")
+
+
+def rigs_of(tests: Mapping[str, dict[str, Any]]) -> Rigs:
+    """Fields of rigs by test, by direction where both were tested; ``tests`` are the statistics of an experiment."""
+    return {name: fields for lab in LAB_TESTS.values() for name, fields in lab.rigs(tests).items()}
 
 
 def conditions() -> list[Condition]:
@@ -28,17 +97,28 @@ def read_files(test: str, files: Sequence[Path], options: Mapping[str, Any]) -> 
     sizes = {}
     for what in conditions():
         value = options.get(_field(what.option))
-        if value is None:
-            continue
-        if what not in kind.conditions:
-            raise _useless(what.option, test)
-        sizes[what.key] = value
+        if value is not None:
+            if what not in kind.conditions:
+                raise _useless(what.option, test)
+            sizes[what.key] = value
     said = {name: options[name] for name in SAID if options.get(name) is not None}
     for name in said:
         if name not in kind.options:
             raise _useless(f"--{name}", test)
-    given = Given(options.get("decimal"), options.get("delimiter"), sizes=sizes, **said)
+    columns = tuple(name.strip() for name in (options.get("columns") or "").split(",")) if options.get("columns") else ()
+    named = dict(_named(text) for text in options.get("column") or ())
+    given = Given(options.get("decimal"), options.get("delimiter"), sizes=sizes, columns=columns, named=named, **said)
     return [specimen for path in files for specimen in _read(test, path, given)]
+
+
+def _named(text: str) -> tuple[str, str]:
+    """Role and name of a column in ``--column``."""
+    role, equals, name = text.partition("=")
+    role = {"strain": "extensometer"}.get(role.strip(), role.strip().replace("-", "_"))
+    roles = [key for key in lab_names.table()["columns"] if key not in ("result", "rate", "transverse")]
+    if not equals or role not in roles or not name.strip():
+        raise InputError(f"--column {text}: expected ROLE=NAME, ROLE one of strain, {', '.join(roles)}")
+    return role, name.strip(" \"'")
 
 
 def _read(test: str, path: Path, given: Given) -> Sequence[Any]:
@@ -54,12 +134,12 @@ def write_files(test: str, specimens: Sequence[Any], out: Path, direction: str |
     ``how``: ``files``, their names, and ``trusted``, whether ``direction`` counts where a file names the other. Raises
     :class:`InputError` for a direction that is missing, or that the test has not.
     """
-    kind = LAB_TESTS[test]
-    if directed(test) and direction is None:
+    directed = kinds()[test].directional
+    if directed and direction is None:
         raise InputError(f"--direction: missing: which yarn system runs along the strips, warp or weft? ({test})")
-    if not directed(test) and direction is not None:
+    if not directed and direction is not None:
         raise _useless("--direction", test)
-    return kind.write(specimens, out, direction or "", how["files"], how["trusted"])
+    return LAB_TESTS[test].write(specimens, out, direction or "", how["files"], how["trusted"])
 
 
 def _field(option: str) -> str:
@@ -68,5 +148,34 @@ def _field(option: str) -> str:
 
 def _useless(option: str, test: str) -> InputError:
     kind = LAB_TESTS[test]
-    known = [*(what.option for what in kind.conditions), *(f"--{name}" for name in kind.options)]
+    known = [*(what.option for what in kind.conditions if what.option), *(f"--{name}" for name in kind.options)]
     return InputError(f"{option}: has no meaning for --test {test}; it takes {', '.join(known)}")
+
+
+def looks_like(path: Path, delimiter: str | None = None) -> str:
+    """Name of the test that the head of the file ``path`` states, or what its columns are; empty if of none."""
+    try:
+        rows = read_rows(path, delimiter)[:_HEAD]
+    except InputError:
+        return ""
+    texts = [[cell for cell in row if not NUMBER.match(cell)] for _, row in rows]
+    return next((name for name, lab in LAB_TESTS.items() if lab.looks(texts)), "")
+
+
+def stated_test(test: str | None, files: Sequence[Path], delimiter: str | None = None) -> str:
+    """``test`` as a user gave it, else the default one; raises :class:`InputError` for a file that looks like another."""
+    for path in files if test is None else ():
+        if other := looks_like(path, delimiter):
+            raise InputError(
+                f"{path}: looks like a {other} test: give --test {other}, or --test {DEFAULT} if it is one"
+            )
+    return test or DEFAULT
+
+
+def hinted(error: InputError, test: str, path: Path, delimiter: str | None = None) -> InputError:
+    """``error`` on reading ``path`` as of ``test``, with the other test that the file or its name looks like."""
+    named = (name for name, lab in LAB_TESTS.items() if lab.named and lab.named.search(path.stem))
+    other = looks_like(path, delimiter) or next(named, "")
+    if not other or other == test:
+        return error
+    return InputError(f"{error}; or is it a {other} test? (--test {other})")

@@ -1,33 +1,86 @@
-"""Units of force and travel in laboratory files: read from the name of a column or the row below it, or refused."""
+"""Units of machine files: read from the name of a column or the row below it, converted by pint, or refused."""
 
 import re
+from collections.abc import Iterator, Mapping
+from functools import lru_cache
+from typing import Any
 
 from knittest.base.errors import InputError
-from knittest.base.units import plainly, ratios
+from knittest.base.units import FACTOR, plainly, ratio
 
-#: factors to N
-FORCE = ratios("N", "kN", "daN", "cN", "mN", "kgf", "lbf")
-#: factors to mm
-LENGTH = ratios("mm", "cm", "m", "um", "inch")
-#: factors to deg
-ANGLE = ratios("deg", "rad")
-#: factors to g/m2
-AREA_MASS = ratios("g/m2", "kg/m2", "g/cm2", "oz/yd2")
-#: factors to %
-STRAIN = ratios("%", "mm/mm")
-#: other names
-_NAMED = {"in": "inch", '"': "inch", "pct": "%", "°": "deg", "grad": "deg"}
-_STRAIN_NAME = re.compile(r"strain|dehnung", re.I)
+
+class Units(Mapping[str, float]):
+    """Factors to the first of ``names``: of the table of units, or else by pint."""
+
+    def __init__(self, *names: str) -> None:
+        self.names = names
+
+    def __getitem__(self, unit: str) -> float:
+        if unit not in self.names:
+            raise KeyError(unit)
+        return ratio(unit, self.names[0]) if unit in FACTOR else _factor(unit, self.names[0])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names)
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+
+FORCE = Units("N", "kN", "daN", "cN", "mN", "kgf", "lbf")
+LENGTH = Units("mm", "cm", "m", "um", "inch")
+ANGLE = Units("deg", "rad")
+AREA = Units("mm2", "cm2", "m2")
+AREA_MASS = Units("g/m2", "kg/m2", "g/cm2", "oz/yd2")
+STRAIN = Units("%", "mm/mm", "um/m")
+PRESSURE = Units("kPa", "MPa", "Pa", "bar", "mbar", "hPa", "psi", "ksi", "N/mm2", "N/cm2", "cN/cm2", "kgf/cm2", "gf/cm2")
+NUMBER = Units("1", "%")
+DENSITY = {"yarn/100 mm": 1.0, "yarn/cm": 10.0, "yarn/inch": 100.0 / 25.4}
+QUANTITIES: dict[str, Mapping[str, float]] = {
+    "force": FORCE, "length": LENGTH, "angle": ANGLE, "strain": STRAIN, "pressure": PRESSURE, "number": NUMBER,
+}  # fmt: skip
+#: other spellings
+_NAMED = {
+    "in": "inch", "in.": "inch", "inches": "inch", '"': "inch", "pct": "%", "percent": "%", "°": "deg", "grad": "deg",
+    "degree": "deg", "degrees": "deg", "in/in": "mm/mm", "m/m": "mm/mm", "-": "1", "newton": "N", "kilonewton": "kN",
+    "kp": "kgf", "lb": "lbf", "lbs": "lbf", "millimeter": "mm", "millimetre": "mm", "micron": "um", "microns": "um",
+    "ue": "um/m", "um/m": "um/m", "microstrain": "um/m", "g/m^2": "g/m2", "gsm": "g/m2", "n/mm^2": "N/mm2",
+    "kg/cm2": "kgf/cm2", "kn/m2": "kPa", "n/m2": "Pa", "ニュートン": "N", "牛": "N", "牛顿": "N", "千牛": "kN", "毫米": "mm",
+}  # fmt: skip
+_STRAIN_NAME = re.compile(r"strain|dehnung|déform|odkształ|应变|ひずみ|deforma", re.I)
 #: after these marks stands a unit; after an underscore, blank or comma only if it is a known one
 _BRACKETS = re.compile(r"\[([^\[\]]*)\]|\(([^()]*)\)")
 _PER_LENGTH = re.compile(
-    r"(?<![a-z])(per|pro)[ _]{0,2}[\d.,]{0,9}[ _]{0,2}(mm|cm|m|width|breite)(?![a-z])|"
+    r"(?<![a-z])(per|pro|par)[ _]{0,2}[\d.,]{0,9}[ _]{0,2}(mm|cm|m|width|breite|largeur)(?![a-z])|"
     r"(line(ar)?[ _-]?|linien|strecken)(load|last|kraft)|breitenbezogen",
     re.I,
 )
 _UNIT_WITHIN = 100  # last characters of a name, so that a long one takes no quadratic time
 _MARKED = re.compile(r"(?:/|\bin\b)\s*(\S+)$")
 _LAST_WORD = re.compile(r"[_\s,]\s*([^_\s,]+)$")
+
+
+@lru_cache(1)
+def _registry() -> Any:
+    import pint  # heavy, and of no use to a command that reads no file
+
+    return pint.UnitRegistry()
+
+
+@lru_cache(256)
+def _parsed(unit: str) -> Any:
+    """Unit as pint understands it; ``None`` for what is none."""
+    if not re.fullmatch(r"[A-Za-z°%/*^.·\d\s]{1,12}", unit) or unit[:1].isdigit():
+        return None
+    try:
+        return _registry().Unit(re.sub(r"(?<=[a-z])([23])(?!\d)", r"^\1", unit).replace("°C", "degC"))
+    except Exception:  # pint raises whatever its parser meets
+        return None
+
+
+def _factor(unit: str, base: str) -> float:
+    found: float = _registry().Quantity(1.0, _parsed(unit)).to(_parsed(base)).magnitude
+    return float(f"{found:.15g}")
 
 
 def force_unit(name: str, below: str, where: str) -> str:
@@ -41,10 +94,7 @@ def force_unit(name: str, below: str, where: str) -> str:
 
 
 def likely_force(newton: float, unit: str, band: tuple[float, float]) -> str:
-    """Name the units in which the number that ``unit`` made ``newton`` would fall into ``band`` [N], or say nothing.
-
-    A column of N under a head that says kN looks like N, whatever other unit would fit as well.
-    """
+    """Name the units in which the number that ``unit`` made ``newton`` would fall into ``band`` [N], or say nothing."""
     low, high = band
     number = newton / FORCE[unit]
     found = [f"{u}: {number * f:.6g} N" for u, f in FORCE.items() if u != unit and low <= number * f <= high]
@@ -52,24 +102,23 @@ def likely_force(newton: float, unit: str, band: tuple[float, float]) -> str:
 
 
 def travel_unit(name: str, below: str, where: str) -> str:
-    """Unit of the travel column ``name``: a key of LENGTH or STRAIN; none stated means mm, for a strain it is refused.
-
-    Raises :class:`InputError`, as :func:`force_unit` does, for any unit that is not known.
-    """
-    unit = stated(name, below, LENGTH | STRAIN, where)
+    """Unit of the travel column ``name``, of LENGTH or STRAIN; none stated means mm, for a strain it is refused."""
+    unit = stated(name, below, {**LENGTH, **STRAIN}, where)
     if not unit and _STRAIN_NAME.search(name):
         raise InputError(f"{where}: column {name!r}: a strain without a unit: write '{name} [%]' or '{name} [mm/mm]'")
     return unit or "mm"
 
 
-def known(text: str, units: dict[str, float]) -> str:
+def known(text: str, units: Mapping[str, float]) -> str:
     """The unit of ``units`` that ``text`` spells, in any case; ``""`` for none and for MN, which is not mN."""
     text = plainly(text.strip("[]() "))
     text = _NAMED.get(text.lower(), text)
+    if text == "1" and "mm/mm" in units:
+        return "mm/mm"
     return next((u for u in units if u == text or (u.lower() == text.lower() and text != "MN")), "")
 
 
-def stated(name: str, below: str, units: dict[str, float], where: str) -> str:
+def stated(name: str, below: str, units: Mapping[str, float], where: str) -> str:
     """Unit in the name of a column or in the cell ``below`` it; ``""`` for none; :class:`InputError` if not known."""
     in_name = _in_name(name, units)
     for text in (below.strip("[]() "), in_name):
@@ -81,10 +130,33 @@ def stated(name: str, below: str, units: dict[str, float], where: str) -> str:
     return beneath or above
 
 
-def _in_name(name: str, units: dict[str, float]) -> str:
+def other_unit(name: str, below: str, quantities: tuple[str, ...]) -> str:
+    """Unit of a column where it is one of another quantity than ``quantities``; empty where it may be one of them."""
+    if not quantities:
+        return ""
+    for text in (below.strip("[]() "), *_places(name)):
+        if not text or any(known(text, QUANTITIES[q]) for q in quantities):
+            continue
+        if any(known(text, q) for q in QUANTITIES.values()) or (text not in ("MN", "ft") and _parsed(text) is not None):
+            return text
+    return ""
+
+
+def is_unit(text: str) -> bool:
+    """Tell whether a cell is a unit, of whatever quantity, or empty."""
+    text = text.strip("[]() ")
+    return not text or any(known(text, q) for q in QUANTITIES.values()) or _parsed(_NAMED.get(text, text)) is not None
+
+
+def _places(name: str) -> list[str]:
+    """Texts in a name that can be nothing but a unit."""
+    return [text for square, round_ in _BRACKETS.findall(name[:200]) if (text := (square or round_).strip())]
+
+
+def _in_name(name: str, units: Mapping[str, float]) -> str:
     """Text in the place of a unit in a column's name: a known unit, else what can be nothing else."""
     bracketed = [(square or round_).strip() for square, round_ in _BRACKETS.findall(name)]
     bare = _BRACKETS.sub("", name).strip()[-_UNIT_WITHIN:]
     marked = _MARKED.findall(bare)
     places = [*bracketed, *marked, *_LAST_WORD.findall(bare)]
-    return next((p for p in places if known(p, units)), next(iter([*bracketed, *marked]), ""))
+    return next((p for p in places if known(p, units)), next(filter(None, [*bracketed, *marked]), ""))

@@ -2,17 +2,37 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
-from knittest.experiment.lab_csv import Specimen
+from knittest.experiment.lab_direction import Said
 
 Array = NDArray[np.float64]
 
 #: up to this many times the preload a curve is drawn as a line from the origin
 PRELOADS = 3.0
+
+
+@dataclass(frozen=True)
+class Specimen:
+    """Strain [%] and force [N] of one specimen, (n,) each; width and gauge length [mm] where they are known.
+
+    ``path`` is its file, ``said`` the direction that the file states, if any, ``unit`` the unit of its forces there;
+    ``notes`` say which column gave the strain and what was left out.
+    """
+
+    name: str
+    strain: Array
+    force: Array
+    width: float | None = None
+    gauge: float | None = None
+    path: Path = Path()
+    said: Said | None = None
+    unit: str = "N"
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,82 @@
+"""What machine files call things, in eight languages: the table ``lab_names.yaml``, compiled."""
+
+import re
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from knittest.experiment import lab_units
+
+#: last characters of a name, so that a long one takes no quadratic time
+LONGEST = 200
+
+
+@lru_cache(1)
+def table() -> dict[str, Any]:
+    """The table as written."""
+    found: dict[str, Any] = yaml.safe_load(Path(__file__).with_suffix(".yaml").read_text(encoding="utf-8"))
+    return found
+
+
+@lru_cache(256)
+def pattern(*path: str | int) -> re.Pattern[str]:
+    """The pattern at ``path`` in the table: that of all languages together, or none that ever matches."""
+    found: Any = table()
+    for key in path:
+        found = found.get(key, "(?!)") if isinstance(found, dict) else found[key]
+    return re.compile("|".join(found.values()) if isinstance(found, dict) else found, re.I)
+
+
+@lru_cache(1)
+def _statistics() -> re.Pattern[str]:
+    return re.compile(rf"\W*({pattern('statistics').pattern})\W*([\s(\[%].*)?", re.I)
+
+
+def is_statistic(cell: str) -> bool:
+    """Tell whether ``cell`` labels a row of statistics, such as a mean."""
+    return len(cell) < LONGEST and bool(_statistics().fullmatch(cell))
+
+
+@lru_cache(4096)
+def role(name: str, below: str = "") -> tuple[str, str]:
+    """Role of the column ``name`` over the unit ``below``, and why it has none in spite of its name.
+
+    The first role that fits the name and does not contradict the unit.
+    """
+    plain, reason = name[:LONGEST].replace("_", " "), ""
+    for key, entry in table()["columns"].items():
+        if not pattern("columns", key, "any").search(plain):
+            continue
+        other = lab_units.other_unit(name, below, tuple(entry.get("quantity", ())))
+        if not other:
+            return key, ""
+        reason = reason or f"{key}:{other}"
+    return "", reason
+
+
+def is_kind(kind: str, name: str) -> bool:
+    """Tell whether a column of travel or strain is one of the ``kind`` in the table, such as machine."""
+    return bool(pattern("kinds", kind).search(name[:LONGEST].replace("_", " ")))
+
+
+def foreign(texts: list[str], own: tuple[str, ...]) -> tuple[str, str] | None:
+    """Another kind of test than those of ``own`` that one of ``texts`` names, and the text."""
+    for text in texts:
+        plain = text[:LONGEST].replace("_", " ")
+        if pattern("no_test").search(plain):
+            continue
+        for kind in table()["tests"]:
+            if kind not in own and pattern("tests", kind).search(plain):
+                return kind, text
+    return None
+
+
+def count_known(text: str) -> int:
+    """Letters beyond ASCII among the first lines of ``text`` that belong to names of columns and conditions."""
+    columns = [pattern("columns", key, "any") for key in table()["columns"]]
+    others = [pattern("conditions", key, "tiers", 0) for key in table()["conditions"]]
+    lines = [line[:1000].replace("_", " ") for line in text[:20_000].splitlines()[:200] if not line.isascii()]
+    words = (found[0] for line in lines for p in (*columns, *others) for found in p.finditer(line))
+    return sum(not letter.isascii() for word in words for letter in word)

@@ -1,0 +1,368 @@
+"""Strips pulled in a testing machine: force over the strain of the best column that there is, and of one series."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knittest.base.errors import InputError
+from knittest.config.base import BoundsError, check_bounds, field_meta
+from knittest.config.fabric import MacroMaterial
+from knittest.experiment import lab_names, lab_units
+from knittest.experiment.lab_checks import common, digest, refuse_apart, refuse_copies
+from knittest.experiment.lab_conditions import (
+    EXTENSOMETER,
+    GAUGE,
+    STANDARD,
+    WIDTH,
+    agreed,
+    agreeing,
+    in_column,
+    known,
+    same,
+    stated,
+)
+from knittest.experiment.lab_direction import said_by
+from knittest.experiment.lab_given import JITTER, Given, Sign, drawn, pulled
+from knittest.experiment.lab_table import LabTable, columns, read_tables, specimens_in
+from knittest.experiment.statistics import Specimen, peaks
+
+Array = NDArray[np.float64]
+
+#: strain above which unit or gauge length must be wrong [%]
+MAX_STRAIN = 100.0
+#: strength of textiles per width [N/mm], and what a testing machine pulls a yarn or a strip with [N]
+STRENGTH, FORCES = (0.5, 3000.0), (0.05, 500_000.0)
+MOVES = ("extensometer", "travel")
+#: share of its largest strain by which an extensometer may fall while the force rises, or turn negative
+FALL, BELOW = 0.02, 0.05
+#: it stays where it gains less than this share while the force gains that one of its maximum
+STAYS, GAINS = 0.002, 0.08
+#: difference of the shares of their ways that extensometer and clamp go from row to row beyond which one jumps
+JUMP = 0.25
+#: share of the largest travel below which an offset of the start is none
+OFFSET = 0.002
+
+
+@dataclass(frozen=True)
+class _Measure:
+    """A column that may give the strain: ``factor`` to %, ``rank`` of its kind (0 the best), ``gauge`` [mm] or none."""
+
+    column: int
+    rank: int
+    unit: str
+    gauge: float | None
+    words: str
+
+    @property
+    def factor(self) -> float:
+        if self.unit in lab_units.STRAIN:
+            return lab_units.STRAIN[self.unit]
+        return 100.0 * lab_units.LENGTH[self.unit] / (self.gauge or np.nan)
+
+    @property
+    def has_extensometer(self) -> bool:
+        return self.rank < 2
+
+
+def read_lab(
+    path: Path, gauge_length: float | None = None, decimal: str | None = None, delimiter: str | None = None,
+    width: float | None = None, sign: Sign = "positive",
+) -> list[Specimen]:  # fmt: skip
+    """:func:`read_strips` with sizes [mm] where they are given."""
+    sizes = {what.key: v for what, v in ((GAUGE, gauge_length), (WIDTH, width)) if v is not None}
+    return read_strips(path, Given(decimal, delimiter, sign, sizes))
+
+
+def read_strips(path: Path, given: Given) -> list[Specimen]:
+    """Specimens in one export.
+
+    The strain is a measured one, else the travel of an extensometer over its gauge length, as long as it is valid, else
+    the travel of the clamp over theirs. Raises :class:`InputError` with the row for what cannot be a pull.
+    """
+    tables = read_tables(path, given, [("force",), MOVES], "a force and a displacement or strain column")
+    found = []
+    for name, table, group, number in specimens_in(tables, ("force",), MOVES):
+        one = _specimen(table, name, group, given)
+        found.append(replace(one, width=_width(table, number, given), path=path, said=said_by(path, table.head)))
+    return found
+
+
+def _width(table: LabTable, number: int, given: Given) -> float | None:
+    """Width [mm] of the specimen with that ``number``: from the head, from columns of widths, or as given."""
+    head = stated(WIDTH, table)
+    named = [k for k, name in enumerate(table.names) if any(WIDTH.names(name, t) for t in range(WIDTH.tiers))]
+    count = len(table.having("force"))
+    if len(named) not in (0, 1, count):
+        raise InputError(f"{table.where}: {len(named)} columns of widths for {count} specimens: expected one for each")
+    own = [in_column(WIDTH, table, named[number if len(named) > 1 else 0])] if named else []
+    places = [*([head] if head else []), *own]
+    return agreed(WIDTH, given.sizes.get(WIDTH.key), agreeing(WIDTH, places) if places else None)
+
+
+def _specimen(table: LabTable, name: str, group: Sequence[int], given: Given) -> Specimen:
+    pull = next(k for k in group if table.roles[k] == "force")
+    gauge = known(GAUGE, table, given.sizes)
+    measures = _measures(table, group, gauge)
+    clamp = next((m for m in measures if not m.has_extensometer and np.isfinite(m.factor)), None)
+    unit = lab_units.force_unit(table.names[pull], table.units[pull], table.where)
+    reasons: list[str] = []
+    for measure in measures:
+        label = repr(table.names[measure.column])
+        if not np.isfinite(measure.factor):
+            reasons.append(f"{label} ({measure.words}): its gauge length is not stated")
+            continue
+        beside = clamp if measure.has_extensometer else None
+        rows = _Rows(table, name, pull, unit, measure, beside, given.sign)
+        if measure.has_extensometer and (reason := rows.invalid()):
+            reasons.append(f"{label} ({measure.words}): {reason}")
+            continue
+        strain, force = rows.curve()
+        left = [f"{table.names[m.column]!r} ({m.words})" for m in measures if m.rank >= measure.rank and m != measure]
+        notes = [f"strain from {label}, {measure.words}", *(f"not used: {reason}" for reason in reasons)]
+        notes += [f"not used: {other}: {label} comes first" for other in left] + rows.notes
+        notes += [note.removeprefix(f"{name}: ") for note in table.notes if note.startswith((f"{name}: ", "line"))]
+        return Specimen(name, strain, force, None, gauge, said=None, unit=unit, notes=tuple(dict.fromkeys(notes)))
+    if not any(m.has_extensometer for m in measures):
+        raise InputError(
+            f"{table.where}: travel in {measures[0].unit}, and the file states no gauge length: give --gauge-length [mm]"
+        )
+    raise InputError(
+        f"{table.where}: specimen {name}: no valid strain: {'; '.join(reasons)}: give --gauge-length [mm] for the "
+        "travel of the clamp, or leave the specimen out"
+    )
+
+
+def _measures(table: LabTable, group: Sequence[int], gauge: float | None) -> list[_Measure]:
+    """Columns that may give the strain, the best first; raises :class:`InputError` for a strain of an unknown unit."""
+    own = stated(EXTENSOMETER, table)
+    for k in (k for k, name in enumerate(table.names) if EXTENSOMETER.names(name) and not table.roles[k]):
+        own = own or in_column(EXTENSOMETER, table, k)
+    grips, marks = stated(GAUGE, table, (0,)), stated(GAUGE, table, (1,))
+    if own is None and grips and marks and not same(grips[0], marks[0]):
+        own = marks
+    standard = stated(STANDARD, table)
+    columns_ = [k for k in group if table.roles[k] in MOVES]
+    found, failed = [], []
+    for k in columns_:
+        name, of_extensometer = table.names[k], table.roles[k] == "extensometer"
+        derived = lab_names.is_kind("derived", name) and not lab_names.is_kind("sensor", name)
+        try:
+            unit = lab_units.travel_unit(name, table.units[k], table.where)
+        except InputError as error:
+            if of_extensometer and not derived:
+                raise
+            failed.append(error)
+            continue
+        if unit in lab_units.STRAIN:
+            rank = 0 if of_extensometer and not derived else 4
+            words = "a measured strain" if rank == 0 else "a strain by the travel of the clamp"
+            found.append(_Measure(k, rank, unit, None, words))
+        elif of_extensometer:
+            length = own[0] if own else gauge if len(columns_) == 1 else None
+            words = "the travel of an extensometer" + (f" over {length:g} mm" if length else "")
+            found.append(_Measure(k, 1, unit, length, words))
+        else:
+            is_standard = lab_names.is_kind("standard", name)
+            length = standard[0] if is_standard and standard else gauge
+            rank = 2 if is_standard else 5 if lab_names.is_kind("machine", name) else 3
+            words = "a travel" + (f" over {length:g} mm between the clamps" if length else " of the clamp")
+            found.append(_Measure(k, rank, unit, length, words))
+    if not found:
+        raise failed[0]
+    return sorted(found, key=lambda m: m.rank)
+
+
+class _Rows:
+    """Rows of one specimen: strain [%] from its start, force [N] and, beside an extensometer, travel of the clamp."""
+
+    def __init__(
+        self, table: LabTable, name: str, pull: int, unit: str, measure: _Measure, beside: _Measure | None, sign: Sign
+    ) -> None:
+        self.where, self.measure, self.notes = f"{table.place}:{{}}: specimen {name}", measure, []
+        which = [measure.column, pull, *([beside.column] if beside else [])]
+        self.lines, self.values = columns(table, which, name)
+        with np.errstate(over="ignore", invalid="ignore"):  # refused below
+            self.force = pulled(self.values[:, 1] * lab_units.FORCE[unit], sign, f"{table.place}: specimen {name}")
+            self.strain = drawn(self.values[:, 0] * measure.factor, sign)
+            self.top = int(np.argmax(self.force)) if self.force.max() > 0.0 else len(self.force) - 1
+            self.clamp = self.values[:, 2] * beside.factor if beside else None
+            start = _start(self.strain, self.force, self.top)
+            if self.strain[self.top] < start and sign == "positive" and not measure.has_extensometer:
+                self.strain, start = -self.strain, -start
+                self.notes.append("its travel falls under the pull: counted the other way")
+            if start:
+                raw = self.values[0, 0]
+                self.notes.append(f"it begins at {raw:.4g} {measure.unit}: subtracted")
+            self.strain = self.strain - start
+            before = self.strain[: self.top + 1]
+            self.jitter = max(JITTER * float(np.ptp(before)), 6.0 * noise(before))
+
+    def invalid(self) -> str:
+        """Reason why an extensometer does not hold up to the maximum force; empty if it does."""
+        rows = slice(0, self.top + 1)
+        e, force = _without_spikes(self.strain[rows]), np.maximum.accumulate(self.force[rows])
+        most = np.maximum.accumulate(e)
+        top, wide = float(np.abs(e).max()), 6.0 * noise(self.strain[rows])
+        if self.top < 2:
+            return ""
+        if not top > 0.0:
+            return "it shows nothing up to the maximum force"
+        best = np.maximum.accumulate(np.where(e >= most, np.arange(len(e)), 0))
+        falls = np.flatnonzero((most - e > max(FALL * top, wide)) & (self.force[rows] > force[best]))
+        if len(falls):
+            k = int(falls[0])
+            return (
+                f"it falls from {most[k]:.4g} to {e[falls].min():.4g} % while the force rises "
+                f"(line {self.lines[k]}): taken off, or it slipped"
+            )
+        if e.min() < -max(BELOW * top, wide):
+            return f"it turns negative under the pull, {e.min():.4g} % in line {self.lines[int(np.argmin(e))]}"
+        earlier = np.searchsorted(force, force - GAINS * force[-1], side="right") - 1
+        stays = (earlier > 0) & (force[earlier] > 0.05 * force[-1]) & (e - e[earlier] < STAYS * top)
+        if stays.any():
+            k = int(np.argmax(stays))
+            return (
+                f"it stays at {e[k]:.4g} % while the force rises from {force[earlier[k]]:.4g} to {force[k]:.4g} N "
+                f"(line {self.lines[k]})"
+            )
+        return self._apart(e)
+
+    def _apart(self, e: Array) -> str:
+        """Reason by the travel of the clamp beside it; raises :class:`InputError` where their units contradict."""
+        if self.clamp is None:
+            return ""
+        x = _without_spikes(self.clamp[: self.top + 1] - self.clamp[0])
+        if not abs(x[-1]) > 0.0:
+            return ""
+        steps = np.abs(np.diff(e / e.max()) - np.diff(x / x[-1]))
+        if len(steps) > 8 and steps.max() > JUMP:
+            return f"it jumps in line {self.lines[int(np.argmax(steps)) + 1]}, the clamp does not"
+        ratio = e[-1] / abs(x[-1])
+        if 0.005 < ratio < 0.02 or 50.0 < ratio < 200.0:
+            raise InputError(
+                f"{self.where.format(self.lines[self.top])}: a strain of {e[-1]:.4g} % at the maximum force, where the "
+                f"clamp travels {abs(x[-1]):.4g} %: in % or a fraction? Check the unit of the strain"
+            )
+        return ""
+
+    def curve(self) -> tuple[Array, Array]:
+        """Strain [%], rising, and force [N]; raises :class:`InputError` for a travel that goes back before the peak."""
+        strain, top = self.strain, self.top
+        with np.errstate(over="ignore", invalid="ignore"):
+            back = np.flatnonzero(np.maximum.accumulate(strain) - strain > self.jitter)
+        before = back[back <= top]
+        if len(before) and not self.measure.has_extensometer:
+            k = int(before[0])
+            raise InputError(
+                f"{self.where.format(self.lines[k])}: the travel goes back before the maximum force "
+                f"({self.values[k - 1, 0]:g} then {self.values[k, 0]:g}): a cyclic test? Leave the first loading alone in"
+            )
+        end = int(back[back > top][0]) if (back > top).any() else len(strain)
+        end = max(int(np.argmax(strain[:end])), top) + 1
+        if self.measure.has_extensometer and self.clamp is not None and top > 1:  # taken off after the peak
+            usual = 10.0 * float(np.abs(np.diff(strain[: top + 1])).max())
+            jumps = np.flatnonzero(np.abs(np.diff(strain[top:end])) > usual)
+            end = top + 1 + int(jumps[0]) if len(jumps) else end
+        if len(strain) - end:
+            self.notes.append(f"rows from line {self.lines[end]} on left out: the travel turns back")
+        strain, force = _rising(strain[:end], self.force[:end], top)
+        if not strain[-1] <= MAX_STRAIN:
+            raise InputError(
+                f"{self.where.format(self.lines[-1])}: a travel of {self.values[end - 1, 0]:g} would be a strain of "
+                f"{strain[-1]:.4g} %: check the unit of the travel and the gauge length"
+            )
+        if len(strain) < 2:
+            raise InputError(f"{self.where.format(self.lines[-1])}: the travel does not rise")
+        return strain, force
+
+
+def _rising(strain: Array, force: Array, top: int) -> tuple[Array, Array]:
+    """Rows that repeat a travel, or go back within its noise, as one each: their mean force, or the maximum."""
+    x, row = np.unique(np.maximum.accumulate(strain), return_inverse=True)
+    mean = np.bincount(row, force) / np.bincount(row)
+    mean[row[top]] = force[top]
+    return x, mean
+
+
+def _start(strain: Array, force: Array, top: int) -> float:
+    """Strain to subtract: that of the rows at rest before the pull, none where it is next to nothing.
+
+    A first row that lies one step from the origin on the curve is none at rest: the row of zeros was left out.
+    """
+    way = float(np.abs(strain[top] - strain[0]))
+    if not np.isfinite(way):
+        return 0.0
+    still = np.abs(strain - strain[0]) <= max(6.0 * noise(strain[: top + 1]), OFFSET * way)
+    rows = int(np.argmin(still)) if not still.all() else 1
+    zero = float(np.median(strain[: max(rows, 1)]))
+    if abs(zero) <= OFFSET * max(way, abs(float(strain[top]) - zero)):
+        return 0.0
+    if rows <= 1 and len(strain) > 1 and zero > 0.0 and (step := float(strain[1] - strain[0])) > 0.0:
+        slope = float(force[1] - force[0]) / step
+        if zero <= 1.5 * step and force[0] > 0.0 and force[0] >= 0.25 * slope * zero:
+            return 0.0
+    return zero
+
+
+def noise(values: Array) -> float:
+    """Standard deviation of the noise of ``values`` (n,) by their second differences."""
+    if len(values) < 8:
+        return 0.0
+    with np.errstate(over="ignore", invalid="ignore"):
+        return float(1.4826 * np.median(np.abs(np.diff(values, 2))) / np.sqrt(6.0))
+
+
+def _without_spikes(values: Array) -> Array:
+    """Running median of five rows, where there are many."""
+    if len(values) < 25:
+        return values
+    padded = np.pad(values, 2, mode="edge")
+    found: Array = np.median(np.lib.stride_tricks.sliding_window_view(padded, 5), axis=1)
+    return found
+
+
+def plausible_strips(specimens: Sequence[Specimen]) -> None:
+    """Raise :class:`InputError` for a force, a force per width or a strain at it that no strip or yarn has."""
+    force, strain = peaks(specimens)
+    for s, top, at in zip(specimens, force, strain, strict=True):
+        band = FORCES if s.width is None else (STRENGTH[0] * s.width, STRENGTH[1] * s.width)
+        if not band[0] <= top <= band[1]:
+            per = "" if s.width is None else f", {top / s.width:.4g} N/mm of its {s.width:g} mm"
+            raise InputError(
+                f"{s.path}: specimen {s.name}: maximum force {top:.6g} N{per}: implausible, expected "
+                f"{band[0]:g} to {band[1]:g} N{lab_units.likely_force(top, s.unit, band)}: check the unit of the force"
+            )
+        try:
+            check_bounds(float(at), field_meta(MacroMaterial, "fracture_strain"))
+        except BoundsError as error:
+            raise InputError(
+                f"{s.path}: specimen {s.name}: strain at maximum force {at:.4g} %: {error.expected}: check the unit "
+                "of the travel and the gauge length"
+            ) from None
+    named = [(s.name, s.path) for s in specimens]
+    refuse_apart(named, force, "maximum force", "N")
+    refuse_apart(named, strain, "strain at maximum force", "%")
+
+
+def one_series(specimens: Sequence[Specimen]) -> tuple[list[Specimen], dict[str, float]]:
+    """Strips as if all were of their mean width, and that width and gauge length by their keys.
+
+    Forces are scaled by the width that each has. Raises :class:`InputError` for strips without a width, of different
+    sizes, of the same numbers, or that no fabric has.
+    """
+    paths = [s.path for s in specimens]
+    width = common(WIDTH, [s.width for s in specimens], paths)
+    found = {WIDTH.key: width}
+    if any(s.gauge is not None for s in specimens):
+        found[GAUGE.key] = common(GAUGE, [s.gauge for s in specimens], paths)
+    plausible_strips(specimens)
+    refuse_copies([(s.name, digest(s.strain, s.force)) for s in specimens])
+    return [replace(s, force=s.force * (width / (s.width or width)), width=width) for s in specimens], found
+
+
+def per_width(specimens: Sequence[Specimen]) -> list[Specimen]:
+    """The same strips with their forces in N/mm of width."""
+    return [replace(s, force=s.force / (s.width or np.nan)) for s in specimens]
