@@ -28,7 +28,8 @@ class Stored:
     ``mechanisms`` are the same elastic energies of the parts by mechanism, (n_parts,) each.
     ``tools`` is the elastic energy of contacts with tools, ``tool_kinetic`` the kinetic energy of free tools,
     ``tool_depth`` the deepest penetration into one [mm]; ``force_free`` the deepest overlap of yarns that carries no
-    force, over the smaller radius, away from their ends and at them.
+    force, over the smaller radius, away from their ends and at them; ``recovered`` energy that contacts found late have
+    been given.
     """
 
     internal: Array
@@ -40,6 +41,7 @@ class Stored:
     tool_kinetic: float = 0.0
     tool_depth: float = 0.0
     force_free: tuple[float, float] = (0.0, 0.0)
+    recovered: float = 0.0
 
 
 @dataclass

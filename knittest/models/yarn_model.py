@@ -85,7 +85,8 @@ class YarnModel(ExplicitModel):
         found = self.beam_energies()
         internal = np.sum(list(found.values()), axis=0)
         contact += shape_energy(self.group.shape, self.beams, self.counted(), self.group.owned)
-        return Stored(internal, contact, 0.0, penetration, found, force_free=self.force_free())
+        recovered = self.tracker.recovered
+        return Stored(internal, contact, 0.0, penetration, found, force_free=self.force_free(), recovered=recovered)
 
     def beam_energies(self) -> dict[str, Array]:
         """Energies [mJ] of the living beams of each part, (n_parts,), by :data:`MECHANISMS`."""

@@ -264,8 +264,9 @@ class Body:
             raise InputError("reaction: nothing has been advanced yet")
 
     def energies(self) -> dict[str, float]:
-        """Energies [mJ]: kinetic, internal, contact, hourglass, friction, contact_damping (of free tools too), damping,
-        eroded, external and their balance; and of friction, that of crossings against spin, friction_of_spin.
+        """Energies [mJ]: kinetic, internal, contact, hourglass, friction, contact_damping (of free tools too),
+        contact_recovery (less the energy given to contacts found late), damping, eroded, external and their balance;
+        and of friction, that of crossings against spin, friction_of_spin.
 
         Takes one step, because central differences conserve the kinetic energy of the velocities around an instant.
         """
@@ -283,6 +284,7 @@ class Body:
             "hourglass": stored.hourglass,
             "friction": friction,
             "contact_damping": damped,
+            "contact_recovery": -stored.recovered,
             "damping": self.damping_loss,
             "eroded": eroded,
         }
