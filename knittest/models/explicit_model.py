@@ -143,6 +143,10 @@ class ExplicitModel(ABC):
         """
         return ""
 
+    def unstable(self) -> str:
+        """Describe an element whose strain is no longer measured rightly, and the remedy; empty if there is none."""
+        return ""
+
     def state(self) -> State:
         """State that a run changes, complete; with it in a freshly built model, a run goes on with the same bits.
 

@@ -1,5 +1,5 @@
-"""Faults that make a model of yarns unusable: a collapsed beam, a yarn that passes another, a node too stiff for the
-step.
+"""Faults that make a model of yarns unusable: a collapsed beam, one whose sections turn against its axis, a yarn that
+passes another, a node too stiff for the step.
 """
 
 from typing import Protocol
@@ -64,12 +64,30 @@ class YarnHealth:
         model = self.model
         if health.count_short_beams(model.nodes.position, model.beams.alive, model.beams.inv_length, SHORTEST):
             return self._collapsed()
+        if fault := self.unstable():
+            return fault
         if not model.contact:
             return ""
         self.looks += 1
         refuse_conforming(model.tracker, model.nodes.position)
         stiff = self._too_stiff(dt) if self.looks % STIFFNESS_LOOKS == 0 else ""
         return self._too_fast(dt) or self._pierced() or stiff
+
+    def unstable(self) -> str:
+        """Describe the beam whose tension is furthest above what its sections resist; empty if none is."""
+        model = self.model
+        i, ratio = health.least_stable_beam(model.nodes, model.parts, model.beams)
+        if ratio <= 1.0:
+            return ""
+        chord = model.nodes.position[:, i + 1] - model.nodes.position[:, i]
+        stretch = float(np.linalg.norm(chord)) * float(model.beams.inv_length[i])
+        shear = float(self.shear[i] / model.beams.inv_length[i])
+        return (
+            f"the tension of {model.name_of(i)} (node {i}), {ratio * shear * stretch:.4g} N at {100 * (stretch - 1):.3g} "
+            f"% strain, exceeds GA (1 + e) = {shear * stretch:.4g} N: its sections turn against its axis, and its "
+            f"strain is no longer measured; give it a shear stiffness GA of at least {ratio * shear:.4g} N, or in a "
+            "test a larger rig.membrane_share"
+        )
 
     def _collapsed(self) -> str:
         model = self.model

@@ -171,6 +171,10 @@ class YarnModel(ExplicitModel):
         broken = np.unique(self.group.chain[np.isfinite(time) & (time > since)])
         return np.flatnonzero(np.isin(self.group.chain, broken))
 
+    def unstable(self) -> str:
+        """See :meth:`YarnHealth.unstable`."""
+        return self.health.unstable()
+
     def diagnose(self, dt: float) -> str:
         """See :class:`YarnHealth`."""
         return self.health.diagnose(dt)

@@ -159,22 +159,31 @@ class Body:
 
     def advance(self, duration: float, watch: Callable[["Body"], None] | None = None) -> None:
         """Integrate for ``duration`` [ms]; ``watch`` is called after every chunk of at most 20 steps."""
-        steps = max(round(above(duration, "duration [ms]", equal=True) / self.dt), 1)
-        while steps > 0:
-            chunk = min(self.model.safe_steps(self.dt, CHUNK), steps)
+        left = max(round(above(duration, "duration [ms]", equal=True) / self.dt), 1)
+        while left > 0:
+            chunk = min(self.model.safe_steps(self.dt, CHUNK), left)
             self.step(chunk)
-            steps -= chunk
+            left -= chunk
             if watch is not None:
                 watch(self)
 
     def step(self, steps: int = 1) -> None:
-        """Advance by ``steps`` time steps."""
+        """Advance by ``steps`` time steps, whose mean reactions can be read then; contacts are renewed on the way.
+
+        Raises :class:`NumericalError` for a beam under more tension than its sections resist.
+        """
         if not isinstance(steps, (int, np.integer)) or steps < 1:
             raise InputError(f"steps: {steps!r}; expected a whole number of at least 1")
         going = self.start()
+        left = int(steps)
         with limited(self.threads):
-            going.step(steps)
+            while left > 0:
+                chunk = min(self.model.safe_steps(self.dt, CHUNK), left)
+                going.step(chunk)
+                left -= chunk
         self._read(steps)
+        if fault := self.model.unstable():
+            raise NumericalError(f"{fault} ({self.time:.5g} ms)")
 
     def relax(self, must_converge: bool = True, **options: float) -> Relaxation:
         """Find the static state under what acts at the end of all tables; see :func:`knittest.solve.relax.relax`.

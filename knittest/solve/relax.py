@@ -10,6 +10,7 @@ from math import ceil
 import numpy as np
 from numpy.typing import NDArray
 
+from knittest.base.errors import NumericalError
 from knittest.kernels.drive_state import Drive
 from knittest.kernels.state import Tally
 from knittest.models.explicit_model import ExplicitModel
@@ -88,7 +89,8 @@ def relax(
     Converged when the residual is below ``tolerance`` and the move in a period of the slowest mode below ``tolerance``
     of the largest displacement so far from ``unloaded`` (n_nodes, 3), by default from where it begins; or when forces
     are no more than the rounding of positions gives (:data:`ROUNDING`) and nothing acts or the residual has come to its
-    least. Raises :class:`NumericalError` when the state is no longer finite.
+    least. Raises :class:`NumericalError` when the state is no longer finite, and for a beam under more
+    tension than its sections resist.
     """
     start = model.position() if unloaded is None else unloaded
     damped = DampedModel(model, drive, tally, dt, at)
@@ -107,6 +109,8 @@ def relax(
         )
         found.converged |= rounding.alone(found, chunk.force, loads > 0.0 or applied > rounding.noise)
     damped.release()
+    if fault := model.unstable():
+        raise NumericalError(fault)
     return found
 
 
