@@ -15,7 +15,7 @@ from knittest.config.loading import resolve
 from knittest.config.run import Run
 from knittest.laboratory.cell.test import Cell
 from knittest.materials.yarn_section import MOST_SHEAR, SHEAR_MARGIN, Section, largest_strain, sections
-from knittest.pose import ALL, Body, Chain, constant, section
+from knittest.pose import ALL, Body, Chain, constant, linear_laminate, section
 from knittest.solve.observer import SILENT
 
 HARDENING = "law={kind: table, points: [[0, 0], [4, 40], [12, 680], [20, 1320]]}"
@@ -159,3 +159,19 @@ def test_a_softened_yarn_carries_its_forces_at_larger_strains() -> None:
     whole, soft = sections(fabric)[0], sections(fabric, 0.05)[0]
     assert force(soft, strain / 0.05) == pytest.approx(force(whole, strain), rel=1e-12)
     assert soft.axial == pytest.approx(0.05 * whole.axial, rel=1e-12)
+
+
+def test_directors_of_shells_resist_turning_under_any_tension() -> None:
+    """A shell's fibre strain is the stretch of its surface, which directors do not enter: transverse stiffness x l^2.
+
+    At a fibre force of 500 N/mm, a million times the transverse shear stiffness of 0.0005 N/mm.
+    """
+    points = np.array([[x, y, 0.0] for y in range(4) for x in range(3)], float)
+    cells = [[x + 3 * y, x + 1 + 3 * y, x + 4 + 3 * y, x + 3 + 3 * y] for y in range(3) for x in range(2)]
+    laminate = linear_laminate((1000.0, 1000.0), (1e-4, 1e-4), 0.5, 1.0)
+    body, stretch, turn, stored = Body.of_shells(points, cells, laminate, 8e-4, 1.0), 1.5, 1e-2, []
+    for angle in (0.0, turn):
+        body.place(points * [1.0, stretch, 1.0], (angle, 0.0, 0.0))
+        stored.append(float(body.model.stored().internal.sum()))
+    resistance = 2.0 * (stored[1] - stored[0]) / turn**2 / 6.0
+    assert resistance == pytest.approx(laminate.transverse[0] * stretch**2, rel=1e-3)
