@@ -143,8 +143,11 @@ class ExplicitModel(ABC):
         """
         return ""
 
-    def unstable(self) -> str:
-        """Describe an element whose strain is no longer measured rightly, and the remedy; empty if there is none."""
+    def invalid_state(self) -> str:
+        """Describe what makes the present state one that no result can be read from; empty if nothing does.
+
+        The text after a semicolon is the remedy.
+        """
         return ""
 
     def state(self) -> State:
@@ -161,6 +164,10 @@ class ExplicitModel(ABC):
 
     def pressing(self) -> float:
         """Sum of the forces between parts of the model [N]."""
+        return 0.0
+
+    def largest_force(self) -> float:
+        """Largest force [N] in an element or a contact of the model."""
         return 0.0
 
     def search_seconds(self) -> float:

@@ -62,19 +62,22 @@ class YarnHealth:
         Raises :class:`InputError` for sections that lie along the loops, see :func:`refuse_conforming`.
         """
         model = self.model
-        if health.count_short_beams(model.nodes.position, model.beams.alive, model.beams.inv_length, SHORTEST):
-            return self._collapsed()
-        if fault := self.unstable():
+        fault = self.invalid_state()
+        if fault or not model.contact:
             return fault
-        if not model.contact:
-            return ""
         self.looks += 1
         refuse_conforming(model.tracker, model.nodes.position)
         stiff = self._too_stiff(dt) if self.looks % STIFFNESS_LOOKS == 0 else ""
-        return self._too_fast(dt) or self._pierced() or stiff
+        return self._too_fast(dt) or stiff
 
-    def unstable(self) -> str:
-        """Describe the beam whose tension is furthest above what its sections resist; empty if none is."""
+    def invalid_state(self) -> str:
+        """Describe a collapsed beam, one whose sections turn, or yarns that pass each other; empty if there is none."""
+        model = self.model
+        if health.count_short_beams(model.nodes.position, model.beams.alive, model.beams.inv_length, SHORTEST):
+            return self._collapsed()
+        return self._turning() or (self._pierced() if model.contact else "")
+
+    def _turning(self) -> str:
         model = self.model
         i, ratio = health.least_stable_beam(model.nodes, model.parts, model.beams)
         if ratio <= 1.0:
