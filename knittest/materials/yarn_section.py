@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 POISSON = 0.3
 #: GA over the least that keeps sections stable: at fracture at least half of their resistance to turning is left
 SHEAR_MARGIN = 2.0
-#: GA over the steepest EA, up to which GA is raised: the rotary inertia that the step needs grows without bound towards 1
+#: GA over the steepest EA, up to which GA is raised: towards 1 the rotary inertia that the step needs has no bound
 MOST_SHEAR = 0.9
 #: strength of a yarn away from its weakest place, above its drawn strength, relative
 STRENGTH_MARGIN = 0.15
@@ -103,7 +103,7 @@ def hinges(law: YarnLaw, modulus: float) -> tuple[Array, Array]:
 
 
 def stable_shear(knee: Array, slope: Array, strain: float) -> float:
-    """Shear stiffness GA [N] with which the sections of a straight yarn stay across its axis up to axial ``strain`` [-].
+    """Shear stiffness GA [N] that keeps the sections of a straight yarn across its axis up to an axial ``strain`` [-].
 
     ``knee`` [-] and ``slope`` [N] are the hinges of its law N(e), both (n,). A beam of stretch l = 1 + e whose sections
     all turn by a small angle t against its axis stores, per length, the integral of the law up to l cos(t) - 1, and

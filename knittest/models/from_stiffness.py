@@ -31,9 +31,9 @@ def section(
 
     GJ and GA default to those of an isotropic section with nu = 0.3. ``law`` is a table of axial strain [-] and force
     [N] from (0, 0); its first tangent holds in compression, and GA is by default large enough for its sections to be
-    stable up to its end (:func:`~knittest.materials.yarn_section.stable_shear`). A flat section bends with ``bending`` but for bending about
-    the ``normal`` of its :class:`Chain`, in which it has the EI ``across`` [N mm^2]; its ``torsion`` must be given. It
-    touches others as a round one does.
+    stable up to its end (:func:`~knittest.materials.yarn_section.stable_shear`). A flat section bends with ``bending``
+    but for bending about the ``normal`` of its :class:`Chain`, in which it has the EI ``across`` [N mm^2]; its
+    ``torsion`` must be given. It touches others as a round one does.
     """
     if across is not None and (torsion is None or not across > 0.0):
         raise InputError("section: expected EI across above 0, and torsion, which does not follow from two EI")

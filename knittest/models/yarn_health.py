@@ -85,11 +85,12 @@ class YarnHealth:
         chord = model.nodes.position[:, i + 1] - model.nodes.position[:, i]
         stretch = float(np.linalg.norm(chord)) * float(model.beams.inv_length[i])
         shear = float(self.shear[i] / model.beams.inv_length[i])
+        tension, limit = ratio * shear * stretch, shear * stretch
         return (
-            f"the tension of {model.name_of(i)} (node {i}), {ratio * shear * stretch:.4g} N at {100 * (stretch - 1):.3g} "
-            f"% strain, exceeds GA (1 + e) = {shear * stretch:.4g} N: its sections turn against its axis, and its "
-            f"strain is no longer measured; give it a shear stiffness GA of at least {ratio * shear:.4g} N, or in a "
-            "test a larger rig.membrane_share"
+            f"the tension of {model.name_of(i)} (node {i}), {tension:.4g} N at {100 * (stretch - 1):.3g} % strain, "
+            f"exceeds GA (1 + e) = {limit:.4g} N: its sections turn against its axis, and its strain is no longer "
+            f"measured; give it a shear stiffness GA of at least {ratio * shear:.4g} N, or in a test a larger "
+            "rig.membrane_share"
         )
 
     def _collapsed(self) -> str:

@@ -57,7 +57,7 @@ def test_yarns_do_not_pass_through_each_other_in_one_call() -> None:
 
 
 def test_readings_of_many_steps_are_means_over_all_of_them() -> None:
-    """Of a yarn that both ends hold and that is pulled at a constant speed the mean of n steps is that of their halves."""
+    """A yarn is pulled at a constant speed: the mean of n steps is that of the means of their halves."""
     pulls = []
     for parts in ((200,), (100, 100)):
         body = Body.of_chains([Chain(crossed()[0], YARN)])
@@ -88,7 +88,7 @@ def sheets() -> Body:
     side = np.arange(7.0)
     flat = np.array([[x, y, 0.0] for y in side for x in side])
     cells = np.array([[7 * y + x, 7 * y + x + 1, 7 * y + x + 8, 7 * y + x + 7] for y in range(6) for x in range(6)])
-    both = np.vstack([flat, flat + [0.3, 0.2, 1.0 + GAP]])
+    both = np.vstack([flat, flat + np.array([0.3, 0.2, 1.0 + GAP])])
     laminate = linear_laminate((100.0, 80.0), (2.0, 1.0), 0.5, 1.0)
     body = Body.of_shells(both, np.vstack([cells, cells + 49]), laminate, 8e-4, 1.0, self_contact=SheetContact(0.2))
     body.velocity[49:, 2] = -SPEED
