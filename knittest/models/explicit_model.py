@@ -145,6 +145,13 @@ class ExplicitModel(ABC):
         """
         return ""
 
+    def invalid_state(self) -> str:
+        """Describe what makes the present state one that no result can be read from; empty if nothing does.
+
+        The text after a semicolon is the remedy.
+        """
+        return ""
+
     def state(self) -> State:
         """State that a run changes, complete; with it in a freshly built model, a run goes on with the same bits.
 
@@ -159,6 +166,10 @@ class ExplicitModel(ABC):
 
     def pressing(self) -> float:
         """Sum of the forces between parts of the model [N]."""
+        return 0.0
+
+    def largest_force(self) -> float:
+        """Largest force [N] in an element or a contact of the model."""
         return 0.0
 
     def search_seconds(self) -> float:
