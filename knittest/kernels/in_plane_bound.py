@@ -10,7 +10,7 @@ from math import sqrt
 
 from numba import njit
 
-from knittest.kernels.in_plane import CLOSED, across
+from knittest.kernels.in_plane import across
 from knittest.kernels.in_plane_state import BLOCK, WEIGHTS
 from knittest.kernels.options import INLINE, KERNEL
 from knittest.kernels.vec import add, dot, scale

@@ -24,7 +24,8 @@ def bend_bound(bends: Bends, mass: Array) -> float:
         u = second[:, family]
         sums = np.add.reduceat(u, bends.first[:-1], axis=0)  # over each block
         rows += u * np.repeat(sums * stiffness, size, axis=0)
-    return float(_per_mass(np.bincount(bends.member.ravel(), rows.ravel(), len(mass)), mass).max(initial=0.0))
+    total = np.bincount(bends.member.ravel(), rows.ravel(), len(mass)).astype(float)
+    return float(_per_mass(total, mass).max(initial=0.0))
 
 
 def bend_bound_now(bends: Bends, position: Array, mass: Array) -> tuple[float, int]:
