@@ -1,6 +1,7 @@
 """Sheets of shells as a model of the explicit driver."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numba import get_num_threads
@@ -44,6 +45,11 @@ class FabricModel(ExplicitModel):
     laminate: Laminate
     bends: Bends
     tracker: SheetTracker | None = None
+
+    @cached_property
+    def bending_at_rest(self) -> float:
+        """Part of the fibres' bending in the plane in the bound behind the time step [1/ms^2]."""
+        return bend_bound(self.bends, self.mass)
 
     def prepare(self) -> Overlaps:
         """See :meth:`SheetTracker.settle`."""
@@ -140,9 +146,8 @@ class FabricModel(ExplicitModel):
 
         Shear that closes the angle of crumpled yarns stiffens their bending without limit.
         """
-        n = self.n_nodes
-        now, node = bend_bound_now(self.bends, self.nodes.position[:, :n], self.mass)
-        stiffest = (2.0 / self.critical_step) ** 2 - bend_bound(self.bends, self.mass) + now
+        now, node = bend_bound_now(self.bends, self.nodes.position, self.mass)
+        stiffest = (2.0 / self.critical_step) ** 2 - self.bending_at_rest + now
         longest = 2.0 / stiffest**0.5
         if longest >= dt:
             return ""
