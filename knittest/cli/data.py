@@ -80,7 +80,11 @@ def _reading(command: Command) -> Command:
             help="Faces of the strip that rub: 2 between plates, if not given (friction).",
         ),
         click.option("--decimal", type=click.Choice([",", "."]), help="Decimal mark, if it cannot be told."),
-        click.option("--delimiter", help="Delimiter, if not ';', tab or ','."),
+        click.option("--delimiter", help="Delimiter, if not ';', tab, ',' or blanks."),
+        click.option("--columns", help="What each column is, in their order, such as time,travel,force; - for none."),
+        click.option(
+            "--column", multiple=True, metavar="ROLE=NAME", help='What the column NAME is, such as force="Kraft A".'
+        ),
         click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path)),
     ):
         command = option(command)
@@ -109,9 +113,7 @@ def import_(
     Example: knittest data import frame-*.csv --test picture-frame --frame-side 200 --fabric-side 180 --out data/mine
     """
     from knittest.config.starting import FABRIC
-    from knittest.experiment.lab_guess import stated_test
-    from knittest.experiment.lab_kind import LAB_TESTS
-    from knittest.experiment.lab_tests import read_files, write_files
+    from knittest.experiment.lab_tests import LAB_TESTS, read_files, stated_test, write_files
 
     test = stated_test(test, files, reading["delimiter"])
     specimens = read_files(test, files, reading)
@@ -132,9 +134,7 @@ def stats(test: str | None, files: tuple[Path, ...], **reading: Any) -> None:
 
     Example: knittest data stats warp-*.csv --gauge-length 200
     """
-    from knittest.experiment.lab_guess import stated_test
-    from knittest.experiment.lab_kind import LAB_TESTS
-    from knittest.experiment.lab_tests import read_files
+    from knittest.experiment.lab_tests import LAB_TESTS, read_files, stated_test
     from knittest.runs.show import print_text
 
     test = stated_test(test, files, reading["delimiter"])

@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
 from knittest.experiment.lab_conditions import Condition, unstated
+from knittest.experiment.lab_recording import Origin
+from knittest.experiment.lab_units import likely_force
 
 Array = NDArray[np.float64]
 
@@ -17,7 +19,7 @@ APART = 3.0
 SERIES = 0.05
 
 
-def refuse_apart(named: Sequence[tuple[str, object]], values: Array, what: str, unit: str) -> None:
+def refuse_apart(specimens: Sequence[Origin], values: Array, what: str, unit: str) -> None:
     """Raise :class:`InputError` naming the specimen whose value lies a factor :data:`APART` off the others' median."""
     if len(values) < 2:
         return
@@ -25,20 +27,36 @@ def refuse_apart(named: Sequence[tuple[str, object]], values: Array, what: str, 
     factor = np.maximum(np.abs(values / others), np.abs(others / values))
     k = int(np.argmax(factor))
     if not factor[k] <= APART:
-        name, path = named[k]
         raise InputError(
-            f"{path}: specimen {name}: {what} {values[k]:.4g} {unit}, the median of the other {len(values) - 1} is "
-            f"{others[k]:.4g} {unit}: in another unit, or of another series? Leave it out or mend the file"
+            f"{specimens[k].path}: specimen {specimens[k].name}: {what} {values[k]:.4g} {unit}, the median of the other "
+            f"{len(values) - 1} is {others[k]:.4g} {unit}: in another unit, or of another series? Leave it out or mend "
+            "the file"
         )
 
 
-def refuse_copies(named: Sequence[tuple[str, str]]) -> None:
-    """Raise :class:`InputError` for two specimens, (name, digest) each, of the same numbers."""
-    seen: dict[str, str] = {}
-    for name, digest in named:
-        if digest in seen:
-            raise InputError(f"specimens {seen[digest]} and {name}: the same curve twice: leave one out")
-        seen[digest] = name
+def refuse_implausible(
+    one: Origin, value: float, band: tuple[float, float], what: str, unit: str, force: float
+) -> None:
+    """Raise :class:`InputError` for a ``value`` [unit] out of ``band`` that a ``force`` [N] makes, with the likely unit
+    of the force; ``what`` says what has that value.
+    """
+    if band[0] <= value <= band[1]:
+        return
+    limits = tuple(limit * force / value if value > 0.0 else limit for limit in band)
+    raise InputError(
+        f"{one.path}: specimen {one.name}: {what}: implausible, expected {band[0]:g} to {band[1]:g} {unit}"
+        f"{likely_force(force, one.unit, limits)}: check the unit of the force"  # type: ignore[arg-type]
+    )
+
+
+def digests(specimens: Sequence[Origin], curves: Sequence[Sequence[Array]]) -> list[str]:
+    """Fingerprints of the curves; raises :class:`InputError` for two of the same numbers."""
+    found = [digest(*columns) for columns in curves]
+    for k, one in enumerate(found):
+        if one in found[:k]:
+            first = specimens[found.index(one)].name
+            raise InputError(f"specimens {first} and {specimens[k].name}: the same curve twice: leave one out")
+    return found
 
 
 def digest(*columns: Array) -> str:

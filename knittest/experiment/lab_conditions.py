@@ -49,10 +49,7 @@ class Condition:
 
     def names(self, cell: str, tier: int = 0) -> bool:
         """Tell whether ``cell`` names this condition by a label of rank ``tier``."""
-        cell = cell[: lab_names.LONGEST].replace("_", " ")
-        return bool(lab_names.pattern("conditions", self.key, "tiers", tier).search(cell)) and not lab_names.pattern(
-            "conditions", self.key, "none"
-        ).search(cell)
+        return lab_names.labels(self.key, cell, tier)
 
     def plausible(self, value: float, said: str) -> float:
         """``value`` [unit]; raises :class:`InputError` outside the field's bounds, with the likely unit."""

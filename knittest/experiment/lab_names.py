@@ -61,6 +61,27 @@ def is_kind(kind: str, name: str) -> bool:
     return bool(pattern("kinds", kind).search(name[:LONGEST].replace("_", " ")))
 
 
+def recognised(test: str, rows: list[list[str]]) -> bool:
+    """Tell whether texts in ``rows`` at the head of a file say that it is of the own ``test``."""
+    entry = table()["own_tests"].get(test, {})
+    text, conditions = pattern("own_tests", test, "text"), entry.get("conditions", ())
+    for row in rows:
+        cells = [cell[:LONGEST].replace("_", " ") for cell in row]
+        roles = {role(cell)[0] for cell in row} if "roles" in entry else set()
+        if any(text.search(cell) or any(labels(key, cell) for key in conditions) for cell in cells):
+            return True
+        if any(roles.issuperset(some) for some in entry.get("roles", ())):
+            return True
+    return False
+
+
+def labels(condition: str, cell: str, tier: int = 0) -> bool:
+    """Tell whether ``cell`` names a ``condition`` by a label of rank ``tier``."""
+    cell = cell[:LONGEST].replace("_", " ")
+    wanted, refused = pattern("conditions", condition, "tiers", tier), pattern("conditions", condition, "none")
+    return bool(wanted.search(cell)) and not refused.search(cell)
+
+
 def foreign(texts: list[str], own: tuple[str, ...]) -> tuple[str, str] | None:
     """Another kind of test than those of ``own`` that one of ``texts`` names, and the text."""
     for text in texts:

@@ -11,7 +11,7 @@ from knittest.base.errors import InputError
 from knittest.config.base import BoundsError, check_bounds, field_meta
 from knittest.config.fabric import MacroMaterial
 from knittest.experiment import lab_names, lab_units
-from knittest.experiment.lab_checks import common, digest, refuse_apart, refuse_copies
+from knittest.experiment.lab_checks import common, digests, refuse_apart
 from knittest.experiment.lab_conditions import (
     EXTENSOMETER,
     GAUGE,
@@ -342,9 +342,8 @@ def plausible_strips(specimens: Sequence[Specimen]) -> None:
                 f"{s.path}: specimen {s.name}: strain at maximum force {at:.4g} %: {error.expected}: check the unit "
                 "of the travel and the gauge length"
             ) from None
-    named = [(s.name, s.path) for s in specimens]
-    refuse_apart(named, force, "maximum force", "N")
-    refuse_apart(named, strain, "strain at maximum force", "%")
+    refuse_apart(specimens, force, "maximum force", "N")
+    refuse_apart(specimens, strain, "strain at maximum force", "%")
 
 
 def one_series(specimens: Sequence[Specimen]) -> tuple[list[Specimen], dict[str, float]]:
@@ -359,7 +358,7 @@ def one_series(specimens: Sequence[Specimen]) -> tuple[list[Specimen], dict[str,
     if any(s.gauge is not None for s in specimens):
         found[GAUGE.key] = common(GAUGE, [s.gauge for s in specimens], paths)
     plausible_strips(specimens)
-    refuse_copies([(s.name, digest(s.strain, s.force)) for s in specimens])
+    digests(specimens, [(s.strain, s.force) for s in specimens])
     return [replace(s, force=s.force * (width / (s.width or width)), width=width) for s in specimens], found
 
 

@@ -52,6 +52,10 @@ class LabTable:
         """Columns of any of ``roles``, in their order."""
         return [k for k, role in enumerate(self.roles) if role in roles]
 
+    def notes_of(self, name: str) -> list[str]:
+        """Notes on the specimen ``name`` and on lines that were left out."""
+        return [note.removeprefix(f"{name}: ") for note in self.notes if note.startswith((f"{name}: ", "line"))]
+
     def unit(self, column: int, units: dict[str, float] | lab_units.Units) -> str:
         """Unit of a column; raises :class:`InputError` for one that is not of ``units``."""
         return lab_units.stated(self.names[column], self.units[column], units, self.where)

@@ -1,6 +1,5 @@
 """The tests of a laboratory that can be imported: how each is read, shown, written and told from the others."""
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -33,18 +32,15 @@ def _accept(out: Path, results: Results) -> None:
 class LabTest(Generic[SpecimenT]):
     """``read`` a file into specimens, whose ``results`` with direction and names of files are shown and written.
 
-    ``conditions`` and ``options`` are those that a user may give. ``looks`` tells by the texts in each row at the head
-    of a file whether it is one of this test, ``named`` by its name; ``rigs`` is what an experiment says of rigs,
-    ``fabric`` what it says of the fabric, with the folder that files are named from. ``show`` are lines in place of
-    those of the results; ``check`` may refuse to write them.
+    ``conditions`` and ``options`` are those that a user may give; ``rigs`` is what an experiment says of rigs, ``fabric``
+    what it says of the fabric, with the folder that files are named from. ``show`` are lines in place of those of the
+    results; ``check`` may refuse to write them.
     """
 
     read: Callable[[Path, Given], list[SpecimenT]]
     results: Callable[[Sequence[SpecimenT], str, Sequence[str]], Results]
     conditions: tuple[Condition, ...] = ()
     options: tuple[str, ...] = ()
-    looks: Callable[[Sequence[Sequence[str]]], bool] = lambda rows: False
-    named: re.Pattern[str] | None = None
     rigs: Callable[[Mapping[str, dict[str, Any]]], Rigs] = lambda tests: {}
     fabric: Callable[[Mapping[str, dict[str, Any]], Path], dict[str, Any]] = lambda tests, place: {}
     show: Callable[[Sequence[SpecimenT]], list[str]] | None = None
@@ -159,7 +155,7 @@ def looks_like(path: Path, delimiter: str | None = None) -> str:
     except InputError:
         return ""
     texts = [[cell for cell in row if not NUMBER.match(cell)] for _, row in rows]
-    return next((name for name, lab in LAB_TESTS.items() if lab.looks(texts)), "")
+    return next((name for name in LAB_TESTS if lab_names.recognised(name, texts)), "")
 
 
 def stated_test(test: str | None, files: Sequence[Path], delimiter: str | None = None) -> str:
@@ -174,7 +170,8 @@ def stated_test(test: str | None, files: Sequence[Path], delimiter: str | None =
 
 def hinted(error: InputError, test: str, path: Path, delimiter: str | None = None) -> InputError:
     """``error`` on reading ``path`` as of ``test``, with the other test that the file or its name looks like."""
-    named = (name for name, lab in LAB_TESTS.items() if lab.named and lab.named.search(path.stem))
+    stem = path.stem[: lab_names.LONGEST].replace("_", " ")
+    named = (name for name in LAB_TESTS if lab_names.pattern("own_tests", name, "name").search(stem))
     other = looks_like(path, delimiter) or next(named, "")
     if not other or other == test:
         return error

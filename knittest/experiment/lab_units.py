@@ -142,6 +142,16 @@ def other_unit(name: str, below: str, quantities: tuple[str, ...]) -> str:
     return ""
 
 
+def factor(unit: str) -> float:
+    """Factor of a unit of a column to N, mm, %, deg, kPa or 1."""
+    return next(units[unit] for units in QUANTITIES.values() if unit in units)
+
+
+def named_strain(name: str) -> bool:
+    """Tell whether a column has the name of a strain, so that a number without a unit says nothing."""
+    return bool(_STRAIN_NAME.search(name))
+
+
 def is_unit(text: str) -> bool:
     """Tell whether a cell is a unit, of whatever quantity, or empty."""
     text = text.strip("[]() ")

@@ -2,13 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
-
 import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
-from knittest.experiment.lab_direction import Said
+from knittest.experiment.lab_recording import Origin
 
 Array = NDArray[np.float64]
 
@@ -17,22 +15,13 @@ PRELOADS = 3.0
 
 
 @dataclass(frozen=True)
-class Specimen:
-    """Strain [%] and force [N] of one specimen, (n,) each; width and gauge length [mm] where they are known.
+class Specimen(Origin):
+    """Strain [%] and force [N] of one specimen, (n,) each; width and gauge length [mm] where they are known."""
 
-    ``path`` is its file, ``said`` the direction that the file states, if any, ``unit`` the unit of its forces there;
-    ``notes`` say which column gave the strain and what was left out.
-    """
-
-    name: str
     strain: Array
     force: Array
     width: float | None = None
     gauge: float | None = None
-    path: Path = Path()
-    said: Said | None = None
-    unit: str = "N"
-    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

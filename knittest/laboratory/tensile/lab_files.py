@@ -1,25 +1,54 @@
 """Files of tensile tests as ``knittest data`` takes them."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
-from knittest.experiment.lab_checks import plausible_strips
+import numpy as np
+
+from knittest.experiment.lab_checks import digests
 from knittest.experiment.lab_conditions import GAUGE, WIDTH
-from knittest.experiment.lab_csv import Specimen, read_lab
-from knittest.experiment.lab_given import Given
-from knittest.experiment.lab_kind import LabTest
+from knittest.experiment.lab_folder import TENSION
+from knittest.experiment.lab_results import Curves, Results, table_lines
+from knittest.experiment.lab_strips import one_series, per_width, plausible_strips, read_strips
+from knittest.experiment.lab_tests import LabTest
+from knittest.experiment.statistics import Specimen, corridor, mean_sd, peaks, tension_curve
+from knittest.experiment.tables import TENSILE
 from knittest.laboratory.tensile.lab_fabric import fabric_of
-from knittest.laboratory.tensile.lab_report import summary_lines, write_import
+
+UNITS = {"peak_force_n": "N", "fracture_strain_pct": "%"}
+NAMES = ("strain_pct", "force_n_per_mm", "force_sd_n_per_mm")
+RISING = "# from the origin and rising; preload and noise are taken out"
 
 
-def _read(path: Path, given: Given) -> list[Specimen]:
-    sizes = given.sizes
-    return read_lab(path, sizes.get(GAUGE.key), given.decimal, given.delimiter, sizes.get(WIDTH.key), given.sign)
-
-
-def _lines(specimens: Sequence[Specimen]) -> list[str]:
+def summary_lines(specimens: Sequence[Specimen]) -> list[str]:
+    """Table of maximum force [N] and strain at it [%], with mean and sd, and of the strips' sizes."""
     plausible_strips(specimens)
-    return summary_lines(specimens)
+    force, strain = peaks(specimens)
+    shown = [("max. force [N]", ".1f", force), ("strain at it [%]", ".3f", strain)]
+    lines = table_lines([s.name for s in specimens], shown)
+    for what, found in ((WIDTH, {s.width for s in specimens}), (GAUGE, {s.gauge for s in specimens})):
+        sizes = ["not stated" if v is None else f"{v:g} mm" for v in sorted(found, key=lambda v: v or 0.0)]
+        lines.append(f"{what.name}: {', '.join(sizes)}")
+    return lines
 
 
-LAB = LabTest(_read, _lines, write_import, (WIDTH, GAUGE), ("sign",), fabric=fabric_of)
+def tensile_results(specimens: Sequence[Specimen], direction: str, files: Sequence[str]) -> Results:
+    """Peaks of one series, its curves per width and the curve for a material; raises :class:`InputError` as
+    :func:`one_series`.
+    """
+    strips, sizes = one_series(specimens)
+    narrow = per_width(strips)
+    found = dict(zip(TENSILE, peaks(strips), strict=True))
+    means = [f"# {name}: {mean_sd(values)[0]:.6g}" for name, values in found.items()]
+    tension: dict[str, np.ndarray] = dict(zip(NAMES, tension_curve(narrow), strict=False))
+    labels = ("strain [%]", "force per width [N/mm]")
+    curves = Curves(
+        [(s.strain, s.force) for s in narrow], corridor(narrow), NAMES, labels, {TENSION: (tension, [*means, RISING])}, means
+    )  # fmt: skip
+    return Results(
+        "tensile", direction, found, UNITS, [(what, sizes[what.key]) for what in (WIDTH, GAUGE) if what.key in sizes],
+        ("strip", f"of {sizes[WIDTH.key]:g} mm"), files, digests(specimens, [(s.strain, s.force) for s in specimens]),
+        [s.name for s in specimens], curves=curves,
+    )  # fmt: skip
+
+
+LAB = LabTest(read_strips, tensile_results, (WIDTH, GAUGE), ("sign",), fabric=fabric_of, show=summary_lines)

@@ -1,0 +1,145 @@
+"""What the reader of a test gets: the columns of one specimen by their roles, in one unit each."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import KW_ONLY, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knittest.base.errors import InputError
+from knittest.experiment import lab_names, lab_units
+from knittest.experiment.lab_conditions import Condition, known, needed
+from knittest.experiment.lab_direction import Said, said_by
+from knittest.experiment.lab_given import Given
+from knittest.experiment.lab_table import LabTable, Wanted, columns, read_tables, specimens_in
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where a specimen comes from: its name and file, the direction that the file states, the unit of its forces there,
+    and notes on how it was read. Specimens of a test derive from it.
+    """
+
+    name: str
+    _: KW_ONLY
+    path: Path = Path()
+    said: Said | None = None
+    unit: str = "N"
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Columns (n,) of one specimen by role, without rows that have empty cells in them; ``lines`` are those of the file.
+
+    Units: N, mm, % (a travel or extensometer in a unit of strain has the role strain), deg, kPa, 1. ``number`` counts
+    the specimens of ``table``.
+    """
+
+    origin: Origin
+    table: LabTable
+    number: int
+    lines: Sequence[int]
+    values: Mapping[str, Array]
+    columns: Mapping[str, int]
+
+    @property
+    def name(self) -> str:
+        """Name of the specimen."""
+        return self.origin.name
+
+    @property
+    def where(self) -> str:
+        """File and specimen, for messages."""
+        return f"{self.table.place}: specimen {self.name}"
+
+    def at(self, row: int) -> str:
+        """File, line and specimen of a ``row``, for messages."""
+        return f"{self.table.place}:{self.lines[row]}: specimen {self.name}"
+
+    def title(self, role: str) -> str:
+        """Name of the column with that ``role`` in the file."""
+        return self.table.names[self.columns[role]]
+
+    def known(self, what: Condition, given: Given) -> float | None:
+        """``what`` by the head of the file or the user, ``None`` where neither states it."""
+        return known(what, self.table, given.sizes)
+
+    def needed(self, wanted: Sequence[Condition], given: Given) -> list[float]:
+        """The same of each of ``wanted``; raises :class:`InputError` naming the option of those that nobody states."""
+        return needed(wanted, self.table, self.origin.path, given.sizes)
+
+
+def of(recording: Recording) -> dict[str, Any]:
+    """The fields of :class:`Origin`, for a specimen that derives from it."""
+    return dict(vars(recording.origin))
+
+
+def recordings(
+    path: Path, given: Given, wanted: Wanted, words: str, *, own: tuple[str, ...] = (), optional: tuple[str, ...] = (),
+    shared: bool = False, unit_needed: bool = False,
+) -> list[Recording]:  # fmt: skip
+    """Specimens in the file ``path``, one a column of the first of ``wanted``: roles of which it needs one each.
+
+    The first role of each that is there counts. ``words`` name them in messages; ``optional`` are roles beside them,
+    ``own`` other kinds of tests that the file may name; ``shared`` lets several specimens share a travel, and
+    ``unit_needed`` asks every column for its unit. Raises :class:`InputError`.
+    """
+    lead, moves = tuple(wanted[0]), tuple(role for some in wanted[1:] for role in some)
+    tables = read_tables(path, given, wanted, words, own)
+    found = []
+    for name, table, group, number in specimens_in(tables, lead, moves, shared):
+        chosen = {}
+        for some in (*wanted, *((role,) for role in optional)):
+            role = next((role for role in some if any(table.roles[k] == role for k in group)), None)
+            if role is not None:
+                chosen[role] = min((k for k in group if table.roles[k] == role), key=lambda k: _rank(table.names[k]))
+        lines, cells = columns(table, list(chosen.values()), name)
+        values, which, unit = {}, {}, "N"
+        for (role, k), raw in zip(chosen.items(), cells.T, strict=True):
+            stated = unit_of(table, k, unit_needed)
+            kept = "strain" if stated in lab_units.STRAIN and role in ("travel", "extensometer") else role
+            with np.errstate(over="ignore", invalid="ignore"):
+                values[kept] = raw * lab_units.factor(stated)
+            which[kept], unit = k, stated if role == "force" else unit
+            if not np.isfinite(values[kept]).all():
+                raise InputError(f"{table.place}: specimen {name}: no finite {role.replace('_', ' ')}")
+        notes = (*told(table, which, group), *table.notes_of(name))
+        origin = Origin(name=name, path=path, said=said_by(path, table.head), unit=unit, notes=notes)
+        found.append(Recording(origin, table, number, lines, values, which))
+    return found
+
+
+def unit_of(table: LabTable, column: int, needed: bool = False) -> str:
+    """Unit of a column by its role, N or mm where none is stated; raises :class:`InputError` where that is no answer."""
+    name, role = table.names[column], table.roles[column]
+    entry = lab_names.table()["columns"][role]
+    units = {unit: 1.0 for quantity in entry["quantity"] for unit in lab_units.QUANTITIES[quantity]}
+    if role == "force":
+        lab_units.force_unit(name, table.units[column], table.where)
+    unit = lab_units.stated(name, table.units[column], units, table.where)
+    is_strain = "strain" in entry["quantity"] and lab_units.named_strain(name)
+    if unit or not (needed or is_strain or "unit" not in entry):
+        return unit or str(entry["unit"])
+    first = "%" if is_strain else next(iter(units))
+    raise InputError(
+        f"{table.where}: column {name!r}: no unit: write '{name} [{first}]', or one of {', '.join(units)}"
+    )
+
+
+def told(table: LabTable, used: Mapping[str, int], group: Sequence[int]) -> list[str]:
+    """Lines that name the columns that are used, and those that are not, with the reason."""
+    words = lab_names.table()["unused"]
+    left = [k for k in group if k not in used.values() and table.names[k].strip()]
+    why = [f"{table.names[k]!r} ({words.get(table.roles[k], words['other'])})" for k in left]
+    taken = [f"{table.names[k]!r} ({role.replace('_', ' ')})" for role, k in used.items()]
+    return [f"columns used: {', '.join(taken)}", *([f"columns not used: {', '.join(why)}"] if why else [])]
+
+
+def _rank(name: str) -> int:
+    """Order of columns of one role: standard travel, one without a word to it, absolute position of the machine."""
+    return 0 if lab_names.is_kind("standard", name) else 2 if lab_names.is_kind("machine", name) else 1
