@@ -25,7 +25,9 @@ def pattern(*path: str | int) -> re.Pattern[str]:
     """The pattern at ``path`` in the table: that of all languages together, or none that ever matches."""
     found: Any = table()
     for key in path:
-        found = found.get(key, "(?!)") if isinstance(found, dict) else found[key]
+        found = found.get(key, {}) if isinstance(found, dict) else found[key]
+    if not found:
+        return re.compile("(?!)")
     return re.compile("|".join(found.values()) if isinstance(found, dict) else found, re.I)
 
 
@@ -88,8 +90,9 @@ def foreign(texts: list[str], own: tuple[str, ...]) -> tuple[str, str] | None:
         plain = text[:LONGEST].replace("_", " ")
         if pattern("no_test").search(plain):
             continue
+        pulled = ("compression",) if pattern("pull").search(plain) else ()
         for kind in table()["tests"]:
-            if kind not in own and pattern("tests", kind).search(plain):
+            if kind not in (*own, *pulled) and pattern("tests", kind).search(plain):
                 return kind, text
     return None
 

@@ -42,6 +42,8 @@ FALL, BELOW = 0.02, 0.05
 STAYS, GAINS = 0.002, 0.08
 #: difference of the shares of their ways that extensometer and clamp go from row to row beyond which one jumps
 JUMP = 0.25
+#: share of steps that fall from which on a rising travel has noise: rounded ones repeat, but do not fall
+FALLING = 0.03
 #: share of the largest travel below which an offset of the start is none
 OFFSET = 0.002
 
@@ -308,10 +310,10 @@ def _start(strain: Array, force: Array, top: int) -> float:
 
 
 def noise(values: Array) -> float:
-    """Standard deviation of the noise of ``values`` (n,) by their second differences."""
-    if len(values) < 8:
-        return 0.0
+    """Standard deviation of the noise of ``values`` (n,) by their second differences; none of those that hardly fall."""
     with np.errstate(over="ignore", invalid="ignore"):
+        if len(values) < 8 or np.count_nonzero(np.diff(values) < 0.0) < FALLING * len(values):
+            return 0.0
         return float(1.4826 * np.median(np.abs(np.diff(values, 2))) / np.sqrt(6.0))
 
 

@@ -252,6 +252,8 @@ def _refuse_foreign(path: str, stem: str, head: Sequence[Row], names: Sequence[s
     texts = [stem, *names]
     for _, cells in head[:1000]:
         filled = [cell for cell in cells if cell]
+        if len(filled) > 1 and all(lab_names.pattern("denied").fullmatch(cell) for cell in filled[1:]):
+            continue
         label = filled[0] if filled else ""
         texts += filled if len(filled) == 1 or lab_names.pattern("test_labels").search(label[:80]) else [label]
         texts += [cell for cell in filled if len(filled) > 3 and not NUMBER.match(cell)]
@@ -330,7 +332,7 @@ def columns(table: LabTable, which: Sequence[int], name: str) -> tuple[list[int]
     """
     cells = [[row[k] if k < len(row) else "" for k in which] for _, row in table.body]
     values = np.column_stack([numbers([row[k] for row in cells], table.mark) for k in range(len(which))])
-    empty = np.array([[cell.lower() in EMPTY for cell in row] for row in cells]).reshape(len(cells), len(which))
+    empty = np.array([[cell.lower() in EMPTY for cell in row] for row in cells], bool).reshape(len(cells), len(which))
     bad = np.argwhere(~np.isfinite(values) & ~empty)
     if len(bad):
         row, column = bad[0]

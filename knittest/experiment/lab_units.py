@@ -42,7 +42,7 @@ QUANTITIES: dict[str, Mapping[str, float]] = {
 #: other spellings
 _NAMED = {
     "in": "inch", "in.": "inch", "inches": "inch", '"': "inch", "pct": "%", "percent": "%", "°": "deg", "grad": "deg",
-    "degree": "deg", "degrees": "deg", "in/in": "mm/mm", "m/m": "mm/mm", "-": "1", "newton": "N", "kilonewton": "kN",
+    "degree": "deg", "degrees": "deg", "in/in": "mm/mm", "in./in.": "mm/mm", "m/m": "mm/mm", "-": "1", "newton": "N", "kilonewton": "kN",
     "kp": "kgf", "lb": "lbf", "lbs": "lbf", "millimeter": "mm", "millimetre": "mm", "micron": "um", "microns": "um",
     "ue": "um/m", "um/m": "um/m", "microstrain": "um/m", "g/m^2": "g/m2", "gsm": "g/m2", "n/mm^2": "N/mm2",
     "kg/cm2": "kgf/cm2", "kn/m2": "kPa", "n/m2": "Pa", "ニュートン": "N", "牛": "N", "牛顿": "N", "千牛": "kN", "毫米": "mm",
@@ -168,5 +168,5 @@ def _in_name(name: str, units: Mapping[str, float]) -> str:
     bracketed = [(square or round_).strip() for square, round_ in _BRACKETS.findall(name)]
     bare = _BRACKETS.sub("", name).strip()[-_UNIT_WITHIN:]
     marked = _MARKED.findall(bare)
-    places = [*bracketed, *marked, *_LAST_WORD.findall(bare)]
+    places = [*bracketed, *marked, *(word for word in _LAST_WORD.findall(bare) if word != "1")]
     return next((p for p in places if known(p, units)), next(filter(None, [*bracketed, *marked]), ""))

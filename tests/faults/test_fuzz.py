@@ -25,7 +25,7 @@ from knittest.config.loading import resolve
 from knittest.config.yaml_loader import load_yaml
 from knittest.experiment import lab_rows
 from knittest.experiment.curves import load_curve
-from knittest.experiment.lab_csv import read_lab
+from knittest.experiment.lab_strips import read_lab
 
 SECONDS = 2.0
 MEBIBYTES = 64

@@ -6,8 +6,7 @@ from hypothesis import strategies as st
 from test_fuzz import VALUES, judged, mutated, read_or_refused
 
 from knittest.experiment.lab_given import Given
-from knittest.experiment.lab_kind import LAB_TESTS
-from knittest.experiment.lab_tests import conditions
+from knittest.experiment.lab_tests import LAB_TESTS, conditions
 
 FRAME = (
     "Rahmenlänge;200,0;mm\nGewebeseite: 18 cm\nWeg;Kraft\nmm;N\n"

@@ -6,7 +6,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from knittest.base.errors import InputError
-from knittest.experiment.lab_csv import read_lab
+from knittest.experiment.lab_strips import read_lab
 from knittest.experiment.statistics import corridor, peaks
 
 

@@ -13,7 +13,7 @@ from knittest.experiment.compare import compare_columns
 from knittest.experiment.conditions import Conditions
 from knittest.experiment.curves import load_curve
 from knittest.experiment.forces import for_width, normalised, per_width
-from knittest.experiment.lab_csv import read_lab
+from knittest.experiment.lab_strips import read_lab
 from knittest.experiment.tables import published
 from knittest.laboratory.against import own_curves
 from knittest.laboratory.base import fabric_laminate, tension_curve

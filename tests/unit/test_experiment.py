@@ -6,9 +6,8 @@ import pytest
 from knittest.base.errors import InputError
 from knittest.base.resources import data_dir
 from knittest.experiment.curves import load_curve
-from knittest.experiment.lab_csv import Specimen
 from knittest.experiment.reconstruct import CASES, curve, text
-from knittest.experiment.statistics import mean_curve, tension_curve
+from knittest.experiment.statistics import Specimen, mean_curve, tension_curve
 from knittest.experiment.tables import published
 
 

@@ -15,12 +15,12 @@ from knittest.experiment.compare import compare_columns
 from knittest.experiment.conditions import Conditions
 from knittest.experiment.curves import load_curve
 from knittest.experiment.forces import per_width
-from knittest.experiment.lab_csv import Specimen
+from knittest.experiment.statistics import Specimen
 from knittest.laboratory.against import own_curves
 from knittest.laboratory.picture_frame.lab_curves import Sheared
 from knittest.laboratory.picture_frame.lab_report import write_frames
 from knittest.laboratory.registry import REPORTS
-from knittest.laboratory.tensile.lab_report import write_import
+from knittest.laboratory.tensile.lab_files import LAB as TENSILE
 
 SHARE = np.linspace(0.0, 1.0, 60)
 ENDS = (1.5, 1.56, 1.62)
@@ -46,7 +46,7 @@ def imported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         strips = [
             Specimen(f"s{k}", e * SHARE, factor * strip_force(e) * SHARE**2, 100.0, 200.0) for k, e in enumerate(ENDS)
         ]
-        write_import(strips, out, direction, ["a.csv"])
+        TENSILE.write(strips, out, direction, ["a.csv"])
     force = 40.0 * SHARE[1:] ** 2
     frames = [
         Sheared(f"f{k}", 45.0 * SHARE[1:], factor * force, 250.0, 180.0, tmp_path / f"f{k}.csv", False)

@@ -6,7 +6,7 @@ import pytest
 
 from knittest.base.resources import data_dir
 from knittest.cli.main import run
-from knittest.experiment.lab_guess import looks_like
+from knittest.experiment.lab_tests import looks_like
 
 LAB = data_dir() / "tutorial"
 FILES = [("frame-1.csv", "picture-frame"), ("cantilever-warp.csv", "cantilever"), ("friction-1.csv", "friction")]

@@ -11,10 +11,11 @@ from knittest.base.errors import InputError
 from knittest.config.fabric import MacroMaterial
 from knittest.experiment import lab_fabric
 from knittest.experiment.curves import load_curve
-from knittest.experiment.lab_csv import Specimen, read_lab
+from knittest.experiment.lab_strips import read_lab
+from knittest.experiment.statistics import Specimen
 from knittest.experiment.lab_direction import Said
 from knittest.experiment.tables import published
-from knittest.laboratory.tensile.lab_report import summary_lines, write_import
+from knittest.laboratory.tensile.lab_files import LAB, summary_lines
 
 SHARE = np.linspace(0.0, 1.0, 50)
 
@@ -36,7 +37,7 @@ def test_an_import_is_an_experiment_with_table_source_and_curves(tmp_path):
     out = tmp_path / "mine"
     for direction, more in (("warp", 0.0), ("weft", 1.0)):
         series = [strip(s.name, s.strain[-1], s.force[-1] + more) for s in specimens()]
-        assert write_import(series, out, direction, ["a.csv"]) == "mine"
+        assert LAB.write(series, out, direction, ["a.csv"]) == "mine"
     peak, strain, width, gauge = rows(out)
     assert (peak.mean, peak.n, peak.table) == (5500.0, 2, "mine, 2 strips of 50 mm, warp")
     assert (strain.mean, strain.sd) == pytest.approx((1.6, np.std([1.5, 1.7], ddof=1)), rel=1e-5)
@@ -51,7 +52,7 @@ def test_curves_are_forces_per_width_with_the_width_in_their_head(tmp_path):
     for name, width in (("narrow", 50.0), ("wide", 100.0)):
         out = tmp_path / name
         series = [strip(f"{name}{k}", e, f * width / 50.0, width) for k, (e, f) in enumerate(((1.5, 5e3), (1.7, 6e3)))]
-        write_import(series, out, "warp", ["a.csv"])
+        LAB.write(series, out, "warp", ["a.csv"])
         for curve in ("corridor", "tension"):
             text = (out / "warp" / f"{curve}.csv").read_text(encoding="utf-8")
             assert all(
@@ -69,21 +70,21 @@ def test_curves_are_forces_per_width_with_the_width_in_their_head(tmp_path):
 
 def test_strips_that_were_measured_one_by_one_count_as_of_their_mean_width(tmp_path):
     series = [strip("s0", 1.5, 99.0 * 100.0, 99.0), strip("s1", 1.7, 101.0 * 100.0, 101.0)]
-    write_import(series, tmp_path / "mine", "warp", ["a.csv"])
+    LAB.write(series, tmp_path / "mine", "warp", ["a.csv"])
     peak, _, width, _ = rows(tmp_path / "mine")
     assert (peak.mean, width.mean) == pytest.approx((1e4, 100.0)) and peak.sd == pytest.approx(0.0, abs=1e-6)
     with pytest.raises(InputError, match=r"b\.csv: a strip width of 50 mm, a\.csv has 100 mm: import series"):
-        write_import(
+        LAB.write(
             [strip(width=100.0, path="a.csv"), strip("s1", 1.6, 3e3, 50.0, path="b.csv")], tmp_path / "x", "warp", []
         )
     with pytest.raises(InputError, match=r"a\.csv: the file states no strip width: give --width \[mm\]"):
-        write_import([strip(width=None, path="a.csv")], tmp_path / "x", "warp", [])
+        LAB.write([strip(width=None, path="a.csv")], tmp_path / "x", "warp", [])
     assert not (tmp_path / "x").exists()
 
 
 def test_one_specimen_states_no_scatter(tmp_path):
     out = tmp_path / "mine"
-    write_import([strip()], out, "warp", ["a.csv"])
+    LAB.write([strip()], out, "warp", ["a.csv"])
     assert all(np.isnan(row.sd) for row in rows(out)) and rows(out)[0].n == 1
     assert load_curve(out / "warp/corridor.csv").sd is None
     statistics = json.loads((out / "warp/statistics.json").read_text())
@@ -97,9 +98,9 @@ def test_fabric_yaml_is_the_block_of_the_fabric_over_both_directions(tmp_path, m
     from pathlib import Path
 
     out = Path("data/mine")
-    write_import(specimens(100.0), out, "warp", ["a.csv"])
+    LAB.write(specimens(100.0), out, "warp", ["a.csv"])
     assert set(yaml.safe_load((out / "fabric.yaml").read_text())["macro"]["tension"]) == {"warp"}
-    write_import([strip("w", 2.0, 4e3, 100.0), strip("v", 2.2, 4e3, 100.0)], out, "weft", ["b.csv"])
+    LAB.write([strip("w", 2.0, 4e3, 100.0), strip("v", 2.2, 4e3, 100.0)], out, "weft", ["b.csv"])
     part = yaml.safe_load((out / "fabric.yaml").read_text())
     assert (part["experiment"], part["experiment_variant"]) == ("mine", "mine")
     macro = part["macro"]
@@ -113,36 +114,36 @@ def test_fabric_yaml_is_the_block_of_the_fabric_over_both_directions(tmp_path, m
 
 def test_an_import_replaces_only_what_an_import_wrote(tmp_path):
     out = tmp_path / "mine"
-    write_import(specimens(), out, "warp", ["a.csv"])
+    LAB.write(specimens(), out, "warp", ["a.csv"])
     (out / "SOURCE.md").write_text("tested by me", encoding="utf-8")
-    write_import(specimens()[:1], out, "warp", ["b.csv"])
+    LAB.write(specimens()[:1], out, "warp", ["b.csv"])
     assert [p.name for p in sorted((out / "warp").glob("specimen-*"))] == ["specimen-01.csv"]
     assert (out / "SOURCE.md").read_text(encoding="utf-8") == "tested by me"
     for foreign in ("warp/notes.txt", "thesis.csv"):
         (out / foreign).write_text("mine", encoding="utf-8")
         with pytest.raises(InputError, match=f"holds {foreign}, which"):
-            write_import(specimens(), out, "warp", ["c.csv"])
+            LAB.write(specimens(), out, "warp", ["c.csv"])
         (out / foreign).unlink()
     statistics = (out / "warp/statistics.json").read_text()
     (out / "warp/statistics.json").write_text('{"kind": "measured"}')
     with pytest.raises(InputError, match="import those files anew"):
-        write_import(specimens(), out, "weft", ["c.csv"])
+        LAB.write(specimens(), out, "weft", ["c.csv"])
     (out / "warp/statistics.json").write_text(statistics)
     (out / "warp/statistics.json").unlink()
     with pytest.raises(InputError, match=r"holds warp/corridor\.csv"):
-        write_import(specimens(), out, "warp", ["c.csv"])
+        LAB.write(specimens(), out, "warp", ["c.csv"])
     with pytest.raises(InputError, match="is a file"):
-        write_import(specimens(), out / "SOURCE.md", "warp", ["c.csv"])
+        LAB.write(specimens(), out / "SOURCE.md", "warp", ["c.csv"])
 
 
 def test_a_file_of_the_other_direction_is_refused_unless_the_option_is_trusted(tmp_path):
     stated = [strip("s0", said=Said("weft", "a.csv:1")), strip("s1", 1.6, 6e3)]
     with pytest.raises(InputError, match=r"a\.csv:1 says weft, --direction says warp"):
-        write_import(stated, tmp_path / "mine", "warp", ["a.csv"])
-    write_import(stated, tmp_path / "mine", "warp", ["a.csv"], trusted=True)
+        LAB.write(stated, tmp_path / "mine", "warp", ["a.csv"])
+    LAB.write(stated, tmp_path / "mine", "warp", ["a.csv"], trusted=True)
     with pytest.raises(InputError, match="imported as warp: of which direction are they"):
-        write_import(stated[1:], tmp_path / "mine", "weft", ["a.csv"], trusted=True)
-    write_import(stated, tmp_path / "mine", "warp", ["a.csv"], trusted=True)  # again, the same way
+        LAB.write(stated[1:], tmp_path / "mine", "weft", ["a.csv"], trusted=True)
+    LAB.write(stated, tmp_path / "mine", "warp", ["a.csv"], trusted=True)  # again, the same way
 
 
 def test_the_copy_of_a_specimen_is_refused_whatever_its_delimiter(tmp_path):
@@ -150,7 +151,7 @@ def test_the_copy_of_a_specimen_is_refused_whatever_its_delimiter(tmp_path):
     (tmp_path / "b.csv").write_text("width [cm],10\nstrain [%],force [kN]\n0,0\n1.5,6.0\n")
     both = [s for name in ("a.csv", "b.csv") for s in read_lab(tmp_path / name)]
     with pytest.raises(InputError, match="specimens a and b: the same curve twice"):
-        write_import(both, tmp_path / "mine", "warp", ["a.csv", "b.csv"])
+        LAB.write(both, tmp_path / "mine", "warp", ["a.csv", "b.csv"])
 
 
 def test_fields_of_all_tests_stand_in_the_order_of_a_fabric(tmp_path, monkeypatch):
