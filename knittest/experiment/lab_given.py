@@ -25,7 +25,10 @@ JITTER = 0.01
 
 @dataclass(frozen=True)
 class Given:
-    """Format, names of columns, conditions by key, and how sign, preload and zero are meant; ``None``: not stated."""
+    """Format, conditions by key, and how sign, preload and zero are meant; ``None``: not stated.
+
+    ``columns`` are the roles of all columns in their order, ``named`` those of columns by their names in lower case.
+    """
 
     decimal: str | None = None
     delimiter: str | None = None

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -108,7 +109,7 @@ def recordings(
             which[kept], unit = k, stated if role == "force" else unit
             if not np.isfinite(values[kept]).all():
                 raise InputError(f"{table.place}: specimen {name}: no finite {role.replace('_', ' ')}")
-        notes = (*told(table, which, group), *table.notes_of(name))
+        notes = (*told(table, {k: role.replace('_', ' ') for role, k in which.items()}, group), *table.notes_of(name))
         origin = Origin(name=name, path=path, said=said_by(path, table.head), unit=unit, notes=notes)
         found.append(Recording(origin, table, number, lines, values, which))
     return found
@@ -131,13 +132,17 @@ def unit_of(table: LabTable, column: int, needed: bool = False) -> str:
     )
 
 
-def told(table: LabTable, used: Mapping[str, int], group: Sequence[int]) -> list[str]:
-    """Lines that name the columns that are used, and those that are not, with the reason."""
+def told(
+    table: LabTable, used: Mapping[int, str], group: Sequence[int], why: Mapping[int, str] = MappingProxyType({})
+) -> list[str]:  # fmt: skip
+    """Lines that name the columns of ``group`` that are ``used``, as what, and those that are not, and ``why``, if that
+    does not follow from their roles.
+    """
     words = lab_names.table()["unused"]
-    left = [k for k in group if k not in used.values() and table.names[k].strip()]
-    why = [f"{table.names[k]!r} ({words.get(table.roles[k], words['other'])})" for k in left]
-    taken = [f"{table.names[k]!r} ({role.replace('_', ' ')})" for role, k in used.items()]
-    return [f"columns used: {', '.join(taken)}", *([f"columns not used: {', '.join(why)}"] if why else [])]
+    left = [k for k in group if k not in used and table.names[k].strip()]
+    reasons = [f"{table.names[k]!r} ({why.get(k) or words.get(table.roles[k], words['other'])})" for k in left]
+    taken = [f"{table.names[k]!r} ({what})" for k, what in used.items()]
+    return [f"columns used: {', '.join(taken)}", *([f"columns not used: {', '.join(reasons)}"] if reasons else [])]
 
 
 def _rank(name: str) -> int:

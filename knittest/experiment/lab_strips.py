@@ -26,6 +26,7 @@ from knittest.experiment.lab_conditions import (
 )
 from knittest.experiment.lab_direction import said_by
 from knittest.experiment.lab_given import JITTER, Given, Sign, drawn, pulled
+from knittest.experiment.lab_recording import told
 from knittest.experiment.lab_table import LabTable, columns, read_tables, specimens_in
 from knittest.experiment.statistics import Specimen, peaks
 
@@ -110,30 +111,28 @@ def _specimen(table: LabTable, name: str, group: Sequence[int], given: Given) ->
     measures = _measures(table, group, gauge)
     clamp = next((m for m in measures if not m.has_extensometer and np.isfinite(m.factor)), None)
     unit = lab_units.force_unit(table.names[pull], table.units[pull], table.where)
-    reasons: list[str] = []
+    why: dict[int, str] = {}
     for measure in measures:
-        label = repr(table.names[measure.column])
         if not np.isfinite(measure.factor):
-            reasons.append(f"{label} ({measure.words}): its gauge length is not stated")
+            why[measure.column] = f"{measure.words}: its gauge length is not stated"
             continue
-        beside = clamp if measure.has_extensometer else None
-        rows = _Rows(table, name, pull, unit, measure, beside, given.sign)
+        rows = _Rows(table, name, pull, unit, measure, clamp if measure.has_extensometer else None, given.sign)
         if measure.has_extensometer and (reason := rows.invalid()):
-            reasons.append(f"{label} ({measure.words}): {reason}")
+            why[measure.column] = f"{measure.words}: {reason}"
             continue
         strain, force = rows.curve()
-        left = [f"{table.names[m.column]!r} ({m.words})" for m in measures if m.rank >= measure.rank and m != measure]
-        notes = [f"strain from {label}, {measure.words}", *(f"not used: {reason}" for reason in reasons)]
-        notes += [f"not used: {other}: {label} comes first" for other in left] + rows.notes
-        notes += [note.removeprefix(f"{name}: ") for note in table.notes if note.startswith((f"{name}: ", "line"))]
-        return Specimen(name, strain, force, None, gauge, said=None, unit=unit, notes=tuple(dict.fromkeys(notes)))
+        left = {m.column: f"{m.words}: {table.names[measure.column]!r} comes first" for m in measures}
+        used = {pull: "force", measure.column: measure.words}
+        notes = [*told(table, used, group, left | why), *rows.notes, *table.notes_of(name)]
+        return Specimen(name, strain, force, None, gauge, unit=unit, notes=tuple(dict.fromkeys(notes)))
     if not any(m.has_extensometer for m in measures):
         raise InputError(
             f"{table.where}: travel in {measures[0].unit}, and the file states no gauge length: give --gauge-length [mm]"
         )
+    reasons = "; ".join(f"{table.names[k]!r} ({reason})" for k, reason in why.items())
     raise InputError(
-        f"{table.where}: specimen {name}: no valid strain: {'; '.join(reasons)}: give --gauge-length [mm] for the "
-        "travel of the clamp, or leave the specimen out"
+        f"{table.where}: specimen {name}: no valid strain: {reasons}: give --gauge-length [mm] for the travel of the "
+        "clamp, or leave the specimen out"
     )
 
 

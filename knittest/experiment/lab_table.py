@@ -80,7 +80,7 @@ def read_tables(
         others += [] if tables else rows
     if not found:
         _refuse_foreign(str(path), stem, others, [], own)
-        raise _no_names(str(path), others, wanted, words)
+        raise _no_names(str(path), others, wanted, words, given)
     for k, table in enumerate(found):
         table.head = table.head + others + _stated_in_columns(table.head + others, k, len(found))
         _refuse_foreign(str(path), stem, table.head, table.names, own)
@@ -90,14 +90,15 @@ def read_tables(
 
 
 def _roles(names: Sequence[str], units: Sequence[str], given: Given) -> list[str]:
-    own = {name.strip().lower(): role for role, name in given.named.items()}
+    """Roles of columns: those that the user names, and no other of such a role, or else by the table of names."""
     roles = lab_names.table()["columns"]
     found = []
     for name, below in zip(names, units, strict=True):
-        plain = name.strip().lower()
-        bare = plain.partition("[")[0].strip().replace(" ", "_")
+        bare = name.partition("[")[0].partition("(")[0].strip().lower()
+        own = given.named.get(name.strip().lower()) or given.named.get(bare)
         number = not name or bool(NUMBER.match(name))
-        found.append(own.get(plain) or ("" if number else bare if bare in roles else lab_names.role(name, below)[0]))
+        role = bare.replace(" ", "_") if bare.replace(" ", "_") in roles else lab_names.role(name, below)[0]
+        found.append(own or ("" if number or role in given.named.values() else role))
     return found
 
 
@@ -265,7 +266,7 @@ def _refuse_foreign(path: str, stem: str, head: Sequence[Row], names: Sequence[s
         )
 
 
-def _no_names(path: str, rows: list[Row], wanted: Wanted, words: str) -> InputError:
+def _no_names(path: str, rows: list[Row], wanted: Wanted, words: str, given: Given) -> InputError:
     """The refusal of a file without names, with the option that names its columns ready to use."""
     at = next((k for k, (_, c) in enumerate(rows) if len(c) > 1 and all(NUMBER.match(x) for x in c if x)), None)
     message = f"{path}: no row names {words}"
@@ -273,20 +274,20 @@ def _no_names(path: str, rows: list[Row], wanted: Wanted, words: str) -> InputEr
         return InputError(message)
     line, cells = rows[at]
     above = [row for row in rows[max(at - 3, 0) : at] if len(row[1]) == len(cells) and _may_name(row[1])]
-    needed = [some[-1] for some in wanted]
     if not above:
         block = [row for _, row in rows[at:] if len(row) == len(cells)]
-        guess = ",".join(_guessed(block, needed))
+        guess = ",".join(_guessed(block, [some[-1] for some in wanted]))
         return InputError(f"{message}: line {line} has numbers without names: give --columns {guess}, in their order")
     names = [name for name in above[0][1] if name]
-    free = [name for name in names if not lab_names.role(name)[0] or lab_names.role(name)[0] not in sum(wanted, ())]
-    lacking = [
-        some[-1] for some in wanted if not any(role in some for role in _roles(above[0][1], [""] * len(above[0][1]), Given()))
-    ]  # fmt: skip
+    roles = dict(zip(names, _roles(names, [""] * len(names), given), strict=True))
+    lacking = [some[-1] for some in wanted if not any(role in some for role in roles.values())]
+    free = [name for name, role in roles.items() if not any(role in some for some in wanted)]
+    lost = [name for name in given.named if name not in (n.lower() for n in names)]
+    stress = next((name for name, role in roles.items() if role == "pressure" and "force" in lacking), "")
+    more = f"; {stress!r} is a stress, which is no force" if stress else ""
+    more += f"; --column names {lost[0]!r}, which is none of them" if lost else ""
     options = " ".join(f'--column {role}="{name}"' for role, name in zip(lacking, free, strict=False))
-    listed = ", ".join(repr(name) for name in names[:12])
-    stress = next((n for n in names if lab_names.role(n)[0] == "pressure"), "")
-    more = f"; {stress!r} is a stress, which is no force" if stress and "force" in lacking else ""
+    listed = ", ".join(map(repr, names[:12]))
     return InputError(f"{message}; the columns in line {above[0][0]} are {listed}{more}: name them, such as {options}")
 
 
@@ -365,7 +366,7 @@ def specimens_in(
 
 def _groups(table: LabTable, lead: Sequence[str], moves: Sequence[str], shared: bool) -> list[list[int]]:
     leads, others = table.having(*lead), table.having(*moves)
-    if len(leads) < 2:
+    if len(leads) < 2 or not others:
         return [list(range(len(table.names)))]
     for timed in (table.having("time"), []):
         relevant = sorted([*leads, *others, *timed])

@@ -108,13 +108,13 @@ def read_files(test: str, files: Sequence[Path], options: Mapping[str, Any]) -> 
 
 
 def _named(text: str) -> tuple[str, str]:
-    """Role and name of a column in ``--column``."""
+    """Name in lower case and role of a column in ``--column``."""
     role, equals, name = text.partition("=")
     role = {"strain": "extensometer"}.get(role.strip(), role.strip().replace("-", "_"))
     roles = [key for key in lab_names.table()["columns"] if key not in ("result", "rate", "transverse")]
     if not equals or role not in roles or not name.strip():
         raise InputError(f"--column {text}: expected ROLE=NAME, ROLE one of strain, {', '.join(roles)}")
-    return role, name.strip(" \"'")
+    return name.strip(" \"'").lower(), role
 
 
 def _read(test: str, path: Path, given: Given) -> Sequence[Any]:

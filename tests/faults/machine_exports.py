@@ -229,7 +229,7 @@ RIGHT: dict[str, Callable[[], Export]] = {
         lines([], (TIME, TRAVEL, F), head=[])[1:], ",", said=SIZES | {"columns": ("time", "travel", "force")}
     ),
     "a name that nobody foresaw": lambda: text(
-        lines(["Kanal A", "Kanal B"], B), ";", ",", said={"named": {"force": "Kanal A", "travel": "Kanal B"}}
+        lines(["Kanal A", "Kanal B"], B), ";", ",", said=SIZES | {"named": {"kanal a": "force", "kanal b": "travel"}}
     ),
 }
 
