@@ -21,7 +21,7 @@ BLANKS = " "
 ENCODINGS = ("cp1252", "cp1250", "cp932", "gb18030")
 #: lines that tell the delimiter
 _SAMPLE = 4000
-_THOUSANDS = re.compile(r"(?<=\d)[ '’](?=\d{3}(?!\d))")
+_THOUSANDS = re.compile(r"[+-]?\d{1,3}([ '’]\d{3})+([.,]\d*)?")
 
 #: line number and stripped cells
 Row = tuple[int, list[str]]
@@ -63,7 +63,7 @@ def _workbook(path: Path, raw: bytes) -> list[tuple[str, list[Row]]]:
 def _cell(value: Any) -> str:
     if isinstance(value, int | float):
         return "" if value != value else f"{value:.15g}"
-    text = _plain(str(value)).strip()
+    text = _stripped(_plain(str(value)))
     return text.replace(",", ".") if re.fullmatch(r"[+-]?\d+,\d+", text) else "" if text in ("nan", "NaT") else text
 
 
@@ -87,7 +87,7 @@ def _split(path: Path, text: str, delimiter: str) -> list[Row]:
     try:
         for number, cells in enumerate(reader):
             pulled = 0
-            stripped = [c.strip() for c in cells]
+            stripped = [_stripped(c) for c in cells]
             if any(stripped):
                 rows.append((reader.line_num, stripped))
             if number > MAX_ROWS:
@@ -132,9 +132,14 @@ def _delimiter(text: str) -> str:
 
 
 def _plain(text: str) -> str:
-    """``text`` with plain minus signs, widths of letters and thousands that are not parted by blanks."""
-    text = text if text.isascii() else unicodedata.normalize("NFKC", text.replace("\u2212", "-").replace("…", "..."))
-    return _THOUSANDS.sub("", text) if re.search(r"[\t;,\"]\s*[+-]?\d{1,3}([ '’]\d{3})+[.,\"\t;\n]", text) else text
+    """``text`` with plain minus signs and widths of letters."""
+    return text if text.isascii() else unicodedata.normalize("NFKC", text.replace("\u2212", "-").replace("…", "..."))
+
+
+def _stripped(cell: str) -> str:
+    """A cell without blanks about it, and without those, or apostrophes, between the thousands of a number."""
+    cell = cell.strip()
+    return re.sub("[ '’]", "", cell) if cell[:1] in "+-0123456789" and _THOUSANDS.fullmatch(cell) else cell
 
 
 def _decode(path: Path, raw: bytes) -> str:

@@ -116,7 +116,15 @@ def _specimen(table: LabTable, name: str, group: Sequence[int], given: Given) ->
         if not np.isfinite(measure.factor):
             why[measure.column] = f"{measure.words}: its gauge length is not stated"
             continue
-        rows = _Rows(table, name, pull, unit, measure, clamp if measure.has_extensometer else None, given.sign)
+        beside = clamp if measure.has_extensometer else None
+        try:
+            read = columns(table, [pull, measure.column, *([beside.column] if beside else [])], name)
+        except InputError as error:
+            if beside is None:
+                raise
+            why[measure.column] = f"{measure.words}: {error}"
+            continue
+        rows = _Rows(table, name, read, unit, measure, beside, given.sign)
         if measure.has_extensometer and (reason := rows.invalid()):
             why[measure.column] = f"{measure.words}: {reason}"
             continue
@@ -180,14 +188,14 @@ class _Rows:
     """Rows of one specimen: strain [%] from its start, force [N] and, beside an extensometer, travel of the clamp."""
 
     def __init__(
-        self, table: LabTable, name: str, pull: int, unit: str, measure: _Measure, beside: _Measure | None, sign: Sign
-    ) -> None:
+        self, table: LabTable, name: str, read: tuple[list[int], Array], unit: str, measure: _Measure,
+        beside: _Measure | None, sign: Sign,
+    ) -> None:  # fmt: skip
         self.where, self.measure, self.notes = f"{table.place}:{{}}: specimen {name}", measure, []
-        which = [measure.column, pull, *([beside.column] if beside else [])]
-        self.lines, self.values = columns(table, which, name)
+        self.lines, self.values = read
         with np.errstate(over="ignore", invalid="ignore"):  # refused below
-            self.force = pulled(self.values[:, 1] * lab_units.FORCE[unit], sign, f"{table.place}: specimen {name}")
-            self.strain = drawn(self.values[:, 0] * measure.factor, sign)
+            self.force = pulled(self.values[:, 0] * lab_units.FORCE[unit], sign, f"{table.place}: specimen {name}")
+            self.strain = drawn(self.values[:, 1] * measure.factor, sign)
             self.top = int(np.argmax(self.force)) if self.force.max() > 0.0 else len(self.force) - 1
             self.clamp = self.values[:, 2] * beside.factor if beside else None
             start = _start(self.strain, self.force, self.top)
@@ -195,7 +203,7 @@ class _Rows:
                 self.strain, start = -self.strain, -start
                 self.notes.append("its travel falls under the pull: counted the other way")
             if start:
-                raw = self.values[0, 0]
+                raw = self.values[0, 1]
                 self.notes.append(f"it begins at {raw:.4g} {measure.unit}: subtracted")
             self.strain = self.strain - start
             before = self.strain[: self.top + 1]
@@ -259,7 +267,7 @@ class _Rows:
             k = int(before[0])
             raise InputError(
                 f"{self.where.format(self.lines[k])}: the travel goes back before the maximum force "
-                f"({self.values[k - 1, 0]:g} then {self.values[k, 0]:g}): a cyclic test? Leave the first loading alone in"
+                f"({self.values[k - 1, 1]:g} then {self.values[k, 1]:g}): a cyclic test? Leave the first loading alone in"
             )
         end = int(back[back > top][0]) if (back > top).any() else len(strain)
         end = max(int(np.argmax(strain[:end])), top) + 1
@@ -272,7 +280,7 @@ class _Rows:
         strain, force = _rising(strain[:end], self.force[:end], top)
         if not strain[-1] <= MAX_STRAIN:
             raise InputError(
-                f"{self.where.format(self.lines[-1])}: a travel of {self.values[end - 1, 0]:g} would be a strain of "
+                f"{self.where.format(self.lines[-1])}: a travel of {self.values[end - 1, 1]:g} would be a strain of "
                 f"{strain[-1]:.4g} %: check the unit of the travel and the gauge length"
             )
         if len(strain) < 2:

@@ -273,7 +273,10 @@ def _no_names(path: str, rows: list[Row], wanted: Wanted, words: str, given: Giv
     if at is None:
         return InputError(message)
     line, cells = rows[at]
-    above = [row for row in rows[max(at - 3, 0) : at] if len(row[1]) == len(cells) and _may_name(row[1])]
+    above = [
+        row for row in rows[max(at - 3, 0) : at]
+        if len(row[1]) == len(cells) and not any(map(NUMBER.match, row[1])) and sum(map(bool, row[1])) > 1
+    ]  # fmt: skip
     if not above:
         block = [row for _, row in rows[at:] if len(row) == len(cells)]
         guess = ",".join(_guessed(block, [some[-1] for some in wanted]))
@@ -317,7 +320,7 @@ def _stated_in_columns(head: list[Row], number: int, count: int) -> list[Row]:
         values = []
         for row in head[first:]:
             filled = [c for c, n in enumerate(names) if n and c < len(row[1]) and NUMBER.match(row[1][c])]
-            if len(filled) < 2:
+            if len(filled) < 2 or any(map(lab_names.is_statistic, row[1])):
                 break
             values.append((row, filled))
         if len(values) == count and count > 1:
@@ -329,7 +332,8 @@ def _stated_in_columns(head: list[Row], number: int, count: int) -> list[Row]:
 def columns(table: LabTable, which: Sequence[int], name: str) -> tuple[list[int], Array]:
     """Lines (n) and numbers (n, columns) of the columns ``which``, rows with empty cells left out and noted.
 
-    Raises :class:`InputError` with the row for text and for fewer than two rows; ``name`` is for messages.
+    Raises :class:`InputError` with the row for text, for fewer than two rows, and where a row that is left out holds the
+    largest number of the first column; ``name`` is for messages.
     """
     cells = [[row[k] if k < len(row) else "" for k in which] for _, row in table.body]
     values = np.column_stack([numbers([row[k] for row in cells], table.mark) for k in range(len(which))])
@@ -342,14 +346,22 @@ def columns(table: LabTable, which: Sequence[int], name: str) -> tuple[list[int]
     for k in partly:
         if len(table.body[k][1]) <= max(which) and len(table.body[k][1]) < 2:
             raise InputError(f"{table.place}:{table.body[k][0]}: a row of one cell below {len(table.names)} columns: torn?")
+    note = ""
     if len(partly):
         line, cell = table.body[partly[0]][0], next(c for c in cells[partly[0]] if c.lower() in EMPTY)
-        note = f"{name}: {len(partly)} rows with empty cells left out, the first at {table.place}:{line}: {shown(cell)}"
-        table.notes.append(note.replace("1 rows", "1 row"))
+        note = f"{len(partly)} rows with empty cells left out, the first at {table.place}:{line}: {shown(cell)}"
+        note = note.replace("1 rows", "1 row") if len(partly) == 1 else note
     kept = np.flatnonzero(~empty.any(axis=1))
     if len(kept) < 2:
-        left = f" ({table.notes[-1]})" if len(partly) else ""
+        left = f" ({note})" if note else ""
         raise InputError(f"{table.place}: specimen {name} has {len(kept)} points; at least two are needed{left}")
+    size = np.abs(np.nan_to_num(values[:, 0]))
+    if (top := int(np.argmax(size))) not in kept and size[top] > size[kept].max():
+        raise InputError(
+            f"{table.place}:{table.body[top][0]}: specimen {name}: the largest {table.names[which[0]]!r} stands in a row "
+            "with an empty cell: fill it in, or leave the column out"
+        )
+    table.notes += [f"{name}: {note}"] if note else []
     return [table.body[k][0] for k in kept], values[kept]
 
 

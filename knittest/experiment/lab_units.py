@@ -44,7 +44,7 @@ _NAMED = {
     "in": "inch", "in.": "inch", "inches": "inch", '"': "inch", "pct": "%", "percent": "%", "°": "deg", "grad": "deg",
     "degree": "deg", "degrees": "deg", "in/in": "mm/mm", "in./in.": "mm/mm", "m/m": "mm/mm", "-": "1", "newton": "N", "kilonewton": "kN",
     "kp": "kgf", "lb": "lbf", "lbs": "lbf", "millimeter": "mm", "millimetre": "mm", "micron": "um", "microns": "um",
-    "ue": "um/m", "um/m": "um/m", "microstrain": "um/m", "g/m^2": "g/m2", "gsm": "g/m2", "n/mm^2": "N/mm2",
+    "ue": "um/m", "uε": "um/m", "ustrain": "um/m", "μstrain": "um/m", "microstrain": "um/m", "g/m^2": "g/m2", "gsm": "g/m2", "n/mm^2": "N/mm2",
     "kg/cm2": "kgf/cm2", "kn/m2": "kPa", "n/m2": "Pa", "ニュートン": "N", "牛": "N", "牛顿": "N", "千牛": "kN", "毫米": "mm",
 }  # fmt: skip
 _STRAIN_NAME = re.compile(r"strain|dehnung|déform|odkształ|应变|ひずみ|deforma", re.I)
