@@ -102,10 +102,10 @@ def recordings(
         lines, cells = columns(table, list(chosen.values()), name)
         values, which, unit = {}, {}, "N"
         for (role, k), raw in zip(chosen.items(), cells.T, strict=True):
-            stated = unit_of(table, k, unit_needed)
+            stated, factor = unit_of(table, k, unit_needed)
             kept = "strain" if stated in lab_units.STRAIN and role in ("travel", "extensometer") else role
             with np.errstate(over="ignore", invalid="ignore"):
-                values[kept] = raw * lab_units.factor(stated)
+                values[kept] = raw * factor
             which[kept], unit = k, stated if role == "force" else unit
             if not np.isfinite(values[kept]).all():
                 raise InputError(f"{table.place}: specimen {name}: no finite {role.replace('_', ' ')}")
@@ -115,21 +115,27 @@ def recordings(
     return found
 
 
-def unit_of(table: LabTable, column: int, needed: bool = False) -> str:
-    """Unit of a column by its role, N or mm where none is stated; raises :class:`InputError` where that is no answer."""
-    name, role = table.names[column], table.roles[column]
-    entry = lab_names.table()["columns"][role]
-    units = {unit: 1.0 for quantity in entry["quantity"] for unit in lab_units.QUANTITIES[quantity]}
-    if role == "force":
-        lab_units.force_unit(name, table.units[column], table.where)
-    unit = lab_units.stated(name, table.units[column], units, table.where)
-    is_strain = "strain" in entry["quantity"] and lab_units.named_strain(name)
-    if unit or not (needed or is_strain or "unit" not in entry):
-        return unit or str(entry["unit"])
-    first = "%" if is_strain else next(iter(units))
-    raise InputError(
-        f"{table.where}: column {name!r}: no unit: write '{name} [{first}]', or one of {', '.join(units)}"
-    )
+def unit_of(table: LabTable, column: int, needed: bool = False) -> tuple[str, float]:
+    """Unit of a column by its role, N or mm where none is stated, and its factor to N, mm, %, deg, kPa or 1.
+
+    Raises :class:`InputError` where it is ``needed``, or for a strain, and not stated, and for a force per width.
+    """
+    name, entry = table.names[column], lab_names.table()["columns"][table.roles[column]]
+    quantities: list[str] = entry["quantity"]
+    units = {unit: quantity for quantity in quantities for unit in lab_units.QUANTITIES[quantity]}
+    if "force" in quantities and lab_names.is_kind("per_width", name):
+        raise InputError(f"{table.where}: column {name!r}: a force per width: expected the force of the whole strip [N]")
+    unit = lab_units.stated(name, table.units[column], dict.fromkeys(units, 1.0), table.where)
+    is_strain = "strain" in quantities and lab_names.is_kind("strain", name)
+    if not unit and (needed or is_strain or "unit" not in entry):
+        quantity = "strain" if is_strain else quantities[0]
+        first, *more = lab_units.QUANTITIES[quantity]
+        raise InputError(
+            f"{table.where}: column {name!r}: {'an' if quantity == 'angle' else 'a'} {quantity} without a unit: write "
+            f"'{name} [{first}]', or {', '.join(more)}"
+        )
+    unit = unit or str(entry["unit"])
+    return unit, lab_units.QUANTITIES[units[unit]][unit]
 
 
 def told(

@@ -26,7 +26,7 @@ from knittest.experiment.lab_conditions import (
 )
 from knittest.experiment.lab_direction import said_by
 from knittest.experiment.lab_given import JITTER, Given, Sign, drawn, pulled
-from knittest.experiment.lab_recording import told
+from knittest.experiment.lab_recording import told, unit_of
 from knittest.experiment.lab_table import LabTable, columns, read_tables, specimens_in
 from knittest.experiment.statistics import Specimen, peaks
 
@@ -110,7 +110,7 @@ def _specimen(table: LabTable, name: str, group: Sequence[int], given: Given) ->
     gauge = known(GAUGE, table, given.sizes)
     measures = _measures(table, group, gauge)
     clamp = next((m for m in measures if not m.has_extensometer and np.isfinite(m.factor)), None)
-    unit = lab_units.force_unit(table.names[pull], table.units[pull], table.where)
+    unit, _ = unit_of(table, pull)
     why: dict[int, str] = {}
     for measure in measures:
         if not np.isfinite(measure.factor):
@@ -159,7 +159,7 @@ def _measures(table: LabTable, group: Sequence[int], gauge: float | None) -> lis
         name, of_extensometer = table.names[k], table.roles[k] == "extensometer"
         derived = lab_names.is_kind("derived", name) and not lab_names.is_kind("sensor", name)
         try:
-            unit = lab_units.travel_unit(name, table.units[k], table.where)
+            unit, _ = unit_of(table, k)
         except InputError as error:
             if of_extensometer and not derived:
                 raise

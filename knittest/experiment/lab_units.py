@@ -18,7 +18,10 @@ class Units(Mapping[str, float]):
     def __getitem__(self, unit: str) -> float:
         if unit not in self.names:
             raise KeyError(unit)
-        return ratio(unit, self.names[0]) if unit in FACTOR else _factor(unit, self.names[0])
+        if unit in FACTOR:
+            return ratio(unit, self.names[0])
+        factor: float = _registry().Quantity(1.0, _parsed(unit)).to(_parsed(self.names[0])).magnitude
+        return float(f"{factor:.15g}")
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.names)
@@ -42,22 +45,16 @@ QUANTITIES: dict[str, Mapping[str, float]] = {
 #: other spellings
 _NAMED = {
     "in": "inch", "in.": "inch", "inches": "inch", '"': "inch", "pct": "%", "percent": "%", "°": "deg", "grad": "deg",
-    "degree": "deg", "degrees": "deg", "in/in": "mm/mm", "in./in.": "mm/mm", "m/m": "mm/mm", "-": "1", "newton": "N", "kilonewton": "kN",
-    "kp": "kgf", "lb": "lbf", "lbs": "lbf", "millimeter": "mm", "millimetre": "mm", "micron": "um", "microns": "um",
-    "ue": "um/m", "uε": "um/m", "ustrain": "um/m", "μstrain": "um/m", "microstrain": "um/m", "g/m^2": "g/m2", "gsm": "g/m2", "n/mm^2": "N/mm2",
-    "kg/cm2": "kgf/cm2", "kn/m2": "kPa", "n/m2": "Pa", "ニュートン": "N", "牛": "N", "牛顿": "N", "千牛": "kN", "毫米": "mm",
+    "degree": "deg", "degrees": "deg", "in/in": "mm/mm", "in./in.": "mm/mm", "m/m": "mm/mm", "-": "1", "newton": "N",
+    "kilonewton": "kN", "kp": "kgf", "lb": "lbf", "lbs": "lbf", "millimeter": "mm", "millimetre": "mm", "micron": "um",
+    "microns": "um", "ue": "um/m", "uε": "um/m", "ustrain": "um/m", "μstrain": "um/m", "microstrain": "um/m",
+    "g/m^2": "g/m2", "gsm": "g/m2", "n/mm^2": "N/mm2", "kg/cm2": "kgf/cm2", "kn/m2": "kPa", "n/m2": "Pa",
+    "ニュートン": "N", "牛": "N", "牛顿": "N", "千牛": "kN", "毫米": "mm",
 }  # fmt: skip
-_STRAIN_NAME = re.compile(r"strain|dehnung|déform|odkształ|应变|ひずみ|deforma", re.I)
 #: after these marks stands a unit; after an underscore, blank or comma only if it is a known one
 _BRACKETS = re.compile(r"\[([^\[\]]*)\]|\(([^()]*)\)")
-_PER_LENGTH = re.compile(
-    r"(?<![a-z])(per|pro|par)[ _]{0,2}[\d.,]{0,9}[ _]{0,2}(mm|cm|m|width|breite|largeur)(?![a-z])|"
-    r"(line(ar)?[ _-]?|linien|strecken)(load|last|kraft)|breitenbezogen",
-    re.I,
-)
-_UNIT_WITHIN = 100  # last characters of a name, so that a long one takes no quadratic time
-_MARKED = re.compile(r"(?:/|\bin\b)\s*(\S+)$")
-_LAST_WORD = re.compile(r"[_\s,]\s*([^_\s,]+)$")
+_MARKED, _LAST_WORD = re.compile(r"(?:/|\bin\b)\s*(\S+)$"), re.compile(r"[_\s,]\s*([^_\s,]+)$")
+_WITHIN = 200  # characters of a name, so that a long one takes no quadratic time
 
 
 @lru_cache(1)
@@ -78,35 +75,12 @@ def _parsed(unit: str) -> Any:
         return None
 
 
-def _factor(unit: str, base: str) -> float:
-    found: float = _registry().Quantity(1.0, _parsed(unit)).to(_parsed(base)).magnitude
-    return float(f"{found:.15g}")
-
-
-def force_unit(name: str, below: str, where: str) -> str:
-    """Unit of the force column ``name``; ``below`` is its cell in the row of units; none stated means N.
-
-    Raises :class:`InputError` for a force per width, which is no force of a strip.
-    """
-    if _PER_LENGTH.search(name):
-        raise InputError(f"{where}: column {name!r}: a force per width: expected the force of the whole strip [N]")
-    return stated(name, below, FORCE, where) or "N"
-
-
 def likely_force(newton: float, unit: str, band: tuple[float, float]) -> str:
     """Name the units in which the number that ``unit`` made ``newton`` would fall into ``band`` [N], or say nothing."""
     low, high = band
     number = newton / FORCE[unit]
     found = [f"{u}: {number * f:.6g} N" for u, f in FORCE.items() if u != unit and low <= number * f <= high]
     return f" (it looks like {' or '.join(found[:2])})" if found else ""
-
-
-def travel_unit(name: str, below: str, where: str) -> str:
-    """Unit of the travel column ``name``, of LENGTH or STRAIN; none stated means mm, for a strain it is refused."""
-    unit = stated(name, below, {**LENGTH, **STRAIN}, where)
-    if not unit and _STRAIN_NAME.search(name):
-        raise InputError(f"{where}: column {name!r}: a strain without a unit: write '{name} [%]' or '{name} [mm/mm]'")
-    return unit or "mm"
 
 
 def known(text: str, units: Mapping[str, float]) -> str:
@@ -120,7 +94,11 @@ def known(text: str, units: Mapping[str, float]) -> str:
 
 def stated(name: str, below: str, units: Mapping[str, float], where: str) -> str:
     """Unit in the name of a column or in the cell ``below`` it; ``""`` for none; :class:`InputError` if not known."""
-    in_name = _in_name(name, units)
+    bracketed = _bracketed(name)
+    bare = _BRACKETS.sub("", name[-_WITHIN:]).strip()
+    marked = _MARKED.findall(bare)
+    places = [*bracketed, *marked, *(word for word in _LAST_WORD.findall(bare) if word != "1")]
+    in_name = next((p for p in places if known(p, units)), next(filter(None, [*bracketed, *marked]), ""))
     for text in (below.strip("[]() "), in_name):
         if text and not known(text, units):
             raise InputError(f"{where}: column {name!r}: unit {text!r}: expected one of {', '.join(units)}")
@@ -132,24 +110,10 @@ def stated(name: str, below: str, units: Mapping[str, float], where: str) -> str
 
 def other_unit(name: str, below: str, quantities: tuple[str, ...]) -> str:
     """Unit of a column where it is one of another quantity than ``quantities``; empty where it may be one of them."""
-    if not quantities:
-        return ""
-    for text in (below.strip("[]() "), *_places(name)):
-        if not text or any(known(text, QUANTITIES[q]) for q in quantities):
-            continue
-        if any(known(text, q) for q in QUANTITIES.values()) or (text not in ("MN", "ft") and _parsed(text) is not None):
+    for text in (below.strip("[]() "), *_bracketed(name)) if quantities else ():
+        if text and not any(known(text, QUANTITIES[q]) for q in quantities) and text not in ("MN", "ft") and is_unit(text):
             return text
     return ""
-
-
-def factor(unit: str) -> float:
-    """Factor of a unit of a column to N, mm, %, deg, kPa or 1."""
-    return next(units[unit] for units in QUANTITIES.values() if unit in units)
-
-
-def named_strain(name: str) -> bool:
-    """Tell whether a column has the name of a strain, so that a number without a unit says nothing."""
-    return bool(_STRAIN_NAME.search(name))
 
 
 def is_unit(text: str) -> bool:
@@ -158,15 +122,6 @@ def is_unit(text: str) -> bool:
     return not text or any(known(text, q) for q in QUANTITIES.values()) or _parsed(_NAMED.get(text, text)) is not None
 
 
-def _places(name: str) -> list[str]:
-    """Texts in a name that can be nothing but a unit."""
-    return [text for square, round_ in _BRACKETS.findall(name[:200]) if (text := (square or round_).strip())]
-
-
-def _in_name(name: str, units: Mapping[str, float]) -> str:
-    """Text in the place of a unit in a column's name: a known unit, else what can be nothing else."""
-    bracketed = [(square or round_).strip() for square, round_ in _BRACKETS.findall(name)]
-    bare = _BRACKETS.sub("", name).strip()[-_UNIT_WITHIN:]
-    marked = _MARKED.findall(bare)
-    places = [*bracketed, *marked, *(word for word in _LAST_WORD.findall(bare) if word != "1")]
-    return next((p for p in places if known(p, units)), next(filter(None, [*bracketed, *marked]), ""))
+def _bracketed(name: str) -> list[str]:
+    """Texts in brackets, which can be nothing but units."""
+    return [text for square, round_ in _BRACKETS.findall(name[-_WITHIN:]) if (text := (square or round_).strip())]
