@@ -139,14 +139,31 @@ def agreed(what: Condition, given: float | None, said: tuple[float, str] | None)
     return given
 
 
-def known(what: Condition, table: LabTable, given: Mapping[str, float]) -> float | None:
-    """The value of ``what`` by the head of ``table`` and by the user (by key), ``None`` where neither states it."""
-    return agreed(what, given.get(what.key), stated(what, table))
+def known(what: Condition, table: LabTable, given: Mapping[str, float], number: int = 0) -> float | None:
+    """The value of ``what`` by the head of ``table``, by a column that names it and by the user (by key); ``None`` where
+    none states it. Of several columns it is that of the specimen ``number``.
+    """
+    head, named = stated(what, table), columns_of(what, table)
+    if len(named) not in (0, 1, table.count):
+        raise InputError(
+            f"{table.where}: {len(named)} columns of a {what.name} for {table.count} specimens: expected one for each"
+        )
+    places = [head] if head else []
+    places += [in_column(what, table, named[number if len(named) > 1 else 0])] if named else []
+    return agreed(what, given.get(what.key), agreeing(what, places) if places else None)
 
 
-def needed(wanted: Sequence[Condition], table: LabTable, path: object, given: Mapping[str, float]) -> list[float]:
+def columns_of(what: Condition, table: LabTable) -> list[int]:
+    """Columns that name ``what`` and have no role in a recording."""
+    named = [k for k, role in enumerate(table.roles) if not role]
+    return [k for k in named if any(what.names(table.names[k], tier) for tier in range(what.tiers))]
+
+
+def needed(
+    wanted: Sequence[Condition], table: LabTable, path: object, given: Mapping[str, float], number: int = 0
+) -> list[float]:
     """:func:`known` of each of ``wanted``; raises :class:`InputError` naming those that nobody states."""
-    values = [known(what, table, given) for what in wanted]
+    values = [known(what, table, given, number) for what in wanted]
     if missing := [what for what, value in zip(wanted, values, strict=True) if value is None]:
         raise unstated(missing, path)
     return [value for value in values if value is not None]

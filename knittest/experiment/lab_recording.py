@@ -68,11 +68,11 @@ class Recording:
 
     def known(self, what: Condition, given: Given) -> float | None:
         """``what`` by the head of the file or the user, ``None`` where neither states it."""
-        return known(what, self.table, given.sizes)
+        return known(what, self.table, given.sizes, self.number)
 
     def needed(self, wanted: Sequence[Condition], given: Given) -> list[float]:
         """The same of each of ``wanted``; raises :class:`InputError` naming the option of those that nobody states."""
-        return needed(wanted, self.table, self.origin.path, given.sizes)
+        return needed(wanted, self.table, self.origin.path, given.sizes, self.number)
 
 
 def of(recording: Recording) -> dict[str, Any]:

@@ -17,8 +17,7 @@ from knittest.experiment.lab_conditions import (
     GAUGE,
     STANDARD,
     WIDTH,
-    agreed,
-    agreeing,
+    columns_of,
     in_column,
     known,
     same,
@@ -89,20 +88,8 @@ def read_strips(path: Path, given: Given) -> list[Specimen]:
     found = []
     for name, table, group, number in specimens_in(tables, ("force",), MOVES):
         one = _specimen(table, name, group, given)
-        found.append(replace(one, width=_width(table, number, given), path=path, said=said_by(path, table.head)))
+        found.append(replace(one, width=known(WIDTH, table, given.sizes, number), path=path, said=said_by(path, table.head)))
     return found
-
-
-def _width(table: LabTable, number: int, given: Given) -> float | None:
-    """Width [mm] of the specimen with that ``number``: from the head, from columns of widths, or as given."""
-    head = stated(WIDTH, table)
-    named = [k for k, name in enumerate(table.names) if any(WIDTH.names(name, t) for t in range(WIDTH.tiers))]
-    count = len(table.having("force"))
-    if len(named) not in (0, 1, count):
-        raise InputError(f"{table.where}: {len(named)} columns of widths for {count} specimens: expected one for each")
-    own = [in_column(WIDTH, table, named[number if len(named) > 1 else 0])] if named else []
-    places = [*([head] if head else []), *own]
-    return agreed(WIDTH, given.sizes.get(WIDTH.key), agreeing(WIDTH, places) if places else None)
 
 
 def _specimen(table: LabTable, name: str, group: Sequence[int], given: Given) -> Specimen:
@@ -147,7 +134,7 @@ def _specimen(table: LabTable, name: str, group: Sequence[int], given: Given) ->
 def _measures(table: LabTable, group: Sequence[int], gauge: float | None) -> list[_Measure]:
     """Columns that may give the strain, the best first; raises :class:`InputError` for a strain of an unknown unit."""
     own = stated(EXTENSOMETER, table)
-    for k in (k for k, name in enumerate(table.names) if EXTENSOMETER.names(name) and not table.roles[k]):
+    for k in columns_of(EXTENSOMETER, table):
         own = own or in_column(EXTENSOMETER, table, k)
     grips, marks = stated(GAUGE, table, (0,)), stated(GAUGE, table, (1,))
     if own is None and grips and marks and not same(grips[0], marks[0]):

@@ -25,7 +25,7 @@ MAX_HEAD, SHORT = 1000, 10
 class LabTable:
     """One table at ``place``: ``names`` at ``line`` with the ``units`` below, rows of numbers, rows above as ``head``.
 
-    ``roles`` are those of the columns, ``stem`` names its specimens, ``notes`` say what was left out.
+    ``roles`` are those of the columns, ``stem`` names its ``count`` specimens, ``notes`` say what was left out.
     """
 
     place: str
@@ -38,6 +38,7 @@ class LabTable:
     mark: str
     roles: list[str]
     notes: list[str] = field(default_factory=list)
+    count: int = 1
 
     @property
     def where(self) -> str:
@@ -371,6 +372,8 @@ def specimens_in(
     """Name, table and columns of each specimen, one a column of ``lead`` with those of ``moves`` beside it, and its
     number in the table.
     """
+    for table in tables:
+        table.count = max(len(table.having(*lead)), 1) if moves else 1
     found = [(table, *one) for table in tables for one in enumerate(_groups(table, lead, moves, shared))]
     for number, (table, place, group) in enumerate(found, 1):
         yield (table.stem if len(found) == 1 else f"{table.stem}-{number}"), table, group, place
