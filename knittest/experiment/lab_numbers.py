@@ -2,10 +2,8 @@
 
 import re
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
 from knittest.config.yaml_loader import shown
@@ -40,25 +38,19 @@ def decimal_mark(path: object, cells: Sequence[str]) -> str:
 
 def read_number(path: object, line: int, cell: str, mark: str) -> float:
     """The number in ``cell`` of line ``line``; raises :class:`InputError`."""
-    if not NUMBER.match(cell) or not _GROUPED[mark].fullmatch(cell):
+    value = number(cell, mark)
+    if np.isnan(value):
         raise InputError(f"{path}:{line}: {shown(cell)} is not a number with decimal mark {mark!r}")
-    value = float(numbers([cell], mark)[0])
-    if not np.isfinite(value):
+    if np.isinf(value):
         raise InputError(f"{path}:{line}: {shown(cell)} is not a finite number")
     return value
 
 
-def numbers(cells: Sequence[str], mark: str) -> NDArray[np.float64]:
-    """Numbers in ``cells``, nan for what is none with decimal mark ``mark``."""
-    import pandas as pd
-
-    text: Any = pd.Series(cells, dtype=object)
-    fits = text.map(lambda c: bool(c) and bool(_GROUPED[mark].fullmatch(c)))
-    plain = text.where(fits, "").str.replace("." if mark == "," else ",", "", regex=False)
-    found: NDArray[np.float64] = pd.to_numeric(
-        plain.str.replace(mark, ".", regex=False), errors="coerce"
-    ).to_numpy(np.float64)  # fmt: skip
-    return found
+def number(cell: str, mark: str) -> float:
+    """The number in ``cell``, nan for what is none with decimal mark ``mark``."""
+    if not NUMBER.match(cell) or not _GROUPED[mark].fullmatch(cell):
+        return float("nan")
+    return float(cell.replace("." if mark == "," else ",", "").replace(mark, "."))
 
 
 def plain(value: float) -> float:

@@ -11,7 +11,7 @@ from knittest.base.errors import InputError
 from knittest.config.yaml_loader import shown
 from knittest.experiment import lab_names, lab_units
 from knittest.experiment.lab_given import Given
-from knittest.experiment.lab_numbers import EMPTY, NUMBER, decimal_mark, numbers, read_number
+from knittest.experiment.lab_numbers import EMPTY, NUMBER, decimal_mark, number, read_number
 from knittest.experiment.lab_rows import Row, read_sheets
 
 Array = NDArray[np.float64]
@@ -140,8 +140,9 @@ def _tables_in(
                 found[-1].body += block
             else:
                 found.append(table)
-    widest = max(found, key=lambda t: len(t.body), default=None)
-    return [t for t in found if widest is not None and t.names == widest.names]
+    longest = max((len(table.body) for table in found), default=0)
+    names = next((table.names for table in found if len(table.body) == longest), [])
+    return [table for table in found if table.names == names and (len(table.body) > 1 or longest < SHORT)]
 
 
 def _may_name(cells: list[str]) -> bool:
@@ -168,50 +169,53 @@ def _units_below(rows: list[Row], k: int) -> tuple[int, list[str], int]:
 def _blocks(
     rows: list[Row], first: int, needed: list[int], names_all: Callable[[list[str]], bool]
 ) -> tuple[list[list[Row]], int, list[str]]:
-    """Rows of numbers from ``first`` on, parted by lines of text; the row after them; and notes on rows left out."""
+    """Rows of numbers from ``first`` on, parted by gaps and lines of text; the row after them; and notes on rows left
+    out.
+    """
     blocks: list[list[Row]] = [[]]
-    notes: list[str] = []
+    left: list[Row] = []
     ended, k = False, first
     while k < len(rows):
         line, cells = rows[k]
         texts = [c for c in cells if c and not NUMBER.match(c) and c.lower() not in EMPTY]
-        if texts and len(texts) == sum(map(bool, cells)) and names_all(cells):
+        alone = len(texts) == sum(map(bool, cells))
+        if texts and alone and names_all(cells):
             break
         k += 1
-        if not texts and not ended:
-            blocks[-1].append((line, cells))
-            continue
-        here = [cells[c] for c in needed if c < len(cells)]
-        if any(map(lab_names.is_statistic, texts)):
+        numbered = not texts or any(NUMBER.match(cells[c]) for c in needed if c < len(cells))
+        if any(map(lab_names.is_statistic, texts)) or ended:
             ended = ended or sum(map(bool, cells)) == 1
-        elif not ended and (any(c and NUMBER.match(c) for c in here) or len(needed) == len(rows[first][1]) == 1):
+            left.append((line, cells))
+        elif numbered or len(needed) == len(rows[first][1]) == 1:
+            if blocks[-1] and line > blocks[-1][-1][0] + 1:
+                blocks.append([])
             blocks[-1].append((line, cells))
-            continue
-        elif len(texts) > 1 and len(texts) == sum(map(bool, cells)):
-            ended = True  # names of another table
-        elif blocks[-1] and not ended:
+        elif (alone and len(texts) > 1) or not blocks[-1]:
+            ended = alone and len(texts) > 1  # names of another table
+            left.append((line, cells))
+        else:
             blocks.append([])
-            continue
-        notes.append(f"line {line} left out: {' '.join(filter(None, cells))[:40]!r}")
     for block in blocks:  # labels below the last row of numbers
-        while len(block) > 1 and 0 in needed and not NUMBER.match(block[-1][1][0]) and block[-1][1][0].lower() not in EMPTY:
-            if len(block[-1][1]) < 2:
-                break
-            line, cells = block.pop()
-            notes.append(f"line {line} left out: {' '.join(filter(None, cells))[:40]!r}")
-    filled = [block for block in blocks if block]
-    long = [block for block in filled if len(block) > 1 or sum(map(len, filled)) < SHORT]
-    return long or [[]], k, notes[:3] + [f"{len(notes) - 3} more lines left out"] * (len(notes) > 3)
+        while 0 in needed and len(block) > 1 < len(block[-1][1]) and not _is_value(block[-1][1][0]):
+            left.append(block.pop())
+    notes = [f"line {line} left out: {' '.join(filter(None, cells))[:40]!r}" for line, cells in left]
+    more = [f"{len(notes) - 3} more lines left out"] if len(notes) > 3 else []
+    return [block for block in blocks if block] or [[]], k, notes[:3] + more
+
+
+def _is_value(cell: str) -> bool:
+    return bool(NUMBER.match(cell)) or cell.lower() in EMPTY
 
 
 def _goes_on(one: LabTable, other: LabTable) -> bool:
     """Tell whether ``other`` is a further block of the same recording: its time, or else its travel, goes on."""
     moves = one.having("time") + one.having("travel", "extensometer", "angle", "pressure")
-    if not moves or not one.body or not other.body:
+    rows = (one.body[0], one.body[-1], other.body[0]) if moves and one.body and other.body else ()
+    ends = [cells[moves[0]] if moves[0] < len(cells) else "" for _, cells in rows]
+    if not ends or not all(NUMBER.match(end) for end in ends):
         return False
-    ends = [row[1][moves[0]] if moves[0] < len(row[1]) else "" for row in (one.body[0], one.body[-1], other.body[0])]
-    start, last, then = numbers(ends, "," if any("," in end for end in ends) else ".")
-    return bool(then >= last > start)
+    start, last, then = (number(end, "," if any("," in end for end in ends) else ".") for end in ends)
+    return bool(abs(then - last) <= abs(then - start))
 
 
 def _with_names(rows: list[Row], columns: Sequence[str], place: str) -> list[Row]:
@@ -298,7 +302,7 @@ def _no_names(path: str, rows: list[Row], wanted: Wanted, words: str, given: Giv
 def _guessed(rows: list[list[str]], needed: list[str]) -> list[str]:
     """Roles that the columns of numbers may have: equal steps are a time, what falls at last is the force."""
     mark = "," if any("," in cell for row in rows[:50] for cell in row) else "."
-    columns = [numbers([row[k] for row in rows], mark) for k in range(len(rows[0]))]
+    columns = np.array([[number(cell, mark) for cell in row] for row in rows]).T
     names = [""] * len(columns)
     for k, values in enumerate(columns):
         steps = np.diff(values)
@@ -337,7 +341,7 @@ def columns(table: LabTable, which: Sequence[int], name: str) -> tuple[list[int]
     largest number of the first column; ``name`` is for messages.
     """
     cells = [[row[k] if k < len(row) else "" for k in which] for _, row in table.body]
-    values = np.column_stack([numbers([row[k] for row in cells], table.mark) for k in range(len(which))])
+    values = np.array([[number(cell, table.mark) for cell in row] for row in cells]).reshape(len(cells), len(which))
     empty = np.array([[cell.lower() in EMPTY for cell in row] for row in cells], bool).reshape(len(cells), len(which))
     bad = np.argwhere(~np.isfinite(values) & ~empty)
     if len(bad):
