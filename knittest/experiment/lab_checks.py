@@ -28,9 +28,9 @@ def refuse_apart(specimens: Sequence[Origin], values: Array, what: str, unit: st
     k = int(np.argmax(factor))
     if not factor[k] <= APART:
         raise InputError(
-            f"{specimens[k].path}: specimen {specimens[k].name}: {what} {values[k]:.4g} {unit}, the median of the other "
-            f"{len(values) - 1} is {others[k]:.4g} {unit}: in another unit, or of another series? Leave it out or mend "
-            "the file"
+            f"{specimens[k].path}: specimen {specimens[k].name}: {what} {values[k]:.4g} {unit}, the median of the "
+            f"other {len(values) - 1} is {others[k]:.4g} {unit}: in another unit, or of another series? Leave it out "
+            "or mend the file"
         )
 
 

@@ -140,8 +140,9 @@ def agreed(what: Condition, given: float | None, said: tuple[float, str] | None)
 
 
 def known(what: Condition, table: LabTable, given: Mapping[str, float], number: int = 0) -> float | None:
-    """The value of ``what`` by the head of ``table``, by a column that names it and by the user (by key); ``None`` where
-    none states it. Of several columns it is that of the specimen ``number``.
+    """Value of ``what`` by the head of ``table``, by a column that names it and by the user; ``None`` where none does.
+
+    Of several columns it is that of the specimen ``number``.
     """
     head, named = stated(what, table), columns_of(what, table)
     if len(named) not in (0, 1, table.count):

@@ -11,7 +11,10 @@ from knittest.config.yaml_loader import shown
 #: digits and marks, whatever they mean; looks ahead for a digit, so that a long cell takes no quadratic time
 NUMBER = re.compile(r"[+-]?(?=[.,]*\d)[\d.,]+(e[+-]?\d+)?$", re.I)
 #: cells that say that there is no number
-EMPTY = {"", "nan", "na", "n/a", "n.a.", "#n/a", "#nv", "#num!", "#value!", "#wert!", "null", "none", "-", "--", "---"}
+EMPTY = {
+    "", "nan", "na", "n/a", "n.a.", "#n/a", "#nv", "#num!", "#value!", "#wert!", "#div/0!", "null", "none", "-", "--",
+    "---",
+}  # fmt: skip
 #: decimal mark -> the number: thousands in groups of three or not at all
 _GROUPED = {
     mark: re.compile(rf"[+-]?(\d{{1,3}}(\{other}\d{{3}})+|\d*)(\{mark}\d*)?(e[+-]?\d+)?", re.I)

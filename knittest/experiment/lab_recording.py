@@ -35,7 +35,7 @@ class Origin:
 
 @dataclass(frozen=True)
 class Recording:
-    """Columns (n,) of one specimen by role, without rows that have empty cells in them; ``lines`` are those of the file.
+    """Columns (n,) of one specimen by role, without rows that have empty cells in them; ``lines`` of the rows.
 
     Units: N, mm, % (a travel or extensometer in a unit of strain has the role strain), deg, kPa, 1. ``number`` counts
     the specimens of ``table``.
@@ -109,7 +109,7 @@ def recordings(
             which[kept], unit = k, stated if role == "force" else unit
             if not np.isfinite(values[kept]).all():
                 raise InputError(f"{table.place}: specimen {name}: no finite {role.replace('_', ' ')}")
-        notes = (*told(table, {k: role.replace('_', ' ') for role, k in which.items()}, group), *table.notes_of(name))
+        notes = (*told(table, {k: role.replace("_", " ") for role, k in which.items()}, group), *table.notes_of(name))
         origin = Origin(name=name, path=path, said=said_by(path, table.head), unit=unit, notes=notes)
         found.append(Recording(origin, table, number, lines, values, which))
     return found
@@ -124,7 +124,7 @@ def unit_of(table: LabTable, column: int, needed: bool = False) -> tuple[str, fl
     quantities: list[str] = entry["quantity"]
     units = {unit: quantity for quantity in quantities for unit in lab_units.QUANTITIES[quantity]}
     if "force" in quantities and lab_names.is_kind("per_width", name):
-        raise InputError(f"{table.where}: column {name!r}: a force per width: expected the force of the whole strip [N]")
+        raise InputError(f"{table.where}: column {name!r}: a force per width: expected that of the whole strip [N]")
     unit = lab_units.stated(name, table.units[column], dict.fromkeys(units, 1.0), table.where)
     is_strain = "strain" in quantities and lab_names.is_kind("strain", name)
     if not unit and (needed or is_strain or "unit" not in entry):

@@ -91,7 +91,8 @@ def table_lines(names: Sequence[str], shown: Sequence[tuple[str, str, Array]]) -
     first = max(len("specimen"), *map(len, names))
     rows = [f"{name:<{first}}" for name in ("specimen", *names, "mean", "sd")]
     for head, form, values in shown:
-        cells = [f"{v:>{len(head)}{form}}" if np.isfinite(v) else f"{'-':>{len(head)}}" for v in (*values, *mean_sd(values))]
+        numbers = [*values, *mean_sd(values)]
+        cells = [f"{v:>{len(head)}{form}}" if np.isfinite(v) else f"{'-':>{len(head)}}" for v in numbers]
         rows = [f"{row}  {cell}" for row, cell in zip(rows, [head, *cells], strict=True)]
     return rows
 

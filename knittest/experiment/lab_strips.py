@@ -88,7 +88,8 @@ def read_strips(path: Path, given: Given) -> list[Specimen]:
     found = []
     for name, table, group, number in specimens_in(tables, ("force",), MOVES):
         one = _specimen(table, name, group, given)
-        found.append(replace(one, width=known(WIDTH, table, given.sizes, number), path=path, said=said_by(path, table.head)))
+        width = known(WIDTH, table, given.sizes, number)
+        found.append(replace(one, width=width, path=path, said=said_by(path, table.head)))
     return found
 
 
@@ -122,7 +123,8 @@ def _specimen(table: LabTable, name: str, group: Sequence[int], given: Given) ->
         return Specimen(name, strain, force, None, gauge, unit=unit, notes=tuple(dict.fromkeys(notes)))
     if not any(m.has_extensometer for m in measures):
         raise InputError(
-            f"{table.where}: travel in {measures[0].unit}, and the file states no gauge length: give --gauge-length [mm]"
+            f"{table.where}: travel in {measures[0].unit}, and the file states no gauge length: give --gauge-length "
+            "[mm]"
         )
     reasons = "; ".join(f"{table.names[k]!r} ({reason})" for k, reason in why.items())
     raise InputError(
@@ -254,7 +256,7 @@ class _Rows:
             k = int(before[0])
             raise InputError(
                 f"{self.where.format(self.lines[k])}: the travel goes back before the maximum force "
-                f"({self.values[k - 1, 1]:g} then {self.values[k, 1]:g}): a cyclic test? Leave the first loading alone in"
+                f"({self.values[k - 1, 1]:g} then {self.values[k, 1]:g}): a cyclic test? Keep the first loading alone"
             )
         end = int(back[back > top][0]) if (back > top).any() else len(strain)
         end = max(int(np.argmax(strain[:end])), top) + 1
@@ -304,7 +306,7 @@ def _start(strain: Array, force: Array, top: int) -> float:
 
 
 def noise(values: Array) -> float:
-    """Standard deviation of the noise of ``values`` (n,) by their second differences; none of those that hardly fall."""
+    """Standard deviation of the noise of ``values`` (n,) by their second differences; none where they hardly fall."""
     with np.errstate(over="ignore", invalid="ignore"):
         if len(values) < 8 or np.count_nonzero(np.diff(values) < 0.0) < FALLING * len(values):
             return 0.0

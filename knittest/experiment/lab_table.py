@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,20 +64,19 @@ class LabTable:
 
 
 def read_tables(
-    path: object, given: Given, wanted: Wanted, words: str, own: tuple[str, ...] = (),
-    fits: Callable[[list[str]], bool] = lambda roles: True,
+    path: Path, given: Given, wanted: Wanted, words: str, own: tuple[str, ...] = ()
 ) -> list[LabTable]:  # fmt: skip
     """Tables of the recordings in a file whose columns have a role of each of ``wanted``; ``words`` name them.
 
     Raises :class:`InputError` where there is none, and for a file of another kind of test than ``own``.
     """
-    sheets = read_sheets(path, given.delimiter)  # type: ignore[arg-type]
-    stem = path.stem  # type: ignore[attr-defined]
+    sheets = read_sheets(path, given.delimiter)
+    stem = path.stem
     found: list[LabTable] = []
     others: list[Row] = []
     for sheet, rows in sheets:
         place = f"{path}, sheet {sheet!r}" if len(sheets) > 1 else str(path)
-        tables = _tables_in(rows, place, stem, given, wanted, fits)
+        tables = _tables_in(rows, place, stem, given, wanted)
         found += tables
         others += [] if tables else rows
     if not found:
@@ -100,16 +100,16 @@ def _roles(names: Sequence[str], units: Sequence[str], given: Given) -> list[str
         number = not name or bool(NUMBER.match(name))
         role = bare.replace(" ", "_") if bare.replace(" ", "_") in roles else lab_names.role(name, below)[0]
         found.append(own or ("" if number or role in given.named.values() else role))
-    return found
+    means = {k for k, name in enumerate(names) if lab_names.is_kind("mean", name)}
+    beside = {role for k, role in enumerate(found) if k not in means}
+    return ["result" if k in means and role in beside else role for k, role in enumerate(found)]
 
 
 def _has_all(roles: Sequence[str], wanted: Wanted) -> bool:
     return all(any(role in roles for role in some) for some in wanted)
 
 
-def _tables_in(
-    rows: list[Row], place: str, stem: str, given: Given, wanted: Wanted, fits: Callable[[list[str]], bool]
-) -> list[LabTable]:
+def _tables_in(rows: list[Row], place: str, stem: str, given: Given, wanted: Wanted) -> list[LabTable]:
     rows = _with_names(rows, given.columns, place) if given.columns else rows
     found: list[LabTable] = []
     k = end = 0
@@ -126,7 +126,6 @@ def _tables_in(
         roles = _roles(names, units, given)
         if not _has_all(roles, wanted):
             _refuse_units(names, units, f"{place}:{line}", wanted)
-        if not _has_all(roles, wanted) or not fits(roles):
             k += 1
             continue
         needed = [c for c, role in enumerate(roles) if any(role in some for some in wanted)]
@@ -254,7 +253,7 @@ def _refuse_units(names: list[str], units: list[str], where: str, wanted: Wanted
 
 
 def _refuse_foreign(path: str, stem: str, head: Sequence[Row], names: Sequence[str], own: tuple[str, ...]) -> None:
-    """Raise :class:`InputError` for a file that says by its title, its columns or its name that it is of another test."""
+    """Raise :class:`InputError` for a file whose title, columns or name say that it is of another test."""
     texts = [stem, *names]
     for _, cells in head[:1000]:
         filled = [cell for cell in cells if cell]
@@ -266,8 +265,8 @@ def _refuse_foreign(path: str, stem: str, head: Sequence[Row], names: Sequence[s
     if other := lab_names.foreign(texts, own):
         kind, text = other
         raise InputError(
-            f"{path}: {shown(text)} says that this is a test of {kind}, which is not the test asked for: leave the file "
-            "out, or correct what it says"
+            f"{path}: {shown(text)} says that this is a test of {kind}, which is not the test asked for: leave the "
+            "file out, or correct what it says"
         )
 
 
@@ -306,7 +305,7 @@ def _guessed(rows: list[list[str]], needed: list[str]) -> list[str]:
     names = [""] * len(columns)
     for k, values in enumerate(columns):
         steps = np.diff(values)
-        if len(columns) > len(needed) and len(steps) > 2 and np.all(steps > 0.0) and np.ptp(steps) < 0.02 * steps.mean():
+        if len(columns) > len(needed) and len(steps) > 2 and steps.min() > 0.0 and np.ptp(steps) < 0.02 * steps.mean():
             names[k] = "time"
             break
     rest = sorted((k for k, name in enumerate(names) if not name), key=lambda k: -float(np.nanmax(np.abs(columns[k]))))
@@ -316,7 +315,7 @@ def _guessed(rows: list[list[str]], needed: list[str]) -> list[str]:
 
 
 def _stated_in_columns(head: list[Row], number: int, count: int) -> list[Row]:
-    """Conditions that stand in a table of results, as rows of label, number and unit; of ``count`` rows that ``number``."""
+    """Conditions in a table of results, as rows of label, number and unit; of ``count`` rows that ``number``."""
     found: list[Row] = []
     for (_, names), (k, _) in zip(head, enumerate(head), strict=True):
         if len([n for n in names if n]) < 2 or any(NUMBER.match(n) for n in names if n):
@@ -337,8 +336,8 @@ def _stated_in_columns(head: list[Row], number: int, count: int) -> list[Row]:
 def columns(table: LabTable, which: Sequence[int], name: str) -> tuple[list[int], Array]:
     """Lines (n) and numbers (n, columns) of the columns ``which``, rows with empty cells left out and noted.
 
-    Raises :class:`InputError` with the row for text, for fewer than two rows, and where a row that is left out holds the
-    largest number of the first column; ``name`` is for messages.
+    Raises :class:`InputError` with the row for text, for fewer than two rows, and where a row that is left out holds
+    the largest number of the first column; ``name`` is for messages.
     """
     cells = [[row[k] if k < len(row) else "" for k in which] for _, row in table.body]
     values = np.array([[number(cell, table.mark) for cell in row] for row in cells]).reshape(len(cells), len(which))
@@ -350,7 +349,8 @@ def columns(table: LabTable, which: Sequence[int], name: str) -> tuple[list[int]
     partly = np.flatnonzero(empty.any(axis=1) & ~empty.all(axis=1))
     for k in partly:
         if len(table.body[k][1]) <= max(which) and len(table.body[k][1]) < 2:
-            raise InputError(f"{table.place}:{table.body[k][0]}: a row of one cell below {len(table.names)} columns: torn?")
+            place = f"{table.place}:{table.body[k][0]}"
+            raise InputError(f"{place}: a row of one cell below {len(table.names)} columns: torn?")
     note = ""
     if len(partly):
         line, cell = table.body[partly[0]][0], next(c for c in cells[partly[0]] if c.lower() in EMPTY)
@@ -363,8 +363,8 @@ def columns(table: LabTable, which: Sequence[int], name: str) -> tuple[list[int]
     size = np.abs(np.nan_to_num(values[:, 0]))
     if (top := int(np.argmax(size))) not in kept and size[top] > size[kept].max():
         raise InputError(
-            f"{table.place}:{table.body[top][0]}: specimen {name}: the largest {table.names[which[0]]!r} stands in a row "
-            "with an empty cell: fill it in, or leave the column out"
+            f"{table.place}:{table.body[top][0]}: specimen {name}: the largest {table.names[which[0]]!r} stands in a "
+            "row with an empty cell: fill it in, or leave the column out"
         )
     table.notes += [f"{name}: {note}"] if note else []
     return [table.body[k][0] for k in kept], values[kept]
@@ -379,8 +379,8 @@ def specimens_in(
     for table in tables:
         table.count = max(len(table.having(*lead)), 1) if moves else 1
     found = [(table, *one) for table in tables for one in enumerate(_groups(table, lead, moves, shared))]
-    for number, (table, place, group) in enumerate(found, 1):
-        yield (table.stem if len(found) == 1 else f"{table.stem}-{number}"), table, group, place
+    for k, (table, place, group) in enumerate(found, 1):
+        yield (table.stem if len(found) == 1 else f"{table.stem}-{k}"), table, group, place
 
 
 def _groups(table: LabTable, lead: Sequence[str], moves: Sequence[str], shared: bool) -> list[list[int]]:
@@ -396,14 +396,15 @@ def _groups(table: LabTable, lead: Sequence[str], moves: Sequence[str], shared: 
             return [list(range(a, b)) for a, b in pairwise(starts)]
     beside = [cs for role in set(table.roles) - {*lead, *moves} if len(cs := table.having(role)) == len(leads)]
     found, first = [], {}
-    for number, k in enumerate(leads):
+    for at, k in enumerate(leads):
         move = max([m for m in others if m < k] or [min(others)])
         if move in first and not shared:
             one, other, over = (table.names[c] for c in (first[move], k, move))
             raise InputError(
                 f"{table.where}: columns {one!r} and {other!r} are both over {over!r}: two forces of one specimen? "
-                "Leave one out; of two specimens each needs its own travel beside its force"
+                f'Leave one out, or say which counts, --column {table.roles[k]}="{one}"; of two specimens each needs '
+                "its own travel beside its force"
             )
         first[move] = k
-        found.append([move, k, *(cs[number] for cs in beside)])
+        found.append([move, k, *(cs[at] for cs in beside)])
     return found

@@ -32,9 +32,9 @@ def _accept(out: Path, results: Results) -> None:
 class LabTest(Generic[SpecimenT]):
     """``read`` a file into specimens, whose ``results`` with direction and names of files are shown and written.
 
-    ``conditions`` and ``options`` are those that a user may give; ``rigs`` is what an experiment says of rigs, ``fabric``
-    what it says of the fabric, with the folder that files are named from. ``show`` are lines in place of those of the
-    results; ``check`` may refuse to write them.
+    ``conditions`` and ``options`` are those that a user may give; ``rigs`` is what an experiment says of rigs,
+    ``fabric`` what it says of the fabric, with the folder that files are named from. ``show`` are lines in place of
+    those of the results; ``check`` may refuse to write them.
     """
 
     read: Callable[[Path, Given], list[SpecimenT]]
@@ -54,7 +54,7 @@ class LabTest(Generic[SpecimenT]):
     def write(
         self, specimens: Sequence[SpecimenT], out: Path, direction: str, files: Sequence[str], trusted: bool = False
     ) -> str:
-        """Write an experiment into ``out``; returns its variant. A direction that a file contradicts must be trusted."""
+        """Write an experiment into ``out``; returns its variant. A direction that a file denies must be ``trusted``."""
         if direction and not trusted:
             refuse_other([getattr(s, "said", None) for s in specimens], direction)
         results = self.results(specimens, direction, files)
@@ -101,7 +101,7 @@ def read_files(test: str, files: Sequence[Path], options: Mapping[str, Any]) -> 
     for name in said:
         if name not in kind.options:
             raise _useless(f"--{name}", test)
-    columns = tuple(name.strip() for name in (options.get("columns") or "").split(",")) if options.get("columns") else ()
+    columns = tuple(name.strip() for name in options["columns"].split(",")) if options.get("columns") else ()
     named = dict(_named(text) for text in options.get("column") or ())
     given = Given(options.get("decimal"), options.get("delimiter"), sizes=sizes, columns=columns, named=named, **said)
     return [specimen for path in files for specimen in _read(test, path, given)]
@@ -159,7 +159,7 @@ def looks_like(path: Path, delimiter: str | None = None) -> str:
 
 
 def stated_test(test: str | None, files: Sequence[Path], delimiter: str | None = None) -> str:
-    """``test`` as a user gave it, else the default one; raises :class:`InputError` for a file that looks like another."""
+    """``test`` as a user gave it, else the default; raises :class:`InputError` for a file that looks like another."""
     for path in files if test is None else ():
         if other := looks_like(path, delimiter):
             raise InputError(

@@ -36,7 +36,7 @@ ANGLE = Units("deg", "rad")
 AREA = Units("mm2", "cm2", "m2")
 AREA_MASS = Units("g/m2", "kg/m2", "g/cm2", "oz/yd2")
 STRAIN = Units("%", "mm/mm", "um/m")
-PRESSURE = Units("kPa", "MPa", "Pa", "bar", "mbar", "hPa", "psi", "ksi", "N/mm2", "N/cm2", "cN/cm2", "kgf/cm2", "gf/cm2")
+PRESSURE = Units("kPa", "MPa", "Pa", "bar", "mbar", "hPa", "psi", "ksi", "N/mm2", "N/cm2", "kgf/cm2", "gf/cm2")
 NUMBER = Units("1", "%")
 DENSITY = {"yarn/100 mm": 1.0, "yarn/cm": 10.0, "yarn/inch": 100.0 / 25.4}
 QUANTITIES: dict[str, Mapping[str, float]] = {
@@ -111,7 +111,8 @@ def stated(name: str, below: str, units: Mapping[str, float], where: str) -> str
 def other_unit(name: str, below: str, quantities: tuple[str, ...]) -> str:
     """Unit of a column where it is one of another quantity than ``quantities``; empty where it may be one of them."""
     for text in (below.strip("[]() "), *_bracketed(name)) if quantities else ():
-        if text and not any(known(text, QUANTITIES[q]) for q in quantities) and text not in ("MN", "ft") and is_unit(text):
+        own = any(known(text, QUANTITIES[quantity]) for quantity in quantities)
+        if text and not own and text not in ("MN", "ft") and is_unit(text):
             return text
     return ""
 

@@ -1,14 +1,12 @@
 """Files as testing machines write them: the right numbers, or the reason why not, for each kind of them."""
 
-import numpy as np
 import pytest
+from machine_exports import PEAK, REJECTED, RIGHT, SIZES, STRAIN
 
 from knittest.base.errors import InputError
 from knittest.experiment.lab_given import Given
 from knittest.experiment.lab_strips import read_strips
 from knittest.experiment.statistics import peaks
-
-from machine_exports import PEAK, REJECTED, RIGHT, SIZES, STRAIN
 
 NOISY = {"rows at rest with noise": 0.02, "noise in the travel": 0.02}
 

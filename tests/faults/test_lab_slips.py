@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from knittest.base.errors import InputError
-from knittest.experiment.lab_strips import plausible_strips, read_lab
 from knittest.experiment.lab_direction import said_by
+from knittest.experiment.lab_strips import plausible_strips, read_lab
 
 BODY = "Weg;Kraft\nmm;N\n0,0;0,0\n1,0;2000,5\n3,0;6400,0\n"
 
@@ -80,7 +80,10 @@ def test_widths_in_columns_belong_to_their_specimens(tmp_path):
         (text.replace("10;10;1;20", "10;9;1;20"), ":4: states a strip width of 90 mm"),
         ("Breite;80\n" + one, "states a strip width of 50 mm, .*:1 one of 80 mm"),
         (one.replace("50", ""), "column 'Breite' is empty: give --width"),
-        ("Breite;" + "Weg;Kraft;" * 3 + "Breite\n" + "50;0;0;0;0;0;0;50\n50;1;1;1;1;1;1;50\n", "2 columns of a strip width"),
+        (
+            "Breite;" + "Weg;Kraft;" * 3 + "Breite\n" + "50;0;0;0;0;0;0;50\n50;1;1;1;1;1;1;50\n",
+            "2 columns of a strip width",
+        ),
     ):
         with pytest.raises(InputError, match=words):
             read_lab(written(tmp_path, bad), 200.0)
