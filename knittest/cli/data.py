@@ -30,6 +30,7 @@ NUMBERS = (
     ("--normal-force", "N", "Force that presses the plates (friction)"),
     ("--plate-length", "mm", "Length of the plates (friction)"),
     ("--plate-width", "mm", "Width of the plates (friction)"),
+    ("--plate-diameter", "mm", "Diameter of the plate on which a force presses (compaction)"),
     ("--ratio", "1", "Strain of the other system over that of the direction (biaxial)"),
     ("--embedded-length", "mm", "Length of the inlay in the piece (pull-out)"),
     ("--crossing-density", "yarn/100 mm", "Yarns that cross the inlay (pull-out)"),

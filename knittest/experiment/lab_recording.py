@@ -124,7 +124,9 @@ def unit_of(table: LabTable, column: int, needed: bool = False) -> tuple[str, fl
     quantities: list[str] = entry["quantity"]
     units = {unit: quantity for quantity in quantities for unit in lab_units.QUANTITIES[quantity]}
     if "force" in quantities and lab_names.is_kind("per_width", name):
-        raise InputError(f"{table.where}: column {name!r}: a force per width: expected that of the whole strip [N]")
+        raise InputError(
+            f"{table.where}: column {name!r}: a force per width: expected the force of the whole strip [N]"
+        )
     unit = lab_units.stated(name, table.units[column], dict.fromkeys(units, 1.0), table.where)
     is_strain = "strain" in quantities and lab_names.is_kind("strain", name)
     if not unit and (needed or is_strain or "unit" not in entry):

@@ -84,12 +84,16 @@ def read_strips(path: Path, given: Given) -> list[Specimen]:
     The strain is a measured one, else the travel of an extensometer over its gauge length, as long as it is valid, else
     the travel of the clamp over theirs. Raises :class:`InputError` with the row for what cannot be a pull.
     """
+    return [strip for strip, _ in read_tabled(path, given)]
+
+
+def read_tabled(path: Path, given: Given) -> list[tuple[Specimen, LabTable]]:
+    """:func:`read_strips` with the table of each."""
     tables = read_tables(path, given, [("force",), MOVES], "a force and a displacement or strain column")
     found = []
     for name, table, group, number in specimens_in(tables, ("force",), MOVES):
-        one = _specimen(table, name, group, given)
-        width = known(WIDTH, table, given.sizes, number)
-        found.append(replace(one, width=width, path=path, said=said_by(path, table.head)))
+        one, width = _specimen(table, name, group, given), known(WIDTH, table, given.sizes, number)
+        found.append((replace(one, width=width, path=path, said=said_by(path, table.head)), table))
     return found
 
 

@@ -1,6 +1,6 @@
 """Tables in a machine's file: names of columns, units, numbers, and the rows above them that state conditions."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
@@ -58,7 +58,7 @@ class LabTable:
         """Notes on the specimen ``name`` and on lines that were left out."""
         return [note.removeprefix(f"{name}: ") for note in self.notes if note.startswith((f"{name}: ", "line"))]
 
-    def unit(self, column: int, units: dict[str, float] | lab_units.Units) -> str:
+    def unit(self, column: int, units: Mapping[str, float]) -> str:
         """Unit of a column; raises :class:`InputError` for one that is not of ``units``."""
         return lab_units.stated(self.names[column], self.units[column], units, self.where)
 
@@ -395,7 +395,8 @@ def _groups(table: LabTable, lead: Sequence[str], moves: Sequence[str], shared: 
             starts = [0, *(relevant[k * size] for k in range(1, len(leads))), len(table.names)]
             return [list(range(a, b)) for a, b in pairwise(starts)]
     beside = [cs for role in set(table.roles) - {*lead, *moves} if len(cs := table.having(role)) == len(leads)]
-    found, first = [], {}
+    found: list[list[int]] = []
+    first: dict[int, int] = {}
     for at, k in enumerate(leads):
         move = max([m for m in others if m < k] or [min(others)])
         if move in first and not shared:

@@ -1,6 +1,7 @@
 """Import of compaction tests: thickness at pressures, units, first loading, slips that are refused, and calibration."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -29,7 +30,7 @@ def export(path, start=3.0, most=1000.0, head=HEAD, factor=1.0, more=""):
 
 def test_thickness_at_the_pressures_of_a_run(tmp_path):
     (piece,) = read_compaction(export(tmp_path / "a.csv", most=300.0), Given())
-    found = compaction_results([piece], []).found
+    found = compaction_results([piece], "", []).found
     assert {name: float(v[0]) for name, v in found.items()} == pytest.approx(
         {f"thickness_mm_at_kpa.{p}": law(p) for p in (1, 10, 100)}, abs=1e-5
     )
@@ -56,7 +57,7 @@ def test_unloading_is_left_out(tmp_path):
         (HEAD + "1;1\n2;10\n3;100\n", "expected the distance of the plates, which falls, and not their way"),
         (HEAD + "300;1\n200;10\n100;100\n", r"expected 0\.05 to 50 mm: check the unit of the thickness"),
         (HEAD + "3;0,001\n2,9;0,01\n2,8;0,1\n", "check the unit of the pressure"),
-        ("Dicke [mm];Kraft [N]\n3;1\n2;10\n", "of a force: divide it by the area of the plates"),
+        ("Dicke [mm];Kraft [N]\n3;1\n2;10\n", "the file states no plate diameter: give --plate-diameter"),
     ],
 )
 def test_a_table_that_is_no_compaction_is_refused(tmp_path, text, said):
@@ -70,13 +71,13 @@ def test_pieces_of_another_unit_copies_and_pressures_apart_are_refused(tmp_path)
     one = read_compaction(export(tmp_path / "a.csv"), Given())[0]
     thick = read_compaction(export(tmp_path / "b.csv", start=15.0), Given())[0]
     with pytest.raises(InputError, match="thickness"):
-        compaction_results([one, thick], [])
+        compaction_results([one, thick], "", [])
     with pytest.raises(InputError, match=r"a\.csv|copies|same"):
-        compaction_results([one, one], [])
+        compaction_results([one, one], "", [])
     short = read_compaction(export(tmp_path / "c.csv", start=3.1, most=0.9 / 0.8), Given())[0]
-    short = short.__class__(short.name, short.pressure[:-5], short.thickness[:-5], short.path)
+    short = replace(short, pressure=short.pressure[:-5], thickness=short.thickness[:-5])
     with pytest.raises(InputError, match="expected one of 1, 10, 100, 1000 kPa"):
-        compaction_results([one, short], [])
+        compaction_results([one, short], "", [])
 
 
 def test_an_import_is_an_experiment_whose_rows_a_run_is_held_against(tmp_path):

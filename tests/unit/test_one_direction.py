@@ -19,7 +19,8 @@ from knittest.experiment.lab_given import Given
 from knittest.experiment.row_kind import assumed_inputs, row_kind
 from knittest.laboratory.cantilever.lab_overhangs import read_overhangs, write_cantilever
 from knittest.laboratory.cantilever.test import given_overhang
-from knittest.laboratory.friction.lab_pulls import read_friction, write_friction
+from knittest.laboratory.friction.lab_files import LAB as FRICTION
+from knittest.laboratory.friction.lab_files import read_friction
 from knittest.laboratory.run_stamp import run_stamp
 from knittest.report_page.loading import load_run
 from knittest.report_page.results import results as results_of
@@ -37,7 +38,7 @@ def mine(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     path = friction_file(tmp_path / "friction.csv", 180.0, 220.0, head="Normalkraft;1000;N\nPlattenlänge;100;mm\n"
                          "Plattenbreite;40;mm\n")  # fmt: skip
-    write_friction(read_friction(path, Given()), OUT, "weft", [path.name])
+    FRICTION.write(read_friction(path, Given()), OUT, "weft", [path.name])
     bent = tmp_path / "bent.csv"
     bent.write_text("overhang [mm]\n164\n168\n")
     sizes = Given(sizes={"area_mass_g_m2": 800.0, "strip_width_mm": 25.0})
@@ -82,7 +83,7 @@ def test_tools_of_forming_know_where_their_friction_is_from(mine):
     assert TAKEN in inputs_told(summary, result_rows(summary, refused=False))
     path = friction_file(Path("other.csv"), 220.0, 220.0, head="Normalkraft;1000;N\nPlattenlänge;100;mm\n"
                          "Plattenbreite;40;mm\n")  # fmt: skip
-    write_friction(read_friction(path, Given()), OUT, "warp", [path.name])
+    FRICTION.write(read_friction(path, Given()), OUT, "warp", [path.name])
     assert run(["new", "both", "--from", str(OUT)]) == 0
     both = mine("forming", variant="both")
     assert both.rig.kinetic_coefficient == pytest.approx(0.1, rel=1e-3)

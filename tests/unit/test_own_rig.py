@@ -16,7 +16,8 @@ from knittest.config.loading import resolve
 from knittest.experiment.lab_given import Given
 from knittest.experiment.row_kind import assumed_inputs, row_kind
 from knittest.laboratory.against import own_curves
-from knittest.laboratory.friction.lab_pulls import read_friction, write_friction
+from knittest.laboratory.friction.lab_files import LAB as FRICTION
+from knittest.laboratory.friction.lab_files import read_friction
 from knittest.laboratory.picture_frame.lab_curves import read_frames
 from knittest.laboratory.picture_frame.lab_report import write_frames
 from knittest.laboratory.picture_frame.report import NORMALISED_LABEL
@@ -41,7 +42,7 @@ def rubbed(place, direction, mu, static=None, head="Normalkraft;500;N\nPlattenl√
     """Import a pull of two faces at 500 N, whose coefficients of a face are ``mu`` and ``static``."""
     top = mu if static is None else static
     path = friction_file(place / f"friction-{direction}.csv", 1000.0 * mu, 1000.0 * top, head=head)
-    write_friction(read_friction(path, Given()), OUT, direction, [path.name])
+    FRICTION.write(read_friction(path, Given()), OUT, direction, [path.name])
 
 
 def sheared(place, end=36.04, side=200.0, fabric=170.0):

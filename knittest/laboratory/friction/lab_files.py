@@ -1,25 +1,131 @@
-"""Files of friction tests as ``knittest data`` takes them, and the rigs that their coefficients hold for."""
+"""Files of friction tests as ``knittest data`` takes them: pull force of a strip between two plates over its travel."""
 
-import re
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from knittest.base.errors import InputError
+from knittest.experiment.lab_checks import common, digests, refuse_apart, refuse_implausible
 from knittest.experiment.lab_conditions import NORMAL_FORCE, PLATE_LENGTH, PLATE_WIDTH
 from knittest.experiment.lab_folder import DIRECTIONS, folder_name
-from knittest.experiment.lab_kind import LabTest, Rigs
+from knittest.experiment.lab_given import Given, drawn, first_loading, pulled, tared
 from knittest.experiment.lab_numbers import plain
+from knittest.experiment.lab_recording import Origin, Recording, of, recordings
+from knittest.experiment.lab_results import Curves, Results
+from knittest.experiment.lab_tests import LabTest, Rigs
+from knittest.experiment.statistics import band
 from knittest.laboratory.friction.config import FrictionRig
-from knittest.laboratory.friction.lab_pulls import KINETIC, STATIC, friction_lines, read_friction, write_friction
+
+Array = NDArray[np.float64]
 
 #: length of strip that sticks out of long plates besides the travel [mm]
 STICKS_OUT = 40.0
-COEFFICIENTS = ("static_coefficient", "kinetic_coefficient")
-_RUBBED = re.compile(r"friction|reib(ung|versuch|kraft|beiwert|zahl)", re.I)
-_NAMED = re.compile(r"friction|reib", re.I)
+#: last share of the travel, whose mean force is the kinetic one; the largest before it is the static one: as in a run
+KINETIC_SHARE = 0.5
+#: travel of a test [mm], and Coulomb coefficient of one face
+TRAVELS, COEFFICIENTS = (1.0, 1000.0), (0.005, 2.0)
+SIZES = (NORMAL_FORCE, PLATE_LENGTH, PLATE_WIDTH)
+#: coefficients of a face
+STATIC, KINETIC = "mu_static_per_face", "mu_per_face"
+UNITS = {"pull_force_static_n": "N", "pull_force_kinetic_n": "N", "mu_paper": "1", KINETIC: "1", STATIC: "1"}
 
 
-def _looks(cells: Sequence[str]) -> bool:
-    return any(PLATE_LENGTH.names(cell, 0) or PLATE_WIDTH.names(cell, 0) or _RUBBED.search(cell) for cell in cells)
+@dataclass(frozen=True)
+class Rubbed(Origin):
+    """Travel [mm] from the start and pull force [N] of one strip, (n,) each; ``faces`` of it rub.
+
+    ``sizes`` are normal force [N], length and width [mm] of the plates.
+    """
+
+    travel: Array
+    force: Array
+    sizes: tuple[float, float, float]
+    faces: int
+
+    @property
+    def kinetic(self) -> float:
+        """Mean force [N] over the last half of the travel, over travel and not over samples."""
+        late = np.linspace((1.0 - KINETIC_SHARE) * self.travel[-1], self.travel[-1], 1001)
+        return float(np.interp(late, self.travel, self.force).mean())
+
+    @property
+    def static(self) -> float:
+        """Largest force [N] before half the travel."""
+        return float(self.force[self.travel <= (1.0 - KINETIC_SHARE) * self.travel[-1]].max())
+
+    def coefficient(self, force: float) -> float:
+        """Coulomb coefficient of one face [-]: F_R / (faces F_N)."""
+        return force / (self.faces * self.sizes[0])
+
+
+def read_friction(path: Path, given: Given) -> list[Rubbed]:
+    """Strips in one export; a coefficient in place of a force is that of a face.
+
+    Raises :class:`InputError` where normal force or plates are not known, for a travel that is none, and a start that
+    is not free of force.
+    """
+    wanted = [("force", "coefficient"), ("travel",)]
+    return [_rubbed(r, given) for r in recordings(path, given, wanted, "a pull force and a travel")]
+
+
+def _rubbed(r: Recording, given: Given) -> Rubbed:
+    normal, long, wide = r.needed(SIZES, given)
+    force = r.values["force"] if "force" in r.values else r.values["coefficient"] * given.faces * normal
+    if "travel" not in r.values:
+        raise InputError(f"{r.where}: column {r.title('strain')!r}: a strain: expected a travel [mm]")
+    travel = drawn(r.values["travel"], given.sign)
+    rows, _ = first_loading(travel)
+    travel, force = travel[rows] - travel[0], pulled(force[rows], given.sign, r.where)
+    if len(travel) < 3 or not TRAVELS[0] <= travel[-1] <= TRAVELS[1]:
+        raise InputError(
+            f"{r.where}: {len(travel)} rows over a travel of {travel[-1]:.4g} mm: expected at least 3, over "
+            f"{TRAVELS[0]:g} to {TRAVELS[1]:g} mm: check the unit of the travel"
+        )
+    force = tared(force, given.preload, r.where)
+    return Rubbed(**of(r), travel=travel, force=force, sizes=(normal, long, wide), faces=given.faces)
+
+
+def friction_results(strips: Sequence[Rubbed], direction: str, files: Sequence[str]) -> Results:
+    """Pull forces and coefficients of one series; raises :class:`InputError` where they are not of one.
+
+    ``mu_paper`` is F_R / F_N of a strip between two plates (Eq. 3 of Pham et al., 2019), ``mu_per_face`` half of it. Of
+    a strip that rubs on one face alone the pull forces are no rows: they are those of another test.
+    """
+    paths, faces = [s.path for s in strips], strips[0].faces
+    sizes = [(what, common(what, [s.sizes[k] for s in strips], paths)) for k, what in enumerate(SIZES)]
+    static, kinetic = (np.array([getattr(s, name) for s in strips]) for name in ("static", "kinetic"))
+    per_face = np.array([s.coefficient(force) for s, force in zip(strips, kinetic, strict=True)])
+    for s, force, mu in zip(strips, kinetic, per_face, strict=True):
+        told = f"{force:.4g} N of pull under {s.sizes[0]:g} N is a coefficient of {mu:.4g} a face"
+        refuse_implausible(s, mu, COEFFICIENTS, told, "", force)
+    refuse_apart(strips, per_face, "coefficient of a face", "")
+    found = {
+        "mu_paper": 2.0 * per_face, KINETIC: per_face,
+        STATIC: np.array([s.coefficient(force) for s, force in zip(strips, static, strict=True)]),
+    }  # fmt: skip
+    if faces == 2:
+        scale = sizes[0][1] / np.array([s.sizes[0] for s in strips])
+        found = {"pull_force_static_n": static * scale, "pull_force_kinetic_n": kinetic * scale} | found
+    rubbing = f"{faces} face{'s' * (faces > 1)} rubbing"
+    curves = [(s.travel, s.force) for s in strips]
+    heads = ("static [N]", "kinetic [N]", "F_R/F_N of two faces", "of a face")
+    return Results(
+        "friction", direction, found, UNITS, sizes, ("strip", f"under {sizes[0][1]:g} N, {rubbing}"), files,
+        digests(strips, curves), [s.name for s in strips],
+        [(head, ".4g", v) for head, v in zip(heads, (static, kinetic, 2.0 * per_face, per_face), strict=True)],
+        [
+            f"kinetic: mean over the last half of the travel; static: largest before it; {rubbing} (--faces)",
+            "pull forces are taken as those of the strip alone: what the empty rig takes must have been subtracted",
+        ],
+        Curves(
+            curves, band(curves, min(float(s.travel[-1]) for s in strips), "travel"),
+            ("displacement_mm", "pull_force_n", "pull_force_sd_n"), ("travel [mm]", "pull force [N]"),
+        ),
+    )  # fmt: skip
 
 
 def _rigs(tests: Mapping[str, dict[str, Any]]) -> Rigs:
@@ -30,10 +136,11 @@ def _rigs(tests: Mapping[str, dict[str, Any]]) -> Rigs:
     rubbed = {d: _friction(tests[name]) for d, name in names.items() if name in tests}
     if not rubbed:
         return {}
-    coefficients = {d: {field: one[field] for field in COEFFICIENTS} for d, one in rubbed.items()}
+    fields = ("static_coefficient", "kinetic_coefficient")
+    coefficients = {d: {field: one[field] for field in fields} for d, one in rubbed.items()}
     if len(rubbed) == 1:
         return {"friction": dict(rubbed), "forming": dict(coefficients)}
-    mean = {field: plain(sum(one[field] for one in rubbed.values()) / len(rubbed)) for field in COEFFICIENTS}
+    mean = {field: plain(sum(one[field] for one in rubbed.values()) / len(rubbed)) for field in fields}
     return {"friction": dict(rubbed), "forming": mean}
 
 
@@ -52,7 +159,4 @@ def _friction(test: Mapping[str, Any]) -> dict[str, float]:
     return {name: plain(value) for name, value in found.items()}
 
 
-LAB = LabTest(
-    read_friction, friction_lines, write_friction, (NORMAL_FORCE, PLATE_LENGTH, PLATE_WIDTH),
-    ("sign", "preload", "faces"), _looks, _NAMED, _rigs,
-)  # fmt: skip
+LAB = LabTest(read_friction, friction_results, SIZES, ("sign", "preload", "faces"), rigs=_rigs)

@@ -41,9 +41,8 @@ def tensile_results(specimens: Sequence[Specimen], direction: str, files: Sequen
     means = [f"# {name}: {mean_sd(values)[0]:.6g}" for name, values in found.items()]
     tension: dict[str, np.ndarray] = dict(zip(NAMES, tension_curve(narrow), strict=False))
     labels = ("strain [%]", "force per width [N/mm]")
-    curves = Curves(
-        [(s.strain, s.force) for s in narrow], corridor(narrow), NAMES, labels, {TENSION: (tension, [*means, RISING])}, means
-    )  # fmt: skip
+    more = {TENSION: (tension, [*means, RISING])}
+    curves = Curves([(s.strain, s.force) for s in narrow], corridor(narrow), NAMES, labels, more, means)
     return Results(
         "tensile", direction, found, UNITS, [(what, sizes[what.key]) for what in (WIDTH, GAUGE) if what.key in sizes],
         ("strip", f"of {sizes[WIDTH.key]:g} mm"), files, digests(specimens, [(s.strain, s.force) for s in specimens]),
