@@ -1,6 +1,5 @@
 """Curves of shear in exports of testing machines: a force over a shear angle, or over a travel that makes one."""
 
-import re
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -10,19 +9,12 @@ from numpy.typing import NDArray
 from knittest.base.errors import InputError
 from knittest.config.base import BoundsError, check_bounds, field_meta
 from knittest.config.run import rig_model
-from knittest.experiment import lab_units
-from knittest.experiment.lab_csv import FORCE
-from knittest.experiment.lab_given import Given, first_loading, tared
-from knittest.experiment.lab_numbers import NUMBER
-from knittest.experiment.lab_sign import drawn, pulled
-from knittest.experiment.lab_table import LabTable, columns, refuse_shared, with_nearest
+from knittest.experiment import lab_names
+from knittest.experiment.lab_given import Given, drawn, first_loading, pulled, tared
+from knittest.experiment.lab_recording import Recording, unit_of
 
 Array = NDArray[np.float64]
 
-ANGLE = re.compile(r"angle|winkel|gamma", re.I)
-TRAVEL = re.compile(r"displacement|travel|weg|crosshead|traverse|extension", re.I)
-#: force along the sides of a frame, F_s = F / (2 cos(45 deg - angle / 2)), where that of the crosshead is expected
-ALONG_SIDES = re.compile(r"shear|scher|schub|(?<![a-z])side|seiten", re.I)
 #: shear angle [deg] within which a specimen starts square
 SQUARE = 0.5
 #: a test that ends below is in rad, in other units, or none
@@ -43,7 +35,7 @@ class Kinematics(Protocol):
 @dataclass(frozen=True)
 class Tested:
     """Specimen of ``test`` by its ``kinematics``; in messages ``words`` name it, ``square`` is what it is at an angle
-    of zero, and ``options`` state its size.
+    of zero, and ``options`` state its size. A strain is the travel over its ``length`` [mm].
     """
 
     test: str
@@ -51,6 +43,7 @@ class Tested:
     words: str
     square: str
     options: str
+    length: float | None = None
 
 
 @dataclass(frozen=True)
@@ -65,74 +58,42 @@ class ShearCurve:
     whole: tuple[Array, Array]
 
 
-def pairs(cells: list[str], angles: bool = True) -> list[tuple[int, int]]:
-    """Columns of (angle or travel, force), each force with the nearest of the other before it, else after it.
-
-    A column of ``angles`` counts before one of travels, or not at all.
+def shear_curve(r: Recording, tested: Tested, given: Given) -> ShearCurve:
+    """The curve of a recording; raises :class:`InputError` for a start that is not square or free of force, and for a
+    force along the sides, F_s = F / (2 cos(45 deg - angle / 2)).
     """
-    words = [(k, cell) for k, cell in enumerate(cells) if not NUMBER.match(cell)]
-    forces = [k for k, cell in words if FORCE.search(cell) and not ANGLE.search(cell)]
-    moves = [k for k, cell in words if angles and ANGLE.search(cell)]
-    moves = moves or [k for k, cell in words if TRAVEL.search(cell) and k not in forces]
-    return with_nearest(moves, forces)
-
-
-def specimens_in(table: LabTable, angles: bool = True) -> list[tuple[int, int]]:
-    """:func:`pairs` of ``table``, one a specimen; raises :class:`InputError` for two over one travel, and for a force
-    along the sides.
-    """
-    found = pairs(table.names, angles)
-    for _, force in found:
-        if ALONG_SIDES.search(table.names[force]):
-            raise InputError(
-                f"{table.where}: column {table.names[force]!r}: a force along the sides, F_s? Expected the F of the "
-                "crosshead, 2 F_s cos(45 deg - angle / 2): leave the column out or convert it; name it 'force' if it "
-                "is that"
-            )
-    refuse_shared(table, found)
-    return found
-
-
-def shear_curve(table: LabTable, name: str, pair: tuple[int, int], tested: Tested, given: Given) -> ShearCurve:
-    """The curve in the columns ``pair``; raises :class:`InputError` for a start that is not square or free of force."""
-    where = f"{table.path}: specimen {name}"
-    _, values = columns(table, pair, name)
-    move, pull = pair
-    with np.errstate(over="ignore", invalid="ignore"):  # refused below
-        force = values[:, 1] * lab_units.FORCE[lab_units.force_unit(table.names[pull], table.units[pull], table.where)]
-    if not np.isfinite(force).all():
-        raise InputError(f"{where}: no finite force")
-    moved = drawn(values[:, 0], given.sign)
+    if lab_names.is_kind("along_sides", r.title("force")):
+        raise InputError(
+            f"{r.table.where}: column {r.title('force')!r}: a force along the sides, F_s? Expected the F of the "
+            "crosshead, 2 F_s cos(45 deg - angle / 2): leave the column out or convert it; name it 'force' if it is that"
+        )
+    role = next(role for role in ("angle", "travel", "strain", "extensometer") if role in r.values)
+    if role == "strain" and tested.length is None:
+        raise InputError(f"{r.table.where}: column {r.title(role)!r}: a strain: expected a travel [mm] or an angle [deg]")
+    moved, force = drawn(r.values[role], given.sign), r.values["force"]
     rows, turned = first_loading(moved)
-    first = pulled(force[rows], given.sign, where)  # on its way back a specimen may be pushed
+    first = pulled(force[rows], given.sign, r.where)  # on its way back a specimen may be pushed
     force = -force if given.sign == "negative" else force
-    angle = _angles(moved - (given.zero or 0.0), table, move, tested, where)
+    _, factor = unit_of(r.table, r.columns[role])
+    angle = _angles(moved - (given.zero or 0.0) * factor, role, tested, r.where)
     if given.zero is None and abs(angle[0]) > SQUARE:
         raise InputError(
-            f"{where}: starts at {moved[0]:g}, a shear angle of {angle[0]:.3g} deg: where is {tested.square}? "
-            f"Give --zero, in the unit of the column: {moved[0]:g} if at the start, 0 if the numbers are right"
+            f"{r.where}: starts at {moved[0] / factor:g}, a shear angle of {angle[0]:.3g} deg: where is {tested.square}? "
+            f"Give --zero, in the unit of the column: {moved[0] / factor:g} if at the start, 0 if the numbers are right"
         )
     if angle[0] <= SQUARE:
-        free = tared(first, given.preload, where)
+        free = tared(first, given.preload, r.where)
         first, force = free, force - (first[0] - free[0])
-    _check_end(angle[rows], tested.test, where)
+    _check_end(angle[rows], tested.test, r.where)
     sheared = angle[rows] >= 0.0
     return ShearCurve(angle[rows][sheared], first[sheared], turned, (angle, force))
 
 
-def _angles(moved: Array, table: LabTable, column: int, tested: Tested, where: str) -> Array:
-    """Shear angle [deg], (n,), of the numbers in ``column``."""
-    name, below = table.names[column], table.units[column]
-    if ANGLE.search(name):
-        unit = lab_units.stated(name, below, lab_units.ANGLE, table.where)
-        if not unit:
-            raise InputError(
-                f"{table.where}: column {name!r}: an angle without a unit: write '{name} [deg]' or '[rad]'"
-            )
-        return moved * lab_units.ANGLE[unit]
-    factor = lab_units.LENGTH[lab_units.stated(name, below, lab_units.LENGTH, table.where) or "mm"]
-    with np.errstate(over="ignore"):
-        travel = moved * factor
+def _angles(moved: Array, role: str, tested: Tested, where: str) -> Array:
+    """Shear angle [deg], (n,), of an angle [deg], a travel [mm] or a strain [%]."""
+    if role == "angle":
+        return moved
+    travel = moved * (tested.length or 0.0) / 100.0 if role == "strain" else moved
     most = float(np.abs(travel).max())
     if not most < tested.kinematics.longest:
         raise InputError(

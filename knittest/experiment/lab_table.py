@@ -157,7 +157,7 @@ def _units_below(rows: list[Row], k: int) -> tuple[int, list[str], int]:
         cells = rows[at][1]
         if any(NUMBER.match(cell) for cell in cells if cell) or cells == names:
             break
-        if sum(map(bool, cells)) > 1 or len([n for n in names if n]) == 1:
+        if sum(map(bool, cells)) > 1 or len([n for n in names if n]) == 1 or all(map(lab_units.is_unit, cells)):
             below.append((-sum(bool(cell) and lab_units.is_unit(cell) for cell in cells), at))
     if not below or (len(names) == 1 and lab_names.is_statistic(rows[below[0][1]][1][0])):
         return k + 1, [""] * len(names), line

@@ -14,7 +14,7 @@ from knittest.experiment.lab_tests import looks_like
 from knittest.experiment.lab_tests import read_files, write_files
 from knittest.experiment.tables import published
 from knittest.laboratory.against import own_curves
-from knittest.laboratory.bias_extension.lab_curves import read_strips
+from knittest.laboratory.bias_extension.lab_files import read_strips
 from knittest.laboratory.bias_extension.pin_jointed import BiasStrip
 from knittest.laboratory.bias_extension.report import normalised
 from knittest.laboratory.registry import REPORTS

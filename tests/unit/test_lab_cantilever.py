@@ -13,13 +13,12 @@ from knittest.config.loading import resolve
 from knittest.experiment.lab_given import Given
 from knittest.experiment.row_kind import row_kind
 from knittest.experiment.tables import published
-from knittest.laboratory.cantilever.lab_overhangs import (
+from knittest.laboratory.cantilever.lab_files import LAB as CANTILEVER
+from knittest.laboratory.cantilever.lab_files import (
     STANDARD_ANGLE,
     at_standard_angle,
-    cantilever_lines,
     cantilever_results,
     read_overhangs,
-    write_cantilever,
 )
 from knittest.laboratory.cantilever.test import given_overhang, strip_stiffness
 from knittest.materials.heavy_elastica import chord_angle
@@ -41,7 +40,7 @@ def test_stiffness_is_that_of_the_paper_in_the_right_unit(tmp_path):
     assert strip.stiffness == pytest.approx(5.05, abs=0.005)
     found = cantilever_results([strip], "warp", []).found
     assert found["bending_stiffness_mncm2"] == pytest.approx([2.53e3], rel=2e-3)
-    assert any("-" in line for line in cantilever_lines([strip]) if line.startswith("sd"))
+    assert any("-" in line for line in CANTILEVER.lines([strip]) if line.startswith("sd"))
 
 
 def test_readings_of_a_strip_are_averaged_and_units_kept(tmp_path):
@@ -70,7 +69,7 @@ def test_the_angle_is_stated_or_that_of_the_standard(tmp_path):
     text = "plane angle;45;deg\noverhang [mm]\n171\n"
     (strip,) = read_overhangs(table(tmp_path, text), V1)
     assert strip.overhang == pytest.approx(171.0 * at_standard_angle(45.0)) and strip.overhang < 171.0
-    assert "by the heavy elastica" in "".join(cantilever_lines([strip]))
+    assert "by the heavy elastica" in "".join(CANTILEVER.lines([strip]))
     with pytest.raises(InputError, match=r"angle of the plane of 45 deg, --plane-angle says 41\.5 deg"):
         read_overhangs(table(tmp_path, text), Given(sizes={**V1.sizes, "plane_angle_deg": 41.5}))
 
@@ -92,7 +91,7 @@ def test_the_angle_is_stated_or_that_of_the_standard(tmp_path):
 )
 def test_refused_with_the_row(tmp_path, text, words):
     with pytest.raises(InputError, match=words):
-        cantilever_lines(read_overhangs(table(tmp_path, text), V1))
+        CANTILEVER.lines(read_overhangs(table(tmp_path, text), V1))
 
 
 def test_an_area_mass_must_be_known(tmp_path):
@@ -110,7 +109,7 @@ def test_an_area_mass_must_be_known(tmp_path):
 def test_the_table_and_the_part_of_the_fabric(tmp_path):
     out = tmp_path / "mine"
     strips = read_overhangs(table(tmp_path, "overhang [mm]\n171\n165\n177\n"), V1)
-    assert write_cantilever(strips, out, "warp", ["a.csv"]) == "mine"
+    assert CANTILEVER.write(strips, out, "warp", ["a.csv"]) == "mine"
     names = ("overhang_mm", "bending_stiffness_n_mm_per_width", "bending_stiffness_mncm2", "strip_width_mm")
     overhang, per_width, of_strip, width = published(out, "mine", "warp", names)
     assert (overhang.mean, overhang.sd, overhang.n) == (171.0, 6.0, 3)
@@ -124,10 +123,10 @@ def test_the_table_and_the_part_of_the_fabric(tmp_path):
         and field["value"] == pytest.approx(per_width.mean)
     )
     with pytest.raises(InputError, match="imported as warp: of which direction"):
-        write_cantilever(strips, out, "weft", ["a.csv"])
+        CANTILEVER.write(strips, out, "weft", ["a.csv"])
     stated = read_overhangs(table(tmp_path, "overhang [mm]\n171\n165\n", "weft.csv"), V1)
     with pytest.raises(InputError, match=r"weft\.csv: its name says weft, --direction says warp"):
-        write_cantilever(stated, out, "warp", ["weft.csv"])
+        CANTILEVER.write(stated, out, "warp", ["weft.csv"])
 
 
 def test_the_area_mass_of_the_overhangs_is_the_fabrics(tmp_path, monkeypatch):
@@ -135,7 +134,7 @@ def test_the_area_mass_of_the_overhangs_is_the_fabrics(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     out = Path("data/mine")
     heavy = Given(sizes={"area_mass_g_m2": 700.0, "strip_width_mm": 50.0})
-    write_cantilever(read_overhangs(table(tmp_path, "overhang [mm]\n171\n165\n"), heavy), out, "warp", ["a.csv"])
+    CANTILEVER.write(read_overhangs(table(tmp_path, "overhang [mm]\n171\n165\n"), heavy), out, "warp", ["a.csv"])
     part = yaml.safe_load((out / "fabric.yaml").read_text())
     assert part["area_mass"] == {
         "value": 700.0, "source": "measured", "ref": "stated with mine: cantilever-warp"
@@ -158,17 +157,17 @@ def test_overhangs_of_two_masses_are_not_one_fabric(tmp_path):
     for mass, direction in ((700.0, "warp"), (720.0, "weft")):
         given = Given(sizes={"area_mass_g_m2": mass})
         path = table(tmp_path, f"overhang [mm]\n{mass - 540}\n165\n", f"{direction}.csv")
-        write_cantilever(read_overhangs(path, given), out, direction, [path.name])
+        CANTILEVER.write(read_overhangs(path, given), out, direction, [path.name])
     assert yaml.safe_load((out / "fabric.yaml").read_text())["area_mass"]["value"] == 710.0
     other = read_overhangs(table(tmp_path, "overhang [mm]\n150\n165\n"), Given(sizes={"area_mass_g_m2": 900.0}))
     with pytest.raises(InputError, match=r"a\.csv: .*area mass of 900 g/m2, .*cantilever-warp has 700"):
-        write_cantilever(other, out, "weft", ["a.csv"])
+        CANTILEVER.write(other, out, "weft", ["a.csv"])
 
 
 def test_a_mass_that_no_assumed_yarns_make_starts_a_fabric_of_shells(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     light = Given(sizes={"area_mass_g_m2": 250.0})
-    write_cantilever(read_overhangs(table(tmp_path, "overhang [mm]\n90\n95\n"), light), Path("data/mine"), "warp", [])
+    CANTILEVER.write(read_overhangs(table(tmp_path, "overhang [mm]\n90\n95\n"), light), Path("data/mine"), "warp", [])
     assert run(["new", "mine", "--from", "data/mine"]) == 0
     fabric = resolve(scale="macro", variant="mine").fabric
     assert fabric.area_mass.value == 250.0 and all(getattr(fabric, name) is None for name in YARN_LEVEL)
@@ -178,7 +177,7 @@ def test_a_mass_that_no_assumed_yarns_make_starts_a_fabric_of_shells(tmp_path, m
 def test_check_shows_the_imported_mass_beside_another_one(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     heavy = Given(sizes={"area_mass_g_m2": 700.0})
-    write_cantilever(read_overhangs(table(tmp_path, "overhang [mm]\n171\n165\n"), heavy), Path("data/mine"), "weft", [])
+    CANTILEVER.write(read_overhangs(table(tmp_path, "overhang [mm]\n171\n165\n"), heavy), Path("data/mine"), "weft", [])
     assert run(["new", "mine", "--from", "data/mine"]) == 0
     for stated, verdict in ((700, "agrees"), (824.2, "differs")):
         fabric = resolve(scale="macro", variant="mine", sets=[f"fabric.area_mass={stated}"]).fabric
@@ -196,6 +195,6 @@ def test_the_stiffness_at_the_root_stands_beside_that_of_the_tests(tmp_path, mon
     assert row_kind(run, root.quantity) == row_kind(run, "bending_stiffness_mncm2")
     out = tmp_path / "mine"
     strips = read_overhangs(table(tmp_path, "overhang [mm]\n171\n165\n"), V1)
-    write_cantilever(strips, out, "warp", ["a.csv"])
+    CANTILEVER.write(strips, out, "warp", ["a.csv"])
     (own,) = published(out, "mine", "warp", ("bending_stiffness_n_mm_per_width",))
     assert own.mean == pytest.approx(np.mean([s.stiffness for s in strips]), rel=1e-4)

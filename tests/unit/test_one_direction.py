@@ -17,7 +17,8 @@ from knittest.cli.main import run
 from knittest.config.loading import resolve
 from knittest.experiment.lab_given import Given
 from knittest.experiment.row_kind import assumed_inputs, row_kind
-from knittest.laboratory.cantilever.lab_overhangs import read_overhangs, write_cantilever
+from knittest.laboratory.cantilever.lab_files import LAB as CANTILEVER
+from knittest.laboratory.cantilever.lab_files import read_overhangs
 from knittest.laboratory.cantilever.test import given_overhang
 from knittest.laboratory.friction.lab_files import LAB as FRICTION
 from knittest.laboratory.friction.lab_files import read_friction
@@ -42,7 +43,7 @@ def mine(tmp_path, monkeypatch):
     bent = tmp_path / "bent.csv"
     bent.write_text("overhang [mm]\n164\n168\n")
     sizes = Given(sizes={"area_mass_g_m2": 800.0, "strip_width_mm": 25.0})
-    write_cantilever(read_overhangs(bent, sizes), OUT, "warp", [bent.name])
+    CANTILEVER.write(read_overhangs(bent, sizes), OUT, "warp", [bent.name])
     assert run(["new", "mine", "--from", str(OUT)]) == 0
     return lambda test, **asked: resolve(**({"variant": "mine", "scale": "macro", "test": test} | asked))
 

@@ -1,27 +1,193 @@
-"""Files of overhangs as ``knittest data`` takes them."""
+"""Tables of overhang lengths (cantilever, DIN 53362), one row a reading, and what they say of the stiffness."""
 
-import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
-from knittest.experiment.lab_conditions import AREA_MASS, PLANE_ANGLE, WIDTH
-from knittest.experiment.lab_kind import LabTest
-from knittest.laboratory.cantilever.lab_fabric import fabric_of
-from knittest.laboratory.cantilever.lab_overhangs import cantilever_lines, read_overhangs, write_cantilever
+import numpy as np
 
-_BENT = re.compile(r"over ?hang|überhang|ueberhang|bending[ _-]*length|biege ?länge", re.I)
-_NAMED = re.compile(r"cantilever|overhang|überhang|ueberhang|biege|biegung", re.I)
+from knittest.base.errors import InputError
+from knittest.base.units import to_kernel
+from knittest.config.base import BoundsError, check_bounds, field_meta
+from knittest.config.fabric import MacroMaterial
+from knittest.experiment.lab_checks import common, digest, refuse_apart
+from knittest.experiment.lab_conditions import AREA_MASS, PLANE_ANGLE, WIDTH, Condition, known, needed
+from knittest.experiment.lab_direction import said_by
+from knittest.experiment.lab_folder import DIRECTIONS, counted, folder_name, quantity, read_statistics
+from knittest.experiment.lab_given import Given
+from knittest.experiment.lab_recording import Origin, told, unit_of
+from knittest.experiment.lab_results import Results
+from knittest.experiment.lab_table import LabTable, read_tables
+from knittest.experiment.lab_tests import LabTest
+from knittest.laboratory.cantilever.config import CantileverRig
+from knittest.materials.heavy_elastica import STANDARD_ANGLE, bending_stiffness, overhang_ratio
+
+GRAVITY = 9.81
+HEADS = {
+    "overhang_mm": ("overhang", "mm"), "bending_stiffness_n_mm_per_width": ("B per width", "N mm"),
+    "bending_stiffness_mncm2": ("B of the strip", "mN cm2"),
+}  # fmt: skip
 
 
-def _looks(cells: Sequence[str]) -> bool:
-    return any(_BENT.search(cell) for cell in cells)
+@dataclass(frozen=True)
+class Bent(Origin):
+    """Mean overhang [mm] of ``readings`` of one strip, as it would be at 41.5 deg; measured at ``angle`` [deg].
+
+    ``area_mass`` in g/m2; ``width`` of the strip [mm] where it is known.
+    """
+
+    overhang: float
+    readings: tuple[float, ...]
+    angle: float
+    area_mass: float
+    width: float | None
+
+    @property
+    def stiffness(self) -> float:
+        """Bending stiffness per width [N mm] (Eq. 2)."""
+        return bending_stiffness(self.overhang, to_kernel(self.area_mass, "g/m2") * to_kernel(GRAVITY, "m/s2"))
+
+
+def read_overhangs(path: Path, given: Given) -> list[Bent]:
+    """Strips in one table; columns of overhangs (ends, faces) and rows of the same specimen are readings of one strip.
+
+    The overhang needs a unit; area mass, plane angle (41.5 deg if not stated) and width come from the head or from
+    ``given``. Raises :class:`InputError` with the row for what is no length, for bending lengths, which are half an
+    overhang, and without an area mass.
+    """
+    found = []
+    for table in read_tables(path, given, [("overhang", "bending_length")], "an overhang length", ("flexure",)):
+        which = table.having("overhang")
+        if not which:
+            raise InputError(
+                f"{table.where}: a bending length is half the overhang at 41.5 deg: give the overhang lengths"
+            )
+        (mass,) = needed([AREA_MASS], table, path, given.sizes)
+        angle, width = (known(what, table, given.sizes) for what in (PLANE_ANGLE, WIDTH))
+        angle = STANDARD_ANGLE if angle is None else angle
+        factor = at_standard_angle(angle)
+        labels = {k: "names of specimens" for k in table.having("specimen")[:1]}
+        group = range(len(table.names))
+        notes = (*told(table, dict.fromkeys(which, "overhang") | labels, group), *table.notes)
+        origin = {"path": path, "said": said_by(path, table.head), "notes": notes}
+        found += [
+            Bent(label, factor * float(np.mean(values)), tuple(values), angle, mass, width, **origin)  # type: ignore[arg-type]
+            for label, values in _readings(table, which, path).items()
+        ]
+    return found
+
+
+def at_standard_angle(angle: float) -> float:
+    """Overhang at 41.5 deg over that at ``angle`` [deg], of the heavy elastica; raises :class:`InputError` where it is
+    hardly bent, or hangs.
+    """
+    if not 5.0 <= angle <= 80.0:
+        raise InputError(f"{PLANE_ANGLE.option} {angle:g}: expected 5 to 80 deg")
+    return overhang_ratio(STANDARD_ANGLE, angle)
+
+
+def _readings(table: LabTable, which: Sequence[int], path: Path) -> dict[str, list[float]]:
+    """Overhangs [mm] of each specimen."""
+    who, factors = next(iter(table.having("specimen")), None), [unit_of(table, k)[1] for k in which]
+    found: dict[str, list[float]] = {}
+    for line, cells in table.body:
+        filled = [(cells[k], factor) for k, factor in zip(which, factors, strict=True) if k < len(cells) and cells[k]]
+        if not filled:
+            raise InputError(f"{table.place}:{line}: no overhang in column {table.names[which[0]]!r}")
+        label = cells[who] if who is not None and who < len(cells) else ""
+        name = f"{table.stem}-{label or len(found) + 1}"
+        for cell, factor in filled:
+            value = table.number(line, cell) * factor
+            try:
+                check_bounds(value, field_meta(CantileverRig, "overhang"))
+            except BoundsError as error:
+                raise InputError(f"{table.place}:{line}: overhang {value:g} mm: {error.expected}") from None
+            found.setdefault(name, []).append(value)
+    if not found:
+        raise InputError(f"{table.place}: no overhang lengths below line {table.line}")
+    for name, values in found.items():
+        refuse_apart([Origin(name, path=path)] * len(values), np.array(values), "overhang", "mm")
+    return found
+
+
+def cantilever_results(strips: Sequence[Bent], direction: str, files: Sequence[str]) -> Results:
+    """Overhangs and stiffnesses of ``strips`` of one series; raises :class:`InputError` where they are not of one."""
+    paths = [s.path for s in strips]
+    mass = common(AREA_MASS, [s.area_mass for s in strips], paths)
+    angle = common(PLANE_ANGLE, [s.angle for s in strips], paths)
+    overhang, stiffness = (np.array([getattr(s, name) for s in strips]) for name in ("overhang", "stiffness"))
+    refuse_apart(strips, overhang, "overhang", "mm")
+    for s in strips:
+        try:
+            check_bounds(s.stiffness, field_meta(MacroMaterial, "bending_stiffness"))
+        except BoundsError as error:
+            raise InputError(
+                f"{s.path}: specimen {s.name}: bending stiffness {s.stiffness:g} N mm: {error.expected}"
+            ) from None
+    found = {"overhang_mm": overhang, "bending_stiffness_n_mm_per_width": stiffness}
+    sizes: list[tuple[Condition, float]] = [(AREA_MASS, mass)]
+    if all(s.width is not None for s in strips):
+        width = common(WIDTH, [s.width for s in strips], paths)
+        sizes.append((WIDTH, width))
+        found["bending_stiffness_mncm2"] = stiffness * width * 10.0
+    readings = np.concatenate([s.readings for s in strips])
+    other = "" if angle == STANDARD_ANGLE else f", measured at {angle:g} deg"
+    turned = other and f"; overhangs are for {STANDARD_ANGLE:g} deg, by the heavy elastica"
+    return Results(
+        "cantilever", direction, found, {name: unit for name, (_, unit) in HEADS.items()}, sizes,
+        ("strip", f"for {STANDARD_ANGLE:g} deg{other}"), files,
+        [digest(readings)] if len(readings) > 2 else [],  # fewer may agree by chance
+        [s.name for s in strips], [("{} [{}]".format(*HEADS[name]), ".5g", values) for name, values in found.items()],
+        [
+            f"plane at {strips[0].angle:g} deg{turned}; B = area mass x g x (overhang / 2)^3",
+            "overhangs are taken as corrected, for a strip that curls as well",
+        ],
+    )  # fmt: skip
+
+
+def _refuse_other_mass(out: Path, results: Results) -> None:
+    """Raise :class:`InputError` where the strips across were imported with another area mass: a fabric has one."""
+    (own,) = (value for what, value in results.conditions if what is AREA_MASS)
+    for other in DIRECTIONS:
+        name = folder_name("cantilever", other)
+        test = read_statistics(out).get(name) if other != results.direction else None
+        if test is not None:
+            common(AREA_MASS, [test["conditions"][AREA_MASS.key], own], [out / name, ", ".join(results.files)])
+
+
+def _fabric(tests: Mapping[str, dict[str, Any]], place: Path) -> dict[str, Any]:
+    """Bending stiffness of the shells by direction, and the area mass that came with the overhangs and made it."""
+    names = {direction: folder_name("cantilever", direction) for direction in DIRECTIONS}
+    own = {direction: tests[name] for direction, name in names.items() if name in tests}
+    if not own:
+        return {}
+    masses = [test["conditions"][AREA_MASS.key] for test in own.values()]
+    mean = {"mean": sum(masses) / len(masses), "sd": None}
+    bending = {direction: _stiffness(test) for direction, test in own.items()}
+    if len(bending) == 1:
+        bending |= _as_the_other(*bending.items())
+    said = f"stated with {place.as_posix()}: {', '.join(names[direction] for direction in own)}"
+    return {
+        "area_mass": quantity(mean, "measured", said),
+        "macro": {"bending_stiffness": {direction: bending[direction] for direction in DIRECTIONS}},
+    }
+
+
+def _as_the_other(known: tuple[str, dict[str, Any]]) -> dict[str, Any]:
+    """The bending stiffness of a direction without overhangs, assumed to be that of the tested one."""
+    (other,) = (d for d in DIRECTIONS if d != known[0])
+    return {other: quantity({"mean": known[1]["value"], "sd": None}, "assumed", f"as {known[0]}: none of the {other}")}
+
+
+def _stiffness(test: dict[str, Any]) -> dict[str, Any]:
+    """Bending stiffness of the shells, by Eq. 2, from each strip's overhang."""
+    found, overhang = test["bending_stiffness_n_mm_per_width"], test["overhang_mm"]
+    mass = test["conditions"][AREA_MASS.key]
+    of = f"{counted(found['n'], 'strip')}, overhang {overhang['mean']:.4g} mm, {mass:g} g/m2"
+    return quantity(found, "derived", f"area mass x g x (overhang / 2)^3; {of}")
 
 
 LAB = LabTest(
-    read_overhangs,
-    cantilever_lines,
-    write_cantilever,
-    (AREA_MASS, PLANE_ANGLE, WIDTH),
-    looks=_looks,
-    named=_NAMED,
-    fabric=fabric_of,
-)
+    read_overhangs, cantilever_results, (AREA_MASS, PLANE_ANGLE, WIDTH), fabric=_fabric, check=_refuse_other_mass
+)  # fmt: skip
