@@ -18,7 +18,7 @@ from knittest.experiment.forces import per_width
 from knittest.experiment.statistics import Specimen
 from knittest.laboratory.against import own_curves
 from knittest.laboratory.picture_frame.lab_curves import Sheared
-from knittest.laboratory.picture_frame.lab_report import write_frames
+from knittest.laboratory.picture_frame.lab_files import LAB as FRAME_LAB
 from knittest.laboratory.registry import REPORTS
 from knittest.laboratory.tensile.lab_files import LAB as TENSILE
 
@@ -52,7 +52,7 @@ def imported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         Sheared(f"f{k}", 45.0 * SHARE[1:], factor * force, 250.0, 180.0, tmp_path / f"f{k}.csv", False)
         for k, factor in enumerate((1.0, 1.1, 1.3))
     ]
-    write_frames(frames, out, ["f.csv"])
+    FRAME_LAB.write(frames, out, "", ["f.csv"])
     assert command(["new", "mine", "--from", "data/mine"]) == 0
     return tmp_path
 

@@ -13,7 +13,8 @@ from knittest.experiment.tables import published
 from knittest.laboratory.picture_frame.lab_curves import read_frames
 from knittest.laboratory.picture_frame.lab_cycles import gone_at
 from knittest.laboratory.picture_frame.lab_loops import ROWS_OF_A_RUN
-from knittest.laboratory.picture_frame.lab_report import frame_lines, frame_series, write_frames
+from knittest.laboratory.picture_frame.lab_files import LAB as FRAME_LAB
+from knittest.laboratory.picture_frame.lab_files import frame_results
 from knittest.laboratory.registry import REPORTS
 from knittest.materials.trellis import crosshead, crosshead_force
 
@@ -130,7 +131,7 @@ def test_loops_that_are_none_of_a_run_are_refused_if_asked_for_and_said_otherwis
         read_frames(path, Given(loading="cycles"))
     (one,) = read_frames(path, Given())
     assert not one.cycles and one.angle[-1] == pytest.approx(TURN, abs=0.01)
-    told = next(line for line in frame_lines([one]) if line.startswith("a: up to"))
+    told = next(line for line in FRAME_LAB.lines([one]) if line.startswith("a: up to"))
     assert ("first loading alone; no cycle: " in told) == (len(stops) > 1)
 
 
@@ -150,12 +151,12 @@ def test_frames_of_one_series_have_the_same_cycles(tmp_path):
     ):
         other = read_frames(export(tmp_path / "b.csv", stops=stops, noise=0.01), Given())
         with pytest.raises(InputError, match=said):
-            frame_series([one, *other])
+            frame_results([one, *other], "", [])
 
 
 def test_work_is_that_of_the_mean_square_of_a_series(tmp_path):
     files = [export(tmp_path / f"{side:g}.csv", fabric=side) for side in (160.0, 156.0)]
-    rows = frame_series([read_frames(path, Given())[0] for path in files]).loops.rows
+    rows = frame_results([read_frames(path, Given())[0] for path in files], "", []).found
     assert rows["cycle_work_mj"] == pytest.approx([WORK * (158.0 / FABRIC) ** 2] * 2, rel=3e-3)
     assert rows["cycle_loss_mj"] == pytest.approx([LOSS * (158.0 / FABRIC) ** 2] * 2, rel=4e-3)
 
@@ -171,7 +172,7 @@ def test_a_force_that_stays_has_no_angle(tmp_path):
 def written(tmp_path, **how):
     """Experiment of two frames whose stiffness differs by 20 %."""
     frames = [read_frames(export(tmp_path / f"{k}.csv", gain=g, **how), Given())[0] for k, g in enumerate((0.9, 1.1))]
-    write_frames(frames, tmp_path / "mine", ["0.csv", "1.csv"])
+    FRAME_LAB.write(frames, tmp_path / "mine", "", ["0.csv", "1.csv"])
     return published(tmp_path / "mine", "mine", "", ROWS_OF_A_RUN)
 
 

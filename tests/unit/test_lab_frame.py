@@ -15,7 +15,8 @@ from knittest.experiment.curves import load_curve
 from knittest.experiment.lab_given import Given
 from knittest.experiment.tables import published
 from knittest.laboratory.picture_frame.lab_curves import read_frames
-from knittest.laboratory.picture_frame.lab_report import frame_lines, frame_series, shear_law, write_frames
+from knittest.laboratory.picture_frame.lab_files import LAB as FRAME_LAB
+from knittest.laboratory.picture_frame.lab_files import frame_results, shear_law
 from knittest.laboratory.registry import REPORTS
 from knittest.materials.trellis import DEFINITIONS, crosshead, crosshead_force
 
@@ -40,7 +41,7 @@ def test_a_frame_in_displacement_gives_the_law_back(tmp_path):
     assert one.angle[-1] == pytest.approx(45.0, abs=1e-4)
     gamma = np.deg2rad(one.angle)
     assert one.normalised[1:] == pytest.approx((STIFFNESS * gamma / np.cos(gamma))[1:], rel=1e-3)
-    angle, force = shear_law(frame_series([one]))
+    angle, force = shear_law(frame_results([one], "", []).curves.band)
     assert (angle[0], force[0]) == (0.0, 0.0) and angle[-1] == pytest.approx(45.0, abs=1e-3)
     assert force == pytest.approx(STIFFNESS * np.deg2rad(angle), rel=2e-3) and (np.diff(angle) > 0.0).all()
 
@@ -49,12 +50,12 @@ def test_frames_of_any_side_give_one_curve_and_forces_of_their_own(tmp_path):
     found = {}
     for side, fabric in ((200.0, 160.0), (50.0, 50.0)):
         (one,) = read_frames(frame_file(tmp_path / f"{side:g}.csv", side, fabric), Given())
-        series = frame_series([one])
+        series = frame_results([one], "", [])
         for angle in (10.0, 20.0, 30.0, 40.0):
             gamma = np.deg2rad(angle)
             expected = crosshead_force(STIFFNESS * gamma, gamma, fabric, side)
-            assert series.rows[f"shear_force_n_at_deg.{angle:g}"] == pytest.approx([expected], rel=1e-3)
-        found[side] = series.band
+            assert series.found[f"shear_force_n_at_deg.{angle:g}"] == pytest.approx([expected], rel=1e-3)
+        found[side] = series.curves.band
     assert found[200.0].mean == pytest.approx(found[50.0].mean, rel=1e-3)
 
 
@@ -62,7 +63,7 @@ def test_only_the_first_loading_counts(tmp_path):
     (one,) = read_frames(frame_file(tmp_path / "a.csv", back=40.0), Given())
     (alone,) = read_frames(frame_file(tmp_path / "b.csv"), Given())
     assert one.turned and one.angle == pytest.approx(alone.angle) and one.force == pytest.approx(alone.force)
-    assert any("first loading alone" in line for line in frame_lines([one]))
+    assert any("first loading alone" in line for line in FRAME_LAB.lines([one]))
 
 
 def test_a_start_that_is_not_square_or_not_free_of_force_is_asked_about(tmp_path):
@@ -134,7 +135,7 @@ def test_slips_of_a_series_are_named(tmp_path):
         (frame_file(tmp_path / "v.csv", end=8.0), "go to 8 deg: expected at least 10 deg"),
     ):
         with pytest.raises(InputError, match=words):
-            frame_series([*good, *read_frames(bad, Given())])
+            frame_results([*good, *read_frames(bad, Given())], "", [])
 
 
 def test_the_folder_of_frames_is_for_comparison_calibration_and_the_fabric(tmp_path, monkeypatch):
@@ -145,7 +146,7 @@ def test_the_folder_of_frames_is_for_comparison_calibration_and_the_fabric(tmp_p
     series = [
         read_frames(frame_file(tmp_path / f"{k}.csv", stiffness=s), Given())[0] for k, s in enumerate((0.09, 0.11))
     ]
-    assert write_frames(series, out, ["0.csv", "1.csv"]) == "mine"
+    assert FRAME_LAB.write(series, out, "", ["0.csv", "1.csv"]) == "mine"
     at_20, side = published(out, "mine", "", ("shear_force_n_at_deg.20", "frame_side_mm"))
     gamma = np.deg2rad(20.0)
     assert at_20.mean == pytest.approx(crosshead_force(STIFFNESS * gamma, gamma, FABRIC, FRAME), rel=1e-3)
@@ -162,7 +163,7 @@ def test_the_folder_of_frames_is_for_comparison_calibration_and_the_fabric(tmp_p
 def test_rows_of_a_frame_are_for_the_sides_of_the_run_or_for_any(tmp_path, monkeypatch):
     """The law S = STIFFNESS gamma, tested at 160 in 200 mm, in the frame of 50 mm of a run."""
     monkeypatch.chdir(tmp_path)
-    write_frames(read_frames(frame_file(tmp_path / "a.csv"), Given()), tmp_path / "mine", ["a.csv"])
+    FRAME_LAB.write(read_frames(frame_file(tmp_path / "a.csv"), Given()), tmp_path / "mine", "", ["a.csv"])
     names = ("normalised_shear_force_n_per_mm_at_deg.20", "shear_force_n_at_deg.20")
     run = resolve(test="picture-frame", variant="1", scale="macro", sets=["rig.side=50"])
     assert set(names[:1]) <= set(kinds()["picture-frame"].published)
@@ -180,7 +181,7 @@ def test_a_force_in_newton_under_a_head_of_kilonewton_looks_like_newton(tmp_path
     path = frame_file(tmp_path / "a.csv", stiffness=2.0)
     path.write_text(path.read_text(encoding="utf-8").replace("Kraft [N]", "Kraft [kN]"), encoding="utf-8")
     with pytest.raises(InputError, match=r"implausible, .*\(it looks like N: \d+\.?\d* N or cN"):
-        frame_series(read_frames(path, Given()))
+        frame_results(read_frames(path, Given()), "", [])
 
 
 @pytest.mark.parametrize("name", ["shear force [N]", "Scherkraft [N]", "side force [N]"])

@@ -8,11 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
-from knittest.experiment import lab_units
-from knittest.experiment.lab_conditions import FABRIC_SIDE, FRAME_SIDE, SAME, agreed, stated, unstated
+from knittest.experiment.lab_conditions import FABRIC_SIDE, FRAME_SIDE, SAME
 from knittest.experiment.lab_given import Given, Loading
-from knittest.experiment.lab_shear import ShearCurve, Tested, pairs, shear_curve, specimens_in
-from knittest.experiment.lab_table import read_table
+from knittest.experiment.lab_recording import Origin, of, recordings
+from knittest.experiment.lab_shear import ShearCurve, Tested, shear_curve
 from knittest.laboratory.picture_frame.cycles import Cycle
 from knittest.laboratory.picture_frame.lab_cycles import cycles_in, turn_of
 from knittest.materials.trellis import frame_angle, normalised_force
@@ -37,21 +36,18 @@ class Frame:
 
 
 @dataclass(frozen=True)
-class Sheared:
+class Sheared(Origin):
     """Shear angle [deg], rising, and crosshead force [N] of one specimen on its first loading, (n,) each.
 
     ``turned`` says that more follows: whole ``cycles``, which turn at ``turn`` [deg], or for what reason there are none
-    (``not_cycled``). Sides in mm; ``unit`` is that of the file's forces.
+    (``not_cycled``). Sides in mm.
     """
 
-    name: str
     angle: Array
     force: Array
     frame_side: float
     fabric_side: float
-    path: Path
     turned: bool
-    unit: str = "N"
     cycles: Sequence[Cycle] = ()
     turn: float = float("nan")
     not_cycled: str = ""
@@ -64,34 +60,23 @@ class Sheared:
 
 
 def read_frames(path: Path, given: Given) -> list[Sheared]:
-    """Specimens in one export, told apart by repeated pairs of columns.
+    """Specimens in one export; a shear angle counts before a displacement, which becomes one by the frame's side.
 
-    A shear angle [deg or rad] counts before a displacement of the crosshead, which becomes one by the frame's side.
-    Raises :class:`InputError` where the sides are not known, for units, text and gaps as
-    :func:`knittest.experiment.lab_csv.read_lab`, for a start that is not square or not free of force, and for cycles
-    that are asked for and not there.
+    Raises :class:`InputError` where the sides are not known, for a start that is not square or not free of force, and
+    for cycles that are asked for and not there.
     """
-    table = read_table(
-        path, lambda cells: bool(pairs(cells)), "a force and a shear angle or a displacement", given.decimal,
-        given.delimiter,
-    )  # fmt: skip
-    sides = [
-        agreed(side, given.sizes.get(side.key), stated(side, path, table.head, table.mark))
-        for side in (FRAME_SIDE, FABRIC_SIDE)
-    ]
-    frame, fabric = sides
-    if frame is None or fabric is None:
-        raise unstated([w for w, value in zip((FRAME_SIDE, FABRIC_SIDE), sides, strict=True) if value is None], path)
-    if fabric > frame * (1.0 + SAME):
-        raise InputError(f"{path}: a fabric side of {fabric:g} mm in a frame of {frame:g} mm: which is which?")
-    tested = Tested("picture-frame", Frame(frame), f"a frame of {frame:g} mm", "the frame square", FRAME_SIDE.option)
-    found_pairs = specimens_in(table)
     found = []
-    for number, pair in enumerate(found_pairs, 1):
-        name = path.stem if len(found_pairs) == 1 else f"{path.stem}-{number}"
-        curve = shear_curve(table, name, pair, tested, given)
-        unit = lab_units.force_unit(table.names[pair[1]], table.units[pair[1]], table.where)
-        one = Sheared(name, curve.angle, curve.force, frame, fabric, path, curve.turned, unit)
+    wanted = [("force",), ("angle", "travel", "extensometer")]
+    for r in recordings(path, given, wanted, "a force and a shear angle or a displacement", own=("cyclic",)):
+        frame, fabric = r.needed([FRAME_SIDE, FABRIC_SIDE], given)
+        if fabric > frame * (1.0 + SAME):
+            raise InputError(f"{path}: a fabric side of {fabric:g} mm in a frame of {frame:g} mm: which is which?")
+        words = f"a frame of {frame:g} mm"
+        tested = Tested("picture-frame", Frame(frame), words, "the frame square", FRAME_SIDE.option)
+        curve = shear_curve(r, tested, given)
+        one = Sheared(
+            **of(r), angle=curve.angle, force=curve.force, frame_side=frame, fabric_side=fabric, turned=curve.turned
+        )
         found.append(_with_cycles(one, curve, given.loading))
     return found
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
 from knittest.experiment.lab_conditions import CYCLE_ANGLE, CYCLES, Condition
-from knittest.experiment.lab_lines import table_lines
+from knittest.experiment.lab_results import table_lines
 from knittest.laboratory.picture_frame.lab_curves import Sheared
 from knittest.laboratory.picture_frame.lab_cycles import SAME_TURN
 
@@ -77,9 +77,7 @@ def loop_lines(specimens: Sequence[Sheared], found: Loops) -> list[str]:
     lines = [_told(s) for s in specimens]
     if not found.rows:
         return lines
-    heads = [(HEADS[name], ".4g") for name in found.rows]
-    table = np.array(list(found.rows.values())).T
-    lines += table_lines(heads, [(s.name, values) for s, values in zip(specimens, table, strict=True)])
+    lines += table_lines([s.name for s in specimens], [(HEADS[name], ".4g", v) for name, v in found.rows.items()])
     lines += [f"{what.name}: {value:.4g} {what.unit}".removesuffix(" 1") for what, value in found.conditions]
     if RESIDUAL not in found.rows:
         lines.append("no angle at which the force is gone: it stays on the way back of a specimen")
