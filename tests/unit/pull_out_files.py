@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from knittest.experiment.lab_given import Given
+from knittest.laboratory.pull_out.lab_files import pull_results
 from knittest.laboratory.pull_out.lab_pulls import read_pulls
-from knittest.laboratory.pull_out.lab_report import pull_results
 
 LENGTH, DENSITY, FRICTION = 50.0, 28.0, 0.02
 PITCH, CROSSINGS = 100.0 / DENSITY, LENGTH * DENSITY / 100.0

@@ -10,8 +10,7 @@ from knittest.config.loading import resolve
 from knittest.experiment.conditions import Conditions
 from knittest.experiment.curves import load_curve
 from knittest.experiment.lab_given import Given
-from knittest.experiment.lab_tests import looks_like
-from knittest.experiment.lab_tests import read_files, write_files
+from knittest.experiment.lab_tests import looks_like, read_files, write_files
 from knittest.experiment.tables import published
 from knittest.laboratory.against import own_curves
 from knittest.laboratory.bias_extension.lab_files import read_strips

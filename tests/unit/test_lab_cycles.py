@@ -12,9 +12,9 @@ from knittest.experiment.lab_given import Given
 from knittest.experiment.tables import published
 from knittest.laboratory.picture_frame.lab_curves import read_frames
 from knittest.laboratory.picture_frame.lab_cycles import gone_at
-from knittest.laboratory.picture_frame.lab_loops import ROWS_OF_A_RUN
 from knittest.laboratory.picture_frame.lab_files import LAB as FRAME_LAB
 from knittest.laboratory.picture_frame.lab_files import frame_results
+from knittest.laboratory.picture_frame.lab_loops import ROWS_OF_A_RUN
 from knittest.laboratory.registry import REPORTS
 from knittest.materials.trellis import crosshead, crosshead_force
 

@@ -11,12 +11,12 @@ from knittest.experiment.conditions import UNKNOWN
 from knittest.experiment.lab_given import Given
 from knittest.experiment.tables import published
 from knittest.laboratory.friction import rig
-from knittest.laboratory.friction.lab_files import LAB as FRICTION
 from knittest.laboratory.friction.lab_files import (
     KINETIC_SHARE,
     friction_results,
     read_friction,
 )
+from knittest.laboratory.friction.lab_files import LAB as FRICTION
 from knittest.laboratory.registry import REPORTS
 from knittest.runs.judgement import references_of
 

@@ -11,9 +11,9 @@ from knittest.base.errors import InputError
 from knittest.config.fabric import MacroMaterial
 from knittest.experiment import lab_fabric
 from knittest.experiment.curves import load_curve
+from knittest.experiment.lab_direction import Said
 from knittest.experiment.lab_strips import read_lab
 from knittest.experiment.statistics import Specimen
-from knittest.experiment.lab_direction import Said
 from knittest.experiment.tables import published
 from knittest.laboratory.tensile.lab_files import LAB, summary_lines
 

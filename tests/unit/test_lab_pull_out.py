@@ -8,7 +8,7 @@ import pytest
 from pull_out_files import CROSSINGS, DENSITY, FRICTION, LENGTH, PITCH, STRETCH, export, found, pull
 
 from knittest.base.errors import InputError
-from knittest.laboratory.pull_out.lab_report import UNITS, pull_lines
+from knittest.laboratory.pull_out.lab_files import LAB, UNITS
 
 SLACK = 1.5
 
@@ -45,7 +45,7 @@ def test_a_force_that_rises_steeply_is_read_where_the_inlay_lets_go(tmp_path, st
     alone = pull(tmp_path / "b.csv", zero=0.1)
     assert set(UNITS) - set(found(alone)) == {"pull_out_at_rest_n", "crossing_friction_at_rest_n"}
     told = r"no force at rest: 0\.02 mm more or less of --zero change it by (19|2\d) %, 10 are allowed: follow"
-    assert any(re.match(told, line) for line in pull_lines([alone]))
+    assert any(re.match(told, line) for line in LAB.lines([alone]))
 
 
 @pytest.mark.parametrize(
@@ -63,9 +63,9 @@ def test_units_of_all_columns_count(tmp_path, head, factors):
 @pytest.mark.parametrize(
     ("head", "said"),
     [
-        ("Weg [mm];freies Ende [mm];Kraft", r"a\.csv:1: column 'Kraft': no unit: write 'Kraft \[N\]', or one of N, kN"),
-        ("Weg;freies Ende [mm];Kraft [N]", "column 'Weg': no unit"),
-        ("Weg [mm];freies Ende;Kraft [N]", "column 'freies Ende': no unit"),
+        ("Weg [mm];freies Ende [mm];Kraft", r"a\.csv:1: column 'Kraft': a force without a unit: write 'Kraft \[N\]', or kN"),
+        ("Weg;freies Ende [mm];Kraft [N]", "column 'Weg': a length without a unit"),
+        ("Weg [mm];freies Ende;Kraft [N]", "column 'freies Ende': a length without a unit"),
         ("Weg [cm];freies Ende [mm];Kraft [N]", "its clamp goes 197.*its free end 19.7.* mm: expected about the same"),
         ("Weg [mm];freies Ende [mm];Kraft [kN]", r"are 20 and 20 N a crossing|implausible"),
         ("Weg [mm];freies Ende [mm];Kraft [kgf]", None),
@@ -111,7 +111,7 @@ def test_a_clamp_alone_says_not_where_the_inlay_slides(tmp_path):
         pull(path, zero=90.0)
     one = pull(path, zero=SLACK + STRETCH)
     assert found(one)["pull_out_at_rest_n"] == pytest.approx([FRICTION * CROSSINGS], rel=3e-3)
-    assert any("free end was not followed" in line for line in pull_lines([one]))
+    assert any("free end was not followed" in line for line in LAB.lines([one]))
     with pytest.raises(InputError, match="--zero: has no meaning beside a column of the free end"):
         pull(export(tmp_path / "b.csv"), zero=1.0)
     both = export(tmp_path / "c.csv", followed=False, head="Weg [mm];Kraft [N]", slack=SLACK, factors=(-1.0, 1.0, -1.0))

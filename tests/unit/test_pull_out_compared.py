@@ -17,7 +17,7 @@ from knittest.experiment.compare import compare_columns
 from knittest.experiment.conditions import UNKNOWN
 from knittest.experiment.curves import load_curve
 from knittest.experiment.tables import published
-from knittest.laboratory.pull_out.lab_report import UNITS, write_pulls
+from knittest.laboratory.pull_out.lab_files import LAB, UNITS
 from knittest.laboratory.registry import REPORTS
 from knittest.runs.judgement import judge, references_of
 from knittest.studies.calibrate.targets import targets_of
@@ -28,7 +28,7 @@ def mine(tmp_path, monkeypatch):
     """Experiment of three inlays, mu N 0.019, 0.02, 0.021 N, in the working folder."""
     monkeypatch.chdir(tmp_path)
     files = [export(tmp_path / f"weft-{k}.csv", friction=f) for k, f in enumerate((0.019, 0.02, 0.021))]
-    write_pulls([pull(path) for path in files], tmp_path / "data" / "mine", "weft", [path.name for path in files])
+    LAB.write([pull(path) for path in files], tmp_path / "data" / "mine", "weft", [path.name for path in files])
     return tmp_path / "data" / "mine"
 
 

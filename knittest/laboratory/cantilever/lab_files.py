@@ -67,7 +67,7 @@ def read_overhangs(path: Path, given: Given) -> list[Bent]:
         angle, width = (known(what, table, given.sizes) for what in (PLANE_ANGLE, WIDTH))
         angle = STANDARD_ANGLE if angle is None else angle
         factor = at_standard_angle(angle)
-        labels = {k: "names of specimens" for k in table.having("specimen")[:1]}
+        labels = dict.fromkeys(table.having("specimen")[:1], "names of specimens")
         group = range(len(table.names))
         notes = (*told(table, dict.fromkeys(which, "overhang") | labels, group), *table.notes)
         origin = {"path": path, "said": said_by(path, table.head), "notes": notes}

@@ -102,7 +102,8 @@ def compaction_results(pieces: Sequence[Pressed], direction: str, files: Sequenc
         ["first loading alone; the way of the empty plates must have been subtracted"],
         Curves(
             [(s.pressure, s.thickness) for s in pieces], Corridor(pressure, curves.mean(axis=0), sd, len(pieces)),
-            ("pressure_kpa", "thickness_mm", "thickness_sd_mm"), ("pressure [kPa]", "thickness between the plates [mm]"),
+            ("pressure_kpa", "thickness_mm", "thickness_sd_mm"),
+            ("pressure [kPa]", "thickness between the plates [mm]"),
         ),
     )  # fmt: skip
 

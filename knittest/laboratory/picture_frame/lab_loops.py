@@ -78,7 +78,6 @@ def loop_lines(specimens: Sequence[Sheared], found: Loops) -> list[str]:
     if not found.rows:
         return lines
     lines += table_lines([s.name for s in specimens], [(HEADS[name], ".4g", v) for name, v in found.rows.items()])
-    lines += [f"{what.name}: {value:.4g} {what.unit}".removesuffix(" 1") for what, value in found.conditions]
     if RESIDUAL not in found.rows:
         lines.append("no angle at which the force is gone: it stays on the way back of a specimen")
     return lines

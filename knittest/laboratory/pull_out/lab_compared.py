@@ -4,7 +4,7 @@ from knittest.experiment.conditions import Conditions
 from knittest.experiment.lab_checks import SERIES
 from knittest.experiment.tables import PublishedValue, with_note
 from knittest.laboratory.pull_out.config import PullOutRun
-from knittest.laboratory.pull_out.lab_report import AT_REST, EACH, EACH_AT_REST, EDGES, MEAN, PEAK, WORDS
+from knittest.laboratory.pull_out.lab_files import AT_REST, EACH, EACH_AT_REST, EDGES, MEAN, PEAK, WORDS
 from knittest.laboratory.pull_out.sliding import SLIDES
 from knittest.laboratory.strips import pitch
 

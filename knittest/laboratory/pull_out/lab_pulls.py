@@ -1,7 +1,5 @@
 """Reads pull-out exports of testing machines: force on an inlay over the way of its clamp and of its free end."""
 
-import re
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -9,22 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
-from knittest.experiment import lab_units
-from knittest.experiment.lab_conditions import CROSSING_DENSITY, EMBEDDED, needed
-from knittest.experiment.lab_csv import FORCE
-from knittest.experiment.lab_direction import Said, said_by
-from knittest.experiment.lab_given import TARE, Given, first_loading
-from knittest.experiment.lab_numbers import NUMBER
-from knittest.experiment.lab_sign import drawn, pulled
-from knittest.experiment.lab_table import LabTable, columns, read_table
+from knittest.experiment.lab_conditions import CROSSING_DENSITY, EMBEDDED
+from knittest.experiment.lab_given import TARE, Given, drawn, first_loading, pulled
+from knittest.experiment.lab_recording import Origin, Recording, of, recordings, unit_of
 from knittest.laboratory.pull_out.sliding import LEFT, SLIDES
 
 Array = NDArray[np.float64]
-#: columns of the clamp's way, the force and the free end's way, if there is one
-Columns = tuple[int, int, int | None]
 
-TRAVEL = re.compile(r"displacement|travel|weg|extension|traverse|crosshead", re.I)
-FREE_END = re.compile(r"(free|loose)[ _-]*end|\btail\b|(freies|loses)[ _-]*(garn)?ende", re.I)
 #: way [mm] on both sides of where the inlay lets go by whose rows its force is read, and most between two of them there
 NEAR, COARSE = 0.02, 0.04
 #: way of the free end over that of the clamp while the inlay slides
@@ -34,24 +23,19 @@ GONE = 0.25
 
 
 @dataclass(frozen=True)
-class Pulled:
+class Pulled(Origin):
     """Way of the free end [mm], not falling, and force [N] of one inlay, (n,) each; its embedded length [mm] and the
     crossing yarns per 100 mm.
 
-    ``measured`` says that the free end was followed, and not the clamp from where it began to slide; ``unit`` is that
-    of the file's forces.
+    ``measured`` says that the free end was followed, and not the clamp from where it began to slide.
     """
 
-    name: str
     tail: Array
     force: Array
     length: float
     density: float
     clamped: str
     measured: bool
-    path: Path
-    said: Said | None
-    unit: str
 
     @property
     def pitch(self) -> float:
@@ -66,96 +50,66 @@ class Pulled:
 
 
 def read_pulls(path: Path, given: Given) -> list[Pulled]:
-    """Inlays in one export, told apart by repeated columns of clamp, force and, where it was followed, free end.
+    """Inlays in one export; the way of the free end where it was followed.
 
-    Raises :class:`InputError` where embedded length, crossing yarns, clamped edges or a unit are not known, for text
-    and gaps as :func:`knittest.experiment.lab_csv.read_lab`, and for a pull that is none.
+    Raises :class:`InputError` where embedded length, crossing yarns, clamped edges or a unit are not known, and for a
+    pull that is none.
     """
-    table = read_table(
-        path, lambda cells: bool(_groups(cells)), "a force and a displacement, one free end a force or none",
-        given.decimal, given.delimiter,
-    )  # fmt: skip
-    length, density = (needed(what, path, table.head, table.mark, given.sizes) for what in (EMBEDDED, CROSSING_DENSITY))
-    if given.clamped is None:
-        raise InputError(
-            f"{path}: which edges of the piece were clamped? Give --clamped sides (both along the inlay) or --clamped "
-            "far (the one away from the pull)"
-        )
-    groups, said = _groups(table.names), said_by(path, table.head)
     found = []
-    for number, group in enumerate(groups, 1):
-        name = path.stem if len(groups) == 1 else f"{path.stem}-{number}"
-        tail, force = _curve(table, name, group, given)
-        unit = _unit(table, group[1], lab_units.FORCE)
-        one = Pulled(name, tail, force, length, density, given.clamped, group[2] is not None, path, said, unit)
+    words = "a force and a displacement, one free end a force or none"
+    for r in recordings(
+        path, given, [("force",), ("travel",)], words, optional=("free_end",), shared=True, unit_needed=True
+    ):
+        length, density = r.needed([EMBEDDED, CROSSING_DENSITY], given)
+        if given.clamped is None:
+            raise InputError(
+                f"{path}: which edges of the piece were clamped? Give --clamped sides (both along the inlay) or "
+                "--clamped far (the one away from the pull)"
+            )
+        tail, force = _curve(r, given)
+        measured = "free_end" in r.values
+        one = Pulled(
+            **of(r), tail=tail, force=force, length=length, density=density, clamped=given.clamped, measured=measured
+        )
         found.append(_until_out(one))
         _refuse_let_go(found[-1])
     return found
 
 
-def _groups(cells: list[str]) -> list[Columns]:
-    """Columns of each pull; none where free ends are more or fewer than the forces."""
-    words = [(k, cell) for k, cell in enumerate(cells) if not NUMBER.match(cell)]
-    ends = [k for k, cell in words if FREE_END.search(cell)]
-    forces = [k for k, cell in words if FORCE.search(cell) and k not in ends]
-    ways = [k for k, cell in words if TRAVEL.search(cell) and k not in (*ends, *forces)]
-    if not forces or not ways or len(ends) not in (0, len(forces)):
-        return []
-    clamps = [max([w for w in ways if w < f] or [min(ways)]) for f in forces]
-    tails: Sequence[int | None] = ends or [None] * len(forces)
-    return list(zip(clamps, forces, tails, strict=True))
-
-
-def _unit(table: LabTable, column: int, units: dict[str, float]) -> str:
-    """Unit of a ``column``; raises :class:`InputError` where none is stated: an inlay may take N or cN."""
-    name = table.names[column]
-    unit = lab_units.stated(name, table.units[column], units, table.where)
-    if not unit:
-        raise InputError(
-            f"{table.where}: column {name!r}: no unit: write '{name} [{next(iter(units))}]', or one of "
-            f"{', '.join(units)}"
-        )
-    return unit
-
-
-def _curve(table: LabTable, name: str, group: Columns, given: Given) -> tuple[Array, Array]:
-    """Way of the free end [mm] and force [N] of the first way out in the columns ``group``."""
-    where = f"{table.path}: specimen {name}"
-    way, pull, end = group
-    _, values = columns(table, [k for k in group if k is not None], name)
-    factor = lab_units.LENGTH[_unit(table, way, lab_units.LENGTH)]
-    with np.errstate(over="ignore", invalid="ignore"):  # refused below
-        force = values[:, 1] * lab_units.FORCE[_unit(table, pull, lab_units.FORCE)]
-    if not np.isfinite(force).all():
-        raise InputError(f"{where}: no finite force")
+def _curve(r: Recording, given: Given) -> tuple[Array, Array]:
+    """Way of the free end [mm] and force [N] of the first way out."""
+    way, end = r.values.get("travel"), r.values.get("free_end")
+    if way is None:
+        raise InputError(f"{r.where}: column {r.title('strain')!r}: a strain: expected a travel [mm]")
     if end is None:
-        travel, tail = _from_zero(values[:, 0], given, where)
+        travel, tail = _from_zero(way, unit_of(r.table, r.columns["travel"])[1], given, r.where)
     elif given.zero is not None:
-        raise InputError(f"{where}: --zero: has no meaning beside a column of the free end, {table.names[end]!r}")
+        raise InputError(f"{r.where}: --zero: has no meaning beside a column of the free end, {r.title('free_end')!r}")
     else:
-        travel, tail = drawn(values[:, 0], given.sign), _followed(values[:, 2])
-        tail = tail * (lab_units.LENGTH[_unit(table, end, lab_units.LENGTH)] / factor)
+        travel, tail = drawn(way, given.sign), _followed(end)
     rows, _ = first_loading(travel)
-    travel, tail = factor * (travel[rows] - travel[0]), factor * tail[rows]
-    force = pulled(force[rows], given.sign, where)
-    _refuse_apart(travel, tail, where)
+    travel, tail = travel[rows] - travel[0], tail[rows]
+    force = pulled(r.values["force"][rows], given.sign, r.where)
+    _refuse_apart(travel, tail, r.where)
     tail = np.maximum.accumulate(np.maximum(tail, 0.0))
-    return tail, force - _preload(tail, force, given, where)
+    return tail, force - _preload(tail, force, given, r.where)
 
 
-def _from_zero(values: Array, given: Given, where: str) -> tuple[Array, Array]:
-    """Way of the clamp, rising, and beyond ``--zero``, that of a free end that nobody followed, both as ``values``."""
+def _from_zero(values: Array, factor: float, given: Given, where: str) -> tuple[Array, Array]:
+    """Way of the clamp [mm], rising, and beyond ``--zero``, which a ``factor`` makes mm, that of a free end that nobody
+    followed.
+    """
     if given.zero is None:
         raise InputError(
             f"{where}: no column of the free end, and the way of the clamp holds the slack and stretch of the yarn "
             "outside: give --zero, the displacement at which the free end begins to move, in the column's unit"
         )
-    *moved, zero = drawn(np.append(values, given.zero), given.sign)
+    *moved, zero = drawn(np.append(values, given.zero * factor), given.sign)
     travel = np.array(moved)
     if not travel[0] <= zero < travel.max():
         raise InputError(
-            f"{where}: --zero {given.zero:g}: expected a displacement of the file, {values[0]:g} to "
-            f"{values[int(np.argmax(travel))]:g}"
+            f"{where}: --zero {given.zero:g}: expected a displacement of the file, {values[0] / factor:g} to "
+            f"{values[int(np.argmax(travel))] / factor:g}"
         )
     return travel, np.maximum(travel - zero, 0.0)
 
