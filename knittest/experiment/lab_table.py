@@ -283,12 +283,14 @@ def _no_names(path: str, rows: list[Row], wanted: Wanted, words: str, given: Giv
     ]  # fmt: skip
     if not above:
         block = [row for _, row in rows[at:] if len(row) == len(cells)]
-        guess = ",".join(_guessed(block, [some[-1] for some in wanted]))
+        guess = ",".join(_guessed(block, [_usual(some) for some in wanted]))
         return InputError(f"{message}: line {line} has numbers without names: give --columns {guess}, in their order")
     names = [name for name in above[0][1] if name]
     roles = dict(zip(names, _roles(names, [""] * len(names), given), strict=True))
-    lacking = [some[-1] for some in wanted if not any(role in some for role in roles.values())]
-    free = [name for name, role in roles.items() if not any(role in some for some in wanted)]
+    lacking = [_usual(some) for some in wanted if not any(role in some for role in roles.values())]
+    free = sorted(
+        (name for name, role in roles.items() if role not in sum(wanted, ())), key=lambda name: bool(roles[name])
+    )
     lost = [name for name in given.named if name not in (n.lower() for n in names)]
     stress = next((name for name, role in roles.items() if role == "pressure" and "force" in lacking), "")
     more = f"; {stress!r} is a stress, which is no force" if stress else ""
@@ -296,6 +298,11 @@ def _no_names(path: str, rows: list[Row], wanted: Wanted, words: str, given: Giv
     options = " ".join(f'--column {role}="{name}"' for role, name in zip(lacking, free, strict=False))
     listed = ", ".join(map(repr, names[:12]))
     return InputError(f"{message}; the columns in line {above[0][0]} are {listed}{more}: name them, such as {options}")
+
+
+def _usual(some: tuple[str, ...]) -> str:
+    """The role of ``some`` that a column without a name most likely has."""
+    return "travel" if "travel" in some else some[0]
 
 
 def _guessed(rows: list[list[str]], needed: list[str]) -> list[str]:

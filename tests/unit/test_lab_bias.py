@@ -116,7 +116,7 @@ def test_a_biaxial_file_needs_its_ratio(tmp_path):
     with pytest.raises(InputError, match="11: must be at most 10"):
         read_files("biaxial", [path], {"width": 80.0, "ratio": 11.0})
     (one,) = read_files("biaxial", [path], {"width": 80.0, "ratio": 0.5})
-    assert one.ratio == 0.5 and one.strip.width == 80.0
+    assert one.ratio == 0.5 and one.width == 80.0
     with pytest.raises(InputError, match=r"states a strain ratio of 0\.5 1, --ratio says 1 1"):
         read_files("biaxial", [biaxial_file(tmp_path / "b.csv")], {"ratio": 1.0})
     assert looks_like(tmp_path / "b.csv") == "biaxial"

@@ -63,7 +63,10 @@ def test_units_of_all_columns_count(tmp_path, head, factors):
 @pytest.mark.parametrize(
     ("head", "said"),
     [
-        ("Weg [mm];freies Ende [mm];Kraft", r"a\.csv:1: column 'Kraft': a force without a unit: write 'Kraft \[N\]', or kN"),
+        (
+            "Weg [mm];freies Ende [mm];Kraft",
+            r"a\.csv:1: column 'Kraft': a force without a unit: write 'Kraft \[N\]', or kN",
+        ),
         ("Weg;freies Ende [mm];Kraft [N]", "column 'Weg': a length without a unit"),
         ("Weg [mm];freies Ende;Kraft [N]", "column 'freies Ende': a length without a unit"),
         ("Weg [cm];freies Ende [mm];Kraft [N]", "its clamp goes 197.*its free end 19.7.* mm: expected about the same"),

@@ -63,8 +63,9 @@ def _averaged(tail: Array, force: Array) -> tuple[Array, Array]:
 def _refuse_none(one: Pulled, found: Sliding) -> None:
     if not np.isfinite(found.mean):
         raise InputError(
-            f"{one.path}: specimen {one.name}: all inlays together slide by {found.way:.3g} mm with a pitch of it embedded: expected at least "
-            f"the distance of the crossings, {one.pitch:.3g} mm: check the unit of the way and {EMBEDDED.option}"
+            f"{one.path}: specimen {one.name}: all inlays together slide by {found.way:.3g} mm with a pitch of it "
+            f"embedded: expected at least the distance of the crossings, {one.pitch:.3g} mm: check the unit of the way "
+            f"and {EMBEDDED.option}"
         )
     each, force = (found.at_rest * one.pitch / one.length, found.per_crossing), found.mean
     told = f"{found.at_rest:.4g} N where it lets go and {force:.4g} N while it slides are "
