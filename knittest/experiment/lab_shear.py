@@ -65,13 +65,12 @@ def shear_curve(r: Recording, tested: Tested, given: Given) -> ShearCurve:
     if lab_names.is_kind("along_sides", r.title("force")):
         raise InputError(
             f"{r.table.where}: column {r.title('force')!r}: a force along the sides, F_s? Expected the F of the "
-            "crosshead, 2 F_s cos(45 deg - angle / 2): leave the column out or convert it; name it 'force' if it is that"
+            "crosshead, 2 F_s cos(45 deg - angle / 2): leave the column out or convert it; name it 'force' if it is "
+            "that"
         )
     role = next(role for role in ("angle", "travel", "strain", "extensometer") if role in r.values)
     if role == "strain" and tested.length is None:
-        raise InputError(
-            f"{r.table.where}: column {r.title(role)!r}: a strain: expected a travel [mm] or an angle [deg]"
-        )
+        raise InputError(f"{r.table.where}: column {r.title(role)!r}: a strain: expected a travel or an angle")
     moved, force = drawn(r.values[role], given.sign), r.values["force"]
     rows, turned = first_loading(moved)
     first = pulled(force[rows], given.sign, r.where)  # on its way back a specimen may be pushed
@@ -80,8 +79,8 @@ def shear_curve(r: Recording, tested: Tested, given: Given) -> ShearCurve:
     angle = _angles(moved - (given.zero or 0.0) * factor, role, tested, r.where)
     if given.zero is None and abs(angle[0]) > SQUARE:
         raise InputError(
-            f"{r.where}: starts at {moved[0] / factor:g}, a shear angle of {angle[0]:.3g} deg: where is {tested.square}? "
-            f"Give --zero, in the unit of the column: {moved[0] / factor:g} if at the start, 0 if the numbers are right"
+            f"{r.where}: starts at {moved[0] / factor:g}, a shear angle of {angle[0]:.3g} deg: where is "
+            f"{tested.square}? Give --zero, in the unit of the column: {moved[0] / factor:g} if at the start, 0 if the numbers are right"
         )
     if angle[0] <= SQUARE:
         free = tared(first, given.preload, r.where)

@@ -288,9 +288,7 @@ def _no_names(path: str, rows: list[Row], wanted: Wanted, words: str, given: Giv
     names = [name for name in above[0][1] if name]
     roles = dict(zip(names, _roles(names, [""] * len(names), given), strict=True))
     lacking = [_usual(some) for some in wanted if not any(role in some for role in roles.values())]
-    free = sorted(
-        (name for name, role in roles.items() if role not in sum(wanted, ())), key=lambda name: bool(roles[name])
-    )
+    free = sorted((n for n, role in roles.items() if role not in sum(wanted, ())), key=lambda n: bool(roles[n]))
     lost = [name for name in given.named if name not in (n.lower() for n in names)]
     stress = next((name for name, role in roles.items() if role == "pressure" and "force" in lacking), "")
     more = f"; {stress!r} is a stress, which is no force" if stress else ""

@@ -200,7 +200,8 @@ RIGHT: dict[str, Callable[[], Export]] = {
     "statistics below": lambda: text([*lines(["Force [N]", "Travel [mm]"], B), *STATISTICS_BELOW], ","),
     "results with statistics above": lambda: text(
         [["Specimen", "Maximum load", "Strain at break"], ["", "(N)", "(%)"], ["1", "7000", "1.7"],
-        ["Mean", "7000", "1.7"], ["Maximum", "7000", "1.7"], [""], *lines(["Time (s)", "Load (N)", "Extension (mm)"], T)], ",",
+        ["Mean", "7000", "1.7"], ["Maximum", "7000", "1.7"], [""],
+        *lines(["Time (s)", "Load (N)", "Extension (mm)"], T)], ",",
     ),
     "blocks of one recording": lambda: text(
         [*HEAD, *(row for k in range(4) for row in [["Data Acquisition: Timed"],
