@@ -155,8 +155,8 @@ def known(what: Condition, table: LabTable, given: Mapping[str, float], number: 
 
 
 def columns_of(what: Condition, table: LabTable) -> list[int]:
-    """Columns that name ``what`` and have no role in a recording."""
-    named = [k for k, role in enumerate(table.roles) if not role]
+    """Columns that name ``what`` and have no other role in a recording."""
+    named = [k for k, role in enumerate(table.roles) if role in ("", what.key.rpartition("_")[0])]
     return [k for k in named if any(what.names(table.names[k], tier) for tier in range(what.tiers))]
 
 

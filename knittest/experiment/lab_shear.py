@@ -80,7 +80,8 @@ def shear_curve(r: Recording, tested: Tested, given: Given) -> ShearCurve:
     if given.zero is None and abs(angle[0]) > SQUARE:
         raise InputError(
             f"{r.where}: starts at {moved[0] / factor:g}, a shear angle of {angle[0]:.3g} deg: where is "
-            f"{tested.square}? Give --zero, in the unit of the column: {moved[0] / factor:g} if at the start, 0 if the numbers are right"
+            f"{tested.square}? Give --zero, in the unit of the column: {moved[0] / factor:g} if at the start, 0 if the "
+            "numbers are right"
         )
     if angle[0] <= SQUARE:
         free = tared(first, given.preload, r.where)

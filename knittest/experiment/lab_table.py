@@ -381,15 +381,18 @@ def specimens_in(
     """Name, table and columns of each specimen, one a column of ``lead`` with those of ``moves`` beside it, and its
     number in the table.
     """
+    found = []
     for table in tables:
-        table.count = max(len(table.having(*lead)), 1) if moves else 1
-    found = [(table, *one) for table in tables for one in enumerate(_groups(table, lead, moves, shared))]
+        first = next(role for role in lead if role in table.roles)
+        groups = _groups(table, first, moves, shared)
+        table.count = len(groups)
+        found += [(table, *one) for one in enumerate(groups)]
     for k, (table, place, group) in enumerate(found, 1):
         yield (table.stem if len(found) == 1 else f"{table.stem}-{k}"), table, group, place
 
 
-def _groups(table: LabTable, lead: Sequence[str], moves: Sequence[str], shared: bool) -> list[list[int]]:
-    leads, others = table.having(*lead), table.having(*moves)
+def _groups(table: LabTable, lead: str, moves: Sequence[str], shared: bool) -> list[list[int]]:
+    leads, others = table.having(lead), table.having(*moves)
     if len(leads) < 2 or not others:
         return [list(range(len(table.names)))]
     for timed in (table.having("time"), []):
@@ -399,7 +402,7 @@ def _groups(table: LabTable, lead: Sequence[str], moves: Sequence[str], shared: 
         if not rest and size > 1 and kinds == kinds[:size] * len(leads):
             starts = [0, *(relevant[k * size] for k in range(1, len(leads))), len(table.names)]
             return [list(range(a, b)) for a, b in pairwise(starts)]
-    beside = [cs for role in set(table.roles) - {*lead, *moves} if len(cs := table.having(role)) == len(leads)]
+    beside = [cs for role in set(table.roles) - {lead, *moves} if len(cs := table.having(role)) == len(leads)]
     found: list[list[int]] = []
     first: dict[int, int] = {}
     for at, k in enumerate(leads):
@@ -408,7 +411,7 @@ def _groups(table: LabTable, lead: Sequence[str], moves: Sequence[str], shared: 
             one, other, over = (table.names[c] for c in (first[move], k, move))
             raise InputError(
                 f"{table.where}: columns {one!r} and {other!r} are both over {over!r}: two forces of one specimen? "
-                f'Leave one out, or say which counts, --column {table.roles[k]}="{one}"; of two specimens each needs '
+                f'Leave one out, or say which counts, --column {lead}="{one}"; of two specimens each needs '
                 "its own travel beside its force"
             )
         first[move] = k

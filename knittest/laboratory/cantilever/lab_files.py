@@ -16,6 +16,7 @@ from knittest.experiment.lab_conditions import AREA_MASS, PLANE_ANGLE, WIDTH, Co
 from knittest.experiment.lab_direction import said_by
 from knittest.experiment.lab_folder import DIRECTIONS, counted, folder_name, quantity, read_statistics
 from knittest.experiment.lab_given import Given
+from knittest.experiment.lab_numbers import EMPTY
 from knittest.experiment.lab_recording import Origin, told, unit_of
 from knittest.experiment.lab_results import Results
 from knittest.experiment.lab_table import LabTable, read_tables
@@ -69,11 +70,12 @@ def read_overhangs(path: Path, given: Given) -> list[Bent]:
         factor = at_standard_angle(angle)
         labels = dict.fromkeys(table.having("specimen")[:1], "names of specimens")
         group = range(len(table.names))
+        readings = _readings(table, which, path)
         notes = (*told(table, dict.fromkeys(which, "overhang") | labels, group), *table.notes)
         origin = {"path": path, "said": said_by(path, table.head), "notes": notes}
         found += [
             Bent(label, factor * float(np.mean(values)), tuple(values), angle, mass, width, **origin)  # type: ignore[arg-type]
-            for label, values in _readings(table, which, path).items()
+            for label, values in readings.items()
         ]
     return found
 
@@ -92,9 +94,14 @@ def _readings(table: LabTable, which: Sequence[int], path: Path) -> dict[str, li
     who, factors = next(iter(table.having("specimen")), None), [unit_of(table, k)[1] for k in which]
     found: dict[str, list[float]] = {}
     for line, cells in table.body:
-        filled = [(cells[k], factor) for k, factor in zip(which, factors, strict=True) if k < len(cells) and cells[k]]
+        filled = [
+            (cells[k], factor)
+            for k, factor in zip(which, factors, strict=True)
+            if k < len(cells) and cells[k].lower() not in EMPTY
+        ]
         if not filled:
-            raise InputError(f"{table.place}:{line}: no overhang in column {table.names[which[0]]!r}")
+            table.notes.append(f"line {line} left out: no overhang in column {table.names[which[0]]!r}")
+            continue
         label = cells[who] if who is not None and who < len(cells) else ""
         name = f"{table.stem}-{label or len(found) + 1}"
         for cell, factor in filled:
