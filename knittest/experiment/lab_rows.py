@@ -38,7 +38,7 @@ def read_sheets(path: Path, delimiter: str | None = None) -> list[tuple[str, lis
     if raw.startswith((b"PK\x03\x04", b"\xd0\xcf\x11\xe0")):
         return _workbook(path, raw)
     text = _plain(_decode(path, raw))
-    delimiter = delimiter or _delimiter(text)
+    delimiter = _delimiter(text) if delimiter is None else delimiter
     if len(delimiter) != 1 or delimiter in '"\r\n':
         raise InputError(f"--delimiter {shown(delimiter)}: expected one character")
     return [("", _split(path, text, delimiter))]

@@ -187,7 +187,11 @@ class _Rows:
         self.where, self.measure, self.notes = f"{table.place}:{{}}: specimen {name}", measure, []
         self.lines, self.values = read
         with np.errstate(over="ignore", invalid="ignore"):  # refused below
-            self.force = pulled(self.values[:, 0] * lab_units.FORCE[unit], sign, f"{table.place}: specimen {name}")
+            force = self.values[:, 0] * lab_units.FORCE[unit]
+            if not np.isfinite(force).all():
+                row = int(np.argmin(np.isfinite(force)))
+                raise InputError(f"{self.where.format(self.lines[row])}: no finite force")
+            self.force = pulled(force, sign, f"{table.place}: specimen {name}")
             self.strain = drawn(self.values[:, 1] * measure.factor, sign)
             self.top = int(np.argmax(self.force)) if self.force.max() > 0.0 else len(self.force) - 1
             self.clamp = self.values[:, 2] * beside.factor if beside else None

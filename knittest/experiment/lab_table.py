@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 Wanted = Sequence[tuple[str, ...]]
 #: rows above a table that may state something, and rows of a table below which a block of one row may count
 MAX_HEAD, SHORT = 1000, 10
+#: columns without names up to which their roles are guessed
+FEW = 20
 
 
 @dataclass
@@ -283,7 +285,8 @@ def _no_names(path: str, rows: list[Row], wanted: Wanted, words: str, given: Giv
     ]  # fmt: skip
     if not above:
         block = [row for _, row in rows[at:] if len(row) == len(cells)]
-        guess = ",".join(_guessed(block, [_usual(some) for some in wanted]))
+        few = len(cells) <= FEW
+        guess = ",".join(_guessed(block, [_usual(some) for some in wanted])) if few else "with a name for each"
         return InputError(f"{message}: line {line} has numbers without names: give --columns {guess}, in their order")
     names = [name for name in above[0][1] if name]
     roles = dict(zip(names, _roles(names, [""] * len(names), given), strict=True))
@@ -313,7 +316,8 @@ def _guessed(rows: list[list[str]], needed: list[str]) -> list[str]:
         if len(columns) > len(needed) and len(steps) > 2 and steps.min() > 0.0 and np.ptp(steps) < 0.02 * steps.mean():
             names[k] = "time"
             break
-    rest = sorted((k for k, name in enumerate(names) if not name), key=lambda k: -float(np.nanmax(np.abs(columns[k]))))
+    size = np.nan_to_num(np.abs(columns)).max(axis=1)
+    rest = sorted((k for k, name in enumerate(names) if not name), key=lambda k: -float(size[k]))
     for k, role in zip(rest, needed, strict=False):
         names[k] = role
     return [name or "-" for name in names]
@@ -344,21 +348,21 @@ def columns(table: LabTable, which: Sequence[int], name: str) -> tuple[list[int]
     Raises :class:`InputError` with the row for text, for fewer than two rows, and where a row that is left out holds
     the largest number of the first column; ``name`` is for messages.
     """
-    cells = [[row[k] if k < len(row) else "" for k in which] for _, row in table.body]
-    values = np.array([[number(cell, table.mark) for cell in row] for row in cells]).reshape(len(cells), len(which))
-    empty = np.array([[cell.lower() in EMPTY for cell in row] for row in cells], bool).reshape(len(cells), len(which))
-    bad = np.argwhere(~np.isfinite(values) & ~empty)
-    if len(bad):
-        row, column = bad[0]
-        table.number(table.body[row][0], cells[row][column])
+    values = np.full((len(table.body), len(which)), np.nan)
+    empty = np.ones(values.shape, bool)
+    for at, (line, row) in enumerate(table.body):
+        for k, column in enumerate(which):
+            if column < len(row) and row[column].lower() not in EMPTY:
+                values[at, k], empty[at, k] = table.number(line, row[column]), False
     partly = np.flatnonzero(empty.any(axis=1) & ~empty.all(axis=1))
     for k in partly:
         if len(table.body[k][1]) <= max(which) and len(table.body[k][1]) < 2:
             place = f"{table.place}:{table.body[k][0]}"
-            raise InputError(f"{place}: a row of one cell below {len(table.names)} columns: torn?")
+            raise InputError(f"{place}: '' is not a number: one cell below {len(table.names)} columns")
     note = ""
     if len(partly):
-        line, cell = table.body[partly[0]][0], next(c for c in cells[partly[0]] if c.lower() in EMPTY)
+        line, row = table.body[partly[0]]
+        cell = next((row[c] for c in which if c < len(row) and row[c].lower() in EMPTY), "")
         note = f"{len(partly)} rows with empty cells left out, the first at {table.place}:{line}: {shown(cell)}"
         note = note.replace("1 rows", "1 row") if len(partly) == 1 else note
     kept = np.flatnonzero(~empty.any(axis=1))

@@ -59,10 +59,10 @@ FABRICS = {
 
 TABLES = {
     "16 thousands or decimals": ("Weg;Kraft\n0;0\n1.234;5\n", "'1.234' could be a thousand or a decimal"),
-    "17 NaN": ("Weg;Kraft\n0;0\n1;nan\n", "export.csv:3: 'nan' is not a number"),
+    "17 NaN": ("Weg;Kraft\n0;0\n1;nan\n", "has 1 points; at least two are needed (1 row with empty cells left out"),
     "17 text": ("Weg;Kraft\n0;0\n1;abc\n", "export.csv:3: 'abc' is not a number"),
-    "17 travel goes back": ("Weg;Kraft\n0;0\n2;5\n1;6\n", "export.csv:4: specimen export: the travel repeats or goes"),
-    "17 travel repeats": ("Weg;Kraft\n0;0\n2;5\n2;6\n", "export.csv:4: specimen export: the travel repeats or goes"),
+    "17 travel goes back": ("Weg;Kraft\n0;0\n2;5\n1;6\n", "export.csv:4: specimen export: the travel goes back"),
+    "17 travel stays": ("Weg;Kraft\n2;0\n2;5\n2;6\n", "export.csv:4: specimen export: the travel does not rise"),
     "18 one point": ("Weg;Kraft\n0;0\n", "has 1 points; at least two are needed"),
     "19 ragged, short": ("Weg;Kraft\n0;0\n1\n", "export.csv:3: '' is not a number"),
     "19 ragged, long": ("Weg,Kraft\n0,0\n1,5,2,5\n", "export.csv:3: 4 cells below 2 columns"),
