@@ -16,13 +16,13 @@ E = STRAIN * SHARE
 F = PEAK * np.append(SHARE[:ROWS] ** 1.5, [0.5, 0.2, 0.05])
 TRAVEL = E / 100.0 * GAUGE
 TIME = 0.5 * np.arange(len(E))
-SIZES = {"strip_width_mm": 50.0, "gauge_length_mm": GAUGE}
+SIZES = {"width": 50.0, "gauge_length": GAUGE}
 HEAD = [["Specimen width", "50", "mm"], ["Grip separation", "200", "mm"]]
 
 
 @dataclass(frozen=True)
 class Export:
-    """A file ``name``, its ``raw`` bytes, and what a user says beside it: sizes, names of columns."""
+    """A file ``name``, its ``raw`` bytes, and the options that a user gives."""
 
     raw: bytes
     name: str = "warp-1.csv"
@@ -230,10 +230,10 @@ RIGHT: dict[str, Callable[[], Export]] = {
         "Valeurs": lines(["Temps", "Force", "Déplacement"], T, ["s", "N", "mm"], []),
     }, name="chaîne-1.xlsx"),
     "no header, with --columns": lambda: text(
-        lines([], (TIME, TRAVEL, F), head=[])[1:], ",", said=SIZES | {"columns": ("time", "travel", "force")}
+        lines([], (TIME, TRAVEL, F), head=[])[1:], ",", said=SIZES | {"columns": "time,travel,force"}
     ),
     "a name that nobody foresaw": lambda: text(
-        lines(["Kanal A", "Kanal B"], B), ";", ",", said=SIZES | {"named": {"kanal a": "force", "kanal b": "travel"}}
+        lines(["Kanal A", "Kanal B"], B), ";", ",", said=SIZES | {"column": ("force=Kanal A", "travel=Kanal B")}
     ),
 }
 # fmt: on

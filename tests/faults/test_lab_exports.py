@@ -1,26 +1,26 @@
 """Files as testing machines write them: the right numbers, or the reason why not, for each kind of them."""
 
 import pytest
-from machine_exports import PEAK, REJECTED, RIGHT, SIZES, STRAIN
+from machine_exports import PEAK, REJECTED, RIGHT, SIZES, STRAIN, B, Export, lines, text
+from machine_workbook import XLS
 
 from knittest.base.errors import InputError
-from knittest.experiment.lab_given import Given
-from knittest.experiment.lab_strips import read_strips
+from knittest.cli.main import run
+from knittest.experiment.lab_tests import read_files
 from knittest.experiment.statistics import peaks
 
+RIGHT = {**RIGHT, "xls workbook": lambda: Export(XLS, "kette 1.xls")}
 NOISY = {"rows at rest with noise": 0.02, "noise in the travel": 0.02}
 
 
 @pytest.mark.parametrize("kind", RIGHT)
 def test_maximum_force_and_strain_are_right(tmp_path, kind):
     export = RIGHT[kind]()
-    said = dict(export.said or {})
-    more = {name: said.pop(name) for name in ("columns", "named") if name in said}
-    specimens = read_strips(export.written(tmp_path), Given(sizes=said, **more))
+    specimens = read_files("tensile", [export.written(tmp_path)], export.said or {})
     force, strain = peaks(specimens)
     assert force == pytest.approx([PEAK], rel=1e-3)
     assert strain == pytest.approx([STRAIN], rel=NOISY.get(kind, 1e-3))
-    assert specimens[0].width in (50.0, said.get("strip_width_mm"))
+    assert specimens[0].width == 50.0
 
 
 @pytest.mark.parametrize("kind", REJECTED)
@@ -28,5 +28,24 @@ def test_what_is_no_pull_is_rejected_with_its_name(tmp_path, kind):
     export, words = REJECTED[kind]
     path = export().written(tmp_path)
     with pytest.raises(InputError, match=words) as refused:
-        peaks(read_strips(path, Given(sizes=SIZES)))
+        peaks(read_files("tensile", [path], SIZES))
     assert str(refused.value).startswith(str(path))
+
+
+def test_the_output_names_the_columns_that_count_and_why_others_do_not(tmp_path, capsys):
+    path = RIGHT["extensometer slipped"]().written(tmp_path)
+    assert run(["data", "import", str(path), "--direction", "warp", "--out", str(tmp_path / "mine")]) == 0
+    said = capsys.readouterr().out
+    assert "columns used: 'Force [N]' (force), 'Travel [mm]' (a travel over 200 mm between the clamps)" in said
+    assert "columns not used: 'Extensometer [mm]' (the travel of an extensometer over 100 mm: it falls from" in said
+
+
+def test_the_option_that_a_message_prints_reads_the_file(tmp_path, capsys):
+    path = text(lines(["Kanal A", "Kanal B"], B), name="a.csv").written(tmp_path)
+    assert run(["data", "stats", str(path)]) == 2
+    assert '--column force="Kanal A" --column travel="Kanal B"' in capsys.readouterr().err
+    assert run(["data", "stats", str(path), "--column", "force=Kanal A", "--column", "travel=Kanal B"]) == 0
+    assert run(["data", "stats", str(path), "--column", "force=Kanal X"]) == 2
+    assert "--column names 'kanal x', which is none of them" in capsys.readouterr().err
+    assert run(["data", "stats", str(path), "--column", "power=Kanal A"]) == 2
+    assert "expected ROLE=NAME, ROLE one of" in capsys.readouterr().err
