@@ -11,11 +11,13 @@ from knittest.cli.options import Command
 
 @click.group()
 def data() -> None:
-    """Import and summarise the CSV files of a testing machine.
+    """Import and summarise the files of a testing machine: text or workbooks (xlsx, xls).
 
     They hold a force (N, kN, daN, cN, mN, kgf, lbf; N if not stated) over a travel (mm, cm, m, um, inch; mm if not
-    stated), a strain (%, mm/mm) or a shear angle (deg, rad), the unit in the column's name or in the row below it; of a
-    cantilever, overhang lengths; of a pull-out also the way of the free end, and all units must be stated.
+    stated), a strain (%, mm/mm, um/m) or a shear angle (deg, rad), the unit in the column's name or in the row below
+    it; of a cantilever, overhang lengths; of a compaction test a thickness and a pressure (kPa, MPa, Pa, bar, psi, ...)
+    or a force; of a friction test a pull force or a coefficient; of a pull-out also the way of the free end, and all
+    units must be stated.
     """
 
 

@@ -61,7 +61,8 @@ FILES = {
     ("friction", "coefficient"): (lambda: text(lines(["Travel [mm]", "Coefficient of friction"], (PULL, MU),
         head=PLATES)), {}),
     ("friction", "reibzahl"): (lambda: text(lines(["Weg [mm]", "Reibzahl"], (PULL, MU),
-        head=[["Normalkraft", "2", "kN"], ["Plattenlänge", "150", "mm"], ["Plattenbreite", "50", "mm"]]), ";", ","), {}),
+        head=[["Normalkraft", "2", "kN"], ["Plattenlänge", "150", "mm"], ["Plattenbreite", "50", "mm"]]),
+        ";", ","), {}),
     ("friction", "normal force in a column"): (lambda: text(lines(
         ["Travel [mm]", "Normal force [N]", "Friction force [N]"], (PULL, 0.0 * PULL + 2000.0, 4000.0 * MU),
         head=PLATES[1:])), {}),
