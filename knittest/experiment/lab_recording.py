@@ -1,7 +1,8 @@
 """What the reader of a test gets: the columns of one specimen by their roles, in one unit each."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass
+from itertools import pairwise
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -10,11 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
+from knittest.config.yaml_loader import shown
 from knittest.experiment import lab_names, lab_units
 from knittest.experiment.lab_conditions import Condition, known, needed
 from knittest.experiment.lab_direction import Said, said_by
 from knittest.experiment.lab_given import Given
-from knittest.experiment.lab_table import LabTable, Wanted, columns, read_tables, specimens_in
+from knittest.experiment.lab_numbers import EMPTY
+from knittest.experiment.lab_table import LabTable, Wanted, read_tables
 
 Array = NDArray[np.float64]
 
@@ -112,6 +115,87 @@ def recordings(
         notes = (*told(table, {k: role.replace("_", " ") for role, k in which.items()}, group), *table.notes_of(name))
         origin = Origin(name=name, path=path, said=said_by(path, table.head), unit=unit, notes=notes)
         found.append(Recording(origin, table, number, lines, values, which))
+    return found
+
+
+def columns(table: LabTable, which: Sequence[int], name: str) -> tuple[list[int], Array]:
+    """Lines (n) and numbers (n, columns) of the columns ``which``, rows with empty cells left out and noted.
+
+    Raises :class:`InputError` with the row for text, for fewer than two rows, and where a row that is left out holds
+    the largest number of the first column; ``name`` is for messages.
+    """
+    values = np.full((len(table.body), len(which)), np.nan)
+    empty = np.ones(values.shape, bool)
+    for at, (line, row) in enumerate(table.body):
+        for k, column in enumerate(which):
+            if column < len(row) and row[column].lower() not in EMPTY:
+                values[at, k], empty[at, k] = table.number(line, row[column]), False
+    partly = np.flatnonzero(empty.any(axis=1) & ~empty.all(axis=1))
+    for k in partly:
+        if len(table.body[k][1]) <= max(which) and len(table.body[k][1]) < 2:
+            place = f"{table.place}:{table.body[k][0]}"
+            raise InputError(f"{place}: '' is not a number: one cell below {len(table.names)} columns")
+    note = ""
+    if len(partly):
+        line, row = table.body[partly[0]]
+        cell = next((row[c] for c in which if c < len(row) and row[c].lower() in EMPTY), "")
+        note = f"{len(partly)} rows with empty cells left out, the first at {table.place}:{line}: {shown(cell)}"
+        note = note.replace("1 rows", "1 row") if len(partly) == 1 else note
+    kept = np.flatnonzero(~empty.any(axis=1))
+    if len(kept) < 2:
+        left = f" ({note})" if note else ""
+        raise InputError(f"{table.place}: specimen {name} has {len(kept)} points; at least two are needed{left}")
+    size = np.abs(np.nan_to_num(values[:, 0]))
+    if (top := int(np.argmax(size))) not in kept and size[top] > size[kept].max():
+        raise InputError(
+            f"{table.place}:{table.body[top][0]}: specimen {name}: the largest {table.names[which[0]]!r} stands in a "
+            "row with an empty cell: fill it in, or leave the column out"
+        )
+    table.notes += [f"{name}: {note}"] if note else []
+    return [table.body[k][0] for k in kept], values[kept]
+
+
+def specimens_in(
+    tables: Sequence[LabTable], lead: Sequence[str], moves: Sequence[str], shared: bool = False
+) -> Iterator[tuple[str, LabTable, list[int], int]]:
+    """Name, table and columns of each specimen, one a column of ``lead`` with those of ``moves`` beside it, and its
+    number in the table.
+    """
+    found = []
+    for table in tables:
+        first = next(role for role in lead if role in table.roles)
+        groups = _groups(table, first, moves, shared)
+        table.count = len(groups)
+        found += [(table, *one) for one in enumerate(groups)]
+    for k, (table, place, group) in enumerate(found, 1):
+        yield (table.stem if len(found) == 1 else f"{table.stem}-{k}"), table, group, place
+
+
+def _groups(table: LabTable, lead: str, moves: Sequence[str], shared: bool) -> list[list[int]]:
+    leads, others = table.having(lead), table.having(*moves)
+    if len(leads) < 2 or not others:
+        return [list(range(len(table.names)))]
+    for timed in (table.having("time"), []):
+        relevant = sorted([*leads, *others, *timed])
+        size, rest = divmod(len(relevant), len(leads))
+        kinds = [table.roles[k] for k in relevant]
+        if not rest and size > 1 and kinds == kinds[:size] * len(leads):
+            starts = [0, *(relevant[k * size] for k in range(1, len(leads))), len(table.names)]
+            return [list(range(a, b)) for a, b in pairwise(starts)]
+    beside = [cs for role in set(table.roles) - {lead, *moves} if len(cs := table.having(role)) == len(leads)]
+    found: list[list[int]] = []
+    first: dict[int, int] = {}
+    for at, k in enumerate(leads):
+        move = max([m for m in others if m < k] or [min(others)])
+        if move in first and not shared:
+            one, other, over = (table.names[c] for c in (first[move], k, move))
+            raise InputError(
+                f"{table.where}: columns {one!r} and {other!r} are both over {over!r}: two forces of one specimen? "
+                f'Leave one out, or say which counts, --column {lead}="{one}"; of two specimens each needs '
+                "its own travel beside its force"
+            )
+        first[move] = k
+        found.append([move, k, *(cs[at] for cs in beside)])
     return found
 
 

@@ -143,39 +143,32 @@ def _stripped(cell: str) -> str:
 
 
 def _decode(path: Path, raw: bytes) -> str:
+    """Text in UTF-8 or UTF-16, else that of the encoding in which most known words stand."""
+    odd, even = raw[1:4000:2].count(0), raw[0:4000:2].count(0)
     if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
         encodings: tuple[str, ...] = ("utf-16",)
-    elif (odd := raw[1:4000:2].count(0)) + (even := raw[0:4000:2].count(0)) > len(raw[:4000]) // 4:
+    elif odd + even > len(raw[:4000]) // 4:
         encodings, raw = ("utf-16-le" if odd > even else "utf-16-be",), raw[: len(raw) // 2 * 2]
     else:
-        encodings = ("utf-8-sig",)
-    for encoding in encodings:
-        try:
-            text = raw.decode(encoding)
-        except UnicodeDecodeError:
-            continue
-        if "\0" not in text:
-            return text
-    if encodings == ("utf-8-sig",) and b"\0" not in raw and (text := _unmarked(raw)):
-        return text
-    raise InputError(f"{path}: is not text in UTF-8, UTF-16, Windows-1252, Windows-1250, Shift-JIS or GB18030")
+        encodings = ("utf-8-sig",) if _decoded(raw, "utf-8-sig") else ENCODINGS
+    found = [text for encoding in encodings if (text := _decoded(raw, encoding))]
+    if not found and raw:
+        raise InputError(f"{path}: is not text in UTF-8, UTF-16, Windows-1252, Windows-1250, Shift-JIS or GB18030")
+    best = max(found, key=lab_names.count_known, default="") if len(found) > 1 else "".join(found)
+    return best if len(found) < 2 or lab_names.count_known(best) else _guessed(raw) or best
 
 
-def _unmarked(raw: bytes) -> str:
-    """Text of the encoding in which most known words stand; charset-normalizer's guess where none has any."""
+def _decoded(raw: bytes, encoding: str) -> str:
+    try:
+        text = raw.decode(encoding)
+    except UnicodeDecodeError:
+        return ""
+    return "" if "\0" in text else text
+
+
+def _guessed(raw: bytes) -> str:
+    """Text by charset-normalizer's guess, where no word is known."""
     from charset_normalizer import from_bytes
 
-    found: dict[str, int] = {}
-    for encoding in ENCODINGS:
-        try:
-            text = raw.decode(encoding)
-        except UnicodeDecodeError:
-            continue
-        found[text] = lab_names.count_known(text)
-    if found and max(found.values()):
-        return max(found, key=lambda text: found[text])
     guess = from_bytes(raw[:200_000]).best()
-    try:
-        return next(iter(found), "") if guess is None else raw.decode(guess.encoding)
-    except (UnicodeDecodeError, LookupError):
-        return next(iter(found), "")
+    return "" if guess is None else _decoded(raw, guess.encoding)

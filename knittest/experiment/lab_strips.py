@@ -25,8 +25,8 @@ from knittest.experiment.lab_conditions import (
 )
 from knittest.experiment.lab_direction import said_by
 from knittest.experiment.lab_given import JITTER, Given, Sign, drawn, pulled
-from knittest.experiment.lab_recording import told, unit_of
-from knittest.experiment.lab_table import LabTable, columns, read_tables, specimens_in
+from knittest.experiment.lab_recording import columns, specimens_in, told, unit_of
+from knittest.experiment.lab_table import LabTable, read_tables
 from knittest.experiment.statistics import Specimen, peaks
 
 Array = NDArray[np.float64]
