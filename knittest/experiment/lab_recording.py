@@ -127,14 +127,15 @@ def columns(table: LabTable, which: Sequence[int], name: str) -> tuple[list[int]
     values = np.full((len(table.body), len(which)), np.nan)
     empty = np.ones(values.shape, bool)
     for at, (line, row) in enumerate(table.body):
-        for k, column in enumerate(which):
+        for place, column in enumerate(which):
             if column < len(row) and row[column].lower() not in EMPTY:
-                values[at, k], empty[at, k] = table.number(line, row[column]), False
+                values[at, place], empty[at, place] = table.number(line, row[column]), False
     partly = np.flatnonzero(empty.any(axis=1) & ~empty.all(axis=1))
     for k in partly:
         if len(table.body[k][1]) <= max(which) and len(table.body[k][1]) < 2:
-            place = f"{table.place}:{table.body[k][0]}"
-            raise InputError(f"{place}: '' is not a number: one cell below {len(table.names)} columns")
+            raise InputError(
+                f"{table.place}:{table.body[k][0]}: '' is not a number: one cell below {len(table.names)} columns"
+            )
     note = ""
     if len(partly):
         line, row = table.body[partly[0]]

@@ -106,7 +106,8 @@ def _specimen(table: LabTable, name: str, group: Sequence[int], given: Given) ->
     why: dict[int, str] = {}
     for measure in measures:
         if not np.isfinite(measure.factor):
-            why[measure.column] = f"{measure.words}: its gauge length is not stated"
+            row = "extensometer gauge length" if measure.has_extensometer else "gauge length"
+            why[measure.column] = f"{measure.words}: no row '{row};...;mm' above the table states its gauge length"
             continue
         beside = clamp if measure.has_extensometer else None
         try:
@@ -163,7 +164,8 @@ def _measures(table: LabTable, group: Sequence[int], gauge: float | None) -> lis
             words = "a measured strain" if rank == 0 else "a strain by the travel of the clamp"
             found.append(_Measure(k, rank, unit, None, words))
         elif of_extensometer:
-            length = own[0] if own else gauge if len(columns_) == 1 else None
+            of_grips = grips and not marks and lab_names.is_kind("sensor", name)
+            length = own[0] if own else gauge if len(columns_) == 1 and not of_grips else None
             words = "the travel of an extensometer" + (f" over {length:g} mm" if length else "")
             found.append(_Measure(k, 1, unit, length, words))
         else:

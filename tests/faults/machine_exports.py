@@ -273,6 +273,9 @@ REJECTED: dict[str, tuple[Callable[[], Export], str]] = {
         lambda: text(lines(["Force [N]", "Strain [%]"], (F, taken_off(E)))),
         "it turns negative|it falls",
     ),
+    "an extensometer alone, and the distance of the grips": (
+        lambda: text(lines(["Force [N]", "Extensometer [mm]"], (F, E))), "no row 'extensometer gauge length;...;mm'",
+    ),
     "a strain in the wrong unit": (
         lambda: text(lines(["Force [N]", "Travel [mm]", "Strain [%]"], (F, TRAVEL, E / 100.0))),
         "% or a fraction",
