@@ -228,12 +228,11 @@ class _Rows:
             )
         if e.min() < -max(BELOW * top, wide):
             return f"it turns negative under the pull, {e.min():.4g} % in line {self.lines[int(np.argmin(e))]}"
-        earlier = np.searchsorted(force, force - GAINS * force[-1], side="right") - 1
-        stays = (earlier > 0) & (force[earlier] > 0.05 * force[-1]) & (e - e[earlier] < STAYS * top)
-        if stays.any():
-            k = int(np.argmax(stays))
+        earlier = max(int(np.searchsorted(force, (1.0 - GAINS) * force[-1], side="right")) - 1, 0)
+        if earlier and e[-1] - e[earlier] < max(STAYS * top, wide):
+            k = int(np.argmax(e > e[-1] - max(STAYS * top, wide)))
             return (
-                f"it stays at {e[k]:.4g} % while the force rises from {force[earlier[k]]:.4g} to {force[k]:.4g} N "
+                f"it stays at {e[-1]:.4g} % while the force rises from {force[k]:.4g} to {force[-1]:.4g} N "
                 f"(line {self.lines[k]})"
             )
         return self._apart(e)
@@ -245,7 +244,7 @@ class _Rows:
         x = _without_spikes(self.clamp[: self.top + 1] - self.clamp[0])
         if not abs(x[-1]) > 0.0:
             return ""
-        steps = np.abs(np.diff(e / e.max()) - np.diff(x / x[-1]))
+        steps = np.abs(np.diff(e / e.max())) - np.abs(np.diff(x / x[-1]))
         if len(steps) > 8 and steps.max() > JUMP:
             return f"it jumps in line {self.lines[int(np.argmax(steps)) + 1]}, the clamp does not"
         ratio = e[-1] / abs(x[-1])

@@ -214,6 +214,12 @@ RIGHT: dict[str, Callable[[], Export]] = {
     "grip separation and gauge length": lambda: text(
         lines(["Force [N]", "Extensometer [mm]"], (F, E), head=[*HEAD, ["Gauge length", "100", "mm"]]), ","
     ),
+    "extensometer at the end of its range": lambda: text(
+        lines(["Force [N]", "Travel [mm]", "Strain 1 [%]"], (F, TRAVEL, np.minimum(E, 1.0))), ","
+    ),
+    "slack of the clamp beside a strain": lambda: text(
+        lines(["Force [N]", "Travel [mm]", "Strain 1 [%]"], (F, np.append(0.0, TRAVEL[1:] + 3.0), E)), ","
+    ),
     "extensometer taken off": lambda: text(
         lines(["Force [N]", "Travel [mm]", "Strain 1 [%]"], (F, TRAVEL, taken_off(E))), ","
     ),
