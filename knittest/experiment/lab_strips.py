@@ -229,8 +229,9 @@ class _Rows:
         if e.min() < -max(BELOW * top, wide):
             return f"it turns negative under the pull, {e.min():.4g} % in line {self.lines[int(np.argmin(e))]}"
         earlier = max(int(np.searchsorted(force, (1.0 - GAINS) * force[-1], side="right")) - 1, 0)
-        if earlier and e[-1] - e[earlier] < max(STAYS * top, wide):
-            k = int(np.argmax(e > e[-1] - max(STAYS * top, wide)))
+        least = max(STAYS * top, 6.0 * noise(self.strain[earlier : self.top + 1]))
+        if earlier and e[-1] - e[earlier] < least:
+            k = int(np.argmax(e > e[-1] - least))
             return (
                 f"it stays at {e[-1]:.4g} % while the force rises from {force[k]:.4g} to {force[-1]:.4g} N "
                 f"(line {self.lines[k]})"
