@@ -11,7 +11,7 @@ from knittest.base.errors import InputError
 from knittest.base.reading import read_regular
 from knittest.base.resources import data_dir
 from knittest.experiment.conditions import SIZES, UNKNOWN, Conditions, agreed, conditions_of
-from knittest.experiment.lab_direction import Said, said_by
+from knittest.experiment.lab_conditions import Said, said_by
 from knittest.experiment.lab_strips import read_lab
 from knittest.experiment.shear_csv import read_shear
 from knittest.materials.trellis import ANGLE

@@ -1,19 +1,22 @@
-"""Conditions of a laboratory test (widths, sides, forces): what its file states, and whether the user says the same."""
+"""Conditions of a laboratory test (widths, sides, forces) and its direction: what file and user state of them."""
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
 
 from pydantic import BaseModel
 
 from knittest.base.errors import InputError
 from knittest.config.base import BoundsError, check_bounds, field_meta
-from knittest.config.fabric import Fabric
+from knittest.config.fabric import Direction, Fabric
 from knittest.config.rigs import StripRig
 from knittest.config.run import rig_model
 from knittest.experiment import lab_names, lab_units
-from knittest.experiment.lab_numbers import NUMBER, read_number
+from knittest.experiment.lab_rows import Row
 from knittest.experiment.lab_table import LabTable
+from knittest.experiment.lab_units import NUMBER, read_number
 
 _VALUE = re.compile(r"([+-]?\d[\d.,]*)\s*(.*)", re.S)
 #: difference [-] of two numbers that are meant to be the same
@@ -220,3 +223,38 @@ def _value(what: Condition, table: LabTable, line: int, cells: Sequence[str]) ->
     plain = re.sub(r"\(([^()]*)\)", lambda text: text[0] if lab_units.is_unit(text[1]) else "", label)
     named = lab_units.stated(plain, unit, what.units, f"{table.place}:{line}") or what.unit
     return value * what.units[named], f"{table.place}:{line}: {label}"
+
+
+@dataclass(frozen=True)
+class Said:
+    """A direction and the place that states it: a row of the file, or the name of the file or of its folder."""
+
+    direction: Direction
+    where: str
+    by: Literal["row", "name", "folder"] = "row"
+
+
+def said_by(path: Path, head: Iterable[Row]) -> Said | None:
+    """Direction by the rows of ``head``, else the file's name, else its folder's; ``None`` if none names just one."""
+    places: list[tuple[str, str, Literal["row", "name", "folder"]]] = [
+        *((f"{path}:{line}", " ".join(cells), "row") for line, cells in head),
+        (f"{path}: its name", path.stem, "name"),
+        (f"{path}: its folder", path.parent.name, "folder"),
+    ]
+    directions: tuple[Direction, ...] = ("warp", "weft")
+    for where, text, by in places:
+        plain = lab_names.pattern("directions", "fabric").sub(" ", text[: lab_names.LONGEST].replace("_", " "))
+        named = [direction for direction in directions if lab_names.pattern("directions", direction).search(plain)]
+        if len(named) == 1:
+            return Said(named[0], where, by)
+    return None
+
+
+def refuse_other(said: Iterable[Said | None], direction: str) -> None:
+    """Raise :class:`InputError` for a file that names the other direction than ``direction``."""
+    for one in said:
+        if one is not None and one.direction != direction:
+            raise InputError(
+                f"{one.where} says {one.direction}, --direction says {direction}: which is it? "
+                "--trust-direction goes by the option"
+            )

@@ -13,11 +13,10 @@ from numpy.typing import NDArray
 from knittest.base.errors import InputError
 from knittest.config.yaml_loader import shown
 from knittest.experiment import lab_names, lab_units
-from knittest.experiment.lab_conditions import Condition, known, needed
-from knittest.experiment.lab_direction import Said, said_by
+from knittest.experiment.lab_conditions import Condition, Said, known, needed, said_by
 from knittest.experiment.lab_given import Given
-from knittest.experiment.lab_numbers import EMPTY
 from knittest.experiment.lab_table import LabTable, Wanted, read_tables
+from knittest.experiment.lab_units import EMPTY
 
 Array = NDArray[np.float64]
 

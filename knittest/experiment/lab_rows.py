@@ -12,7 +12,7 @@ from knittest.base.errors import InputError
 from knittest.base.reading import read_regular
 from knittest.config.yaml_loader import shown
 from knittest.experiment import lab_names
-from knittest.experiment.lab_numbers import NUMBER
+from knittest.experiment.lab_units import NUMBER
 
 #: what a table of a machine stays below; together they bound memory to some 0.6 GB
 MAX_BYTES, MAX_ROWS, MAX_ROW_LENGTH = 20_000_000, 500_000, 20_000

@@ -20,10 +20,10 @@ from knittest.experiment.lab_conditions import (
     columns_of,
     in_column,
     known,
+    said_by,
     same,
     stated,
 )
-from knittest.experiment.lab_direction import said_by
 from knittest.experiment.lab_given import JITTER, Given, Sign, drawn, pulled
 from knittest.experiment.lab_recording import columns, specimens_in, told, unit_of
 from knittest.experiment.lab_table import LabTable, read_tables

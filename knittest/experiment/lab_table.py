@@ -11,8 +11,8 @@ from knittest.base.errors import InputError
 from knittest.config.yaml_loader import shown
 from knittest.experiment import lab_names, lab_units
 from knittest.experiment.lab_given import Given
-from knittest.experiment.lab_numbers import EMPTY, NUMBER, decimal_mark, number, read_number
 from knittest.experiment.lab_rows import Row, read_sheets
+from knittest.experiment.lab_units import EMPTY, NUMBER, decimal_mark, number, read_number
 
 Array = NDArray[np.float64]
 #: roles of which a test needs one each

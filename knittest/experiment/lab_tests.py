@@ -8,12 +8,11 @@ from typing import Any, Generic, TypeVar
 from knittest.base.errors import InputError
 from knittest.base.kinds import DEFAULT, Parts, kinds
 from knittest.experiment import lab_names
-from knittest.experiment.lab_conditions import Condition
-from knittest.experiment.lab_direction import refuse_other
+from knittest.experiment.lab_conditions import Condition, refuse_other
 from knittest.experiment.lab_given import Given
-from knittest.experiment.lab_numbers import NUMBER
 from knittest.experiment.lab_results import Results, write_results
 from knittest.experiment.lab_rows import read_rows
+from knittest.experiment.lab_units import NUMBER
 
 #: fields of the rig, by test, from the statistics of an experiment by folder
 Rigs = dict[str, dict[str, Any]]

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
-from knittest.experiment.lab_numbers import decimal_mark, read_number
 from knittest.experiment.lab_rows import read_rows
+from knittest.experiment.lab_units import decimal_mark, read_number
 from knittest.materials.trellis import ANGLE, NORMALISED
 
 Array = NDArray[np.float64]

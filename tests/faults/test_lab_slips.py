@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from knittest.base.errors import InputError
-from knittest.experiment.lab_direction import said_by
+from knittest.experiment.lab_conditions import said_by
 from knittest.experiment.lab_strips import plausible_strips, read_lab
 
 BODY = "Weg;Kraft\nmm;N\n0,0;0,0\n1,0;2000,5\n3,0;6400,0\n"

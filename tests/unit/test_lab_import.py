@@ -11,7 +11,7 @@ from knittest.base.errors import InputError
 from knittest.config.fabric import MacroMaterial
 from knittest.experiment import lab_fabric
 from knittest.experiment.curves import load_curve
-from knittest.experiment.lab_direction import Said
+from knittest.experiment.lab_conditions import Said
 from knittest.experiment.lab_strips import read_lab
 from knittest.experiment.statistics import Specimen
 from knittest.experiment.tables import published

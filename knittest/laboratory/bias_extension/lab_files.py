@@ -13,11 +13,11 @@ from knittest.base.errors import InputError
 from knittest.experiment.lab_checks import common, digests, refuse_apart, refuse_implausible
 from knittest.experiment.lab_conditions import GAUGE, WIDTH
 from knittest.experiment.lab_given import Given
-from knittest.experiment.lab_numbers import plain
 from knittest.experiment.lab_recording import Origin, Recording, of, recordings
 from knittest.experiment.lab_results import Curves, Results
 from knittest.experiment.lab_shear import Tested, shear_curve
 from knittest.experiment.lab_tests import LabTest, Rigs
+from knittest.experiment.lab_units import plain
 from knittest.experiment.statistics import band
 from knittest.laboratory.bias_extension.pin_jointed import BiasStrip
 from knittest.laboratory.bias_extension.rig import ANGLES

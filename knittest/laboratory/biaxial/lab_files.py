@@ -9,10 +9,10 @@ from knittest.experiment.lab_checks import common, digests
 from knittest.experiment.lab_conditions import GAUGE, RATIO, WIDTH, needed
 from knittest.experiment.lab_folder import DIRECTIONS, folder_name
 from knittest.experiment.lab_given import Given
-from knittest.experiment.lab_numbers import plain
 from knittest.experiment.lab_results import Curves, Results
 from knittest.experiment.lab_strips import one_series, per_width, read_tabled
 from knittest.experiment.lab_tests import LabTest, Rigs
+from knittest.experiment.lab_units import plain
 from knittest.experiment.statistics import Specimen, corridor, peaks
 
 NAME = "biaxial"

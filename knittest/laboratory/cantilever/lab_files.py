@@ -12,15 +12,14 @@ from knittest.base.units import to_kernel
 from knittest.config.base import BoundsError, check_bounds, field_meta
 from knittest.config.fabric import MacroMaterial
 from knittest.experiment.lab_checks import common, digest, refuse_apart
-from knittest.experiment.lab_conditions import AREA_MASS, PLANE_ANGLE, WIDTH, Condition, known, needed
-from knittest.experiment.lab_direction import said_by
+from knittest.experiment.lab_conditions import AREA_MASS, PLANE_ANGLE, WIDTH, Condition, known, needed, said_by
 from knittest.experiment.lab_folder import DIRECTIONS, counted, folder_name, quantity, read_statistics
 from knittest.experiment.lab_given import Given
-from knittest.experiment.lab_numbers import EMPTY
 from knittest.experiment.lab_recording import Origin, told, unit_of
 from knittest.experiment.lab_results import Results
 from knittest.experiment.lab_table import LabTable, read_tables
 from knittest.experiment.lab_tests import LabTest
+from knittest.experiment.lab_units import EMPTY
 from knittest.laboratory.cantilever.config import CantileverRig
 from knittest.materials.heavy_elastica import STANDARD_ANGLE, bending_stiffness, overhang_ratio
 

@@ -12,10 +12,10 @@ from knittest.base.errors import InputError
 from knittest.experiment.lab_checks import digests, refuse_apart
 from knittest.experiment.lab_conditions import PLATE_AREA, PLATE_DIAMETER
 from knittest.experiment.lab_given import Given, first_loading
-from knittest.experiment.lab_numbers import plain
 from knittest.experiment.lab_recording import Origin, Recording, of, recordings
 from knittest.experiment.lab_results import Curves, Results
 from knittest.experiment.lab_tests import LabTest, Rigs
+from knittest.experiment.lab_units import plain
 from knittest.experiment.statistics import Corridor
 from knittest.laboratory.compaction.van_wyk import PRESSURES, thickness_at
 

@@ -13,10 +13,10 @@ from knittest.experiment.lab_checks import common, digests, refuse_apart, refuse
 from knittest.experiment.lab_conditions import NORMAL_FORCE, PLATE_LENGTH, PLATE_WIDTH
 from knittest.experiment.lab_folder import DIRECTIONS, folder_name
 from knittest.experiment.lab_given import Given, drawn, first_loading, pulled, tared
-from knittest.experiment.lab_numbers import plain
 from knittest.experiment.lab_recording import Origin, Recording, of, recordings
 from knittest.experiment.lab_results import Curves, Results
 from knittest.experiment.lab_tests import LabTest, Rigs
+from knittest.experiment.lab_units import plain
 from knittest.experiment.statistics import band
 from knittest.laboratory.friction.config import FrictionRig
 

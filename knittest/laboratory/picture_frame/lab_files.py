@@ -12,9 +12,9 @@ from knittest.base.errors import InputError
 from knittest.experiment.lab_checks import common, digests, refuse_apart, refuse_implausible
 from knittest.experiment.lab_conditions import FABRIC_SIDE, FRAME_SIDE
 from knittest.experiment.lab_folder import SHEAR, counted, folder_name
-from knittest.experiment.lab_numbers import plain
 from knittest.experiment.lab_results import Curves, Results
 from knittest.experiment.lab_tests import LabTest, Rigs
+from knittest.experiment.lab_units import plain
 from knittest.experiment.statistics import Corridor, band
 from knittest.laboratory.picture_frame.lab_curves import Sheared, read_frames
 from knittest.laboratory.picture_frame.lab_loops import UNITS, loop_lines, loops

@@ -1,18 +1,19 @@
 """Files of tensile tests as ``knittest data`` takes them."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from knittest.experiment.lab_checks import digests
 from knittest.experiment.lab_conditions import GAUGE, WIDTH
-from knittest.experiment.lab_folder import TENSION
+from knittest.experiment.lab_folder import DIRECTIONS, TENSION, counted, quantity
 from knittest.experiment.lab_results import Curves, Results, table_lines
 from knittest.experiment.lab_strips import one_series, per_width, plausible_strips, read_strips
 from knittest.experiment.lab_tests import LabTest
 from knittest.experiment.statistics import Specimen, corridor, mean_sd, peaks, tension_curve
 from knittest.experiment.tables import TENSILE
-from knittest.laboratory.tensile.lab_fabric import fabric_of
 
 UNITS = {"peak_force_n": "N", "fracture_strain_pct": "%"}
 NAMES = ("strain_pct", "force_n_per_mm", "force_sd_n_per_mm")
@@ -50,4 +51,22 @@ def tensile_results(specimens: Sequence[Specimen], direction: str, files: Sequen
     )  # fmt: skip
 
 
-LAB = LabTest(read_strips, tensile_results, (WIDTH, GAUGE), ("sign",), fabric=fabric_of, show=summary_lines)
+def _fabric(tests: Mapping[str, dict[str, Any]], place: Path) -> dict[str, Any]:
+    """Curves and fracture strains of the shells, by direction."""
+    own = {direction: tests[direction] for direction in DIRECTIONS if direction in tests}
+    macro = {
+        "tension": {direction: (place / direction / TENSION).as_posix() for direction in own},
+        "fracture_strain": {direction: _fracture_strain(test) for direction, test in own.items()},
+    }
+    return {"macro": macro} if own else {}
+
+
+def _fracture_strain(test: dict[str, Any]) -> dict[str, Any]:
+    conditions = test["conditions"]
+    gauge = f", {conditions[GAUGE.key]:g} mm between the clamps" if GAUGE.key in conditions else ""
+    strips = counted(test["fracture_strain_pct"]["n"], "strip")
+    width = f"{conditions[WIDTH.key]:g} mm"
+    return quantity(test["fracture_strain_pct"], "measured", f"{strips}, {width} wide{gauge}; an input of the shells")
+
+
+LAB = LabTest(read_strips, tensile_results, (WIDTH, GAUGE), ("sign",), fabric=_fabric, show=summary_lines)
