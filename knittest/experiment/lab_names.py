@@ -1,4 +1,4 @@
-"""What machine files call things, in eight languages: the table ``lab_names.yaml``, compiled."""
+"""Names that machine files give to things, in eight languages: the table ``lab_names.yaml``, compiled."""
 
 import re
 from functools import lru_cache

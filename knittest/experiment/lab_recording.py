@@ -1,4 +1,4 @@
-"""What the reader of a test gets: the columns of one specimen by their roles, in one unit each."""
+"""Recordings, one a specimen: its columns by their roles, in one unit each."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass
@@ -23,8 +23,8 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Origin:
-    """Where a specimen comes from: its name and file, the direction that the file states, the unit of its forces there,
-    and notes on how it was read. Specimens of a test derive from it.
+    """Name and file of a specimen, the direction that the file states, the unit of its forces there, and notes on how
+    it was read. Specimens of a test derive from it.
     """
 
     name: str
