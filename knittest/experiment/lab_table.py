@@ -291,6 +291,8 @@ def _no_names(path: str, rows: list[Row], wanted: Wanted, words: str, given: Giv
     roles = dict(zip(names, _roles(names, [""] * len(names), given), strict=True))
     lacking = [_usual(some) for some in wanted if not any(role in some for role in roles.values())]
     free = sorted((n for n, role in roles.items() if role not in sum(wanted, ())), key=lambda n: bool(roles[n]))
+    if lacking == ["overhang"]:  # all of them are readings of a strip
+        lacking *= sum(not roles[name] for name in free) or 1
     lost = [name for name in given.named if name not in (n.lower() for n in names)]
     stress = next((name for name, role in roles.items() if role == "pressure" and "force" in lacking), "")
     more = f"; {stress!r} is a stress, which is no force" if stress else ""
