@@ -60,10 +60,6 @@ class Recording:
         """File and specimen, for messages."""
         return f"{self.table.place}: specimen {self.name}"
 
-    def at(self, row: int) -> str:
-        """File, line and specimen of a ``row``, for messages."""
-        return f"{self.table.place}:{self.lines[row]}: specimen {self.name}"
-
     def title(self, role: str) -> str:
         """Name of the column with that ``role`` in the file."""
         return self.table.names[self.columns[role]]
