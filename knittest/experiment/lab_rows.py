@@ -2,7 +2,10 @@
 
 import csv
 import io
+import json
 import re
+import subprocess
+import sys
 import unicodedata
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,6 +20,20 @@ from knittest.experiment.lab_units import NUMBER
 #: what a table of a machine stays below; together they bound memory to some 0.6 GB
 MAX_BYTES, MAX_ROWS, MAX_ROW_LENGTH = 20_000_000, 500_000, 20_000
 BLANKS = " "
+#: reads a workbook, within 2 GB where the system can bound it; and how long that may take [s]
+_READER = """
+import io, json, sys
+try:
+    import resource
+    resource.setrlimit(resource.RLIMIT_AS, (2**31, 2**31))
+except (ImportError, ValueError, OSError):
+    pass
+from python_calamine import CalamineWorkbook
+book = CalamineWorkbook.from_filelike(io.BytesIO(sys.stdin.buffer.read()))
+sheets = [(name, book.get_sheet_by_name(name).to_python(skip_empty_area=False)) for name in book.sheet_names]
+json.dump(sheets, sys.stdout, default=str)
+"""
+_PATIENCE = 60.0
 #: encodings without a mark, the likelier first; that in which most known words stand is taken
 ENCODINGS = ("cp1252", "cp1250", "cp932", "gb18030")
 #: lines that tell the delimiter
@@ -45,17 +62,19 @@ def read_sheets(path: Path, delimiter: str | None = None) -> list[tuple[str, lis
 
 
 def _workbook(path: Path, raw: bytes) -> list[tuple[str, list[Row]]]:
-    import pandas as pd
-
+    """Sheets of a workbook, read by another process: a damaged one may end it, or ask for any memory."""
     try:
-        sheets = pd.read_excel(io.BytesIO(raw), sheet_name=None, header=None, engine="calamine")
-    except Exception as error:  # whatever a damaged archive makes the reader raise
-        raise InputError(f"{path}: not a workbook that can be read: {error}") from None
+        read = subprocess.run([sys.executable, "-c", _READER], input=raw, capture_output=True, timeout=_PATIENCE)
+        sheets = json.loads(read.stdout) if read.returncode == 0 else None
+    except (subprocess.TimeoutExpired, ValueError):
+        sheets = None
+    if sheets is None:
+        raise InputError(f"{path}: not a workbook that can be read: save it anew, or export text (csv)")
     found = []
-    for name, sheet in sheets.items():
-        rows = [(k, [_cell(value) for value in row]) for k, row in enumerate(sheet.itertuples(index=False), 1)]
-        if len(rows) > MAX_ROWS:
+    for name, cells in sheets:
+        if len(cells) > MAX_ROWS:
             raise InputError(f"{path}: more than {MAX_ROWS} rows; export fewer points")
+        rows = [(k, [_cell(value) for value in row]) for k, row in enumerate(cells, 1)]
         found.append((str(name), [row for row in rows if any(row[1])]))
     return found
 

@@ -1,5 +1,7 @@
 """Files as testing machines write them: the right numbers, or the reason why not, for each kind of them."""
 
+import random
+
 import pytest
 from machine_exports import PEAK, REJECTED, RIGHT, SIZES, STRAIN, B, Export, lines, text
 from machine_workbook import XLS
@@ -49,3 +51,16 @@ def test_the_option_that_a_message_prints_reads_the_file(tmp_path, capsys):
     assert "--column names 'kanal x', which is none of them" in capsys.readouterr().err
     assert run(["data", "stats", str(path), "--column", "power=Kanal A"]) == 2
     assert "expected ROLE=NAME, ROLE one of" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_damaged_workbook_is_read_or_refused(tmp_path, seed):
+    """The reader of workbooks may end its own process, or ask for any memory."""
+    draw, raw = random.Random(seed), bytearray(XLS)
+    for place in draw.sample(range(len(raw)), 40):
+        raw[place] = draw.randrange(256)
+    path = Export(bytes(raw[: 5000 if seed == 0 else None]), "a.xls").written(tmp_path)
+    try:
+        assert read_files("tensile", [path], {})
+    except InputError as error:
+        assert str(error).startswith(str(path))
