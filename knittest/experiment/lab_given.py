@@ -21,6 +21,8 @@ OTHER = 0.5
 TARE = 0.1
 #: share of its range by which a travel may go back before it counts as turned
 JITTER = 0.01
+#: share of steps that fall from which on a rising travel has noise: rounded ones repeat, but do not fall
+FALLING = 0.03
 
 
 @dataclass(frozen=True)
@@ -80,10 +82,18 @@ def tared(force: Array, preload: Preload | None, where: str) -> Array:
     return force
 
 
+def noise(values: Array) -> float:
+    """Standard deviation of the noise of ``values`` (n,) by their second differences; none where they hardly fall."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        if len(values) < 8 or np.count_nonzero(np.diff(values) < 0.0) < FALLING * len(values):
+            return 0.0
+        return float(1.4826 * np.median(np.abs(np.diff(values, 2))) / np.sqrt(6.0))
+
+
 def first_loading(travel: Array) -> tuple[NDArray[np.intp], bool]:
     """Rows of the first way up of ``travel`` (n,), each beyond all before, and whether it turns after them."""
     most = np.maximum.accumulate(travel)
-    back = np.flatnonzero(travel < most - JITTER * np.ptp(travel))
+    back = np.flatnonzero(travel < most - max(JITTER * np.ptp(travel), 6.0 * noise(travel)))
     end = int(back[0]) if len(back) else len(travel)
     up = slice(0, int(np.argmax(travel[:end])) + 1)
     rising = np.append(True, travel[up][1:] > most[up][:-1])

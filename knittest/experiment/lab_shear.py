@@ -71,6 +71,11 @@ def shear_curve(r: Recording, tested: Tested, given: Given) -> ShearCurve:
     role = next(role for role in ("angle", "travel", "strain", "extensometer") if role in r.values)
     if role == "strain" and tested.length is None:
         raise InputError(f"{r.table.where}: column {r.title(role)!r}: a strain: expected a travel or an angle")
+    if role != "angle" and lab_names.is_kind("sensor", r.title(role)):
+        raise InputError(
+            f"{r.table.where}: column {r.title(role)!r}: an extensometer sees a part of the specimen alone: expected "
+            "the travel of the clamp"
+        )
     moved, force = drawn(r.values[role], given.sign), r.values["force"]
     rows, turned = first_loading(moved)
     first = pulled(force[rows], given.sign, r.where)  # on its way back a specimen may be pushed

@@ -24,7 +24,7 @@ from knittest.experiment.lab_conditions import (
     same,
     stated,
 )
-from knittest.experiment.lab_given import JITTER, Given, Sign, drawn, pulled
+from knittest.experiment.lab_given import JITTER, Given, Sign, drawn, noise, pulled
 from knittest.experiment.lab_recording import columns, specimens_in, told, unit_of
 from knittest.experiment.lab_table import LabTable, read_tables
 from knittest.experiment.statistics import Specimen, peaks
@@ -42,8 +42,6 @@ FALL, BELOW = 0.02, 0.05
 STAYS, GAINS = 0.002, 0.08
 #: difference of the shares of their ways that extensometer and clamp go from row to row beyond which one jumps
 JUMP = 0.25
-#: share of steps that fall from which on a rising travel has noise: rounded ones repeat, but do not fall
-FALLING = 0.03
 #: share of the largest travel below which an offset of the start is none
 OFFSET = 0.002
 
@@ -313,14 +311,6 @@ def _start(strain: Array, force: Array, top: int) -> float:
         if zero <= 1.5 * step and force[0] > 0.0 and force[0] >= 0.25 * slope * zero:
             return 0.0
     return zero
-
-
-def noise(values: Array) -> float:
-    """Standard deviation of the noise of ``values`` (n,) by their second differences; none where they hardly fall."""
-    with np.errstate(over="ignore", invalid="ignore"):
-        if len(values) < 8 or np.count_nonzero(np.diff(values) < 0.0) < FALLING * len(values):
-            return 0.0
-        return float(1.4826 * np.median(np.abs(np.diff(values, 2))) / np.sqrt(6.0))
 
 
 def _without_spikes(values: Array) -> Array:

@@ -145,3 +145,12 @@ def test_a_biaxial_import_is_compared_at_its_own_ratio_alone(tmp_path, monkeypat
             own_curves(run, [corridor])
         with pytest.raises(InputError, match=r"biaxial_force_n_per_mm: tested at a ratio of 0\.5"):
             report.scaled(run, rows)
+
+
+@pytest.mark.parametrize("name", ["Extensometer strain [%]", "Extensometer [mm]", "Feindehnung [%]"])
+def test_an_extensometer_is_no_travel_of_the_clamp(tmp_path, name):
+    path = tmp_path / "a.csv"
+    rows = "".join(f"{k / 4};{k}\n" for k in range(40))
+    path.write_text(f"gauge length;200;mm\nspecimen width;100;mm\n{name};Force [N]\n{rows}", encoding="utf-8")
+    with pytest.raises(InputError, match=r"a\.csv:3: column .*sees a part of the specimen alone: expected the travel"):
+        read_strips(path, Given())

@@ -198,3 +198,9 @@ def test_the_stiffness_at_the_root_stands_beside_that_of_the_tests(tmp_path, mon
     CANTILEVER.write(strips, out, "warp", ["a.csv"])
     (own,) = published(out, "mine", "warp", ("bending_stiffness_n_mm_per_width",))
     assert own.mean == pytest.approx(np.mean([s.stiffness for s in strips]), rel=1e-4)
+
+
+def test_a_missing_reading_of_one_face_is_not_averaged_away(tmp_path):
+    text = "area mass [g/m2];830\nstrip;overhang face [mm];overhang back [mm]\n1;165;120\n2;160;\n3;170;125\n"
+    with pytest.raises(InputError, match=r":4: 1 of 2 readings: ends and faces differ"):
+        read_overhangs(table(tmp_path, text), Given())

@@ -152,3 +152,32 @@ def test_a_pull_in_newton_under_a_head_of_kilonewton_looks_like_newton(tmp_path)
     path.write_text(path.read_text(encoding="utf-8").replace("Kraft [N]", "Kraft [kN]"), encoding="utf-8")
     with pytest.raises(InputError, match=r"coefficient of 75 a face: .*it looks like N: 300 N or daN: 3000 N\)"):
         friction_results(read_friction(path, Given()), "warp", [])
+
+
+def test_a_strip_that_sticks_keeps_its_largest_force(tmp_path):
+    """400 N are reached at rest, in rows of one travel, before it slides at 300 N."""
+    way = np.concatenate([np.zeros(50), np.linspace(0.1, 20.0, 200)])
+    force = np.concatenate([np.linspace(0.0, 400.0, 50), np.full(200, 300.0)])
+    rows = "".join(f"{w:.2f};{f:.2f}\n" for w, f in zip(way, force, strict=True)).replace(".", ",")
+    (tmp_path / "a.csv").write_text(f"{HEAD}Weg [mm];Kraft [N]\n{rows}", encoding="utf-8")
+    (strip,) = read_friction(tmp_path / "a.csv", Given())
+    assert (strip.static, strip.kinetic) == pytest.approx((400.0, 300.0))
+
+
+def test_noise_of_the_travel_is_no_way_back(tmp_path):
+    way = np.linspace(0.0, 20.0, 2001)
+    noisy = way + 0.06 * np.random.default_rng(1).standard_normal(len(way))
+    force = np.interp(way, [0.0, 1.0, 4.0, 20.0], [0.0, 330.0, 300.0, 300.0])
+    rows = "".join(f"{w:.4f};{f:.2f}\n" for w, f in zip(noisy, force, strict=True)).replace(".", ",")
+    (tmp_path / "a.csv").write_text(f"{HEAD}Weg [mm];Kraft [N]\n{rows}", encoding="utf-8")
+    (strip,) = read_friction(tmp_path / "a.csv", Given())
+    assert strip.travel[-1] == pytest.approx(20.0, abs=0.3) and strip.kinetic == pytest.approx(300.0)
+
+
+@pytest.mark.parametrize(("faces", "kinetic"), [(1, 300.0), (2, 600.0)])
+def test_a_coefficient_is_that_of_a_face_and_the_output_says_so(tmp_path, faces, kinetic):
+    path = friction_file(tmp_path / "a.csv", kinetic=0.15, peak=0.165)
+    path.write_text(path.read_text(encoding="utf-8").replace("Kraft [N]", "Reibungszahl"), encoding="utf-8")
+    (strip,) = read_friction(path, Given(faces=faces))
+    assert strip.kinetic == pytest.approx(kinetic) and any("that of a face" in note for note in strip.notes)
+    assert friction_results([strip], "warp", []).found["mu_per_face"] == pytest.approx([0.15])

@@ -101,6 +101,11 @@ def _readings(table: LabTable, which: Sequence[int], path: Path) -> dict[str, li
         if not filled:
             table.notes.append(f"line {line} left out: no overhang in column {table.names[which[0]]!r}")
             continue
+        if len(filled) < len(which):
+            raise InputError(
+                f"{table.place}:{line}: {len(filled)} of {len(which)} readings: ends and faces differ, so that a mean "
+                "over fewer is another one: fill in the others, or leave the row out"
+            )
         label = cells[who] if who is not None and who < len(cells) else ""
         name = f"{table.stem}-{label or len(found) + 1}"
         for cell, factor in filled:

@@ -38,11 +38,13 @@ UNITS = {"pull_force_static_n": "N", "pull_force_kinetic_n": "N", "mu_paper": "1
 class Rubbed(Origin):
     """Travel [mm] from the start and pull force [N] of one strip, (n,) each; ``faces`` of it rub.
 
+    ``largest`` is the largest force at each travel: a strip that sticks has many forces at one.
     ``sizes`` are normal force [N], length and width [mm] of the plates.
     """
 
     travel: Array
     force: Array
+    largest: Array
     sizes: tuple[float, float, float]
     faces: int
 
@@ -55,7 +57,7 @@ class Rubbed(Origin):
     @property
     def static(self) -> float:
         """Largest force [N] before half the travel."""
-        return float(self.force[self.travel <= (1.0 - KINETIC_SHARE) * self.travel[-1]].max())
+        return float(self.largest[self.travel <= (1.0 - KINETIC_SHARE) * self.travel[-1]].max())
 
     def coefficient(self, force: float) -> float:
         """Coulomb coefficient of one face [-]: F_R / (faces F_N)."""
@@ -79,14 +81,20 @@ def _rubbed(r: Recording, given: Given) -> Rubbed:
         raise InputError(f"{r.where}: column {r.title('strain')!r}: a strain: expected a travel [mm]")
     travel = drawn(r.values["travel"], given.sign)
     rows, _ = first_loading(travel)
-    travel, force = travel[rows] - travel[0], pulled(force[rows], given.sign, r.where)
+    way_out = pulled(force[: rows[-1] + 1], given.sign, r.where)
+    travel, force, largest = travel[rows] - travel[0], way_out[rows], np.maximum.reduceat(way_out, rows)
     if len(travel) < 3 or not TRAVELS[0] <= travel[-1] <= TRAVELS[1]:
         raise InputError(
             f"{r.where}: {len(travel)} rows over a travel of {travel[-1]:.4g} mm: expected at least 3, over "
             f"{TRAVELS[0]:g} to {TRAVELS[1]:g} mm: check the unit of the travel"
         )
-    force = tared(force, given.preload, r.where)
-    return Rubbed(**of(r), travel=travel, force=force, sizes=(normal, long, wide), faces=given.faces)
+    free = tared(force, given.preload, r.where)
+    of_a_face = "a coefficient is that of a face: pull force over faces (--faces) times normal force"
+    notes = (*r.origin.notes, *([of_a_face] if "coefficient" in r.values else []))
+    return Rubbed(
+        **of(r) | {"notes": notes}, travel=travel, force=free, largest=largest + (free[0] - force[0]),
+        sizes=(normal, long, wide), faces=given.faces,
+    )  # fmt: skip
 
 
 def friction_results(strips: Sequence[Rubbed], direction: str, files: Sequence[str]) -> Results:
