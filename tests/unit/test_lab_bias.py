@@ -154,3 +154,13 @@ def test_an_extensometer_is_no_travel_of_the_clamp(tmp_path, name):
     path.write_text(f"gauge length;200;mm\nspecimen width;100;mm\n{name};Force [N]\n{rows}", encoding="utf-8")
     with pytest.raises(InputError, match=r"a\.csv:3: column .*sees a part of the specimen alone: expected the travel"):
         read_strips(path, Given())
+
+
+def test_a_strain_is_the_travel_over_the_length(tmp_path):
+    found = []
+    for name, factor in (("Travel [mm]", 1.0), ("Strain [%]", 0.5)):
+        rows = "".join(f"{factor * k / 2:.4f};{k}\n" for k in range(60))
+        path = tmp_path / "a.csv"
+        path.write_text(f"gauge length;200;mm\nspecimen width;100;mm\n{name};Force [N]\n{rows}", encoding="utf-8")
+        found += read_strips(path, Given())
+    assert found[1].angle == pytest.approx(found[0].angle, abs=1e-6) and found[0].angle[-1] > 30.0

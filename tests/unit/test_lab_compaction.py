@@ -96,3 +96,21 @@ def test_an_import_is_an_experiment_whose_rows_a_run_is_held_against(tmp_path):
     corridor = pd.read_csv(out / "compaction" / "corridor.csv", comment="#")
     assert corridor["thickness_mm"].iloc[0] == pytest.approx(law(0.1, 3.1), abs=1e-5)
     assert corridor["thickness_sd_mm"].to_numpy() == pytest.approx(0.1, abs=1e-5)
+
+
+@pytest.mark.parametrize(("plate", "area", "sign"), [("Plate diameter;25;mm", 0.25 * np.pi * 25.0**2, 1.0),
+                                                     ("Pressure foot area;5;cm2", 500.0, -1.0)])  # fmt: skip
+def test_a_force_is_a_pressure_by_the_plate(tmp_path, plate, area, sign):
+    pressure = np.geomspace(0.5, 200.0, 60)
+    rows = "".join(f"{2.2 - 0.1 * np.log(p):.6f};{sign * p * area / 1e3:.6f}\n" for p in pressure)
+    (tmp_path / "a.csv").write_text(f"{plate}\nThickness [mm];Load [N]\n{rows}", encoding="utf-8")
+    (piece,) = read_compaction(tmp_path / "a.csv", Given())
+    assert piece.at(np.array([1.0, 10.0, 100.0])) == pytest.approx([2.2, 1.9697, 1.7395], abs=1e-4)
+
+
+def test_psi_and_inches_are_kpa_and_mm(tmp_path):
+    pressure = np.geomspace(0.5, 200.0, 60)
+    rows = "".join(f"{(2.2 - 0.1 * np.log(p)) / 25.4:.6f};{p / 6.894757:.6f}\n" for p in pressure)
+    (tmp_path / "a.csv").write_text(f"Thickness [in.];Pressure [psi]\n{rows}", encoding="utf-8")
+    (piece,) = read_compaction(tmp_path / "a.csv", Given())
+    assert piece.at(np.array([10.0])) == pytest.approx([1.9697], abs=1e-4)
