@@ -191,10 +191,53 @@ def tip_of(parameters):
 
 
 @njit(**INLINE)
-def held_within(parameters):
-    """Least and largest parameter, by :func:`reach_of`, where one of the two pieces is held at its middle."""
+def _limits_of(line, parameters):
+    """Least and largest parameter at which a contact of the kind ``line`` is found, from those by :func:`reach_of`."""
+    if line == POINT:
+        return parameters
+    if line == BESIDE:
+        return WITHIN
     first = FIRST_END if parameters[0] == FIRST_END else -HELD_BEYOND
     return first, LAST_END if parameters[1] == LAST_END else 1.0 + HELD_BEYOND
+
+
+@njit(**PART)
+def _first_place(x, y, z, i, j, held, at_end):
+    """Closest points of pieces i and j from their middles on: (s, t, offset (3), kind); ``held`` by their marks.
+
+    Where a yarn ends (``at_end``) pieces that are not side by side are one at a point, which has its place sought.
+    """
+    if held != POINT:
+        s, t, wx, wy, wz, _ = _closest(x, y, z, i, j, 0.5, 0.5, held, HELD_STEPS)
+        return s, t, wx, wy, wz, held
+    s, t, wx, wy, wz, line = crossing(x, y, z, i, j)
+    if at_end and not (line != POINT and s >= 0.0 and s <= 1.0 and t >= 0.0 and t <= 1.0):
+        s, t, wx, wy, wz, _ = _closest(x, y, z, i, j, s, t, POINT, HELD_STEPS)
+        line = POINT
+    return s, t, wx, wy, wz, line
+
+
+@njit(**PART)
+def _second_place(x, y, z, i, j, line, tips, first, radius):
+    """Another place where pieces i and j are near: (s, t, offset (3)), s is nan where there is none.
+
+    Looked for from the ``tips`` of the pieces, as a piece at an end is long enough to be near in two places. A piece
+    that is held is held also where its yarn ends, and where it begins if it is nearer there (:func:`_dips`).
+    """
+    if line == POINT:
+        s, t, wx, wy, wz, _ = _closest(x, y, z, i, j, tips[0], tips[1], POINT, HELD_STEPS)
+        same = abs(s - first[0]) < APART and abs(t - first[1]) < APART
+        return nan if same else s, t, wx, wy, wz
+    holds_first = line == FIRST_ALONG
+    own, other, tip = (i, j, tips[0]) if holds_first else (j, i, tips[1])
+    held = 0.0 if tip == 0.5 else tip
+    s, t = (held, 0.5) if holds_first else (0.5, held)
+    s, t, wx, wy, wz, _ = _closest(x, y, z, i, j, s, t, line, HELD_STEPS)
+    if held == 0.0:
+        sign, at = (1.0, t) if holds_first else (-1.0, s)
+        if not _dips(x, y, z, own, other, at, sign * wx, sign * wy, sign * wz, radius):
+            s = nan
+    return s, t, wx, wy, wz
 
 
 @njit(**ALLOCATING)
@@ -244,38 +287,14 @@ def _pairs_of(first, last, position, pieces, alive, moved, cells, by_cell, skin,
                 of_i, of_j = reach_of(i, alive, pieces), reach_of(j, alive, pieces)
                 if _apart(x, y, z, i, j, 0.5 * stretch_of(of_i), 0.5 * stretch_of(of_j), gap):
                     continue
-                line = held_kind(i, j, pieces)
-                s, t, wx, wy, wz = 0.0, 0.0, 0.0, 0.0, 0.0
-                tip_s, tip_t = tip_of(of_i), tip_of(of_j)
-                from_tip = line == POINT and (tip_s != 0.5 or tip_t != 0.5)
-                holds_first = line == FIRST_ALONG
-                if line == POINT:
-                    s, t, wx, wy, wz, line = crossing(x, y, z, i, j)
-                    if from_tip and not (line != POINT and s >= 0.0 and s <= 1.0 and t >= 0.0 and t <= 1.0):
-                        s, t, wx, wy, wz, _ = _closest(x, y, z, i, j, s, t, POINT, HELD_STEPS)
-                        line = POINT
-                    elif line != POINT:
-                        of_i, of_j, from_tip = WITHIN, WITHIN, False
-                else:
-                    s, t, wx, wy, wz, _ = _closest(x, y, z, i, j, 0.5, 0.5, line, HELD_STEPS)
-                    of_i, of_j = held_within(of_i), held_within(of_j)
-                for start in range(2 if from_tip or line >= FIRST_ALONG else 1):
-                    if start == 1 and line >= FIRST_ALONG:
-                        own, other = (i, j) if holds_first else (j, i)
-                        tip = tip_s if holds_first else tip_t
-                        held = 0.0 if tip == 0.5 else tip
-                        s, t = (held, 0.5) if holds_first else (0.5, held)
-                        s, t, wx, wy, wz, _ = _closest(x, y, z, i, j, s, t, line, HELD_STEPS)
-                        sign, at = (1.0, t) if holds_first else (-1.0, s)
-                        if held == 0.0 and not _dips(
-                            x, y, z, own, other, at, sign * wx, sign * wy, sign * wz, min(radius[i], radius[j])
-                        ):
-                            continue
-                    elif start == 1:  # a piece at an end is long enough to be near in two places
-                        before_s, before_t = s, t
-                        s, t, wx, wy, wz, _ = _closest(x, y, z, i, j, tip_s, tip_t, POINT, HELD_STEPS)
-                        if abs(s - before_s) < APART and abs(t - before_t) < APART:
-                            continue
+                tips = tip_of(of_i), tip_of(of_j)
+                at_end = tips[0] != 0.5 or tips[1] != 0.5
+                s, t, wx, wy, wz, line = _first_place(x, y, z, i, j, held_kind(i, j, pieces), at_end)
+                of_i, of_j = _limits_of(line, of_i), _limits_of(line, of_j)
+                for number in range(2 if line >= FIRST_ALONG or (line == POINT and at_end) else 1):
+                    if number == 1:
+                        least = min(radius[i], radius[j])
+                        s, t, wx, wy, wz = _second_place(x, y, z, i, j, line, tips, (s, t), least)
                     # found twice, a crossing is tracked once
                     inside = s >= of_i[0] and s <= of_i[1] and t >= of_j[0] and t <= of_j[1]
                     if not inside or wx * wx + wy * wy + wz * wz > gap * gap:
