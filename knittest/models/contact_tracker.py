@@ -72,9 +72,9 @@ class YarnContactGroup:
     """Input of the search, each (n_nodes,): radius and half piece length [mm], pieces along the same yarn that never
     touch, where a spline piece is, chain and part numbers, ``cut`` 1 + the part of a piece near the end of its yarn (0
     elsewhere), which does not press another of its part that is; ``node_cut`` first nodes of the partitions; ``law`` of
-    all pairs, ``levers`` (2, n_parts, n_parts) of their friction moments. ``bound`` radius around the section [mm], that
-    of an ellipse more than its half height, ``radius``; sections of nodes as in :class:`Contacts`, empty if all are
-    round (``shape``: if all are rigid).
+    all pairs, ``levers`` (2, n_parts, n_parts) of their friction moments. ``bound`` radius around the section [mm],
+    that of an ellipse more than its half height, ``radius``; sections of nodes as in :class:`Contacts`, empty if all
+    are round (``shape``: if all are rigid).
     ``pressed`` where overlaps at the start shall carry force.
 
     In a periodic cell ``owned`` (n_nodes,) is 1 for its nodes and 0 for images, and contacts are looked for with the

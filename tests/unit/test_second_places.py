@@ -1,0 +1,90 @@
+"""What the search looks at beside the closest points from the middles of pieces, and how it steps. Plain Python."""
+
+import numpy as np
+import pytest
+from plain import plain
+
+from knittest.kernels.along import MOST, Pieces
+from knittest.kernels.contact import BESIDE, FIRST_ALONG, FIRST_END, LAST_END, POINT, SECOND_ALONG, closest_step
+from knittest.kernels.pair_search import _first_place, _second_place, reach_of
+
+
+@pytest.mark.parametrize("line", [POINT, BESIDE, FIRST_ALONG, SECOND_ALONG])
+def test_no_step_leads_away_from_the_closest_points(line: float) -> None:
+    """Half the squared distance falls along every step: its gradient (w.u, -w.v) times the step is not above 0.
+
+    An indefinite second derivative would lead uphill in a third of these cases, and through each other in a cell.
+    """
+    rng, moved = np.random.default_rng(7), 0
+    for _ in range(300):
+        w, u, v, a, b = rng.normal(size=(5, 3))
+        s, t = rng.uniform(0.0, 1.0, 2)
+        end_s, end_t = plain(closest_step)(s, t, *w, *u, *v, *a, *b, 0.0, 0.0, line)
+        slope = (w @ u) * (end_s - s) - (w @ v) * (end_t - t)
+        assert slope <= 1e-12
+        moved += slope < -1e-9
+    assert moved > 200
+
+
+def curves(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, Pieces, np.ndarray]:
+    """Positions (3, n), pieces and living elements of two yarns of the control points ``first`` and ``second``."""
+    n, m = len(first), len(second)
+    alive, one = np.ones(n + m), np.ones(n + m)
+    alive[[n - 1, n + m - 1]] = 0.0
+    pieces = Pieces(
+        0.1 * one, 0.5 * one, np.ones(n + m, np.int64), np.repeat([0, 1], [n, m]), np.zeros(n + m, np.int64),
+        np.arange(n + m), np.full((n + m, MOST), -1),
+    )  # fmt: skip
+    return np.vstack([first, second]).T, pieces, alive
+
+
+def test_a_piece_at_an_end_reaches_to_its_last_node_unless_the_yarn_goes_on() -> None:
+    line = np.column_stack([np.arange(5.0), np.zeros(5), np.zeros(5)])
+    _, pieces, alive = curves(line, line)
+    limits = [plain(reach_of)(i, alive, pieces) for i in (1, 2, 3)]
+    assert limits[0][0] == FIRST_END and limits[0][1] < 1.1
+    assert limits[1][0] > -0.1 and limits[1][1] < 1.1
+    assert limits[2][1] == LAST_END and limits[2][0] > -0.1
+    assert plain(reach_of)(1, alive, pieces._replace(ends=False))[0] > -0.1
+
+
+def test_the_tip_of_a_yarn_is_looked_at_beside_the_middle_of_its_last_piece() -> None:
+    """A yarn that arches between two others' places: near at parameter 0.3, and at its tip half an element beyond."""
+    first = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
+    second = np.array([[0.4, 0.6, 0.3], [0.7, 0.0, 0.45], [2.2, 0.1, 0.35], [2.4, 0.9, 0.3]])
+    position, _, _ = curves(first, second)
+    found = plain(_first_place)(*position, 1, 4, POINT, True)
+    other = plain(_second_place)(*position, 1, 4, POINT, (LAST_END, 0.5), found[:2], 0.1)
+    again = plain(_second_place)(*position, 1, 4, POINT, (0.5, 0.5), found[:2], 0.1)
+    assert np.isnan(again[0])  # from the middle it is the same place
+    assert np.isnan(other[0]) or abs(other[0] - found[0]) > 0.3
+
+
+def wrapped(turn_deg: float, kink: float = 0.0) -> np.ndarray:
+    """Positions (3, 10) of a yarn round the axis z at 1 mm, ``turn_deg`` a piece, whose element between the second and
+    third node is nearer by ``kink`` [mm], and of a yarn along the axis.
+    """
+    angle = np.deg2rad(turn_deg) * (np.arange(5) - 1.5)
+    radius = 1.0 / np.cos(0.5 * np.deg2rad(turn_deg))
+    points = radius * np.column_stack([np.cos(angle), np.sin(angle), np.zeros(5)])
+    points[1:3, 0] -= kink
+    axis = np.column_stack([np.zeros(5), np.zeros(5), 0.5 * np.arange(-2.0, 3.0)])
+    return np.vstack([points, axis]).T
+
+
+@pytest.mark.parametrize(("turn", "kink", "found"), [(15.0, 0.0, False), (55.0, 0.0, False), (55.0, 0.4, True)])
+def test_a_yarn_along_another_is_held_between_middles_only_where_it_is_nearer_there(turn, kink, found) -> None:
+    """A regular wrap has the same distance all along; a kink comes through between the middles, at which it is held."""
+    position = wrapped(turn, kink)
+    s, t, *_ = plain(_second_place)(*position, 2, 7, FIRST_ALONG, (0.5, 0.5), (0.5, 0.5), 0.5)
+    assert np.isfinite(s) == found
+    assert np.isfinite(t)
+    other_way = np.hstack([position[:, 5:], position[:, :5]])
+    s, t, *_ = plain(_second_place)(*other_way, 2, 7, SECOND_ALONG, (0.5, 0.5), (0.5, 0.5), 0.5)
+    assert np.isfinite(t) and np.isfinite(s) == found
+
+
+def test_the_end_of_a_yarn_along_another_is_held_too() -> None:
+    position = wrapped(30.0)
+    s, *_ = plain(_second_place)(*position, 3, 7, FIRST_ALONG, (LAST_END, 0.5), (0.5, 0.5), 0.1)
+    assert s == LAST_END
