@@ -26,8 +26,9 @@ CONVERGED, MOST_STEPS = 1e-4, 40
 HELD_STEPS, HELD_BEYOND = 8, 1e-9
 #: parameters at which pieces side by side are found
 WITHIN = (0.0, 1.0)
-#: rise of the distance to both sides, over the smaller radius, from which a yarn along another is held between middles
-DIPS = 0.1
+#: rise of the distance to both sides beyond that of a regular wrap, over the smaller radius, from which a yarn along
+#: another is held between middles
+DIPS = 0.04
 #: distance along both yarns [elements] from which on two places of a piece at the end of a yarn are two
 APART = 0.3
 
@@ -157,10 +158,22 @@ def stretch_of(parameters):
 
 
 @njit(**INLINE)
-def _rise(distance2, slope, curvature, tangent2, along2, radius):
-    """Tell whether the distance rises by :data:`DIPS` radii half an element on, from the second-order expansion."""
-    second = tangent2 + curvature - along2
-    return sqrt(max(distance2 + slope + 0.25 * second, 0.0)) > sqrt(distance2) + DIPS * radius
+def _rises(wx, wy, wz, ux, uy, uz, ax, ay, az, vx, vy, vz, radius):
+    """Tell whether a yarn is farther from another half an element on, by more than in a regular wrap.
+
+    ``w`` offset from the other yarn's tangent ``v`` [mm], ``u`` tangent [mm] and ``a`` second derivative of its own.
+    Round a straight yarn, turning by the angle q a piece, it is (3/4 + cos(q)/4) / cos(q/2) times as far in between.
+    """
+    near, uu = sqrt(wx * wx + wy * wy + wz * wz), ux * ux + uy * uy + uz * uz
+    regular = near
+    if wx * ax + wy * ay + wz * az < 0.0:
+        nx, ny, nz = ux + ax, uy + ay, uz + az
+        cosine = max((ux * nx + uy * ny + uz * nz) / sqrt(uu * (nx * nx + ny * ny + nz * nz)), -0.5)
+        regular *= (0.75 + 0.25 * cosine) / sqrt(0.5 + 0.5 * cosine)
+    wx, wy, wz = wx + 0.5 * ux + 0.125 * ax, wy + 0.5 * uy + 0.125 * ay, wz + 0.5 * uz + 0.125 * az
+    along = wx * vx + wy * vy + wz * vz
+    far2 = wx * wx + wy * wy + wz * wz - along * along / max(vx * vx + vy * vy + vz * vz, 1e-30)
+    return far2 > (regular + DIPS * radius) ** 2
 
 
 @njit(**PART)
@@ -174,12 +187,9 @@ def _dips(x, y, z, own, other, at, wx, wy, wz, radius):
     _, _, _, _, _, _, bx, by, bz = piece(x, y, z, own - 1)
     _, _, _, vx, vy, vz, qx, qy, qz = piece(x, y, z, other)
     vx, vy, vz = vx + 2.0 * at * qx, vy + 2.0 * at * qy, vz + 2.0 * at * qz
-    vv = vx * vx + vy * vy + vz * vz
-    uv = ux * vx + uy * vy + uz * vz
-    along2 = uv * uv / max(vv - 2.0 * (wx * qx + wy * qy + wz * qz), 0.5 * vv)
-    distance2, slope, uu = wx * wx + wy * wy + wz * wz, wx * ux + wy * uy + wz * uz, ux * ux + uy * uy + uz * uz
-    ahead = _rise(distance2, slope, 2.0 * (wx * ax + wy * ay + wz * az), uu, along2, radius)
-    return ahead and _rise(distance2, -slope, 2.0 * (wx * bx + wy * by + wz * bz), uu, along2, radius)
+    return _rises(wx, wy, wz, ux, uy, uz, 2.0 * ax, 2.0 * ay, 2.0 * az, vx, vy, vz, radius) and _rises(
+        wx, wy, wz, -ux, -uy, -uz, 2.0 * bx, 2.0 * by, 2.0 * bz, vx, vy, vz, radius
+    )
 
 
 @njit(**INLINE)

@@ -110,3 +110,18 @@ def test_a_contact_in_recovery_goes_on_from_its_state_to_the_bit() -> None:
         ends.append((tracker.recovered, tracker.contacts.accepted[0], tracker.contacts.reach[0]))
     assert ends[0][0] > 0.0 and ends[0][1] == 0.02
     assert ends[0] == ends[1]
+
+
+def test_two_crossings_of_yarns_less_than_an_element_apart_are_tracked_both() -> None:
+    """Arcs that bend past each other at 32 degrees are nearest in two places, 0.8 elements apart, not in between."""
+    way, angle = np.arange(-2.0, 3.0), np.deg2rad(32.0)
+    above = np.column_stack([way, np.zeros(5), 0.5 - 0.3 * way**2])
+    below = np.column_stack([way * np.cos(angle), way * np.sin(angle), 0.3 * way**2])
+    body = Body.of_chains([Chain(points, section(5e3, 1.0, 0.17, 1e-3)) for points in (above, below)], CONTACT)
+    body.step(1)
+    tracker = body.model.tracker
+    places = tracker.contacts.piece[:, : tracker.count] + tracker.contacts.parameter[:, : tracker.count]
+    assert tracker.count == 2
+    assert 0.3 < abs(places[0, 0] - places[0, 1]) < 0.9
+    gap = np.linalg.norm(tracker.contacts.offset[:, :2], axis=0)
+    assert gap[0] == pytest.approx(gap[1], rel=1e-6)
