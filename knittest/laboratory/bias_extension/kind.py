@@ -1,11 +1,13 @@
 """Record of the bias extension test."""
 
 from knittest.base.kinds import TestKind
-from knittest.base.regressed import Regressed, Regression
+from knittest.base.regressed import SHEETS, Regressed, Regression
 from knittest.laboratory.deciding_fields import CROSSINGS, LOOPS
 
 #: shear angles at which forces are compared [deg]
 _ANGLES = (10, 20, 30, 40)
+#: strip of yarns for the quick level of the regression
+_SMALL = ("rig.width=20", "rig.gauge_length=40")
 
 KIND = TestKind(
     name="bias-extension",
@@ -55,7 +57,8 @@ KIND = TestKind(
     studied=True,
     regression=Regression(
         runs=(
-            Regressed(7, "quick", "macro", "quick", (("1", None),)),
+            Regressed(2, "quick", "meso", "quick", SHEETS, _SMALL, "20mm"),
+            Regressed(7, "quick", "macro", "quick", SHEETS),
             Regressed(4, "full", "meso", "quick", (("2", None),)),
             Regressed(8, "full", "macro", "standard", (("1", None),)),
         ),

@@ -1,8 +1,14 @@
 """Record of the forming test."""
 
 from knittest.base.kinds import TestKind
-from knittest.base.regressed import Regressed, Regression
+from knittest.base.regressed import SHEETS, Regressed, Regression
 from knittest.laboratory.deciding_fields import CROSSINGS, LOOPS
+
+#: blank of yarns for the quick level of the regression: a third as wide over a hemisphere, a fifth as deep
+_SMALL = (
+    "rig.blank_length=40", "rig.blank_width=40", "rig.stamp.kind=hemisphere", "rig.stamp.hemisphere.radius=8",
+    "rig.die.clearance=5", "rig.depth=3",
+)  # fmt: skip
 
 KIND = TestKind(
     name="forming",
@@ -72,6 +78,8 @@ KIND = TestKind(
     # the buckles by 3.9 %
     regression=Regression(
         runs=(
+            Regressed(1, "quick", "meso", "quick", SHEETS, _SMALL, "40mm"),
+            Regressed(1, "quick", "macro", "quick", SHEETS, ("rig.depth=4",), "4mm"),
             Regressed(
                 1, "quick", "macro", "quick", (("1", None),), ("rig.blank_holder_force=100",), "100n", enlarges=True
             ),
