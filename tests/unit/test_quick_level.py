@@ -1,4 +1,4 @@
-"""The quick level of the regression runs every test of every shipped variant at every scale, with its quality checks."""
+"""The quick level of the regression runs every test, scale and shipped variant, with all quality checks."""
 
 from dataclasses import replace
 
