@@ -6,8 +6,6 @@ from knittest.laboratory.deciding_fields import CROSSINGS, LOOPS
 
 #: shear angles at which forces are compared [deg]
 _ANGLES = (10, 20, 30, 40)
-#: strip of yarns for the quick level of the regression
-_SMALL = ("rig.width=20", "rig.gauge_length=40")
 
 KIND = TestKind(
     name="bias-extension",
@@ -57,7 +55,8 @@ KIND = TestKind(
     studied=True,
     regression=Regression(
         runs=(
-            Regressed(2, "quick", "meso", "quick", SHEETS, _SMALL, "20mm"),
+            Regressed(2, "quick", "meso", "quick", (("1", None),), ("rig.width=20", "rig.gauge_length=40"), "20mm"),
+            Regressed(2, "quick", "meso", "quick", (("2", None),), ("rig.width=25", "rig.gauge_length=50"), "25mm"),
             Regressed(7, "quick", "macro", "quick", SHEETS),
             Regressed(4, "full", "meso", "quick", (("2", None),)),
             Regressed(8, "full", "macro", "standard", (("1", None),)),
