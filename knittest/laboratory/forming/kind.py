@@ -11,7 +11,7 @@ _FREE = (
 )  # fmt: skip
 _SMALL = (
     "rig.blank_length=40", "rig.blank_width=40", "rig.stamp.kind=hemisphere", "rig.stamp.hemisphere.radius=8",
-    "rig.die.clearance=5", "rig.holder.clearance=5", "rig.depth=5", "rig.blank_holder_force=100",
+    "rig.die.clearance=5", "rig.holder.clearance=5", "rig.depth=5", "rig.blank_holder_force=150",
 )  # fmt: skip
 
 KIND = TestKind(
