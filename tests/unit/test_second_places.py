@@ -1,4 +1,4 @@
-"""What the search looks at beside the closest points from the middles of pieces, and how it steps. Plain Python."""
+"""Second places of the search of pairs, beside the closest points from the middles of pieces. Plain Python."""
 
 import numpy as np
 import pytest
