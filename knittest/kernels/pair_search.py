@@ -10,8 +10,9 @@ import numpy as np
 from numba import njit, prange
 
 from knittest.kernels.along import held_kind
-from knittest.kernels.contact import BESIDE, FIRST_ALONG, FIRST_END, LAST_END, POINT, closest_step
+from knittest.kernels.contact import BESIDE, FIRST_ALONG, FIRST_END, LAST_END, POINT, SECOND_ALONG, closest_step
 from knittest.kernels.grid import ROWS, place_of, row_near
+from knittest.kernels.heirs import HELD
 from knittest.kernels.options import ALLOCATING, INLINE, KERNEL, PARALLEL, PART, PARTITIONS
 from knittest.kernels.rows import rows3, rows4
 from knittest.kernels.state import Index
@@ -29,6 +30,8 @@ WITHIN = (0.0, 1.0)
 #: rise of the distance to both sides beyond that of a regular wrap, over the smaller radius, from which a yarn along
 #: another is held between middles
 DIPS = 0.04
+#: length of a piece, over the smaller radius, from which on it is held also where it begins
+COARSE = 3.0
 #: distance along both yarns [elements] from which on two places of a piece at the end of a yarn are two
 APART = 0.3
 
@@ -228,26 +231,55 @@ def _first_place(x, y, z, i, j, held, at_end):
 
 
 @njit(**PART)
-def _second_place(x, y, z, i, j, line, tips, first, radius):
-    """Another place where pieces i and j are near: (s, t, offset (3)), s is nan where there is none.
+def _second_point(x, y, z, i, j, tips, first):
+    """Another place where pieces i and j are near at a point: (s, t, offset (3)), s is nan where there is none.
 
-    Looked for from the ``tips`` of the pieces, as a piece at an end is long enough to be near in two places. A piece
-    that is held is held also where its yarn ends, and where it begins if it is nearer there (:func:`_dips`).
+    Looked for from the ``tips`` of the pieces, as a piece at an end is long enough to be near in two places.
     """
-    if line == POINT:
-        s, t, wx, wy, wz, _ = _closest(x, y, z, i, j, tips[0], tips[1], POINT, HELD_STEPS)
-        same = abs(s - first[0]) < APART and abs(t - first[1]) < APART
-        return nan if same else s, t, wx, wy, wz
+    s, t, wx, wy, wz, _ = _closest(x, y, z, i, j, tips[0], tips[1], POINT, HELD_STEPS)
+    same = abs(s - first[0]) < APART and abs(t - first[1]) < APART
+    return nan if same else s, t, wx, wy, wz
+
+
+@njit(**PART)
+def _held_place(x, y, z, i, j, line, number, tips, radius, coarse):
+    """Closest points where a piece that lies along another is held beside its middle: (s, t, offset (3)), s is nan
+    where it is not.
+
+    By ``number`` where its yarn ends (1), where it begins (2) if it is ``coarse`` or nearer there (:func:`_dips`), and
+    where the last piece of a yarn would end (3) if it is coarse.
+    """
     holds_first = line == FIRST_ALONG
     own, other, tip = (i, j, tips[0]) if holds_first else (j, i, tips[1])
-    held = 0.0 if tip == 0.5 else tip
+    held = tip if number == 1 else number - 2.0
+    if (number == 1 and tip == 0.5) or (number == 3 and not (coarse and tip == LAST_END)):
+        return nan, 0.0, 0.0, 0.0, 0.0
+    if number == 2 and tip == FIRST_END and not coarse:
+        return nan, 0.0, 0.0, 0.0, 0.0
     s, t = (held, 0.5) if holds_first else (0.5, held)
     s, t, wx, wy, wz, _ = _closest(x, y, z, i, j, s, t, line, HELD_STEPS)
-    if held == 0.0:
+    if number == 2 and not coarse:
         sign, at = (1.0, t) if holds_first else (-1.0, s)
         if not _dips(x, y, z, own, other, at, sign * wx, sign * wy, sign * wz, radius):
             s = nan
     return s, t, wx, wy, wz
+
+
+@njit(**PART)
+def _beside_held(parameters, i, j, is_first, pieces):
+    """Limits of a point on piece i, of which the yarn's pieces beside it may be held along that of piece j.
+
+    Those are held at their middles: what is near between there and this piece, beyond the reach of that
+    (:data:`knittest.kernels.heirs.HELD`), is found from here. ``is_first`` where i
+    is the lower one of the pair.
+    """
+    first, last = parameters
+    own = FIRST_ALONG if is_first else SECOND_ALONG
+    if first == -BEYOND and (held_kind(i - 1, j, pieces) if is_first else held_kind(j, i - 1, pieces)) == own:
+        first = -HELD
+    if last == 1.0 + BEYOND and (held_kind(i + 1, j, pieces) if is_first else held_kind(j, i + 1, pieces)) == own:
+        last = 1.0 + HELD
+    return first, last
 
 
 @njit(**ALLOCATING)
@@ -301,10 +333,19 @@ def _pairs_of(first, last, position, pieces, alive, moved, cells, by_cell, skin,
                 at_end = tips[0] != 0.5 or tips[1] != 0.5
                 s, t, wx, wy, wz, line = _first_place(x, y, z, i, j, held_kind(i, j, pieces), at_end)
                 of_i, of_j = _limits_of(line, of_i), _limits_of(line, of_j)
-                for number in range(2 if line >= FIRST_ALONG or (line == POINT and at_end) else 1):
-                    if number == 1:
+                places_of = 1
+                if line >= FIRST_ALONG:
+                    places_of = 4
+                elif line == POINT:
+                    of_i, of_j = _beside_held(of_i, i, j, True, pieces), _beside_held(of_j, j, i, False, pieces)
+                    places_of = 2 if at_end else 1
+                for number in range(places_of):
+                    if number > 0 and line == POINT:
+                        s, t, wx, wy, wz = _second_point(x, y, z, i, j, tips, (s, t))
+                    elif number > 0:
                         least = min(radius[i], radius[j])
-                        s, t, wx, wy, wz = _second_place(x, y, z, i, j, line, tips, (s, t), least)
+                        coarse = 2.0 * half_piece[i if line == FIRST_ALONG else j] > COARSE * least
+                        s, t, wx, wy, wz = _held_place(x, y, z, i, j, line, number, tips, least, coarse)
                     # found twice, a crossing is tracked once
                     inside = s >= of_i[0] and s <= of_i[1] and t >= of_j[0] and t <= of_j[1]
                     if not inside or wx * wx + wy * wy + wz * wz > gap * gap:

@@ -34,9 +34,9 @@ LEAST_STEPS = 5
 MAX_OVERLAP = 0.20
 #: overlapping pairs that are named
 LISTED = 5
-#: overlap beyond that of the start which may stay without force, over the smaller radius, and smaller radii [1/ms] by
-#: which more of it is given force
-LEFT_FREE, RECOVERY = 0.01, 1.0
+#: overlap beyond that of the start which may stay without force, what is given force as soon as it is found, both over
+#: the smaller radius, and smaller radii [1/ms] by which more of it is given force
+LEFT_FREE, AT_ONCE, RECOVERY = 0.01, 0.25, 20.0
 
 
 def _empty(capacity: int, group: "YarnContactGroup") -> Contacts:
@@ -164,12 +164,12 @@ class ContactTracker:
 
         A contact that was found late, or whose closest points jumped to a place where the yarns are nearer, starts at
         its present gap, so that it makes no energy. Its reach then grows back to the sum of radii less the overlap of
-        the start, by :data:`RECOVERY` smaller radii a ms, and pushes the yarns apart. The energy that the penalty gains
-        at a fixed gap is added to ``recovered`` [mJ].
+        the start, and pushes the yarns apart: by :data:`AT_ONCE` where it was just found, then by :data:`RECOVERY` a
+        ms, in smaller radii. The energy that the penalty gains at a fixed gap is added to ``recovered`` [mJ].
         """
         group = self.group
         self.recovered += search.recover_overlaps(
-            self.contacts, self.count, group.radius, group.law, LEFT_FREE, RECOVERY * time
+            self.contacts, self.count, group.radius, group.law, LEFT_FREE, AT_ONCE, RECOVERY * time
         )
 
     def force_free(self) -> Array:

@@ -56,7 +56,9 @@ def test_a_room_reads_only_floors_below_its_own():
         f"{name} -> {other}"
         for name, path in known.items()
         for other in imports(path, known)
-        if name not in ("knittest", "knittest.__main__") and room(name) != room(other) and floor[room(name)] <= floor[room(other)]
+        if name not in ("knittest", "knittest.__main__")
+        and room(name) != room(other)
+        and floor[room(name)] <= floor[room(other)]
     ]
     assert wrong == []
 

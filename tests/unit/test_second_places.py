@@ -6,8 +6,8 @@ from plain import plain
 
 from knittest.kernels.along import MOST, Pieces
 from knittest.kernels.contact import BESIDE, FIRST_ALONG, FIRST_END, LAST_END, POINT, SECOND_ALONG, closest_step
-from knittest.kernels.heirs import push, tracked
-from knittest.kernels.pair_search import _first_place, _second_place, reach_of
+from knittest.kernels.heirs import HELD, push, tracked
+from knittest.kernels.pair_search import _beside_held, _first_place, _held_place, _second_point, reach_of
 from knittest.kernels.search import _share_depth
 from knittest.kernels.state import Contacts
 
@@ -57,8 +57,8 @@ def test_the_tip_of_a_yarn_is_looked_at_beside_the_middle_of_its_last_piece() ->
     second = np.array([[0.4, 0.6, 0.3], [0.7, 0.0, 0.45], [2.2, 0.1, 0.35], [2.4, 0.9, 0.3]])
     position, _, _ = curves(first, second)
     found = plain(_first_place)(*position, 1, 4, POINT, True)
-    other = plain(_second_place)(*position, 1, 4, POINT, (LAST_END, 0.5), found[:2], 0.1)
-    again = plain(_second_place)(*position, 1, 4, POINT, (0.5, 0.5), found[:2], 0.1)
+    other = plain(_second_point)(*position, 1, 4, (LAST_END, 0.5), found[:2])
+    again = plain(_second_point)(*position, 1, 4, (0.5, 0.5), found[:2])
     assert np.isnan(again[0])  # from the middle it is the same place
     assert np.isnan(other[0]) or abs(other[0] - found[0]) > 0.3
 
@@ -79,18 +79,43 @@ def wrapped(turn_deg: float, kink: float = 0.0) -> np.ndarray:
 def test_a_yarn_along_another_is_held_between_middles_only_where_it_is_nearer_there(turn, kink, found) -> None:
     """The spline of a regular wrap is nearer between middles by 4.7 % at 85 degrees a piece, which needs no contact."""
     position = wrapped(turn, kink)
-    s, t, *_ = plain(_second_place)(*position, 2, 7, FIRST_ALONG, (0.5, 0.5), (0.5, 0.5), 0.5)
+    s, t, *_ = plain(_held_place)(*position, 2, 7, FIRST_ALONG, 2, (0.5, 0.5), 0.5, False)
     assert np.isfinite(s) == found
     assert np.isfinite(t)
     other_way = np.hstack([position[:, 5:], position[:, :5]])
-    s, t, *_ = plain(_second_place)(*other_way, 2, 7, SECOND_ALONG, (0.5, 0.5), (0.5, 0.5), 0.5)
+    s, t, *_ = plain(_held_place)(*other_way, 2, 7, SECOND_ALONG, 2, (0.5, 0.5), 0.5, False)
     assert np.isfinite(t) and np.isfinite(s) == found
 
 
-def test_the_end_of_a_yarn_along_another_is_held_too() -> None:
+@pytest.mark.parametrize(
+    ("tip", "coarse", "places"),
+    [
+        (0.5, False, []),
+        (0.5, True, [0.0]),
+        (FIRST_END, False, [FIRST_END]),
+        (FIRST_END, True, [FIRST_END, 0.0]),
+        (LAST_END, False, [LAST_END]),
+        (LAST_END, True, [LAST_END, 0.0, 1.0]),
+    ],
+)
+def test_a_piece_along_another_is_held_where_its_yarn_ends_and_half_an_element_apart_if_it_is_coarse(
+    tip: float, coarse: bool, places: list[float]
+) -> None:
     position = wrapped(30.0)
-    s, *_ = plain(_second_place)(*position, 3, 7, FIRST_ALONG, (LAST_END, 0.5), (0.5, 0.5), 0.1)
-    assert s == LAST_END
+    found = [plain(_held_place)(*position, 2, 7, FIRST_ALONG, k, (tip, 0.5), 0.5, coarse)[0] for k in (1, 2, 3)]
+    assert [s for s in found if np.isfinite(s)] == places
+
+
+def test_a_point_beside_a_piece_that_is_held_is_looked_for_up_to_what_its_middle_reaches() -> None:
+    """Piece 2 of the first yarn lies along the second: a point of piece 3 may lie on it, one of piece 1 too."""
+    line = np.column_stack([np.arange(5.0), np.zeros(5), np.zeros(5)])
+    _, pieces, alive = curves(line, line)
+    pieces.along[2, 0] = 1
+    limits = [plain(reach_of)(i, alive, pieces) for i in (1, 2, 3)]
+    assert plain(_beside_held)(limits[2], 3, 7, True, pieces) == (-HELD, limits[2][1])
+    assert plain(_beside_held)(limits[0], 1, 7, True, pieces) == (limits[0][0], 1.0 + HELD)
+    assert plain(_beside_held)(limits[1], 2, 7, True, pieces) == limits[1]
+    assert plain(_beside_held)(limits[1], 7, 3, False, pieces) == limits[1]
 
 
 def test_a_crossing_that_comes_up_beside_a_loaded_one_takes_over_half_of_its_energy() -> None:
