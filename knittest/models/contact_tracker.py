@@ -36,7 +36,7 @@ MAX_OVERLAP = 0.20
 LISTED = 5
 #: overlap beyond that of the start which may stay without force, what is given force as soon as it is found, both over
 #: the smaller radius, and smaller radii [1/ms] by which more of it is given force
-LEFT_FREE, AT_ONCE, RECOVERY = 0.01, 0.25, 20.0
+LEFT_FREE, AT_ONCE, RECOVERY = 0.01, 0.25, 10.0
 
 
 def _empty(capacity: int, group: "YarnContactGroup") -> Contacts:
