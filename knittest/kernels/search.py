@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 
 from knittest.kernels.along import is_other_kind
-from knittest.kernels.contact import FIRST_ALONG, FIRST_END, LAST_END, POINT, penalty, tangent_of
+from knittest.kernels.contact import FIRST_ALONG, FIRST_END, LAST_END, POINT, SECOND_ALONG, penalty, tangent_of
 from knittest.kernels.heirs import SAME, predecessor, push, tracked
 from knittest.kernels.options import ALLOCATING, KERNEL, PART, U
 from knittest.kernels.pair_search import converged, reach_of
@@ -26,6 +26,8 @@ REACHED = 0.5 / (1.0 + SOON)
 MERGE = 0.25
 #: the same within which a crossing found beside a tracked one is that one, where both are at rest at their minimum
 ALIKE = 0.3
+#: overlap of the start, in place of the accepted one, where a contact was just found: this less the accepted overlap
+JUST_FOUND = -1.0
 
 
 @njit(**ALLOCATING)
@@ -99,9 +101,12 @@ def _gap(contacts, c):
 
 
 @njit(**PART)
-def _is_looked_for(i, j, line, moved, pieces):
-    """Tell whether a contact of the kind ``line`` is no longer one, or found anew: those held at a piece that moved."""
-    return is_other_kind(line, i, j, pieces) or (line != POINT and (moved[i] or moved[j]))
+def _is_looked_for(i, j, s, t, line, moved, pieces):
+    """Tell whether a contact of the kind ``line`` is no longer one, or found anew: those held at the middle of a piece
+    that moved.
+    """
+    held = t if line == SECOND_ALONG else s
+    return is_other_kind(line, i, j, pieces) or (line != POINT and held == 0.5 and (moved[i] or moved[j]))
 
 
 @njit(**PART)
@@ -122,10 +127,10 @@ def keep_contacts(old, count, radius, pieces, alive, moved, skin, new, lists, ta
     for c in range(count):
         s, t = old.parameter[0, c], old.parameter[1, c]
         i, j, line = old.piece[0, c], old.piece[1, c], old.line[c]
-        if _is_looked_for(i, j, line, moved, pieces):
+        if _is_looked_for(i, j, s, t, line, moved, pieces):
             continue
         beyond = s <= FIRST_END or s >= LAST_END or t <= FIRST_END or t >= LAST_END
-        if beyond and (line != POINT or not _is_on(s, reach_of(i, alive, pieces), t, reach_of(j, alive, pieces))):
+        if beyond and not _is_on(s, reach_of(i, alive, pieces), t, reach_of(j, alive, pieces)):
             continue
         if alive[i - 1] * alive[i] * alive[j - 1] * alive[j] == 0.0:
             continue
@@ -163,7 +168,7 @@ def _add_contact(i, j, s, t, wx, wy, wz, line, touch, arm, coefficient, most, ol
     reach = min(touch, gap)
     new.spring[:, c], new.slipping[c], new.twist[c] = 0.0, 0.0, 0.0
     if new.accepted.size > 0:
-        new.accepted[c] = 0.0
+        new.accepted[c] = JUST_FOUND
     goes_on = False
     if before >= 0:
         _copy(old, before, new, c)
@@ -212,8 +217,9 @@ def _share_depth(c, other, touch, contacts):
     depth = max(contacts.reach[c] - _gap(contacts, c), 0.0) * sqrt(0.5)
     contacts.reach[c] = min(contacts.reach[c], _gap(contacts, c) + depth)
     if contacts.accepted.size > 0:
-        contacts.accepted[other] = contacts.accepted[c]
-        touch -= contacts.accepted[c]
+        accepted = max(contacts.accepted[c], 0.0)
+        contacts.accepted[other] = JUST_FOUND - accepted
+        touch -= accepted
     contacts.reach[other] = max(contacts.reach[other], min(touch, _gap(contacts, other) + depth))
 
 
@@ -281,6 +287,9 @@ def find_contacts(
                     _look_back(needed, position, new)
                     if new.excess.size > 0:
                         _add_sections(place, elliptic, new, needed)
+                    if line >= FIRST_ALONG and (t if line == SECOND_ALONG else s) != 0.5:
+                        beside = (i, j, s, 0.5, line) if line == SECOND_ALONG else (i, j, 0.5, t, line)
+                        same = tracked(new, lists, chain, beside, SAME)
                     if same >= 0:
                         _share_depth(same, needed, touch, new)
                 push(new, needed, lists)
@@ -289,11 +298,11 @@ def find_contacts(
 
 
 @njit(**KERNEL)
-def recover_overlaps(contacts, count, radius, law, free, most):
+def recover_overlaps(contacts, count, radius, law, free, first, most):
     """Give force to overlaps that came without one after the start; returns the energy given [mJ].
 
-    ``radius`` (n_nodes,) [mm]. ``free`` overlap that may stay, and ``most`` that is given force now, over the smaller
-    radius.
+    ``radius`` (n_nodes,) [mm]. ``free`` overlap that may stay, ``most`` that is given force now, and ``first`` that is
+    given it besides where the contact was just found, over the smaller radius.
     """
     given = 0.0
     for c in range(count):
@@ -301,11 +310,14 @@ def recover_overlaps(contacts, count, radius, law, free, most):
         touch = radius[i] + radius[j]
         if contacts.touch.size > 0 and contacts.touch[c] > 0.0:
             touch = contacts.touch[c]
-        least, gap = min(radius[i], radius[j]), _gap(contacts, c)
+        least, gap, given_now = min(radius[i], radius[j]), _gap(contacts, c), most
+        if contacts.accepted[c] < 0.0:
+            contacts.accepted[c] = JUST_FOUND - contacts.accepted[c]
+            given_now += first
         goal, reach = touch - contacts.accepted[c] - free * least, contacts.reach[c]
         if goal <= max(reach, gap):
             continue
-        grown = min(goal, max(reach, gap) + most * least)
+        grown = min(goal, max(reach, gap) + given_now * least)
         before = penalty(max(reach - gap, 0.0), law.normal, law.linear, law.square, law.cubic, law.cap)[2]
         after = penalty(grown - gap, law.normal, law.linear, law.square, law.cubic, law.cap)[2]
         given += contacts.share[c] * (after - before)
