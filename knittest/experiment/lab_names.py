@@ -2,22 +2,13 @@
 
 import re
 from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
-import yaml
-
 from knittest.experiment import lab_units
+from knittest.experiment.lab_units import table
 
 #: last characters of a name, so that a long one takes no quadratic time
 LONGEST = 200
-
-
-@lru_cache(1)
-def table() -> dict[str, Any]:
-    """The table as written."""
-    found: dict[str, Any] = yaml.safe_load(Path(__file__).with_suffix(".yaml").read_text(encoding="utf-8"))
-    return found
 
 
 @lru_cache(256)

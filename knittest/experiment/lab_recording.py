@@ -16,7 +16,7 @@ from knittest.experiment import lab_names, lab_units
 from knittest.experiment.lab_conditions import Condition, Said, known, needed, said_by
 from knittest.experiment.lab_given import Given
 from knittest.experiment.lab_table import LabTable, Wanted, read_tables
-from knittest.experiment.lab_units import EMPTY
+from knittest.experiment.lab_units import has_number
 
 Array = NDArray[np.float64]
 
@@ -123,7 +123,7 @@ def columns(table: LabTable, which: Sequence[int], name: str) -> tuple[list[int]
     empty = np.ones(values.shape, bool)
     for at, (line, row) in enumerate(table.body):
         for place, column in enumerate(which):
-            if column < len(row) and row[column].lower() not in EMPTY:
+            if column < len(row) and has_number(row[column]):
                 values[at, place], empty[at, place] = table.number(line, row[column]), False
     partly = np.flatnonzero(empty.any(axis=1) & ~empty.all(axis=1))
     for k in partly:
@@ -134,7 +134,7 @@ def columns(table: LabTable, which: Sequence[int], name: str) -> tuple[list[int]
     note = ""
     if len(partly):
         line, row = table.body[partly[0]]
-        cell = next((row[c] for c in which if c < len(row) and row[c].lower() in EMPTY), "")
+        cell = next((row[c] for c in which if c < len(row) and not has_number(row[c])), "")
         note = f"{len(partly)} rows with empty cells left out, the first at {table.place}:{line}: {shown(cell)}"
         note = note.replace("1 rows", "1 row") if len(partly) == 1 else note
     kept = np.flatnonzero(~empty.any(axis=1))

@@ -12,7 +12,7 @@ from knittest.config.yaml_loader import shown
 from knittest.experiment import lab_names, lab_units
 from knittest.experiment.lab_given import Given
 from knittest.experiment.lab_rows import Row, read_sheets
-from knittest.experiment.lab_units import EMPTY, NUMBER, decimal_mark, number, read_number
+from knittest.experiment.lab_units import NUMBER, decimal_mark, has_number, number, read_number
 
 Array = NDArray[np.float64]
 #: roles of which a test needs one each
@@ -177,7 +177,7 @@ def _blocks(
     ended, k = False, first
     while k < len(rows):
         line, cells = rows[k]
-        texts = [c for c in cells if c and not NUMBER.match(c) and c.lower() not in EMPTY]
+        texts = [c for c in cells if c and not NUMBER.match(c) and has_number(c)]
         alone = len(texts) == sum(map(bool, cells))
         if texts and alone and names_all(cells):
             break
@@ -204,7 +204,7 @@ def _blocks(
 
 
 def _is_value(cell: str) -> bool:
-    return bool(NUMBER.match(cell)) or cell.lower() in EMPTY
+    return bool(NUMBER.match(cell)) or not has_number(cell)
 
 
 def _goes_on(one: LabTable, other: LabTable) -> bool:

@@ -1,58 +1,29 @@
 """Numbers and units of machine files: with either decimal mark; from the name of a column or the row below it."""
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
+from math import isinf, isnan, nan
+from pathlib import Path
 from typing import Any
 
-import numpy as np
+import yaml
 
 from knittest.base.errors import InputError
-from knittest.base.units import FACTOR, plainly, ratio
+from knittest.base.units import plainly, ratios
 from knittest.config.yaml_loader import shown
 
 
-class Units(Mapping[str, float]):
-    """Factors to the first of ``names``: of the table of units, or else by pint."""
-
-    def __init__(self, *names: str) -> None:
-        self.names = names
-
-    def __getitem__(self, unit: str) -> float:
-        if unit not in self.names:
-            raise KeyError(unit)
-        if unit in FACTOR:
-            return ratio(unit, self.names[0])
-        factor: float = _registry().Quantity(1.0, _parsed(unit)).to(_parsed(self.names[0])).magnitude
-        return float(f"{factor:.15g}")
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.names)
-
-    def __len__(self) -> int:
-        return len(self.names)
-
-
-FORCE = Units("N", "kN", "daN", "cN", "mN", "kgf", "lbf")
-LENGTH = Units("mm", "cm", "m", "um", "inch")
-ANGLE = Units("deg", "rad")
-AREA = Units("mm2", "cm2", "m2")
-AREA_MASS = Units("g/m2", "kg/m2", "g/cm2", "oz/yd2")
-STRAIN = Units("%", "mm/mm", "um/m")
-PRESSURE = Units("kPa", "MPa", "Pa", "bar", "mbar", "hPa", "psi", "ksi", "N/mm2", "N/cm2", "kgf/cm2", "gf/cm2")
-PLAIN = Units("1", "%")
+FORCE = ratios("N", "kN", "daN", "cN", "mN", "kgf", "lbf")
+LENGTH = ratios("mm", "cm", "m", "um", "inch")
+ANGLE, AREA, PLAIN = ratios("deg", "rad"), ratios("mm2", "cm2", "m2"), ratios("1", "%")
+AREA_MASS, STRAIN = ratios("g/m2", "kg/m2", "g/cm2", "oz/yd2"), ratios("%", "mm/mm", "um/m")
+PRESSURE = ratios(
+    "kPa", "MPa", "Pa", "bar", "mbar", "hPa", "psi", "ksi", "N/mm2", "N/cm2", "kgf/cm2", "gf/cm2"
+)  # fmt: skip
 DENSITY = {"yarn/100 mm": 1.0, "yarn/cm": 10.0, "yarn/inch": 100.0 / 25.4}
-QUANTITIES: dict[str, Mapping[str, float]] = {
+QUANTITIES = {
     "force": FORCE, "length": LENGTH, "angle": ANGLE, "strain": STRAIN, "pressure": PRESSURE, "number": PLAIN,
-}  # fmt: skip
-#: other spellings
-_NAMED = {
-    "in": "inch", "in.": "inch", "inches": "inch", '"': "inch", "pct": "%", "percent": "%", "°": "deg", "grad": "deg",
-    "degree": "deg", "degrees": "deg", "in/in": "mm/mm", "in./in.": "mm/mm", "m/m": "mm/mm", "-": "1", "newton": "N",
-    "kilonewton": "kN", "kp": "kgf", "lb": "lbf", "lbs": "lbf", "millimeter": "mm", "millimetre": "mm", "micron": "um",
-    "microns": "um", "ue": "um/m", "uε": "um/m", "ustrain": "um/m", "μstrain": "um/m", "microstrain": "um/m",
-    "g/m^2": "g/m2", "gsm": "g/m2", "n/mm^2": "N/mm2", "kg/cm2": "kgf/cm2", "kn/m2": "kPa", "n/m2": "Pa",
-    "ニュートン": "N", "牛": "N", "牛顿": "N", "千牛": "kN", "毫米": "mm",
 }  # fmt: skip
 #: after these marks stands a unit; after an underscore, blank or comma only if it is a known one
 _BRACKETS = re.compile(r"\[([^\[\]]*)\]|\(([^()]*)\)")
@@ -60,16 +31,18 @@ _MARKED, _LAST_WORD = re.compile(r"(?:/|\bin\b)\s*(\S+)$"), re.compile(r"[_\s,]\
 _WITHIN = 200  # characters of a name, so that a long one takes no quadratic time
 #: digits and marks, whatever they mean; looks ahead for a digit, so that a long cell takes no quadratic time
 NUMBER = re.compile(r"[+-]?(?=[.,]*\d)[\d.,]+(e[+-]?\d+)?$", re.I)
-#: cells that say that there is no number
-EMPTY = {
-    "", "nan", "na", "n/a", "n.a.", "#n/a", "#nv", "#num!", "#value!", "#wert!", "#div/0!", "null", "none", "-", "--",
-    "---",
-}  # fmt: skip
 #: decimal mark -> the number: thousands in groups of three or not at all
 _GROUPED = {
     mark: re.compile(rf"[+-]?(\d{{1,3}}(\{other}\d{{3}})+|\d*)(\{mark}\d*)?(e[+-]?\d+)?", re.I)
     for mark, other in ((",", "."), (".", ","))
 }
+
+
+@lru_cache(1)
+def table() -> dict[str, Any]:
+    """The table of what machine files call things, ``lab_names.yaml``."""
+    found: dict[str, Any] = yaml.safe_load(Path(__file__).with_name("lab_names.yaml").read_text(encoding="utf-8"))
+    return found
 
 
 @lru_cache(1)
@@ -80,14 +53,15 @@ def _registry() -> Any:
 
 
 @lru_cache(256)
-def _parsed(unit: str) -> Any:
-    """Unit as pint understands it; ``None`` for what is none."""
+def _is_parsed(unit: str) -> bool:
+    """Tell whether pint understands ``unit``."""
     if not re.fullmatch(r"[A-Za-z°%/*^.·\d\s]{1,12}", unit) or unit[:1].isdigit():
-        return None
+        return False
     try:
-        return _registry().Unit(re.sub(r"(?<=[a-z])([23])(?!\d)", r"^\1", unit).replace("°C", "degC"))
+        _registry().Unit(re.sub(r"(?<=[a-z])([23])(?!\d)", r"^\1", unit).replace("°C", "degC"))
     except Exception:  # pint raises whatever its parser meets
-        return None
+        return False
+    return True
 
 
 def likely_force(newton: float, unit: str, band: tuple[float, float]) -> str:
@@ -101,7 +75,7 @@ def likely_force(newton: float, unit: str, band: tuple[float, float]) -> str:
 def known(text: str, units: Mapping[str, float]) -> str:
     """The unit of ``units`` that ``text`` spells, in any case; ``""`` for none and for MN, which is not mN."""
     text = plainly(text.strip("[]() "))
-    text = _NAMED.get(text.lower(), text)
+    text = table()["units"].get(text.lower(), text)
     if text == "1" and "mm/mm" in units:
         return "mm/mm"
     return next((u for u in units if u == text or (u.lower() == text.lower() and text != "MN")), "")
@@ -135,7 +109,7 @@ def other_unit(name: str, below: str, quantities: tuple[str, ...]) -> str:
 def is_unit(text: str) -> bool:
     """Tell whether a cell is a unit, of whatever quantity, or empty."""
     text = text.strip("[]() ")
-    return not text or any(known(text, q) for q in QUANTITIES.values()) or _parsed(_NAMED.get(text, text)) is not None
+    return not text or any(known(text, q) for q in QUANTITIES.values()) or _is_parsed(table()["units"].get(text, text))
 
 
 def _bracketed(name: str) -> list[str]:
@@ -160,12 +134,17 @@ def decimal_mark(path: object, cells: Sequence[str]) -> str:
     return sure.pop() if sure else "."
 
 
+def has_number(cell: str) -> bool:
+    """Tell whether a cell of a column of numbers is not empty, nor marked so."""
+    return bool(NUMBER.match(cell)) or cell.lower() not in table()["empty"]
+
+
 def read_number(path: object, line: int, cell: str, mark: str) -> float:
     """The number in ``cell`` of line ``line``; raises :class:`InputError`."""
     value = number(cell, mark)
-    if np.isnan(value):
+    if isnan(value):
         raise InputError(f"{path}:{line}: {shown(cell)} is not a number with decimal mark {mark!r}")
-    if np.isinf(value):
+    if isinf(value):
         raise InputError(f"{path}:{line}: {shown(cell)} is not a finite number")
     return value
 
@@ -173,7 +152,7 @@ def read_number(path: object, line: int, cell: str, mark: str) -> float:
 def number(cell: str, mark: str) -> float:
     """The number in ``cell``, nan for what is none with decimal mark ``mark``."""
     if not NUMBER.match(cell) or not _GROUPED[mark].fullmatch(cell):
-        return float("nan")
+        return nan
     return float(cell.replace("." if mark == "," else ",", "").replace(mark, "."))
 
 

@@ -19,7 +19,7 @@ from knittest.experiment.lab_recording import Origin, told, unit_of
 from knittest.experiment.lab_results import Results
 from knittest.experiment.lab_table import LabTable, read_tables
 from knittest.experiment.lab_tests import LabTest
-from knittest.experiment.lab_units import EMPTY
+from knittest.experiment.lab_units import has_number
 from knittest.laboratory.cantilever.config import CantileverRig
 from knittest.materials.heavy_elastica import STANDARD_ANGLE, bending_stiffness, overhang_ratio
 
@@ -96,7 +96,7 @@ def _readings(table: LabTable, which: Sequence[int], path: Path) -> dict[str, li
         filled = [
             (cells[k], factor)
             for k, factor in zip(which, factors, strict=True)
-            if k < len(cells) and cells[k].lower() not in EMPTY
+            if k < len(cells) and has_number(cells[k])
         ]
         if not filled:
             table.notes.append(f"line {line} left out: no overhang in column {table.names[which[0]]!r}")
