@@ -23,8 +23,9 @@ UNITS: dict[str, dict[str, float]] = {
     "force": {"N": 1.0, "kN": 1e3, "daN": 10.0, "cN": 1e-2, "mN": 1e-3, "kgf": 9.80665, "lbf": 4.4482216152605},
     "force per length": {"N/mm": 1.0, "N/m": 1e-3, "kN/mm": 1e3},
     "stress": {
-        "MPa": 1.0, "GPa": 1e3, "kPa": 1e-3, "Pa": 1e-6, "bar": 0.1, "mbar": 1e-4, "hPa": 1e-4, "psi": 6.89475729316836e-3,
-        "ksi": 6.89475729316836, "N/mm2": 1.0, "N/cm2": 1e-2, "kgf/cm2": 0.0980665, "gf/cm2": 9.80665e-5,
+        "MPa": 1.0, "GPa": 1e3, "kPa": 1e-3, "Pa": 1e-6, "bar": 0.1, "mbar": 1e-4, "hPa": 1e-4,
+        "psi": 6.89475729316836e-3, "ksi": 6.89475729316836, "N/mm2": 1.0, "N/cm2": 1e-2,
+        "kgf/cm2": 0.0980665, "gf/cm2": 9.80665e-5,
     },
     "moment": {"N mm": 1.0, "N m": 1e3, "N cm": 10.0, "mN cm": 1e-2},
     "bending stiffness": {"N mm2": 1.0, "N m2": 1e6, "N cm2": 100.0, "mN cm2": 0.1},

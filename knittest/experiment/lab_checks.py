@@ -40,12 +40,13 @@ def refuse_implausible(
     """Raise :class:`InputError` for a ``value`` [unit] out of ``band`` that a ``force`` [N] makes, with the likely unit
     of the force; ``what`` says what has that value.
     """
-    if band[0] <= value <= band[1]:
+    low, high = band
+    if low <= value <= high:
         return
-    limits = tuple(limit * force / value if value > 0.0 else limit for limit in band)
+    scale = force / value if value > 0.0 else 1.0
     raise InputError(
-        f"{one.path}: specimen {one.name}: {what}: implausible, expected {band[0]:g} to {band[1]:g} {unit}"
-        f"{likely_force(force, one.unit, limits)}: check the unit of the force"  # type: ignore[arg-type]
+        f"{one.path}: specimen {one.name}: {what}: implausible, expected {low:g} to {high:g} {unit}"
+        f"{likely_force(force, one.unit, (low * scale, high * scale))}: check the unit of the force"
     )
 
 
@@ -61,14 +62,13 @@ def digests(specimens: Sequence[Origin], curves: Sequence[Sequence[Array]]) -> l
 
 def digest(*columns: Array) -> str:
     """Fingerprint of a curve by its numbers, whatever the file's delimiter and decimal mark."""
-    found = hashlib.sha256()
-    for column in columns:
-        found.update(" ".join(f"{v:.6g}" for v in column).encode() + b";")
-    return found.hexdigest()
+    text = "".join(" ".join(f"{v:.6g}" for v in column) + ";" for column in columns)
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
-def common(what: Condition, values: Sequence[float | None], paths: Sequence[object]) -> float:
-    """Mean of ``what`` over specimens; raises :class:`InputError` where one lacks it or differs."""
+def common(what: Condition, values: Sequence[float | None], specimens: Sequence[object]) -> float:
+    """Mean of ``what`` over specimens, or files; raises :class:`InputError` where one lacks it or differs."""
+    paths = [getattr(one, "path", one) for one in specimens]
     for value, path in zip(values, paths, strict=True):
         if value is None:
             raise unstated([what], path)

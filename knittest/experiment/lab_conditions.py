@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
@@ -24,21 +24,33 @@ SAME = 0.005
 _UP_TO = re.compile(r"[:=]")
 
 
+def within(value: float, model: type[BaseModel] | str, field: str, said: str, more: str = "") -> float:
+    """``value``; raises :class:`InputError` outside the bounds of a ``field`` of ``model``, or of the rig of that name.
+
+    The message is what is ``said``, what was expected, with the likely unit, and ``more``.
+    """
+    try:
+        check_bounds(value, field_meta(rig_model(model) if isinstance(model, str) else model, field))
+    except BoundsError as error:
+        raise InputError(f"{said}: {error.expected}{more}") from None
+    return value
+
+
 @dataclass(frozen=True)
 class Condition:
     """A number that results of a test hang on: ``key`` names it in tables, ``option`` on the command line.
 
-    ``units`` are factors to ``unit``. Its bounds are those of the field ``field`` of ``model``, or of the rig of the
+    ``units`` are factors to ``unit``. Its bounds are those of the field ``bounds`` of ``model``, or of the rig of the
     test that it names; none without. The labels that state it stand in the table of names.
     """
 
     key: str
     name: str
-    option: str
-    unit: str
-    units: Mapping[str, float]
+    option: str = ""
+    unit: str = "mm"
+    units: Mapping[str, float] = field(default_factory=lambda: lab_units.LENGTH, hash=False)
     model: type[BaseModel] | str = ""
-    field: str = ""
+    bounds: str = ""
 
     @property
     def one(self) -> str:
@@ -56,20 +68,13 @@ class Condition:
 
     def plausible(self, value: float, said: str) -> float:
         """``value`` [unit]; raises :class:`InputError` outside the field's bounds, with the likely unit."""
-        if not self.field:
-            return value
-        model = rig_model(self.model) if isinstance(self.model, str) else self.model
-        try:
-            check_bounds(value, field_meta(model, self.field))
-        except BoundsError as error:
-            raise InputError(f"{said} {value:g}: {error.expected}") from None
-        return value
+        return within(value, self.model, self.bounds, f"{said} {value:g}") if self.bounds else value
 
 
 _MM = ("mm", lab_units.LENGTH)
 GAUGE = Condition("gauge_length_mm", "gauge length", "--gauge-length", *_MM, "tensile", "gauge_length")
-EXTENSOMETER = Condition("extensometer_gauge_mm", "gauge length of the extensometer", "", *_MM)
-STANDARD = Condition("standard_gauge_mm", "gauge length of the standard travel", "", *_MM)
+EXTENSOMETER = Condition("extensometer_gauge_mm", "gauge length of the extensometer")
+STANDARD = Condition("standard_gauge_mm", "gauge length of the standard travel")
 WIDTH = Condition("strip_width_mm", "strip width", "--width", *_MM, StripRig, "width")
 FRAME_SIDE = Condition("frame_side_mm", "frame side", "--frame-side", *_MM, "picture-frame", "frame_side")
 FABRIC_SIDE = Condition("fabric_side_mm", "fabric side", "--fabric-side", *_MM, "picture-frame", "side")

@@ -9,7 +9,7 @@ from pydantic import BaseModel
 from knittest.base.atomic import write_atomic
 from knittest.config.fabric import Fabric, MacroMaterial
 from knittest.config.starting import FABRIC
-from knittest.experiment.lab_folder import SOURCE_FILE, named, read_statistics, source_text
+from knittest.experiment.lab_folder import SOURCE_FILE, read_statistics, source_text
 from knittest.experiment.lab_tests import LAB_TESTS, rigs_of
 
 HEAD = """\
@@ -21,7 +21,7 @@ HEAD = """\
 
 def fabric_part(out: Path) -> dict[str, Any]:
     """The fields of :class:`knittest.config.fabric.Fabric` that the imports in ``out`` give, in its order."""
-    tests, place = read_statistics(out), named(out)
+    tests, place = read_statistics(out), Path(*out.parts[1:]) if out.parts[:1] == ("data",) else out
     found: dict[str, Any] = {"experiment": place.as_posix(), "experiment_variant": out.resolve().name}
     macro: dict[str, Any] = {}
     for lab in LAB_TESTS.values():
@@ -50,11 +50,9 @@ def _lines(part: dict[str, Any], level: int) -> list[str]:
     for name, value in part.items():
         if isinstance(value, dict) and not {"value", "kind"} & set(value):
             found += [f"{'  ' * level}{name}:", *_lines(value, level + 1)]
-        else:
-            flow = (
-                "{" + ", ".join(f"{k}: {json.dumps(v, ensure_ascii=False)}" for k, v in value.items()) + "}"
-                if isinstance(value, dict)
-                else json.dumps(value, ensure_ascii=False)
-            )
-            found.append(f"{'  ' * level}{name}: {flow}")
+            continue
+        text = json.dumps(value, ensure_ascii=False)
+        if isinstance(value, dict):
+            text = "{" + ", ".join(f"{k}: {json.dumps(v, ensure_ascii=False)}" for k, v in value.items()) + "}"
+        found.append(f"{'  ' * level}{name}: {text}")
     return found

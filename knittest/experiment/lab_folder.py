@@ -3,6 +3,7 @@
 import json
 import re
 import textwrap
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,8 @@ ITEMS = (
     "`fabric.yaml`: what all of it says of the fabric; `knittest new NAME --from` this folder starts from it.",
 )
 _OWN_INSIDE = re.compile(r"specimen-\d+\.csv|corridor\.csv|tension\.csv|shear\.csv|statistics\.json|curves\.png")
+#: statistics of the imports of an experiment by their folders
+Tests = Mapping[str, dict[str, Any]]
 
 
 def table_name(test: str, direction: str) -> str:
@@ -35,6 +38,11 @@ def table_name(test: str, direction: str) -> str:
 def folder_name(test: str, direction: str) -> str:
     """Name of the folder of an import; that of the default test is the direction alone."""
     return direction if test == DEFAULT else f"{test}-{direction}".removesuffix("-")
+
+
+def of_directions(tests: Tests, test: str) -> dict[str, dict[str, Any]]:
+    """Statistics of ``test`` by the directions that were tested."""
+    return {d: tests[name] for d in DIRECTIONS if (name := folder_name(test, d)) in tests}
 
 
 def _imports() -> list[tuple[str, str]]:
@@ -57,7 +65,17 @@ def prepared(out: Path, test: str, direction: str) -> Path:
     Raises :class:`InputError` unless both folders are new, empty or an earlier import's.
     """
     inner = out / folder_name(test, direction)
-    _refuse_foreign(out, inner)
+    own = {SOURCE_FILE, FABRIC, *(name(t, d) for t, d in _imports() for name in (folder_name, table_name))}
+    for folder in (out, inner):
+        if folder.exists() and not folder.is_dir():
+            raise InputError(f"--out {out}: {folder} is a file: choose a new or empty folder")
+    outside, inside = (sorted(path.name for path in f.iterdir()) if f.exists() else [] for f in (out, inner))
+    strange = [name for name in outside if name not in own]
+    strange += [f"{inner.name}/{n}" for n in inside if not _OWN_INSIDE.fullmatch(n) or STATISTICS not in inside]
+    if strange:
+        raise InputError(
+            f"--out {out}: holds {strange[0]}, which knittest data import did not write: choose a new or empty folder"
+        )
     try:
         inner.mkdir(parents=True, exist_ok=True)
         for old in inner.glob("specimen-*.csv"):
@@ -67,30 +85,9 @@ def prepared(out: Path, test: str, direction: str) -> Path:
     return inner
 
 
-def _refuse_foreign(out: Path, inner: Path) -> None:
-    own = {SOURCE_FILE, FABRIC, *(name(t, d) for t, d in _imports() for name in (folder_name, table_name))}
-    for folder in (out, inner):
-        if folder.exists() and not folder.is_dir():
-            raise InputError(f"--out {out}: {folder} is a file: choose a new or empty folder")
-    outside, inside = (
-        sorted(path.name for path in folder.iterdir()) if folder.exists() else [] for folder in (out, inner)
-    )
-    strange = [name for name in outside if name not in own]
-    strange += [f"{inner.name}/{n}" for n in inside if not _OWN_INSIDE.fullmatch(n) or STATISTICS not in inside]
-    if strange:
-        raise InputError(
-            f"--out {out}: holds {strange[0]}, which knittest data import did not write: choose a new or empty folder"
-        )
-
-
 def counted(n: int, what: str) -> str:
     """``n`` of ``what`` in words: 1 strip, 5 strips."""
     return f"{n} {what}{'s' if n > 1 else ''}"
-
-
-def named(out: Path) -> Path:
-    """``out`` as fabric files name it, from ``./data`` on."""
-    return Path(*out.parts[1:]) if out.parts[:1] == ("data",) else out
 
 
 def quantity(found: dict[str, Any], source: str, ref: str) -> dict[str, Any]:

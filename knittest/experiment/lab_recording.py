@@ -1,11 +1,11 @@
 """Recordings, one a specimen: its columns by their roles, in one unit each."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass
 from itertools import pairwise
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from knittest.experiment.lab_table import LabTable, Wanted, read_tables
 from knittest.experiment.lab_units import has_number
 
 Array = NDArray[np.float64]
+SpecimenT = TypeVar("SpecimenT")
 
 
 @dataclass(frozen=True)
@@ -64,6 +65,12 @@ class Recording:
         """Name of the column with that ``role`` in the file."""
         return self.table.names[self.columns[role]]
 
+    def travel(self) -> Array:
+        """Travel [mm]; raises :class:`InputError` where the column is a strain."""
+        if "travel" not in self.values:
+            raise InputError(f"{self.where}: column {self.title('strain')!r}: a strain: expected a travel [mm]")
+        return self.values["travel"]
+
     def known(self, what: Condition, given: Given) -> float | None:
         """``what`` by the head of the file or the user, ``None`` where neither states it."""
         return known(what, self.table, given.sizes, self.number)
@@ -76,6 +83,13 @@ class Recording:
 def of(recording: Recording) -> dict[str, Any]:
     """The fields of :class:`Origin`, for a specimen that derives from it."""
     return dict(vars(recording.origin))
+
+
+def reader(
+    wanted: Wanted, words: str, specimen: Callable[[Recording, Given], SpecimenT], **more: Any
+) -> Callable[[Path, Given], list[SpecimenT]]:
+    """Reads the :func:`recordings` of a file into specimens."""
+    return lambda path, given: [specimen(r, given) for r in recordings(path, given, wanted, words, **more)]
 
 
 def recordings(

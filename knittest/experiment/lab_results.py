@@ -16,18 +16,12 @@ from knittest.base.atomic import write_atomic
 from knittest.base.errors import InputError
 from knittest.base.tidy_tables import COLUMNS
 from knittest.experiment.lab_conditions import Condition
-from knittest.experiment.lab_folder import (
-    DIRECTIONS,
-    STATISTICS,
-    counted,
-    folder_name,
-    prepared,
-    read_statistics,
-    table_name,
-)
+from knittest.experiment.lab_folder import STATISTICS, counted, folder_name, prepared, read_statistics, table_name
 from knittest.experiment.statistics import Corridor, mean_sd
 
 Array = NDArray[np.float64]
+#: columns of a table that is shown: head, format and values
+Shown = Sequence[tuple[str, str, Array]]
 
 
 @dataclass(frozen=True)
@@ -50,35 +44,33 @@ class Curves:
 class Results:
     """Values (n,) of each quantity with its unit, the conditions that they hang on, and where they come from.
 
-    ``direction`` is empty for a test without one; ``what`` describes the specimens, such as ``strips of 50 mm``.
-    ``digests`` tell their curves from those of other imports. ``shown`` are the columns of the table: head, format and
-    values; ``remarks`` stand below it.
+    ``what`` describes the specimens, such as ``strips of 50 mm``; ``digests`` tell their curves from those of other
+    imports; ``remarks`` stand below the columns ``shown``. ``direction`` is empty for a test without one.
     """
 
-    test: str
-    direction: str
     found: Mapping[str, Array]
     units: Mapping[str, str]
     conditions: Sequence[tuple[Condition, float]]
     what: tuple[str, str]
-    files: Sequence[str]
     digests: Sequence[str]
-    names: Sequence[str] = ()
-    shown: Sequence[tuple[str, str, Array]] = ()
+    shown: Shown = ()
     remarks: Sequence[str] = ()
     curves: Curves | None = None
+    test: str = ""
+    direction: str = ""
+    files: Sequence[str] = ()
+    names: Sequence[str] = ()
 
     def source(self, out: Path) -> str:
         """The citation that a reader is shown."""
-        count = len(next(iter(self.found.values())))
-        noun, more = self.what
-        return ", ".join(filter(None, (out.resolve().name, f"{counted(count, noun)} {more}".strip(), self.direction)))
+        specimens = f"{counted(len(next(iter(self.found.values()))), self.what[0])} {self.what[1]}"
+        return ", ".join(filter(None, (out.resolve().name, specimens.strip(), self.direction)))
 
     def notes(self, out: Path) -> list[str]:
         """Lines for the head of a curve: source, test, direction and conditions."""
-        lines = [f"# source: {self.source(out)}", f"# test: {self.test}"]
-        lines += [f"# direction: {self.direction}"] if self.direction else []
-        return lines + [f"# {what.key}: {value:g}" for what, value in self.conditions]
+        stated = {"source": self.source(out), "test": self.test, "direction": self.direction}
+        stated |= {what.key: f"{value:g}" for what, value in self.conditions}
+        return [f"# {name}: {value}" for name, value in stated.items() if value]
 
     def lines(self) -> list[str]:
         """The table with mean and sd, remarks and conditions."""
@@ -86,14 +78,13 @@ class Results:
         return [*table_lines(self.names, self.shown), *self.remarks, *conditions]
 
 
-def table_lines(names: Sequence[str], shown: Sequence[tuple[str, str, Array]]) -> list[str]:
+def table_lines(names: Sequence[str], shown: Shown) -> list[str]:
     """Specimens, then mean and sd of their columns; a standard deviation that one specimen has none of is a dash."""
     first = max(len("specimen"), *map(len, names))
     rows = [f"{name:<{first}}" for name in ("specimen", *names, "mean", "sd")]
     for head, form, values in shown:
-        numbers = [*values, *mean_sd(values)]
-        cells = [f"{v:>{len(head)}{form}}" if np.isfinite(v) else f"{'-':>{len(head)}}" for v in numbers]
-        rows = [f"{row}  {cell}" for row, cell in zip(rows, [head, *cells], strict=True)]
+        cells = [f"{v:>{len(head)}{form}}" if np.isfinite(v) else "-" for v in (*values, *mean_sd(values))]
+        rows = [f"{row}  {cell:>{len(head)}}" for row, cell in zip(rows, [head, *cells], strict=True)]
     return rows
 
 
@@ -102,64 +93,59 @@ def write_results(out: Path, results: Results) -> str:
 
     Raises :class:`InputError` when ``out`` holds what no import wrote, or these curves as of the other direction.
     """
-    from knittest.experiment.lab_fabric import finish
-
     _refuse_other_way(out, results)
     inner, notes = prepared(out, results.test, results.direction), results.notes(out)
     write_atomic(inner / STATISTICS, _statistics(results))
     write_atomic(out / table_name(results.test, results.direction), _table(out, results))
     if curves := results.curves:
-        x, y, sd = curves.names
-        for number, (name, (xs, ys)) in enumerate(zip(results.names, curves.each, strict=True), 1):
-            text = _curve([f"# specimen: {name}", *notes[1:]], {x: xs, y: ys})
-            write_atomic(inner / f"specimen-{number:02d}.csv", text)
-        mean = {x: curves.band.strain, y: curves.band.mean, sd: curves.band.sd}
-        write_atomic(inner / "corridor.csv", _curve([*notes, *curves.head], mean))
-        for file, (columns, head) in curves.more.items():
+        band, files = curves.band, dict(curves.more)
+        files["corridor.csv"] = (
+            dict(zip(curves.names, (band.strain, band.mean, band.sd), strict=True)), curves.head
+        )  # fmt: skip
+        for file, (columns, head) in files.items():
             write_atomic(inner / file, _curve([*notes, *head], columns))
+        for number, (name, columns_) in enumerate(zip(results.names, curves.each, strict=True), 1):
+            text = _curve([f"# specimen: {name}", *notes[1:]], dict(zip(curves.names, columns_, strict=False)))
+            write_atomic(inner / f"specimen-{number:02d}.csv", text)
         _plot(curves, inner / "curves.png")
-    finish(out)
     return out.resolve().name
 
 
 def _refuse_other_way(out: Path, results: Results) -> None:
     """Raise for curves that were imported for the other direction."""
-    other = next((d for d in DIRECTIONS if d != results.direction), "")
-    if not results.direction or not other:
-        return
-    folder = out / folder_name(results.test, other)
-    if set(results.digests) & set(read_statistics(out).get(folder.name, {}).get("digests", ())):
+    other = {"warp": "weft", "weft": "warp"}.get(results.direction)
+    folder = folder_name(results.test, other or "")
+    if other and set(results.digests) & set(read_statistics(out).get(folder, {}).get("digests", ())):
         raise InputError(
-            f"--direction {results.direction}: these curves stand in {folder} already, imported as {other}: of which "
-            f"direction are they? Remove that folder if they are of the {results.direction}"
+            f"--direction {results.direction}: these curves stand in {out / folder} already, imported as {other}: of "
+            f"which direction are they? Remove that folder if they are of the {results.direction}"
         )
 
 
 def _statistics(results: Results) -> str:
-    values: dict[str, Any] = {}
-    for name, found in results.found.items():
-        mean, sd = mean_sd(found)
-        values[name] = {"mean": mean, "sd": None if math.isnan(sd) else sd, "n": len(found), "values": found.tolist()}
-    known = {
+    known: dict[str, Any] = {
         "kind": "measured", "test": results.test, "direction": results.direction,
         "conditions": {what.key: value for what, value in results.conditions},
         "sources": list(results.files), "digests": list(results.digests),
     }  # fmt: skip
-    return json.dumps(known | values, indent=2, ensure_ascii=False) + "\n"
+    for name, found in results.found.items():
+        mean, sd = mean_sd(found)
+        known[name] = {"mean": mean, "sd": None if math.isnan(sd) else sd, "n": len(found), "values": found.tolist()}
+    return json.dumps(known, indent=2, ensure_ascii=False) + "\n"
 
 
 def _table(out: Path, results: Results) -> str:
     """Tidy rows as :func:`knittest.experiment.tables.published` reads them."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    start, source = [out.resolve().name, results.direction], results.source(out)
-    writer.writerow(COLUMNS)
+    rows: list[tuple[str, float, object, object, str]] = []
     for name, values in results.found.items():
         mean, sd = mean_sd(values)
-        scatter = "" if math.isnan(sd) else f"{sd:.6g}"
-        writer.writerow([*start, name, f"{mean:.6g}", scatter, len(values), results.units[name], source])
-    for what, value in results.conditions:
-        writer.writerow([*start, what.key, f"{value:.6g}", "", "", what.unit, source])
+        rows.append((name, mean, "" if math.isnan(sd) else f"{sd:.6g}", len(values), results.units[name]))
+    rows += [(what.key, value, "", "", what.unit) for what, value in results.conditions]
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    for name, mean, *more in rows:
+        writer.writerow([out.resolve().name, results.direction, name, f"{mean:.6g}", *more, results.source(out)])
     return text.getvalue()
 
 

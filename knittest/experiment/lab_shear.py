@@ -1,17 +1,22 @@
 """Curves of shear in exports of testing machines: a force over a shear angle, or over a travel that makes one."""
 
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
-from knittest.config.base import BoundsError, check_bounds, field_meta
-from knittest.config.run import rig_model
 from knittest.experiment import lab_names
+from knittest.experiment.lab_checks import digests, refuse_apart, refuse_implausible
+from knittest.experiment.lab_conditions import within
 from knittest.experiment.lab_given import Given, drawn, first_loading, pulled, tared
-from knittest.experiment.lab_recording import Recording, unit_of
+from knittest.experiment.lab_recording import Origin, Recording, unit_of
+from knittest.experiment.lab_results import Curves
+from knittest.experiment.statistics import band
+from knittest.materials.trellis import ANGLE, NORMALISED
 
 Array = NDArray[np.float64]
 
@@ -19,27 +24,24 @@ Array = NDArray[np.float64]
 SQUARE = 0.5
 #: a test that ends below is in rad, in other units, or none
 LEAST = 3.0
-
-
-class Kinematics(Protocol):
-    """Shear of a specimen by the travel of its clamp."""
-
-    @property
-    def longest(self) -> float:
-        """Travel [mm] at which its yarns lie side by side."""
-
-    def angle(self, travel: float) -> float:
-        """Shear angle [rad] at a travel [mm]."""
+#: shear angles at which the force is a row [deg]: those of a run
+ANGLES = (10.0, 20.0, 30.0, 40.0)
+#: row of the largest angle of each specimen
+END = "end_of_first_loading_deg"
+#: normalised shear force of textiles [N/mm]: from a loose knit at 3 deg to carbon fabrics beyond locking
+FORCES = (5e-4, 20.0)
 
 
 @dataclass(frozen=True)
 class Tested:
-    """Specimen of ``test`` by its ``kinematics``; in messages ``words`` name it, ``square`` is what it is at an angle
-    of zero, and ``options`` state its size. A strain is the travel over its ``length`` [mm].
+    """Specimen of ``test`` whose ``angle`` [rad] follows from a travel [mm] up to the ``longest``; in messages
+    ``words`` name it, ``square`` is what it is at an angle of zero, and ``options`` state its size. A strain is the
+    travel over its ``length`` [mm].
     """
 
     test: str
-    kinematics: Kinematics
+    angle: Callable[[float], float]
+    longest: float
     words: str
     square: str
     options: str
@@ -62,20 +64,7 @@ def shear_curve(r: Recording, tested: Tested, given: Given) -> ShearCurve:
     """The curve of a recording; raises :class:`InputError` for a start that is not square or free of force, and for a
     force along the sides, F_s = F / (2 cos(45 deg - angle / 2)).
     """
-    if lab_names.is_kind("along_sides", r.title("force")):
-        raise InputError(
-            f"{r.table.where}: column {r.title('force')!r}: a force along the sides, F_s? Expected the F of the "
-            "crosshead, 2 F_s cos(45 deg - angle / 2): leave the column out or convert it; name it 'force' if it is "
-            "that"
-        )
-    role = next(role for role in ("angle", "travel", "strain", "extensometer") if role in r.values)
-    if role == "strain" and tested.length is None:
-        raise InputError(f"{r.table.where}: column {r.title(role)!r}: a strain: expected a travel or an angle")
-    if role != "angle" and lab_names.is_kind("sensor", r.title(role)):
-        raise InputError(
-            f"{r.table.where}: column {r.title(role)!r}: an extensometer sees a part of the specimen alone: expected "
-            "the travel of the clamp"
-        )
+    role = _moved(r, tested)
     moved, force = drawn(r.values[role], given.sign), r.values["force"]
     rows, turned = first_loading(moved)
     first = pulled(force[rows], given.sign, r.where)  # on its way back a specimen may be pushed
@@ -91,9 +80,34 @@ def shear_curve(r: Recording, tested: Tested, given: Given) -> ShearCurve:
     if angle[0] <= SQUARE:
         free = tared(first, given.preload, r.where)
         first, force = free, force - (first[0] - free[0])
-    _check_end(angle[rows], tested.test, r.where)
+    end = float(angle[rows[-1]])
+    within(end, tested.test, "max_angle", f"{r.where}: a shear angle of {end:.4g} deg", ": check its unit and zero")
+    if len(rows) < 3 or end < LEAST:
+        looks = f" (it looks like rad: {np.rad2deg(end):.4g} deg)" if 0.1 < end < 1.4 else ""
+        raise InputError(
+            f"{r.where}: the first loading has {len(rows)} rows up to {end:.3g} deg{looks}: expected at least 3, up to "
+            f"{LEAST:g} deg"
+        )
     sheared = angle[rows] >= 0.0
     return ShearCurve(angle[rows][sheared], first[sheared], turned, (angle, force))
+
+
+def _moved(r: Recording, tested: Tested) -> str:
+    """Role of the column that gives the angle; raises :class:`InputError` for what is none, and for another force."""
+    role = next(role for role in ("angle", "travel", "strain", "extensometer") if role in r.values)
+    along_sides = (
+        "a force along the sides, F_s? Expected the F of the crosshead, 2 F_s cos(45 deg - angle / 2): leave the "
+        "column out or convert it; name it 'force' if it is that"
+    )
+    of_a_part = "an extensometer sees a part of the specimen alone: expected the travel of the clamp"
+    for column, wrong, reason in (
+        ("force", lab_names.is_kind("along_sides", r.title("force")), along_sides),
+        (role, role == "strain" and tested.length is None, "a strain: expected a travel or an angle"),
+        (role, role != "angle" and lab_names.is_kind("sensor", r.title(role)), of_a_part),
+    ):
+        if wrong:
+            raise InputError(f"{r.table.where}: column {r.title(column)!r}: {reason}")
+    return role
 
 
 def _angles(moved: Array, role: str, tested: Tested, where: str) -> Array:
@@ -102,26 +116,54 @@ def _angles(moved: Array, role: str, tested: Tested, where: str) -> Array:
         return moved
     travel = moved * (tested.length or 0.0) / 100.0 if role == "strain" else moved
     most = float(np.abs(travel).max())
-    if not most < tested.kinematics.longest:
+    if not most < tested.longest:
         raise InputError(
-            f"{where}: a displacement of {most:g} mm, where {tested.words} is drawn out by "
-            f"{tested.kinematics.longest:.4g} mm at most: check the unit, {tested.options} and --zero"
+            f"{where}: a displacement of {most:g} mm, where {tested.words} is drawn out by {tested.longest:.4g} mm at "
+            f"most: check the unit, {tested.options} and --zero"
         )
-    return np.rad2deg([tested.kinematics.angle(float(d)) for d in travel])
+    return np.rad2deg([tested.angle(float(d)) for d in travel])
 
 
-def _check_end(angle: Array, test: str, where: str) -> None:
-    """Raise :class:`InputError` for a first loading too short, or that no frame can go."""
-    end = float(angle[-1])
-    try:
-        check_bounds(end, field_meta(rig_model(test), "max_angle"))
-    except BoundsError as error:
+@dataclass(frozen=True)
+class Sheared(Origin):
+    """Shear angle [deg], rising, and force [N] of one specimen on its first loading, (n,) each."""
+
+    angle: Array
+    force: Array
+
+    @property
+    def normalised(self) -> Array:
+        """Normalised shear force [N/mm], (n,)."""
+        raise NotImplementedError
+
+
+def shear_forces(specimens: Sequence[Sheared]) -> tuple[dict[float, Array], list[str]]:
+    """Normalised forces [N/mm] at the :data:`ANGLES` that all specimens reach, and fingerprints of the curves.
+
+    Raises :class:`InputError` for forces, copies and angles that are not of one series.
+    """
+    end = min(float(s.angle[-1]) for s in specimens)
+    for s in specimens:
+        top, force = float(s.normalised.max()), float(s.force.max())
+        refuse_implausible(s, top, FORCES, f"maximum force {force:.6g} N, normalised {top:.4g} N/mm", "N/mm", force)
+    at = {a: np.array([np.interp(a, s.angle, s.normalised) for s in specimens]) for a in (*ANGLES, end)}
+    refuse_apart(specimens, at[end], f"normalised force at {end:.3g} deg", "N/mm")
+    found = {a: values for a, values in at.items() if a in ANGLES and a <= end}
+    if not found:
         raise InputError(
-            f"{where}: a shear angle of {end:.4g} deg: {error.expected}: check its unit and zero"
-        ) from None
-    if len(angle) < 3 or end < LEAST:
-        looks = f" (it looks like rad: {np.rad2deg(end):.4g} deg)" if 0.1 < end < 1.4 else ""
-        raise InputError(
-            f"{where}: the first loading has {len(angle)} rows up to {end:.3g} deg{looks}: expected at least 3, up to "
-            f"{LEAST:g} deg"
+            f"{specimens[0].path}: all specimens together go to {end:.3g} deg: expected at least {ANGLES[0]:g} deg"
         )
+    return found, digests(specimens, [(s.angle, s.force) for s in specimens])
+
+
+def shear_curves(specimens: Sequence[Sheared], words: str, **more: Any) -> Curves:
+    """Curves of the normalised force up to the angle that all ``specimens`` reach; ``words`` name the angle."""
+    curves = [(s.angle, s.normalised) for s in specimens]
+    corridor = band(curves, min(float(angle[-1]) for angle, _ in curves), "shear angles")
+    names = (ANGLE, NORMALISED, "normalised_shear_force_sd_n_per_mm")
+    return Curves(curves, corridor, names, (f"{words} [deg]", "normalised shear force [N/mm]"), **more)
+
+
+def reached(test: dict[str, Any]) -> float:
+    """Angle [deg] that all specimens of a ``test`` reach by its statistics, in tenths."""
+    return math.floor(10.0 * min(test[END]["values"])) / 10.0

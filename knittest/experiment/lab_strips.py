@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
-from knittest.config.base import BoundsError, check_bounds, field_meta
 from knittest.config.fabric import MacroMaterial
 from knittest.experiment import lab_names, lab_units
 from knittest.experiment.lab_checks import common, digests, refuse_apart
@@ -17,17 +16,20 @@ from knittest.experiment.lab_conditions import (
     GAUGE,
     STANDARD,
     WIDTH,
+    Condition,
     columns_of,
     in_column,
     known,
     said_by,
     same,
     stated,
+    within,
 )
 from knittest.experiment.lab_given import JITTER, Given, Sign, drawn, noise, pulled
 from knittest.experiment.lab_recording import columns, specimens_in, told, unit_of
+from knittest.experiment.lab_results import Curves
 from knittest.experiment.lab_table import LabTable, read_tables
-from knittest.experiment.statistics import Specimen, peaks
+from knittest.experiment.statistics import Specimen, corridor, peaks
 
 Array = NDArray[np.float64]
 
@@ -333,33 +335,31 @@ def plausible_strips(specimens: Sequence[Specimen]) -> None:
                 f"{s.path}: specimen {s.name}: maximum force {top:.6g} N{per}: implausible, expected "
                 f"{band[0]:g} to {band[1]:g} N{lab_units.likely_force(top, s.unit, band)}: check the unit of the force"
             )
-        try:
-            check_bounds(float(at), field_meta(MacroMaterial, "fracture_strain"))
-        except BoundsError as error:
-            raise InputError(
-                f"{s.path}: specimen {s.name}: strain at maximum force {at:.4g} %: {error.expected}: check the unit "
-                "of the travel and the gauge length"
-            ) from None
+        said = f"{s.path}: specimen {s.name}: strain at maximum force {at:.4g} %"
+        check = ": check the unit of the travel and the gauge length"
+        within(float(at), MacroMaterial, "fracture_strain", said, check)
     refuse_apart(specimens, force, "maximum force", "N")
     refuse_apart(specimens, strain, "strain at maximum force", "%")
 
 
-def one_series(specimens: Sequence[Specimen]) -> tuple[list[Specimen], dict[str, float]]:
-    """Strips as if all were of their mean width, and that width and gauge length by their keys.
+def one_series(specimens: Sequence[Specimen]) -> tuple[list[Specimen], list[Specimen], dict[Condition, float]]:
+    """Strips as if all were of their mean width, the same with forces in N/mm of it, and that width and gauge length.
 
     Forces are scaled by the width that each has. Raises :class:`InputError` for strips without a width, of different
     sizes, of the same numbers, or that no fabric has.
     """
-    paths = [s.path for s in specimens]
-    width = common(WIDTH, [s.width for s in specimens], paths)
-    found = {WIDTH.key: width}
+    width = common(WIDTH, [s.width for s in specimens], specimens)
+    found = {WIDTH: width}
     if any(s.gauge is not None for s in specimens):
-        found[GAUGE.key] = common(GAUGE, [s.gauge for s in specimens], paths)
+        found[GAUGE] = common(GAUGE, [s.gauge for s in specimens], specimens)
     plausible_strips(specimens)
     digests(specimens, [(s.strain, s.force) for s in specimens])
-    return [replace(s, force=s.force * (width / (s.width or width)), width=width) for s in specimens], found
+    strips = [replace(s, force=s.force * (width / (s.width or width)), width=width) for s in specimens]
+    return strips, [replace(s, force=s.force / width) for s in strips], found
 
 
-def per_width(specimens: Sequence[Specimen]) -> list[Specimen]:
-    """The same strips with their forces in N/mm of width."""
-    return [replace(s, force=s.force / (s.width or np.nan)) for s in specimens]
+def strip_curves(narrow: Sequence[Specimen]) -> Curves:
+    """Curves of forces in N/mm of width."""
+    names = ("strain_pct", "force_n_per_mm", "force_sd_n_per_mm")
+    each = [(s.strain, s.force) for s in narrow]
+    return Curves(each, corridor(narrow), names, ("strain [%]", "force per width [N/mm]"))

@@ -1,7 +1,7 @@
 """The tests of a laboratory that can be imported: how each is read, shown, written and told from the others."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -9,6 +9,7 @@ from knittest.base.errors import InputError
 from knittest.base.kinds import DEFAULT, Parts, kinds
 from knittest.experiment import lab_names
 from knittest.experiment.lab_conditions import Condition, refuse_other
+from knittest.experiment.lab_folder import Tests
 from knittest.experiment.lab_given import Given
 from knittest.experiment.lab_results import Results, write_results
 from knittest.experiment.lab_rows import read_rows
@@ -23,42 +24,48 @@ _HEAD = 60
 SpecimenT = TypeVar("SpecimenT")
 
 
-def _accept(out: Path, results: Results) -> None:
-    """Write whatever the results are."""
-
-
 @dataclass(frozen=True)
 class LabTest(Generic[SpecimenT]):
-    """``read`` a file into specimens, whose ``results`` with direction and names of files are shown and written.
+    """``read`` a file into specimens, which ``evaluate`` turns into results that are shown and written.
 
     ``conditions`` and ``options`` are those that a user may give; ``rigs`` is what an experiment says of rigs,
     ``fabric`` what it says of the fabric, with the folder that files are named from. ``show`` are lines in place of
     those of the results; ``check`` may refuse to write them.
     """
 
+    name: str
     read: Callable[[Path, Given], list[SpecimenT]]
-    results: Callable[[Sequence[SpecimenT], str, Sequence[str]], Results]
+    evaluate: Callable[[Sequence[SpecimenT]], Results]
     conditions: tuple[Condition, ...] = ()
     options: tuple[str, ...] = ()
-    rigs: Callable[[Mapping[str, dict[str, Any]]], Rigs] = lambda tests: {}
-    fabric: Callable[[Mapping[str, dict[str, Any]], Path], dict[str, Any]] = lambda tests, place: {}
+    rigs: Callable[[Tests], Rigs] = lambda tests: {}
+    fabric: Callable[[Tests, Path], dict[str, Any]] = lambda tests, place: {}
     show: Callable[[Sequence[SpecimenT]], list[str]] | None = None
-    check: Callable[[Path, Results], None] = _accept
+    check: Callable[[Path, Results], None] = lambda out, results: None
+
+    def results(self, specimens: Sequence[SpecimenT], direction: str = "", files: Sequence[str] = ()) -> Results:
+        """Results of one series of ``specimens``; raises :class:`InputError` where they are not of one."""
+        found, names = self.evaluate(specimens), [getattr(s, "name", "") for s in specimens]
+        return replace(found, test=self.name, direction=direction, files=files, names=names)
 
     def lines(self, specimens: Sequence[SpecimenT]) -> list[str]:
         """The results with mean and sd, what they hang on, and how the file was read."""
-        own = self.show(specimens) if self.show else self.results(specimens, "", []).lines()
+        own = self.show(specimens) if self.show else self.results(specimens).lines()
         return [*own, *notes_of(specimens)]
 
     def write(
         self, specimens: Sequence[SpecimenT], out: Path, direction: str, files: Sequence[str], trusted: bool = False
     ) -> str:
         """Write an experiment into ``out``; returns its variant. A direction that a file denies must be ``trusted``."""
+        from knittest.experiment.lab_fabric import finish
+
         if direction and not trusted:
             refuse_other([getattr(s, "said", None) for s in specimens], direction)
         results = self.results(specimens, direction, files)
         self.check(out, results)
-        return write_results(out, results)
+        variant = write_results(out, results)
+        finish(out)
+        return variant
 
 
 def notes_of(specimens: Sequence[Any]) -> list[str]:
@@ -73,7 +80,7 @@ def notes_of(specimens: Sequence[Any]) -> list[str]:
 LAB_TESTS: Mapping[str, LabTest[Any]] = Parts(lambda kind: kind.load("laboratory"), "laboratory")
 
 
-def rigs_of(tests: Mapping[str, dict[str, Any]]) -> Rigs:
+def rigs_of(tests: Tests) -> Rigs:
     """Fields of rigs by test, by direction where both were tested; ``tests`` are the statistics of an experiment."""
     return {name: fields for lab in LAB_TESTS.values() for name, fields in lab.rigs(tests).items()}
 

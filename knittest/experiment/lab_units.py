@@ -13,7 +13,6 @@ from knittest.base.errors import InputError
 from knittest.base.units import plainly, ratios
 from knittest.config.yaml_loader import shown
 
-
 FORCE = ratios("N", "kN", "daN", "cN", "mN", "kgf", "lbf")
 LENGTH = ratios("mm", "cm", "m", "um", "inch")
 ANGLE, AREA, PLAIN = ratios("deg", "rad"), ratios("mm2", "cm2", "m2"), ratios("1", "%")

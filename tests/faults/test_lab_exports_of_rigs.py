@@ -58,9 +58,9 @@ FILES = {
         head=[["Plattendurchmesser", "5", "cm"]])), {}),
     ("compaction", "force and option"): (lambda: text(lines(["Épaisseur (mm)", "Force (N)"], (THICK, KPA * PLATE),
         head=[]), ";", ",", "cp1252"), {"plate_diameter": 50.0}),
-    ("friction", "coefficient"): (lambda: text(lines(["Travel [mm]", "Coefficient of friction"], (PULL, MU),
+    ("friction", "coefficient"): (lambda: text(lines(["Travel [mm]", "Coefficient of friction"], (PULL, 2.0 * MU),
         head=PLATES)), {}),
-    ("friction", "reibzahl"): (lambda: text(lines(["Weg [mm]", "Reibzahl"], (PULL, MU),
+    ("friction", "reibzahl"): (lambda: text(lines(["Weg [mm]", "Reibzahl"], (PULL, 2.0 * MU),
         head=[["Normalkraft", "2", "kN"], ["Plattenlänge", "150", "mm"], ["Plattenbreite", "50", "mm"]]),
         ";", ","), {}),
     ("friction", "normal force in a column"): (lambda: text(lines(

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from knittest.experiment.lab_given import Given
-from knittest.laboratory.pull_out.lab_files import pull_results
-from knittest.laboratory.pull_out.lab_pulls import read_pulls
+from knittest.laboratory.pull_out.lab_files import LAB
 
 LENGTH, DENSITY, FRICTION = 50.0, 28.0, 0.02
 PITCH, CROSSINGS = 100.0 / DENSITY, LENGTH * DENSITY / 100.0
@@ -49,10 +48,10 @@ def export(path, **how):
 
 def pull(path, clamped="sides", sizes=None, **given):
     """Inlay that is read from ``path``."""
-    (one,) = read_pulls(path, Given(clamped=clamped, sizes=SIZES if sizes is None else sizes, **given))
+    (one,) = LAB.read(path, Given(clamped=clamped, sizes=SIZES if sizes is None else sizes, **given))
     return one
 
 
 def found(*pulls):
     """Values of each row of ``pulls``."""
-    return {name: values.tolist() for name, values in pull_results(pulls, "weft", []).found.items()}
+    return {name: values.tolist() for name, values in LAB.results(pulls, "weft", []).found.items()}

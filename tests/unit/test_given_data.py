@@ -17,7 +17,7 @@ from knittest.experiment.curves import load_curve
 from knittest.experiment.forces import per_width
 from knittest.experiment.statistics import Specimen
 from knittest.laboratory.against import own_curves
-from knittest.laboratory.picture_frame.lab_curves import Sheared
+from knittest.laboratory.picture_frame.lab_cycles import Frame
 from knittest.laboratory.picture_frame.lab_files import LAB as FRAME_LAB
 from knittest.laboratory.registry import REPORTS
 from knittest.laboratory.tensile.lab_files import LAB as TENSILE
@@ -49,7 +49,7 @@ def imported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         TENSILE.write(strips, out, direction, ["a.csv"])
     force = 40.0 * SHARE[1:] ** 2
     frames = [
-        Sheared(f"f{k}", 45.0 * SHARE[1:], factor * force, 250.0, 180.0, False, path=tmp_path / f"f{k}.csv")
+        Frame(f"f{k}", 45.0 * SHARE[1:], factor * force, 250.0, 180.0, False, path=tmp_path / f"f{k}.csv")
         for k, factor in enumerate((1.0, 1.1, 1.3))
     ]
     FRAME_LAB.write(frames, out, "", ["f.csv"])

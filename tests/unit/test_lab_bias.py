@@ -13,7 +13,7 @@ from knittest.experiment.lab_given import Given
 from knittest.experiment.lab_tests import looks_like, read_files, write_files
 from knittest.experiment.tables import published
 from knittest.laboratory.against import own_curves
-from knittest.laboratory.bias_extension.lab_files import read_strips
+from knittest.laboratory.bias_extension.lab_files import LAB
 from knittest.laboratory.bias_extension.pin_jointed import BiasStrip
 from knittest.laboratory.bias_extension.report import normalised
 from knittest.laboratory.registry import REPORTS
@@ -40,7 +40,7 @@ def biaxial_file(path, ratio=0.5, peak=100.0, head=True):
 
 
 def test_a_strip_in_travel_gives_the_law_back(tmp_path):
-    (one,) = read_strips(bias_file(tmp_path / "a.csv"), Given())
+    (one,) = LAB.read(bias_file(tmp_path / "a.csv"), Given())
     gamma = np.deg2rad(one.angle)
     assert one.angle[-1] == pytest.approx(45.0, abs=1e-3)
     assert one.normalised[10:] == pytest.approx((STIFFNESS * gamma / np.cos(gamma))[10:], rel=2e-3)
@@ -48,7 +48,7 @@ def test_a_strip_in_travel_gives_the_law_back(tmp_path):
 
 def test_strips_of_any_size_have_one_normalised_force(tmp_path):
     found = [
-        read_strips(bias_file(tmp_path / f"{h:g}.csv", h, w), Given())[0] for h, w in ((230.0, 115.0), (450.0, 150.0))
+        LAB.read(bias_file(tmp_path / f"{h:g}.csv", h, w), Given())[0] for h, w in ((230.0, 115.0), (450.0, 150.0))
     ]
     one, other = (np.interp([10.0, 30.0], s.angle, s.normalised) for s in found)
     assert one == pytest.approx(other, rel=2e-3) and found[0].force[-1] != pytest.approx(found[1].force[-1], rel=0.1)
@@ -57,19 +57,19 @@ def test_strips_of_any_size_have_one_normalised_force(tmp_path):
 def test_a_size_that_is_missing_or_too_short_is_refused(tmp_path):
     path = bias_file(tmp_path / "a.csv", head=False)
     with pytest.raises(InputError, match=r"no gauge length and no strip width: give --gauge-length .* and --width"):
-        read_strips(path, Given())
+        LAB.read(path, Given())
     with pytest.raises(InputError, match="150 mm long and 115 mm wide: expected at least 2 times"):
-        read_strips(path, Given(sizes={"gauge_length_mm": 150.0, "strip_width_mm": 115.0}))
+        LAB.read(path, Given(sizes={"gauge_length_mm": 150.0, "strip_width_mm": 115.0}))
     with pytest.raises(InputError, match=r"a strip 50 mm wide, 100 mm between the clamps, is drawn out by 20\.71 mm"):
-        read_strips(path, Given(sizes={"gauge_length_mm": 100.0, "strip_width_mm": 50.0}))
-    assert read_strips(path, Given(sizes={"gauge_length_mm": 230.0, "strip_width_mm": 115.0}))
+        LAB.read(path, Given(sizes={"gauge_length_mm": 100.0, "strip_width_mm": 50.0}))
+    assert LAB.read(path, Given(sizes={"gauge_length_mm": 230.0, "strip_width_mm": 115.0}))
 
 
 def test_a_measured_angle_is_not_taken_for_that_of_pin_jointed_yarns(tmp_path):
     path = tmp_path / "a.csv"
     path.write_text("gauge length;200;mm\nspecimen width;100;mm\nshear angle [deg];Force [N]\n0;0\n10;1\n20;2\n30;3\n")
     with pytest.raises(InputError, match="a displacement of the clamp"):
-        read_strips(path, Given())
+        LAB.read(path, Given())
 
 
 def test_an_import_is_compared_by_its_normalised_rows(tmp_path, monkeypatch):
@@ -153,7 +153,7 @@ def test_an_extensometer_is_no_travel_of_the_clamp(tmp_path, name):
     rows = "".join(f"{k / 4};{k}\n" for k in range(40))
     path.write_text(f"gauge length;200;mm\nspecimen width;100;mm\n{name};Force [N]\n{rows}", encoding="utf-8")
     with pytest.raises(InputError, match=r"a\.csv:3: column .*sees a part of the specimen alone: expected the travel"):
-        read_strips(path, Given())
+        LAB.read(path, Given())
 
 
 def test_a_strain_is_the_travel_over_the_length(tmp_path):
@@ -162,5 +162,5 @@ def test_a_strain_is_the_travel_over_the_length(tmp_path):
         rows = "".join(f"{factor * k / 2:.4f};{k}\n" for k in range(60))
         path = tmp_path / "a.csv"
         path.write_text(f"gauge length;200;mm\nspecimen width;100;mm\n{name};Force [N]\n{rows}", encoding="utf-8")
-        found += read_strips(path, Given())
+        found += LAB.read(path, Given())
     assert found[1].angle == pytest.approx(found[0].angle, abs=1e-6) and found[0].angle[-1] > 30.0

@@ -17,8 +17,6 @@ from knittest.laboratory.cantilever.lab_files import LAB as CANTILEVER
 from knittest.laboratory.cantilever.lab_files import (
     STANDARD_ANGLE,
     at_standard_angle,
-    cantilever_results,
-    read_overhangs,
 )
 from knittest.laboratory.cantilever.test import given_overhang, strip_stiffness
 from knittest.materials.heavy_elastica import chord_angle
@@ -36,20 +34,20 @@ def table(tmp_path, text, name="a.csv"):
 
 def test_stiffness_is_that_of_the_paper_in_the_right_unit(tmp_path):
     """Table 3 of Pham et al. (2019), V1 warp: 171 mm give 2.53e3 mN cm2 for the strip of 50 mm, 5.05 N mm per width."""
-    (strip,) = read_overhangs(table(tmp_path, "Überhang [mm]\n171\n"), V1)
+    (strip,) = CANTILEVER.read(table(tmp_path, "Überhang [mm]\n171\n"), V1)
     assert strip.stiffness == pytest.approx(5.05, abs=0.005)
-    found = cantilever_results([strip], "warp", []).found
+    found = CANTILEVER.results([strip], "warp", []).found
     assert found["bending_stiffness_mncm2"] == pytest.approx([2.53e3], rel=2e-3)
     assert any("-" in line for line in CANTILEVER.lines([strip]) if line.startswith("sd"))
 
 
 def test_readings_of_a_strip_are_averaged_and_units_kept(tmp_path):
     text = "Flächengewicht;0,8242;kg/m²\nProbenbreite;5;cm\nProbe;Überhanglänge\n;cm\n1;17,0\n1;17,2\n2;16,0\n2;16,2\n"
-    one, two = read_overhangs(table(tmp_path, text), Given())
+    one, two = CANTILEVER.read(table(tmp_path, text), Given())
     assert (one.overhang, two.overhang) == pytest.approx((171.0, 161.0)) and (one.width, one.area_mass) == (50.0, 824.2)
-    results = cantilever_results([one, two], "warp", [])
+    results = CANTILEVER.results([one, two], "warp", [])
     assert len(results.found["overhang_mm"]) == 2
-    singles = read_overhangs(table(tmp_path, "overhang [mm]\n171\n161\n"), V1)
+    singles = CANTILEVER.read(table(tmp_path, "overhang [mm]\n171\n161\n"), V1)
     assert [s.overhang for s in singles] == [171.0, 161.0]
 
 
@@ -67,11 +65,11 @@ def test_an_overhang_at_another_angle_becomes_that_at_41_deg(angle):
 
 def test_the_angle_is_stated_or_that_of_the_standard(tmp_path):
     text = "plane angle;45;deg\noverhang [mm]\n171\n"
-    (strip,) = read_overhangs(table(tmp_path, text), V1)
+    (strip,) = CANTILEVER.read(table(tmp_path, text), V1)
     assert strip.overhang == pytest.approx(171.0 * at_standard_angle(45.0)) and strip.overhang < 171.0
     assert "by the heavy elastica" in "".join(CANTILEVER.lines([strip]))
     with pytest.raises(InputError, match=r"angle of the plane of 45 deg, --plane-angle says 41\.5 deg"):
-        read_overhangs(table(tmp_path, text), Given(sizes={**V1.sizes, "plane_angle_deg": 41.5}))
+        CANTILEVER.read(table(tmp_path, text), Given(sizes={**V1.sizes, "plane_angle_deg": 41.5}))
 
 
 @pytest.mark.parametrize(
@@ -91,24 +89,24 @@ def test_the_angle_is_stated_or_that_of_the_standard(tmp_path):
 )
 def test_refused_with_the_row(tmp_path, text, words):
     with pytest.raises(InputError, match=words):
-        CANTILEVER.lines(read_overhangs(table(tmp_path, text), V1))
+        CANTILEVER.lines(CANTILEVER.read(table(tmp_path, text), V1))
 
 
 def test_an_area_mass_must_be_known(tmp_path):
     path = table(tmp_path, "overhang [mm]\n171\n")
     with pytest.raises(InputError, match=r"states no area mass: give --area-mass \[g/m2\]"):
-        read_overhangs(path, Given())
+        CANTILEVER.read(path, Given())
     with pytest.raises(InputError, match=r"--area-mass 0\.8: implausible.*it looks like kg/m2: 800 g/m2"):
-        read_overhangs(path, Given(sizes={"area_mass_g_m2": 0.8}))
-    (strip,) = read_overhangs(path, Given(sizes={"area_mass_g_m2": 824.2}))
+        CANTILEVER.read(path, Given(sizes={"area_mass_g_m2": 0.8}))
+    (strip,) = CANTILEVER.read(path, Given(sizes={"area_mass_g_m2": 824.2}))
     assert (
-        "bending_stiffness_mncm2" not in cantilever_results([strip], "warp", []).found
+        "bending_stiffness_mncm2" not in CANTILEVER.results([strip], "warp", []).found
     )  # of a strip of no known width
 
 
 def test_the_table_and_the_part_of_the_fabric(tmp_path):
     out = tmp_path / "mine"
-    strips = read_overhangs(table(tmp_path, "overhang [mm]\n171\n165\n177\n"), V1)
+    strips = CANTILEVER.read(table(tmp_path, "overhang [mm]\n171\n165\n177\n"), V1)
     assert CANTILEVER.write(strips, out, "warp", ["a.csv"]) == "mine"
     names = ("overhang_mm", "bending_stiffness_n_mm_per_width", "bending_stiffness_mncm2", "strip_width_mm")
     overhang, per_width, of_strip, width = published(out, "mine", "warp", names)
@@ -124,7 +122,7 @@ def test_the_table_and_the_part_of_the_fabric(tmp_path):
     )
     with pytest.raises(InputError, match="imported as warp: of which direction"):
         CANTILEVER.write(strips, out, "weft", ["a.csv"])
-    stated = read_overhangs(table(tmp_path, "overhang [mm]\n171\n165\n", "weft.csv"), V1)
+    stated = CANTILEVER.read(table(tmp_path, "overhang [mm]\n171\n165\n", "weft.csv"), V1)
     with pytest.raises(InputError, match=r"weft\.csv: its name says weft, --direction says warp"):
         CANTILEVER.write(stated, out, "warp", ["weft.csv"])
 
@@ -134,7 +132,7 @@ def test_the_area_mass_of_the_overhangs_is_the_fabrics(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     out = Path("data/mine")
     heavy = Given(sizes={"area_mass_g_m2": 700.0, "strip_width_mm": 50.0})
-    CANTILEVER.write(read_overhangs(table(tmp_path, "overhang [mm]\n171\n165\n"), heavy), out, "warp", ["a.csv"])
+    CANTILEVER.write(CANTILEVER.read(table(tmp_path, "overhang [mm]\n171\n165\n"), heavy), out, "warp", ["a.csv"])
     part = yaml.safe_load((out / "fabric.yaml").read_text())
     assert part["area_mass"] == {
         "value": 700.0, "source": "measured", "ref": "stated with mine: cantilever-warp"
@@ -157,9 +155,9 @@ def test_overhangs_of_two_masses_are_not_one_fabric(tmp_path):
     for mass, direction in ((700.0, "warp"), (720.0, "weft")):
         given = Given(sizes={"area_mass_g_m2": mass})
         path = table(tmp_path, f"overhang [mm]\n{mass - 540}\n165\n", f"{direction}.csv")
-        CANTILEVER.write(read_overhangs(path, given), out, direction, [path.name])
+        CANTILEVER.write(CANTILEVER.read(path, given), out, direction, [path.name])
     assert yaml.safe_load((out / "fabric.yaml").read_text())["area_mass"]["value"] == 710.0
-    other = read_overhangs(table(tmp_path, "overhang [mm]\n150\n165\n"), Given(sizes={"area_mass_g_m2": 900.0}))
+    other = CANTILEVER.read(table(tmp_path, "overhang [mm]\n150\n165\n"), Given(sizes={"area_mass_g_m2": 900.0}))
     with pytest.raises(InputError, match=r"a\.csv: .*area mass of 900 g/m2, .*cantilever-warp has 700"):
         CANTILEVER.write(other, out, "weft", ["a.csv"])
 
@@ -167,7 +165,7 @@ def test_overhangs_of_two_masses_are_not_one_fabric(tmp_path):
 def test_a_mass_that_no_assumed_yarns_make_starts_a_fabric_of_shells(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     light = Given(sizes={"area_mass_g_m2": 250.0})
-    CANTILEVER.write(read_overhangs(table(tmp_path, "overhang [mm]\n90\n95\n"), light), Path("data/mine"), "warp", [])
+    CANTILEVER.write(CANTILEVER.read(table(tmp_path, "overhang [mm]\n90\n95\n"), light), Path("data/mine"), "warp", [])
     assert run(["new", "mine", "--from", "data/mine"]) == 0
     fabric = resolve(scale="macro", variant="mine").fabric
     assert fabric.area_mass.value == 250.0 and all(getattr(fabric, name) is None for name in YARN_LEVEL)
@@ -177,7 +175,9 @@ def test_a_mass_that_no_assumed_yarns_make_starts_a_fabric_of_shells(tmp_path, m
 def test_check_shows_the_imported_mass_beside_another_one(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     heavy = Given(sizes={"area_mass_g_m2": 700.0})
-    CANTILEVER.write(read_overhangs(table(tmp_path, "overhang [mm]\n171\n165\n"), heavy), Path("data/mine"), "weft", [])
+    CANTILEVER.write(
+        CANTILEVER.read(table(tmp_path, "overhang [mm]\n171\n165\n"), heavy), Path("data/mine"), "weft", []
+    )
     assert run(["new", "mine", "--from", "data/mine"]) == 0
     for stated, verdict in ((700, "agrees"), (824.2, "differs")):
         fabric = resolve(scale="macro", variant="mine", sets=[f"fabric.area_mass={stated}"]).fabric
@@ -194,7 +194,7 @@ def test_the_stiffness_at_the_root_stands_beside_that_of_the_tests(tmp_path, mon
     assert (root.mean, root.unit, root.scaled) == (pytest.approx(5.06), "N mm", "that of the strip over its width")
     assert row_kind(run, root.quantity) == row_kind(run, "bending_stiffness_mncm2")
     out = tmp_path / "mine"
-    strips = read_overhangs(table(tmp_path, "overhang [mm]\n171\n165\n"), V1)
+    strips = CANTILEVER.read(table(tmp_path, "overhang [mm]\n171\n165\n"), V1)
     CANTILEVER.write(strips, out, "warp", ["a.csv"])
     (own,) = published(out, "mine", "warp", ("bending_stiffness_n_mm_per_width",))
     assert own.mean == pytest.approx(np.mean([s.stiffness for s in strips]), rel=1e-4)
@@ -203,4 +203,4 @@ def test_the_stiffness_at_the_root_stands_beside_that_of_the_tests(tmp_path, mon
 def test_a_missing_reading_of_one_face_is_not_averaged_away(tmp_path):
     text = "area mass [g/m2];830\nstrip;overhang face [mm];overhang back [mm]\n1;165;120\n2;160;\n3;170;125\n"
     with pytest.raises(InputError, match=r":4: 1 of 2 readings: ends and faces differ"):
-        read_overhangs(table(tmp_path, text), Given())
+        CANTILEVER.read(table(tmp_path, text), Given())

@@ -11,7 +11,7 @@ from knittest.base.errors import InputError
 from knittest.experiment.lab_given import Given
 from knittest.experiment.lab_tests import read_files, write_files
 from knittest.experiment.tables import published
-from knittest.laboratory.compaction.lab_files import LAB, compaction_results, read_compaction
+from knittest.laboratory.compaction.lab_files import LAB
 
 HEAD = "Dicke [mm];Druck [kPa]\n"
 
@@ -29,8 +29,8 @@ def export(path, start=3.0, most=1000.0, head=HEAD, factor=1.0, more=""):
 
 
 def test_thickness_at_the_pressures_of_a_run(tmp_path):
-    (piece,) = read_compaction(export(tmp_path / "a.csv", most=300.0), Given())
-    found = compaction_results([piece], "", []).found
+    (piece,) = LAB.read(export(tmp_path / "a.csv", most=300.0), Given())
+    found = LAB.results([piece], "", []).found
     assert {name: float(v[0]) for name, v in found.items()} == pytest.approx(
         {f"thickness_mm_at_kpa.{p}": law(p) for p in (1, 10, 100)}, abs=1e-5
     )
@@ -39,14 +39,14 @@ def test_thickness_at_the_pressures_of_a_run(tmp_path):
 @pytest.mark.parametrize(("unit", "factor"), [("MPa", 1e-3), ("Pa", 1e3)])
 def test_units_are_read_and_a_pressure_without_one_is_refused(tmp_path, unit, factor):
     path = export(tmp_path / "a.csv", head=f"thickness;pressure [{unit}]\n", factor=factor)
-    assert read_compaction(path, Given())[0].pressure[-1] == pytest.approx(1000.0)
+    assert LAB.read(path, Given())[0].pressure[-1] == pytest.approx(1000.0)
     with pytest.raises(InputError, match=r"a\.csv:1: column 'pressure': a pressure without a unit"):
-        read_compaction(export(tmp_path / "a.csv", head="thickness;pressure\n"), Given())
+        LAB.read(export(tmp_path / "a.csv", head="thickness;pressure\n"), Given())
 
 
 def test_unloading_is_left_out(tmp_path):
     path = export(tmp_path / "a.csv", more="2,0;500\n1,9;100\n1,8;1\n")
-    piece = read_compaction(path, Given())[0]
+    piece = LAB.read(path, Given())[0]
     assert piece.pressure[-1] == pytest.approx(1000.0)
     assert piece.at(np.array([100.0]))[0] == pytest.approx(law(100.0), abs=1e-5)
 
@@ -64,20 +64,20 @@ def test_a_table_that_is_no_compaction_is_refused(tmp_path, text, said):
     path = tmp_path / "a.csv"
     path.write_text(text)
     with pytest.raises(InputError, match=said):
-        read_compaction(path, Given())
+        LAB.read(path, Given())
 
 
 def test_pieces_of_another_unit_copies_and_pressures_apart_are_refused(tmp_path):
-    one = read_compaction(export(tmp_path / "a.csv"), Given())[0]
-    thick = read_compaction(export(tmp_path / "b.csv", start=15.0), Given())[0]
+    one = LAB.read(export(tmp_path / "a.csv"), Given())[0]
+    thick = LAB.read(export(tmp_path / "b.csv", start=15.0), Given())[0]
     with pytest.raises(InputError, match="thickness"):
-        compaction_results([one, thick], "", [])
+        LAB.results([one, thick], "", [])
     with pytest.raises(InputError, match=r"a\.csv|copies|same"):
-        compaction_results([one, one], "", [])
-    short = read_compaction(export(tmp_path / "c.csv", start=3.1, most=0.9 / 0.8), Given())[0]
+        LAB.results([one, one], "", [])
+    short = LAB.read(export(tmp_path / "c.csv", start=3.1, most=0.9 / 0.8), Given())[0]
     short = replace(short, pressure=short.pressure[:-5], thickness=short.thickness[:-5])
     with pytest.raises(InputError, match="expected one of 1, 10, 100, 1000 kPa"):
-        compaction_results([one, short], "", [])
+        LAB.results([one, short], "", [])
 
 
 def test_an_import_is_an_experiment_whose_rows_a_run_is_held_against(tmp_path):
@@ -104,7 +104,7 @@ def test_a_force_is_a_pressure_by_the_plate(tmp_path, plate, area, sign):
     pressure = np.geomspace(0.5, 200.0, 60)
     rows = "".join(f"{2.2 - 0.1 * np.log(p):.6f};{sign * p * area / 1e3:.6f}\n" for p in pressure)
     (tmp_path / "a.csv").write_text(f"{plate}\nThickness [mm];Load [N]\n{rows}", encoding="utf-8")
-    (piece,) = read_compaction(tmp_path / "a.csv", Given())
+    (piece,) = LAB.read(tmp_path / "a.csv", Given())
     assert piece.at(np.array([1.0, 10.0, 100.0])) == pytest.approx([2.2, 1.9697, 1.7395], abs=1e-4)
 
 
@@ -112,5 +112,5 @@ def test_psi_and_inches_are_kpa_and_mm(tmp_path):
     pressure = np.geomspace(0.5, 200.0, 60)
     rows = "".join(f"{(2.2 - 0.1 * np.log(p)) / 25.4:.6f};{p / 6.894757:.6f}\n" for p in pressure)
     (tmp_path / "a.csv").write_text(f"Thickness [in.];Pressure [psi]\n{rows}", encoding="utf-8")
-    (piece,) = read_compaction(tmp_path / "a.csv", Given())
+    (piece,) = LAB.read(tmp_path / "a.csv", Given())
     assert piece.at(np.array([10.0])) == pytest.approx([1.9697], abs=1e-4)

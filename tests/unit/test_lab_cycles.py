@@ -10,11 +10,8 @@ from knittest.base.errors import InputError
 from knittest.config.loading import resolve
 from knittest.experiment.lab_given import Given
 from knittest.experiment.tables import published
-from knittest.laboratory.picture_frame.lab_curves import read_frames
-from knittest.laboratory.picture_frame.lab_cycles import gone_at
+from knittest.laboratory.picture_frame.lab_cycles import ROWS_OF_A_RUN, gone_at
 from knittest.laboratory.picture_frame.lab_files import LAB as FRAME_LAB
-from knittest.laboratory.picture_frame.lab_files import frame_results
-from knittest.laboratory.picture_frame.lab_loops import ROWS_OF_A_RUN
 from knittest.laboratory.registry import REPORTS
 from knittest.materials.trellis import crosshead, crosshead_force
 
@@ -69,7 +66,7 @@ def export(path, **how):
 
 
 def cycles(path, **given):
-    (one,) = read_frames(path, Given(**given))
+    (one,) = FRAME_LAB.read(path, Given(**given))
     return one.cycles
 
 
@@ -128,8 +125,8 @@ def test_the_number_of_cycles_is_found(tmp_path):
 def test_loops_that_are_none_of_a_run_are_refused_if_asked_for_and_said_otherwise(tmp_path, stops, said):
     path = export(tmp_path / "a.csv", stops=stops)
     with pytest.raises(InputError, match=rf"a\.csv: specimen a: {said}"):
-        read_frames(path, Given(loading="cycles"))
-    (one,) = read_frames(path, Given())
+        FRAME_LAB.read(path, Given(loading="cycles"))
+    (one,) = FRAME_LAB.read(path, Given())
     assert not one.cycles and one.angle[-1] == pytest.approx(TURN, abs=0.01)
     told = next(line for line in FRAME_LAB.lines([one]) if line.startswith("a: up to"))
     assert ("first loading alone; no cycle: " in told) == (len(stops) > 1)
@@ -138,31 +135,31 @@ def test_loops_that_are_none_of_a_run_are_refused_if_asked_for_and_said_otherwis
 def test_a_loop_that_gives_back_more_than_it_took_is_refused(tmp_path):
     path = export(tmp_path / "a.csv", share=0.3, mirrored=True)
     with pytest.raises(InputError, match=r"cycle 1 takes [\d.]+ mJ and gives back [\d.]+ mJ: expected less"):
-        read_frames(path, Given(loading="cycles"))
+        FRAME_LAB.read(path, Given(loading="cycles"))
 
 
 def test_frames_of_one_series_have_the_same_cycles(tmp_path):
-    one = read_frames(export(tmp_path / "a.csv"), Given())[0]
+    one = FRAME_LAB.read(export(tmp_path / "a.csv"), Given())[0]
     for stops, said in (
         ((TURN,), r"b\.csv: specimen b: 0 cycles, specimen a has 1: give --loading first"),
         ((TURN, 5.0), r"specimen b: 0 cycles \(.*comes back to 5 deg.*\), specimen a has 1"),
         ((TURN, 0.0) * 2, r"specimen b: 2 cycles, specimen a has 1"),
         ((21.0, 0.0), r"specimen b: cycles turn at 21 deg, those of specimen a at 20 deg"),
     ):
-        other = read_frames(export(tmp_path / "b.csv", stops=stops, noise=0.01), Given())
+        other = FRAME_LAB.read(export(tmp_path / "b.csv", stops=stops, noise=0.01), Given())
         with pytest.raises(InputError, match=said):
-            frame_results([one, *other], "", [])
+            FRAME_LAB.results([one, *other], "", [])
 
 
 def test_work_is_that_of_the_mean_square_of_a_series(tmp_path):
     files = [export(tmp_path / f"{side:g}.csv", fabric=side) for side in (160.0, 156.0)]
-    rows = frame_results([read_frames(path, Given())[0] for path in files], "", []).found
+    rows = FRAME_LAB.results([FRAME_LAB.read(path, Given())[0] for path in files], "", []).found
     assert rows["cycle_work_mj"] == pytest.approx([WORK * (158.0 / FABRIC) ** 2] * 2, rel=3e-3)
     assert rows["cycle_loss_mj"] == pytest.approx([LOSS * (158.0 / FABRIC) ** 2] * 2, rel=4e-3)
 
 
 def test_a_force_that_stays_has_no_angle(tmp_path):
-    one = read_frames(export(tmp_path / "a.csv", stops=(TURN, 0.4)), Given(loading="cycles"))[0]
+    one = FRAME_LAB.read(export(tmp_path / "a.csv", stops=(TURN, 0.4)), Given(loading="cycles"))[0]
     assert one.cycles[0].residual == pytest.approx(GONE, abs=0.03)
     assert np.isnan(gone_at(np.array([20.0, 10.0, 0.0]), np.array([3.0, 2.0, 1.0])))
     assert gone_at(np.array([20.0, 10.0, 0.0]), np.array([3.0, 1.0, -1.0])) == pytest.approx(5.0)
@@ -171,7 +168,9 @@ def test_a_force_that_stays_has_no_angle(tmp_path):
 
 def written(tmp_path, **how):
     """Experiment of two frames whose stiffness differs by 20 %."""
-    frames = [read_frames(export(tmp_path / f"{k}.csv", gain=g, **how), Given())[0] for k, g in enumerate((0.9, 1.1))]
+    frames = [
+        FRAME_LAB.read(export(tmp_path / f"{k}.csv", gain=g, **how), Given())[0] for k, g in enumerate((0.9, 1.1))
+    ]
     FRAME_LAB.write(frames, tmp_path / "mine", "", ["0.csv", "1.csv"])
     return published(tmp_path / "mine", "mine", "", ROWS_OF_A_RUN)
 

@@ -14,9 +14,8 @@ from knittest.experiment.conditions import UNKNOWN
 from knittest.experiment.curves import load_curve
 from knittest.experiment.lab_given import Given
 from knittest.experiment.tables import published
-from knittest.laboratory.picture_frame.lab_curves import read_frames
 from knittest.laboratory.picture_frame.lab_files import LAB as FRAME_LAB
-from knittest.laboratory.picture_frame.lab_files import frame_results, shear_law
+from knittest.laboratory.picture_frame.lab_files import shear_law
 from knittest.laboratory.registry import REPORTS
 from knittest.materials.trellis import DEFINITIONS, crosshead, crosshead_force
 
@@ -36,12 +35,12 @@ def frame_file(path, side=FRAME, fabric=FABRIC, end=45.0, back=0.0, preload=0.0,
 
 
 def test_a_frame_in_displacement_gives_the_law_back(tmp_path):
-    (one,) = read_frames(frame_file(tmp_path / "a.csv"), Given())
+    (one,) = FRAME_LAB.read(frame_file(tmp_path / "a.csv"), Given())
     assert (one.frame_side, one.fabric_side, one.turned) == (FRAME, FABRIC, False)
     assert one.angle[-1] == pytest.approx(45.0, abs=1e-4)
     gamma = np.deg2rad(one.angle)
     assert one.normalised[1:] == pytest.approx((STIFFNESS * gamma / np.cos(gamma))[1:], rel=1e-3)
-    angle, force = shear_law(frame_results([one], "", []).curves.band)
+    angle, force = shear_law(FRAME_LAB.results([one], "", []).curves.band)
     assert (angle[0], force[0]) == (0.0, 0.0) and angle[-1] == pytest.approx(45.0, abs=1e-3)
     assert force == pytest.approx(STIFFNESS * np.deg2rad(angle), rel=2e-3) and (np.diff(angle) > 0.0).all()
 
@@ -49,8 +48,8 @@ def test_a_frame_in_displacement_gives_the_law_back(tmp_path):
 def test_frames_of_any_side_give_one_curve_and_forces_of_their_own(tmp_path):
     found = {}
     for side, fabric in ((200.0, 160.0), (50.0, 50.0)):
-        (one,) = read_frames(frame_file(tmp_path / f"{side:g}.csv", side, fabric), Given())
-        series = frame_results([one], "", [])
+        (one,) = FRAME_LAB.read(frame_file(tmp_path / f"{side:g}.csv", side, fabric), Given())
+        series = FRAME_LAB.results([one], "", [])
         for angle in (10.0, 20.0, 30.0, 40.0):
             gamma = np.deg2rad(angle)
             expected = crosshead_force(STIFFNESS * gamma, gamma, fabric, side)
@@ -60,8 +59,8 @@ def test_frames_of_any_side_give_one_curve_and_forces_of_their_own(tmp_path):
 
 
 def test_only_the_first_loading_counts(tmp_path):
-    (one,) = read_frames(frame_file(tmp_path / "a.csv", back=40.0), Given())
-    (alone,) = read_frames(frame_file(tmp_path / "b.csv"), Given())
+    (one,) = FRAME_LAB.read(frame_file(tmp_path / "a.csv", back=40.0), Given())
+    (alone,) = FRAME_LAB.read(frame_file(tmp_path / "b.csv"), Given())
     assert one.turned and one.angle == pytest.approx(alone.angle) and one.force == pytest.approx(alone.force)
     assert any("first loading alone" in line for line in FRAME_LAB.lines([one]))
 
@@ -71,16 +70,16 @@ def test_a_start_that_is_not_square_or_not_free_of_force_is_asked_about(tmp_path
     with pytest.raises(
         InputError, match=r"starts at 3, a shear angle of 1\.\d+ deg: where is the frame square.*--zero"
     ):
-        read_frames(path, Given())
-    (moved,) = read_frames(path, Given(zero=3.0))
-    (alone,) = read_frames(frame_file(tmp_path / "b.csv"), Given())
+        FRAME_LAB.read(path, Given())
+    (moved,) = FRAME_LAB.read(path, Given(zero=3.0))
+    (alone,) = FRAME_LAB.read(frame_file(tmp_path / "b.csv"), Given())
     assert moved.angle == pytest.approx(alone.angle, abs=1e-3)
-    assert read_frames(path, Given(zero=0.0))[0].angle[0] == pytest.approx(1.22, abs=0.01)
+    assert FRAME_LAB.read(path, Given(zero=0.0))[0].angle[0] == pytest.approx(1.22, abs=0.01)
     path = frame_file(tmp_path / "c.csv", preload=5.0)
     with pytest.raises(InputError, match=r"starts with a force of 5 N, its largest is 31\.27 N.*--preload subtract"):
-        read_frames(path, Given())
-    assert read_frames(path, Given(preload="subtract"))[0].force == pytest.approx(alone.force, abs=1e-5)
-    assert read_frames(path, Given(preload="keep"))[0].force[0] == 5.0
+        FRAME_LAB.read(path, Given())
+    assert FRAME_LAB.read(path, Given(preload="subtract"))[0].force == pytest.approx(alone.force, abs=1e-5)
+    assert FRAME_LAB.read(path, Given(preload="keep"))[0].force[0] == 5.0
 
 
 @pytest.mark.parametrize("unit", ["deg", "rad", "°"])
@@ -91,15 +90,15 @@ def test_an_angle_needs_its_unit(tmp_path, unit):
     path = tmp_path / "a.csv"
     given = Given(sizes={"frame_side_mm": 200.0, "fabric_side_mm": 200.0})
     path.write_text(f"shear angle [{unit}],force [N]\n{rows}")
-    (one,) = read_frames(path, given)
+    (one,) = FRAME_LAB.read(path, given)
     assert one.angle == pytest.approx(angle, abs=1e-3)
     path.write_text(f"shear angle,force [N]\n{rows}")
     with pytest.raises(InputError, match=r":1: column 'shear angle': an angle without a unit: write"):
-        read_frames(path, given)
+        FRAME_LAB.read(path, given)
     if unit == "rad":
         path.write_text(f"shear angle [deg],force [N]\n{rows}")
         with pytest.raises(InputError, match=r"up to 0\.698 deg \(it looks like rad: 40 deg\)"):
-            read_frames(path, given)
+            FRAME_LAB.read(path, given)
 
 
 def test_sides_must_be_known_and_fit(tmp_path):
@@ -116,14 +115,16 @@ def test_sides_must_be_known_and_fit(tmp_path):
         ({"frame_side_mm": 0.2, "fabric_side_mm": 0.2}, r"--frame-side 0\.2: implausible"),
     ):
         with pytest.raises(InputError, match=words):
-            read_frames(path, Given(sizes=sizes))
+            FRAME_LAB.read(path, Given(sizes=sizes))
     stated = frame_file(tmp_path / "b.csv")
     with pytest.raises(InputError, match=r":1: the file states a frame side of 200 mm, --frame-side says 160 mm"):
-        read_frames(stated, Given(sizes={"frame_side_mm": 160.0}))
+        FRAME_LAB.read(stated, Given(sizes={"frame_side_mm": 160.0}))
 
 
 def test_slips_of_a_series_are_named(tmp_path):
-    good = [read_frames(frame_file(tmp_path / f"{k}.csv", stiffness=s), Given())[0] for k, s in enumerate((0.1, 0.11))]
+    good = [
+        FRAME_LAB.read(frame_file(tmp_path / f"{k}.csv", stiffness=s), Given())[0] for k, s in enumerate((0.1, 0.11))
+    ]
     for bad, words in (
         (frame_file(tmp_path / "x.csv", stiffness=1.0), r"x\.csv: specimen x: normalised force at 45 deg 1\.1"),
         (frame_file(tmp_path / "y.csv", stiffness=1e-4), r"y\.csv: .*implausible.*it looks like kN"),
@@ -135,7 +136,7 @@ def test_slips_of_a_series_are_named(tmp_path):
         (frame_file(tmp_path / "v.csv", end=8.0), "go to 8 deg: expected at least 10 deg"),
     ):
         with pytest.raises(InputError, match=words):
-            frame_results([*good, *read_frames(bad, Given())], "", [])
+            FRAME_LAB.results([*good, *FRAME_LAB.read(bad, Given())], "", [])
 
 
 def test_the_folder_of_frames_is_for_comparison_calibration_and_the_fabric(tmp_path, monkeypatch):
@@ -144,7 +145,7 @@ def test_the_folder_of_frames_is_for_comparison_calibration_and_the_fabric(tmp_p
 
     out = Path("data/mine")
     series = [
-        read_frames(frame_file(tmp_path / f"{k}.csv", stiffness=s), Given())[0] for k, s in enumerate((0.09, 0.11))
+        FRAME_LAB.read(frame_file(tmp_path / f"{k}.csv", stiffness=s), Given())[0] for k, s in enumerate((0.09, 0.11))
     ]
     assert FRAME_LAB.write(series, out, "", ["0.csv", "1.csv"]) == "mine"
     at_20, side = published(out, "mine", "", ("shear_force_n_at_deg.20", "frame_side_mm"))
@@ -163,7 +164,7 @@ def test_the_folder_of_frames_is_for_comparison_calibration_and_the_fabric(tmp_p
 def test_rows_of_a_frame_are_for_the_sides_of_the_run_or_for_any(tmp_path, monkeypatch):
     """The law S = STIFFNESS gamma, tested at 160 in 200 mm, in the frame of 50 mm of a run."""
     monkeypatch.chdir(tmp_path)
-    FRAME_LAB.write(read_frames(frame_file(tmp_path / "a.csv"), Given()), tmp_path / "mine", "", ["a.csv"])
+    FRAME_LAB.write(FRAME_LAB.read(frame_file(tmp_path / "a.csv"), Given()), tmp_path / "mine", "", ["a.csv"])
     names = ("normalised_shear_force_n_per_mm_at_deg.20", "shear_force_n_at_deg.20")
     run = resolve(test="picture-frame", variant="1", scale="macro", sets=["rig.side=50"])
     assert set(names[:1]) <= set(kinds()["picture-frame"].published)
@@ -181,7 +182,7 @@ def test_a_force_in_newton_under_a_head_of_kilonewton_looks_like_newton(tmp_path
     path = frame_file(tmp_path / "a.csv", stiffness=2.0)
     path.write_text(path.read_text(encoding="utf-8").replace("Kraft [N]", "Kraft [kN]"), encoding="utf-8")
     with pytest.raises(InputError, match=r"implausible, .*\(it looks like N: \d+\.?\d* N or cN"):
-        frame_results(read_frames(path, Given()), "", [])
+        FRAME_LAB.results(FRAME_LAB.read(path, Given()), "", [])
 
 
 @pytest.mark.parametrize("name", ["shear force [N]", "Scherkraft [N]", "side force [N]"])
@@ -192,7 +193,7 @@ def test_a_force_along_the_sides_is_not_taken_for_that_of_the_crosshead(tmp_path
     with pytest.raises(
         InputError, match=r"a\.csv:3: column '.*a force along the sides, F_s\? Expected the F of the cross"
     ):
-        read_frames(path, Given())
+        FRAME_LAB.read(path, Given())
 
 
 def test_two_forces_over_one_displacement_are_not_two_frames(tmp_path):
@@ -202,4 +203,4 @@ def test_two_forces_over_one_displacement_are_not_two_frames(tmp_path):
     with pytest.raises(
         InputError, match=r"'force \[N\]' and 'filtered force \[N\]' are both over 'displacement \[mm\]'"
     ):
-        read_frames(path, Given())
+        FRAME_LAB.read(path, Given())

@@ -13,8 +13,6 @@ from knittest.experiment.tables import published
 from knittest.laboratory.friction import rig
 from knittest.laboratory.friction.lab_files import (
     KINETIC_SHARE,
-    friction_results,
-    read_friction,
 )
 from knittest.laboratory.friction.lab_files import LAB as FRICTION
 from knittest.laboratory.registry import REPORTS
@@ -33,9 +31,9 @@ def friction_file(path, kinetic=300.0, peak=330.0, offset=0.0, start=0.0, head=H
 
 
 def test_levels_and_coefficients_say_what_they_are(tmp_path):
-    (strip,) = read_friction(friction_file(tmp_path / "a.csv", start=3.0), Given())
+    (strip,) = FRICTION.read(friction_file(tmp_path / "a.csv", start=3.0), Given())
     assert strip.sizes == (2000.0, 150.0, 50.0) and strip.travel[0] == 0.0
-    found = friction_results([strip], "warp", []).found
+    found = FRICTION.results([strip], "warp", []).found
     expected = {"pull_force_static_n": 330.0, "pull_force_kinetic_n": 300.0, "mu_paper": 0.15, "mu_per_face": 0.075,
                 "mu_static_per_face": 0.0825}  # fmt: skip
     assert {name: values[0] for name, values in found.items()} == pytest.approx(expected)
@@ -52,13 +50,13 @@ def test_the_mean_is_over_travel_and_not_over_samples(tmp_path):
     path.write_text(
         HEAD + "Weg;Kraft\n" + "".join(f"{w:.4f};{f:.2f}\n" for w, f in zip(way, force, strict=True)).replace(".", ",")
     )
-    (strip,) = read_friction(path, Given())
+    (strip,) = FRICTION.read(path, Given())
     assert strip.kinetic == pytest.approx(290.0, abs=0.3)
 
 
 def test_a_sled_rubs_on_one_face(tmp_path):
-    (sled,) = read_friction(friction_file(tmp_path / "a.csv"), Given(faces=1))
-    results = friction_results([sled], "warp", [])
+    (sled,) = FRICTION.read(friction_file(tmp_path / "a.csv"), Given(faces=1))
+    results = FRICTION.results([sled], "warp", [])
     assert {name: values[0] for name, values in results.found.items()} == pytest.approx(
         {"mu_paper": 0.3, "mu_per_face": 0.15, "mu_static_per_face": 0.165}
     )
@@ -67,7 +65,7 @@ def test_a_sled_rubs_on_one_face(tmp_path):
 
 def test_the_way_back_does_not_count(tmp_path):
     back = "19,0;-150\n18,0;-250\n10,0;-290\n"
-    (strip,) = read_friction(friction_file(tmp_path / "a.csv", more=back), Given())
+    (strip,) = FRICTION.read(friction_file(tmp_path / "a.csv", more=back), Given())
     assert strip.kinetic == pytest.approx(300.0) and strip.travel[-1] == pytest.approx(20.0)
 
 
@@ -87,32 +85,32 @@ def test_the_way_back_does_not_count(tmp_path):
 )
 def test_what_results_hang_on_must_be_known(tmp_path, head, words):
     with pytest.raises(InputError, match=words):
-        FRICTION.lines(read_friction(friction_file(tmp_path / "a.csv", head=head), Given()))
+        FRICTION.lines(FRICTION.read(friction_file(tmp_path / "a.csv", head=head), Given()))
 
 
 def test_slips_are_refused(tmp_path):
     with pytest.raises(InputError, match=r"starts with a force of 60 N, its largest is 390 N.*--preload subtract"):
-        read_friction(friction_file(tmp_path / "a.csv", offset=60.0), Given())
-    (tared,) = read_friction(tmp_path / "a.csv", Given(preload="subtract"))
+        FRICTION.read(friction_file(tmp_path / "a.csv", offset=60.0), Given())
+    (tared,) = FRICTION.read(tmp_path / "a.csv", Given(preload="subtract"))
     assert tared.kinetic == pytest.approx(300.0)
     path = tmp_path / "m.csv"
     path.write_text(friction_file(tmp_path / "b.csv").read_text().replace("Weg [mm]", "Weg [um]"))
     with pytest.raises(InputError, match=r"over a travel of 0\.02 mm: expected at least 3, over 1 to 1000 mm"):
-        read_friction(path, Given())
+        FRICTION.read(path, Given())
     series = [
-        read_friction(friction_file(tmp_path / f"{k}.csv", f, 1.1 * f), Given())[0]
+        FRICTION.read(friction_file(tmp_path / f"{k}.csv", f, 1.1 * f), Given())[0]
         for k, f in enumerate((300, 310, 30))
     ]
     with pytest.raises(InputError, match=r"2\.csv: specimen 2: coefficient of a face 0\.0075"):
-        friction_results(series, "warp", [])
+        FRICTION.results(series, "warp", [])
     with pytest.raises(InputError, match="the same curve twice"):
-        friction_results([series[0], series[0]], "warp", [])
+        FRICTION.results([series[0], series[0]], "warp", [])
 
 
 def test_the_folder_of_friction(tmp_path):
     out = tmp_path / "mine"
     series = [
-        read_friction(friction_file(tmp_path / f"{k}.csv", f, 1.1 * f), Given())[0] for k, f in enumerate((290, 310))
+        FRICTION.read(friction_file(tmp_path / f"{k}.csv", f, 1.1 * f), Given())[0] for k, f in enumerate((290, 310))
     ]
     assert FRICTION.write(series, out, "warp", ["0.csv", "1.csv"]) == "mine"
     mu, face, kinetic, normal = published(
@@ -125,7 +123,7 @@ def test_the_folder_of_friction(tmp_path):
 
 def test_a_pull_force_belongs_to_its_normal_force(tmp_path):
     out = tmp_path / "mine"
-    FRICTION.write(read_friction(friction_file(tmp_path / "a.csv"), Given()), out, "warp", ["a.csv"])
+    FRICTION.write(FRICTION.read(friction_file(tmp_path / "a.csv"), Given()), out, "warp", ["a.csv"])
     rows = published(out, "mine", "warp", ("mu_paper", "pull_force_kinetic_n"))
     run, lighter = (
         resolve(test="friction", variant="1", scale="macro", direction="warp", sets=[f"rig.normal_force={force}"])
@@ -151,7 +149,7 @@ def test_a_pull_in_newton_under_a_head_of_kilonewton_looks_like_newton(tmp_path)
     path = friction_file(tmp_path / "a.csv")
     path.write_text(path.read_text(encoding="utf-8").replace("Kraft [N]", "Kraft [kN]"), encoding="utf-8")
     with pytest.raises(InputError, match=r"coefficient of 75 a face: .*it looks like N: 300 N or daN: 3000 N\)"):
-        friction_results(read_friction(path, Given()), "warp", [])
+        FRICTION.results(FRICTION.read(path, Given()), "warp", [])
 
 
 def test_a_strip_that_sticks_keeps_its_largest_force(tmp_path):
@@ -160,7 +158,7 @@ def test_a_strip_that_sticks_keeps_its_largest_force(tmp_path):
     force = np.concatenate([np.linspace(0.0, 400.0, 50), np.full(200, 300.0)])
     rows = "".join(f"{w:.2f};{f:.2f}\n" for w, f in zip(way, force, strict=True)).replace(".", ",")
     (tmp_path / "a.csv").write_text(f"{HEAD}Weg [mm];Kraft [N]\n{rows}", encoding="utf-8")
-    (strip,) = read_friction(tmp_path / "a.csv", Given())
+    (strip,) = FRICTION.read(tmp_path / "a.csv", Given())
     assert (strip.static, strip.kinetic) == pytest.approx((400.0, 300.0))
 
 
@@ -170,14 +168,18 @@ def test_noise_of_the_travel_is_no_way_back(tmp_path):
     force = np.interp(way, [0.0, 1.0, 4.0, 20.0], [0.0, 330.0, 300.0, 300.0])
     rows = "".join(f"{w:.4f};{f:.2f}\n" for w, f in zip(noisy, force, strict=True)).replace(".", ",")
     (tmp_path / "a.csv").write_text(f"{HEAD}Weg [mm];Kraft [N]\n{rows}", encoding="utf-8")
-    (strip,) = read_friction(tmp_path / "a.csv", Given())
+    (strip,) = FRICTION.read(tmp_path / "a.csv", Given())
     assert strip.travel[-1] == pytest.approx(20.0, abs=0.3) and strip.kinetic == pytest.approx(300.0)
 
 
-@pytest.mark.parametrize(("faces", "kinetic"), [(1, 300.0), (2, 600.0)])
-def test_a_coefficient_is_that_of_a_face_and_the_output_says_so(tmp_path, faces, kinetic):
+@pytest.mark.parametrize(("faces", "words", "of_a_face"), [(1, "of one face", 0.15), (2, "of both faces", 0.075)])
+def test_a_coefficient_is_the_pull_over_the_normal_force_and_the_output_says_so(tmp_path, faces, words, of_a_face):
+    """A file of the coefficient says what the same file of the force says."""
     path = friction_file(tmp_path / "a.csv", kinetic=0.15, peak=0.165)
     path.write_text(path.read_text(encoding="utf-8").replace("Kraft [N]", "Reibungszahl"), encoding="utf-8")
-    (strip,) = read_friction(path, Given(faces=faces))
-    assert strip.kinetic == pytest.approx(kinetic) and any("that of a face" in note for note in strip.notes)
-    assert friction_results([strip], "warp", []).found["mu_per_face"] == pytest.approx([0.15])
+    (strip,) = FRICTION.read(path, Given(faces=faces))
+    (by_force,) = FRICTION.read(friction_file(tmp_path / "b.csv"), Given(faces=faces))
+    assert strip.kinetic == pytest.approx(by_force.kinetic) == pytest.approx(300.0)
+    assert any(f"pull force over normal force, F_R/F_N, {words}" in note for note in strip.notes)
+    for one in (strip, by_force):
+        assert FRICTION.results([one]).found["mu_per_face"] == pytest.approx([of_a_face])

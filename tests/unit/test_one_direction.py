@@ -18,10 +18,8 @@ from knittest.config.loading import resolve
 from knittest.experiment.lab_given import Given
 from knittest.experiment.row_kind import assumed_inputs, row_kind
 from knittest.laboratory.cantilever.lab_files import LAB as CANTILEVER
-from knittest.laboratory.cantilever.lab_files import read_overhangs
 from knittest.laboratory.cantilever.test import given_overhang
 from knittest.laboratory.friction.lab_files import LAB as FRICTION
-from knittest.laboratory.friction.lab_files import read_friction
 from knittest.laboratory.run_stamp import run_stamp
 from knittest.report_page.loading import load_run
 from knittest.report_page.results import results as results_of
@@ -39,11 +37,11 @@ def mine(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     path = friction_file(tmp_path / "friction.csv", 180.0, 220.0, head="Normalkraft;1000;N\nPlattenlänge;100;mm\n"
                          "Plattenbreite;40;mm\n")  # fmt: skip
-    FRICTION.write(read_friction(path, Given()), OUT, "weft", [path.name])
+    FRICTION.write(FRICTION.read(path, Given()), OUT, "weft", [path.name])
     bent = tmp_path / "bent.csv"
     bent.write_text("overhang [mm]\n164\n168\n")
     sizes = Given(sizes={"area_mass_g_m2": 800.0, "strip_width_mm": 25.0})
-    CANTILEVER.write(read_overhangs(bent, sizes), OUT, "warp", [bent.name])
+    CANTILEVER.write(CANTILEVER.read(bent, sizes), OUT, "warp", [bent.name])
     assert run(["new", "mine", "--from", str(OUT)]) == 0
     return lambda test, **asked: resolve(**({"variant": "mine", "scale": "macro", "test": test} | asked))
 
@@ -84,7 +82,7 @@ def test_tools_of_forming_know_where_their_friction_is_from(mine):
     assert TAKEN in inputs_told(summary, result_rows(summary, refused=False))
     path = friction_file(Path("other.csv"), 220.0, 220.0, head="Normalkraft;1000;N\nPlattenlänge;100;mm\n"
                          "Plattenbreite;40;mm\n")  # fmt: skip
-    FRICTION.write(read_friction(path, Given()), OUT, "warp", [path.name])
+    FRICTION.write(FRICTION.read(path, Given()), OUT, "warp", [path.name])
     assert run(["new", "both", "--from", str(OUT)]) == 0
     both = mine("forming", variant="both")
     assert both.rig.kinetic_coefficient == pytest.approx(0.1, rel=1e-3)

@@ -17,8 +17,6 @@ from knittest.experiment.lab_given import Given
 from knittest.experiment.row_kind import assumed_inputs, row_kind
 from knittest.laboratory.against import own_curves
 from knittest.laboratory.friction.lab_files import LAB as FRICTION
-from knittest.laboratory.friction.lab_files import read_friction
-from knittest.laboratory.picture_frame.lab_curves import read_frames
 from knittest.laboratory.picture_frame.lab_files import LAB as FRAME_LAB
 from knittest.laboratory.picture_frame.report import NORMALISED_LABEL
 from knittest.laboratory.registry import TESTS
@@ -42,12 +40,12 @@ def rubbed(place, direction, mu, static=None, head="Normalkraft;500;N\nPlattenl√
     """Import a pull of two faces at 500 N, whose coefficients of a face are ``mu`` and ``static``."""
     top = mu if static is None else static
     path = friction_file(place / f"friction-{direction}.csv", 1000.0 * mu, 1000.0 * top, head=head)
-    FRICTION.write(read_friction(path, Given()), OUT, direction, [path.name])
+    FRICTION.write(FRICTION.read(path, Given()), OUT, direction, [path.name])
 
 
 def sheared(place, end=36.04, side=200.0, fabric=170.0):
     path = frame_file(place / "frame.csv", side, fabric, end)
-    FRAME_LAB.write(read_frames(path, Given()), OUT, "", [path.name])
+    FRAME_LAB.write(FRAME_LAB.read(path, Given()), OUT, "", [path.name])
 
 
 def mine(test, **asked):
@@ -161,7 +159,7 @@ def test_a_frame_stands_beside_its_import(place):
     """Force of the crosshead in the same frame, and the corridor as an input of the shells' law."""
     for k, stiffness in enumerate((0.09, 0.11)):
         frame_file(place / f"{k}.csv", 200.0, 170.0, 36.04, stiffness=stiffness)
-    FRAME_LAB.write([read_frames(place / f"{k}.csv", Given())[0] for k in (0, 1)], OUT, "", ["0.csv", "1.csv"])
+    FRAME_LAB.write([FRAME_LAB.read(place / f"{k}.csv", Given())[0] for k in (0, 1)], OUT, "", ["0.csv", "1.csv"])
     assert run(["new", "mine", "--from", "data/mine"]) == 0
     found = references_of(mine("picture-frame"), ())
     rows, gamma = {row.quantity: row for row in found.rows}, np.deg2rad(20.0)

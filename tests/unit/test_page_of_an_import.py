@@ -12,7 +12,6 @@ from knittest.base.errors import InputError
 from knittest.cli.main import run
 from knittest.experiment.compare import compare_results
 from knittest.experiment.lab_given import Given
-from knittest.laboratory.picture_frame.lab_curves import read_frames
 from knittest.laboratory.picture_frame.lab_files import LAB as FRAME_LAB
 from knittest.laboratory.tensile.lab_files import LAB as TENSILE
 from knittest.report_page.blocks import Table
@@ -31,7 +30,7 @@ def folder(tmp_path, monkeypatch):
     """A run of shells of a fabric with strips of 25 mm along the warp and a frame of its own."""
     monkeypatch.chdir(tmp_path)
     TENSILE.write(specimens(25.0), OUT, "warp", ["a.csv", "b.csv"])
-    FRAME_LAB.write(read_frames(frame_file(tmp_path / "frame.csv"), Given()), OUT, "", ["frame.csv"])
+    FRAME_LAB.write(FRAME_LAB.read(frame_file(tmp_path / "frame.csv"), Given()), OUT, "", ["frame.csv"])
     assert run(["new", "mine", "--from", str(OUT)]) == 0
     return write_run(tmp_path / "r", variant="mine")
 

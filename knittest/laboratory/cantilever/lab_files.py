@@ -1,6 +1,6 @@
 """Tables of overhang lengths (cantilever, DIN 53362), one row a reading, and what they say of the stiffness."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -9,11 +9,18 @@ import numpy as np
 
 from knittest.base.errors import InputError
 from knittest.base.units import to_kernel
-from knittest.config.base import BoundsError, check_bounds, field_meta
 from knittest.config.fabric import MacroMaterial
 from knittest.experiment.lab_checks import common, digest, refuse_apart
-from knittest.experiment.lab_conditions import AREA_MASS, PLANE_ANGLE, WIDTH, Condition, known, needed, said_by
-from knittest.experiment.lab_folder import DIRECTIONS, counted, folder_name, quantity, read_statistics
+from knittest.experiment.lab_conditions import AREA_MASS, PLANE_ANGLE, WIDTH, Condition, known, needed, said_by, within
+from knittest.experiment.lab_folder import (
+    DIRECTIONS,
+    Tests,
+    counted,
+    folder_name,
+    of_directions,
+    quantity,
+    read_statistics,
+)
 from knittest.experiment.lab_given import Given
 from knittest.experiment.lab_recording import Origin, told, unit_of
 from knittest.experiment.lab_results import Results
@@ -23,6 +30,7 @@ from knittest.experiment.lab_units import has_number
 from knittest.laboratory.cantilever.config import CantileverRig
 from knittest.materials.heavy_elastica import STANDARD_ANGLE, bending_stiffness, overhang_ratio
 
+NAME = "cantilever"
 GRAVITY = 9.81
 HEADS = {
     "overhang_mm": ("overhang", "mm"), "bending_stiffness_n_mm_per_width": ("B per width", "N mm"),
@@ -49,12 +57,11 @@ class Bent(Origin):
         return bending_stiffness(self.overhang, to_kernel(self.area_mass, "g/m2") * to_kernel(GRAVITY, "m/s2"))
 
 
-def read_overhangs(path: Path, given: Given) -> list[Bent]:
+def _read(path: Path, given: Given) -> list[Bent]:
     """Strips in one table; columns of overhangs (ends, faces) and rows of the same specimen are readings of one strip.
 
     The overhang needs a unit; area mass, plane angle (41.5 deg if not stated) and width come from the head or from
-    ``given``. Raises :class:`InputError` with the row for what is no length, for bending lengths, which are half an
-    overhang, and without an area mass.
+    ``given``. Raises :class:`InputError` for bending lengths, which are half an overhang.
     """
     found = []
     for table in read_tables(path, given, [("overhang", "bending_length")], "an overhang length", ("flexure",)):
@@ -67,15 +74,14 @@ def read_overhangs(path: Path, given: Given) -> list[Bent]:
         angle, width = (known(what, table, given.sizes) for what in (PLANE_ANGLE, WIDTH))
         angle = STANDARD_ANGLE if angle is None else angle
         factor = at_standard_angle(angle)
-        labels = dict.fromkeys(table.having("specimen")[:1], "names of specimens")
-        group = range(len(table.names))
         readings = _readings(table, which, path)
-        notes = (*told(table, dict.fromkeys(which, "overhang") | labels, group), *table.notes)
-        origin = {"path": path, "said": said_by(path, table.head), "notes": notes}
-        found += [
-            Bent(label, factor * float(np.mean(values)), tuple(values), angle, mass, width, **origin)  # type: ignore[arg-type]
-            for label, values in readings.items()
-        ]
+        labels = dict.fromkeys(table.having("specimen")[:1], "names of specimens")
+        notes = told(table, dict.fromkeys(which, "overhang") | labels, range(len(table.names)))
+        origin: dict[str, Any] = {
+            "path": path, "said": said_by(path, table.head), "notes": (*notes, *table.notes)
+        }  # fmt: skip
+        for label, values in readings.items():
+            found.append(Bent(label, factor * float(np.mean(values)), tuple(values), angle, mass, width, **origin))
     return found
 
 
@@ -110,10 +116,7 @@ def _readings(table: LabTable, which: Sequence[int], path: Path) -> dict[str, li
         name = f"{table.stem}-{label or len(found) + 1}"
         for cell, factor in filled:
             value = table.number(line, cell) * factor
-            try:
-                check_bounds(value, field_meta(CantileverRig, "overhang"))
-            except BoundsError as error:
-                raise InputError(f"{table.place}:{line}: overhang {value:g} mm: {error.expected}") from None
+            within(value, CantileverRig, "overhang", f"{table.place}:{line}: overhang {value:g} mm")
             found.setdefault(name, []).append(value)
     if not found:
         raise InputError(f"{table.place}: no overhang lengths below line {table.line}")
@@ -122,34 +125,29 @@ def _readings(table: LabTable, which: Sequence[int], path: Path) -> dict[str, li
     return found
 
 
-def cantilever_results(strips: Sequence[Bent], direction: str, files: Sequence[str]) -> Results:
-    """Overhangs and stiffnesses of ``strips`` of one series; raises :class:`InputError` where they are not of one."""
-    paths = [s.path for s in strips]
-    mass = common(AREA_MASS, [s.area_mass for s in strips], paths)
-    angle = common(PLANE_ANGLE, [s.angle for s in strips], paths)
+def _results(strips: Sequence[Bent]) -> Results:
+    """Overhangs and stiffnesses."""
+    mass = common(AREA_MASS, [s.area_mass for s in strips], strips)
+    angle = common(PLANE_ANGLE, [s.angle for s in strips], strips)
     overhang, stiffness = (np.array([getattr(s, name) for s in strips]) for name in ("overhang", "stiffness"))
     refuse_apart(strips, overhang, "overhang", "mm")
     for s in strips:
-        try:
-            check_bounds(s.stiffness, field_meta(MacroMaterial, "bending_stiffness"))
-        except BoundsError as error:
-            raise InputError(
-                f"{s.path}: specimen {s.name}: bending stiffness {s.stiffness:g} N mm: {error.expected}"
-            ) from None
+        said = f"{s.path}: specimen {s.name}: bending stiffness {s.stiffness:g} N mm"
+        within(s.stiffness, MacroMaterial, "bending_stiffness", said)
     found = {"overhang_mm": overhang, "bending_stiffness_n_mm_per_width": stiffness}
     sizes: list[tuple[Condition, float]] = [(AREA_MASS, mass)]
     if all(s.width is not None for s in strips):
-        width = common(WIDTH, [s.width for s in strips], paths)
+        width = common(WIDTH, [s.width for s in strips], strips)
         sizes.append((WIDTH, width))
         found["bending_stiffness_mncm2"] = stiffness * width * 10.0
     readings = np.concatenate([s.readings for s in strips])
     other = "" if angle == STANDARD_ANGLE else f", measured at {angle:g} deg"
     turned = other and f"; overhangs are for {STANDARD_ANGLE:g} deg, by the heavy elastica"
     return Results(
-        "cantilever", direction, found, {name: unit for name, (_, unit) in HEADS.items()}, sizes,
-        ("strip", f"for {STANDARD_ANGLE:g} deg{other}"), files,
+        found, {name: unit for name, (_, unit) in HEADS.items()}, sizes,
+        ("strip", f"for {STANDARD_ANGLE:g} deg{other}"),
         [digest(readings)] if len(readings) > 2 else [],  # fewer may agree by chance
-        [s.name for s in strips], [("{} [{}]".format(*HEADS[name]), ".5g", values) for name, values in found.items()],
+        [("{} [{}]".format(*HEADS[name]), ".5g", values) for name, values in found.items()],
         [
             f"plane at {strips[0].angle:g} deg{turned}; B = area mass x g x (overhang / 2)^3",
             "overhangs are taken as corrected, for a strip that curls as well",
@@ -159,18 +157,16 @@ def cantilever_results(strips: Sequence[Bent], direction: str, files: Sequence[s
 
 def _refuse_other_mass(out: Path, results: Results) -> None:
     """Raise :class:`InputError` where the strips across were imported with another area mass: a fabric has one."""
-    (own,) = (value for what, value in results.conditions if what is AREA_MASS)
-    for other in DIRECTIONS:
-        name = folder_name("cantilever", other)
-        test = read_statistics(out).get(name) if other != results.direction else None
-        if test is not None:
-            common(AREA_MASS, [test["conditions"][AREA_MASS.key], own], [out / name, ", ".join(results.files)])
+    own = next(value for what, value in results.conditions if what is AREA_MASS)
+    for direction, test in of_directions(read_statistics(out), NAME).items():
+        if direction != results.direction:
+            masses = [test["conditions"][AREA_MASS.key], own]
+            common(AREA_MASS, masses, [out / folder_name(NAME, direction), ", ".join(results.files)])
 
 
-def _fabric(tests: Mapping[str, dict[str, Any]], place: Path) -> dict[str, Any]:
+def _fabric(tests: Tests, place: Path) -> dict[str, Any]:
     """Bending stiffness of the shells by direction, and the area mass that came with the overhangs and made it."""
-    names = {direction: folder_name("cantilever", direction) for direction in DIRECTIONS}
-    own = {direction: tests[name] for direction, name in names.items() if name in tests}
+    own = of_directions(tests, NAME)
     if not own:
         return {}
     masses = [test["conditions"][AREA_MASS.key] for test in own.values()]
@@ -178,7 +174,7 @@ def _fabric(tests: Mapping[str, dict[str, Any]], place: Path) -> dict[str, Any]:
     bending = {direction: _stiffness(test) for direction, test in own.items()}
     if len(bending) == 1:
         bending |= _as_the_other(*bending.items())
-    said = f"stated with {place.as_posix()}: {', '.join(names[direction] for direction in own)}"
+    said = f"stated with {place.as_posix()}: {', '.join(folder_name(NAME, direction) for direction in own)}"
     return {
         "area_mass": quantity(mean, "measured", said),
         "macro": {"bending_stiffness": {direction: bending[direction] for direction in DIRECTIONS}},
@@ -200,5 +196,5 @@ def _stiffness(test: dict[str, Any]) -> dict[str, Any]:
 
 
 LAB = LabTest(
-    read_overhangs, cantilever_results, (AREA_MASS, PLANE_ANGLE, WIDTH), fabric=_fabric, check=_refuse_other_mass
+    NAME, _read, _results, (AREA_MASS, PLANE_ANGLE, WIDTH), fabric=_fabric, check=_refuse_other_mass
 )  # fmt: skip

@@ -1,9 +1,7 @@
 """Files of compaction tests as ``knittest data`` takes them: thickness between two plates over their pressure."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +9,9 @@ from numpy.typing import NDArray
 from knittest.base.errors import InputError
 from knittest.experiment.lab_checks import digests, refuse_apart
 from knittest.experiment.lab_conditions import PLATE_AREA, PLATE_DIAMETER
+from knittest.experiment.lab_folder import Tests
 from knittest.experiment.lab_given import Given, first_loading
-from knittest.experiment.lab_recording import Origin, Recording, of, recordings
+from knittest.experiment.lab_recording import Origin, Recording, of, reader
 from knittest.experiment.lab_results import Curves, Results
 from knittest.experiment.lab_tests import LabTest, Rigs
 from knittest.experiment.lab_units import plain
@@ -39,35 +38,25 @@ class Pressed(Origin):
         return np.array([thickness_at(self.thickness, self.pressure, float(p)) for p in pressure])
 
 
-def read_compaction(path: Path, given: Given) -> list[Pressed]:
-    """Pieces in one export; a force becomes a pressure by the plate.
-
-    Raises :class:`InputError` for a thickness that no textile has or that grows under pressure.
-    """
-    wanted = [("pressure", "force"), ("thickness",)]
-    words = "a thickness and a pressure, or a force on a plate of known diameter"
-    return [_pressed(r, given) for r in recordings(path, given, wanted, words, own=("compression",))]
-
-
 def _pressed(r: Recording, given: Given) -> Pressed:
+    """A force becomes a pressure by the plate."""
     pressure, thickness = r.values.get("pressure"), r.values["thickness"]
     if pressure is None:
-        area = r.known(PLATE_AREA, given)
-        area = area or 0.25 * np.pi * r.needed([PLATE_DIAMETER], given)[0] ** 2
+        area = r.known(PLATE_AREA, given) or 0.25 * np.pi * r.needed([PLATE_DIAMETER], given)[0] ** 2
         pressure = 1e3 * r.values["force"] / area
     pressure = pressure if pressure.max() >= -pressure.min() else -pressure
     rows, _ = first_loading(pressure)
     thickness, pressure = thickness[rows], pressure[rows]
-    count = np.count_nonzero(pressure > 0.0)
-    if count < 3 or not REACHED[0] <= pressure[-1] <= REACHED[1]:
+    count, (low, high), (thin, thick) = np.count_nonzero(pressure > 0.0), REACHED, THICKNESSES
+    if count < 3 or not low <= pressure[-1] <= high:
         raise InputError(
-            f"{r.where}: {count} rows up to {pressure[-1]:.4g} kPa: expected at least 3, up to {REACHED[0]:g} to "
-            f"{REACHED[1]:g} kPa: check the unit of the pressure"
+            f"{r.where}: {count} rows up to {pressure[-1]:.4g} kPa: expected at least 3, up to {low:g} to {high:g} "
+            "kPa: check the unit of the pressure"
         )
-    if not THICKNESSES[0] <= thickness.min() <= thickness.max() <= THICKNESSES[1]:
+    if not thin <= thickness.min() <= thickness.max() <= thick:
         raise InputError(
-            f"{r.where}: thickness from {thickness.min():.4g} to {thickness.max():.4g} mm: expected "
-            f"{THICKNESSES[0]:g} to {THICKNESSES[1]:g} mm: check the unit of the thickness"
+            f"{r.where}: thickness from {thickness.min():.4g} to {thickness.max():.4g} mm: expected {thin:g} to "
+            f"{thick:g} mm: check the unit of the thickness"
         )
     if thickness[-1] >= thickness[0]:
         raise InputError(
@@ -77,10 +66,8 @@ def _pressed(r: Recording, given: Given) -> Pressed:
     return Pressed(**of(r), pressure=pressure, thickness=thickness)
 
 
-def compaction_results(pieces: Sequence[Pressed], direction: str, files: Sequence[str]) -> Results:
-    """Thickness at the pressures of a run that all ``pieces`` were measured at; raises :class:`InputError` for none of
-    them, for copies and for pieces that are not of one series.
-    """
+def _results(pieces: Sequence[Pressed]) -> Results:
+    """Thickness at the pressures of a run that all ``pieces`` were measured at."""
     low = max(float(s.pressure[s.pressure > 0.0][0]) for s in pieces)
     high = min(float(s.pressure[-1]) for s in pieces)
     at = np.array([p for p in PRESSURES if low <= p <= high])
@@ -89,16 +76,16 @@ def compaction_results(pieces: Sequence[Pressed], direction: str, files: Sequenc
             f"{pieces[0].path}: all pieces together were measured from {low:.3g} to {high:.3g} kPa: expected one of "
             f"{', '.join(f'{p:g}' for p in PRESSURES)} kPa in it"
         )
-    refuse_apart(pieces, np.array([float(s.at(at)[0]) for s in pieces]), "thickness", "mm")
     values = np.array([s.at(at) for s in pieces]).T
-    found = {f"thickness_mm_at_kpa.{p:g}": row for p, row in zip(at, values, strict=True)}
+    refuse_apart(pieces, values[0], "thickness", "mm")
     pressure = np.geomspace(low, high, PLACES)
     curves = np.array([s.at(pressure) for s in pieces])
     sd = curves.std(axis=0, ddof=1) if len(pieces) > 1 else np.full(PLACES, np.nan)
+    found = {f"thickness_mm_at_kpa.{p:g}": row for p, row in zip(at, values, strict=True)}
     return Results(
-        NAME, "", found, dict.fromkeys(found, "mm"), [], ("piece", f"up to {high:.4g} kPa"), files,
-        digests(pieces, [(s.thickness, s.pressure) for s in pieces]), [s.name for s in pieces],
-        [(f"{name.rpartition('.')[2]} kPa [mm]", ".4g", row) for name, row in found.items()],
+        found, dict.fromkeys(found, "mm"), [], ("piece", f"up to {high:.4g} kPa"),
+        digests(pieces, [(s.thickness, s.pressure) for s in pieces]),
+        [(f"{p:g} kPa [mm]", ".4g", row) for p, row in zip(at, values, strict=True)],
         ["first loading alone; the way of the empty plates must have been subtracted"],
         Curves(
             [(s.pressure, s.thickness) for s in pieces], Corridor(pressure, curves.mean(axis=0), sd, len(pieces)),
@@ -108,10 +95,17 @@ def compaction_results(pieces: Sequence[Pressed], direction: str, files: Sequenc
     )  # fmt: skip
 
 
-def _rigs(tests: Mapping[str, dict[str, Any]]) -> Rigs:
+def _rigs(tests: Tests) -> Rigs:
     """The largest pressure at which there is a thickness."""
     pressures = [float(name.rpartition(".")[2]) for name in tests.get(NAME, {}) if name.startswith("thickness_mm_at")]
-    return {NAME: {"max_pressure": plain(max(max(pressures), 10.0))}} if pressures else {}
+    return {NAME: {"max_pressure": plain(max(*pressures, 10.0))}} if pressures else {}
 
 
-LAB = LabTest(read_compaction, compaction_results, (PLATE_DIAMETER,), rigs=_rigs)
+LAB = LabTest(
+    NAME,
+    reader(
+        [("pressure", "force"), ("thickness",)], "a thickness and a pressure, or a force on a plate of known diameter",
+        _pressed, own=("compression",),
+    ),
+    _results, (PLATE_DIAMETER,), rigs=_rigs,
+)  # fmt: skip

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,9 +10,9 @@ from numpy.typing import NDArray
 from knittest.base.errors import InputError
 from knittest.experiment.lab_checks import common, digests, refuse_apart, refuse_implausible
 from knittest.experiment.lab_conditions import NORMAL_FORCE, PLATE_LENGTH, PLATE_WIDTH
-from knittest.experiment.lab_folder import DIRECTIONS, folder_name
+from knittest.experiment.lab_folder import Tests, of_directions
 from knittest.experiment.lab_given import Given, drawn, first_loading, pulled, tared
-from knittest.experiment.lab_recording import Origin, Recording, of, recordings
+from knittest.experiment.lab_recording import Origin, Recording, of, reader
 from knittest.experiment.lab_results import Curves, Results
 from knittest.experiment.lab_tests import LabTest, Rigs
 from knittest.experiment.lab_units import plain
@@ -64,22 +63,10 @@ class Rubbed(Origin):
         return force / (self.faces * self.sizes[0])
 
 
-def read_friction(path: Path, given: Given) -> list[Rubbed]:
-    """Strips in one export; a coefficient in place of a force is that of a face.
-
-    Raises :class:`InputError` where normal force or plates are not known, for a travel that is none, and a start that
-    is not free of force.
-    """
-    wanted = [("force", "coefficient"), ("travel",)]
-    return [_rubbed(r, given) for r in recordings(path, given, wanted, "a pull force and a travel")]
-
-
 def _rubbed(r: Recording, given: Given) -> Rubbed:
     normal, long, wide = r.needed(SIZES, given)
-    force = r.values["force"] if "force" in r.values else r.values["coefficient"] * given.faces * normal
-    if "travel" not in r.values:
-        raise InputError(f"{r.where}: column {r.title('strain')!r}: a strain: expected a travel [mm]")
-    travel = drawn(r.values["travel"], given.sign)
+    force = r.values["force"] if "force" in r.values else r.values["coefficient"] * normal
+    travel = drawn(r.travel(), given.sign)
     rows, _ = first_loading(travel)
     way_out = pulled(force[: rows[-1] + 1], given.sign, r.where)
     travel, force, largest = travel[rows] - travel[0], way_out[rows], np.maximum.reduceat(way_out, rows)
@@ -89,42 +76,47 @@ def _rubbed(r: Recording, given: Given) -> Rubbed:
             f"{TRAVELS[0]:g} to {TRAVELS[1]:g} mm: check the unit of the travel"
         )
     free = tared(force, given.preload, r.where)
-    of_a_face = "a coefficient is that of a face: pull force over faces (--faces) times normal force"
-    notes = (*r.origin.notes, *([of_a_face] if "coefficient" in r.values else []))
+    notes = r.origin.notes
+    if "coefficient" in r.values:
+        faces = "both faces together" if given.faces == 2 else "one face"
+        notes += (f"coefficient of friction: taken as pull force over normal force, F_R/F_N, of {faces} (--faces)",)
     return Rubbed(
         **of(r) | {"notes": notes}, travel=travel, force=free, largest=largest + (free[0] - force[0]),
         sizes=(normal, long, wide), faces=given.faces,
     )  # fmt: skip
 
 
-def friction_results(strips: Sequence[Rubbed], direction: str, files: Sequence[str]) -> Results:
-    """Pull forces and coefficients of one series; raises :class:`InputError` where they are not of one.
+def _results(strips: Sequence[Rubbed]) -> Results:
+    """Pull forces and coefficients.
 
     ``mu_paper`` is F_R / F_N of a strip between two plates (Eq. 3 of Pham et al., 2019), ``mu_per_face`` half of it. Of
     a strip that rubs on one face alone the pull forces are no rows: they are those of another test.
     """
-    paths, faces = [s.path for s in strips], strips[0].faces
-    sizes = [(what, common(what, [s.sizes[k] for s in strips], paths)) for k, what in enumerate(SIZES)]
+    sizes = [(what, common(what, [s.sizes[k] for s in strips], strips)) for k, what in enumerate(SIZES)]
     static, kinetic = (np.array([getattr(s, name) for s in strips]) for name in ("static", "kinetic"))
-    per_face = np.array([s.coefficient(force) for s, force in zip(strips, kinetic, strict=True)])
+    at_rest, per_face = (
+        np.array([s.coefficient(force) for s, force in zip(strips, forces, strict=True)])
+        for forces in (static, kinetic)
+    )
     for s, force, mu in zip(strips, kinetic, per_face, strict=True):
         told = f"{force:.4g} N of pull under {s.sizes[0]:g} N is a coefficient of {mu:.4g} a face"
         refuse_implausible(s, mu, COEFFICIENTS, told, "", force)
     refuse_apart(strips, per_face, "coefficient of a face", "")
-    found = {
-        "mu_paper": 2.0 * per_face, KINETIC: per_face,
-        STATIC: np.array([s.coefficient(force) for s, force in zip(strips, static, strict=True)]),
-    }  # fmt: skip
-    if faces == 2:
+    found = {"mu_paper": 2.0 * per_face, KINETIC: per_face, STATIC: at_rest}
+    if strips[0].faces == 2:
         scale = sizes[0][1] / np.array([s.sizes[0] for s in strips])
         found = {"pull_force_static_n": static * scale, "pull_force_kinetic_n": kinetic * scale} | found
-    rubbing = f"{faces} face{'s' * (faces > 1)} rubbing"
+    rubbing = f"{strips[0].faces} face{'s' * (strips[0].faces > 1)} rubbing"
+    shown = {
+        "static [N]": static,
+        "kinetic [N]": kinetic,
+        "F_R/F_N of two faces": 2.0 * per_face,
+        "of a face": per_face,
+    }
     curves = [(s.travel, s.force) for s in strips]
-    heads = ("static [N]", "kinetic [N]", "F_R/F_N of two faces", "of a face")
     return Results(
-        "friction", direction, found, UNITS, sizes, ("strip", f"under {sizes[0][1]:g} N, {rubbing}"), files,
-        digests(strips, curves), [s.name for s in strips],
-        [(head, ".4g", v) for head, v in zip(heads, (static, kinetic, 2.0 * per_face, per_face), strict=True)],
+        found, UNITS, sizes, ("strip", f"under {sizes[0][1]:g} N, {rubbing}"), digests(strips, curves),
+        [(head, ".4g", values) for head, values in shown.items()],
         [
             f"kinetic: mean over the last half of the travel; static: largest before it; {rubbing} (--faces)",
             "pull forces are taken as those of the strip alone: what the empty rig takes must have been subtracted",
@@ -136,20 +128,19 @@ def friction_results(strips: Sequence[Rubbed], direction: str, files: Sequence[s
     )  # fmt: skip
 
 
-def _rigs(tests: Mapping[str, dict[str, Any]]) -> Rigs:
+def _rigs(tests: Tests) -> Rigs:
     """Fields by direction; tools of forming get the mean friction of both, or that of the one that was tested, under
     its name: so runs of the other and of forming know that it is taken over.
     """
-    names = {d: folder_name("friction", d) for d in DIRECTIONS}
-    rubbed = {d: _friction(tests[name]) for d, name in names.items() if name in tests}
+    rubbed = {d: _friction(test) for d, test in of_directions(tests, "friction").items()}
     if not rubbed:
         return {}
     fields = ("static_coefficient", "kinetic_coefficient")
-    coefficients = {d: {field: one[field] for field in fields} for d, one in rubbed.items()}
     if len(rubbed) == 1:
-        return {"friction": dict(rubbed), "forming": dict(coefficients)}
-    mean = {field: plain(sum(one[field] for one in rubbed.values()) / len(rubbed)) for field in fields}
-    return {"friction": dict(rubbed), "forming": mean}
+        forming: dict[str, Any] = {d: {field: one[field] for field in fields} for d, one in rubbed.items()}
+    else:
+        forming = {field: plain(sum(one[field] for one in rubbed.values()) / len(rubbed)) for field in fields}
+    return {"friction": dict(rubbed), "forming": forming}
 
 
 def _friction(test: Mapping[str, Any]) -> dict[str, float]:
@@ -167,4 +158,7 @@ def _friction(test: Mapping[str, Any]) -> dict[str, float]:
     return {name: plain(value) for name, value in found.items()}
 
 
-LAB = LabTest(read_friction, friction_results, SIZES, ("sign", "preload", "faces"), rigs=_rigs)
+LAB = LabTest(
+    "friction", reader([("force", "coefficient"), ("travel",)], "a pull force and a travel", _rubbed), _results, SIZES,
+    ("sign", "preload", "faces"), _rigs,
+)  # fmt: skip

@@ -4,16 +4,19 @@ A run's cycle begins and ends square, at a shear angle of zero, and all of its c
 back less far, or turn elsewhere, enclose another area.
 """
 
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
-from knittest.experiment.lab_shear import SQUARE
+from knittest.experiment.lab_conditions import CYCLE_ANGLE, CYCLES, Condition
+from knittest.experiment.lab_results import table_lines
+from knittest.experiment.lab_shear import SQUARE, Sheared
 from knittest.laboratory.picture_frame.cycles import Cycle, cycles_of
-from knittest.materials.trellis import crosshead
+from knittest.materials.trellis import crosshead, normalised_force
 
 Array = NDArray[np.float64]
 
@@ -25,6 +28,35 @@ SAME_TURN = 0.01
 STEP = 0.25
 #: share of its work by which a loop may give back more than it took: rounding, noise
 GIVEN_BACK = 0.01
+
+
+WORK, LOSS, SHARE = "cycle_work_mj", "cycle_loss_mj", "cycle_loss_share_pct"
+RESIDUAL, LAST = "cycle_residual_angle_deg", "last_cycle_loss_share_pct"
+UNITS = {WORK: "mJ", LOSS: "mJ", SHARE: "%", RESIDUAL: "deg", LAST: "%"}
+ROWS_OF_A_RUN = tuple(UNITS)
+HEADS = {WORK: "work [mJ]", LOSS: "loss [mJ]", SHARE: "loss [%]", RESIDUAL: "gone at [deg]", LAST: "last loss [%]"}
+
+
+@dataclass(frozen=True)
+class Frame(Sheared):
+    """Specimen with the sides [mm] of frame and fabric; ``force`` is that of the crosshead.
+
+    ``turned`` says that more follows: whole ``cycles``, which turn at ``turn`` [deg], or for what reason there are none
+    (``not_cycled``).
+    """
+
+    frame_side: float
+    fabric_side: float
+    turned: bool
+    cycles: Sequence[Cycle] = ()
+    turn: float = float("nan")
+    not_cycled: str = ""
+
+    @property
+    def normalised(self) -> Array:
+        """Normalised shear force [N/mm], (n,)."""
+        found: Array = normalised_force(self.force, np.deg2rad(self.angle), self.fabric_side, self.frame_side)
+        return found
 
 
 def cycles_in(angle: Array, force: Array, side: float, where: str) -> list[Cycle]:
@@ -113,3 +145,53 @@ def _refuse_open(angle: Array, force: Array, turns: list[int], where: str) -> No
             f"{where}: {'the frame does not' if not bottoms else f'loading {len(tops)} does not'} come back from "
             f"{angle[tops[-1]]:.4g} deg: expected a way back to 0 deg after each loading"
         )
+
+
+def loops(frames: Sequence[Frame], fabric: float) -> tuple[dict[str, Array], list[tuple[Condition, float]]]:
+    """Rows of cycles of ``frames`` and the conditions that they hang on, none of frames without cycles; their work is
+    that for a square of side ``fabric`` [mm], with whose area it grows.
+
+    The residual angle is no row where one of them has none. Raises :class:`InputError` for specimens without cycles,
+    with more of them, or with others than the first, unless none has any.
+    """
+    first = next((s for s in frames if s.cycles), None)
+    if first is None:
+        return {}, []
+    for s in frames:
+        _refuse_other(s, first)
+    area = np.array([(fabric / s.fabric_side) ** 2 for s in frames])
+    each = [s.cycles[0] for s in frames]
+    work, loss, share, residual = np.array([[one.work, one.loss, one.share, one.residual] for one in each]).T
+    rows = {WORK: area * work, LOSS: area * loss, SHARE: share}
+    rows |= {RESIDUAL: residual} if np.isfinite(residual).all() else {}
+    if len(first.cycles) > 1:
+        rows[LAST] = np.array([s.cycles[-1].share for s in frames])
+    return rows, [(CYCLES, float(len(first.cycles))), (CYCLE_ANGLE, float(np.mean([s.turn for s in frames])))]
+
+
+def _refuse_other(one: Frame, first: Frame) -> None:
+    """Raise :class:`InputError` where ``one`` has not the cycles of the ``first``."""
+    where, own, others = f"{one.path}: specimen {one.name}", len(one.cycles), len(first.cycles)
+    alone = "give --loading first for the first loading alone, or import them apart"
+    if own != others:
+        reason = f" ({one.not_cycled})" if one.not_cycled else ""
+        raise InputError(f"{where}: {own} cycles{reason}, specimen {first.name} has {others}: {alone}")
+    if abs(one.turn - first.turn) > SAME_TURN * first.turn:
+        raise InputError(
+            f"{where}: cycles turn at {one.turn:.4g} deg, those of specimen {first.name} at {first.turn:.4g} deg: "
+            f"{alone}"
+        )
+
+
+def loop_lines(frames: Sequence[Frame], rows: Mapping[str, Array]) -> list[str]:
+    """Angle that each specimen is sheared to and what of it is left out, and a table of the ``rows`` of cycles."""
+    lines = []
+    for one in frames:
+        reason = f"; no cycle: {one.not_cycled.rpartition(f'specimen {one.name}: ')[2]}" if one.not_cycled else ""
+        left = f", turns there: first loading alone{reason}" if one.turned and not one.cycles else ""
+        lines.append(f"{one.name}: up to {one.angle[-1]:.3g} deg{left}")
+    if rows:
+        lines += table_lines([s.name for s in frames], [(HEADS[name], ".4g", v) for name, v in rows.items()])
+    if rows and RESIDUAL not in rows:
+        lines.append("no angle at which the force is gone: it stays on the way back of a specimen")
+    return lines

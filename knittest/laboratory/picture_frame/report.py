@@ -19,10 +19,10 @@ from knittest.export.faces_picture import PULLED, faces_picture
 from knittest.export.line_picture import Band, Line, Span, line_picture
 from knittest.laboratory.imported import imported_corridor
 from knittest.laboratory.picture_frame.bars import bars
+from knittest.laboratory.picture_frame.compared import for_cycles, other_cycles
 from knittest.laboratory.picture_frame.config import PictureFrameRun
 from knittest.laboratory.picture_frame.frame_drawing import FrameShape
-from knittest.laboratory.picture_frame.lab_compared import for_cycles, other_cycles
-from knittest.laboratory.picture_frame.lab_loops import ROWS_OF_A_RUN
+from knittest.laboratory.picture_frame.lab_cycles import ROWS_OF_A_RUN
 from knittest.laboratory.picture_frame.map_picture import height_picture
 from knittest.laboratory.picture_frame.rig import starting
 from knittest.laboratory.picture_frame.shear_picture import shear_picture

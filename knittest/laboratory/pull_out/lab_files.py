@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 from knittest.base.errors import InputError
 from knittest.experiment.lab_checks import common, digests, refuse_apart, refuse_implausible
 from knittest.experiment.lab_conditions import CLAMPED_EDGES, CROSSING_DENSITY, EMBEDDED, SLID_PITCHES
+from knittest.experiment.lab_recording import reader
 from knittest.experiment.lab_results import Curves, Results
 from knittest.experiment.lab_tests import LabTest
 from knittest.experiment.statistics import band
-from knittest.laboratory.pull_out.lab_pulls import NEAR, Pulled, at_rest, read_pulls
+from knittest.laboratory.pull_out.lab_pulls import NEAR, Pulled, at_rest, read_pull
 from knittest.laboratory.pull_out.sliding import SLIDES, Sliding, sliding
 
 Array = NDArray[np.float64]
@@ -73,22 +74,18 @@ def _refuse_none(one: Pulled, found: Sliding) -> None:
         refuse_implausible(one, value, CROSSING, f"{told}{each[0]:.3g} and {each[1]:.3g} N a crossing", "N", force)
 
 
-def pull_results(pulls: Sequence[Pulled], direction: str, files: Sequence[str]) -> Results:
-    """Forces of one series and friction of its crossings; raises :class:`InputError` where they are not of one."""
-    paths = [one.path for one in pulls]
-    length = common(EMBEDDED, [one.length for one in pulls], paths)
-    density = common(CROSSING_DENSITY, [one.density for one in pulls], paths)
+def _results(pulls: Sequence[Pulled]) -> Results:
+    """Forces of one series and friction of its crossings."""
+    length = common(EMBEDDED, [one.length for one in pulls], pulls)
+    density = common(CROSSING_DENSITY, [one.density for one in pulls], pulls)
     found = _slides(pulls)
     crossings = np.array([one.length / one.pitch for one in pulls])
-    lets_go = np.array([one.at_rest for one in found])
-    rows = {
-        AT_REST: lets_go, PEAK: np.array([one.peak for one in found]), MEAN: np.array([one.mean for one in found]),
-        EACH_AT_REST: lets_go / crossings, EACH: np.array([one.per_crossing for one in found]),
-    }  # fmt: skip
+    lets_go, peak, mean = (np.array([getattr(one, name) for one in found]) for name in ("at_rest", "peak", "mean"))
+    each = np.array([one.per_crossing for one in found])
+    rows = {AT_REST: lets_go, PEAK: peak, MEAN: mean, EACH_AT_REST: lets_go / crossings, EACH: each}
     if (doubt := max(one.doubt for one in pulls)) > UNSURE:
         del rows[AT_REST], rows[EACH_AT_REST]
     refuse_apart(pulls, rows[MEAN], "force while it slides", "N")
-    known = digests(pulls, [(one.tail, one.force) for one in pulls])
     clamped, pitches = pulls[0].clamped, min(int(one.way * density / 100.0 + 1e-6) for one in found)
     conditions = [
         (EMBEDDED, length), (CROSSING_DENSITY, density), (CLAMPED_EDGES, EDGES[clamped]),
@@ -109,8 +106,8 @@ def pull_results(pulls: Sequence[Pulled], direction: str, files: Sequence[str]) 
     averaged = [_averaged(one.tail, one.force) for one in pulls]
     curves = [(tail[1:], force[1:]) for tail, force in averaged]  # rising from where it goes
     return Results(
-        NAME, direction, rows, UNITS, conditions,
-        ("pull-out", f"with {length:g} mm embedded, {WORDS[clamped]}"), files, known, [one.name for one in pulls],
+        rows, UNITS, conditions, ("pull-out", f"with {length:g} mm embedded, {WORDS[clamped]}"),
+        digests(pulls, [(one.tail, one.force) for one in pulls]),
         [(HEADS[name], ".4g", values) for name, values in rows.items()], remarks,
         Curves(
             curves, band(curves, min(float(tail[-1]) for tail, _ in curves), "sliding"), (TAIL, FORCE, FORCE_SD),
@@ -120,4 +117,11 @@ def pull_results(pulls: Sequence[Pulled], direction: str, files: Sequence[str]) 
 
 
 # no rigs: a preset gives the piece its size
-LAB = LabTest(read_pulls, pull_results, (EMBEDDED, CROSSING_DENSITY), ("sign", "zero", "preload", "clamped"))
+LAB = LabTest(
+    NAME,
+    reader(
+        [("force",), ("travel",)], "a force and a displacement, one free end a force or none", read_pull,
+        optional=("free_end",), shared=True, unit_needed=True,
+    ),
+    _results, (EMBEDDED, CROSSING_DENSITY), ("sign", "zero", "preload", "clamped"),
+)  # fmt: skip

@@ -1,7 +1,6 @@
 """Reads pull-out exports of testing machines: force on an inlay over the way of its clamp and of its free end."""
 
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,7 +8,7 @@ from numpy.typing import NDArray
 from knittest.base.errors import InputError
 from knittest.experiment.lab_conditions import CROSSING_DENSITY, EMBEDDED
 from knittest.experiment.lab_given import TARE, Given, drawn, first_loading, pulled
-from knittest.experiment.lab_recording import Origin, Recording, of, recordings, unit_of
+from knittest.experiment.lab_recording import Origin, Recording, of, unit_of
 from knittest.laboratory.pull_out.sliding import LEFT, SLIDES
 
 Array = NDArray[np.float64]
@@ -49,38 +48,31 @@ class Pulled(Origin):
         return 0.0 if self.measured else 0.5 * abs(more - less) / max(abs(read), 1e-12)
 
 
-def read_pulls(path: Path, given: Given) -> list[Pulled]:
-    """Inlays in one export; the way of the free end where it was followed.
+def read_pull(r: Recording, given: Given) -> Pulled:
+    """Inlay by the way of its free end where it was followed.
 
     Raises :class:`InputError` where embedded length, crossing yarns, clamped edges or a unit are not known, and for a
     pull that is none.
     """
-    found = []
-    words = "a force and a displacement, one free end a force or none"
-    for r in recordings(
-        path, given, [("force",), ("travel",)], words, optional=("free_end",), shared=True, unit_needed=True
-    ):
-        length, density = r.needed([EMBEDDED, CROSSING_DENSITY], given)
-        if given.clamped is None:
-            raise InputError(
-                f"{path}: which edges of the piece were clamped? Give --clamped sides (both along the inlay) or "
-                "--clamped far (the one away from the pull)"
-            )
-        tail, force = _curve(r, given)
-        measured = "free_end" in r.values
-        one = Pulled(
-            **of(r), tail=tail, force=force, length=length, density=density, clamped=given.clamped, measured=measured
+    length, density = r.needed([EMBEDDED, CROSSING_DENSITY], given)
+    if given.clamped is None:
+        raise InputError(
+            f"{r.origin.path}: which edges of the piece were clamped? Give --clamped sides (both along the inlay) or "
+            "--clamped far (the one away from the pull)"
         )
-        found.append(_until_out(one))
-        _refuse_let_go(found[-1])
-    return found
+    tail, force = _curve(r, given)
+    measured = "free_end" in r.values
+    one = Pulled(
+        **of(r), tail=tail, force=force, length=length, density=density, clamped=given.clamped, measured=measured
+    )  # fmt: skip
+    one = _until_out(one)
+    _refuse_let_go(one)
+    return one
 
 
 def _curve(r: Recording, given: Given) -> tuple[Array, Array]:
     """Way of the free end [mm] and force [N] of the first way out."""
-    way, end = r.values.get("travel"), r.values.get("free_end")
-    if way is None:
-        raise InputError(f"{r.where}: column {r.title('strain')!r}: a strain: expected a travel [mm]")
+    way, end = r.travel(), r.values.get("free_end")
     if end is None:
         travel, tail = _from_zero(way, unit_of(r.table, r.columns["travel"])[1], given, r.where)
     elif given.zero is not None:

@@ -12,8 +12,8 @@ from knittest.experiment.tables import PublishedValue, left_out
 from knittest.export.faces_picture import faces_picture
 from knittest.export.line_picture import Line, line_picture
 from knittest.laboratory.pull_out.clamps import CLAMPS, clamps
+from knittest.laboratory.pull_out.compared import for_length, other_length, other_piece, other_pull
 from knittest.laboratory.pull_out.config import PullOutRun
-from knittest.laboratory.pull_out.lab_compared import for_length, other_length, other_piece, other_pull
 from knittest.laboratory.pull_out.lab_files import TAIL
 from knittest.laboratory.pull_out.test import UNBALANCED, PullOut
 from knittest.laboratory.report_base import (

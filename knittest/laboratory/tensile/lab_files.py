@@ -1,6 +1,7 @@
 """Files of tensile tests as ``knittest data`` takes them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -8,15 +9,14 @@ import numpy as np
 
 from knittest.experiment.lab_checks import digests
 from knittest.experiment.lab_conditions import GAUGE, WIDTH
-from knittest.experiment.lab_folder import DIRECTIONS, TENSION, counted, quantity
-from knittest.experiment.lab_results import Curves, Results, table_lines
-from knittest.experiment.lab_strips import one_series, per_width, plausible_strips, read_strips
+from knittest.experiment.lab_folder import TENSION, Tests, counted, of_directions, quantity
+from knittest.experiment.lab_results import Results, table_lines
+from knittest.experiment.lab_strips import one_series, plausible_strips, read_strips, strip_curves
 from knittest.experiment.lab_tests import LabTest
-from knittest.experiment.statistics import Specimen, corridor, mean_sd, peaks, tension_curve
+from knittest.experiment.statistics import Specimen, mean_sd, peaks, tension_curve
 from knittest.experiment.tables import TENSILE
 
 UNITS = {"peak_force_n": "N", "fracture_strain_pct": "%"}
-NAMES = ("strain_pct", "force_n_per_mm", "force_sd_n_per_mm")
 RISING = "# from the origin and rising; preload and noise are taken out"
 
 
@@ -32,28 +32,23 @@ def summary_lines(specimens: Sequence[Specimen]) -> list[str]:
     return lines
 
 
-def tensile_results(specimens: Sequence[Specimen], direction: str, files: Sequence[str]) -> Results:
-    """Peaks of one series, its curves per width and the curve for a material; raises :class:`InputError` as
-    :func:`one_series`.
-    """
-    strips, sizes = one_series(specimens)
-    narrow = per_width(strips)
+def _results(specimens: Sequence[Specimen]) -> Results:
+    """Peaks of one series, its curves per width and the curve for a material."""
+    strips, narrow, sizes = one_series(specimens)
     found = dict(zip(TENSILE, peaks(strips), strict=True))
     means = [f"# {name}: {mean_sd(values)[0]:.6g}" for name, values in found.items()]
-    tension: dict[str, np.ndarray] = dict(zip(NAMES, tension_curve(narrow), strict=False))
-    labels = ("strain [%]", "force per width [N/mm]")
-    more = {TENSION: (tension, [*means, RISING])}
-    curves = Curves([(s.strain, s.force) for s in narrow], corridor(narrow), NAMES, labels, more, means)
+    curves = strip_curves(narrow)
+    tension: dict[str, np.ndarray] = dict(zip(curves.names, tension_curve(narrow), strict=False))
     return Results(
-        "tensile", direction, found, UNITS, [(what, sizes[what.key]) for what in (WIDTH, GAUGE) if what.key in sizes],
-        ("strip", f"of {sizes[WIDTH.key]:g} mm"), files, digests(specimens, [(s.strain, s.force) for s in specimens]),
-        [s.name for s in specimens], curves=curves,
+        found, UNITS, list(sizes.items()), ("strip", f"of {sizes[WIDTH]:g} mm"),
+        digests(specimens, [(s.strain, s.force) for s in specimens]),
+        curves=replace(curves, more={TENSION: (tension, [*means, RISING])}, head=means),
     )  # fmt: skip
 
 
-def _fabric(tests: Mapping[str, dict[str, Any]], place: Path) -> dict[str, Any]:
+def _fabric(tests: Tests, place: Path) -> dict[str, Any]:
     """Curves and fracture strains of the shells, by direction."""
-    own = {direction: tests[direction] for direction in DIRECTIONS if direction in tests}
+    own = of_directions(tests, "tensile")
     macro = {
         "tension": {direction: (place / direction / TENSION).as_posix() for direction in own},
         "fracture_strain": {direction: _fracture_strain(test) for direction, test in own.items()},
@@ -62,11 +57,10 @@ def _fabric(tests: Mapping[str, dict[str, Any]], place: Path) -> dict[str, Any]:
 
 
 def _fracture_strain(test: dict[str, Any]) -> dict[str, Any]:
-    conditions = test["conditions"]
+    conditions, found = test["conditions"], test["fracture_strain_pct"]
     gauge = f", {conditions[GAUGE.key]:g} mm between the clamps" if GAUGE.key in conditions else ""
-    strips = counted(test["fracture_strain_pct"]["n"], "strip")
-    width = f"{conditions[WIDTH.key]:g} mm"
-    return quantity(test["fracture_strain_pct"], "measured", f"{strips}, {width} wide{gauge}; an input of the shells")
+    strips = f"{counted(found['n'], 'strip')}, {conditions[WIDTH.key]:g} mm wide{gauge}"
+    return quantity(found, "measured", f"{strips}; an input of the shells")
 
 
-LAB = LabTest(read_strips, tensile_results, (WIDTH, GAUGE), ("sign",), fabric=_fabric, show=summary_lines)
+LAB = LabTest("tensile", read_strips, _results, (WIDTH, GAUGE), ("sign",), fabric=_fabric, show=summary_lines)
