@@ -11,7 +11,7 @@ from knittest.experiment.lab_units import table
 LONGEST = 200
 
 
-@lru_cache(256)
+@lru_cache(512)
 def pattern(*path: str | int) -> re.Pattern[str]:
     """The pattern at ``path`` in the table: that of all languages together, or none that ever matches."""
     found: Any = table()
@@ -20,6 +20,11 @@ def pattern(*path: str | int) -> re.Pattern[str]:
     if not found:
         return re.compile("(?!)")
     return re.compile("|".join(found.values()) if isinstance(found, dict) else found, re.I)
+
+
+def plainly(name: str) -> str:
+    """``name`` with blanks for underscores, cut to a bounded length."""
+    return name[:LONGEST].replace("_", " ")
 
 
 @lru_cache(1)
@@ -34,24 +39,21 @@ def is_statistic(cell: str) -> bool:
 
 @lru_cache(4096)
 def role(name: str, below: str = "") -> tuple[str, str]:
-    """Role of the column ``name`` over the unit ``below``, and why it has none in spite of its name.
-
-    The first role that fits the name and does not contradict the unit.
+    """Role of the column ``name`` over the unit ``below``: the first that fits the name and does not contradict the
+    unit; or none, and the role that the unit contradicts.
     """
-    plain, reason = name[:LONGEST].replace("_", " "), ""
+    refused = ""
     for key, entry in table()["columns"].items():
-        if not pattern("columns", key, "any").search(plain):
-            continue
-        other = lab_units.other_unit(name, below, tuple(entry.get("quantity", ())))
-        if not other:
-            return key, ""
-        reason = reason or f"{key}:{other}"
-    return "", reason
+        if pattern("columns", key, "any").search(plainly(name)):
+            if not lab_units.is_of_another(name, below, tuple(entry.get("quantity", ()))):
+                return key, ""
+            refused = refused or key
+    return "", refused
 
 
 def is_kind(kind: str, name: str) -> bool:
     """Tell whether a column of travel or strain is one of the ``kind`` in the table, such as machine."""
-    return bool(pattern("kinds", kind).search(name[:LONGEST].replace("_", " ")))
+    return bool(pattern("kinds", kind).search(plainly(name)))
 
 
 def recognised(test: str, rows: list[list[str]]) -> bool:
@@ -59,10 +61,9 @@ def recognised(test: str, rows: list[list[str]]) -> bool:
     entry = table()["own_tests"].get(test, {})
     text, conditions = pattern("own_tests", test, "text"), entry.get("conditions", ())
     for row in rows:
-        cells = [cell[:LONGEST].replace("_", " ") for cell in row]
-        roles = {role(cell)[0] for cell in row} if "roles" in entry else set()
-        if any(text.search(cell) or any(labels(key, cell) for key in conditions) for cell in cells):
+        if any(text.search(plainly(cell)) or any(labels(key, cell) for key in conditions) for cell in row):
             return True
+        roles = {role(cell)[0] for cell in row} if "roles" in entry else set()
         if any(roles.issuperset(some) for some in entry.get("roles", ())):
             return True
     return False
@@ -70,15 +71,14 @@ def recognised(test: str, rows: list[list[str]]) -> bool:
 
 def labels(condition: str, cell: str, tier: int = 0) -> bool:
     """Tell whether ``cell`` names a ``condition`` by a label of rank ``tier``."""
-    cell = cell[:LONGEST].replace("_", " ")
     wanted, refused = pattern("conditions", condition, "tiers", tier), pattern("conditions", condition, "none")
-    return bool(wanted.search(cell)) and not refused.search(cell)
+    return bool(wanted.search(plainly(cell))) and not refused.search(plainly(cell))
 
 
 def foreign(texts: list[str], own: tuple[str, ...]) -> tuple[str, str] | None:
     """Another kind of test than those of ``own`` that one of ``texts`` names, and the text."""
     for text in texts:
-        plain = text[:LONGEST].replace("_", " ")
+        plain = plainly(text)
         if pattern("no_test").search(plain):
             continue
         pulled = ("compression",) if pattern("pull").search(plain) else ()
@@ -90,8 +90,8 @@ def foreign(texts: list[str], own: tuple[str, ...]) -> tuple[str, str] | None:
 
 def count_known(text: str) -> int:
     """Letters beyond ASCII among the first lines of ``text`` that belong to names of columns and conditions."""
-    columns = [pattern("columns", key, "any") for key in table()["columns"]]
-    others = [pattern("conditions", key, "tiers", 0) for key in table()["conditions"]]
     lines = [line[:1000].replace("_", " ") for line in text[:20_000].splitlines()[:200] if not line.isascii()]
-    words = (found[0] for line in lines for p in (*columns, *others) for found in p.finditer(line))
-    return sum(not letter.isascii() for word in words for letter in word)
+    known = [pattern("columns", key, "any") for key in table()["columns"]]
+    known += [pattern("conditions", key, "tiers", 0) for key in table()["conditions"]]
+    found = (match[0] for line in lines for words in known for match in words.finditer(line))
+    return sum(not letter.isascii() for word in found for letter in word)

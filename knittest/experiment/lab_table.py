@@ -247,7 +247,7 @@ def _refuse_ragged(table: LabTable) -> None:
 def _refuse_units(names: list[str], units: list[str], where: str, wanted: Wanted) -> None:
     """Raise :class:`InputError` where a column has the name of a role that is ``wanted``, and a unit of another."""
     for name, below in zip(names, units, strict=True):
-        role, _, _ = lab_names.role(name, below)[1].partition(":")
+        _, role = lab_names.role(name, below)
         if role in ("force", "overhang", "thickness", "pressure") and any(role in some for some in wanted):
             quantity = lab_names.table()["columns"][role]["quantity"][0]
             lab_units.stated(name, below, lab_units.QUANTITIES[quantity], where)

@@ -1,15 +1,19 @@
 """The tests of a laboratory that can be imported: how each is read, shown, written and told from the others."""
 
+import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
+from knittest.base.atomic import write_atomic
 from knittest.base.errors import InputError
 from knittest.base.kinds import DEFAULT, Parts, kinds
+from knittest.config.fabric import Fabric, MacroMaterial
+from knittest.config.starting import FABRIC
 from knittest.experiment import lab_names
 from knittest.experiment.lab_conditions import Condition, refuse_other
-from knittest.experiment.lab_folder import Tests
+from knittest.experiment.lab_folder import SOURCE_FILE, Tests, read_statistics, source_text
 from knittest.experiment.lab_given import Given
 from knittest.experiment.lab_results import Results, write_results
 from knittest.experiment.lab_rows import read_rows
@@ -22,6 +26,11 @@ SAID = ("sign", "zero", "preload", "faces", "clamped", "loading")
 #: rows of a file that may say what it is of
 _HEAD = 60
 SpecimenT = TypeVar("SpecimenT")
+HEAD = """\
+# Written by knittest data import, from the tests in this folder: a part of a fabric file.
+#   knittest new NAME --from FOLDER
+# starts a fabric from it. The next import here writes it anew: edit the fabric, not this file.
+"""
 
 
 @dataclass(frozen=True)
@@ -57,14 +66,14 @@ class LabTest(Generic[SpecimenT]):
         self, specimens: Sequence[SpecimenT], out: Path, direction: str, files: Sequence[str], trusted: bool = False
     ) -> str:
         """Write an experiment into ``out``; returns its variant. A direction that a file denies must be ``trusted``."""
-        from knittest.experiment.lab_fabric import finish
-
         if direction and not trusted:
             refuse_other([getattr(s, "said", None) for s in specimens], direction)
         results = self.results(specimens, direction, files)
         self.check(out, results)
         variant = write_results(out, results)
-        finish(out)
+        if not (out / SOURCE_FILE).exists():
+            write_atomic(out / SOURCE_FILE, source_text())
+        write_atomic(out / FABRIC, HEAD + "\n".join(_lines(fabric_part(out), 0)) + "\n")
         return variant
 
 
@@ -80,9 +89,33 @@ def notes_of(specimens: Sequence[Any]) -> list[str]:
 LAB_TESTS: Mapping[str, LabTest[Any]] = Parts(lambda kind: kind.load("laboratory"), "laboratory")
 
 
-def rigs_of(tests: Tests) -> Rigs:
-    """Fields of rigs by test, by direction where both were tested; ``tests`` are the statistics of an experiment."""
-    return {name: fields for lab in LAB_TESTS.values() for name, fields in lab.rigs(tests).items()}
+def fabric_part(out: Path) -> dict[str, Any]:
+    """The fields of :class:`knittest.config.fabric.Fabric` that the imports in ``out`` give, in its order."""
+    tests, place = read_statistics(out), Path(*out.parts[1:]) if out.parts[:1] == ("data",) else out
+    found: dict[str, Any] = {"experiment": place.as_posix(), "experiment_variant": out.resolve().name}
+    macro: dict[str, Any] = {}
+    rigs: Rigs = {}
+    for lab in LAB_TESTS.values():
+        part = lab.fabric(tests, place)
+        macro |= part.pop("macro", {})
+        rigs |= lab.rigs(tests)
+        found |= part
+    found |= {"macro": {name: macro[name] for name in MacroMaterial.model_fields if name in macro}, "rigs": rigs}
+    return {name: found[name] for name in Fabric.model_fields if found.get(name)}
+
+
+def _lines(part: dict[str, Any], level: int) -> list[str]:
+    """YAML of nested mappings; what has a value or a kind stands in one line, as in the shipped fabrics."""
+    found = []
+    for name, value in part.items():
+        if isinstance(value, dict) and not {"value", "kind"} & set(value):
+            found += [f"{'  ' * level}{name}:", *_lines(value, level + 1)]
+            continue
+        text = json.dumps(value, ensure_ascii=False)
+        if isinstance(value, dict):
+            text = "{" + ", ".join(f"{k}: {json.dumps(v, ensure_ascii=False)}" for k, v in value.items()) + "}"
+        found.append(f"{'  ' * level}{name}: {text}")
+    return found
 
 
 def conditions() -> list[Condition]:
@@ -95,22 +128,24 @@ def read_files(test: str, files: Sequence[Path], options: Mapping[str, Any]) -> 
 
     Raises :class:`InputError` for an option that ``test`` has no use for, and as its reader does.
     """
-    kind = LAB_TESTS[test]
-    sizes = {}
-    for what in conditions():
-        value = options.get(_field(what.option))
-        if value is not None:
-            if what not in kind.conditions:
-                raise _useless(what.option, test)
-            sizes[what.key] = value
-    said = {name: options[name] for name in SAID if options.get(name) is not None}
-    for name in said:
-        if name not in kind.options:
-            raise _useless(f"--{name}", test)
-    columns = tuple(name.strip() for name in options["columns"].split(",")) if options.get("columns") else ()
-    named = dict(_named(text) for text in options.get("column") or ())
-    given = Given(options.get("decimal"), options.get("delimiter"), sizes=sizes, columns=columns, named=named, **said)
-    return [specimen for path in files for specimen in _read(test, path, given)]
+    kind, stated = LAB_TESTS[test], {name: value for name, value in options.items() if value is not None}
+    sizes = {what: stated[name] for what in conditions() if (name := what.option[2:].replace("-", "_")) in stated}
+    said = {name: stated[name] for name in SAID if name in stated}
+    useless = [what.option for what in sizes if what not in kind.conditions]
+    if useless := useless + [f"--{name}" for name in said if name not in kind.options]:
+        raise _useless(useless[0], test)
+    given = Given(
+        stated.get("decimal"), stated.get("delimiter"), sizes={what.key: value for what, value in sizes.items()},
+        columns=tuple(name.strip() for name in stated["columns"].split(",")) if stated.get("columns") else (),
+        named=dict(_named(text) for text in stated.get("column", ())), **said,
+    )  # fmt: skip
+    found = []
+    for path in files:
+        try:
+            found += kind.read(path, given)
+        except InputError as error:
+            raise _hinted(error, test, path, given.delimiter) from None
+    return found
 
 
 def _named(text: str) -> tuple[str, str]:
@@ -123,13 +158,6 @@ def _named(text: str) -> tuple[str, str]:
     return name.strip(" \"'").lower(), role
 
 
-def _read(test: str, path: Path, given: Given) -> Sequence[Any]:
-    try:
-        return LAB_TESTS[test].read(path, given)
-    except InputError as error:
-        raise hinted(error, test, path, given.delimiter) from None
-
-
 def write_files(test: str, specimens: Sequence[Any], out: Path, direction: str | None, **how: Any) -> str:
     """Write what :func:`read_files` read into the experiment ``out``; returns its variant.
 
@@ -139,13 +167,9 @@ def write_files(test: str, specimens: Sequence[Any], out: Path, direction: str |
     directed = kinds()[test].directional
     if directed and direction is None:
         raise InputError(f"--direction: missing: which yarn system runs along the strips, warp or weft? ({test})")
-    if not directed and direction is not None:
+    if direction is not None and not directed:
         raise _useless("--direction", test)
     return LAB_TESTS[test].write(specimens, out, direction or "", how["files"], how["trusted"])
-
-
-def _field(option: str) -> str:
-    return option.removeprefix("--").replace("-", "_")
 
 
 def _useless(option: str, test: str) -> InputError:
@@ -174,11 +198,9 @@ def stated_test(test: str | None, files: Sequence[Path], delimiter: str | None =
     return test or DEFAULT
 
 
-def hinted(error: InputError, test: str, path: Path, delimiter: str | None = None) -> InputError:
+def _hinted(error: InputError, test: str, path: Path, delimiter: str | None) -> InputError:
     """``error`` on reading ``path`` as of ``test``, with the other test that the file or its name looks like."""
     stem = path.stem[: lab_names.LONGEST].replace("_", " ")
     named = (name for name in LAB_TESTS if lab_names.pattern("own_tests", name, "name").search(stem))
     other = looks_like(path, delimiter) or next(named, "")
-    if not other or other == test:
-        return error
-    return InputError(f"{error}; or is it a {other} test? (--test {other})")
+    return InputError(f"{error}; or is it a {other} test? (--test {other})") if other not in ("", test) else error

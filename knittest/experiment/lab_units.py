@@ -96,13 +96,11 @@ def stated(name: str, below: str, units: Mapping[str, float], where: str) -> str
     return beneath or above
 
 
-def other_unit(name: str, below: str, quantities: tuple[str, ...]) -> str:
-    """Unit of a column where it is one of another quantity than ``quantities``; empty where it may be one of them."""
-    for text in (below.strip("[]() "), *_bracketed(name)) if quantities else ():
-        own = any(known(text, QUANTITIES[quantity]) for quantity in quantities)
-        if text and not own and text not in ("MN", "ft") and is_unit(text):
-            return text
-    return ""
+def is_of_another(name: str, below: str, quantities: tuple[str, ...]) -> bool:
+    """Tell whether the unit of a column is one of another quantity than ``quantities``, if there are any."""
+    texts = [text for text in (below.strip("[]() "), *_bracketed(name)) if text and text not in ("MN", "ft")]
+    own = [any(known(text, QUANTITIES[quantity]) for quantity in quantities) for text in texts]
+    return bool(quantities) and any(is_unit(text) for text, is_own in zip(texts, own, strict=True) if not is_own)
 
 
 def is_unit(text: str) -> bool:

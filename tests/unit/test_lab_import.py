@@ -9,7 +9,7 @@ import yaml
 
 from knittest.base.errors import InputError
 from knittest.config.fabric import MacroMaterial
-from knittest.experiment import lab_fabric
+from knittest.experiment import lab_tests
 from knittest.experiment.curves import load_curve
 from knittest.experiment.lab_conditions import Said
 from knittest.experiment.lab_strips import read_lab
@@ -159,8 +159,11 @@ def test_fields_of_all_tests_stand_in_the_order_of_a_fabric(tmp_path, monkeypatc
         "frame": {"macro": {"shear": 1}},
         "strips": {"macro": {"tension": 2, "bending_stiffness": 3}, "area_mass": 4},
     }
-    labs = {name: SimpleNamespace(fabric=lambda tests, place, part=part: part) for name, part in parts.items()}
-    monkeypatch.setattr(lab_fabric, "LAB_TESTS", labs)
-    found = lab_fabric.fabric_part(tmp_path)
+    labs = {
+        name: SimpleNamespace(fabric=lambda _, place, part=part: part, rigs=lambda _: {})
+        for name, part in parts.items()
+    }
+    monkeypatch.setattr(lab_tests, "LAB_TESTS", labs)
+    found = lab_tests.fabric_part(tmp_path)
     assert list(found) == ["area_mass", "macro", "experiment", "experiment_variant"]
     assert list(found["macro"]) == ["tension", "bending_stiffness", "shear"]
