@@ -40,6 +40,8 @@ def stl_body(stl: StlTool, place: Placement) -> tuple[TriangleMesh, list[str]]:
     path = data_dir() / stl.path
     mesh = read_stl(path)
     dropped = mesh.dropped
+    if stl.rotation is not None:
+        mesh = mesh.rotated(stl.rotation)
     mesh = mesh.moved((stl.offset_x_mm, stl.offset_y_mm, 0.0), stl.scale)
     _check_extent(path, mesh, place)
     try:

@@ -1,0 +1,199 @@
+"""Whether stamp, die and holder can form a blank: depth in the die's opening, clearance, and which side is up."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knittest.tooling.height_map import PROUD, HeightMap
+from knittest.tooling.toolset import RigidTool, ToolSet
+
+Array = NDArray[np.float64]
+Place = tuple[float, float, float]
+
+#: positions of the stamp along its stroke at which clearances are measured
+POSITIONS = 9
+#: share of the stamp's section that must lie between walls of die and holder; share of the depth it must enter
+BETWEEN, ENTERED = 0.9, 0.8
+#: share of the area common to holder and die that must be pressed on together, within a thickness
+PRESSED = 0.1
+#: share of the fabric's thickness by which the clearance may be smaller: files are sampled
+SHORT = 0.02
+#: width of an edge that is sharp at most, and rounded at least, and the fall in which it is measured, over the
+#: thickness of the fabric
+SHARP, ROUNDED, FALL = 0.2, 0.5, 2.0
+WORKING = {"stamp": "lower edge", "die": "upper edge of the opening", "holder": "lower edge of the opening"}
+
+
+@dataclass(frozen=True)
+class Clearance:
+    """Smallest distance [mm] between the stamp and another tool during the stroke, negative where they overlap;
+    its ``place`` (x, y, z) and the ``travel`` of the stamp there [mm].
+    """
+
+    size: float
+    place: Place
+    travel: float
+
+    @property
+    def where(self) -> str:
+        """Place and travel in words."""
+        x, y, z = self.place
+        return f"at x = {x:.1f}, y = {y:.1f}, z = {z:.1f} mm, stamp at {self.travel:.3g} mm"
+
+
+@dataclass(frozen=True)
+class Fit:
+    """How tools fit each other: the stamp enters the die's opening by ``depth`` of ``asked`` [mm].
+
+    ``die`` and ``holder`` are the clearances of the stamp. ``problems`` are sentences on what is impossible, ``doubts``
+    on what is suspicious although the user has stated it.
+    """
+
+    depth: float
+    asked: float
+    thickness: float
+    die: Clearance
+    holder: Clearance | None
+    problems: tuple[str, ...]
+    doubts: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """What the tools are asked to do: ``depth``, ``thickness`` of the fabric, lengths of the ``blank`` along x and y
+    [mm].
+    """
+
+    depth: float
+    thickness: float
+    blank: tuple[float, float]
+
+
+def measure_fit(tools: ToolSet, stroke: Stroke) -> Fit:
+    """Fit of ``tools`` during the ``stroke``."""
+    plan = _Plan(tools, stroke)
+    die = smallest_clearance(tools.stamp, tools.die, stroke.depth)
+    holder = None if tools.holder is None else smallest_clearance(tools.stamp, tools.holder, stroke.depth)
+    problems = [*plan.problems(), *_too_narrow(die, holder, stroke.thickness)]
+    inverted = plan.upside_down()
+    stated = [name for name in inverted if getattr(tools.by_name[name].stl, "rotation", None) is not None]
+    problems += [text for name, text in inverted.items() if name not in stated]
+    doubts = tuple(inverted[name] for name in stated)
+    return Fit(plan.depth, stroke.depth, stroke.thickness, die, holder, tuple(problems), doubts)
+
+
+def fits_in_plan(tools: ToolSet, stroke: Stroke) -> bool:
+    """Tell whether the height maps of ``tools`` allow the ``stroke``: quick, without distances."""
+    plan = _Plan(tools, stroke)
+    return not plan.problems() and not plan.upside_down()
+
+
+def smallest_clearance(stamp: RigidTool, other: RigidTool, depth: float) -> Clearance:
+    """Smallest distance between ``stamp`` and ``other`` while the stamp moves down by ``depth`` [mm]."""
+    found, top = [], float(other.solid.points[:, 2].max())
+    for travel in np.linspace(depth, 0.0, POSITIONS):
+        down = np.array([0.0, 0.0, travel])
+        moved = stamp.asked - down
+        if other.exact is not None:  # its wall has no end for the kernel, but its mesh has
+            moved = moved[moved[:, 2] <= top]
+        for points, distance in ((moved, other.distance(moved)), (other.asked, stamp.distance(other.asked + down))):
+            if not len(points):
+                continue
+            k = int(distance.argmin())
+            x, y, z = (float(value) for value in points[k])
+            found.append(Clearance(float(distance[k]), (x, y, z), float(travel)))
+    return min(found, key=lambda clearance: clearance.size)
+
+
+class _Plan:
+    """Tools as their height maps show them; heights of stamp and holder are counted downwards."""
+
+    def __init__(self, tools: ToolSet, stroke: Stroke) -> None:
+        self.tools, self.stroke = tools, stroke
+        self.stamp, self.die = tools.stamp.from_below(stroke.blank), tools.die.from_above(stroke.blank)
+        self.holder = None if tools.holder is None else tools.holder.from_below(stroke.blank)
+        #: cells in which the stamp comes to lie below the die's face
+        self.entering = self.stamp.there & (self.stamp.height + stroke.depth > -self.die.face)
+        self.between = np.isfinite(self.die.rim()) & self.entering
+
+    @property
+    def depth(self) -> float:
+        """Depth [mm] by which fabric under the stamp lies in the die's opening at the end; 0 beside an opening."""
+        if not self._within_walls(self.between):
+            return 0.0
+        lowest = float(self.tools.stamp.solid.points[:, 2].min()) - self.stroke.depth
+        rim = float(self.die.rim()[self.between].max())
+        return max(rim - (lowest - self.stroke.thickness), 0.0)
+
+    def problems(self) -> list[str]:
+        """Sentences on what is impossible."""
+        if not self._within_walls(self.between):
+            found = [f"The stamp does not enter an opening of the die: {self._share(self.between, 'die')}."]
+        elif self.depth < ENTERED * self.stroke.depth:
+            found = [
+                f"The stamp enters the die's opening by {self.depth:.3g} mm, expected {self.stroke.depth:g} mm: "
+                f"{100.0 * (1.0 - PROUD):.0f} % of the die lie below z = {self.die.face:.3g} mm."
+            ]
+        else:
+            found = []
+        return [*found, *self._problems_of_holder()]
+
+    def upside_down(self) -> dict[str, str]:
+        """Sentence on each tool from a file whose working edge is sharp while its opposite edge is rounded."""
+        found = {}
+        fall, thickness, blank = FALL * self.stroke.thickness, self.stroke.thickness, self.stroke.blank
+        for name, tool in self.tools.by_name.items():
+            if tool.stl is None:
+                continue
+            up, down = tool.from_above(blank), tool.from_below(blank)
+            working, other = (up, down) if name == "die" else (down, up)
+            here, there = (
+                seen.edge_width(fall, float(seen.height.max()) if name == "stamp" else seen.face,
+                                None if name == "stamp" else self.entering)
+                for seen in (working, other)
+            )  # fmt: skip
+            if here < SHARP * thickness and there > ROUNDED * thickness:
+                found[name] = (
+                    f"The {name} stands upside down: the {WORKING[name]} is sharp, but the opposite edge is rounded "
+                    f"({there:.2g} mm wide). If this is intended, state rig.{name}.stl.rotation=[0,0,0]."
+                )
+        return found
+
+    def _within_walls(self, between: NDArray[np.bool_]) -> bool:
+        return bool(between.any()) and between.sum() >= BETWEEN * self.entering.sum()
+
+    def _share(self, between: NDArray[np.bool_], name: str) -> str:
+        if not self.entering.any():
+            return "no part of it is above the die's face"
+        share = 100.0 * between.sum() / self.entering.sum()
+        return f"{share:.0f} % of its area lie between walls of the {name}, expected at least {100.0 * BETWEEN:.0f} %"
+
+    def _problems_of_holder(self) -> list[str]:
+        if self.holder is None:
+            return []
+        between, found = np.isfinite(self.holder.rim()) & self.entering, []
+        if self.entering.any() and not self._within_walls(between):
+            found.append(f"The stamp does not pass through an opening of the holder: {self._share(between, 'holder')}.")
+        gap = -self.holder.height - self.die.height
+        common = gap[self.holder.there & self.die.there]
+        pressed = float(np.mean(common < common.min() + self.stroke.thickness)) if common.size else 0.0
+        if pressed < PRESSED:
+            found.append(
+                f"The holder presses on {100.0 * pressed:.2g} % of the die's face, expected at least "
+                f"{100.0 * PRESSED:.0f} %."
+            )
+        return found
+
+
+def _too_narrow(die: Clearance, holder: Clearance | None, thickness: float) -> list[str]:
+    found = []
+    if die.size < (1.0 - SHORT) * thickness:
+        size = f"is {die.size:.3g} mm" if die.size > 0.0 else f"is negative, they overlap by {-die.size:.3g} mm"
+        found.append(
+            f"The clearance between stamp and die {size} ({die.where}), expected at least the fabric's thickness, "
+            f"{thickness:.3g} mm."
+        )
+    if holder is not None and holder.size <= 0.0:
+        found.append(f"Stamp and holder overlap by {-holder.size:.3g} mm ({holder.where}).")
+    return found

@@ -1,0 +1,135 @@
+"""What would make tools from files fit: another rotation, another place, stamp and die swapped, another unit."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import combinations, product
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from knittest.base.errors import InputError
+from knittest.config.tools import StlTool
+from knittest.tooling.fit import Stroke, fits_in_plan, measure_fit
+from knittest.tooling.toolset import RigidTool, ToolSet
+
+Degrees = tuple[float, float, float]
+
+#: coarsest grid [mm] on which candidates are sampled first; those that fit are sampled as the user has it
+COARSE = 3.0
+#: other units of a file: metres, inches, centimetres and their inverses
+SCALES = (1000.0, 25.4, 10.0, 0.1, 1.0 / 25.4, 0.001)
+#: smallest distance [mm] of the middle of a file from that of the blank that is worth a change
+OFF_CENTRE = 0.5
+
+
+@dataclass(frozen=True)
+class Change:
+    """Fields of the files to change, by name of the tool, so that the tools fit."""
+
+    fields: dict[str, dict[str, object]]
+
+    @property
+    def settings(self) -> list[str]:
+        """The change as settings of a run, ``rig.NAME.stl.FIELD=VALUE``."""
+        return [
+            f"rig.{name}.stl.{field}={_text(value)}"
+            for name, fields in self.fields.items()
+            for field, value in fields.items()
+        ]
+
+
+def axis_rotations() -> list[Degrees]:
+    """The 24 rotations that turn axes into axes, as angles about x, y and z [deg]; the plainest first."""
+    found: dict[bytes, Degrees] = {}
+    angles = sorted(product((0.0, 90.0, -90.0, 180.0), repeat=3), key=lambda a: (np.count_nonzero(a), np.abs(a).sum()))
+    for x, y, z in angles:
+        matrix = np.round(Rotation.from_euler("xyz", (x, y, z), degrees=True).as_matrix()).astype(np.int8)
+        found.setdefault(matrix.tobytes(), (x, y, z))
+    return list(found.values())
+
+
+def fitting_change(tools: ToolSet, stroke: Stroke) -> Change | None:
+    """The smallest change of files with which ``tools`` fit, None where there is no such change.
+
+    Tried are rotations of each tool, of two and of all together; then files moved to the middle of the blank; then
+    stamp and die swapped; then other units.
+    """
+    search = _Search(tools, stroke)
+    candidates = [*search.rotated(), *search.centred(), *search.swapped(), *search.scaled()]
+    return next((change for change in candidates if search.fits(change)), None)
+
+
+class _Search:
+    """Candidates for the files of ``tools``, each tool made only once."""
+
+    def __init__(self, tools: ToolSet, stroke: Stroke) -> None:
+        self.tools, self.stroke = tools, stroke
+        self.files = {name: tool.stl for name, tool in tools.by_name.items() if tool.stl is not None}
+        self.known: dict[tuple[str, StlTool], RigidTool | None] = {}
+
+    def rotated(self) -> Iterator[Change]:
+        for names in self._groups():
+            for rotation in axis_rotations():
+                stated = {name: self.files[name].rotation or (0.0, 0.0, 0.0) for name in names}
+                if all(rotation != stated[name] for name in names):
+                    yield Change({name: {"rotation": rotation} for name in names})
+
+    def centred(self) -> Iterator[Change]:
+        away: dict[str, dict[str, object]] = {}
+        for name, stl in self.files.items():
+            points = self.tools.by_name[name].solid.points[:, :2]
+            x, y = -0.5 * (points.min(axis=0) + points.max(axis=0))
+            if max(abs(x), abs(y)) > OFF_CENTRE:
+                offset = round(stl.offset_x + float(x), 2), round(stl.offset_y + float(y), 2)
+                away[name] = {"offset_x": offset[0], "offset_y": offset[1]}
+        for names in self._groups():
+            if all(name in away for name in names):
+                yield Change({name: away[name] for name in names})
+
+    def swapped(self) -> Iterator[Change]:
+        if {"stamp", "die"} <= set(self.files):
+            yield Change({"stamp": {"path": self.files["die"].path}, "die": {"path": self.files["stamp"].path}})
+
+    def scaled(self) -> Iterator[Change]:
+        for names in reversed(self._groups()):
+            for scale in SCALES:
+                yield Change({name: {"scale": self.files[name].scale * scale} for name in names})
+
+    def fits(self, change: Change) -> bool:
+        """Tell whether the tools fit with ``change``: by height maps, on a coarse grid, then on the user's."""
+        coarse = self._set(change, coarsely=True)
+        try:
+            if coarse is None or not fits_in_plan(coarse, self.stroke) or measure_fit(coarse, self.stroke).problems:
+                return False
+            exact = self._set(change, coarsely=False)
+            return exact is not None and not measure_fit(exact, self.stroke).problems
+        except InputError:  # a body that cannot be sampled as it lies
+            return False
+
+    def _groups(self) -> list[tuple[str, ...]]:
+        names = list(self.files)
+        return [group for size in range(1, len(names) + 1) for group in combinations(names, size)]
+
+    def _set(self, change: Change, coarsely: bool) -> ToolSet | None:
+        made = {}
+        for name, fields in change.fields.items():
+            spacing = max(self.files[name].spacing, COARSE) if coarsely else self.files[name].spacing
+            tool = self._made(name, self.files[name].model_copy(update={**fields, "spacing": spacing}))
+            if tool is None:
+                return None
+            made[name] = tool
+        return replace(self.tools, **made)
+
+    def _made(self, name: str, stl: StlTool) -> RigidTool | None:
+        if (name, stl) not in self.known:
+            try:
+                self.known[name, stl] = self.tools.by_name[name].changed(**stl.model_dump())
+            except InputError:
+                self.known[name, stl] = None
+        return self.known[name, stl]
+
+
+def _text(value: object) -> str:
+    if isinstance(value, tuple):
+        return "[" + ",".join(f"{float(part):g}" for part in value) + "]"
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
