@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.tooling.height_map import PROUD, HeightMap
+from knittest.tooling.height_map import PROUD, touching
 from knittest.tooling.toolset import RigidTool, ToolSet
 
 Array = NDArray[np.float64]
@@ -13,6 +13,8 @@ Place = tuple[float, float, float]
 
 #: positions of the stamp along its stroke at which clearances are measured
 POSITIONS = 9
+#: distance in plan [mm] from the box round the stamp within which clearances are measured
+NEAR = 30.0
 #: share of the stamp's section that must lie between walls of die and holder; share of the depth it must enter
 BETWEEN, ENTERED = 0.9, 0.8
 #: share of the area common to holder and die that must be pressed on together, within a thickness
@@ -83,27 +85,35 @@ def measure_fit(tools: ToolSet, stroke: Stroke) -> Fit:
     return Fit(plan.depth, stroke.depth, stroke.thickness, die, holder, tuple(problems), doubts)
 
 
-def fits_in_plan(tools: ToolSet, stroke: Stroke) -> bool:
-    """Tell whether the height maps of ``tools`` allow the ``stroke``: quick, without distances."""
+def filled_share(tools: ToolSet, stroke: Stroke) -> float:
+    """Share of the die's opening that the stamp fills, 0 where height maps rule the ``stroke`` out: without distances.
+    """
     plan = _Plan(tools, stroke)
-    return not plan.problems() and not plan.upside_down()
+    return 0.0 if plan.problems() or plan.upside_down() else plan.filled
 
 
 def smallest_clearance(stamp: RigidTool, other: RigidTool, depth: float) -> Clearance:
     """Smallest distance between ``stamp`` and ``other`` while the stamp moves down by ``depth`` [mm]."""
     found, top = [], float(other.solid.points[:, 2].max())
+    around = _beside(other.asked, stamp.asked)
     for travel in np.linspace(depth, 0.0, POSITIONS):
         down = np.array([0.0, 0.0, travel])
         moved = stamp.asked - down
         if other.exact is not None:  # its wall has no end for the kernel, but its mesh has
             moved = moved[moved[:, 2] <= top]
-        for points, distance in ((moved, other.distance(moved)), (other.asked, stamp.distance(other.asked + down))):
-            if not len(points):
-                continue
-            k = int(distance.argmin())
-            x, y, z = (float(value) for value in points[k])
-            found.append(Clearance(float(distance[k]), (x, y, z), float(travel)))
+        for points, distance in ((moved, other.distance(moved)), (around, stamp.distance(around + down))):
+            if len(points):
+                k = int(distance.argmin())
+                x, y, z = (float(value) for value in points[k])
+                found.append(Clearance(float(distance[k]), (x, y, z), float(travel)))
     return min(found, key=lambda clearance: clearance.size)
+
+
+def _beside(points: Array, stamp: Array) -> Array:
+    """The ``points`` (n, 3) above, below and near the ``stamp`` in plan; all where there are none."""
+    low, high = stamp[:, :2].min(axis=0) - NEAR, stamp[:, :2].max(axis=0) + NEAR
+    near = ((points[:, :2] > low) & (points[:, :2] < high)).all(axis=1)
+    return points[near] if near.any() else points
 
 
 class _Plan:
@@ -111,8 +121,8 @@ class _Plan:
 
     def __init__(self, tools: ToolSet, stroke: Stroke) -> None:
         self.tools, self.stroke = tools, stroke
-        self.stamp, self.die = tools.stamp.from_below(stroke.blank), tools.die.from_above(stroke.blank)
-        self.holder = None if tools.holder is None else tools.holder.from_below(stroke.blank)
+        self.stamp, self.die = tools.stamp.seen(stroke.blank, below=True), tools.die.seen(stroke.blank)
+        self.holder = None if tools.holder is None else tools.holder.seen(stroke.blank, below=True)
         #: cells in which the stamp comes to lie below the die's face
         self.entering = self.stamp.there & (self.stamp.height + stroke.depth > -self.die.face)
         self.between = np.isfinite(self.die.rim()) & self.entering
@@ -125,6 +135,13 @@ class _Plan:
         lowest = float(self.tools.stamp.solid.points[:, 2].min()) - self.stroke.depth
         rim = float(self.die.rim()[self.between].max())
         return max(rim - (lowest - self.stroke.thickness), 0.0)
+
+    @property
+    def filled(self) -> float:
+        """Share of the die's opening in plan that the stamp fills."""
+        low = self.die.height < self.die.face - 0.5 * self.stroke.depth
+        opening = touching(low, self.entering)
+        return float(self.entering.sum()) / max(float((opening | self.entering).sum()), 1.0)
 
     def problems(self) -> list[str]:
         """Sentences on what is impossible."""
@@ -146,7 +163,7 @@ class _Plan:
         for name, tool in self.tools.by_name.items():
             if tool.stl is None:
                 continue
-            up, down = tool.from_above(blank), tool.from_below(blank)
+            up, down = tool.seen(blank), tool.seen(blank, below=True)
             working, other = (up, down) if name == "die" else (down, up)
             here, there = (
                 seen.edge_width(fall, float(seen.height.max()) if name == "stamp" else seen.face,

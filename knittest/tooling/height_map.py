@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 #: cells along the longer side of the blank
-CELLS = 300
+CELLS = 200
 #: share of the area of a tool that may stand higher than its face
 PROUD = 0.1
 #: fall, as a share of the largest one looked at, below which a surface counts as flat
@@ -65,11 +65,17 @@ class HeightMap:
         """
         low = self.height < face - fall
         if opening is not None:
-            part, _ = label(low)
-            low &= np.isin(part, np.unique(part[opening & low]))
+            low = touching(low, opening)
         border = low & binary_dilation(~low)
         if not border.any():
             return 0.0
         near = binary_dilation(low, iterations=int(np.ceil(2.0 * fall / self.cell)))
         slope = near & (self.height < face - FLAT * fall) & (self.height >= face - fall)
         return self.cell * float(np.count_nonzero(slope)) / float(np.count_nonzero(border))
+
+
+def touching(region: Mask, seed: Mask) -> Mask:
+    """The connected parts of a ``region`` that hold a cell of ``seed``."""
+    part, _ = label(region)
+    found: Mask = region & np.isin(part, np.unique(part[seed & region]))
+    return found

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from knittest.base.errors import InputError
 from knittest.config.tools import StlTool
-from knittest.tooling.fit import Stroke, fits_in_plan, measure_fit
+from knittest.tooling.fit import Stroke, filled_share, measure_fit
 from knittest.tooling.toolset import RigidTool, ToolSet
 
 Degrees = tuple[float, float, float]
@@ -51,12 +51,12 @@ def axis_rotations() -> list[Degrees]:
 def fitting_change(tools: ToolSet, stroke: Stroke) -> Change | None:
     """The smallest change of files with which ``tools`` fit, None where there is no such change.
 
-    Tried are rotations of each tool, of two and of all together; then files moved to the middle of the blank; then
-    stamp and die swapped; then other units.
+    Tried are files moved to the middle of the blank; then stamp and die swapped; then rotations of each tool, of two and
+    of all together, first those with which the stamp fills the die's opening best; then other units.
     """
     search = _Search(tools, stroke)
-    candidates = [*search.rotated(), *search.centred(), *search.swapped(), *search.scaled()]
-    return next((change for change in candidates if search.fits(change)), None)
+    groups = [list(search.centred()), list(search.swapped()), *search.rotated(), list(search.scaled())]
+    return next((change for group in groups for change in search.ranked(group) if search.fits(change)), None)
 
 
 class _Search:
@@ -67,12 +67,21 @@ class _Search:
         self.files = {name: tool.stl for name, tool in tools.by_name.items() if tool.stl is not None}
         self.known: dict[tuple[str, StlTool], RigidTool | None] = {}
 
-    def rotated(self) -> Iterator[Change]:
-        for names in self._groups():
-            for rotation in axis_rotations():
-                stated = {name: self.files[name].rotation or (0.0, 0.0, 0.0) for name in names}
-                if all(rotation != stated[name] for name in names):
-                    yield Change({name: {"rotation": rotation} for name in names})
+    def rotated(self) -> Iterator[list[Change]]:
+        """Rotations of one tool, then of two, then of three."""
+        stated = {name: stl.rotation or (0.0, 0.0, 0.0) for name, stl in self.files.items()}
+        for size in range(1, len(self.files) + 1):
+            yield [
+                Change({name: {"rotation": rotation} for name in names})
+                for names in combinations(self.files, size)
+                for rotation in axis_rotations()
+                if all(rotation != stated[name] for name in names)
+            ]
+
+    def ranked(self, changes: list[Change]) -> list[Change]:
+        """Those of ``changes`` that height maps allow, the best filled opening first, the plainest of equals first."""
+        filled = [(self._filled(change), k) for k, change in enumerate(changes)]
+        return [changes[k] for share, k in sorted(filled, key=lambda pair: (-round(pair[0], 2), pair[1])) if share > 0.0]
 
     def centred(self) -> Iterator[Change]:
         away: dict[str, dict[str, object]] = {}
@@ -96,15 +105,19 @@ class _Search:
                 yield Change({name: {"scale": self.files[name].scale * scale} for name in names})
 
     def fits(self, change: Change) -> bool:
-        """Tell whether the tools fit with ``change``: by height maps, on a coarse grid, then on the user's."""
-        coarse = self._set(change, coarsely=True)
+        """Tell whether the tools fit with ``change``: on a coarse grid, then on the user's."""
         try:
-            if coarse is None or not fits_in_plan(coarse, self.stroke) or measure_fit(coarse, self.stroke).problems:
-                return False
-            exact = self._set(change, coarsely=False)
-            return exact is not None and not measure_fit(exact, self.stroke).problems
+            for coarsely in (True, False):
+                found = self._set(change, coarsely)
+                if found is None or measure_fit(found, self.stroke).problems:
+                    return False
         except InputError:  # a body that cannot be sampled as it lies
             return False
+        return True
+
+    def _filled(self, change: Change) -> float:
+        found = self._set(change, coarsely=True)
+        return 0.0 if found is None else filled_share(found, self.stroke)
 
     def _groups(self) -> list[tuple[str, ...]]:
         names = list(self.files)

@@ -27,6 +27,8 @@ SPARE, PLATE, RIM, CORNER = 20.0, 10.0, 20.0, 10.0
 #: distance of the points at which bodies from files are asked for the gap between them [mm]: a large triangle may run
 #: through another body with no corner in it
 BETWEEN = 3.0
+#: numbers of cubes along x, y and z as one number: a tool is at most 1e5 cubes long
+CUBES = np.array([1, 10**6, 10**12])
 
 
 @dataclass(frozen=True)
@@ -56,21 +58,18 @@ class RigidTool:
     @cached_property
     def asked(self) -> Array:
         """Points of its surface [mm], (n, 3), that stand for it where a gap is asked for."""
-        return self.solid.spread(BETWEEN) if self.exact is None else self.solid.points
+        if self.exact is not None:
+            return self.solid.points
+        points = self.solid.spread(BETWEEN)  # long triangles have many more than one in a cube of half the distance
+        _, first = np.unique(np.floor(points / (0.5 * BETWEEN)).astype(np.int64) @ CUBES, return_index=True)
+        return points[first]
 
-    def from_above(self, blank: tuple[float, float]) -> HeightMap:
-        """Height map of its upper side over the ``blank``."""
-        return self._maps(blank)[0]
-
-    def from_below(self, blank: tuple[float, float]) -> HeightMap:
-        """Height map of its lower side over the ``blank``, heights counted downwards."""
-        return self._maps(blank)[1]
-
-    def _maps(self, blank: tuple[float, float]) -> tuple[HeightMap, HeightMap]:
-        known: dict[tuple[float, float], tuple[HeightMap, HeightMap]] = self.__dict__.setdefault("_known_maps", {})
-        if blank not in known:
-            known[blank] = HeightMap.of(self.solid, blank), HeightMap.of(self.solid, blank, below=True)
-        return known[blank]
+    def seen(self, blank: tuple[float, float], *, below: bool = False) -> HeightMap:
+        """Height map over the ``blank`` of its upper side, or of its lower side with heights counted downwards."""
+        known: dict[tuple[object, bool], HeightMap] = self.__dict__.setdefault("_known_maps", {})
+        if (blank, below) not in known:
+            known[blank, below] = HeightMap.of(self.solid, blank, below=below)
+        return known[blank, below]
 
     def changed(self, **fields: object) -> "RigidTool":
         """Tool from the same file with other ``fields`` of its :class:`StlTool`."""

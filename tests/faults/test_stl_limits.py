@@ -6,7 +6,7 @@ import pytest
 from knittest.base.errors import InputError
 from knittest.base.reading import EXCERPT, excerpt
 from knittest.config.loading import resolve
-from knittest.laboratory.forming.test import tools_of
+from knittest.laboratory.forming.tool_check import tools_of
 from knittest.models import surface
 from knittest.models.surface import MOST_TRIANGLES, read_stl
 from knittest.models.triangle_mesh import TriangleMesh

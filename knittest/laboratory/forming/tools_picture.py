@@ -5,8 +5,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knittest.base.figure import BLUE, GREEN, GREY, ORANGE, dress, new_figure, save
+from knittest.base.figure import BLUE, GREEN, GREY, ORANGE, RED, dress, new_figure, save
 from knittest.base.history import Array
+from knittest.tooling.fit import Fit, Stroke
 from knittest.tooling.toolset import PLATE, RigidTool, ToolSet
 
 if TYPE_CHECKING:
@@ -25,16 +26,15 @@ VIEW = (28.0, -58.0)
 LIGHT = np.array([0.35, -0.55, 0.76])
 
 
-def tools_picture(
-    path: Path, tools: ToolSet, *, depth: float, thickness: float, blank: tuple[float, float], title: str
-) -> None:
-    """Draw ``tools`` to ``path`` (PNG); lengths [mm]. Raises :class:`ResourceError`."""
+def tools_picture(path: Path, tools: ToolSet, fit: Fit, stroke: Stroke, *, title: str) -> None:
+    """Draw ``tools`` to ``path`` (PNG) with the numbers of their ``fit``. Raises :class:`ResourceError`."""
     figure = new_figure(12.5, 8.2)
-    figure.text(0.02, 0.975, title, fontsize=12, va="top")
+    colour = RED if fit.problems else "black"
+    figure.text(0.02, 0.975, title, fontsize=12, va="top", color=colour)
     space: Any = figure.add_axes((0.01, 0.38, 0.52, 0.56), projection="3d", proj_type="ortho", computed_zorder=False)
     _space(space, tools)
-    _plan(figure.add_axes((0.58, 0.44, 0.37, 0.49)), tools, depth, thickness, blank)
-    _section(figure.add_axes((0.07, 0.07, 0.88, 0.27)), tools, depth, thickness, blank)
+    _plan(figure.add_axes((0.58, 0.44, 0.37, 0.49)), tools, fit, stroke)
+    _section(figure.add_axes((0.07, 0.07, 0.88, 0.27)), tools, fit, stroke)
     save(figure, path)
 
 
@@ -65,18 +65,22 @@ def _space(axes: "Axes3D", tools: ToolSet) -> None:
     axes.set_axis_off()
 
 
-def _plan(axes: "Axes", tools: ToolSet, depth: float, thickness: float, blank: tuple[float, float]) -> None:
+def _plan(axes: "Axes", tools: ToolSet, fit: Fit, stroke: Stroke) -> None:
     """Outlines where the walls are, at full depth, and the blank."""
-    half = 0.5 * np.array(blank)
+    half, thickness, depth = 0.5 * np.array(stroke.blank), stroke.thickness, stroke.depth
     x, y = (1.08 * np.linspace(-side, side, FINE) for side in half)
     heights = {"stamp": 0.5 * thickness + depth, "die": -0.5 * thickness - depth, "holder": 0.5 * (thickness + PLATE)}
     for name, tool in tools.by_name.items():
         points = np.stack(np.meshgrid(x, y, heights[name], indexing="ij"), axis=-1).reshape(-1, 3)
         style: dict[str, Any] = {"colors": COLOURS[name], "linewidths": WIDTHS[name], "linestyles": DASHES[name]}
-        axes.contour(x, y, tool.distance(points).reshape(FINE, FINE).T, [0.0], **style)
+        distance = tool.distance(points).reshape(FINE, FINE).T
+        if distance.min() < 0.0 < distance.max():
+            axes.contour(x, y, distance, [0.0], **style)
         axes.plot([], [], color=COLOURS[name], lw=WIDTHS[name], ls=DASHES[name], label=f"{name}, wall")
     around = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]]) * half
     axes.plot(*around.T, color=GREY, lw=1.2, ls=":", label="blank")
+    axes.plot(*fit.die.place[:2], "x", color=RED, ms=8, mew=2, label="smallest clearance")
+    axes.axvline(_cut_at(fit, stroke), color=GREY, lw=0.8, ls="-.", label="section below")
     axes.set_aspect("equal")
     axes.set_xlabel("x, weft [mm]", fontsize=9)
     axes.set_ylabel("y, warp [mm]", fontsize=9)
@@ -84,27 +88,38 @@ def _plan(axes: "Axes", tools: ToolSet, depth: float, thickness: float, blank: t
     dress(axes)
 
 
-def _section(axes: "Axes", tools: ToolSet, depth: float, thickness: float, blank: tuple[float, float]) -> None:
-    """Bodies cut by the plane x = 0, the stamp at full depth; the blank at its start."""
-    y = np.linspace(-0.5 * blank[1], 0.5 * blank[1], 2 * FINE)
+def _section(axes: "Axes", tools: ToolSet, fit: Fit, stroke: Stroke) -> None:
+    """Bodies cut by a plane across x, the stamp at full depth; the blank at its start."""
+    x, depth, thickness = _cut_at(fit, stroke), stroke.depth, stroke.thickness
+    y = np.linspace(-0.5 * stroke.blank[1], 0.5 * stroke.blank[1], 2 * FINE)
     z = np.linspace(-depth - 15.0, 15.0, FINE)
     down = {"stamp": depth}
     for name, tool in tools.by_name.items():
-        inside = _cut(tool, y, z + down.get(name, 0.0))
-        axes.contourf(y, z, inside.T, [-1e9, 0.0], colors=[COLOURS[name]], alpha=0.45)
-        axes.contour(y, z, inside.T, [0.0], colors=COLOURS[name], linewidths=1.4)
+        inside = _cut(tool, x, y, z + down.get(name, 0.0))
+        if inside.min() < 0.0 < inside.max():
+            axes.contourf(y, z, inside.T, [-1e9, 0.0], colors=[COLOURS[name]], alpha=0.45)
+            axes.contour(y, z, inside.T, [0.0], colors=COLOURS[name], linewidths=1.4)
     axes.fill_between(y[[0, -1]], -0.5 * thickness, 0.5 * thickness, color=GREY, alpha=0.5, linewidth=0.0)
+    if fit.die.travel == depth:
+        axes.plot(*fit.die.place[1:], "x", color=RED, ms=8, mew=2, clip_on=True)
+    axes.set(xlim=(y[0], y[-1]), ylim=(z[0], z[-1]))
     axes.set_aspect("equal")
     axes.set_xlabel("y [mm]", fontsize=9)
     axes.set_ylabel("z [mm]", fontsize=9)
     axes.set_title(
-        f"section x = 0, stamp at {depth:g} mm; grey: the blank at the start; narrowest gap {tools.gap:.3g} mm",
-        fontsize=9.5, loc="left",
+        f"section x = {x:.3g} mm, stamp at {depth:g} mm; grey: blank at the start; depth in the die {fit.depth:.3g} mm; "
+        f"smallest clearance {fit.die.size:.3g} mm (x)",
+        fontsize=9.5, loc="left", color=RED if fit.problems else "black",
     )  # fmt: skip
     dress(axes)
 
 
-def _cut(tool: RigidTool, y: Array, z: Array) -> Array:
-    """Distance [mm] from ``tool`` in the plane x = 0, (n_y, n_z)."""
-    points = np.stack(np.meshgrid(0.0, y, z, indexing="ij"), axis=-1).reshape(-1, 3)
+def _cut_at(fit: Fit, stroke: Stroke) -> float:
+    """Place of the section along x [mm]: through the smallest clearance if tools do not fit, else the middle."""
+    return float(np.clip(fit.die.place[0], -0.5 * stroke.blank[0], 0.5 * stroke.blank[0])) if fit.problems else 0.0
+
+
+def _cut(tool: RigidTool, x: float, y: Array, z: Array) -> Array:
+    """Distance [mm] from ``tool`` in the plane at ``x``, (n_y, n_z)."""
+    points = np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1).reshape(-1, 3)
     return tool.distance(points).reshape(len(y), len(z))

@@ -1,0 +1,111 @@
+"""Checks whether the tools of a forming run fit each other: before a run, and for ``knittest check``."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from knittest.base.errors import InputError
+from knittest.laboratory.forming.config import FormingRun
+from knittest.tooling.fit import Fit, Stroke, measure_fit
+from knittest.tooling.refit import fitting_change
+from knittest.tooling.toolset import ToolSet, build_tools
+
+
+@dataclass(frozen=True)
+class CheckedTools:
+    """Tools with their ``fit``; ``lines`` state it for a user."""
+
+    tools: ToolSet
+    fit: Fit
+
+    @property
+    def lines(self) -> list[str]:
+        """Depth, clearances and what is suspicious."""
+        fit = self.fit
+        found = [
+            f"stamp enters the die's opening by {fit.depth:.3g} mm of {fit.asked:g} mm",
+            f"smallest clearance of stamp and die {fit.die.size:.3g} mm ({fit.die.where}); fabric {fit.thickness:.3g} mm",
+        ]
+        if fit.holder is not None:
+            found.append(f"smallest clearance of stamp and holder {fit.holder.size:.3g} mm")
+        return [*found, *(f"warning: {text}" for text in fit.doubts)]
+
+    def as_json(self) -> dict[str, Any]:
+        """The numbers, for a program."""
+        fit = self.fit
+        holder = None if fit.holder is None else fit.holder.size
+        return {
+            "depth_mm": fit.depth, "depth_asked_mm": fit.asked, "thickness_mm": fit.thickness,
+            "clearance_mm": fit.die.size, "clearance_at_mm": fit.die.place, "clearance_travel_mm": fit.die.travel,
+            "holder_clearance_mm": holder,
+        }  # fmt: skip
+
+
+def tools_of(run: FormingRun, thickness: float) -> ToolSet:
+    """The tools of ``run`` about a blank of ``thickness`` [mm]."""
+    rig = run.rig
+    holder = rig.holder if rig.blank_holder_force > 0.0 else None
+    blank = (rig.blank_width_mm, rig.blank_length_mm)
+    return build_tools(rig.stamp, rig.die, holder, rig.depth_mm, thickness, blank)
+
+
+def measured_tools(run: FormingRun, thickness: float) -> CheckedTools:
+    """The tools of ``run`` with their fit, whether they fit or not."""
+    tools = tools_of(run, thickness)
+    return CheckedTools(tools, measure_fit(tools, stroke_of(run, thickness)))
+
+
+def fitting_tools(run: FormingRun, thickness: float) -> CheckedTools:
+    """The tools of ``run``; raises :class:`InputError` where they do not fit, with what would make them fit."""
+    found = measured_tools(run, thickness)
+    refuse_misfits(run, found)
+    return found
+
+
+def refuse_misfits(run: FormingRun, found: CheckedTools) -> None:
+    """Raise :class:`InputError` for tools of ``run`` that do not fit, with what would make them fit."""
+    if not found.fit.problems:
+        return
+    files = {name: tool.stl.path for name, tool in found.tools.by_name.items() if tool.stl is not None}
+    what = ", ".join(f"rig.{name}.stl.path = {path}" for name, path in files.items()) or "rig.stamp, rig.die"
+    change = fitting_change(found.tools, stroke_of(run, found.fit.thickness)) if files else None
+    if change is not None:
+        advice = "The tools fit with " + " ".join(f"--set {setting}" for setting in change.settings) + "."
+    elif files:
+        advice = (
+            "No rotation by 90 or 180 degrees, no move to the middle of the blank and no unit makes them fit. Expected "
+            "z up, x along the weft and y along the warp."
+        )
+    else:
+        wider = found.fit.thickness - found.fit.die.size + 0.1
+        advice = f"Increase rig.die.clearance by {wider:.1g} mm or more, to {run.rig.die.clearance + wider:.1f} mm."
+    raise InputError(" ".join([f"{what}: the tools do not fit each other.", *found.fit.problems, advice]))
+
+
+def stroke_of(run: FormingRun, thickness: float) -> Stroke:
+    """What the tools of ``run`` are asked to do to a blank of ``thickness`` [mm]."""
+    return Stroke(run.rig.depth_mm, thickness, (run.rig.blank_width_mm, run.rig.blank_length_mm))
+
+
+def check_tools(run: FormingRun, folder: Path) -> tuple[list[str], dict[str, Any]]:
+    """Lines and numbers of ``knittest check`` on the tools of ``run``; draws them to tools.png in ``folder``.
+
+    Raises :class:`InputError` for tools that do not fit, after they are drawn.
+    """
+    from knittest.base.atomic import make_folder
+    from knittest.base.stamp import Stamp, stamped
+    from knittest.laboratory.forming.tools_picture import tools_picture
+    from knittest.laboratory.run_stamp import size_of
+
+    thickness = run.fabric.thickness_mm
+    found = measured_tools(run, thickness)
+    make_folder(folder)
+    path = folder / "tools.png"
+    title = "Tools of forming" + (", which do not fit each other" if found.fit.problems else "")
+    with stamped(Stamp((f"for {run.fabric.name}, {thickness:g} mm thick", *size_of(run)))):
+        tools_picture(path, found.tools, found.fit, stroke_of(run, thickness), title=title)
+    try:
+        refuse_misfits(run, found)
+    except InputError as error:
+        raise InputError(f"{error} Section: {path}") from None
+    return [*found.lines, f"section: {path}"], {**found.as_json(), "picture": str(path)}
