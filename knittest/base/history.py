@@ -99,8 +99,9 @@ class History:
     ``energies`` columns: time_ms, kinetic_mj, internal_<part>_mj, the same by mechanism as <mechanism>_<part>_mj
     (yarns: stretching, bending, torsion; shells: stretching, bending, shear, in_plane_bending), hourglass_mj,
     contact_mj and of it contact_tools_mj, friction_mj and of it friction_<spin, tools, shear>_mj (crossings against
-    spin, tools, shear of shells), contact_damping_mj (that of free tools too), damping_mj, eroded_mj, external_mj,
-    balance_error_mj, kinetic_ratio, energy_error; elastic energies count from the start.
+    spin, tools, shear of shells), contact_damping_mj (that of free tools too), contact_recovery_mj (energy given to
+    contacts found late), damping_mj, eroded_mj, external_mj, balance_error_mj, kinetic_ratio, energy_error; elastic
+    energies count from the start.
     ``contacts`` columns: time_ms, yarn_contacts (that touch), penetration_<max, mean, p50, p90, p99>_pct (over the
     smaller radius), force_free_overlap_max_pct (deepest overlap of yarns that carries no force, over the smaller
     radius, away from their ends), force_free_at_ends_max_pct (at them), tool_contacts, tool_penetration_max_um.

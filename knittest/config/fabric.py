@@ -32,8 +32,8 @@ class MacroMaterial(Strict):
     bending_stiffness: PerDirection = measure("N mm", "bending stiffness per width", gt=0, band=(1e-3, 1e4))
     bending_stiffness_n_mm: ClassVar[Kernel[Directed]] = Kernel("bending_stiffness")
     in_plane_bending: PerDirection | None = number(
-        None, "N mm", "bending stiffness of the yarns in the plane, per width (EI over their distance); none: none",
-        gt=0, band=(1e-3, 1e4),
+        None, "N mm", "bending stiffness of the inlays in the plane, per width; none: forming derives it as EI of an "
+        "inlay x inlays per width (rig.in_plane_bending), other tests leave it out", gt=0, band=(1e-6, 1e4),
     )  # fmt: skip
     in_plane_bending_n_mm: ClassVar[Kernel[Directed | None]] = Kernel("in_plane_bending")
     shear: ShearLaw = Field(description="in-plane shear force over the shear angle")

@@ -83,7 +83,7 @@ def resolve(
     except ValidationError as error:
         raise input_error(error, layers) from None
     folders = [source.folder] if config is None else [source.folder, Path(config).resolve().parent]
-    return settle_data_paths(run, layers, folders)
+    return settle_data_paths(run, layers, folders).with_derived_numbers()
 
 
 def planned_directions(

@@ -164,6 +164,10 @@ class Run(Strict):
         super().__pydantic_init_subclass__(**kwargs)
         _rig_of(cls)
 
+    def with_derived_numbers(self) -> Self:
+        """The run with the numbers that its test derives from others; most tests derive none."""
+        return self
+
     @property
     def direction(self) -> str:
         """Yarn system along the strip; empty for a test that has none."""

@@ -6,6 +6,7 @@ from contextlib import suppress
 from knittest.base.errors import InputError
 from knittest.base.resources import configs_dir
 from knittest.config.deciding import deciding, entry
+from knittest.config.derived_bending import follows_yarns
 from knittest.config.fabric import YARN_LEVEL, Fabric
 from knittest.config.leaves import leaves
 from knittest.config.loading import resolve
@@ -31,8 +32,9 @@ def unread_note(run: Run) -> str:
     more = f" and {len(changed) - NAMED} more" if len(changed) > NAMED else ""
     if not macro:
         return f"yarns do not read {listed}{more}, changed from {name}: --scale macro does"
+    but = "but for bending in the plane " if follows_yarns(run.fabric) else ""
     return (
-        f"shells do not read {listed}{more}, changed from {name}, whose card they have (fabric.macro): knittest "
+        f"{but}shells do not read {listed}{more}, changed from {name}, whose card they have (fabric.macro): knittest "
         "homogenise makes a card of these yarns, --scale meso models them"
     )
 

@@ -32,7 +32,7 @@ class Pieces(NamedTuple):
     """Pieces of yarns, (n_nodes,) each: ``radius`` and ``half_piece`` length [mm], the number of pieces along its yarn
     that it never touches (``exclude``), its ``chain``, whether it is ``cut`` off there: no two of those touch, and the
     piece of a periodic cell that it copies (``master``), by which ``along`` (n_nodes, :data:`MOST`) has the chains of
-    those that it lies along, -1 for none.
+    those that it lies along, -1 for none. ``ends``: yarns end where their chains do; those of a periodic cell go on.
     """
 
     radius: Array
@@ -42,6 +42,7 @@ class Pieces(NamedTuple):
     cut: NDArray[np.bool_]
     master: Index
     along: Index
+    ends: bool = True
 
 
 @njit(**PART)

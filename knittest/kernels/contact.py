@@ -18,8 +18,12 @@ from knittest.kernels.vec import add, combine, sub
 POINT, BESIDE, FIRST_ALONG, SECOND_ALONG = 0.0, 1.0, 2.0, 3.0
 #: share of the tangent's square that a curvature term may take from the Hessian: keeps every step a descent
 CURVATURE_LIMIT = 0.9
+#: least determinant of the Hessian over the product of its diagonal: keeps it positive definite
+LEAST_DETERMINANT = 0.02
 #: largest move of a contact parameter in one step
 PARAMETER_STEP = 0.2
+#: parameters of a piece at the ends of its yarn: the spline goes on for half an element, up to the last node
+FIRST_END, LAST_END = -0.5, 1.5
 
 
 @njit(**INLINE)
@@ -51,14 +55,16 @@ def slope_at(s, first, second):
 
 @njit(**INLINE)
 def closest_step(
-    wx, wy, wz, ux, uy, uz, vx, vy, vz, ax, ay, az, bx, by, bz, own_a, own_b, line
+    s, t, wx, wy, wz, ux, uy, uz, vx, vy, vz, ax, ay, az, bx, by, bz, own_a, own_b, line
 ):  # fmt: skip
-    """One safeguarded Newton step for the closest points of two curves.
+    """One safeguarded Newton step for the closest points of two curves at the parameters ``s`` and ``t``.
 
     ``w`` offset from curve B to A, ``u``, ``v`` tangents and ``a``, ``b`` second derivatives at the present
     parameters. ``own_a`` and ``own_b`` are the products of ``a`` and ``b`` with the shifts of their own sections, which
     are in ``w`` but turn with the curves, 0 for circles. The kind ``line`` of the contact says whether either parameter
-    is held. Returns (ds, dt) to subtract.
+    is held. A parameter at the end of its yarn is held too while the distance falls beyond it. The Hessian is kept
+    positive definite, so that the distance falls along every step: where two minima merge, an indefinite one sends the
+    closest points away along both yarns, and the yarns pass through each other. Returns the new (s, t).
     """
     f = wx * ux + wy * uy + wz * uz
     h = wx * vx + wy * vy + wz * vz
@@ -66,15 +72,19 @@ def closest_step(
     vv = vx * vx + vy * vy + vz * vz
     ss = uu + max(wx * ax + wy * ay + wz * az + own_a, -CURVATURE_LIMIT * uu)
     tt = vv - min(wx * bx + wy * by + wz * bz + own_b, CURVATURE_LIMIT * vv)
-    moves_a = 1.0 if (line == POINT) | (line == SECOND_ALONG) else 0.0
-    moves_b = 0.0 if line == SECOND_ALONG else 1.0
+    held_a = (line == BESIDE) | (line == FIRST_ALONG) | ((s <= FIRST_END) & (f > 0.0)) | ((s >= LAST_END) & (f < 0.0))
+    held_b = (line == SECOND_ALONG) | ((t <= FIRST_END) & (h < 0.0)) | ((t >= LAST_END) & (h > 0.0))
+    moves_a = 0.0 if held_a else 1.0
+    moves_b = 0.0 if held_b else 1.0
     uv = (ux * vx + uy * vy + uz * vz) * moves_a * moves_b
-    inv = 1.0 / max(ss * tt - uv * uv, 0.02 * ss * tt)
+    most = (1.0 - LEAST_DETERMINANT) * ss * tt
+    uv = uv * most / (uv * uv) if uv * uv > most else uv
+    inv = 1.0 / max(ss * tt - uv * uv, LEAST_DETERMINANT * ss * tt)
     ds = (f * tt - h * uv) * inv * moves_a
     dt = (f * uv - h * ss) * inv * moves_b
     return (
-        min(max(ds, -PARAMETER_STEP), PARAMETER_STEP),
-        min(max(dt, -PARAMETER_STEP), PARAMETER_STEP),
+        min(max(s - min(max(ds, -PARAMETER_STEP), PARAMETER_STEP), FIRST_END), LAST_END),
+        min(max(t - min(max(dt, -PARAMETER_STEP), PARAMETER_STEP), FIRST_END), LAST_END),
     )
 
 

@@ -7,7 +7,16 @@ Forces are first stored by contact, then every partition adds those on its own c
 import numpy as np
 from numba import njit
 
-from knittest.kernels.contact import closest_step, contact_force, elastic_force, slope_at, spline_weights
+from knittest.kernels.contact import (
+    FIRST_END,
+    LAST_END,
+    POINT,
+    closest_step,
+    contact_force,
+    elastic_force,
+    slope_at,
+    spline_weights,
+)
 from knittest.kernels.contact_gather import fetch, gather_first, gather_second, walk
 from knittest.kernels.contact_scratch import (
     BLOCK,
@@ -105,13 +114,12 @@ def _evaluate(count, law, oval, inv_dt, w):
         ex, ey, ez = ex + ry * ez - rz * ey, ey + rz * ex - rx * ez, ez + rx * ey - ry * ex
         gx, gy, gz = ox, oy, oz
         for _ in range(NEWTON_STEPS):
-            ds, dt = closest_step(
-                gx, gy, gz,
+            s, t = closest_step(
+                s, t, gx, gy, gz,
                 ux1 + 2.0 * s * ux2, uy1 + 2.0 * s * uy2, uz1 + 2.0 * s * uz2,
                 vx1 + 2.0 * t * vx2, vy1 + 2.0 * t * vy2, vz1 + 2.0 * t * vz2,
                 2.0 * ux2, 2.0 * uy2, 2.0 * uz2, 2.0 * vx2, 2.0 * vy2, 2.0 * vz2, own_a, own_b, w[LINE + m],
             )  # fmt: skip
-            s, t = s - ds, t - dt
             gx = cx + s * (ux1 + s * ux2) - t * (vx1 + t * vx2)
             gy = cy + s * (uy1 + s * uy2) - t * (vy1 + t * vy2)
             gz = cz + s * (uz1 + s * uz2) - t * (vz1 + t * vz2)
@@ -123,8 +131,10 @@ def _evaluate(count, law, oval, inv_dt, w):
         # surfaces touch at a point between the centre-lines: they turn with their yarns about its arms
         hx, hy, hz = 0.5 * (gx + w[GX + m]), 0.5 * (gy + w[GY + m]), 0.5 * (gz + w[GZ + m])
         dx, dy, dz = mx - (ry * hz - rz * hy), my - (rz * hx - rx * hz), mz - (rx * hy - ry * hx)
-        # a contact beyond the end of its chain carries nothing
-        on_yarns = 1.0 if (s > -0.5) & (s < 1.5) & (t > -0.5) & (t < 1.5) else 0.0
+        # pieces side by side end with their yarns; a point goes round the end
+        on_yarns = 1.0
+        if w[LINE + m] != POINT:
+            on_yarns = 1.0 if (s > FIRST_END) & (s < LAST_END) & (t > FIRST_END) & (t < LAST_END) else 0.0
         # what the yarns close themselves, along the mean normal of the step: a slide is none, to third order
         far, near = np.sqrt(w[GX + m] ** 2 + w[GY + m] ** 2 + w[GZ + m] ** 2), np.sqrt(gx * gx + gy * gy + gz * gz)
         before = (mx * w[GX + m] + my * w[GY + m] + mz * w[GZ + m]) / max(far, 1e-9)

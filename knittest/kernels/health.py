@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 
 from knittest.kernels.contact import BESIDE, penalty, spline_weights
+from knittest.kernels.laws import hinge_force
 from knittest.kernels.options import INLINE, KERNEL, PART
 from knittest.kernels.rows import at3, rows3
 from knittest.kernels.shell_state import AREA, state_index
@@ -25,6 +26,33 @@ def count_short_beams(position, alive, inv_length, limit):
         stretch2 = (dx * dx + dy * dy + dz * dz) * inv_length[i] * inv_length[i]
         count += (stretch2 < limit2) & (alive[i] > 0.0)
     return count
+
+
+@njit(**KERNEL)
+def least_stable_beam(nodes, parts, beams):
+    """Living beam whose sections are nearest to turning against its axis, and N / (GA (1 + e)) there; -1 if none pulls.
+
+    e is the strain of the chord: that of sections which have turned stays behind. Above 1 they are not stable, see
+    :func:`knittest.materials.yarn_section.stable_shear`.
+    """
+    x, y, z = rows3(nodes.position)
+    worst, largest = -1, 0.0
+    for k in range(parts.span.shape[0]):
+        section = parts.span[k, 2]
+        if section < 0:
+            continue
+        shear = max(beams.stiffness[section, 1], 1e-300)
+        for i in range(parts.span[k, 0], parts.span[k, 1]):
+            dx, dy, dz = x[i + 1] - x[i], y[i + 1] - y[i], z[i + 1] - z[i]
+            stretch = sqrt(dx * dx + dy * dy + dz * dz) * beams.inv_length[i]
+            force = 0.0
+            for h in range(beams.hinge_strain.shape[1]):
+                over = stretch - 1.0 - beams.slack[i]
+                force += hinge_force(over, beams.hinge_strain[section, h], beams.hinge_slope[section, h])
+            ratio = beams.alive[i] * force / (shear * stretch)
+            if ratio > largest:
+                worst, largest = i, ratio
+    return worst, largest
 
 
 @njit(**KERNEL)

@@ -3,14 +3,14 @@
 Every share of the pieces finds its own pairs, so that the shares may run at once and the order does not depend on it.
 """
 
-from math import sqrt
+from math import nan, sqrt
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit, prange
 
 from knittest.kernels.along import held_kind
-from knittest.kernels.contact import BESIDE, POINT, closest_step
+from knittest.kernels.contact import BESIDE, FIRST_END, LAST_END, POINT, closest_step
 from knittest.kernels.grid import ROWS, place_of, row_near
 from knittest.kernels.options import ALLOCATING, INLINE, KERNEL, PARALLEL, PART, PARTITIONS
 from knittest.kernels.rows import rows3, rows4
@@ -20,8 +20,12 @@ from knittest.kernels.state import Index
 PARALLEL_SIN2 = 0.06
 #: Newton steps that place a new crossing, and how far beyond a piece they may leave it: it belongs to one of two
 NEWTON_STEPS, BEYOND = 4, 1e-3
-#: the same where one parameter is held, whose copies in a periodic cell shall be found on the same pieces
+#: the same until the closest points move by less than this share of a piece
+CONVERGED, MOST_STEPS = 1e-4, 40
+#: the same where one parameter is held, whose copies in a periodic cell shall be found on the same pieces, and at ends
 HELD_STEPS, HELD_BEYOND = 8, 1e-9
+#: parameters at which pieces side by side are found, and where one parameter is held
+WITHIN, HELD_WITHIN = (0.0, 1.0), (-HELD_BEYOND, 1.0 + HELD_BEYOND)
 
 
 class Cells(NamedTuple):
@@ -46,17 +50,20 @@ def piece(x, y, z, i):
 
 
 @njit(**INLINE)
-def _along(x, y, z, i, wx, wy, wz):
-    """Bound of how far piece ``i`` reaches from its middle along ``w``, times the length of that."""
+def _along(x, y, z, i, wx, wy, wz, half):
+    """Bound of how far piece ``i`` reaches from its middle along ``w``, times the length of that; ``half`` its length
+    on either side of the middle by the parameter.
+    """
     chord = (x[i + 1] - x[i - 1]) * wx + (y[i + 1] - y[i - 1]) * wy + (z[i + 1] - z[i - 1]) * wz
     bow = (x[i + 1] + x[i - 1] - 2.0 * x[i]) * wx + (y[i + 1] + y[i - 1] - 2.0 * y[i]) * wy
     bow += (z[i + 1] + z[i - 1] - 2.0 * z[i]) * wz
-    return 0.25 * abs(chord) + 0.125 * abs(bow)
+    return half * (0.5 * abs(chord) + 0.5 * half * abs(bow))
 
 
 @njit(**INLINE)
-def _apart(x, y, z, i, j, gap):
-    """Tell whether a slab of thickness ``gap`` [mm] across the line of their middles separates pieces i and j.
+def _apart(x, y, z, i, j, half_i, half_j, gap):
+    """Tell whether a slab of thickness ``gap`` [mm] across the line of their middles separates pieces i and j, of
+    length ``half_i`` and ``half_j`` on either side of the middle by the parameter.
 
     About the middle a piece is c(s) = m + (s - 1/2) (P[i+1] - P[i-1])/2 + (s - 1/2)^2 (P[i+1] - 2 P[i] + P[i-1])/2.
     """
@@ -64,28 +71,55 @@ def _apart(x, y, z, i, j, gap):
     wy = 0.125 * (y[i - 1] + y[i + 1] - y[j - 1] - y[j + 1]) + 0.75 * (y[i] - y[j])
     wz = 0.125 * (z[i - 1] + z[i + 1] - z[j - 1] - z[j + 1]) + 0.75 * (z[i] - z[j])
     length2 = wx * wx + wy * wy + wz * wz
-    reach = _along(x, y, z, i, wx, wy, wz) + _along(x, y, z, j, wx, wy, wz)
+    reach = _along(x, y, z, i, wx, wy, wz, half_i) + _along(x, y, z, j, wx, wy, wz, half_j)
     return length2 - reach > gap * sqrt(length2)
 
 
 @njit(**PART)
-def _closest(x, y, z, i, j, line, steps):
-    """Closest points of pieces i and j from their middles on: (s, t, offset (3)); ``line`` may hold a parameter."""
+def _closest(x, y, z, i, j, s, t, line, steps):
+    """Closest points of pieces i and j from the parameters s, t on: (s, t, offset (3), last change of s and t).
+
+    ``line`` may hold a parameter. At most ``steps`` are made.
+    """
     ax, ay, az, ux, uy, uz, px, py, pz = piece(x, y, z, i)
     bx, by, bz, vx, vy, vz, qx, qy, qz = piece(x, y, z, j)
-    s, t, wx, wy, wz = 0.5, 0.5, 0.0, 0.0, 0.0
+    wx, wy, wz, change = 0.0, 0.0, 0.0, 0.0
     for step in range(steps + 1):
         wx = ax - bx + s * (ux + s * px) - t * (vx + t * qx)
         wy = ay - by + s * (uy + s * py) - t * (vy + t * qy)
         wz = az - bz + s * (uz + s * pz) - t * (vz + t * qz)
         if step < steps:
-            ds, dt = closest_step(
-                wx, wy, wz, ux + 2 * s * px, uy + 2 * s * py, uz + 2 * s * pz,
+            before_s, before_t = s, t
+            s, t = closest_step(
+                s, t, wx, wy, wz, ux + 2 * s * px, uy + 2 * s * py, uz + 2 * s * pz,
                 vx + 2 * t * qx, vy + 2 * t * qy, vz + 2 * t * qz,
                 2 * px, 2 * py, 2 * pz, 2 * qx, 2 * qy, 2 * qz, 0.0, 0.0, line,
             )  # fmt: skip
-            s, t = s - ds, t - dt
-    return s, t, wx, wy, wz
+            change = abs(s - before_s) + abs(t - before_t)
+    return s, t, wx, wy, wz, change
+
+
+@njit(**PART)
+def converged(x, y, z, i, j, s, t):
+    """Closest points of pieces i and j from s, t on, at a point: (s, t, offset (3)), s is nan where they do not come to
+    rest.
+    """
+    wx, wy, wz, change = 0.0, 0.0, 0.0, 1.0
+    for _ in range(MOST_STEPS):
+        s, t, wx, wy, wz, change = _closest(x, y, z, i, j, s, t, POINT, 1)
+        if change < CONVERGED:
+            return s, t, wx, wy, wz
+    return nan, t, wx, wy, wz
+
+
+@njit(**PART)
+def reach_of(i, alive, pieces):
+    """Least and largest parameter of piece ``i``: up to the last node at an end of its yarn, else as far as the next
+    piece, and a little more.
+    """
+    first = FIRST_END if pieces.ends and (i < 2 or alive[i - 2] == 0.0) else -BEYOND
+    last = LAST_END if pieces.ends and alive[i + 1] == 0.0 else 1.0 + BEYOND
+    return first, last
 
 
 @njit(**KERNEL)
@@ -108,12 +142,18 @@ def crossing(x, y, z, i, j):
     second = max(nn - 2.0 * (wx * qx + wy * qy + wz * qz), 0.0)
     apart = max(first * second - mm * nn, 0.0)
     line = BESIDE if mn * mn - apart > (1.0 - PARALLEL_SIN2) * mm * nn else POINT
-    s, t, wx, wy, wz = _closest(x, y, z, i, j, line, NEWTON_STEPS)
+    s, t, wx, wy, wz, _ = _closest(x, y, z, i, j, 0.5, 0.5, line, NEWTON_STEPS)
     return s, t, wx, wy, wz, line
 
 
+@njit(**INLINE)
+def stretch_of(parameters):
+    """Length of a piece over that between two middles of elements, by :func:`reach_of`: 2 at the ends of yarns."""
+    return 2.0 if parameters[0] == FIRST_END or parameters[1] == LAST_END else 1.0
+
+
 @njit(**ALLOCATING)
-def _by_cell(position, pieces, cells):
+def _by_cell(position, pieces, alive, cells):
     """Position and extent [mm] of the pieces in the order of the cells, (4, n): a cell's are neighbours there."""
     used = cells.head[-1]
     sorted_ = np.empty((4, used))
@@ -121,7 +161,7 @@ def _by_cell(position, pieces, cells):
         i = cells.order[k]
         for axis in range(3):
             sorted_[axis, k] = position[axis, i]
-        sorted_[3, k] = pieces.radius[i] + pieces.half_piece[i]
+        sorted_[3, k] = pieces.radius[i] + pieces.half_piece[i] * stretch_of(reach_of(i, alive, pieces))
     return sorted_
 
 
@@ -130,14 +170,17 @@ def _pairs_of(first, last, position, pieces, alive, moved, cells, by_cell, skin,
     """Pairs that pieces first..last are in; see :func:`find_pairs`. Returns their number."""
     x, y, z = rows3(position)
     px, py, pz, extent = rows4(by_cell)
-    radius, half_piece, exclude, chain, cut, _, _ = pieces
+    radius, half_piece, exclude, chain, cut = (
+        pieces.radius, pieces.half_piece, pieces.exclude, pieces.chain, pieces.cut,
+    )  # fmt: skip
     cell_of, shape, head, order = cells
     found = 0
     for q in range(first, last):
         if not moved[q] or cell_of[q] < 0 or alive[q - 1] * alive[q] == 0.0:
             continue
         place = place_of(cell_of[q], shape)
-        xq, yq, zq, reach = x[q], y[q], z[q], radius[q] + half_piece[q] + skin
+        ends = reach_of(q, alive, pieces)
+        xq, yq, zq, reach = x[q], y[q], z[q], radius[q] + half_piece[q] * stretch_of(ends) + skin
         for row in range(ROWS):
             start, stop = row_near(place, shape, row)
             for k in range(head[start], head[stop]):
@@ -151,15 +194,25 @@ def _pairs_of(first, last, position, pieces, alive, moved, cells, by_cell, skin,
                 if cut[i] and cut[j]:
                     continue
                 gap = radius[i] + radius[j] + skin
-                if alive[i - 1] * alive[i] * alive[j - 1] * alive[j] == 0.0 or _apart(x, y, z, i, j, gap):
+                if alive[i - 1] * alive[i] * alive[j - 1] * alive[j] == 0.0:
                     continue
-                line, over = held_kind(i, j, pieces), HELD_BEYOND
+                of_i, of_j = reach_of(i, alive, pieces), reach_of(j, alive, pieces)
+                if _apart(x, y, z, i, j, 0.5 * stretch_of(of_i), 0.5 * stretch_of(of_j), gap):
+                    continue
+                line = held_kind(i, j, pieces)
                 if line == POINT:
                     s, t, wx, wy, wz, line = crossing(x, y, z, i, j)
-                    over = BEYOND if line == POINT else 0.0  # found twice, a crossing is tracked once
+                    at_end = stretch_of(of_i) + stretch_of(of_j) > 2.0
+                    if at_end and not (line != POINT and s >= 0.0 and s <= 1.0 and t >= 0.0 and t <= 1.0):
+                        s, t, wx, wy, wz, _ = _closest(x, y, z, i, j, s, t, POINT, HELD_STEPS)
+                        line = POINT
+                    elif line != POINT:
+                        of_i, of_j = WITHIN, WITHIN
                 else:
-                    s, t, wx, wy, wz = _closest(x, y, z, i, j, line, HELD_STEPS)
-                inside = s >= -over and s < 1.0 + over and t >= -over and t < 1.0 + over
+                    s, t, wx, wy, wz, _ = _closest(x, y, z, i, j, 0.5, 0.5, line, HELD_STEPS)
+                    of_i, of_j = HELD_WITHIN, HELD_WITHIN
+                # found twice, a crossing is tracked once
+                inside = s >= of_i[0] and s <= of_i[1] and t >= of_j[0] and t <= of_j[1]
                 if not inside or wx * wx + wy * wy + wz * wz > gap * gap:
                     continue
                 if found < pairs.shape[0]:
@@ -178,7 +231,7 @@ def find_pairs(position, pieces, alive, moved, cells, skin, pairs, places, found
     (PARTITIONS, capacity, 6) with parameters s, t, offset (3) [mm] and kind, and ``found`` (PARTITIONS,) with the
     number that each share needs, which may exceed the capacity.
     """
-    by_cell, n = _by_cell(position, pieces, cells), moved.size
+    by_cell, n = _by_cell(position, pieces, alive, cells), moved.size
     for k in prange(PARTITIONS):
         first, last = n * k // PARTITIONS, n * (k + 1) // PARTITIONS
         found[k] = _pairs_of(

@@ -4,15 +4,16 @@ Only pieces that moved by some share of the skin since they were last looked at 
 yarns do not cost a search over the whole fabric.
 """
 
-from math import sqrt
+from math import isnan, nan, sqrt
 
 import numpy as np
 from numba import njit
 
 from knittest.kernels.along import is_other_kind
-from knittest.kernels.contact import FIRST_ALONG, POINT, tangent_of
+from knittest.kernels.contact import FIRST_ALONG, FIRST_END, LAST_END, POINT, penalty, tangent_of
 from knittest.kernels.heirs import SAME, predecessor, push, tracked
 from knittest.kernels.options import ALLOCATING, KERNEL, PART, U
+from knittest.kernels.pair_search import converged, reach_of
 from knittest.kernels.rows import put3, rows3
 from knittest.kernels.section_blocks import ARM, OTHER, SHIFT, TOUCH
 
@@ -23,6 +24,8 @@ SOON = 0.5
 REACHED = 0.5 / (1.0 + SOON)
 #: distance along both yarns [elements] within which two tracked crossings merge
 MERGE = 0.25
+#: the same within which a crossing found beside a tracked one is that one, where both are at rest at their minimum
+ALIKE = 0.3
 
 
 @njit(**ALLOCATING)
@@ -85,6 +88,8 @@ def _copy(source, a, target, b):
         for k in range(3):
             target.shift[k, b], target.other[k, b] = source.shift[k, a], source.other[k, a]
         target.touch[b] = source.touch[a]
+    if source.accepted.size > 0:
+        target.accepted[b] = source.accepted[a]
 
 
 @njit(**PART)
@@ -100,17 +105,27 @@ def _is_looked_for(i, j, line, moved, pieces):
 
 
 @njit(**PART)
+def _is_on(s, first, t, second):
+    """Tell whether parameters ``s`` and ``t`` are within those of their pieces, (least, largest) each."""
+    return s >= first[0] and s <= first[1] and t >= second[0] and t <= second[1]
+
+
+@njit(**PART)
 def keep_contacts(old, count, radius, pieces, alive, moved, skin, new, lists, taken):
     """Copy tracked contacts that are still near into ``new`` and its ``lists``; returns how many.
 
-    Two contacts that ran into the same crossing become one. A reach that was cut when the contact was found inside
-    (see :func:`find_contacts`) grows back as the gap opens. Those kept are ``taken``: they have no other heir.
+    Two contacts that ran into the same crossing become one, which stores the energy of both. A reach that was cut when
+    the contact was found inside (see :func:`find_contacts`) grows back as the gap opens. Those kept are ``taken``: they
+    have no other heir.
     """
     kept = 0
     for c in range(count):
         s, t = old.parameter[0, c], old.parameter[1, c]
         i, j, line = old.piece[0, c], old.piece[1, c], old.line[c]
-        if s < -0.5 or s > 1.5 or t < -0.5 or t > 1.5 or _is_looked_for(i, j, line, moved, pieces):
+        if _is_looked_for(i, j, line, moved, pieces):
+            continue
+        beyond = s <= FIRST_END or s >= LAST_END or t <= FIRST_END or t >= LAST_END
+        if beyond and (line != POINT or not _is_on(s, reach_of(i, alive, pieces), t, reach_of(j, alive, pieces))):
             continue
         if alive[i - 1] * alive[i] * alive[j - 1] * alive[j] == 0.0:
             continue
@@ -124,7 +139,10 @@ def keep_contacts(old, count, radius, pieces, alive, moved, skin, new, lists, ta
         taken[c] = True
         same = tracked(new, lists, pieces.chain, (i, j, s, t, line), MERGE)
         if same >= 0:
-            new.reach[same] = max(new.reach[same], reach)
+            pressed, depth = max(new.reach[same] - _gap(new, same), 0.0), max(reach - gap, 0.0)
+            both = _gap(new, same) + sqrt(pressed * pressed + depth * depth)
+            free = new.accepted[same] if new.accepted.size > 0 else 0.0
+            new.reach[same] = max(new.reach[same], reach, min(touch - free, both))
             continue
         _copy(old, c, new, kept)
         new.reach[kept] = reach
@@ -144,6 +162,8 @@ def _add_contact(i, j, s, t, wx, wy, wz, line, touch, arm, coefficient, most, ol
     gap = sqrt(wx * wx + wy * wy + wz * wz)
     reach = min(touch, gap)
     new.spring[:, c], new.slipping[c], new.twist[c] = 0.0, 0.0, 0.0
+    if new.accepted.size > 0:
+        new.accepted[c] = 0.0
     goes_on = False
     if before >= 0:
         _copy(old, before, new, c)
@@ -159,6 +179,42 @@ def _add_contact(i, j, s, t, wx, wy, wz, line, touch, arm, coefficient, most, ol
     # yarns side by side, or in a row, already resist spin by friction along their line
     new.lever[0, c], new.lever[1, c] = coefficient, most if line == POINT else 0.0
     return goes_on
+
+
+@njit(**PART)
+def _another(c, place, position, alive, lists, new, pieces):
+    """Place of the crossing found at ``place``, pieces i, j at s, t, as s, t and offset (3), if it is another one than
+    the tracked contact ``c``; else s is nan.
+
+    Yarns that bend towards each other may be nearest in two places less than an element apart. They are told apart
+    where the closest points come to rest: both at minima of the distance, each on its own side.
+    """
+    x, y, z = rows3(position)
+    i, j, s, t = place
+    s, t, wx, wy, wz = converged(x, y, z, i, j, s, t)
+    of_i, of_j = reach_of(i, alive, pieces), reach_of(j, alive, pieces)
+    if not _is_on(s, of_i, t, of_j) or tracked(new, lists, pieces.chain, (i, j, s, t, POINT), ALIKE) >= 0:
+        return nan, t, wx, wy, wz
+    own_s, own_t = new.parameter[0, c], new.parameter[1, c]
+    rest_s, rest_t = converged(x, y, z, new.piece[0, c], new.piece[1, c], own_s, own_t)[:2]
+    if not (abs(rest_s - own_s) < MERGE and abs(rest_t - own_t) < MERGE):
+        return nan, t, wx, wy, wz
+    return s, t, wx, wy, wz
+
+
+@njit(**PART)
+def _share_depth(c, other, touch, contacts):
+    """Let the contact ``other``, just found beside ``c``, take over half of the energy that ``c`` stores.
+
+    Each is pressed by the depth over the square root of two, ``other`` by no more than it overlaps by ``touch`` [mm].
+    Without that a second minimum that comes up beside a loaded one would start without force.
+    """
+    depth = max(contacts.reach[c] - _gap(contacts, c), 0.0) * sqrt(0.5)
+    contacts.reach[c] = min(contacts.reach[c], _gap(contacts, c) + depth)
+    if contacts.accepted.size > 0:
+        contacts.accepted[other] = contacts.accepted[c]
+        touch -= contacts.accepted[c]
+    contacts.reach[other] = max(contacts.reach[other], min(touch, _gap(contacts, other) + depth))
 
 
 @njit(**PART)
@@ -185,9 +241,10 @@ def find_contacts(
     """Contacts of the pairs that :func:`knittest.kernels.pair_search.find_pairs` found, and those tracked before.
 
     Tracked ones keep parameters and springs. A pair found overlapping (at the start, or where a broken end slid in)
-    touches from its present gap on, so that it brings no energy. ``position`` (3, n_nodes), ``radius`` and ``skin``
-    [mm]. ``levers`` (2, n_parts, n_parts) of the friction moment by the ``part`` (n_nodes,) of either yarn. Returns the
-    number needed, which may exceed the capacity of ``new``; nothing is dropped.
+    touches from its present gap on, so that it brings no energy; :func:`recover_overlaps` then gives it force.
+    ``position`` (3, n_nodes), ``radius`` and ``skin`` [mm]. ``levers`` (2, n_parts, n_parts) of the friction moment by
+    the ``part`` (n_nodes,) of either yarn. Returns the number needed, which may exceed the capacity of ``new``; nothing
+    is dropped.
     """
     n, chain = pieces.chain.size, pieces.chain
     lists = np.full(n, -1), np.empty(new.reach.size, np.int64)
@@ -204,11 +261,16 @@ def find_contacts(
             s, t, wx, wy, wz, line = place[0], place[1], place[2], place[3], place[4], place[5]
             # a tracked crossing is no other one, nor a line beside itself once its yarns lie parallel again
             known = POINT if line < FIRST_ALONG else line
-            if tracked(new, lists, chain, (i, j, s, t, known), SAME) >= 0:
-                continue
+            same = tracked(new, lists, chain, (i, j, s, t, known), SAME)
+            elliptic = new.excess.size > 0 and (new.excess[i] != 0.0 or new.excess[j] != 0.0)
+            if same >= 0:
+                if elliptic or line != POINT:
+                    continue
+                s, t, wx, wy, wz = _another(same, (i, j, s, t), position, alive, lists, new, pieces)
+                if isnan(s):
+                    continue
             if needed < new.reach.size:
                 before = predecessor(old, old_lists, chain, taken, (i, j, s, t, line))
-                elliptic = new.excess.size > 0 and (new.excess[i] != 0.0 or new.excess[j] != 0.0)
                 touch = place[TOUCH] if elliptic else radius[i] + radius[j]
                 arm = place[ARM] if elliptic else radius[i] / touch
                 coefficient, most = levers[0, part[i], part[j]], levers[1, part[i], part[j]]
@@ -219,9 +281,36 @@ def find_contacts(
                     _look_back(needed, position, new)
                     if new.excess.size > 0:
                         _add_sections(place, elliptic, new, needed)
+                    if same >= 0:
+                        _share_depth(same, needed, touch, new)
                 push(new, needed, lists)
             needed += 1
     return needed
+
+
+@njit(**KERNEL)
+def recover_overlaps(contacts, count, radius, law, free, most):
+    """Give force to overlaps that came without one after the start; returns the energy given [mJ].
+
+    ``radius`` (n_nodes,) [mm]. ``free`` overlap that may stay, and ``most`` that is given force now, over the smaller
+    radius.
+    """
+    given = 0.0
+    for c in range(count):
+        i, j = contacts.piece[0, c], contacts.piece[1, c]
+        touch = radius[i] + radius[j]
+        if contacts.touch.size > 0 and contacts.touch[c] > 0.0:
+            touch = contacts.touch[c]
+        least, gap = min(radius[i], radius[j]), _gap(contacts, c)
+        goal, reach = touch - contacts.accepted[c] - free * least, contacts.reach[c]
+        if goal <= max(reach, gap):
+            continue
+        grown = min(goal, max(reach, gap) + most * least)
+        before = penalty(max(reach - gap, 0.0), law.normal, law.linear, law.square, law.cubic, law.cap)[2]
+        after = penalty(grown - gap, law.normal, law.linear, law.square, law.cubic, law.cap)[2]
+        given += contacts.share[c] * (after - before)
+        contacts.reach[c] = grown
+    return given
 
 
 @njit(**ALLOCATING)

@@ -11,7 +11,7 @@ from math import sqrt
 from numba import njit
 
 from knittest.kernels.along import look_at
-from knittest.kernels.contact import POINT, SECOND_ALONG, closest_step, spline_weights
+from knittest.kernels.contact import FIRST_END, LAST_END, POINT, SECOND_ALONG, closest_step, spline_weights
 from knittest.kernels.contact_scratch import GX, LANES, R0, R3, R6, REACH
 from knittest.kernels.options import INLINE, KERNEL, ONE, PART, U
 from knittest.kernels.pair_search import PARALLEL_SIN2, piece
@@ -124,12 +124,12 @@ def _place(i, j, place, position, contacts, alive):
             # either section moves with its own yarn, and is a circle of its curvature to the other
             own_a = dot(combine(1.0, a, osculating(second, n)[0] - k, n), bend_a)
             own_b = dot(combine(1.0, b, osculating(first, n)[0] - h, n), bend_b)
-            ds, dt = closest_step(
-                gap[0], gap[1], gap[2], u[0], u[1], u[2], v[0], v[1], v[2],
+            s, t = closest_step(
+                s, t, gap[0], gap[1], gap[2], u[0], u[1], u[2], v[0], v[1], v[2],
                 bend_a[0], bend_a[1], bend_a[2], bend_b[0], bend_b[1], bend_b[2], own_a, own_b, line,
             )  # fmt: skip
-            i, s = _walked(i, s - ds, alive)
-            j, t = _walked(j, t - dt, alive)
+            i, s = _walked(i, s, alive)
+            j, t = _walked(j, t, alive)
     converged = dot(gap, n) > PLACED * sqrt(dot(gap, gap))
     gap = combine(1.0, gap, -h - k, n)
     h, a = osculating(first, n)
@@ -155,7 +155,7 @@ def place_ellipses(pairs, places, found, position, contacts, alive, skin):
             place = places[share, k]
             i, j = _place(i, j, place, position, contacts, alive)
             gap = sqrt(place[2] * place[2] + place[3] * place[3] + place[4] * place[4])
-            inside = place[0] > -0.5 and place[0] < 1.5 and place[1] > -0.5 and place[1] < 1.5
+            inside = place[0] >= FIRST_END and place[0] <= LAST_END and place[1] >= FIRST_END and place[1] <= LAST_END
             pairs[share, k, 0], pairs[share, k, 1] = i if inside and gap < place[TOUCH] + skin else -1, j
 
 

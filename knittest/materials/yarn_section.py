@@ -16,6 +16,14 @@ Array = NDArray[np.float64]
 
 #: Poisson-like ratio that links the shear modulus of a section to its axial modulus (assumed, isotropic value)
 POISSON = 0.3
+#: GA over the least that keeps sections stable: at fracture at least half of their resistance to turning is left
+SHEAR_MARGIN = 2.0
+#: GA over the steepest EA, up to which GA is raised: towards 1 the rotary inertia that the step needs has no bound
+MOST_SHEAR = 0.9
+#: strength of a yarn away from its weakest place, above its drawn strength, relative
+STRENGTH_MARGIN = 0.15
+#: standard deviations above the mean up to which drawn fracture strains are followed
+SCATTER = 4.0
 #: segments that replace the parabola of a toe; the area error is 1 / (2 n^2) of the toe's
 TOE_SEGMENTS = 8
 SYSTEMS = ("warp", "weft", "knit")
@@ -94,8 +102,37 @@ def hinges(law: YarnLaw, modulus: float) -> tuple[Array, Array]:
         return strain[:-1], np.diff(np.diff(stress) / np.diff(strain), prepend=0.0)
 
 
+def stable_shear(knee: Array, slope: Array, strain: float) -> float:
+    """Shear stiffness GA [N] that keeps the sections of a straight yarn across its axis up to an axial ``strain`` [-].
+
+    ``knee`` [-] and ``slope`` [N] are the hinges of its law N(e), both (n,). A beam of stretch l = 1 + e whose sections
+    all turn by a small angle t against its axis stores, per length, the integral of the law up to l cos(t) - 1, and
+    GA (l sin(t))^2 / 2. The second derivative of this energy by t is l (GA l - N): sections are stable while
+
+        GA > N(e) / (1 + e).
+
+    Bending only adds to it, in proportion to the square of the wave number (Reissner, 1981). The right-hand side is
+    monotonic between two knees, so that its maximum is at a knee or at the end. The result is :data:`SHEAR_MARGIN`
+    times it, which leaves half of the resistance to turning, and at most :data:`MOST_SHEAR` of the steepest EA, which
+    exceeds it up to a strain of 900 %.
+    """
+    ends = np.append(knee[knee < strain], strain)
+    force = (slope * np.maximum(ends[:, None] - knee, 0.0)).sum(axis=1)
+    steepest = float(np.cumsum(slope).max())
+    return min(SHEAR_MARGIN * float((force / (1.0 + ends)).max()), MOST_SHEAR * steepest)
+
+
+def largest_strain(yarn: Yarn) -> float:
+    """Axial strain [-] that the strongest element of ``yarn`` can reach, with the scatter of its fracture strain."""
+    strain = yarn.fracture_strain
+    return yarn.fracture_strain_fraction * (1.0 + STRENGTH_MARGIN) * (1.0 + SCATTER * (strain.sd or 0.0) / strain.value)
+
+
 def section(yarn: Yarn, bending: float) -> Section:
-    """Section constants of ``yarn`` with bending stiffness EI ``bending`` [N mm^2]."""
+    """Section constants of ``yarn`` with bending stiffness EI ``bending`` [N mm^2].
+
+    GA is that of an isotropic section of the yarn's modulus, or more where :func:`stable_shear` needs it.
+    """
     modulus, area, diameter = yarn.youngs_modulus_mpa, yarn.load_area_mm2, yarn.beam_diameter_mm
     y, z, a = ring_rule(area, bending / modulus)
     strain, slope = hinges(yarn.law, modulus)
@@ -109,10 +146,10 @@ def section(yarn: Yarn, bending: float) -> Section:
     torsion = shear_modulus * float((a * (y**2 + z**2)).sum())
     if yarn.torsion_ratio is not None:
         torsion = yarn.torsion_ratio.value * bending
-    ring = float(np.hypot(y[0], z[0]))
+    ring, least = float(np.hypot(y[0], z[0])), stable_shear(strain, slope * float(a.sum()), largest_strain(yarn))
     return Section(
         axial=tangent * float(a.sum()),
-        shear=5.0 / 6.0 * shear_modulus * float(a.sum()),
+        shear=max(5.0 / 6.0 * shear_modulus * float(a.sum()), least),
         torsion=torsion,
         bending=modulus * float((a * z**2).sum()),
         radius=0.5 * diameter,
@@ -145,7 +182,8 @@ def _elliptic(card: Section, yarn: ReinforcingYarn, direction: str) -> Section:
 
 
 def _softened(card: Section, share: float) -> Section:
+    """``card`` with a ``share`` of its stiffness: it carries each force at 1 / share of the strain."""
     return replace(
-        card, axial=share * card.axial, shear=share * card.shear, hinge_slope=share * card.hinge_slope,
-        compression=share * card.compression,
+        card, axial=share * card.axial, shear=share * card.shear, hinge_strain=card.hinge_strain / share,
+        hinge_slope=share * card.hinge_slope, compression=share * card.compression,
     )  # fmt: skip

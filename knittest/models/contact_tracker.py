@@ -34,6 +34,9 @@ LEAST_STEPS = 5
 MAX_OVERLAP = 0.20
 #: overlapping pairs that are named
 LISTED = 5
+#: overlap beyond that of the start which may stay without force, over the smaller radius, and smaller radii [1/ms] by
+#: which more of it is given force
+LEFT_FREE, RECOVERY = 0.01, 1.0
 
 
 def _empty(capacity: int, group: "YarnContactGroup") -> Contacts:
@@ -45,7 +48,7 @@ def _empty(capacity: int, group: "YarnContactGroup") -> Contacts:
         np.zeros((2, capacity), np.int64), pair, triple[0], triple[1], slipping, reach, arm, line, triple[2],
         twist, couple, np.zeros((2, capacity)), np.zeros(2 * capacity, np.int64), np.zeros(PARTITIONS + 1, np.int64),
         np.ones(capacity), triple[3], triple[4], shift, other, np.zeros(elliptic), group.upright, group.turned,
-        group.square, group.excess, group.shape,
+        group.square, group.excess, group.shape, np.zeros(capacity),
     )  # fmt: skip
 
 
@@ -113,7 +116,7 @@ class ContactTracker:
         self._moved = np.zeros(n, np.bool_)
         self._master = np.arange(n) if group.images is None else masters(group.images)[:n]
         self._along = np.full((n, MOST), -1)
-        self.speed = 0.0
+        self.speed, self.recovered = 0.0, 0.0
         self.searches, self.seconds = 0, 0.0
 
     def settle(self) -> Overlaps:
@@ -136,6 +139,7 @@ class ContactTracker:
                 f"yarns overlap at the start by more than {100 * MAX_OVERLAP:g} % of a radius; worst first: "
                 + "; ".join(self._describe(int(k), float(share[k])) for k in worst if share[k] > MAX_OVERLAP)
             )
+        c.accepted[:n] = np.maximum(touch - c.reach[:n], 0.0)
         count = int((share > OVERLAP_COUNTS).sum())
         listed = tuple(self._describe(int(k), float(share[k])) for k in worst if share[k] > OVERLAP_COUNTS)
         return Overlaps(count, max(float(share[worst[0]]), 0.0) if n else 0.0, listed)
@@ -154,6 +158,19 @@ class ContactTracker:
         np.minimum(reach + most, touch, out=reach)
         gap = np.linalg.norm(self.contacts.offset[:, : self.count], axis=0)
         return float((touch - np.maximum(reach, gap)).max(initial=0.0))
+
+    def recover(self, time: float) -> None:
+        """Give force to overlaps that came without one after the start, slowly, as ``time`` [ms] goes by.
+
+        A contact that was found late, or whose closest points jumped to a place where the yarns are nearer, starts at
+        its present gap, so that it makes no energy. Its reach then grows back to the sum of radii less the overlap of
+        the start, by :data:`RECOVERY` smaller radii a ms, and pushes the yarns apart. The energy that the penalty gains
+        at a fixed gap is added to ``recovered`` [mJ].
+        """
+        group = self.group
+        self.recovered += search.recover_overlaps(
+            self.contacts, self.count, group.radius, group.law, LEFT_FREE, RECOVERY * time
+        )
 
     def force_free(self) -> Array:
         """Overlap without force over the smaller radius of the contacts in use, (count,)."""
@@ -186,6 +203,8 @@ class ContactTracker:
         )  # fmt: skip
         if count:
             self._find_contacts()
+        if self.count:
+            self.recover(ahead)
         self.seconds += clock.perf_counter() - start
 
     def state(self) -> State:
@@ -193,6 +212,7 @@ class ContactTracker:
         counts = np.array([self.count, self.contacts.reach.size, self._spare.reach.size, self.searches])
         return arrays_of("contacts", _used(self.contacts, self.count), OF_CONTACTS) | {
             "since": self._since.copy(), "along": self._along.copy(), "speed": np.array(self.speed), "counts": counts,
+            "recovered": np.array(self.recovered),
         } | ({name: getattr(self.group, name).copy() for name in SHAPES} if self.group.shape.size else {})  # fmt: skip
 
     def restore(self, state: State) -> None:
@@ -209,7 +229,7 @@ class ContactTracker:
             turn_sections(0, self.group.excess.size, self.nodes, self.contacts)
         self._since[:] = entry(state, "since", self._since.shape)
         self._along[:] = entry(state, "along", self._along.shape)
-        self.speed = float(entry(state, "speed", ()))
+        self.speed, self.recovered = (float(entry(state, name, ())) for name in ("speed", "recovered"))
 
     def _find_contacts(self) -> None:
         """Search around the moved pieces and renew the list; it grows when it overflows.
@@ -221,7 +241,9 @@ class ContactTracker:
         if not np.isfinite(position).all():
             i = int(np.argmin(np.isfinite(position).all(axis=0)))
             raise NumericalError(f"the position of node {i} of {self.name_of(i)} is not finite")
-        cell = 2.0 * (float(group.bound.max()) + float(group.half_piece.max())) + CONTACT_SKIN
+        # the pieces at the ends of yarns are half an element longer
+        half = (2.0 if group.images is None else 1.0) * float(group.half_piece.max())
+        cell = 2.0 * (float(group.bound.max()) + half) + CONTACT_SKIN
         low = position.min(axis=1)
         shape = ((position.max(axis=1) - low) / cell).astype(np.int64) + 1
         head = np.zeros(int(shape.prod()) + 1, np.int64)
@@ -231,7 +253,8 @@ class ContactTracker:
         if group.near is not None:  # far images are in no contact but with these, whichever of both moved
             self._moved[:], moved = True, group.near
         pieces = Pieces(
-            group.bound, group.half_piece, group.exclude, group.chain, group.cut, self._master, self._along
+            group.bound, group.half_piece, group.exclude, group.chain, group.cut, self._master, self._along,
+            group.images is None,
         )  # fmt: skip
         if group.excess.size:
             turn_sections(0, group.excess.size, self.nodes, self.contacts)

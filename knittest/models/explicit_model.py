@@ -28,7 +28,8 @@ class Stored:
     ``mechanisms`` are the same elastic energies of the parts by mechanism, (n_parts,) each.
     ``tools`` is the elastic energy of contacts with tools, ``tool_kinetic`` the kinetic energy of free tools,
     ``tool_depth`` the deepest penetration into one [mm]; ``force_free`` the deepest overlap of yarns that carries no
-    force, over the smaller radius, away from their ends and at them.
+    force, over the smaller radius, away from their ends and at them; ``recovered`` energy that contacts found late have
+    been given.
     """
 
     internal: Array
@@ -40,6 +41,7 @@ class Stored:
     tool_kinetic: float = 0.0
     tool_depth: float = 0.0
     force_free: tuple[float, float] = (0.0, 0.0)
+    recovered: float = 0.0
 
 
 @dataclass
@@ -143,6 +145,13 @@ class ExplicitModel(ABC):
         """
         return ""
 
+    def invalid_state(self) -> str:
+        """Describe what makes the present state one that no result can be read from; empty if nothing does.
+
+        The text after a semicolon is the remedy.
+        """
+        return ""
+
     def state(self) -> State:
         """State that a run changes, complete; with it in a freshly built model, a run goes on with the same bits.
 
@@ -157,6 +166,10 @@ class ExplicitModel(ABC):
 
     def pressing(self) -> float:
         """Sum of the forces between parts of the model [N]."""
+        return 0.0
+
+    def largest_force(self) -> float:
+        """Largest force [N] in an element or a contact of the model."""
         return 0.0
 
     def search_seconds(self) -> float:

@@ -1,6 +1,7 @@
 """Sheets of shells as a model of the explicit driver."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numba import get_num_threads
@@ -14,7 +15,7 @@ from knittest.kernels.in_plane_state import Bends
 from knittest.kernels.sheet_contact import sheet_statistics
 from knittest.kernels.sheet_state import NO_LAW, NO_MESH, empty_contacts
 from knittest.kernels.shell_output import shell_energies, shell_fields, shell_moments
-from knittest.kernels.shell_state import Laminate, Shells
+from knittest.kernels.shell_state import BLOCK, CORNER_ROWS, Laminate, Shells
 from knittest.kernels.state import Tally
 from knittest.models.explicit_model import Array, ExplicitModel, Index, Stored
 from knittest.models.in_plane_bound import bend_bound, bend_bound_now
@@ -44,6 +45,11 @@ class FabricModel(ExplicitModel):
     laminate: Laminate
     bends: Bends
     tracker: SheetTracker | None = None
+
+    @cached_property
+    def bending_at_rest(self) -> float:
+        """Part of the fibres' bending in the plane in the bound behind the time step [1/ms^2]."""
+        return bend_bound(self.bends, self.mass)
 
     def prepare(self) -> Overlaps:
         """See :meth:`SheetTracker.settle`."""
@@ -87,6 +93,11 @@ class FabricModel(ExplicitModel):
         """See :meth:`ExplicitModel.pressing`."""
         return self.tracker.pressing() if self.tracker else 0.0
 
+    def largest_force(self) -> float:
+        """See :meth:`ExplicitModel.largest_force`; components of the forces of corners."""
+        corners = self.shells.corner.reshape(-1, 4, CORNER_ROWS // 4, BLOCK)
+        return float(np.abs(corners[:, :, :3]).max(initial=0.0))
+
     def search_seconds(self) -> float:
         """See :class:`SheetTracker`."""
         return self.tracker.seconds if self.tracker else 0.0
@@ -113,10 +124,14 @@ class FabricModel(ExplicitModel):
         return self.fields() | dict(zip(("moment_warp", "moment_weft", "moment_twist"), moments, strict=True))
 
     def diagnose(self, dt: float) -> str:
-        """Names a shell without area, yarns too stiff in the plane for the step, or a node that went through a shell.
+        """Adds to :meth:`invalid_state` yarns too stiff in the plane for the step.
 
         Less distortion leaves the bound behind the time step valid (:mod:`knittest.models.shell_step` says how far).
         """
+        return self.invalid_state() or (self._too_stiff(dt) if self.bends.alive.size else "")
+
+    def invalid_state(self) -> str:
+        """Names a shell without area, or a node that went through a shell; empty if there is none."""
         shell, ratio = smallest_shell(
             self.nodes.position, self.shells.conn, self.shells.fail_time, self.shells.state
         )  # fmt: skip
@@ -124,8 +139,6 @@ class FabricModel(ExplicitModel):
             angle = float(np.rad2deg(np.abs(self.fields()["shear_angle"][shell])))
             told = f"shell {shell} has collapsed to {100.0 * ratio:.1f} % of its area"
             return f"{told}, sheared by {angle:.0f} deg; {SOFT}" if angle > SHEARED else told
-        if self.bends.alive.size and (fault := self._too_stiff(dt)):
-            return fault
         return self.tracker.diagnose() if self.tracker else ""
 
     def _too_stiff(self, dt: float) -> str:
@@ -133,9 +146,8 @@ class FabricModel(ExplicitModel):
 
         Shear that closes the angle of crumpled yarns stiffens their bending without limit.
         """
-        n = self.n_nodes
-        now, node = bend_bound_now(self.bends, self.nodes.position[:, :n], self.mass)
-        stiffest = (2.0 / self.critical_step) ** 2 - bend_bound(self.bends, self.mass) + now
+        now, node = bend_bound_now(self.bends, self.nodes.position, self.mass)
+        stiffest = (2.0 / self.critical_step) ** 2 - self.bending_at_rest + now
         longest = 2.0 / stiffest**0.5
         if longest >= dt:
             return ""

@@ -10,7 +10,7 @@ from knittest.kernels.laws import hinge_table
 from knittest.kernels.shell_state import Laminate
 from knittest.materials.coupling import coupled
 from knittest.materials.laminate import DRILLING, hourglass_of_shear
-from knittest.materials.yarn_section import POISSON, Section
+from knittest.materials.yarn_section import POISSON, Section, stable_shear
 from knittest.models.inputs import above, finite, one_an_element, tension_law
 
 Array = NDArray[np.float64]
@@ -30,9 +30,10 @@ def section(
     """Section by its stiffnesses EA [N] and EI [N mm^2], contact ``radius`` [mm] and mass per length [g/mm].
 
     GJ and GA default to those of an isotropic section with nu = 0.3. ``law`` is a table of axial strain [-] and force
-    [N] from (0, 0); its first tangent holds in compression. A flat section bends with ``bending`` but for bending about
-    the ``normal`` of its :class:`Chain`, in which it has the EI ``across`` [N mm^2]; its ``torsion`` must be given. It
-    touches others as a round one does.
+    [N] from (0, 0); its first tangent holds in compression, and GA is by default large enough for its sections to be
+    stable up to its end (:func:`~knittest.materials.yarn_section.stable_shear`). A flat section bends with ``bending``
+    but for bending about the ``normal`` of its :class:`Chain`, in which it has the EI ``across`` [N mm^2]; its
+    ``torsion`` must be given. It touches others as a round one does.
     """
     if across is not None and (torsion is None or not across > 0.0):
         raise InputError("section: expected EI across above 0, and torsion, which does not follow from two EI")
@@ -40,11 +41,15 @@ def section(
     above(linear_density, "linear_density of a section [g/mm]")
     for name, value in (("EI", bending), ("radius", radius), ("GJ", torsion or 0.0), ("GA", shear or 0.0)):
         above(value, f"{name} of a section", equal=True)
-    knee, slope = (np.zeros(1), np.full(1, axial)) if law is None else hinge_table(*tension_law(*law))
+    knee, slope, least = np.zeros(1), np.full(1, axial), 0.0
+    if law is not None:
+        strain, force = tension_law(*law)
+        knee, slope = hinge_table(strain, force)
+        least = stable_shear(knee, slope, float(strain[-1]))
     tangent = float(np.cumsum(slope).max())
     return Section(
         axial=max(axial, tangent),
-        shear=5.0 / 12.0 / (1.0 + POISSON) * axial if shear is None else shear,
+        shear=max(5.0 / 12.0 / (1.0 + POISSON) * axial, least) if shear is None else shear,
         torsion=bending / (1.0 + POISSON) if torsion is None else torsion,
         bending=bending,
         radius=radius,

@@ -11,7 +11,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 #: what a contact remembers: numbers, and vectors that point from piece j to piece i
-NUMBERS = ("slipping", "reach", "twist", "couple")
+NUMBERS = ("slipping", "reach", "twist", "couple", "accepted")
 VECTORS = ("spring", "offset", "force")
 #: numbers of the kinds of contacts, and of those the other way round: yarns side by side hold the parameter of piece i,
 #: so that they are another contact then, while a yarn along another is held whichever it is

@@ -10,7 +10,7 @@ from knittest.config.run import Run
 from knittest.fabric.strip import YarnPath
 from knittest.fabric.variability import YarnDraws
 from knittest.materials.patch import fabric_patch
-from knittest.materials.yarn_section import SYSTEMS, sections
+from knittest.materials.yarn_section import STRENGTH_MARGIN, SYSTEMS, sections
 from knittest.models.chain_layout import Chain
 from knittest.models.chain_step import MassScaling
 from knittest.models.chains import build_chains
@@ -19,8 +19,6 @@ from knittest.models.yarn_model import YarnModel
 
 Array = NDArray[np.float64]
 
-#: strength of a yarn away from its weakest place, above its drawn strength, relative
-STRENGTH_MARGIN = 0.15
 #: pieces at the end of yarns that do not press each other: jaws hold them side by side, nearer than they are wide
 CUT = 2
 #: elliptic sections start with their height across the fabric

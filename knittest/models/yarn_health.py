@@ -1,5 +1,5 @@
-"""Faults that make a model of yarns unusable: a collapsed beam, a yarn that passes another, a node too stiff for the
-step.
+"""Faults that make a model of yarns unusable: a collapsed beam, one whose sections turn against its axis, a yarn that
+passes another, a node too stiff for the step.
 """
 
 from typing import Protocol
@@ -62,14 +62,36 @@ class YarnHealth:
         Raises :class:`InputError` for sections that lie along the loops, see :func:`refuse_conforming`.
         """
         model = self.model
-        if health.count_short_beams(model.nodes.position, model.beams.alive, model.beams.inv_length, SHORTEST):
-            return self._collapsed()
-        if not model.contact:
-            return ""
+        fault = self.invalid_state()
+        if fault or not model.contact:
+            return fault
         self.looks += 1
         refuse_conforming(model.tracker, model.nodes.position)
         stiff = self._too_stiff(dt) if self.looks % STIFFNESS_LOOKS == 0 else ""
-        return self._too_fast(dt) or self._pierced() or stiff
+        return self._too_fast(dt) or stiff
+
+    def invalid_state(self) -> str:
+        """Describe a collapsed beam, one whose sections turn, or yarns that pass each other; empty if there is none."""
+        model = self.model
+        if health.count_short_beams(model.nodes.position, model.beams.alive, model.beams.inv_length, SHORTEST):
+            return self._collapsed()
+        return self._turning() or (self._pierced() if model.contact else "")
+
+    def _turning(self) -> str:
+        model = self.model
+        i, ratio = health.least_stable_beam(model.nodes, model.parts, model.beams)
+        if ratio <= 1.0:
+            return ""
+        chord = model.nodes.position[:, i + 1] - model.nodes.position[:, i]
+        stretch = float(np.linalg.norm(chord)) * float(model.beams.inv_length[i])
+        shear = float(self.shear[i] / model.beams.inv_length[i])
+        tension, limit = ratio * shear * stretch, shear * stretch
+        return (
+            f"the tension of {model.name_of(i)} (node {i}), {tension:.4g} N at {100 * (stretch - 1):.3g} % strain, "
+            f"exceeds GA (1 + e) = {limit:.4g} N: its sections turn against its axis, and its strain is no longer "
+            f"measured; give it a shear stiffness GA of at least {ratio * shear:.4g} N, or in a test a larger "
+            "rig.membrane_share"
+        )
 
     def _collapsed(self) -> str:
         model = self.model

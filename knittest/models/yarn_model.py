@@ -85,7 +85,8 @@ class YarnModel(ExplicitModel):
         found = self.beam_energies()
         internal = np.sum(list(found.values()), axis=0)
         contact += shape_energy(self.group.shape, self.beams, self.counted(), self.group.owned)
-        return Stored(internal, contact, 0.0, penetration, found, force_free=self.force_free())
+        recovered = self.tracker.recovered
+        return Stored(internal, contact, 0.0, penetration, found, force_free=self.force_free(), recovered=recovered)
 
     def beam_energies(self) -> dict[str, Array]:
         """Energies [mJ] of the living beams of each part, (n_parts,), by :data:`MECHANISMS`."""
@@ -110,6 +111,12 @@ class YarnModel(ExplicitModel):
     def pressing(self) -> float:
         """See :meth:`ExplicitModel.pressing`."""
         return float(np.linalg.norm(self.tracker.contacts.force[:, : self.tracker.count], axis=0).sum())
+
+    def largest_force(self) -> float:
+        """See :meth:`ExplicitModel.largest_force`."""
+        contact = np.linalg.norm(self.tracker.contacts.force[:, : self.tracker.count], axis=0)
+        axial = monitor.axial_state(self.nodes, self.parts, self.beams)[1]
+        return max(float(np.abs(axial).max(initial=0.0)), float(contact.max(initial=0.0)))
 
     def press(self, most: float) -> float:
         """See :meth:`ExplicitModel.press`."""
@@ -170,6 +177,10 @@ class YarnModel(ExplicitModel):
         time = self.beams.fail_time
         broken = np.unique(self.group.chain[np.isfinite(time) & (time > since)])
         return np.flatnonzero(np.isin(self.group.chain, broken))
+
+    def invalid_state(self) -> str:
+        """See :meth:`YarnHealth.invalid_state`."""
+        return self.health.invalid_state()
 
     def diagnose(self, dt: float) -> str:
         """See :class:`YarnHealth`."""

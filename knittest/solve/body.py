@@ -159,28 +159,37 @@ class Body:
 
     def advance(self, duration: float, watch: Callable[["Body"], None] | None = None) -> None:
         """Integrate for ``duration`` [ms]; ``watch`` is called after every chunk of at most 20 steps."""
-        steps = max(round(above(duration, "duration [ms]", equal=True) / self.dt), 1)
-        while steps > 0:
-            chunk = min(self.model.safe_steps(self.dt, CHUNK), steps)
+        left = max(round(above(duration, "duration [ms]", equal=True) / self.dt), 1)
+        while left > 0:
+            chunk = min(self.model.safe_steps(self.dt, CHUNK), left)
             self.step(chunk)
-            steps -= chunk
+            left -= chunk
             if watch is not None:
                 watch(self)
 
     def step(self, steps: int = 1) -> None:
-        """Advance by ``steps`` time steps."""
+        """Advance by ``steps`` time steps, whose mean reactions can be read then; contacts are renewed on the way.
+
+        Raises :class:`NumericalError` for a state that no result can be read from: a collapsed element, a beam under
+        more tension than its sections resist, yarns or sheets that pass each other.
+        """
         if not isinstance(steps, (int, np.integer)) or steps < 1:
             raise InputError(f"steps: {steps!r}; expected a whole number of at least 1")
         going = self.start()
+        left = int(steps)
         with limited(self.threads):
-            going.step(steps)
+            while left > 0:
+                chunk = min(self.model.safe_steps(self.dt, CHUNK), left)
+                going.step(chunk)
+                left -= chunk
         self._read(steps)
+        self._check_state()
 
     def relax(self, must_converge: bool = True, **options: float) -> Relaxation:
         """Find the static state under what acts at the end of all tables; see :func:`knittest.solve.relax.relax`.
 
         Raises :class:`InputError` where a motion does not come to its end, and :class:`NumericalError` for a state that
-        is not at rest after the most steps, unless that may be.
+        is not at rest after the most steps, unless that may be, or as :meth:`step` does.
         """
         moving = self.boundary.still_moving()
         if moving:
@@ -197,7 +206,14 @@ class Body:
                 f"relax: not at rest after {found.steps} steps: residual {found.residual:.2g}; allow more steps "
                 "(most_steps), or look at what moves (must_converge=False)"
             )
+        self._check_state()
         return found
+
+    def _check_state(self) -> None:
+        """Raise :class:`NumericalError` for a state that no result can be read from."""
+        if fault := self.model.invalid_state():
+            what, _, remedy = fault.partition("; ")
+            raise NumericalError(f"{what} at {self.time:.5g} ms; {remedy or 'a smaller safety, or slower motion'}")
 
     def _read(self, steps: int) -> None:
         """Take the means of the last ``steps``."""
@@ -264,8 +280,9 @@ class Body:
             raise InputError("reaction: nothing has been advanced yet")
 
     def energies(self) -> dict[str, float]:
-        """Energies [mJ]: kinetic, internal, contact, hourglass, friction, contact_damping (of free tools too), damping,
-        eroded, external and their balance; and of friction, that of crossings against spin, friction_of_spin.
+        """Energies [mJ]: kinetic, internal, contact, hourglass, friction, contact_damping (of free tools too),
+        contact_recovery (less the energy given to contacts found late), damping, eroded, external and their balance;
+        and of friction, that of crossings against spin, friction_of_spin.
 
         Takes one step, because central differences conserve the kinetic energy of the velocities around an instant.
         """
@@ -283,6 +300,7 @@ class Body:
             "hourglass": stored.hourglass,
             "friction": friction,
             "contact_damping": damped,
+            "contact_recovery": -stored.recovered,
             "damping": self.damping_loss,
             "eroded": eroded,
         }

@@ -37,8 +37,9 @@ AGAIN = 2
 class Relaxation:
     """Account of how a static state was reached.
 
-    ``residual``: sum of out-of-balance forces (and moments over radii of gyration) over that of loads, of reactions
-    where there are none, or of contacts where a model settles. ``history`` holds, a chunk, (steps,
+    ``residual``: sum of out-of-balance forces (and moments over radii of gyration) over that of loads; where there are
+    none over that of reactions, the largest force inside or what rounding makes over the tolerance, whichever is most;
+    over that of contacts where a model settles. ``history`` holds, a chunk, (steps,
     residual, largest move [mm], circular frequency of the slowest mode a step). ``last_chunk``: steps whose reactions
     and forces on tools the tally holds at the end.
     """
@@ -99,13 +100,13 @@ def relax(
             model.press(PRESSED)
             bearing -= 1
         chunk = damped.advance()
-        loads, applied = _acting(model, drive, tally, chunk.steps, at)
+        outside, applied = _acting(model, drive, tally, chunk.steps, at, rounding.noise / tolerance)
         found.add(chunk, applied)
         reach = max(float(np.abs(model.position() - start).max()), 1e-6)
         found.converged = (
             bearing == 0 and found.steps > 4 * CHUNK and found.residual < tolerance and chunk.drift < tolerance * reach
         )
-        found.converged |= rounding.alone(found, chunk.force, loads > 0.0 or applied > rounding.noise)
+        found.converged |= rounding.alone(found, chunk.force, outside > rounding.noise)
     damped.release()
     return found
 
@@ -138,14 +139,21 @@ def _noise(damped: DampedModel, start: Array, dt: float) -> float:
     return ROUNDING * float((damped.model.mass @ arm) @ np.repeat([size, 1.0], 3)) / dt**2
 
 
-def _acting(model: ExplicitModel, drive: Drive, tally: Tally, steps: int, at: float) -> tuple[float, float]:
-    """Sum of the loads [N], and of what the forces out of balance are judged by: loads, reactions in ``steps``, or
-    contacts where the model settles.
+def _acting(
+    model: ExplicitModel, drive: Drive, tally: Tally, steps: int, at: float, least: float
+) -> tuple[float, float]:
+    """Force [N] that acts from outside, and what the forces out of balance are compared with: contacts where the model
+    settles, loads, or without them reactions in ``steps``, the largest force inside, and at ``least`` a force [N].
+
+    A body that is released has reactions that vanish with the forces out of balance. What is left inside it is then
+    the scale, of yarns that hold each other; and of a body that nothing is left in, rounding.
     """
     if at <= 0.0:
-        return 0.0, model.pressing()
-    loads = _applied(drive)
-    return loads, loads or np.abs(tally.reaction.sum(axis=0)).sum() / steps
+        return model.pressing(), model.pressing()
+    if (loads := _applied(drive)) > 0.0:
+        return np.inf, loads
+    reactions = float(np.abs(tally.reaction.sum(axis=0)).sum()) / steps
+    return reactions, max(reactions, model.largest_force(), least)
 
 
 def _applied(drive: Drive) -> float:

@@ -75,10 +75,6 @@ COMMANDS: dict[str, Do] = {
     "knittest forming --variant 1 --scale macro --blank-holder-force 100": Do(
         planned="40 CPU seconds at preset quick, as which the regression runs it; less deep, it is refused"
     ),
-    "knittest forming --variant 1 --scale macro --blank-holder-force 100 "
-    "--set fabric.macro.in_plane_bending.warp=4.2 --set fabric.macro.in_plane_bending.weft=3.47": Do(
-        planned="as the one before, and longer; tests/unit/test_forming_in_plane.py has its model"
-    ),
     "knittest export stl --variant 1 --set rig.blank_holder_force=100 --out tools": Do(),
     "knittest export stl --variant 1 --set rig.stamp.t.bar_length=140 --set rig.blank_holder_force=100": Do(
         "--out {out}"

@@ -24,6 +24,12 @@ def knittest(*arguments, cwd=None, **options):
     return subprocess.run(command, cwd=cwd, env=environment, capture_output=True, text=True, timeout=120, **options)
 
 
+def test_the_package_runs_as_a_module():
+    command = [sys.executable, "-m", "knittest", "--version"]
+    found = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=60)
+    assert (found.returncode, found.stdout, found.stderr) == (0, knittest("--version").stdout, "")
+
+
 def imported_by(*arguments) -> set[str]:
     """Heavy packages that a command imports."""
     code = f"import sys; from knittest.cli.main import run; run({list(arguments)!r}); print('\\n', *sys.modules)"

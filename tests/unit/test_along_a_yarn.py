@@ -155,7 +155,8 @@ def test_a_piece_keeps_a_mark_for_each_yarn_that_it_lies_along():
 def step_of(line: float) -> tuple[float, float]:
     """Step of both parameters towards closest points 0.1 away, of yarns at 60 degrees."""
     offset = (-0.1, -0.05, APART)
-    return plain(closest_step)(*offset, 1.0, 0.0, 0.0, 0.5, 0.75**0.5, 0.0, *np.zeros(8), line)  # type: ignore[no-any-return]
+    s, t = plain(closest_step)(0.5, 0.5, *offset, 1.0, 0.0, 0.0, 0.5, 0.75**0.5, 0.0, *np.zeros(8), line)
+    return 0.5 - s, 0.5 - t
 
 
 def test_each_kind_holds_its_parameter():
@@ -172,13 +173,13 @@ def test_a_held_piece_is_sampled_at_its_middle():
     """0.03 along the other yarn from its middle; the point would run to the apex of the arc, half a piece on."""
     pair = crossed(4.0 * APART, STRAIGHT)
     pair.position[1, :11] += 0.03
-    s, t, *offset = plain(_closest)(*pair.position, 6, 16, FIRST_ALONG, 8)
+    s, t, *offset, _ = plain(_closest)(*pair.position, 6, 16, 0.5, 0.5, FIRST_ALONG, 8)
     assert s == 0.5
     assert t == pytest.approx(0.5 + 0.03 / PIECE, abs=1e-12)
     assert offset[1] == pytest.approx(0.0, abs=1e-12)
-    t_held = plain(_closest)(*pair.position, 6, 16, SECOND_ALONG, 8)[1]
+    t_held = plain(_closest)(*pair.position, 6, 16, 0.5, 0.5, SECOND_ALONG, 8)[1]
     assert t_held == 0.5
-    assert plain(_closest)(*pair.position, 6, 16, POINT, 8)[0] < 0.0
+    assert plain(_closest)(*pair.position, 6, 16, 0.5, 0.5, POINT, 8)[0] < 0.0
 
 
 def contact(line: float, pieces: tuple[int, int], s: float = 0.5, t: float = 0.5) -> Contacts:

@@ -21,13 +21,10 @@ def less_damping(run: FormingRun, share: float) -> str:
 
 
 def held_in_the_plane(run: FormingRun, share: float) -> str:
-    """Yarns that bend in the plane: without, finer shells only fold into finer bands, at more hourglass energy."""
+    """Inlays that bend in the plane: without, finer shells only fold into finer bands, at more hourglass energy."""
     if run.fabric.macro.in_plane_bending is not None:
         return finer_shells(run, share)
-    return (
-        "shells whose yarns do not bend in the plane fold into bands, the finer the more: try "
-        f"{in_plane_bending(run.fabric)}"
-    )
+    return f"shells whose inlays do not bend in the plane fold into bands, the finer the more: {in_plane_bending(run)}"
 
 
 ADVICE: dict[str, Callable[[FormingRun, float], str]] = {

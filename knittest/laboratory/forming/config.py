@@ -5,6 +5,7 @@ from typing import ClassVar, Literal, Self
 from pydantic import Field, model_validator
 
 from knittest.config.base import number
+from knittest.config.derived_bending import with_in_plane_bending, without_in_plane_bending
 from knittest.config.kernel_units import Kernel
 from knittest.config.rigs import Rig, check_friction_order
 from knittest.config.run import Run
@@ -41,6 +42,10 @@ class FormingRig(Rig):
         0.05, "1", "share of the membrane or axial stiffness that is kept: yarns are far from their strength, and the "
         "step grows", gt=0, le=1,
     )  # fmt: skip
+    in_plane_bending: bool = Field(
+        True, description="macro scale: inlays bend in the plane of the shells, as fabric.macro.in_plane_bending "
+        "states, or else as EI of an inlay x inlays per width; false: they do not, and forces fall with the mesh",
+    )  # fmt: skip
     risk_share: float = number(
         0.5, "1", "share of its strength at which a yarn counts as at risk of damage", gt=0, le=1
     )
@@ -61,3 +66,10 @@ class FormingRun(Run):
     """A forming test."""
 
     rig: FormingRig = Field(default_factory=FormingRig)
+
+    def with_derived_numbers(self) -> Self:
+        """The run with the bending of its inlays in the plane of the shells, or without if ``rig`` turns it off."""
+        if self.model.scale != "macro":
+            return self
+        settle = with_in_plane_bending if self.rig.in_plane_bending else without_in_plane_bending
+        return self.model_copy(update={"fabric": settle(self.fabric)})

@@ -65,7 +65,7 @@ def _bundle(fabric: Fabric, direction: Direction) -> Iterator[Counterpart]:
 
 
 def _bending(fabric: Fabric, direction: Direction) -> Iterator[Counterpart]:
-    """Bending out of the plane, and in it where the file says how stiffly."""
+    """Bending out of the plane, and in it where the run has it."""
     yarns = fabric.density_per_mm.of(direction) * fabric.reinforcing.bending_stiffness_n_mm2.of(direction)
     stated = {"bending stiffness": ("bending_stiffness", fabric.macro.bending_stiffness)}
     if fabric.macro.in_plane_bending is not None:

@@ -1,0 +1,78 @@
+"""Forming derives the bending of the inlays in the plane of the shells: EI of an inlay times the inlays per width."""
+
+import pytest
+
+from knittest.config.base import Quantity
+from knittest.config.dumping import dump
+from knittest.config.loading import resolve
+from knittest.config.starting import starting_text
+from knittest.config.unread import unread_note
+from knittest.experiment.row_kind import assumed_inputs
+
+EI = "fabric.reinforcing.bending_stiffness.warp=30"
+
+
+def formed(*sets: str, test: str = "forming", scale: str = "macro", **source):
+    return resolve(test=test, scale=scale, preset="quick", sets=sets, **(source or {"variant": "1"}))
+
+
+def numbers(run) -> tuple[float, float] | None:
+    found = run.fabric.macro.in_plane_bending
+    return None if found is None else (found.warp.value, found.weft.value)
+
+
+@pytest.mark.parametrize(
+    ("variant", "warp", "weft"),
+    [("1", (15.0, 28.0), (12.4, 28.0)), ("2", (28.8, 28.0), (26.2, 41.0))],
+)
+def test_shipped_fabrics_bend_in_the_plane_by_default(variant, warp, weft):
+    """EI [N mm2] times inlays over 100 mm; the source is derived and the reference states the numbers."""
+    run = formed(variant=variant)
+    assert numbers(run) == pytest.approx([ei * density / 100.0 for ei, density in (warp, weft)])
+    found = run.fabric.macro.in_plane_bending.weft
+    assert found.source == "derived"
+    assert f"{weft[0]:g} N mm2" in found.ref and f"weft_density {weft[1]:g} / 100 mm" in found.ref
+    assert found.ref in dump(run)
+
+
+def test_a_new_fabric_bends_in_the_plane_and_says_what_is_assumed_behind_it(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text(starting_text("mine", resolve(variant="1", parameters="as-measured").fabric))
+    run = formed(fabric=path)
+    assert numbers(run) == pytest.approx((18.1 * 0.28, 12.4 * 0.28))
+    assert any(
+        line.startswith("macro.in_plane_bending.warp (from reinforcing.bending_stiffness")
+        for line in assumed_inputs(run)
+    )
+
+
+@pytest.mark.parametrize("change", [EI, "fabric.warp_density=56"])
+def test_the_number_follows_a_changed_yarn_also_in_a_resolved_config(change, tmp_path):
+    more = ["fabric.area_mass=1200"] if "density" in change else []
+    assert numbers(formed(change, *more)) == pytest.approx((8.4, 3.472))
+    path = tmp_path / "config.yaml"
+    path.write_text(dump(formed()))
+    assert resolve(config=path) == formed()
+    assert numbers(resolve(config=path, sets=[change, *more])) == pytest.approx((8.4, 3.472))
+
+
+def test_a_stated_number_stays_and_so_does_an_edited_one(tmp_path):
+    stated = [f"fabric.macro.in_plane_bending.{d}=6" for d in ("warp", "weft")]
+    assert numbers(formed(*stated, EI)) == (6.0, 6.0)
+    path = tmp_path / "config.yaml"
+    path.write_text(dump(formed()).replace("value: 4.2\n", "value: 6.0\n", 1))
+    found = resolve(config=path).fabric.macro.in_plane_bending.warp
+    assert isinstance(found, Quantity) and found.value == 6.0
+
+
+def test_the_switch_turns_it_off_and_other_tests_and_yarns_have_none():
+    assert numbers(formed("rig.in_plane_bending=false")) is None
+    assert numbers(formed(scale="meso")) is None
+    for test in ("tensile", "bias-extension", "picture-frame", "biaxial"):
+        assert numbers(formed(test=test)) is None
+    assert numbers(formed(variant="cao2008-weave")) is None
+
+
+def test_a_changed_yarn_is_read_by_bending_in_the_plane_alone():
+    assert unread_note(formed(EI)).startswith("but for bending in the plane shells do not read fabric.reinforcing")
+    assert unread_note(formed(EI, "rig.in_plane_bending=false")).startswith("shells do not read fabric.reinforcing")
