@@ -18,16 +18,15 @@ NEAR = 0.5
 class SolverGate:
     """Gate on a number of :class:`Quality`, and of summary.json, by ``key``, times ``scale`` [%].
 
-    ``limit`` is the solver's field that bounds it; ``only``, where it is not for all, a scale, ``own`` for tests whose
-    record names it, or ``hidden`` for yarns that have no overlap without force to begin with (settled ones), or lose
-    contacts by it (elliptic sections).
+    ``limit`` is the solver's field that bounds it; ``only``, where it is not for all, a scale, or ``own`` for tests
+    whose record names it.
     """
 
     label: str
     key: str
     limit: str
     scale: float = 100.0
-    only: Literal["", "macro", "meso", "own", "hidden"] = ""
+    only: Literal["", "macro", "meso", "own"] = ""
 
     def value(self, quality: Quality) -> float:
         """Value in a run [%]."""
@@ -37,10 +36,6 @@ class SolverGate:
         """Tell whether it means something in ``run``."""
         if self.only == "own":
             return self.key in kinds()[run.rig.kind].gates
-        if self.only == "hidden":
-            return run.model.scale == "meso" and (
-                run.fabric.knitting.settled or run.fabric.reinforcing.section is not None
-            )
         return self.only in ("", run.model.scale)
 
 
@@ -54,7 +49,7 @@ GATES = (
     HOURGLASS,
     SolverGate("penetration over radius", "penetration_over_radius_max", "max_penetration"),
     SolverGate("overlap of yarns at the start", "overlap_at_start", "max_overlap"),
-    SolverGate("overlap of yarns that carries no force", "force_free_overlap_max", "max_force_free", only="hidden"),
+    SolverGate("overlap of yarns that carries no force", "force_free_overlap_max", "max_force_free", only="meso"),
     SolverGate("added mass", "added_mass_pct", "max_added_mass", scale=1.0),
     SolverGate("sheared beyond the end of the law", "beyond_law", "max_beyond_law", only="macro"),
     SolverGate("drag of damping over weight and holder's force", "drag_over_weight", "max_drag", only="own"),

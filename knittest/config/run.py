@@ -79,8 +79,7 @@ class Solver(Strict):
     max_force_free: float = number(
         10.0,
         "%",
-        "force-free overlap over radius, of yarns settled before their test or with elliptic inlays, above which "
-        "comparison is refused",
+        "overlap of yarns that carries no force, over radius, above which comparison is refused",
         gt=0,
         le=100,
     )

@@ -8,9 +8,6 @@ import numpy as np
 from numba import njit
 
 from knittest.kernels.contact import (
-    FIRST_END,
-    LAST_END,
-    POINT,
     closest_step,
     contact_force,
     elastic_force,
@@ -131,20 +128,16 @@ def _evaluate(count, law, oval, inv_dt, w):
         # surfaces touch at a point between the centre-lines: they turn with their yarns about its arms
         hx, hy, hz = 0.5 * (gx + w[GX + m]), 0.5 * (gy + w[GY + m]), 0.5 * (gz + w[GZ + m])
         dx, dy, dz = mx - (ry * hz - rz * hy), my - (rz * hx - rx * hz), mz - (rx * hy - ry * hx)
-        # pieces side by side end with their yarns; a point goes round the end
-        on_yarns = 1.0
-        if w[LINE + m] != POINT:
-            on_yarns = 1.0 if (s > FIRST_END) & (s < LAST_END) & (t > FIRST_END) & (t < LAST_END) else 0.0
         # what the yarns close themselves, along the mean normal of the step: a slide is none, to third order
         far, near = np.sqrt(w[GX + m] ** 2 + w[GY + m] ** 2 + w[GZ + m] ** 2), np.sqrt(gx * gx + gy * gy + gz * gz)
         before = (mx * w[GX + m] + my * w[GY + m] + mz * w[GZ + m]) / max(far, 1e-9)
         closing = -0.5 * (before + (mx * gx + my * gy + mz * gz) / max(near, 1e-9))
         # no other depth: closest points that jump along a hook would make energy
-        depth = max(w[REACH + m] - far + closing, 0.0) * on_yarns
+        depth = max(w[REACH + m] - far + closing, 0.0)
         pressed, elastic = w[PRESSED + m], elastic_force(w[REACH + m] - far, law)
         w[REACH + m] = min(w[REACH + m], depth + near)
         fx, fy, fz, ex, ey, ez, slips, lost, resists = contact_force(
-            gx, gy, gz, closing, w[REACH + m] * on_yarns, ex, ey, ez, dx, dy, dz,
+            gx, gy, gz, closing, w[REACH + m], ex, ey, ez, dx, dy, dz,
             w[SLIPPING + m], law, inv_dt,
         )  # fmt: skip
         w[S + m], w[T + m] = s, t

@@ -5,11 +5,13 @@
 
 from numba import njit
 
-from knittest.kernels.contact import BESIDE, POINT, SECOND_ALONG
+from knittest.kernels.contact import BESIDE, FIRST_ALONG, POINT, SECOND_ALONG
 from knittest.kernels.options import PART
 
 #: distance along both yarns [elements] within which a found crossing is the tracked one
 SAME = 0.9
+#: the same along a yarn that is held there: at the middles of pieces, and where one begins or its yarn ends
+HELD = 0.25
 
 
 @njit(**PART)
@@ -25,6 +27,8 @@ def tracked(contacts, lists, chain, place, near):
     """Number of the contact of the kind within ``near`` elements of ``place``, pieces i, j at s, t and kind, or -1."""
     head, following = lists
     i, j, s, t, line = place
+    near_first = HELD if line == FIRST_ALONG else near
+    near_second = HELD if line == SECOND_ALONG else near
     for first in range(max(i - 1, 0), min(i + 2, chain.size)):
         c = head[first]
         while c >= 0:
@@ -32,8 +36,8 @@ def tracked(contacts, lists, chain, place, near):
                 contacts.line[c] == line
                 and chain[contacts.piece[0, c]] == chain[i]
                 and chain[contacts.piece[1, c]] == chain[j]
-                and abs(contacts.piece[0, c] + contacts.parameter[0, c] - i - s) < near
-                and abs(contacts.piece[1, c] + contacts.parameter[1, c] - j - t) < near
+                and abs(contacts.piece[0, c] + contacts.parameter[0, c] - i - s) < near_first
+                and abs(contacts.piece[1, c] + contacts.parameter[1, c] - j - t) < near_second
             ):
                 return c
             c = following[c]

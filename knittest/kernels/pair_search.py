@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit, prange
 
 from knittest.kernels.along import held_kind
-from knittest.kernels.contact import BESIDE, FIRST_END, LAST_END, POINT, closest_step
+from knittest.kernels.contact import BESIDE, FIRST_ALONG, FIRST_END, LAST_END, POINT, closest_step
 from knittest.kernels.grid import ROWS, place_of, row_near
 from knittest.kernels.options import ALLOCATING, INLINE, KERNEL, PARALLEL, PART, PARTITIONS
 from knittest.kernels.rows import rows3, rows4
@@ -24,8 +24,12 @@ NEWTON_STEPS, BEYOND = 4, 1e-3
 CONVERGED, MOST_STEPS = 1e-4, 40
 #: the same where one parameter is held, whose copies in a periodic cell shall be found on the same pieces, and at ends
 HELD_STEPS, HELD_BEYOND = 8, 1e-9
-#: parameters at which pieces side by side are found, and where one parameter is held
-WITHIN, HELD_WITHIN = (0.0, 1.0), (-HELD_BEYOND, 1.0 + HELD_BEYOND)
+#: parameters at which pieces side by side are found
+WITHIN = (0.0, 1.0)
+#: rise of the distance to both sides, over the smaller radius, from which a yarn along another is held between middles
+DIPS = 0.1
+#: distance along both yarns [elements] from which on two places of a piece at the end of a yarn are two
+APART = 0.3
 
 
 class Cells(NamedTuple):
@@ -152,6 +156,90 @@ def stretch_of(parameters):
     return 2.0 if parameters[0] == FIRST_END or parameters[1] == LAST_END else 1.0
 
 
+@njit(**INLINE)
+def _rise(distance2, slope, curvature, tangent2, along2, radius):
+    """Tell whether the distance rises by :data:`DIPS` radii half an element on, from the second-order expansion."""
+    second = tangent2 + curvature - along2
+    return sqrt(max(distance2 + slope + 0.25 * second, 0.0)) > sqrt(distance2) + DIPS * radius
+
+
+@njit(**PART)
+def _dips(x, y, z, own, other, at, wx, wy, wz, radius):
+    """Tell whether piece ``own`` is nearer to the piece ``other``, at its parameter ``at``, where it begins than at the
+    middles before and after, at which it is held.
+
+    ``w`` offset from ``other`` [mm]. A coarse yarn that snaps round another may come through between two middles.
+    """
+    _, _, _, ux, uy, uz, ax, ay, az = piece(x, y, z, own)
+    _, _, _, _, _, _, bx, by, bz = piece(x, y, z, own - 1)
+    _, _, _, vx, vy, vz, qx, qy, qz = piece(x, y, z, other)
+    vx, vy, vz = vx + 2.0 * at * qx, vy + 2.0 * at * qy, vz + 2.0 * at * qz
+    vv = vx * vx + vy * vy + vz * vz
+    uv = ux * vx + uy * vy + uz * vz
+    along2 = uv * uv / max(vv - 2.0 * (wx * qx + wy * qy + wz * qz), 0.5 * vv)
+    distance2, slope, uu = wx * wx + wy * wy + wz * wz, wx * ux + wy * uy + wz * uz, ux * ux + uy * uy + uz * uz
+    ahead = _rise(distance2, slope, 2.0 * (wx * ax + wy * ay + wz * az), uu, along2, radius)
+    return ahead and _rise(distance2, -slope, 2.0 * (wx * bx + wy * by + wz * bz), uu, along2, radius)
+
+
+@njit(**INLINE)
+def tip_of(parameters):
+    """Parameter of the last node of a piece at an end of its yarn, by :func:`reach_of`; else that of its middle."""
+    if parameters[0] == FIRST_END:
+        return FIRST_END
+    return LAST_END if parameters[1] == LAST_END else 0.5
+
+
+@njit(**INLINE)
+def _limits_of(line, parameters):
+    """Least and largest parameter at which a contact of the kind ``line`` is found, from those by :func:`reach_of`."""
+    if line == POINT:
+        return parameters
+    if line == BESIDE:
+        return WITHIN
+    first = FIRST_END if parameters[0] == FIRST_END else -HELD_BEYOND
+    return first, LAST_END if parameters[1] == LAST_END else 1.0 + HELD_BEYOND
+
+
+@njit(**PART)
+def _first_place(x, y, z, i, j, held, at_end):
+    """Closest points of pieces i and j from their middles on: (s, t, offset (3), kind); ``held`` by their marks.
+
+    Where a yarn ends (``at_end``) pieces that are not side by side are one at a point, which has its place sought.
+    """
+    if held != POINT:
+        s, t, wx, wy, wz, _ = _closest(x, y, z, i, j, 0.5, 0.5, held, HELD_STEPS)
+        return s, t, wx, wy, wz, held
+    s, t, wx, wy, wz, line = crossing(x, y, z, i, j)
+    if at_end and not (line != POINT and s >= 0.0 and s <= 1.0 and t >= 0.0 and t <= 1.0):
+        s, t, wx, wy, wz, _ = _closest(x, y, z, i, j, s, t, POINT, HELD_STEPS)
+        line = POINT
+    return s, t, wx, wy, wz, line
+
+
+@njit(**PART)
+def _second_place(x, y, z, i, j, line, tips, first, radius):
+    """Another place where pieces i and j are near: (s, t, offset (3)), s is nan where there is none.
+
+    Looked for from the ``tips`` of the pieces, as a piece at an end is long enough to be near in two places. A piece
+    that is held is held also where its yarn ends, and where it begins if it is nearer there (:func:`_dips`).
+    """
+    if line == POINT:
+        s, t, wx, wy, wz, _ = _closest(x, y, z, i, j, tips[0], tips[1], POINT, HELD_STEPS)
+        same = abs(s - first[0]) < APART and abs(t - first[1]) < APART
+        return nan if same else s, t, wx, wy, wz
+    holds_first = line == FIRST_ALONG
+    own, other, tip = (i, j, tips[0]) if holds_first else (j, i, tips[1])
+    held = 0.0 if tip == 0.5 else tip
+    s, t = (held, 0.5) if holds_first else (0.5, held)
+    s, t, wx, wy, wz, _ = _closest(x, y, z, i, j, s, t, line, HELD_STEPS)
+    if held == 0.0:
+        sign, at = (1.0, t) if holds_first else (-1.0, s)
+        if not _dips(x, y, z, own, other, at, sign * wx, sign * wy, sign * wz, radius):
+            s = nan
+    return s, t, wx, wy, wz
+
+
 @njit(**ALLOCATING)
 def _by_cell(position, pieces, alive, cells):
     """Position and extent [mm] of the pieces in the order of the cells, (4, n): a cell's are neighbours there."""
@@ -199,27 +287,23 @@ def _pairs_of(first, last, position, pieces, alive, moved, cells, by_cell, skin,
                 of_i, of_j = reach_of(i, alive, pieces), reach_of(j, alive, pieces)
                 if _apart(x, y, z, i, j, 0.5 * stretch_of(of_i), 0.5 * stretch_of(of_j), gap):
                     continue
-                line = held_kind(i, j, pieces)
-                if line == POINT:
-                    s, t, wx, wy, wz, line = crossing(x, y, z, i, j)
-                    at_end = stretch_of(of_i) + stretch_of(of_j) > 2.0
-                    if at_end and not (line != POINT and s >= 0.0 and s <= 1.0 and t >= 0.0 and t <= 1.0):
-                        s, t, wx, wy, wz, _ = _closest(x, y, z, i, j, s, t, POINT, HELD_STEPS)
-                        line = POINT
-                    elif line != POINT:
-                        of_i, of_j = WITHIN, WITHIN
-                else:
-                    s, t, wx, wy, wz, _ = _closest(x, y, z, i, j, 0.5, 0.5, line, HELD_STEPS)
-                    of_i, of_j = HELD_WITHIN, HELD_WITHIN
-                # found twice, a crossing is tracked once
-                inside = s >= of_i[0] and s <= of_i[1] and t >= of_j[0] and t <= of_j[1]
-                if not inside or wx * wx + wy * wy + wz * wz > gap * gap:
-                    continue
-                if found < pairs.shape[0]:
-                    pairs[found, 0], pairs[found, 1] = i, j
-                    places[found, 0], places[found, 1], places[found, 5] = s, t, line
-                    places[found, 2], places[found, 3], places[found, 4] = wx, wy, wz
-                found += 1
+                tips = tip_of(of_i), tip_of(of_j)
+                at_end = tips[0] != 0.5 or tips[1] != 0.5
+                s, t, wx, wy, wz, line = _first_place(x, y, z, i, j, held_kind(i, j, pieces), at_end)
+                of_i, of_j = _limits_of(line, of_i), _limits_of(line, of_j)
+                for number in range(2 if line >= FIRST_ALONG or (line == POINT and at_end) else 1):
+                    if number == 1:
+                        least = min(radius[i], radius[j])
+                        s, t, wx, wy, wz = _second_place(x, y, z, i, j, line, tips, (s, t), least)
+                    # found twice, a crossing is tracked once
+                    inside = s >= of_i[0] and s <= of_i[1] and t >= of_j[0] and t <= of_j[1]
+                    if not inside or wx * wx + wy * wy + wz * wz > gap * gap:
+                        continue
+                    if found < pairs.shape[0]:
+                        pairs[found, 0], pairs[found, 1] = i, j
+                        places[found, 0], places[found, 1], places[found, 5] = s, t, line
+                        places[found, 2], places[found, 3], places[found, 4] = wx, wy, wz
+                    found += 1
     return found
 
 

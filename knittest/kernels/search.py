@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 
 from knittest.kernels.along import is_other_kind
-from knittest.kernels.contact import FIRST_ALONG, FIRST_END, LAST_END, POINT, penalty, tangent_of
+from knittest.kernels.contact import FIRST_ALONG, FIRST_END, LAST_END, POINT, SECOND_ALONG, penalty, tangent_of
 from knittest.kernels.heirs import SAME, predecessor, push, tracked
 from knittest.kernels.options import ALLOCATING, KERNEL, PART, U
 from knittest.kernels.pair_search import converged, reach_of
@@ -99,9 +99,12 @@ def _gap(contacts, c):
 
 
 @njit(**PART)
-def _is_looked_for(i, j, line, moved, pieces):
-    """Tell whether a contact of the kind ``line`` is no longer one, or found anew: those held at a piece that moved."""
-    return is_other_kind(line, i, j, pieces) or (line != POINT and (moved[i] or moved[j]))
+def _is_looked_for(i, j, s, t, line, moved, pieces):
+    """Tell whether a contact of the kind ``line`` is no longer one, or found anew: those held at the middle of a piece
+    that moved.
+    """
+    held = t if line == SECOND_ALONG else s
+    return is_other_kind(line, i, j, pieces) or (line != POINT and held == 0.5 and (moved[i] or moved[j]))
 
 
 @njit(**PART)
@@ -122,10 +125,10 @@ def keep_contacts(old, count, radius, pieces, alive, moved, skin, new, lists, ta
     for c in range(count):
         s, t = old.parameter[0, c], old.parameter[1, c]
         i, j, line = old.piece[0, c], old.piece[1, c], old.line[c]
-        if _is_looked_for(i, j, line, moved, pieces):
+        if _is_looked_for(i, j, s, t, line, moved, pieces):
             continue
         beyond = s <= FIRST_END or s >= LAST_END or t <= FIRST_END or t >= LAST_END
-        if beyond and (line != POINT or not _is_on(s, reach_of(i, alive, pieces), t, reach_of(j, alive, pieces))):
+        if beyond and not _is_on(s, reach_of(i, alive, pieces), t, reach_of(j, alive, pieces)):
             continue
         if alive[i - 1] * alive[i] * alive[j - 1] * alive[j] == 0.0:
             continue
@@ -281,6 +284,9 @@ def find_contacts(
                     _look_back(needed, position, new)
                     if new.excess.size > 0:
                         _add_sections(place, elliptic, new, needed)
+                    if line >= FIRST_ALONG and (t if line == SECOND_ALONG else s) != 0.5:
+                        beside = (i, j, s, 0.5, line) if line == SECOND_ALONG else (i, j, 0.5, t, line)
+                        same = tracked(new, lists, chain, beside, SAME)
                     if same >= 0:
                         _share_depth(same, needed, touch, new)
                 push(new, needed, lists)

@@ -115,18 +115,8 @@ def _judged(run: Run, quality: Quality, beyond: BeyondLaw, rest: Rest | None) ->
             quality = quality.warning(beyond.stated)
         else:
             quality = by_gate(run, quality, gate, beyond, rest)
-    quality = quality.warning(*_sunk(run, quality), *(rest.warnings if rest else ()))
+    quality = quality.warning(*(rest.warnings if rest else ()))
     return replace(quality, quasi_static=100.0 * quality.ke_over_ie_max <= run.solver.max_kinetic_ratio)
-
-
-def _sunk(run: Run, quality: Quality) -> Iterator[str]:
-    """Warning of yarns that lie in each other without a force, where no gate refuses that."""
-    share, limit = 100.0 * quality.force_free_overlap_max, run.solver.max_force_free
-    if not share <= limit and not any(gate.key == "force_free_overlap_max" for gate in gates_of(run)):
-        yield (
-            f"yarns lie in each other by up to {share:.0f} % of a radius without a force (contacts.csv), settled "
-            f"ones may by {limit:g} %: the fabric is thinner than it should be, its forces may be low"
-        )
 
 
 def by_gate(

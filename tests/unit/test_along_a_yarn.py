@@ -238,7 +238,7 @@ def test_contacts_that_are_no_longer_what_they_were_are_looked_for_anew(line, ma
     pair = crossed(APART, STRAIGHT)
     if marked:
         pair.found()
-    assert bool(plain(_is_looked_for)(*pair.middle, line, np.full(22, moved), pair.pieces)) is looked_for
+    assert bool(plain(_is_looked_for)(*pair.middle, 0.5, 0.5, line, np.full(22, moved), pair.pieces)) is looked_for
 
 
 def test_tracked_contacts_mark_as_found_ones_do():
