@@ -5,14 +5,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.tooling.height_map import PROUD, touching
+from knittest.tooling.height_map import CELLS, PROUD, touching
 from knittest.tooling.toolset import RigidTool, ToolSet
 
 Array = NDArray[np.float64]
 Place = tuple[float, float, float]
 
-#: positions of the stamp along its stroke at which clearances are measured
-POSITIONS = 9
+#: positions of the stamp along its stroke at which clearances are measured; number of points at each whose distance is
+#: taken from triangles, where samples of it are smallest
+POSITIONS, NEAREST = 9, 20
 #: distance in plan [mm] from the box round the stamp within which clearances are measured
 NEAR = 30.0
 #: share of the stamp's section that must lie between walls of die and holder; share of the depth it must enter
@@ -75,8 +76,8 @@ class Stroke:
 def measure_fit(tools: ToolSet, stroke: Stroke) -> Fit:
     """Fit of ``tools`` during the ``stroke``."""
     plan = _Plan(tools, stroke)
-    die = smallest_clearance(tools.stamp, tools.die, stroke.depth)
-    holder = None if tools.holder is None else smallest_clearance(tools.stamp, tools.holder, stroke.depth)
+    die = smallest_clearance(tools.stamp, tools.die, stroke)
+    holder = None if tools.holder is None else smallest_clearance(tools.stamp, tools.holder, stroke)
     problems = [*plan.problems(), *_too_narrow(die, holder, stroke.thickness)]
     inverted = plan.upside_down()
     stated = [name for name in inverted if getattr(tools.by_name[name].stl, "rotation", None) is not None]
@@ -85,44 +86,50 @@ def measure_fit(tools: ToolSet, stroke: Stroke) -> Fit:
     return Fit(plan.depth, stroke.depth, stroke.thickness, die, holder, tuple(problems), doubts)
 
 
-def filled_share(tools: ToolSet, stroke: Stroke) -> float:
+def filled_share(tools: ToolSet, stroke: Stroke, cells: int) -> float:
     """Share of the die's opening that the stamp fills, 0 where height maps rule the ``stroke`` out: without distances.
+
+    Edges are looked at only on maps of :data:`CELLS` cells.
     """
-    plan = _Plan(tools, stroke)
-    return 0.0 if plan.problems() or plan.upside_down() else plan.filled
+    plan = _Plan(tools, stroke, cells)
+    return 0.0 if plan.problems() or (cells == CELLS and plan.upside_down()) else plan.filled
 
 
-def smallest_clearance(stamp: RigidTool, other: RigidTool, depth: float) -> Clearance:
-    """Smallest distance between ``stamp`` and ``other`` while the stamp moves down by ``depth`` [mm]."""
-    found, top = [], float(other.solid.points[:, 2].max())
-    around = _beside(other.asked, stamp.asked)
-    for travel in np.linspace(depth, 0.0, POSITIONS):
+def smallest_clearance(stamp: RigidTool, other: RigidTool, stroke: Stroke) -> Clearance:
+    """Smallest distance over the blank between ``stamp`` and ``other`` while the stamp moves down."""
+    found, top, half = [], float(other.solid.points[:, 2].max()), 0.5 * np.array(stroke.blank)
+    own = _within(stamp.asked, -half, half)
+    low, high = own[:, :2].min(axis=0) - NEAR, own[:, :2].max(axis=0) + NEAR
+    around = _within(other.asked, np.maximum(low, -half), np.minimum(high, half))
+    for travel in np.linspace(stroke.depth, 0.0, POSITIONS):
         down = np.array([0.0, 0.0, travel])
-        moved = stamp.asked - down
+        moved = own - down
         if other.exact is not None:  # its wall has no end for the kernel, but its mesh has
             moved = moved[moved[:, 2] <= top]
-        for points, distance in ((moved, other.distance(moved)), (around, stamp.distance(around + down))):
+        for tool, points, lift in ((other, moved, 0.0 * down), (stamp, around, down)):
             if len(points):
+                points = points[np.argsort(tool.distance(points + lift))[:NEAREST]]
+                distance = tool.exact_distance(points + lift)
                 k = int(distance.argmin())
                 x, y, z = (float(value) for value in points[k])
                 found.append(Clearance(float(distance[k]), (x, y, z), float(travel)))
     return min(found, key=lambda clearance: clearance.size)
 
 
-def _beside(points: Array, stamp: Array) -> Array:
-    """The ``points`` (n, 3) above, below and near the ``stamp`` in plan; all where there are none."""
-    low, high = stamp[:, :2].min(axis=0) - NEAR, stamp[:, :2].max(axis=0) + NEAR
-    near = ((points[:, :2] > low) & (points[:, :2] < high)).all(axis=1)
-    return points[near] if near.any() else points
+def _within(points: Array, low: Array, high: Array) -> Array:
+    """The ``points`` (n, 3) between ``low`` and ``high`` (2,) in plan; all where there are none."""
+    inside = ((points[:, :2] >= low) & (points[:, :2] <= high)).all(axis=1)
+    return points[inside] if inside.any() else points
 
 
 class _Plan:
     """Tools as their height maps show them; heights of stamp and holder are counted downwards."""
 
-    def __init__(self, tools: ToolSet, stroke: Stroke) -> None:
+    def __init__(self, tools: ToolSet, stroke: Stroke, cells: int = CELLS) -> None:
         self.tools, self.stroke = tools, stroke
-        self.stamp, self.die = tools.stamp.seen(stroke.blank, below=True), tools.die.seen(stroke.blank)
-        self.holder = None if tools.holder is None else tools.holder.seen(stroke.blank, below=True)
+        self.stamp = tools.stamp.seen(stroke.blank, below=True, cells=cells)
+        self.die = tools.die.seen(stroke.blank, cells=cells)
+        self.holder = None if tools.holder is None else tools.holder.seen(stroke.blank, below=True, cells=cells)
         #: cells in which the stamp comes to lie below the die's face
         self.entering = self.stamp.there & (self.stamp.height + stroke.depth > -self.die.face)
         self.between = np.isfinite(self.die.rim()) & self.entering
@@ -132,7 +139,8 @@ class _Plan:
         """Depth [mm] by which fabric under the stamp lies in the die's opening at the end; 0 beside an opening."""
         if not self._within_walls(self.between):
             return 0.0
-        lowest = float(self.tools.stamp.solid.points[:, 2].min()) - self.stroke.depth
+        half = 0.5 * np.array(self.stroke.blank)
+        lowest = float(_within(self.tools.stamp.solid.points, -half, half)[:, 2].min()) - self.stroke.depth
         rim = float(self.die.rim()[self.between].max())
         return max(rim - (lowest - self.stroke.thickness), 0.0)
 

@@ -32,10 +32,12 @@ class HeightMap:
     cell: float
 
     @classmethod
-    def of(cls, body: TriangleMesh, blank: tuple[float, float], *, below: bool = False) -> "HeightMap":
+    def of(
+        cls, body: TriangleMesh, blank: tuple[float, float], *, below: bool = False, cells: int = CELLS
+    ) -> "HeightMap":
         """Map of ``body`` within a ``blank`` (lengths along x and y [mm]) about the origin, from above or ``below``."""
         x, y = 0.5 * blank[0], 0.5 * blank[1]
-        cell = max(blank) / CELLS
+        cell = max(blank) / cells
         corners = body.corners * np.array([1.0, 1.0, -1.0 if below else 1.0])
         return cls(nearest(corners, View(-x, x, -y, y, cell))[0], cell)
 

@@ -10,12 +10,13 @@ from scipy.spatial.transform import Rotation
 from knittest.base.errors import InputError
 from knittest.config.tools import StlTool
 from knittest.tooling.fit import Stroke, filled_share, measure_fit
+from knittest.tooling.height_map import CELLS
 from knittest.tooling.toolset import RigidTool, ToolSet
 
 Degrees = tuple[float, float, float]
 
-#: coarsest grid [mm] on which candidates are sampled first; those that fit are sampled as the user has it
-COARSE = 3.0
+#: finest grid [mm] on which candidates are sampled, and cells of their height maps
+COARSE, FEW_CELLS = 3.0, 60
 #: other units of a file: metres, inches, centimetres and their inverses
 SCALES = (1000.0, 25.4, 10.0, 0.1, 1.0 / 25.4, 0.001)
 #: smallest distance [mm] of the middle of a file from that of the blank that is worth a change
@@ -80,7 +81,7 @@ class _Search:
 
     def ranked(self, changes: list[Change]) -> list[Change]:
         """Those of ``changes`` that height maps allow, the best filled opening first, the plainest of equals first."""
-        filled = [(self._filled(change), k) for k, change in enumerate(changes)]
+        filled = [(self._filled(change, FEW_CELLS), k) for k, change in enumerate(changes)]
         return [changes[k] for share, k in sorted(filled, key=lambda pair: (-round(pair[0], 2), pair[1])) if share > 0.0]
 
     def centred(self) -> Iterator[Change]:
@@ -105,28 +106,25 @@ class _Search:
                 yield Change({name: {"scale": self.files[name].scale * scale} for name in names})
 
     def fits(self, change: Change) -> bool:
-        """Tell whether the tools fit with ``change``: on a coarse grid, then on the user's."""
+        """Tell whether the tools fit with ``change``, on a coarse grid."""
         try:
-            for coarsely in (True, False):
-                found = self._set(change, coarsely)
-                if found is None or measure_fit(found, self.stroke).problems:
-                    return False
+            tools = self._set(change)
+            return tools is not None and self._filled(change, CELLS) > 0.0 and not measure_fit(tools, self.stroke).problems
         except InputError:  # a body that cannot be sampled as it lies
             return False
-        return True
 
-    def _filled(self, change: Change) -> float:
-        found = self._set(change, coarsely=True)
-        return 0.0 if found is None else filled_share(found, self.stroke)
+    def _filled(self, change: Change, cells: int) -> float:
+        tools = self._set(change)
+        return 0.0 if tools is None else filled_share(tools, self.stroke, cells)
 
     def _groups(self) -> list[tuple[str, ...]]:
         names = list(self.files)
         return [group for size in range(1, len(names) + 1) for group in combinations(names, size)]
 
-    def _set(self, change: Change, coarsely: bool) -> ToolSet | None:
+    def _set(self, change: Change) -> ToolSet | None:
         made = {}
         for name, fields in change.fields.items():
-            spacing = max(self.files[name].spacing, COARSE) if coarsely else self.files[name].spacing
+            spacing = max(self.files[name].spacing, COARSE)
             tool = self._made(name, self.files[name].model_copy(update={**fields, "spacing": spacing}))
             if tool is None:
                 return None

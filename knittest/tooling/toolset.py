@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 from knittest.base.errors import InputError
 from knittest.config.base import BoundsError
 from knittest.config.tools import FLAT, Die, Holder, Opening, Stamp, StlTool, check_fit, opening_offset
+from knittest.models.surface import distances
 from knittest.models.tool import Tool
 from knittest.models.triangle_mesh import TriangleMesh
 from knittest.tooling.from_stl import Placement, sampled_distance, stl_body, stl_tool
-from knittest.tooling.height_map import HeightMap
+from knittest.tooling.height_map import CELLS, HeightMap
 from knittest.tooling.outline import rectangle
 from knittest.tooling.shapes import stamp_edge, stamp_outline
 from knittest.tooling.swept import SweptEdge
@@ -55,6 +56,14 @@ class RigidTool:
         """Signed distance [mm] of ``points`` (n, 3): exact for a tool by dimensions, sampled for one from a file."""
         return sampled_distance(self.tool, points) if self.exact is None else self.exact(points)
 
+    def exact_distance(self, points: Array) -> Array:
+        """Signed distance [mm] of a few ``points`` (n, 3); for a tool from a file, from its triangles."""
+        found = self.distance(points)
+        if self.stl is None:
+            return found
+        near = distances(self.solid.corners, points, np.abs(found) + 2.0 * self.stl.spacing)
+        return np.copysign(np.minimum(near, np.abs(found)), found)
+
     @cached_property
     def asked(self) -> Array:
         """Points of its surface [mm], (n, 3), that stand for it where a gap is asked for."""
@@ -64,12 +73,12 @@ class RigidTool:
         _, first = np.unique(np.floor(points / (0.5 * BETWEEN)).astype(np.int64) @ CUBES, return_index=True)
         return points[first]
 
-    def seen(self, blank: tuple[float, float], *, below: bool = False) -> HeightMap:
+    def seen(self, blank: tuple[float, float], *, below: bool = False, cells: int = CELLS) -> HeightMap:
         """Height map over the ``blank`` of its upper side, or of its lower side with heights counted downwards."""
-        known: dict[tuple[object, bool], HeightMap] = self.__dict__.setdefault("_known_maps", {})
-        if (blank, below) not in known:
-            known[blank, below] = HeightMap.of(self.solid, blank, below=below)
-        return known[blank, below]
+        known: dict[tuple[object, ...], HeightMap] = self.__dict__.setdefault("_known_maps", {})
+        if (blank, below, cells) not in known:
+            known[blank, below, cells] = HeightMap.of(self.solid, blank, below=below, cells=cells)
+        return known[blank, below, cells]
 
     def changed(self, **fields: object) -> "RigidTool":
         """Tool from the same file with other ``fields`` of its :class:`StlTool`."""
