@@ -78,6 +78,6 @@ def _check_extent(path: Path, mesh: TriangleMesh, place: Placement) -> None:
     extent, blank = float(np.ptp(mesh.points, axis=0).max()), max(place.blank)
     if not SMALLEST * blank <= extent <= LARGEST * blank:
         raise InputError(
-            f"{path}: {extent:.3g} mm across on a blank of {blank:g} mm; another unit? scale: 25.4 for inches, 1000 "
-            f"for metres, 0.001 for micrometres"
+            f"{path}: {extent:.3g} mm across on a blank of {blank:g} mm; another unit? scale: 10 for centimetres, "
+            f"25.4 for inches, 1000 for metres, 0.001 for micrometres"
         )

@@ -62,7 +62,7 @@ class RigidTool:
         if self.stl is None:
             return found
         near = distances(self.solid.corners, points, np.abs(found) + 2.0 * self.stl.spacing)
-        return np.copysign(np.minimum(near, np.abs(found)), found)
+        return np.copysign(np.where(np.isfinite(near), near, np.abs(found)), found)
 
     @cached_property
     def asked(self) -> Array:
