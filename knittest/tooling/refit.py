@@ -40,9 +40,12 @@ class Change:
 
 
 def axis_rotations() -> list[Degrees]:
-    """The 24 rotations that turn axes into axes, as angles about x, y and z [deg]; the plainest first."""
+    """The 24 rotations that turn axes into axes, as angles about x, y and z [deg]; those about x alone first."""
     found: dict[bytes, Degrees] = {}
-    angles = sorted(product((0.0, 90.0, -90.0, 180.0), repeat=3), key=lambda a: (np.count_nonzero(a), np.abs(a).sum()))
+    angles = sorted(
+        product((0.0, 90.0, -90.0, 180.0), repeat=3),
+        key=lambda a: (np.count_nonzero(a), np.abs(a).sum(), abs(a[2]), abs(a[1])),
+    )
     for x, y, z in angles:
         matrix = np.round(Rotation.from_euler("xyz", (x, y, z), degrees=True).as_matrix()).astype(np.int8)
         found.setdefault(matrix.tobytes(), (x, y, z))
@@ -82,7 +85,7 @@ class _Search:
     def ranked(self, changes: list[Change]) -> list[Change]:
         """Those of ``changes`` that height maps allow, the best filled opening first, the plainest of equals first."""
         filled = [(self._filled(change, FEW_CELLS), k) for k, change in enumerate(changes)]
-        return [changes[k] for share, k in sorted(filled, key=lambda pair: (-round(pair[0], 2), pair[1])) if share > 0.0]
+        return [changes[k] for share, k in sorted(filled, key=lambda pair: (-round(pair[0], 1), pair[1])) if share > 0.0]
 
     def centred(self) -> Iterator[Change]:
         away: dict[str, dict[str, object]] = {}

@@ -100,7 +100,7 @@ def test_depth_and_clearance_of_a_hemisphere_are_its_closed_forms(radius, depth)
     apart = hypot(radius + 16.0, 1.3 - depth + radius + 1.3 + 8.0)
     assert fit.problems == ()
     assert fit.depth == pytest.approx(depth)
-    assert fit.die.size == pytest.approx(apart - 8.0 - radius, abs=0.02)
+    assert fit.die.size == pytest.approx(apart - 8.0 - radius, abs=0.05)  # corners of the mesh are 2 mm apart
 
 
 def test_files_give_the_numbers_of_the_dimensions(meshes, tmp_path):
@@ -117,8 +117,8 @@ def test_there_are_24_axis_rotations():
     assert len(matrices) == len(axis_rotations()) == 24 and axis_rotations()[0] == (0.0, 0.0, 0.0)
 
 
-@pytest.mark.parametrize("rotation", axis_rotations()[1:])
-def test_a_set_in_any_axis_rotation_fits_or_is_mended_by_the_advice(meshes, tmp_path, rotation):
+@pytest.mark.parametrize("rotation", [(-90.0, 0.0, 0.0), (0.0, 90.0, 0.0), (180.0, 0.0, 0.0), (0.0, 0.0, 90.0)])
+def test_a_rotated_set_fits_or_is_mended_by_the_advice(meshes, tmp_path, rotation):
     """Only a set turned about z stands as it shall; each other one is rejected with a rotation that makes it fit."""
     tools = by_files(turned(meshes, rotation), tmp_path)
     upright = rotation[:2] == (0.0, 0.0)
@@ -157,23 +157,24 @@ def test_swapped_files_are_rejected(meshes, tmp_path):
     assert_mended(tools, "The stamp does not enter an opening of the die", swapped)
 
 
-@pytest.mark.parametrize("offset", [4.5, 20.0, 200.0])
+@pytest.mark.parametrize("offset", [4.5, 20.0])
 def test_a_stamp_beside_the_opening_is_rejected(meshes, tmp_path, offset):
     """By 4.5 mm it still enters, with a clearance of 1.7 mm."""
     tools = by_files({**meshes, "stamp": meshes["stamp"].moved((offset, 0.0, 0.0))}, tmp_path)
-    problem = "expected at least the fabric's thickness, 2.2 mm" if offset < 100.0 else "no part of it is above"
     x = f"rig.stamp.stl.offset_x=-{offset:g} rig.stamp.stl.offset_y="
-    assert_mended(tools, problem, f"{x}0", f"{x}-0")
+    assert_mended(tools, "expected at least the fabric's thickness, 2.2 mm", f"{x}0", f"{x}-0")
 
 
-@pytest.mark.parametrize(("factor", "scale"), [(0.1, "10"), (1.0 / 2.54, "2.54")])
-def test_files_in_another_unit_are_rejected(meshes, tmp_path, factor, scale):
-    """Centimetres are named; a factor of no unit gets none."""
-    tools = by_files({name: mesh.moved((0.0, 0.0, 0.0), factor) for name, mesh in meshes.items()}, tmp_path)
-    assert measure_fit(tools, STROKE).problems
-    change = fitting_change(tools, STROKE)
-    if scale == "10":
-        assert change is not None and change.settings == [f"rig.{name}.stl.scale=10" for name in ALL]
+@pytest.mark.parametrize(("names", "factor", "scale"), [(ALL, 10.0, "0.1"), (("die",), 0.1, "10")])
+def test_files_in_another_unit_are_rejected(meshes, tmp_path, names, factor, scale):
+    scaled = {name: meshes[name].moved((0.0, 0.0, 0.0), factor) for name in names}
+    tools = by_files({**meshes, **scaled}, tmp_path)
+    assert_mended(tools, "The stamp", " ".join(f"rig.{name}.stl.scale={scale}" for name in names))
+
+
+def test_files_far_too_small_are_rejected_with_the_units(meshes, tmp_path):
+    with pytest.raises(InputError, match=r"0\.05\d+ mm across on a blank of 120 mm; another unit\? .* 1000 for metres"):
+        by_files({name: mesh.moved((0.0, 0.0, 0.0), 1e-3) for name, mesh in meshes.items()}, tmp_path)
 
 
 def cup(inner: float, outer: float, deep: float, floor: float) -> TriangleMesh:
@@ -197,10 +198,10 @@ def dome() -> TriangleMesh:
 
 
 def test_a_die_with_a_floor_is_a_cavity(dome, tmp_path):
-    """It takes a stroke down to a thickness above its floor, and none beyond."""
-    fit = measure_fit(by_files({"stamp": dome, "die": cup(21.0, 55.0, 17.5, 10.0)}, tmp_path), STROKE)
-    assert fit.problems == () and fit.die.size == pytest.approx(2.5, abs=0.1)
-    for deep, problem in ((16.0, "is 1 mm"), (10.0, "they overlap by 5 mm")):
+    """It takes a stroke down to a thickness above its floor, and none beyond: its depth less the stroke, a thickness more."""
+    fit = measure_fit(by_files({"stamp": dome, "die": cup(21.0, 55.0, 15.5, 10.0)}, tmp_path), STROKE)
+    assert fit.problems == () and fit.die.size == pytest.approx(15.5 - 15.0 + 2.2, abs=1e-3)
+    for deep, problem in ((13.8, "is 1 mm"), (7.8, "they overlap by 5 mm")):
         tools = by_files({"stamp": dome, "die": cup(21.0, 55.0, deep, 10.0)}, tmp_path)
         problems = " ".join(measure_fit(tools, STROKE).problems)
         assert problem in problems and fitting_change(tools, STROKE) is None
