@@ -29,7 +29,10 @@ def column(folder: Path) -> tuple[str, dict[str, str]]:
     comparison = json.loads((folder / "comparison.json").read_text())
     config = yaml.safe_load((folder / "config.yaml").read_text())
     force = config["rig"]["blank_holder_force"]
-    name = f"{config['model']['scale']}, {config['model']['preset']}, {force:g} N"
+    scale = config["model"]["scale"]
+    name = f"{scale}, {config['model']['preset']}, {force:g} N"
+    if scale == "macro" and config["fabric"]["macro"]["in_plane_bending"] is None:
+        name += ", without bending in the plane"
     quality, cost = summary["quality"], summary["cost"]
     rows = {LABELS[k][0]: LABELS[k][1].format(v) for k, v in unfolded(summary["results"]).items() if k in LABELS}
     rows |= {
@@ -86,11 +89,15 @@ def window(sweep: Path) -> None:
     found = pd.read_csv(sweep / "results.csv").sort_values(FORCE)
     header = ["force on the holder [N]", *(f"{force:g}" for force in found[FORCE])]
     put("window", table(header, [[LABELS[k][0], *(LABELS[k][1].format(v) for v in found[k])] for k in WINDOW]))
-    figure, axes = plt.subplots(1, 3, figsize=(11.0, 3.2))
+    figure, axes = plt.subplots(1, 3, figsize=(11.0, 3.6))
     for panel, name in zip(axes, WINDOW[:3], strict=True):
         panel.plot(found[FORCE], found[name], "o-", color="#0072B2")
-        panel.set(xlabel="force on the blank holder [N]", ylabel=LABELS[name][0], ylim=(0.0, None))
+        panel.set(xlabel="force on the blank holder [N]", ylabel=LABELS[name][0])
+        panel.set_ylim(0.0, None)
         panel.grid(alpha=0.3)
+    axes[0].set_yscale("log")  # the blank without a holder rises a hundred times as high
+    axes[0].set_ylim(0.1, 300.0)
+    axes[0].yaxis.set_major_formatter("{x:g}")
     figure.tight_layout()
     figure.savefig(DOCS / "forming-window.png", dpi=110)
 

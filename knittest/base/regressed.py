@@ -40,5 +40,6 @@ class Regression:
     crests: tuple[str, ...] = ()
 
 
-#: specimens of the paper on a strip
+#: all specimens of a test that is made along warp and weft, and of one that is not
 STRIPS = (("1", "warp"), ("1", "weft"), ("2", "warp"), ("2", "weft"))
+SHEETS = (("1", None), ("2", None))

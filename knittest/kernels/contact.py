@@ -82,10 +82,9 @@ def closest_step(
     inv = 1.0 / max(ss * tt - uv * uv, LEAST_DETERMINANT * ss * tt)
     ds = (f * tt - h * uv) * inv * moves_a
     dt = (f * uv - h * ss) * inv * moves_b
-    return (
-        min(max(s - min(max(ds, -PARAMETER_STEP), PARAMETER_STEP), FIRST_END), LAST_END),
-        min(max(t - min(max(dt, -PARAMETER_STEP), PARAMETER_STEP), FIRST_END), LAST_END),
-    )
+    # both by one factor: each cut by itself, the step might lead uphill
+    part = min(PARAMETER_STEP / max(abs(ds), abs(dt), 1e-9), 1.0)
+    return min(max(s - part * ds, FIRST_END), LAST_END), min(max(t - part * dt, FIRST_END), LAST_END)
 
 
 @njit(**INLINE)

@@ -10,8 +10,9 @@ import numpy as np
 from numba import njit, prange
 
 from knittest.kernels.along import held_kind
-from knittest.kernels.contact import BESIDE, FIRST_ALONG, FIRST_END, LAST_END, POINT, closest_step
+from knittest.kernels.contact import BESIDE, FIRST_ALONG, FIRST_END, LAST_END, POINT, SECOND_ALONG, closest_step
 from knittest.kernels.grid import ROWS, place_of, row_near
+from knittest.kernels.heirs import HELD
 from knittest.kernels.options import ALLOCATING, INLINE, KERNEL, PARALLEL, PART, PARTITIONS
 from knittest.kernels.rows import rows3, rows4
 from knittest.kernels.state import Index
@@ -26,8 +27,11 @@ CONVERGED, MOST_STEPS = 1e-4, 40
 HELD_STEPS, HELD_BEYOND = 8, 1e-9
 #: parameters at which pieces side by side are found
 WITHIN = (0.0, 1.0)
-#: rise of the distance to both sides, over the smaller radius, from which a yarn along another is held between middles
-DIPS = 0.1
+#: rise of the distance to both sides beyond that of a regular wrap, over the smaller radius, from which a yarn along
+#: another is held between middles
+DIPS = 0.04
+#: length of a piece, over the smaller radius, from which on it is held also where it begins
+COARSE = 3.0
 #: distance along both yarns [elements] from which on two places of a piece at the end of a yarn are two
 APART = 0.3
 
@@ -157,10 +161,22 @@ def stretch_of(parameters):
 
 
 @njit(**INLINE)
-def _rise(distance2, slope, curvature, tangent2, along2, radius):
-    """Tell whether the distance rises by :data:`DIPS` radii half an element on, from the second-order expansion."""
-    second = tangent2 + curvature - along2
-    return sqrt(max(distance2 + slope + 0.25 * second, 0.0)) > sqrt(distance2) + DIPS * radius
+def _rises(wx, wy, wz, ux, uy, uz, ax, ay, az, vx, vy, vz, radius):
+    """Tell whether a yarn is farther from another half an element on, by more than in a regular wrap.
+
+    ``w`` offset from the other yarn's tangent ``v`` [mm], ``u`` tangent [mm] and ``a`` second derivative of its own.
+    Round a straight yarn, turning by the angle q a piece, it is (3/4 + cos(q)/4) / cos(q/2) times as far in between.
+    """
+    near, uu = sqrt(wx * wx + wy * wy + wz * wz), ux * ux + uy * uy + uz * uz
+    regular = near
+    if wx * ax + wy * ay + wz * az < 0.0:
+        nx, ny, nz = ux + ax, uy + ay, uz + az
+        cosine = max((ux * nx + uy * ny + uz * nz) / sqrt(uu * (nx * nx + ny * ny + nz * nz)), -0.5)
+        regular *= (0.75 + 0.25 * cosine) / sqrt(0.5 + 0.5 * cosine)
+    wx, wy, wz = wx + 0.5 * ux + 0.125 * ax, wy + 0.5 * uy + 0.125 * ay, wz + 0.5 * uz + 0.125 * az
+    along = wx * vx + wy * vy + wz * vz
+    far2 = wx * wx + wy * wy + wz * wz - along * along / max(vx * vx + vy * vy + vz * vz, 1e-30)
+    return far2 > (regular + DIPS * radius) ** 2
 
 
 @njit(**PART)
@@ -174,12 +190,9 @@ def _dips(x, y, z, own, other, at, wx, wy, wz, radius):
     _, _, _, _, _, _, bx, by, bz = piece(x, y, z, own - 1)
     _, _, _, vx, vy, vz, qx, qy, qz = piece(x, y, z, other)
     vx, vy, vz = vx + 2.0 * at * qx, vy + 2.0 * at * qy, vz + 2.0 * at * qz
-    vv = vx * vx + vy * vy + vz * vz
-    uv = ux * vx + uy * vy + uz * vz
-    along2 = uv * uv / max(vv - 2.0 * (wx * qx + wy * qy + wz * qz), 0.5 * vv)
-    distance2, slope, uu = wx * wx + wy * wy + wz * wz, wx * ux + wy * uy + wz * uz, ux * ux + uy * uy + uz * uz
-    ahead = _rise(distance2, slope, 2.0 * (wx * ax + wy * ay + wz * az), uu, along2, radius)
-    return ahead and _rise(distance2, -slope, 2.0 * (wx * bx + wy * by + wz * bz), uu, along2, radius)
+    return _rises(wx, wy, wz, ux, uy, uz, 2.0 * ax, 2.0 * ay, 2.0 * az, vx, vy, vz, radius) and _rises(
+        wx, wy, wz, -ux, -uy, -uz, 2.0 * bx, 2.0 * by, 2.0 * bz, vx, vy, vz, radius
+    )
 
 
 @njit(**INLINE)
@@ -218,26 +231,55 @@ def _first_place(x, y, z, i, j, held, at_end):
 
 
 @njit(**PART)
-def _second_place(x, y, z, i, j, line, tips, first, radius):
-    """Another place where pieces i and j are near: (s, t, offset (3)), s is nan where there is none.
+def _second_point(x, y, z, i, j, tips, first):
+    """Another place where pieces i and j are near at a point: (s, t, offset (3)), s is nan where there is none.
 
-    Looked for from the ``tips`` of the pieces, as a piece at an end is long enough to be near in two places. A piece
-    that is held is held also where its yarn ends, and where it begins if it is nearer there (:func:`_dips`).
+    Looked for from the ``tips`` of the pieces, as a piece at an end is long enough to be near in two places.
     """
-    if line == POINT:
-        s, t, wx, wy, wz, _ = _closest(x, y, z, i, j, tips[0], tips[1], POINT, HELD_STEPS)
-        same = abs(s - first[0]) < APART and abs(t - first[1]) < APART
-        return nan if same else s, t, wx, wy, wz
+    s, t, wx, wy, wz, _ = _closest(x, y, z, i, j, tips[0], tips[1], POINT, HELD_STEPS)
+    same = abs(s - first[0]) < APART and abs(t - first[1]) < APART
+    return nan if same else s, t, wx, wy, wz
+
+
+@njit(**PART)
+def _held_place(x, y, z, i, j, line, number, tips, radius, coarse):
+    """Closest points where a piece that lies along another is held beside its middle: (s, t, offset (3)), s is nan
+    where it is not.
+
+    By ``number`` where its yarn ends (1), where it begins (2) if it is ``coarse`` or nearer there (:func:`_dips`), and
+    where the last piece of a yarn would end (3) if it is coarse.
+    """
     holds_first = line == FIRST_ALONG
     own, other, tip = (i, j, tips[0]) if holds_first else (j, i, tips[1])
-    held = 0.0 if tip == 0.5 else tip
+    held = tip if number == 1 else number - 2.0
+    if (number == 1 and tip == 0.5) or (number == 3 and not (coarse and tip == LAST_END)):
+        return nan, 0.0, 0.0, 0.0, 0.0
+    if number == 2 and tip == FIRST_END and not coarse:
+        return nan, 0.0, 0.0, 0.0, 0.0
     s, t = (held, 0.5) if holds_first else (0.5, held)
     s, t, wx, wy, wz, _ = _closest(x, y, z, i, j, s, t, line, HELD_STEPS)
-    if held == 0.0:
+    if number == 2 and not coarse:
         sign, at = (1.0, t) if holds_first else (-1.0, s)
         if not _dips(x, y, z, own, other, at, sign * wx, sign * wy, sign * wz, radius):
             s = nan
     return s, t, wx, wy, wz
+
+
+@njit(**PART)
+def _beside_held(parameters, i, j, is_first, pieces):
+    """Limits of a point on piece i, of which the yarn's pieces beside it may be held along that of piece j.
+
+    Those are held at their middles: what is near between there and this piece, beyond the reach of that
+    (:data:`knittest.kernels.heirs.HELD`), is found from here. ``is_first`` where i
+    is the lower one of the pair.
+    """
+    first, last = parameters
+    own = FIRST_ALONG if is_first else SECOND_ALONG
+    if first == -BEYOND and (held_kind(i - 1, j, pieces) if is_first else held_kind(j, i - 1, pieces)) == own:
+        first = -HELD
+    if last == 1.0 + BEYOND and (held_kind(i + 1, j, pieces) if is_first else held_kind(j, i + 1, pieces)) == own:
+        last = 1.0 + HELD
+    return first, last
 
 
 @njit(**ALLOCATING)
@@ -279,7 +321,7 @@ def _pairs_of(first, last, position, pieces, alive, moved, cells, by_cell, skin,
                 # a pair of two moved pieces is looked at once, from the lower one
                 if i == j or (i != q and moved[i]) or (chain[j] == chain[i] and j - i <= exclude[i]):
                     continue
-                if cut[i] and cut[j]:
+                if cut[i] and cut[i] == cut[j]:
                     continue
                 gap = radius[i] + radius[j] + skin
                 if alive[i - 1] * alive[i] * alive[j - 1] * alive[j] == 0.0:
@@ -291,10 +333,19 @@ def _pairs_of(first, last, position, pieces, alive, moved, cells, by_cell, skin,
                 at_end = tips[0] != 0.5 or tips[1] != 0.5
                 s, t, wx, wy, wz, line = _first_place(x, y, z, i, j, held_kind(i, j, pieces), at_end)
                 of_i, of_j = _limits_of(line, of_i), _limits_of(line, of_j)
-                for number in range(2 if line >= FIRST_ALONG or (line == POINT and at_end) else 1):
-                    if number == 1:
+                places_of = 1
+                if line >= FIRST_ALONG:
+                    places_of = 4
+                elif line == POINT:
+                    of_i, of_j = _beside_held(of_i, i, j, True, pieces), _beside_held(of_j, j, i, False, pieces)
+                    places_of = 2 if at_end else 1
+                for number in range(places_of):
+                    if number > 0 and line == POINT:
+                        s, t, wx, wy, wz = _second_point(x, y, z, i, j, tips, (s, t))
+                    elif number > 0:
                         least = min(radius[i], radius[j])
-                        s, t, wx, wy, wz = _second_place(x, y, z, i, j, line, tips, (s, t), least)
+                        coarse = 2.0 * half_piece[i if line == FIRST_ALONG else j] > COARSE * least
+                        s, t, wx, wy, wz = _held_place(x, y, z, i, j, line, number, tips, least, coarse)
                     # found twice, a crossing is tracked once
                     inside = s >= of_i[0] and s <= of_i[1] and t >= of_j[0] and t <= of_j[1]
                     if not inside or wx * wx + wy * wy + wz * wz > gap * gap:

@@ -26,6 +26,8 @@ REACHED = 0.5 / (1.0 + SOON)
 MERGE = 0.25
 #: the same within which a crossing found beside a tracked one is that one, where both are at rest at their minimum
 ALIKE = 0.3
+#: overlap of the start, in place of the accepted one, where a contact was just found: this less the accepted overlap
+JUST_FOUND = -1.0
 
 
 @njit(**ALLOCATING)
@@ -166,7 +168,7 @@ def _add_contact(i, j, s, t, wx, wy, wz, line, touch, arm, coefficient, most, ol
     reach = min(touch, gap)
     new.spring[:, c], new.slipping[c], new.twist[c] = 0.0, 0.0, 0.0
     if new.accepted.size > 0:
-        new.accepted[c] = 0.0
+        new.accepted[c] = JUST_FOUND
     goes_on = False
     if before >= 0:
         _copy(old, before, new, c)
@@ -215,8 +217,9 @@ def _share_depth(c, other, touch, contacts):
     depth = max(contacts.reach[c] - _gap(contacts, c), 0.0) * sqrt(0.5)
     contacts.reach[c] = min(contacts.reach[c], _gap(contacts, c) + depth)
     if contacts.accepted.size > 0:
-        contacts.accepted[other] = contacts.accepted[c]
-        touch -= contacts.accepted[c]
+        accepted = max(contacts.accepted[c], 0.0)
+        contacts.accepted[other] = JUST_FOUND - accepted
+        touch -= accepted
     contacts.reach[other] = max(contacts.reach[other], min(touch, _gap(contacts, other) + depth))
 
 
@@ -295,11 +298,11 @@ def find_contacts(
 
 
 @njit(**KERNEL)
-def recover_overlaps(contacts, count, radius, law, free, most):
+def recover_overlaps(contacts, count, radius, law, free, first, most):
     """Give force to overlaps that came without one after the start; returns the energy given [mJ].
 
-    ``radius`` (n_nodes,) [mm]. ``free`` overlap that may stay, and ``most`` that is given force now, over the smaller
-    radius.
+    ``radius`` (n_nodes,) [mm]. ``free`` overlap that may stay, ``most`` that is given force now, and ``first`` that is
+    given it besides where the contact was just found, over the smaller radius.
     """
     given = 0.0
     for c in range(count):
@@ -307,11 +310,14 @@ def recover_overlaps(contacts, count, radius, law, free, most):
         touch = radius[i] + radius[j]
         if contacts.touch.size > 0 and contacts.touch[c] > 0.0:
             touch = contacts.touch[c]
-        least, gap = min(radius[i], radius[j]), _gap(contacts, c)
+        least, gap, given_now = min(radius[i], radius[j]), _gap(contacts, c), most
+        if contacts.accepted[c] < 0.0:
+            contacts.accepted[c] = JUST_FOUND - contacts.accepted[c]
+            given_now += first
         goal, reach = touch - contacts.accepted[c] - free * least, contacts.reach[c]
         if goal <= max(reach, gap):
             continue
-        grown = min(goal, max(reach, gap) + most * least)
+        grown = min(goal, max(reach, gap) + given_now * least)
         before = penalty(max(reach - gap, 0.0), law.normal, law.linear, law.square, law.cubic, law.cap)[2]
         after = penalty(grown - gap, law.normal, law.linear, law.square, law.cubic, law.cap)[2]
         given += contacts.share[c] * (after - before)

@@ -34,9 +34,9 @@ LEAST_STEPS = 5
 MAX_OVERLAP = 0.20
 #: overlapping pairs that are named
 LISTED = 5
-#: overlap beyond that of the start which may stay without force, over the smaller radius, and smaller radii [1/ms] by
-#: which more of it is given force
-LEFT_FREE, RECOVERY = 0.01, 1.0
+#: overlap beyond that of the start which may stay without force, what is given force as soon as it is found, both over
+#: the smaller radius, and smaller radii [1/ms] by which more of it is given force
+LEFT_FREE, AT_ONCE, RECOVERY = 0.01, 0.25, 10.0
 
 
 def _empty(capacity: int, group: "YarnContactGroup") -> Contacts:
@@ -70,11 +70,11 @@ def _used(contacts: Contacts, count: int) -> Contacts:
 @dataclass
 class YarnContactGroup:
     """Input of the search, each (n_nodes,): radius and half piece length [mm], pieces along the same yarn that never
-    touch, where a spline piece is, chain and part numbers, whether a piece is so near the end of its yarn that it is
-    ``cut``, and does not press another that is; ``node_cut`` first nodes of the partitions; ``law`` of all
-    pairs, ``levers`` (2, n_parts, n_parts) of their friction moments. ``bound`` radius around the section [mm], that of
-    an ellipse more than its half height, ``radius``; sections of nodes as in :class:`Contacts`, empty if all are round
-    (``shape``: if all are rigid).
+    touch, where a spline piece is, chain and part numbers, ``cut`` 1 + the part of a piece near the end of its yarn (0
+    elsewhere), which does not press another of its part that is; ``node_cut`` first nodes of the partitions; ``law`` of
+    all pairs, ``levers`` (2, n_parts, n_parts) of their friction moments. ``bound`` radius around the section [mm],
+    that of an ellipse more than its half height, ``radius``; sections of nodes as in :class:`Contacts`, empty if all
+    are round (``shape``: if all are rigid).
     ``pressed`` where overlaps at the start shall carry force.
 
     In a periodic cell ``owned`` (n_nodes,) is 1 for its nodes and 0 for images, and contacts are looked for with the
@@ -86,7 +86,7 @@ class YarnContactGroup:
     exclude: Index
     is_piece: NDArray[np.bool_]
     chain: Index
-    cut: NDArray[np.bool_]
+    cut: Index
     node_cut: Index
     law: ContactLaw
     part: Index
@@ -164,12 +164,12 @@ class ContactTracker:
 
         A contact that was found late, or whose closest points jumped to a place where the yarns are nearer, starts at
         its present gap, so that it makes no energy. Its reach then grows back to the sum of radii less the overlap of
-        the start, by :data:`RECOVERY` smaller radii a ms, and pushes the yarns apart. The energy that the penalty gains
-        at a fixed gap is added to ``recovered`` [mJ].
+        the start, and pushes the yarns apart: by :data:`AT_ONCE` where it was just found, then by :data:`RECOVERY` a
+        ms, in smaller radii. The energy that the penalty gains at a fixed gap is added to ``recovered`` [mJ].
         """
         group = self.group
         self.recovered += search.recover_overlaps(
-            self.contacts, self.count, group.radius, group.law, LEFT_FREE, RECOVERY * time
+            self.contacts, self.count, group.radius, group.law, LEFT_FREE, AT_ONCE, RECOVERY * time
         )
 
     def force_free(self) -> Array:
@@ -183,7 +183,8 @@ class ContactTracker:
     def at_ends(self) -> NDArray[np.bool_]:
         """Tell which contacts in use, (count,), are with a piece near the end of its yarn."""
         first, second = self.contacts.piece[:, : self.count]
-        return self.group.cut[first] | self.group.cut[second]
+        found: NDArray[np.bool_] = (self.group.cut[first] > 0) | (self.group.cut[second] > 0)
+        return found
 
     def _describe(self, contact: int, share: float) -> str:
         nodes = self.contacts.piece[:, contact]

@@ -14,6 +14,9 @@ UNPUBLISHED = {
     "picture-frame": {"shear_force_n_at_deg.30": 12.3, "wrinkle_amplitude_mm_at_40deg": 1.6},
     "bias-extension": {"bias_force_n_at_deg.30": 6.4},
     "biaxial": {"biaxial_force_n_per_mm": 116.0},
+    "cell": {"cell_thickness_mm": 2.4},
+    "compaction": {"compaction_work_j_per_m2": 122.0},
+    "pull-out": {"pull_out_peak_n": 0.5},
 }
 
 

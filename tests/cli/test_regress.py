@@ -14,17 +14,27 @@ from knittest.cli.main import run
 from knittest.studies.regress import baseline, cases, command
 from knittest.studies.regress.cases import Case, cases_of, chosen_cases
 from knittest.studies.regress.cost import table4_rows, total
+from knittest.studies.regress.judge import table3_rows
 from knittest.studies.regress.rounding import RUNS
 from knittest.studies.trials.record import Record
 
 TENSILE = "tensile-macro-v1-warp-quick"
 FORMING, YARNS = "forming-macro-v1-quick-100n", "picture-frame-meso-v1-quick-20mm"
+FRAME = "picture-frame-macro-v1-quick"
+
+
+def few_cases(level):
+    """Cases of a level, of the quick one every kind of judgement but not every run, so that the tests stay fast."""
+    rows = ("tensile-macro", "cantilever-macro", "friction-macro-v1-warp", "tensile-meso-v1-weft")
+    others = (FORMING, YARNS, FRAME, "bias-extension-macro-v1", "biaxial-macro-v1-warp")
+    return [case for case in cases_of(level) if level == "full" or case.name.startswith((*rows, *others))]
 
 
 @pytest.fixture
 def regress(tmp_path, monkeypatch):
     """Runs the command in an empty folder with a pool that pretends; ``out`` is new each time."""
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(cases, "cases_of", few_cases)
     count = iter(range(100))
 
     def call(*arguments, pool=None, out=None):
@@ -131,7 +141,7 @@ def test_only_what_enlarges_rounding_runs_several_times_and_only_to_be_stored(st
         return pool.asked
 
     again = [label for label in asked("--update-baseline") if ", rounding " in label]
-    frames = {YARNS, f"{YARNS}-gripping", "picture-frame-macro-v1-quick"}
+    frames = {YARNS, f"{YARNS}-gripping", FRAME}
     assert {label.split(",")[0] for label in again} == {FORMING} | frames and len(again) == 4 * (RUNS - 1)
     assert not [label for label in asked() if ", rounding " in label]
 
@@ -225,7 +235,7 @@ def test_update_rewrites_with_provenance_and_keeps_what_did_not_complete(stored,
 def test_finished_runs_are_not_repeated(stored):
     pool = Pretending()
     assert stored("--quiet", pool=pool, out="same") == 0
-    assert len(pool.asked) == len(cases_of("quick"))
+    assert len(pool.asked) == len(few_cases("quick"))
     again = Pretending()
     assert stored("--quiet", pool=again, out="same") == 0
     assert again.asked == []
@@ -250,7 +260,7 @@ def test_table_4_has_all_runs_of_the_paper_at_its_size_two_at_a_time_on_one_thre
     assert stored("--table", "4", "--level", "full", "--update-baseline") == 0
     assert stored.shares == [(None, None), (2, 1)]
     lines = capsys.readouterr().out.splitlines()
-    rows = [line for line in lines if "preset paper, gates passed" in line]
+    rows = [line for line in lines if re.search("preset paper, (100n, )?gates passed", line)]
     assert len(rows) == 10 and all(" 5000 " in row and " 12 " in row for row in rows)
     assert "together, of what ran: 4011 CPU h in the paper, 0.1 here" in lines
 
@@ -259,7 +269,9 @@ def test_a_run_that_gates_refuse_has_its_cost_and_says_so():
     case = chosen_cases("full", "macro", 4)[0]
     summary = {"cost": {"elements": 7, "cpu_s": 36.0, "steps": 9}, "quality": {"added_mass_pct": None}}
     [row] = [r for r in table4_rows({case: Record("k", "refused", "why", summary)}) if r.elements == 7]
-    assert (row.test, row.cpu_h, row.note) == (case.test, 0.01, "preset paper, refused") and math.isnan(row.added_mass)
+    assert (row.test, row.cpu_h, row.note) == (case.test, 0.01, "preset paper, 100n, refused") and math.isnan(
+        row.added_mass
+    )
     assert total([row]) == (row.paper_cpu_h, 0.01)
 
 
@@ -320,12 +332,14 @@ def test_no_such_rows_is_bad_input(stored, monkeypatch, capsys):
     assert "no run has such rows" in capsys.readouterr().err
 
 
-def test_quick_runs_every_test_on_shells_and_on_yarns_what_yarns_alone_do():
-    """Tests of shells: all. Of yarns: breaking (tensile) and contact with friction (frame)."""
-    quick = {(case.test, case.scale) for case in cases_of("quick")}
-    of_shells = {name for name, kind in kinds().items() if "macro" in kind.scales}
-    assert {test for test, scale in quick if scale == "macro"} == of_shells
-    assert {test for test, scale in quick if scale == "meso"} == {"tensile", "picture-frame"}
+def test_a_reduced_run_has_no_row_of_table_3():
+    """A strip on a third of the plates is not the paper's test."""
+    (strip,) = (case for case in cases_of("quick") if case.name.startswith("friction-meso-v1-warp"))
+    whole = Case("friction", "meso", "1", "warp", "quick")
+    done = Record("k", "completed", summary={"results": {"mu_paper": 0.15}})
+    assert [row.quantity for row in table3_rows(whole, whole.trial().run, done, 1.0)] == ["mu_paper"]
+    assert list(table3_rows(strip, strip.trial().run, done, 1.0)) == []
+    assert (whole.tables, strip.tables) == ((3, 4), (4,))
 
 
 def test_a_case_runs_the_parameter_set_that_its_name_ends_with():

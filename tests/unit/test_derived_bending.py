@@ -3,6 +3,7 @@
 import pytest
 
 from knittest.config.base import Quantity
+from knittest.config.derived_bending import follows_yarns
 from knittest.config.dumping import dump
 from knittest.config.loading import resolve
 from knittest.config.starting import starting_text
@@ -63,6 +64,29 @@ def test_a_stated_number_stays_and_so_does_an_edited_one(tmp_path):
     path.write_text(dump(formed()).replace("value: 4.2\n", "value: 6.0\n", 1))
     found = resolve(config=path).fabric.macro.in_plane_bending.warp
     assert isinstance(found, Quantity) and found.value == 6.0
+
+
+def test_a_number_whose_source_was_edited_is_no_longer_derived(tmp_path):
+    """Someone who writes "measured" beside the same number means it to stay when the yarn changes."""
+    path, text = tmp_path / "config.yaml", dump(formed())
+    place = text.rindex("in_plane_bending:")
+    path.write_text(text[:place] + text[place:].replace("source: derived", "source: measured", 1))
+    assert numbers(resolve(config=path, sets=[EI])) == pytest.approx((4.2, 3.472))
+
+
+def test_a_number_for_one_direction_leaves_the_other_derived(tmp_path):
+    path = tmp_path / "config.yaml"
+    path.write_text(dump(formed()))
+    run = resolve(config=path, sets=["fabric.macro.in_plane_bending.warp=6", EI.replace(".warp=30", ".weft=24.8")])
+    assert numbers(run) == pytest.approx((6.0, 6.944)) and follows_yarns(run.fabric)
+    assert not follows_yarns(formed("rig.in_plane_bending=false").fabric)
+
+
+def test_the_switch_turns_off_a_stated_number_and_one_of_a_resolved_config(tmp_path):
+    off, path = "rig.in_plane_bending=false", tmp_path / "config.yaml"
+    assert numbers(formed(*(f"fabric.macro.in_plane_bending.{d}=6" for d in ("warp", "weft")), off)) is None
+    path.write_text(dump(formed()))
+    assert numbers(resolve(config=path, sets=[off])) is None
 
 
 def test_the_switch_turns_it_off_and_other_tests_and_yarns_have_none():

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from knittest.models.contact_tracker import LEFT_FREE, RECOVERY
+from knittest.kernels.search import JUST_FOUND
+from knittest.models.contact_tracker import AT_ONCE, LEFT_FREE, RECOVERY
 from knittest.pose import ALL, Body, Chain, YarnContact, section
 
 RADIUS, SIZE = 0.25, 1.0
@@ -110,3 +111,32 @@ def test_a_contact_in_recovery_goes_on_from_its_state_to_the_bit() -> None:
         ends.append((tracker.recovered, tracker.contacts.accepted[0], tracker.contacts.reach[0]))
     assert ends[0][0] > 0.0 and ends[0][1] == 0.02
     assert ends[0] == ends[1]
+
+
+def test_a_contact_that_is_found_inside_gets_force_at_once() -> None:
+    """A quarter of the radius where it was just found, the rest slowly; what the start had is never pressed."""
+    for accepted in (0.0, 0.02):
+        body = pressed(held=True)
+        tracker = body.model.tracker
+        tracker.contacts.reach[0], tracker.contacts.accepted[0] = 0.4, JUST_FOUND - accepted
+        tracker.recover(0.0)
+        assert tracker.contacts.accepted[0] == pytest.approx(accepted)
+        goal = 2.0 * RADIUS - accepted - LEFT_FREE * RADIUS
+        assert tracker.contacts.reach[0] == pytest.approx(min(0.4 + AT_ONCE * RADIUS, goal))
+        given = tracker.recovered
+        assert given == pytest.approx(0.5 * CONTACT.normal * (tracker.contacts.reach[0] - 0.4) ** 2)
+        tracker.recover(0.0)
+        assert tracker.recovered == given
+
+
+def test_two_crossings_of_yarns_about_an_element_apart_are_tracked_both() -> None:
+    """Arcs that bend past each other at 28 degrees, one a little beside the other, are nearest in two places."""
+    way, angle = np.arange(-2.0, 3.0), np.deg2rad(28.0)
+    above = np.column_stack([way, np.zeros(5), 0.52 - 0.3 * way**2])
+    below = np.column_stack([way * np.cos(angle) + 0.05, way * np.sin(angle) + 0.025, 0.3 * way**2])
+    body = Body.of_chains([Chain(points, section(5e3, 1.0, 0.17, 1e-3)) for points in (above, below)], CONTACT)
+    body.step(1)
+    tracker = body.model.tracker
+    places = tracker.contacts.piece[:, : tracker.count] + tracker.contacts.parameter[:, : tracker.count]
+    assert tracker.count == 2
+    assert 0.9 < abs(places[0, 0] - places[0, 1]) < 1.1

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from knittest.kernels import search
-from knittest.kernels.pair_search import crossing
+from knittest.kernels.pair_search import BEYOND, crossing
 from knittest.models.contact_tracker import CONTACT_SKIN
 from knittest.pose import Body, Chain, YarnContact, section
 
@@ -47,7 +47,14 @@ def test_the_search_finds_what_all_pairs_show(body):
     piece, place = tracker.contacts.piece[:, : tracker.count], tracker.contacts.parameter[:, : tracker.count]
     found = {(int(i), int(j)) for i, j in piece.T}
     lines = {pair for pair, (*_, line) in near.items() if line}
-    assert found <= set(near)
+    last = group.is_piece & ~np.roll(group.is_piece, -1)
+    first = group.is_piece & ~np.roll(group.is_piece, 1)
+    at_end = (first | last)[piece].any(axis=0)
+    beyond = ((place < 0.0) & first[piece]) | ((place >= 1.0) & last[piece])
+    assert beyond.any()  # up to the last node of a yarn
+    assert found - set(near) <= {(int(i), int(j)) for i, j in piece[:, at_end].T}
+    assert ((place >= -BEYOND) & (place <= 1.0 + BEYOND) | beyond).all()
+    assert np.linalg.norm(tracker.contacts.offset[:, : tracker.count], axis=0).max() < 2.0 * RADIUS + CONTACT_SKIN
     assert lines <= found
     assert len(lines) > 10
     assert len(near) - len(lines) > 10
@@ -116,9 +123,14 @@ def side_by_side(shift: float, cut: int) -> Body:
     return body
 
 
-@pytest.mark.parametrize(("cut", "shift", "touching"), [(0, 0.0, range(1, 8)), (2, 0.0, range(3, 6)), (2, 4.0, [5, 7])])
+@pytest.mark.parametrize(
+    ("cut", "shift", "touching"), [(0, 0.0, range(1, 8)), (2, 0.0, range(3, 6)), (2, 4.0, [4, 5, 7, 7])]
+)
 def test_cut_ends_do_not_press_each_other_but_the_middles_of_others(cut, shift, touching):
-    """Pieces 1, 2, 6, 7 of either yarn are cut off by jaws; where one lies on the middle of the other it presses."""
+    """Pieces 1, 2, 6, 7 of either yarn are cut off by jaws; where one lies on the middle of the other it presses.
+
+    The ends of both yarns, beyond the middle of their last elements, press at points of pieces 4 and 7.
+    """
     tracker = side_by_side(shift, cut).model.tracker
     assert sorted(tracker.contacts.piece[0, : tracker.count].tolist()) == list(touching)
     ends = [1, 2, 6, 7] if cut else []

@@ -1,7 +1,7 @@
 """Record of the bias extension test."""
 
 from knittest.base.kinds import TestKind
-from knittest.base.regressed import Regressed, Regression
+from knittest.base.regressed import SHEETS, Regressed, Regression
 from knittest.laboratory.deciding_fields import CROSSINGS, LOOPS
 
 #: shear angles at which forces are compared [deg]
@@ -55,7 +55,9 @@ KIND = TestKind(
     studied=True,
     regression=Regression(
         runs=(
-            Regressed(7, "quick", "macro", "quick", (("1", None),)),
+            Regressed(2, "quick", "meso", "quick", (("1", None),), ("rig.width=20", "rig.gauge_length=40"), "20mm"),
+            Regressed(1, "quick", "meso", "quick", (("2", None),)),
+            Regressed(7, "quick", "macro", "quick", SHEETS),
             Regressed(4, "full", "meso", "quick", (("2", None),)),
             Regressed(8, "full", "macro", "standard", (("1", None),)),
         ),

@@ -1,7 +1,7 @@
 """Record of the biaxial test."""
 
 from knittest.base.kinds import TestKind
-from knittest.base.regressed import Regressed, Regression
+from knittest.base.regressed import STRIPS, Regressed, Regression
 from knittest.laboratory.deciding_fields import PULLED
 
 KIND = TestKind(
@@ -38,7 +38,8 @@ KIND = TestKind(
     studied=True,
     regression=Regression(
         runs=(
-            Regressed(8, "quick", "macro", "quick", (("1", "warp"),)),
+            Regressed(7, "quick", "meso", "quick", STRIPS),
+            Regressed(8, "quick", "macro", "quick", STRIPS),
             Regressed(4, "full", "meso", "quick", (("2", "warp"),)),
             Regressed(8, "full", "macro", "standard", (("1", "warp"),)),
         ),

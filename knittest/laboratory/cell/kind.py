@@ -1,6 +1,7 @@
 """Record of the cell test."""
 
 from knittest.base.kinds import TestKind
+from knittest.base.regressed import SHEETS, Regressed, Regression
 from knittest.laboratory.deciding_fields import CROSSINGS, LOOPS
 
 KIND = TestKind(
@@ -43,4 +44,5 @@ KIND = TestKind(
     sizes=("wales", "courses"),
     deciding={"meso": ("warp_density", "weft_density", *LOOPS, *CROSSINGS)},
     hinges={"membrane_share": -1},
+    regression=Regression(runs=(Regressed(5, "quick", "meso", "quick", SHEETS),)),
 )

@@ -1,6 +1,7 @@
 """Record of the compaction test."""
 
 from knittest.base.kinds import TestKind
+from knittest.base.regressed import SHEETS, Regressed, Regression
 
 KIND = TestKind(
     name="compaction",
@@ -42,4 +43,5 @@ KIND = TestKind(
         ),
     },
     hinges={"membrane_share": -1},
+    regression=Regression(runs=(Regressed(2, "quick", "meso", "quick", SHEETS, ("rig.side=10",), "10mm"),)),
 )  # fmt: skip

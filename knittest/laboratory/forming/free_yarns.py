@@ -14,7 +14,7 @@ def free_yarns(run: FormingRun) -> tuple[str, ...]:
 
 
 def in_plane_bending(run: FormingRun) -> str:
-    """What makes the inlays of ``run`` bend in the plane: the switch, or numbers that cannot be derived."""
+    """Settings of ``run`` that make the inlays bend in the plane: the switch, or numbers that cannot be derived."""
     if run.fabric.reinforcing is None:
         return (
             "the fabric describes no inlays to derive the stiffness from: give fabric.macro.in_plane_bending.warp and "

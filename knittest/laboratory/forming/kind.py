@@ -1,8 +1,18 @@
 """Record of the forming test."""
 
 from knittest.base.kinds import TestKind
-from knittest.base.regressed import Regressed, Regression
+from knittest.base.regressed import SHEETS, Regressed, Regression
 from knittest.laboratory.deciding_fields import CROSSINGS, LOOPS
+
+#: blanks for the quick level of the regression: of shells without a holder, and of yarns, which need one
+_FREE = (
+    "rig.blank_length=150", "rig.blank_width=150", "rig.stamp.kind=hemisphere", "rig.stamp.hemisphere.radius=25",
+    "rig.depth=20",
+)  # fmt: skip
+_SMALL = (
+    "rig.blank_length=40", "rig.blank_width=40", "rig.stamp.kind=hemisphere", "rig.stamp.hemisphere.radius=8",
+    "rig.die.clearance=5", "rig.holder.clearance=5", "rig.depth=5", "rig.blank_holder_force=150",
+)  # fmt: skip
 
 KIND = TestKind(
     name="forming",
@@ -73,6 +83,8 @@ KIND = TestKind(
     # the buckles by 3.9 %
     regression=Regression(
         runs=(
+            Regressed(1, "quick", "meso", "quick", SHEETS, _SMALL, "40mm"),
+            Regressed(1, "quick", "macro", "quick", SHEETS, _FREE, "150mm"),
             Regressed(
                 1, "quick", "macro", "quick", (("1", None),), ("rig.blank_holder_force=100",), "100n", enlarges=True
             ),

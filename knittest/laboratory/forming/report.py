@@ -219,5 +219,9 @@ def _work(table: dict[str, Array], title: str, path: Path) -> None:
         for k, (label, energy) in enumerate(found, 1)
     ]
     line_picture(
-        path, lines, title=title, xlabel="travel of the stamp [mm]", ylabel="energy [mJ]; at the end in % of all work"
+        path,
+        lines,
+        title=title,
+        xlabel="travel of the stamp [mm]",
+        ylabel="energy [mJ] (legend: share of all work at the end)",
     )

@@ -1,7 +1,11 @@
 """Record of the friction test."""
 
 from knittest.base.kinds import TestKind
-from knittest.base.regressed import Regressed, Regression
+from knittest.base.regressed import STRIPS, Regressed, Regression
+
+#: strip of yarns for the quick level of the regression: a third of the plates under the same pressure. Along the warp
+#: no course leaves them in the second half of 5 mm, where the normal force would be off by more than 1 %
+_SHORT = ("rig.length=60", "rig.plate_length=48", "rig.normal_force=640")
 
 KIND = TestKind(
     name="friction",
@@ -50,10 +54,16 @@ KIND = TestKind(
     regression=Regression(
         rows=("mu_paper",),
         runs=(
-            Regressed(6, "quick", "macro", "quick", (("1", "warp"),)),
+            Regressed(1, "quick", "meso", "quick", (("1", "warp"), ("2", "warp")), (*_SHORT, "rig.travel=5"), "48mm"),
+            Regressed(1, "quick", "meso", "quick", (("1", "weft"), ("2", "weft")), (*_SHORT, "rig.travel=6"), "48mm"),
+            Regressed(6, "quick", "macro", "quick", STRIPS),
             Regressed(3, "full", "meso", "paper", (("1", "warp"),)),
             Regressed(7, "full", "macro", "paper", (("1", "warp"), ("2", "warp"))),
         ),
+        # a step changed by 1e-9 of itself moves numbers of yarns by 0.9 %, the curve by 1.3 % and the largest pressure
+        # of a cell by 19 %, because single loops at the edges of variant 1 let go sooner or later
+        drift={"meso": (0.03, 0.04, 0.5)},
+        buckled=("pressure_peak_mpa", "element_deformation_um", "penetration_over_deformation_pct"),
     ),
     laboratory="knittest.laboratory.friction.lab_files:LAB",
 )  # fmt: skip

@@ -1,7 +1,7 @@
 """Record of the picture frame test."""
 
 from knittest.base.kinds import TestKind
-from knittest.base.regressed import Regressed, Regression
+from knittest.base.regressed import SHEETS, Regressed, Regression
 from knittest.laboratory.deciding_fields import CROSSINGS, LOOPS
 
 #: shear angles at which forces are compared [deg]
@@ -71,9 +71,9 @@ KIND = TestKind(
     # its buckles by 0.8 % (two to four such runs); twice that and more is allowed
     regression=Regression(
         runs=(
-            Regressed(3, "quick", "meso", "quick", (("1", None),), ("rig.side=20",), "20mm", enlarges=True),
+            Regressed(3, "quick", "meso", "quick", SHEETS, ("rig.side=20",), "20mm", enlarges=True),
             Regressed(3, "quick", "meso", "quick", (("1", None),), ("rig.side=20",), "20mm", "gripping", True),
-            Regressed(4, "quick", "macro", "quick", (("1", None),), enlarges=True),
+            Regressed(4, "quick", "macro", "quick", SHEETS, enlarges=True),
             Regressed(1, "full", "meso", "paper", (("1", None),)),
             Regressed(3, "full", "meso", "quick", (("1", None), ("2", None)), _SLOW, "50mm", "gripping"),
             Regressed(5, "full", "macro", "paper", (("1", None),), enlarges=True),

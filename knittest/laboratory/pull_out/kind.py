@@ -1,6 +1,7 @@
 """Record of the pull-out test."""
 
 from knittest.base.kinds import TestKind
+from knittest.base.regressed import STRIPS, Regressed, Regression
 from knittest.laboratory.deciding_fields import LOOPS
 
 KIND = TestKind(
@@ -43,5 +44,6 @@ KIND = TestKind(
         ),
     },
     hinges={"membrane_share": -1},
+    regression=Regression(runs=(Regressed(2, "quick", "meso", "quick", STRIPS, ("rig.travel=4",), "4mm"),)),
     laboratory="knittest.laboratory.pull_out.lab_files:LAB",
 )  # fmt: skip

@@ -58,9 +58,14 @@ class Case:
         return " ".join(part for part in (f"V{self.variant}", self.direction) if part)
 
     @property
+    def rows(self) -> tuple[str, ...]:
+        """Quantities of Table 3 that it gives; none where ``sets`` change the specimen or the loads of its preset."""
+        return () if self.sets else kinds()[self.test].regression.rows
+
+    @property
     def tables(self) -> tuple[Table, ...]:
         """Tables of the paper that it has a row in."""
-        published: list[Table] = [3] if kinds()[self.test].regression.rows else []
+        published: list[Table] = [3] if self.rows else []
         cost = self.variant == VARIANT and paper_cost(self.test, self.scale) is not None
         return (*published, 4) if cost else tuple(published)
 

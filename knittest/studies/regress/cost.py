@@ -51,5 +51,6 @@ def _ours(case: Case | None, done: Mapping[Case, Record]) -> tuple[float, float,
     if record.summary is None:
         return *(math.nan,) * 4, f"no result: {record.status}"
     cost, added = record.summary["cost"], record.summary["quality"].get("added_mass_pct")
-    said = f"preset {case.preset}, " + ("gates passed" if record.status == "completed" else record.status)
+    passed = "gates passed" if record.status == "completed" else record.status
+    said = ", ".join(part for part in (f"preset {case.preset}", case.label, passed) if part)
     return cost["elements"], cost["cpu_s"] / 3600.0, cost["steps"], math.nan if added is None else added, said
