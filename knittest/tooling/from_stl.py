@@ -10,7 +10,7 @@ from scipy.ndimage import map_coordinates
 from knittest.base.errors import InputError
 from knittest.base.resources import data_dir
 from knittest.config.tools import StlTool
-from knittest.models.surface import read_stl, surface
+from knittest.models.surface import surface
 from knittest.models.tool import Tool
 from knittest.models.triangle_mesh import TriangleMesh
 from knittest.tooling.mending import mended
@@ -35,10 +35,9 @@ class Placement:
     blank: tuple[float, float]
 
 
-def stl_body(stl: StlTool, place: Placement) -> tuple[TriangleMesh, list[str]]:
-    """Closed body of the file at its place, and notes on what was mended; raises :class:`InputError`."""
+def stl_body(stl: StlTool, place: Placement, mesh: TriangleMesh) -> tuple[TriangleMesh, list[str]]:
+    """Closed body of the file's ``mesh`` at its place, and notes on what was mended; raises :class:`InputError`."""
     path = data_dir() / stl.path
-    mesh = read_stl(path)
     dropped = mesh.dropped
     if stl.rotation is not None:
         mesh = mesh.rotated(stl.rotation)

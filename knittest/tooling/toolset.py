@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
+from knittest.base.resources import data_dir
 from knittest.config.base import BoundsError
 from knittest.config.tools import FLAT, Die, Holder, Opening, Stamp, StlTool, check_fit, opening_offset
-from knittest.models.surface import distances
+from knittest.models.surface import distances, read_stl
 from knittest.models.tool import Tool
 from knittest.models.triangle_mesh import TriangleMesh
 from knittest.tooling.from_stl import Placement, sampled_distance, stl_body, stl_tool
@@ -36,8 +37,8 @@ CUBES = np.array([1, 10**6, 10**12])
 class RigidTool:
     """A tool at its start: closed mesh ``solid``; ``make`` samples it for the kernel.
 
-    ``exact`` is the signed distance [mm] of points (n, 3) of a tool by dimensions. A tool from a file has ``stl`` and
-    ``place`` instead; ``notes`` say what was mended in the file.
+    ``exact`` is the signed distance [mm] of points (n, 3) of a tool by dimensions. A tool from a file has ``stl``,
+    ``place`` and ``mesh``, as it was read, instead; ``notes`` say what was mended in the file.
     """
 
     solid: TriangleMesh
@@ -45,6 +46,7 @@ class RigidTool:
     exact: Callable[[Array], Array] | None = None
     stl: StlTool | None = None
     place: Placement | None = None
+    mesh: TriangleMesh | None = None
     notes: tuple[str, ...] = ()
 
     @cached_property
@@ -83,7 +85,8 @@ class RigidTool:
     def changed(self, **fields: object) -> "RigidTool":
         """Tool from the same file with other ``fields`` of its :class:`StlTool`."""
         assert self.stl is not None and self.place is not None
-        return from_file(self.stl.model_copy(update=fields), self.place)
+        stl = self.stl.model_copy(update=fields)
+        return from_file(stl, self.place, self.mesh if stl.path == self.stl.path else None)
 
 
 @dataclass(frozen=True)
@@ -136,10 +139,7 @@ def build_tools(
     )
     block = opened(die, -above, tall, down=False)
     plate = None if holder is None else opened(holder, above, PLATE, down=True)
-    tools = ToolSet(punch, block, plate)
-    for tool in tools.by_name.values():
-        _ = tool.tool  # a file that cannot be sampled is an error here
-    return tools
+    return ToolSet(punch, block, plate)
 
 
 def _punch(stamp: Stamp, face: float, tall: float) -> RigidTool:
@@ -160,7 +160,8 @@ def _opening(edge: SweptEdge, height: float, blank: tuple[float, float]) -> Rigi
     return RigidTool(edge.solid(max(height, edge.radius + 1.0), outer), partial(edge.tool, height), edge.distance)
 
 
-def from_file(stl: StlTool, place: Placement) -> RigidTool:
-    """Tool from a file at its ``place``; raises :class:`InputError`."""
-    body, notes = stl_body(stl, place)
-    return RigidTool(body, partial(stl_tool, stl, body, place), stl=stl, place=place, notes=tuple(notes))
+def from_file(stl: StlTool, place: Placement, mesh: TriangleMesh | None = None) -> RigidTool:
+    """Tool from a file at its ``place``; ``mesh`` of the file, if known. Raises :class:`InputError`."""
+    mesh = read_stl(data_dir() / stl.path) if mesh is None else mesh
+    body, notes = stl_body(stl, place, mesh)
+    return RigidTool(body, partial(stl_tool, stl, body, place), stl=stl, place=place, mesh=mesh, notes=tuple(notes))
