@@ -321,7 +321,7 @@ def _pairs_of(first, last, position, pieces, alive, moved, cells, by_cell, skin,
                 # a pair of two moved pieces is looked at once, from the lower one
                 if i == j or (i != q and moved[i]) or (chain[j] == chain[i] and j - i <= exclude[i]):
                     continue
-                if cut[i] and cut[i] == cut[j]:
+                if cut[i] and cut[j]:
                     continue
                 gap = radius[i] + radius[j] + skin
                 if alive[i - 1] * alive[i] * alive[j - 1] * alive[j] == 0.0:
