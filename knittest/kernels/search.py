@@ -174,7 +174,11 @@ def _add_contact(i, j, s, t, wx, wy, wz, line, touch, arm, coefficient, most, ol
         _copy(old, before, new, c)
         goes_on = old.line[before] == line and new.piece[0, c] == i and new.piece[1, c] == j
         own = _gap(old, before)
+        was_free = touch - max(new.reach[c], own)
         reach = min(touch, (own if goes_on else gap) + max(new.reach[c] - own, 0.0))
+        # a place where the yarns are much nearer than where the contact was is as if just found
+        if not goes_on and new.accepted.size > 0 and new.accepted[c] >= 0.0 and touch - reach > 2.0 * was_free:
+            new.accepted[c] = JUST_FOUND - new.accepted[c]
     if not goes_on:
         new.force[:, c], new.couple[c] = 0.0, 0.0
         new.piece[0, c], new.piece[1, c] = i, j

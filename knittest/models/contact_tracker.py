@@ -70,11 +70,11 @@ def _used(contacts: Contacts, count: int) -> Contacts:
 @dataclass
 class YarnContactGroup:
     """Input of the search, each (n_nodes,): radius and half piece length [mm], pieces along the same yarn that never
-    touch, where a spline piece is, chain and part numbers, ``cut`` 1 + the part of a piece near the end of its yarn (0
-    elsewhere), which does not press another of its part that is; ``node_cut`` first nodes of the partitions; ``law`` of
-    all pairs, ``levers`` (2, n_parts, n_parts) of their friction moments. ``bound`` radius around the section [mm],
-    that of an ellipse more than its half height, ``radius``; sections of nodes as in :class:`Contacts`, empty if all
-    are round (``shape``: if all are rigid).
+    touch, where a spline piece is, chain and part numbers, whether a piece is so near the end of its yarn that it is
+    ``cut``, and does not press another that is; ``node_cut`` first nodes of the partitions; ``law`` of all
+    pairs, ``levers`` (2, n_parts, n_parts) of their friction moments. ``bound`` radius around the section [mm], that of
+    an ellipse more than its half height, ``radius``; sections of nodes as in :class:`Contacts`, empty if all are round
+    (``shape``: if all are rigid).
     ``pressed`` where overlaps at the start shall carry force.
 
     In a periodic cell ``owned`` (n_nodes,) is 1 for its nodes and 0 for images, and contacts are looked for with the
@@ -86,7 +86,7 @@ class YarnContactGroup:
     exclude: Index
     is_piece: NDArray[np.bool_]
     chain: Index
-    cut: Index
+    cut: NDArray[np.bool_]
     node_cut: Index
     law: ContactLaw
     part: Index
@@ -183,8 +183,7 @@ class ContactTracker:
     def at_ends(self) -> NDArray[np.bool_]:
         """Tell which contacts in use, (count,), are with a piece near the end of its yarn."""
         first, second = self.contacts.piece[:, : self.count]
-        found: NDArray[np.bool_] = (self.group.cut[first] > 0) | (self.group.cut[second] > 0)
-        return found
+        return self.group.cut[first] | self.group.cut[second]
 
     def _describe(self, contact: int, share: float) -> str:
         nodes = self.contacts.piece[:, contact]
