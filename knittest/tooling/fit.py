@@ -86,6 +86,11 @@ def measure_fit(tools: ToolSet, stroke: Stroke) -> Fit:
     return Fit(plan.depth, stroke.depth, stroke.thickness, die, holder, tuple(problems), doubts)
 
 
+def plan_problems(tools: ToolSet, stroke: Stroke) -> list[str]:
+    """Sentences on what height maps rule out, for ``tools`` that cannot be sampled."""
+    return _Plan(tools, stroke).problems()
+
+
 def filled_share(tools: ToolSet, stroke: Stroke, cells: int) -> float:
     """Share of the die's opening that the stamp fills, 0 where height maps rule the ``stroke`` out: without distances.
 

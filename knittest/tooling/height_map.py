@@ -19,6 +19,8 @@ CELLS = 200
 PROUD = 0.1
 #: fall, as a share of the largest one looked at, below which a surface counts as flat
 FLAT = 0.02
+#: slope of a triangle out of the upright, as a cosine, from which on it is seen
+EDGE_ON = 1e-6
 
 
 @dataclass(frozen=True)
@@ -35,10 +37,12 @@ class HeightMap:
     def of(
         cls, body: TriangleMesh, blank: tuple[float, float], *, below: bool = False, cells: int = CELLS
     ) -> "HeightMap":
-        """Map of ``body`` within a ``blank`` (lengths along x and y [mm]) about the origin, from above or ``below``."""
+        """Map of a closed ``body`` within a ``blank`` (lengths along x and y [mm]) about the origin, from above or ``below``."""
         x, y = 0.5 * blank[0], 0.5 * blank[1]
         cell = max(blank) / cells
-        corners = body.corners * np.array([1.0, 1.0, -1.0 if below else 1.0])
+        up = -1.0 if below else 1.0
+        seen = up * body.normals[:, 2] > EDGE_ON * np.linalg.norm(body.normals, axis=1)
+        corners = body.corners[seen] * np.array([1.0, 1.0, up])
         return cls(nearest(corners, View(-x, x, -y, y, cell))[0], cell)
 
     @property

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import combinations, product
+from itertools import chain, combinations, product
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -15,7 +15,7 @@ from knittest.tooling.toolset import RigidTool, ToolSet
 
 Degrees = tuple[float, float, float]
 
-#: finest grid [mm] on which candidates are sampled, and cells of their height maps
+#: finest grid [mm] on which candidates are sampled at first, and cells of their height maps
 COARSE, FEW_CELLS = 3.0, 60
 #: other units of a file: metres, inches, centimetres and their inverses
 SCALES = (1000.0, 25.4, 10.0, 0.1, 1.0 / 25.4, 0.001)
@@ -56,11 +56,16 @@ def fitting_change(tools: ToolSet, stroke: Stroke) -> Change | None:
     """The smallest change of files with which ``tools`` fit, None where there is no such change.
 
     Tried are files moved to the middle of the blank; then stamp and die swapped; then rotations of each tool, of two and
-    of all together, first those with which the stamp fills the die's opening best; then other units.
+    of all together, first those with which the stamp fills the die's opening best; then other units; then rotations of
+    tools that are moved to the middle too. Each is tried on a coarse grid first.
     """
     search = _Search(tools, stroke)
-    groups = [list(search.centred()), list(search.swapped()), *search.rotated(), list(search.scaled())]
-    return next((change for group in groups for change in search.ranked(group) if search.fits(change)), None)
+    groups = chain(
+        [search.centred(), search.swapped()], search.rotated(), [search.scaled()],
+        ([c for change in group for c in search.moved(change)] for group in search.rotated()),
+    )  # fmt: skip
+    ranked = (change for group in groups for change in search.ranked(list(group)))
+    return next((change for change in ranked if search.fits(change, COARSE) and search.fits(change, 0.0)), None)
 
 
 class _Search:
@@ -88,16 +93,27 @@ class _Search:
         return [changes[k] for share, k in sorted(filled, key=lambda pair: (-round(pair[0], 1), pair[1])) if share > 0.0]
 
     def centred(self) -> Iterator[Change]:
-        away: dict[str, dict[str, object]] = {}
-        for name, stl in self.files.items():
-            points = self.tools.by_name[name].solid.points[:, :2]
-            x, y = -0.5 * (points.min(axis=0) + points.max(axis=0))
-            if max(abs(x), abs(y)) > OFF_CENTRE:
-                offset = round(stl.offset_x + float(x), 2), round(stl.offset_y + float(y), 2)
-                away[name] = {"offset_x": offset[0], "offset_y": offset[1]}
+        away = {name: self._offset(self.tools.by_name[name]) for name in self.files}
         for names in self._groups():
-            if all(name in away for name in names):
+            if all(away[name] for name in names):
                 yield Change({name: away[name] for name in names})
+
+    def moved(self, change: Change) -> Iterator[Change]:
+        """The ``change`` with all its tools moved to the middle of the blank, if that is another one."""
+        made = self._set(change, COARSE)
+        away = {} if made is None else {name: self._offset(made.by_name[name]) for name in change.fields}
+        if any(away.values()):
+            yield Change({name: {**fields, **away[name]} for name, fields in change.fields.items()})
+
+    def _offset(self, tool: RigidTool) -> dict[str, object]:
+        """Fields that move ``tool`` to the middle of the blank; none if it is there."""
+        assert tool.stl is not None
+        points = tool.solid.points[:, :2]
+        x, y = (float(value) for value in -0.5 * (points.min(axis=0) + points.max(axis=0)))
+        if max(abs(x), abs(y)) <= OFF_CENTRE:
+            return {}
+        # no negative zero
+        return {"offset_x": round(tool.stl.offset_x + x, 2) + 0.0, "offset_y": round(tool.stl.offset_y + y, 2) + 0.0}
 
     def swapped(self) -> Iterator[Change]:
         if {"stamp", "die"} <= set(self.files):
@@ -108,26 +124,26 @@ class _Search:
             for scale in SCALES:
                 yield Change({name: {"scale": self.files[name].scale * scale} for name in names})
 
-    def fits(self, change: Change) -> bool:
-        """Tell whether the tools fit with ``change``, on a coarse grid."""
+    def fits(self, change: Change, coarsest: float) -> bool:
+        """Tell whether the tools fit with ``change``, on a grid of ``coarsest`` [mm] or the file's if that is coarser."""
         try:
-            tools = self._set(change)
+            tools = self._set(change, coarsest)
             return tools is not None and self._filled(change, CELLS) > 0.0 and not measure_fit(tools, self.stroke).problems
         except InputError:  # a body that cannot be sampled as it lies
             return False
 
     def _filled(self, change: Change, cells: int) -> float:
-        tools = self._set(change)
+        tools = self._set(change, COARSE)
         return 0.0 if tools is None else filled_share(tools, self.stroke, cells)
 
     def _groups(self) -> list[tuple[str, ...]]:
         names = list(self.files)
         return [group for size in range(1, len(names) + 1) for group in combinations(names, size)]
 
-    def _set(self, change: Change) -> ToolSet | None:
+    def _set(self, change: Change, coarsest: float) -> ToolSet | None:
         made = {}
         for name, fields in change.fields.items():
-            spacing = max(self.files[name].spacing, COARSE)
+            spacing = max(self.files[name].spacing, coarsest)
             tool = self._made(name, self.files[name].model_copy(update={**fields, "spacing": spacing}))
             if tool is None:
                 return None

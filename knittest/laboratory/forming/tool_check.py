@@ -1,12 +1,13 @@
 """Checks whether the tools of a forming run fit each other: before a run, and for ``knittest check``."""
 
 from dataclasses import dataclass
+from math import ceil
 from pathlib import Path
 from typing import Any
 
 from knittest.base.errors import InputError
 from knittest.laboratory.forming.config import FormingRun
-from knittest.tooling.fit import Fit, Stroke, measure_fit
+from knittest.tooling.fit import Fit, Stroke, measure_fit, plan_problems
 from knittest.tooling.refit import fitting_change
 from knittest.tooling.toolset import ToolSet, build_tools
 
@@ -50,9 +51,14 @@ def tools_of(run: FormingRun, thickness: float) -> ToolSet:
 
 
 def measured_tools(run: FormingRun, thickness: float) -> CheckedTools:
-    """The tools of ``run`` with their fit, whether they fit or not."""
-    tools = tools_of(run, thickness)
-    return CheckedTools(tools, measure_fit(tools, stroke_of(run, thickness)))
+    """The tools of ``run`` with their fit, whether they fit or not; raises :class:`InputError` without distances."""
+    tools, stroke = tools_of(run, thickness), stroke_of(run, thickness)
+    try:
+        return CheckedTools(tools, measure_fit(tools, stroke))
+    except InputError as error:
+        if problems := plan_problems(tools, stroke):
+            raise InputError(_misfits(run, tools, stroke, [f"{error}.", *problems])) from None
+        raise
 
 
 def fitting_tools(run: FormingRun, thickness: float) -> CheckedTools:
@@ -64,22 +70,39 @@ def fitting_tools(run: FormingRun, thickness: float) -> CheckedTools:
 
 def refuse_misfits(run: FormingRun, found: CheckedTools) -> None:
     """Raise :class:`InputError` for tools of ``run`` that do not fit, with what would make them fit."""
-    if not found.fit.problems:
-        return
-    files = {name: tool.stl.path for name, tool in found.tools.by_name.items() if tool.stl is not None}
+    fit = found.fit
+    if fit.problems:
+        problems = [*fit.problems, *_wider(run, fit)]
+        raise InputError(_misfits(run, found.tools, stroke_of(run, fit.thickness), problems))
+
+
+def _misfits(run: FormingRun, tools: ToolSet, stroke: Stroke, problems: list[str]) -> str:
+    """The ``problems`` of ``tools``, with the change of files that makes them fit."""
+    files = {name: tool.stl.path for name, tool in tools.by_name.items() if tool.stl is not None}
     what = ", ".join(f"rig.{name}.stl.path = {path}" for name, path in files.items()) or "rig.stamp, rig.die"
-    change = fitting_change(found.tools, stroke_of(run, found.fit.thickness)) if files else None
+    parts = [f"{what}: the tools do not fit each other.", *problems]
+    change = fitting_change(tools, stroke) if files else None
     if change is not None:
-        advice = "The tools fit with " + " ".join(f"--set {setting}" for setting in change.settings) + "."
+        parts.append("The tools fit with " + " ".join(f"--set {setting}" for setting in change.settings) + ".")
     elif files:
-        advice = (
+        parts.append(
             "No rotation by 90 or 180 degrees, no move to the middle of the blank and no unit makes them fit. Expected "
             "z up, x along the weft and y along the warp."
         )
-    else:
-        wider = found.fit.thickness - found.fit.die.size + 0.1
-        advice = f"Increase rig.die.clearance by {wider:.1g} mm or more, to {run.rig.die.clearance + wider:.1f} mm."
-    raise InputError(" ".join([f"{what}: the tools do not fit each other.", *found.fit.problems, advice]))
+    return " ".join(parts)
+
+
+def _wider(run: FormingRun, fit: Fit) -> list[str]:
+    """Advice on the clearance of openings by dimensions."""
+    found = []
+    for name, missing in (
+        ("die", fit.thickness - fit.die.size), ("holder", 0.0 if fit.holder is None else -fit.holder.size),
+    ):  # fmt: skip
+        opening = getattr(run.rig, name)
+        if opening.stl is None and missing > 0.0:
+            enough = ceil(10.0 * (opening.clearance + missing)) / 10.0
+            found.append(f"Set rig.{name}.clearance to at least {enough:.1f} mm.")
+    return found
 
 
 def stroke_of(run: FormingRun, thickness: float) -> Stroke:
