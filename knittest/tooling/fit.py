@@ -97,7 +97,8 @@ def filled_share(tools: ToolSet, stroke: Stroke, cells: int) -> float:
     Edges are looked at only on maps of :data:`CELLS` cells.
     """
     plan = _Plan(tools, stroke, cells)
-    return 0.0 if plan.problems() or (cells == CELLS and plan.upside_down()) else plan.filled
+    impossible = plan.problems() or plan.gap < (1.0 - SHORT) * stroke.thickness
+    return 0.0 if impossible or (cells == CELLS and plan.upside_down()) else plan.filled
 
 
 def smallest_clearance(stamp: RigidTool, other: RigidTool, stroke: Stroke) -> Clearance:
@@ -148,6 +149,12 @@ class _Plan:
         lowest = float(_within(self.tools.stamp.solid.points, -half, half)[:, 2].min()) - self.stroke.depth
         rim = float(self.die.rim()[self.between].max())
         return max(rim - (lowest - self.stroke.thickness), 0.0)
+
+    @property
+    def gap(self) -> float:
+        """Smallest upright distance [mm] of stamp and die at the end of the stroke, at least their clearance."""
+        both = self.stamp.there & self.die.there
+        return float((-self.stamp.height - self.stroke.depth - self.die.height)[both].min(initial=np.inf))
 
     @property
     def filled(self) -> float:
