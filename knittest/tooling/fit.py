@@ -1,4 +1,4 @@
-"""Whether stamp, die and holder can form a blank: depth in the die's opening, clearance, and which side is up."""
+"""Fit of stamp, die and holder: depth in the die's opening, clearance, and which side is up."""
 
 from dataclasses import dataclass
 
@@ -16,8 +16,9 @@ Place = tuple[float, float, float]
 POSITIONS, NEAREST = 9, 20
 #: distance in plan [mm] from the box round the stamp within which clearances are measured
 NEAR = 30.0
-#: share of the stamp's section that must lie between walls of die and holder; share of the depth it must enter
-BETWEEN, ENTERED = 0.9, 0.8
+#: share of the stamp's section that must lie between walls of die and holder; shares of the depth below which a die is
+#: rejected, and below which it is suspicious: the face of a die may slope
+BETWEEN, ENTERED, FULL = 0.9, 0.5, 0.98
 #: share of the area common to holder and die that must be pressed on together, within a thickness
 PRESSED = 0.1
 #: share of the fabric's thickness by which the clearance may be smaller: files are sampled
@@ -47,7 +48,7 @@ class Clearance:
 
 @dataclass(frozen=True)
 class Fit:
-    """How tools fit each other: the stamp enters the die's opening by ``depth`` of ``asked`` [mm].
+    """Fit of tools: the stamp enters the die's opening by ``depth`` of ``asked`` [mm].
 
     ``die`` and ``holder`` are the clearances of the stamp. ``problems`` are sentences on what is impossible, ``doubts``
     on what is suspicious although the user has stated it.
@@ -64,9 +65,7 @@ class Fit:
 
 @dataclass(frozen=True)
 class Stroke:
-    """What the tools are asked to do: ``depth``, ``thickness`` of the fabric, lengths of the ``blank`` along x and y
-    [mm].
-    """
+    """Task of the tools: ``depth``, ``thickness`` of the fabric, lengths of the ``blank`` along x and y [mm]."""
 
     depth: float
     thickness: float
@@ -82,7 +81,7 @@ def measure_fit(tools: ToolSet, stroke: Stroke) -> Fit:
     inverted = plan.upside_down()
     stated = [name for name in inverted if getattr(tools.by_name[name].stl, "rotation", None) is not None]
     problems += [text for name, text in inverted.items() if name not in stated]
-    doubts = tuple(inverted[name] for name in stated)
+    doubts = (*(inverted[name] for name in stated), *plan.doubts())
     return Fit(plan.depth, stroke.depth, stroke.thickness, die, holder, tuple(problems), doubts)
 
 
@@ -168,13 +167,21 @@ class _Plan:
         if not self._within_walls(self.between):
             found = [f"The stamp does not enter an opening of the die: {self._share(self.between, 'die')}."]
         elif self.depth < ENTERED * self.stroke.depth:
-            found = [
-                f"The stamp enters the die's opening by {self.depth:.3g} mm, expected {self.stroke.depth:g} mm: "
-                f"{100.0 * (1.0 - PROUD):.0f} % of the die lie below z = {self.die.face:.3g} mm."
-            ]
+            found = [self._shallow()]
         else:
             found = []
         return [*found, *self._problems_of_holder()]
+
+    def doubts(self) -> list[str]:
+        """Sentences on what is suspicious."""
+        shallow = ENTERED * self.stroke.depth <= self.depth < FULL * self.stroke.depth
+        return [self._shallow()] if shallow else []
+
+    def _shallow(self) -> str:
+        return (
+            f"The stamp enters the die's opening by {self.depth:.3g} mm, expected {self.stroke.depth:g} mm: "
+            f"{100.0 * (1.0 - PROUD):.0f} % of the die lie below z = {self.die.face:.3g} mm."
+        )
 
     def upside_down(self) -> dict[str, str]:
         """Sentence on each tool from a file whose working edge is sharp while its opposite edge is rounded."""

@@ -1,4 +1,4 @@
-"""What would make tools from files fit: another rotation, another place, stamp and die swapped, another unit."""
+"""Changes of files that make tools fit: another rotation, another place, stamp and die swapped, another unit."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -88,9 +88,11 @@ class _Search:
             ]
 
     def ranked(self, changes: list[Change]) -> list[Change]:
-        """Those of ``changes`` that height maps allow, the best filled opening first, the plainest of equals first."""
+        """The ``changes`` that height maps allow, the best filled opening first, the plainest of equals first."""
         filled = [(self._filled(change, FEW_CELLS), k) for k, change in enumerate(changes)]
-        return [changes[k] for share, k in sorted(filled, key=lambda pair: (-round(pair[0], 1), pair[1])) if share > 0.0]
+        return [
+            changes[k] for share, k in sorted(filled, key=lambda pair: (-round(pair[0], 1), pair[1])) if share > 0.0
+        ]
 
     def centred(self) -> Iterator[Change]:
         away = {name: self._offset(self.tools.by_name[name]) for name in self.files}
@@ -128,7 +130,9 @@ class _Search:
         """Tell whether the tools fit with ``change``, on a grid of ``coarsest`` [mm] or the file's if that is coarser."""
         try:
             tools = self._set(change, coarsest)
-            return tools is not None and self._filled(change, CELLS) > 0.0 and not measure_fit(tools, self.stroke).problems
+            return (
+                tools is not None and self._filled(change, CELLS) > 0.0 and not measure_fit(tools, self.stroke).problems
+            )
         except InputError:  # a body that cannot be sampled as it lies
             return False
 

@@ -1,4 +1,4 @@
-"""Whether forming tools fit: closed forms of depth and clearance, and misfits that are rejected with what mends them."""
+"""Fit of forming tools: closed forms of depth and clearance, and misfits that are rejected with what mends them."""
 
 from dataclasses import replace
 from math import cos, hypot, radians, tan

@@ -106,7 +106,7 @@ def _wider(run: FormingRun, fit: Fit) -> list[str]:
 
 
 def stroke_of(run: FormingRun, thickness: float) -> Stroke:
-    """What the tools of ``run`` are asked to do to a blank of ``thickness`` [mm]."""
+    """Stroke of the tools of ``run`` on a blank of ``thickness`` [mm]."""
     return Stroke(run.rig.depth_mm, thickness, (run.rig.blank_width_mm, run.rig.blank_length_mm))
 
 

@@ -98,8 +98,13 @@ def _section(axes: "Axes", tools: ToolSet, fit: Fit, stroke: Stroke) -> None:
         if distance.min() < 0.0 < distance.max():
             axes.contourf(along, z, distance, [-1e9, 0.0], colors=[COLOURS[name]], alpha=0.45)
             axes.contour(along, z, distance, [0.0], colors=COLOURS[name], linewidths=1.4)
-    axes.fill_between(along[[0, -1]], -0.5 * thickness, 0.5 * thickness, color=GREY, alpha=0.5, linewidth=0.0)
-    axes.plot(towards @ fit.die.place[:2], fit.die.place[2], "x", color=RED, ms=8, mew=2)
+    axes.fill_between(along[[0, -1]], -0.5 * thickness, 0.5 * thickness, color="lightgrey", linewidth=0.0, zorder=0)
+    x, height = float(towards @ fit.die.place[:2]), fit.die.place[2]
+    axes.plot(x, height, "x", color=RED, ms=8, mew=2)
+    axes.annotate(
+        f"{fit.die.size:.3g} mm", (x, height), xytext=(8, -4), textcoords="offset points", color=RED, fontsize=9.5,
+        bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.8},
+    )  # fmt: skip
     axes.set(xlim=along[[0, -1]], ylim=z[[0, -1]], aspect="equal")
     axes.set_xlabel("along the section, from the middle of the blank [mm]", fontsize=9)
     axes.set_ylabel("z [mm]", fontsize=9)
