@@ -20,8 +20,8 @@ from knittest.cli.options import describes_run, own_options, own_settings, resol
 )
 @click.option("--threads", type=click.IntRange(1), help="Threads.  [default: all cores]")
 @click.option(
-    "--out", type=click.Path(path_type=Path, file_okay=False), default=Path("check"), show_default=True,
-    help="Folder for the picture of the tools (forming).",
+    "--out", type=click.Path(path_type=Path, file_okay=False), default=Path("check"),
+    help="Folder for the picture of the tools (forming).  [default: check]",
 )  # fmt: skip
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout and nothing else there.")
 def check(
@@ -38,8 +38,8 @@ def check(
 
     Sizes, masses, time step, steps, initial overlap; the time, by a hundred steps or more of the real model; and each
     number of the fabric beside its counterpart in the fabric's tests, in its curves, in its yarns and in the relaxed
-    cell: agrees, differs or no counterpart. With --convergence the test is run twice. Of forming: depth and clearance of
-    the tools, and a picture of their section. TEST is tensile if not given.
+    cell: agrees, differs or no counterpart. With --convergence the test is run twice. Of forming: depth and clearance
+    of the tools, and a picture of their section. TEST is tensile if not given.
 
     Example: knittest check tensile --variant 2 --scale meso --preset paper
     """

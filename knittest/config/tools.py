@@ -29,8 +29,8 @@ class StlTool(Strict):
     )
     rotation: Annotated[tuple[float, float, float], Field(strict=False)] | None = Field(
         None,
-        description="rotation about the axes x, y and z, in this order [deg], before scale and offset; [90, 0, 0] for a "
-        "file with y up; stated, also as [0, 0, 0], it overrules the check which side is up",
+        description="rotation about the axes x, y and z, in this order [deg], before scale and offset; [90, 0, 0] for "
+        "a file with y up; stated, also as [0, 0, 0], it overrules the check which side is up",
     )
     offset_x: float = number(0.0, "mm", "moves it along x, the weft, after scaling", band=(-5000, 5000))
     offset_x_mm: ClassVar[Kernel[float]] = Kernel("offset_x")

@@ -106,7 +106,7 @@ def check_closed(mesh: TriangleMesh) -> None:
 
 
 def distances(corners: Array, points: Array, at_most: Array) -> Array:
-    """Distance [mm] of ``points`` (n, 3) from the triangles ``corners`` (m, 3, 3); inf if more than ``at_most`` (n,)."""
+    """Distance [mm] of ``points`` (n, 3) from the triangles ``corners`` (m, 3, 3); inf above ``at_most`` (n,)."""
     square, number = np.full((len(points), 1, 1, 1), np.inf), np.zeros((1, 1, 1), np.int32)
     for k, point in enumerate(points):  # each is the only sample of a grid
         near_distance(corners, point, 1.0, at_most[k], square[k], number)

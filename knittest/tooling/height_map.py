@@ -37,7 +37,7 @@ class HeightMap:
     def of(
         cls, body: TriangleMesh, blank: tuple[float, float], *, below: bool = False, cells: int = CELLS
     ) -> "HeightMap":
-        """Map of a closed ``body`` within a ``blank`` (lengths along x and y [mm]) about the origin, from above or ``below``."""
+        """Map of a closed ``body`` within a ``blank`` (lengths along x and y [mm]), from above or ``below``."""
         x, y = 0.5 * blank[0], 0.5 * blank[1]
         cell = max(blank) / cells
         up = -1.0 if below else 1.0

@@ -55,8 +55,8 @@ def axis_rotations() -> list[Degrees]:
 def fitting_change(tools: ToolSet, stroke: Stroke) -> Change | None:
     """The smallest change of files with which ``tools`` fit, None where there is no such change.
 
-    Tried are files moved to the middle of the blank; then stamp and die swapped; then rotations of each tool, of two and
-    of all together, first those with which the stamp fills the die's opening best; then other units; then rotations of
+    Tried are files moved to the middle of the blank; then stamp and die swapped; then rotations of each tool, of two
+    and of all together, first those with which the stamp fills the die's opening best; then other units; then rotations of
     tools that are moved to the middle too. Each is tried on a coarse grid first.
     """
     search = _Search(tools, stroke)
@@ -127,7 +127,7 @@ class _Search:
                 yield Change({name: {"scale": self.files[name].scale * scale} for name in names})
 
     def fits(self, change: Change, coarsest: float) -> bool:
-        """Tell whether the tools fit with ``change``, on a grid of ``coarsest`` [mm] or the file's if that is coarser."""
+        """Tell whether the tools fit with ``change``, on a grid of ``coarsest`` [mm] or the file's, if coarser."""
         try:
             tools = self._set(change, coarsest)
             return (

@@ -1,6 +1,7 @@
 """Fit of forming tools: closed forms of depth and clearance, and misfits that are rejected with what mends them."""
 
 from dataclasses import replace
+from itertools import pairwise
 from math import cos, hypot, radians, tan
 from pathlib import Path
 
@@ -197,7 +198,7 @@ def cup(inner: float, outer: float, deep: float, floor: float) -> TriangleMesh:
                (outer, -deep - floor), (0.0, -deep - floor)]  # fmt: skip
     rings = [np.column_stack([r * ring, np.full(64, z)]) for r, z in profile]
     parts = []
-    for low, high in zip(rings[:-1], rings[1:], strict=True):
+    for low, high in pairwise(rings):
         a, b = np.roll(low, -1, axis=0), np.roll(high, -1, axis=0)
         parts += [np.stack([low, high, a], axis=1), np.stack([a, high, b], axis=1)]
     mesh = TriangleMesh.joined(parts)
@@ -210,7 +211,7 @@ def dome() -> TriangleMesh:
 
 
 def test_a_die_with_a_floor_is_a_cavity(dome, tmp_path):
-    """It takes a stroke down to a thickness above its floor, and none beyond: its depth less the stroke, a thickness more."""
+    """Its clearance is its depth less the stroke and a thickness more; a shallower one is rejected."""
     fit = measure_fit(by_files({"stamp": dome, "die": cup(21.0, 55.0, 15.5, 10.0)}, tmp_path), STROKE)
     assert fit.problems == () and fit.die.size == pytest.approx(15.5 - 15.0 + 2.2, abs=1e-3)
     for deep, problem in ((13.8, "is 1 mm"), (7.8, "they overlap by 5 mm")):

@@ -1,5 +1,7 @@
 """Tools that are unusual but can form: clearances from their geometry, and none of them is rejected."""
 
+from itertools import pairwise
+
 import meshio
 import numpy as np
 import pytest
@@ -49,7 +51,7 @@ def plate(outer, *holes, low, high):
 def revolved(profile, at=(0.0, 0.0), sides=96):
     """Body of revolution of a ``profile`` of radii and heights, the body on its left."""
     rings = [np.column_stack([circle(r, at, sides), np.full(sides, z)]) for r, z in profile]
-    return TriangleMesh.joined([wall(low, high) for low, high in zip(rings[:-1], rings[1:], strict=True)])
+    return TriangleMesh.joined([wall(low, high) for low, high in pairwise(rings)])
 
 
 def dome(radius=15.0, at=(0.0, 0.0), sides=96, steps=41):

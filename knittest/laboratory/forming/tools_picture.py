@@ -99,25 +99,25 @@ def _section(axes: "Axes", tools: ToolSet, fit: Fit, stroke: Stroke) -> None:
             axes.contourf(along, z, distance, [-1e9, 0.0], colors=[COLOURS[name]], alpha=0.45)
             axes.contour(along, z, distance, [0.0], colors=COLOURS[name], linewidths=1.4)
     axes.fill_between(along[[0, -1]], -0.5 * thickness, 0.5 * thickness, color="lightgrey", linewidth=0.0, zorder=0)
-    x, height = float(towards @ fit.die.place[:2]), fit.die.place[2]
-    axes.plot(x, height, "x", color=RED, ms=8, mew=2)
+    across, level = float(towards @ fit.die.place[:2]), fit.die.place[2]
+    axes.plot(across, level, "x", color=RED, ms=8, mew=2)
     axes.annotate(
-        f"{fit.die.size:.3g} mm", (x, height), xytext=(8, -4), textcoords="offset points", color=RED, fontsize=9.5,
+        f"{fit.die.size:.3g} mm", (across, level), xytext=(8, -4), textcoords="offset points", color=RED, fontsize=9.5,
         bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.8},
     )  # fmt: skip
     axes.set(xlim=along[[0, -1]], ylim=z[[0, -1]], aspect="equal")
     axes.set_xlabel("along the section, from the middle of the blank [mm]", fontsize=9)
     axes.set_ylabel("z [mm]", fontsize=9)
     axes.set_title(
-        f"section, stamp moved {travel:.3g} mm; grey: blank at the start; depth in the die's opening {fit.depth:.3g} mm "
-        f"(asked {fit.asked:g} mm); smallest clearance {fit.die.size:.3g} mm (x)",
+        f"section, stamp moved {travel:.3g} mm; grey: blank at the start; depth in the die's opening {fit.depth:.3g} "
+        f"mm (asked {fit.asked:g} mm); smallest clearance {fit.die.size:.3g} mm (x)",
         fontsize=9.5, loc="left", color=RED if fit.problems else "black",
     )  # fmt: skip
     dress(axes)
 
 
 def _direction(fit: Fit) -> Array:
-    """Direction in plan of the section, (2,): from the middle of the blank to the smallest clearance; y if that is there."""
+    """Direction in plan of the section, (2,): from the middle of the blank to the smallest clearance; y for none."""
     place = np.array(fit.die.place[:2])
     away = float(np.linalg.norm(place))
     return place / away if away > 1.0 else np.array([0.0, 1.0])
