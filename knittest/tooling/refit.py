@@ -55,9 +55,9 @@ def axis_rotations() -> list[Degrees]:
 def fitting_change(tools: ToolSet, stroke: Stroke) -> Change | None:
     """The smallest change of files with which ``tools`` fit, None where there is no such change.
 
-    Tried are files moved to the middle of the blank; then stamp and die swapped; then rotations of each tool, of two
-    and of all together, first those with which the stamp fills the die's opening best; then other units; then rotations of
-    tools that are moved to the middle too. Each is tried on a coarse grid first.
+    Tried are files moved to the middle of the blank; stamp and die swapped; rotations of each tool, of two and of all
+    together, first those with which the stamp fills the die's opening best; other units; and rotations of tools that
+    are moved to the middle too. Each is tried on a coarse grid first.
     """
     search = _Search(tools, stroke)
     groups = chain(
