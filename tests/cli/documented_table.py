@@ -22,7 +22,8 @@ SETUP = (
 #: names of commands, without what they need: they must be there
 NAMES = (
     "knittest regress", "knittest speed-study", "knittest resume",
-    "knittest check", "knittest check forming", "knittest compare", "knittest batch", "knittest calibrate", "knittest friction",
+    "knittest check", "knittest check forming", "knittest compare",
+    "knittest batch", "knittest calibrate", "knittest friction",
     "knittest uncertainty", "knittest view RUN",
 )  # fmt: skip
 
