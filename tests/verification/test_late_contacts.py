@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from knittest.kernels.search import JUST_FOUND
+from knittest.kernels.search import JAMMED
 from knittest.models.contact_tracker import AT_ONCE, LEFT_FREE, RECOVERY
 from knittest.pose import ALL, Body, Chain, YarnContact, section
 
