@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from knittest.kernels.search import JAMMED
-from knittest.models.contact_tracker import AT_ONCE, LEFT_FREE, RECOVERY
+from knittest.models.contact_tracker import LEFT_FREE, RECOVERY
 from knittest.pose import ALL, Body, Chain, YarnContact, section
 
 RADIUS, SIZE = 0.25, 1.0
@@ -112,22 +111,6 @@ def test_a_contact_in_recovery_goes_on_from_its_state_to_the_bit() -> None:
         ends.append((tracker.recovered, tracker.contacts.accepted[0], tracker.contacts.reach[0]))
     assert ends[0][0] > 0.0 and ends[0][1] == 0.02
     assert ends[0] == ends[1]
-
-
-def test_a_contact_that_is_found_inside_gets_force_at_once() -> None:
-    """A quarter of the radius where it was just found, the rest slowly; what the start had is never pressed."""
-    for accepted in (0.0, 0.02):
-        body = pressed(held=True)
-        tracker = body.model.tracker
-        tracker.contacts.reach[0], tracker.contacts.accepted[0] = 0.4, JUST_FOUND - accepted
-        tracker.recover(0.0)
-        assert tracker.contacts.accepted[0] == pytest.approx(accepted)
-        goal = 2.0 * RADIUS - accepted - LEFT_FREE * RADIUS
-        assert tracker.contacts.reach[0] == pytest.approx(min(0.4 + AT_ONCE * RADIUS, goal))
-        given = tracker.recovered
-        assert given == pytest.approx(0.5 * CONTACT.normal * (tracker.contacts.reach[0] - 0.4) ** 2)
-        tracker.recover(0.0)
-        assert tracker.recovered == given
 
 
 def test_two_crossings_of_yarns_about_an_element_apart_are_tracked_both() -> None:
