@@ -55,6 +55,9 @@ class TestKind:
     sheet: str = ""
     #: ``module:name`` of the share of its motion after which a run, with what is prepared of it, will have failed
     lasting: str = ""
+    #: ``module:name`` of what ``knittest check`` looks at before its model is made: lines and numbers of a run, with a
+    #: folder for pictures
+    checked: str = ""
     #: ``module:name`` of what is known of the errors of its results
     corrections: str = ""
     #: ``module:name`` of the study that its pages show beside a run with these results

@@ -1,5 +1,6 @@
 """``knittest check``."""
 
+from pathlib import Path
 from typing import Any
 
 import click
@@ -18,6 +19,10 @@ from knittest.cli.options import describes_run, own_options, own_settings, resol
     "--no-time", is_flag=True, help="No estimate of the time, for which kernels are compiled and steps timed."
 )
 @click.option("--threads", type=click.IntRange(1), help="Threads.  [default: all cores]")
+@click.option(
+    "--out", type=click.Path(path_type=Path, file_okay=False), default=Path("check"),
+    help="Folder for the picture of the tools (forming).  [default: check]",
+)  # fmt: skip
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout and nothing else there.")
 def check(
     test: str,
@@ -25,6 +30,7 @@ def check(
     convergence: bool,
     no_time: bool,
     threads: int | None,
+    out: Path,
     as_json: bool,
     **chosen: Any,
 ) -> int:
@@ -32,7 +38,8 @@ def check(
 
     Sizes, masses, time step, steps, initial overlap; the time, by a hundred steps or more of the real model; and each
     number of the fabric beside its counterpart in the fabric's tests, in its curves, in its yarns and in the relaxed
-    cell: agrees, differs or no counterpart. With --convergence the test is run twice. TEST is tensile if not given.
+    cell: agrees, differs or no counterpart. With --convergence the test is run twice. Of forming: depth and clearance
+    of the tools, and a picture of their section. TEST is tensile if not given.
 
     Example: knittest check tensile --variant 2 --scale meso --preset paper
     """
@@ -40,4 +47,4 @@ def check(
     runs = resolve_runs(test, direction, chosen)
     from knittest.runs.preflight.command import CheckOptions, check_command
 
-    return check_command(runs, CheckOptions(threads, as_json, not no_time, convergence))
+    return check_command(runs, CheckOptions(threads, as_json, not no_time, convergence, out))

@@ -30,22 +30,24 @@ def stl(out: Path, **chosen: Any) -> None:
     Example: knittest export stl --variant 1 --set rig.stamp.t.bar_length=140 --set rig.blank_holder_force=100
     """
     from knittest.base.stamp import Stamp, stamped
-    from knittest.laboratory.forming.test import tools_of
+    from knittest.laboratory.forming.tool_check import measured_tools, stroke_of
     from knittest.laboratory.forming.tool_files import write_tools
     from knittest.laboratory.forming.tools_picture import tools_picture
     from knittest.laboratory.run_stamp import size_of
 
     (run,) = resolve_runs("forming", None, chosen)
     rig, thickness = run.rig, run.fabric.thickness_mm
-    tools = tools_of(run, thickness)
+    found = measured_tools(run, thickness)
+    tools = found.tools
     paths = write_tools(tools, out)
-    blank = (rig.blank_width_mm, rig.blank_length_mm)
     title = f"tools of forming, {SHAPES[rig.stamp.kind]}"
     facts = (f"for {run.fabric.name}, {thickness:g} mm thick", *size_of(run))
     with stamped(Stamp(facts)):
-        tools_picture(out / "tools.png", tools, depth=rig.depth_mm, thickness=thickness, blank=blank, title=title)
-    for line in (*tools.notes, *paths, out / "tools.png"):
+        tools_picture(out / "tools.png", tools, found.fit, stroke_of(run, thickness), title=title)
+    for line in (*tools.notes, *found.lines, *paths, out / "tools.png"):
         click.echo(str(line))
+    for problem in found.fit.problems:
+        click.echo(f"warning: {problem}", err=True)
 
 
 @export.command()

@@ -5,7 +5,7 @@ and 2.6 mm thickness, drawn 40 mm deep; the reasons stand in docs/forming-tools.
 """
 
 from math import cos, sin, tan
-from typing import ClassVar, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -26,6 +26,11 @@ class StlTool(Strict):
     spacing_mm: ClassVar[Kernel[float]] = Kernel("spacing")
     scale: float = number(
         1.0, "1", "mm per unit of length of the file: 25.4 for inches, 1000 for metres", gt=0, band=(1e-4, 1e4)
+    )
+    rotation: Annotated[tuple[float, float, float], Field(strict=False)] | None = Field(
+        None,
+        description="rotation about the axes x, y and z, in this order [deg], before scale and offset; [90, 0, 0] for "
+        "a file with y up; stated, also as [0, 0, 0], it overrules the check which side is up",
     )
     offset_x: float = number(0.0, "mm", "moves it along x, the weft, after scaling", band=(-5000, 5000))
     offset_x_mm: ClassVar[Kernel[float]] = Kernel("offset_x")

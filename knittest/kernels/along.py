@@ -6,7 +6,9 @@ let it sink in beside. Such pieces are marked with the yarns they lie along, and
 
 from typing import NamedTuple
 
+import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from knittest.kernels.contact import BESIDE, FIRST_ALONG, POINT, SECOND_ALONG, bend_of, tangent_of
 from knittest.kernels.options import KERNEL, PART, U
@@ -28,17 +30,16 @@ MOST = 4
 
 class Pieces(NamedTuple):
     """Pieces of yarns, (n_nodes,) each: ``radius`` and ``half_piece`` length [mm], the number of pieces along its yarn
-    that it never touches (``exclude``), its ``chain``, what is ``cut`` off there (0: nothing, else 1 + the part of the
-    yarn: no two of one part touch there), and the piece of a periodic cell that it copies (``master``), by which
-    ``along`` (n_nodes, :data:`MOST`) has the chains of those that it lies along, -1 for none. ``ends``: yarns end where
-    their chains do; those of a periodic cell go on.
+    that it never touches (``exclude``), its ``chain``, whether it is ``cut`` off there: no two of those touch, and the
+    piece of a periodic cell that it copies (``master``), by which ``along`` (n_nodes, :data:`MOST`) has the chains of
+    those that it lies along, -1 for none. ``ends``: yarns end where their chains do; those of a periodic cell go on.
     """
 
     radius: Array
     half_piece: Array
     exclude: Index
     chain: Index
-    cut: Index
+    cut: NDArray[np.bool_]
     master: Index
     along: Index
     ends: bool = True

@@ -12,7 +12,6 @@ from numba import njit, prange
 from knittest.kernels.along import held_kind
 from knittest.kernels.contact import BESIDE, FIRST_ALONG, FIRST_END, LAST_END, POINT, SECOND_ALONG, closest_step
 from knittest.kernels.grid import ROWS, place_of, row_near
-from knittest.kernels.heirs import HELD
 from knittest.kernels.options import ALLOCATING, INLINE, KERNEL, PARALLEL, PART, PARTITIONS
 from knittest.kernels.rows import rows3, rows4
 from knittest.kernels.state import Index
@@ -32,6 +31,8 @@ WITHIN = (0.0, 1.0)
 DIPS = 0.04
 #: length of a piece, over the smaller radius, from which on it is held also where it begins
 COARSE = 3.0
+#: parameter beyond a piece up to which it is looked for a point on one beside it that is held at its middle, 0.5 away
+BESIDE_HELD = 0.25
 #: distance along both yarns [elements] from which on two places of a piece at the end of a yarn are two
 APART = 0.3
 
@@ -269,16 +270,15 @@ def _held_place(x, y, z, i, j, line, number, tips, radius, coarse):
 def _beside_held(parameters, i, j, is_first, pieces):
     """Limits of a point on piece i, of which the yarn's pieces beside it may be held along that of piece j.
 
-    Those are held at their middles: what is near between there and this piece, beyond the reach of that
-    (:data:`knittest.kernels.heirs.HELD`), is found from here. ``is_first`` where i
+    Those are held at their middles: what is nearer between there and this piece is found from here. ``is_first`` where i
     is the lower one of the pair.
     """
     first, last = parameters
     own = FIRST_ALONG if is_first else SECOND_ALONG
     if first == -BEYOND and (held_kind(i - 1, j, pieces) if is_first else held_kind(j, i - 1, pieces)) == own:
-        first = -HELD
+        first = -BESIDE_HELD
     if last == 1.0 + BEYOND and (held_kind(i + 1, j, pieces) if is_first else held_kind(j, i + 1, pieces)) == own:
-        last = 1.0 + HELD
+        last = 1.0 + BESIDE_HELD
     return first, last
 
 
@@ -321,7 +321,7 @@ def _pairs_of(first, last, position, pieces, alive, moved, cells, by_cell, skin,
                 # a pair of two moved pieces is looked at once, from the lower one
                 if i == j or (i != q and moved[i]) or (chain[j] == chain[i] and j - i <= exclude[i]):
                     continue
-                if cut[i] and cut[i] == cut[j]:
+                if cut[i] and cut[j]:
                     continue
                 gap = radius[i] + radius[j] + skin
                 if alive[i - 1] * alive[i] * alive[j - 1] * alive[j] == 0.0:

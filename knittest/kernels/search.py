@@ -26,8 +26,8 @@ REACHED = 0.5 / (1.0 + SOON)
 MERGE = 0.25
 #: the same within which a crossing found beside a tracked one is that one, where both are at rest at their minimum
 ALIKE = 0.3
-#: overlap of the start, in place of the accepted one, where a contact was just found: this less the accepted overlap
-JUST_FOUND = -1.0
+#: overlap over the smaller radius above which a contact at a cut end that comes into view is left alone
+JAMMED = 0.05
 
 
 @njit(**ALLOCATING)
@@ -168,7 +168,7 @@ def _add_contact(i, j, s, t, wx, wy, wz, line, touch, arm, coefficient, most, ol
     reach = min(touch, gap)
     new.spring[:, c], new.slipping[c], new.twist[c] = 0.0, 0.0, 0.0
     if new.accepted.size > 0:
-        new.accepted[c] = JUST_FOUND
+        new.accepted[c] = 0.0
     goes_on = False
     if before >= 0:
         _copy(old, before, new, c)
@@ -217,9 +217,8 @@ def _share_depth(c, other, touch, contacts):
     depth = max(contacts.reach[c] - _gap(contacts, c), 0.0) * sqrt(0.5)
     contacts.reach[c] = min(contacts.reach[c], _gap(contacts, c) + depth)
     if contacts.accepted.size > 0:
-        accepted = max(contacts.accepted[c], 0.0)
-        contacts.accepted[other] = JUST_FOUND - accepted
-        touch -= accepted
+        contacts.accepted[other] = contacts.accepted[c]
+        touch -= contacts.accepted[c]
     contacts.reach[other] = max(contacts.reach[other], min(touch, _gap(contacts, other) + depth))
 
 
@@ -278,6 +277,9 @@ def find_contacts(
             if needed < new.reach.size:
                 before = predecessor(old, old_lists, chain, taken, (i, j, s, t, line))
                 touch = place[TOUCH] if elliptic else radius[i] + radius[j]
+                deep = touch - sqrt(wx * wx + wy * wy + wz * wz) > JAMMED * min(radius[i], radius[j])
+                if deep and before < 0 and old_count > 0 and (pieces.cut[i] or pieces.cut[j]):
+                    continue  # it lay in another cut end, which does not press it
                 arm = place[ARM] if elliptic else radius[i] / touch
                 coefficient, most = levers[0, part[i], part[j]], levers[1, part[i], part[j]]
                 goes_on = _add_contact(
@@ -298,31 +300,30 @@ def find_contacts(
 
 
 @njit(**KERNEL)
-def recover_overlaps(contacts, count, radius, law, free, first, most):
-    """Give force to overlaps that came without one after the start; returns the energy given [mJ].
+def recover_overlaps(contacts, count, radius, law, free, most):
+    """Give force to overlaps that came without one after the start; returns the energy given [mJ], and how many
+    contacts have more to be given.
 
-    ``radius`` (n_nodes,) [mm]. ``free`` overlap that may stay, ``most`` that is given force now, and ``first`` that is
-    given it besides where the contact was just found, over the smaller radius.
+    ``radius`` (n_nodes,) [mm]. ``free`` overlap that may stay, and ``most`` that is given force now, over the smaller
+    radius.
     """
-    given = 0.0
+    given, waiting = 0.0, 0
     for c in range(count):
         i, j = contacts.piece[0, c], contacts.piece[1, c]
         touch = radius[i] + radius[j]
         if contacts.touch.size > 0 and contacts.touch[c] > 0.0:
             touch = contacts.touch[c]
-        least, gap, given_now = min(radius[i], radius[j]), _gap(contacts, c), most
-        if contacts.accepted[c] < 0.0:
-            contacts.accepted[c] = JUST_FOUND - contacts.accepted[c]
-            given_now += first
+        least, gap = min(radius[i], radius[j]), _gap(contacts, c)
         goal, reach = touch - contacts.accepted[c] - free * least, contacts.reach[c]
         if goal <= max(reach, gap):
             continue
-        grown = min(goal, max(reach, gap) + given_now * least)
+        grown = min(goal, max(reach, gap) + most * least)
         before = penalty(max(reach - gap, 0.0), law.normal, law.linear, law.square, law.cubic, law.cap)[2]
         after = penalty(grown - gap, law.normal, law.linear, law.square, law.cubic, law.cap)[2]
         given += contacts.share[c] * (after - before)
         contacts.reach[c] = grown
-    return given
+        waiting += grown < goal
+    return given, waiting
 
 
 @njit(**ALLOCATING)

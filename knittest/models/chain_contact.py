@@ -47,8 +47,8 @@ def contact_group(
     levers = np.zeros((2, n_parts, n_parts)) if patch is None else patch.levers(n_parts)
     return YarnContactGroup(
         radius, half_piece, np.ceil(bend / mean[lay.section]).astype(np.int64), is_piece, lay.chain,
-        lay.near_ends(0 if contact is None else contact.cut) * (1 + part), node_cut, law, part, levers, wide,
-        *_heights(lay, normal), _shapes(lay, contact), pressed=contact is not None and contact.pressed,
+        lay.near_ends(0 if contact is None else contact.cut), node_cut, law, part, levers, wide, *_heights(lay, normal),
+        _shapes(lay, contact), pressed=contact is not None and contact.pressed,
     )  # fmt: skip
 
 

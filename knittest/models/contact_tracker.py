@@ -34,9 +34,9 @@ LEAST_STEPS = 5
 MAX_OVERLAP = 0.20
 #: overlapping pairs that are named
 LISTED = 5
-#: overlap beyond that of the start which may stay without force, what is given force as soon as it is found, both over
-#: the smaller radius, and smaller radii [1/ms] by which more of it is given force
-LEFT_FREE, AT_ONCE, RECOVERY = 0.01, 0.25, 10.0
+#: overlap beyond that of the start which may stay without force, over the smaller radius; smaller radii [1/ms] by which
+#: more of it is given force, and by how many at a time
+LEFT_FREE, RECOVERY, PORTION = 0.01, 50.0, 0.02
 
 
 def _empty(capacity: int, group: "YarnContactGroup") -> Contacts:
@@ -70,11 +70,11 @@ def _used(contacts: Contacts, count: int) -> Contacts:
 @dataclass
 class YarnContactGroup:
     """Input of the search, each (n_nodes,): radius and half piece length [mm], pieces along the same yarn that never
-    touch, where a spline piece is, chain and part numbers, ``cut`` 1 + the part of a piece near the end of its yarn (0
-    elsewhere), which does not press another of its part that is; ``node_cut`` first nodes of the partitions; ``law`` of
-    all pairs, ``levers`` (2, n_parts, n_parts) of their friction moments. ``bound`` radius around the section [mm],
-    that of an ellipse more than its half height, ``radius``; sections of nodes as in :class:`Contacts`, empty if all
-    are round (``shape``: if all are rigid).
+    touch, where a spline piece is, chain and part numbers, whether a piece is so near the end of its yarn that it is
+    ``cut``, and does not press another that is; ``node_cut`` first nodes of the partitions; ``law`` of all
+    pairs, ``levers`` (2, n_parts, n_parts) of their friction moments. ``bound`` radius around the section [mm], that of
+    an ellipse more than its half height, ``radius``; sections of nodes as in :class:`Contacts`, empty if all are round
+    (``shape``: if all are rigid).
     ``pressed`` where overlaps at the start shall carry force.
 
     In a periodic cell ``owned`` (n_nodes,) is 1 for its nodes and 0 for images, and contacts are looked for with the
@@ -86,7 +86,7 @@ class YarnContactGroup:
     exclude: Index
     is_piece: NDArray[np.bool_]
     chain: Index
-    cut: Index
+    cut: NDArray[np.bool_]
     node_cut: Index
     law: ContactLaw
     part: Index
@@ -116,7 +116,7 @@ class ContactTracker:
         self._moved = np.zeros(n, np.bool_)
         self._master = np.arange(n) if group.images is None else masters(group.images)[:n]
         self._along = np.full((n, MOST), -1)
-        self.speed, self.recovered = 0.0, 0.0
+        self.speed, self.recovered, self.recovering = 0.0, 0.0, 0
         self.searches, self.seconds = 0, 0.0
 
     def settle(self) -> Overlaps:
@@ -164,13 +164,14 @@ class ContactTracker:
 
         A contact that was found late, or whose closest points jumped to a place where the yarns are nearer, starts at
         its present gap, so that it makes no energy. Its reach then grows back to the sum of radii less the overlap of
-        the start, and pushes the yarns apart: by :data:`AT_ONCE` where it was just found, then by :data:`RECOVERY` a
-        ms, in smaller radii. The energy that the penalty gains at a fixed gap is added to ``recovered`` [mJ].
+        the start, by :data:`RECOVERY` smaller radii a ms, and pushes the yarns apart. The energy that the penalty gains
+        at a fixed gap is added to ``recovered`` [mJ].
         """
         group = self.group
-        self.recovered += search.recover_overlaps(
-            self.contacts, self.count, group.radius, group.law, LEFT_FREE, AT_ONCE, RECOVERY * time
+        given, self.recovering = search.recover_overlaps(
+            self.contacts, self.count, group.radius, group.law, LEFT_FREE, min(RECOVERY * time, PORTION)
         )
+        self.recovered += given
 
     def force_free(self) -> Array:
         """Overlap without force over the smaller radius of the contacts in use, (count,)."""
@@ -183,8 +184,7 @@ class ContactTracker:
     def at_ends(self) -> NDArray[np.bool_]:
         """Tell which contacts in use, (count,), are with a piece near the end of its yarn."""
         first, second = self.contacts.piece[:, : self.count]
-        found: NDArray[np.bool_] = (self.group.cut[first] > 0) | (self.group.cut[second] > 0)
-        return found
+        return self.group.cut[first] | self.group.cut[second]
 
     def _describe(self, contact: int, share: float) -> str:
         nodes = self.contacts.piece[:, contact]
@@ -193,7 +193,12 @@ class ContactTracker:
         return f"{names[0]} and {names[1]} at ({x:.1f}, {y:.1f}, {z:.1f}) mm by {100 * share:.1f} %"
 
     def safe_steps(self, dt: float, most: int) -> int:
-        """Steps, at most ``most``, in which no gap can close by more than the contact skin at the last speed seen."""
+        """Steps, at most ``most``, in which no gap can close by more than the contact skin at the last speed seen.
+
+        Overlaps that are given force get it by :data:`PORTION` at a time.
+        """
+        if self.recovering:
+            most = min(most, max(int(PORTION / (RECOVERY * dt)), LEAST_STEPS))
         return int(np.clip(0.4 * CONTACT_SKIN / max(self.speed * dt, 1e-12), LEAST_STEPS, most))
 
     def update(self, ahead: float) -> None:
@@ -213,7 +218,7 @@ class ContactTracker:
         counts = np.array([self.count, self.contacts.reach.size, self._spare.reach.size, self.searches])
         return arrays_of("contacts", _used(self.contacts, self.count), OF_CONTACTS) | {
             "since": self._since.copy(), "along": self._along.copy(), "speed": np.array(self.speed), "counts": counts,
-            "recovered": np.array(self.recovered),
+            "recovered": np.array([self.recovered, self.recovering]),
         } | ({name: getattr(self.group, name).copy() for name in SHAPES} if self.group.shape.size else {})  # fmt: skip
 
     def restore(self, state: State) -> None:
@@ -230,7 +235,8 @@ class ContactTracker:
             turn_sections(0, self.group.excess.size, self.nodes, self.contacts)
         self._since[:] = entry(state, "since", self._since.shape)
         self._along[:] = entry(state, "along", self._along.shape)
-        self.speed, self.recovered = (float(entry(state, name, ())) for name in ("speed", "recovered"))
+        self.speed, recovered = float(entry(state, "speed", ())), entry(state, "recovered", (2,))
+        self.recovered, self.recovering = float(recovered[0]), int(recovered[1])
 
     def _find_contacts(self) -> None:
         """Search around the moved pieces and renew the list; it grows when it overflows.

@@ -105,6 +105,14 @@ def check_closed(mesh: TriangleMesh) -> None:
         raise InputError("surface: inverted: its triangles turn right seen from outside; flip them")
 
 
+def distances(corners: Array, points: Array, at_most: Array) -> Array:
+    """Distance [mm] of ``points`` (n, 3) from the triangles ``corners`` (m, 3, 3); inf above ``at_most`` (n,)."""
+    square, number = np.full((len(points), 1, 1, 1), np.inf), np.zeros((1, 1, 1), np.int32)
+    for k, point in enumerate(points):  # each is the only sample of a grid
+        near_distance(corners, point, 1.0, at_most[k], square[k], number)
+    return np.sqrt(square.ravel())
+
+
 def _samples(corners: Array, origin: Array, spacing: float, shape: Array) -> Array:
     """Signed distance [mm] from the closed surface of ``corners`` (n, 3, 3) at a grid of ``shape``."""
     square = np.full(tuple(shape), np.inf)

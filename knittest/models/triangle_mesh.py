@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -91,6 +92,10 @@ class TriangleMesh:
         """Mesh with all triangles, or those of ``which`` (m,), turned inside out."""
         turn = np.ones(len(self.triangles), bool) if which is None else which
         return TriangleMesh(self.points, np.where(turn[:, None], self.triangles[:, ::-1], self.triangles))
+
+    def rotated(self, degrees: Sequence[float]) -> "TriangleMesh":
+        """Rotated about the origin by ``degrees`` (3,): about the x axis, then y, then z, which stay where they are."""
+        return TriangleMesh(Rotation.from_euler("xyz", degrees, degrees=True).apply(self.points), self.triangles)
 
     def moved(self, by: Sequence[float], scale: float = 1.0) -> "TriangleMesh":
         """Scaled about the origin, then moved ``by`` (3,) [mm]."""

@@ -20,8 +20,8 @@ class YarnContact:
     ``compaction`` (exponent 1, 2 or 3, depth [mm]) makes the force normal d (1 + (d / depth)^exponent). ``patch`` makes
     crossings resist spin, ``Patch.disc(R)`` up to 2/3 friction N R; slip and spin share one limit. None: free spin.
     Yarns that overlap at the start are free of force there, or ``pressed``: they press each other by all of it, and
-    come to rest. The ``cut`` first and last pieces of yarns do not press those of others of their part: what holds cut
-    ends side by side leaves them no room.
+    come to rest. The ``cut`` first and last pieces of yarns do not press those of others: what holds cut ends side by
+    side leaves them no room.
     """
 
     normal: float

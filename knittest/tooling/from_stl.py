@@ -10,7 +10,7 @@ from scipy.ndimage import map_coordinates
 from knittest.base.errors import InputError
 from knittest.base.resources import data_dir
 from knittest.config.tools import StlTool
-from knittest.models.surface import read_stl, surface
+from knittest.models.surface import surface
 from knittest.models.tool import Tool
 from knittest.models.triangle_mesh import TriangleMesh
 from knittest.tooling.mending import mended
@@ -35,11 +35,12 @@ class Placement:
     blank: tuple[float, float]
 
 
-def stl_body(stl: StlTool, place: Placement) -> tuple[TriangleMesh, list[str]]:
-    """Closed body of the file at its place, and notes on what was mended; raises :class:`InputError`."""
+def stl_body(stl: StlTool, place: Placement, mesh: TriangleMesh) -> tuple[TriangleMesh, list[str]]:
+    """Closed body of the file's ``mesh`` at its place, and notes on what was mended; raises :class:`InputError`."""
     path = data_dir() / stl.path
-    mesh = read_stl(path)
     dropped = mesh.dropped
+    if stl.rotation is not None:
+        mesh = mesh.rotated(stl.rotation)
     mesh = mesh.moved((stl.offset_x_mm, stl.offset_y_mm, 0.0), stl.scale)
     _check_extent(path, mesh, place)
     try:
@@ -76,6 +77,6 @@ def _check_extent(path: Path, mesh: TriangleMesh, place: Placement) -> None:
     extent, blank = float(np.ptp(mesh.points, axis=0).max()), max(place.blank)
     if not SMALLEST * blank <= extent <= LARGEST * blank:
         raise InputError(
-            f"{path}: {extent:.3g} mm across on a blank of {blank:g} mm; another unit? scale: 25.4 for inches, 1000 "
-            f"for metres, 0.001 for micrometres"
+            f"{path}: {extent:.3g} mm across on a blank of {blank:g} mm; another unit? scale: 10 for centimetres, "
+            f"25.4 for inches, 1000 for metres, 0.001 for micrometres"
         )

@@ -2,18 +2,21 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from math import tan
 
 import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
+from knittest.base.resources import data_dir
 from knittest.config.base import BoundsError
 from knittest.config.tools import FLAT, Die, Holder, Opening, Stamp, StlTool, check_fit, opening_offset
+from knittest.models.surface import distances, read_stl
 from knittest.models.tool import Tool
 from knittest.models.triangle_mesh import TriangleMesh
 from knittest.tooling.from_stl import Placement, sampled_distance, stl_body, stl_tool
+from knittest.tooling.height_map import CELLS, HeightMap
 from knittest.tooling.outline import rectangle
 from knittest.tooling.shapes import stamp_edge, stamp_outline
 from knittest.tooling.swept import SweptEdge
@@ -26,33 +29,73 @@ SPARE, PLATE, RIM, CORNER = 20.0, 10.0, 20.0, 10.0
 #: distance of the points at which bodies from files are asked for the gap between them [mm]: a large triangle may run
 #: through another body with no corner in it
 BETWEEN = 3.0
+#: numbers of cubes along x, y and z as one number: a tool is at most 1e5 cubes long
+CUBES = np.array([1, 10**6, 10**12])
 
 
 @dataclass(frozen=True)
 class RigidTool:
-    """A tool at its start: ``tool`` for the kernel, closed mesh ``solid``, signed ``distance`` [mm] of points (n, 3),
-    exact for a tool by dimensions, sampled for one from a file; ``notes`` say what was mended in that.
+    """A tool at its start: closed mesh ``solid``; ``make`` samples it for the kernel.
+
+    ``exact`` is the signed distance [mm] of points (n, 3) of a tool by dimensions. A tool from a file has ``stl``,
+    ``place`` and ``mesh``, as it was read, instead; ``notes`` say what was mended in the file.
     """
 
-    tool: Tool
     solid: TriangleMesh
-    distance: Callable[[Array], Array]
+    make: Callable[[], Tool]
+    exact: Callable[[Array], Array] | None = None
+    stl: StlTool | None = None
+    place: Placement | None = None
+    mesh: TriangleMesh | None = None
     notes: tuple[str, ...] = ()
 
-    @property
+    @cached_property
+    def tool(self) -> Tool:
+        """The tool for the kernel."""
+        return self.make()
+
+    def distance(self, points: Array) -> Array:
+        """Signed distance [mm] of ``points`` (n, 3): exact for a tool by dimensions, sampled for one from a file."""
+        return sampled_distance(self.tool, points) if self.exact is None else self.exact(points)
+
+    def exact_distance(self, points: Array) -> Array:
+        """Signed distance [mm] of a few ``points`` (n, 3); for a tool from a file, from its triangles."""
+        found = self.distance(points)
+        if self.stl is None:
+            return found
+        near = distances(self.solid.corners, points, np.abs(found) + 2.0 * self.stl.spacing)
+        return np.copysign(np.where(np.isfinite(near), near, np.abs(found)), found)
+
+    @cached_property
     def asked(self) -> Array:
         """Points of its surface [mm], (n, 3), that stand for it where a gap is asked for."""
-        return self.solid.spread(BETWEEN) if self.tool.samples.size else self.solid.points
+        if self.exact is not None:
+            return self.solid.points
+        points = self.solid.spread(BETWEEN)  # long triangles have many more than one in a cube of half the distance
+        _, first = np.unique(np.floor(points / (0.5 * BETWEEN)).astype(np.int64) @ CUBES, return_index=True)
+        return points[first]
+
+    def seen(self, blank: tuple[float, float], *, below: bool = False, cells: int = CELLS) -> HeightMap:
+        """Height map over the ``blank`` of its upper side, or of its lower side with heights counted downwards."""
+        known: dict[tuple[object, ...], HeightMap] = self.__dict__.setdefault("_known_maps", {})
+        if (blank, below, cells) not in known:
+            known[blank, below, cells] = HeightMap.of(self.solid, blank, below=below, cells=cells)
+        return known[blank, below, cells]
+
+    def changed(self, **fields: object) -> "RigidTool":
+        """Tool from the same file with other ``fields`` of its :class:`StlTool`."""
+        assert self.stl is not None and self.place is not None
+        stl = self.stl.model_copy(update=fields)
+        return from_file(stl, self.place, self.mesh if stl.path == self.stl.path else None)
 
 
 @dataclass(frozen=True)
 class ToolSet:
-    """The tools of a run; ``gap`` [mm] is the narrowest between stamp and die at full depth."""
+    """The tools of a run."""
 
     stamp: RigidTool
     die: RigidTool
     holder: RigidTool | None
-    gap: float
 
     @property
     def by_name(self) -> dict[str, RigidTool]:
@@ -82,7 +125,7 @@ def build_tools(
 
     def opened(opening: Opening, face: float, height: float, down: bool) -> RigidTool:
         if opening.stl is not None:
-            return _from_file(opening.stl, Placement(face, 1.0 if down else -1.0, tall, blank))
+            return from_file(opening.stl, Placement(face, 1.0 if down else -1.0, tall, blank))
         edge = SweptEdge(
             stamp_outline(stamp), face, opening.edge_radius_mm, inside=False, down=down,
             offset=opening_offset(stamp, opening, depth),
@@ -90,16 +133,13 @@ def build_tools(
         return _opening(edge, height, blank)
 
     punch = (
-        _from_file(stamp.stl, Placement(above, 1.0, tall, blank))
+        from_file(stamp.stl, Placement(above, 1.0, tall, blank))
         if stamp.stl is not None
         else _punch(stamp, above, tall)
     )
     block = opened(die, -above, tall, down=False)
     plate = None if holder is None else opened(holder, above, PLATE, down=True)
-    gap = _narrowest(punch, block, depth)
-    if gap <= 0.0:
-        raise InputError(f"rig.die: stamp and die run {-gap:.3g} mm into each other at a depth of {depth:g} mm")
-    return ToolSet(punch, block, plate, gap)
+    return ToolSet(punch, block, plate)
 
 
 def _punch(stamp: Stamp, face: float, tall: float) -> RigidTool:
@@ -108,7 +148,7 @@ def _punch(stamp: Stamp, face: float, tall: float) -> RigidTool:
         wide = f"widens the stamp by {tall * tan(stamp.draft):.3g} mm at its top"
         raise InputError(f"rig.stamp.t.draft_angle: {wide}, which must leave its inner corners a radius")
     edge = SweptEdge(outline, face, stamp_edge(stamp), inside=True, down=True, draft=stamp.draft)
-    return RigidTool(edge.tool(tall), edge.solid(max(tall, edge.radius + 1.0)), edge.distance)
+    return RigidTool(edge.solid(max(tall, edge.radius + 1.0)), partial(edge.tool, tall), edge.distance)
 
 
 def _opening(edge: SweptEdge, height: float, blank: tuple[float, float]) -> RigidTool:
@@ -117,16 +157,11 @@ def _opening(edge: SweptEdge, height: float, blank: tuple[float, float]) -> Rigi
     if (wide > np.array(blank)).any():
         raise InputError(f"rig.stamp: its opening is {wide.max():.4g} mm wide; expected one within the blank")
     outer = rectangle(blank[0] + 2.0 * RIM, blank[1] + 2.0 * RIM, CORNER)
-    return RigidTool(edge.tool(height), edge.solid(max(height, edge.radius + 1.0), outer), edge.distance)
+    return RigidTool(edge.solid(max(height, edge.radius + 1.0), outer), partial(edge.tool, height), edge.distance)
 
 
-def _from_file(stl: StlTool, place: Placement) -> RigidTool:
-    body, notes = stl_body(stl, place)
-    tool = stl_tool(stl, body, place)
-    return RigidTool(tool, body, partial(sampled_distance, tool), tuple(notes))
-
-
-def _narrowest(stamp: RigidTool, die: RigidTool, depth: float) -> float:
-    """Narrowest gap [mm] between ``stamp``, moved down by ``depth``, and ``die``, on either's surface."""
-    down = np.array([0.0, 0.0, depth])
-    return float(min(die.distance(stamp.asked - down).min(), stamp.distance(die.asked + down).min()))
+def from_file(stl: StlTool, place: Placement, mesh: TriangleMesh | None = None) -> RigidTool:
+    """Tool from a file at its ``place``; ``mesh`` of the file, if known. Raises :class:`InputError`."""
+    mesh = read_stl(data_dir() / stl.path) if mesh is None else mesh
+    body, notes = stl_body(stl, place, mesh)
+    return RigidTool(body, partial(stl_tool, stl, body, place), stl=stl, place=place, mesh=mesh, notes=tuple(notes))

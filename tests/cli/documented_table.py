@@ -22,7 +22,8 @@ SETUP = (
 #: names of commands, without what they need: they must be there
 NAMES = (
     "knittest regress", "knittest speed-study", "knittest resume",
-    "knittest check", "knittest compare", "knittest batch", "knittest calibrate", "knittest friction",
+    "knittest check", "knittest check forming", "knittest compare",
+    "knittest batch", "knittest calibrate", "knittest friction",
     "knittest uncertainty", "knittest view RUN",
 )  # fmt: skip
 
@@ -103,6 +104,7 @@ COMMANDS: dict[str, Do] = {
         planned="7 CPU minutes; as the one before but for its size"
     ),
     "knittest check tensile --variant 2 --scale meso --preset paper": Do("--preset quick"),
+    "knittest check forming --variant 1 --blank-holder-force 100 --no-time": Do("--preset quick --out {out}"),
     "knittest friction --variant 1 --scale meso --direction warp": Do(
         planned="3 CPU minutes; test_friction_meso.py runs one"
     ),

@@ -8,7 +8,7 @@ from knittest.base.errors import InputError
 from knittest.cli.main import run as knittest
 from knittest.config.loading import resolve
 from knittest.export.identity import data_files
-from knittest.laboratory.forming.test import tools_of
+from knittest.laboratory.forming.tool_check import measured_tools, tools_of
 from knittest.models.surface import read_stl
 
 CONFIG = """
@@ -45,7 +45,7 @@ def test_stl_files_are_found_beside_the_config(exported, tmp_path, monkeypatch):
     run = resolve(test="forming", variant="1", config=exported / "rig.yaml")
     assert run.rig.stamp.stl.path == str(exported / "punch.stl")
     assert {exported / "punch.stl", exported / "block.stl"} <= set(data_files(run))
-    assert tools_of(run, 2.6).gap > 7.0
+    assert measured_tools(run, 2.6).fit.die.size > 7.0
 
 
 def test_stl_files_elsewhere_are_refused(exported, tmp_path, monkeypatch):

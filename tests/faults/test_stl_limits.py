@@ -6,7 +6,7 @@ import pytest
 from knittest.base.errors import InputError
 from knittest.base.reading import EXCERPT, excerpt
 from knittest.config.loading import resolve
-from knittest.laboratory.forming.test import tools_of
+from knittest.laboratory.forming.tool_check import fitting_tools
 from knittest.models import surface
 from knittest.models.surface import MOST_TRIANGLES, read_stl
 from knittest.models.triangle_mesh import TriangleMesh
@@ -86,8 +86,8 @@ def test_two_flat_triangles_run_into_each_other(tmp_path, monkeypatch, turned):
     spacing = [f"rig.{tool}.stl.spacing=5" for tool in ("stamp", "die", "holder")]
     sets = [*(f"rig.{name}={value}" for name, value in named.items()), *spacing]
     run = resolve(variant="1", scale="macro", test="forming", preset="quick", sets=sets)
-    with pytest.raises(InputError, match=r"rig\.die: stamp and die run 3\d\.?\d* mm into each other"):
-        tools_of(run, 1.5)
+    with pytest.raises(InputError, match=r"stamp and die is negative, they overlap by 3\d\.?\d* mm"):
+        fitting_tools(run, 1.5)
 
 
 def test_points_are_spread_all_over_a_surface():

@@ -6,8 +6,8 @@ from plain import plain
 
 from knittest.kernels.along import MOST, Pieces
 from knittest.kernels.contact import BESIDE, FIRST_ALONG, FIRST_END, LAST_END, POINT, SECOND_ALONG, closest_step
-from knittest.kernels.heirs import HELD, push, tracked
-from knittest.kernels.pair_search import _beside_held, _first_place, _held_place, _second_point, reach_of
+from knittest.kernels.heirs import push, tracked
+from knittest.kernels.pair_search import BESIDE_HELD, _beside_held, _first_place, _held_place, _second_point, reach_of
 from knittest.kernels.search import _share_depth
 from knittest.kernels.state import Contacts
 
@@ -112,8 +112,8 @@ def test_a_point_beside_a_piece_that_is_held_is_looked_for_up_to_what_its_middle
     _, pieces, alive = curves(line, line)
     pieces.along[2, 0] = 1
     limits = [plain(reach_of)(i, alive, pieces) for i in (1, 2, 3)]
-    assert plain(_beside_held)(limits[2], 3, 7, True, pieces) == (-HELD, limits[2][1])
-    assert plain(_beside_held)(limits[0], 1, 7, True, pieces) == (limits[0][0], 1.0 + HELD)
+    assert plain(_beside_held)(limits[2], 3, 7, True, pieces) == (-BESIDE_HELD, limits[2][1])
+    assert plain(_beside_held)(limits[0], 1, 7, True, pieces) == (limits[0][0], 1.0 + BESIDE_HELD)
     assert plain(_beside_held)(limits[1], 2, 7, True, pieces) == limits[1]
     assert plain(_beside_held)(limits[1], 7, 3, False, pieces) == limits[1]
 

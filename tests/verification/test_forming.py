@@ -13,7 +13,8 @@ from knittest.laboratory.base import fabric_laminate
 from knittest.laboratory.forming.draw_in import draw_in
 from knittest.laboratory.forming.formed import formed
 from knittest.laboratory.forming.report import FormingReport
-from knittest.laboratory.forming.test import _wrinkles, dragged, shear_field, tools_of
+from knittest.laboratory.forming.test import _wrinkles, dragged, shear_field
+from knittest.laboratory.forming.tool_check import tools_of
 from knittest.materials.laminate import softened_at_most
 from knittest.models.shell_step import _largest_tangent
 from knittest.runs.specimen import prepare, run_specimen

@@ -12,6 +12,7 @@ from knittest.config.tools import Die, DomeStamp, Holder, Stamp, TStamp
 from knittest.kernels.tool_shapes import least_distances, tool_distance
 from knittest.laboratory.forming.tools_picture import tools_picture
 from knittest.models.tool import Tool, tool_arrays
+from knittest.tooling.fit import Stroke, measure_fit
 from knittest.tooling.shapes import stamp_outline
 from knittest.tooling.toolset import ToolSet, build_tools
 
@@ -157,7 +158,8 @@ def test_the_gap_at_full_depth_is_the_clearance(shaped):
 def test_picture_of_tools(dome, tmp_path):
     """A picture is drawn of a set without holder too, and is not blank."""
     path = tmp_path / "tools.png"
-    tools_picture(path, dome, depth=DEPTH, thickness=THICKNESS, blank=(330.0, 330.0), title="hemisphere")
+    stroke = Stroke(DEPTH, THICKNESS, (330.0, 330.0))
+    tools_picture(path, dome, measure_fit(dome, stroke), stroke, title="hemisphere")
     assert np.ptp(imread(path)[:, :, :3], axis=(0, 1)).min() > 0.5
 
 

@@ -30,6 +30,7 @@ KIND = TestKind(
     test="knittest.laboratory.forming.test:Forming",
     report="knittest.laboratory.forming.report:FormingReport",
     deck_force="rcforc, contacts with the stamp, along z",
+    checked="knittest.laboratory.forming.tool_check:check_tools",
     size="knittest.laboratory.forming.size:stated",
     sheet="knittest.laboratory.forming.size:sheet",
     labels={

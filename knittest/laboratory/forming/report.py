@@ -15,8 +15,9 @@ from knittest.laboratory.forming.formed import Formed
 from knittest.laboratory.forming.moved_tools import moved_tools
 from knittest.laboratory.forming.plan_picture import Field, Outlines, outline_picture, plan_picture
 from knittest.laboratory.forming.stamp_work import LABELS, stamp_work
-from knittest.laboratory.forming.test import WRINKLED, Forming, allowed_depth, drawn, shear_field, tools_of
+from knittest.laboratory.forming.test import WRINKLED, Forming, allowed_depth, drawn, shear_field
 from knittest.laboratory.forming.tilted_picture import tilted_picture
+from knittest.laboratory.forming.tool_check import tools_of
 from knittest.laboratory.forming.yarn_forces import yarn_forces
 from knittest.laboratory.report_base import (
     Columns,

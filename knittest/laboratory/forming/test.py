@@ -16,6 +16,7 @@ from knittest.laboratory.forming.free_yarns import free_yarns
 from knittest.laboratory.forming.layer_order import out_of_order
 from knittest.laboratory.forming.rig import FormingTest
 from knittest.laboratory.forming.rim_waves import rim_waves
+from knittest.laboratory.forming.tool_check import fitting_tools, tools_of
 from knittest.laboratory.forming.yarn_forces import DIRECTIONS, yarn_forces
 from knittest.laboratory.judging import assess
 from knittest.laboratory.shear_angles import crossing_angles, shell_angles
@@ -30,7 +31,6 @@ from knittest.solve.observer import SILENT, Observer
 from knittest.solve.simulate import simulate
 from knittest.solve.state import SimulationCost
 from knittest.tooling.shapes import stamp_outline
-from knittest.tooling.toolset import ToolSet, build_tools
 
 Array = NDArray[np.float64]
 
@@ -73,9 +73,10 @@ class Forming(Test[FormingRun]):
         radius = 0.5 * thickness - np.abs(points[:, 2])
         area = length * width
         weight = weights(fabric, rig.gravity_mm_per_ms2, model, area)
-        test = FormingTest(run, tools_of(run, thickness), thickness, radius, weight)
+        checked = fitting_tools(run, thickness)
+        test = FormingTest(run, checked.tools, thickness, radius, weight)
         facts = {"thickness_mm": thickness, "area_mm2": area}
-        return Prepared(model, test, facts=facts, notes=free_yarns(run))
+        return Prepared(model, test, facts=facts, notes=(*free_yarns(run), *checked.fit.doubts))
 
     def _yarns(self, run: FormingRun, specimen: int, observer: Observer) -> Prepared:
         start = clock.perf_counter()
@@ -93,9 +94,10 @@ class Forming(Test[FormingRun]):
         thickness = 2.0 * float((np.abs(z) + radius).max())
         area = float(size[0] * size[1])
         weight = weights(fabric, rig.gravity_mm_per_ms2, model, area)
-        test = FormingTest(run, tools_of(run, thickness), thickness, radius, weight)
+        checked = fitting_tools(run, thickness)
+        test = FormingTest(run, checked.tools, thickness, radius, weight)
         facts = {"thickness_mm": thickness, "area_mm2": area}
-        return Prepared(model, test, clock.perf_counter() - start, piece.table, facts)
+        return Prepared(model, test, clock.perf_counter() - start, piece.table, facts, checked.fit.doubts)
 
     def solve(self, prepared: Prepared, run: FormingRun, observer: Observer) -> tuple[History, SimulationCost]:
         """Press the holder, draw, rest."""
@@ -183,14 +185,6 @@ def allowed_depth(run: FormingRun) -> float:
         return 1e3 * DEEPEST * 0.5 * fabric.thickness_mm
     heights = [fabric.reinforcing.section_mm(direction)[1] for direction in ("warp", "weft")]
     return 1e3 * DEEPEST * 0.5 * min(*heights, fabric.knitting.beam_diameter_mm)
-
-
-def tools_of(run: FormingRun, thickness: float) -> ToolSet:
-    """The tools of ``run`` about a blank of ``thickness`` [mm]."""
-    rig = run.rig
-    holder = rig.holder if rig.blank_holder_force > 0.0 else None
-    blank = (rig.blank_width_mm, rig.blank_length_mm)
-    return build_tools(rig.stamp, rig.die, holder, rig.depth_mm, thickness, blank)
 
 
 def drawn(run: FormingRun, facts: dict[str, float], history: History, frame: Frame) -> Formed:

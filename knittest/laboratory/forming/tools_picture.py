@@ -5,9 +5,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knittest.base.figure import BLUE, GREEN, GREY, ORANGE, dress, new_figure, save
+from knittest.base.figure import BLUE, GREEN, GREY, ORANGE, RED, dress, new_figure, save
 from knittest.base.history import Array
-from knittest.tooling.toolset import PLATE, RigidTool, ToolSet
+from knittest.tooling.fit import Fit, Stroke
+from knittest.tooling.toolset import PLATE, ToolSet
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,16 +26,14 @@ VIEW = (28.0, -58.0)
 LIGHT = np.array([0.35, -0.55, 0.76])
 
 
-def tools_picture(
-    path: Path, tools: ToolSet, *, depth: float, thickness: float, blank: tuple[float, float], title: str
-) -> None:
-    """Draw ``tools`` to ``path`` (PNG); lengths [mm]. Raises :class:`ResourceError`."""
+def tools_picture(path: Path, tools: ToolSet, fit: Fit, stroke: Stroke, *, title: str) -> None:
+    """Draw ``tools`` to ``path`` (PNG) with the numbers of their ``fit``. Raises :class:`ResourceError`."""
     figure = new_figure(12.5, 8.2)
-    figure.text(0.02, 0.975, title, fontsize=12, va="top")
-    space: Any = figure.add_axes((0.01, 0.38, 0.52, 0.56), projection="3d", proj_type="ortho", computed_zorder=False)
+    figure.text(0.02, 0.975, title, fontsize=12, va="top", color=RED if fit.problems else "black")
+    space: Any = figure.add_axes((0.01, 0.38, 0.46, 0.54), projection="3d", proj_type="ortho", computed_zorder=False)
     _space(space, tools)
-    _plan(figure.add_axes((0.58, 0.44, 0.37, 0.49)), tools, depth, thickness, blank)
-    _section(figure.add_axes((0.07, 0.07, 0.88, 0.27)), tools, depth, thickness, blank)
+    _plan(figure.add_axes((0.5, 0.44, 0.34, 0.49)), tools, fit, stroke)
+    _section(figure.add_axes((0.07, 0.08, 0.88, 0.26)), tools, fit, stroke)
     save(figure, path)
 
 
@@ -60,51 +59,71 @@ def _space(axes: "Axes3D", tools: ToolSet) -> None:
         )  # fmt: skip
     low, high = np.concatenate(ends).min(axis=0), np.concatenate(ends).max(axis=0)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-    axes.set_box_aspect(high - low, zoom=1.15)
+    axes.set_box_aspect(high - low, zoom=1.0)
     axes.view_init(elev=VIEW[0], azim=VIEW[1])
     axes.set_axis_off()
 
 
-def _plan(axes: "Axes", tools: ToolSet, depth: float, thickness: float, blank: tuple[float, float]) -> None:
+def _plan(axes: "Axes", tools: ToolSet, fit: Fit, stroke: Stroke) -> None:
     """Outlines where the walls are, at full depth, and the blank."""
-    half = 0.5 * np.array(blank)
+    half, thickness, depth = 0.5 * np.array(stroke.blank), stroke.thickness, stroke.depth
     x, y = (1.08 * np.linspace(-side, side, FINE) for side in half)
     heights = {"stamp": 0.5 * thickness + depth, "die": -0.5 * thickness - depth, "holder": 0.5 * (thickness + PLATE)}
     for name, tool in tools.by_name.items():
         points = np.stack(np.meshgrid(x, y, heights[name], indexing="ij"), axis=-1).reshape(-1, 3)
         style: dict[str, Any] = {"colors": COLOURS[name], "linewidths": WIDTHS[name], "linestyles": DASHES[name]}
-        axes.contour(x, y, tool.distance(points).reshape(FINE, FINE).T, [0.0], **style)
+        distance = tool.distance(points).reshape(FINE, FINE).T
+        if distance.min() < 0.0 < distance.max():
+            axes.contour(x, y, distance, [0.0], **style)
         axes.plot([], [], color=COLOURS[name], lw=WIDTHS[name], ls=DASHES[name], label=f"{name}, wall")
     around = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]]) * half
     axes.plot(*around.T, color=GREY, lw=1.2, ls=":", label="blank")
-    axes.set_aspect("equal")
+    axes.plot(*fit.die.place[:2], "x", color=RED, ms=8, mew=2, label="smallest clearance")
+    axes.plot(*(_direction(fit)[:, None] * _reach(stroke)), color=GREY, lw=0.8, ls="-.", label="section below")
+    axes.set(xlim=x[[0, -1]], ylim=y[[0, -1]], aspect="equal")
     axes.set_xlabel("x, weft [mm]", fontsize=9)
     axes.set_ylabel("y, warp [mm]", fontsize=9)
-    axes.legend(loc="lower right", bbox_to_anchor=(0.95, 0.05), fontsize=8, framealpha=1.0)
+    axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), fontsize=8.5, frameon=False)
     dress(axes)
 
 
-def _section(axes: "Axes", tools: ToolSet, depth: float, thickness: float, blank: tuple[float, float]) -> None:
-    """Bodies cut by the plane x = 0, the stamp at full depth; the blank at its start."""
-    y = np.linspace(-0.5 * blank[1], 0.5 * blank[1], 2 * FINE)
-    z = np.linspace(-depth - 15.0, 15.0, FINE)
-    down = {"stamp": depth}
+def _section(axes: "Axes", tools: ToolSet, fit: Fit, stroke: Stroke) -> None:
+    """Bodies cut by an upright plane through the middle and the smallest clearance; the blank at its start."""
+    towards, travel, thickness = _direction(fit), fit.die.travel, stroke.thickness
+    along, z = _reach(stroke), np.linspace(-stroke.depth - 15.0, 15.0, FINE)
     for name, tool in tools.by_name.items():
-        inside = _cut(tool, y, z + down.get(name, 0.0))
-        axes.contourf(y, z, inside.T, [-1e9, 0.0], colors=[COLOURS[name]], alpha=0.45)
-        axes.contour(y, z, inside.T, [0.0], colors=COLOURS[name], linewidths=1.4)
-    axes.fill_between(y[[0, -1]], -0.5 * thickness, 0.5 * thickness, color=GREY, alpha=0.5, linewidth=0.0)
-    axes.set_aspect("equal")
-    axes.set_xlabel("y [mm]", fontsize=9)
+        height = z + (travel if name == "stamp" else 0.0)
+        points = np.column_stack([np.repeat(along[:, None] * towards, len(z), axis=0), np.tile(height, len(along))])
+        distance = tool.distance(points).reshape(len(along), len(z)).T
+        if distance.min() < 0.0 < distance.max():
+            axes.contourf(along, z, distance, [-1e9, 0.0], colors=[COLOURS[name]], alpha=0.45)
+            axes.contour(along, z, distance, [0.0], colors=COLOURS[name], linewidths=1.4)
+    axes.fill_between(along[[0, -1]], -0.5 * thickness, 0.5 * thickness, color="lightgrey", linewidth=0.0, zorder=0)
+    across, level = float(towards @ fit.die.place[:2]), fit.die.place[2]
+    axes.plot(across, level, "x", color=RED, ms=8, mew=2)
+    axes.annotate(
+        f"{fit.die.size:.3g} mm", (across, level), xytext=(8, -4), textcoords="offset points", color=RED, fontsize=9.5,
+        bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.8},
+    )  # fmt: skip
+    axes.set(xlim=along[[0, -1]], ylim=z[[0, -1]], aspect="equal")
+    axes.set_xlabel("along the section, from the middle of the blank [mm]", fontsize=9)
     axes.set_ylabel("z [mm]", fontsize=9)
     axes.set_title(
-        f"section x = 0, stamp at {depth:g} mm; grey: the blank at the start; narrowest gap {tools.gap:.3g} mm",
-        fontsize=9.5, loc="left",
+        f"section, stamp moved {travel:.3g} mm; grey: blank at the start; depth in the die's opening {fit.depth:.3g} "
+        f"mm (asked {fit.asked:g} mm); smallest clearance {fit.die.size:.3g} mm (x)",
+        fontsize=9.5, loc="left", color=RED if fit.problems else "black",
     )  # fmt: skip
     dress(axes)
 
 
-def _cut(tool: RigidTool, y: Array, z: Array) -> Array:
-    """Distance [mm] from ``tool`` in the plane x = 0, (n_y, n_z)."""
-    points = np.stack(np.meshgrid(0.0, y, z, indexing="ij"), axis=-1).reshape(-1, 3)
-    return tool.distance(points).reshape(len(y), len(z))
+def _direction(fit: Fit) -> Array:
+    """Direction in plan of the section, (2,): from the middle of the blank to the smallest clearance; y for none."""
+    place = np.array(fit.die.place[:2])
+    away = float(np.linalg.norm(place))
+    return place / away if away > 1.0 else np.array([0.0, 1.0])
+
+
+def _reach(stroke: Stroke) -> Array:
+    """Places along the section [mm]."""
+    half = 0.5 * max(stroke.blank)
+    return np.linspace(-half, half, 2 * FINE)

@@ -4,10 +4,12 @@ import sys
 import time as clock
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numba
 
 from knittest.base.errors import OutOfTolerance
+from knittest.base.kinds import kinds
 from knittest.base.layout import width_of
 from knittest.config.fabric import Fabric
 from knittest.config.run import Run
@@ -32,6 +34,7 @@ class CheckOptions:
     as_json: bool = False
     timed: bool = True
     convergence: bool = False
+    folder: Path = Path("check")
 
 
 def check_command(runs: Sequence[Run], options: CheckOptions) -> int:
@@ -39,7 +42,7 @@ def check_command(runs: Sequence[Run], options: CheckOptions) -> int:
     numba.set_num_threads(best_threads(options.threads))
     passed, models = True, []
     for run in runs:
-        lines, found = _model(run, options.timed)
+        lines, found = _model(run, options)
         models.append(found)
         _say(lines, options)
         if options.convergence:
@@ -75,13 +78,17 @@ def counterparts(fabric: Fabric) -> list[Counterpart]:
     return [*test_counterparts(fabric), *yarn_counterparts(fabric)]
 
 
-def _model(run: Run, timed: bool) -> tuple[list[str], ModelFacts]:
+def _model(run: Run, options: CheckOptions) -> tuple[list[str], ModelFacts]:
+    kind = kinds()[run.rig.kind]
+    checked, numbers = kind.load("checked")(run, options.folder) if kind.checked else ([], None)
     start = clock.perf_counter()
     prepared = prepare(run)
     spent = clock.perf_counter() - start
     facts = model_facts(run, prepared)
-    lines = model_lines(run, facts)
-    if timed:
+    if numbers is not None:
+        facts["tools"] = numbers
+    lines = [*model_lines(run, facts), *(f"  {'tools' if k == 0 else '':<23}{line}" for k, line in enumerate(checked))]
+    if options.timed:
         time = estimate(run, prepared, spent)
         facts["estimate"] = None if time is None else time.as_json()
         said = "none: the number of steps that a strip takes to come to rest is not known beforehand"

@@ -35,6 +35,7 @@ class ModelFacts(TypedDict):
     overlap_pct: NotRequired[float]
     overlapping_contacts: NotRequired[int]
     worst_overlaps: NotRequired[list[str]]
+    tools: NotRequired[dict[str, object]]
     estimate: NotRequired[dict[str, object] | None]
     converged: NotRequired[bool]
 

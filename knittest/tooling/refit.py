@@ -1,0 +1,169 @@
+"""Changes of files that make tools fit: another rotation, another place, stamp and die swapped, another unit."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import chain, combinations, product
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from knittest.base.errors import InputError
+from knittest.config.tools import StlTool
+from knittest.tooling.fit import Stroke, filled_share, measure_fit
+from knittest.tooling.height_map import CELLS
+from knittest.tooling.toolset import RigidTool, ToolSet
+
+Degrees = tuple[float, float, float]
+
+#: finest grid [mm] on which candidates are sampled at first, and cells of their height maps
+COARSE, FEW_CELLS = 3.0, 60
+#: other units of a file: metres, inches, centimetres and their inverses
+SCALES = (1000.0, 25.4, 10.0, 0.1, 1.0 / 25.4, 0.001)
+#: smallest distance [mm] of the middle of a file from that of the blank that is worth a change
+OFF_CENTRE = 0.5
+
+
+@dataclass(frozen=True)
+class Change:
+    """Fields of the files to change, by name of the tool, so that the tools fit."""
+
+    fields: dict[str, dict[str, object]]
+
+    @property
+    def settings(self) -> list[str]:
+        """The change as settings of a run, ``rig.NAME.stl.FIELD=VALUE``."""
+        return [
+            f"rig.{name}.stl.{field}={_text(value)}"
+            for name, fields in self.fields.items()
+            for field, value in fields.items()
+        ]
+
+
+def axis_rotations() -> list[Degrees]:
+    """The 24 rotations that turn axes into axes, as angles about x, y and z [deg]; those about x alone first."""
+    found: dict[bytes, Degrees] = {}
+    angles = sorted(
+        product((0.0, 90.0, -90.0, 180.0), repeat=3),
+        key=lambda a: (np.count_nonzero(a), np.abs(a).sum(), abs(a[2]), abs(a[1])),
+    )
+    for x, y, z in angles:
+        matrix = np.round(Rotation.from_euler("xyz", (x, y, z), degrees=True).as_matrix()).astype(np.int8)
+        found.setdefault(matrix.tobytes(), (x, y, z))
+    return list(found.values())
+
+
+def fitting_change(tools: ToolSet, stroke: Stroke) -> Change | None:
+    """The smallest change of files with which ``tools`` fit, None where there is no such change.
+
+    Tried are files moved to the middle of the blank; stamp and die swapped; rotations of each tool, of two and of all
+    together, first those with which the stamp fills the die's opening best; other units; and rotations of tools that
+    are moved to the middle too. Each is tried on a coarse grid first.
+    """
+    search = _Search(tools, stroke)
+    groups = chain(
+        [search.centred(), search.swapped()], search.rotated(), [search.scaled()],
+        ([c for change in group for c in search.moved(change)] for group in search.rotated()),
+    )  # fmt: skip
+    ranked = (change for group in groups for change in search.ranked(list(group)))
+    return next((change for change in ranked if search.fits(change, COARSE) and search.fits(change, 0.0)), None)
+
+
+class _Search:
+    """Candidates for the files of ``tools``, each tool made only once."""
+
+    def __init__(self, tools: ToolSet, stroke: Stroke) -> None:
+        self.tools, self.stroke = tools, stroke
+        self.files = {name: tool.stl for name, tool in tools.by_name.items() if tool.stl is not None}
+        self.known: dict[tuple[str, StlTool], RigidTool | None] = {}
+
+    def rotated(self) -> Iterator[list[Change]]:
+        """Rotations of one tool, then of two, then of three."""
+        stated = {name: stl.rotation or (0.0, 0.0, 0.0) for name, stl in self.files.items()}
+        for size in range(1, len(self.files) + 1):
+            yield [
+                Change({name: {"rotation": rotation} for name in names})
+                for names in combinations(self.files, size)
+                for rotation in axis_rotations()
+                if all(rotation != stated[name] for name in names)
+            ]
+
+    def ranked(self, changes: list[Change]) -> list[Change]:
+        """The ``changes`` that height maps allow, the best filled opening first, the plainest of equals first."""
+        filled = [(self._filled(change, FEW_CELLS), k) for k, change in enumerate(changes)]
+        return [
+            changes[k] for share, k in sorted(filled, key=lambda pair: (-round(pair[0], 1), pair[1])) if share > 0.0
+        ]
+
+    def centred(self) -> Iterator[Change]:
+        away = {name: self._offset(self.tools.by_name[name]) for name in self.files}
+        for names in self._groups():
+            if all(away[name] for name in names):
+                yield Change({name: away[name] for name in names})
+
+    def moved(self, change: Change) -> Iterator[Change]:
+        """The ``change`` with all its tools moved to the middle of the blank, if that is another one."""
+        made = self._set(change, COARSE)
+        away = {} if made is None else {name: self._offset(made.by_name[name]) for name in change.fields}
+        if any(away.values()):
+            yield Change({name: {**fields, **away[name]} for name, fields in change.fields.items()})
+
+    def _offset(self, tool: RigidTool) -> dict[str, object]:
+        """Fields that move ``tool`` to the middle of the blank; none if it is there."""
+        assert tool.stl is not None
+        points = tool.solid.points[:, :2]
+        x, y = (float(value) for value in -0.5 * (points.min(axis=0) + points.max(axis=0)))
+        if max(abs(x), abs(y)) <= OFF_CENTRE:
+            return {}
+        # no negative zero
+        return {"offset_x": round(tool.stl.offset_x + x, 2) + 0.0, "offset_y": round(tool.stl.offset_y + y, 2) + 0.0}
+
+    def swapped(self) -> Iterator[Change]:
+        if {"stamp", "die"} <= set(self.files):
+            yield Change({"stamp": {"path": self.files["die"].path}, "die": {"path": self.files["stamp"].path}})
+
+    def scaled(self) -> Iterator[Change]:
+        for names in reversed(self._groups()):
+            for scale in SCALES:
+                yield Change({name: {"scale": self.files[name].scale * scale} for name in names})
+
+    def fits(self, change: Change, coarsest: float) -> bool:
+        """Tell whether the tools fit with ``change``, on a grid of ``coarsest`` [mm] or the file's, if coarser."""
+        try:
+            tools = self._set(change, coarsest)
+            return (
+                tools is not None and self._filled(change, CELLS) > 0.0 and not measure_fit(tools, self.stroke).problems
+            )
+        except InputError:  # a body that cannot be sampled as it lies
+            return False
+
+    def _filled(self, change: Change, cells: int) -> float:
+        tools = self._set(change, COARSE)
+        return 0.0 if tools is None else filled_share(tools, self.stroke, cells)
+
+    def _groups(self) -> list[tuple[str, ...]]:
+        names = list(self.files)
+        return [group for size in range(1, len(names) + 1) for group in combinations(names, size)]
+
+    def _set(self, change: Change, coarsest: float) -> ToolSet | None:
+        made = {}
+        for name, fields in change.fields.items():
+            spacing = max(self.files[name].spacing, coarsest)
+            tool = self._made(name, self.files[name].model_copy(update={**fields, "spacing": spacing}))
+            if tool is None:
+                return None
+            made[name] = tool
+        return replace(self.tools, **made)
+
+    def _made(self, name: str, stl: StlTool) -> RigidTool | None:
+        if (name, stl) not in self.known:
+            try:
+                self.known[name, stl] = self.tools.by_name[name].changed(**stl.model_dump())
+            except InputError:
+                self.known[name, stl] = None
+        return self.known[name, stl]
+
+
+def _text(value: object) -> str:
+    if isinstance(value, tuple):
+        return "[" + ",".join(f"{float(part):g}" for part in value) + "]"
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
