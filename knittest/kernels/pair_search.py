@@ -270,8 +270,8 @@ def _held_place(x, y, z, i, j, line, number, tips, radius, coarse):
 def _beside_held(parameters, i, j, is_first, pieces):
     """Limits of a point on piece i, of which the yarn's pieces beside it may be held along that of piece j.
 
-    Those are held at their middles: what is nearer between there and this piece is found from here. ``is_first`` where i
-    is the lower one of the pair.
+    Those are held at their middles: what is nearer between there and this piece is found from here.
+    ``is_first`` where i is the lower one of the pair.
     """
     first, last = parameters
     own = FIRST_ALONG if is_first else SECOND_ALONG
