@@ -85,7 +85,12 @@ class Solver(Strict):
     )
     max_damping: float = number(5.0, "%", "damping over work above which comparison is refused", gt=0, le=100)
     max_contact_damping: float = number(
-        5.0, "%", "damping of contacts and free tools over work above which comparison is refused", gt=0, le=100
+        5.0,
+        "%",
+        "damping of contacts and free tools, and energy given to contacts found late, over work above which comparison "
+        "is refused",
+        gt=0,
+        le=100,
     )
     max_hourglass: float = number(
         5.0, "%", "hourglass energy of shells over internal energy above which comparison is refused", gt=0, le=100

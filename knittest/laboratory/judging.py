@@ -53,13 +53,14 @@ def assess(
 def losses(energies: dict[str, Array]) -> tuple[Array, Array, Array]:
     """Damping and contact damping over the work, hourglass over the internal energy [-], (n_rows,).
 
-    Over the largest so far: a frame that turns gives some of both back.
+    Over the largest so far: a frame that turns gives some of both back. Energy that was given to contacts found late
+    counts with the damping of contacts.
     """
     work = np.maximum.accumulate(np.abs(energies["external_mj"]))
     internal = np.sum([values for name, values in energies.items() if name.startswith("internal_")], axis=0)
     return (
         _share(energies["damping_mj"], work),
-        _share(energies["contact_damping_mj"], work),
+        _share(energies["contact_damping_mj"] + energies.get("contact_recovery_mj", 0.0), work),
         _share(energies["hourglass_mj"], np.maximum.accumulate(np.maximum(internal, 0.0))),
     )
 
@@ -80,11 +81,14 @@ def _penetration(history: History, cost: SimulationCost, span: Span) -> float:
 
 
 def _force_free(history: History, rows: slice) -> float:
-    """Deepest overlap of yarns that carries no force over the smaller radius, up to the end of what is judged; that at
-    cut ends counts.
+    """Deepest overlap of yarns that carries no force over the smaller radius, up to the end of what is judged.
+
+    An overlap at cut ends counts. One that is seen in a single row does not: a contact that was found late gets its
+    force within a few rows, and its energy is judged with the damping of contacts.
     """
-    columns = [history.contacts.get(name, np.zeros(0)) for name in FORCE_FREE]
-    return 0.01 * float(np.concatenate([found[: rows.stop] for found in columns]).max(initial=0.0))
+    columns = [history.contacts.get(name, np.zeros(0))[: rows.stop] for name in FORCE_FREE]
+    lasting = [np.minimum(found, np.append(found[1:], found[-1:])) for found in columns]
+    return 0.01 * float(np.concatenate(lasting).max(initial=0.0))
 
 
 def _short(run: Run, history: History, rows: slice, span: Span) -> Iterator[str]:

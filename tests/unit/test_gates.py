@@ -90,6 +90,12 @@ def test_a_loss_counts_where_it_is_largest_and_not_at_the_end_only() -> None:
     assert judged(found).failures
 
 
+def test_energy_given_to_contacts_found_late_counts_with_their_damping() -> None:
+    work = history().energies["external_mj"]
+    found = history(contact_damping_mj=0.02 * work, contact_recovery_mj=0.04 * work)
+    assert judged(found).contact_damping_over_work_max == pytest.approx(0.06) and judged(found).failures
+
+
 def test_losses_of_nothing() -> None:
     shares = losses(history(hourglass_mj=at(0, 1.0)).energies)
     assert shares[0][0] == 0.0 and shares[2][0] == np.inf, "hourglass energy without any other is no small share"
@@ -144,9 +150,12 @@ ELLIPSES = (
 @pytest.mark.parametrize("given", ["", SETTLED, ELLIPSES])
 @pytest.mark.parametrize(("share", "refused"), [(9.0, 0), (11.0, 1)])
 def test_overlap_without_force_refuses_every_run_of_yarns(share: float, given: str, refused: int, where: str) -> None:
-    """Away from the ends of yarns and at them, whether the yarns start settled or not."""
+    """Away from the ends of yarns and at them, whether the yarns start settled or not.
+
+    An overlap that lasts for one row does not.
+    """
     run = run_of("friction", *([given] if given else []), scale="meso")
-    found = replace(history(), contacts={where: at(60, share)})
+    found = replace(history(), contacts={where: at(60, share) + at(61, share) + at(80, 50.0)})
     quality = judged(found, run)
     assert quality.force_free_overlap_max == pytest.approx(0.01 * share)
     assert len(quality.failures) == refused and all("carries no force" in text for text in quality.failures)

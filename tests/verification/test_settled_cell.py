@@ -37,6 +37,12 @@ def test_more_draw_in_presses_more_and_v2_has_room():
     assert tight[1] > 5.0 * loose[1] > 0.0
 
 
+def test_tension_grows_with_draw_in_where_heads_of_loops_come_to_lie_on_each_other():
+    """A second crossing of the same pieces was lost: 2.29, 7.63 and 4.00 N at 3, 3.6 and 4 %."""
+    tensions = [settle_at(run_of(f"{LOOPS}draw_in=1"), p).tension for p in (0.03, 0.036, 0.04, 0.05)]
+    assert tensions == sorted(tensions)
+
+
 def test_a_stated_tension_is_met_by_a_draw_in():
     run = run_of(f"{LOOPS}tension=0.4")
     cell = settled_cell(run)
@@ -48,10 +54,10 @@ def test_a_stated_tension_is_met_by_a_draw_in():
 
 @pytest.mark.parametrize(
     ("field", "said"),
-    [("tension=0.01", "expected at least 0.1"), ("tension=19", "expected at most [2-4]"), ("draw_in=10", "at most 5.")],
+    [("tension=0.01", "at least 0.1"), ("tension=19", "at most 9\\."), ("draw_in=10", "at most 3\\.")],
 )
 def test_a_number_that_no_fabric_can_have_is_refused_with_one_that_would_do(field: str, said: str):
-    """Loops of their measured length are under tension already; drawn in by 6 % they sink in by 9 % of a radius."""
+    """Loops of their measured length are under tension already; drawn in by 4 % they sink in by over 5 %."""
     with pytest.raises(InputError, match=f"fabric.knitting.{field.split('=')[0]} = .*{said}"):
         with_draw_in(run_of(LOOPS + field, "solver.max_penetration=5"))
 
