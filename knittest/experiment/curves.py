@@ -11,8 +11,9 @@ from knittest.base.errors import InputError
 from knittest.base.reading import read_regular
 from knittest.base.resources import data_dir
 from knittest.experiment.conditions import SIZES, UNKNOWN, Conditions, agreed, conditions_of
-from knittest.experiment.lab_conditions import Said, said_by
-from knittest.experiment.lab_strips import read_lab
+from knittest.experiment.lab_conditions import GAUGE, WIDTH, Said, said_by
+from knittest.experiment.lab_strips import read_strips
+from knittest.experiment.lab_table import Given
 from knittest.experiment.shear_csv import read_shear
 from knittest.materials.trellis import ANGLE
 
@@ -134,7 +135,8 @@ def _plain(path: Path, conditions: Conditions) -> ReferenceCurve:
         return ReferenceCurve(
             "measured", angle, force, None, ANGLE, name, path.name, note=TAKEN, conditions=conditions, file=str(path)
         )
-    specimens = read_lab(path, conditions.gauge_length_mm, width=conditions.strip_width_mm)
+    sizes = {what.key: size for what in (WIDTH, GAUGE) if (size := getattr(conditions, what.key)) is not None}
+    specimens = read_strips(path, Given(sizes=sizes))
     if len(specimens) > 1:
         raise InputError(f"{path}: {len(specimens)} specimens; knittest data import makes one curve of them")
     (one,) = specimens

@@ -1,4 +1,4 @@
-"""Slips that the files of one series let pass: copies, mixed series, specimens that cannot be of one."""
+"""What forces and travels of specimens must be: of one sign, free of preload, of one loading, and of one series."""
 
 import hashlib
 from collections.abc import Sequence
@@ -7,16 +7,77 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
-from knittest.experiment.lab_conditions import Condition, unstated
 from knittest.experiment.lab_recording import Origin
-from knittest.experiment.lab_units import likely_force
+from knittest.experiment.lab_table import Preload, Sign
+from knittest.experiment.lab_units import QUANTITIES
 
 Array = NDArray[np.float64]
 
+#: share of the largest force that a force of the other sign stays below, such as noise or the weight of a clamp
+OTHER = 0.5
+#: a force at the start beyond this share of the largest is asked about
+TARE = 0.1
+#: share of its range by which a travel may go back before it counts as turned
+JITTER = 0.01
+#: share of steps that fall from which on a rising travel has noise: rounded ones repeat, but do not fall
+FALLING = 0.03
 #: one specimen's result over the median of the series, or the other way round: beyond it units or fabrics differ
 APART = 3.0
-#: widths and lengths of one series agree within this share: they are measured one by one
-SERIES = 0.05
+
+
+def drawn(travel: Array, sign: Sign) -> Array:
+    """``travel`` (n,) as rising: with a pull counted negative, travels may be too."""
+    falls = travel[0] - travel.min() > travel.max() - travel[0]
+    return -travel if sign == "negative" and falls else travel
+
+
+def pulled(force: Array, sign: Sign, where: str) -> Array:
+    """``force`` [N], (n,), with pull counted positive; raises :class:`InputError` where it is rather of the other sign.
+
+    ``sign`` is that of a pull in the file.
+    """
+    if not np.isfinite(force).all():
+        raise InputError(f"{where}: no finite force")
+    signed = -force if sign == "negative" else force
+    top, bottom = float(signed.max()), float(signed.min())
+    if -bottom > OTHER * max(top, 0.0) and bottom < 0.0:
+        other = "negative" if sign == "positive" else "positive"
+        raise InputError(
+            f"{where}: forces from {force.max():.4g} to {force.min():.4g} N, with a pull counted as {sign}: "
+            f"compression, or the other sign? If it is a pull, give --sign {other}; else tare the force"
+        )
+    return signed
+
+
+def tared(force: Array, preload: Preload | None, where: str) -> Array:
+    """``force`` [N], (n,), without its preload if so asked; raises :class:`InputError` for a large one otherwise."""
+    first, top = float(force[0]), float(np.abs(force).max())
+    if preload == "subtract":
+        return force - first
+    if preload is None and abs(first) > TARE * top:
+        raise InputError(
+            f"{where}: starts with a force of {first:.4g} N, its largest is {top:.4g} N: a preload or a "
+            "weight, which is no resistance? Give --preload subtract, or --preload keep"
+        )
+    return force
+
+
+def noise(values: Array) -> float:
+    """Standard deviation of the noise of ``values`` (n,) by their second differences; none where they hardly fall."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        if len(values) < 8 or np.count_nonzero(np.diff(values) < 0.0) < FALLING * len(values):
+            return 0.0
+        return float(1.4826 * np.median(np.abs(np.diff(values, 2))) / np.sqrt(6.0))
+
+
+def first_loading(travel: Array) -> tuple[NDArray[np.intp], bool]:
+    """Rows of the first way up of ``travel`` (n,), each beyond all before, and whether it turns after them."""
+    most = np.maximum.accumulate(travel)
+    back = np.flatnonzero(travel < most - max(JITTER * np.ptp(travel), 6.0 * noise(travel)))
+    end = int(back[0]) if len(back) else len(travel)
+    up = slice(0, int(np.argmax(travel[:end])) + 1)
+    rising = np.append(True, travel[up][1:] > most[up][:-1])
+    return np.flatnonzero(rising), bool(len(back))
 
 
 def refuse_apart(specimens: Sequence[Origin], values: Array, what: str, unit: str) -> None:
@@ -46,8 +107,16 @@ def refuse_implausible(
     scale = force / value if value > 0.0 else 1.0
     raise InputError(
         f"{one.path}: specimen {one.name}: {what}: implausible, expected {low:g} to {high:g} {unit}"
-        f"{likely_force(force, one.unit, (low * scale, high * scale))}: check the unit of the force"
+        f"{_likely_unit(force, one.unit, (low * scale, high * scale))}: check the unit of the force"
     )
+
+
+def _likely_unit(newton: float, unit: str, band: tuple[float, float]) -> str:
+    """Name the units in which the number that ``unit`` made ``newton`` would fall into ``band`` [N], or say nothing."""
+    factors, (low, high) = QUANTITIES["force"], band
+    number = newton / factors[unit]
+    found = [f"{u}: {number * f:.6g} N" for u, f in factors.items() if u != unit and low <= number * f <= high]
+    return f" (it looks like {' or '.join(found[:2])})" if found else ""
 
 
 def digests(specimens: Sequence[Origin], curves: Sequence[Sequence[Array]]) -> list[str]:
@@ -64,19 +133,3 @@ def digest(*columns: Array) -> str:
     """Fingerprint of a curve by its numbers, whatever the file's delimiter and decimal mark."""
     text = "".join(" ".join(f"{v:.6g}" for v in column) + ";" for column in columns)
     return hashlib.sha256(text.encode()).hexdigest()
-
-
-def common(what: Condition, values: Sequence[float | None], specimens: Sequence[object]) -> float:
-    """Mean of ``what`` over specimens, or files; raises :class:`InputError` where one lacks it or differs."""
-    paths = [getattr(one, "path", one) for one in specimens]
-    for value, path in zip(values, paths, strict=True):
-        if value is None:
-            raise unstated([what], path)
-    found = [v for v in values if v is not None]
-    for value, path in zip(found, paths, strict=True):
-        if abs(value - found[0]) > SERIES * found[0]:
-            raise InputError(
-                f"{path}: {what.one} of {value:g} {what.unit}, {paths[0]} has {found[0]:g} {what.unit}: "
-                "import series of different sizes into folders of their own"
-            )
-    return found[0] if np.ptp(found) == 0.0 else float(np.mean(found))

@@ -1,7 +1,7 @@
 """Recordings, one a specimen: its columns by their roles, in one unit each."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import KW_ONLY, dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import KW_ONLY, dataclass, field
 from itertools import pairwise
 from pathlib import Path
 from types import MappingProxyType
@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
 from knittest.config.yaml_loader import shown
-from knittest.experiment import lab_names, lab_units
-from knittest.experiment.lab_conditions import Condition, Said, known, needed, said_by
-from knittest.experiment.lab_given import Given
-from knittest.experiment.lab_table import LabTable, Wanted, read_tables
+from knittest.experiment import lab_units
+from knittest.experiment.lab_conditions import Condition, Said, known, said_by, unstated
+from knittest.experiment.lab_table import Given, LabTable, Wanted, read_tables
 from knittest.experiment.lab_units import has_number
 
 Array = NDArray[np.float64]
@@ -35,26 +34,32 @@ class Origin:
     unit: str = "N"
     notes: tuple[str, ...] = ()
 
+    @property
+    def where(self) -> str:
+        """File and specimen, for messages."""
+        return f"{self.path}: specimen {self.name}"
 
-@dataclass(frozen=True)
+
+@dataclass
 class Recording:
-    """Columns (n,) of one specimen by role, without rows that have empty cells in them; ``lines`` of the rows.
+    """Columns ``group`` of ``table`` that belong to one specimen, the one of that ``number`` in the table.
 
-    Units: N, mm, % (a travel or extensometer in a unit of strain has the role strain), deg, kPa, 1. ``number`` counts
-    the specimens of ``table``.
+    ``values`` (n,) by role come from the ``columns``, without rows that have empty cells in them. ``factors`` made
+    their units: N, mm, % (a travel or extensometer in a unit of strain has the role strain), deg, kPa, 1.
     """
 
-    origin: Origin
+    name: str
+    path: Path
     table: LabTable
+    group: Sequence[int]
     number: int
-    lines: Sequence[int]
-    values: Mapping[str, Array]
-    columns: Mapping[str, int]
-
-    @property
-    def name(self) -> str:
-        """Name of the specimen."""
-        return self.origin.name
+    given: Given
+    wanted: Wanted
+    values: dict[str, Array] = field(default_factory=dict)
+    columns: dict[str, int] = field(default_factory=dict)
+    factors: dict[str, float] = field(default_factory=dict)
+    unit: str = "N"
+    notes: list[str] = field(default_factory=list)
 
     @property
     def where(self) -> str:
@@ -65,120 +70,145 @@ class Recording:
         """Name of the column with that ``role`` in the file."""
         return self.table.names[self.columns[role]]
 
+    def is_kind(self, column: int, kind: str) -> bool:
+        """Tell whether the name of a ``column`` is one of the ``kind`` in the table, such as machine."""
+        return lab_units.matches(self.table.names[column], "kinds", kind)
+
+    def rank(self, column: int) -> int:
+        """Order of columns of one role: standard travel, one without a word to it, absolute position of the machine."""
+        return 0 if self.is_kind(column, "standard") else 2 if self.is_kind(column, "machine") else 1
+
     def travel(self) -> Array:
         """Travel [mm]; raises :class:`InputError` where the column is a strain."""
         if "travel" not in self.values:
             raise InputError(f"{self.where}: column {self.title('strain')!r}: a strain: expected a travel [mm]")
         return self.values["travel"]
 
-    def known(self, what: Condition, given: Given) -> float | None:
+    def known(self, what: Condition) -> float | None:
         """``what`` by the head of the file or the user, ``None`` where neither states it."""
-        return known(what, self.table, given.sizes, self.number)
+        return known(what, self.table, self.given.sizes, self.number)
 
-    def needed(self, wanted: Sequence[Condition], given: Given) -> list[float]:
+    def needed(self, *wanted: Condition) -> list[float]:
         """The same of each of ``wanted``; raises :class:`InputError` naming the option of those that nobody states."""
-        return needed(wanted, self.table, self.origin.path, given.sizes, self.number)
+        values = [self.known(what) for what in wanted]
+        if missing := [what for what, value in zip(wanted, values, strict=True) if value is None]:
+            raise unstated(missing, self.path)
+        return [value for value in values if value is not None]
 
+    def origin(
+        self, used: Mapping[int, str], why: Mapping[int, str] = MappingProxyType({}), notes: Sequence[str] = ()
+    ) -> dict[str, Any]:
+        """The fields of :class:`Origin` of a specimen with ``notes``, and those that name the columns that are
+        ``used``, as what, and those that are not, and ``why``, if that does not follow from their roles.
+        """
+        words, names, roles = lab_units.table()["unused"], self.table.names, self.table.roles
+        left = [k for k in self.group if k not in used and names[k].strip()]
+        reasons = [f"{names[k]!r} ({why.get(k) or words.get(roles[k], words['other'])})" for k in left]
+        columns = ["columns used: " + ", ".join(f"{names[k]!r} ({what})" for k, what in used.items())]
+        columns += ["columns not used: " + ", ".join(reasons)] if reasons else []
+        notes = list(dict.fromkeys([*columns, *notes, *self.table.notes, *self.notes]))
+        said = said_by(self.path, self.table.head)
+        return {"name": self.name, "path": self.path, "said": said, "unit": self.unit, "notes": tuple(notes)}
 
-def of(recording: Recording) -> dict[str, Any]:
-    """The fields of :class:`Origin`, for a specimen that derives from it."""
-    return dict(vars(recording.origin))
+    def read(self, optional: Sequence[str] = (), unit_needed: bool = False) -> dict[str, Any]:
+        """Read ``values`` of the first role of each of ``wanted`` that is there, and of the ``optional`` ones, all with
+        their unit if it is ``needed``; returns the fields of the origin.
+        """
+        chosen = {}
+        for some in (*self.wanted, *((role,) for role in optional)):
+            role = next((role for role in some if any(self.table.roles[k] == role for k in self.group)), None)
+            if role is not None:
+                named = (k for k in self.group if self.table.roles[k] == role)
+                chosen[role] = min(named, key=self.rank)
+        _, cells = self.fetch(list(chosen.values()))
+        for (role, k), raw in zip(chosen.items(), cells.T, strict=True):
+            unit, factor = self.unit_of(k, unit_needed)
+            kept = "strain" if unit in lab_units.QUANTITIES["strain"] and role in ("travel", "extensometer") else role
+            with np.errstate(over="ignore", invalid="ignore"):
+                self.values[kept] = raw * factor
+            self.columns[kept], self.factors[kept] = k, factor
+            self.unit = unit if role == "force" else self.unit
+            if not np.isfinite(self.values[kept]).all():
+                raise InputError(f"{self.where}: no finite {role.replace('_', ' ')}")
+        return self.origin({k: role.replace("_", " ") for role, k in self.columns.items()})
+
+    def fetch(self, which: Sequence[int]) -> tuple[list[int], Array]:
+        """Lines (n) and numbers (n, columns) of the columns ``which``, rows with empty cells left out and noted.
+
+        Raises :class:`InputError` with the row for text, for fewer than two rows, and where a row that is left out
+        holds the largest number of the first column.
+        """
+        table, values, note = self.table, self.table.numbers(which), ""
+        empty = np.isnan(values)
+        partly = np.flatnonzero(empty.any(axis=1) & ~empty.all(axis=1))
+        for line, row in (table.body[k] for k in partly):
+            if len(row) <= max(which) and len(row) < 2:
+                raise InputError(f"{table.place}:{line}: '' is not a number: one cell below {len(table.names)} columns")
+        if len(partly):
+            line, row = table.body[partly[0]]
+            cell = next((row[c] for c in which if c < len(row) and not has_number(row[c])), "")
+            rows = f"{len(partly)} row{'s' * (len(partly) > 1)}"
+            note = f"{rows} with empty cells left out, the first at {table.place}:{line}: {shown(cell)}"
+        kept = np.flatnonzero(~empty.any(axis=1))
+        if len(kept) < 2:
+            left = f" ({note})" if note else ""
+            raise InputError(f"{self.where} has {len(kept)} points; at least two are needed{left}")
+        size = np.abs(np.nan_to_num(values[:, 0]))
+        if (top := int(np.argmax(size))) not in kept and size[top] > size[kept].max():
+            raise InputError(
+                f"{table.place}:{table.body[top][0]}: specimen {self.name}: the largest {table.names[which[0]]!r} "
+                "stands in a row with an empty cell: fill it in, or leave the column out"
+            )
+        self.notes += [note] if note else []
+        return [table.body[k][0] for k in kept], values[kept]
+
+    def unit_of(self, column: int, needed: bool = False) -> tuple[str, float]:
+        """Unit of a column by its role, N or mm where none is stated, and its factor to N, mm, %, deg, kPa or 1.
+
+        Raises :class:`InputError` where it is ``needed``, or for a strain, and not stated, and for a force per width.
+        """
+        name, where = self.table.names[column], f"{self.table.where}: column {self.table.names[column]!r}"
+        entry = lab_units.table()["columns"][self.table.roles[column]]
+        quantities: list[str] = entry["quantity"]
+        units = {unit: factor for quantity in quantities for unit, factor in lab_units.QUANTITIES[quantity].items()}
+        if "force" in quantities and self.is_kind(column, "per_width"):
+            raise InputError(f"{where}: a force per width: expected the force of the whole strip [N]")
+        unit = self.table.unit(column, units)
+        is_strain = "strain" in quantities and self.is_kind(column, "strain")
+        if not unit and (needed or is_strain or "unit" not in entry):
+            quantity = "strain" if is_strain else quantities[0]
+            first, *more = lab_units.QUANTITIES[quantity]
+            raise InputError(
+                f"{where}: {'an' if quantity == 'angle' else 'a'} {quantity} without a unit: write '{name} [{first}]', "
+                f"or {', '.join(more)}"
+            )
+        unit = unit or str(entry["unit"])
+        return unit, units[unit]
 
 
 def reader(
-    wanted: Wanted, words: str, specimen: Callable[[Recording, Given], SpecimenT], **more: Any
+    wanted: Wanted, words: str, specimen: Callable[[Recording], SpecimenT], **more: Any
 ) -> Callable[[Path, Given], list[SpecimenT]]:
     """Reads the :func:`recordings` of a file into specimens."""
-    return lambda path, given: [specimen(r, given) for r in recordings(path, given, wanted, words, **more)]
+    return lambda path, given: [specimen(r) for r in recordings(path, given, wanted, words, **more)]
 
 
 def recordings(
-    path: Path, given: Given, wanted: Wanted, words: str, *, own: tuple[str, ...] = (), optional: tuple[str, ...] = (),
-    shared: bool = False, unit_needed: bool = False,
-) -> list[Recording]:  # fmt: skip
+    path: Path, given: Given, wanted: Wanted, words: str, *, own: tuple[str, ...] = (), shared: bool = False
+) -> list[Recording]:
     """Specimens in the file ``path``, one a column of the first of ``wanted``: roles of which it needs one each.
 
-    The first role of each that is there counts. ``words`` name them in messages; ``optional`` are roles beside them,
-    ``own`` other kinds of tests that the file may name; ``shared`` lets several specimens share a travel, and
-    ``unit_needed`` asks every column for its unit. Raises :class:`InputError`.
+    ``words`` name them in messages; ``own`` are other kinds of tests that the file may name; ``shared`` lets several
+    specimens share a travel. Raises :class:`InputError`.
     """
-    lead, moves = tuple(wanted[0]), tuple(role for some in wanted[1:] for role in some)
-    tables = read_tables(path, given, wanted, words, own)
+    moves = tuple(role for some in wanted[1:] for role in some)
     found = []
-    for name, table, group, number in specimens_in(tables, lead, moves, shared):
-        chosen = {}
-        for some in (*wanted, *((role,) for role in optional)):
-            role = next((role for role in some if any(table.roles[k] == role for k in group)), None)
-            if role is not None:
-                chosen[role] = min((k for k in group if table.roles[k] == role), key=lambda k: _rank(table.names[k]))
-        lines, cells = columns(table, list(chosen.values()), name)
-        values, which, unit = {}, {}, "N"
-        for (role, k), raw in zip(chosen.items(), cells.T, strict=True):
-            stated, factor = unit_of(table, k, unit_needed)
-            kept = "strain" if stated in lab_units.STRAIN and role in ("travel", "extensometer") else role
-            with np.errstate(over="ignore", invalid="ignore"):
-                values[kept] = raw * factor
-            which[kept], unit = k, stated if role == "force" else unit
-            if not np.isfinite(values[kept]).all():
-                raise InputError(f"{table.place}: specimen {name}: no finite {role.replace('_', ' ')}")
-        notes = (*told(table, {k: role.replace("_", " ") for role, k in which.items()}, group), *table.notes_of(name))
-        origin = Origin(name=name, path=path, said=said_by(path, table.head), unit=unit, notes=notes)
-        found.append(Recording(origin, table, number, lines, values, which))
-    return found
-
-
-def columns(table: LabTable, which: Sequence[int], name: str) -> tuple[list[int], Array]:
-    """Lines (n) and numbers (n, columns) of the columns ``which``, rows with empty cells left out and noted.
-
-    Raises :class:`InputError` with the row for text, for fewer than two rows, and where a row that is left out holds
-    the largest number of the first column; ``name`` is for messages.
-    """
-    values = np.full((len(table.body), len(which)), np.nan)
-    empty = np.ones(values.shape, bool)
-    for at, (line, row) in enumerate(table.body):
-        for place, column in enumerate(which):
-            if column < len(row) and has_number(row[column]):
-                values[at, place], empty[at, place] = table.number(line, row[column]), False
-    partly = np.flatnonzero(empty.any(axis=1) & ~empty.all(axis=1))
-    for k in partly:
-        if len(table.body[k][1]) <= max(which) and len(table.body[k][1]) < 2:
-            raise InputError(
-                f"{table.place}:{table.body[k][0]}: '' is not a number: one cell below {len(table.names)} columns"
-            )
-    note = ""
-    if len(partly):
-        line, row = table.body[partly[0]]
-        cell = next((row[c] for c in which if c < len(row) and not has_number(row[c])), "")
-        note = f"{len(partly)} rows with empty cells left out, the first at {table.place}:{line}: {shown(cell)}"
-        note = note.replace("1 rows", "1 row") if len(partly) == 1 else note
-    kept = np.flatnonzero(~empty.any(axis=1))
-    if len(kept) < 2:
-        left = f" ({note})" if note else ""
-        raise InputError(f"{table.place}: specimen {name} has {len(kept)} points; at least two are needed{left}")
-    size = np.abs(np.nan_to_num(values[:, 0]))
-    if (top := int(np.argmax(size))) not in kept and size[top] > size[kept].max():
-        raise InputError(
-            f"{table.place}:{table.body[top][0]}: specimen {name}: the largest {table.names[which[0]]!r} stands in a "
-            "row with an empty cell: fill it in, or leave the column out"
-        )
-    table.notes += [f"{name}: {note}"] if note else []
-    return [table.body[k][0] for k in kept], values[kept]
-
-
-def specimens_in(
-    tables: Sequence[LabTable], lead: Sequence[str], moves: Sequence[str], shared: bool = False
-) -> Iterator[tuple[str, LabTable, list[int], int]]:
-    """Name, table and columns of each specimen, one a column of ``lead`` with those of ``moves`` beside it, and its
-    number in the table.
-    """
-    found = []
-    for table in tables:
-        first = next(role for role in lead if role in table.roles)
-        groups = _groups(table, first, moves, shared)
+    for table in read_tables(path, given, wanted, words, own):
+        groups = _groups(table, next(role for role in wanted[0] if role in table.roles), moves, shared)
         table.count = len(groups)
-        found += [(table, *one) for one in enumerate(groups)]
-    for k, (table, place, group) in enumerate(found, 1):
-        yield (table.stem if len(found) == 1 else f"{table.stem}-{k}"), table, group, place
+        found += [(table, group, number) for number, group in enumerate(groups)]
+    names = [path.stem if len(found) == 1 else f"{path.stem}-{k}" for k in range(1, len(found) + 1)]
+    return [Recording(name, path, *one, given, wanted) for name, one in zip(names, found, strict=True)]
 
 
 def _groups(table: LabTable, lead: str, moves: Sequence[str], shared: bool) -> list[list[int]]:
@@ -193,8 +223,8 @@ def _groups(table: LabTable, lead: str, moves: Sequence[str], shared: bool) -> l
             starts = [0, *(relevant[k * size] for k in range(1, len(leads))), len(table.names)]
             return [list(range(a, b)) for a, b in pairwise(starts)]
     beside = [cs for role in set(table.roles) - {lead, *moves} if len(cs := table.having(role)) == len(leads)]
-    found: list[list[int]] = []
     first: dict[int, int] = {}
+    found: list[list[int]] = []
     for at, k in enumerate(leads):
         move = max([m for m in others if m < k] or [min(others)])
         if move in first and not shared:
@@ -207,46 +237,3 @@ def _groups(table: LabTable, lead: str, moves: Sequence[str], shared: bool) -> l
         first[move] = k
         found.append([move, k, *(cs[at] for cs in beside)])
     return found
-
-
-def unit_of(table: LabTable, column: int, needed: bool = False) -> tuple[str, float]:
-    """Unit of a column by its role, N or mm where none is stated, and its factor to N, mm, %, deg, kPa or 1.
-
-    Raises :class:`InputError` where it is ``needed``, or for a strain, and not stated, and for a force per width.
-    """
-    name, entry = table.names[column], lab_names.table()["columns"][table.roles[column]]
-    quantities: list[str] = entry["quantity"]
-    units = {unit: quantity for quantity in quantities for unit in lab_units.QUANTITIES[quantity]}
-    if "force" in quantities and lab_names.is_kind("per_width", name):
-        raise InputError(
-            f"{table.where}: column {name!r}: a force per width: expected the force of the whole strip [N]"
-        )
-    unit = lab_units.stated(name, table.units[column], dict.fromkeys(units, 1.0), table.where)
-    is_strain = "strain" in quantities and lab_names.is_kind("strain", name)
-    if not unit and (needed or is_strain or "unit" not in entry):
-        quantity = "strain" if is_strain else quantities[0]
-        first, *more = lab_units.QUANTITIES[quantity]
-        raise InputError(
-            f"{table.where}: column {name!r}: {'an' if quantity == 'angle' else 'a'} {quantity} without a unit: write "
-            f"'{name} [{first}]', or {', '.join(more)}"
-        )
-    unit = unit or str(entry["unit"])
-    return unit, lab_units.QUANTITIES[units[unit]][unit]
-
-
-def told(
-    table: LabTable, used: Mapping[int, str], group: Sequence[int], why: Mapping[int, str] = MappingProxyType({})
-) -> list[str]:  # fmt: skip
-    """Lines that name the columns of ``group`` that are ``used``, as what, and those that are not, and ``why``, if that
-    does not follow from their roles.
-    """
-    words = lab_names.table()["unused"]
-    left = [k for k in group if k not in used and table.names[k].strip()]
-    reasons = [f"{table.names[k]!r} ({why.get(k) or words.get(table.roles[k], words['other'])})" for k in left]
-    taken = [f"{table.names[k]!r} ({what})" for k, what in used.items()]
-    return [f"columns used: {', '.join(taken)}", *([f"columns not used: {', '.join(reasons)}"] if reasons else [])]
-
-
-def _rank(name: str) -> int:
-    """Order of columns of one role: standard travel, one without a word to it, absolute position of the machine."""
-    return 0 if lab_names.is_kind("standard", name) else 2 if lab_names.is_kind("machine", name) else 1

@@ -1,9 +1,9 @@
-"""Results of one import: shown as a table, written as an experiment that a fabric file can name."""
+"""Results of imports: shown as tables, written into the folder of an experiment that a fabric file can name."""
 
-import csv
-import io
 import json
 import math
+import re
+import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,15 +13,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.atomic import write_atomic
-from knittest.base.errors import InputError
+from knittest.base.errors import InputError, ResourceError
+from knittest.base.kinds import DEFAULT, kinds, names
 from knittest.base.tidy_tables import COLUMNS
+from knittest.config.starting import FABRIC
 from knittest.experiment.lab_conditions import Condition
-from knittest.experiment.lab_folder import STATISTICS, counted, folder_name, prepared, read_statistics, table_name
 from knittest.experiment.statistics import Corridor, mean_sd
 
 Array = NDArray[np.float64]
 #: columns of a table that is shown: head, format and values
 Shown = Sequence[tuple[str, str, Array]]
+#: statistics of the imports of an experiment by their folders
+Tests = Mapping[str, dict[str, Any]]
+
+STATISTICS, SOURCE_FILE, TENSION, SHEAR = "statistics.json", "SOURCE.md", "tension.csv", "shear.csv"
+DIRECTIONS = ("warp", "weft")
+SOURCE = """# Source
+
+Tests imported with `knittest data import`; write here who tested what, where and how.
+
+"""
+ITEMS = (
+    "{tables}: mean and sd of the results, and the conditions that they hang on. kind: measured.",
+    "`warp/`, `weft/` ({default}), {folders}: the specimens; `corridor.csv`, their mean and sd; `statistics.json`, "
+    "values and files. `tension.csv` and `shear.csv` are curves for a fabric file, from the origin on and rising.",
+    "`fabric.yaml`: what all of it says of the fabric; `knittest new NAME --from` this folder starts from it.",
+)
+_OWN_INSIDE = re.compile(r"specimen-\d+\.csv|corridor\.csv|tension\.csv|shear\.csv|statistics\.json|curves\.png")
 
 
 @dataclass(frozen=True)
@@ -77,6 +95,19 @@ class Results:
         conditions = [f"{what.name}: {value:.6g} {what.unit}".removesuffix(" 1") for what, value in self.conditions]
         return [*table_lines(self.names, self.shown), *self.remarks, *conditions]
 
+    def statistics(self) -> dict[str, Any]:
+        """What is kept of the import: mean, sd and values of each quantity, conditions, files and digests."""
+        known: dict[str, Any] = {
+            "kind": "measured", "test": self.test, "direction": self.direction,
+            "conditions": {what.key: value for what, value in self.conditions},
+            "sources": list(self.files), "digests": list(self.digests),
+        }  # fmt: skip
+        for name, found in self.found.items():
+            mean, sd = mean_sd(found)
+            scatter = None if math.isnan(sd) else sd
+            known[name] = {"mean": mean, "sd": scatter, "n": len(found), "values": found.tolist()}
+        return known
+
 
 def table_lines(names: Sequence[str], shown: Shown) -> list[str]:
     """Specimens, then mean and sd of their columns; a standard deviation that one specimen has none of is a dash."""
@@ -88,72 +119,135 @@ def table_lines(names: Sequence[str], shown: Shown) -> list[str]:
     return rows
 
 
+def table_name(test: str, direction: str) -> str:
+    """Name of the tidy table of an import."""
+    return f"{test}-{direction}.csv" if direction else f"{test}.csv"
+
+
+def folder_name(test: str, direction: str) -> str:
+    """Name of the folder of an import; that of the default test is the direction alone."""
+    return direction if test == DEFAULT else f"{test}-{direction}".removesuffix("-")
+
+
+def of_directions(tests: Tests, test: str) -> dict[str, dict[str, Any]]:
+    """Statistics of ``test`` by the directions that were tested."""
+    return {d: tests[name] for d in DIRECTIONS if (name := folder_name(test, d)) in tests}
+
+
+def counted(n: int, what: str) -> str:
+    """``n`` of ``what`` in words: 1 strip, 5 strips."""
+    return f"{n} {what}{'s' if n > 1 else ''}"
+
+
+def quantity(found: dict[str, Any], source: str, ref: str) -> dict[str, Any]:
+    """A field of a fabric file, with the standard deviation where one is known."""
+    scatter = {} if found["sd"] is None else {"sd": float(f"{found['sd']:.6g}")}
+    return {"value": float(f"{found['mean']:.6g}"), **scatter, "source": source, "ref": ref}
+
+
+def _imports() -> list[tuple[str, str]]:
+    """Test and direction of all imports that there may be."""
+    return [(test, d) for test in names("laboratory") for d in (DIRECTIONS if kinds()[test].directional else ("",))]
+
+
+def source_text() -> str:
+    """Text of a SOURCE.md to fill in, with the names that imports of all tests have."""
+    parts = {test: "*" if kinds()[test].directional else "" for test in names("laboratory")}
+    tables = ", ".join(f"`{table_name(test, part)}`" for test, part in parts.items())
+    folders = ", ".join(f"`{folder_name(test, part)}/`" for test, part in parts.items() if test != DEFAULT)
+    items = [f"- {item.format(tables=tables, default=DEFAULT, folders=folders)}" for item in ITEMS]
+    return SOURCE + "".join(f"{textwrap.fill(item, 116, subsequent_indent='  ')}\n" for item in items)
+
+
+def read_statistics(out: Path) -> dict[str, dict[str, Any]]:
+    """Statistics of the imports in ``out`` by folder; raises :class:`InputError` for one that cannot be read."""
+    found = {}
+    for name in (folder_name(*one) for one in _imports()):
+        path = out / name / STATISTICS
+        if path.is_file():
+            try:
+                found[name] = json.loads(path.read_text(encoding="utf-8"))
+                found[name]["conditions"], found[name]["test"]
+            except (OSError, ValueError, KeyError, TypeError):
+                raise InputError(f"{path}: not what knittest data import writes now: import those files anew") from None
+    return found
+
+
 def write_results(out: Path, results: Results) -> str:
     """Write table, statistics and curves of ``results`` into the experiment ``out``; returns its variant.
 
     Raises :class:`InputError` when ``out`` holds what no import wrote, or these curves as of the other direction.
     """
-    _refuse_other_way(out, results)
-    inner, notes = prepared(out, results.test, results.direction), results.notes(out)
-    write_atomic(inner / STATISTICS, _statistics(results))
-    write_atomic(out / table_name(results.test, results.direction), _table(out, results))
-    if curves := results.curves:
-        band, files = curves.band, dict(curves.more)
-        files["corridor.csv"] = (
-            dict(zip(curves.names, (band.strain, band.mean, band.sd), strict=True)), curves.head
-        )  # fmt: skip
-        for file, (columns, head) in files.items():
-            write_atomic(inner / file, _curve([*notes, *head], columns))
-        for number, (name, columns_) in enumerate(zip(results.names, curves.each, strict=True), 1):
-            text = _curve([f"# specimen: {name}", *notes[1:]], dict(zip(curves.names, columns_, strict=False)))
-            write_atomic(inner / f"specimen-{number:02d}.csv", text)
-        _plot(curves, inner / "curves.png")
-    return out.resolve().name
-
-
-def _refuse_other_way(out: Path, results: Results) -> None:
-    """Raise for curves that were imported for the other direction."""
-    other = {"warp": "weft", "weft": "warp"}.get(results.direction)
-    folder = folder_name(results.test, other or "")
+    other = {"warp": "weft", "weft": "warp"}.get(results.direction, "")
+    folder = folder_name(results.test, other)
     if other and set(results.digests) & set(read_statistics(out).get(folder, {}).get("digests", ())):
         raise InputError(
             f"--direction {results.direction}: these curves stand in {out / folder} already, imported as {other}: of "
             f"which direction are they? Remove that folder if they are of the {results.direction}"
         )
+    inner, notes = _prepared(out, results.test, results.direction), results.notes(out)
+    known = results.statistics()
+    write_atomic(inner / STATISTICS, json.dumps(known, indent=2, ensure_ascii=False) + "\n")
+    write_atomic(out / table_name(results.test, results.direction), _table(out, results, known))
+    if curves := results.curves:
+        band, files = curves.band, dict(curves.more)
+        files["corridor.csv"] = dict(zip(curves.names, (band.strain, band.mean, band.sd), strict=True)), curves.head
+        for file, (columns, head) in files.items():
+            write_atomic(inner / file, _curve([*notes, *head], columns))
+        for number, (name, xy) in enumerate(zip(results.names, curves.each, strict=True), 1):
+            text = _curve([f"# specimen: {name}", *notes[1:]], dict(zip(curves.names, xy, strict=False)))
+            write_atomic(inner / f"specimen-{number:02d}.csv", text)
+        _plot(curves, inner / "curves.png")
+    return out.resolve().name
 
 
-def _statistics(results: Results) -> str:
-    known: dict[str, Any] = {
-        "kind": "measured", "test": results.test, "direction": results.direction,
-        "conditions": {what.key: value for what, value in results.conditions},
-        "sources": list(results.files), "digests": list(results.digests),
-    }  # fmt: skip
-    for name, found in results.found.items():
-        mean, sd = mean_sd(found)
-        known[name] = {"mean": mean, "sd": None if math.isnan(sd) else sd, "n": len(found), "values": found.tolist()}
-    return json.dumps(known, indent=2, ensure_ascii=False) + "\n"
+def _prepared(out: Path, test: str, direction: str) -> Path:
+    """The folder of this import in the experiment ``out``, without an earlier one's specimens.
+
+    Raises :class:`InputError` unless both folders are new, empty or an earlier import's.
+    """
+    inner = out / folder_name(test, direction)
+    own = {SOURCE_FILE, FABRIC, *(name(*one) for one in _imports() for name in (folder_name, table_name))}
+    for folder in (out, inner):
+        if folder.exists() and not folder.is_dir():
+            raise InputError(f"--out {out}: {folder} is a file: choose a new or empty folder")
+    outside, inside = (sorted(path.name for path in f.iterdir()) if f.exists() else [] for f in (out, inner))
+    strange = [name for name in outside if name not in own]
+    strange += [f"{inner.name}/{n}" for n in inside if not _OWN_INSIDE.fullmatch(n) or STATISTICS not in inside]
+    if strange:
+        raise InputError(
+            f"--out {out}: holds {strange[0]}, which knittest data import did not write: choose a new or empty folder"
+        )
+    try:
+        inner.mkdir(parents=True, exist_ok=True)
+        for old in inner.glob("specimen-*.csv"):
+            old.unlink()
+    except OSError as error:
+        raise ResourceError(f"{inner}: cannot be written: {error.strerror}") from None
+    return inner
 
 
-def _table(out: Path, results: Results) -> str:
+def _table(out: Path, results: Results, known: Mapping[str, Any]) -> str:
     """Tidy rows as :func:`knittest.experiment.tables.published` reads them."""
-    rows: list[tuple[str, float, object, object, str]] = []
-    for name, values in results.found.items():
-        mean, sd = mean_sd(values)
-        rows.append((name, mean, "" if math.isnan(sd) else f"{sd:.6g}", len(values), results.units[name]))
-    rows += [(what.key, value, "", "", what.unit) for what, value in results.conditions]
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    for name, mean, *more in rows:
-        writer.writerow([out.resolve().name, results.direction, name, f"{mean:.6g}", *more, results.source(out)])
-    return text.getvalue()
+    import pandas as pd
+
+    rows: list[tuple[object, ...]] = []
+    for name in results.found:
+        mean, sd, n = (known[name][key] for key in ("mean", "sd", "n"))
+        rows.append((name, f"{mean:.6g}", "" if sd is None else f"{sd:.6g}", n, results.units[name]))
+    rows += [(what.key, f"{value:.6g}", "", "", what.unit) for what, value in results.conditions]
+    variant, source = out.resolve().name, results.source(out)
+    table = pd.DataFrame([(variant, results.direction, *row, source) for row in rows], columns=list(COLUMNS))
+    return str(table.to_csv(index=False, lineterminator="\n"))
 
 
 def _curve(notes: Sequence[str], columns: Mapping[str, Array]) -> str:
     """A curve as :func:`knittest.experiment.curves.load_curve` reads it, without a column of NaN (no scatter known)."""
-    kept = {name: values for name, values in columns.items() if not np.isnan(values).all()}
-    rows = [",".join(f"{v:.6g}" for v in row) for row in zip(*kept.values(), strict=True)]
-    return "\n".join(["# kind: measured", *notes, ",".join(kept), *rows]) + "\n"
+    import pandas as pd
+
+    table = pd.DataFrame(columns).dropna(axis=1, how="all")
+    text = table.to_csv(index=False, lineterminator="\n", float_format="%.6g", na_rep="nan")
+    return "\n".join(["# kind: measured", *notes, text])
 
 
 def _plot(curves: Curves, path: Path) -> None:

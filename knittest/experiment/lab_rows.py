@@ -14,7 +14,7 @@ from typing import Any
 from knittest.base.errors import InputError
 from knittest.base.reading import read_regular
 from knittest.config.yaml_loader import shown
-from knittest.experiment import lab_names
+from knittest.experiment import lab_units
 from knittest.experiment.lab_units import NUMBER
 
 #: what a table of a machine stays below; together they bound memory to some 0.6 GB
@@ -173,8 +173,8 @@ def _decode(path: Path, raw: bytes) -> str:
     found = [text for encoding in encodings if (text := _decoded(raw, encoding))]
     if not found and raw:
         raise InputError(f"{path}: is not text in UTF-8, UTF-16, Windows-1252, Windows-1250, Shift-JIS or GB18030")
-    best = max(found, key=lab_names.count_known, default="") if len(found) > 1 else "".join(found)
-    return best if len(found) < 2 or lab_names.count_known(best) else _guessed(raw) or best
+    best = max(found, key=lab_units.count_known, default="") if len(found) > 1 else "".join(found)
+    return best if len(found) < 2 or lab_units.count_known(best) else _guessed(raw) or best
 
 
 def _decoded(raw: bytes, encoding: str) -> str:

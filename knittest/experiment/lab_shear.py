@@ -9,11 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
-from knittest.experiment import lab_names
-from knittest.experiment.lab_checks import digests, refuse_apart, refuse_implausible
+from knittest.experiment.lab_checks import (
+    digests,
+    drawn,
+    first_loading,
+    pulled,
+    refuse_apart,
+    refuse_implausible,
+    tared,
+)
 from knittest.experiment.lab_conditions import within
-from knittest.experiment.lab_given import Given, drawn, first_loading, pulled, tared
-from knittest.experiment.lab_recording import Origin, Recording, unit_of
+from knittest.experiment.lab_recording import Origin, Recording
 from knittest.experiment.lab_results import Curves
 from knittest.experiment.statistics import band
 from knittest.materials.trellis import ANGLE, NORMALISED
@@ -60,16 +66,16 @@ class ShearCurve:
     whole: tuple[Array, Array]
 
 
-def shear_curve(r: Recording, tested: Tested, given: Given) -> ShearCurve:
+def shear_curve(r: Recording, tested: Tested) -> ShearCurve:
     """The curve of a recording; raises :class:`InputError` for a start that is not square or free of force, and for a
     force along the sides, F_s = F / (2 cos(45 deg - angle / 2)).
     """
-    role = _moved(r, tested)
+    role, given = _moved(r, tested), r.given
     moved, force = drawn(r.values[role], given.sign), r.values["force"]
     rows, turned = first_loading(moved)
     first = pulled(force[rows], given.sign, r.where)  # on its way back a specimen may be pushed
     force = -force if given.sign == "negative" else force
-    _, factor = unit_of(r.table, r.columns[role])
+    factor = r.factors[role]
     angle = _angles(moved - (given.zero or 0.0) * factor, role, tested, r.where)
     if given.zero is None and abs(angle[0]) > SQUARE:
         raise InputError(
@@ -101,9 +107,9 @@ def _moved(r: Recording, tested: Tested) -> str:
     )
     of_a_part = "an extensometer sees a part of the specimen alone: expected the travel of the clamp"
     for column, wrong, reason in (
-        ("force", lab_names.is_kind("along_sides", r.title("force")), along_sides),
+        ("force", r.is_kind(r.columns["force"], "along_sides"), along_sides),
         (role, role == "strain" and tested.length is None, "a strain: expected a travel or an angle"),
-        (role, role != "angle" and lab_names.is_kind("sensor", r.title(role)), of_a_part),
+        (role, role != "angle" and r.is_kind(r.columns[role], "sensor"), of_a_part),
     ):
         if wrong:
             raise InputError(f"{r.table.where}: column {r.title(column)!r}: {reason}")

@@ -1,37 +1,35 @@
 """Strips pulled in a testing machine: force over the strain of the best column that there is, and of one series."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
 from knittest.config.fabric import MacroMaterial
-from knittest.experiment import lab_names, lab_units
-from knittest.experiment.lab_checks import common, digests, refuse_apart
+from knittest.experiment import lab_units
+from knittest.experiment.lab_checks import JITTER, drawn, noise, pulled, refuse_apart, refuse_implausible
 from knittest.experiment.lab_conditions import (
     EXTENSOMETER,
     GAUGE,
     STANDARD,
     WIDTH,
     Condition,
-    columns_of,
-    in_column,
+    common,
     known,
-    said_by,
     same,
-    stated,
     within,
 )
-from knittest.experiment.lab_given import JITTER, Given, Sign, drawn, noise, pulled
-from knittest.experiment.lab_recording import columns, specimens_in, told, unit_of
+from knittest.experiment.lab_recording import Recording, reader
 from knittest.experiment.lab_results import Curves
-from knittest.experiment.lab_table import LabTable, read_tables
+from knittest.experiment.lab_table import Given
 from knittest.experiment.statistics import Specimen, corridor, peaks
 
 Array = NDArray[np.float64]
+StripT = TypeVar("StripT")
 
 #: strain above which unit or gauge length must be wrong [%]
 MAX_STRAIN = 100.0
@@ -60,49 +58,31 @@ class _Measure:
 
     @property
     def factor(self) -> float:
-        if self.unit in lab_units.STRAIN:
-            return lab_units.STRAIN[self.unit]
-        return 100.0 * lab_units.LENGTH[self.unit] / (self.gauge or np.nan)
+        strains, lengths = lab_units.QUANTITIES["strain"], lab_units.QUANTITIES["length"]
+        return strains[self.unit] if self.unit in strains else 100.0 * lengths[self.unit] / (self.gauge or np.nan)
 
     @property
     def has_extensometer(self) -> bool:
         return self.rank < 2
 
 
-def read_lab(
-    path: Path, gauge_length: float | None = None, decimal: str | None = None, delimiter: str | None = None,
-    width: float | None = None, sign: Sign = "positive",
-) -> list[Specimen]:  # fmt: skip
-    """:func:`read_strips` with sizes [mm] where they are given."""
-    sizes = {what.key: v for what, v in ((GAUGE, gauge_length), (WIDTH, width)) if v is not None}
-    return read_strips(path, Given(decimal, delimiter, sign, sizes))
+def strip_reader(one: Callable[[Recording], StripT]) -> Callable[[Path, Given], list[StripT]]:
+    """Reads a file of strips into what ``one`` makes of each recording."""
+    return reader([("force",), MOVES], "a force and a displacement or strain column", one)
 
 
-def read_strips(path: Path, given: Given) -> list[Specimen]:
-    """Specimens in one export.
+def read_strip(r: Recording) -> Specimen:
+    """Specimen of a recording.
 
     The strain is a measured one, else the travel of an extensometer over its gauge length, as long as it is valid, else
     the travel of the clamp over theirs. Raises :class:`InputError` with the row for what cannot be a pull.
     """
-    return [strip for strip, _ in read_tabled(path, given)]
-
-
-def read_tabled(path: Path, given: Given) -> list[tuple[Specimen, LabTable]]:
-    """:func:`read_strips` with the table of each."""
-    tables = read_tables(path, given, [("force",), MOVES], "a force and a displacement or strain column")
-    found = []
-    for name, table, group, number in specimens_in(tables, ("force",), MOVES):
-        one, width = _specimen(table, name, group, given), known(WIDTH, table, given.sizes, number)
-        found.append((replace(one, width=width, path=path, said=said_by(path, table.head)), table))
-    return found
-
-
-def _specimen(table: LabTable, name: str, group: Sequence[int], given: Given) -> Specimen:
-    pull = next(k for k in group if table.roles[k] == "force")
-    gauge = known(GAUGE, table, given.sizes)
-    measures = _measures(table, group, gauge)
+    table = r.table
+    pull = next(k for k in r.group if table.roles[k] == "force")
+    gauge = r.known(GAUGE)
+    measures = _measures(r, gauge)
     clamp = next((m for m in measures if not m.has_extensometer and np.isfinite(m.factor)), None)
-    unit, _ = unit_of(table, pull)
+    r.unit, _ = r.unit_of(pull)
     why: dict[int, str] = {}
     for measure in measures:
         if not np.isfinite(measure.factor):
@@ -111,21 +91,20 @@ def _specimen(table: LabTable, name: str, group: Sequence[int], given: Given) ->
             continue
         beside = clamp if measure.has_extensometer else None
         try:
-            read = columns(table, [pull, measure.column, *([beside.column] if beside else [])], name)
+            read = r.fetch([pull, measure.column, *([beside.column] if beside else [])])
         except InputError as error:
             if beside is None:
                 raise
             why[measure.column] = f"{measure.words}: {error}"
             continue
-        rows = _Rows(table, name, read, unit, measure, beside, given.sign)
+        rows = _Rows(r, *read, measure, beside)
         if measure.has_extensometer and (reason := rows.invalid()):
             why[measure.column] = f"{measure.words}: {reason}"
             continue
         strain, force = rows.curve()
         left = {m.column: f"{m.words}: {table.names[measure.column]!r} comes first" for m in measures}
-        used = {pull: "force", measure.column: measure.words}
-        notes = [*told(table, used, group, left | why), *rows.notes, *table.notes_of(name)]
-        return Specimen(name, strain, force, None, gauge, unit=unit, notes=tuple(dict.fromkeys(notes)))
+        origin = r.origin({pull: "force", measure.column: measure.words}, left | why, rows.notes)
+        return Specimen(**origin, strain=strain, force=force, width=r.known(WIDTH), gauge=gauge)
     if not any(m.has_extensometer for m in measures):
         raise InputError(
             f"{table.where}: travel in {measures[0].unit}, and the file states no gauge length: give --gauge-length "
@@ -133,47 +112,41 @@ def _specimen(table: LabTable, name: str, group: Sequence[int], given: Given) ->
         )
     reasons = "; ".join(f"{table.names[k]!r} ({reason})" for k, reason in why.items())
     raise InputError(
-        f"{table.where}: specimen {name}: no valid strain: {reasons}: give --gauge-length [mm] for the travel of the "
+        f"{table.where}: specimen {r.name}: no valid strain: {reasons}: give --gauge-length [mm] for the travel of the "
         "clamp, or leave the specimen out"
     )
 
 
-def _measures(table: LabTable, group: Sequence[int], gauge: float | None) -> list[_Measure]:
+def _measures(r: Recording, gauge: float | None) -> list[_Measure]:
     """Columns that may give the strain, the best first; raises :class:`InputError` for a strain of an unknown unit."""
-    own = stated(EXTENSOMETER, table)
-    for k in columns_of(EXTENSOMETER, table):
-        own = own or in_column(EXTENSOMETER, table, k)
-    grips, marks = stated(GAUGE, table, (0,)), stated(GAUGE, table, (1,))
-    if own is None and grips and marks and not same(grips[0], marks[0]):
+    own, standard = r.known(EXTENSOMETER), r.known(STANDARD)
+    grips, marks = (known(GAUGE, r.table, {}, tiers=[tier]) for tier in (0, 1))
+    if own is None and grips and marks and not same(grips, marks):
         own = marks
-    standard = stated(STANDARD, table)
-    columns_ = [k for k in group if table.roles[k] in MOVES]
-    found, failed = [], []
-    for k in columns_:
-        name, of_extensometer = table.names[k], table.roles[k] == "extensometer"
-        derived = lab_names.is_kind("derived", name) and not lab_names.is_kind("sensor", name)
+    found, failed, moves = [], [], [k for k in r.group if r.table.roles[k] in MOVES]
+    for k in moves:
+        kinds = {kind for kind in ("derived", "sensor", "standard", "machine") if r.is_kind(k, kind)}
+        is_extensometer = r.table.roles[k] == "extensometer"
+        is_sensor = is_extensometer and not ("derived" in kinds and "sensor" not in kinds)
         try:
-            unit, _ = unit_of(table, k)
+            unit, _ = r.unit_of(k)
         except InputError as error:
-            if of_extensometer and not derived:
+            if is_sensor:
                 raise
             failed.append(error)
             continue
-        if unit in lab_units.STRAIN:
-            rank = 0 if of_extensometer and not derived else 4
-            words = "a measured strain" if rank == 0 else "a strain by the travel of the clamp"
-            found.append(_Measure(k, rank, unit, None, words))
-        elif of_extensometer:
-            of_grips = grips and not marks and lab_names.is_kind("sensor", name)
-            length = own[0] if own else gauge if len(columns_) == 1 and not of_grips else None
+        if unit in lab_units.QUANTITIES["strain"]:
+            words = "a measured strain" if is_sensor else "a strain by the travel of the clamp"
+            found.append(_Measure(k, 0 if is_sensor else 4, unit, None, words))
+        elif is_extensometer:
+            of_grips = grips and not marks and "sensor" in kinds
+            length = own or (gauge if len(moves) == 1 and not of_grips else None)
             words = "the travel of an extensometer" + (f" over {length:g} mm" if length else "")
             found.append(_Measure(k, 1, unit, length, words))
         else:
-            is_standard = lab_names.is_kind("standard", name)
-            length = standard[0] if is_standard and standard else gauge
-            rank = 2 if is_standard else 5 if lab_names.is_kind("machine", name) else 3
+            length = standard if "standard" in kinds and standard else gauge
             words = "a travel" + (f" over {length:g} mm between the clamps" if length else " of the clamp")
-            found.append(_Measure(k, rank, unit, length, words))
+            found.append(_Measure(k, 2 if "standard" in kinds else 5 if "machine" in kinds else 3, unit, length, words))
     if not found:
         raise failed[0]
     return sorted(found, key=lambda m: m.rank)
@@ -183,17 +156,17 @@ class _Rows:
     """Rows of one specimen: strain [%] from its start, force [N] and, beside an extensometer, travel of the clamp."""
 
     def __init__(
-        self, table: LabTable, name: str, read: tuple[list[int], Array], unit: str, measure: _Measure,
-        beside: _Measure | None, sign: Sign,
-    ) -> None:  # fmt: skip
-        self.where, self.measure, self.notes = f"{table.place}:{{}}: specimen {name}", measure, []
-        self.lines, self.values = read
+        self, r: Recording, lines: list[int], values: Array, measure: _Measure, beside: _Measure | None
+    ) -> None:
+        self.lines, self.values, self.measure = lines, values, measure
+        self.notes: list[str] = []
+        self.where, sign = f"{r.table.place}:{{}}: specimen {r.name}", r.given.sign
         with np.errstate(over="ignore", invalid="ignore"):  # refused below
-            force = self.values[:, 0] * lab_units.FORCE[unit]
+            force = self.values[:, 0] * lab_units.QUANTITIES["force"][r.unit]
             if not np.isfinite(force).all():
                 row = int(np.argmin(np.isfinite(force)))
                 raise InputError(f"{self.where.format(self.lines[row])}: no finite force")
-            self.force = pulled(force, sign, f"{table.place}: specimen {name}")
+            self.force = pulled(force, sign, r.where)
             self.strain = drawn(self.values[:, 1] * measure.factor, sign)
             self.top = int(np.argmax(self.force)) if self.force.max() > 0.0 else len(self.force) - 1
             self.clamp = self.values[:, 2] * beside.factor if beside else None
@@ -317,11 +290,12 @@ def _start(strain: Array, force: Array, top: int) -> float:
 
 def _without_spikes(values: Array) -> Array:
     """Running median of five rows, where there are many."""
-    if len(values) < 25:
-        return values
-    padded = np.pad(values, 2, mode="edge")
-    found: Array = np.median(np.lib.stride_tricks.sliding_window_view(padded, 5), axis=1)
-    return found
+    from scipy.ndimage import median_filter
+
+    return values if len(values) < 25 else np.asarray(median_filter(values, 5, mode="nearest"))
+
+
+read_strips = strip_reader(read_strip)
 
 
 def plausible_strips(specimens: Sequence[Specimen]) -> None:
@@ -329,15 +303,10 @@ def plausible_strips(specimens: Sequence[Specimen]) -> None:
     force, strain = peaks(specimens)
     for s, top, at in zip(specimens, force, strain, strict=True):
         band = FORCES if s.width is None else (STRENGTH[0] * s.width, STRENGTH[1] * s.width)
-        if not band[0] <= top <= band[1]:
-            per = "" if s.width is None else f", {top / s.width:.4g} N/mm of its {s.width:g} mm"
-            raise InputError(
-                f"{s.path}: specimen {s.name}: maximum force {top:.6g} N{per}: implausible, expected "
-                f"{band[0]:g} to {band[1]:g} N{lab_units.likely_force(top, s.unit, band)}: check the unit of the force"
-            )
-        said = f"{s.path}: specimen {s.name}: strain at maximum force {at:.4g} %"
+        per = "" if s.width is None else f", {top / s.width:.4g} N/mm of its {s.width:g} mm"
+        refuse_implausible(s, top, band, f"maximum force {top:.6g} N{per}", "N", top)
         check = ": check the unit of the travel and the gauge length"
-        within(float(at), MacroMaterial, "fracture_strain", said, check)
+        within(at, MacroMaterial, "fracture_strain", f"{s.where}: strain at maximum force {at:.4g} %", check)
     refuse_apart(specimens, force, "maximum force", "N")
     refuse_apart(specimens, strain, "strain at maximum force", "%")
 
@@ -353,7 +322,6 @@ def one_series(specimens: Sequence[Specimen]) -> tuple[list[Specimen], list[Spec
     if any(s.gauge is not None for s in specimens):
         found[GAUGE] = common(GAUGE, [s.gauge for s in specimens], specimens)
     plausible_strips(specimens)
-    digests(specimens, [(s.strain, s.force) for s in specimens])
     strips = [replace(s, force=s.force * (width / (s.width or width)), width=width) for s in specimens]
     return strips, [replace(s, force=s.force / width) for s in strips], found
 

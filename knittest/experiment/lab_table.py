@@ -3,18 +3,22 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
 from knittest.config.yaml_loader import shown
-from knittest.experiment import lab_names, lab_units
-from knittest.experiment.lab_given import Given
+from knittest.experiment import lab_units
 from knittest.experiment.lab_rows import Row, read_sheets
 from knittest.experiment.lab_units import NUMBER, decimal_mark, has_number, number, read_number
 
 Array = NDArray[np.float64]
+Sign = Literal["positive", "negative"]
+Preload = Literal["subtract", "keep"]
+Clamped = Literal["sides", "far"]
+Loading = Literal["first", "cycles"]
 #: roles of which a test needs one each
 Wanted = Sequence[tuple[str, ...]]
 #: rows above a table that may state something, and rows of a table below which a block of one row may count
@@ -23,15 +27,34 @@ MAX_HEAD, SHORT = 1000, 10
 FEW = 20
 
 
+@dataclass(frozen=True)
+class Given:
+    """Format, conditions by key, and how sign, preload and zero are meant; ``None``: not stated.
+
+    ``columns`` are the roles of all columns in their order, ``named`` those of columns by their names in lower case.
+    """
+
+    decimal: str | None = None
+    delimiter: str | None = None
+    sign: Sign = "positive"
+    sizes: Mapping[str, float] = field(default_factory=dict)
+    zero: float | None = None
+    preload: Preload | None = None
+    faces: int = 2
+    clamped: Clamped | None = None
+    loading: Loading | None = None
+    columns: tuple[str, ...] = ()
+    named: Mapping[str, str] = field(default_factory=dict)
+
+
 @dataclass
 class LabTable:
     """One table at ``place``: ``names`` at ``line`` with the ``units`` below, rows of numbers, rows above as ``head``.
 
-    ``roles`` are those of the columns, ``stem`` names its ``count`` specimens, ``notes`` say what was left out.
+    ``roles`` are those of the columns, ``count`` its specimens, ``notes`` say what was left out.
     """
 
     place: str
-    stem: str
     head: list[Row]
     line: int
     names: list[str]
@@ -47,17 +70,18 @@ class LabTable:
         """File and line of the names or of the units below them."""
         return f"{self.place}:{self.line}"
 
-    def number(self, line: int, cell: str) -> float:
-        """The number in ``cell`` of ``line``; raises :class:`InputError`."""
-        return read_number(self.place, line, cell, self.mark)
+    def numbers(self, which: Sequence[int]) -> Array:
+        """The columns ``which`` (n, columns), nan where a cell is empty; raises :class:`InputError` for a text."""
+        values = np.full((len(self.body), len(which)), np.nan)
+        for at, (line, row) in enumerate(self.body):
+            for place, column in enumerate(which):
+                if column < len(row) and has_number(row[column]):
+                    values[at, place] = read_number(self.place, line, row[column], self.mark)
+        return values
 
     def having(self, *roles: str) -> list[int]:
         """Columns of any of ``roles``, in their order."""
         return [k for k, role in enumerate(self.roles) if role in roles]
-
-    def notes_of(self, name: str) -> list[str]:
-        """Notes on the specimen ``name`` and on lines that were left out."""
-        return [note.removeprefix(f"{name}: ") for note in self.notes if note.startswith((f"{name}: ", "line"))]
 
     def unit(self, column: int, units: Mapping[str, float]) -> str:
         """Unit of a column; raises :class:`InputError` for one that is not of ``units``."""
@@ -72,36 +96,33 @@ def read_tables(
     Raises :class:`InputError` where there is none, and for a file of another kind of test than ``own``.
     """
     sheets = read_sheets(path, given.delimiter)
-    stem = path.stem
     found: list[LabTable] = []
     others: list[Row] = []
     for sheet, rows in sheets:
-        place = f"{path}, sheet {sheet!r}" if len(sheets) > 1 else str(path)
-        tables = _tables_in(rows, place, stem, given, wanted)
+        tables = _tables_in(rows, f"{path}, sheet {sheet!r}" if len(sheets) > 1 else str(path), given, wanted)
         found += tables
         others += [] if tables else rows
-    if not found:
-        _refuse_foreign(str(path), stem, others, [], own)
-        raise _no_names(str(path), others, wanted, words, given)
     for k, table in enumerate(found):
         table.head = table.head + others + _stated_in_columns(table.head + others, k, len(found))
-        _refuse_foreign(str(path), stem, table.head, table.names, own)
-        cells = [cell for _, row in table.body for cell in row]
-        table.mark = given.decimal or decimal_mark(path, cells)
+        _refuse_foreign(path, table.head, table.names, own)
+        table.mark = given.decimal or decimal_mark(path, [cell for _, row in table.body for cell in row])
+    if not found:
+        _refuse_foreign(path, others, [], own)
+        raise _no_names(str(path), others, wanted, words, given)
     return found
 
 
 def _roles(names: Sequence[str], units: Sequence[str], given: Given) -> list[str]:
     """Roles of columns: those that the user names, and no other of such a role, or else by the table of names."""
-    roles = lab_names.table()["columns"]
+    roles = lab_units.table()["columns"]
     found = []
     for name, below in zip(names, units, strict=True):
         bare = name.partition("[")[0].partition("(")[0].strip().lower()
         own = given.named.get(name.strip().lower()) or given.named.get(bare)
         number = not name or bool(NUMBER.match(name))
-        role = bare.replace(" ", "_") if bare.replace(" ", "_") in roles else lab_names.role(name, below)[0]
+        role = bare.replace(" ", "_") if bare.replace(" ", "_") in roles else lab_units.role(name, below)[0]
         found.append(own or ("" if number or role in given.named.values() else role))
-    means = {k for k, name in enumerate(names) if lab_names.is_kind("mean", name)}
+    means = {k for k, name in enumerate(names) if lab_units.matches(name, "kinds", "mean")}
     beside = {role for k, role in enumerate(found) if k not in means}
     return ["result" if k in means and role in beside else role for k, role in enumerate(found)]
 
@@ -110,7 +131,7 @@ def _has_all(roles: Sequence[str], wanted: Wanted) -> bool:
     return all(any(role in roles for role in some) for some in wanted)
 
 
-def _tables_in(rows: list[Row], place: str, stem: str, given: Given, wanted: Wanted) -> list[LabTable]:
+def _tables_in(rows: list[Row], place: str, given: Given, wanted: Wanted) -> list[LabTable]:
     rows = _with_names(rows, given.columns, place) if given.columns else rows
     found: list[LabTable] = []
     k = end = 0
@@ -134,7 +155,7 @@ def _tables_in(rows: list[Row], place: str, stem: str, given: Given, wanted: Wan
         blocks, k, notes = _blocks(rows, first, needed, names_all)
         end = k
         for block in blocks:
-            table = LabTable(place, stem, head, line, names, units, block, ".", roles, notes)
+            table = LabTable(place, head, line, names, units, block, ".", roles, notes)
             _refuse_ragged(table)
             if found and found[-1].names == names and _goes_on(found[-1], table):
                 found[-1].body += block
@@ -160,7 +181,7 @@ def _units_below(rows: list[Row], k: int) -> tuple[int, list[str], int]:
             break
         if sum(map(bool, cells)) > 1 or len([n for n in names if n]) == 1 or all(map(lab_units.is_unit, cells)):
             below.append((-sum(bool(cell) and lab_units.is_unit(cell) for cell in cells), at))
-    if not below or (len(names) == 1 and lab_names.is_statistic(rows[below[0][1]][1][0])):
+    if not below or (len(names) == 1 and lab_units.is_statistic(rows[below[0][1]][1][0])):
         return k + 1, [""] * len(names), line
     _, at = min(below)
     return max(b for _, b in below) + 1, (rows[at][1] + [""] * len(names))[: len(names)], rows[at][0]
@@ -183,7 +204,7 @@ def _blocks(
             break
         k += 1
         numbered = not texts or any(NUMBER.match(cells[c]) for c in needed if c < len(cells))
-        if any(map(lab_names.is_statistic, texts)) or ended:
+        if any(map(lab_units.is_statistic, texts)) or ended:
             ended = ended or sum(map(bool, cells)) == 1
             left.append((line, cells))
         elif numbered or len(needed) == len(rows[first][1]) == 1:
@@ -247,23 +268,23 @@ def _refuse_ragged(table: LabTable) -> None:
 def _refuse_units(names: list[str], units: list[str], where: str, wanted: Wanted) -> None:
     """Raise :class:`InputError` where a column has the name of a role that is ``wanted``, and a unit of another."""
     for name, below in zip(names, units, strict=True):
-        _, role = lab_names.role(name, below)
+        _, role = lab_units.role(name, below)
         if role in ("force", "overhang", "thickness", "pressure") and any(role in some for some in wanted):
-            quantity = lab_names.table()["columns"][role]["quantity"][0]
+            quantity = lab_units.table()["columns"][role]["quantity"][0]
             lab_units.stated(name, below, lab_units.QUANTITIES[quantity], where)
 
 
-def _refuse_foreign(path: str, stem: str, head: Sequence[Row], names: Sequence[str], own: tuple[str, ...]) -> None:
+def _refuse_foreign(path: Path, head: Sequence[Row], names: Sequence[str], own: tuple[str, ...]) -> None:
     """Raise :class:`InputError` for a file whose title, columns or name say that it is of another test."""
-    texts = [stem, *names]
-    for _, cells in head[:1000]:
+    texts = [path.stem, *names]
+    for _, cells in head[:MAX_HEAD]:
         filled = [cell for cell in cells if cell]
-        if len(filled) > 1 and all(lab_names.pattern("denied").fullmatch(cell) for cell in filled[1:]):
+        if len(filled) > 1 and all(lab_units.pattern("denied").fullmatch(cell) for cell in filled[1:]):
             continue
         label = filled[0] if filled else ""
-        texts += filled if len(filled) == 1 or lab_names.pattern("test_labels").search(label[:80]) else [label]
+        texts += filled if len(filled) == 1 or lab_units.pattern("test_labels").search(label[:80]) else [label]
         texts += [cell for cell in filled if len(filled) > 3 and not NUMBER.match(cell)]
-    if other := lab_names.foreign(texts, own):
+    if other := lab_units.foreign(texts, own):
         kind, text = other
         raise InputError(
             f"{path}: {shown(text)} says that this is a test of {kind}, which is not the test asked for: leave the "
@@ -334,7 +355,7 @@ def _stated_in_columns(head: list[Row], number: int, count: int) -> list[Row]:
         values = []
         for row in head[first:]:
             filled = [c for c, n in enumerate(names) if n and c < len(row[1]) and NUMBER.match(row[1][c])]
-            if len(filled) < 2 or any(map(lab_names.is_statistic, row[1])):
+            if len(filled) < 2 or any(map(lab_units.is_statistic, row[1])):
                 break
             values.append((row, filled))
         if len(values) == count and count > 1:

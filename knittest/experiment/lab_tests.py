@@ -11,12 +11,11 @@ from knittest.base.errors import InputError
 from knittest.base.kinds import DEFAULT, Parts, kinds
 from knittest.config.fabric import Fabric, MacroMaterial
 from knittest.config.starting import FABRIC
-from knittest.experiment import lab_names
+from knittest.experiment import lab_units
 from knittest.experiment.lab_conditions import Condition, refuse_other
-from knittest.experiment.lab_folder import SOURCE_FILE, Tests, read_statistics, source_text
-from knittest.experiment.lab_given import Given
-from knittest.experiment.lab_results import Results, write_results
+from knittest.experiment.lab_results import SOURCE_FILE, Results, Tests, read_statistics, source_text, write_results
 from knittest.experiment.lab_rows import read_rows
+from knittest.experiment.lab_table import Given
 from knittest.experiment.lab_units import NUMBER
 
 #: fields of the rig, by test, from the statistics of an experiment by folder
@@ -143,8 +142,11 @@ def read_files(test: str, files: Sequence[Path], options: Mapping[str, Any]) -> 
     for path in files:
         try:
             found += kind.read(path, given)
-        except InputError as error:
-            raise _hinted(error, test, path, given.delimiter) from None
+        except InputError as error:  # of another test, by the head of the file or by its name?
+            named = (name for name in LAB_TESTS if lab_units.matches(path.stem, "own_tests", name, "name"))
+            other = looks_like(path, given.delimiter) or next(named, test)
+            hint = f"; or is it a {other} test? (--test {other})" if other != test else ""
+            raise InputError(f"{error}{hint}") from None
     return found
 
 
@@ -152,7 +154,7 @@ def _named(text: str) -> tuple[str, str]:
     """Name in lower case and role of a column in ``--column``."""
     role, equals, name = text.partition("=")
     role = {"strain": "extensometer"}.get(role.strip(), role.strip().replace("-", "_"))
-    roles = [key for key in lab_names.table()["columns"] if key not in ("result", "rate", "transverse")]
+    roles = [key for key in lab_units.table()["columns"] if key not in ("result", "rate", "transverse")]
     if not equals or role not in roles or not name.strip():
         raise InputError(f"--column {text}: expected ROLE=NAME, ROLE one of strain, {', '.join(roles)}")
     return name.strip(" \"'").lower(), role
@@ -185,7 +187,7 @@ def looks_like(path: Path, delimiter: str | None = None) -> str:
     except InputError:
         return ""
     texts = [[cell for cell in row if not NUMBER.match(cell)] for _, row in rows]
-    return next((name for name in LAB_TESTS if lab_names.recognised(name, texts)), "")
+    return next((name for name in LAB_TESTS if lab_units.recognised(name, texts)), "")
 
 
 def stated_test(test: str | None, files: Sequence[Path], delimiter: str | None = None) -> str:
@@ -196,11 +198,3 @@ def stated_test(test: str | None, files: Sequence[Path], delimiter: str | None =
                 f"{path}: looks like a {other} test: give --test {other}, or --test {DEFAULT} if it is one"
             )
     return test or DEFAULT
-
-
-def _hinted(error: InputError, test: str, path: Path, delimiter: str | None) -> InputError:
-    """``error`` on reading ``path`` as of ``test``, with the other test that the file or its name looks like."""
-    stem = path.stem[: lab_names.LONGEST].replace("_", " ")
-    named = (name for name in LAB_TESTS if lab_names.pattern("own_tests", name, "name").search(stem))
-    other = looks_like(path, delimiter) or next(named, "")
-    return InputError(f"{error}; or is it a {other} test? (--test {other})") if other not in ("", test) else error

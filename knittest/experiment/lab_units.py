@@ -1,33 +1,33 @@
-"""Numbers and units of machine files: with either decimal mark; from the name of a column or the row below it."""
+"""What machine files call things, in eight languages (the table ``lab_names.yaml``), and their units and numbers."""
 
 import re
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
-from math import isinf, isnan, nan
+from math import isfinite, isinf, nan
 from pathlib import Path
 from typing import Any
 
 import yaml
 
+from knittest.base import units as base_units
 from knittest.base.errors import InputError
-from knittest.base.units import plainly, ratios
+from knittest.base.units import ratios
 from knittest.config.yaml_loader import shown
 
-FORCE = ratios("N", "kN", "daN", "cN", "mN", "kgf", "lbf")
-LENGTH = ratios("mm", "cm", "m", "um", "inch")
-ANGLE, AREA, PLAIN = ratios("deg", "rad"), ratios("mm2", "cm2", "m2"), ratios("1", "%")
-AREA_MASS, STRAIN = ratios("g/m2", "kg/m2", "g/cm2", "oz/yd2"), ratios("%", "mm/mm", "um/m")
-PRESSURE = ratios(
-    "kPa", "MPa", "Pa", "bar", "mbar", "hPa", "psi", "ksi", "N/mm2", "N/cm2", "kgf/cm2", "gf/cm2"
-)  # fmt: skip
-DENSITY = {"yarn/100 mm": 1.0, "yarn/cm": 10.0, "yarn/inch": 100.0 / 25.4}
+#: quantity -> unit -> factor to its first unit; columns have a quantity of the first six, conditions of any
 QUANTITIES = {
-    "force": FORCE, "length": LENGTH, "angle": ANGLE, "strain": STRAIN, "pressure": PRESSURE, "number": PLAIN,
+    "force": ratios("N", "kN", "daN", "cN", "mN", "kgf", "lbf"), "length": ratios("mm", "cm", "m", "um", "inch"),
+    "angle": ratios("deg", "rad"), "strain": ratios("%", "mm/mm", "um/m"),
+    "pressure": ratios("kPa", "MPa", "Pa", "bar", "mbar", "hPa", "psi", "ksi", "N/mm2", "N/cm2", "kgf/cm2", "gf/cm2"),
+    "number": ratios("1", "%"), "area": ratios("mm2", "cm2", "m2"),
+    "mass per area": ratios("g/m2", "kg/m2", "g/cm2", "oz/yd2"),
+    "yarns per length": {"yarn/100 mm": 1.0, "yarn/cm": 10.0, "yarn/inch": 100.0 / 25.4},
 }  # fmt: skip
 #: after these marks stands a unit; after an underscore, blank or comma only if it is a known one
 _BRACKETS = re.compile(r"\[([^\[\]]*)\]|\(([^()]*)\)")
 _MARKED, _LAST_WORD = re.compile(r"(?:/|\bin\b)\s*(\S+)$"), re.compile(r"[_\s,]\s*([^_\s,]+)$")
-_WITHIN = 200  # characters of a name, so that a long one takes no quadratic time
+#: characters of a name, so that a long one takes no quadratic time
+LONGEST = 200
 #: digits and marks, whatever they mean; looks ahead for a digit, so that a long cell takes no quadratic time
 NUMBER = re.compile(r"[+-]?(?=[.,]*\d)[\d.,]+(e[+-]?\d+)?$", re.I)
 #: decimal mark -> the number: thousands in groups of three or not at all
@@ -42,6 +42,84 @@ def table() -> dict[str, Any]:
     """The table of what machine files call things, ``lab_names.yaml``."""
     found: dict[str, Any] = yaml.safe_load(Path(__file__).with_name("lab_names.yaml").read_text(encoding="utf-8"))
     return found
+
+
+@lru_cache(512)
+def pattern(*path: str | int) -> re.Pattern[str]:
+    """The pattern at ``path`` in the table: that of all languages together, or none that ever matches."""
+    found: Any = table()
+    for key in path:
+        found = found.get(key, {}) if isinstance(found, dict) else found[key]
+    return re.compile("|".join(found.values()) if isinstance(found, dict) and found else found or "(?!)", re.I)
+
+
+def matches(name: str, *path: str | int) -> bool:
+    """Tell whether the pattern at ``path`` in the table stands in ``name``."""
+    return bool(pattern(*path).search(plainly(name)))
+
+
+def plainly(name: str) -> str:
+    """``name`` with blanks for underscores, cut to a bounded length."""
+    return name[:LONGEST].replace("_", " ")
+
+
+def is_statistic(cell: str) -> bool:
+    """Tell whether ``cell`` labels a row of statistics, such as a mean."""
+    label = rf"\W*({pattern('statistics').pattern})\W*([\s(\[%].*)?"
+    return len(cell) < LONGEST and bool(re.fullmatch(label, cell, re.I))
+
+
+@lru_cache(4096)
+def role(name: str, below: str = "") -> tuple[str, str]:
+    """Role of the column ``name`` over the unit ``below``: the first that fits the name and does not contradict the
+    unit; or none, and the role that the unit contradicts.
+    """
+    units, refused = [text for text in (_bare(below), *_bracketed(name)) if text not in ("", "MN", "ft")], ""
+    for key, entry in table()["columns"].items():
+        own = [QUANTITIES[quantity] for quantity in entry.get("quantity", ())]
+        if matches(name, "columns", key, "any"):
+            if not own or all(any(known(text, units) for units in own) or not is_unit(text) for text in units):
+                return key, ""
+            refused = refused or key
+    return "", refused
+
+
+def recognised(test: str, rows: list[list[str]]) -> bool:
+    """Tell whether texts in ``rows`` at the head of a file say that it is of the own ``test``."""
+    entry = table()["own_tests"].get(test, {})
+    for row in rows:
+        roles = {role(cell)[0] for cell in row} if "roles" in entry else set()
+        if any(roles.issuperset(some) for some in entry.get("roles", ())) or any(
+            matches(cell, "own_tests", test, "text") or any(labels(key, cell) for key in entry.get("conditions", ()))
+            for cell in row
+        ):
+            return True
+    return False
+
+
+def labels(condition: str, cell: str, tier: int = 0) -> bool:
+    """Tell whether ``cell`` names a ``condition`` by a label of rank ``tier``."""
+    path = ("conditions", condition)
+    return matches(cell, *path, "tiers", tier) and not matches(cell, *path, "none")
+
+
+def foreign(texts: list[str], own: tuple[str, ...]) -> tuple[str, str] | None:
+    """Another kind of test than those of ``own`` that one of ``texts`` names, and the text."""
+    for text in (text for text in texts if not matches(text, "no_test")):
+        allowed = (*own, *(("compression",) if matches(text, "pull") else ()))
+        for kind in table()["tests"]:
+            if kind not in allowed and matches(text, "tests", kind):
+                return kind, text
+    return None
+
+
+def count_known(text: str) -> int:
+    """Letters beyond ASCII among the first lines of ``text`` that belong to names of columns and conditions."""
+    lines = [line[:1000].replace("_", " ") for line in text[:20_000].splitlines()[:200] if not line.isascii()]
+    known = [pattern("columns", key, "any") for key in table()["columns"]]
+    known += [pattern("conditions", key, "tiers", 0) for key in table()["conditions"]]
+    found = (match[0] for line in lines for words in known for match in words.finditer(line))
+    return sum(not letter.isascii() for word in found for letter in word)
 
 
 @lru_cache(1)
@@ -63,55 +141,43 @@ def _is_parsed(unit: str) -> bool:
     return True
 
 
-def likely_force(newton: float, unit: str, band: tuple[float, float]) -> str:
-    """Name the units in which the number that ``unit`` made ``newton`` would fall into ``band`` [N], or say nothing."""
-    low, high = band
-    number = newton / FORCE[unit]
-    found = [f"{u}: {number * f:.6g} N" for u, f in FORCE.items() if u != unit and low <= number * f <= high]
-    return f" (it looks like {' or '.join(found[:2])})" if found else ""
+def _bare(text: str) -> str:
+    return text.strip("[]() ")
+
+
+def _bracketed(name: str) -> list[str]:
+    """Texts in brackets, which can be nothing but units."""
+    return [text for square, round_ in _BRACKETS.findall(name[-LONGEST:]) if (text := (square or round_).strip())]
 
 
 def known(text: str, units: Mapping[str, float]) -> str:
     """The unit of ``units`` that ``text`` spells, in any case; ``""`` for none and for MN, which is not mN."""
-    text = plainly(text.strip("[]() "))
+    text = base_units.plainly(_bare(text))
     text = table()["units"].get(text.lower(), text)
     if text == "1" and "mm/mm" in units:
         return "mm/mm"
     return next((u for u in units if u == text or (u.lower() == text.lower() and text != "MN")), "")
 
 
+def is_unit(text: str) -> bool:
+    """Tell whether a cell is a unit, of whatever quantity, or empty."""
+    text = _bare(text)
+    return not text or any(known(text, q) for q in QUANTITIES.values()) or _is_parsed(table()["units"].get(text, text))
+
+
 def stated(name: str, below: str, units: Mapping[str, float], where: str) -> str:
     """Unit in the name of a column or in the cell ``below`` it; ``""`` for none; :class:`InputError` if not known."""
-    bracketed = _bracketed(name)
-    bare = _BRACKETS.sub("", name[-_WITHIN:]).strip()
-    marked = _MARKED.findall(bare)
-    places = [*bracketed, *marked, *(word for word in _LAST_WORD.findall(bare) if word != "1")]
-    in_name = next((p for p in places if known(p, units)), next(filter(None, [*bracketed, *marked]), ""))
-    for text in (below.strip("[]() "), in_name):
+    bare = _BRACKETS.sub("", name[-LONGEST:]).strip()
+    marked = [*_bracketed(name), *_MARKED.findall(bare)]
+    places = [*marked, *(word for word in _LAST_WORD.findall(bare) if word != "1")]
+    in_name = next((p for p in places if known(p, units)), next(filter(None, marked), ""))
+    for text in (_bare(below), in_name):
         if text and not known(text, units):
             raise InputError(f"{where}: column {name!r}: unit {text!r}: expected one of {', '.join(units)}")
     above, beneath = known(in_name, units), known(below, units)
     if above and beneath and above != beneath:
         raise InputError(f"{where}: column {name!r}: the row below says {below!r}: which unit is it?")
     return beneath or above
-
-
-def is_of_another(name: str, below: str, quantities: tuple[str, ...]) -> bool:
-    """Tell whether the unit of a column is one of another quantity than ``quantities``, if there are any."""
-    texts = [text for text in (below.strip("[]() "), *_bracketed(name)) if text and text not in ("MN", "ft")]
-    own = [any(known(text, QUANTITIES[quantity]) for quantity in quantities) for text in texts]
-    return bool(quantities) and any(is_unit(text) for text, is_own in zip(texts, own, strict=True) if not is_own)
-
-
-def is_unit(text: str) -> bool:
-    """Tell whether a cell is a unit, of whatever quantity, or empty."""
-    text = text.strip("[]() ")
-    return not text or any(known(text, q) for q in QUANTITIES.values()) or _is_parsed(table()["units"].get(text, text))
-
-
-def _bracketed(name: str) -> list[str]:
-    """Texts in brackets, which can be nothing but units."""
-    return [text for square, round_ in _BRACKETS.findall(name[-_WITHIN:]) if (text := (square or round_).strip())]
 
 
 def decimal_mark(path: object, cells: Sequence[str]) -> str:
@@ -139,10 +205,9 @@ def has_number(cell: str) -> bool:
 def read_number(path: object, line: int, cell: str, mark: str) -> float:
     """The number in ``cell`` of line ``line``; raises :class:`InputError`."""
     value = number(cell, mark)
-    if isnan(value):
-        raise InputError(f"{path}:{line}: {shown(cell)} is not a number with decimal mark {mark!r}")
-    if isinf(value):
-        raise InputError(f"{path}:{line}: {shown(cell)} is not a finite number")
+    if not isfinite(value):
+        expected = "a finite number" if isinf(value) else f"a number with decimal mark {mark!r}"
+        raise InputError(f"{path}:{line}: {shown(cell)} is not {expected}")
     return value
 
 

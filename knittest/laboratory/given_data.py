@@ -12,7 +12,7 @@ from knittest.config.run import Run
 from knittest.experiment.compare import LEFT_OUT, STRAIN
 from knittest.experiment.curves import ReferenceCurve, load_curve
 from knittest.experiment.forces import normalised, per_width
-from knittest.experiment.lab_folder import SHEAR, TENSION
+from knittest.experiment.lab_results import SHEAR, TENSION
 from knittest.experiment.origin import ORIGINS
 from knittest.materials.trellis import CONJUGATE, NORMALISED, to_conjugate
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from knittest.base.resources import data_dir
 from knittest.config.run import Run
 from knittest.experiment.curves import ReferenceCurve, load_curve
-from knittest.experiment.lab_folder import folder_name
+from knittest.experiment.lab_results import folder_name
 from knittest.laboratory.tuned_data import marked
 
 

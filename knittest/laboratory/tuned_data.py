@@ -8,7 +8,7 @@ from knittest.base.resources import data_dir
 from knittest.config.run import Run
 from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.forces import noted
-from knittest.experiment.lab_folder import folder_name
+from knittest.experiment.lab_results import folder_name
 from knittest.experiment.row_kind import is_curve, tuning_labels
 from knittest.laboratory.given_data import SPECIMENS, given_as, readable, same_data
 

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from test_fuzz import VALUES, judged, mutated, read_or_refused
 
-from knittest.experiment.lab_given import Given
+from knittest.experiment.lab_table import Given
 from knittest.experiment.lab_tests import LAB_TESTS, conditions
 
 FRAME = (

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knittest.experiment.lab_given import Given
+from knittest.experiment.lab_table import Given
 from knittest.laboratory.pull_out.lab_files import LAB
 
 LENGTH, DENSITY, FRICTION = 50.0, 28.0, 0.02

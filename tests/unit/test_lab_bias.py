@@ -9,7 +9,7 @@ from knittest.base.kinds import kinds
 from knittest.config.loading import resolve
 from knittest.experiment.conditions import Conditions
 from knittest.experiment.curves import load_curve
-from knittest.experiment.lab_given import Given
+from knittest.experiment.lab_table import Given
 from knittest.experiment.lab_tests import looks_like, read_files, write_files
 from knittest.experiment.tables import published
 from knittest.laboratory.against import own_curves

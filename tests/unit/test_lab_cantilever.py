@@ -10,7 +10,7 @@ from knittest.base.errors import InputError
 from knittest.cli.main import run
 from knittest.config.fabric import YARN_LEVEL
 from knittest.config.loading import resolve
-from knittest.experiment.lab_given import Given
+from knittest.experiment.lab_table import Given
 from knittest.experiment.row_kind import row_kind
 from knittest.experiment.tables import published
 from knittest.laboratory.cantilever.lab_files import LAB as CANTILEVER

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from knittest.base.errors import InputError
-from knittest.experiment.lab_given import Given
+from knittest.experiment.lab_table import Given
 from knittest.experiment.lab_tests import read_files, write_files
 from knittest.experiment.tables import published
 from knittest.laboratory.compaction.lab_files import LAB

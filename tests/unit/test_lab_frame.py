@@ -12,7 +12,7 @@ from knittest.config.fabric import MacroMaterial
 from knittest.config.loading import resolve
 from knittest.experiment.conditions import UNKNOWN
 from knittest.experiment.curves import load_curve
-from knittest.experiment.lab_given import Given
+from knittest.experiment.lab_table import Given
 from knittest.experiment.tables import published
 from knittest.laboratory.picture_frame.lab_files import LAB as FRAME_LAB
 from knittest.laboratory.picture_frame.lab_files import shear_law

@@ -8,7 +8,7 @@ import pytest
 from knittest.base.errors import InputError
 from knittest.config.loading import resolve
 from knittest.experiment.conditions import UNKNOWN
-from knittest.experiment.lab_given import Given
+from knittest.experiment.lab_table import Given
 from knittest.experiment.tables import published
 from knittest.laboratory.friction import rig
 from knittest.laboratory.friction.lab_files import (

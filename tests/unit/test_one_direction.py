@@ -15,7 +15,7 @@ from knittest.base.result_rows import assumed_inputs as inputs_told
 from knittest.base.result_rows import result_rows
 from knittest.cli.main import run
 from knittest.config.loading import resolve
-from knittest.experiment.lab_given import Given
+from knittest.experiment.lab_table import Given
 from knittest.experiment.row_kind import assumed_inputs, row_kind
 from knittest.laboratory.cantilever.lab_files import LAB as CANTILEVER
 from knittest.laboratory.cantilever.test import given_overhang

@@ -13,7 +13,7 @@ from knittest.base.errors import InputError
 from knittest.cli.main import run
 from knittest.config.dumping import dump
 from knittest.config.loading import resolve
-from knittest.experiment.lab_given import Given
+from knittest.experiment.lab_table import Given
 from knittest.experiment.row_kind import assumed_inputs, row_kind
 from knittest.laboratory.against import own_curves
 from knittest.laboratory.friction.lab_files import LAB as FRICTION

@@ -11,7 +11,7 @@ from test_lab_import import specimens
 from knittest.base.errors import InputError
 from knittest.cli.main import run
 from knittest.experiment.compare import compare_results
-from knittest.experiment.lab_given import Given
+from knittest.experiment.lab_table import Given
 from knittest.laboratory.picture_frame.lab_files import LAB as FRAME_LAB
 from knittest.laboratory.tensile.lab_files import LAB as TENSILE
 from knittest.report_page.blocks import Table

@@ -7,12 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
-from knittest.experiment.lab_checks import common
-from knittest.experiment.lab_conditions import GAUGE, WIDTH
-from knittest.experiment.lab_folder import Tests
-from knittest.experiment.lab_given import Given
-from knittest.experiment.lab_recording import Recording, of, reader
-from knittest.experiment.lab_results import Results
+from knittest.experiment.lab_conditions import GAUGE, WIDTH, common
+from knittest.experiment.lab_recording import Recording, reader
+from knittest.experiment.lab_results import Results, Tests
 from knittest.experiment.lab_shear import END, Sheared, Tested, reached, shear_curve, shear_curves, shear_forces
 from knittest.experiment.lab_tests import LabTest, Rigs
 from knittest.experiment.lab_units import plain
@@ -36,19 +33,19 @@ class Pulled(Sheared):
         return self.strip.normalised(self.force, np.deg2rad(self.angle))
 
 
-def _pulled(r: Recording, given: Given) -> Pulled:
+def _pulled(r: Recording) -> Pulled:
     """The travel of the clamp, or its strain, becomes the angle; one that was measured is another one, and not read."""
-    length, width = r.needed([GAUGE, WIDTH], given)
+    origin, (length, width) = r.read(), r.needed(GAUGE, WIDTH)
     try:
         strip = BiasStrip(length, width)
     except InputError as error:
-        raise InputError(f"{r.origin.path}: {error}") from None
+        raise InputError(f"{r.path}: {error}") from None
     tested = Tested(
         NAME, strip.angle, strip.longest, f"a strip {width:g} mm wide, {length:g} mm between the clamps,",
         "the strip not yet sheared", f"{GAUGE.option}, {WIDTH.option}", length,
     )  # fmt: skip
-    curve = shear_curve(r, tested, given)
-    return Pulled(**of(r), angle=curve.angle, force=curve.force, strip=strip, turned=curve.turned)
+    curve = shear_curve(r, tested)
+    return Pulled(**origin, angle=curve.angle, force=curve.force, strip=strip, turned=curve.turned)
 
 
 def _results(strips: Sequence[Pulled]) -> Results:

@@ -2,14 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
-from knittest.experiment.lab_checks import common, digests
-from knittest.experiment.lab_conditions import GAUGE, RATIO, WIDTH, needed
-from knittest.experiment.lab_folder import Tests, of_directions
-from knittest.experiment.lab_given import Given
-from knittest.experiment.lab_results import Results
-from knittest.experiment.lab_strips import one_series, read_tabled, strip_curves
+from knittest.experiment.lab_checks import digests
+from knittest.experiment.lab_conditions import GAUGE, RATIO, WIDTH, common
+from knittest.experiment.lab_recording import Recording
+from knittest.experiment.lab_results import Results, Tests, of_directions
+from knittest.experiment.lab_strips import one_series, read_strip, strip_curves, strip_reader
 from knittest.experiment.lab_tests import LabTest, Rigs
 from knittest.experiment.lab_units import plain
 from knittest.experiment.statistics import Specimen, peaks
@@ -25,11 +23,8 @@ class Stretched(Specimen):
     ratio: float = 1.0
 
 
-def _read(path: Path, given: Given) -> list[Stretched]:
-    return [
-        Stretched(**vars(strip), ratio=needed([RATIO], table, path, given.sizes)[0])
-        for strip, table in read_tabled(path, given)
-    ]
+def _stretched(r: Recording) -> Stretched:
+    return Stretched(**vars(read_strip(r)), ratio=r.needed(RATIO)[0])
 
 
 def _results(specimens: Sequence[Stretched]) -> Results:
@@ -51,4 +46,4 @@ def _rigs(tests: Tests) -> Rigs:
     return {NAME: dict(found) if len(found) > 1 else next(iter(found.values()))} if found else {}
 
 
-LAB = LabTest(NAME, _read, _results, (WIDTH, GAUGE, RATIO), ("sign",), _rigs)
+LAB = LabTest(NAME, strip_reader(_stretched), _results, (WIDTH, GAUGE, RATIO), ("sign",), _rigs)

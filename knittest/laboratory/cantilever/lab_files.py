@@ -10,10 +10,12 @@ import numpy as np
 from knittest.base.errors import InputError
 from knittest.base.units import to_kernel
 from knittest.config.fabric import MacroMaterial
-from knittest.experiment.lab_checks import common, digest, refuse_apart
-from knittest.experiment.lab_conditions import AREA_MASS, PLANE_ANGLE, WIDTH, Condition, known, needed, said_by, within
-from knittest.experiment.lab_folder import (
+from knittest.experiment.lab_checks import digest, refuse_apart
+from knittest.experiment.lab_conditions import AREA_MASS, PLANE_ANGLE, WIDTH, Condition, common, within
+from knittest.experiment.lab_recording import Origin, Recording, recordings
+from knittest.experiment.lab_results import (
     DIRECTIONS,
+    Results,
     Tests,
     counted,
     folder_name,
@@ -21,12 +23,8 @@ from knittest.experiment.lab_folder import (
     quantity,
     read_statistics,
 )
-from knittest.experiment.lab_given import Given
-from knittest.experiment.lab_recording import Origin, told, unit_of
-from knittest.experiment.lab_results import Results
-from knittest.experiment.lab_table import LabTable, read_tables
+from knittest.experiment.lab_table import Given
 from knittest.experiment.lab_tests import LabTest
-from knittest.experiment.lab_units import has_number
 from knittest.laboratory.cantilever.config import CantileverRig
 from knittest.materials.heavy_elastica import STANDARD_ANGLE, bending_stiffness, overhang_ratio
 
@@ -46,7 +44,7 @@ class Bent(Origin):
     """
 
     overhang: float
-    readings: tuple[float, ...]
+    readings: Sequence[float]
     angle: float
     area_mass: float
     width: float | None
@@ -64,24 +62,20 @@ def _read(path: Path, given: Given) -> list[Bent]:
     ``given``. Raises :class:`InputError` for bending lengths, which are half an overhang.
     """
     found = []
-    for table in read_tables(path, given, [("overhang", "bending_length")], "an overhang length", ("flexure",)):
-        which = table.having("overhang")
+    for r in recordings(path, given, [("overhang", "bending_length")], "an overhang length", own=("flexure",)):
+        which = r.table.having("overhang")
         if not which:
             raise InputError(
-                f"{table.where}: a bending length is half the overhang at 41.5 deg: give the overhang lengths"
+                f"{r.table.where}: a bending length is half the overhang at 41.5 deg: give the overhang lengths"
             )
-        (mass,) = needed([AREA_MASS], table, path, given.sizes)
-        angle, width = (known(what, table, given.sizes) for what in (PLANE_ANGLE, WIDTH))
+        (mass,), angle, width = r.needed(AREA_MASS), r.known(PLANE_ANGLE), r.known(WIDTH)
         angle = STANDARD_ANGLE if angle is None else angle
-        factor = at_standard_angle(angle)
-        readings = _readings(table, which, path)
-        labels = dict.fromkeys(table.having("specimen")[:1], "names of specimens")
-        notes = told(table, dict.fromkeys(which, "overhang") | labels, range(len(table.names)))
-        origin: dict[str, Any] = {
-            "path": path, "said": said_by(path, table.head), "notes": (*notes, *table.notes)
-        }  # fmt: skip
+        factor, readings = at_standard_angle(angle), _readings(r, which)
+        labels = dict.fromkeys(r.table.having("specimen")[:1], "names of specimens")
+        origin = r.origin(dict.fromkeys(which, "overhang") | labels)
         for label, values in readings.items():
-            found.append(Bent(label, factor * float(np.mean(values)), tuple(values), angle, mass, width, **origin))
+            origin["name"], overhang = label, factor * float(np.mean(values))
+            found.append(Bent(**origin, overhang=overhang, readings=values, angle=angle, area_mass=mass, width=width))
     return found
 
 
@@ -94,34 +88,29 @@ def at_standard_angle(angle: float) -> float:
     return overhang_ratio(STANDARD_ANGLE, angle)
 
 
-def _readings(table: LabTable, which: Sequence[int], path: Path) -> dict[str, list[float]]:
+def _readings(r: Recording, which: Sequence[int]) -> dict[str, list[float]]:
     """Overhangs [mm] of each specimen."""
-    who, factors = next(iter(table.having("specimen")), None), [unit_of(table, k)[1] for k in which]
+    table, who = r.table, next(iter(r.table.having("specimen")), None)
+    values = np.array([r.unit_of(k)[1] for k in which]) * table.numbers(which)
     found: dict[str, list[float]] = {}
-    for line, cells in table.body:
-        filled = [
-            (cells[k], factor)
-            for k, factor in zip(which, factors, strict=True)
-            if k < len(cells) and has_number(cells[k])
-        ]
+    for (line, cells), row in zip(table.body, values, strict=True):
+        filled = row[~np.isnan(row)].tolist()
         if not filled:
-            table.notes.append(f"line {line} left out: no overhang in column {table.names[which[0]]!r}")
+            r.notes.append(f"line {line} left out: no overhang in column {table.names[which[0]]!r}")
             continue
         if len(filled) < len(which):
             raise InputError(
                 f"{table.place}:{line}: {len(filled)} of {len(which)} readings: ends and faces differ, so that a mean "
                 "over fewer is another one: fill in the others, or leave the row out"
             )
-        label = cells[who] if who is not None and who < len(cells) else ""
-        name = f"{table.stem}-{label or len(found) + 1}"
-        for cell, factor in filled:
-            value = table.number(line, cell) * factor
+        for value in filled:
             within(value, CantileverRig, "overhang", f"{table.place}:{line}: overhang {value:g} mm")
-            found.setdefault(name, []).append(value)
+        label = cells[who] if who is not None and who < len(cells) else ""
+        found.setdefault(f"{r.path.stem}-{label or len(found) + 1}", []).extend(filled)
     if not found:
         raise InputError(f"{table.place}: no overhang lengths below line {table.line}")
-    for name, values in found.items():
-        refuse_apart([Origin(name, path=path)] * len(values), np.array(values), "overhang", "mm")
+    for name, some in found.items():
+        refuse_apart([Origin(name, path=r.path)] * len(some), np.array(some), "overhang", "mm")
     return found
 
 

@@ -7,12 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
-from knittest.experiment.lab_checks import digests, refuse_apart
+from knittest.experiment.lab_checks import digests, first_loading, refuse_apart
 from knittest.experiment.lab_conditions import PLATE_AREA, PLATE_DIAMETER
-from knittest.experiment.lab_folder import Tests
-from knittest.experiment.lab_given import Given, first_loading
-from knittest.experiment.lab_recording import Origin, Recording, of, reader
-from knittest.experiment.lab_results import Curves, Results
+from knittest.experiment.lab_recording import Origin, Recording, reader
+from knittest.experiment.lab_results import Curves, Results, Tests
 from knittest.experiment.lab_tests import LabTest, Rigs
 from knittest.experiment.lab_units import plain
 from knittest.experiment.statistics import Corridor
@@ -38,11 +36,12 @@ class Pressed(Origin):
         return np.array([thickness_at(self.thickness, self.pressure, float(p)) for p in pressure])
 
 
-def _pressed(r: Recording, given: Given) -> Pressed:
+def _pressed(r: Recording) -> Pressed:
     """A force becomes a pressure by the plate."""
+    origin = r.read()
     pressure, thickness = r.values.get("pressure"), r.values["thickness"]
     if pressure is None:
-        area = r.known(PLATE_AREA, given) or 0.25 * np.pi * r.needed([PLATE_DIAMETER], given)[0] ** 2
+        area = r.known(PLATE_AREA) or 0.25 * np.pi * r.needed(PLATE_DIAMETER)[0] ** 2
         pressure = 1e3 * r.values["force"] / area
     pressure = pressure if pressure.max() >= -pressure.min() else -pressure
     rows, _ = first_loading(pressure)
@@ -63,7 +62,7 @@ def _pressed(r: Recording, given: Given) -> Pressed:
             f"{r.where}: {thickness[0]:.4g} mm at the start and {thickness[-1]:.4g} mm at {pressure[-1]:.4g} kPa: "
             "expected the distance of the plates, which falls, and not their way"
         )
-    return Pressed(**of(r), pressure=pressure, thickness=thickness)
+    return Pressed(**origin, pressure=pressure, thickness=thickness)
 
 
 def _results(pieces: Sequence[Pressed]) -> Results:

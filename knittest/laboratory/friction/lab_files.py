@@ -8,12 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
-from knittest.experiment.lab_checks import common, digests, refuse_apart, refuse_implausible
-from knittest.experiment.lab_conditions import NORMAL_FORCE, PLATE_LENGTH, PLATE_WIDTH
-from knittest.experiment.lab_folder import Tests, of_directions
-from knittest.experiment.lab_given import Given, drawn, first_loading, pulled, tared
-from knittest.experiment.lab_recording import Origin, Recording, of, reader
-from knittest.experiment.lab_results import Curves, Results
+from knittest.experiment.lab_checks import (
+    digests,
+    drawn,
+    first_loading,
+    pulled,
+    refuse_apart,
+    refuse_implausible,
+    tared,
+)
+from knittest.experiment.lab_conditions import NORMAL_FORCE, PLATE_LENGTH, PLATE_WIDTH, common
+from knittest.experiment.lab_recording import Origin, Recording, reader
+from knittest.experiment.lab_results import Curves, Results, Tests, of_directions
 from knittest.experiment.lab_tests import LabTest, Rigs
 from knittest.experiment.lab_units import plain
 from knittest.experiment.statistics import band
@@ -63,8 +69,8 @@ class Rubbed(Origin):
         return force / (self.faces * self.sizes[0])
 
 
-def _rubbed(r: Recording, given: Given) -> Rubbed:
-    normal, long, wide = r.needed(SIZES, given)
+def _rubbed(r: Recording) -> Rubbed:
+    origin, given, (normal, long, wide) = r.read(), r.given, r.needed(*SIZES)
     force = r.values["force"] if "force" in r.values else r.values["coefficient"] * normal
     travel = drawn(r.travel(), given.sign)
     rows, _ = first_loading(travel)
@@ -76,12 +82,13 @@ def _rubbed(r: Recording, given: Given) -> Rubbed:
             f"{TRAVELS[0]:g} to {TRAVELS[1]:g} mm: check the unit of the travel"
         )
     free = tared(force, given.preload, r.where)
-    notes = r.origin.notes
     if "coefficient" in r.values:
         faces = "both faces together" if given.faces == 2 else "one face"
-        notes += (f"coefficient of friction: taken as pull force over normal force, F_R/F_N, of {faces} (--faces)",)
+        origin["notes"] += (
+            f"coefficient of friction: taken as pull force over normal force, F_R/F_N, of {faces} (--faces)",
+        )
     return Rubbed(
-        **of(r) | {"notes": notes}, travel=travel, force=free, largest=largest + (free[0] - force[0]),
+        **origin, travel=travel, force=free, largest=largest + (free[0] - force[0]),
         sizes=(normal, long, wide), faces=given.faces,
     )  # fmt: skip
 

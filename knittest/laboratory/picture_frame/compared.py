@@ -6,7 +6,7 @@ from dataclasses import replace
 from knittest.experiment.conditions import EXACT
 from knittest.experiment.tables import PublishedValue, with_note
 from knittest.laboratory.picture_frame.config import PictureFrameRun
-from knittest.laboratory.picture_frame.lab_cycles import LAST, LOSS, ROWS_OF_A_RUN, SAME_TURN, WORK
+from knittest.laboratory.picture_frame.lab_files import LAST, LOSS, ROWS_OF_A_RUN, SAME_TURN, WORK
 
 
 def other_cycles(run: PictureFrameRun, row: PublishedValue) -> str:

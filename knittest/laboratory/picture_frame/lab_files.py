@@ -1,7 +1,12 @@
-"""Files of picture frames as ``knittest data`` takes them: forces at angles, a shear law, and the rig of both."""
+"""Files of picture frames as ``knittest data`` takes them: forces at angles, a shear law, the rig of both, and cycles.
 
-from collections.abc import Sequence
-from dataclasses import replace
+A run's cycle begins and ends square, at a shear angle of zero, and all of its cycles turn at one angle: loops that come
+back less far, or turn elsewhere, enclose another area.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -9,18 +14,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
-from knittest.experiment.lab_checks import common
-from knittest.experiment.lab_conditions import FABRIC_SIDE, FRAME_SIDE, SAME
-from knittest.experiment.lab_folder import SHEAR, Tests, counted
-from knittest.experiment.lab_given import Given
-from knittest.experiment.lab_recording import Recording, of, reader
-from knittest.experiment.lab_results import Results
-from knittest.experiment.lab_shear import END, Tested, reached, shear_curve, shear_curves, shear_forces
+from knittest.experiment.lab_conditions import CYCLE_ANGLE, CYCLES, FABRIC_SIDE, FRAME_SIDE, SAME, Condition, common
+from knittest.experiment.lab_recording import Recording, reader
+from knittest.experiment.lab_results import SHEAR, Results, Tests, counted, table_lines
+from knittest.experiment.lab_shear import (
+    END,
+    SQUARE,
+    Sheared,
+    Tested,
+    reached,
+    shear_curve,
+    shear_curves,
+    shear_forces,
+)
 from knittest.experiment.lab_tests import LabTest, Rigs
 from knittest.experiment.lab_units import plain
 from knittest.experiment.statistics import Corridor
-from knittest.laboratory.picture_frame.lab_cycles import UNITS, Frame, cycles_in, loop_lines, loops, turn_of
-from knittest.materials.trellis import ANGLE, CONJUGATE, NORMALISED, crosshead_of_normalised, frame_angle, to_conjugate
+from knittest.laboratory.picture_frame.cycles import Cycle, cycles_of
+from knittest.materials.trellis import (
+    ANGLE,
+    CONJUGATE,
+    NORMALISED,
+    crosshead,
+    crosshead_of_normalised,
+    frame_angle,
+    normalised_force,
+    to_conjugate,
+)
 
 Array = NDArray[np.float64]
 
@@ -30,20 +50,193 @@ STEP = 1.0
 LAW = (
     "# conjugate to the shear angle, per reference area; mean of the specimens over 1 deg, from the origin, not falling"
 )
+#: way back, as a share of the largest angle, from which on a frame has turned
+TURNED = 0.1
+#: difference of two angles at which cycles turn, as a share, that does not matter: twice as much work
+SAME_TURN = 0.01
+#: step [deg] over which the force is averaged where it is gone
+GONE_STEP = 0.25
+#: share of its work by which a loop may give back more than it took: rounding, noise
+GIVEN_BACK = 0.01
+WORK, LOSS, SHARE = "cycle_work_mj", "cycle_loss_mj", "cycle_loss_share_pct"
+RESIDUAL, LAST = "cycle_residual_angle_deg", "last_cycle_loss_share_pct"
+UNITS = {WORK: "mJ", LOSS: "mJ", SHARE: "%", RESIDUAL: "deg", LAST: "%"}
+ROWS_OF_A_RUN = tuple(UNITS)
+HEADS = {WORK: "work [mJ]", LOSS: "loss [mJ]", SHARE: "loss [%]", RESIDUAL: "gone at [deg]", LAST: "last loss [%]"}
 
 
-def _frame(r: Recording, given: Given) -> Frame:
+@dataclass(frozen=True)
+class Frame(Sheared):
+    """Specimen with the sides [mm] of frame and fabric; ``force`` is that of the crosshead.
+
+    ``turned`` says that more follows: whole ``cycles``, which turn at ``turn`` [deg], or for what reason there are none
+    (``not_cycled``).
+    """
+
+    frame_side: float
+    fabric_side: float
+    turned: bool
+    cycles: Sequence[Cycle] = ()
+    turn: float = float("nan")
+    not_cycled: str = ""
+
+    @property
+    def normalised(self) -> Array:
+        """Normalised shear force [N/mm], (n,)."""
+        found: Array = normalised_force(self.force, np.deg2rad(self.angle), self.fabric_side, self.frame_side)
+        return found
+
+
+def cycles_in(angle: Array, force: Array, side: float, where: str) -> list[Cycle]:
+    """All cycles of a frame of ``side`` [mm], by its shear angle [deg] and crosshead force [N] at all rows, (n,) each.
+
+    Raises :class:`InputError` for a frame that does not come back, or not to square, for cycles that turn at different
+    angles, and for loops that give back more than they took.
+    """
+    turns = _turns(angle)
+    _refuse_open(angle, force, turns, where)
+    rows = np.concatenate([_onward(angle, start, end) for start, end in pairwise(turns)])
+    way, pull = angle[rows], force[rows]
+    curve = {
+        "frame_shear_angle_deg": way, "shear_force_n": pull, "time_ms": rows.astype(float),
+        "displacement_mm": np.array([crosshead(a, side) for a in np.deg2rad(way)]),
+    }  # fmt: skip
+    found = cycles_of(curve, (len(turns) - 1) // 2)
+    worst = min(found, key=lambda one: one.loss)
+    if not worst.work > 0.0 or worst.loss < -GIVEN_BACK * worst.work:
+        raise InputError(
+            f"{where}: cycle {found.index(worst) + 1} takes {worst.work:.4g} mJ and gives back "
+            f"{worst.work - worst.loss:.4g} mJ: expected less: check the sign of the force and what of the empty frame "
+            "was subtracted"
+        )
+    back = slice(turns[1], turns[2] + 1)
+    return [replace(found[0], residual=gone_at(angle[back], force[back])), *found[1:]]
+
+
+def turn_of(angle: Array) -> float:
+    """Mean angle [deg] at which the cycles of ``angle`` (n,) turn."""
+    return float(angle[_turns(angle)[1::2]].mean())
+
+
+def gone_at(angle: Array, force: Array) -> float:
+    """Angle [deg] on a way back at which the ``force`` is gone, on lines between means over :data:`GONE_STEP`; nan
+    where it stays.
+    """
+    step = np.floor((angle.max() - angle) / GONE_STEP).astype(int)
+    count = np.bincount(step)
+    at, pull = (np.bincount(step, values)[count > 0] / count[count > 0] for values in (angle, force))
+    gone = np.flatnonzero(pull <= 0.0)
+    if not len(gone):
+        return float("nan")
+    k = int(gone[0])
+    return float(np.interp(0.0, pull[[k, k - 1]], at[[k, k - 1]])) if k else float(at[0])
+
+
+def _turns(angle: Array) -> list[int]:
+    """Rows of the start, of all turns and of the last way's end."""
+    least = TURNED * float(angle.max())
+    found, last, sign = [0], 0, 1.0
+    for row, value in enumerate(angle):
+        ahead = sign * (value - angle[last])
+        if ahead > 0.0:
+            last = row
+        elif -ahead > least:
+            found.append(last)
+            last, sign = row, -sign
+    return [*found, last]
+
+
+def _onward(angle: Array, start: int, end: int) -> NDArray[np.intp]:
+    """Rows of the way from ``start`` to ``end`` that go beyond all before."""
+    way = angle[start : end + 1] * np.sign(angle[end] - angle[start])
+    return start + np.flatnonzero(np.append(True, way[1:] > np.maximum.accumulate(way)[:-1]))
+
+
+def _refuse_open(angle: Array, force: Array, turns: list[int], where: str) -> None:
+    """Raise :class:`InputError` unless every way up from square to one angle has its way back to square."""
+    tops, bottoms = turns[1::2], turns[2::2]
+    if abs(angle[0]) > SQUARE:
+        raise InputError(f"{where}: cycles start at {angle[0]:.3g} deg: expected 0 deg, within {SQUARE:g}")
+    for number, (top, bottom) in enumerate(zip(tops, bottoms, strict=False), 1):
+        if abs(angle[bottom]) > SQUARE:
+            raise InputError(
+                f"{where}: cycle {number} comes back to {angle[bottom]:.3g} deg, with {force[bottom]:.3g} N: expected "
+                f"a way back to 0 deg, within {SQUARE:g}, where cycles of a run end"
+            )
+        if abs(angle[top] - angle[tops[0]]) > SAME_TURN * angle[tops[0]]:
+            raise InputError(
+                f"{where}: cycle {number} turns at {angle[top]:.4g} deg, the first at {angle[tops[0]]:.4g} deg: "
+                "expected the same angle, rig.max_angle of a run"
+            )
+    if len(bottoms) < len(tops):
+        raise InputError(
+            f"{where}: {'the frame does not' if not bottoms else f'loading {len(tops)} does not'} come back from "
+            f"{angle[tops[-1]]:.4g} deg: expected a way back to 0 deg after each loading"
+        )
+
+
+def loops(frames: Sequence[Frame], fabric: float) -> tuple[dict[str, Array], list[tuple[Condition, float]]]:
+    """Rows of cycles of ``frames`` and the conditions that they hang on, none of frames without cycles; their work is
+    that for a square of side ``fabric`` [mm], with whose area it grows.
+
+    The residual angle is no row where one of them has none. Raises :class:`InputError` for specimens without cycles,
+    with more of them, or with others than the first, unless none has any.
+    """
+    first = next((s for s in frames if s.cycles), None)
+    if first is None:
+        return {}, []
+    for s in frames:
+        _refuse_other(s, first)
+    area = np.array([(fabric / s.fabric_side) ** 2 for s in frames])
+    each = [s.cycles[0] for s in frames]
+    work, loss, share, residual = np.array([[one.work, one.loss, one.share, one.residual] for one in each]).T
+    rows = {WORK: area * work, LOSS: area * loss, SHARE: share}
+    rows |= {RESIDUAL: residual} if np.isfinite(residual).all() else {}
+    if len(first.cycles) > 1:
+        rows[LAST] = np.array([s.cycles[-1].share for s in frames])
+    return rows, [(CYCLES, float(len(first.cycles))), (CYCLE_ANGLE, float(np.mean([s.turn for s in frames])))]
+
+
+def _refuse_other(one: Frame, first: Frame) -> None:
+    """Raise :class:`InputError` where ``one`` has not the cycles of the ``first``."""
+    where, own, others = f"{one.path}: specimen {one.name}", len(one.cycles), len(first.cycles)
+    alone = "give --loading first for the first loading alone, or import them apart"
+    if own != others:
+        reason = f" ({one.not_cycled})" if one.not_cycled else ""
+        raise InputError(f"{where}: {own} cycles{reason}, specimen {first.name} has {others}: {alone}")
+    if abs(one.turn - first.turn) > SAME_TURN * first.turn:
+        raise InputError(
+            f"{where}: cycles turn at {one.turn:.4g} deg, those of specimen {first.name} at {first.turn:.4g} deg: "
+            f"{alone}"
+        )
+
+
+def loop_lines(frames: Sequence[Frame], rows: Mapping[str, Array]) -> list[str]:
+    """Angle that each specimen is sheared to and what of it is left out, and a table of the ``rows`` of cycles."""
+    lines = []
+    for one in frames:
+        reason = f"; no cycle: {one.not_cycled.rpartition(f'specimen {one.name}: ')[2]}" if one.not_cycled else ""
+        left = f", turns there: first loading alone{reason}" if one.turned and not one.cycles else ""
+        lines.append(f"{one.name}: up to {one.angle[-1]:.3g} deg{left}")
+    if rows:
+        lines += table_lines([s.name for s in frames], [(HEADS[name], ".4g", v) for name, v in rows.items()])
+    if rows and RESIDUAL not in rows:
+        lines.append("no angle at which the force is gone: it stays on the way back of a specimen")
+    return lines
+
+
+def _frame(r: Recording) -> Frame:
     """A shear angle counts before a displacement, which becomes one by the frame's side."""
-    side, fabric = r.needed([FRAME_SIDE, FABRIC_SIDE], given)
+    origin, given, (side, fabric) = r.read(), r.given, r.needed(FRAME_SIDE, FABRIC_SIDE)
     if fabric > side * (1.0 + SAME):
-        raise InputError(f"{r.origin.path}: a fabric side of {fabric:g} mm in a frame of {side:g} mm: which is which?")
+        raise InputError(f"{r.path}: a fabric side of {fabric:g} mm in a frame of {side:g} mm: which is which?")
     tested = Tested(
         NAME, lambda travel: frame_angle(travel, side), (2.0 - 2.0**0.5) * side, f"a frame of {side:g} mm",
         "the frame square", FRAME_SIDE.option,
     )  # fmt: skip
-    curve = shear_curve(r, tested, given)
+    curve = shear_curve(r, tested)
     one = Frame(
-        **of(r), angle=curve.angle, force=curve.force, frame_side=side, fabric_side=fabric, turned=curve.turned
+        **origin, angle=curve.angle, force=curve.force, frame_side=side, fabric_side=fabric, turned=curve.turned
     )  # fmt: skip
     if given.loading == "first" or (given.loading is None and not curve.turned):
         return one

@@ -22,7 +22,7 @@ from knittest.laboratory.picture_frame.bars import bars
 from knittest.laboratory.picture_frame.compared import for_cycles, other_cycles
 from knittest.laboratory.picture_frame.config import PictureFrameRun
 from knittest.laboratory.picture_frame.frame_drawing import FrameShape
-from knittest.laboratory.picture_frame.lab_cycles import ROWS_OF_A_RUN
+from knittest.laboratory.picture_frame.lab_files import ROWS_OF_A_RUN
 from knittest.laboratory.picture_frame.map_picture import height_picture
 from knittest.laboratory.picture_frame.rig import starting
 from knittest.laboratory.picture_frame.shear_picture import shear_picture

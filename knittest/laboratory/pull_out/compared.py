@@ -1,7 +1,7 @@
 """Rows of a laboratory's pull-outs beside those of a run."""
 
 from knittest.experiment.conditions import Conditions
-from knittest.experiment.lab_checks import SERIES
+from knittest.experiment.lab_conditions import SERIES
 from knittest.experiment.tables import PublishedValue, with_note
 from knittest.laboratory.pull_out.config import PullOutRun
 from knittest.laboratory.pull_out.lab_files import AT_REST, EACH, EACH_AT_REST, EDGES, MEAN, PEAK, WORDS

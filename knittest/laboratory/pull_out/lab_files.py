@@ -1,20 +1,28 @@
 """Files of pull-outs as ``knittest data`` takes them: the forces of a run, friction of a crossing, corridor."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
-from knittest.experiment.lab_checks import common, digests, refuse_apart, refuse_implausible
-from knittest.experiment.lab_conditions import CLAMPED_EDGES, CROSSING_DENSITY, EMBEDDED, SLID_PITCHES
-from knittest.experiment.lab_recording import reader
+from knittest.experiment.lab_checks import (
+    TARE,
+    digests,
+    drawn,
+    first_loading,
+    pulled,
+    refuse_apart,
+    refuse_implausible,
+)
+from knittest.experiment.lab_conditions import CLAMPED_EDGES, CROSSING_DENSITY, EMBEDDED, SLID_PITCHES, common
+from knittest.experiment.lab_recording import Origin, Recording, reader
 from knittest.experiment.lab_results import Curves, Results
+from knittest.experiment.lab_table import Given
 from knittest.experiment.lab_tests import LabTest
 from knittest.experiment.statistics import band
-from knittest.laboratory.pull_out.lab_pulls import NEAR, Pulled, at_rest, read_pull
-from knittest.laboratory.pull_out.sliding import SLIDES, Sliding, sliding
+from knittest.laboratory.pull_out.sliding import LEFT, SLIDES, Sliding, sliding
 
 Array = NDArray[np.float64]
 
@@ -36,6 +44,183 @@ CROSSING = (1e-5, 20.0)
 UNSURE = 0.1
 #: way [mm] over which rows are averaged
 STEP = 0.02
+#: way [mm] on both sides of where the inlay lets go by whose rows its force is read, and most between two of them there
+NEAR, COARSE = 0.02, 0.04
+#: way of the free end over that of the clamp while the inlay slides
+TOGETHER = (0.7, 1.1)
+#: share of the force before it that is left when an inlay is out, or has gone
+GONE = 0.25
+
+
+@dataclass(frozen=True)
+class Pulled(Origin):
+    """Way of the free end [mm], not falling, and force [N] of one inlay, (n,) each; its embedded length [mm] and the
+    crossing yarns per 100 mm.
+
+    ``measured`` says that the free end was followed, and not the clamp from where it began to slide.
+    """
+
+    tail: Array
+    force: Array
+    length: float
+    density: float
+    clamped: str
+    measured: bool
+
+    @property
+    def pitch(self) -> float:
+        """Distance of the crossings [mm]."""
+        return 100.0 / self.density
+
+    @property
+    def doubt(self) -> float:
+        """Share by which the force at rest changes with :data:`NEAR` of the way of a free end that nobody followed."""
+        less, read, more = (at_rest(self.tail, self.force, SLIDES + way) for way in (-NEAR, 0.0, NEAR))
+        return 0.0 if self.measured else 0.5 * abs(more - less) / max(abs(read), 1e-12)
+
+
+def _pulled(r: Recording) -> Pulled:
+    """Inlay by the way of its free end where it was followed.
+
+    Raises :class:`InputError` where embedded length, crossing yarns, clamped edges or a unit are not known, and for a
+    pull that is none.
+    """
+    given = r.given
+    origin, (length, density) = r.read(("free_end",), unit_needed=True), r.needed(EMBEDDED, CROSSING_DENSITY)
+    if given.clamped is None:
+        raise InputError(
+            f"{r.path}: which edges of the piece were clamped? Give --clamped sides (both along the inlay) or "
+            "--clamped far (the one away from the pull)"
+        )
+    tail, force = _curve(r, given)
+    measured = "free_end" in r.values
+    one = Pulled(
+        **origin, tail=tail, force=force, length=length, density=density, clamped=given.clamped, measured=measured
+    )  # fmt: skip
+    one = _until_out(one)
+    _refuse_let_go(one)
+    return one
+
+
+def _curve(r: Recording, given: Given) -> tuple[Array, Array]:
+    """Way of the free end [mm] and force [N] of the first way out."""
+    way, end = r.travel(), r.values.get("free_end")
+    if end is None:
+        travel, tail = _from_zero(way, r.factors["travel"], given, r.where)
+    elif given.zero is not None:
+        raise InputError(f"{r.where}: --zero: has no meaning beside a column of the free end, {r.title('free_end')!r}")
+    else:
+        travel, tail = drawn(way, given.sign), _followed(end)
+    rows, _ = first_loading(travel)
+    travel, tail = travel[rows] - travel[0], tail[rows]
+    force = pulled(r.values["force"][rows], given.sign, r.where)
+    _refuse_apart(travel, tail, r.where)
+    tail = np.maximum.accumulate(np.maximum(tail, 0.0))
+    return tail, force - _preload(tail, force, given, r.where)
+
+
+def _from_zero(values: Array, factor: float, given: Given, where: str) -> tuple[Array, Array]:
+    """Way of the clamp [mm], rising, and beyond ``--zero``, which a ``factor`` makes mm, that of a free end that nobody
+    followed.
+    """
+    if given.zero is None:
+        raise InputError(
+            f"{where}: no column of the free end, and the way of the clamp holds the slack and stretch of the yarn "
+            "outside: give --zero, the displacement at which the free end begins to move, in the column's unit"
+        )
+    *moved, zero = drawn(np.append(values, given.zero * factor), given.sign)
+    travel = np.array(moved)
+    if not travel[0] <= zero < travel.max():
+        raise InputError(
+            f"{where}: --zero {given.zero:g}: expected a displacement of the file, {values[0] / factor:g} to "
+            f"{values[int(np.argmax(travel))] / factor:g}"
+        )
+    return travel, np.maximum(travel - zero, 0.0)
+
+
+def _followed(values: Array) -> Array:
+    """Way of the free end from its start, counted as it goes, whatever its sign in the file."""
+    way = values - values[0]
+    return way if way.max() >= -way.min() else -way
+
+
+def _refuse_apart(travel: Array, tail: Array, where: str) -> None:
+    """Raise :class:`InputError` for a free end that does not go with the clamp while the inlay slides."""
+    slides = tail >= SLIDES
+    if len(travel) < 3 or not slides.any():
+        raise InputError(
+            f"{where}: {len(travel)} rows over {travel[-1]:.4g} mm, the free end goes {tail.max():.3g} mm: expected at "
+            f"least 3, and an inlay that slides by {SLIDES:g} mm or more: check the unit of the way"
+        )
+    first = int(np.argmax(slides))
+    clamp, end = travel[-1] - travel[first], tail[-1] - tail[first]
+    if clamp > 10.0 * SLIDES and not TOGETHER[0] <= end / clamp <= TOGETHER[1]:
+        raise InputError(
+            f"{where}: while the inlay slides its clamp goes {clamp:.4g} mm, its free end {end:.4g} mm: expected about "
+            "the same: check both units"
+        )
+    gap = tail[first] - tail[max(first - 1, 0)]
+    if gap > COARSE:
+        raise InputError(
+            f"{where}: {gap:.3g} mm between the rows where the inlay lets go: expected at most {COARSE:g} mm: export "
+            "more points, or check the unit of the way"
+        )
+
+
+def _until_out(one: Pulled) -> Pulled:
+    """``one`` until a pitch of the inlay is embedded, as in a run; raises :class:`InputError` for an inlay that is out
+    and still held.
+    """
+    held = one.tail <= one.length - LEFT * one.pitch
+    out = one.tail >= one.length + one.pitch
+    before, after = (float(one.force[rows].mean()) if rows.any() else 0.0 for rows in (held, out))
+    if after > GONE * before:
+        raise InputError(
+            f"{one.path}: specimen {one.name}: {after:.3g} N where all {one.length:g} mm are out, {before:.3g} N "
+            f"before: expected next to nothing: check {EMBEDDED.option} and the unit of the way"
+        )
+    return replace(one, tail=one.tail[held], force=one.force[held])
+
+
+def _refuse_let_go(one: Pulled) -> None:
+    """Raise :class:`InputError` for a free end that nobody followed and that need not have gone on: the force over what
+    is embedded has nearly gone.
+    """
+    each = one.force / (one.length - one.tail)
+    start, end = (each[rows].mean() for rows in (one.tail <= one.pitch, one.tail >= one.tail[-1] - one.pitch))
+    if not one.measured and end < GONE * start:
+        raise InputError(
+            f"{one.path}: specimen {one.name}: the force falls from {start * one.pitch:.3g} to {end * one.pitch:.3g} N "
+            "a crossing: did the yarn break, or slip out of its clamp? Leave out what follows, or add the free end's "
+            "way"
+        )
+
+
+def at_rest(tail: Array, force: Array, way: float = SLIDES) -> float:
+    """Force [N] where the free end has gone a ``way`` [mm], on a line through the rows about it: it rises steeply
+    there, so that a mean over more of them would be another one.
+    """
+    near = np.abs(tail - way) <= NEAR
+    if np.count_nonzero(near) > 2 and np.ptp(tail[near]) > 0.0:
+        _, level = np.polyfit(tail[near] - way, force[near], 1)
+        return float(level)
+    rising = np.append(True, np.diff(tail) > 0.0)
+    return float(np.interp(way, tail[rising], force[rising]))
+
+
+def _preload(tail: Array, force: Array, given: Given, where: str) -> float:
+    """Force [N] to subtract.
+
+    Raises :class:`InputError` where nobody said what a force at the start is that is not small beside that at which the
+    inlay lets go, which is a small part of the largest.
+    """
+    first, lets_go = float(force[0]), at_rest(tail, force)
+    if given.preload is None and abs(first) > TARE * abs(lets_go):
+        raise InputError(
+            f"{where}: starts with a force of {first:.4g} N, the inlay lets go at {lets_go:.4g} N: a preload or a "
+            "weight, which is no friction? Give --preload subtract, or --preload keep"
+        )
+    return first if given.preload == "subtract" else 0.0
 
 
 def _slides(pulls: Sequence[Pulled]) -> list[Sliding]:
@@ -120,8 +305,8 @@ def _results(pulls: Sequence[Pulled]) -> Results:
 LAB = LabTest(
     NAME,
     reader(
-        [("force",), ("travel",)], "a force and a displacement, one free end a force or none", read_pull,
-        optional=("free_end",), shared=True, unit_needed=True,
+        [("force",), ("travel",)], "a force and a displacement, one free end a force or none", _pulled,
+        shared=True,
     ),
     _results, (EMBEDDED, CROSSING_DENSITY), ("sign", "zero", "preload", "clamped"),
 )  # fmt: skip

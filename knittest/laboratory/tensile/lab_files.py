@@ -9,8 +9,7 @@ import numpy as np
 
 from knittest.experiment.lab_checks import digests
 from knittest.experiment.lab_conditions import GAUGE, WIDTH
-from knittest.experiment.lab_folder import TENSION, Tests, counted, of_directions, quantity
-from knittest.experiment.lab_results import Results, table_lines
+from knittest.experiment.lab_results import TENSION, Results, Tests, counted, of_directions, quantity, table_lines
 from knittest.experiment.lab_strips import one_series, plausible_strips, read_strips, strip_curves
 from knittest.experiment.lab_tests import LabTest
 from knittest.experiment.statistics import Specimen, mean_sd, peaks, tension_curve
