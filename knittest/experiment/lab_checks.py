@@ -49,17 +49,17 @@ def pulled(force: Array, sign: Sign, where: str) -> Array:
     return signed
 
 
-def tared(force: Array, preload: Preload | None, where: str) -> Array:
-    """``force`` [N], (n,), without its preload if so asked; raises :class:`InputError` for a large one otherwise."""
-    first, top = float(force[0]), float(np.abs(force).max())
-    if preload == "subtract":
-        return force - first
-    if preload is None and abs(first) > TARE * top:
+def tared(force: Array, preload: Preload | None, where: str, beside: tuple[str, float] | None = None) -> Array:
+    """``force`` [N], (n,), without its preload if so asked; raises :class:`InputError` otherwise for one that is large
+    ``beside`` the largest force, or another with its name.
+    """
+    first, (name, other) = float(force[0]), beside or ("its largest is", float(np.abs(force).max()))
+    if preload is None and abs(first) > TARE * abs(other):
         raise InputError(
-            f"{where}: starts with a force of {first:.4g} N, its largest is {top:.4g} N: a preload or a "
+            f"{where}: starts with a force of {first:.4g} N, {name} {other:.4g} N: a preload or a "
             "weight, which is no resistance? Give --preload subtract, or --preload keep"
         )
-    return force
+    return force - first if preload == "subtract" else force
 
 
 def noise(values: Array) -> float:

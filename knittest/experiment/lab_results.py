@@ -130,8 +130,8 @@ def folder_name(test: str, direction: str) -> str:
 
 
 def of_directions(tests: Tests, test: str) -> dict[str, dict[str, Any]]:
-    """Statistics of ``test`` by the directions that were tested."""
-    return {d: tests[name] for d in DIRECTIONS if (name := folder_name(test, d)) in tests}
+    """Statistics of ``test`` by the directions that were tested, of which some tests have none."""
+    return {d: tests[name] for d in (*DIRECTIONS, "") if (name := folder_name(test, d)) in tests}
 
 
 def counted(n: int, what: str) -> str:

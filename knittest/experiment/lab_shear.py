@@ -1,7 +1,7 @@
 """Curves of shear in exports of testing machines: a force over a shear angle, or over a travel that makes one."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,15 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
-from knittest.experiment.lab_checks import (
-    digests,
-    drawn,
-    first_loading,
-    pulled,
-    refuse_apart,
-    refuse_implausible,
-    tared,
-)
+from knittest.experiment import lab_checks as checks
 from knittest.experiment.lab_conditions import within
 from knittest.experiment.lab_recording import Origin, Recording
 from knittest.experiment.lab_results import Curves
@@ -71,9 +63,9 @@ def shear_curve(r: Recording, tested: Tested) -> ShearCurve:
     force along the sides, F_s = F / (2 cos(45 deg - angle / 2)).
     """
     role, given = _moved(r, tested), r.given
-    moved, force = drawn(r.values[role], given.sign), r.values["force"]
-    rows, turned = first_loading(moved)
-    first = pulled(force[rows], given.sign, r.where)  # on its way back a specimen may be pushed
+    moved, force = checks.drawn(r.values[role], given.sign), r.values["force"]
+    rows, turned = checks.first_loading(moved)
+    first = checks.pulled(force[rows], given.sign, r.where)  # on its way back a specimen may be pushed
     force = -force if given.sign == "negative" else force
     factor = r.factors[role]
     angle = _angles(moved - (given.zero or 0.0) * factor, role, tested, r.where)
@@ -84,7 +76,7 @@ def shear_curve(r: Recording, tested: Tested) -> ShearCurve:
             "numbers are right"
         )
     if angle[0] <= SQUARE:
-        free = tared(first, given.preload, r.where)
+        free = checks.tared(first, given.preload, r.where)
         first, force = free, force - (first[0] - free[0])
     end = float(angle[rows[-1]])
     within(end, tested.test, "max_angle", f"{r.where}: a shear angle of {end:.4g} deg", ": check its unit and zero")
@@ -151,15 +143,17 @@ def shear_forces(specimens: Sequence[Sheared]) -> tuple[dict[float, Array], list
     end = min(float(s.angle[-1]) for s in specimens)
     for s in specimens:
         top, force = float(s.normalised.max()), float(s.force.max())
-        refuse_implausible(s, top, FORCES, f"maximum force {force:.6g} N, normalised {top:.4g} N/mm", "N/mm", force)
+        checks.refuse_implausible(
+            s, top, FORCES, f"maximum force {force:.6g} N, normalised {top:.4g} N/mm", "N/mm", force
+        )
     at = {a: np.array([np.interp(a, s.angle, s.normalised) for s in specimens]) for a in (*ANGLES, end)}
-    refuse_apart(specimens, at[end], f"normalised force at {end:.3g} deg", "N/mm")
+    checks.refuse_apart(specimens, at[end], f"normalised force at {end:.3g} deg", "N/mm")
     found = {a: values for a, values in at.items() if a in ANGLES and a <= end}
     if not found:
         raise InputError(
             f"{specimens[0].path}: all specimens together go to {end:.3g} deg: expected at least {ANGLES[0]:g} deg"
         )
-    return found, digests(specimens, [(s.angle, s.force) for s in specimens])
+    return found, checks.digests(specimens, [(s.angle, s.force) for s in specimens])
 
 
 def shear_curves(specimens: Sequence[Sheared], words: str, **more: Any) -> Curves:
@@ -170,6 +164,15 @@ def shear_curves(specimens: Sequence[Sheared], words: str, **more: Any) -> Curve
     return Curves(curves, corridor, names, (f"{words} [deg]", "normalised shear force [N/mm]"), **more)
 
 
-def reached(test: dict[str, Any]) -> float:
-    """Angle [deg] that all specimens of a ``test`` reach by its statistics, in tenths."""
-    return math.floor(10.0 * min(test[END]["values"])) / 10.0
+def shear_rows(
+    specimens: Sequence[Sheared], forces: Mapping[str, Mapping[float, Array]], more: Mapping[str, Array]
+) -> tuple[dict[str, Array], dict[str, str]]:
+    """Rows of ``forces`` at angles by their quantity, ``more`` and the largest angle, and the units of the forces."""
+    found = {f"{name}_at_deg.{a:g}": values for name, at in forces.items() for a, values in at.items()}
+    units = {name: "N/mm" if "n_per_mm" in name else "N" for name in found}
+    return {**found, **more, END: np.array([s.angle[-1] for s in specimens])}, units | {END: "deg"}
+
+
+def reached(test: dict[str, Any]) -> dict[str, float]:
+    """Largest angle [deg] of a rig: that which all specimens of a ``test`` reach by its statistics, in tenths."""
+    return {"max_angle": math.floor(10.0 * min(test[END]["values"])) / 10.0} if END in test else {}

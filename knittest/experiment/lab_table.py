@@ -1,5 +1,6 @@
 """Tables in a machine's file: names of columns, units, numbers, and the rows above them that state conditions."""
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -114,21 +115,23 @@ def read_tables(
 
 def _roles(names: Sequence[str], units: Sequence[str], given: Given) -> list[str]:
     """Roles of columns: those that the user names, and no other of such a role, or else by the table of names."""
-    roles = lab_units.table()["columns"]
     found = []
     for name, below in zip(names, units, strict=True):
-        bare = name.partition("[")[0].partition("(")[0].strip().lower()
-        own = given.named.get(name.strip().lower()) or given.named.get(bare)
-        number = not name or bool(NUMBER.match(name))
-        role = bare.replace(" ", "_") if bare.replace(" ", "_") in roles else lab_units.role(name, below)[0]
-        found.append(own or ("" if number or role in given.named.values() else role))
+        bare = re.split(r"[\[(]", name)[0].strip().lower()
+        role = given.named.get(name.strip().lower()) or given.named.get(bare, "")
+        if not role and name and not NUMBER.match(name):
+            key = bare.replace(" ", "_")
+            role = key if key in lab_units.table()["columns"] else lab_units.role(name, below)[0]
+            role = "" if role in given.named.values() else role
+        found.append(role)
     means = {k for k, name in enumerate(names) if lab_units.matches(name, "kinds", "mean")}
     beside = {role for k, role in enumerate(found) if k not in means}
     return ["result" if k in means and role in beside else role for k, role in enumerate(found)]
 
 
-def _has_all(roles: Sequence[str], wanted: Wanted) -> bool:
-    return all(any(role in roles for role in some) for some in wanted)
+def _lacking(roles: Sequence[str], wanted: Wanted) -> list[str]:
+    """Of each of ``wanted`` that no column has, the role that one without a name most likely has."""
+    return ["travel" if "travel" in some else some[0] for some in wanted if not set(some) & set(roles)]
 
 
 def _tables_in(rows: list[Row], place: str, given: Given, wanted: Wanted) -> list[LabTable]:
@@ -137,7 +140,7 @@ def _tables_in(rows: list[Row], place: str, given: Given, wanted: Wanted) -> lis
     k = end = 0
 
     def names_all(cells: list[str]) -> bool:
-        return _may_name(cells) and _has_all(_roles(cells, [""] * len(cells), given), wanted)
+        return _may_name(cells) and not _lacking(_roles(cells, [""] * len(cells), given), wanted)
 
     while k < len(rows):
         names = rows[k][1]
@@ -146,17 +149,20 @@ def _tables_in(rows: list[Row], place: str, given: Given, wanted: Wanted) -> lis
             continue
         first, units, line = _units_below(rows, k)
         roles = _roles(names, units, given)
-        if not _has_all(roles, wanted):
+        if _lacking(roles, wanted):
             _refuse_units(names, units, f"{place}:{line}", wanted)
             k += 1
             continue
-        needed = [c for c, role in enumerate(roles) if any(role in some for some in wanted)]
+        needed = [c for c, role in enumerate(roles) if role in sum(wanted, ())]
         head = [*(found[0].head if found else []), *rows[end:k]][-MAX_HEAD:]
         blocks, k, notes = _blocks(rows, first, needed, names_all)
         end = k
         for block in blocks:
             table = LabTable(place, head, line, names, units, block, ".", roles, notes)
-            _refuse_ragged(table)
+            for at, cells in block:  # a number torn at its own decimal comma would be read as two
+                if any(cells[len(names) :]):
+                    message = f"{place}:{at}: {len(cells)} cells below {len(names)} columns"
+                    raise InputError(f"{message}: is the delimiter also the decimal mark?")
             if found and found[-1].names == names and _goes_on(found[-1], table):
                 found[-1].body += block
             else:
@@ -239,9 +245,14 @@ def _goes_on(one: LabTable, other: LabTable) -> bool:
     return bool(abs(then - last) <= abs(then - start))
 
 
+def _first_numbers(rows: list[Row]) -> int | None:
+    """The first row of several numbers."""
+    return next((k for k, (_, c) in enumerate(rows) if len(c) > 1 and all(NUMBER.match(x) for x in c if x)), None)
+
+
 def _with_names(rows: list[Row], columns: Sequence[str], place: str) -> list[Row]:
     """``rows`` with the names that the user gave above the numbers, in place of those in the file."""
-    first = next((k for k, (_, c) in enumerate(rows) if len(c) > 1 and all(NUMBER.match(x) for x in c if x)), None)
+    first = _first_numbers(rows)
     if first is None:
         raise InputError(f"{place}: --columns: no row of numbers in the file")
     line, cells = rows[first]
@@ -254,22 +265,11 @@ def _with_names(rows: list[Row], columns: Sequence[str], place: str) -> list[Row
     return [*rows[:first], names, *rows[first:]]
 
 
-def _refuse_ragged(table: LabTable) -> None:
-    """A number torn at its own decimal comma would be read as two."""
-    width = len(table.names)
-    for line, cells in table.body:
-        if any(cells[width:]):
-            raise InputError(
-                f"{table.place}:{line}: {len(cells)} cells below {width} columns: is the delimiter also the decimal "
-                "mark?"
-            )
-
-
 def _refuse_units(names: list[str], units: list[str], where: str, wanted: Wanted) -> None:
     """Raise :class:`InputError` where a column has the name of a role that is ``wanted``, and a unit of another."""
     for name, below in zip(names, units, strict=True):
         _, role = lab_units.role(name, below)
-        if role in ("force", "overhang", "thickness", "pressure") and any(role in some for some in wanted):
+        if role in ("force", "overhang", "thickness", "pressure") and role in sum(wanted, ()):
             quantity = lab_units.table()["columns"][role]["quantity"][0]
             lab_units.stated(name, below, lab_units.QUANTITIES[quantity], where)
 
@@ -294,8 +294,7 @@ def _refuse_foreign(path: Path, head: Sequence[Row], names: Sequence[str], own: 
 
 def _no_names(path: str, rows: list[Row], wanted: Wanted, words: str, given: Given) -> InputError:
     """The refusal of a file without names, with the option that names its columns ready to use."""
-    at = next((k for k, (_, c) in enumerate(rows) if len(c) > 1 and all(NUMBER.match(x) for x in c if x)), None)
-    message = f"{path}: no row names {words}"
+    at, message = _first_numbers(rows), f"{path}: no row names {words}"
     if at is None:
         return InputError(message)
     line, cells = rows[at]
@@ -306,11 +305,11 @@ def _no_names(path: str, rows: list[Row], wanted: Wanted, words: str, given: Giv
     if not above:
         block = [row for _, row in rows[at:] if len(row) == len(cells)]
         few = len(cells) <= FEW
-        guess = ",".join(_guessed(block, [_usual(some) for some in wanted])) if few else "with a name for each"
+        guess = ",".join(_guessed(block, _lacking([], wanted))) if few else "with a name for each"
         return InputError(f"{message}: line {line} has numbers without names: give --columns {guess}, in their order")
     names = [name for name in above[0][1] if name]
     roles = dict(zip(names, _roles(names, [""] * len(names), given), strict=True))
-    lacking = [_usual(some) for some in wanted if not any(role in some for role in roles.values())]
+    lacking = _lacking(list(roles.values()), wanted)
     free = sorted((n for n, role in roles.items() if role not in sum(wanted, ())), key=lambda n: bool(roles[n]))
     if lacking == ["overhang"]:  # all of them are readings of a strip
         lacking *= sum(not roles[name] for name in free) or 1
@@ -323,26 +322,20 @@ def _no_names(path: str, rows: list[Row], wanted: Wanted, words: str, given: Giv
     return InputError(f"{message}; the columns in line {above[0][0]} are {listed}{more}: name them, such as {options}")
 
 
-def _usual(some: tuple[str, ...]) -> str:
-    """The role of ``some`` that a column without a name most likely has."""
-    return "travel" if "travel" in some else some[0]
-
-
 def _guessed(rows: list[list[str]], needed: list[str]) -> list[str]:
     """Roles that the columns of numbers may have: equal steps are a time, what falls at last is the force."""
     mark = "," if any("," in cell for row in rows[:50] for cell in row) else "."
     columns = np.array([[number(cell, mark) for cell in row] for row in rows]).T
-    names = [""] * len(columns)
-    for k, values in enumerate(columns):
-        steps = np.diff(values)
+    names, size = ["-"] * len(columns), np.nan_to_num(np.abs(columns)).max(axis=1)
+    free = sorted(range(len(columns)), key=lambda k: -float(size[k]))
+    for k, steps in enumerate(np.diff(columns)):
         if len(columns) > len(needed) and len(steps) > 2 and steps.min() > 0.0 and np.ptp(steps) < 0.02 * steps.mean():
             names[k] = "time"
+            free.remove(k)
             break
-    size = np.nan_to_num(np.abs(columns)).max(axis=1)
-    rest = sorted((k for k, name in enumerate(names) if not name), key=lambda k: -float(size[k]))
-    for k, role in zip(rest, needed, strict=False):
+    for k, role in zip(free, needed, strict=False):
         names[k] = role
-    return [name or "-" for name in names]
+    return names
 
 
 def _stated_in_columns(head: list[Row], number: int, count: int) -> list[Row]:

@@ -13,10 +13,18 @@ from knittest.config.fabric import Fabric, MacroMaterial
 from knittest.config.starting import FABRIC
 from knittest.experiment import lab_units
 from knittest.experiment.lab_conditions import Condition, refuse_other
-from knittest.experiment.lab_results import SOURCE_FILE, Results, Tests, read_statistics, source_text, write_results
+from knittest.experiment.lab_results import (
+    SOURCE_FILE,
+    Results,
+    Tests,
+    of_directions,
+    read_statistics,
+    source_text,
+    write_results,
+)
 from knittest.experiment.lab_rows import read_rows
 from knittest.experiment.lab_table import Given
-from knittest.experiment.lab_units import NUMBER
+from knittest.experiment.lab_units import NUMBER, plain
 
 #: fields of the rig, by test, from the statistics of an experiment by folder
 Rigs = dict[str, dict[str, Any]]
@@ -36,9 +44,9 @@ HEAD = """\
 class LabTest(Generic[SpecimenT]):
     """``read`` a file into specimens, which ``evaluate`` turns into results that are shown and written.
 
-    ``conditions`` and ``options`` are those that a user may give; ``rigs`` is what an experiment says of rigs,
-    ``fabric`` what it says of the fabric, with the folder that files are named from. ``show`` are lines in place of
-    those of the results; ``check`` may refuse to write them.
+    ``conditions`` and ``options`` are those that a user may give. From the statistics of an import follow the fields of
+    its ``rig``, from these by direction those of all ``rigs``, and those of the ``fabric``, with the folder that files
+    are named from. ``show`` are lines in place of those of the results; ``check`` may refuse to write them.
     """
 
     name: str
@@ -46,8 +54,9 @@ class LabTest(Generic[SpecimenT]):
     evaluate: Callable[[Sequence[SpecimenT]], Results]
     conditions: tuple[Condition, ...] = ()
     options: tuple[str, ...] = ()
-    rigs: Callable[[Tests], Rigs] = lambda tests: {}
+    rig: Callable[[dict[str, Any]], dict[str, float]] = lambda test: {}
     fabric: Callable[[Tests, Path], dict[str, Any]] = lambda tests, place: {}
+    rigs: Callable[[Rigs], Rigs] | None = None
     show: Callable[[Sequence[SpecimenT]], list[str]] | None = None
     check: Callable[[Path, Results], None] = lambda out, results: None
 
@@ -55,6 +64,14 @@ class LabTest(Generic[SpecimenT]):
         """Results of one series of ``specimens``; raises :class:`InputError` where they are not of one."""
         found, names = self.evaluate(specimens), [getattr(s, "name", "") for s in specimens]
         return replace(found, test=self.name, direction=direction, files=files, names=names)
+
+    def rig_fields(self, tests: Tests) -> Rigs:
+        """Fields of rigs by test, and by direction where several have them."""
+        each = {direction: self.rig(test) for direction, test in of_directions(tests, self.name).items()}
+        found = {d: {name: plain(value) for name, value in fields.items()} for d, fields in each.items() if fields}
+        if not found or self.rigs:
+            return self.rigs(found) if found and self.rigs else {}
+        return {self.name: dict(found) if len(found) > 1 else next(iter(found.values()))}
 
     def lines(self, specimens: Sequence[SpecimenT]) -> list[str]:
         """The results with mean and sd, what they hang on, and how the file was read."""
@@ -97,7 +114,7 @@ def fabric_part(out: Path) -> dict[str, Any]:
     for lab in LAB_TESTS.values():
         part = lab.fabric(tests, place)
         macro |= part.pop("macro", {})
-        rigs |= lab.rigs(tests)
+        rigs |= lab.rig_fields(tests)
         found |= part
     found |= {"macro": {name: macro[name] for name in MacroMaterial.model_fields if name in macro}, "rigs": rigs}
     return {name: found[name] for name in Fabric.model_fields if found.get(name)}

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,10 +10,9 @@ from numpy.typing import NDArray
 from knittest.base.errors import InputError
 from knittest.experiment.lab_conditions import GAUGE, WIDTH, common
 from knittest.experiment.lab_recording import Recording, reader
-from knittest.experiment.lab_results import Results, Tests
-from knittest.experiment.lab_shear import END, Sheared, Tested, reached, shear_curve, shear_curves, shear_forces
-from knittest.experiment.lab_tests import LabTest, Rigs
-from knittest.experiment.lab_units import plain
+from knittest.experiment.lab_results import Results
+from knittest.experiment.lab_shear import Sheared, Tested, reached, shear_curve, shear_curves, shear_forces, shear_rows
+from knittest.experiment.lab_tests import LabTest
 from knittest.laboratory.bias_extension.pin_jointed import BiasStrip
 
 Array = NDArray[np.float64]
@@ -54,12 +54,11 @@ def _results(strips: Sequence[Pulled]) -> Results:
     width = common(WIDTH, [s.strip.width for s in strips], strips)
     normalised, digests = shear_forces(strips)
     forces = {a: np.array([np.interp(a, s.angle, s.force) for s in strips]) for a in normalised}
-    found = {f"bias_normalised_force_n_per_mm_at_deg.{a:g}": values for a, values in normalised.items()}
-    found |= {f"bias_force_n_at_deg.{a:g}": values for a, values in forces.items()}
-    units = {name: "N/mm" if "n_per_mm" in name else "N" for name in found} | {END: "deg"}
+    rows = {"bias_normalised_force_n_per_mm": normalised, "bias_force_n": forces}
+    found, units = shear_rows(strips, rows, {})
     turned = {True: ", turns there: first loading alone", False: ""}
     return Results(
-        found | {END: np.array([s.angle[-1] for s in strips])}, units, [(GAUGE, length), (WIDTH, width)],
+        found, units, [(GAUGE, length), (WIDTH, width)],
         ("strip", f"on the bias, {width:g} mm wide, {length:g} mm between the clamps"), digests,
         [(f"{a:g} deg [N]", ".4g", values) for a, values in forces.items()],
         [
@@ -70,16 +69,13 @@ def _results(strips: Sequence[Pulled]) -> Results:
     )  # fmt: skip
 
 
-def _rigs(tests: Tests) -> Rigs:
+def _rig(test: dict[str, Any]) -> dict[str, float]:
     """Both lengths, and the angle that all specimens reach."""
-    if NAME not in tests:
-        return {}
-    sizes = tests[NAME]["conditions"]
-    found = {"gauge_length": sizes[GAUGE.key], "width": sizes[WIDTH.key], "max_angle": reached(tests[NAME])}
-    return {NAME: {name: plain(value) for name, value in found.items()}}
+    sizes = test["conditions"]
+    return {"gauge_length": sizes[GAUGE.key], "width": sizes[WIDTH.key], **reached(test)}
 
 
 LAB = LabTest(
     NAME, reader([("force",), ("travel", "extensometer")], "a force and a displacement of the clamp", _pulled),
-    _results, (WIDTH, GAUGE), ("sign", "zero", "preload"), _rigs,
+    _results, (WIDTH, GAUGE), ("sign", "zero", "preload"), _rig,
 )  # fmt: skip

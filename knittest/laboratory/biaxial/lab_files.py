@@ -6,10 +6,9 @@ from dataclasses import dataclass
 from knittest.experiment.lab_checks import digests
 from knittest.experiment.lab_conditions import GAUGE, RATIO, WIDTH, common
 from knittest.experiment.lab_recording import Recording
-from knittest.experiment.lab_results import Results, Tests, of_directions
+from knittest.experiment.lab_results import Results
 from knittest.experiment.lab_strips import one_series, read_strip, strip_curves, strip_reader
-from knittest.experiment.lab_tests import LabTest, Rigs
-from knittest.experiment.lab_units import plain
+from knittest.experiment.lab_tests import LabTest
 from knittest.experiment.statistics import Specimen, peaks
 
 NAME = "biaxial"
@@ -40,10 +39,7 @@ def _results(specimens: Sequence[Stretched]) -> Results:
     )  # fmt: skip
 
 
-def _rigs(tests: Tests) -> Rigs:
-    """The ratio, by direction where both were tested."""
-    found = {d: {"ratio": plain(test["conditions"][RATIO.key])} for d, test in of_directions(tests, NAME).items()}
-    return {NAME: dict(found) if len(found) > 1 else next(iter(found.values()))} if found else {}
-
-
-LAB = LabTest(NAME, strip_reader(_stretched), _results, (WIDTH, GAUGE, RATIO), ("sign",), _rigs)
+LAB = LabTest(
+    NAME, strip_reader(_stretched), _results, (WIDTH, GAUGE, RATIO), ("sign",),
+    lambda test: {"ratio": test["conditions"][RATIO.key]},
+)  # fmt: skip

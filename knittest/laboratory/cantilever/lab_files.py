@@ -10,19 +10,11 @@ import numpy as np
 from knittest.base.errors import InputError
 from knittest.base.units import to_kernel
 from knittest.config.fabric import MacroMaterial
+from knittest.experiment import lab_results as results
 from knittest.experiment.lab_checks import digest, refuse_apart
-from knittest.experiment.lab_conditions import AREA_MASS, PLANE_ANGLE, WIDTH, Condition, common, within
+from knittest.experiment.lab_conditions import AREA_MASS, PLANE_ANGLE, WIDTH, common, within
 from knittest.experiment.lab_recording import Origin, Recording, recordings
-from knittest.experiment.lab_results import (
-    DIRECTIONS,
-    Results,
-    Tests,
-    counted,
-    folder_name,
-    of_directions,
-    quantity,
-    read_statistics,
-)
+from knittest.experiment.lab_results import Results, Tests, counted, of_directions, quantity
 from knittest.experiment.lab_table import Given
 from knittest.experiment.lab_tests import LabTest
 from knittest.laboratory.cantilever.config import CantileverRig
@@ -116,19 +108,17 @@ def _readings(r: Recording, which: Sequence[int]) -> dict[str, list[float]]:
 
 def _results(strips: Sequence[Bent]) -> Results:
     """Overhangs and stiffnesses."""
-    mass = common(AREA_MASS, [s.area_mass for s in strips], strips)
+    sizes = [(AREA_MASS, common(AREA_MASS, [s.area_mass for s in strips], strips))]
     angle = common(PLANE_ANGLE, [s.angle for s in strips], strips)
-    overhang, stiffness = (np.array([getattr(s, name) for s in strips]) for name in ("overhang", "stiffness"))
+    overhang, stiffness = np.array([[s.overhang, s.stiffness] for s in strips]).T
     refuse_apart(strips, overhang, "overhang", "mm")
     for s in strips:
-        said = f"{s.path}: specimen {s.name}: bending stiffness {s.stiffness:g} N mm"
+        said = f"{s.where}: bending stiffness {s.stiffness:g} N mm"
         within(s.stiffness, MacroMaterial, "bending_stiffness", said)
-    found = {"overhang_mm": overhang, "bending_stiffness_n_mm_per_width": stiffness}
-    sizes: list[tuple[Condition, float]] = [(AREA_MASS, mass)]
+    found = dict(zip(HEADS, (overhang, stiffness), strict=False))
     if all(s.width is not None for s in strips):
-        width = common(WIDTH, [s.width for s in strips], strips)
-        sizes.append((WIDTH, width))
-        found["bending_stiffness_mncm2"] = stiffness * width * 10.0
+        sizes.append((WIDTH, common(WIDTH, [s.width for s in strips], strips)))
+        found["bending_stiffness_mncm2"] = stiffness * sizes[1][1] * 10.0
     readings = np.concatenate([s.readings for s in strips])
     other = "" if angle == STANDARD_ANGLE else f", measured at {angle:g} deg"
     turned = other and f"; overhangs are for {STANDARD_ANGLE:g} deg, by the heavy elastica"
@@ -144,13 +134,12 @@ def _results(strips: Sequence[Bent]) -> Results:
     )  # fmt: skip
 
 
-def _refuse_other_mass(out: Path, results: Results) -> None:
+def _refuse_other_mass(out: Path, own: Results) -> None:
     """Raise :class:`InputError` where the strips across were imported with another area mass: a fabric has one."""
-    own = next(value for what, value in results.conditions if what is AREA_MASS)
-    for direction, test in of_directions(read_statistics(out), NAME).items():
-        if direction != results.direction:
-            masses = [test["conditions"][AREA_MASS.key], own]
-            common(AREA_MASS, masses, [out / folder_name(NAME, direction), ", ".join(results.files)])
+    for direction, test in of_directions(results.read_statistics(out), NAME).items():
+        if direction != own.direction:
+            masses = [test["conditions"][AREA_MASS.key], dict(own.conditions)[AREA_MASS]]
+            common(AREA_MASS, masses, [out / results.folder_name(NAME, direction), ", ".join(own.files)])
 
 
 def _fabric(tests: Tests, place: Path) -> dict[str, Any]:
@@ -158,32 +147,23 @@ def _fabric(tests: Tests, place: Path) -> dict[str, Any]:
     own = of_directions(tests, NAME)
     if not own:
         return {}
-    masses = [test["conditions"][AREA_MASS.key] for test in own.values()]
-    mean = {"mean": sum(masses) / len(masses), "sd": None}
-    bending = {direction: _stiffness(test) for direction, test in own.items()}
-    if len(bending) == 1:
-        bending |= _as_the_other(*bending.items())
-    said = f"stated with {place.as_posix()}: {', '.join(folder_name(NAME, direction) for direction in own)}"
+    masses = {direction: test["conditions"][AREA_MASS.key] for direction, test in own.items()}
+    mean = {"mean": sum(masses.values()) / len(masses), "sd": None}
+    bending = {}
+    for direction, test in own.items():  # from each strip's overhang
+        found, overhang = test["bending_stiffness_n_mm_per_width"], test["overhang_mm"]["mean"]
+        of = f"{counted(found['n'], 'strip')}, overhang {overhang:.4g} mm, {masses[direction]:g} g/m2"
+        bending[direction] = quantity(found, "derived", f"area mass x g x (overhang / 2)^3; {of}")
+    for other in results.DIRECTIONS:
+        if other not in bending:
+            (tested,) = own
+            assumed = {"mean": bending[tested]["value"], "sd": None}
+            bending[other] = quantity(assumed, "assumed", f"as {tested}: none of the {other}")
+    said = f"stated with {place.as_posix()}: {', '.join(results.folder_name(NAME, direction) for direction in own)}"
     return {
         "area_mass": quantity(mean, "measured", said),
-        "macro": {"bending_stiffness": {direction: bending[direction] for direction in DIRECTIONS}},
+        "macro": {"bending_stiffness": {direction: bending[direction] for direction in results.DIRECTIONS}},
     }
 
 
-def _as_the_other(known: tuple[str, dict[str, Any]]) -> dict[str, Any]:
-    """The bending stiffness of a direction without overhangs, assumed to be that of the tested one."""
-    (other,) = (d for d in DIRECTIONS if d != known[0])
-    return {other: quantity({"mean": known[1]["value"], "sd": None}, "assumed", f"as {known[0]}: none of the {other}")}
-
-
-def _stiffness(test: dict[str, Any]) -> dict[str, Any]:
-    """Bending stiffness of the shells, by Eq. 2, from each strip's overhang."""
-    found, overhang = test["bending_stiffness_n_mm_per_width"], test["overhang_mm"]
-    mass = test["conditions"][AREA_MASS.key]
-    of = f"{counted(found['n'], 'strip')}, overhang {overhang['mean']:.4g} mm, {mass:g} g/m2"
-    return quantity(found, "derived", f"area mass x g x (overhang / 2)^3; {of}")
-
-
-LAB = LabTest(
-    NAME, _read, _results, (AREA_MASS, PLANE_ANGLE, WIDTH), fabric=_fabric, check=_refuse_other_mass
-)  # fmt: skip
+LAB = LabTest(NAME, _read, _results, (AREA_MASS, PLANE_ANGLE, WIDTH), fabric=_fabric, check=_refuse_other_mass)

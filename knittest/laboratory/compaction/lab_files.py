@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,9 +11,8 @@ from knittest.base.errors import InputError
 from knittest.experiment.lab_checks import digests, first_loading, refuse_apart
 from knittest.experiment.lab_conditions import PLATE_AREA, PLATE_DIAMETER
 from knittest.experiment.lab_recording import Origin, Recording, reader
-from knittest.experiment.lab_results import Curves, Results, Tests
-from knittest.experiment.lab_tests import LabTest, Rigs
-from knittest.experiment.lab_units import plain
+from knittest.experiment.lab_results import Curves, Results
+from knittest.experiment.lab_tests import LabTest
 from knittest.experiment.statistics import Corridor
 from knittest.laboratory.compaction.van_wyk import PRESSURES, thickness_at
 
@@ -94,10 +94,10 @@ def _results(pieces: Sequence[Pressed]) -> Results:
     )  # fmt: skip
 
 
-def _rigs(tests: Tests) -> Rigs:
+def _rig(test: dict[str, Any]) -> dict[str, float]:
     """The largest pressure at which there is a thickness."""
-    pressures = [float(name.rpartition(".")[2]) for name in tests.get(NAME, {}) if name.startswith("thickness_mm_at")]
-    return {NAME: {"max_pressure": plain(max(*pressures, 10.0))}} if pressures else {}
+    pressures = [float(name.rpartition(".")[2]) for name in test if name.startswith("thickness_mm_at")]
+    return {"max_pressure": max(*pressures, 10.0)}
 
 
 LAB = LabTest(
@@ -106,5 +106,5 @@ LAB = LabTest(
         [("pressure", "force"), ("thickness",)], "a thickness and a pressure, or a force on a plate of known diameter",
         _pressed, own=("compression",),
     ),
-    _results, (PLATE_DIAMETER,), rigs=_rigs,
+    _results, (PLATE_DIAMETER,), rig=_rig,
 )  # fmt: skip

@@ -1,6 +1,6 @@
 """Files of friction tests as ``knittest data`` takes them: pull force of a strip between two plates over its travel."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -8,18 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
-from knittest.experiment.lab_checks import (
-    digests,
-    drawn,
-    first_loading,
-    pulled,
-    refuse_apart,
-    refuse_implausible,
-    tared,
-)
+from knittest.experiment import lab_checks as checks
 from knittest.experiment.lab_conditions import NORMAL_FORCE, PLATE_LENGTH, PLATE_WIDTH, common
 from knittest.experiment.lab_recording import Origin, Recording, reader
-from knittest.experiment.lab_results import Curves, Results, Tests, of_directions
+from knittest.experiment.lab_results import Curves, Results
 from knittest.experiment.lab_tests import LabTest, Rigs
 from knittest.experiment.lab_units import plain
 from knittest.experiment.statistics import band
@@ -64,24 +56,20 @@ class Rubbed(Origin):
         """Largest force [N] before half the travel."""
         return float(self.largest[self.travel <= (1.0 - KINETIC_SHARE) * self.travel[-1]].max())
 
-    def coefficient(self, force: float) -> float:
-        """Coulomb coefficient of one face [-]: F_R / (faces F_N)."""
-        return force / (self.faces * self.sizes[0])
-
 
 def _rubbed(r: Recording) -> Rubbed:
     origin, given, (normal, long, wide) = r.read(), r.given, r.needed(*SIZES)
     force = r.values["force"] if "force" in r.values else r.values["coefficient"] * normal
-    travel = drawn(r.travel(), given.sign)
-    rows, _ = first_loading(travel)
-    way_out = pulled(force[: rows[-1] + 1], given.sign, r.where)
+    travel = checks.drawn(r.travel(), given.sign)
+    rows, _ = checks.first_loading(travel)
+    way_out = checks.pulled(force[: rows[-1] + 1], given.sign, r.where)
     travel, force, largest = travel[rows] - travel[0], way_out[rows], np.maximum.reduceat(way_out, rows)
     if len(travel) < 3 or not TRAVELS[0] <= travel[-1] <= TRAVELS[1]:
         raise InputError(
             f"{r.where}: {len(travel)} rows over a travel of {travel[-1]:.4g} mm: expected at least 3, over "
             f"{TRAVELS[0]:g} to {TRAVELS[1]:g} mm: check the unit of the travel"
         )
-    free = tared(force, given.preload, r.where)
+    free = checks.tared(force, given.preload, r.where)
     if "coefficient" in r.values:
         faces = "both faces together" if given.faces == 2 else "one face"
         origin["notes"] += (
@@ -100,72 +88,63 @@ def _results(strips: Sequence[Rubbed]) -> Results:
     a strip that rubs on one face alone the pull forces are no rows: they are those of another test.
     """
     sizes = [(what, common(what, [s.sizes[k] for s in strips], strips)) for k, what in enumerate(SIZES)]
-    static, kinetic = (np.array([getattr(s, name) for s in strips]) for name in ("static", "kinetic"))
-    at_rest, per_face = (
-        np.array([s.coefficient(force) for s, force in zip(strips, forces, strict=True)])
-        for forces in (static, kinetic)
-    )
+    static, kinetic = np.array([[s.static, s.kinetic] for s in strips]).T
+    faces, normal = strips[0].faces, np.array([s.sizes[0] for s in strips])
+    at_rest, per_face = (force / (faces * normal) for force in (static, kinetic))  # F_R / (faces F_N)
     for s, force, mu in zip(strips, kinetic, per_face, strict=True):
         told = f"{force:.4g} N of pull under {s.sizes[0]:g} N is a coefficient of {mu:.4g} a face"
-        refuse_implausible(s, mu, COEFFICIENTS, told, "", force)
-    refuse_apart(strips, per_face, "coefficient of a face", "")
+        checks.refuse_implausible(s, mu, COEFFICIENTS, told, "", force)
+    checks.refuse_apart(strips, per_face, "coefficient of a face", "")
     found = {"mu_paper": 2.0 * per_face, KINETIC: per_face, STATIC: at_rest}
-    if strips[0].faces == 2:
-        scale = sizes[0][1] / np.array([s.sizes[0] for s in strips])
+    if faces == 2:
+        scale = sizes[0][1] / normal
         found = {"pull_force_static_n": static * scale, "pull_force_kinetic_n": kinetic * scale} | found
-    rubbing = f"{strips[0].faces} face{'s' * (strips[0].faces > 1)} rubbing"
-    shown = {
-        "static [N]": static,
-        "kinetic [N]": kinetic,
-        "F_R/F_N of two faces": 2.0 * per_face,
-        "of a face": per_face,
-    }
+    rubbing = f"{faces} face{'s' * (faces > 1)} rubbing"
     curves = [(s.travel, s.force) for s in strips]
+    corridor = band(curves, min(float(s.travel[-1]) for s in strips), "travel")
     return Results(
-        found, UNITS, sizes, ("strip", f"under {sizes[0][1]:g} N, {rubbing}"), digests(strips, curves),
-        [(head, ".4g", values) for head, values in shown.items()],
+        found, UNITS, sizes, ("strip", f"under {sizes[0][1]:g} N, {rubbing}"), checks.digests(strips, curves),
+        [
+            ("static [N]", ".4g", static), ("kinetic [N]", ".4g", kinetic),
+            ("F_R/F_N of two faces", ".4g", 2.0 * per_face), ("of a face", ".4g", per_face),
+        ],
         [
             f"kinetic: mean over the last half of the travel; static: largest before it; {rubbing} (--faces)",
             "pull forces are taken as those of the strip alone: what the empty rig takes must have been subtracted",
         ],
         Curves(
-            curves, band(curves, min(float(s.travel[-1]) for s in strips), "travel"),
-            ("displacement_mm", "pull_force_n", "pull_force_sd_n"), ("travel [mm]", "pull force [N]"),
+            curves, corridor, ("displacement_mm", "pull_force_n", "pull_force_sd_n"), ("travel [mm]", "pull force [N]")
         ),
     )  # fmt: skip
 
 
-def _rigs(tests: Tests) -> Rigs:
+def _rig(test: dict[str, Any]) -> dict[str, float]:
+    """Coefficients of a face, normal force and plates, with a strip that they cover and that can be gripped."""
+    sizes, kinetic, usual = test["conditions"], test[KINETIC]["mean"], FrictionRig()
+    found = {
+        "static_coefficient": max(test.get(STATIC, test[KINETIC])["mean"], kinetic), "kinetic_coefficient": kinetic,
+        "normal_force": sizes[NORMAL_FORCE.key], "plate_length": sizes[PLATE_LENGTH.key],
+        "plate_width": sizes[PLATE_WIDTH.key],
+    }  # fmt: skip
+    if found["plate_length"] + usual.travel >= usual.length:
+        found["length"] = found["plate_length"] + usual.travel + STICKS_OUT
+    if found["plate_width"] < usual.width:
+        found["width"] = found["plate_width"]
+    return found
+
+
+def _rigs(rubbed: Rigs) -> Rigs:
     """Fields by direction; tools of forming get the mean friction of both, or that of the one that was tested, under
     its name: so runs of the other and of forming know that it is taken over.
     """
-    rubbed = {d: _friction(test) for d, test in of_directions(tests, "friction").items()}
-    if not rubbed:
-        return {}
     fields = ("static_coefficient", "kinetic_coefficient")
-    if len(rubbed) == 1:
-        forming: dict[str, Any] = {d: {field: one[field] for field in fields} for d, one in rubbed.items()}
-    else:
+    forming: dict[str, Any] = {d: {field: one[field] for field in fields} for d, one in rubbed.items()}
+    if len(rubbed) > 1:
         forming = {field: plain(sum(one[field] for one in rubbed.values()) / len(rubbed)) for field in fields}
     return {"friction": dict(rubbed), "forming": forming}
 
 
-def _friction(test: Mapping[str, Any]) -> dict[str, float]:
-    """Coefficients of a face, normal force and plates, with a strip that they cover and that can be gripped."""
-    sizes, kinetic = test["conditions"], test[KINETIC]["mean"]
-    long, wide, usual = sizes[PLATE_LENGTH.key], sizes[PLATE_WIDTH.key], FrictionRig()
-    found = {
-        "static_coefficient": max(test.get(STATIC, test[KINETIC])["mean"], kinetic), "kinetic_coefficient": kinetic,
-        "normal_force": sizes[NORMAL_FORCE.key], "plate_length": long, "plate_width": wide,
-    }  # fmt: skip
-    if long + usual.travel >= usual.length:
-        found["length"] = long + usual.travel + STICKS_OUT
-    if wide < usual.width:
-        found["width"] = wide
-    return {name: plain(value) for name, value in found.items()}
-
-
 LAB = LabTest(
     "friction", reader([("force", "coefficient"), ("travel",)], "a pull force and a travel", _rubbed), _results, SIZES,
-    ("sign", "preload", "faces"), _rigs,
+    ("sign", "preload", "faces"), _rig, rigs=_rigs,
 )  # fmt: skip

@@ -14,33 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
+from knittest.experiment import lab_shear as shear
 from knittest.experiment.lab_conditions import CYCLE_ANGLE, CYCLES, FABRIC_SIDE, FRAME_SIDE, SAME, Condition, common
 from knittest.experiment.lab_recording import Recording, reader
 from knittest.experiment.lab_results import SHEAR, Results, Tests, counted, table_lines
-from knittest.experiment.lab_shear import (
-    END,
-    SQUARE,
-    Sheared,
-    Tested,
-    reached,
-    shear_curve,
-    shear_curves,
-    shear_forces,
-)
-from knittest.experiment.lab_tests import LabTest, Rigs
-from knittest.experiment.lab_units import plain
+from knittest.experiment.lab_tests import LabTest
 from knittest.experiment.statistics import Corridor
 from knittest.laboratory.picture_frame.cycles import Cycle, cycles_of
-from knittest.materials.trellis import (
-    ANGLE,
-    CONJUGATE,
-    NORMALISED,
-    crosshead,
-    crosshead_of_normalised,
-    frame_angle,
-    normalised_force,
-    to_conjugate,
-)
+from knittest.materials import trellis
+from knittest.materials.trellis import ANGLE, CONJUGATE, NORMALISED
 
 Array = NDArray[np.float64]
 
@@ -66,7 +48,7 @@ HEADS = {WORK: "work [mJ]", LOSS: "loss [mJ]", SHARE: "loss [%]", RESIDUAL: "gon
 
 
 @dataclass(frozen=True)
-class Frame(Sheared):
+class Frame(shear.Sheared):
     """Specimen with the sides [mm] of frame and fabric; ``force`` is that of the crosshead.
 
     ``turned`` says that more follows: whole ``cycles``, which turn at ``turn`` [deg], or for what reason there are none
@@ -83,8 +65,34 @@ class Frame(Sheared):
     @property
     def normalised(self) -> Array:
         """Normalised shear force [N/mm], (n,)."""
-        found: Array = normalised_force(self.force, np.deg2rad(self.angle), self.fabric_side, self.frame_side)
-        return found
+        sides = self.fabric_side, self.frame_side
+        return np.asarray(trellis.normalised_force(self.force, np.deg2rad(self.angle), *sides))
+
+
+def _frame(r: Recording) -> Frame:
+    """A shear angle counts before a displacement, which becomes one by the frame's side."""
+    origin, loading, (side, fabric) = r.read(), r.given.loading, r.needed(FRAME_SIDE, FABRIC_SIDE)
+    if fabric > side * (1.0 + SAME):
+        raise InputError(f"{r.path}: a fabric side of {fabric:g} mm in a frame of {side:g} mm: which is which?")
+    tested = shear.Tested(
+        NAME, lambda travel: trellis.frame_angle(travel, side), (2.0 - 2.0**0.5) * side, f"a frame of {side:g} mm",
+        "the frame square", FRAME_SIDE.option,
+    )  # fmt: skip
+    curve = shear.shear_curve(r, tested)
+    one = Frame(
+        **origin, angle=curve.angle, force=curve.force, frame_side=side, fabric_side=fabric, turned=curve.turned
+    )  # fmt: skip
+    if loading == "first" or (loading is None and not curve.turned):
+        return one
+    angle, force = curve.whole
+    try:
+        return replace(
+            one, cycles=cycles_in(angle, force, side, r.where), turn=float(angle[_turns(angle)[1::2]].mean())
+        )
+    except InputError as error:
+        if loading is None:
+            return replace(one, not_cycled=str(error))
+        raise
 
 
 def cycles_in(angle: Array, force: Array, side: float, where: str) -> list[Cycle]:
@@ -95,11 +103,14 @@ def cycles_in(angle: Array, force: Array, side: float, where: str) -> list[Cycle
     """
     turns = _turns(angle)
     _refuse_open(angle, force, turns, where)
-    rows = np.concatenate([_onward(angle, start, end) for start, end in pairwise(turns)])
-    way, pull = angle[rows], force[rows]
+    rows = []
+    for start, end in pairwise(turns):  # what goes beyond all before
+        way = angle[start : end + 1] * np.sign(angle[end] - angle[start])
+        rows.append(start + np.flatnonzero(np.append(True, way[1:] > np.maximum.accumulate(way)[:-1])))
+    onward = np.concatenate(rows)
     curve = {
-        "frame_shear_angle_deg": way, "shear_force_n": pull, "time_ms": rows.astype(float),
-        "displacement_mm": np.array([crosshead(a, side) for a in np.deg2rad(way)]),
+        "frame_shear_angle_deg": angle[onward], "shear_force_n": force[onward], "time_ms": onward.astype(float),
+        "displacement_mm": np.array([trellis.crosshead(a, side) for a in np.deg2rad(angle[onward])]),
     }  # fmt: skip
     found = cycles_of(curve, (len(turns) - 1) // 2)
     worst = min(found, key=lambda one: one.loss)
@@ -111,11 +122,6 @@ def cycles_in(angle: Array, force: Array, side: float, where: str) -> list[Cycle
         )
     back = slice(turns[1], turns[2] + 1)
     return [replace(found[0], residual=gone_at(angle[back], force[back])), *found[1:]]
-
-
-def turn_of(angle: Array) -> float:
-    """Mean angle [deg] at which the cycles of ``angle`` (n,) turn."""
-    return float(angle[_turns(angle)[1::2]].mean())
 
 
 def gone_at(angle: Array, force: Array) -> float:
@@ -146,22 +152,16 @@ def _turns(angle: Array) -> list[int]:
     return [*found, last]
 
 
-def _onward(angle: Array, start: int, end: int) -> NDArray[np.intp]:
-    """Rows of the way from ``start`` to ``end`` that go beyond all before."""
-    way = angle[start : end + 1] * np.sign(angle[end] - angle[start])
-    return start + np.flatnonzero(np.append(True, way[1:] > np.maximum.accumulate(way)[:-1]))
-
-
 def _refuse_open(angle: Array, force: Array, turns: list[int], where: str) -> None:
     """Raise :class:`InputError` unless every way up from square to one angle has its way back to square."""
     tops, bottoms = turns[1::2], turns[2::2]
-    if abs(angle[0]) > SQUARE:
-        raise InputError(f"{where}: cycles start at {angle[0]:.3g} deg: expected 0 deg, within {SQUARE:g}")
+    if abs(angle[0]) > shear.SQUARE:
+        raise InputError(f"{where}: cycles start at {angle[0]:.3g} deg: expected 0 deg, within {shear.SQUARE:g}")
     for number, (top, bottom) in enumerate(zip(tops, bottoms, strict=False), 1):
-        if abs(angle[bottom]) > SQUARE:
+        if abs(angle[bottom]) > shear.SQUARE:
             raise InputError(
                 f"{where}: cycle {number} comes back to {angle[bottom]:.3g} deg, with {force[bottom]:.3g} N: expected "
-                f"a way back to 0 deg, within {SQUARE:g}, where cycles of a run end"
+                f"a way back to 0 deg, within {shear.SQUARE:g}, where cycles of a run end"
             )
         if abs(angle[top] - angle[tops[0]]) > SAME_TURN * angle[tops[0]]:
             raise InputError(
@@ -175,7 +175,7 @@ def _refuse_open(angle: Array, force: Array, turns: list[int], where: str) -> No
         )
 
 
-def loops(frames: Sequence[Frame], fabric: float) -> tuple[dict[str, Array], list[tuple[Condition, float]]]:
+def _loops(frames: Sequence[Frame], fabric: float) -> tuple[dict[str, Array], list[tuple[Condition, float]]]:
     """Rows of cycles of ``frames`` and the conditions that they hang on, none of frames without cycles; their work is
     that for a square of side ``fabric`` [mm], with whose area it grows.
 
@@ -185,8 +185,15 @@ def loops(frames: Sequence[Frame], fabric: float) -> tuple[dict[str, Array], lis
     first = next((s for s in frames if s.cycles), None)
     if first is None:
         return {}, []
+    alone = "give --loading first for the first loading alone, or import them apart"
     for s in frames:
-        _refuse_other(s, first)
+        if len(s.cycles) != len(first.cycles):
+            reason = f" ({s.not_cycled})" if s.not_cycled else ""
+            others = f"specimen {first.name} has {len(first.cycles)}"
+            raise InputError(f"{s.where}: {len(s.cycles)} cycles{reason}, {others}: {alone}")
+        if abs(s.turn - first.turn) > SAME_TURN * first.turn:
+            others = f"those of specimen {first.name} at {first.turn:.4g} deg"
+            raise InputError(f"{s.where}: cycles turn at {s.turn:.4g} deg, {others}: {alone}")
     area = np.array([(fabric / s.fabric_side) ** 2 for s in frames])
     each = [s.cycles[0] for s in frames]
     work, loss, share, residual = np.array([[one.work, one.loss, one.share, one.residual] for one in each]).T
@@ -197,21 +204,7 @@ def loops(frames: Sequence[Frame], fabric: float) -> tuple[dict[str, Array], lis
     return rows, [(CYCLES, float(len(first.cycles))), (CYCLE_ANGLE, float(np.mean([s.turn for s in frames])))]
 
 
-def _refuse_other(one: Frame, first: Frame) -> None:
-    """Raise :class:`InputError` where ``one`` has not the cycles of the ``first``."""
-    where, own, others = f"{one.path}: specimen {one.name}", len(one.cycles), len(first.cycles)
-    alone = "give --loading first for the first loading alone, or import them apart"
-    if own != others:
-        reason = f" ({one.not_cycled})" if one.not_cycled else ""
-        raise InputError(f"{where}: {own} cycles{reason}, specimen {first.name} has {others}: {alone}")
-    if abs(one.turn - first.turn) > SAME_TURN * first.turn:
-        raise InputError(
-            f"{where}: cycles turn at {one.turn:.4g} deg, those of specimen {first.name} at {first.turn:.4g} deg: "
-            f"{alone}"
-        )
-
-
-def loop_lines(frames: Sequence[Frame], rows: Mapping[str, Array]) -> list[str]:
+def _loop_lines(frames: Sequence[Frame], rows: Mapping[str, Array]) -> list[str]:
     """Angle that each specimen is sheared to and what of it is left out, and a table of the ``rows`` of cycles."""
     lines = []
     for one in frames:
@@ -225,30 +218,6 @@ def loop_lines(frames: Sequence[Frame], rows: Mapping[str, Array]) -> list[str]:
     return lines
 
 
-def _frame(r: Recording) -> Frame:
-    """A shear angle counts before a displacement, which becomes one by the frame's side."""
-    origin, given, (side, fabric) = r.read(), r.given, r.needed(FRAME_SIDE, FABRIC_SIDE)
-    if fabric > side * (1.0 + SAME):
-        raise InputError(f"{r.path}: a fabric side of {fabric:g} mm in a frame of {side:g} mm: which is which?")
-    tested = Tested(
-        NAME, lambda travel: frame_angle(travel, side), (2.0 - 2.0**0.5) * side, f"a frame of {side:g} mm",
-        "the frame square", FRAME_SIDE.option,
-    )  # fmt: skip
-    curve = shear_curve(r, tested)
-    one = Frame(
-        **origin, angle=curve.angle, force=curve.force, frame_side=side, fabric_side=fabric, turned=curve.turned
-    )  # fmt: skip
-    if given.loading == "first" or (given.loading is None and not curve.turned):
-        return one
-    try:
-        cycles = cycles_in(*curve.whole, side, r.where)
-    except InputError as error:
-        if given.loading is None:
-            return replace(one, not_cycled=str(error))
-        raise
-    return replace(one, cycles=cycles, turn=turn_of(curve.whole[0]))
-
-
 def _results(frames: Sequence[Frame]) -> Results:
     """Crosshead forces [N] at angles for the sides of the series, the same in N/mm for any, and rows of cycles.
 
@@ -256,20 +225,17 @@ def _results(frames: Sequence[Frame]) -> Results:
     """
     side = common(FRAME_SIDE, [s.frame_side for s in frames], frames)
     fabric = common(FABRIC_SIDE, [s.fabric_side for s in frames], frames)
-    normalised, digests = shear_forces(frames)
-    forces = {a: crosshead_of_normalised(v, np.deg2rad(a), fabric, side) for a, v in normalised.items()}
-    rows, conditions = loops(frames, fabric)
-    found = {f"{NORMALISED}_at_deg.{a:g}": values for a, values in normalised.items()}
-    found |= {f"shear_force_n_at_deg.{a:g}": values for a, values in forces.items()}
-    units = {name: "N/mm" if name.startswith(NORMALISED) else "N" for name in found} | UNITS | {END: "deg"}
-    curves = shear_curves(frames, "shear angle")
+    normalised, digests = shear.shear_forces(frames)
+    forces = {a: trellis.crosshead_of_normalised(v, np.deg2rad(a), fabric, side) for a, v in normalised.items()}
+    rows, conditions = _loops(frames, fabric)
+    curves = shear.shear_curves(frames, "shear angle")
     law: dict[str, Array] = dict(zip((ANGLE, CONJUGATE), shear_law(curves.band), strict=True))
     remark = "forces are taken as those of the fabric alone: that of the empty frame must have been subtracted before"
+    found, units = shear.shear_rows(frames, {NORMALISED: normalised, "shear_force_n": forces}, rows)
     return Results(
-        found | rows | {END: np.array([s.angle[-1] for s in frames])}, units,
-        [(FRAME_SIDE, side), (FABRIC_SIDE, fabric), *conditions],
+        found, units | UNITS, [(FRAME_SIDE, side), (FABRIC_SIDE, fabric), *conditions],
         ("frame", f"of {side:g} mm, fabric of {fabric:g} mm"), digests,
-        [(f"{a:g} deg [N]", ".4g", values) for a, values in forces.items()], [*loop_lines(frames, rows), remark],
+        [(f"{a:g} deg [N]", ".4g", values) for a, values in forces.items()], [*_loop_lines(frames, rows), remark],
         replace(curves, more={SHEAR: (law, [LAW])}),
     )  # fmt: skip
 
@@ -283,7 +249,7 @@ def shear_law(band: Corridor) -> tuple[Array, Array]:
     from scipy.optimize import isotonic_regression
 
     angle = band.strain
-    conjugate = to_conjugate(band.mean, np.deg2rad(angle), "normalised")
+    conjugate = trellis.to_conjugate(band.mean, np.deg2rad(angle), "normalised")
     edges = np.arange(np.ceil(angle[0] / STEP), np.floor(angle[-1] / STEP)) * STEP
     samples = np.linspace(0.0, STEP, 21)
     means = [float(np.interp(edge + samples, angle, conjugate).mean()) for edge in edges]
@@ -303,15 +269,10 @@ def _fabric(tests: Tests, place: Path) -> dict[str, Any]:
     return {"macro": {"shear": {"kind": "table", "curve": curve, "source": "measured", "ref": ref}}}
 
 
-def _rigs(tests: Tests) -> Rigs:
+def _rig(test: dict[str, Any]) -> dict[str, float]:
     """Both sides, and the angle that all specimens reach."""
-    if NAME not in tests:
-        return {}
-    side, fabric = (tests[NAME]["conditions"][what.key] for what in (FRAME_SIDE, FABRIC_SIDE))
-    found = {"side": fabric, "frame_side": max(side, fabric)}
-    if END in tests[NAME]:
-        found["max_angle"] = reached(tests[NAME])
-    return {NAME: {name: plain(value) for name, value in found.items()}}
+    side, fabric = (test["conditions"][what.key] for what in (FRAME_SIDE, FABRIC_SIDE))
+    return {"side": fabric, "frame_side": max(side, fabric), **shear.reached(test)}
 
 
 LAB = LabTest(
@@ -320,5 +281,5 @@ LAB = LabTest(
         [("force",), ("angle", "travel", "extensometer")], "a force and a shear angle or a displacement", _frame,
         own=("cyclic",),
     ),
-    _results, (FRAME_SIDE, FABRIC_SIDE), ("sign", "zero", "preload", "loading"), _rigs, _fabric,
+    _results, (FRAME_SIDE, FABRIC_SIDE), ("sign", "zero", "preload", "loading"), _rig, _fabric,
 )  # fmt: skip

@@ -1,4 +1,7 @@
-"""Files of pull-outs as ``knittest data`` takes them: the forces of a run, friction of a crossing, corridor."""
+"""Files of pull-outs as ``knittest data`` takes them: the forces of a run, friction of a crossing, corridor.
+
+They hold the force on an inlay over the way of its clamp and, where it was followed, of its free end.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -7,19 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
-from knittest.experiment.lab_checks import (
-    TARE,
-    digests,
-    drawn,
-    first_loading,
-    pulled,
-    refuse_apart,
-    refuse_implausible,
-)
+from knittest.experiment import lab_checks as checks
 from knittest.experiment.lab_conditions import CLAMPED_EDGES, CROSSING_DENSITY, EMBEDDED, SLID_PITCHES, common
 from knittest.experiment.lab_recording import Origin, Recording, reader
 from knittest.experiment.lab_results import Curves, Results
-from knittest.experiment.lab_table import Given
 from knittest.experiment.lab_tests import LabTest
 from knittest.experiment.statistics import band
 from knittest.laboratory.pull_out.sliding import LEFT, SLIDES, Sliding, sliding
@@ -30,11 +24,11 @@ NAME = "pull-out"
 TAIL, FORCE, FORCE_SD = "tail_travel_mm", "pull_force_n", "pull_force_sd_n"
 AT_REST, PEAK, MEAN = "pull_out_at_rest_n", "pull_out_peak_n", "pull_out_sliding_n"
 EACH_AT_REST, EACH = "crossing_friction_at_rest_n", "crossing_friction_n"
-UNITS = dict.fromkeys((AT_REST, PEAK, MEAN, EACH_AT_REST, EACH), "N")
 HEADS = {
     AT_REST: "at rest [N]", PEAK: "largest [N]", MEAN: "slides [N]", EACH_AT_REST: "a crossing at rest [N]",
     EACH: "a crossing, sliding [N]",
 }  # fmt: skip
+UNITS = dict.fromkeys(HEADS, "N")
 #: number of clamped edges, and what they are called, by ``rig.clamped``
 EDGES = {"sides": 2.0, "far": 1.0}
 WORDS = {"sides": "both sides clamped", "far": "the far end clamped"}
@@ -80,68 +74,65 @@ class Pulled(Origin):
 
 
 def _pulled(r: Recording) -> Pulled:
-    """Inlay by the way of its free end where it was followed.
-
-    Raises :class:`InputError` where embedded length, crossing yarns, clamped edges or a unit are not known, and for a
-    pull that is none.
-    """
-    given = r.given
+    """Inlay by the way of its free end where it was followed, until a pitch of it is embedded, as in a run."""
     origin, (length, density) = r.read(("free_end",), unit_needed=True), r.needed(EMBEDDED, CROSSING_DENSITY)
-    if given.clamped is None:
+    if r.given.clamped is None:
         raise InputError(
             f"{r.path}: which edges of the piece were clamped? Give --clamped sides (both along the inlay) or "
             "--clamped far (the one away from the pull)"
         )
-    tail, force = _curve(r, given)
-    measured = "free_end" in r.values
-    one = Pulled(
-        **origin, tail=tail, force=force, length=length, density=density, clamped=given.clamped, measured=measured
-    )  # fmt: skip
-    one = _until_out(one)
-    _refuse_let_go(one)
-    return one
-
-
-def _curve(r: Recording, given: Given) -> tuple[Array, Array]:
-    """Way of the free end [mm] and force [N] of the first way out."""
-    way, end = r.travel(), r.values.get("free_end")
-    if end is None:
-        travel, tail = _from_zero(way, r.factors["travel"], given, r.where)
-    elif given.zero is not None:
-        raise InputError(f"{r.where}: --zero: has no meaning beside a column of the free end, {r.title('free_end')!r}")
-    else:
-        travel, tail = drawn(way, given.sign), _followed(end)
-    rows, _ = first_loading(travel)
+    travel, tail = _ways(r)
+    rows, _ = checks.first_loading(travel)
     travel, tail = travel[rows] - travel[0], tail[rows]
-    force = pulled(r.values["force"][rows], given.sign, r.where)
+    force = checks.pulled(r.values["force"][rows], r.given.sign, r.where)
     _refuse_apart(travel, tail, r.where)
     tail = np.maximum.accumulate(np.maximum(tail, 0.0))
-    return tail, force - _preload(tail, force, given, r.where)
-
-
-def _from_zero(values: Array, factor: float, given: Given, where: str) -> tuple[Array, Array]:
-    """Way of the clamp [mm], rising, and beyond ``--zero``, which a ``factor`` makes mm, that of a free end that nobody
-    followed.
-    """
-    if given.zero is None:
+    lets_go = at_rest(tail, force)  # a small part of the largest
+    force = checks.tared(force, r.given.preload, r.where, ("the inlay lets go at", lets_go))
+    measured, edges = "free_end" in r.values, r.given.clamped
+    one = Pulled(
+        **origin, tail=tail, force=force, length=length, density=density, clamped=edges, measured=measured
+    )  # fmt: skip
+    held, out = tail <= length - LEFT * one.pitch, tail >= length + one.pitch
+    before, after = (float(force[rows].mean()) if rows.any() else 0.0 for rows in (held, out))
+    if after > GONE * before:
         raise InputError(
-            f"{where}: no column of the free end, and the way of the clamp holds the slack and stretch of the yarn "
+            f"{one.where}: {after:.3g} N where all {length:g} mm are out, {before:.3g} N before: expected next to "
+            f"nothing: check {EMBEDDED.option} and the unit of the way"
+        )
+    tail, force = tail[held], force[held]
+    each = force / (length - tail) * one.pitch
+    start, end = (each[rows].mean() for rows in (tail <= one.pitch, tail >= tail[-1] - one.pitch))
+    if not one.measured and end < GONE * start:  # it need not have gone on with the clamp
+        raise InputError(
+            f"{one.where}: the force falls from {start:.3g} to {end:.3g} N a crossing: did the yarn break, or slip out "
+            "of its clamp? Leave out what follows, or add the free end's way"
+        )
+    return replace(one, tail=tail, force=force)
+
+
+def _ways(r: Recording) -> tuple[Array, Array]:
+    """Way of the clamp [mm], rising, and of the free end, or beyond ``--zero`` that of one that nobody followed."""
+    way, end, zero, factor = r.travel(), r.values.get("free_end"), r.given.zero, r.factors["travel"]
+    if end is not None:
+        if zero is not None:
+            raise InputError(
+                f"{r.where}: --zero: has no meaning beside a column of the free end, {r.title('free_end')!r}"
+            )
+        return checks.drawn(way, r.given.sign), checks.drawn(end - end[0], "negative")
+    if zero is None:
+        raise InputError(
+            f"{r.where}: no column of the free end, and the way of the clamp holds the slack and stretch of the yarn "
             "outside: give --zero, the displacement at which the free end begins to move, in the column's unit"
         )
-    *moved, zero = drawn(np.append(values, given.zero * factor), given.sign)
+    *moved, begins = checks.drawn(np.append(way, zero * factor), r.given.sign)
     travel = np.array(moved)
-    if not travel[0] <= zero < travel.max():
+    if not travel[0] <= begins < travel.max():
         raise InputError(
-            f"{where}: --zero {given.zero:g}: expected a displacement of the file, {values[0] / factor:g} to "
-            f"{values[int(np.argmax(travel))] / factor:g}"
+            f"{r.where}: --zero {zero:g}: expected a displacement of the file, {way[0] / factor:g} to "
+            f"{way[int(np.argmax(travel))] / factor:g}"
         )
-    return travel, np.maximum(travel - zero, 0.0)
-
-
-def _followed(values: Array) -> Array:
-    """Way of the free end from its start, counted as it goes, whatever its sign in the file."""
-    way = values - values[0]
-    return way if way.max() >= -way.min() else -way
+    return travel, np.maximum(travel - begins, 0.0)
 
 
 def _refuse_apart(travel: Array, tail: Array, where: str) -> None:
@@ -167,76 +158,15 @@ def _refuse_apart(travel: Array, tail: Array, where: str) -> None:
         )
 
 
-def _until_out(one: Pulled) -> Pulled:
-    """``one`` until a pitch of the inlay is embedded, as in a run; raises :class:`InputError` for an inlay that is out
-    and still held.
-    """
-    held = one.tail <= one.length - LEFT * one.pitch
-    out = one.tail >= one.length + one.pitch
-    before, after = (float(one.force[rows].mean()) if rows.any() else 0.0 for rows in (held, out))
-    if after > GONE * before:
-        raise InputError(
-            f"{one.path}: specimen {one.name}: {after:.3g} N where all {one.length:g} mm are out, {before:.3g} N "
-            f"before: expected next to nothing: check {EMBEDDED.option} and the unit of the way"
-        )
-    return replace(one, tail=one.tail[held], force=one.force[held])
-
-
-def _refuse_let_go(one: Pulled) -> None:
-    """Raise :class:`InputError` for a free end that nobody followed and that need not have gone on: the force over what
-    is embedded has nearly gone.
-    """
-    each = one.force / (one.length - one.tail)
-    start, end = (each[rows].mean() for rows in (one.tail <= one.pitch, one.tail >= one.tail[-1] - one.pitch))
-    if not one.measured and end < GONE * start:
-        raise InputError(
-            f"{one.path}: specimen {one.name}: the force falls from {start * one.pitch:.3g} to {end * one.pitch:.3g} N "
-            "a crossing: did the yarn break, or slip out of its clamp? Leave out what follows, or add the free end's "
-            "way"
-        )
-
-
 def at_rest(tail: Array, force: Array, way: float = SLIDES) -> float:
     """Force [N] where the free end has gone a ``way`` [mm], on a line through the rows about it: it rises steeply
     there, so that a mean over more of them would be another one.
     """
     near = np.abs(tail - way) <= NEAR
     if np.count_nonzero(near) > 2 and np.ptp(tail[near]) > 0.0:
-        _, level = np.polyfit(tail[near] - way, force[near], 1)
-        return float(level)
+        return float(np.polyfit(tail[near] - way, force[near], 1)[1])
     rising = np.append(True, np.diff(tail) > 0.0)
     return float(np.interp(way, tail[rising], force[rising]))
-
-
-def _preload(tail: Array, force: Array, given: Given, where: str) -> float:
-    """Force [N] to subtract.
-
-    Raises :class:`InputError` where nobody said what a force at the start is that is not small beside that at which the
-    inlay lets go, which is a small part of the largest.
-    """
-    first, lets_go = float(force[0]), at_rest(tail, force)
-    if given.preload is None and abs(first) > TARE * abs(lets_go):
-        raise InputError(
-            f"{where}: starts with a force of {first:.4g} N, the inlay lets go at {lets_go:.4g} N: a preload or a "
-            "weight, which is no friction? Give --preload subtract, or --preload keep"
-        )
-    return first if given.preload == "subtract" else 0.0
-
-
-def _slides(pulls: Sequence[Pulled]) -> list[Sliding]:
-    """Forces of each inlay up to the way that all of them slide, as of a run.
-
-    Raises :class:`InputError` for an inlay that slides by less than a pitch, and for forces that no yarn has.
-    """
-    end = min(float(one.tail[-1]) for one in pulls)
-    found = []
-    for one in pulls:
-        whole = one.tail <= end
-        tail, force = _averaged(one.tail[whole], one.force[whole])
-        read = sliding({TAIL: tail, FORCE: force, "embedded_mm": one.length - tail}, one.pitch)
-        found.append(replace(read, at_rest=at_rest(one.tail, one.force)))
-        _refuse_none(one, found[-1])
-    return found
 
 
 def _averaged(tail: Array, force: Array) -> tuple[Array, Array]:
@@ -246,31 +176,37 @@ def _averaged(tail: Array, force: Array) -> tuple[Array, Array]:
     return np.bincount(block, tail) / count, np.bincount(block, force) / count
 
 
-def _refuse_none(one: Pulled, found: Sliding) -> None:
+def _slide(one: Pulled, end: float) -> Sliding:
+    """Forces of an inlay up to the way ``end`` [mm] that all of them slide, as of a run.
+
+    Raises :class:`InputError` for an inlay that slides by less than a pitch, and for forces that no yarn has.
+    """
+    tail, force = _averaged(one.tail[one.tail <= end], one.force[one.tail <= end])
+    found = sliding({TAIL: tail, FORCE: force, "embedded_mm": one.length - tail}, one.pitch)
+    found = replace(found, at_rest=at_rest(one.tail, one.force))
     if not np.isfinite(found.mean):
         raise InputError(
-            f"{one.path}: specimen {one.name}: all inlays together slide by {found.way:.3g} mm with a pitch of it "
-            f"embedded: expected at least the distance of the crossings, {one.pitch:.3g} mm: check the unit of the way "
-            f"and {EMBEDDED.option}"
+            f"{one.where}: all inlays together slide by {found.way:.3g} mm with a pitch of it embedded: expected at "
+            f"least the distance of the crossings, {one.pitch:.3g} mm: check the unit of the way and {EMBEDDED.option}"
         )
-    each, force = (found.at_rest * one.pitch / one.length, found.per_crossing), found.mean
-    told = f"{found.at_rest:.4g} N where it lets go and {force:.4g} N while it slides are "
+    each = (found.at_rest * one.pitch / one.length, found.per_crossing)
+    told = f"{found.at_rest:.4g} N where it lets go and {found.mean:.4g} N while it slides are "
     for value in each:
-        refuse_implausible(one, value, CROSSING, f"{told}{each[0]:.3g} and {each[1]:.3g} N a crossing", "N", force)
+        words = f"{told}{each[0]:.3g} and {each[1]:.3g} N a crossing"
+        checks.refuse_implausible(one, value, CROSSING, words, "N", found.mean)
+    return found
 
 
 def _results(pulls: Sequence[Pulled]) -> Results:
     """Forces of one series and friction of its crossings."""
     length = common(EMBEDDED, [one.length for one in pulls], pulls)
     density = common(CROSSING_DENSITY, [one.density for one in pulls], pulls)
-    found = _slides(pulls)
+    end = min(float(one.tail[-1]) for one in pulls)
+    found = [_slide(one, end) for one in pulls]
     crossings = np.array([one.length / one.pitch for one in pulls])
-    lets_go, peak, mean = (np.array([getattr(one, name) for one in found]) for name in ("at_rest", "peak", "mean"))
-    each = np.array([one.per_crossing for one in found])
+    lets_go, peak, mean, each = np.array([[one.at_rest, one.peak, one.mean, one.per_crossing] for one in found]).T
     rows = {AT_REST: lets_go, PEAK: peak, MEAN: mean, EACH_AT_REST: lets_go / crossings, EACH: each}
-    if (doubt := max(one.doubt for one in pulls)) > UNSURE:
-        del rows[AT_REST], rows[EACH_AT_REST]
-    refuse_apart(pulls, rows[MEAN], "force while it slides", "N")
+    checks.refuse_apart(pulls, mean, "force while it slides", "N")
     clamped, pitches = pulls[0].clamped, min(int(one.way * density / 100.0 + 1e-6) for one in found)
     conditions = [
         (EMBEDDED, length), (CROSSING_DENSITY, density), (CLAMPED_EDGES, EDGES[clamped]),
@@ -282,31 +218,26 @@ def _results(pulls: Sequence[Pulled]) -> Results:
     ]
     if not all(one.measured for one in pulls):
         remarks.append("the free end was not followed: it goes with the clamp from --zero on, without stretch")
-    if AT_REST not in rows:
+    if (doubt := max(one.doubt for one in pulls)) > UNSURE:
+        del rows[AT_REST], rows[EACH_AT_REST]
         remarks.append(
             f"no force at rest: {NEAR:g} mm more or less of --zero change it by {100.0 * doubt:.0f} %, "
             f"{100.0 * UNSURE:g} are allowed: follow the free end"
         )
     remarks.append("forces are taken as friction alone: subtract weight and what the empty clamp takes before")
-    averaged = [_averaged(one.tail, one.force) for one in pulls]
-    curves = [(tail[1:], force[1:]) for tail, force in averaged]  # rising from where it goes
+    curves = [(tail[1:], force[1:]) for tail, force in (_averaged(s.tail, s.force) for s in pulls)]  # rising
+    corridor = band(curves, min(float(tail[-1]) for tail, _ in curves), "sliding")
     return Results(
         rows, UNITS, conditions, ("pull-out", f"with {length:g} mm embedded, {WORDS[clamped]}"),
-        digests(pulls, [(one.tail, one.force) for one in pulls]),
+        checks.digests(pulls, [(one.tail, one.force) for one in pulls]),
         [(HEADS[name], ".4g", values) for name, values in rows.items()], remarks,
-        Curves(
-            curves, band(curves, min(float(tail[-1]) for tail, _ in curves), "sliding"), (TAIL, FORCE, FORCE_SD),
-            ("way of the free end [mm]", "pull force [N]"),
-        ),
+        Curves(curves, corridor, (TAIL, FORCE, FORCE_SD), ("way of the free end [mm]", "pull force [N]")),
     )  # fmt: skip
 
 
 # no rigs: a preset gives the piece its size
 LAB = LabTest(
     NAME,
-    reader(
-        [("force",), ("travel",)], "a force and a displacement, one free end a force or none", _pulled,
-        shared=True,
-    ),
+    reader([("force",), ("travel",)], "a force and a displacement, one free end a force or none", _pulled, shared=True),
     _results, (EMBEDDED, CROSSING_DENSITY), ("sign", "zero", "preload", "clamped"),
 )  # fmt: skip

@@ -47,19 +47,14 @@ def _results(specimens: Sequence[Specimen]) -> Results:
 
 def _fabric(tests: Tests, place: Path) -> dict[str, Any]:
     """Curves and fracture strains of the shells, by direction."""
-    own = of_directions(tests, "tensile")
-    macro = {
-        "tension": {direction: (place / direction / TENSION).as_posix() for direction in own},
-        "fracture_strain": {direction: _fracture_strain(test) for direction, test in own.items()},
-    }
-    return {"macro": macro} if own else {}
-
-
-def _fracture_strain(test: dict[str, Any]) -> dict[str, Any]:
-    conditions, found = test["conditions"], test["fracture_strain_pct"]
-    gauge = f", {conditions[GAUGE.key]:g} mm between the clamps" if GAUGE.key in conditions else ""
-    strips = f"{counted(found['n'], 'strip')}, {conditions[WIDTH.key]:g} mm wide{gauge}"
-    return quantity(found, "measured", f"{strips}; an input of the shells")
+    tension, fracture = {}, {}
+    for direction, test in of_directions(tests, "tensile").items():
+        conditions, found = test["conditions"], test["fracture_strain_pct"]
+        gauge = f", {conditions[GAUGE.key]:g} mm between the clamps" if GAUGE.key in conditions else ""
+        strips = f"{counted(found['n'], 'strip')}, {conditions[WIDTH.key]:g} mm wide{gauge}"
+        tension[direction] = (place / direction / TENSION).as_posix()
+        fracture[direction] = quantity(found, "measured", f"{strips}; an input of the shells")
+    return {"macro": {"tension": tension, "fracture_strain": fracture}} if tension else {}
 
 
 LAB = LabTest("tensile", read_strips, _results, (WIDTH, GAUGE), ("sign",), fabric=_fabric, show=summary_lines)
