@@ -116,12 +116,12 @@ def import_(
     Example: knittest data import frame-*.csv --test picture-frame --frame-side 200 --fabric-side 180 --out data/mine
     """
     from knittest.config.starting import FABRIC
-    from knittest.experiment.lab_tests import LAB_TESTS, read_files, stated_test, write_files
+    from knittest.experiment.lab_tests import LAB_TESTS, read_files, stated_test
 
     test = stated_test(test, files, reading["delimiter"])
     specimens = read_files(test, files, reading)
     lines = LAB_TESTS[test].lines(specimens)
-    write_files(test, specimens, out, direction, files=[f.name for f in files], trusted=trust_direction)
+    LAB_TESTS[test].write(specimens, out, direction, [f.name for f in files], trust_direction)
     click.echo("\n".join([*lines, f"wrote {out}; a fabric file takes from it ({out / FABRIC}):"]))
     fields = (out / FABRIC).read_text(encoding="utf-8").splitlines()
     click.echo("\n".join(f"  {line}" for line in fields if not line.startswith("#")))

@@ -32,10 +32,7 @@ def drawn(travel: Array, sign: Sign) -> Array:
 
 
 def pulled(force: Array, sign: Sign, where: str) -> Array:
-    """``force`` [N], (n,), with pull counted positive; raises :class:`InputError` where it is rather of the other sign.
-
-    ``sign`` is that of a pull in the file.
-    """
+    """``force`` [N], (n,), with pull counted positive, which ``sign`` has in the file; refused if of the other sign."""
     if not np.isfinite(force).all():
         raise InputError(f"{where}: no finite force")
     signed = -force if sign == "negative" else force
@@ -50,9 +47,7 @@ def pulled(force: Array, sign: Sign, where: str) -> Array:
 
 
 def tared(force: Array, preload: Preload | None, where: str, beside: tuple[str, float] | None = None) -> Array:
-    """``force`` [N], (n,), without its preload if so asked; raises :class:`InputError` otherwise for one that is large
-    ``beside`` the largest force, or another with its name.
-    """
+    """``force`` [N], (n,), without preload if so asked; one large ``beside`` the largest, or another, is refused."""
     first, (name, other) = float(force[0]), beside or ("its largest is", float(np.abs(force).max()))
     if preload is None and abs(first) > TARE * abs(other):
         raise InputError(
@@ -98,9 +93,7 @@ def refuse_apart(specimens: Sequence[Origin], values: Array, what: str, unit: st
 def refuse_implausible(
     one: Origin, value: float, band: tuple[float, float], what: str, unit: str, force: float
 ) -> None:
-    """Raise :class:`InputError` for a ``value`` [unit] out of ``band`` that a ``force`` [N] makes, with the likely unit
-    of the force; ``what`` says what has that value.
-    """
+    """Raise :class:`InputError` for a ``value`` [unit] of ``what`` out of ``band`` that a ``force`` [N] makes."""
     low, high = band
     if low <= value <= high:
         return

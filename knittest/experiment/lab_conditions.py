@@ -29,10 +29,7 @@ SERIES = 0.05
 
 
 def within(value: float, model: type[BaseModel] | str, field: str, said: str, more: str = "") -> float:
-    """``value``; raises :class:`InputError` outside the bounds of a ``field`` of ``model``, or of the rig of that name.
-
-    The message is what is ``said``, what was expected, with the likely unit, and ``more``.
-    """
+    """``value``; refused outside the bounds of a ``field`` of ``model``, or of the rig of that name."""
     try:
         check_bounds(value, field_meta(rig_model(model) if isinstance(model, str) else model, field))
     except BoundsError as error:
@@ -42,10 +39,9 @@ def within(value: float, model: type[BaseModel] | str, field: str, said: str, mo
 
 @dataclass(frozen=True)
 class Condition:
-    """A number that results of a test hang on: ``key`` names it in tables, ``option`` on the command line.
+    """A number that results hang on: ``key`` names it in tables and labels, ``option`` on the command line.
 
-    Its bounds are those of the field ``bounds`` of ``model``, or of the rig of the test that it names; none without.
-    The labels that state it stand in the table of names.
+    Its bounds are those of the field ``bounds`` of ``model``, or of the rig of the test that it names.
     """
 
     key: str
@@ -115,11 +111,9 @@ def same(one: float, other: float) -> bool:
 def known(
     what: Condition, table: LabTable, given: Mapping[str, float], number: int = 0, tiers: Sequence[int] | None = None
 ) -> float | None:
-    """Value of ``what`` [its unit] by the head of ``table``, by a column that names it and by the user; ``None`` where
-    none does.
+    """Value of ``what`` [its unit] by the head of ``table``, a column and the user, which must agree; ``None`` of none.
 
-    Of several columns it is that of the specimen ``number``. With ``tiers`` labels in the head of these ranks count
-    alone. Raises :class:`InputError` for an unknown unit, an implausible number, or for places that contradict.
+    Of several columns it is that of the specimen ``number``. With ``tiers`` labels of these ranks in the head count.
     """
     ranks = (_in_head(what, table, tier) for tier in (what.tiers if tiers is None else tiers))
     places = next(filter(None, ranks), [])

@@ -1,4 +1,4 @@
-"""Recordings, one a specimen: its columns by their roles, in one unit each."""
+"""Recordings, one a specimen: its columns by their roles, in one unit each; InputError where they cannot be."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
@@ -23,9 +23,7 @@ SpecimenT = TypeVar("SpecimenT")
 
 @dataclass(frozen=True)
 class Origin:
-    """Name and file of a specimen, the direction that the file states, the unit of its forces there, and notes on how
-    it was read. Specimens of a test derive from it.
-    """
+    """Name and file of a specimen, the direction stated there, the unit of its forces, and notes on how it was read."""
 
     name: str
     _: KW_ONLY
@@ -98,9 +96,7 @@ class Recording:
     def origin(
         self, used: Mapping[int, str], why: Mapping[int, str] = MappingProxyType({}), notes: Sequence[str] = ()
     ) -> dict[str, Any]:
-        """The fields of :class:`Origin` of a specimen with ``notes``, and those that name the columns that are
-        ``used``, as what, and those that are not, and ``why``, if that does not follow from their roles.
-        """
+        """The fields of :class:`Origin`; notes say which columns are ``used``, as what, and ``why`` others are not."""
         words, names, roles = lab_units.table()["unused"], self.table.names, self.table.roles
         left = [k for k in self.group if k not in used and names[k].strip()]
         reasons = [f"{names[k]!r} ({why.get(k) or words.get(roles[k], words['other'])})" for k in left]
@@ -111,9 +107,7 @@ class Recording:
         return {"name": self.name, "path": self.path, "said": said, "unit": self.unit, "notes": tuple(notes)}
 
     def read(self, optional: Sequence[str] = (), unit_needed: bool = False) -> dict[str, Any]:
-        """Read ``values`` of the first role of each of ``wanted`` that is there, and of the ``optional`` ones, all with
-        their unit if it is ``needed``; returns the fields of the origin.
-        """
+        """Read the first role of each of ``wanted`` that is there, and ``optional`` ones; returns the origin."""
         chosen = {}
         for some in (*self.wanted, *((role,) for role in optional)):
             role = next((role for role in some if any(self.table.roles[k] == role for k in self.group)), None)
@@ -133,11 +127,7 @@ class Recording:
         return self.origin({k: role.replace("_", " ") for role, k in self.columns.items()})
 
     def fetch(self, which: Sequence[int]) -> tuple[list[int], Array]:
-        """Lines (n) and numbers (n, columns) of the columns ``which``, rows with empty cells left out and noted.
-
-        Raises :class:`InputError` with the row for text, for fewer than two rows, and where a row that is left out
-        holds the largest number of the first column.
-        """
+        """Lines (n) and numbers (n, columns) of the columns ``which``, rows with empty cells left out and noted."""
         table, values, note = self.table, self.table.numbers(which), ""
         empty = np.isnan(values)
         partly = np.flatnonzero(empty.any(axis=1) & ~empty.all(axis=1))
@@ -163,10 +153,7 @@ class Recording:
         return [table.body[k][0] for k in kept], values[kept]
 
     def unit_of(self, column: int, needed: bool = False) -> tuple[str, float]:
-        """Unit of a column by its role, N or mm where none is stated, and its factor to N, mm, %, deg, kPa or 1.
-
-        Raises :class:`InputError` where it is ``needed``, or for a strain, and not stated, and for a force per width.
-        """
+        """Unit of a column by its role, N or mm if none is stated nor ``needed``, and factor to N, mm, %, deg, kPa."""
         name, where = self.table.names[column], f"{self.table.where}: column {self.table.names[column]!r}"
         entry = lab_units.table()["columns"][self.table.roles[column]]
         quantities: list[str] = entry["quantity"]
@@ -198,8 +185,7 @@ def recordings(
 ) -> list[Recording]:
     """Specimens in the file ``path``, one a column of the first of ``wanted``: roles of which it needs one each.
 
-    ``words`` name them in messages; ``own`` are other kinds of tests that the file may name; ``shared`` lets several
-    specimens share a travel. Raises :class:`InputError`.
+    ``words`` name them in messages; files may name ``own`` kinds of tests; ``shared`` lets specimens share a travel.
     """
     moves = tuple(role for some in wanted[1:] for role in some)
     found = []

@@ -46,8 +46,7 @@ _OWN_INSIDE = re.compile(r"specimen-\d+\.csv|corridor\.csv|tension\.csv|shear\.c
 class Curves:
     """Curves (x, y) of the specimens, their corridor, what x, y and its sd are called in files, and axes in pictures.
 
-    ``more`` are further files by name, with their columns and further lines of their heads; ``head`` are such lines of
-    the corridor.
+    ``more`` are further files by name, with columns and further lines of their heads; ``head`` those of the corridor.
     """
 
     each: Sequence[tuple[Array, Array]]
@@ -174,10 +173,7 @@ def read_statistics(out: Path) -> dict[str, dict[str, Any]]:
 
 
 def write_results(out: Path, results: Results) -> str:
-    """Write table, statistics and curves of ``results`` into the experiment ``out``; returns its variant.
-
-    Raises :class:`InputError` when ``out`` holds what no import wrote, or these curves as of the other direction.
-    """
+    """Write table, statistics and curves of ``results`` into the experiment ``out``; returns its variant."""
     other = {"warp": "weft", "weft": "warp"}.get(results.direction, "")
     folder = folder_name(results.test, other)
     if other and set(results.digests) & set(read_statistics(out).get(folder, {}).get("digests", ())):
@@ -202,10 +198,7 @@ def write_results(out: Path, results: Results) -> str:
 
 
 def _prepared(out: Path, test: str, direction: str) -> Path:
-    """The folder of this import in the experiment ``out``, without an earlier one's specimens.
-
-    Raises :class:`InputError` unless both folders are new, empty or an earlier import's.
-    """
+    """The folder of this import in ``out``, without an earlier one's specimens; refused if it holds anything else."""
     inner = out / folder_name(test, direction)
     own = {SOURCE_FILE, FABRIC, *(name(*one) for one in _imports() for name in (folder_name, table_name))}
     for folder in (out, inner):

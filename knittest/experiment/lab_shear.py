@@ -48,9 +48,7 @@ class Tested:
 
 @dataclass(frozen=True)
 class ShearCurve:
-    """Shear angle [deg], rising, and force [N] of the first loading, (n,) each; whether it turns after it, and both of
-    all rows as ``whole``.
-    """
+    """Shear angle [deg], rising, and force [N] of the first loading, whether it turns then, and both of all rows."""
 
     angle: Array
     force: Array
@@ -59,9 +57,7 @@ class ShearCurve:
 
 
 def shear_curve(r: Recording, tested: Tested) -> ShearCurve:
-    """The curve of a recording; raises :class:`InputError` for a start that is not square or free of force, and for a
-    force along the sides, F_s = F / (2 cos(45 deg - angle / 2)).
-    """
+    """The curve of a recording, from square on; no force along the sides, F_s = F / (2 cos(45 deg - angle / 2))."""
     role, given = _moved(r, tested), r.given
     moved, force = checks.drawn(r.values[role], given.sign), r.values["force"]
     rows, turned = checks.first_loading(moved)
@@ -136,10 +132,7 @@ class Sheared(Origin):
 
 
 def shear_forces(specimens: Sequence[Sheared]) -> tuple[dict[float, Array], list[str]]:
-    """Normalised forces [N/mm] at the :data:`ANGLES` that all specimens reach, and fingerprints of the curves.
-
-    Raises :class:`InputError` for forces, copies and angles that are not of one series.
-    """
+    """Normalised forces [N/mm] at the :data:`ANGLES` that all specimens reach, and fingerprints of the curves."""
     end = min(float(s.angle[-1]) for s in specimens)
     for s in specimens:
         top, force = float(s.normalised.max()), float(s.force.max())

@@ -75,7 +75,7 @@ def read_strip(r: Recording) -> Specimen:
     """Specimen of a recording.
 
     The strain is a measured one, else the travel of an extensometer over its gauge length, as long as it is valid, else
-    the travel of the clamp over theirs. Raises :class:`InputError` with the row for what cannot be a pull.
+    the travel of the clamp over theirs.
     """
     table = r.table
     pull = next(k for k in r.group if table.roles[k] == "force")
@@ -312,11 +312,7 @@ def plausible_strips(specimens: Sequence[Specimen]) -> None:
 
 
 def one_series(specimens: Sequence[Specimen]) -> tuple[list[Specimen], list[Specimen], dict[Condition, float]]:
-    """Strips as if all were of their mean width, the same with forces in N/mm of it, and that width and gauge length.
-
-    Forces are scaled by the width that each has. Raises :class:`InputError` for strips without a width, of different
-    sizes, of the same numbers, or that no fabric has.
-    """
+    """Strips as if all were of their mean width, the same with forces in N/mm of it, and width and gauge length."""
     width = common(WIDTH, [s.width for s in specimens], specimens)
     found = {WIDTH: width}
     if any(s.gauge is not None for s in specimens):

@@ -92,10 +92,7 @@ class LabTable:
 def read_tables(
     path: Path, given: Given, wanted: Wanted, words: str, own: tuple[str, ...] = ()
 ) -> list[LabTable]:  # fmt: skip
-    """Tables of the recordings in a file whose columns have a role of each of ``wanted``; ``words`` name them.
-
-    Raises :class:`InputError` where there is none, and for a file of another kind of test than ``own``.
-    """
+    """Tables of a file whose columns have a role of each of ``wanted``, which ``words`` name; of ``own`` tests."""
     sheets = read_sheets(path, given.delimiter)
     found: list[LabTable] = []
     others: list[Row] = []
@@ -196,9 +193,7 @@ def _units_below(rows: list[Row], k: int) -> tuple[int, list[str], int]:
 def _blocks(
     rows: list[Row], first: int, needed: list[int], names_all: Callable[[list[str]], bool]
 ) -> tuple[list[list[Row]], int, list[str]]:
-    """Rows of numbers from ``first`` on, parted by gaps and lines of text; the row after them; and notes on rows left
-    out.
-    """
+    """Rows of numbers from ``first`` on, parted by gaps and texts; the row after them; notes on rows left out."""
     blocks: list[list[Row]] = [[]]
     left: list[Row] = []
     ended, k = False, first

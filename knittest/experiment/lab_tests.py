@@ -1,6 +1,7 @@
 """The tests of a laboratory that can be imported: how each is read, shown, written and told from the others."""
 
 import json
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,20 +12,11 @@ from knittest.base.errors import InputError
 from knittest.base.kinds import DEFAULT, Parts, kinds
 from knittest.config.fabric import Fabric, MacroMaterial
 from knittest.config.starting import FABRIC
-from knittest.experiment import lab_units
+from knittest.experiment import lab_results, lab_units
 from knittest.experiment.lab_conditions import Condition, refuse_other
-from knittest.experiment.lab_results import (
-    SOURCE_FILE,
-    Results,
-    Tests,
-    of_directions,
-    read_statistics,
-    source_text,
-    write_results,
-)
+from knittest.experiment.lab_results import Results, Tests
 from knittest.experiment.lab_rows import read_rows
 from knittest.experiment.lab_table import Given
-from knittest.experiment.lab_units import NUMBER, plain
 
 #: fields of the rig, by test, from the statistics of an experiment by folder
 Rigs = dict[str, dict[str, Any]]
@@ -67,39 +59,54 @@ class LabTest(Generic[SpecimenT]):
 
     def rig_fields(self, tests: Tests) -> Rigs:
         """Fields of rigs by test, and by direction where several have them."""
-        each = {direction: self.rig(test) for direction, test in of_directions(tests, self.name).items()}
-        found = {d: {name: plain(value) for name, value in fields.items()} for d, fields in each.items() if fields}
+        each = {direction: self.rig(test) for direction, test in lab_results.of_directions(tests, self.name).items()}
+        found = {
+            d: {name: lab_units.plain(value) for name, value in fields.items()} for d, fields in each.items() if fields
+        }
         if not found or self.rigs:
             return self.rigs(found) if found and self.rigs else {}
         return {self.name: dict(found) if len(found) > 1 else next(iter(found.values()))}
 
     def lines(self, specimens: Sequence[SpecimenT]) -> list[str]:
-        """The results with mean and sd, what they hang on, and how the file was read."""
+        """The results with mean and sd, what they hang on, and notes on how the specimens were read, each once."""
+        found: dict[str, list[str]] = {}
+        for s in specimens:
+            for note in getattr(s, "notes", ()):
+                found.setdefault(note, []).append(getattr(s, "name", ""))
+        notes = ["" if len(who) == len(specimens) else f"{', '.join(who)}: " for who in found.values()]
         own = self.show(specimens) if self.show else self.results(specimens).lines()
-        return [*own, *notes_of(specimens)]
+        return [*own, *(who + note for who, note in zip(notes, found, strict=True))]
 
     def write(
-        self, specimens: Sequence[SpecimenT], out: Path, direction: str, files: Sequence[str], trusted: bool = False
+        self,
+        specimens: Sequence[SpecimenT],
+        out: Path,
+        direction: str | None,
+        files: Sequence[str],
+        trusted: bool = False,
     ) -> str:
         """Write an experiment into ``out``; returns its variant. A direction that a file denies must be ``trusted``."""
+        directed = kinds()[self.name].directional
+        if directed and not direction:
+            raise InputError(
+                f"--direction: missing: which yarn system runs along the strips, warp or weft? ({self.name})"
+            )
+        if direction and not directed:
+            raise self.useless("--direction")
         if direction and not trusted:
             refuse_other([getattr(s, "said", None) for s in specimens], direction)
-        results = self.results(specimens, direction, files)
+        results = self.results(specimens, direction or "", files)
         self.check(out, results)
-        variant = write_results(out, results)
-        if not (out / SOURCE_FILE).exists():
-            write_atomic(out / SOURCE_FILE, source_text())
-        write_atomic(out / FABRIC, HEAD + "\n".join(_lines(fabric_part(out), 0)) + "\n")
+        variant = lab_results.write_results(out, results)
+        if not (out / lab_results.SOURCE_FILE).exists():
+            write_atomic(out / lab_results.SOURCE_FILE, lab_results.source_text())
+        write_atomic(out / FABRIC, HEAD + "\n".join(_lines(fabric_part(out), "")) + "\n")
         return variant
 
-
-def notes_of(specimens: Sequence[Any]) -> list[str]:
-    """Notes on how specimens were read, each once with the specimens that it holds for."""
-    found: dict[str, list[str]] = {}
-    for s in specimens:
-        for note in getattr(s, "notes", ()):
-            found.setdefault(note, []).append(s.name)
-    return [f"{'' if len(who) == len(specimens) else ', '.join(who) + ': '}{note}" for note, who in found.items()]
+    def useless(self, option: str) -> InputError:
+        """The refusal of an ``option`` that the test does not take."""
+        own = [*(what.option for what in self.conditions if what.option), *(f"--{name}" for name in self.options)]
+        return InputError(f"{option}: has no meaning for --test {self.name}; it takes {', '.join(own)}")
 
 
 LAB_TESTS: Mapping[str, LabTest[Any]] = Parts(lambda kind: kind.load("laboratory"), "laboratory")
@@ -107,7 +114,7 @@ LAB_TESTS: Mapping[str, LabTest[Any]] = Parts(lambda kind: kind.load("laboratory
 
 def fabric_part(out: Path) -> dict[str, Any]:
     """The fields of :class:`knittest.config.fabric.Fabric` that the imports in ``out`` give, in its order."""
-    tests, place = read_statistics(out), Path(*out.parts[1:]) if out.parts[:1] == ("data",) else out
+    tests, place = lab_results.read_statistics(out), Path(*out.parts[1:]) if out.parts[:1] == ("data",) else out
     found: dict[str, Any] = {"experiment": place.as_posix(), "experiment_variant": out.resolve().name}
     macro: dict[str, Any] = {}
     rigs: Rigs = {}
@@ -120,17 +127,15 @@ def fabric_part(out: Path) -> dict[str, Any]:
     return {name: found[name] for name in Fabric.model_fields if found.get(name)}
 
 
-def _lines(part: dict[str, Any], level: int) -> list[str]:
+def _lines(part: dict[str, Any], indent: str) -> list[str]:
     """YAML of nested mappings; what has a value or a kind stands in one line, as in the shipped fabrics."""
     found = []
     for name, value in part.items():
         if isinstance(value, dict) and not {"value", "kind"} & set(value):
-            found += [f"{'  ' * level}{name}:", *_lines(value, level + 1)]
-            continue
-        text = json.dumps(value, ensure_ascii=False)
-        if isinstance(value, dict):
-            text = "{" + ", ".join(f"{k}: {json.dumps(v, ensure_ascii=False)}" for k, v in value.items()) + "}"
-        found.append(f"{'  ' * level}{name}: {text}")
+            found += [f"{indent}{name}:", *_lines(value, indent + "  ")]
+        else:
+            text = re.sub(r'"(\w+)": ', r"\1: ", json.dumps(value, ensure_ascii=False))
+            found.append(f"{indent}{name}: {text}")
     return found
 
 
@@ -140,16 +145,13 @@ def conditions() -> list[Condition]:
 
 
 def read_files(test: str, files: Sequence[Path], options: Mapping[str, Any]) -> list[Any]:
-    """Specimens of ``test`` in ``files``; ``options`` are those of the command by name, ``None`` where not given.
-
-    Raises :class:`InputError` for an option that ``test`` has no use for, and as its reader does.
-    """
+    """Specimens of ``test`` in ``files``; ``options`` are those of the command by name, ``None`` where not given."""
     kind, stated = LAB_TESTS[test], {name: value for name, value in options.items() if value is not None}
     sizes = {what: stated[name] for what in conditions() if (name := what.option[2:].replace("-", "_")) in stated}
     said = {name: stated[name] for name in SAID if name in stated}
     useless = [what.option for what in sizes if what not in kind.conditions]
     if useless := useless + [f"--{name}" for name in said if name not in kind.options]:
-        raise _useless(useless[0], test)
+        raise kind.useless(useless[0])
     given = Given(
         stated.get("decimal"), stated.get("delimiter"), sizes={what.key: value for what, value in sizes.items()},
         columns=tuple(name.strip() for name in stated["columns"].split(",")) if stated.get("columns") else (),
@@ -177,33 +179,13 @@ def _named(text: str) -> tuple[str, str]:
     return name.strip(" \"'").lower(), role
 
 
-def write_files(test: str, specimens: Sequence[Any], out: Path, direction: str | None, **how: Any) -> str:
-    """Write what :func:`read_files` read into the experiment ``out``; returns its variant.
-
-    ``how``: ``files``, their names, and ``trusted``, whether ``direction`` counts where a file names the other. Raises
-    :class:`InputError` for a direction that is missing, or that the test has not.
-    """
-    directed = kinds()[test].directional
-    if directed and direction is None:
-        raise InputError(f"--direction: missing: which yarn system runs along the strips, warp or weft? ({test})")
-    if direction is not None and not directed:
-        raise _useless("--direction", test)
-    return LAB_TESTS[test].write(specimens, out, direction or "", how["files"], how["trusted"])
-
-
-def _useless(option: str, test: str) -> InputError:
-    kind = LAB_TESTS[test]
-    known = [*(what.option for what in kind.conditions if what.option), *(f"--{name}" for name in kind.options)]
-    return InputError(f"{option}: has no meaning for --test {test}; it takes {', '.join(known)}")
-
-
 def looks_like(path: Path, delimiter: str | None = None) -> str:
     """Name of the test that the head of the file ``path`` states, or what its columns are; empty if of none."""
     try:
         rows = read_rows(path, delimiter)[:_HEAD]
     except InputError:
         return ""
-    texts = [[cell for cell in row if not NUMBER.match(cell)] for _, row in rows]
+    texts = [[cell for cell in row if not lab_units.NUMBER.match(cell)] for _, row in rows]
     return next((name for name in LAB_TESTS if lab_units.recognised(name, texts)), "")
 
 

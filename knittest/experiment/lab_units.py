@@ -71,9 +71,7 @@ def is_statistic(cell: str) -> bool:
 
 @lru_cache(4096)
 def role(name: str, below: str = "") -> tuple[str, str]:
-    """Role of the column ``name`` over the unit ``below``: the first that fits the name and does not contradict the
-    unit; or none, and the role that the unit contradicts.
-    """
+    """First role that fits a column's ``name`` and the unit ``below``; or none, and one that the unit contradicts."""
     units, refused = [text for text in (_bare(below), *_bracketed(name)) if text not in ("", "MN", "ft")], ""
     for key, entry in table()["columns"].items():
         own = [QUANTITIES[quantity] for quantity in entry.get("quantity", ())]

@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from strip_reading import read_lab
 
 from knittest.base.errors import InputError
 from knittest.base.resources import configs_dir, data_dir
@@ -25,7 +26,6 @@ from knittest.config.loading import resolve
 from knittest.config.yaml_loader import load_yaml
 from knittest.experiment import lab_rows
 from knittest.experiment.curves import load_curve
-from knittest.experiment.lab_strips import read_lab
 
 SECONDS = 2.0
 MEBIBYTES = 64

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from strip_reading import read_lab
 
 from knittest.base.errors import InputError
-from knittest.experiment.lab_strips import read_lab
 from knittest.experiment.statistics import corridor, peaks
 
 

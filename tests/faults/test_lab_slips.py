@@ -4,10 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from strip_reading import read_lab
 
 from knittest.base.errors import InputError
 from knittest.experiment.lab_conditions import said_by
-from knittest.experiment.lab_strips import plausible_strips, read_lab
+from knittest.experiment.lab_strips import plausible_strips
 
 BODY = "Weg;Kraft\nmm;N\n0,0;0,0\n1,0;2000,5\n3,0;6400,0\n"
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from strip_reading import read_lab
 
 from knittest.base.errors import InputError
 from knittest.base.resources import data_dir
@@ -13,7 +14,6 @@ from knittest.experiment.compare import compare_columns
 from knittest.experiment.conditions import Conditions
 from knittest.experiment.curves import load_curve
 from knittest.experiment.forces import for_width, normalised, per_width
-from knittest.experiment.lab_strips import read_lab
 from knittest.experiment.tables import published
 from knittest.laboratory.against import own_curves
 from knittest.laboratory.base import fabric_laminate, tension_curve

@@ -17,8 +17,8 @@ from knittest.experiment.curves import load_curve
 from knittest.experiment.forces import per_width
 from knittest.experiment.statistics import Specimen
 from knittest.laboratory.against import own_curves
-from knittest.laboratory.picture_frame.lab_files import Frame
 from knittest.laboratory.picture_frame.lab_files import LAB as FRAME_LAB
+from knittest.laboratory.picture_frame.lab_files import Frame
 from knittest.laboratory.registry import REPORTS
 from knittest.laboratory.tensile.lab_files import LAB as TENSILE
 

@@ -10,7 +10,7 @@ from knittest.config.loading import resolve
 from knittest.experiment.conditions import Conditions
 from knittest.experiment.curves import load_curve
 from knittest.experiment.lab_table import Given
-from knittest.experiment.lab_tests import looks_like, read_files, write_files
+from knittest.experiment.lab_tests import LAB_TESTS, looks_like, read_files
 from knittest.experiment.tables import published
 from knittest.laboratory.against import own_curves
 from knittest.laboratory.bias_extension.lab_files import LAB
@@ -77,7 +77,7 @@ def test_an_import_is_compared_by_its_normalised_rows(tmp_path, monkeypatch):
     files = [bias_file(tmp_path / f"{k}.csv", factor=1.0 + 0.02 * k) for k in range(3)]
     strips = read_files("bias-extension", files, {})
     out = tmp_path / "data" / "mine"
-    assert write_files("bias-extension", strips, out, None, files=["0.csv"], trusted=False) == "mine"
+    assert LAB_TESTS["bias-extension"].write(strips, out, None, ["0.csv"]) == "mine"
     rows = {r.quantity: r for r in published(out, "mine", "", kinds()["bias-extension"].published)}
     gamma = np.deg2rad(30.0)
     row = rows["bias_normalised_force_n_per_mm_at_deg.30"]
@@ -127,7 +127,7 @@ def test_a_biaxial_import_is_compared_at_its_own_ratio_alone(tmp_path, monkeypat
     monkeypatch.chdir(tmp_path)
     files = [biaxial_file(tmp_path / f"{k}.csv", peak=100.0 + k) for k in range(2)]
     out = tmp_path / "data" / "mine"
-    write_files("biaxial", read_files("biaxial", files, {}), out, "warp", files=["0.csv"], trusted=False)
+    LAB_TESTS["biaxial"].write(read_files("biaxial", files, {}), out, "warp", ["0.csv"])
     rows = published(out, "mine", "warp", kinds()["biaxial"].published)
     assert [(r.quantity, r.mean) for r in rows] == [("biaxial_force_n_per_mm", 100.5), ("biaxial_strain_pct", 1.5)]
     part = yaml.safe_load((out / "fabric.yaml").read_text(encoding="utf-8"))

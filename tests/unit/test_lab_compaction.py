@@ -9,7 +9,7 @@ import pytest
 
 from knittest.base.errors import InputError
 from knittest.experiment.lab_table import Given
-from knittest.experiment.lab_tests import read_files, write_files
+from knittest.experiment.lab_tests import LAB_TESTS, read_files
 from knittest.experiment.tables import published
 from knittest.laboratory.compaction.lab_files import LAB
 
@@ -85,7 +85,7 @@ def test_an_import_is_an_experiment_whose_rows_a_run_is_held_against(tmp_path):
     files = [export(tmp_path / f"{k}.csv", start=3.0 + 0.1 * k, most=300.0) for k in range(3)]
     out = tmp_path / "mine"
     pieces = read_files("compaction", files, {})
-    write_files("compaction", pieces, out, None, files=[f.name for f in files], trusted=False)
+    LAB_TESTS["compaction"].write(pieces, out, None, [f.name for f in files])
     rows = published(out, "mine", "", ("thickness_mm_at_kpa.1", "thickness_mm_at_kpa.100"))
     assert [(r.mean, r.sd, r.n, r.unit) for r in rows] == [
         (pytest.approx(3.1, abs=1e-5), pytest.approx(0.1, abs=1e-5), 3, "mm"),

@@ -10,8 +10,8 @@ from knittest.base.errors import InputError
 from knittest.config.loading import resolve
 from knittest.experiment.lab_table import Given
 from knittest.experiment.tables import published
-from knittest.laboratory.picture_frame.lab_files import ROWS_OF_A_RUN, gone_at
 from knittest.laboratory.picture_frame.lab_files import LAB as FRAME_LAB
+from knittest.laboratory.picture_frame.lab_files import ROWS_OF_A_RUN, gone_at
 from knittest.laboratory.registry import REPORTS
 from knittest.materials.trellis import crosshead, crosshead_force
 

@@ -6,13 +6,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import yaml
+from strip_reading import read_lab
 
 from knittest.base.errors import InputError
 from knittest.config.fabric import MacroMaterial
 from knittest.experiment import lab_tests
 from knittest.experiment.curves import load_curve
 from knittest.experiment.lab_conditions import Said
-from knittest.experiment.lab_strips import read_lab
 from knittest.experiment.statistics import Specimen
 from knittest.experiment.tables import published
 from knittest.laboratory.tensile.lab_files import LAB, summary_lines
@@ -160,7 +160,7 @@ def test_fields_of_all_tests_stand_in_the_order_of_a_fabric(tmp_path, monkeypatc
         "strips": {"macro": {"tension": 2, "bending_stiffness": 3}, "area_mass": 4},
     }
     labs = {
-        name: SimpleNamespace(fabric=lambda _, place, part=part: part, rigs=lambda _: {})
+        name: SimpleNamespace(fabric=lambda _, place, part=part: part, rig_fields=lambda _: {})
         for name, part in parts.items()
     }
     monkeypatch.setattr(lab_tests, "LAB_TESTS", labs)

@@ -50,9 +50,10 @@ def test_slips_and_files_know_no_other_factors() -> None:
     assert all(
         ratio(name, unit) != 1.0 or unit == "yarn/100 mm" for unit, names in ALTERNATIVES.items() for name in names
     )
-    assert lab_units.FORCE == {
+    assert lab_units.QUANTITIES["force"] == {
         "N": 1.0, "kN": 1e3, "daN": 10.0, "cN": 1e-2, "mN": 1e-3, "kgf": 9.80665, "lbf": 4.4482216152605,
     }  # fmt: skip
-    assert lab_units.known("kg/m²", lab_units.AREA_MASS) == "kg/m2" and lab_units.known("μm", lab_units.LENGTH) == "um"
+    assert lab_units.known("kg/m²", lab_units.QUANTITIES["mass per area"]) == "kg/m2"
+    assert lab_units.known("μm", lab_units.QUANTITIES["length"]) == "um"
     assert in_field_unit(12.0, "N/m", "N/mm") == "0.012" and in_field_unit(7.0, "rows", "rows") == "7"
     assert in_field_unit(7.0, "m", "N") is None

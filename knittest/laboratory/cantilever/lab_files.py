@@ -30,10 +30,7 @@ HEADS = {
 
 @dataclass(frozen=True)
 class Bent(Origin):
-    """Mean overhang [mm] of ``readings`` of one strip, as it would be at 41.5 deg; measured at ``angle`` [deg].
-
-    ``area_mass`` in g/m2; ``width`` of the strip [mm] where it is known.
-    """
+    """Mean overhang [mm] of ``readings`` of a strip, at 41.5 deg; their ``angle`` [deg], mass [g/m2] and width [mm]."""
 
     overhang: float
     readings: Sequence[float]
@@ -48,11 +45,7 @@ class Bent(Origin):
 
 
 def _read(path: Path, given: Given) -> list[Bent]:
-    """Strips in one table; columns of overhangs (ends, faces) and rows of the same specimen are readings of one strip.
-
-    The overhang needs a unit; area mass, plane angle (41.5 deg if not stated) and width come from the head or from
-    ``given``. Raises :class:`InputError` for bending lengths, which are half an overhang.
-    """
+    """Strips in a file: columns of overhangs (ends, faces) and rows of the same specimen are readings of one strip."""
     found = []
     for r in recordings(path, given, [("overhang", "bending_length")], "an overhang length", own=("flexure",)):
         which = r.table.having("overhang")
@@ -72,9 +65,7 @@ def _read(path: Path, given: Given) -> list[Bent]:
 
 
 def at_standard_angle(angle: float) -> float:
-    """Overhang at 41.5 deg over that at ``angle`` [deg], of the heavy elastica; raises :class:`InputError` where it is
-    hardly bent, or hangs.
-    """
+    """Overhang at 41.5 deg over that at ``angle`` [deg], where the heavy elastica is bent and does not hang."""
     if not 5.0 <= angle <= 80.0:
         raise InputError(f"{PLANE_ANGLE.option} {angle:g}: expected 5 to 80 deg")
     return overhang_ratio(STANDARD_ANGLE, angle)

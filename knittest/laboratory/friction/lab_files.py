@@ -35,8 +35,7 @@ UNITS = {"pull_force_static_n": "N", "pull_force_kinetic_n": "N", "mu_paper": "1
 class Rubbed(Origin):
     """Travel [mm] from the start and pull force [N] of one strip, (n,) each; ``faces`` of it rub.
 
-    ``largest`` is the largest force at each travel: a strip that sticks has many forces at one.
-    ``sizes`` are normal force [N], length and width [mm] of the plates.
+    ``largest`` is the largest force at each travel; ``sizes`` are normal force [N], length and width [mm] of plates.
     """
 
     travel: Array

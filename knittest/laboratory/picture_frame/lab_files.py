@@ -51,8 +51,7 @@ HEADS = {WORK: "work [mJ]", LOSS: "loss [mJ]", SHARE: "loss [%]", RESIDUAL: "gon
 class Frame(shear.Sheared):
     """Specimen with the sides [mm] of frame and fabric; ``force`` is that of the crosshead.
 
-    ``turned`` says that more follows: whole ``cycles``, which turn at ``turn`` [deg], or for what reason there are none
-    (``not_cycled``).
+    ``turned`` says that more follows: ``cycles``, which turn at ``turn`` [deg], or why there are none (``not_cycled``).
     """
 
     frame_side: float
@@ -96,11 +95,7 @@ def _frame(r: Recording) -> Frame:
 
 
 def cycles_in(angle: Array, force: Array, side: float, where: str) -> list[Cycle]:
-    """All cycles of a frame of ``side`` [mm], by its shear angle [deg] and crosshead force [N] at all rows, (n,) each.
-
-    Raises :class:`InputError` for a frame that does not come back, or not to square, for cycles that turn at different
-    angles, and for loops that give back more than they took.
-    """
+    """Cycles of a frame of ``side`` [mm], by its shear angle [deg] and crosshead force [N] at all rows, (n,) each."""
     turns = _turns(angle)
     _refuse_open(angle, force, turns, where)
     rows = []
@@ -125,9 +120,7 @@ def cycles_in(angle: Array, force: Array, side: float, where: str) -> list[Cycle
 
 
 def gone_at(angle: Array, force: Array) -> float:
-    """Angle [deg] on a way back at which the ``force`` is gone, on lines between means over :data:`GONE_STEP`; nan
-    where it stays.
-    """
+    """Angle [deg] on a way back where the ``force`` is gone, on lines between means over :data:`GONE_STEP`, or nan."""
     step = np.floor((angle.max() - angle) / GONE_STEP).astype(int)
     count = np.bincount(step)
     at, pull = (np.bincount(step, values)[count > 0] / count[count > 0] for values in (angle, force))
@@ -176,12 +169,7 @@ def _refuse_open(angle: Array, force: Array, turns: list[int], where: str) -> No
 
 
 def _loops(frames: Sequence[Frame], fabric: float) -> tuple[dict[str, Array], list[tuple[Condition, float]]]:
-    """Rows of cycles of ``frames`` and the conditions that they hang on, none of frames without cycles; their work is
-    that for a square of side ``fabric`` [mm], with whose area it grows.
-
-    The residual angle is no row where one of them has none. Raises :class:`InputError` for specimens without cycles,
-    with more of them, or with others than the first, unless none has any.
-    """
+    """Rows of cycles, for a square of ``fabric`` [mm] with whose area work grows, and conditions; none without."""
     first = next((s for s in frames if s.cycles), None)
     if first is None:
         return {}, []
@@ -243,8 +231,7 @@ def _results(frames: Sequence[Frame]) -> Results:
 def shear_law(band: Corridor) -> tuple[Array, Array]:
     """Angles [deg] and conjugate force S [N/mm], (n,), of the mean: from (0, 0), not falling, to the common end.
 
-    Means over whole steps of :data:`STEP`, and the end itself; the least change that lets none fall (isotonic
-    regression). S dgamma is the work per reference area.
+    Means over whole steps of :data:`STEP`, and the end itself, by isotonic regression; S dgamma is work per area.
     """
     from scipy.optimize import isotonic_regression
 

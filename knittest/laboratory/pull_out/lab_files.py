@@ -48,8 +48,7 @@ GONE = 0.25
 
 @dataclass(frozen=True)
 class Pulled(Origin):
-    """Way of the free end [mm], not falling, and force [N] of one inlay, (n,) each; its embedded length [mm] and the
-    crossing yarns per 100 mm.
+    """Way of the free end [mm], not falling, force [N] (n,), embedded length [mm] and crossing yarns per 100 mm.
 
     ``measured`` says that the free end was followed, and not the clamp from where it began to slide.
     """
@@ -159,9 +158,7 @@ def _refuse_apart(travel: Array, tail: Array, where: str) -> None:
 
 
 def at_rest(tail: Array, force: Array, way: float = SLIDES) -> float:
-    """Force [N] where the free end has gone a ``way`` [mm], on a line through the rows about it: it rises steeply
-    there, so that a mean over more of them would be another one.
-    """
+    """Force [N] where the free end has gone a ``way`` [mm], on a line through the few rows about it: it is steep."""
     near = np.abs(tail - way) <= NEAR
     if np.count_nonzero(near) > 2 and np.ptp(tail[near]) > 0.0:
         return float(np.polyfit(tail[near] - way, force[near], 1)[1])
@@ -177,10 +174,7 @@ def _averaged(tail: Array, force: Array) -> tuple[Array, Array]:
 
 
 def _slide(one: Pulled, end: float) -> Sliding:
-    """Forces of an inlay up to the way ``end`` [mm] that all of them slide, as of a run.
-
-    Raises :class:`InputError` for an inlay that slides by less than a pitch, and for forces that no yarn has.
-    """
+    """Forces of an inlay up to the way ``end`` [mm] that all of them slide, as of a run."""
     tail, force = _averaged(one.tail[one.tail <= end], one.force[one.tail <= end])
     found = sliding({TAIL: tail, FORCE: force, "embedded_mm": one.length - tail}, one.pitch)
     found = replace(found, at_rest=at_rest(one.tail, one.force))
