@@ -130,7 +130,7 @@ def known(
                 f"{place}: states {what.one} of {value:g} {what.unit}, {places[0][1]} one of {places[0][0]:g} "
                 f"{what.unit}: which is it? Leave the right one in; specimens that differ go into files of their own"
             )
-    own = given.get(what.key)
+    own = given.get(what.key) if tiers is None else None
     if own is None:
         return places[0][0] if places else None
     what.plausible(own, what.option)

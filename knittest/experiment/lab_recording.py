@@ -82,9 +82,9 @@ class Recording:
             raise InputError(f"{self.where}: column {self.title('strain')!r}: a strain: expected a travel [mm]")
         return self.values["travel"]
 
-    def known(self, what: Condition) -> float | None:
+    def known(self, what: Condition, tiers: Sequence[int] | None = None) -> float | None:
         """``what`` by the head of the file or the user, ``None`` where neither states it."""
-        return known(what, self.table, self.given.sizes, self.number)
+        return known(what, self.table, self.given.sizes, self.number, tiers)
 
     def needed(self, *wanted: Condition) -> list[float]:
         """The same of each of ``wanted``; raises :class:`InputError` naming the option of those that nobody states."""

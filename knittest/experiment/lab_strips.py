@@ -10,22 +10,12 @@ from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
 from knittest.config.fabric import MacroMaterial
-from knittest.experiment import lab_units
-from knittest.experiment.lab_checks import JITTER, drawn, noise, pulled, refuse_apart, refuse_implausible
-from knittest.experiment.lab_conditions import (
-    EXTENSOMETER,
-    GAUGE,
-    STANDARD,
-    WIDTH,
-    Condition,
-    common,
-    known,
-    same,
-    within,
-)
+from knittest.experiment import lab_checks as checks
+from knittest.experiment.lab_conditions import EXTENSOMETER, GAUGE, STANDARD, WIDTH, Condition, common, same, within
 from knittest.experiment.lab_recording import Recording, reader
 from knittest.experiment.lab_results import Curves
 from knittest.experiment.lab_table import Given
+from knittest.experiment.lab_units import QUANTITIES
 from knittest.experiment.statistics import Specimen, corridor, peaks
 
 Array = NDArray[np.float64]
@@ -48,18 +38,13 @@ OFFSET = 0.002
 
 @dataclass(frozen=True)
 class _Measure:
-    """A column that may give the strain: ``factor`` to %, ``rank`` of its kind (0 the best), ``gauge`` [mm] or none."""
+    """A column that may give the strain: ``factor`` to %, nan without a gauge length, ``rank`` of its kind (0 best)."""
 
     column: int
     rank: int
     unit: str
-    gauge: float | None
+    factor: float
     words: str
-
-    @property
-    def factor(self) -> float:
-        strains, lengths = lab_units.QUANTITIES["strain"], lab_units.QUANTITIES["length"]
-        return strains[self.unit] if self.unit in strains else 100.0 * lengths[self.unit] / (self.gauge or np.nan)
 
     @property
     def has_extensometer(self) -> bool:
@@ -77,19 +62,17 @@ def read_strip(r: Recording) -> Specimen:
     The strain is a measured one, else the travel of an extensometer over its gauge length, as long as it is valid, else
     the travel of the clamp over theirs.
     """
-    table = r.table
-    pull = next(k for k in r.group if table.roles[k] == "force")
-    gauge = r.known(GAUGE)
+    names, why = r.table.names, {}
+    pull, gauge = next(k for k in r.group if r.table.roles[k] == "force"), r.known(GAUGE)
     measures = _measures(r, gauge)
     clamp = next((m for m in measures if not m.has_extensometer and np.isfinite(m.factor)), None)
     r.unit, _ = r.unit_of(pull)
-    why: dict[int, str] = {}
     for measure in measures:
+        beside = clamp if measure.has_extensometer else None
         if not np.isfinite(measure.factor):
             row = "extensometer gauge length" if measure.has_extensometer else "gauge length"
             why[measure.column] = f"{measure.words}: no row '{row};...;mm' above the table states its gauge length"
             continue
-        beside = clamp if measure.has_extensometer else None
         try:
             read = r.fetch([pull, measure.column, *([beside.column] if beside else [])])
         except InputError as error:
@@ -102,31 +85,29 @@ def read_strip(r: Recording) -> Specimen:
             why[measure.column] = f"{measure.words}: {reason}"
             continue
         strain, force = rows.curve()
-        left = {m.column: f"{m.words}: {table.names[measure.column]!r} comes first" for m in measures}
+        left = {m.column: f"{m.words}: {names[measure.column]!r} comes first" for m in measures}
         origin = r.origin({pull: "force", measure.column: measure.words}, left | why, rows.notes)
         return Specimen(**origin, strain=strain, force=force, width=r.known(WIDTH), gauge=gauge)
+    where = r.table.where
     if not any(m.has_extensometer for m in measures):
-        raise InputError(
-            f"{table.where}: travel in {measures[0].unit}, and the file states no gauge length: give --gauge-length "
-            "[mm]"
-        )
-    reasons = "; ".join(f"{table.names[k]!r} ({reason})" for k, reason in why.items())
+        travel = f"travel in {measures[0].unit}, and the file states no gauge length"
+        raise InputError(f"{where}: {travel}: give --gauge-length [mm]")
+    reasons = "; ".join(f"{names[k]!r} ({reason})" for k, reason in why.items())
     raise InputError(
-        f"{table.where}: specimen {r.name}: no valid strain: {reasons}: give --gauge-length [mm] for the travel of the "
+        f"{where}: specimen {r.name}: no valid strain: {reasons}: give --gauge-length [mm] for the travel of the "
         "clamp, or leave the specimen out"
     )
 
 
 def _measures(r: Recording, gauge: float | None) -> list[_Measure]:
     """Columns that may give the strain, the best first; raises :class:`InputError` for a strain of an unknown unit."""
-    own, standard = r.known(EXTENSOMETER), r.known(STANDARD)
-    grips, marks = (known(GAUGE, r.table, {}, tiers=[tier]) for tier in (0, 1))
+    own, standard, grips, marks = r.known(EXTENSOMETER), r.known(STANDARD), r.known(GAUGE, [0]), r.known(GAUGE, [1])
     if own is None and grips and marks and not same(grips, marks):
         own = marks
     found, failed, moves = [], [], [k for k in r.group if r.table.roles[k] in MOVES]
     for k in moves:
         kinds = {kind for kind in ("derived", "sensor", "standard", "machine") if r.is_kind(k, kind)}
-        is_extensometer = r.table.roles[k] == "extensometer"
+        is_extensometer, length = r.table.roles[k] == "extensometer", gauge
         is_sensor = is_extensometer and not ("derived" in kinds and "sensor" not in kinds)
         try:
             unit, _ = r.unit_of(k)
@@ -135,18 +116,18 @@ def _measures(r: Recording, gauge: float | None) -> list[_Measure]:
                 raise
             failed.append(error)
             continue
-        if unit in lab_units.QUANTITIES["strain"]:
-            words = "a measured strain" if is_sensor else "a strain by the travel of the clamp"
-            found.append(_Measure(k, 0 if is_sensor else 4, unit, None, words))
+        if unit in QUANTITIES["strain"]:
+            rank, words = (0, "a measured strain") if is_sensor else (4, "a strain by the travel of the clamp")
         elif is_extensometer:
-            of_grips = grips and not marks and "sensor" in kinds
-            length = own or (gauge if len(moves) == 1 and not of_grips else None)
-            words = "the travel of an extensometer" + (f" over {length:g} mm" if length else "")
-            found.append(_Measure(k, 1, unit, length, words))
+            of_grips = len(moves) > 1 or (grips and not marks and "sensor" in kinds)
+            length = own or (None if of_grips else gauge)
+            rank, words = 1, "the travel of an extensometer" + (f" over {length:g} mm" if length else "")
         else:
             length = standard if "standard" in kinds and standard else gauge
+            rank = 2 if "standard" in kinds else 5 if "machine" in kinds else 3
             words = "a travel" + (f" over {length:g} mm between the clamps" if length else " of the clamp")
-            found.append(_Measure(k, 2 if "standard" in kinds else 5 if "machine" in kinds else 3, unit, length, words))
+        factor = QUANTITIES["strain"].get(unit) or 100.0 * QUANTITIES["length"][unit] / (length or np.nan)
+        found.append(_Measure(k, rank, unit, factor, words))
     if not found:
         raise failed[0]
     return sorted(found, key=lambda m: m.rank)
@@ -158,90 +139,80 @@ class _Rows:
     def __init__(
         self, r: Recording, lines: list[int], values: Array, measure: _Measure, beside: _Measure | None
     ) -> None:
-        self.lines, self.values, self.measure = lines, values, measure
+        self.lines, self.values, self.measure, sign = lines, values, measure, r.given.sign
+        self.where = f"{r.table.place}:{{}}: specimen {r.name}"
         self.notes: list[str] = []
-        self.where, sign = f"{r.table.place}:{{}}: specimen {r.name}", r.given.sign
         with np.errstate(over="ignore", invalid="ignore"):  # refused below
-            force = self.values[:, 0] * lab_units.QUANTITIES["force"][r.unit]
+            force = values[:, 0] * QUANTITIES["force"][r.unit]
             if not np.isfinite(force).all():
-                row = int(np.argmin(np.isfinite(force)))
-                raise InputError(f"{self.where.format(self.lines[row])}: no finite force")
-            self.force = pulled(force, sign, r.where)
-            self.strain = drawn(self.values[:, 1] * measure.factor, sign)
+                raise InputError(f"{self.where.format(lines[int(np.argmin(np.isfinite(force)))])}: no finite force")
+            self.force = checks.pulled(force, sign, r.where)
             self.top = int(np.argmax(self.force)) if self.force.max() > 0.0 else len(self.force) - 1
-            self.clamp = self.values[:, 2] * beside.factor if beside else None
-            start = _start(self.strain, self.force, self.top)
-            if self.strain[self.top] < start and sign == "positive" and not measure.has_extensometer:
-                self.strain, start = -self.strain, -start
+            self.clamp = values[:, 2] * beside.factor if beside else None
+            strain = checks.drawn(values[:, 1] * measure.factor, sign)
+            start = _start(strain, self.force, self.top)
+            if strain[self.top] < start and sign == "positive" and not measure.has_extensometer:
+                strain, start = -strain, -start
                 self.notes.append("its travel falls under the pull: counted the other way")
             if start:
-                raw = self.values[0, 1]
-                self.notes.append(f"it begins at {raw:.4g} {measure.unit}: subtracted")
-            self.strain = self.strain - start
+                self.notes.append(f"it begins at {values[0, 1]:.4g} {measure.unit}: subtracted")
+            self.strain = strain - start
             before = self.strain[: self.top + 1]
-            self.jitter = max(JITTER * float(np.ptp(before)), 6.0 * noise(before))
+            self.noise = 6.0 * checks.noise(before)
+            self.jitter = max(checks.JITTER * float(np.ptp(before)), self.noise)
 
     def invalid(self) -> str:
-        """Reason why an extensometer does not hold up to the maximum force; empty if it does."""
-        rows = slice(0, self.top + 1)
+        """Reason why an extensometer does not hold up to the maximum force; empty if it does.
+
+        Raises :class:`InputError` where its unit contradicts that of the clamp beside it.
+        """
+        rows, lines = slice(0, self.top + 1), self.lines
         e, force = _without_spikes(self.strain[rows]), np.maximum.accumulate(self.force[rows])
-        most = np.maximum.accumulate(e)
-        top, wide = float(np.abs(e).max()), 6.0 * noise(self.strain[rows])
+        most, top = np.maximum.accumulate(e), float(np.abs(e).max())
         if self.top < 2:
             return ""
         if not top > 0.0:
             return "it shows nothing up to the maximum force"
         best = np.maximum.accumulate(np.where(e >= most, np.arange(len(e)), 0))
-        falls = np.flatnonzero((most - e > max(FALL * top, wide)) & (self.force[rows] > force[best]))
+        falls = np.flatnonzero((most - e > max(FALL * top, self.noise)) & (self.force[rows] > force[best]))
         if len(falls):
-            k = int(falls[0])
-            return (
-                f"it falls from {most[k]:.4g} to {e[falls].min():.4g} % while the force rises "
-                f"(line {self.lines[k]}): taken off, or it slipped"
-            )
-        if e.min() < -max(BELOW * top, wide):
-            return f"it turns negative under the pull, {e.min():.4g} % in line {self.lines[int(np.argmin(e))]}"
+            k, fall = int(falls[0]), f"from {most[falls[0]]:.4g} to {e[falls].min():.4g} %"
+            return f"it falls {fall} while the force rises (line {lines[k]}): taken off, or it slipped"
+        if e.min() < -max(BELOW * top, self.noise):
+            return f"it turns negative under the pull, {e.min():.4g} % in line {lines[int(np.argmin(e))]}"
         earlier = max(int(np.searchsorted(force, (1.0 - GAINS) * force[-1], side="right")) - 1, 0)
-        least = max(STAYS * top, 6.0 * noise(self.strain[earlier : self.top + 1]))
+        least = max(STAYS * top, 6.0 * checks.noise(self.strain[earlier : self.top + 1]))
         if earlier and e[-1] - e[earlier] < least:
             k = int(np.argmax(e > e[-1] - least))
-            return (
-                f"it stays at {e[-1]:.4g} % while the force rises from {force[k]:.4g} to {force[-1]:.4g} N "
-                f"(line {self.lines[k]})"
-            )
-        return self._apart(e)
-
-    def _apart(self, e: Array) -> str:
-        """Reason by the travel of the clamp beside it; raises :class:`InputError` where their units contradict."""
-        if self.clamp is None:
-            return ""
-        x = _without_spikes(self.clamp[: self.top + 1] - self.clamp[0])
+            rise = f"from {force[k]:.4g} to {force[-1]:.4g} N (line {lines[k]})"
+            return f"it stays at {e[-1]:.4g} % while the force rises {rise}"
+        x = np.zeros(1) if self.clamp is None else _without_spikes(self.clamp[rows] - self.clamp[0])
         if not abs(x[-1]) > 0.0:
             return ""
         steps = np.abs(np.diff(e / e.max())) - np.abs(np.diff(x / x[-1]))
         if len(steps) > 8 and steps.max() > JUMP:
-            return f"it jumps in line {self.lines[int(np.argmax(steps)) + 1]}, the clamp does not"
+            return f"it jumps in line {lines[int(np.argmax(steps)) + 1]}, the clamp does not"
         ratio = e[-1] / abs(x[-1])
         if 0.005 < ratio < 0.02 or 50.0 < ratio < 200.0:
             raise InputError(
-                f"{self.where.format(self.lines[self.top])}: a strain of {e[-1]:.4g} % at the maximum force, where the "
+                f"{self.where.format(lines[self.top])}: a strain of {e[-1]:.4g} % at the maximum force, where the "
                 f"clamp travels {abs(x[-1]):.4g} %: in % or a fraction? Check the unit of the strain"
             )
         return ""
 
     def curve(self) -> tuple[Array, Array]:
         """Strain [%], rising, and force [N]; raises :class:`InputError` for a travel that goes back before the peak."""
-        strain, top = self.strain, self.top
+        strain, top, values = self.strain, self.top, self.values
         with np.errstate(over="ignore", invalid="ignore"):
             back = np.flatnonzero(np.maximum.accumulate(strain) - strain > self.jitter)
-        before = back[back <= top]
+        before, after = back[back <= top], back[back > top]
         if len(before) and not self.measure.has_extensometer:
             k = int(before[0])
             raise InputError(
                 f"{self.where.format(self.lines[k])}: the travel goes back before the maximum force "
-                f"({self.values[k - 1, 1]:g} then {self.values[k, 1]:g}): a cyclic test? Keep the first loading alone"
+                f"({values[k - 1, 1]:g} then {values[k, 1]:g}): a cyclic test? Keep the first loading alone"
             )
-        end = int(back[back > top][0]) if (back > top).any() else len(strain)
+        end = int(after[0]) if len(after) else len(strain)
         end = max(int(np.argmax(strain[:end])), top) + 1
         if self.measure.has_extensometer and self.clamp is not None and top > 1:  # taken off after the peak
             usual = 10.0 * float(np.abs(np.diff(strain[: top + 1])).max())
@@ -249,23 +220,19 @@ class _Rows:
             end = top + 1 + int(jumps[0]) if len(jumps) else end
         if len(strain) - end:
             self.notes.append(f"rows from line {self.lines[end]} on left out: the travel turns back")
-        strain, force = _rising(strain[:end], self.force[:end], top)
-        if not strain[-1] <= MAX_STRAIN:
+        # rows that repeat a travel, or go back within its noise, are one: their mean force, or the maximum
+        rising, row = np.unique(np.maximum.accumulate(strain[:end]), return_inverse=True)
+        force = np.bincount(row, self.force[:end]) / np.bincount(row)
+        force[row[top]] = self.force[top]
+        where = self.where.format(self.lines[-1])
+        if not rising[-1] <= MAX_STRAIN:
             raise InputError(
-                f"{self.where.format(self.lines[-1])}: a travel of {self.values[end - 1, 1]:g} would be a strain of "
-                f"{strain[-1]:.4g} %: check the unit of the travel and the gauge length"
+                f"{where}: a travel of {values[end - 1, 1]:g} would be a strain of {rising[-1]:.4g} %: check the unit "
+                "of the travel and the gauge length"
             )
-        if len(strain) < 2:
-            raise InputError(f"{self.where.format(self.lines[-1])}: the travel does not rise")
-        return strain, force
-
-
-def _rising(strain: Array, force: Array, top: int) -> tuple[Array, Array]:
-    """Rows that repeat a travel, or go back within its noise, as one each: their mean force, or the maximum."""
-    x, row = np.unique(np.maximum.accumulate(strain), return_inverse=True)
-    mean = np.bincount(row, force) / np.bincount(row)
-    mean[row[top]] = force[top]
-    return x, mean
+        if len(rising) < 2:
+            raise InputError(f"{where}: the travel does not rise")
+        return rising, force
 
 
 def _start(strain: Array, force: Array, top: int) -> float:
@@ -276,7 +243,7 @@ def _start(strain: Array, force: Array, top: int) -> float:
     way = float(np.abs(strain[top] - strain[0]))
     if not np.isfinite(way):
         return 0.0
-    still = np.abs(strain - strain[0]) <= max(6.0 * noise(strain[: top + 1]), OFFSET * way)
+    still = np.abs(strain - strain[0]) <= max(6.0 * checks.noise(strain[: top + 1]), OFFSET * way)
     rows = int(np.argmin(still)) if not still.all() else 1
     zero = float(np.median(strain[: max(rows, 1)]))
     if abs(zero) <= OFFSET * max(way, abs(float(strain[top]) - zero)):
@@ -304,11 +271,11 @@ def plausible_strips(specimens: Sequence[Specimen]) -> None:
     for s, top, at in zip(specimens, force, strain, strict=True):
         band = FORCES if s.width is None else (STRENGTH[0] * s.width, STRENGTH[1] * s.width)
         per = "" if s.width is None else f", {top / s.width:.4g} N/mm of its {s.width:g} mm"
-        refuse_implausible(s, top, band, f"maximum force {top:.6g} N{per}", "N", top)
+        checks.refuse_implausible(s, top, band, f"maximum force {top:.6g} N{per}", "N", top)
         check = ": check the unit of the travel and the gauge length"
         within(at, MacroMaterial, "fracture_strain", f"{s.where}: strain at maximum force {at:.4g} %", check)
-    refuse_apart(specimens, force, "maximum force", "N")
-    refuse_apart(specimens, strain, "strain at maximum force", "%")
+    checks.refuse_apart(specimens, force, "maximum force", "N")
+    checks.refuse_apart(specimens, strain, "strain at maximum force", "%")
 
 
 def one_series(specimens: Sequence[Specimen]) -> tuple[list[Specimen], list[Specimen], dict[Condition, float]]:

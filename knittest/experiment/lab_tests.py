@@ -37,8 +37,8 @@ class LabTest(Generic[SpecimenT]):
     """``read`` a file into specimens, which ``evaluate`` turns into results that are shown and written.
 
     ``conditions`` and ``options`` are those that a user may give. From the statistics of an import follow the fields of
-    its ``rig``, from these by direction those of all ``rigs``, and those of the ``fabric``, with the folder that files
-    are named from. ``show`` are lines in place of those of the results; ``check`` may refuse to write them.
+    its ``rig``, from these by direction those of ``more_rigs``, and those of the ``fabric``, with the folder that
+    files are named from. ``show`` are lines in place of those of the results; ``check`` may refuse to write them.
     """
 
     name: str
@@ -48,7 +48,7 @@ class LabTest(Generic[SpecimenT]):
     options: tuple[str, ...] = ()
     rig: Callable[[dict[str, Any]], dict[str, float]] = lambda test: {}
     fabric: Callable[[Tests, Path], dict[str, Any]] = lambda tests, place: {}
-    rigs: Callable[[Rigs], Rigs] | None = None
+    more_rigs: Callable[[Rigs], Rigs] | None = None
     show: Callable[[Sequence[SpecimenT]], list[str]] | None = None
     check: Callable[[Path, Results], None] = lambda out, results: None
 
@@ -57,14 +57,14 @@ class LabTest(Generic[SpecimenT]):
         found, names = self.evaluate(specimens), [getattr(s, "name", "") for s in specimens]
         return replace(found, test=self.name, direction=direction, files=files, names=names)
 
-    def rig_fields(self, tests: Tests) -> Rigs:
+    def rigs(self, tests: Tests) -> Rigs:
         """Fields of rigs by test, and by direction where several have them."""
         each = {direction: self.rig(test) for direction, test in lab_results.of_directions(tests, self.name).items()}
         found = {
             d: {name: lab_units.plain(value) for name, value in fields.items()} for d, fields in each.items() if fields
         }
-        if not found or self.rigs:
-            return self.rigs(found) if found and self.rigs else {}
+        if not found or self.more_rigs:
+            return self.more_rigs(found) if found and self.more_rigs else {}
         return {self.name: dict(found) if len(found) > 1 else next(iter(found.values()))}
 
     def lines(self, specimens: Sequence[SpecimenT]) -> list[str]:
@@ -121,7 +121,7 @@ def fabric_part(out: Path) -> dict[str, Any]:
     for lab in LAB_TESTS.values():
         part = lab.fabric(tests, place)
         macro |= part.pop("macro", {})
-        rigs |= lab.rig_fields(tests)
+        rigs |= lab.rigs(tests)
         found |= part
     found |= {"macro": {name: macro[name] for name in MacroMaterial.model_fields if name in macro}, "rigs": rigs}
     return {name: found[name] for name in Fabric.model_fields if found.get(name)}

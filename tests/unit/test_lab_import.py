@@ -160,7 +160,7 @@ def test_fields_of_all_tests_stand_in_the_order_of_a_fabric(tmp_path, monkeypatc
         "strips": {"macro": {"tension": 2, "bending_stiffness": 3}, "area_mass": 4},
     }
     labs = {
-        name: SimpleNamespace(fabric=lambda _, place, part=part: part, rig_fields=lambda _: {})
+        name: SimpleNamespace(fabric=lambda _, place, part=part: part, rigs=lambda _: {})
         for name, part in parts.items()
     }
     monkeypatch.setattr(lab_tests, "LAB_TESTS", labs)

@@ -145,5 +145,5 @@ def _rigs(rubbed: Rigs) -> Rigs:
 
 LAB = LabTest(
     "friction", reader([("force", "coefficient"), ("travel",)], "a pull force and a travel", _rubbed), _results, SIZES,
-    ("sign", "preload", "faces"), _rig, rigs=_rigs,
+    ("sign", "preload", "faces"), _rig, more_rigs=_rigs,
 )  # fmt: skip
