@@ -7,7 +7,6 @@ import re
 import subprocess
 import sys
 import unicodedata
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -87,25 +86,17 @@ def _cell(value: Any) -> str:
 
 
 def _split(path: Path, text: str, delimiter: str) -> list[Row]:
-    rows: list[Row] = []
-    pulled = 0
-
-    def lines() -> Iterator[str]:
-        nonlocal pulled
-        for line in io.StringIO(text, newline=None):
-            pulled += len(line)
-            if pulled > MAX_ROW_LENGTH:
-                raise InputError(
-                    f"{path}:{reader.line_num + 1}: a row of more than {MAX_ROW_LENGTH} characters: not a table"
-                )
-            yield line if delimiter != BLANKS else line.replace("\t", "  ")
-
-    reader = csv.reader(lines(), delimiter="\0" if delimiter == BLANKS else delimiter, skipinitialspace=True)
+    text = text.replace("\t", "  ") if delimiter == BLANKS else text
+    for number, line in enumerate(lines := io.StringIO(text, newline=None), 1):
+        if len(line) > MAX_ROW_LENGTH:
+            raise InputError(f"{path}:{number}: a row of more than {MAX_ROW_LENGTH} characters: not a table")
+    lines.seek(0)
     if delimiter == BLANKS:
-        return _aligned(path, lines())
+        return [(number, cells) for number, line in enumerate(lines, 1) if (cells := _aligned(line.strip()))]
+    rows: list[Row] = []
+    reader, limit = csv.reader(lines, delimiter=delimiter, skipinitialspace=True), csv.field_size_limit(MAX_ROW_LENGTH)
     try:
         for number, cells in enumerate(reader):
-            pulled = 0
             stripped = [_stripped(c) for c in cells]
             if any(stripped):
                 rows.append((reader.line_num, stripped))
@@ -113,21 +104,20 @@ def _split(path: Path, text: str, delimiter: str) -> list[Row]:
                 raise InputError(f"{path}:{reader.line_num}: more than {MAX_ROWS} rows; export fewer points")
     except csv.Error as error:
         raise InputError(f"{path}:{reader.line_num}: not a table: {error}") from None
+    finally:
+        csv.field_size_limit(limit)
     return rows
 
 
-def _aligned(path: Path, lines: Iterator[str]) -> list[Row]:
-    """Rows of columns that blanks part: numbers at each blank, names at two where they stand so."""
-    rows: list[Row] = []
-    for number, line in enumerate(lines, 1):
-        words, wide = line.split(), re.split(r"\s{2,}", line.strip())
-        if words and not all(NUMBER.match(word) for word in words):
-            words = wide if len(wide) > 1 or re.search(r"[:=]", line) else words
-            stated = re.fullmatch(r"(.*?\D)\s+([+-]?\d[\d.,]*)\s*([^\d\s]\S*)?\s*", line.strip())
-            words = [cell or "" for cell in stated.groups()] if stated and len(wide) == 1 and ":" not in line else words
-        if words:
-            rows.append((number, words))
-    return rows
+def _aligned(line: str) -> list[str]:
+    """Cells of columns that blanks part: numbers at each blank, names at two where they stand so."""
+    words, wide = line.split(), re.split(r"\s{2,}", line)
+    if not words or all(NUMBER.match(word) for word in words):
+        return words
+    stated = re.fullmatch(r"(.*?\D)\s+([+-]?\d[\d.,]*)\s*([^\d\s]\S*)?\s*", line)
+    if stated and len(wide) == 1 and ":" not in line:
+        return [cell or "" for cell in stated.groups()]
+    return wide if len(wide) > 1 or re.search(r"[:=]", line) else words
 
 
 def _delimiter(text: str) -> str:
@@ -173,8 +163,13 @@ def _decode(path: Path, raw: bytes) -> str:
     found = [text for encoding in encodings if (text := _decoded(raw, encoding))]
     if not found and raw:
         raise InputError(f"{path}: is not text in UTF-8, UTF-16, Windows-1252, Windows-1250, Shift-JIS or GB18030")
-    best = max(found, key=lab_units.count_known, default="") if len(found) > 1 else "".join(found)
-    return best if len(found) < 2 or lab_units.count_known(best) else _guessed(raw) or best
+    best = max(found, key=lab_units.count_known, default="")
+    if len(found) > 1 and not lab_units.count_known(best):
+        from charset_normalizer import from_bytes
+
+        guess = from_bytes(raw[:200_000]).best()
+        return (guess and _decoded(raw, guess.encoding)) or best
+    return best
 
 
 def _decoded(raw: bytes, encoding: str) -> str:
@@ -183,11 +178,3 @@ def _decoded(raw: bytes, encoding: str) -> str:
     except UnicodeDecodeError:
         return ""
     return "" if "\0" in text else text
-
-
-def _guessed(raw: bytes) -> str:
-    """Text by charset-normalizer's guess, where no word is known."""
-    from charset_normalizer import from_bytes
-
-    guess = from_bytes(raw[:200_000]).best()
-    return "" if guess is None else _decoded(raw, guess.encoding)
