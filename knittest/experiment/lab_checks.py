@@ -33,8 +33,6 @@ def drawn(travel: Array, sign: Sign) -> Array:
 
 def pulled(force: Array, sign: Sign, where: str) -> Array:
     """``force`` [N], (n,), with pull counted positive, which ``sign`` has in the file; refused if of the other sign."""
-    if not np.isfinite(force).all():
-        raise InputError(f"{where}: no finite force")
     signed = -force if sign == "negative" else force
     top, bottom = float(signed.max()), float(signed.min())
     if -bottom > OTHER * max(top, 0.0) and bottom < 0.0:
@@ -84,7 +82,7 @@ def refuse_apart(specimens: Sequence[Origin], values: Array, what: str, unit: st
     k = int(np.argmax(factor))
     if not factor[k] <= APART:
         raise InputError(
-            f"{specimens[k].path}: specimen {specimens[k].name}: {what} {values[k]:.4g} {unit}, the median of the "
+            f"{specimens[k].where}: {what} {values[k]:.4g} {unit}, the median of the "
             f"other {len(values) - 1} is {others[k]:.4g} {unit}: in another unit, or of another series? Leave it out "
             "or mend the file"
         )
@@ -97,19 +95,13 @@ def refuse_implausible(
     low, high = band
     if low <= value <= high:
         return
-    scale = force / value if value > 0.0 else 1.0
+    factors, scale = QUANTITIES["force"], force / value if value > 0.0 else 1.0
+    likely = {name: force / factors[one.unit] * factor for name, factor in factors.items() if name != one.unit}
+    looks = [f"{name}: {newton:.6g} N" for name, newton in likely.items() if low * scale <= newton <= high * scale]
+    hint = f" (it looks like {' or '.join(looks[:2])})" if looks else ""
     raise InputError(
-        f"{one.path}: specimen {one.name}: {what}: implausible, expected {low:g} to {high:g} {unit}"
-        f"{_likely_unit(force, one.unit, (low * scale, high * scale))}: check the unit of the force"
+        f"{one.where}: {what}: implausible, expected {low:g} to {high:g} {unit}{hint}: check the unit of the force"
     )
-
-
-def _likely_unit(newton: float, unit: str, band: tuple[float, float]) -> str:
-    """Name the units in which the number that ``unit`` made ``newton`` would fall into ``band`` [N], or say nothing."""
-    factors, (low, high) = QUANTITIES["force"], band
-    number = newton / factors[unit]
-    found = [f"{u}: {number * f:.6g} N" for u, f in factors.items() if u != unit and low <= number * f <= high]
-    return f" (it looks like {' or '.join(found[:2])})" if found else ""
 
 
 def digests(specimens: Sequence[Origin], curves: Sequence[Sequence[Array]]) -> list[str]:

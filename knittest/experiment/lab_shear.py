@@ -46,18 +46,8 @@ class Tested:
     length: float | None = None
 
 
-@dataclass(frozen=True)
-class ShearCurve:
-    """Shear angle [deg], rising, and force [N] of the first loading, whether it turns then, and both of all rows."""
-
-    angle: Array
-    force: Array
-    turned: bool
-    whole: tuple[Array, Array]
-
-
-def shear_curve(r: Recording, tested: Tested) -> ShearCurve:
-    """The curve of a recording, from square on; no force along the sides, F_s = F / (2 cos(45 deg - angle / 2))."""
+def shear_curve(r: Recording, tested: Tested) -> tuple[dict[str, Any], tuple[Array, Array]]:
+    """The fields of :class:`Sheared` of a recording, from square on, and angle and force of all its rows."""
     role, given = _moved(r, tested), r.given
     moved, force = checks.drawn(r.values[role], given.sign), r.values["force"]
     rows, turned = checks.first_loading(moved)
@@ -83,7 +73,7 @@ def shear_curve(r: Recording, tested: Tested) -> ShearCurve:
             f"{LEAST:g} deg"
         )
     sheared = angle[rows] >= 0.0
-    return ShearCurve(angle[rows][sheared], first[sheared], turned, (angle, force))
+    return {"angle": angle[rows][sheared], "force": first[sheared], "turned": turned}, (angle, force)
 
 
 def _moved(r: Recording, tested: Tested) -> str:
@@ -120,10 +110,11 @@ def _angles(moved: Array, role: str, tested: Tested, where: str) -> Array:
 
 @dataclass(frozen=True)
 class Sheared(Origin):
-    """Shear angle [deg], rising, and force [N] of one specimen on its first loading, (n,) each."""
+    """Shear angle [deg], rising, and force [N] on the first loading, (n,) each, and whether more of it follows."""
 
     angle: Array
     force: Array
+    turned: bool
 
     @property
     def normalised(self) -> Array:

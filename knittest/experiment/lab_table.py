@@ -137,7 +137,8 @@ def _tables_in(rows: list[Row], place: str, given: Given, wanted: Wanted) -> lis
     k = end = 0
 
     def names_all(cells: list[str]) -> bool:
-        return _may_name(cells) and not _lacking(_roles(cells, [""] * len(cells), given), wanted)
+        texts = [cell for cell in cells if cell and not NUMBER.match(cell)]
+        return 2 * len(texts) > sum(map(bool, cells)) and not _lacking(_roles(cells, [""] * len(cells), given), wanted)
 
     while k < len(rows):
         names = rows[k][1]
@@ -167,11 +168,6 @@ def _tables_in(rows: list[Row], place: str, given: Given, wanted: Wanted) -> lis
     longest = max((len(table.body) for table in found), default=0)
     names = next((table.names for table in found if len(table.body) == longest), [])
     return [table for table in found if table.names == names and (len(table.body) > 1 or longest < SHORT)]
-
-
-def _may_name(cells: list[str]) -> bool:
-    texts = [cell for cell in cells if cell and not NUMBER.match(cell)]
-    return bool(texts) and 2 * len(texts) > sum(map(bool, cells))
 
 
 def _units_below(rows: list[Row], k: int) -> tuple[int, list[str], int]:
@@ -217,16 +213,12 @@ def _blocks(
             left.append((line, cells))
         else:
             blocks.append([])
-    for block in blocks:  # labels below the last row of numbers
-        while 0 in needed and len(block) > 1 < len(block[-1][1]) and not _is_value(block[-1][1][0]):
+    for block in blocks if 0 in needed else ():  # labels below the last row of numbers
+        while len(block) > 1 < len(block[-1][1]) and has_number(cell := block[-1][1][0]) and not NUMBER.match(cell):
             left.append(block.pop())
     notes = [f"line {line} left out: {' '.join(filter(None, cells))[:40]!r}" for line, cells in left]
     more = [f"{len(notes) - 3} more lines left out"] if len(notes) > 3 else []
     return [block for block in blocks if block] or [[]], k, notes[:3] + more
-
-
-def _is_value(cell: str) -> bool:
-    return bool(NUMBER.match(cell)) or not has_number(cell)
 
 
 def _goes_on(one: LabTable, other: LabTable) -> bool:

@@ -120,20 +120,15 @@ def count_known(text: str) -> int:
     return sum(not letter.isascii() for word in found for letter in word)
 
 
-@lru_cache(1)
-def _registry() -> Any:
-    import pint  # heavy, and of no use to a command that reads no file
-
-    return pint.UnitRegistry()
-
-
 @lru_cache(256)
 def _is_parsed(unit: str) -> bool:
     """Tell whether pint understands ``unit``."""
     if not re.fullmatch(r"[A-Za-z°%/*^.·\d\s]{1,12}", unit) or unit[:1].isdigit():
         return False
+    import pint  # heavy, and of no use to a command that reads no file
+
     try:
-        _registry().Unit(re.sub(r"(?<=[a-z])([23])(?!\d)", r"^\1", unit).replace("°C", "degC"))
+        pint.get_application_registry().Unit(re.sub(r"(?<=[a-z])([23])(?!\d)", r"^\1", unit).replace("°C", "degC"))
     except Exception:  # pint raises whatever its parser meets
         return False
     return True

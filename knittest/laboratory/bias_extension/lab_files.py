@@ -22,10 +22,9 @@ NAME = "bias-extension"
 
 @dataclass(frozen=True)
 class Pulled(Sheared):
-    """Specimen whose angle is that of pin-jointed yarns; ``turned`` says that more loading follows."""
+    """Specimen whose angle is that of pin-jointed yarns."""
 
     strip: BiasStrip
-    turned: bool
 
     @property
     def normalised(self) -> Array:
@@ -44,8 +43,8 @@ def _pulled(r: Recording) -> Pulled:
         NAME, strip.angle, strip.longest, f"a strip {width:g} mm wide, {length:g} mm between the clamps,",
         "the strip not yet sheared", f"{GAUGE.option}, {WIDTH.option}", length,
     )  # fmt: skip
-    curve = shear_curve(r, tested)
-    return Pulled(**origin, angle=curve.angle, force=curve.force, strip=strip, turned=curve.turned)
+    sheared, _ = shear_curve(r, tested)
+    return Pulled(**origin, **sheared, strip=strip)
 
 
 def _results(strips: Sequence[Pulled]) -> Results:

@@ -51,12 +51,11 @@ HEADS = {WORK: "work [mJ]", LOSS: "loss [mJ]", SHARE: "loss [%]", RESIDUAL: "gon
 class Frame(shear.Sheared):
     """Specimen with the sides [mm] of frame and fabric; ``force`` is that of the crosshead.
 
-    ``turned`` says that more follows: ``cycles``, which turn at ``turn`` [deg], or why there are none (``not_cycled``).
+    Where more follows these are ``cycles``, which turn at ``turn`` [deg], or why there are none (``not_cycled``).
     """
 
     frame_side: float
     fabric_side: float
-    turned: bool
     cycles: Sequence[Cycle] = ()
     turn: float = float("nan")
     not_cycled: str = ""
@@ -77,17 +76,13 @@ def _frame(r: Recording) -> Frame:
         NAME, lambda travel: trellis.frame_angle(travel, side), (2.0 - 2.0**0.5) * side, f"a frame of {side:g} mm",
         "the frame square", FRAME_SIDE.option,
     )  # fmt: skip
-    curve = shear.shear_curve(r, tested)
-    one = Frame(
-        **origin, angle=curve.angle, force=curve.force, frame_side=side, fabric_side=fabric, turned=curve.turned
-    )  # fmt: skip
-    if loading == "first" or (loading is None and not curve.turned):
+    sheared, (angle, force) = shear.shear_curve(r, tested)
+    one = Frame(**origin, **sheared, frame_side=side, fabric_side=fabric)
+    if loading == "first" or (loading is None and not one.turned):
         return one
-    angle, force = curve.whole
     try:
-        return replace(
-            one, cycles=cycles_in(angle, force, side, r.where), turn=float(angle[_turns(angle)[1::2]].mean())
-        )
+        cycles, turns = cycles_in(angle, force, side, r.where), angle[_turns(angle)[1::2]]
+        return replace(one, cycles=cycles, turn=float(turns.mean()))
     except InputError as error:
         if loading is None:
             return replace(one, not_cycled=str(error))
