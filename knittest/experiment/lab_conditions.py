@@ -233,13 +233,3 @@ def said_by(path: Path, head: Iterable[Row]) -> Said | None:
         if len(named) == 1:
             return Said(named[0], where, by)
     return None
-
-
-def refuse_other(said: Iterable[Said | None], direction: str) -> None:
-    """Raise :class:`InputError` for a file that names the other direction than ``direction``."""
-    for one in said:
-        if one is not None and one.direction != direction:
-            raise InputError(
-                f"{one.where} says {one.direction}, --direction says {direction}: which is it? "
-                "--trust-direction goes by the option"
-            )

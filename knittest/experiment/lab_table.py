@@ -148,7 +148,11 @@ def _tables_in(rows: list[Row], place: str, given: Given, wanted: Wanted) -> lis
         first, units, line = _units_below(rows, k)
         roles = _roles(names, units, given)
         if _lacking(roles, wanted):
-            _refuse_units(names, units, f"{place}:{line}", wanted)
+            for name, below in zip(names, units, strict=True):  # of a wanted name, and a unit of another quantity?
+                _, role = lab_units.role(name, below)
+                if role in ("force", "overhang", "thickness", "pressure") and role in sum(wanted, ()):
+                    quantity = lab_units.table()["columns"][role]["quantity"][0]
+                    lab_units.stated(name, below, lab_units.QUANTITIES[quantity], f"{place}:{line}")
             k += 1
             continue
         needed = [c for c, role in enumerate(roles) if role in sum(wanted, ())]
@@ -250,15 +254,6 @@ def _with_names(rows: list[Row], columns: Sequence[str], place: str) -> list[Row
         )
     names: Row = (line, [f"column {k + 1}" if name in ("", "-") else name for k, name in enumerate(columns)])
     return [*rows[:first], names, *rows[first:]]
-
-
-def _refuse_units(names: list[str], units: list[str], where: str, wanted: Wanted) -> None:
-    """Raise :class:`InputError` where a column has the name of a role that is ``wanted``, and a unit of another."""
-    for name, below in zip(names, units, strict=True):
-        _, role = lab_units.role(name, below)
-        if role in ("force", "overhang", "thickness", "pressure") and role in sum(wanted, ()):
-            quantity = lab_units.table()["columns"][role]["quantity"][0]
-            lab_units.stated(name, below, lab_units.QUANTITIES[quantity], where)
 
 
 def _refuse_foreign(path: Path, head: Sequence[Row], names: Sequence[str], own: tuple[str, ...]) -> None:

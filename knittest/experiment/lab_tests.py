@@ -13,7 +13,7 @@ from knittest.base.kinds import DEFAULT, Parts, kinds
 from knittest.config.fabric import Fabric, MacroMaterial
 from knittest.config.starting import FABRIC
 from knittest.experiment import lab_results, lab_units
-from knittest.experiment.lab_conditions import Condition, refuse_other
+from knittest.experiment.lab_conditions import Condition
 from knittest.experiment.lab_results import Results, Tests
 from knittest.experiment.lab_rows import read_rows
 from knittest.experiment.lab_table import Given
@@ -93,8 +93,12 @@ class LabTest(Generic[SpecimenT]):
             )
         if direction and not directed:
             raise self.useless("--direction")
-        if direction and not trusted:
-            refuse_other([getattr(s, "said", None) for s in specimens], direction)
+        for said in (getattr(s, "said", None) for s in specimens if direction and not trusted):
+            if said is not None and said.direction != direction:
+                raise InputError(
+                    f"{said.where} says {said.direction}, --direction says {direction}: which is it? --trust-direction "
+                    "goes by the option"
+                )
         results = self.results(specimens, direction or "", files)
         self.check(out, results)
         variant = lab_results.write_results(out, results)
