@@ -8,10 +8,8 @@ from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
 from knittest.experiment.lab_recording import Origin
-from knittest.experiment.lab_table import Preload, Sign
+from knittest.experiment.lab_table import Array, Preload, Sign
 from knittest.experiment.lab_units import QUANTITIES
-
-Array = NDArray[np.float64]
 
 #: share of the largest force that a force of the other sign stays below, such as noise or the weight of a clamp
 OTHER = 0.5
@@ -44,13 +42,13 @@ def pulled(force: Array, sign: Sign, where: str) -> Array:
     return signed
 
 
-def tared(force: Array, preload: Preload | None, where: str, beside: tuple[str, float] | None = None) -> Array:
+def tared(force: Array, preload: Preload | None, where: str, beside: tuple[str, float, str] | None = None) -> Array:
     """``force`` [N], (n,), without preload if so asked; one large ``beside`` the largest, or another, is refused."""
-    first, (name, other) = float(force[0]), beside or ("its largest is", float(np.abs(force).max()))
+    first, (name, other, what) = float(force[0]), beside or ("its largest is", float(np.abs(force).max()), "resistance")
     if preload is None and abs(first) > TARE * abs(other):
         raise InputError(
             f"{where}: starts with a force of {first:.4g} N, {name} {other:.4g} N: a preload or a "
-            "weight, which is no resistance? Give --preload subtract, or --preload keep"
+            f"weight, which is no {what}? Give --preload subtract, or --preload keep"
         )
     return force - first if preload == "subtract" else force
 

@@ -8,16 +8,14 @@ from types import MappingProxyType
 from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
 from knittest.config.yaml_loader import shown
 from knittest.experiment import lab_units
 from knittest.experiment.lab_conditions import Condition, Said, known, said_by, unstated
-from knittest.experiment.lab_table import Given, LabTable, Wanted, read_tables
+from knittest.experiment.lab_table import Array, Given, LabTable, Wanted, read_tables
 from knittest.experiment.lab_units import has_number
 
-Array = NDArray[np.float64]
 SpecimenT = TypeVar("SpecimenT")
 
 

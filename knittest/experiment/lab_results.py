@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from knittest.base.atomic import write_atomic
 from knittest.base.errors import InputError, ResourceError
@@ -18,9 +17,8 @@ from knittest.base.kinds import DEFAULT, kinds, names
 from knittest.base.tidy_tables import COLUMNS
 from knittest.config.starting import FABRIC
 from knittest.experiment.lab_conditions import Condition
-from knittest.experiment.statistics import Corridor, mean_sd
+from knittest.experiment.statistics import Array, Corridor, mean_sd
 
-Array = NDArray[np.float64]
 #: columns of a table that is shown: head, format and values
 Shown = Sequence[tuple[str, str, Array]]
 #: statistics of the imports of an experiment by their folders

@@ -6,17 +6,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
 from knittest.experiment import lab_checks as checks
 from knittest.experiment.lab_conditions import within
 from knittest.experiment.lab_recording import Origin, Recording
 from knittest.experiment.lab_results import Curves
-from knittest.experiment.statistics import band
+from knittest.experiment.statistics import Array, band
 from knittest.materials.trellis import ANGLE, NORMALISED
-
-Array = NDArray[np.float64]
 
 #: shear angle [deg] within which a specimen starts square
 SQUARE = 0.5

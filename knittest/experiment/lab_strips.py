@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
 from knittest.config.fabric import MacroMaterial
@@ -16,9 +15,8 @@ from knittest.experiment.lab_recording import Recording, reader
 from knittest.experiment.lab_results import Curves
 from knittest.experiment.lab_table import Given
 from knittest.experiment.lab_units import QUANTITIES
-from knittest.experiment.statistics import Specimen, corridor, peaks
+from knittest.experiment.statistics import Array, Specimen, corridor, peaks
 
-Array = NDArray[np.float64]
 StripT = TypeVar("StripT")
 
 #: strain above which unit or gauge length must be wrong [%]
@@ -259,7 +257,7 @@ def _without_spikes(values: Array) -> Array:
     """Running median of five rows, where there are many."""
     from scipy.ndimage import median_filter
 
-    return values if len(values) < 25 else np.asarray(median_filter(values, 5, mode="nearest"))
+    return values if len(values) < 25 else np.asarray(median_filter(values, 5, mode="nearest")) + 0.0
 
 
 read_strips = strip_reader(read_strip)

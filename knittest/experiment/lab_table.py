@@ -221,7 +221,7 @@ def _blocks(
         while len(block) > 1 < len(block[-1][1]) and has_number(cell := block[-1][1][0]) and not NUMBER.match(cell):
             left.append(block.pop())
     notes = [f"line {line} left out: {' '.join(filter(None, cells))[:40]!r}" for line, cells in left]
-    more = [f"{len(notes) - 3} more lines left out"] if len(notes) > 3 else []
+    more = [f"{len(notes) - 3} more line{'s' * (len(notes) > 4)} left out"] if len(notes) > 3 else []
     return [block for block in blocks if block] or [[]], k, notes[:3] + more
 
 

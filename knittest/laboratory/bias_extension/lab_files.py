@@ -5,17 +5,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
 from knittest.experiment.lab_conditions import GAUGE, WIDTH, common
-from knittest.experiment.lab_recording import Recording, reader
+from knittest.experiment.lab_recording import Array, Recording, reader
 from knittest.experiment.lab_results import Results
 from knittest.experiment.lab_shear import Sheared, Tested, reached, shear_curve, shear_curves, shear_forces, shear_rows
 from knittest.experiment.lab_tests import LabTest
 from knittest.laboratory.bias_extension.pin_jointed import BiasStrip
-
-Array = NDArray[np.float64]
 
 NAME = "bias-extension"
 

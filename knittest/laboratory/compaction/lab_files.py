@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
 from knittest.experiment.lab_checks import digests, first_loading, refuse_apart
@@ -13,10 +12,8 @@ from knittest.experiment.lab_conditions import PLATE_AREA, PLATE_DIAMETER
 from knittest.experiment.lab_recording import Origin, Recording, reader
 from knittest.experiment.lab_results import Curves, Results
 from knittest.experiment.lab_tests import LabTest
-from knittest.experiment.statistics import Corridor
+from knittest.experiment.statistics import Array, Corridor
 from knittest.laboratory.compaction.van_wyk import PRESSURES, thickness_at
-
-Array = NDArray[np.float64]
 
 NAME = "compaction"
 #: thickness of textiles [mm], and pressure [kPa] that a test must reach at least and can at most

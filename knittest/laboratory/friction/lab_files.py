@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
 from knittest.experiment import lab_checks as checks
@@ -14,10 +13,8 @@ from knittest.experiment.lab_recording import Origin, Recording, reader
 from knittest.experiment.lab_results import Curves, Results
 from knittest.experiment.lab_tests import LabTest, Rigs
 from knittest.experiment.lab_units import plain
-from knittest.experiment.statistics import band
+from knittest.experiment.statistics import Array, band
 from knittest.laboratory.friction.config import FrictionRig
-
-Array = NDArray[np.float64]
 
 #: length of strip that sticks out of long plates besides the travel [mm]
 STICKS_OUT = 40.0

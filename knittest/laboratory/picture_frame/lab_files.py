@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
 from knittest.experiment import lab_shear as shear
@@ -19,12 +18,10 @@ from knittest.experiment.lab_conditions import CYCLE_ANGLE, CYCLES, FABRIC_SIDE,
 from knittest.experiment.lab_recording import Recording, reader
 from knittest.experiment.lab_results import SHEAR, Results, Tests, counted, table_lines
 from knittest.experiment.lab_tests import LabTest
-from knittest.experiment.statistics import Corridor
+from knittest.experiment.statistics import Array, Corridor
 from knittest.laboratory.picture_frame.cycles import Cycle, cycles_of
 from knittest.materials import trellis
 from knittest.materials.trellis import ANGLE, CONJUGATE, NORMALISED
-
-Array = NDArray[np.float64]
 
 NAME = "picture-frame"
 #: width of the steps over which the law is averaged [deg]

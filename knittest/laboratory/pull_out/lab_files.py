@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
 from knittest.experiment import lab_checks as checks
@@ -15,10 +14,8 @@ from knittest.experiment.lab_conditions import CLAMPED_EDGES, CROSSING_DENSITY, 
 from knittest.experiment.lab_recording import Origin, Recording, reader
 from knittest.experiment.lab_results import Curves, Results
 from knittest.experiment.lab_tests import LabTest
-from knittest.experiment.statistics import band
+from knittest.experiment.statistics import Array, band
 from knittest.laboratory.pull_out.sliding import LEFT, SLIDES, Sliding, sliding
-
-Array = NDArray[np.float64]
 
 NAME = "pull-out"
 TAIL, FORCE, FORCE_SD = "tail_travel_mm", "pull_force_n", "pull_force_sd_n"
@@ -87,7 +84,7 @@ def _pulled(r: Recording) -> Pulled:
     _refuse_apart(travel, tail, r.where)
     tail = np.maximum.accumulate(np.maximum(tail, 0.0))
     lets_go = at_rest(tail, force)  # a small part of the largest
-    force = checks.tared(force, r.given.preload, r.where, ("the inlay lets go at", lets_go))
+    force = checks.tared(force, r.given.preload, r.where, ("the inlay lets go at", lets_go, "friction"))
     measured, edges = "free_end" in r.values, r.given.clamped
     one = Pulled(
         **origin, tail=tail, force=force, length=length, density=density, clamped=edges, measured=measured
