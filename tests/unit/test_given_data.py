@@ -49,7 +49,7 @@ def imported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         TENSILE.write(strips, out, direction, ["a.csv"])
     force = 40.0 * SHARE[1:] ** 2
     frames = [
-        Frame(f"f{k}", 45.0 * SHARE[1:], factor * force, 250.0, 180.0, False, path=tmp_path / f"f{k}.csv")
+        Frame(f"f{k}", 45.0 * SHARE[1:], factor * force, False, 250.0, 180.0, path=tmp_path / f"f{k}.csv")
         for k, factor in enumerate((1.0, 1.1, 1.3))
     ]
     FRAME_LAB.write(frames, out, "", ["f.csv"])
