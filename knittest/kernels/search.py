@@ -74,6 +74,11 @@ def flag_moved(nodes, since, ahead, limit, moved):
     return count, sqrt(fastest2)
 
 
+def largest_speed(nodes):
+    """Largest speed of a node [mm/ms]."""
+    return float(np.sqrt((nodes.velocity**2).sum(axis=0).max(initial=0.0)))
+
+
 @njit(**PART)
 def _copy(source, a, target, b):
     for side in range(2):

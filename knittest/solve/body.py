@@ -160,8 +160,9 @@ class Body:
     def advance(self, duration: float, watch: Callable[["Body"], None] | None = None) -> None:
         """Integrate for ``duration`` [ms]; ``watch`` is called after every chunk of at most 20 steps."""
         left = max(round(above(duration, "duration [ms]", equal=True) / self.dt), 1)
+        self.start()
         while left > 0:
-            chunk = min(self.model.safe_steps(self.dt, CHUNK), left)
+            chunk = self._safe_steps(left)
             self.step(chunk)
             left -= chunk
             if watch is not None:
@@ -179,11 +180,15 @@ class Body:
         left = int(steps)
         with limited(self.threads):
             while left > 0:
-                chunk = min(self.model.safe_steps(self.dt, CHUNK), left)
+                chunk = self._safe_steps(left)
                 going.step(chunk)
                 left -= chunk
+                self._check_state()
         self._read(steps)
-        self._check_state()
+
+    def _safe_steps(self, left: int) -> int:
+        """Steps, at most ``left``, until contacts are searched again and the state is checked."""
+        return min(self.model.safe_steps(self.dt, CHUNK, self.boundary.largest_speed), left)
 
     def relax(self, must_converge: bool = True, **options: float) -> Relaxation:
         """Find the static state under what acts at the end of all tables; see :func:`knittest.solve.relax.relax`.
@@ -211,7 +216,7 @@ class Body:
 
     def _check_state(self) -> None:
         """Raise :class:`NumericalError` for a state that no result can be read from."""
-        if fault := self.model.invalid_state():
+        if fault := self.model.invalid_state(self.dt):
             what, _, remedy = fault.partition("; ")
             raise NumericalError(f"{what} at {self.time:.5g} ms; {remedy or 'a smaller safety, or slower motion'}")
 
@@ -300,7 +305,7 @@ class Body:
             "hourglass": stored.hourglass,
             "friction": friction,
             "contact_damping": damped,
-            "contact_recovery": -stored.recovered,
+            "contact_recovery": -going.recovered,
             "damping": self.damping_loss,
             "eroded": eroded,
         }
