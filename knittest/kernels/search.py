@@ -26,8 +26,9 @@ REACHED = 0.5 / (1.0 + SOON)
 MERGE = 0.25
 #: the same within which a crossing found beside a tracked one is that one, where both are at rest at their minimum
 ALIKE = 0.3
-#: overlap over the smaller radius above which a contact at a cut end that comes into view is left alone
-JAMMED = 0.05
+#: overlap over the smaller radius above which a contact of cut ends that comes into view is left alone, and pieces
+#: beside a cut end that such a contact may have come to
+JAMMED, NEAR_CUT = 0.05, 2
 
 
 @njit(**ALLOCATING)
@@ -152,7 +153,7 @@ def keep_contacts(old, count, radius, pieces, alive, moved, skin, new, lists, ta
             pressed, depth = max(new.reach[same] - _gap(new, same), 0.0), max(reach - gap, 0.0)
             both = _gap(new, same) + sqrt(pressed * pressed + depth * depth)
             free = new.accepted[same] if new.accepted.size > 0 else 0.0
-            new.reach[same] = max(new.reach[same], reach, min(touch - free, both))
+            new.reach[same] = max(new.reach[same], min(touch - free, both))
             continue
         _copy(old, c, new, kept)
         new.reach[kept] = reach
@@ -237,6 +238,18 @@ def _add_sections(place, elliptic, new, c):
 
 
 @njit(**PART)
+def _beside_cut_ends(i, j, pieces):
+    """Tell whether one of the pieces ``i`` and ``j`` is cut off, and the other one is or lies :data:`NEAR_CUT` beside."""
+    if not (pieces.cut[i] or pieces.cut[j]):
+        return False
+    other, n = j if pieces.cut[i] else i, pieces.cut.size
+    for k in range(max(other - NEAR_CUT, 0), min(other + NEAR_CUT + 1, n)):
+        if pieces.cut[k] and pieces.chain[k] == pieces.chain[other]:
+            return True
+    return False
+
+
+@njit(**PART)
 def _look_back(c, position, contacts):
     """Let contact ``c`` look back on its present tangents: it has not been where it is."""
     x, i, j = rows3(position), U(contacts.piece[0, c]), U(contacts.piece[1, c])
@@ -283,7 +296,7 @@ def find_contacts(
                 before = predecessor(old, old_lists, chain, taken, (i, j, s, t, line))
                 touch = place[TOUCH] if elliptic else radius[i] + radius[j]
                 deep = touch - sqrt(wx * wx + wy * wy + wz * wz) > JAMMED * min(radius[i], radius[j])
-                if deep and before < 0 and old_count > 0 and (pieces.cut[i] or pieces.cut[j]):
+                if deep and before < 0 and old_count > 0 and _beside_cut_ends(i, j, pieces):
                     continue  # it lay in another cut end, which does not press it
                 arm = place[ARM] if elliptic else radius[i] / touch
                 coefficient, most = levers[0, part[i], part[j]], levers[1, part[i], part[j]]
@@ -306,13 +319,13 @@ def find_contacts(
 
 @njit(**KERNEL)
 def recover_overlaps(contacts, count, radius, law, free, most):
-    """Give force to overlaps that came without one after the start; returns the energy given [mJ], and how many
-    contacts have more to be given.
+    """Give force to overlaps that came without one after the start; returns the energy given [mJ], how many contacts
+    have more to be given, and the deepest overlap that was without force, over the smaller radius.
 
     ``radius`` (n_nodes,) [mm]. ``free`` overlap that may stay, and ``most`` that is given force now, over the smaller
     radius.
     """
-    given, waiting = 0.0, 0
+    given, waiting, deepest = 0.0, 0, 0.0
     for c in range(count):
         i, j = contacts.piece[0, c], contacts.piece[1, c]
         touch = radius[i] + radius[j]
@@ -322,13 +335,14 @@ def recover_overlaps(contacts, count, radius, law, free, most):
         goal, reach = touch - contacts.accepted[c] - free * least, contacts.reach[c]
         if goal <= max(reach, gap):
             continue
+        deepest = max(deepest, (goal - max(reach, gap)) / least)
         grown = min(goal, max(reach, gap) + most * least)
         before = penalty(max(reach - gap, 0.0), law.normal, law.linear, law.square, law.cubic, law.cap)[2]
         after = penalty(grown - gap, law.normal, law.linear, law.square, law.cubic, law.cap)[2]
         given += contacts.share[c] * (after - before)
         contacts.reach[c] = grown
         waiting += grown < goal
-    return given, waiting
+    return given, waiting, deepest
 
 
 @njit(**ALLOCATING)

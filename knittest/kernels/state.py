@@ -148,6 +148,7 @@ class Tally(NamedTuple):
     energy of eroded elements; losses of the damping of contacts and of free tools; of the losses of friction, those of
     spin at crossings of yarns, those at tools, and those in the shear of shells; energy that contacts found late were
     given.
+    ``late`` (1,) deepest overlap of a contact that was found late, over the smaller radius.
     ``tool`` (PARTITIONS, n_tools, 3) forces on the tools in this step, ``tool_sum`` (n_tools, 3) summed over steps [N].
     """
 
@@ -156,3 +157,4 @@ class Tally(NamedTuple):
     tool: Array
     tool_sum: Array
     support: Array
+    late: Array

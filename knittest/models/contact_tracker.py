@@ -157,23 +157,26 @@ class ContactTracker:
         """Let up to ``most`` [mm] more of overlaps that are free of force carry it; returns the deepest left [mm]."""
         reach, touch = self.contacts.reach[: self.count], self.touch()
         np.minimum(reach + most, touch, out=reach)
+        accepted = self.contacts.accepted[: self.count]
+        np.minimum(accepted, touch - reach, out=accepted)
         gap = np.linalg.norm(self.contacts.offset[:, : self.count], axis=0)
         return float((touch - np.maximum(reach, gap)).max(initial=0.0))
 
-    def recover(self, time: float) -> float:
+    def recover(self, time: float) -> tuple[float, float]:
         """Give force to overlaps that came without one after the start, slowly, as ``time`` [ms] goes by.
 
-        Returns the energy [mJ] that the penalty gains by it at a fixed gap.
+        Returns the energy [mJ] that the penalty gains by it at a fixed gap, and the deepest of these overlaps over the
+        smaller radius.
 
         A contact that was found late, or whose closest points jumped to a place where the yarns are nearer, starts at
         its present gap, so that it makes no energy. Its reach then grows back to the sum of radii less the overlap of
         the start, by :data:`RECOVERY` smaller radii a ms, and pushes the yarns apart.
         """
         group = self.group
-        given, self.recovering = search.recover_overlaps(
+        given, self.recovering, deepest = search.recover_overlaps(
             self.contacts, self.count, group.radius, group.law, LEFT_FREE, min(RECOVERY * time, PORTION)
         )
-        return float(given)
+        return float(given), float(deepest)
 
     def force_free(self) -> Array:
         """Overlap without force over the smaller radius of the contacts in use, (count,)."""
@@ -204,15 +207,15 @@ class ContactTracker:
             most = min(most, max(int(PORTION / (RECOVERY * dt)), LEAST_STEPS))
         return int(np.clip(0.4 * CONTACT_SKIN / max(self.speed * dt, speed * dt, 1e-12), LEAST_STEPS, most))
 
-    def update(self, ahead: float) -> float:
-        """Renew contacts whose skin could be used up within ``ahead`` [ms]; returns the energy :meth:`recover` gives."""
+    def update(self, ahead: float) -> tuple[float, float]:
+        """Renew contacts whose skin could be used up within ``ahead`` [ms]; returns what :meth:`recover` does."""
         start = clock.perf_counter()
         count, self.speed = search.flag_moved(
             self.nodes, self._since, ahead, search.REACHED * CONTACT_SKIN, self._moved
         )  # fmt: skip
         if count:
             self._find_contacts()
-        given = self.recover(ahead) if self.count else 0.0
+        given = self.recover(ahead) if self.count else (0.0, 0.0)
         self.seconds += clock.perf_counter() - start
         return given
 

@@ -63,7 +63,9 @@ class YarnModel(ExplicitModel):
     def advance(self, steps: int, time: float, dt: float, drive: Drive, tally: Tally, scratch: Array) -> None:
         """Renew contacts that may come near, then advance."""
         if self.contact:
-            tally.energy[0, 7] += self.tracker.update(steps * dt)
+            given, late = self.tracker.update(steps * dt)
+            tally.energy[0, 7] += given
+            tally.late[0] = max(tally.late[0], late)
         self.step(steps, time, dt, drive, tally, scratch)
 
     def step(self, steps: int, time: float, dt: float, drive: Drive, tally: Tally, scratch: Array) -> None:

@@ -286,7 +286,7 @@ class Body:
 
     def energies(self) -> dict[str, float]:
         """Energies [mJ]: kinetic, internal, contact, hourglass, friction, contact_damping (of free tools too),
-        contact_recovery (less the energy given to contacts found late), damping, eroded, external and their balance;
+        damping, eroded; what was put in, external and contact_recovery (given to contacts found late); their balance;
         and of friction, that of crossings against spin, friction_of_spin.
 
         Takes one step, because central differences conserve the kinetic energy of the velocities around an instant.
@@ -305,12 +305,12 @@ class Body:
             "hourglass": stored.hourglass,
             "friction": friction,
             "contact_damping": damped,
-            "contact_recovery": -going.recovered,
             "damping": self.damping_loss,
             "eroded": eroded,
         }
-        balance = external - sum(found.values())
-        return found | {"external": external, "balance": balance, "friction_of_spin": going.rubbed()["spin"]}
+        balance = external + going.recovered - sum(found.values())
+        given = {"external": external, "contact_recovery": going.recovered}
+        return found | given | {"balance": balance, "friction_of_spin": going.rubbed()["spin"]}
 
     def _spinning(self) -> float:
         """Rotary kinetic energy [mJ] half a step ago."""

@@ -220,6 +220,7 @@ def _contacts(run: Simulation, stored: Stored) -> dict[str, float]:
         **{f"penetration_p{p}_pct": float(v) for p, v in zip((50, 90, 99), middle, strict=True)},
         "force_free_overlap_max_pct": 100.0 * stored.force_free[0],
         "force_free_at_ends_max_pct": 100.0 * stored.force_free[1],
+        "found_late_max_pct": 100.0 * float(run.tally.late[0]),
         "tool_contacts": float(np.count_nonzero(run.drive.touch.pressure)),
         "tool_penetration_max_um": 1e3 * stored.tool_depth,
     }
