@@ -96,8 +96,7 @@ def _copy(source, a, target, b):
         for k in range(3):
             target.shift[k, b], target.other[k, b] = source.shift[k, a], source.other[k, a]
         target.touch[b] = source.touch[a]
-    if source.accepted.size > 0:
-        target.accepted[b] = source.accepted[a]
+    target.accepted[b] = source.accepted[a]
 
 
 @njit(**PART)
@@ -152,11 +151,11 @@ def keep_contacts(old, count, radius, pieces, alive, moved, skin, new, lists, ta
         if same >= 0:
             pressed, depth = max(new.reach[same] - _gap(new, same), 0.0), max(reach - gap, 0.0)
             both = _gap(new, same) + sqrt(pressed * pressed + depth * depth)
-            free = new.accepted[same] if new.accepted.size > 0 else 0.0
-            new.reach[same] = max(new.reach[same], min(touch - free, both))
+            new.reach[same] = max(new.reach[same], min(touch, both))
+            new.accepted[same] = min(new.accepted[same], touch - new.reach[same])
             continue
         _copy(old, c, new, kept)
-        new.reach[kept] = reach
+        new.reach[kept], new.accepted[kept] = reach, min(old.accepted[c], touch - reach)
         push(new, kept, lists)
         kept += 1
     return kept
@@ -173,8 +172,7 @@ def _add_contact(i, j, s, t, wx, wy, wz, line, touch, arm, coefficient, most, ol
     gap = sqrt(wx * wx + wy * wy + wz * wz)
     reach = min(touch, gap)
     new.spring[:, c], new.slipping[c], new.twist[c] = 0.0, 0.0, 0.0
-    if new.accepted.size > 0:
-        new.accepted[c] = 0.0
+    new.accepted[c] = 0.0
     goes_on = False
     if before >= 0:
         _copy(old, before, new, c)
@@ -215,17 +213,20 @@ def _another(c, place, position, alive, lists, new, pieces):
 
 @njit(**PART)
 def _share_depth(c, other, touch, contacts):
-    """Let the contact ``other``, just found beside ``c``, take over half of the energy that ``c`` stores.
+    """Let the contact ``other``, just found beside ``c``, take over up to half of the energy that ``c`` stores.
 
-    Each is pressed by the depth over the square root of two, ``other`` by no more than it overlaps by ``touch`` [mm].
-    Without that a second minimum that comes up beside a loaded one would start without force.
+    Each is pressed by the depth over the square root of two, ``other`` by no more than it overlaps by ``touch`` [mm];
+    ``c`` keeps the rest. Without that a second minimum that comes up beside a loaded one would start without force.
+    What overlaps without force then stays so: given force, both would store twice the energy, which is lost when they
+    become one again.
     """
-    depth = max(contacts.reach[c] - _gap(contacts, c), 0.0) * sqrt(0.5)
-    contacts.reach[c] = min(contacts.reach[c], _gap(contacts, c) + depth)
-    if contacts.accepted.size > 0:
-        contacts.accepted[other] = contacts.accepted[c]
-        touch -= contacts.accepted[c]
-    contacts.reach[other] = max(contacts.reach[other], min(touch, _gap(contacts, other) + depth))
+    gap, own = _gap(contacts, other), _gap(contacts, c)
+    depth = max(contacts.reach[c] - own, 0.0)
+    taken = min(depth * sqrt(0.5), max(touch - contacts.accepted[c] - gap, 0.0))
+    contacts.reach[other] = max(contacts.reach[other], min(touch, gap + taken))
+    contacts.reach[c] = min(contacts.reach[c], own + sqrt(depth * depth - taken * taken))
+    contacts.accepted[other] = max(touch - contacts.reach[other], 0.0)
+    contacts.accepted[c] = max(contacts.accepted[c], touch - contacts.reach[c])
 
 
 @njit(**PART)

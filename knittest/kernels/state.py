@@ -81,7 +81,7 @@ class Contacts(NamedTuple):
     of the centres of their curvature: ``shift`` of these on piece i and ``other`` on j (3, n) [mm], ``touch`` (n,) sum
     of their radii [mm], 0 between circles. Of the nodes: ``upright`` (3, n_nodes) heights of the sections before they
     turn, ``turned`` now, ``square`` and ``excess`` (n_nodes,) [mm^2], and where they flatten ``shape`` (ROWS, n_nodes),
-    see :mod:`knittest.kernels.flatten`. ``accepted`` (n,) overlap of the start [mm], which carries no force.
+    see :mod:`knittest.kernels.flatten`. ``accepted`` (n,) overlap [mm] that stays without force: of the start, or shared.
     """
 
     piece: Index
@@ -101,6 +101,7 @@ class Contacts(NamedTuple):
     share: Array
     tangent: Array
     other_tangent: Array
+    accepted: Array
     shift: Array = np.zeros((3, 0))
     other: Array = np.zeros((3, 0))
     touch: Array = np.zeros(0)
@@ -109,7 +110,6 @@ class Contacts(NamedTuple):
     square: Array = np.zeros(0)
     excess: Array = np.zeros(0)
     shape: Array = np.zeros((10, 0))
-    accepted: Array = np.zeros(0)
 
 
 class ContactLaw(NamedTuple):

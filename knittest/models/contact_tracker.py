@@ -47,8 +47,8 @@ def _empty(capacity: int, group: "YarnContactGroup") -> Contacts:
     return Contacts(
         np.zeros((2, capacity), np.int64), pair, triple[0], triple[1], slipping, reach, arm, line, triple[2],
         twist, couple, np.zeros((2, capacity)), np.zeros(2 * capacity, np.int64), np.zeros(PARTITIONS + 1, np.int64),
-        np.ones(capacity), triple[3], triple[4], shift, other, np.zeros(elliptic), group.upright, group.turned,
-        group.square, group.excess, group.shape, np.zeros(capacity),
+        np.ones(capacity), triple[3], triple[4], np.zeros(capacity), shift, other, np.zeros(elliptic), group.upright,
+        group.turned, group.square, group.excess, group.shape,
     )  # fmt: skip
 
 
