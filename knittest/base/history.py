@@ -104,7 +104,8 @@ class History:
     energies count from the start.
     ``contacts`` columns: time_ms, yarn_contacts (that touch), penetration_<max, mean, p50, p90, p99>_pct (over the
     smaller radius), force_free_overlap_max_pct (deepest overlap of yarns that carries no force, over the smaller
-    radius, away from their ends), force_free_at_ends_max_pct (at them), tool_contacts, tool_penetration_max_um.
+    radius, away from their ends), force_free_at_ends_max_pct (at them), found_late_max_pct (deepest
+    overlap at which a contact was found late, so far), tool_contacts, tool_penetration_max_um.
     ``peak`` is the number of the frame at the largest force, before anything broke by it; None if none was kept.
     ``tool_force`` (n_tools, n_nodes) is the mean normal force [N] of each tool on each node while the rig wants it, or
     the last one where no sample lies there. ``rest`` is the state of yarns when the rig began to move; None of shells.

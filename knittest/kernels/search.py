@@ -26,8 +26,9 @@ REACHED = 0.5 / (1.0 + SOON)
 MERGE = 0.25
 #: the same within which a crossing found beside a tracked one is that one, where both are at rest at their minimum
 ALIKE = 0.3
-#: overlap over the smaller radius above which a contact at a cut end that comes into view is left alone
-JAMMED = 0.05
+#: overlap over the smaller radius above which a contact of cut ends that comes into view is left alone, and pieces
+#: beside a cut end that such a contact may have come to
+JAMMED, NEAR_CUT = 0.05, 2
 
 
 @njit(**ALLOCATING)
@@ -74,6 +75,11 @@ def flag_moved(nodes, since, ahead, limit, moved):
     return count, sqrt(fastest2)
 
 
+def largest_speed(nodes):
+    """Largest speed of a node [mm/ms]."""
+    return float(np.sqrt((nodes.velocity**2).sum(axis=0).max(initial=0.0)))
+
+
 @njit(**PART)
 def _copy(source, a, target, b):
     for side in range(2):
@@ -90,8 +96,7 @@ def _copy(source, a, target, b):
         for k in range(3):
             target.shift[k, b], target.other[k, b] = source.shift[k, a], source.other[k, a]
         target.touch[b] = source.touch[a]
-    if source.accepted.size > 0:
-        target.accepted[b] = source.accepted[a]
+    target.accepted[b] = source.accepted[a]
 
 
 @njit(**PART)
@@ -146,11 +151,11 @@ def keep_contacts(old, count, radius, pieces, alive, moved, skin, new, lists, ta
         if same >= 0:
             pressed, depth = max(new.reach[same] - _gap(new, same), 0.0), max(reach - gap, 0.0)
             both = _gap(new, same) + sqrt(pressed * pressed + depth * depth)
-            free = new.accepted[same] if new.accepted.size > 0 else 0.0
-            new.reach[same] = max(new.reach[same], reach, min(touch - free, both))
+            new.reach[same] = max(new.reach[same], min(touch, both))
+            new.accepted[same] = min(new.accepted[same], touch - new.reach[same])
             continue
         _copy(old, c, new, kept)
-        new.reach[kept] = reach
+        new.reach[kept], new.accepted[kept] = reach, min(old.accepted[c], touch - reach)
         push(new, kept, lists)
         kept += 1
     return kept
@@ -167,8 +172,7 @@ def _add_contact(i, j, s, t, wx, wy, wz, line, touch, arm, coefficient, most, ol
     gap = sqrt(wx * wx + wy * wy + wz * wz)
     reach = min(touch, gap)
     new.spring[:, c], new.slipping[c], new.twist[c] = 0.0, 0.0, 0.0
-    if new.accepted.size > 0:
-        new.accepted[c] = 0.0
+    new.accepted[c] = 0.0
     goes_on = False
     if before >= 0:
         _copy(old, before, new, c)
@@ -209,17 +213,20 @@ def _another(c, place, position, alive, lists, new, pieces):
 
 @njit(**PART)
 def _share_depth(c, other, touch, contacts):
-    """Let the contact ``other``, just found beside ``c``, take over half of the energy that ``c`` stores.
+    """Let the contact ``other``, just found beside ``c``, take over up to half of the energy that ``c`` stores.
 
-    Each is pressed by the depth over the square root of two, ``other`` by no more than it overlaps by ``touch`` [mm].
-    Without that a second minimum that comes up beside a loaded one would start without force.
+    Each is pressed by the depth over the square root of two, ``other`` by no more than it overlaps by ``touch`` [mm];
+    ``c`` keeps the rest. Without that a second minimum that comes up beside a loaded one would start without force.
+    What overlaps without force then stays so: given force, both would store twice the energy, which is lost when they
+    become one again.
     """
-    depth = max(contacts.reach[c] - _gap(contacts, c), 0.0) * sqrt(0.5)
-    contacts.reach[c] = min(contacts.reach[c], _gap(contacts, c) + depth)
-    if contacts.accepted.size > 0:
-        contacts.accepted[other] = contacts.accepted[c]
-        touch -= contacts.accepted[c]
-    contacts.reach[other] = max(contacts.reach[other], min(touch, _gap(contacts, other) + depth))
+    gap, own = _gap(contacts, other), _gap(contacts, c)
+    depth = max(contacts.reach[c] - own, 0.0)
+    taken = min(depth * sqrt(0.5), max(touch - contacts.accepted[c] - gap, 0.0))
+    contacts.reach[other] = max(contacts.reach[other], min(touch, gap + taken))
+    contacts.reach[c] = min(contacts.reach[c], own + sqrt(depth * depth - taken * taken))
+    contacts.accepted[other] = max(touch - contacts.reach[other], 0.0)
+    contacts.accepted[c] = max(contacts.accepted[c], touch - contacts.reach[c])
 
 
 @njit(**PART)
@@ -229,6 +236,18 @@ def _add_sections(place, elliptic, new, c):
         new.shift[k, c] = place[SHIFT + k] if elliptic else 0.0
         new.other[k, c] = place[OTHER + k] if elliptic else 0.0
     new.touch[c] = place[TOUCH] if elliptic else 0.0
+
+
+@njit(**PART)
+def _beside_cut_ends(i, j, pieces):
+    """Tell whether one of the pieces ``i`` and ``j`` is cut off, and the other one is or lies :data:`NEAR_CUT` beside."""
+    if not (pieces.cut[i] or pieces.cut[j]):
+        return False
+    other, n = j if pieces.cut[i] else i, pieces.cut.size
+    for k in range(max(other - NEAR_CUT, 0), min(other + NEAR_CUT + 1, n)):
+        if pieces.cut[k] and pieces.chain[k] == pieces.chain[other]:
+            return True
+    return False
 
 
 @njit(**PART)
@@ -278,7 +297,7 @@ def find_contacts(
                 before = predecessor(old, old_lists, chain, taken, (i, j, s, t, line))
                 touch = place[TOUCH] if elliptic else radius[i] + radius[j]
                 deep = touch - sqrt(wx * wx + wy * wy + wz * wz) > JAMMED * min(radius[i], radius[j])
-                if deep and before < 0 and old_count > 0 and (pieces.cut[i] or pieces.cut[j]):
+                if deep and before < 0 and old_count > 0 and _beside_cut_ends(i, j, pieces):
                     continue  # it lay in another cut end, which does not press it
                 arm = place[ARM] if elliptic else radius[i] / touch
                 coefficient, most = levers[0, part[i], part[j]], levers[1, part[i], part[j]]
@@ -301,13 +320,13 @@ def find_contacts(
 
 @njit(**KERNEL)
 def recover_overlaps(contacts, count, radius, law, free, most):
-    """Give force to overlaps that came without one after the start; returns the energy given [mJ], and how many
-    contacts have more to be given.
+    """Give force to overlaps that came without one after the start; returns the energy given [mJ], how many contacts
+    have more to be given, and the deepest overlap that was without force, over the smaller radius.
 
     ``radius`` (n_nodes,) [mm]. ``free`` overlap that may stay, and ``most`` that is given force now, over the smaller
     radius.
     """
-    given, waiting = 0.0, 0
+    given, waiting, deepest = 0.0, 0, 0.0
     for c in range(count):
         i, j = contacts.piece[0, c], contacts.piece[1, c]
         touch = radius[i] + radius[j]
@@ -317,13 +336,14 @@ def recover_overlaps(contacts, count, radius, law, free, most):
         goal, reach = touch - contacts.accepted[c] - free * least, contacts.reach[c]
         if goal <= max(reach, gap):
             continue
+        deepest = max(deepest, (goal - max(reach, gap)) / least)
         grown = min(goal, max(reach, gap) + most * least)
         before = penalty(max(reach - gap, 0.0), law.normal, law.linear, law.square, law.cubic, law.cap)[2]
         after = penalty(grown - gap, law.normal, law.linear, law.square, law.cubic, law.cap)[2]
         given += contacts.share[c] * (after - before)
         contacts.reach[c] = grown
         waiting += grown < goal
-    return given, waiting
+    return given, waiting, deepest
 
 
 @njit(**ALLOCATING)

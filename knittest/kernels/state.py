@@ -81,7 +81,7 @@ class Contacts(NamedTuple):
     of the centres of their curvature: ``shift`` of these on piece i and ``other`` on j (3, n) [mm], ``touch`` (n,) sum
     of their radii [mm], 0 between circles. Of the nodes: ``upright`` (3, n_nodes) heights of the sections before they
     turn, ``turned`` now, ``square`` and ``excess`` (n_nodes,) [mm^2], and where they flatten ``shape`` (ROWS, n_nodes),
-    see :mod:`knittest.kernels.flatten`. ``accepted`` (n,) overlap of the start [mm], which carries no force.
+    see :mod:`knittest.kernels.flatten`. ``accepted`` (n,) overlap [mm] that stays without force: of the start, or shared.
     """
 
     piece: Index
@@ -101,6 +101,7 @@ class Contacts(NamedTuple):
     share: Array
     tangent: Array
     other_tangent: Array
+    accepted: Array
     shift: Array = np.zeros((3, 0))
     other: Array = np.zeros((3, 0))
     touch: Array = np.zeros(0)
@@ -109,7 +110,6 @@ class Contacts(NamedTuple):
     square: Array = np.zeros(0)
     excess: Array = np.zeros(0)
     shape: Array = np.zeros((10, 0))
-    accepted: Array = np.zeros(0)
 
 
 class ContactLaw(NamedTuple):
@@ -142,11 +142,13 @@ class ContactLaw(NamedTuple):
 
 class Tally(NamedTuple):
     """Accumulators over steps: ``reaction`` (PARTITIONS, n_groups) [N or N mm], conjugate to the table of each group,
-    ``support`` (PARTITIONS, n_groups) [N or N mm], the same without the scales; energies (PARTITIONS, 7) [mJ].
+    ``support`` (PARTITIONS, n_groups) [N or N mm], the same without the scales; energies (PARTITIONS, 8) [mJ].
 
     Energy columns: work of motions, loads and tools; losses of friction, in contacts and in the shear of shells;
     energy of eroded elements; losses of the damping of contacts and of free tools; of the losses of friction, those of
-    spin at crossings of yarns, those at tools, and those in the shear of shells.
+    spin at crossings of yarns, those at tools, and those in the shear of shells; energy that contacts found late were
+    given.
+    ``late`` (1,) deepest overlap of a contact that was found late, over the smaller radius.
     ``tool`` (PARTITIONS, n_tools, 3) forces on the tools in this step, ``tool_sum`` (n_tools, 3) summed over steps [N].
     """
 
@@ -155,3 +157,4 @@ class Tally(NamedTuple):
     tool: Array
     tool_sum: Array
     support: Array
+    late: Array

@@ -19,6 +19,9 @@ from knittest.solve.state import SimulationCost
 BEFORE_FAILURE = 0.25
 #: overlap without force, away from the ends of yarns and at them
 FORCE_FREE = ("force_free_overlap_max_pct", "force_free_at_ends_max_pct")
+#: overlap [% of the smaller radius] at which a contact was found late, above which a run warns: one centre-line is beyond
+#: the other's surface
+LATE = 100.0
 
 
 def assess(
@@ -47,6 +50,12 @@ def assess(
         beyond_law=beyond.share,
         drag_over_weight=drag,
     )
+    late = float(history.contacts.get("found_late_max_pct", np.zeros(0))[: rows.stop].max(initial=0.0))
+    if late > LATE:
+        quality = quality.warning(
+            f"a contact of yarns was found late, at an overlap of {late:.0f} % of a radius; above {LATE:g} % yarns may "
+            "have passed each other: compare with a smaller solver.safety"
+        )
     return _judged(run, quality, beyond, history.rest)
 
 

@@ -95,6 +95,16 @@ class Boundary:
         self.groups += 1
         return self.groups - 1
 
+    @property
+    def largest_speed(self) -> float:
+        """Largest speed [mm/ms] that a prescribed motion along an axis gives to a node."""
+        largest = np.array([np.abs(table.value).max() for table in self.tables])
+        speeds = [
+            np.abs(scale * largest[table.astype(int)])[(kind < 3) | (kind == ALONG)]
+            for _, kind, table, scale, _, _ in self._motions
+        ]
+        return float(np.concatenate([[0.0], *speeds]).max())
+
     def grip(self, nodes: ArrayLike, dof: str, table: Table | None = None) -> int:
         """Clamp all degrees of freedom of ``nodes`` in a massless jaw that moves along ``dof``, as :meth:`move` does.
 

@@ -47,8 +47,8 @@ def _empty(capacity: int, group: "YarnContactGroup") -> Contacts:
     return Contacts(
         np.zeros((2, capacity), np.int64), pair, triple[0], triple[1], slipping, reach, arm, line, triple[2],
         twist, couple, np.zeros((2, capacity)), np.zeros(2 * capacity, np.int64), np.zeros(PARTITIONS + 1, np.int64),
-        np.ones(capacity), triple[3], triple[4], shift, other, np.zeros(elliptic), group.upright, group.turned,
-        group.square, group.excess, group.shape, np.zeros(capacity),
+        np.ones(capacity), triple[3], triple[4], np.zeros(capacity), shift, other, np.zeros(elliptic), group.upright,
+        group.turned, group.square, group.excess, group.shape,
     )  # fmt: skip
 
 
@@ -116,7 +116,7 @@ class ContactTracker:
         self._moved = np.zeros(n, np.bool_)
         self._master = np.arange(n) if group.images is None else masters(group.images)[:n]
         self._along = np.full((n, MOST), -1)
-        self.speed, self.recovered, self.recovering = 0.0, 0.0, 0
+        self.speed, self.recovering = 0.0, 0
         self.searches, self.seconds = 0, 0.0
 
     def settle(self) -> Overlaps:
@@ -125,6 +125,7 @@ class ContactTracker:
         Raises :class:`InputError` listing the worst pairs when an overlap exceeds :data:`MAX_OVERLAP`.
         """
         self._moved[:] = True
+        self.speed = search.largest_speed(self.nodes)
         self._find_contacts()
         c, n = self.contacts, self.count
         gap = np.linalg.norm(c.offset[:, :n], axis=0)
@@ -156,22 +157,26 @@ class ContactTracker:
         """Let up to ``most`` [mm] more of overlaps that are free of force carry it; returns the deepest left [mm]."""
         reach, touch = self.contacts.reach[: self.count], self.touch()
         np.minimum(reach + most, touch, out=reach)
+        accepted = self.contacts.accepted[: self.count]
+        np.minimum(accepted, touch - reach, out=accepted)
         gap = np.linalg.norm(self.contacts.offset[:, : self.count], axis=0)
         return float((touch - np.maximum(reach, gap)).max(initial=0.0))
 
-    def recover(self, time: float) -> None:
+    def recover(self, time: float) -> tuple[float, float]:
         """Give force to overlaps that came without one after the start, slowly, as ``time`` [ms] goes by.
+
+        Returns the energy [mJ] that the penalty gains by it at a fixed gap, and the deepest of these overlaps over the
+        smaller radius.
 
         A contact that was found late, or whose closest points jumped to a place where the yarns are nearer, starts at
         its present gap, so that it makes no energy. Its reach then grows back to the sum of radii less the overlap of
-        the start, by :data:`RECOVERY` smaller radii a ms, and pushes the yarns apart. The energy that the penalty gains
-        at a fixed gap is added to ``recovered`` [mJ].
+        the start, by :data:`RECOVERY` smaller radii a ms, and pushes the yarns apart.
         """
         group = self.group
-        given, self.recovering = search.recover_overlaps(
+        given, self.recovering, deepest = search.recover_overlaps(
             self.contacts, self.count, group.radius, group.law, LEFT_FREE, min(RECOVERY * time, PORTION)
         )
-        self.recovered += given
+        return float(given), float(deepest)
 
     def force_free(self) -> Array:
         """Overlap without force over the smaller radius of the contacts in use, (count,)."""
@@ -192,33 +197,34 @@ class ContactTracker:
         x, y, z = self.nodes.position[:, nodes[0]]
         return f"{names[0]} and {names[1]} at ({x:.1f}, {y:.1f}, {z:.1f}) mm by {100 * share:.1f} %"
 
-    def safe_steps(self, dt: float, most: int) -> int:
-        """Steps, at most ``most``, in which no gap can close by more than the contact skin at the last speed seen.
+    def safe_steps(self, dt: float, most: int, speed: float = 0.0) -> int:
+        """Steps, at most ``most``, in which no gap can close by more than the contact skin.
 
+        Nodes move at the last speed seen, or at ``speed`` [mm/ms] if that is larger.
         Overlaps that are given force get it by :data:`PORTION` at a time.
         """
         if self.recovering:
             most = min(most, max(int(PORTION / (RECOVERY * dt)), LEAST_STEPS))
-        return int(np.clip(0.4 * CONTACT_SKIN / max(self.speed * dt, 1e-12), LEAST_STEPS, most))
+        return int(np.clip(0.4 * CONTACT_SKIN / max(self.speed * dt, speed * dt, 1e-12), LEAST_STEPS, most))
 
-    def update(self, ahead: float) -> None:
-        """Renew contacts whose skin could be used up within ``ahead`` [ms]."""
+    def update(self, ahead: float) -> tuple[float, float]:
+        """Renew contacts whose skin could be used up within ``ahead`` [ms]; returns what :meth:`recover` does."""
         start = clock.perf_counter()
         count, self.speed = search.flag_moved(
             self.nodes, self._since, ahead, search.REACHED * CONTACT_SKIN, self._moved
         )  # fmt: skip
         if count:
             self._find_contacts()
-        if self.count:
-            self.recover(ahead)
+        given = self.recover(ahead) if self.count else (0.0, 0.0)
         self.seconds += clock.perf_counter() - start
+        return given
 
     def state(self) -> State:
         """Contacts in use, where every piece was last looked at, and the speed that sets the next look."""
         counts = np.array([self.count, self.contacts.reach.size, self._spare.reach.size, self.searches])
         return arrays_of("contacts", _used(self.contacts, self.count), OF_CONTACTS) | {
             "since": self._since.copy(), "along": self._along.copy(), "speed": np.array(self.speed), "counts": counts,
-            "recovered": np.array([self.recovered, self.recovering]),
+            "recovering": np.array(self.recovering),
         } | ({name: getattr(self.group, name).copy() for name in SHAPES} if self.group.shape.size else {})  # fmt: skip
 
     def restore(self, state: State) -> None:
@@ -235,8 +241,7 @@ class ContactTracker:
             turn_sections(0, self.group.excess.size, self.nodes, self.contacts)
         self._since[:] = entry(state, "since", self._since.shape)
         self._along[:] = entry(state, "along", self._along.shape)
-        self.speed, recovered = float(entry(state, "speed", ())), entry(state, "recovered", (2,))
-        self.recovered, self.recovering = float(recovered[0]), int(recovered[1])
+        self.speed, self.recovering = float(entry(state, "speed", ())), int(entry(state, "recovering", ()))
 
     def _find_contacts(self) -> None:
         """Search around the moved pieces and renew the list; it grows when it overflows.

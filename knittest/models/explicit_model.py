@@ -28,8 +28,7 @@ class Stored:
     ``mechanisms`` are the same elastic energies of the parts by mechanism, (n_parts,) each.
     ``tools`` is the elastic energy of contacts with tools, ``tool_kinetic`` the kinetic energy of free tools,
     ``tool_depth`` the deepest penetration into one [mm]; ``force_free`` the deepest overlap of yarns that carries no
-    force, over the smaller radius, away from their ends and at them; ``recovered`` energy that contacts found late have
-    been given.
+    force, over the smaller radius, away from their ends and at them.
     """
 
     internal: Array
@@ -41,7 +40,6 @@ class Stored:
     tool_kinetic: float = 0.0
     tool_depth: float = 0.0
     force_free: tuple[float, float] = (0.0, 0.0)
-    recovered: float = 0.0
 
 
 @dataclass
@@ -89,8 +87,11 @@ class ExplicitModel(ABC):
         """Find what touches at the start; returns what overlaps. Raises InputError if it does too much."""
 
     @abstractmethod
-    def safe_steps(self, dt: float, most: int) -> int:
-        """Steps, at most ``most``, after which the model wants to be looked at again."""
+    def safe_steps(self, dt: float, most: int, speed: float = 0.0) -> int:
+        """Steps, at most ``most``, after which contacts must be searched again.
+
+        ``speed`` [mm/ms] is one that nodes may take at once, where their present speed does not show it.
+        """
 
     @abstractmethod
     def advance(self, steps: int, time: float, dt: float, drive: Drive, tally: Tally, scratch: Array) -> None:
@@ -145,9 +146,10 @@ class ExplicitModel(ABC):
         """
         return ""
 
-    def invalid_state(self) -> str:
+    def invalid_state(self, dt: float) -> str:
         """Describe what makes the present state one that no result can be read from; empty if nothing does.
 
+        ``dt`` is the time step [ms].
         The text after a semicolon is the remedy.
         """
         return ""

@@ -55,9 +55,9 @@ class FabricModel(ExplicitModel):
         """See :meth:`SheetTracker.settle`."""
         return self.tracker.settle() if self.tracker else Overlaps()
 
-    def safe_steps(self, dt: float, most: int) -> int:
+    def safe_steps(self, dt: float, most: int, speed: float = 0.0) -> int:
         """Only contacts need attention between samples."""
-        return self.tracker.safe_steps(dt, most) if self.tracker else most
+        return self.tracker.safe_steps(dt, most, speed) if self.tracker else most
 
     def advance(self, steps: int, time: float, dt: float, drive: Drive, tally: Tally, scratch: Array) -> None:
         """Renew contacts that may come near, then advance."""
@@ -128,9 +128,9 @@ class FabricModel(ExplicitModel):
 
         Less distortion leaves the bound behind the time step valid (:mod:`knittest.models.shell_step` says how far).
         """
-        return self.invalid_state() or (self._too_stiff(dt) if self.bends.alive.size else "")
+        return self.invalid_state(dt) or (self._too_stiff(dt) if self.bends.alive.size else "")
 
-    def invalid_state(self) -> str:
+    def invalid_state(self, dt: float) -> str:
         """Names a shell without area, or a node that went through a shell; empty if there is none."""
         shell, ratio = smallest_shell(
             self.nodes.position, self.shells.conn, self.shells.fail_time, self.shells.state

@@ -79,6 +79,7 @@ class SheetTracker:
         Raises :class:`InputError` naming the worst pairs when an overlap exceeds :data:`MAX_OVERLAP`.
         """
         self._moved[:] = True
+        self.speed = search.largest_speed(self.nodes)
         self._find_contacts()
         c, half = self.contacts, 0.5 * self.law.thickness
         inside = (c.uv[:, : self.count] > 0.0) & (c.uv[:, : self.count] < 1.0)  # lips of a slit are no overlap
@@ -97,9 +98,12 @@ class SheetTracker:
         x, y, z = self.nodes.position[:, i]
         return f"node {i} and shell {e} at ({x:.1f}, {y:.1f}, {z:.1f}) mm by {100 * share:.1f} %"
 
-    def safe_steps(self, dt: float, most: int) -> int:
-        """Steps, at most ``most``, in which no gap can close by more than the skin at the last speed seen."""
-        return int(np.clip(0.4 * self.skin / max(self.speed * dt, 1e-12), LEAST_STEPS, most))
+    def safe_steps(self, dt: float, most: int, speed: float = 0.0) -> int:
+        """Steps, at most ``most``, in which no gap can close by more than the skin.
+
+        Nodes move at the last speed seen, or at ``speed`` [mm/ms] if that is larger.
+        """
+        return int(np.clip(0.4 * self.skin / max(self.speed * dt, speed * dt, 1e-12), LEAST_STEPS, most))
 
     def update(self, ahead: float) -> None:
         """Renew contacts whose skin could be used up within ``ahead`` [ms]."""

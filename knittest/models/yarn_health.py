@@ -62,20 +62,22 @@ class YarnHealth:
         Raises :class:`InputError` for sections that lie along the loops, see :func:`refuse_conforming`.
         """
         model = self.model
-        fault = self.invalid_state()
+        fault = self.invalid_state(dt)
         if fault or not model.contact:
             return fault
         self.looks += 1
         refuse_conforming(model.tracker, model.nodes.position)
         stiff = self._too_stiff(dt) if self.looks % STIFFNESS_LOOKS == 0 else ""
-        return self._too_fast(dt) or stiff
+        return stiff
 
-    def invalid_state(self) -> str:
-        """Describe a collapsed beam, one whose sections turn, or yarns that pass each other; empty if there is none."""
+    def invalid_state(self, dt: float) -> str:
+        """Describe a collapsed beam, one whose sections turn, yarns that pass each other, or a node that is too fast for
+        the search of contacts at time step ``dt`` [ms]; empty if there is none.
+        """
         model = self.model
         if health.count_short_beams(model.nodes.position, model.beams.alive, model.beams.inv_length, SHORTEST):
             return self._collapsed()
-        return self._turning() or (self._pierced() if model.contact else "")
+        return self._turning() or ((self._pierced() or self._too_fast(dt)) if model.contact else "")
 
     def _turning(self) -> str:
         model = self.model

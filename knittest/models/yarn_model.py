@@ -56,14 +56,16 @@ class YarnModel(ExplicitModel):
         found = self.tracker.settle() if self.contact else Overlaps()
         return Overlaps() if self.pressed else found
 
-    def safe_steps(self, dt: float, most: int) -> int:
+    def safe_steps(self, dt: float, most: int, speed: float = 0.0) -> int:
         """See :meth:`ContactTracker.safe_steps`."""
-        return self.tracker.safe_steps(dt, most) if self.contact else most
+        return self.tracker.safe_steps(dt, most, speed) if self.contact else most
 
     def advance(self, steps: int, time: float, dt: float, drive: Drive, tally: Tally, scratch: Array) -> None:
         """Renew contacts that may come near, then advance."""
         if self.contact:
-            self.tracker.update(steps * dt)
+            given, late = self.tracker.update(steps * dt)
+            tally.energy[0, 7] += given
+            tally.late[0] = max(tally.late[0], late)
         self.step(steps, time, dt, drive, tally, scratch)
 
     def step(self, steps: int, time: float, dt: float, drive: Drive, tally: Tally, scratch: Array) -> None:
@@ -85,8 +87,7 @@ class YarnModel(ExplicitModel):
         found = self.beam_energies()
         internal = np.sum(list(found.values()), axis=0)
         contact += shape_energy(self.group.shape, self.beams, self.counted(), self.group.owned)
-        recovered = self.tracker.recovered
-        return Stored(internal, contact, 0.0, penetration, found, force_free=self.force_free(), recovered=recovered)
+        return Stored(internal, contact, 0.0, penetration, found, force_free=self.force_free())
 
     def beam_energies(self) -> dict[str, Array]:
         """Energies [mJ] of the living beams of each part, (n_parts,), by :data:`MECHANISMS`."""
@@ -178,9 +179,9 @@ class YarnModel(ExplicitModel):
         broken = np.unique(self.group.chain[np.isfinite(time) & (time > since)])
         return np.flatnonzero(np.isin(self.group.chain, broken))
 
-    def invalid_state(self) -> str:
+    def invalid_state(self, dt: float) -> str:
         """See :meth:`YarnHealth.invalid_state`."""
-        return self.health.invalid_state()
+        return self.health.invalid_state(dt)
 
     def diagnose(self, dt: float) -> str:
         """See :class:`YarnHealth`."""

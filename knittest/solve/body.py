@@ -160,8 +160,9 @@ class Body:
     def advance(self, duration: float, watch: Callable[["Body"], None] | None = None) -> None:
         """Integrate for ``duration`` [ms]; ``watch`` is called after every chunk of at most 20 steps."""
         left = max(round(above(duration, "duration [ms]", equal=True) / self.dt), 1)
+        self.start()
         while left > 0:
-            chunk = min(self.model.safe_steps(self.dt, CHUNK), left)
+            chunk = self._safe_steps(left)
             self.step(chunk)
             left -= chunk
             if watch is not None:
@@ -179,11 +180,15 @@ class Body:
         left = int(steps)
         with limited(self.threads):
             while left > 0:
-                chunk = min(self.model.safe_steps(self.dt, CHUNK), left)
+                chunk = self._safe_steps(left)
                 going.step(chunk)
                 left -= chunk
+                self._check_state()
         self._read(steps)
-        self._check_state()
+
+    def _safe_steps(self, left: int) -> int:
+        """Steps, at most ``left``, until contacts are searched again and the state is checked."""
+        return min(self.model.safe_steps(self.dt, CHUNK, self.boundary.largest_speed), left)
 
     def relax(self, must_converge: bool = True, **options: float) -> Relaxation:
         """Find the static state under what acts at the end of all tables; see :func:`knittest.solve.relax.relax`.
@@ -211,7 +216,7 @@ class Body:
 
     def _check_state(self) -> None:
         """Raise :class:`NumericalError` for a state that no result can be read from."""
-        if fault := self.model.invalid_state():
+        if fault := self.model.invalid_state(self.dt):
             what, _, remedy = fault.partition("; ")
             raise NumericalError(f"{what} at {self.time:.5g} ms; {remedy or 'a smaller safety, or slower motion'}")
 
@@ -281,7 +286,7 @@ class Body:
 
     def energies(self) -> dict[str, float]:
         """Energies [mJ]: kinetic, internal, contact, hourglass, friction, contact_damping (of free tools too),
-        contact_recovery (less the energy given to contacts found late), damping, eroded, external and their balance;
+        damping, eroded; what was put in, external and contact_recovery (given to contacts found late); their balance;
         and of friction, that of crossings against spin, friction_of_spin.
 
         Takes one step, because central differences conserve the kinetic energy of the velocities around an instant.
@@ -300,12 +305,12 @@ class Body:
             "hourglass": stored.hourglass,
             "friction": friction,
             "contact_damping": damped,
-            "contact_recovery": -stored.recovered,
             "damping": self.damping_loss,
             "eroded": eroded,
         }
-        balance = external - sum(found.values())
-        return found | {"external": external, "balance": balance, "friction_of_spin": going.rubbed()["spin"]}
+        balance = external + going.recovered - sum(found.values())
+        given = {"external": external, "contact_recovery": going.recovered}
+        return found | given | {"balance": balance, "friction_of_spin": going.rubbed()["spin"]}
 
     def _spinning(self) -> float:
         """Rotary kinetic energy [mJ] half a step ago."""

@@ -220,6 +220,7 @@ def _contacts(run: Simulation, stored: Stored) -> dict[str, float]:
         **{f"penetration_p{p}_pct": float(v) for p, v in zip((50, 90, 99), middle, strict=True)},
         "force_free_overlap_max_pct": 100.0 * stored.force_free[0],
         "force_free_at_ends_max_pct": 100.0 * stored.force_free[1],
+        "found_late_max_pct": 100.0 * float(run.tally.late[0]),
         "tool_contacts": float(np.count_nonzero(run.drive.touch.pressure)),
         "tool_penetration_max_um": 1e3 * stored.tool_depth,
     }
@@ -233,7 +234,7 @@ def _balance(run: Simulation, stored: Stored) -> dict[str, float]:
     labels = [f"{mechanism}_{name}_mj" for mechanism in stored.mechanisms for name in names]
     kinetic = run.kinetic + stored.tool_kinetic
     elastic = float(sum(internal)) + float(contact) + stored.hourglass
-    error = external + stored.recovered - elastic - friction - damped - eroded - run.damping_loss - kinetic
+    error = external + run.recovered - elastic - friction - damped - eroded - run.damping_loss - kinetic
     largest = max([abs(external), *(abs(r["external_mj"]) for r in run.energy_rows[-1:])])
     parts = {f"internal_{name}_mj": float(v) for name, v in zip(names, internal, strict=True)}
     return {
@@ -247,7 +248,7 @@ def _balance(run: Simulation, stored: Stored) -> dict[str, float]:
         "friction_mj": friction,
         **{f"friction_{where}_mj": lost for where, lost in run.rubbed().items()},
         "contact_damping_mj": damped,
-        "contact_recovery_mj": stored.recovered,
+        "contact_recovery_mj": run.recovered,
         "damping_mj": run.damping_loss,
         "eroded_mj": eroded,
         "external_mj": external,

@@ -60,4 +60,9 @@ class Stepping:
         """Parts of the losses of friction [mJ]: against spin at crossings of yarns, at tools, in the shear of shells;
         the rest is that of sliding contacts.
         """
-        return dict(zip(("spin", "tools", "shear"), self.tally.energy[:, 4:].sum(axis=0).tolist(), strict=True))
+        return dict(zip(("spin", "tools", "shear"), self.tally.energy[:, 4:7].sum(axis=0).tolist(), strict=True))
+
+    @property
+    def recovered(self) -> float:
+        """Energy [mJ] that contacts found late were given (:meth:`ContactTracker.recover`)."""
+        return float(self.tally.energy[:, 7].sum())

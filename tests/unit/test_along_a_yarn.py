@@ -190,7 +190,7 @@ def contact(line: float, pieces: tuple[int, int], s: float = 0.5, t: float = 0.5
         offset=np.array([[0.0], [0.0], [APART]]), slipping=np.zeros(1), reach=np.full(1, APART + 0.01),
         arm=np.full(1, 0.5), line=np.full(1, line), force=zero.copy(), twist=np.zeros(1), couple=np.zeros(1),
         lever=np.zeros((2, 1)), half=np.array([0, 1]), half_start=np.array([0, 2]), share=np.ones(1),
-        tangent=zero.copy(), other_tangent=zero.copy(),
+        tangent=zero.copy(), other_tangent=zero.copy(), accepted=np.zeros(1),
     )  # fmt: skip
 
 
@@ -276,7 +276,7 @@ def test_a_piece_does_not_lie_along_its_own_image():
 
 def test_of_two_contacts_at_a_place_the_one_that_is_free_is_taken():
     old, chain = contact(POINT, (5, 16)), np.repeat([0, 1], 11)
-    both = Contacts(*(np.concatenate([row, row], axis=-1) for row in old[:17]))
+    both = Contacts(*(np.concatenate([row, row], axis=-1) for row in old[:18]))
     lists, taken = (np.full(22, -1), np.full(2, -1)), np.zeros(2, np.bool_)
     for c in (0, 1):
         plain(push)(both, c, lists)

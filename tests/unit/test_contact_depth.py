@@ -29,7 +29,7 @@ class Pair:
             slipping=np.zeros(1), reach=np.full(1, REACH), arm=np.full(1, 0.5), line=np.zeros(1),
             force=np.zeros((3, 1)), twist=np.zeros(1), couple=np.zeros(1), lever=np.zeros((2, 1)),
             half=np.array([0, 1]), half_start=np.array([0, 2]), share=np.ones(1),
-            tangent=np.zeros((3, 1)), other_tangent=np.zeros((3, 1)),
+            tangent=np.zeros((3, 1)), other_tangent=np.zeros((3, 1)), accepted=np.zeros(1),
         )  # fmt: skip
         self._settle()
         normal = self.contacts.offset[:, 0] / self.distance

@@ -162,6 +162,14 @@ def test_overlap_without_force_refuses_every_run_of_yarns(share: float, given: s
     assert judged(found, run_of()).failures == ()
 
 
+@pytest.mark.parametrize(("share", "warned"), [(99.0, False), (101.0, True)])
+def test_a_contact_found_beyond_the_other_centre_line_warns(share: float, warned: bool) -> None:
+    found = replace(history(), contacts={"found_late_max_pct": at(60, share)})
+    quality = judged(found, run_of("friction", scale="meso"))
+    assert not quality.failures
+    assert any("found late" in text for text in quality.warnings) == warned
+
+
 def test_rows_from_the_first_number_that_is_reported() -> None:
     """A frame that shears on to large angles must not push the force at 10 deg into its start-up."""
     work = np.arange(float(ROWS)) ** 4

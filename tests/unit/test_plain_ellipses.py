@@ -63,7 +63,7 @@ class Pair:
             line=np.full(1, line), force=np.zeros((3, 1)), twist=np.zeros(1), couple=np.zeros(1),
             lever=np.zeros((2, 1)),
             half=np.array([0, 1]), half_start=np.array([0, 2]), share=np.ones(1),
-            tangent=np.zeros((3, 1)), other_tangent=np.zeros((3, 1)),
+            tangent=np.zeros((3, 1)), other_tangent=np.zeros((3, 1)), accepted=np.zeros(1),
             shift=np.zeros((3, 1)), other=np.zeros((3, 1)), touch=np.zeros(1), upright=upright, turned=upright.copy(),
             square=square, excess=excess,
         )  # fmt: skip

@@ -84,7 +84,7 @@ def contacts(line: float, reach: float, gap: float) -> Contacts:
         offset=np.array([[0.0], [0.0], [gap]]), slipping=np.ones(1), reach=np.full(1, reach), arm=np.full(1, 0.5),
         line=np.full(1, line), force=np.full((3, 1), 2.0), twist=np.zeros(1), couple=np.zeros(1),
         lever=np.zeros((2, 1)), half=np.array([0, 1]), half_start=np.array([0, 2]), share=np.ones(1),
-        tangent=np.zeros((3, 1)), other_tangent=np.zeros((3, 1)),
+        tangent=np.zeros((3, 1)), other_tangent=np.zeros((3, 1)), accepted=np.zeros(1),
     )  # fmt: skip
 
 

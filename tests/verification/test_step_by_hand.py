@@ -163,3 +163,29 @@ def test_a_released_cantilever_is_straight_when_its_residual_is_small() -> None:
     found = body.relax()
     assert found.residual < 1e-4
     assert np.abs(body.position - points).max() < 1e-6
+
+
+def test_yarns_that_are_pressed_through_each_other_in_one_call_are_an_error() -> None:
+    body = yarns(0.2)
+    body.boundary.move(np.arange(POINTS), ALL)
+    body.boundary.move(np.arange(POINTS, 2 * POINTS), "z", constant(-SPEED))
+    with pytest.raises(NumericalError, match="pass through each other"):
+        body.step(round(2.0 / SPEED / body.dt))
+
+
+def test_the_first_steps_are_few_where_yarns_start_fast() -> None:
+    """At 100 mm/ms the upper yarn crosses the lower one within 20 steps. 1 mJ is stored then of 50 mJ of motion."""
+    body = yarns(0.2)
+    body.velocity[POINTS:, 2] = -100.0
+    body.step(round(0.5 / 100.0 / body.dt))
+    assert body.energies()["contact"] > 1.0
+
+
+def test_the_first_steps_are_few_where_a_table_moves_yarns_fast() -> None:
+    """At 50 mm/ms 20 steps are 0.4 mm. The contact is seen before the yarns are through each other."""
+    body = yarns(0.2)
+    body.velocity[:] = 0.0
+    body.boundary.move(np.arange(POINTS), ALL)
+    body.boundary.move(np.arange(POINTS, 2 * POINTS), "z", constant(-50.0))
+    with pytest.raises(NumericalError, match="pass through each other"):
+        body.step(round(1.4 / 50.0 / body.dt))

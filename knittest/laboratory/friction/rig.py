@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 PRESS, SETTLE = 1.0, 0.5
 #: share of the travel, at its end, over which the kinetic level and the pressure are means
 KINETIC_SHARE = 0.5
-#: travel at a share of the speed, in which the strip lets go: a faster strip swings when it does [mm]
+#: travel at a share of the speed, in which a strip of shells lets go: a faster strip swings when it does [mm]
 CREEP, CREEP_SHARE = 0.5, 0.05
 #: thickness of the plates and radius of their edges, outside their nominal size [mm]
 THICKNESS, EDGE = 10.0, 1.0
