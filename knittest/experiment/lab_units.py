@@ -87,6 +87,8 @@ def stated(name: str, below: str, units: Mapping[str, float], where: str) -> str
     marked = _MARKED.findall(bare)
     places = [*bracketed, *marked, *(word for word in _LAST_WORD.findall(bare) if word != "1")]
     in_name = next((p for p in places if known(p, units)), next(filter(None, [*bracketed, *marked]), ""))
+    if known(below, units) and not is_unit(in_name):  # a channel, such as that of 'Tensile strain (Strain 1)'
+        in_name = ""
     for text in (below.strip("[]() "), in_name):
         if text and not known(text, units):
             raise InputError(f"{where}: column {name!r}: unit {text!r}: expected one of {', '.join(units)}")
@@ -116,7 +118,7 @@ def _bracketed(name: str) -> list[str]:
 
 def decimal_mark(path: object, cells: Sequence[str]) -> str:
     """The decimal mark of an export; refuses to guess when every number could be in thousands."""
-    numbers = [c for c in cells if ("." in c or "," in c) and NUMBER.match(c)]
+    numbers = [c for c in cells if ("." in c or "," in c) and any(mark.fullmatch(c) for mark in _GROUPED.values())]
     for mark, other in ((",", "."), (".", ",")):
         if any(other in c and mark in c and c.rindex(mark) > c.rindex(other) for c in numbers):
             return mark
