@@ -130,9 +130,12 @@ def _tables_in(rows: list[Row], place: str, stem: str, given: Given, wanted: Wan
             k += 1
             continue
         needed = [c for c, role in enumerate(roles) if any(role in some for some in wanted)]
-        head = [*(found[0].head if found else []), *rows[end:k]][-MAX_HEAD:]
+        own = {cells[0] for _, cells in rows[end:k] if len(cells) > 1}
+        shared = found[0].head if found else []
+        head = [*(row for row in shared if row[1][0] not in own), *rows[end:k]][-MAX_HEAD:]
         blocks, k, notes = _blocks(rows, first, needed, names_all)
-        end = k
+        last = blocks[-1][-1][0] if blocks[-1] else line
+        end = next((n for n in range(first, k) if rows[n][0] > last), k)
         for block in blocks:
             table = LabTable(place, stem, head, line, names, units, block, ".", roles, notes)
             _refuse_ragged(table)
