@@ -249,4 +249,5 @@ def told(
 
 def _rank(name: str) -> int:
     """Order of columns of one role: standard travel, one without a word to it, absolute position of the machine."""
-    return 0 if lab_names.is_kind("standard", name) else 2 if lab_names.is_kind("machine", name) else 1
+    better = lab_names.is_kind("standard", name) or lab_names.is_kind("corrected", name)
+    return 0 if better else 2 if lab_names.is_kind("machine", name) else 1

@@ -25,7 +25,7 @@ from knittest.experiment.lab_conditions import (
     stated,
     within,
 )
-from knittest.experiment.lab_given import JITTER, Given, Sign, drawn, noise, pulled
+from knittest.experiment.lab_given import JITTER, OTHER, Given, Sign, drawn, noise, pulled
 from knittest.experiment.lab_recording import columns, specimens_in, told, unit_of
 from knittest.experiment.lab_results import Curves
 from knittest.experiment.lab_table import LabTable, read_tables
@@ -44,6 +44,11 @@ FALL, BELOW = 0.02, 0.05
 STAYS, GAINS = 0.002, 0.08
 #: difference of the shares of their ways that extensometer and clamp go from row to row beyond which one jumps
 JUMP = 0.25
+#: parts of the clamp's way, and share of its usual pace below which an extensometer slips in one of them while the force
+#: gains that share of its maximum
+PARTS, SLOW, GAINS_SLOW = 10, 0.25, 0.03
+#: share of its way by which a clamp goes back before another loading
+UNLOADED = 0.1
 #: share of the largest travel below which an offset of the start is none
 OFFSET = 0.002
 
@@ -171,7 +176,7 @@ def _measures(table: LabTable, group: Sequence[int], gauge: float | None) -> lis
         else:
             is_standard = lab_names.is_kind("standard", name)
             length = standard[0] if is_standard and standard else gauge
-            rank = 2 if is_standard else 5 if lab_names.is_kind("machine", name) else 3
+            rank = 2 if is_standard or lab_names.is_kind("corrected", name) else 5 if lab_names.is_kind("machine", name) else 3
             words = "a travel" + (f" over {length:g} mm between the clamps" if length else " of the clamp")
             found.append(_Measure(k, rank, unit, length, words))
     if not found:
@@ -228,7 +233,10 @@ class _Rows:
             )
         if e.min() < -max(BELOW * top, wide):
             return f"it turns negative under the pull, {e.min():.4g} % in line {self.lines[int(np.argmin(e))]}"
-        earlier = max(int(np.searchsorted(force, (1.0 - GAINS) * force[-1], side="right")) - 1, 0)
+        changes = np.diff(np.flatnonzero(np.diff(self.strain[rows])))
+        held = int(np.median(changes)) if len(changes) > 2 else 1  # rows between two values of a slower channel
+        earlier = int(np.searchsorted(force, (1.0 - GAINS) * force[-1], side="right")) - 1
+        earlier = max(min(earlier, self.top - 2 * held), 0)
         least = max(STAYS * top, 6.0 * noise(self.strain[earlier : self.top + 1]))
         if earlier and e[-1] - e[earlier] < least:
             k = int(np.argmax(e > e[-1] - least))
@@ -248,6 +256,11 @@ class _Rows:
         steps = np.abs(np.diff(e / e.max())) - np.abs(np.diff(x / x[-1]))
         if len(steps) > 8 and steps.max() > JUMP:
             return f"it jumps in line {self.lines[int(np.argmax(steps)) + 1]}, the clamp does not"
+        rows = np.searchsorted(np.maximum.accumulate(x / x[-1]), np.linspace(0.0, 1.0, PARTS + 1))
+        pace, gain = np.diff(e[rows]), np.diff(np.maximum.accumulate(self.force)[rows]) / self.force[self.top]
+        slow = np.flatnonzero((pace < SLOW * np.quantile(pace, 0.75)) & (gain > GAINS_SLOW))
+        if len(np.unique(e)) > 4 * PARTS and (slow >= 2).any():
+            return f"it hardly moves from line {self.lines[rows[slow[slow >= 2][0]]]} on, the clamp does: it slipped"
         ratio = e[-1] / abs(x[-1])
         if 0.005 < ratio < 0.02 or 50.0 < ratio < 200.0:
             raise InputError(
@@ -259,6 +272,7 @@ class _Rows:
     def curve(self) -> tuple[Array, Array]:
         """Strain [%], rising, and force [N]; raises :class:`InputError` for a travel that goes back before the peak."""
         strain, top = self.strain, self.top
+        self._refuse_cycles()
         with np.errstate(over="ignore", invalid="ignore"):
             back = np.flatnonzero(np.maximum.accumulate(strain) - strain > self.jitter)
         before = back[back <= top]
@@ -285,6 +299,18 @@ class _Rows:
         if len(strain) < 2:
             raise InputError(f"{self.where.format(self.lines[-1])}: the travel does not rise")
         return strain, force
+
+
+    def _refuse_cycles(self) -> None:
+        """Raise :class:`InputError` where the clamp goes back and the force rises again after it."""
+        way = self.strain if self.clamp is None else np.abs(self.clamp - self.clamp[0])
+        back = np.maximum.accumulate(way) - way > max(UNLOADED * float(np.ptp(way)), 6.0 * noise(way))
+        later = self.force[int(np.argmax(back)) :] if back.any() else self.force[:0]
+        if len(later) and (later - np.minimum.accumulate(later)).max() > OTHER * self.force[self.top]:
+            raise InputError(
+                f"{self.where.format(self.lines[int(np.argmax(back))])}: the travel goes back, and the force rises "
+                "again after it: a cyclic test, or several specimens? Keep the first loading of one specimen alone"
+            )
 
 
 def _rising(strain: Array, force: Array, top: int) -> tuple[Array, Array]:

@@ -1,7 +1,8 @@
 """Tables in a machine's file: names of columns, units, numbers, and the rows above them that state conditions."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -145,7 +146,19 @@ def _tables_in(rows: list[Row], place: str, stem: str, given: Given, wanted: Wan
                 found.append(table)
     longest = max((len(table.body) for table in found), default=0)
     names = next((table.names for table in found if len(table.body) == longest), [])
-    return [table for table in found if table.names == names and (len(table.body) > 1 or longest < SHORT)]
+    kept = [table for table in found if table.names == names and (len(table.body) > 1 or longest < SHORT)]
+    return [part for table in kept for part in _by_specimen(table)] if len(wanted) > 1 else kept
+
+
+def _by_specimen(table: LabTable) -> list[LabTable]:
+    """Recordings that stand below each other in ``table``, where a column names their specimens."""
+    for k in table.having("specimen"):
+        labels = [cells[k] if k < len(cells) else "" for _, cells in table.body]
+        starts = [0, *(row for row, (one, other) in enumerate(pairwise(labels), 1) if one != other), len(labels)]
+        parts = [replace(table, body=table.body[start:end]) for start, end in pairwise(starts)]
+        if all(len(part.body) > 2 for part in parts) and not any(_goes_on(*two) for two in pairwise(parts)):
+            return parts
+    return [table]
 
 
 def _may_name(cells: list[str]) -> bool:
