@@ -1,12 +1,15 @@
 """Names that machine files give to things, in eight languages: the table ``lab_names.yaml``, compiled."""
 
 import re
+import unicodedata
 from functools import lru_cache
 from typing import Any
 
 from knittest.experiment import lab_units
 from knittest.experiment.lab_units import table
 
+#: sets of characters, which stay as they are, and letters with a mark
+_MARKED = re.compile(r"\[[^\]]*\]|[à-öø-żÀ-ÖØ-Ż]")
 #: last characters of a name, so that a long one takes no quadratic time
 LONGEST = 200
 
@@ -19,7 +22,16 @@ def pattern(*path: str | int) -> re.Pattern[str]:
         found = found.get(key, {}) if isinstance(found, dict) else found[key]
     if not found:
         return re.compile("(?!)")
-    return re.compile("|".join(found.values()) if isinstance(found, dict) else found, re.I)
+    text = "|".join(found.values()) if isinstance(found, dict) else found
+    return re.compile(_MARKED.sub(lambda letter: _with_and_without(letter[0]), text), re.I)
+
+
+def _with_and_without(letter: str) -> str:
+    """Pattern of a letter with its mark and without it, such as in 'Epaisseur', 'Pruefzeit' and 'Sila'."""
+    plain = {"ł": "l", "ß": "ss"}.get(letter, unicodedata.normalize("NFD", letter)[0])
+    if letter.startswith("[") or plain == letter:
+        return letter
+    return f"(?:{letter}|{plain}{'e?' if letter in 'äöü' else ''})"
 
 
 def plainly(name: str) -> str:

@@ -176,7 +176,13 @@ def _measures(table: LabTable, group: Sequence[int], gauge: float | None) -> lis
         else:
             is_standard = lab_names.is_kind("standard", name)
             length = standard[0] if is_standard and standard else gauge
-            rank = 2 if is_standard or lab_names.is_kind("corrected", name) else 5 if lab_names.is_kind("machine", name) else 3
+            rank = (
+                2
+                if is_standard or lab_names.is_kind("corrected", name)
+                else 5
+                if lab_names.is_kind("machine", name)
+                else 3
+            )
             words = "a travel" + (f" over {length:g} mm between the clamps" if length else " of the clamp")
             found.append(_Measure(k, rank, unit, length, words))
     if not found:
@@ -299,7 +305,6 @@ class _Rows:
         if len(strain) < 2:
             raise InputError(f"{self.where.format(self.lines[-1])}: the travel does not rise")
         return strain, force
-
 
     def _refuse_cycles(self) -> None:
         """Raise :class:`InputError` where the clamp goes back and the force rises again after it."""

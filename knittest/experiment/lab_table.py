@@ -306,7 +306,14 @@ def _no_names(path: str, rows: list[Row], wanted: Wanted, words: str, given: Giv
     names = [name for name in above[0][1] if name]
     roles = dict(zip(names, _roles(names, [""] * len(names), given), strict=True))
     lacking = [_usual(some) for some in wanted if not any(role in some for role in roles.values())]
-    free = sorted((n for n, role in roles.items() if role not in sum(wanted, ())), key=lambda n: bool(roles[n]))
+    units = dict(zip(above[0][1], above[1][1] if len(above) > 1 else [], strict=False))
+    kinds = [lab_names.table()["columns"][role].get("quantity", ()) for role in lacking]
+    free = [n for n, role in roles.items() if role not in sum(wanted, ())]
+    lead = [next((n for n in free if not lab_units.is_of_another(n, units.get(n, ""), tuple(k))), "") for k in kinds]
+    free = [
+        *filter(None, dict.fromkeys(lead)),
+        *sorted((n for n in free if n not in lead), key=lambda n: bool(roles[n])),
+    ]
     if lacking == ["overhang"]:  # all of them are readings of a strip
         lacking *= sum(not roles[name] for name in free) or 1
     lost = [name for name in given.named if name not in (n.lower() for n in names)]

@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
+from knittest.experiment import lab_names
 from knittest.experiment.lab_checks import common
-from knittest.experiment.lab_conditions import GAUGE, WIDTH
+from knittest.experiment.lab_conditions import GAUGE, STANDARD, WIDTH, agreeing, stated
 from knittest.experiment.lab_folder import Tests
 from knittest.experiment.lab_given import Given
 from knittest.experiment.lab_recording import Recording, of, reader
@@ -39,6 +40,9 @@ class Pulled(Sheared):
 def _pulled(r: Recording, given: Given) -> Pulled:
     """The travel of the clamp, or its strain, becomes the angle; one that was measured is another one, and not read."""
     length, width = r.needed([GAUGE, WIDTH], given)
+    standard = stated(STANDARD, r.table)
+    if "travel" in r.values and lab_names.is_kind("standard", r.title("travel")) and standard:
+        agreeing(GAUGE, [(length, f"{r.where}: the clamps"), standard])  # that of a part is none of the clamp
     try:
         strip = BiasStrip(length, width)
     except InputError as error:

@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from knittest.base.errors import InputError
+from knittest.experiment import lab_names
 from knittest.experiment.lab_checks import common, digests
 from knittest.experiment.lab_conditions import GAUGE, RATIO, WIDTH, needed
 from knittest.experiment.lab_folder import Tests, of_directions
@@ -26,10 +28,15 @@ class Stretched(Specimen):
 
 
 def _read(path: Path, given: Given) -> list[Stretched]:
-    return [
-        Stretched(**vars(strip), ratio=needed([RATIO], table, path, given.sizes)[0])
-        for strip, table in read_tabled(path, given)
-    ]
+    found = read_tabled(path, given)
+    for _, table in found:
+        axes = [table.names[k] for k in table.having("force") if lab_names.is_kind("axis", table.names[k])]
+        if len(axes) > 1:
+            raise InputError(
+                f"{table.where}: columns {axes[0]!r} and {axes[1]!r} are of two directions: name the force and the "
+                f'travel of the direction tested, such as --column force="{axes[0]}"'
+            )
+    return [Stretched(**vars(strip), ratio=needed([RATIO], table, path, given.sizes)[0]) for strip, table in found]
 
 
 def _results(specimens: Sequence[Stretched]) -> Results:
