@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 Wanted = Sequence[tuple[str, ...]]
 #: rows above a table that may state something, and rows of a table below which a block of one row may count
 MAX_HEAD, SHORT = 1000, 10
+#: roles of which a specimen has one
+LEADING = ("force", "pressure", "coefficient", "overhang")
 #: columns without names up to which their roles are guessed
 FEW = 20
 
@@ -100,11 +102,16 @@ def _roles(names: Sequence[str], units: Sequence[str], given: Given) -> list[str
         bare = name.partition("[")[0].partition("(")[0].strip().lower()
         own = given.named.get(name.strip().lower()) or given.named.get(bare)
         number = not name or bool(NUMBER.match(name))
-        role = bare.replace(" ", "_") if bare.replace(" ", "_") in roles else lab_names.role(name, below)[0]
+        stated = given.columns and bare.replace(" ", "_") in roles
+        role = bare.replace(" ", "_") if stated else lab_names.role(name, below)[0]
         found.append(own or ("" if number or role in given.named.values() else role))
     means = {k for k, name in enumerate(names) if lab_names.is_kind("mean", name)}
-    beside = {role for k, role in enumerate(found) if k not in means}
-    return ["result" if k in means and role in beside else role for k, role in enumerate(found)]
+    beside = [role for k, role in enumerate(found) if k not in means]
+    left = means  # of several specimens; of two sensors the mean counts
+    if sum(role in LEADING for role in beside) == 1:
+        left = {k for k in means if found[k] in LEADING}
+        left |= {k for k, role in enumerate(found) if k not in means and role in {found[m] for m in means - left}}
+    return ["result" if k in left and role in beside else role for k, role in enumerate(found)]
 
 
 def _has_all(roles: Sequence[str], wanted: Wanted) -> bool:
