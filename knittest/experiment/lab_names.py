@@ -104,6 +104,8 @@ def count_known(text: str) -> int:
     """Letters beyond ASCII among the first lines of ``text`` that belong to names of columns and conditions."""
     lines = [line[:1000].replace("_", " ") for line in text[:20_000].splitlines()[:200] if not line.isascii()]
     known = [pattern("columns", key, "any") for key in table()["columns"]]
-    known += [pattern("conditions", key, "tiers", 0) for key in table()["conditions"]] + [pattern("statistics")]
+    for key, entry in table()["conditions"].items():
+        known += [pattern("conditions", key, "tiers", tier) for tier in range(len(entry["tiers"]))]
+    known += [pattern("statistics"), pattern("kinds", "symbol")]
     found = (match[0] for line in lines for words in known for match in words.finditer(line))
     return sum(not letter.isascii() for word in found for letter in word)
