@@ -1,5 +1,6 @@
 """Tables in a machine's file: names of columns, units, numbers, and the rows above them that state conditions."""
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
@@ -20,6 +21,8 @@ Array = NDArray[np.float64]
 Wanted = Sequence[tuple[str, ...]]
 #: rows above a table that may state something, and rows of a table below which a block of one row may count
 MAX_HEAD, SHORT = 1000, 10
+#: a number, also with its unit
+_STATED = re.compile(r"[+-]?\d[\d.,]*\s?\D{0,8}")
 #: roles of which a specimen has one
 LEADING = ("force", "pressure", "coefficient", "overhang")
 #: columns without names up to which their roles are guessed
@@ -358,7 +361,7 @@ def _stated_in_columns(head: list[Row], number: int, count: int) -> list[Row]:
     """Conditions in a table of results, as rows of label, number and unit; of ``count`` rows that ``number``."""
     found: list[Row] = []
     for (_, names), (k, _) in zip(head, enumerate(head), strict=True):
-        if len([n for n in names if n]) < 2 or any(NUMBER.match(n) for n in names if n):
+        if len([n for n in names if n]) < 2 or any(_STATED.fullmatch(n) for n in names):
             continue
         first, units, _ = _units_below(head, k)
         values = []
