@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from knittest.base.errors import InputError
 from knittest.config.yaml_loader import shown
 from knittest.experiment import lab_names, lab_units
-from knittest.experiment.lab_given import Given
+from knittest.experiment.lab_given import Given, noise
 from knittest.experiment.lab_rows import Row, read_sheets
 from knittest.experiment.lab_units import NUMBER, decimal_mark, has_number, number, read_number
 
@@ -21,6 +21,8 @@ Array = NDArray[np.float64]
 Wanted = Sequence[tuple[str, ...]]
 #: rows above a table that may state something, and rows of a table below which a block of one row may count
 MAX_HEAD, SHORT = 1000, 10
+#: a travel has come back within this share of its way, where that is so many times its noise
+ENDED, CLEAR = 0.1, 20.0
 #: a number, also with its unit
 _STATED = re.compile(r"[+-]?\d[\d.,]*\s?\D{0,8}")
 #: roles of which a specimen has one
@@ -234,14 +236,20 @@ def _is_value(cell: str) -> bool:
 
 
 def _goes_on(one: LabTable, other: LabTable) -> bool:
-    """Tell whether ``other`` is a further block of the same recording: its time, or else its travel, goes on."""
+    """Tell whether ``other`` is a further block of the same recording: its time, or else its travel, goes on.
+
+    A travel that has come back has ended.
+    """
     moves = one.having("time") + one.having("travel", "extensometer", "angle", "pressure")
-    rows = (one.body[0], one.body[-1], other.body[0]) if moves and one.body and other.body else ()
-    ends = [cells[moves[0]] if moves[0] < len(cells) else "" for _, cells in rows]
-    if not ends or not all(NUMBER.match(end) for end in ends):
+    rows = [*one.body[:: len(one.body) // 500 + 1], one.body[-1], other.body[0]] if one.body and other.body else []
+    cells = [cells[moves[0]] if moves[0] < len(cells) else "" for _, cells in rows] if moves else []
+    if not cells or not all(NUMBER.match(cells[k]) for k in (0, -2, -1)):
         return False
-    start, last, then = (number(end, "," if any("," in end for end in ends) else ".") for end in ends)
-    return bool(abs(then - last) <= abs(then - start))
+    mark = "," if any("," in cell for cell in cells) else "."
+    *values, then = (number(cell, mark) for cell in cells if NUMBER.match(cell))
+    start, last, way = values[0], values[-1], np.ptp(values)
+    ended = abs(last - start) <= ENDED * way and way > CLEAR * noise(np.array(values))
+    return bool(abs(then - last) <= abs(then - start)) and not (way > 0.0 and ended)
 
 
 def _with_names(rows: list[Row], columns: Sequence[str], place: str) -> list[Row]:
