@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
 from knittest.experiment.lab_recording import Origin
-from knittest.experiment.lab_table import Array, Preload, Sign
+from knittest.experiment.lab_table import Array, Preload, Sign, noise
 from knittest.experiment.lab_units import QUANTITIES
 
 #: share of the largest force that a force of the other sign stays below, such as noise or the weight of a clamp
@@ -17,8 +17,6 @@ OTHER = 0.5
 TARE = 0.1
 #: share of its range by which a travel may go back before it counts as turned
 JITTER = 0.01
-#: share of steps that fall from which on a rising travel has noise: rounded ones repeat, but do not fall
-FALLING = 0.03
 #: one specimen's result over the median of the series, or the other way round: beyond it units or fabrics differ
 APART = 3.0
 
@@ -51,14 +49,6 @@ def tared(force: Array, preload: Preload | None, where: str, beside: tuple[str, 
             f"weight, which is no {what}? Give --preload subtract, or --preload keep"
         )
     return force - first if preload == "subtract" else force
-
-
-def noise(values: Array) -> float:
-    """Standard deviation of the noise of ``values`` (n,) by their second differences; none where they hardly fall."""
-    with np.errstate(over="ignore", invalid="ignore"):
-        if len(values) < 8 or np.count_nonzero(np.diff(values) < 0.0) < FALLING * len(values):
-            return 0.0
-        return float(1.4826 * np.median(np.abs(np.diff(values, 2))) / np.sqrt(6.0))
 
 
 def first_loading(travel: Array) -> tuple[NDArray[np.intp], bool]:

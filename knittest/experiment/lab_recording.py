@@ -72,7 +72,8 @@ class Recording:
 
     def rank(self, column: int) -> int:
         """Order of columns of one role: standard travel, one without a word to it, absolute position of the machine."""
-        return 0 if self.is_kind(column, "standard") else 2 if self.is_kind(column, "machine") else 1
+        better = self.is_kind(column, "standard") or self.is_kind(column, "corrected")
+        return 0 if better else 2 if self.is_kind(column, "machine") else 1
 
     def travel(self) -> Array:
         """Travel [mm]; raises :class:`InputError` where the column is a strain."""

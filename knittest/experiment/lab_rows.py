@@ -34,7 +34,7 @@ json.dump(sheets, sys.stdout, default=str)
 """
 _PATIENCE = 60.0
 #: encodings without a mark, the likelier first; that in which most known words stand is taken
-ENCODINGS = ("cp1252", "cp1250", "cp932", "gb18030")
+ENCODINGS = ("cp1252", "cp1250", "iso8859-2", "cp932", "gb18030")
 #: lines that tell the delimiter
 _SAMPLE = 4000
 _THOUSANDS = re.compile(r"[+-]?\d{1,3}([ '’]\d{3})+([.,]\d*)?")
@@ -82,7 +82,9 @@ def _cell(value: Any) -> str:
     if isinstance(value, int | float):
         return "" if value != value else f"{value:.15g}"
     text = _stripped(_plain(str(value)))
-    return text.replace(",", ".") if re.fullmatch(r"[+-]?\d+,\d+", text) else "" if text in ("nan", "NaT") else text
+    if re.fullmatch(r"[+-]?\d{1,3}(\.\d{3})*,\d+|[+-]?\d+,\d+", text):  # numbers are with a point
+        return text.replace(".", "").replace(",", ".")
+    return "" if text in ("nan", "NaT") else text
 
 
 def _split(path: Path, text: str, delimiter: str) -> list[Row]:

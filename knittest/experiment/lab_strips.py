@@ -13,7 +13,7 @@ from knittest.experiment import lab_checks as checks
 from knittest.experiment.lab_conditions import EXTENSOMETER, GAUGE, STANDARD, WIDTH, Condition, common, same, within
 from knittest.experiment.lab_recording import Recording, reader
 from knittest.experiment.lab_results import Curves
-from knittest.experiment.lab_table import Given
+from knittest.experiment.lab_table import Given, noise
 from knittest.experiment.lab_units import QUANTITIES
 from knittest.experiment.statistics import Array, Specimen, corridor, peaks
 
@@ -30,6 +30,11 @@ FALL, BELOW = 0.02, 0.05
 STAYS, GAINS = 0.002, 0.08
 #: difference of the shares of their ways that extensometer and clamp go from row to row beyond which one jumps
 JUMP = 0.25
+#: an extensometer slips where in one of so many parts of the clamp's way it moves at less than this share of its usual
+#: pace, and the force gains that share of its maximum
+PARTS, SLOW, GAINS_SLOW = 10, 0.25, 0.03
+#: share of its way by which a clamp goes back before another loading
+UNLOADED = 0.1
 #: share of the largest travel below which an offset of the start is none
 OFFSET = 0.002
 
@@ -104,7 +109,7 @@ def _measures(r: Recording, gauge: float | None) -> list[_Measure]:
         own = marks
     found, failed, moves = [], [], [k for k in r.group if r.table.roles[k] in MOVES]
     for k in moves:
-        kinds = {kind for kind in ("derived", "sensor", "standard", "machine") if r.is_kind(k, kind)}
+        kinds = {kind for kind in ("derived", "sensor", "standard", "corrected", "machine") if r.is_kind(k, kind)}
         is_extensometer, length = r.table.roles[k] == "extensometer", gauge
         is_sensor = is_extensometer and not ("derived" in kinds and "sensor" not in kinds)
         try:
@@ -122,7 +127,7 @@ def _measures(r: Recording, gauge: float | None) -> list[_Measure]:
             rank, words = 1, "the travel of an extensometer" + (f" over {length:g} mm" if length else "")
         else:
             length = standard if "standard" in kinds and standard else gauge
-            rank = 2 if "standard" in kinds else 5 if "machine" in kinds else 3
+            rank = 2 if {"standard", "corrected"} & kinds else 5 if "machine" in kinds else 3
             words = "a travel" + (f" over {length:g} mm between the clamps" if length else " of the clamp")
         factor = QUANTITIES["strain"].get(unit) or 100.0 * QUANTITIES["length"][unit] / (length or np.nan)
         found.append(_Measure(k, rank, unit, factor, words))
@@ -156,7 +161,7 @@ class _Rows:
                 self.notes.append(f"it begins at {values[0, 1]:.4g} {measure.unit}: subtracted")
             self.strain = strain - start
             before = self.strain[: self.top + 1]
-            self.noise = 6.0 * checks.noise(before)
+            self.noise = 6.0 * noise(before)
             self.jitter = max(checks.JITTER * float(np.ptp(before)), self.noise)
 
     def invalid(self) -> str:
@@ -178,8 +183,11 @@ class _Rows:
             return f"it falls {fall} while the force rises (line {lines[k]}): taken off, or it slipped"
         if e.min() < -max(BELOW * top, self.noise):
             return f"it turns negative under the pull, {e.min():.4g} % in line {lines[int(np.argmin(e))]}"
-        earlier = max(int(np.searchsorted(force, (1.0 - GAINS) * force[-1], side="right")) - 1, 0)
-        least = max(STAYS * top, 6.0 * checks.noise(self.strain[earlier : self.top + 1]))
+        changes = np.diff(np.flatnonzero(np.diff(self.strain[rows])))
+        held = int(np.median(changes)) if len(changes) > 2 else 1  # rows between two values of a slower channel
+        earlier = int(np.searchsorted(force, (1.0 - GAINS) * force[-1], side="right")) - 1
+        earlier = max(min(earlier, self.top - 2 * held), 0)
+        least = max(STAYS * top, 6.0 * noise(self.strain[earlier : self.top + 1]))
         if earlier and e[-1] - e[earlier] < least:
             k = int(np.argmax(e > e[-1] - least))
             rise = f"from {force[k]:.4g} to {force[-1]:.4g} N (line {lines[k]})"
@@ -190,6 +198,11 @@ class _Rows:
         steps = np.abs(np.diff(e / e.max())) - np.abs(np.diff(x / x[-1]))
         if len(steps) > 8 and steps.max() > JUMP:
             return f"it jumps in line {lines[int(np.argmax(steps)) + 1]}, the clamp does not"
+        parts = np.searchsorted(np.maximum.accumulate(x / x[-1]), np.linspace(0.0, 1.0, PARTS + 1))
+        pace, gain = np.diff(e[parts]), np.diff(force[parts]) / force[-1]
+        slow = np.flatnonzero((pace < SLOW * np.quantile(pace, 0.75)) & (gain > GAINS_SLOW))
+        if len(np.unique(e)) > 4 * PARTS and (slow >= 2).any():
+            return f"it hardly moves from line {lines[parts[slow[slow >= 2][0]]]} on, the clamp does: it slipped"
         ratio = e[-1] / abs(x[-1])
         if 0.005 < ratio < 0.02 or 50.0 < ratio < 200.0:
             raise InputError(
@@ -201,6 +214,7 @@ class _Rows:
     def curve(self) -> tuple[Array, Array]:
         """Strain [%], rising, and force [N]; raises :class:`InputError` for a travel that goes back before the peak."""
         strain, top, values = self.strain, self.top, self.values
+        self._refuse_cycles()
         with np.errstate(over="ignore", invalid="ignore"):
             back = np.flatnonzero(np.maximum.accumulate(strain) - strain > self.jitter)
         before, after = back[back <= top], back[back > top]
@@ -232,6 +246,17 @@ class _Rows:
             raise InputError(f"{where}: the travel does not rise")
         return rising, force
 
+    def _refuse_cycles(self) -> None:
+        """Raise :class:`InputError` where the clamp goes back and the force rises again after it."""
+        way = self.strain if self.clamp is None else np.abs(self.clamp - self.clamp[0])
+        back = np.maximum.accumulate(way) - way > max(UNLOADED * float(np.ptp(way)), 6.0 * noise(way))
+        later = self.force[int(np.argmax(back)) :] if back.any() else self.force[:0]
+        if len(later) and (later - np.minimum.accumulate(later)).max() > checks.OTHER * self.force[self.top]:
+            raise InputError(
+                f"{self.where.format(self.lines[int(np.argmax(back))])}: the travel goes back, and the force rises "
+                "again after it: a cyclic test, or several specimens? Keep the first loading of one specimen alone"
+            )
+
 
 def _start(strain: Array, force: Array, top: int) -> float:
     """Strain to subtract: that of the rows at rest before the pull, none where it is next to nothing.
@@ -241,7 +266,7 @@ def _start(strain: Array, force: Array, top: int) -> float:
     way = float(np.abs(strain[top] - strain[0]))
     if not np.isfinite(way):
         return 0.0
-    still = np.abs(strain - strain[0]) <= max(6.0 * checks.noise(strain[: top + 1]), OFFSET * way)
+    still = np.abs(strain - strain[0]) <= max(6.0 * noise(strain[: top + 1]), OFFSET * way)
     rows = int(np.argmin(still)) if not still.all() else 1
     zero = float(np.median(strain[: max(rows, 1)]))
     if abs(zero) <= OFFSET * max(way, abs(float(strain[top]) - zero)):

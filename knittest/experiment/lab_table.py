@@ -2,7 +2,8 @@
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Literal
 
@@ -24,8 +25,24 @@ Loading = Literal["first", "cycles"]
 Wanted = Sequence[tuple[str, ...]]
 #: rows above a table that may state something, and rows of a table below which a block of one row may count
 MAX_HEAD, SHORT = 1000, 10
+#: share of steps that fall from which on a rising travel has noise: rounded ones repeat, but do not fall
+FALLING = 0.03
+#: a travel has come back within this share of its way, where that is so many times its noise
+ENDED, CLEAR = 0.1, 20.0
+#: a number, also with its unit
+_STATED = re.compile(r"[+-]?\d[\d.,]*\s?\D{0,8}")
+#: roles of which a specimen has one
+LEADING = ("force", "pressure", "coefficient", "overhang")
 #: columns without names up to which their roles are guessed
 FEW = 20
+
+
+def noise(values: Array) -> float:
+    """Standard deviation of the noise of ``values`` (n,) by their second differences; none where they hardly fall."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        if len(values) < 8 or np.count_nonzero(np.diff(values) < 0.0) < FALLING * len(values):
+            return 0.0
+        return float(1.4826 * np.median(np.abs(np.diff(values, 2))) / np.sqrt(6.0))
 
 
 @dataclass(frozen=True)
@@ -118,12 +135,17 @@ def _roles(names: Sequence[str], units: Sequence[str], given: Given) -> list[str
         role = given.named.get(name.strip().lower()) or given.named.get(bare, "")
         if not role and name and not NUMBER.match(name):
             key = bare.replace(" ", "_")
-            role = key if key in lab_units.table()["columns"] else lab_units.role(name, below)[0]
+            is_role = given.columns and key in lab_units.table()["columns"]
+            role = key if is_role else lab_units.role(name, below)[0]
             role = "" if role in given.named.values() else role
         found.append(role)
     means = {k for k, name in enumerate(names) if lab_units.matches(name, "kinds", "mean")}
-    beside = {role for k, role in enumerate(found) if k not in means}
-    return ["result" if k in means and role in beside else role for k, role in enumerate(found)]
+    beside = [role for k, role in enumerate(found) if k not in means]
+    left = means  # of several specimens; of two sensors the mean counts
+    if sum(role in LEADING for role in beside) == 1:
+        left = {k for k in means if found[k] in LEADING}
+        left |= {k for k, role in enumerate(found) if k not in means and role in {found[m] for m in means - left}}
+    return ["result" if k in left and role in beside else role for k, role in enumerate(found)]
 
 
 def _lacking(roles: Sequence[str], wanted: Wanted) -> list[str]:
@@ -156,9 +178,12 @@ def _tables_in(rows: list[Row], place: str, given: Given, wanted: Wanted) -> lis
             k += 1
             continue
         needed = [c for c, role in enumerate(roles) if role in sum(wanted, ())]
-        head = [*(found[0].head if found else []), *rows[end:k]][-MAX_HEAD:]
+        own = {cells[0] for _, cells in rows[end:k] if len(cells) > 1}
+        shared = found[0].head if found else []
+        head = [*(row for row in shared if row[1][0] not in own), *rows[end:k]][-MAX_HEAD:]
         blocks, k, notes = _blocks(rows, first, needed, names_all)
-        end = k
+        last = blocks[-1][-1][0] if blocks[-1] else line
+        end = next((n for n in range(first, k) if rows[n][0] > last), k)
         for block in blocks:
             table = LabTable(place, head, line, names, units, block, ".", roles, notes)
             for at, cells in block:  # a number torn at its own decimal comma would be read as two
@@ -171,7 +196,19 @@ def _tables_in(rows: list[Row], place: str, given: Given, wanted: Wanted) -> lis
                 found.append(table)
     longest = max((len(table.body) for table in found), default=0)
     names = next((table.names for table in found if len(table.body) == longest), [])
-    return [table for table in found if table.names == names and (len(table.body) > 1 or longest < SHORT)]
+    kept = [table for table in found if table.names == names and (len(table.body) > 1 or longest < SHORT)]
+    return [part for table in kept for part in _by_specimen(table)] if len(wanted) > 1 else kept
+
+
+def _by_specimen(table: LabTable) -> list[LabTable]:
+    """Recordings that stand below each other in ``table``, where a column names their specimens."""
+    for k in table.having("specimen"):
+        labels = [cells[k] if k < len(cells) else "" for _, cells in table.body]
+        starts = [0, *(row for row, (one, other) in enumerate(pairwise(labels), 1) if one != other), len(labels)]
+        parts = [replace(table, body=table.body[start:end]) for start, end in pairwise(starts)]
+        if all(len(part.body) > 2 for part in parts) and not any(_goes_on(*two) for two in pairwise(parts)):
+            return parts
+    return [table]
 
 
 def _units_below(rows: list[Row], k: int) -> tuple[int, list[str], int]:
@@ -226,14 +263,20 @@ def _blocks(
 
 
 def _goes_on(one: LabTable, other: LabTable) -> bool:
-    """Tell whether ``other`` is a further block of the same recording: its time, or else its travel, goes on."""
+    """Tell whether ``other`` is a further block of the same recording: its time, or else its travel, goes on.
+
+    A travel that has come back has ended.
+    """
     moves = one.having("time") + one.having("travel", "extensometer", "angle", "pressure")
-    rows = (one.body[0], one.body[-1], other.body[0]) if moves and one.body and other.body else ()
-    ends = [cells[moves[0]] if moves[0] < len(cells) else "" for _, cells in rows]
-    if not ends or not all(NUMBER.match(end) for end in ends):
+    rows = [*one.body[:: len(one.body) // 500 + 1], one.body[-1], other.body[0]] if one.body and other.body else []
+    cells = [cells[moves[0]] if moves[0] < len(cells) else "" for _, cells in rows] if moves else []
+    if not cells or not all(NUMBER.match(cells[k]) for k in (0, -2, -1)):
         return False
-    start, last, then = (number(end, "," if any("," in end for end in ends) else ".") for end in ends)
-    return bool(abs(then - last) <= abs(then - start))
+    mark = "," if any("," in cell for cell in cells) else "."
+    *values, then = (number(cell, mark) for cell in cells if NUMBER.match(cell))
+    start, last, way = values[0], values[-1], np.ptp(values)
+    ended = abs(last - start) <= ENDED * way and way > CLEAR * noise(np.array(values))
+    return bool(abs(then - last) <= abs(then - start)) and not (way > 0.0 and ended)
 
 
 def _first_numbers(rows: list[Row]) -> int | None:
@@ -292,7 +335,10 @@ def _no_names(path: str, rows: list[Row], wanted: Wanted, words: str, given: Giv
     names = [name for name in above[0][1] if name]
     roles = dict(zip(names, _roles(names, [""] * len(names), given), strict=True))
     lacking = _lacking(list(roles.values()), wanted)
-    free = sorted((n for n, role in roles.items() if role not in sum(wanted, ())), key=lambda n: bool(roles[n]))
+    units = dict(zip(above[0][1], above[1][1] if len(above) > 1 else [], strict=False))
+    free = [n for n, role in roles.items() if role not in sum(wanted, ())]
+    fitting = [next((n for n in free if lab_units.may_be(role, n, units.get(n, ""))), "") for role in lacking]
+    free = list(filter(None, dict.fromkeys([*fitting, *sorted(free, key=lambda n: bool(roles[n]))])))
     if lacking == ["overhang"]:  # all of them are readings of a strip
         lacking *= sum(not roles[name] for name in free) or 1
     lost = [name for name in given.named if name not in (n.lower() for n in names)]
@@ -324,7 +370,7 @@ def _stated_in_columns(head: list[Row], number: int, count: int) -> list[Row]:
     """Conditions in a table of results, as rows of label, number and unit; of ``count`` rows that ``number``."""
     found: list[Row] = []
     for (_, names), (k, _) in zip(head, enumerate(head), strict=True):
-        if len([n for n in names if n]) < 2 or any(NUMBER.match(n) for n in names if n):
+        if len([n for n in names if n]) < 2 or any(_STATED.fullmatch(n) for n in names):
             continue
         first, units, _ = _units_below(head, k)
         values = []

@@ -1,6 +1,7 @@
 """What machine files call things, in eight languages (the table ``lab_names.yaml``), and their units and numbers."""
 
 import re
+import unicodedata
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from math import isfinite, isinf, nan
@@ -26,6 +27,8 @@ QUANTITIES = {
 #: after these marks stands a unit; after an underscore, blank or comma only if it is a known one
 _BRACKETS = re.compile(r"\[([^\[\]]*)\]|\(([^()]*)\)")
 _MARKED, _LAST_WORD = re.compile(r"(?:/|\bin\b)\s*(\S+)$"), re.compile(r"[_\s,]\s*([^_\s,]+)$")
+#: sets of characters, which stay as they are, and letters with a mark
+_ACCENTED = re.compile(r"\[[^\]]*\]|[à-öø-żÀ-ÖØ-Ż]")
 #: characters of a name, so that a long one takes no quadratic time
 LONGEST = 200
 #: digits and marks, whatever they mean; looks ahead for a digit, so that a long cell takes no quadratic time
@@ -50,7 +53,16 @@ def pattern(*path: str | int) -> re.Pattern[str]:
     found: Any = table()
     for key in path:
         found = found.get(key, {}) if isinstance(found, dict) else found[key]
-    return re.compile("|".join(found.values()) if isinstance(found, dict) and found else found or "(?!)", re.I)
+    text = "|".join(found.values()) if isinstance(found, dict) else found
+    return re.compile(_ACCENTED.sub(lambda letter: _with_and_without(letter[0]), text or "(?!)"), re.I)
+
+
+def _with_and_without(letter: str) -> str:
+    """Pattern of a letter with its mark and without it, such as in 'Epaisseur', 'Pruefzeit' and 'Sila'."""
+    plain = {"ł": "l", "ß": "ss"}.get(letter, unicodedata.normalize("NFD", letter)[0])
+    if letter.startswith("[") or plain == letter:
+        return letter
+    return f"(?:{letter}|{plain}{'e?' if letter in 'äöü' else ''})"
 
 
 def matches(name: str, *path: str | int) -> bool:
@@ -72,14 +84,20 @@ def is_statistic(cell: str) -> bool:
 @lru_cache(4096)
 def role(name: str, below: str = "") -> tuple[str, str]:
     """First role that fits a column's ``name`` and the unit ``below``; or none, and one that the unit contradicts."""
-    units, refused = [text for text in (_bare(below), *_bracketed(name)) if text not in ("", "MN", "ft")], ""
-    for key, entry in table()["columns"].items():
-        own = [QUANTITIES[quantity] for quantity in entry.get("quantity", ())]
+    refused = ""
+    for key in table()["columns"]:
         if matches(name, "columns", key, "any"):
-            if not own or all(any(known(text, units) for units in own) or not is_unit(text) for text in units):
+            if may_be(key, name, below):
                 return key, ""
             refused = refused or key
     return "", refused
+
+
+def may_be(key: str, name: str, below: str) -> bool:
+    """Tell whether the unit of a column, if it states one, is one of the role ``key``."""
+    own = [QUANTITIES[quantity] for quantity in table()["columns"][key].get("quantity", ())]
+    texts = [text for text in (_bare(below), *_bracketed(name)) if text not in ("", "MN", "ft")]
+    return not own or all(any(known(text, units) for units in own) or not is_unit(text) for text in texts)
 
 
 def recognised(test: str, rows: list[list[str]]) -> bool:
@@ -115,7 +133,9 @@ def count_known(text: str) -> int:
     """Letters beyond ASCII among the first lines of ``text`` that belong to names of columns and conditions."""
     lines = [line[:1000].replace("_", " ") for line in text[:20_000].splitlines()[:200] if not line.isascii()]
     known = [pattern("columns", key, "any") for key in table()["columns"]]
-    known += [pattern("conditions", key, "tiers", 0) for key in table()["conditions"]]
+    for key, entry in table()["conditions"].items():
+        known += [pattern("conditions", key, "tiers", tier) for tier in range(len(entry["tiers"]))]
+    known += [pattern("statistics"), pattern("kinds", "symbol")]
     found = (match[0] for line in lines for words in known for match in words.finditer(line))
     return sum(not letter.isascii() for word in found for letter in word)
 
@@ -164,6 +184,8 @@ def stated(name: str, below: str, units: Mapping[str, float], where: str) -> str
     marked = [*_bracketed(name), *_MARKED.findall(bare)]
     places = [*marked, *(word for word in _LAST_WORD.findall(bare) if word != "1")]
     in_name = next((p for p in places if known(p, units)), next(filter(None, marked), ""))
+    if known(below, units) and not is_unit(in_name):  # a channel, such as that of 'Tensile strain (Strain 1)'
+        in_name = ""
     for text in (_bare(below), in_name):
         if text and not known(text, units):
             raise InputError(f"{where}: column {name!r}: unit {text!r}: expected one of {', '.join(units)}")
@@ -175,7 +197,7 @@ def stated(name: str, below: str, units: Mapping[str, float], where: str) -> str
 
 def decimal_mark(path: object, cells: Sequence[str]) -> str:
     """The decimal mark of an export; refuses to guess when every number could be in thousands."""
-    numbers = [c for c in cells if ("." in c or "," in c) and NUMBER.match(c)]
+    numbers = [c for c in cells if ("." in c or "," in c) and any(mark.fullmatch(c) for mark in _GROUPED.values())]
     for mark, other in ((",", "."), (".", ",")):
         if any(other in c and mark in c and c.rindex(mark) > c.rindex(other) for c in numbers):
             return mark

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from knittest.base.errors import InputError
-from knittest.experiment.lab_conditions import GAUGE, WIDTH, common
+from knittest.experiment.lab_conditions import GAUGE, STANDARD, WIDTH, common, same
 from knittest.experiment.lab_recording import Array, Recording, reader
 from knittest.experiment.lab_results import Results
 from knittest.experiment.lab_shear import Sheared, Tested, reached, shear_curve, shear_curves, shear_forces, shear_rows
@@ -32,6 +32,12 @@ class Pulled(Sheared):
 def _pulled(r: Recording) -> Pulled:
     """The travel of the clamp, or its strain, becomes the angle; one that was measured is another one, and not read."""
     origin, (length, width) = r.read(), r.needed(GAUGE, WIDTH)
+    part = r.known(STANDARD) if "travel" in r.values and r.is_kind(r.columns["travel"], "standard") else None
+    if part is not None and not same(part, length):
+        raise InputError(
+            f"{r.where}: the standard travel has a gauge length of {part:g} mm, the clamps one of {length:g} mm: "
+            "which is it? Leave the right one in"
+        )
     try:
         strip = BiasStrip(length, width)
     except InputError as error:

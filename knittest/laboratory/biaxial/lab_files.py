@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from knittest.base.errors import InputError
 from knittest.experiment.lab_checks import digests
 from knittest.experiment.lab_conditions import GAUGE, RATIO, WIDTH, common
 from knittest.experiment.lab_recording import Recording
@@ -23,6 +24,12 @@ class Stretched(Specimen):
 
 
 def _stretched(r: Recording) -> Stretched:
+    axes = [r.table.names[k] for k in r.table.having("force") if r.is_kind(k, "axis")]
+    if len(axes) > 1:
+        raise InputError(
+            f"{r.table.where}: columns {axes[0]!r} and {axes[1]!r} are of two directions: name the force and the "
+            f'travel of the direction tested, such as --column force="{axes[0]}"'
+        )
     return Stretched(**vars(read_strip(r)), ratio=r.needed(RATIO)[0])
 
 

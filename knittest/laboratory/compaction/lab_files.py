@@ -101,7 +101,7 @@ LAB = LabTest(
     NAME,
     reader(
         [("pressure", "force"), ("thickness",)], "a thickness and a pressure, or a force on a plate of known diameter",
-        _pressed, own=("compression",),
+        _pressed, own=("compression", "cyclic"),
     ),
     _results, (PLATE_DIAMETER,), rig=_rig,
 )  # fmt: skip
