@@ -336,9 +336,9 @@ def _no_names(path: str, rows: list[Row], wanted: Wanted, words: str, given: Giv
     roles = dict(zip(names, _roles(names, [""] * len(names), given), strict=True))
     lacking = _lacking(list(roles.values()), wanted)
     units = dict(zip(above[0][1], above[1][1] if len(above) > 1 else [], strict=False))
-    free = [n for n, role in roles.items() if role not in sum(wanted, ())]
+    free = sorted((n for n, role in roles.items() if role not in sum(wanted, ())), key=lambda n: bool(roles[n]))
     fitting = [next((n for n in free if lab_units.may_be(role, n, units.get(n, ""))), "") for role in lacking]
-    free = list(filter(None, dict.fromkeys([*fitting, *sorted(free, key=lambda n: bool(roles[n]))])))
+    free = list(filter(None, dict.fromkeys([*fitting, *free])))
     if lacking == ["overhang"]:  # all of them are readings of a strip
         lacking *= sum(not roles[name] for name in free) or 1
     lost = [name for name in given.named if name not in (n.lower() for n in names)]
