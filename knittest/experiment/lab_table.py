@@ -337,7 +337,7 @@ def _no_names(path: str, rows: list[Row], wanted: Wanted, words: str, given: Giv
     lacking = _lacking(list(roles.values()), wanted)
     units = dict(zip(above[0][1], above[1][1] if len(above) > 1 else [], strict=False))
     free = sorted((n for n, role in roles.items() if role not in sum(wanted, ())), key=lambda n: bool(roles[n]))
-    fitting = [next((n for n in free if lab_units.may_be(role, n, units.get(n, ""))), "") for role in lacking]
+    fitting = [min(free, key=lambda n: _unfit(role, n, units.get(n, "")), default="") for role in lacking]
     free = list(filter(None, dict.fromkeys([*fitting, *free])))
     if lacking == ["overhang"]:  # all of them are readings of a strip
         lacking *= sum(not roles[name] for name in free) or 1
@@ -348,6 +348,11 @@ def _no_names(path: str, rows: list[Row], wanted: Wanted, words: str, given: Giv
     options = " ".join(f'--column {role}="{name}"' for role, name in zip(lacking, free, strict=False))
     listed = ", ".join(map(repr, names[:12]))
     return InputError(f"{message}; the columns in line {above[0][0]} are {listed}{more}: name them, such as {options}")
+
+
+def _unfit(role: str, name: str, below: str) -> tuple[bool, bool]:
+    """Order of columns for a ``role`` that is lacking: by its name in another unit, by its unit."""
+    return lab_units.role(name, below)[1] != role, not lab_units.may_be(role, name, below)
 
 
 def _guessed(rows: list[list[str]], needed: list[str]) -> list[str]:
