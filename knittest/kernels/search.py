@@ -240,7 +240,7 @@ def _add_sections(place, elliptic, new, c):
 
 @njit(**PART)
 def _beside_cut_ends(i, j, pieces):
-    """Tell whether one of the pieces ``i`` and ``j`` is cut off, and the other one is or lies :data:`NEAR_CUT` beside."""
+    """Tell whether one of the pieces ``i``, ``j`` is cut off, and the other one is or lies :data:`NEAR_CUT` beside."""
     if not (pieces.cut[i] or pieces.cut[j]):
         return False
     other, n = j if pieces.cut[i] else i, pieces.cut.size

@@ -19,8 +19,8 @@ from knittest.solve.state import SimulationCost
 BEFORE_FAILURE = 0.25
 #: overlap without force, away from the ends of yarns and at them
 FORCE_FREE = ("force_free_overlap_max_pct", "force_free_at_ends_max_pct")
-#: overlap [% of the smaller radius] at which a contact was found late, above which a run warns: one centre-line is beyond
-#: the other's surface
+#: overlap [% of the smaller radius] at which a contact was found late, above which a run warns: one centre-line is
+#: beyond the other's surface
 LATE = 100.0
 
 

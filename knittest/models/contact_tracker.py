@@ -34,9 +34,10 @@ LEAST_STEPS = 5
 MAX_OVERLAP = 0.20
 #: overlapping pairs that are named
 LISTED = 5
-#: overlap beyond that of the start which may stay without force, over the smaller radius; smaller radii [1/ms] by which
-#: more of it is given force, and by how many at a time
-LEFT_FREE, RECOVERY, PORTION = 0.01, 50.0, 0.02
+#: overlap over the smaller radius, beyond that of the start, that may stay without force
+LEFT_FREE = 0.01
+#: rate at which deeper overlap without force is given force [smaller radii / ms], and the most in one update [radii]
+RECOVERY, PORTION = 50.0, 0.02
 
 
 def _empty(capacity: int, group: "YarnContactGroup") -> Contacts:

@@ -71,8 +71,8 @@ class YarnHealth:
         return stiff
 
     def invalid_state(self, dt: float) -> str:
-        """Describe a collapsed beam, one whose sections turn, yarns that pass each other, or a node that is too fast for
-        the search of contacts at time step ``dt`` [ms]; empty if there is none.
+        """Describe a collapsed beam, one whose sections turn, yarns that pass each other, or a node too fast for the
+        search of contacts at time step ``dt`` [ms]; empty if there is none.
         """
         model = self.model
         if health.count_short_beams(model.nodes.position, model.beams.alive, model.beams.inv_length, SHORTEST):

@@ -25,7 +25,7 @@ def test_the_remedy_is_that_of_the_cause(monkeypatch, angle, words):
         nodes=SimpleNamespace(position=None), shells=shells, tracker=None,
         fields=lambda: {"shear_angle": np.deg2rad([0.0, angle])},
     )  # fmt: skip
-    model.invalid_state = lambda: FabricModel.invalid_state(model)
+    model.invalid_state = lambda dt: FabricModel.invalid_state(model, dt)
     model.bends = SimpleNamespace(alive=np.zeros(0))
     model.diagnose = lambda dt: FabricModel.diagnose(model, dt)
     with pytest.raises(NumericalError, match="shell 1 has collapsed to 4.0 % " + words):

@@ -127,7 +127,8 @@ def test_a_crossing_that_comes_up_beside_a_loaded_one_takes_over_half_of_its_ene
         zero = np.zeros((3, 2))
         contacts = Contacts(
             piece=np.array([[2, 2], [7, 7]]), parameter=np.full((2, 2), 0.5), spring=zero, slipping=np.zeros(2),
-            offset=np.array([[0.0, 0.0], [0.0, 0.0], [0.45, 0.5 - overlap]]), reach=np.array([0.5, min(0.5, 0.5 - overlap)]),
+            offset=np.array([[0.0, 0.0], [0.0, 0.0], [0.45, 0.5 - overlap]]),
+            reach=np.array([0.5, min(0.5, 0.5 - overlap)]),
             arm=np.full(2, 0.5), line=np.zeros(2), force=zero.copy(), twist=np.zeros(2), couple=np.zeros(2),
             lever=np.zeros((2, 2)), half=np.zeros(4, np.int64), half_start=np.zeros(2, np.int64), share=np.ones(2),
             tangent=zero.copy(), other_tangent=zero.copy(), accepted=np.zeros(2),

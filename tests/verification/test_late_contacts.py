@@ -113,18 +113,22 @@ def test_how_deep_a_contact_was_found_is_kept() -> None:
     assert hidden(body) < 0.1
 
 
-@pytest.mark.parametrize("beside", [0.0, 2.5])
+@pytest.mark.parametrize("beside", [0.0, 3.0])
 def test_a_cut_end_that_is_found_late_is_pushed_out_of_the_middle_of_a_yarn(beside: float) -> None:
     """Found beside the other yarn's cut end it is left alone: it lay in that end, which does not press it."""
-    way, contact = np.arange(-3.0, 3.01, SIZE), replace(CONTACT, cut=2)
-    below = np.column_stack([way, np.zeros(7), np.zeros(7)])
-    above = np.column_stack([np.full(7, beside), way + 2.5, np.full(7, 2.0 * RADIUS + 0.2)])
-    body = Body.of_chains([Chain(below, YARN), Chain(above, YARN)], contact)
-    body.boundary.move(np.arange(7), ALL)
+    way, contact = np.arange(-6.0, 6.01, SIZE), replace(CONTACT, cut=2)
+    zero = np.zeros(13)
+    below = np.column_stack([way, zero, zero])
+    above = np.column_stack([zero + beside, way + 5.5, zero + 2.0 * RADIUS + 0.2])
+    fixed = np.column_stack([zero, way, zero - 2.0 * RADIUS - 0.01])  # a contact that the search has before
+    body = Body.of_chains([Chain(points, YARN) for points in (below, above, fixed)], contact)
+    body.boundary.move([*range(13), *range(26, 39)], ALL)
     body.step(1)
-    body.model.nodes.position[2, 7:14] -= 0.25
+    assert body.model.tracker.count == 1
+    body.model.nodes.position[2, 13:26] -= 0.25
     body.advance(0.5)
-    assert body.velocity[7:, 2].max() > 0.05 if beside == 0.0 else abs(body.velocity[7:, 2]).max() < 1e-9
+    rise = body.velocity[13:26, 2].max()
+    assert rise > 0.05 if beside == 0.0 else abs(rise) < 1e-9
 
 
 def test_a_contact_in_recovery_goes_on_from_its_state_to_the_bit() -> None:

@@ -18,7 +18,7 @@ MECHANISMS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "loop_bending": (("bending_knit_mj",), ()),
     "loop_torsion": (("torsion_knit_mj",), ()),
     "shear": (("shear_fabric_mj",), ()),
-    "fabric_contact": (("contact_mj",), ("contact_tools_mj",)),
+    "fabric_contact": (("contact_mj",), ("contact_tools_mj", "contact_recovery_mj")),
     "fabric_friction": (("friction_mj",), ("friction_tools_mj",)),
     "tool_contact": (("contact_tools_mj",), ()),
     "tool_friction": (("friction_tools_mj",), ()),
