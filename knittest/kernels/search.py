@@ -29,6 +29,8 @@ ALIKE = 0.3
 #: overlap over the smaller radius above which a contact of cut ends that comes into view is left alone, and pieces
 #: beside a cut end that such a contact may have come to
 JAMMED, NEAR_CUT = 0.05, 2
+#: overlap over the smaller radius that is given force at least in one step of a recovery, so that it ends
+REST = 1e-3
 
 
 @njit(**ALLOCATING)
@@ -151,11 +153,10 @@ def keep_contacts(old, count, radius, pieces, alive, moved, skin, new, lists, ta
         if same >= 0:
             pressed, depth = max(new.reach[same] - _gap(new, same), 0.0), max(reach - gap, 0.0)
             both = _gap(new, same) + sqrt(pressed * pressed + depth * depth)
-            new.reach[same] = max(new.reach[same], min(touch, both))
-            new.accepted[same] = min(new.accepted[same], touch - new.reach[same])
+            new.reach[same] = max(new.reach[same], min(touch - new.accepted[same], both))
             continue
         _copy(old, c, new, kept)
-        new.reach[kept], new.accepted[kept] = reach, min(old.accepted[c], touch - reach)
+        new.reach[kept] = reach
         push(new, kept, lists)
         kept += 1
     return kept
@@ -217,16 +218,13 @@ def _share_depth(c, other, touch, contacts):
 
     Each is pressed by the depth over the square root of two, ``other`` by no more than it overlaps by ``touch`` [mm];
     ``c`` keeps the rest. Without that a second minimum that comes up beside a loaded one would start without force.
-    What overlaps without force then stays so: given force, both would store twice the energy, which is lost when they
-    become one again.
     """
     gap, own = _gap(contacts, other), _gap(contacts, c)
     depth = max(contacts.reach[c] - own, 0.0)
     taken = min(depth * sqrt(0.5), max(touch - contacts.accepted[c] - gap, 0.0))
     contacts.reach[other] = max(contacts.reach[other], min(touch, gap + taken))
     contacts.reach[c] = min(contacts.reach[c], own + sqrt(depth * depth - taken * taken))
-    contacts.accepted[other] = max(touch - contacts.reach[other], 0.0)
-    contacts.accepted[c] = max(contacts.accepted[c], touch - contacts.reach[c])
+    contacts.accepted[other] = contacts.accepted[c]
 
 
 @njit(**PART)
@@ -319,12 +317,12 @@ def find_contacts(
 
 
 @njit(**KERNEL)
-def recover_overlaps(contacts, count, radius, law, free, most):
+def recover_overlaps(contacts, count, radius, law, free, share, most):
     """Give force to overlaps that came without one after the start; returns the energy given [mJ], how many contacts
     have more to be given, and the deepest overlap that was without force, over the smaller radius.
 
-    ``radius`` (n_nodes,) [mm]. ``free`` overlap that may stay, and ``most`` that is given force now, over the smaller
-    radius.
+    ``radius`` (n_nodes,) [mm]. ``free`` overlap that may stay, over the smaller radius. A ``share`` of the rest is given
+    force now, up to ``most`` of the smaller radius.
     """
     given, waiting, deepest = 0.0, 0, 0.0
     for c in range(count):
@@ -337,7 +335,8 @@ def recover_overlaps(contacts, count, radius, law, free, most):
         if goal <= max(reach, gap):
             continue
         deepest = max(deepest, (goal - max(reach, gap)) / least)
-        grown = min(goal, max(reach, gap) + most * least)
+        missing = goal - max(reach, gap)
+        grown = goal - missing + min(max(share * missing, REST * least), most * least, missing)
         before = penalty(max(reach - gap, 0.0), law.normal, law.linear, law.square, law.cubic, law.cap)[2]
         after = penalty(grown - gap, law.normal, law.linear, law.square, law.cubic, law.cap)[2]
         given += contacts.share[c] * (after - before)

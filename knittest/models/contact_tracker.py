@@ -36,8 +36,9 @@ MAX_OVERLAP = 0.20
 LISTED = 5
 #: overlap over the smaller radius, beyond that of the start, that may stay without force
 LEFT_FREE = 0.01
-#: rate at which deeper overlap without force is given force [smaller radii / ms], and the most in one update [radii]
-RECOVERY, PORTION = 50.0, 0.02
+#: time in which deeper overlap without force falls to 1 / e of itself [ms], and the most of it that is given force in one
+#: update, over the smaller radius
+RECOVERY, PORTION = 0.02, 0.02
 
 
 def _empty(capacity: int, group: "YarnContactGroup") -> Contacts:
@@ -171,11 +172,12 @@ class ContactTracker:
 
         A contact that was found late, or whose closest points jumped to a place where the yarns are nearer, starts at
         its present gap, so that it makes no energy. Its reach then grows back to the sum of radii less the overlap of
-        the start, by :data:`RECOVERY` smaller radii a ms, and pushes the yarns apart.
+        the start, within some :data:`RECOVERY`, and pushes the yarns apart. That is slow beside the period of a contact,
+        so that little energy is given.
         """
         group = self.group
         given, self.recovering, deepest = search.recover_overlaps(
-            self.contacts, self.count, group.radius, group.law, LEFT_FREE, min(RECOVERY * time, PORTION)
+            self.contacts, self.count, group.radius, group.law, LEFT_FREE, min(time / RECOVERY, 1.0), PORTION
         )
         return float(given), float(deepest)
 
@@ -202,10 +204,10 @@ class ContactTracker:
         """Steps, at most ``most``, in which no gap can close by more than the contact skin.
 
         Nodes move at the last speed seen, or at ``speed`` [mm/ms] if that is larger.
-        Overlaps that are given force get it by :data:`PORTION` at a time.
+        Few while overlaps are given force.
         """
         if self.recovering:
-            most = min(most, max(int(PORTION / (RECOVERY * dt)), LEAST_STEPS))
+            most = min(most, LEAST_STEPS)
         return int(np.clip(0.4 * CONTACT_SKIN / max(self.speed * dt, speed * dt, 1e-12), LEAST_STEPS, most))
 
     def update(self, ahead: float) -> tuple[float, float]:
