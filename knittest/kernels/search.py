@@ -321,8 +321,8 @@ def recover_overlaps(contacts, count, radius, law, free, share, most):
     """Give force to overlaps that came without one after the start; returns the energy given [mJ], how many contacts
     have more to be given, and the deepest overlap that was without force, over the smaller radius.
 
-    ``radius`` (n_nodes,) [mm]. ``free`` overlap that may stay, over the smaller radius. A ``share`` of the rest is given
-    force now, up to ``most`` of the smaller radius.
+    ``radius`` (n_nodes,) [mm]. ``free`` overlap that may stay, over the smaller radius. A ``share`` of the rest is
+    given force now, up to ``most`` of the smaller radius.
     """
     given, waiting, deepest = 0.0, 0, 0.0
     for c in range(count):

@@ -36,8 +36,8 @@ MAX_OVERLAP = 0.20
 LISTED = 5
 #: overlap over the smaller radius, beyond that of the start, that may stay without force
 LEFT_FREE = 0.01
-#: time in which deeper overlap without force falls to 1 / e of itself [ms], and the most of it that is given force in one
-#: update, over the smaller radius
+#: time in which deeper overlap without force falls to 1 / e of itself [ms], and the most of it that is given force in
+#: one update, over the smaller radius
 RECOVERY, PORTION = 0.02, 0.02
 
 

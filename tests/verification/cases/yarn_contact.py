@@ -104,11 +104,13 @@ def wrapped(friction: float, n: int = 12, first: bool = True, rise: float = 0.0,
     body.boundary.load([moves[0]], "y", -hold, ramp(0.5, 1.0))
     pull = body.boundary.move([moves[-1]], ["y"], ramp(1.0, -speed))
     body.advance(1.0 + h / speed)
-    tension: list[float] = []
-    body.advance(h / speed, lambda b: tension.append(-b.reaction(pull)))
+    pulls = [(body.time, 0.0)]  # the end of every chunk of steps, which differ in length, and the mean pull in it
+    body.advance(h / speed, lambda b: pulls.append((b.time, -b.reaction(pull))))
+    time, pulled = np.array(pulls).T
+    tension = float(np.average(pulled[1:], weights=np.diff(time)))
     exact = float(np.exp(np.pi * capstan_exponent(friction, drum, size)))
     name = f"yarn drawn over half a yarn, R / r = {drum / size:g}, mu = {friction:g}" + (", helix" if rise else "")
-    return Row(name, "Euler 1769; Eytelwein 1808", "T2 / T1 [-]", exact, float(np.mean(tension)) / hold, str(n), None)
+    return Row(name, "Euler 1769; Eytelwein 1808", "T2 / T1 [-]", exact, tension / hold, str(n), None)
 
 
 def incline() -> list[Row]:
