@@ -172,7 +172,7 @@ class ContactTracker:
 
         A contact that was found late, or whose closest points jumped to a place where the yarns are nearer, starts at
         its present gap, so that it makes no energy. Its reach then grows back to the sum of radii less the overlap of
-        the start, within some :data:`RECOVERY`, and pushes the yarns apart. That is slow beside the period of a contact,
+        the start, within some :data:`RECOVERY`, and pushes the yarns apart. That is slow beside a contact's period,
         so that little energy is given.
         """
         group = self.group
