@@ -18,8 +18,6 @@ Array = NDArray[np.float64]
 POISSON = 0.3
 #: GA over the least that keeps sections stable: at fracture at least half of their resistance to turning is left
 SHEAR_MARGIN = 2.0
-#: the same of yarns with a share of their stiffness
-SOFT_MARGIN = 1.2
 #: GA over the steepest EA, up to which GA is raised: towards 1 the rotary inertia that the step needs has no bound
 MOST_SHEAR = 0.9
 #: strength of a yarn away from its weakest place, above its drawn strength, relative
@@ -104,7 +102,7 @@ def hinges(law: YarnLaw, modulus: float) -> tuple[Array, Array]:
         return strain[:-1], np.diff(np.diff(stress) / np.diff(strain), prepend=0.0)
 
 
-def stable_shear(knee: Array, slope: Array, strain: float, margin: float | None = None) -> float:
+def stable_shear(knee: Array, slope: Array, strain: float) -> float:
     """Shear stiffness GA [N] that keeps the sections of a straight yarn across its axis up to an axial ``strain`` [-].
 
     ``knee`` [-] and ``slope`` [N] are the hinges of its law N(e), both (n,). A beam of stretch l = 1 + e whose sections
@@ -114,14 +112,14 @@ def stable_shear(knee: Array, slope: Array, strain: float, margin: float | None 
         GA > N(e) / (1 + e).
 
     Bending only adds to it, in proportion to the square of the wave number (Reissner, 1981). The right-hand side is
-    monotonic between two knees, so that its maximum is at a knee or at the end. The result is ``margin`` times it, by
-    default :data:`SHEAR_MARGIN`, which leaves half of the resistance to turning, and at most :data:`MOST_SHEAR` of the
-    steepest EA, which exceeds it up to a strain of 900 %.
+    monotonic between two knees, so that its maximum is at a knee or at the end. The result is :data:`SHEAR_MARGIN`
+    times it, which leaves half of the resistance to turning, and at most :data:`MOST_SHEAR` of the steepest EA, which
+    exceeds it up to a strain of 900 %.
     """
     ends = np.append(knee[knee < strain], strain)
     force = (slope * np.maximum(ends[:, None] - knee, 0.0)).sum(axis=1)
     steepest = float(np.cumsum(slope).max())
-    return min((margin or SHEAR_MARGIN) * float((force / (1.0 + ends)).max()), MOST_SHEAR * steepest)
+    return min(SHEAR_MARGIN * float((force / (1.0 + ends)).max()), MOST_SHEAR * steepest)
 
 
 def largest_strain(yarn: Yarn) -> float:
@@ -171,8 +169,7 @@ def sections(fabric: Fabric, axial_share: float = 1.0) -> tuple[Section, ...]:
         _elliptic(section(reinforcing, reinforcing.bending_stiffness_n_mm2.weft), reinforcing, "weft"),
         section(fabric.knitting, fabric.knitting.bending_stiffness_n_mm2),
     )
-    yarns = (reinforcing, reinforcing, fabric.knitting)
-    return tuple(_softened(card, axial_share, largest_strain(yarn)) for card, yarn in zip(cards, yarns, strict=True))
+    return tuple(_softened(card, axial_share) for card in cards)
 
 
 def _elliptic(card: Section, yarn: ReinforcingYarn, direction: str) -> Section:
@@ -184,15 +181,9 @@ def _elliptic(card: Section, yarn: ReinforcingYarn, direction: str) -> Section:
     return replace(card, radius=0.5 * height, half_width=0.5 * width, lateral=lateral)
 
 
-def _softened(card: Section, share: float, strain: float) -> Section:
-    """``card`` with a ``share`` of its stiffness: it carries each force at 1 / share of the strain.
-
-    GA takes the same share, or more where :func:`stable_shear` needs it up to the largest ``strain`` of the card, with
-    :data:`SOFT_MARGIN`: tests that soften yarns stay far below their fracture, and a larger GA costs time steps.
-    """
-    knee, slope = card.hinge_strain / share, share * card.hinge_slope
-    shear = max(share * card.shear, stable_shear(knee, slope, strain / share, SOFT_MARGIN))
+def _softened(card: Section, share: float) -> Section:
+    """``card`` with a ``share`` of its stiffness: it carries each force at 1 / share of the strain."""
     return replace(
-        card, axial=share * card.axial, shear=shear, hinge_strain=knee, hinge_slope=slope,
-        compression=share * card.compression,
+        card, axial=share * card.axial, shear=share * card.shear, hinge_strain=card.hinge_strain / share,
+        hinge_slope=share * card.hinge_slope, compression=share * card.compression,
     )  # fmt: skip

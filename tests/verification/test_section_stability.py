@@ -91,19 +91,6 @@ def test_no_law_reaches_the_threshold_up_to_fracture(name: str) -> None:
         assert card.shear < card.axial
 
 
-@pytest.mark.parametrize("share", [0.2, 0.05, 0.03])
-@pytest.mark.parametrize("name", ["table", "toe", "short"])
-def test_no_softened_law_reaches_the_threshold_up_to_fracture(name: str, share: float) -> None:
-    """GA / (N / (1 + e / share)) is above 1 up to fracture strains of 15 %, also of loops."""
-    law, fracture = LAWS[name]
-    fabric = run(f"fabric.reinforcing.{law}", "rig.path=shear", fracture=min(fracture, 15.0)).fabric
-    yarns = (fabric.reinforcing, fabric.reinforcing, fabric.knitting)
-    for card, yarn in zip(sections(fabric, share), yarns, strict=True):
-        strain = np.linspace(0.0, largest_strain(yarn) / share, 2001)[1:]
-        assert card.shear > 1.1 * (force(card, strain) / (1.0 + strain)).max()
-        assert card.shear < card.axial
-
-
 @pytest.mark.parametrize("variant", ["1", "2"])
 def test_shipped_yarns_keep_the_isotropic_shear_stiffness(variant: str) -> None:
     """5/6 EA / 2.6: their laws are linear and end at 1 and 2.7 %."""
