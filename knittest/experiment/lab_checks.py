@@ -1,4 +1,4 @@
-"""What forces and travels of specimens must be: of one sign, free of preload, of one loading, and of one series."""
+"""Checks of forces and travels of specimens: one sign, free of preload, one loading, one series."""
 
 import hashlib
 from collections.abc import Sequence

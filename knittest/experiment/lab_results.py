@@ -93,7 +93,7 @@ class Results:
         return [*table_lines(self.names, self.shown), *self.remarks, *conditions]
 
     def statistics(self) -> dict[str, Any]:
-        """What is kept of the import: mean, sd and values of each quantity, conditions, files and digests."""
+        """Content of the file of an import: mean, sd and values of each quantity, conditions, files and digests."""
         known: dict[str, Any] = {
             "kind": "measured", "test": self.test, "direction": self.direction,
             "conditions": {what.key: value for what, value in self.conditions},

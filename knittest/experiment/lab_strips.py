@@ -30,7 +30,7 @@ FALL, BELOW = 0.02, 0.05
 STAYS, GAINS = 0.002, 0.08
 #: difference of the shares of their ways that extensometer and clamp go from row to row beyond which one jumps
 JUMP = 0.25
-#: an extensometer slips where in one of so many parts of the clamp's way it moves at less than this share of its usual
+#: an extensometer slips where in one of as many parts of the clamp's way it moves at less than this share of its usual
 #: pace, and the force gains that share of its maximum
 PARTS, SLOW, GAINS_SLOW = 10, 0.25, 0.03
 #: share of its way by which a clamp goes back before another loading

@@ -27,7 +27,7 @@ Wanted = Sequence[tuple[str, ...]]
 MAX_HEAD, SHORT = 1000, 10
 #: share of steps that fall from which on a rising travel has noise: rounded ones repeat, but do not fall
 FALLING = 0.03
-#: a travel has come back within this share of its way, where that is so many times its noise
+#: a travel has come back within this share of its way, where that is this multiple of its noise
 ENDED, CLEAR = 0.1, 20.0
 #: a number, also with its unit
 _STATED = re.compile(r"[+-]?\d[\d.,]*\s?\D{0,8}")
@@ -149,7 +149,7 @@ def _roles(names: Sequence[str], units: Sequence[str], given: Given) -> list[str
 
 
 def _lacking(roles: Sequence[str], wanted: Wanted) -> list[str]:
-    """Of each of ``wanted`` that no column has, the role that one without a name most likely has."""
+    """Name, for each of ``wanted`` that no column has, the role that one without a name most likely has."""
     return ["travel" if "travel" in some else some[0] for some in wanted if not set(some) & set(roles)]
 
 

@@ -1,4 +1,4 @@
-"""What machine files call things, in eight languages (the table ``lab_names.yaml``), and their units and numbers."""
+"""Names in machine files, in eight languages (the table ``lab_names.yaml``), and their units and numbers."""
 
 import re
 import unicodedata
