@@ -11,7 +11,7 @@ from knittest.solve.observer import SILENT
 
 
 def test_a_sheared_cell_reports_work_mechanisms_and_crossings() -> None:
-    run = resolve(variant="1", test="cell", preset="quick", sets=["rig.max_angle=4", "output.samples=60"])
+    run = resolve(variant="1", test="cell", preset="quick", sets=["rig.max_angle=4", "output.samples=300"])
     test = Cell()
     prepared = test.prepare(run)
     history, cost = test.solve(prepared, run, SILENT)
