@@ -50,7 +50,8 @@ class Loads(NamedTuple):
     :class:`Motions`.
 
     A run acts on ``dof`` of ``length`` nodes from ``node`` on, with table ``table`` times the entries of ``value`` from
-    ``at`` on; (n_runs,) each.
+    ``at`` on; (n_runs,) each. Where it ``guides`` (1, else 0), damping acts on the velocity relative to that of the
+    table: ``value`` is then the momentum over the time step [g/ms] at a table of one.
     """
 
     start: Index
@@ -59,6 +60,7 @@ class Loads(NamedTuple):
     at: Index
     dof: Index
     table: Index
+    guides: Index
     value: Array
 
 

@@ -20,17 +20,34 @@ def _work(first, count, factor, value, rate):
     return work
 
 
+@njit(**INLINE)
+def _guided_work(first, count, factor, value, nodes, dof):
+    """:func:`_work` of the forces of a guide."""
+    work, rate = 0.0, nodes.velocity[dof]
+    for k in range(U(count)):
+        i = U(first) + k
+        work += factor * value[k] * (1.0 - nodes.damping_factor[i]) * rate[i]
+    return work
+
+
 @njit(**KERNEL)
 def apply_loads(partition, dt, nodes, loads, tables, tally):
     """Add the loads of one partition before its nodes are integrated; books the first half of their work [mJ].
 
-    Moments act on the spin at once, divided by the damping that follows, so that they balance exactly at rest.
+    Moments act on the spin at once, divided by the damping that follows, so that they balance exactly at rest. Damping
+    v -> f v towards a guide's velocity u is v -> f v + (1 - f) u: a force m (1 - f) u / dt.
     """
-    work = 0.0
+    work, guided = 0.0, 0.0
     for run in range(loads.start[partition], loads.start[partition + 1]):
         first, count, dof = loads.node[run], loads.length[run], loads.dof[run]
         factor, value = load_now(1.0, loads.table[run], tables), loads.value[loads.at[run] :]
-        if dof < 3:
+        if loads.guides[run] == 1:
+            force = nodes.force[dof]
+            for k in range(U(count)):
+                i = U(first) + k
+                force[i] += factor * value[k] * (1.0 - nodes.damping_factor[i])
+            guided += _guided_work(first, count, factor, value, nodes, dof)
+        elif dof < 3:
             force = nodes.force[dof]
             for k in range(U(count)):
                 force[U(first) + k] += factor * value[k]
@@ -42,14 +59,19 @@ def apply_loads(partition, dt, nodes, loads, tables, tally):
                 i = U(first) + k
                 spin[i] += factor * value[k] * nodes.inv_inertia[i] * dt / nodes.damping_factor[i]
     tally.energy[partition, 0] += 0.5 * dt * work
+    tally.energy[partition, 8] += 0.5 * dt * guided
 
 
 @njit(**KERNEL)
 def book_loads(partition, dt, nodes, loads, tables, tally):
     """Second half of the work, with the velocities after the step."""
-    work = 0.0
+    work, guided = 0.0, 0.0
     for run in range(loads.start[partition], loads.start[partition + 1]):
         first, count, dof = loads.node[run], loads.length[run], loads.dof[run]
-        rate = nodes.velocity[dof] if dof < 3 else nodes.spin[dof - 3]
-        work += _work(first, count, load_now(1.0, loads.table[run], tables), loads.value[loads.at[run] :], rate)
+        factor, value = load_now(1.0, loads.table[run], tables), loads.value[loads.at[run] :]
+        if loads.guides[run] == 1:
+            guided += _guided_work(first, count, factor, value, nodes, dof)
+        else:
+            work += _work(first, count, factor, value, nodes.velocity[dof] if dof < 3 else nodes.spin[dof - 3])
     tally.energy[partition, 0] += 0.5 * dt * work
+    tally.energy[partition, 8] += 0.5 * dt * guided

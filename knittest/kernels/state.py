@@ -142,12 +142,12 @@ class ContactLaw(NamedTuple):
 
 class Tally(NamedTuple):
     """Accumulators over steps: ``reaction`` (PARTITIONS, n_groups) [N or N mm], conjugate to the table of each group,
-    ``support`` (PARTITIONS, n_groups) [N or N mm], the same without the scales; energies (PARTITIONS, 8) [mJ].
+    ``support`` (PARTITIONS, n_groups) [N or N mm], the same without the scales; energies (PARTITIONS, 9) [mJ].
 
     Energy columns: work of motions, loads and tools; losses of friction, in contacts and in the shear of shells;
     energy of eroded elements; losses of the damping of contacts and of free tools; of the losses of friction, those of
     spin at crossings of yarns, those at tools, and those in the shear of shells; energy that contacts found late were
-    given.
+    given; energy that damping relative to a guide gives back.
     ``late`` (1,) deepest overlap of a contact that was found late, over the smaller radius.
     ``tool`` (PARTITIONS, n_tools, 3) forces on the tools in this step, ``tool_sum`` (n_tools, 3) summed over steps [N].
     """

@@ -128,7 +128,20 @@ class Boundary:
             raise InputError(f"load: acts along one degree of freedom, got {len(names)}: give each its own")
         size = _one_each(value, "value of a load", node)
         in_elements(node[np.broadcast_to(size, node.shape) != 0.0], self.model.mesh.cells)
-        rows = np.broadcast_arrays(node, DOFS[names[0]], self.table(table or constant(1.0)), size)
+        rows = np.broadcast_arrays(node, DOFS[names[0]], self.table(table or constant(1.0)), 0, size)
+        self._loads.append(tuple(np.array(r) for r in rows))
+
+    def guide(self, nodes: ArrayLike, dof: str, velocity: Table, scale: ArrayLike = 1.0) -> None:
+        """Let mass-proportional damping act on the velocity of ``nodes`` along ``dof`` (x, y or z) relative to
+        ``scale`` (n,) times the table ``velocity`` [mm/ms].
+
+        Without a guide damping acts on the absolute velocity, so that it drags on the motion of a rig.
+        """
+        self._open("a guide")
+        node = node_numbers(nodes, self.model.n_nodes)
+        names = names_among(dof, ALL[:3], "axis")
+        momentum = self.model.mass[node] * _one_each(scale, "scale of a guide", node) / self.dt
+        rows = np.broadcast_arrays(node, DOFS[names[0]], self.table(velocity), 1, momentum)
         self._loads.append(tuple(np.array(r) for r in rows))
 
     def still_moving(self) -> list[str]:
@@ -204,7 +217,7 @@ class Boundary:
         for k, table in enumerate(self.tables):
             time[k, : knots[k]], value[k, : knots[k]] = table.time, table.value
         motions = self._motion_arrays()
-        loads = in_runs(*self._sorted(self._loads, (np.int64, np.int64, np.int64, np.float64), runs=True))
+        loads = in_runs(*self._sorted(self._loads, (np.int64, np.int64, np.int64, np.int64, np.float64), runs=True))
         tables = Tables(knots, time, value, np.zeros((2, len(self.tables))))
         return Drive(tables, motions, loads, tool_arrays(self.tools), self._touch())
 

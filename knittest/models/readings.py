@@ -17,7 +17,7 @@ def new_tally(boundary: Boundary) -> Tally:
     """Empty accumulators for ``boundary``."""
     n_tools, groups = len(boundary.tools), (PARTITIONS, max(boundary.groups, 1))
     return Tally(
-        np.zeros(groups), np.zeros((PARTITIONS, 8)), np.zeros((PARTITIONS, n_tools, 3)), np.zeros((n_tools, 3)),
+        np.zeros(groups), np.zeros((PARTITIONS, 9)), np.zeros((PARTITIONS, n_tools, 3)), np.zeros((n_tools, 3)),
         np.zeros(groups), np.zeros(1),
     )  # fmt: skip
 

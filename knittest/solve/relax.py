@@ -159,7 +159,7 @@ def _acting(
 def _applied(drive: Drive) -> float:
     """Sum of all forces applied to nodes and free tools at the end of the tables [N]."""
     loads, last = drive.loads, _last(drive)
-    factor = np.where(loads.dof < 3, last[loads.table], 0.0)
+    factor = np.where((loads.dof < 3) & (loads.guides == 0), last[loads.table], 0.0)
     return float(np.abs(loads.value * np.repeat(factor, loads.length)).sum()) + applied_to_tools(drive, last)
 
 

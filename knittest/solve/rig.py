@@ -12,6 +12,7 @@ class Rig(Protocol):
     duration: float  # longest time [ms]
     coordinate: str  # column of the curve that says how far the test has come
     force: str  # column of the force whose peak is kept
+    mounted_at: float  # time [ms] until which the specimen is mounted; it comes to rest then, and energies start
     averaged_from: float  # time [ms] from which the tools' forces on the nodes are averaged
     marks: tuple[float, ...]  # shares of the duration at which frames are wanted besides even ones
 

@@ -63,6 +63,11 @@ class Stepping:
         return dict(zip(("spin", "tools", "shear"), self.tally.energy[:, 4:7].sum(axis=0).tolist(), strict=True))
 
     @property
+    def guided(self) -> float:
+        """Energy [mJ] that damping relative to guides has given back (:meth:`Boundary.guide`)."""
+        return float(self.tally.energy[:, 8].sum())
+
+    @property
     def recovered(self) -> float:
         """Energy [mJ] that contacts found late were given (:meth:`ContactTracker.recover`)."""
         return float(self.tally.energy[:, 7].sum())

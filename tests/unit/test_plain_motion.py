@@ -32,7 +32,7 @@ def impose(nodes: Nodes, dof: int, scale: float = 2.0) -> Tally:
     tables = Tables(np.ones(1, np.int64), np.zeros((1, 1)), np.zeros((1, 1)), np.array([[0.25], [0.35]]))
     sums = np.zeros((PARTITIONS, 1))
     tools = np.zeros((PARTITIONS, 0, 3)), np.zeros((0, 3))
-    tally = Tally(sums, np.zeros((PARTITIONS, 8)), *tools, sums.copy(), np.zeros(1))
+    tally = Tally(sums, np.zeros((PARTITIONS, 9)), *tools, sums.copy(), np.zeros(1))
     plain(impose_motions)(0, DT, nodes, motions, tables, tally)
     return tally
 

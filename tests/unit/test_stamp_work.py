@@ -140,7 +140,7 @@ def test_losses_at_tools_and_in_shear_are_booked_as_such():
     tools = fall.tally.energy.sum(axis=0)
     assert tools[5] == tools[1] > 0.0 and tools[4] == tools[6] == 0.0
     shares = explicit.shell_share.py_func
-    tally = Tally(*(np.zeros((PARTITIONS, 8)) for _ in Tally._fields))
+    tally = Tally(*(np.zeros((PARTITIONS, 9)) for _ in Tally._fields))
     model = sheet()
     given = shares.__globals__ | {
         "shell_forces": lambda *_: (0.25, 1.5), "bend_forces": lambda *_: 0.0,

@@ -35,7 +35,7 @@ class Fall:
             np.full(N, RADIUS), np.full(N, 10.0), np.zeros(N), np.zeros((1, 3, N)), *flat, room, near, listed
         )
         self.tally = Tally(
-            np.zeros((PARTITIONS, 1)), np.zeros((PARTITIONS, 8)), np.zeros((PARTITIONS, 1, 3)), np.zeros((1, 3)),
+            np.zeros((PARTITIONS, 1)), np.zeros((PARTITIONS, 9)), np.zeros((PARTITIONS, 1, 3)), np.zeros((1, 3)),
             np.zeros((PARTITIONS, 1)), np.zeros(1),
         )  # fmt: skip
 

@@ -31,6 +31,7 @@ class FrictionTest:
 
     coordinate, force = "displacement_mm", "pull_force_n"
     marks: tuple[float, ...] = ()
+    mounted_at = 0.0
 
     def __init__(self, run: FrictionRun, axis: int, faces: tuple[float, float], radius: Array) -> None:
         self.rig, self.axis, self.faces, self.radius = run.rig, axis, faces, radius

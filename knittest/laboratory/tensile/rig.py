@@ -22,7 +22,7 @@ class TensileTest:
 
     coordinate, force = "strain_pct", "force_n"
     marks: tuple[float, ...] = ()
-    averaged_from = np.inf
+    mounted_at, averaged_from = 0.0, np.inf
 
     def __init__(self, run: TensileRun, axis: int, gauge: float, middle: float) -> None:
         self.axis, self.gauge, self.middle = axis, gauge, middle

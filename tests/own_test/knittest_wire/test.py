@@ -27,7 +27,7 @@ class Grips:
 
     coordinate, force = "strain_pct", "force_n"
     marks: tuple[float, ...] = ()
-    averaged_from = np.inf
+    mounted_at, averaged_from = 0.0, np.inf
 
     def __init__(self, run: WireRun) -> None:
         self.length, speed, rise = run.rig.length, run.solver.speed, run.solver.ramp  # mm, mm/ms, ms
