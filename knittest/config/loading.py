@@ -26,6 +26,8 @@ from knittest.config.yaml_loader import Document, KeyPath, describe, dotted, loa
 
 #: says that limits looser than the preset's are accepted
 ACCEPTED: KeyPath = ("accept_limits",)
+#: beams in a wave of the inlays, derived from the fabric where nobody states them
+WAVES: KeyPath = ("model", "meso", "elements_per_wave")
 
 
 class Options(TypedDict, total=False):
@@ -83,6 +85,8 @@ def resolve(
     except ValidationError as error:
         raise input_error(error, layers) from None
     folders = [source.folder] if config is None else [source.folder, Path(config).resolve().parent]
+    if _stated(WAVES, document, given) is None:
+        run = run.with_fine_waves()
     return settle_data_paths(run, layers, folders).with_derived_numbers()
 
 

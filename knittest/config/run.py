@@ -14,6 +14,9 @@ from knittest.config.rigs import Rig
 Scale = Literal["macro", "meso"]
 Preset = Literal["quick", "standard", "paper"]
 
+#: longest beam in the wave of an inlay, over the inlay's height, and the most beams of a wave for it
+LONGEST_BEAM, MOST_IN_WAVE = 1.3, 16
+
 
 class MesoModel(Strict):
     """Discretisation of the yarns."""
@@ -24,7 +27,8 @@ class MesoModel(Strict):
         ge=4,
         le=64,
         multiple_of=2,
-        description="beams in the longer wave of the reinforcing yarns; the shorter one gets beams of the same length",
+        description="beams in the longer wave of the reinforcing yarns; the shorter one gets beams of the same length; "
+        "where it is not stated that of the preset, or more for yarns thin beside their spacing",
     )
     contact: bool = Field(True, description="yarn-yarn contact")
     knitting: bool = Field(True, description="model the knitting yarn")
@@ -171,6 +175,23 @@ class Run(Strict):
     def with_derived_numbers(self) -> Self:
         """The run with the numbers that its test derives from others; most tests derive none."""
         return self
+
+    def with_fine_waves(self) -> Self:
+        """The run with as many beams in a wave that none is longer than :data:`LONGEST_BEAM` diameters of an inlay.
+
+        Corners of a coarser polygon overlap where inlays cross, by 5.6 % of a radius times the length of a beam over
+        the diameter (measured on eight fabrics, 0.4 to 1.2 mm thick).
+        """
+        if self.model.scale != "meso":
+            return self
+        fabric, meso = self.fabric, self.model.meso
+        thickness = min(fabric.reinforcing.section_mm(way)[1] for way in ("warp", "weft"))
+        pitch = max(fabric.wale_spacing, fabric.course_spacing)
+        needed = 2 * round(0.5 * pitch / (LONGEST_BEAM * thickness))
+        if needed <= meso.elements_per_wave:
+            return self
+        meso = meso.model_copy(update={"elements_per_wave": min(needed, MOST_IN_WAVE)})
+        return self.model_copy(update={"model": self.model.model_copy(update={"meso": meso})})
 
     @property
     def direction(self) -> str:
