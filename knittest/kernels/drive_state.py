@@ -51,7 +51,7 @@ class Loads(NamedTuple):
 
     A run acts on ``dof`` of ``length`` nodes from ``node`` on, with table ``table`` times the entries of ``value`` from
     ``at`` on; (n_runs,) each. Where it ``guides`` (1, else 0), damping acts on the velocity relative to that of the
-    table: ``value`` is then the momentum over the time step [g/ms] at a table of one.
+    table: ``value`` is then the momentum at a table of one.
     """
 
     start: Index

@@ -22,7 +22,7 @@ def _work(first, count, factor, value, rate):
 
 @njit(**INLINE)
 def _guided_work(first, count, factor, value, nodes, dof):
-    """:func:`_work` of the forces of a guide."""
+    """:func:`_work` of the damping towards a guide, times the step."""
     work, rate = 0.0, nodes.velocity[dof]
     for k in range(U(count)):
         i = U(first) + k
@@ -30,23 +30,31 @@ def _guided_work(first, count, factor, value, nodes, dof):
     return work
 
 
+@njit(**PART)
+def _gain(dt, table, tables):
+    """Rise of a guide's velocity over the step [1/ms], at a table in units of the velocity."""
+    return (tables.now[1, table] - tables.now[0, table]) / dt
+
+
 @njit(**KERNEL)
 def apply_loads(partition, dt, nodes, loads, tables, tally):
     """Add the loads of one partition before its nodes are integrated; books the first half of their work [mJ].
 
     Moments act on the spin at once, divided by the damping that follows, so that they balance exactly at rest. Damping
-    v -> f v towards a guide's velocity u is v -> f v + (1 - f) u: a force m (1 - f) u / dt.
+    v -> f v towards a guide's velocity u is v -> f v + (1 - f) u: a force m (1 - f) u / dt. The guide accelerates the
+    nodes too, by m du/dt.
     """
     work, guided = 0.0, 0.0
     for run in range(loads.start[partition], loads.start[partition + 1]):
         first, count, dof = loads.node[run], loads.length[run], loads.dof[run]
         factor, value = load_now(1.0, loads.table[run], tables), loads.value[loads.at[run] :]
         if loads.guides[run] == 1:
-            force = nodes.force[dof]
+            force, gain = nodes.force[dof], _gain(dt, loads.table[run], tables)
             for k in range(U(count)):
                 i = U(first) + k
-                force[i] += factor * value[k] * (1.0 - nodes.damping_factor[i])
+                force[i] += value[k] * (factor * (1.0 - nodes.damping_factor[i]) / dt + gain)
             guided += _guided_work(first, count, factor, value, nodes, dof)
+            work += _work(first, count, gain, value, nodes.velocity[dof])
         elif dof < 3:
             force = nodes.force[dof]
             for k in range(U(count)):
@@ -59,7 +67,7 @@ def apply_loads(partition, dt, nodes, loads, tables, tally):
                 i = U(first) + k
                 spin[i] += factor * value[k] * nodes.inv_inertia[i] * dt / nodes.damping_factor[i]
     tally.energy[partition, 0] += 0.5 * dt * work
-    tally.energy[partition, 8] += 0.5 * dt * guided
+    tally.energy[partition, 8] += 0.5 * guided
 
 
 @njit(**KERNEL)
@@ -71,7 +79,9 @@ def book_loads(partition, dt, nodes, loads, tables, tally):
         factor, value = load_now(1.0, loads.table[run], tables), loads.value[loads.at[run] :]
         if loads.guides[run] == 1:
             guided += _guided_work(first, count, factor, value, nodes, dof)
+            gain = _gain(dt, loads.table[run], tables)
+            work += _work(first, count, gain, value, nodes.velocity[dof])
         else:
             work += _work(first, count, factor, value, nodes.velocity[dof] if dof < 3 else nodes.spin[dof - 3])
     tally.energy[partition, 0] += 0.5 * dt * work
-    tally.energy[partition, 8] += 0.5 * dt * guided
+    tally.energy[partition, 8] += 0.5 * guided

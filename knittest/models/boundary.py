@@ -132,15 +132,17 @@ class Boundary:
         self._loads.append(tuple(np.array(r) for r in rows))
 
     def guide(self, nodes: ArrayLike, dof: str, velocity: Table, scale: ArrayLike = 1.0) -> None:
-        """Let mass-proportional damping act on the velocity of ``nodes`` along ``dof`` (x, y or z) relative to
-        ``scale`` (n,) times the table ``velocity`` [mm/ms].
+        """Guide ``nodes`` along ``dof`` (x, y or z) by the velocity u, ``scale`` (n,) times the table ``velocity``
+        [mm/ms]: a force m du/dt accelerates them with it, and mass-proportional damping acts on their velocity
+        relative to it.
 
-        Without a guide damping acts on the absolute velocity, so that it drags on the motion of a rig.
+        Without a guide the motion of a rig reaches the specimen as a wave, and damping drags on it. The guide does no
+        work on a specimen that moves with a constant u.
         """
         self._open("a guide")
         node = node_numbers(nodes, self.model.n_nodes)
         names = names_among(dof, ALL[:3], "axis")
-        momentum = self.model.mass[node] * _one_each(scale, "scale of a guide", node) / self.dt
+        momentum = self.model.mass[node] * _one_each(scale, "scale of a guide", node)
         rows = np.broadcast_arrays(node, DOFS[names[0]], self.table(velocity), 1, momentum)
         self._loads.append(tuple(np.array(r) for r in rows))
 

@@ -146,6 +146,12 @@ class ExplicitModel(ABC):
         """
         return ""
 
+    def stable_step(self) -> tuple[float, str]:
+        """Longest stable time step [ms] of the present state, as far as it can fall below that of the start, and what
+        limits it, for messages; infinite where nothing does.
+        """
+        return np.inf, ""
+
     def invalid_state(self, dt: float) -> str:
         """Describe what makes the present state one that no result can be read from; empty if nothing does.
 

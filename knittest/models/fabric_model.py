@@ -124,11 +124,8 @@ class FabricModel(ExplicitModel):
         return self.fields() | dict(zip(("moment_warp", "moment_weft", "moment_twist"), moments, strict=True))
 
     def diagnose(self, dt: float) -> str:
-        """Adds to :meth:`invalid_state` yarns too stiff in the plane for the step.
-
-        Less distortion leaves the bound behind the time step valid (:mod:`knittest.models.shell_step` says how far).
-        """
-        return self.invalid_state(dt) or (self._too_stiff(dt) if self.bends.alive.size else "")
+        """See :meth:`invalid_state`."""
+        return self.invalid_state(dt)
 
     def invalid_state(self, dt: float) -> str:
         """Names a shell without area, or a node that went through a shell; empty if there is none."""
@@ -141,20 +138,17 @@ class FabricModel(ExplicitModel):
             return f"{told}, sheared by {angle:.0f} deg; {SOFT}" if angle > SHEARED else told
         return self.tracker.diagnose() if self.tracker else ""
 
-    def _too_stiff(self, dt: float) -> str:
-        """Names a node where yarns bend more stiffly in the plane than the step ``dt`` [ms] can bear, if there is one.
+    def stable_step(self) -> tuple[float, str]:
+        """Step [ms] that the bending of yarns in the plane of the shells bears now, and the node that limits it.
 
-        Shear that closes the angle of crumpled yarns stiffens their bending without limit.
+        Shear that closes the angle of crumpled yarns stiffens their bending without limit. Less distortion leaves the
+        bound behind the time step valid (:mod:`knittest.models.shell_step` says how far).
         """
+        if not self.bends.alive.size:
+            return super().stable_step()
         now, node = bend_bound_now(self.bends, self.nodes.position, self.mass)
         stiffest = (2.0 / self.critical_step) ** 2 - self.bending_at_rest + now
-        longest = 2.0 / stiffest**0.5
-        if longest >= dt:
-            return ""
-        return (
-            f"the yarns at node {node} of {self.name_of(node)}, crumpled where shear has closed their angle, bend too "
-            f"stiffly in the plane for steps above {longest / self.critical_step:.2f} of the critical one"
-        )
+        return 2.0 / stiffest**0.5, f"crumpled yarns at node {node} of {self.name_of(node)}, whose angle shear has closed,"
 
     def state(self) -> State:
         """See :meth:`ExplicitModel.state`; adds living shells, corner forces and contacts."""

@@ -187,6 +187,10 @@ class YarnModel(ExplicitModel):
         """See :class:`YarnHealth`."""
         return self.health.diagnose(dt)
 
+    def stable_step(self) -> tuple[float, str]:
+        """See :meth:`YarnHealth.stable_step`."""
+        return self.health.stable_step() if self.contact else super().stable_step()
+
     def state(self) -> State:
         """See :meth:`ExplicitModel.state`; adds living beams and contacts."""
         return super().state() | arrays_of("beams", self.beams, CHANGING) | prefixed("tracker", self.tracker.state())

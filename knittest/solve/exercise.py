@@ -95,6 +95,7 @@ class Exercise:
         model.stored()
         model.fields()
         model.diagnose(dt)
+        model.stable_step()
 
     def step(self) -> None:
         """Call the whole step, which links what the others compiled."""

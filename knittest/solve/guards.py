@@ -11,6 +11,8 @@ from knittest.solve.state import Simulation
 #: kinetic energy over the work done, plus the second times the energy of the specimen at clamp speed, above which the
 #: state blows up: a specimen that tears turns at most all of the work into motion
 BLOW_UP, BLOW_UP_START = 2.0, 20.0
+#: share of the longest stable step that a run goes on with, and the least step over that of the start
+MARGIN, LEAST_SHARE = 0.9, 0.1
 #: energy error over work before any failure that stops a run, and the error that stops it when energy is made from
 #: nothing; judged once the work is this many times the kinetic energy of the specimen at clamp speed
 STOP_ENERGY_ERROR, STOP_ENERGY_GAIN, START_UP_WORK = 0.10, 0.05, 20.0
@@ -40,6 +42,21 @@ def check_entities(run: Simulation) -> None:
     if fault := run.model.diagnose(run.dt):
         what, _, remedy = fault.partition("; ")  # the model's own, else what helps most
         raise NumericalError(f"{what} at {run.time:.5f} ms; {remedy or 'reduce solver.safety or solver.speed'}")
+
+
+def fit_step(run: Simulation) -> None:
+    """Shorten the time step where the present state bears less; raises :class:`NumericalError` below a least share."""
+    longest, where = run.model.stable_step()
+    if longest >= run.dt:
+        return
+    share = MARGIN * longest / run.dt
+    if share * run.step_share < LEAST_SHARE:
+        raise NumericalError(
+            f"{where} bring the critical time step to {1e3 * longest:.3g} us at {run.time:.5f} ms; the run went on with "
+            f"smaller steps down to {1e3 * run.dt:.3g} us from {1e3 * run.first_step:.3g} us at the start"
+        )
+    run.shorten(share)
+    run.cost.time_step = run.dt
 
 
 def check_balance(run: Simulation) -> None:

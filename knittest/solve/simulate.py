@@ -17,7 +17,7 @@ from knittest.models.at_rest import at_rest
 from knittest.models.boundary import Boundary
 from knittest.models.explicit_model import ExplicitModel, Stored
 from knittest.models.readings import Readings, new_tally, take_readings
-from knittest.solve.guards import check_balance, check_entities, check_motion
+from knittest.solve.guards import check_balance, check_entities, check_motion, fit_step
 from knittest.solve.observer import SILENT, Observer
 from knittest.solve.relax import relax, settle
 from knittest.solve.rig import Rig
@@ -29,6 +29,8 @@ Array = NDArray[np.float64]
 NEAR_PEAK = 0.001
 #: residual of a specimen at rest after its mounting, and most steps until then
 MOUNTED, MOUNTING = 0.002, 20000
+#: steps between looks at the stable time step
+STEP_LOOKS = 80
 #: multiples of the time a wave needs along the specimen during which a fresh break is damped
 RINGING = 4.0
 
@@ -58,7 +60,7 @@ def simulate(
 
 def _begin(model: ExplicitModel, rig: Rig, solver: Solver, observer: Observer) -> Simulation:
     """The state at the start, or the one to go on from."""
-    dt = solver.safety * model.critical_step
+    dt = solver.safety * model.critical_step  # as in Simulation.first_step
     boundary = Boundary(model, dt)
     rig.constrain(boundary)
     run = Simulation(model, boundary.drive(), new_tally(boundary), dt, rig=rig, solver=solver)
@@ -78,6 +80,7 @@ def _begin(model: ExplicitModel, rig: Rig, solver: Solver, observer: Observer) -
         run.frames.append(_frame(run, {run.rig.coordinate: 0.0, run.rig.force: 0.0}))
         return run
     run.restore(snapshot)
+    run.cost.time_step = run.dt
     observer.resumed(min(run.time / run.rig.duration, 1.0), run.time)  # the last chunk may end a little later
     before = float(snapshot.state["run/rest_damping_factor"])
     if before != run.rest_damping_factor:  # a forced restart with another step or damping
@@ -88,7 +91,7 @@ def _begin(model: ExplicitModel, rig: Rig, solver: Solver, observer: Observer) -
 def _run_rows(run: Simulation, output: Output, observer: Observer) -> None:
     """Advance row by row to the end of the test, once the specimen is mounted."""
     _mount(run, observer)
-    row_steps = max(run.model.chunk, round(run.rig.duration / run.dt / output.samples))
+    row_steps = max(run.model.chunk, round(run.rig.duration / run.first_step / output.samples))
     # the first frame is the start; one row takes one frame at most
     even = np.linspace(0.0, 1.0, output.frames + 1)
     marks = [*sorted({*even.tolist(), *run.rig.marks}), np.inf]
@@ -176,6 +179,8 @@ def _advance_chunk(run: Simulation, steps: int) -> None:
     check_motion(run, work, lambda: _released(run))
     if steps > 1:  # the single step of a sample follows a look at all entities
         check_entities(run)
+        if run.cost.steps % STEP_LOOKS < steps:
+            fit_step(run)
 
 
 def _keep_peak(run: Simulation) -> None:

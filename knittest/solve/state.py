@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 #: arrays of tools and their contacts that change
 MOVING, TOUCHING = ("position", "velocity"), ("spring", "slipping", "pressure")
 #: numbers of a run that change
-SCALARS = ("time", "damping_loss", "kinetic", "loss_rate", "eroded", "peak")
+SCALARS = ("time", "damping_loss", "kinetic", "loss_rate", "eroded", "peak", "step_share")
 COSTS = ("advance_s", "penetration_max", "penetration_mean")
 #: numbers of a frame
 FRAME = ("time", "coordinate", "force")
@@ -69,6 +69,7 @@ class Simulation(Stepping):
     rig: Rig
     solver: Solver
     row_steps: int = 0
+    step_share: float = 1.0  # of the time step of the start, which contacts may have shortened since
     kinetic_scale: float = 0.0  # of the specimen at clamp speed [mJ]
     start_energy: Array = field(default_factory=lambda: np.zeros(0))  # elastic, as :func:`simulate._elastic` [mJ]
     eroded: float = 0.0
@@ -84,6 +85,18 @@ class Simulation(Stepping):
     at_peak: Kept | None = None
     peak: float = 0.0
     cost: SimulationCost = field(default_factory=SimulationCost)
+
+    @property
+    def first_step(self) -> float:
+        """Time step [ms] at the start."""
+        return self.solver.safety * self.model.critical_step
+
+    def shorten(self, share: float) -> None:
+        """Go on with ``share`` of the present time step."""
+        self.step_share *= share
+        self.dt = self.first_step * self.step_share
+        self.loss_rate *= share
+        self.model.nodes.damping_factor[:] **= share
 
     @property
     def rest_damping_factor(self) -> float:
@@ -117,6 +130,7 @@ class Simulation(Stepping):
         put_back(state, "touch", self.drive.touch, TOUCHING)
         for name in SCALARS:
             setattr(self, name, float(entry(state, f"run/{name}", ())))
+        self.dt = self.first_step * self.step_share
         self.start_energy = entry(state, "run/start_energy", self.start_energy.shape)
         for name in COSTS:
             setattr(self.cost, name, float(entry(state, f"cost/{name}", ())))
