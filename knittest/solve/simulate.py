@@ -179,8 +179,8 @@ def _advance_chunk(run: Simulation, steps: int) -> None:
     check_motion(run, work, lambda: _released(run))
     if steps > 1:  # the single step of a sample follows a look at all entities
         check_entities(run)
-        if run.cost.steps % STEP_LOOKS < steps:
-            fit_step(run)
+    if run.cost.steps % STEP_LOOKS < steps:
+        fit_step(run)
 
 
 def _keep_peak(run: Simulation) -> None:
