@@ -131,7 +131,7 @@ class _Tug:
     duration = 0.02
     coordinate, force = "strain_pct", "force_n"
     marks: tuple[float, ...] = ()
-    mounted_at, averaged_from = 0.0, np.inf
+    mounted_at, averaged_from, locks = 0.0, np.inf, False
 
     def constrain(self, boundary: Boundary) -> None:
         along = boundary.model.position()[:, 1]

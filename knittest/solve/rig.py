@@ -13,6 +13,7 @@ class Rig(Protocol):
     coordinate: str  # column of the curve that says how far the test has come
     force: str  # column of the force whose peak is kept
     mounted_at: float  # time [ms] until which the specimen is mounted; it comes to rest then, and energies start
+    locks: bool  # ends where yarns lock, see :data:`knittest.solve.simulate.LOCKED`
     averaged_from: float  # time [ms] from which the tools' forces on the nodes are averaged
     marks: tuple[float, ...]  # shares of the duration at which frames are wanted besides even ones
 

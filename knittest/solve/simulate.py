@@ -29,6 +29,8 @@ Array = NDArray[np.float64]
 NEAR_PEAK = 0.001
 #: residual of a specimen at rest after its mounting, and most steps until then
 MOUNTED, MOUNTING = 0.002, 20000
+#: energy of contacts over work at which yarns that are sheared have locked, and rows of the start that do not count
+LOCKED, START_ROWS = 0.10, 40
 #: steps between looks at the stable time step
 STEP_LOOKS = 80
 #: multiples of the time a wave needs along the specimen during which a fresh break is damped
@@ -103,7 +105,7 @@ def _run_rows(run: Simulation, output: Output, observer: Observer) -> None:
         force = row[run.rig.force]
         run.peak = max(run.peak, force)
         observer.progress(fraction, run.time, 1e3 * run.dt, run.energy_rows[-1]["kinetic_ratio"])
-        if run.rig.finished(force, run.peak, run.eroded > 0.0):
+        if run.rig.finished(force, run.peak, run.eroded > 0.0) or (run.rig.locks and is_locked(run.energy_rows)):
             break
         observer.visit(run.snapshot)
 
@@ -196,6 +198,15 @@ def _keep_peak(run: Simulation) -> None:
     if run.model.failed().sum() <= before:
         coordinate, force = channels[run.rig.coordinate], channels[run.rig.force]
         run.at_peak = Kept(run.time, coordinate, force, run.model.nodes.position.copy())
+
+
+def is_locked(energies: list[dict[str, float]]) -> bool:
+    """Tell whether yarns have locked: they press into each other with more than :data:`LOCKED` of the work.
+
+    The penalty then bears what compaction of the yarns would, which rigid sections do not have.
+    """
+    work = max(row["external_mj"] for row in energies)
+    return len(energies) > START_ROWS and energies[-1]["contact_mj"] > LOCKED * work
 
 
 def is_new_peak(force: float, kept: float) -> bool:

@@ -65,7 +65,7 @@ def test_seconds_are_those_of_all_specimens_and_units_are_readable():
 class Ticking:
     """A rig whose samples come every 40 steps of 0.5 ms simulated; each takes 0.1 s by the clock."""
 
-    duration, coordinate, force, mounted_at, averaged_from, marks = 1e9, "x", "f", 0.0, 1e9, ()
+    duration, coordinate, force, mounted_at, averaged_from, marks, locks = 1e9, "x", "f", 0.0, 1e9, (), False
 
     def finished(self, force: float, peak: float, broken: bool) -> bool:
         return broken

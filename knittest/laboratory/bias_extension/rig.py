@@ -17,7 +17,7 @@ class BiasExtensionTest:
     """Pulls the nodes ``moving`` along y from those ``fixed`` until the middle of ``strip`` is sheared enough."""
 
     coordinate, force = "shear_angle_deg", "force_n"
-    mounted_at, averaged_from = 0.0, np.inf
+    mounted_at, averaged_from, locks = 0.0, np.inf, False
 
     def __init__(
         self, run: BiasExtensionRun, strip: BiasStrip, fixed: NDArray[np.int64], moving: NDArray[np.int64]

@@ -19,7 +19,7 @@ class BiaxialTest:
 
     coordinate, force = "strain_pct", "force_n"
     marks: tuple[float, ...] = ()
-    mounted_at, averaged_from = 0.0, np.inf
+    mounted_at, averaged_from, locks = 0.0, np.inf, False
 
     def __init__(self, run: BiaxialRun, held: NDArray[np.int64], axis: int, size: NDArray[np.float64]) -> None:
         rig, most = run.rig, max(1.0, run.rig.ratio)

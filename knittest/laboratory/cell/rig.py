@@ -24,7 +24,7 @@ class CellTest:
 
     coordinate, force = "path_pct", "conjugate_force"
     marks: tuple[float, ...] = ()
-    mounted_at, averaged_from = 0.0, np.inf
+    mounted_at, averaged_from, locks = 0.0, np.inf, False
     #: whether a yarn has come to its fracture strain
     torn = False
     #: whether the run has come to where it ends on the way of its path

@@ -38,7 +38,7 @@ class CompactionTest:
 
     coordinate, force = "compaction_mm", "plate_force_n"
     marks: tuple[float, ...] = ()
-    mounted_at, averaged_from = 0.0, np.inf
+    mounted_at, averaged_from, locks = 0.0, np.inf, False
 
     def __init__(
         self, run: CompactionRun, faces: tuple[float, float], size: Array, radius: Array, rim: NDArray[np.int64]

@@ -30,7 +30,7 @@ class FormingTest:
     """
 
     coordinate, force = "stamp_travel_mm", "stamp_force_n"
-    mounted_at, averaged_from = 0.0, np.inf
+    mounted_at, averaged_from, locks = 0.0, np.inf, False
     marks: tuple[float, ...] = ()
 
     def __init__(self, run: FormingRun, tools: ToolSet, thickness: float, radius: Array, weight: Array) -> None:

@@ -31,7 +31,7 @@ class FrictionTest:
 
     coordinate, force = "displacement_mm", "pull_force_n"
     marks: tuple[float, ...] = ()
-    mounted_at = 0.0
+    mounted_at, locks = 0.0, False
 
     def __init__(self, run: FrictionRun, axis: int, faces: tuple[float, float], radius: Array) -> None:
         self.rig, self.axis, self.faces, self.radius = run.rig, axis, faces, radius

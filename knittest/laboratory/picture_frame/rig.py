@@ -36,6 +36,7 @@ class PictureFrameTest:
 
     coordinate, force = "frame_shear_angle_deg", "shear_force_n"
     averaged_from = np.inf
+    locks = True
 
     def __init__(self, run: PictureFrameRun, held: NDArray[np.int64], area: float) -> None:
         """``area`` [mm2] is that of the fabric, which of yarns comes in whole pitches."""

@@ -26,7 +26,7 @@ from knittest.models.macro import self_contact
 from knittest.models.meso import build_meso
 from knittest.models.sheet import build_sheet
 from knittest.solve.observer import SILENT, Observer
-from knittest.solve.simulate import simulate
+from knittest.solve.simulate import LOCKED, simulate
 from knittest.solve.state import SimulationCost
 
 Array = NDArray[np.float64]
@@ -100,7 +100,7 @@ class PictureFrame(Test[PictureFrameRun]):
         amplitudes = [measure_wrinkles(f, history, run.rig.side_mm).amplitude for f in frames]
         onset = _reached([f.coordinate for f in frames], amplitudes, ONSET * run.fabric.thickness_mm)
         found = forces_at(history, run.rig.max_angle)
-        if run.rig.max_angle >= MAPPED:
+        if history.curve["frame_shear_angle_deg"].max() >= MAPPED:
             found |= _mapped(history, run.rig.side_mm)
         found |= cycle_results(history.curve, history.energies, run.rig.cycles)
         return found | {"wrinkle_onset_deg": onset}
@@ -114,7 +114,14 @@ class PictureFrame(Test[PictureFrameRun]):
         ratio = np.abs(energies["kinetic_mj"] - own) / np.maximum(spent, 1e-30)
         work = energies["external_mj"] - own
         history = replace(history, energies=energies | {"external_mj": work, "kinetic_ratio": ratio})
-        return assess(run, prepared, history, cost, self.span(history))
+        quality = assess(run, prepared, history, cost, self.span(history))
+        reached = float(history.curve["frame_shear_angle_deg"].max())
+        if reached < run.rig.max_angle - LAG:
+            quality = quality.warning(
+                f"the fabric locks at {reached:.1f} deg, where yarns press into each other with {100.0 * LOCKED:g} % of "
+                f"the work; the test ends there, before rig.max_angle = {run.rig.max_angle:g} deg"
+            )
+        return quality
 
     def span(self, history: History) -> Span:
         """The whole way, from the first angle at which a force is read."""
@@ -153,6 +160,7 @@ def forces_at(history: History, most: float) -> dict[str, float]:
     """
     angle = history.curve["frame_shear_angle_deg"]
     first = np.append(True, angle[1:] > np.maximum.accumulate(angle)[:-1])
+    most = min(most, float(angle.max()))
     around = {a: first & (np.abs(angle - a) < NEAR) for a in ANGLES if a <= most}
     return {
         f"{name}_at_deg.{a:g}": float(history.curve[name][near].mean())

@@ -24,7 +24,7 @@ class PullOutTest:
     """Pulls the nodes ``pulled`` along ``axis`` while those ``held`` stay; ``length`` [mm] of the inlay is embedded."""
 
     coordinate, force = "displacement_mm", "pull_force_n"
-    mounted_at, averaged_from = 0.0, np.inf
+    mounted_at, averaged_from, locks = 0.0, np.inf, False
 
     def __init__(self, run: PullOutRun, axis: int, pulled: Index, held: Index, length: float) -> None:
         self.axis, self.pulled, self.held, self.length = axis, pulled, held, length

@@ -22,7 +22,7 @@ class TensileTest:
 
     coordinate, force = "strain_pct", "force_n"
     marks: tuple[float, ...] = ()
-    mounted_at, averaged_from = 0.0, np.inf
+    mounted_at, averaged_from, locks = 0.0, np.inf, False
 
     def __init__(self, run: TensileRun, axis: int, gauge: float, middle: float) -> None:
         self.axis, self.gauge, self.middle = axis, gauge, middle

@@ -27,7 +27,7 @@ class Grips:
 
     coordinate, force = "strain_pct", "force_n"
     marks: tuple[float, ...] = ()
-    mounted_at, averaged_from = 0.0, np.inf
+    mounted_at, averaged_from, locks = 0.0, np.inf, False
 
     def __init__(self, run: WireRun) -> None:
         self.length, speed, rise = run.rig.length, run.solver.speed, run.solver.ramp  # mm, mm/ms, ms
