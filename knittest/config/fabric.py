@@ -16,6 +16,8 @@ from knittest.config.yarn import KnittingYarn, ReinforcingYarn
 Direction = Literal["warp", "weft"]
 #: measured area mass over that of the yarns: beyond, densities, loop length or tex are another fabric's
 AREA_MASS = (0.5, 2.0)
+#: loop length over the way round its cell and once round an inlay and a loop yarn, at most
+LOOP_LENGTH = 3.0
 #: thickness over two inlays, at least, and over two inlays and two loop yarns, at most
 THICKNESS = (0.5, 3.0)
 
@@ -98,13 +100,22 @@ class Fabric(Strict):
 
     @model_validator(mode="after")
     def _loop_spans_its_cell(self) -> Self:
-        """Each half loop rises a course and crosses half a wale, whatever its shape: a bound from below."""
+        """Each half loop rises a course and crosses half a wale, whatever its shape; no loop is many times as long."""
         if self.loop_length is None:
             return self
         shortest = math.hypot(self.wale_spacing, 2.0 * self.course_spacing)
         if self.loop_length.value < shortest:
             raise BoundsError(
                 f"at these densities a loop needs more than {shortest:.3g} mm to span its cell", "loop_length"
+            )
+        if self.reinforcing is None or self.knitting is None:
+            return self
+        around = math.pi * (self.reinforcing.beam_diameter.value + self.knitting.beam_diameter.value)
+        if self.loop_length.value > LOOP_LENGTH * (shortest + around):
+            raise BoundsError(
+                f"implausible at these densities and diameters, expected at most "
+                f"{LOOP_LENGTH * (shortest + around):.3g} mm: correct it, warp_density or weft_density",
+                "loop_length",
             )
         return self
 
