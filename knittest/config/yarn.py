@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 from knittest.config.base import BoundsError, PerDirection, Quantity, Strict, measure, number
 from knittest.config.inlay_section import InlaySection
 from knittest.config.kernel_units import Directed, Kernel
-from knittest.config.yarn_card import Blend, blend_of, converted_card
+from knittest.config.yarn_card import SETTINGS, Blend, blend_of, converted_card
 from knittest.config.yarn_law import YarnLaw
 
 #: steepest tangent of a yarn's law over its modulus: beyond, stresses are in another unit
@@ -90,6 +90,9 @@ class Yarn(Strict):
 
     @model_validator(mode="after")
     def _law_fits(self) -> Self:
+        for name in SETTINGS:
+            if self.fibre is None and getattr(self, name) is not None:
+                raise BoundsError("counts only where the card names its fibre: state fibre, or remove it", name)
         _check_yarn(self)
         _check_fibre(self)
         _check_packing(self)

@@ -120,10 +120,7 @@ def converted_card(card: object, model: type[BaseModel], usual: Mapping[str, tup
         return card
     card = {**card, **_linear_density(card)}
     if card.get("fibre") is None:
-        kept = {name: entry for name, entry in card.items() if name not in SETTINGS or _stated(entry) is not None}
-        if alone := [name for name in SETTINGS if kept.get(name) is not None]:
-            raise BoundsError("counts only where the card names its fibre: state fibre, or remove it", alone[0])
-        return kept
+        return {name: entry for name, entry in card.items() if name not in SETTINGS or _stated(entry) is not None}
     stated = {name: own for name, entry in card.items() if (own := _stated(entry)) is not None}
     for name, instead in SETTINGS.items():
         if name in stated and _is_whole(stated.get(instead)):
