@@ -220,7 +220,7 @@ def _check_yarn(yarn: Yarn) -> None:
 
 def _check_fibre(yarn: Yarn) -> None:
     """No yarn is stiffer or stronger for its mass than the best fibres, lighter than a loose bundle or too dense."""
-    tex, area, strength = yarn.linear_density.value, yarn.load_area.value, _strength(yarn)
+    tex, area, strength = yarn.linear_density.value, yarn.load_area.value, strength_of(yarn)
     stiffness = 1e3 * yarn.youngs_modulus.value * area
     if tex < 1e3 * LOOSEST * area:
         raise BoundsError(
@@ -311,7 +311,7 @@ def _check_packing(yarn: Yarn) -> None:
         )
 
 
-def _strength(yarn: Yarn) -> float:
+def strength_of(yarn: Yarn) -> float:
     """Force [N] at the fracture strain by the law of ``yarn``."""
     law, strain = yarn.law, yarn.fracture_strain.value
     if law.kind == "table":

@@ -123,7 +123,7 @@ def test_check_shows_the_table_and_gives_it_as_json(capsys):
     command = ["check", "tensile", "--variant", "2", "--scale", "macro", "--preset", "quick", "--no-time"]
     assert run(command) == 0
     said = capsys.readouterr().out
-    assert "23 agree, 1 differ: thickness; 0 without counterpart" in said and "  time  " not in said
+    assert "24 agree, 1 differ: thickness; 0 without counterpart" in said and "  time  " not in said
     assert run([*command, "--json", "--direction", "weft"]) == 0
     found = json.loads(capsys.readouterr().out)
     (model,) = found["models"]

@@ -15,7 +15,7 @@ from knittest.config.fabric import Fabric
 from knittest.config.run import Run
 from knittest.experiment.borrowed import borrowed
 from knittest.kernels.threading import best_threads
-from knittest.runs.preflight.counterpart import Counterpart, summary_line, table_lines
+from knittest.runs.preflight.counterpart import Counterpart, summary_line, table_lines, with_owner
 from knittest.runs.preflight.model import ModelFacts, model_facts, model_lines
 from knittest.runs.preflight.of_tests import test_counterparts
 from knittest.runs.preflight.of_yarns import yarn_counterparts
@@ -75,7 +75,7 @@ def taken_over(fabric: Fabric) -> list[str]:
 
 def counterparts(fabric: Fabric) -> list[Counterpart]:
     """All counterparts of the numbers of ``fabric``."""
-    return [*test_counterparts(fabric), *yarn_counterparts(fabric)]
+    return [with_owner(row, fabric) for row in (*test_counterparts(fabric), *yarn_counterparts(fabric))]
 
 
 def _model(run: Run, options: CheckOptions) -> tuple[list[str], ModelFacts]:
