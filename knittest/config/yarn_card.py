@@ -129,8 +129,8 @@ def converted_card(card: object, model: type[BaseModel], usual: Mapping[str, tup
         if (number := _number(stated.get(name))) is not None:
             check_bounds(number, field_meta(model, name), name)
     directed = {name for name, info in model.model_fields.items() if info.annotation is PerDirection}
-    filled = {**_derived(stated), **{name: _filled(value, "", why, "assumed") for name, (value, why) in usual.items()}}
-    for name, entry in filled.items():
+    found = {**_derived(stated), **{name: filled(value, "", why, "assumed") for name, (value, why) in usual.items()}}
+    for name, entry in found.items():
         own = stated.get(name)
         if name not in directed:
             stated.setdefault(name, entry)
@@ -151,9 +151,9 @@ def _derived(stated: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
         packing = _number(stated.get("packing"))
         if packing is None:
             packing = PACKING
-            found["packing"] = _filled(packing, "", "assumed: fibre area over the area of the circle", "assumed")
+            found["packing"] = filled(packing, "", "assumed: fibre area over the area of the circle", "assumed")
         diameter = math.sqrt(4.0 * area / (math.pi * packing))
-        found["beam_diameter"] = _filled(
+        found["beam_diameter"] = filled(
             diameter, "mm", f"sqrt(4 x {area:.4g} mm2 / (pi x packing {packing:g})), {tex:g} tex / {blend.density:.4g} "
             "g/cm3"
         )  # fmt: skip
@@ -163,22 +163,22 @@ def _derived(stated: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     first, strain = blend.failure(own)
     carriers = blend.carriers(strain, own)
     share = sum(v for v, _ in carriers.parts)
-    found["load_area"] = _filled(
+    found["load_area"] = filled(
         share * area, "mm2", f"{tex:g} tex / {blend.density:.4g} g/cm3 ({blend.name})"
         + ("" if len(carriers.parts) == len(blend.parts) else f" x {share:.3g}, the fibres that carry at failure")
     )  # fmt: skip
-    found["youngs_modulus"] = _filled(
+    found["youngs_modulus"] = filled(
         turned * carriers.modulus / share, "GPa", f"fibres side by side, {carriers.modulus / share:.4g} GPa{by_twist}"
     )
     if "fracture_strain" not in stated:
         if own is None:
-            found["efficiency"] = _filled(first.efficiency, "", "failure strain of the yarn over that of its filaments")
-        found["fracture_strain"] = _filled(
+            found["efficiency"] = filled(first.efficiency, "", "failure strain of the yarn over that of its filaments")
+        found["fracture_strain"] = filled(
             strain, "%", f"efficiency {strain / first.failure_strain:g} x {first.failure_strain:g} % of the filaments"
         )
     if not _is_whole(stated.get("bending_stiffness")):
         found |= _bending(blend, area, diameter, _number(stated.get("bending_share")))
-    found["torsion_ratio"] = _filled(
+    found["torsion_ratio"] = filled(
         sum(v * f.modulus * f.torsion_ratio for v, f in blend.parts) / blend.modulus, "", "2 G / E of the fibres"
     )
     return found
@@ -190,11 +190,11 @@ def _bending(blend: Blend, area: float, diameter: float, share: float | None) ->
     if share is None:
         share = BENDING_SHARE
         why = "assumed: cantilever tests of two fabrics gave 0.0015 and 0.0026"
-        found["bending_share"] = _filled(share, "", why, "assumed")
+        found["bending_share"] = filled(share, "", why, "assumed")
     free = sum(v * f.modulus * (1e-3 * f.filament_diameter) ** 2 for v, f in blend.parts) * 1e3 * area / 16.0
     solid = 1e3 * blend.modulus * area * diameter**2 / 16.0
     formula = f"free filaments {free:.4g} + bending_share {share:g} x (solid {solid:.4g} - free)"
-    return found | {"bending_stiffness": _filled(free + share * (solid - free), "N mm2", formula)}
+    return found | {"bending_stiffness": filled(free + share * (solid - free), "N mm2", formula)}
 
 
 def _cosine_squared(twist: float, diameter: float) -> float:
@@ -246,7 +246,8 @@ def is_filled(entry: Any) -> bool:
     return ref.startswith(MARK) and value is not None and ref.rpartition(" = ")[2].split(" ")[0] == f"{value:.6g}"
 
 
-def _filled(value: float, unit: str, formula: str, source: str = "derived") -> dict[str, Any]:
+def filled(value: float, unit: str, formula: str, source: str = "derived") -> dict[str, Any]:
+    """Entry of a number that follows by ``formula``; :func:`is_filled` finds it again."""
     return {"value": value, "source": source, "ref": f"{MARK}{formula} = {value:.6g} {unit}".rstrip()}
 
 
