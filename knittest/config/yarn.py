@@ -8,7 +8,8 @@ from collections.abc import Mapping
 from itertools import pairwise
 from typing import Any, ClassVar, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, GetJsonSchemaHandler, model_validator
+from pydantic_core import CoreSchema
 
 from knittest.config.base import BoundsError, PerDirection, Quantity, Strict, measure, number
 from knittest.config.inlay_section import InlaySection
@@ -98,6 +99,16 @@ class Yarn(Strict):
         _check_packing(self)
         return self
 
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """All numbers are required, or a fibre and its linear density, which may be text."""
+        found = handler(core)
+        model = handler.resolve_ref_schema(found)
+        model["anyOf"] = [{"required": model.pop("required")}, {"required": ["fibre", "linear_density"]}]
+        density = model["properties"]["linear_density"]
+        density["anyOf"] = [{"$ref": density.pop("$ref")}, {"type": "string"}]
+        return found
+
     @property
     def blend(self) -> Blend | None:
         """Its fibres, none where the card does not name them."""
@@ -108,9 +119,9 @@ class ReinforcingYarn(Yarn):
     """The straight (slightly wavy) warp and weft inlays."""
 
     usual: ClassVar[Mapping[str, tuple[float, str]]] = {
-        "crimp": (0.6, "assumed, near that of two relaxed fabrics; knittest check states that of the relaxed cell"),
-        "crimp_scatter": (0.0, "assumed, not stated"),
-        "slack": (0.0, "assumed, not stated"),
+        "crimp": (0.6, "near that of two relaxed fabrics; knittest check states that of the relaxed cell"),
+        "crimp_scatter": (0.0, "not stated"),
+        "slack": (0.0, "not stated"),
     }
     bending_stiffness: PerDirection = measure(
         "N mm2", "EI of one yarn, by the section integration rule", gt=0, band=(1e-4, 1e4)
@@ -157,7 +168,7 @@ class KnittingYarn(Yarn):
     """The yarn of the loops."""
 
     usual: ClassVar[Mapping[str, tuple[float, str]]] = {
-        "degree_of_set": (0.9, "assumed: fabrics whose loops had no set would curl")
+        "degree_of_set": (0.9, "fabrics whose loops had no set would curl")
     }
     bending_stiffness: Quantity = measure("N mm2", "EI of the yarn", gt=0, band=(1e-4, 100))
     bending_stiffness_n_mm2: ClassVar[Kernel[float]] = Kernel("bending_stiffness")

@@ -25,7 +25,7 @@ SETTINGS = {
 }  # fmt: skip
 #: default of packing: fibre area over the area of the circle, of yarns without much twist in a fabric
 PACKING = 0.6
-#: default of bending_share: warps of Pham et al. (2019) have 0.0015 and 0.0026 by their cantilever tests
+#: default of bending_share: warps of Pham et al. (2019) have 0.0016 and 0.0026 by their cantilever tests
 BENDING_SHARE = 0.002
 #: steepest helix [deg] of a fibre on the surface of a twisted yarn
 STEEPEST = 45.0
@@ -151,7 +151,7 @@ def _derived(stated: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
         packing = _number(stated.get("packing"))
         if packing is None:
             packing = PACKING
-            found["packing"] = filled(packing, "", "assumed: fibre area over the area of the circle", "assumed")
+            found["packing"] = filled(packing, "", "fibre area over the area of the circle", "assumed")
         diameter = math.sqrt(4.0 * area / (math.pi * packing))
         found["beam_diameter"] = filled(
             diameter, "mm", f"sqrt(4 x {area:.4g} mm2 / (pi x packing {packing:g})), {tex:g} tex / {blend.density:.4g} "
@@ -189,7 +189,7 @@ def _bending(blend: Blend, area: float, diameter: float, share: float | None) ->
     found = {}
     if share is None:
         share = BENDING_SHARE
-        why = "assumed: cantilever tests of two fabrics gave 0.0015 and 0.0026"
+        why = "cantilever tests of two fabrics gave 0.0016 and 0.0026"
         found["bending_share"] = filled(share, "", why, "assumed")
     free = sum(v * f.modulus * (1e-3 * f.filament_diameter) ** 2 for v, f in blend.parts) * 1e3 * area / 16.0
     solid = 1e3 * blend.modulus * area * diameter**2 / 16.0

@@ -5,12 +5,12 @@ from collections.abc import Iterator
 import numpy as np
 
 from knittest.base.errors import KnittestError
-from knittest.config.base import Quantity
+from knittest.config.base import PerDirection, Quantity
 from knittest.config.deciding import CELL
 from knittest.config.fabric import YARN_LEVEL, Direction, Fabric
 from knittest.config.run import Variability
 from knittest.config.yarn import packing_of, strength_of
-from knittest.config.yarn_card import is_filled
+from knittest.config.yarn_card import MARK, is_filled
 from knittest.fabric.cell import Cell
 from knittest.fabric.relax import relaxed_cell
 from knittest.fabric.spline import polyline_length
@@ -31,6 +31,26 @@ PACKING, STIFFNESS = 0.5, 0.25
 MUNDEN, DENSITY = 20.0, 0.35
 #: relaxed cell: thickness and mass [-], unless the specimens scatter more; crimp and loop length [-]
 THICKNESS, MASS, CRIMP, LOOP = 0.05, 0.10, 0.10, 0.005
+
+
+def derived_numbers(fabric: Fabric) -> dict[str, Quantity]:
+    """Each number that was filled in by the fibre of a yarn card, by field."""
+    found: dict[str, Quantity] = {}
+    for system in ("reinforcing", "knitting"):
+        yarn = getattr(fabric, system)
+        for name in () if yarn is None or yarn.fibre is None else type(yarn).model_fields:
+            entry = getattr(yarn, name)
+            parts = {f".{d}": entry.of(d) for d in DIRECTIONS} if isinstance(entry, PerDirection) else {"": entry}
+            found |= {f"{system}.{name}{part}": number for part, number in parts.items() if is_filled(number)}
+    return found
+
+
+def derived_lines(fabric: Fabric) -> list[str]:
+    """A line for the formula of each derived number, and one for those that are assumed; both directions in one."""
+    found = {field.removesuffix(".weft"): q for field, q in derived_numbers(fabric).items() if field[-5:] != ".warp"}
+    lines = [f"  {field}: {q.ref.removeprefix(MARK)}" for field, q in found.items() if q.source == "derived"]
+    assumed = ", ".join(f"{field} {q.value:g}" for field, q in found.items() if q.source == "assumed")
+    return ["derived from the fibres of the yarns:", *lines, f"  assumed: {assumed}"] if lines else []
 
 
 def yarn_counterparts(fabric: Fabric) -> Iterator[Counterpart]:
