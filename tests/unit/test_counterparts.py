@@ -6,7 +6,9 @@ from math import pi, sqrt
 import pytest
 
 from knittest.cli.main import run
+from knittest.config.base import Quantity
 from knittest.config.loading import resolve
+from knittest.config.templates import taken_over
 from knittest.fabric.relax import relaxed_cell
 from knittest.runs.preflight.command import counterparts
 from knittest.runs.preflight.counterpart import Counterpart, summary_line, table_cells, table_lines
@@ -117,6 +119,28 @@ def test_the_verdict_is_the_tolerances():
     lines = table_cells([row, Counterpart("a", "b", "mm", 1.0, "assumed", None, "why")])
     assert "-50.0 %" in lines[1] and "agrees" in lines[1] and lines[2][-4:] == ("-", "-", "no counterpart", "why")
     assert summary_line([row]) == "  1 agree, 0 differ; 0 without counterpart"
+
+
+def test_numbers_of_one_other_fabric_do_not_agree_with_each_other():
+    """A strip's fracture strain and yarns of variant 1 agree in any fabric that has both."""
+    start = taken_over(resolve(variant="1", parameters="as-measured").fabric, "mine")
+    bundle = ("warp curve, largest force", "bundle")
+    row = of(counterparts(start), *bundle)
+    assert (row.verdict, row.owner, row.difference) == ("taken over", "pham2019-v1", pytest.approx(0.23, abs=0.01))
+    assert "agrees" not in {row.verdict for row in counterparts(start)}
+    own = {name: Quantity(value=getattr(start, name).value, source="measured") for name in ("thickness", "loop_length")}
+    rows = counterparts(start.model_copy(update=own))
+    assert of(rows, "thickness").verdict == of(rows, "loop length", "densities").verdict == "agrees"
+    assert of(rows, *bundle).verdict == "taken over"
+    assert summary_line([row]).endswith("; 1 taken over from pham2019-v1 on both sides, which confirms nothing")
+
+
+def test_a_loop_length_stands_beside_that_of_a_plain_knit():
+    """Stitches per area times the loop length squared are 20 (Munden): 16.0 mm at a spacing of 100/28 mm each way."""
+    row = of(counterparts(fabric_with()), "loop length", "densities")
+    assert row.found == pytest.approx(sqrt(20) * 100 / 28) and row.verdict == "agrees"
+    long = of(counterparts(fabric_with("fabric.loop_length=22")), "loop length", "densities")
+    assert long.verdict == "differs"
 
 
 def test_check_shows_the_table_and_gives_it_as_json(capsys):
