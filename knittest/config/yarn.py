@@ -111,7 +111,7 @@ class Yarn(Strict):
 
     @property
     def blend(self) -> Blend | None:
-        """Its fibres, none where the card does not name them."""
+        """Fibres that the card names, none without."""
         return None if self.fibre is None else blend_of(self.fibre)
 
 
