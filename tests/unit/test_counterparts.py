@@ -135,6 +135,15 @@ def test_numbers_of_one_other_fabric_do_not_agree_with_each_other():
     assert summary_line([row]).endswith("; 1 taken over from pham2019-v1 on both sides, which confirms nothing")
 
 
+def test_fibres_of_the_shipped_inlay_do_not_fit_into_its_circle():
+    """0.784 mm2 in a circle of 0.75 mm, the diameter of the paper's model; the loops' 0.136 mm2 fit into 0.5 mm."""
+    rows = counterparts(fabric_with())
+    assert of(rows, "reinforcing packing").found == 0.6 and of(rows, "reinforcing packing").verdict == "differs"
+    assert of(rows, "reinforcing packing").stated == pytest.approx(0.784 / (pi * 0.75**2 / 4))
+    assert of(rows, "knitting packing").stated == pytest.approx(0.136 / (pi * 0.5**2 / 4))
+    assert of(rows, "knitting packing").verdict == "agrees"
+
+
 def test_a_loop_length_stands_beside_that_of_a_plain_knit():
     """Stitches per area times the loop length squared are 20 (Munden): 16.0 mm at a spacing of 100/28 mm each way."""
     row = of(counterparts(fabric_with()), "loop length", "densities")
@@ -147,7 +156,7 @@ def test_check_shows_the_table_and_gives_it_as_json(capsys):
     command = ["check", "tensile", "--variant", "2", "--scale", "macro", "--preset", "quick", "--no-time"]
     assert run(command) == 0
     said = capsys.readouterr().out
-    assert "24 agree, 1 differ: thickness; 0 without counterpart" in said and "  time  " not in said
+    assert "25 agree, 2 differ: reinforcing packing, thickness; 0 without counterpart" in said and "  time  " not in said
     assert run([*command, "--json", "--direction", "weft"]) == 0
     found = json.loads(capsys.readouterr().out)
     (model,) = found["models"]

@@ -72,27 +72,27 @@ def yarn_counterparts(fabric: Fabric) -> Iterator[Counterpart]:
 
 
 def _fibres(fabric: Fabric) -> Iterator[Counterpart]:
-    """Packing, stiffness and strength for the mass beside those of the fibres, where a card names them and states its
-    own diameter, modulus or fracture strain.
-    """
+    """Packing of stated diameters; where a card names its fibre, its own stiffness and strength for the mass too."""
     for system in ("reinforcing", "knitting"):
         yarn = getattr(fabric, system)
-        if (blend := yarn.blend) is None:
-            continue
-        tex, usual = yarn.linear_density.value, blend.failure(None)[1] * blend.modulus / 100.0
-        rows = (
-            ("packing", "beam_diameter", "1", packing_of(yarn), 0.6, PACKING, "fibre area over the circle"),
-            ("stiffness", "youngs_modulus", "N/tex", 1e3 * yarn.youngs_modulus.value * yarn.load_area.value / tex,
-             blend.modulus / blend.density, STIFFNESS, f"{blend.name} side by side"),
-            ("strength", "fracture_strain", "N/tex", strength_of(yarn) / tex, usual / blend.density, STRENGTH,
-             f"{blend.name}, usual yarn"),
-        )  # fmt: skip
+        rows = [
+            ("packing", "beam_diameter", "", packing_of(yarn), 0.6, PACKING, "fibres in the circle, 0.3 to 0.9")
+        ]
+        if (blend := yarn.blend) is not None:
+            tex, usual = yarn.linear_density.value, blend.failure(None)[1] * blend.modulus / 100.0
+            stiffness = 1e3 * yarn.youngs_modulus.value * yarn.load_area.value / tex
+            fibres = blend.modulus / blend.density
+            rows += [
+                ("stiffness", "youngs_modulus", "N/tex", stiffness, fibres, STIFFNESS, f"{blend.name} side by side"),
+                ("strength", "fracture_strain", "N/tex", strength_of(yarn) / tex, usual / blend.density, STRENGTH,
+                 f"{blend.name}, usual yarn"),
+            ]  # fmt: skip
         for name, field, unit, stated, found, share, origin in rows:
             quantity = getattr(yarn, field)
             if not is_filled(quantity):
                 yield Counterpart(
                     f"{system} {name}", f"{system}.{field}", unit, stated, quantity.source, found, origin,
-                    share * found, (f"{system}.linear_density",),
+                    share * found, (f"{system}.linear_density", f"{system}.load_area"),
                 )  # fmt: skip
 
 
