@@ -156,7 +156,9 @@ def test_check_shows_the_table_and_gives_it_as_json(capsys):
     command = ["check", "tensile", "--variant", "2", "--scale", "macro", "--preset", "quick", "--no-time"]
     assert run(command) == 0
     said = capsys.readouterr().out
-    assert "25 agree, 2 differ: reinforcing packing, thickness; 0 without counterpart" in said and "  time  " not in said
+    assert (
+        "25 agree, 2 differ: reinforcing packing, thickness; 0 without counterpart" in said and "  time  " not in said
+    )
     assert run([*command, "--json", "--direction", "weft"]) == 0
     found = json.loads(capsys.readouterr().out)
     (model,) = found["models"]

@@ -75,9 +75,7 @@ def _fibres(fabric: Fabric) -> Iterator[Counterpart]:
     """Packing of stated diameters; where a card names its fibre, its own stiffness and strength for the mass too."""
     for system in ("reinforcing", "knitting"):
         yarn = getattr(fabric, system)
-        rows = [
-            ("packing", "beam_diameter", "", packing_of(yarn), 0.6, PACKING, "fibres in the circle, 0.3 to 0.9")
-        ]
+        rows = [("packing", "beam_diameter", "", packing_of(yarn), 0.6, PACKING, "fibres in the circle, 0.3 to 0.9")]
         if (blend := yarn.blend) is not None:
             tex, usual = yarn.linear_density.value, blend.failure(None)[1] * blend.modulus / 100.0
             stiffness = 1e3 * yarn.youngs_modulus.value * yarn.load_area.value / tex
