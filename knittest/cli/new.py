@@ -14,11 +14,18 @@ import click
     metavar="DIR",
     help="Start from the tests that knittest data import put into DIR.",
 )
-def new(name: str, folder: Path | None) -> None:
+@click.option(
+    "--reinforcing",
+    metavar="YARN",
+    help='Fibre and linear density of the inlays: "E-glass 600 tex", "carbon HT 4 x 200".',
+)
+@click.option("--knitting", metavar="YARN", help='The same of the loops, or a card: "{fibre: polyester, ...}".')
+def new(name: str, folder: Path | None, reinforcing: str | None, knitting: str | None) -> None:
     """Write configs/NAME.yaml, a commented fabric to edit, and configs/NAME-tensile.yaml, a rig.
 
     All numbers are those of the shipped variant 1 and marked assumed; with --from, curves, fracture strains and what
-    else was imported are your own, with their sources.
+    else was imported are your own, with their sources. With --reinforcing and --knitting the numbers of the yarns are
+    derived from their data sheets.
 
     Example: knittest new my-fabric --from data/my-fabric && knittest check tensile --variant my-fabric --scale macro
     """
@@ -27,16 +34,18 @@ def new(name: str, folder: Path | None) -> None:
     from knittest.base.resources import configs_dir
     from knittest.config.loading import resolve
     from knittest.config.sources import NAME, NUMBERED
-    from knittest.config.starting import starting_text
+    from knittest.config.starting import YarnSystem, starting_text
     from knittest.config.templates import rig_template
 
     if not NAME.match(name):
         raise InputError(f"NAME {name!r}: expected letters, digits, '.', '_', '-', at most 40, first a letter or digit")
     if name in NUMBERED or (configs_dir() / "fabrics" / f"{name}.yaml").exists():
         raise InputError(f"NAME {name}: a shipped fabric is called so; choose another name")
+    stated: dict[YarnSystem, str | None] = {"reinforcing": reinforcing, "knitting": knitting}
+    yarns: dict[YarnSystem, str] = {system: text for system, text in stated.items() if text is not None}
     like = resolve(variant="1", parameters="as-measured").fabric
     files = {
-        Path("configs") / f"{name}.yaml": starting_text(name, like, folder),
+        Path("configs") / f"{name}.yaml": starting_text(name, like, folder, yarns),
         Path("configs") / f"{name}-tensile.yaml": rig_template(
             f"--variant {name} --config configs/{name}-tensile.yaml"
         ),

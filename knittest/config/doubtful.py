@@ -2,18 +2,35 @@
 
 from collections.abc import Iterator
 
+from knittest.config.fabric import Fabric
 from knittest.config.run import Run
-from knittest.config.unread import unread_note
+from knittest.config.unread import unread_note, unused_notes
 
 #: scale of the slack [%] below which it moves no result: a yarn of 200 mm is 0.04 mm longer
 LEAST_SLACK = 0.02
 #: draw-in [%] below which it is lost in the scatter of any loop length
 LEAST_DRAW_IN = 0.1
+#: thickness of a fabric over that of two inlays and two loop yarns, beyond which one of them is another fabric's
+THICKNESS = (0.7, 1.4)
 
 
 def doubts(run: Run) -> list[str]:
-    """Warnings of numbers that ``run`` does not read, and of those that are fractions in place of per cent."""
-    return [*filter(None, [unread_note(run)]), *_as_fractions(run)]
+    """Warnings of numbers that ``run`` does not read, that do not fit its yarns, or that look like fractions."""
+    return [*filter(None, [unread_note(run)]), *unused_notes(run), *_unlike_the_yarns(run.fabric), *_as_fractions(run)]
+
+
+def _unlike_the_yarns(fabric: Fabric) -> Iterator[str]:
+    """Thickness that the yarns hardly make; far beyond, it is an error."""
+    if fabric.reinforcing is None or fabric.knitting is None:
+        return
+    inlays = sum(fabric.reinforcing.section_mm(direction)[1] for direction in ("warp", "weft"))
+    made, stated = inlays + 2.0 * fabric.knitting.beam_diameter_mm, fabric.thickness
+    low, high = (share * made for share in THICKNESS)
+    if not low <= stated.value <= high:
+        yield (
+            f"fabric.thickness = {stated.value:g} mm ({stated.source}), but two inlays and two loop yarns make "
+            f"{made:.3g} mm, expected {low:.3g} to {high:.3g} mm: correct it or beam_diameter of the yarns"
+        )
 
 
 def _as_fractions(run: Run) -> Iterator[str]:

@@ -1,9 +1,10 @@
 """A fabric: densities, loop length, mass and thickness, its two yarns, its contact and its macro material."""
 
 import math
+from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import Field, ValidatorFunctionWrapHandler, WrapValidator, model_validator
+from pydantic import Field, ValidationError, ValidatorFunctionWrapHandler, WrapValidator, model_validator
 
 from knittest.config.base import BoundsError, PerDirection, Quantity, Strict, measure, number
 from knittest.config.contact import YarnContact
@@ -12,10 +13,13 @@ from knittest.config.kernel_units import Directed, Kernel
 from knittest.config.kind_name import TestName
 from knittest.config.shear import ShearLaw
 from knittest.config.yarn import KnittingYarn, ReinforcingYarn
+from knittest.config.yarn_card import filled, is_filled
 
 Direction = Literal["warp", "weft"]
 #: measured area mass over that of the yarns: beyond, densities, loop length or tex are another fabric's
 AREA_MASS = (0.5, 2.0)
+#: loop length over the way round its cell and once round an inlay and a loop yarn, at most
+LOOP_LENGTH = 3.0
 #: thickness over two inlays, at least, and over two inlays and two loop yarns, at most
 THICKNESS = (0.5, 3.0)
 
@@ -96,15 +100,44 @@ class Fabric(Strict):
         "gives to yarns stay",
     )
 
+    @model_validator(mode="before")
+    @classmethod
+    def _follows_its_yarns(cls, data: object) -> Any:
+        """Mass and thickness follow from yarns of data sheets where they are not stated."""
+        if not isinstance(data, Mapping):
+            return data
+        needed = [name for name in ("area_mass", "thickness") if name not in data or is_filled(data[name])]
+        try:
+            inlay = ReinforcingYarn.model_validate(data["reinforcing"])
+            loop = KnittingYarn.model_validate(data["knitting"])
+            numbers: dict[str, Any] = {
+                name: Quantity.model_validate(data[name]) for name in ("warp_density", "weft_density", "loop_length")
+            }
+        except (KeyError, ValidationError):  # the fields themselves say what is wrong
+            return data
+        if inlay.fibre is None or loop.fibre is None:
+            return data
+        made = mass_and_thickness(cls.model_construct(reinforcing=inlay, knitting=loop, **numbers))
+        return {**data, **{name: entry for name, entry in made.items() if name in needed}}
+
     @model_validator(mode="after")
     def _loop_spans_its_cell(self) -> Self:
-        """Each half loop rises a course and crosses half a wale, whatever its shape: a bound from below."""
+        """Each half loop rises a course and crosses half a wale, whatever its shape; no loop is many times as long."""
         if self.loop_length is None:
             return self
         shortest = math.hypot(self.wale_spacing, 2.0 * self.course_spacing)
         if self.loop_length.value < shortest:
             raise BoundsError(
                 f"at these densities a loop needs more than {shortest:.3g} mm to span its cell", "loop_length"
+            )
+        if self.reinforcing is None or self.knitting is None:
+            return self
+        around = math.pi * (self.reinforcing.beam_diameter.value + self.knitting.beam_diameter.value)
+        if self.loop_length.value > LOOP_LENGTH * (shortest + around):
+            raise BoundsError(
+                f"implausible at these densities and diameters, expected at most "
+                f"{LOOP_LENGTH * (shortest + around):.3g} mm: correct it, warp_density or weft_density",
+                "loop_length",
             )
         return self
 
@@ -167,6 +200,15 @@ def yarn_area_mass(fabric: Fabric) -> float | None:
     )
     loops = fabric.loop_length_mm / (fabric.wale_spacing * fabric.course_spacing)
     return 1e6 * (straight * inlay + loops * loop)
+
+
+def mass_and_thickness(fabric: Fabric) -> dict[str, dict[str, Any]]:
+    """Entries of the area mass and the thickness that the yarns of ``fabric`` make."""
+    inlay, loop = fabric.reinforcing.beam_diameter.value, fabric.knitting.beam_diameter.value
+    return {
+        "area_mass": filled(yarn_area_mass(fabric) or 0.0, "g/m2", "densities x linear densities, and a loop a cell"),
+        "thickness": filled(2.0 * (inlay + loop), "mm", "two inlays and two loop yarns, as circles"),
+    }
 
 
 def _check_thickness(fabric: Fabric) -> None:

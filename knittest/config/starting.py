@@ -1,44 +1,77 @@
-"""A fabric to start from: a shipped one whose numbers are all assumed, and over them what imported tests say."""
+"""A fabric to start from: a shipped one whose numbers are all assumed, with yarns of data sheets and imported tests."""
 
+import re
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import ValidationError
 
 from knittest.base.errors import InputError
 from knittest.base.kinds import DEFAULT
-from knittest.config.fabric import YARN_LEVEL, Fabric, makes_mass
+from knittest.config.base import Quantity
+from knittest.config.fabric import YARN_LEVEL, Fabric, makes_mass, mass_and_thickness
 from knittest.config.layers import Layers
 from knittest.config.messages import input_error
 from knittest.config.paths import settle_data_paths
 from knittest.config.run import RUNS
 from knittest.config.templates import fabric_template, taken_over
-from knittest.config.yaml_loader import Document, KeyPath, describe, dotted, load_yaml
+from knittest.config.yaml_loader import Document, KeyPath, describe, dotted, load_yaml, parse_value
+from knittest.config.yarn import KnittingYarn, ReinforcingYarn
 
+YarnSystem = Literal["reinforcing", "knitting"]
 #: part of a fabric file that an import writes
 FABRIC = "fabric.yaml"
 #: fields of a shear law of which one excludes the others
 LAWS = ("stiffness", "curve", "points", "source", "ref", "definition")
 
 
-def starting_text(name: str, like: Fabric, folder: Path | None = None) -> str:
+def starting_text(
+    name: str, like: Fabric, folder: Path | None = None, yarns: Mapping[YarnSystem, str] | None = None
+) -> str:
     """Text of a fabric file ``name`` with the numbers of ``like``, assumed, and those of an import's ``folder``.
 
-    Raises :class:`InputError` when the folder is no import, its file is no part of a fabric, what it names cannot be
-    found from here, or its numbers and the assumed ones exclude each other.
+    ``yarns`` are texts as "E-glass 600 tex", or cards in YAML, from which the yarns of a system are derived. Raises
+    :class:`InputError` when one of them is none, the folder is no import, its file is no part of a fabric, what it
+    names cannot be found from here, or its numbers and the assumed ones exclude each other.
     """
     start = taken_over(like, name)
+    own = []
+    for system, text in (yarns or {}).items():
+        start = start.model_copy(update={system: _yarn(system, text)})
+        own.append(f"The numbers of {system} are derived from {text}, and so are area_mass and thickness.")
+    if yarns:
+        start = start.model_copy(
+            update={name: Quantity.model_validate(made) for name, made in mass_and_thickness(start).items()}
+        )
     if folder is None:
-        return fabric_template(start, like.name)
+        return fabric_template(start, like.name, own)
     document = _part(folder)
     fabric = _laid_over(start, document)
-    own = [
+    own += [
         f"Started from {folder / FABRIC}: of the imported tests are",
         *(f"  {dotted(path)}" for path in _stated(document.data)),
     ]
     if fabric.reinforcing is None:
         own.append(f"Yarns of {like.name} cannot make this area mass and are left out: --scale meso needs others.")
     return fabric_template(fabric, like.name, own)
+
+
+def _yarn(system: YarnSystem, text: str) -> ReinforcingYarn | KnittingYarn:
+    """Yarn of ``system`` from the text of its data sheet."""
+    said = f"--{system} {text!r}"
+    if text.lstrip().startswith("{"):
+        card = parse_value(text, said)
+    elif found := re.fullmatch(r"\s*(\D*[^\d\s,])[\s,]+(\d.*)", text):
+        card = dict(zip(("fibre", "linear_density"), found.groups(), strict=True))
+    else:
+        raise InputError(f'{said}: expected a fibre and its linear density, such as "E-glass 600 tex"')
+    layers, model = Layers(), ReinforcingYarn if system == "reinforcing" else KnittingYarn
+    layers.lay(card, lambda path: said)
+    try:
+        return model.model_validate(card)
+    except ValidationError as error:
+        raise input_error(error, layers, model) from None
 
 
 def _part(folder: Path) -> Document:

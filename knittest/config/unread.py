@@ -1,4 +1,4 @@
-"""Numbers of a fabric that differ from a shipped one's and that the scale of a run does not read."""
+"""Numbers of a fabric that a run does not read: by its scale, or as another choice switches them off."""
 
 from collections.abc import Iterator
 from contextlib import suppress
@@ -37,6 +37,34 @@ def unread_note(run: Run) -> str:
         f"{but}shells do not read {listed}{more}, changed from {name}, whose card they have (fabric.macro): knittest "
         "homogenise makes a card of these yarns, --scale meso models them"
     )
+
+
+def unused_notes(run: Run) -> Iterator[str]:
+    """Warnings of numbers that a choice beside them switches off, and of a mass and thickness given for yarns."""
+    fabric = run.fabric
+    if run.model.scale == "macro":
+        law = fabric.macro.shear
+        off = {
+            "stiffness": law.kind == "table" and law.stiffness, "curve": law.kind == "linear" and law.curve,
+            "points": law.kind == "linear" and law.points,
+        }  # fmt: skip
+        yield from (_unused(f"macro.shear.{name}", f"kind is {law.kind}") for name, stated in off.items() if stated)
+        if law.unloading_stiffness is not None and law.friction_share.value == 0.0:
+            yield _unused("macro.shear.unloading_stiffness", "friction_share is 0")
+        return
+    for system in ("reinforcing", "knitting"):
+        axial = getattr(fabric, system).law
+        if axial.toe_strain and axial.kind != "toe":
+            yield _unused(f"{system}.law.toe_strain", f"kind is {axial.kind}")
+        if axial.points and axial.kind != "table":
+            yield _unused(f"{system}.law.points", f"kind is {axial.kind}")
+    for name, instead in (("thickness", "diameters"), ("area_mass", "linear densities")):
+        if getattr(fabric, name).source == "user" and name not in deciding(run):
+            yield _unused(name, f"at the meso scale the {instead} of the yarns count")
+
+
+def _unused(field: str, reason: str) -> str:
+    return f"fabric.{field} is not used: {reason}"
 
 
 def _likes(run: Run) -> Iterator[Fabric]:

@@ -4,14 +4,17 @@ Every condition raises :class:`BoundsError` naming the field.
 """
 
 import math
+from collections.abc import Mapping
 from itertools import pairwise
-from typing import ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, GetJsonSchemaHandler, model_validator
+from pydantic_core import CoreSchema
 
 from knittest.config.base import BoundsError, PerDirection, Quantity, Strict, measure, number
 from knittest.config.inlay_section import InlaySection
 from knittest.config.kernel_units import Directed, Kernel
+from knittest.config.yarn_card import SETTINGS, Blend, blend_of, converted_card
 from knittest.config.yarn_law import YarnLaw
 
 #: steepest tangent of a yarn's law over its modulus: beyond, stresses are in another unit
@@ -22,6 +25,16 @@ LEAST_CRIMP = 0.02
 TENACITY = 6.0
 #: least mass over length and load area [g/cm3]: no area is larger than that of a loose yarn, its air included
 LOOSEST = 0.3
+#: largest mass over length and area [g/cm3]: steel has 7.9, copper 8.9
+DENSEST = 9.0
+#: stiffness for the mass [N/tex] that no yarn reaches: the stiffest carbon fibres have 420
+STIFFEST = 450.0
+#: fibre area over the area of the circle of beam_diameter: loose yarns, and hexagonal packing of filaments
+PACKINGS = (0.15, 0.907)
+#: densities of textile fibres [g/cm3], polypropylene to basalt: a load area with another one is that of some fibres
+TEXTILE = (0.9, 2.8)
+#: stiffness and strength of a yarn over those of its filaments
+STIFFNESS, STRENGTH = (0.1, 1.25), (0.02, 1.25)
 #: area that carries load over that of the fibres, at most: both are rounded in a card
 LOADED = 1.02
 
@@ -29,9 +42,32 @@ LOADED = 1.02
 class Yarn(Strict):
     """Fields that both yarn systems share."""
 
+    #: numbers that no data sheet states, by field: value and reason
+    usual: ClassVar[Mapping[str, tuple[float, str]]] = {}
+
     description: str = Field("", description="make of the yarn")
-    linear_density: Quantity = measure("tex", "mass per length", gt=0, band=(1, 20000))
+    fibre: str | dict[str, float] | None = Field(
+        None, description="fibre of the shipped table, or fibres with their shares of mass ({E-glass: 0.6, "
+        "polypropylene: 0.4}); all numbers of the yarn but linear_density are then derived where they are not stated",
+    )  # fmt: skip
+    linear_density: Quantity = measure("tex", "mass per length; plies as 4 x 300 tex", gt=0, band=(1, 20000))
     linear_density_g_per_mm: ClassVar[Kernel[float]] = Kernel("linear_density")
+    twist: Quantity | None = number(
+        None, "1/m", "with fibre: turns of the whole yarn per metre; the modulus falls with cos^2 of the helix on its "
+        "surface", ge=0, le=5000,
+    )  # fmt: skip
+    packing: Quantity | None = number(
+        None, "1", "with fibre: fibre area over the area of the circle, of which beam_diameter follows; none: 0.6",
+        ge=PACKINGS[0], le=PACKINGS[1],
+    )  # fmt: skip
+    efficiency: Quantity | None = number(
+        None, "1", "with fibre: failure strain of the yarn over that of its filaments; none: that of the table",
+        ge=0.05, le=1.2,
+    )  # fmt: skip
+    bending_share: Quantity | None = number(
+        None, "1", "with fibre: share of the way from the EI of free filaments to that of filaments that cannot slide; "
+        "none: 0.002", ge=0, le=1,
+    )  # fmt: skip
     beam_diameter: Quantity = measure("mm", "diameter of the circular beam in contact", gt=0, band=(0.05, 10))
     beam_diameter_mm: ClassVar[Kernel[float]] = Kernel("beam_diameter")
     youngs_modulus: Quantity = measure("GPa", "axial modulus on the load area", gt=0, band=(0.1, 1000))
@@ -48,16 +84,45 @@ class Yarn(Strict):
     )  # fmt: skip
     law: YarnLaw = Field(default_factory=YarnLaw, description="shape of the axial law")
 
+    @model_validator(mode="before")
+    @classmethod
+    def _from_data_sheet(cls, card: object) -> Any:
+        return converted_card(card, cls, cls.usual)
+
     @model_validator(mode="after")
     def _law_fits(self) -> Self:
+        for name in SETTINGS:
+            if self.fibre is None and getattr(self, name) is not None:
+                raise BoundsError("counts only where the card names its fibre: state fibre, or remove it", name)
         _check_yarn(self)
         _check_fibre(self)
+        _check_packing(self)
         return self
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """All numbers are required, or a fibre and its linear density, which may be text."""
+        found = handler(core)
+        model = handler.resolve_ref_schema(found)
+        model["anyOf"] = [{"required": model.pop("required")}, {"required": ["fibre", "linear_density"]}]
+        density = model["properties"]["linear_density"]
+        density["anyOf"] = [{"$ref": density.pop("$ref")}, {"type": "string"}]
+        return found
+
+    @property
+    def blend(self) -> Blend | None:
+        """Fibres that the card names, none without."""
+        return None if self.fibre is None else blend_of(self.fibre)
 
 
 class ReinforcingYarn(Yarn):
     """The straight (slightly wavy) warp and weft inlays."""
 
+    usual: ClassVar[Mapping[str, tuple[float, str]]] = {
+        "crimp": (0.6, "near that of two relaxed fabrics; knittest check states that of the relaxed cell"),
+        "crimp_scatter": (0.0, "not stated"),
+        "slack": (0.0, "not stated"),
+    }
     bending_stiffness: PerDirection = measure(
         "N mm2", "EI of one yarn, by the section integration rule", gt=0, band=(1e-4, 1e4)
     )
@@ -102,6 +167,9 @@ class ReinforcingYarn(Yarn):
 class KnittingYarn(Yarn):
     """The yarn of the loops."""
 
+    usual: ClassVar[Mapping[str, tuple[float, str]]] = {
+        "degree_of_set": (0.9, "fabrics whose loops had no set would curl")
+    }
     bending_stiffness: Quantity = measure("N mm2", "EI of the yarn", gt=0, band=(1e-4, 100))
     bending_stiffness_n_mm2: ClassVar[Kernel[float]] = Kernel("bending_stiffness")
     degree_of_set: Quantity = measure(
@@ -162,13 +230,26 @@ def _check_yarn(yarn: Yarn) -> None:
 
 
 def _check_fibre(yarn: Yarn) -> None:
-    """No yarn is stronger for its mass than the best fibres, or lighter for its area than a loose bundle."""
-    tex, area, strength = yarn.linear_density.value, yarn.load_area.value, _strength(yarn)
+    """No yarn is stiffer or stronger for its mass than the best fibres, lighter than a loose bundle or too dense."""
+    tex, area, strength = yarn.linear_density.value, yarn.load_area.value, strength_of(yarn)
+    stiffness = 1e3 * yarn.youngs_modulus.value * area
     if tex < 1e3 * LOOSEST * area:
         raise BoundsError(
             f"{tex:g} tex over {area:g} mm2 are {1e-3 * tex / area:.3g} g/cm3, expected at least {LOOSEST:g} g/cm3, or "
             f"at most {1e-3 * tex / LOOSEST:.3g} mm2: correct it or linear_density",
             "load_area",
+        )
+    if tex > 1e3 * DENSEST * area:
+        raise BoundsError(
+            f"{tex:g} tex over {area:g} mm2 are {1e-3 * tex / area:.3g} g/cm3, expected at most {DENSEST:g} g/cm3, or "
+            f"at least {1e-3 * tex / DENSEST:.3g} mm2: correct it or linear_density",
+            "load_area",
+        )
+    if stiffness > STIFFEST * tex:
+        raise BoundsError(
+            f"on load_area = {area:g} mm2 makes {stiffness / tex:.3g} N/tex at linear_density = {tex:g} tex, expected "
+            f"at most {STIFFEST:g} N/tex, that of fibres: correct it, load_area or linear_density",
+            "youngs_modulus",
         )
     if strength > TENACITY * tex:
         raise BoundsError(
@@ -176,9 +257,72 @@ def _check_fibre(yarn: Yarn) -> None:
             f"at most {TENACITY:g} N/tex, that of fibres: correct youngs_modulus, load_area, linear_density or it",
             "fracture_strain",
         )
+    if yarn.blend is not None:
+        _check_blend(yarn, yarn.blend, stiffness, strength)
 
 
-def _strength(yarn: Yarn) -> float:
+def _check_blend(yarn: Yarn, blend: Blend, stiffness: float, strength: float) -> None:
+    """Stiffness and strength are those of the fibres that the card names, and so is the area that carries them."""
+    tex, area = yarn.linear_density.value, yarn.load_area.value
+    if area > LOADED * 1e-3 * tex / blend.density:
+        raise BoundsError(
+            f"more than all fibres of {tex:g} tex {blend.name} have at {blend.density:.3g} g/cm3, expected at most "
+            f"{1e-3 * tex / blend.density:.3g} mm2: correct it, linear_density or fibre",
+            "load_area",
+        )
+    for field, found, most, (least, largest) in (
+        ("youngs_modulus", stiffness / tex, blend.modulus / blend.density, STIFFNESS),
+        ("fracture_strain", strength / tex, blend.strength / blend.density, STRENGTH),
+    ):
+        if not least * most <= found <= largest * most:
+            what = "a stiffness" if field == "youngs_modulus" else "a strength"
+            raise BoundsError(
+                f"{what} of {found:.3g} N/tex, but {blend.name} has {most:.3g} N/tex, expected {least * most:.3g} to "
+                f"{largest * most:.3g} N/tex: correct it, load_area, linear_density or fibre",
+                field,
+            )
+
+
+def packing_of(yarn: Yarn) -> float:
+    """Fibre area over the area of the circle of ``yarn``.
+
+    Where the card does not name its fibres, their density is that of the load area, if textile fibres have it, else
+    that of the lightest.
+    """
+    tex, circle = yarn.linear_density.value, 0.25 * math.pi * yarn.beam_diameter.value**2
+    density = 1e-3 * tex / yarn.load_area.value if yarn.blend is None else yarn.blend.density
+    if yarn.blend is None and not TEXTILE[0] <= density <= TEXTILE[1]:
+        density = TEXTILE[0]
+    return 1e-3 * tex / density / circle
+
+
+def _check_packing(yarn: Yarn) -> None:
+    """The circle of a yarn is neither filled beyond what filaments can fill nor almost empty."""
+    tex, diameter, packing = yarn.linear_density.value, yarn.beam_diameter.value, packing_of(yarn)
+    low, high = PACKINGS
+    if packing < low:
+        raise BoundsError(
+            f"{tex:g} tex fill {100 * packing:.2g} % of the circle, expected at least {100 * low:g} %, or at most "
+            f"{diameter * math.sqrt(packing / low):.3g} mm: correct it, linear_density or load_area",
+            "beam_diameter",
+        )
+    if yarn.blend is not None and packing > high * LOADED:
+        raise BoundsError(
+            f"{tex:g} tex {yarn.blend.name} fill {100 * packing:.3g} % of the circle, expected at most "
+            f"{100 * high:.3g} %, or at least {diameter * math.sqrt(packing / high):.3g} mm: correct it or "
+            "linear_density",
+            "beam_diameter",
+        )
+    dense = 4e-3 * tex / (math.pi * diameter**2)
+    if dense > DENSEST:
+        raise BoundsError(
+            f"{tex:g} tex in the circle are {dense:.3g} g/cm3, expected at most {DENSEST:g} g/cm3, or at least "
+            f"{diameter * math.sqrt(dense / DENSEST):.3g} mm: correct it or linear_density",
+            "beam_diameter",
+        )
+
+
+def strength_of(yarn: Yarn) -> float:
     """Force [N] at the fracture strain by the law of ``yarn``."""
     law, strain = yarn.law, yarn.fracture_strain.value
     if law.kind == "table":

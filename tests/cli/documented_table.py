@@ -142,6 +142,10 @@ COMMANDS: dict[str, Do] = {
     "knittest new my-fabric --from data/my-fabric": Do(
         given={"new my-fabric": "new tested", "data/my-fabric": "data/mine"}
     ),
+    'knittest new glass-grid --reinforcing "E-glass 600 tex" --knitting "polyester 2 x 34 tex"': Do(),
+    "knittest check tensile --variant glass-grid --preset quick --no-time": Do("--set rig.width=20"),
+    "knittest tensile --variant glass-grid --preset quick --direction weft --set rig.width=20 "
+    "--set rig.gauge_length=20": Do("--no-frames --out {out}"),
     "knittest compare RUN --against FILE": Do(given={"RUN": "runs/shells/weft", "FILE": "example.csv"}),
     "knittest compare runs/tensile-.../warp --against mean.csv --width 50 --direction warp": Do(given=STRIPS),
     # pages and going on

@@ -6,7 +6,9 @@ from math import pi, sqrt
 import pytest
 
 from knittest.cli.main import run
+from knittest.config.base import Quantity
 from knittest.config.loading import resolve
+from knittest.config.templates import taken_over
 from knittest.fabric.relax import relaxed_cell
 from knittest.runs.preflight.command import counterparts
 from knittest.runs.preflight.counterpart import Counterpart, summary_line, table_cells, table_lines
@@ -119,11 +121,44 @@ def test_the_verdict_is_the_tolerances():
     assert summary_line([row]) == "  1 agree, 0 differ; 0 without counterpart"
 
 
+def test_numbers_of_one_other_fabric_do_not_agree_with_each_other():
+    """A strip's fracture strain and yarns of variant 1 agree in any fabric that has both."""
+    start = taken_over(resolve(variant="1", parameters="as-measured").fabric, "mine")
+    bundle = ("warp curve, largest force", "bundle")
+    row = of(counterparts(start), *bundle)
+    assert (row.verdict, row.owner, row.difference) == ("taken over", "pham2019-v1", pytest.approx(0.23, abs=0.01))
+    assert "agrees" not in {row.verdict for row in counterparts(start)}
+    own = {name: Quantity(value=getattr(start, name).value, source="measured") for name in ("thickness", "loop_length")}
+    rows = counterparts(start.model_copy(update=own))
+    assert of(rows, "thickness").verdict == of(rows, "loop length", "densities").verdict == "agrees"
+    assert of(rows, *bundle).verdict == "taken over"
+    assert summary_line([row]).endswith("; 1 taken over from pham2019-v1 on both sides, which confirms nothing")
+
+
+def test_fibres_of_the_shipped_inlay_do_not_fit_into_its_circle():
+    """0.784 mm2 in a circle of 0.75 mm, the diameter of the paper's model; the loops' 0.136 mm2 fit into 0.5 mm."""
+    rows = counterparts(fabric_with())
+    assert of(rows, "reinforcing packing").found == 0.6 and of(rows, "reinforcing packing").verdict == "differs"
+    assert of(rows, "reinforcing packing").stated == pytest.approx(0.784 / (pi * 0.75**2 / 4))
+    assert of(rows, "knitting packing").stated == pytest.approx(0.136 / (pi * 0.5**2 / 4))
+    assert of(rows, "knitting packing").verdict == "agrees"
+
+
+def test_a_loop_length_stands_beside_that_of_a_plain_knit():
+    """Stitches per area times the loop length squared are 20 (Munden): 16.0 mm at a spacing of 100/28 mm each way."""
+    row = of(counterparts(fabric_with()), "loop length", "densities")
+    assert row.found == pytest.approx(sqrt(20) * 100 / 28) and row.verdict == "agrees"
+    long = of(counterparts(fabric_with("fabric.loop_length=22")), "loop length", "densities")
+    assert long.verdict == "differs"
+
+
 def test_check_shows_the_table_and_gives_it_as_json(capsys):
     command = ["check", "tensile", "--variant", "2", "--scale", "macro", "--preset", "quick", "--no-time"]
     assert run(command) == 0
     said = capsys.readouterr().out
-    assert "23 agree, 1 differ: thickness; 0 without counterpart" in said and "  time  " not in said
+    assert (
+        "25 agree, 2 differ: reinforcing packing, thickness; 0 without counterpart" in said and "  time  " not in said
+    )
     assert run([*command, "--json", "--direction", "weft"]) == 0
     found = json.loads(capsys.readouterr().out)
     (model,) = found["models"]

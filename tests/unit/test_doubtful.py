@@ -50,6 +50,39 @@ def test_shipped_fabrics_have_nothing_doubtful(fabric, parameters):
     assert said(variant=fabric.stem, parameters=parameters) == []
 
 
+@pytest.mark.parametrize("scale", ["macro", "meso"])
+def test_a_thickness_that_the_yarns_do_not_make_is_named(scale):
+    """Two inlays of 0.75 mm and two loop yarns of 0.5 mm make 2.5 mm."""
+    sets = ["fabric.thickness={value: 0.9, source: measured}"]
+    assert doubts(resolve(variant="1", scale=scale, sets=sets)) == [
+        "fabric.thickness = 0.9 mm (measured), but two inlays and two loop yarns make 2.5 mm, expected 1.75 to 3.5 mm: "
+        "correct it or beam_diameter of the yarns"
+    ]
+    assert doubts(resolve(variant="1", scale=scale, sets=["fabric.thickness={value: 1.8, source: measured}"])) == []
+
+
+@pytest.mark.parametrize(
+    ("scale", "setting", "field", "reason"),
+    [
+        ("macro", "macro.shear.stiffness=0.05", "macro.shear.stiffness", "kind is table"),
+        ("macro", "macro.shear={kind: linear, stiffness: 0.05}", "macro.shear.curve", "kind is linear"),
+        ("macro", "macro.shear.unloading_stiffness=2", "macro.shear.unloading_stiffness", "friction_share is 0"),
+        ("meso", "reinforcing.law.toe_strain=0.3", "reinforcing.law.toe_strain", "kind is linear"),
+        ("meso", "knitting.law={points: [[0, 0], [3, 100]]}", "knitting.law.points", "kind is linear"),
+        ("meso", "thickness=2.1", "thickness", "at the meso scale the diameters of the yarns count"),
+        ("meso", "area_mass=800", "area_mass", "at the meso scale the linear densities of the yarns count"),
+    ],
+)
+def test_a_number_that_another_choice_switches_off_is_named(scale, setting, field, reason):
+    assert said(f"fabric.{setting}", scale=scale) == [f"fabric.{field} is not used: {reason}"]
+
+
+def test_numbers_that_count_are_not_named_as_unused():
+    assert said("fabric.reinforcing.law={kind: toe, toe_strain: 0.3}") == []
+    assert said("fabric.thickness=2.1", "fabric.area_mass=800", scale="macro") == []
+    assert said("fabric.area_mass=800", test="cantilever", direction="warp") == []
+
+
 def test_check_says_it():
     run = resolve(variant="1", scale="meso", preset="quick", direction="weft", sets=[f"{SLACK}weft=0.003"])
     assert any("if it is a fraction, write 0.3" in note for note in model_facts(run, prepare(run))["notes"])

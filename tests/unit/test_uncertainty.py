@@ -203,9 +203,9 @@ def test_a_number_that_a_run_does_not_have_is_a_lost_one(tmp_path, monkeypatch):
 
 def test_a_draw_that_the_schema_refuses_is_a_lost_run(tmp_path, monkeypatch):
     """Each end of both priors passes alone; together they are stiffer than the thin tube."""
-    text = STUDY.replace(f"{DEGREE}: {{low: 0.5, high: 1.0,", "fabric.knitting.beam_diameter: {low: 0.05, high: 0.5,")
+    text = STUDY.replace(f"{DEGREE}: {{low: 0.5, high: 1.0,", "fabric.knitting.beam_diameter: {low: 0.2, high: 0.5,")
     text = text.replace(
-        f"{FRICTION}: {{low: 0.1, high: 0.5,", "fabric.knitting.bending_stiffness: {low: 0.1, high: 50,"
+        f"{FRICTION}: {{low: 0.1, high: 0.5,", "fabric.knitting.bending_stiffness: {low: 0.1, high: 99,"
     )
     pool = Pretending(
         lambda trial: {"shear_force_n_at_deg.10": 1.0, "shear_force_n_at_deg.20": 2.0, "wrinkle_onset_deg": 3}

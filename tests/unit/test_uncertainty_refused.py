@@ -115,7 +115,7 @@ def test_priors_that_do_not_fit_each_other_are_refused(tmp_path, monkeypatch):
     """Each end of a prior passes beside the fabric's own numbers, and not together."""
     before, after = STUDY.split("parameters:\n  fabric")[0], STUDY[STUDY.index("quantities:") :]
     told = "reason: a reason of some length"
-    thin = f"  fabric.knitting.beam_diameter: {{low: 0.1, high: 0.11, {told}}}\n"
+    thin = f"  fabric.knitting.beam_diameter: {{low: 0.2, high: 0.21, {told}}}\n"
     stiff = f"  fabric.knitting.bending_stiffness: {{low: 50, high: 60, {told}}}\n"
     pool = Pretending(shearing)
     with pytest.raises(InputError, match=r"thin tube.* \(at the medians of all priors"):

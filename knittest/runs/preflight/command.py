@@ -15,10 +15,10 @@ from knittest.config.fabric import Fabric
 from knittest.config.run import Run
 from knittest.experiment.borrowed import borrowed
 from knittest.kernels.threading import best_threads
-from knittest.runs.preflight.counterpart import Counterpart, summary_line, table_lines
+from knittest.runs.preflight.counterpart import Counterpart, summary_line, table_lines, with_owner
 from knittest.runs.preflight.model import ModelFacts, model_facts, model_lines
 from knittest.runs.preflight.of_tests import test_counterparts
-from knittest.runs.preflight.of_yarns import yarn_counterparts
+from knittest.runs.preflight.of_yarns import derived_lines, derived_numbers, yarn_counterparts
 from knittest.runs.preflight.rigs import rig_lines, rigs_of
 from knittest.runs.preflight.speed import speed_study
 from knittest.runs.preflight.timing import estimate
@@ -51,6 +51,7 @@ def check_command(runs: Sequence[Run], options: CheckOptions) -> int:
             _say(study, options)
             passed = passed and converged
     rows = counterparts(runs[0].fabric)
+    _say(derived_lines(runs[0].fabric), options)
     told = table_lines(rows, width_of(sys.stdout))
     _say([f"{runs[0].fabric.name}: its numbers beside what else is known of them", *told], options)
     _say([summary_line(rows), *taken_over(runs[0].fabric), *rig_lines(runs[0].fabric)], options)
@@ -58,6 +59,7 @@ def check_command(runs: Sequence[Run], options: CheckOptions) -> int:
         print_json(
             {
                 "models": models,
+                "derived": {name: q.model_dump() for name, q in derived_numbers(runs[0].fabric).items()},
                 "counterparts": [row.as_json() for row in rows],
                 "assumed_curves": borrowed(runs[0].fabric),
                 "rigs": rigs_of(runs[0].fabric),
@@ -75,7 +77,7 @@ def taken_over(fabric: Fabric) -> list[str]:
 
 def counterparts(fabric: Fabric) -> list[Counterpart]:
     """All counterparts of the numbers of ``fabric``."""
-    return [*test_counterparts(fabric), *yarn_counterparts(fabric)]
+    return [with_owner(row, fabric) for row in (*test_counterparts(fabric), *yarn_counterparts(fabric))]
 
 
 def _model(run: Run, options: CheckOptions) -> tuple[list[str], ModelFacts]:

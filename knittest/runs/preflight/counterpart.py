@@ -1,9 +1,11 @@
 """A number of a fabric file beside what else is known of it, from tests, curves, yarns or the relaxed cell."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from knittest.base.layout import table, wrapped
 from knittest.config.base import Quantity
+from knittest.config.fabric import Fabric
+from knittest.experiment.borrowed import owner_of
 
 
 @dataclass(frozen=True)
@@ -11,7 +13,8 @@ class Counterpart:
     """Quantity ``name`` [``unit``]: ``stated`` by ``field`` of the file (its ``source``), and ``found`` by ``origin``.
 
     ``found`` is None where nothing is known, and ``origin`` then says why. ``tolerance`` is the largest difference, in
-    the unit, at which both agree: that of the method, or the scatter of the specimens.
+    the unit, at which both agree: that of the method, or the scatter of the specimens. ``inputs`` are fields of the
+    file that ``found`` was computed from. ``owner``: other fabric of ``field`` and of some of them.
     """
 
     name: str
@@ -22,13 +25,17 @@ class Counterpart:
     found: float | None
     origin: str
     tolerance: float = 0.0
+    inputs: tuple[str, ...] = ()
+    owner: str = ""
 
     @property
     def verdict(self) -> str:
-        """Agrees, differs, or no counterpart."""
+        """Agrees, differs, no counterpart, or taken over: numbers of another fabric that agree confirm nothing."""
         if self.found is None:
             return "no counterpart"
-        return "agrees" if abs(self.stated - self.found) <= self.tolerance * (1.0 + 1e-9) else "differs"
+        if abs(self.stated - self.found) > self.tolerance * (1.0 + 1e-9):
+            return "differs"
+        return "taken over" if self.owner else "agrees"
 
     @property
     def difference(self) -> float | None:
@@ -46,11 +53,18 @@ class Counterpart:
 
 
 def of_quantity(
-    name: str, field: str, unit: str, quantity: Quantity, found: float | None, origin: str, share: float = 0.0
-) -> Counterpart:
+    name: str, field: str, unit: str, quantity: Quantity, found: float | None, origin: str, share: float = 0.0,
+    inputs: tuple[str, ...] = (),
+) -> Counterpart:  # fmt: skip
     """Counterpart of a ``quantity``, which agrees within ``share`` [-] of what was found."""
     tolerance = share * abs(found or 0.0)
-    return Counterpart(name, field, unit, quantity.value, quantity.source, found, origin, tolerance)
+    return Counterpart(name, field, unit, quantity.value, quantity.source, found, origin, tolerance, inputs)
+
+
+def with_owner(row: Counterpart, fabric: Fabric) -> Counterpart:
+    """``row`` with the other fabric that both of its numbers were taken from, if they were."""
+    owner = owner_of(fabric, row.field)
+    return replace(row, owner=owner) if owner and any(owner_of(fabric, name) for name in row.inputs) else row
 
 
 def table_cells(rows: list[Counterpart]) -> list[tuple[str, ...]]:
@@ -86,7 +100,10 @@ def summary_line(rows: list[Counterpart]) -> str:
     counts = {v: [r.name for r in rows if r.verdict == v] for v in ("agrees", "differs", "no counterpart")}
     differ = counts["differs"]
     names = f": {', '.join(differ)}" if differ else ""
+    owners = dict.fromkeys(row.owner for row in rows if row.verdict == "taken over")
+    over = sum(row.verdict == "taken over" for row in rows)
+    told = f"; {over} taken over from {', '.join(owners)} on both sides, which confirms nothing" if over else ""
     return (
         f"  {len(counts['agrees'])} agree, {len(differ)} differ{names}; {len(counts['no counterpart'])} without "
-        "counterpart"
+        f"counterpart{told}"
     )

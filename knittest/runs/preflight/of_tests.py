@@ -69,7 +69,7 @@ def _end_of_curve(fabric: Fabric, direction: Direction) -> Counterpart:
         return of_quantity(name, field, "%", quantity, None, str(error))
     whose = "another fabric's curve" if reach.borrowed else "the curve"
     origin = f"largest force of {whose} {nearest(fabric.macro.tension[direction])}"
-    return of_quantity(name, field, "%", quantity, reach.end, origin, MARGIN)
+    return of_quantity(name, field, "%", quantity, reach.end, origin, MARGIN, (f"macro.tension.{direction}",))
 
 
 def _peak(fabric: Fabric, direction: Direction) -> Counterpart:

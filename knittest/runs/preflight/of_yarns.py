@@ -5,9 +5,12 @@ from collections.abc import Iterator
 import numpy as np
 
 from knittest.base.errors import KnittestError
-from knittest.config.base import Quantity
+from knittest.config.base import PerDirection, Quantity
+from knittest.config.deciding import CELL
 from knittest.config.fabric import YARN_LEVEL, Direction, Fabric
 from knittest.config.run import Variability
+from knittest.config.yarn import packing_of, strength_of
+from knittest.config.yarn_card import MARK, is_filled
 from knittest.fabric.cell import Cell
 from knittest.fabric.relax import relaxed_cell
 from knittest.fabric.spline import polyline_length
@@ -22,8 +25,32 @@ BUNDLE = 200
 STRENGTH, STRAIN = 0.25, 0.15
 #: yarns side by side are no fabric: their bending [-]
 BENDING = 0.3
+#: fibre area over the circle is usually 0.3 to 0.9; stiffness for the mass beside that of straight fibres [-]
+PACKING, STIFFNESS = 0.5, 0.25
+#: stitches per area times the square of the loop length of relaxed plain knits, 19 to 21.6; inlaid ones differ more [-]
+MUNDEN, DENSITY = 20.0, 0.35
 #: relaxed cell: thickness and mass [-], unless the specimens scatter more; crimp and loop length [-]
 THICKNESS, MASS, CRIMP, LOOP = 0.05, 0.10, 0.10, 0.005
+
+
+def derived_numbers(fabric: Fabric) -> dict[str, Quantity]:
+    """Each number that was filled in by the fibre of a yarn card, by field."""
+    found: dict[str, Quantity] = {}
+    for system in ("reinforcing", "knitting"):
+        yarn = getattr(fabric, system)
+        for name in () if yarn is None or yarn.fibre is None else type(yarn).model_fields:
+            entry = getattr(yarn, name)
+            parts = {f".{d}": entry.of(d) for d in DIRECTIONS} if isinstance(entry, PerDirection) else {"": entry}
+            found |= {f"{system}.{name}{part}": number for part, number in parts.items() if is_filled(number)}
+    return found
+
+
+def derived_lines(fabric: Fabric) -> list[str]:
+    """A line for the formula of each derived number, and one for those that are assumed; both directions in one."""
+    found = {field.removesuffix(".weft"): q for field, q in derived_numbers(fabric).items() if field[-5:] != ".warp"}
+    lines = [f"  {field}: {q.ref.removeprefix(MARK)}" for field, q in found.items() if q.source == "derived"]
+    assumed = ", ".join(f"{field} {q.value:g}" for field, q in found.items() if q.source == "assumed")
+    return ["derived from the fibres of the yarns:", *lines, f"  assumed: {assumed}"] if lines else []
 
 
 def yarn_counterparts(fabric: Fabric) -> Iterator[Counterpart]:
@@ -33,6 +60,8 @@ def yarn_counterparts(fabric: Fabric) -> Iterator[Counterpart]:
         yield of_quantity("thickness", "thickness", "mm", fabric.thickness, None, none)
         yield of_quantity("area mass", "area_mass", "g/m2", fabric.area_mass, None, none)
         return
+    yield from _fibres(fabric)
+    yield _stitch_density(fabric)
     for direction in DIRECTIONS:
         yield from _bundle(fabric, direction)
         yield from _bending(fabric, direction)
@@ -40,6 +69,39 @@ def yarn_counterparts(fabric: Fabric) -> Iterator[Counterpart]:
         yield from cell_counterparts(fabric, relaxed_cell(fabric))
     except KnittestError as error:  # a cell that cannot be relaxed says nothing of the shells
         yield of_quantity("thickness", "thickness", "mm", fabric.thickness, None, f"no relaxed cell: {error}")
+
+
+def _fibres(fabric: Fabric) -> Iterator[Counterpart]:
+    """Packing of stated diameters; where a card names its fibre, its own stiffness and strength for the mass too."""
+    for system in ("reinforcing", "knitting"):
+        yarn = getattr(fabric, system)
+        rows = [("packing", "beam_diameter", "", packing_of(yarn), 0.6, PACKING, "fibres in the circle, 0.3 to 0.9")]
+        if (blend := yarn.blend) is not None:
+            tex, usual = yarn.linear_density.value, blend.failure(None)[1] * blend.modulus / 100.0
+            stiffness = 1e3 * yarn.youngs_modulus.value * yarn.load_area.value / tex
+            fibres = blend.modulus / blend.density
+            rows += [
+                ("stiffness", "youngs_modulus", "N/tex", stiffness, fibres, STIFFNESS, f"{blend.name} side by side"),
+                ("strength", "fracture_strain", "N/tex", strength_of(yarn) / tex, usual / blend.density, STRENGTH,
+                 f"{blend.name}, usual yarn"),
+            ]  # fmt: skip
+        for name, field, unit, stated, found, share, origin in rows:
+            quantity = getattr(yarn, field)
+            if not is_filled(quantity):
+                yield Counterpart(
+                    f"{system} {name}", f"{system}.{field}", unit, stated, quantity.source, found, origin,
+                    share * found, (f"{system}.linear_density", f"{system}.load_area"),
+                )  # fmt: skip
+
+
+def _stitch_density(fabric: Fabric) -> Counterpart:
+    """Loop length beside that of a relaxed plain knit of these densities, l = sqrt(k / stitches per area)."""
+    found = float(np.sqrt(MUNDEN * fabric.wale_spacing * fabric.course_spacing))
+    return of_quantity(
+        "loop length", "loop_length", "mm", fabric.loop_length, found,
+        f"densities: stitches per area x loop length squared = {MUNDEN:g} of plain knits (Munden, 1959)", DENSITY,
+        ("warp_density", "weft_density"),
+    )  # fmt: skip
 
 
 def _bundle(fabric: Fabric, direction: Direction) -> Iterator[Counterpart]:
@@ -55,12 +117,14 @@ def _bundle(fabric: Fabric, direction: Direction) -> Iterator[Counterpart]:
         yield Counterpart(
             f"{direction} curve, largest force", f"macro.tension.{direction}", "N/mm", stated, kind, found,
             "bundle of the yarns: density, modulus, area, fracture strain and its sd", STRENGTH * found,
+            (f"{direction}_density", *(f"reinforcing.{n}" for n in ("youngs_modulus", "load_area", "fracture_strain"))),
         )  # fmt: skip
     quantity = fabric.macro.fracture_strain.of(direction)
     straight = 100.0 * ((1.0 + yarn.crimp_fraction.of(direction)) * (1.0 + strain) - 1.0)
     yield of_quantity(
         f"{direction} fracture strain", f"macro.fracture_strain.{direction}", "%", quantity, straight,
         "bundle of the yarns, with crimp and slack", STRAIN,
+        ("reinforcing.fracture_strain", *(f"reinforcing.{name}.{direction}" for name in ("crimp", "slack"))),
     )  # fmt: skip
 
 
@@ -74,26 +138,29 @@ def _bending(fabric: Fabric, direction: Direction) -> Iterator[Counterpart]:
         yield of_quantity(
             f"{direction} {name}", f"macro.{field}.{direction}", "N mm", quantity.of(direction), yarns,
             "yarns side by side: density x reinforcing.bending_stiffness", BENDING,
+            (f"{direction}_density", f"reinforcing.bending_stiffness.{direction}"),
         )  # fmt: skip
 
 
 def cell_counterparts(fabric: Fabric, cell: Cell) -> Iterator[Counterpart]:
     """Thickness, loop length, crimp and mass beside those of the relaxed ``cell``."""
     where = "relaxed cell"
-    yield _measured("thickness", "thickness", "mm", fabric.thickness, cell.thickness, where, THICKNESS)
+    shape = CELL["thickness_mm"]
+    yield _measured("thickness", "thickness", "mm", fabric.thickness, cell.thickness, where, THICKNESS, shape)
     loop = polyline_length(cell.closed("knit"))
-    yield of_quantity("loop length", "loop_length", "mm", fabric.loop_length, loop, where, LOOP)
+    yield of_quantity("loop length", "loop_length", "mm", fabric.loop_length, loop, where, LOOP, ("loop_length",))
     for direction in DIRECTIONS:
         quantity = fabric.reinforcing.crimp.of(direction)
         found = 100.0 * cell.crimp(direction)
         yield Counterpart(
             f"{direction} crimp", f"reinforcing.crimp.{direction}", "%", quantity.value, quantity.source, found, where,
-            max(CRIMP * found, 0.02),
+            max(CRIMP * found, 0.02), shape,
         )  # fmt: skip
     mass, area = cell_mass(fabric, cell), cell.spec.wale * cell.spec.course
     yield _measured(
-        "area mass", "area_mass", "g/m2", fabric.area_mass, 1e6 * mass / area, "yarns of the relaxed cell", MASS
-    )
+        "area mass", "area_mass", "g/m2", fabric.area_mass, 1e6 * mass / area, "yarns of the relaxed cell", MASS,
+        CELL["area_mass_g_m2"],
+    )  # fmt: skip
 
 
 def cell_mass(fabric: Fabric, cell: Cell) -> float:
@@ -105,8 +172,9 @@ def cell_mass(fabric: Fabric, cell: Cell) -> float:
 
 
 def _measured(
-    name: str, field: str, unit: str, quantity: Quantity, found: float, origin: str, share: float
-) -> Counterpart:
+    name: str, field: str, unit: str, quantity: Quantity, found: float, origin: str, share: float,
+    inputs: tuple[str, ...],
+) -> Counterpart:  # fmt: skip
     """A counterpart that agrees within ``share`` of it, or within the scatter of the measured value."""
     tolerance = max(share * found, quantity.sd or 0.0)
-    return Counterpart(name, field, unit, quantity.value, quantity.source, found, origin, tolerance)
+    return Counterpart(name, field, unit, quantity.value, quantity.source, found, origin, tolerance, inputs)
