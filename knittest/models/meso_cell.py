@@ -13,6 +13,9 @@ from knittest.models.periodic_model import PeriodicModel
 
 Array = NDArray[np.float64]
 
+#: way that yarns may slide past each other, over the larger of the spacings of wales and courses, at the least
+LEAST_SLIDE = 0.2
+
 
 def cell_paths(run: Run, cell: Cell, wales: int, courses: int) -> list[YarnPath]:
     """Yarns of ``wales`` x ``courses`` cells, all alike, the last point of each the image of its first."""
@@ -37,7 +40,7 @@ def build_meso_cell(
 
     A test that pulls no yarn may keep a share of the axial stiffness only: the time step grows. Its mean deformation
     brings lines to ``shrink`` of their length at the least, and yarns past each other by ``slide`` of the largest
-    radius. Yarns of the system ``about`` lie about z = 0, the surface that bending leaves its length. Yarns do not
+    radius, or by :data:`LEAST_SLIDE` of the larger spacing. Yarns of the system ``about`` lie about z = 0, the surface that bending leaves its length. Yarns do not
     break: a cell has no weakest place.
     """
     cards = sections(run.fabric, axial_share)
@@ -58,6 +61,8 @@ def build_meso_cell(
     ]
     contact = yarn_contact(run) if run.model.meso.contact else None
     lattice, added = lattice_of(cell, wales, courses), mass_scaling(run)
+    radius = max(float(card.radius) for card in cards)
+    slide = max(slide, LEAST_SLIDE * max(run.fabric.wale_spacing, run.fabric.course_spacing) / radius)
     return build_periodic(chains, lattice, SYSTEMS, contact, added, shrink=shrink, slide=slide)
 
 
