@@ -148,7 +148,8 @@ class FabricModel(ExplicitModel):
             return super().stable_step()
         now, node = bend_bound_now(self.bends, self.nodes.position, self.mass)
         stiffest = (2.0 / self.critical_step) ** 2 - self.bending_at_rest + now
-        return 2.0 / stiffest**0.5, f"crumpled yarns at node {node} of {self.name_of(node)}, whose angle shear has closed,"
+        where = f"crumpled yarns at node {node} of {self.name_of(node)}, whose angle shear has closed,"
+        return 2.0 / stiffest**0.5, where
 
     def state(self) -> State:
         """See :meth:`ExplicitModel.state`; adds living shells, corner forces and contacts."""

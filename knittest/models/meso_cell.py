@@ -40,8 +40,8 @@ def build_meso_cell(
 
     A test that pulls no yarn may keep a share of the axial stiffness only: the time step grows. Its mean deformation
     brings lines to ``shrink`` of their length at the least, and yarns past each other by ``slide`` of the largest
-    radius, or by :data:`LEAST_SLIDE` of the larger spacing. Yarns of the system ``about`` lie about z = 0, the surface that bending leaves its length. Yarns do not
-    break: a cell has no weakest place.
+    radius, or by :data:`LEAST_SLIDE` of the larger spacing. Yarns of the system ``about`` lie about z = 0, the surface
+    that bending leaves its length. Yarns do not break: a cell has no weakest place.
     """
     cards = sections(run.fabric, axial_share)
     paths = sorted(cell_paths(run, cell, wales, courses), key=chain_order)

@@ -52,8 +52,8 @@ def fit_step(run: Simulation) -> None:
     share = MARGIN * longest / run.dt
     if share * run.step_share < LEAST_SHARE:
         raise NumericalError(
-            f"{where} bring the critical time step to {1e3 * longest:.3g} us at {run.time:.5f} ms; the run went on with "
-            f"smaller steps down to {1e3 * run.dt:.3g} us from {1e3 * run.first_step:.3g} us at the start"
+            f"{where} bring the critical time step to {1e3 * longest:.3g} us at {run.time:.5f} ms; the run continued "
+            f"with smaller steps down to {1e3 * run.dt:.3g} us from {1e3 * run.first_step:.3g} us at the start"
         )
     run.shorten(share)
     run.cost.time_step = run.dt

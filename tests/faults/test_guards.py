@@ -171,7 +171,7 @@ def test_contacts_that_are_far_too_stiff_for_the_step(monkeypatch):
 
 
 def test_contacts_that_stiffen_shorten_the_step_and_a_resumed_run_does_the_same():
-    """Four hundred times the penalty from 0.02 ms on; stopped after it the run goes on with the shorter step to the same bits."""
+    """Four hundred times the penalty from 0.02 ms on; a run resumed after it takes the same shorter steps."""
     run, _ = posed("meso")
     run = run.model_copy(update={"output": run.output.model_copy(update={"samples": 200})})
     whole, state = stiffening(run, None)

@@ -118,8 +118,8 @@ class PictureFrame(Test[PictureFrameRun]):
         reached = float(history.curve["frame_shear_angle_deg"].max())
         if reached < run.rig.max_angle - LAG:
             quality = quality.warning(
-                f"the fabric locks at {reached:.1f} deg, where yarns press into each other with {100.0 * LOCKED:g} % of "
-                f"the work; the test ends there, before rig.max_angle = {run.rig.max_angle:g} deg"
+                f"the fabric locks at {reached:.1f} deg: yarns press into each other with {100.0 * LOCKED:g} % of the "
+                f"work; the test ends there, before rig.max_angle = {run.rig.max_angle:g} deg"
             )
         return quality
 
