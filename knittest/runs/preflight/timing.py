@@ -67,6 +67,7 @@ class _Brief:
         self._rig = rig
         self.duration, self.coordinate, self.force = rig.duration, rig.coordinate, rig.force
         self.averaged_from, self.marks = rig.averaged_from, rig.marks
+        self.mounted_at, self.locks = 0.0, False  # a mounting takes as long a step as the test
         self.times: list[tuple[float, float]] = []  # simulated [ms], clock [s]
 
     def constrain(self, boundary: Boundary) -> None:
