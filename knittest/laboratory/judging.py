@@ -13,12 +13,15 @@ from knittest.laboratory.advice import advised
 from knittest.laboratory.base import Prepared
 from knittest.laboratory.law_end import BeyondLaw, beyond_law
 from knittest.laboratory.span import Span
+from knittest.solve.simulate import LOCKED
 from knittest.solve.state import SimulationCost
 
 #: share of the work up to the largest force that must be done before the first failure, as nothing after it is judged
 BEFORE_FAILURE = 0.25
 #: overlap without force, away from the ends of yarns and at them
 FORCE_FREE = ("force_free_overlap_max_pct", "force_free_at_ends_max_pct")
+#: angle [deg] by which the last row of a shear test may lie before its end
+LAG = 0.5
 #: overlap [% of the smaller radius] at which a contact was found late, above which a run warns: one centre-line is
 #: beyond the other's surface
 LATE = 100.0
@@ -79,6 +82,18 @@ def _share(part: Array, whole: Array) -> Array:
     with np.errstate(divide="ignore", invalid="ignore"):
         share: Array = np.where((part == 0.0) & (whole == 0.0), 0.0, part / whole)
     return share
+
+
+def locking(history: History, most: float) -> tuple[str, ...]:
+    """Say at which angle a shear test ended before ``most`` [deg], as its yarns locked; nothing where it did not."""
+    angle = next(values for name, values in history.curve.items() if name.endswith("shear_angle_deg"))
+    reached = float(angle.max())
+    if reached > most - LAG:
+        return ()
+    return (
+        f"the fabric locks at {reached:.1f} deg: yarns press into each other with {100.0 * LOCKED:g} % of the work; "
+        f"the test ends there, before {most:g} deg",
+    )
 
 
 def _penetration(history: History, cost: SimulationCost, span: Span) -> float:

@@ -24,7 +24,7 @@ class CellTest:
 
     coordinate, force = "path_pct", "conjugate_force"
     marks: tuple[float, ...] = ()
-    mounted_at, averaged_from, locks = 0.0, np.inf, False
+    mounted_at, averaged_from = 0.0, np.inf
     #: whether a yarn has come to its fracture strain
     torn = False
     #: whether the run has come to where it ends on the way of its path
@@ -37,7 +37,7 @@ class CellTest:
         self.thickness = high - low + 2.0 * GAP
         self.path, self.progress = self._plan(run, model)
         self.duration, self.most = self.path.duration, 1e-3 * run.rig.max_pressure
-        self.bent = run.rig.about
+        self.bent, self.locks = run.rig.about, run.rig.path == "shear"
         self.ends_at = np.inf if run.rig.end_angle is None else run.rig.end_angle / run.rig.max_angle
 
     def _plan(self, run: CellRun, model: PeriodicModel) -> tuple[CellPath, Table]:

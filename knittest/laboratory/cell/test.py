@@ -15,7 +15,7 @@ from knittest.laboratory.cell.ends import ANGLES, NEAR
 from knittest.laboratory.cell.path import path_of
 from knittest.laboratory.cell.record import Recorder, split
 from knittest.laboratory.cell.rig import CellTest
-from knittest.laboratory.judging import assess
+from knittest.laboratory.judging import assess, locking
 from knittest.laboratory.span import Span
 from knittest.models.meso_cell import build_meso_cell, lattice_of
 from knittest.models.periodic_model import PeriodicModel
@@ -77,7 +77,7 @@ class Cell(Test[CellRun]):
         if run.rig.path == "shear":
             angle, force = curve["shear_angle_deg"], curve["conjugate_force"]
             for a in ANGLES:
-                if run.rig.judged_from_fraction * run.rig.max_angle <= a <= run.rig.last_angle:
+                if run.rig.judged_from_fraction * run.rig.max_angle <= a <= min(run.rig.last_angle, angle.max()):
                     found[f"cell_shear_n_per_mm_at_deg.{a:g}"] = float(force[np.abs(angle - a) < NEAR].mean())
         elif run.rig.path == "bending":
             found["cell_moment_n"] = float(curve["moment_n"][-1])
@@ -93,7 +93,8 @@ class Cell(Test[CellRun]):
 
     def assess(self, run: CellRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
         """The gates of every run, from the first degree on."""
-        return assess(run, prepared, history, cost, judged_span(run, history))
+        quality = assess(run, prepared, history, cost, judged_span(run, history))
+        return quality.warning(*locking(history, run.rig.last_angle)) if run.rig.path == "shear" else quality
 
 
 def judged_span(run: CellRun, history: History) -> Span:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from knittest.base.history import Frame, History, Mesh, Quality
 from knittest.fabric.bias import turned
 from knittest.laboratory.base import Prepared, Test, fabric_laminate
-from knittest.laboratory.judging import assess
+from knittest.laboratory.judging import assess, locking
 from knittest.laboratory.law_end import refuse_beyond_law
 from knittest.laboratory.needles import on_needles
 from knittest.laboratory.picture_frame.config import PictureFrameRun
@@ -26,7 +26,7 @@ from knittest.models.macro import self_contact
 from knittest.models.meso import build_meso
 from knittest.models.sheet import build_sheet
 from knittest.solve.observer import SILENT, Observer
-from knittest.solve.simulate import LOCKED, simulate
+from knittest.solve.simulate import simulate
 from knittest.solve.state import SimulationCost
 
 Array = NDArray[np.float64]
@@ -115,13 +115,7 @@ class PictureFrame(Test[PictureFrameRun]):
         work = energies["external_mj"] - own
         history = replace(history, energies=energies | {"external_mj": work, "kinetic_ratio": ratio})
         quality = assess(run, prepared, history, cost, self.span(history))
-        reached = float(history.curve["frame_shear_angle_deg"].max())
-        if reached < run.rig.max_angle - LAG:
-            quality = quality.warning(
-                f"the fabric locks at {reached:.1f} deg: yarns press into each other with {100.0 * LOCKED:g} % of the "
-                f"work; the test ends there, before rig.max_angle = {run.rig.max_angle:g} deg"
-            )
-        return quality
+        return quality.warning(*locking(history, run.rig.max_angle))
 
     def span(self, history: History) -> Span:
         """The whole way, from the first angle at which a force is read."""
