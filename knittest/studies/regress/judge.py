@@ -56,7 +56,7 @@ def table3_rows(case: Case, run: Run, record: Record, limit_sd: float) -> Iterat
     wanted = {row.quantity for row in raw}
     values = [value for value in REPORTS[case.test].scaled(run, raw) if value.quantity in wanted]
     row_kinds = {value.quantity: row_kind(run, value.quantity) for value in values}
-    found = {row["quantity"]: row for row in compare_results(record.results, values, row_kinds)}
+    found = {row["quantity"]: row for row in compare_results(record.values, values, row_kinds)}
     for value in values:
         compared, kind = found.get(value.quantity), row_kinds[value.quantity]
         simulated = compared["simulated"] if compared else math.nan
