@@ -93,7 +93,7 @@ def _rows(run: StoredRun, runs: Sequence[StoredRun]) -> Iterator[Row]:
         value = run.results.get(row.quantity)
         if value is None:
             continue
-        (scaled,) = REPORTS[now.rig.kind].scaled(now, [row])
+        scaled = REPORTS[now.rig.kind].scaled(now, [row])[0]
         value: Any = of_nominal_size(value, scaled.factors)
         ensemble = value if isinstance(value, dict) else {"mean": value, "sd": math.nan}
         error, preset = numerical_error(run, runs, row.quantity)

@@ -10,7 +10,7 @@ from strip_reading import read_lab
 from knittest.base.errors import InputError
 from knittest.base.resources import data_dir
 from knittest.config.loading import resolve
-from knittest.experiment.compare import compare_columns
+from knittest.experiment.compare import compare_columns, compare_results
 from knittest.experiment.conditions import Conditions
 from knittest.experiment.curves import load_curve
 from knittest.experiment.forces import for_width, normalised, per_width
@@ -85,11 +85,15 @@ def test_widths_that_cannot_be_are_refused(tmp_path, rows, says):
         rows_of(tmp_path, "mine,warp,peak_force_n,6400,320,5,N,own\n" + rows, tensile())
 
 
-def test_yarns_that_do_not_fill_the_width_are_told(tmp_path):
+def test_the_force_of_whole_yarns_is_taken_to_the_width(tmp_path):
     """At 28 in 100 mm, 15 mm are 4.2 yarns, of which 4 are modelled; 50 mm are 14."""
     text = "mine,warp,peak_force_n,6400,320,5,N,own\nmine,,strip_width_mm,50,,,mm,own\n"
     (row,) = rows_of(tmp_path, text, tensile(15.0, scale="meso"))
-    assert row.table == "own, for 15 instead of 50 mm, by 4 whole yarns of 4.2" and row.mean == pytest.approx(1920.0)
+    factor = "simulated x 1.05: 4 yarns modelled, 4.2 in the real strip"
+    assert row.table == f"own, for 15 instead of 50 mm, {factor}" and row.mean == pytest.approx(1920.0)
+    (found,) = compare_results({"peak_force_n": 1900.0}, [row], {"peak_force_n": "predicted"})
+    assert found["simulated"] == pytest.approx(1900.0 * 4.2 / 4) and found["modelled"] == 1900.0
+    assert found["deviation_pct"] == pytest.approx(100.0 * (1900.0 * 1.05 / 1920.0 - 1.0))
     assert rows_of(tmp_path, text, tensile(50.0, scale="meso"))[0].table == "own"
     assert rows_of(tmp_path, text, tensile(15.0))[0].table == "own, for 15 instead of 50 mm"
 
