@@ -1,7 +1,6 @@
 """Targets of a calibration, and the distance of a finished trial from them in standard deviations."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,6 +8,7 @@ import numpy as np
 
 from knittest.base.errors import InputError
 from knittest.base.history import Array
+from knittest.base.kinds import kinds
 from knittest.base.resources import data_dir
 from knittest.base.result_rows import number_of, of_nominal_size
 from knittest.config import calibration as file
@@ -136,12 +136,12 @@ def _row(quantity: str, run: Run, where: str) -> PublishedValue:
         raise InputError(f"{where}: quantity = {quantity}: {fabric.name} names no experiment: give value and sd")
     folder = data_dir() / fabric.experiment
     try:
-        rows = published(folder, fabric.experiment_variant, run.direction, (quantity,))
+        rows = published(folder, fabric.experiment_variant, run.direction, kinds()[run.rig.kind].published)
     except InputError as error:
         raise InputError(f"{where}: quantity = {quantity}: {error}; give value and sd instead") from None
     report = REPORTS[run.rig.kind]
-    scaled: Sequence[PublishedValue] = report.scaled(run, rows)
-    if apart := report.apart(run, rows):
+    scaled = [row for row in report.scaled(run, rows) if row.quantity == quantity]
+    if apart := report.apart(run, [row for row in rows if row.quantity == quantity]):
         raise InputError(f"{where}: quantity = {quantity}: {'; '.join(apart)}; or give value and sd")
     if not scaled:
         wanted = f"variant {fabric.experiment_variant} {run.direction}".strip()
