@@ -17,7 +17,7 @@ from knittest.experiment.forces import for_width, normalised, per_width
 from knittest.experiment.tables import published
 from knittest.laboratory.against import own_curves
 from knittest.laboratory.base import fabric_laminate, tension_curve
-from knittest.laboratory.cantilever.test import strip_stiffness
+from knittest.laboratory.cantilever.test import stiffness_by_overhang
 from knittest.laboratory.forming.yarn_forces import strengths
 from knittest.laboratory.registry import REPORTS
 from knittest.materials.trellis import crosshead_force
@@ -240,15 +240,18 @@ def test_what_the_shells_were_made_of_is_an_input(tmp_path, monkeypatch):
     assert "of the same source" in own_curves(run, [corridor])[0].note
 
 
-def test_bending_stiffness_of_a_strip_grows_with_its_width():
+def test_bending_stiffness_is_compared_per_width():
+    """Table 3 has it for a strip of 50 mm: 2530 mN cm2 are 5.06 N mm, whatever the width of the run."""
+
     def run(width):
         return resolve(variant="1", scale="macro", test="cantilever", direction="warp", sets=[f"rig.width={width}"])
 
-    assert strip_stiffness(run(25.0), 171.0, 41.5) == pytest.approx(0.5 * strip_stiffness(run(50.0), 171.0, 41.5))
+    assert stiffness_by_overhang(run(25.0), 171.0, 41.5) == stiffness_by_overhang(run(50.0), 171.0, 41.5)
+    assert stiffness_by_overhang(run(25.0), 171.0, 41.5) == pytest.approx(5.0536, rel=1e-4)
     (row,) = published(data_dir() / "pham2019", "1", "warp", ("bending_stiffness_mncm2",))
-    half, _ = REPORTS["cantilever"].scaled(run(25.0), [row])  # and the one per width, which does not
-    assert (half.mean, half.table) == (1265.0, "Table 3, for 25 instead of 50 mm")
-    assert REPORTS["cantilever"].scaled(run(50.0), [row])[0] == row
+    rows = REPORTS["cantilever"].scaled(run(25.0), [row])
+    assert [r.quantity for r in rows] == ["bending_stiffness_eq2_n_mm_per_width", "bending_stiffness_n_mm_per_width"]
+    assert all(r.mean == pytest.approx(5.06) and r.unit == "N mm" for r in rows)
     with pytest.raises(InputError, match="unknown width"):
         REPORTS["cantilever"].scaled(run(50.0), [replace(row, conditions=Conditions())])
 

@@ -23,16 +23,18 @@ from knittest.laboratory.apparatus import STRIP_JAWS, strip_jaws
 from knittest.laboratory.report_base import (
     Columns,
     CurveAxes,
+    Gate,
     References,
     Report,
     draw_energies,
+    energy_gates,
     same_test,
     title_of,
     unless_one,
 )
 from knittest.laboratory.strips import yarns_across
 from knittest.laboratory.tensile.config import TensileRun
-from knittest.laboratory.tensile.test import Tensile, carrying_width, pull_axis
+from knittest.laboratory.tensile.test import UNRESOLVED, Tensile, carrying_width, pull_axis
 from knittest.laboratory.tuned_data import marked
 
 #: points of a corridor
@@ -46,6 +48,11 @@ class TensileReport(Report[TensileRun]):
         "strain_pct", "force_n", "strain [%]", "force [N]", "force_mean_n", "force_sd_n", peak="fracture_strain_pct"
     )
     placed_by = STRIP_JAWS
+
+    def gates(self, run: TensileRun) -> list[Gate]:
+        """Standard gates, and of shells how far the peak is resolved in time."""
+        own = [Gate("peak uncertain in time", "results", "peak_time_error_pct", UNRESOLVED)]
+        return energy_gates(run) + (own if run.model.scale == "macro" else [])
 
     def scaled(self, run: TensileRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
         """Forces of the tested strip for the width of the run, beside those of whole yarns for that width."""
