@@ -79,15 +79,16 @@ def spread_of(values: Sequence[float]) -> Spread:
 
 
 def of_nominal_size(value: Value, factors: Sequence[float]) -> Value:
-    """The result ``value`` for the nominal size: that of each specimen times its own of ``factors``; as it is where
-    there are none.
+    """The result ``value`` for the nominal size: that of each specimen times its own of ``factors``, a mean times their
+    mean; as it is where there are none.
     """
     if not factors or value is None:
         return value
     if not isinstance(value, Mapping):
-        return factors[0] * value
-    numbers = [math.nan if v is None else f * v for f, v in zip(factors, value["values"], strict=True)]
-    return spread_of(numbers)
+        return mean_factor(factors) * value
+    values = value["values"]
+    each = factors if len(factors) == len(values) else [mean_factor(factors)] * len(values)
+    return spread_of([math.nan if v is None else f * v for f, v in zip(each, values, strict=True)])
 
 
 def mean_factor(factors: Sequence[float]) -> float:

@@ -16,7 +16,7 @@ RATE = 4
 def unresolved_peak(curve: Mapping[str, Array], passage: float) -> float:
     """Share of the peak force by which it is uncertain in time [-].
 
-    Clamps feel a break half a ``passage`` L / c [ms] later, when its wave arrives, and the force grows on until then. The
+    Clamps feel a break half a ``passage`` L / c [ms] later, when its wave arrives; until then the force grows on. The
     force is a mean over samples, of which a break lowers the last. With the rate of the force at the peak dF/dt,
     which grows with the speed, the share is dF/dt max(1.5 dt, L / 2c) / F.
     """

@@ -32,9 +32,9 @@ from knittest.laboratory.report_base import (
     title_of,
     unless_one,
 )
-from knittest.laboratory.strips import yarns_across
+from knittest.laboratory.strips import carrying_width, yarns_across
 from knittest.laboratory.tensile.config import TensileRun
-from knittest.laboratory.tensile.test import UNRESOLVED, Tensile, carrying_width, pull_axis
+from knittest.laboratory.tensile.test import UNRESOLVED, Tensile, pull_axis
 from knittest.laboratory.tuned_data import marked
 
 #: points of a corridor
@@ -61,7 +61,9 @@ class TensileReport(Report[TensileRun]):
 
     def factors(self, run: TensileRun) -> tuple[float, ...]:
         """Yarns in a real strip of the width over the whole yarns of each specimen: width x density / yarns."""
-        return unless_one(run.rig.width_mm / carrying_width(run, k) for k in range(run.variability.specimens))
+        return unless_one(
+            run.rig.width_mm / carrying_width(run, run.rig.direction, k) for k in range(run.variability.specimens)
+        )
 
     def size(self, run: TensileRun) -> tuple[float, str]:
         """Width [mm]."""
@@ -143,7 +145,7 @@ class TensileReport(Report[TensileRun]):
 def _of_the_width(run: TensileRun, specimen: Specimen, number: int) -> Specimen:
     """``specimen`` with the force of the real strip's yarns, of the width of the run."""
     history = specimen.history
-    force = history.curve["force_n"] * (run.rig.width_mm / carrying_width(run, number))
+    force = history.curve["force_n"] * (run.rig.width_mm / carrying_width(run, run.rig.direction, number))
     return replace(specimen, history=replace(history, curve=history.curve | {"force_n": force}))
 
 

@@ -9,7 +9,7 @@ from knittest.laboratory.advice import AIM
 from knittest.laboratory.base import Prepared, Test, fabric_laminate
 from knittest.laboratory.judging import assess
 from knittest.laboratory.span import Span
-from knittest.laboratory.strips import AXIS, cut, pitch, yarns_across
+from knittest.laboratory.strips import AXIS, carrying_width, cut, pitch, yarns_across
 from knittest.laboratory.tensile.config import TensileRun
 from knittest.laboratory.tensile.peak import SAMPLES, tensile_results, unresolved_peak
 from knittest.laboratory.tensile.rig import TensileTest
@@ -100,21 +100,13 @@ def pull_axis(run: TensileRun) -> int:
     return AXIS[run.rig.direction] if run.model.scale == "meso" else 1
 
 
-def carrying_width(run: TensileRun, specimen: int = 0) -> float:
-    """Width [mm] that carries the force of a strip: its own of shells, that of its whole yarns of yarns."""
-    if run.model.scale == "macro":
-        return run.rig.width_mm
-    direction = run.rig.direction
-    return yarns_across(run, direction, specimen) / run.fabric.density_per_mm.of(direction)
-
-
 def _facts(run: TensileRun, specimen: int, mount: TensileTest, length: float) -> dict[str, float]:
     fixed, moving = mount.faces
     return {
         "yarns_across": float(yarns_across(run, run.rig.direction, specimen)),
-        "width_mm": carrying_width(run, specimen),
+        "width_mm": carrying_width(run, run.rig.direction, specimen),
         "gauge_mm": mount.gauge,
-        "area_mm2": length * run.rig.width_mm,
+        "area_mm2": length * carrying_width(run, run.rig.direction, specimen),
         "fixed_jaw_mm": fixed,
         "moving_jaw_mm": moving,
     }
