@@ -57,6 +57,8 @@ def _chart(runs: Sequence[LoadedRun], labels: Sequence[str]) -> list[Block]:
     if uri is None:
         return [Text("There is no curve to draw.", "warn"), *blocks]
     sizes = "; the specimens differ in size" if differ else ""
+    if any(run.run is not None and report.factors(run.run) for run in runs):
+        sizes += "; forces of whole yarns are for the nominal size"
     means = "; a mean ends at the earliest peak of its specimens" if any(s.sd is not None for s in series) else ""
     caption = f"{axes.ylabel} over {axes.xlabel}{sizes}{means}{_origin([b.reference for b in beside])}"
     return [Picture(uri, f"{caption}; {', '.join(labels)}", caption), *blocks]
