@@ -7,7 +7,6 @@ from itertools import groupby
 from pathlib import Path
 
 from knittest.base.errors import InputError
-from knittest.base.result_rows import mean_factor
 from knittest.base.tidy_tables import tidy_rows
 from knittest.experiment.conditions import EXACT, SIZES, UNKNOWN, Conditions, conditions_of
 
@@ -106,12 +105,13 @@ def with_factors(row: PublishedValue, factors: Sequence[float], what: str) -> Pu
 
 
 def factor_note(factors: Sequence[float], what: str) -> str:
-    """Statement that simulated numbers are multiplied by the mean of ``factors``, and why.
+    """Statement that simulated numbers are multiplied by ``factors``, and why.
 
     >>> factor_note([1.025], "20 yarns modelled, 20.5 in the real strip")
     'simulated x 1.025: 20 yarns modelled, 20.5 in the real strip'
     """
-    return f"simulated x {mean_factor(factors):.4g}: {what}"
+    different = sorted({f"{factor:.4g}" for factor in factors}, key=float, reverse=True)
+    return f"simulated x {' or '.join(different)}: {what}"
 
 
 def left_out(rows: Iterable[tuple[PublishedValue, str]]) -> list[str]:
