@@ -3,15 +3,21 @@
 50 mm of variant 2 hold 20.5 weft yarns, of which 20 are modelled: what the model felt is multiplied by 1.025.
 """
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+from click.testing import CliRunner
+from export_sample import cost, quality, strip
+from report_sample import write_run
 
+from knittest.base.history import History, Specimen
 from knittest.base.resources import data_dir
 from knittest.base.result_rows import result_rows
+from knittest.cli.main import cli
 from knittest.config.loading import resolve
 from knittest.experiment.compare import compare_columns, compare_results
 from knittest.experiment.conditions import Conditions
@@ -20,7 +26,7 @@ from knittest.experiment.tables import published
 from knittest.laboratory.against import own_curves
 from knittest.laboratory.pull_out.compared import embedded, for_length, for_whole_pitches, length_factor
 from knittest.laboratory.registry import REPORTS
-from knittest.runs.judgement import references_of
+from knittest.runs.judgement import judge, references_of
 from knittest.studies.batch.page import _result
 from knittest.studies.batch.picture import _values
 from knittest.studies.calibrate.targets import Number
@@ -93,6 +99,29 @@ def test_curves_are_compared_by_the_same_factor(tmp_path: Path):
     assert errors == pytest.approx((0.0, 0.0), abs=0.01) and STATED in found["note"]
     assert report.for_nominal_size(run, columns)["force_moving_n"] is force  # what the model felt
     assert report.size_free(run, columns)[1]["force_n"][-1] == pytest.approx(7332.0 / 50.0)
+
+
+def test_runs_and_compare_take_the_curve_to_the_nominal_size(tmp_path: Path):
+    """A reference that is 1.025 times what the run felt agrees with it, during the run and afterwards."""
+    run, sets = weft("rig.gauge_length=50"), ["rig.gauge_length=50"]
+    strain = np.linspace(0.0, 1.6, 50)
+    columns = {"time_ms": strain, "strain_pct": strain, "force_n": 7195.0 * (strain / 1.6) ** 2}
+    rows = "".join(f"{e:.9f},{FACTOR * f:.6f}\n" for e, f in zip(strain, columns["force_n"], strict=True))
+    head = "# kind: measured\n# direction: weft\n# strip_width_mm: 50\n# gauge_length_mm: 50\nstrain_pct,force_n\n"
+    (tmp_path / "c.csv").write_text(head + rows)
+    results = {"peak_force_n": 7195.0, "fracture_strain_pct": 1.6}
+    energies = {"time_ms": strain}
+    specimen = Specimen(History(strip(2, 2)[0], columns, energies, []), results, quality(), cost(), {})
+    found = judge(run, [specimen], references_of(run, [tmp_path / "c.csv"]))
+    force = next(row for row in found.comparison["rows"] if row["quantity"] == "peak_force_n")
+    assert force["simulated"] == pytest.approx(7195.0 * FACTOR)
+    assert found.own[0]["peak_error_pct"] == pytest.approx(0.0, abs=1e-3)
+    assert found.summary["results"]["peak_force_n"] == 7195.0
+    folder = write_run(tmp_path / "r", direction="weft", scale="meso", variant="2", sets=sets)
+    pd.DataFrame(columns).to_csv(folder / "curve.csv", index=False)
+    told = CliRunner().invoke(cli, ["compare", str(folder), "--against", str(tmp_path / "c.csv")])
+    assert told.exit_code == 0, told.output
+    assert json.loads(told.stdout)["peak_error_pct"] == pytest.approx(0.0, abs=1e-3)
 
 
 def test_targets_of_a_calibration_are_met_by_the_nominal_size():
