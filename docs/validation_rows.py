@@ -7,6 +7,7 @@ from typing import Any
 
 from docs.stored_runs import StoredRun
 from knittest.base.resources import data_dir
+from knittest.base.result_rows import mean_factor, of_nominal_size
 from knittest.experiment.row_kind import ROW_NAMES, RowKind, quantities, row_kind
 from knittest.experiment.tables import PublishedValue, published
 from knittest.laboratory.registry import REPORTS
@@ -39,8 +40,8 @@ class Copy:
 
 @dataclass(frozen=True)
 class Row:
-    """A published number and what ``run`` makes of it: ``value``, ``sd`` of an ensemble (else NaN), ``error`` the
-    numerical one (NaN if it was not verified) and ``error_of`` the preset that it was found at.
+    """A published number and what ``run`` makes of it, for the nominal size: ``value``, ``sd`` of an ensemble (else
+    NaN), ``error`` the numerical one (NaN if it was not verified) and ``error_of`` the preset that it was found at.
     """
 
     run: StoredRun
@@ -92,11 +93,13 @@ def _rows(run: StoredRun, runs: Sequence[StoredRun]) -> Iterator[Row]:
         value = run.results.get(row.quantity)
         if value is None:
             continue
+        scaled = REPORTS[now.rig.kind].scaled(now, [row])[0]
+        value: Any = of_nominal_size(value, scaled.factors)
         ensemble = value if isinstance(value, dict) else {"mean": value, "sd": math.nan}
         error, preset = numerical_error(run, runs, row.quantity)
         yield Row(
-            run, row.quantity, REPORTS[now.rig.kind].scaled(now, [row])[0],
-            row_kind(now, row.quantity), ensemble["mean"], ensemble["sd"], error, preset,
+            run, row.quantity, scaled,
+            row_kind(now, row.quantity), ensemble["mean"], ensemble["sd"], mean_factor(scaled.factors) * error, preset,
             trivial(options["variant"], options["direction"], row.quantity),
         )  # fmt: skip
 

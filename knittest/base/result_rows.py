@@ -1,13 +1,14 @@
 """Results beside the experiment as a person reads them: labels, digits, deviation, kind and verdict."""
 
 import math
+import statistics
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import cast
 
 from knittest.base.kinds import Joined
 from knittest.base.sampling import mean_error
-from knittest.base.summary import ComparisonRow, Summary, Value
+from knittest.base.summary import ComparisonRow, Spread, Summary, Value
 
 #: label and format of a result
 LABELS: Mapping[str, tuple[str, str]] = Joined("labels")
@@ -70,12 +71,41 @@ def number_of(value: Value) -> float | None:
     return value["mean"] if isinstance(value, Mapping) else value
 
 
+def spread_of(values: Sequence[float]) -> Spread:
+    """Mean, sd (0 for one) and ``values``; where one of them is not known (nan), neither mean nor sd is."""
+    known = all(math.isfinite(value) for value in values)
+    sd = (statistics.stdev(values) if known else math.nan) if len(values) > 1 else 0.0
+    return Spread(mean=statistics.fmean(values), sd=sd, values=list(values))
+
+
+def of_nominal_size(value: Value, factors: Sequence[float]) -> Value:
+    """The result ``value`` for the nominal size: that of each specimen times its own of ``factors``, a mean times their
+    mean; as it is where there are none.
+    """
+    if not factors or value is None:
+        return value
+    if not isinstance(value, Mapping):
+        return mean_factor(factors) * value
+    values = value["values"]
+    each = factors if len(factors) == len(values) else [mean_factor(factors)] * len(values)
+    return spread_of([math.nan if v is None else f * v for f, v in zip(each, values, strict=True)])
+
+
+def mean_factor(factors: Sequence[float]) -> float:
+    """Factor of a mean over specimens: harmonic, because sizes add up and not their inverses; 1 without ``factors``.
+
+    >>> round(mean_factor([20.5 / 20, 20.5 / 21]), 12)
+    1.0
+    """
+    return statistics.harmonic_mean(factors) if factors else 1.0
+
+
 @dataclass(frozen=True)
 class ResultRow:
     """One result as text, "-" where there is nothing; ``value`` is the number, the mean of an ensemble.
 
     ``assumed`` are the fields that decide a compared row and that are assumed; ``error`` is the numerical error, where
-    it was estimated.
+    it was estimated. A compared number is that of the specimen's nominal size.
     """
 
     quantity: str
@@ -108,7 +138,9 @@ def result_rows(summary: Summary, plus_minus: str = "±", *, refused: bool) -> l
     rows = []
     for quantity, value in unfolded(summary["results"]).items():
         label, form = LABELS.get(quantity, (quantity.replace("_", " "), "{:.4g}"))
-        error = errors[quantity].get("error") if quantity in errors else None
+        factors = (compared[quantity].get("factors") or ()) if quantity in compared and not refused else ()
+        value, error = of_nominal_size(value, factors), errors[quantity].get("error") if quantity in errors else None
+        error = None if error is None else mean_factor(factors) * error
         tail = _judged(compared.get(quantity), form, plus_minus, _Errors(error, mean_error(value)), refused=refused)
         if quantity in alone and not refused:
             tail = ("-", "-", alone[quantity], NO_REFERENCE)

@@ -25,7 +25,8 @@ class ComparisonRow(TypedDict):
     ``kind`` says whether the simulated number is a prediction, was tuned on this row, only reproduces its input, or is
     assumed; ``assumed`` are the fields that decide it and that nobody vouches for; ``scaled``
     says for which size the experiment was scaled, if it was; a ``given`` number was the run's own setting and has no
-    deviation.
+    deviation. A specimen of whole yarns is not as large as its nominal size: ``simulated`` is then the result
+    ``modelled`` of each specimen times its own of ``factors``.
     """
 
     quantity: str
@@ -38,6 +39,8 @@ class ComparisonRow(TypedDict):
     source: str
     assumed: NotRequired[list[str]]
     scaled: NotRequired[str]
+    modelled: NotRequired[float]
+    factors: NotRequired[list[float]]
     given: NotRequired[bool]
 
 

@@ -62,7 +62,8 @@ def compare(
 
     given, columns, manifest = _run_of(run)
     (reference,) = own_curves(given, [against], Conditions(direction=direction or "", **sizes))  # type: ignore[arg-type]
-    reach = REPORTS[given.rig.kind].axes.reach
+    report = REPORTS[given.rig.kind]
+    columns, reach = report.for_nominal_size(given, columns), report.axes.reach
     found, picture = compare_columns(columns, reference, reach), out or run / "compare.png"
     with printed(printing_asked(formats, dpi)):
         draw_against(given, columns, reference, picture, identity_of(given, run, manifest))

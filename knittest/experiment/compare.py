@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from knittest.base.errors import InputError
-from knittest.base.summary import ComparisonRow
+from knittest.base.result_rows import number_of, of_nominal_size
+from knittest.base.summary import ComparisonRow, Value
 from knittest.config.unit_slips import likely_unit
 from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.rating import grade, rate
@@ -46,10 +47,10 @@ DIGITS = 4
 
 
 def compare_results(
-    results: Mapping[str, float], rows: Sequence[PublishedValue], kinds: Mapping[str, str], given: Collection[str] = ()
+    results: Mapping[str, Value], rows: Sequence[PublishedValue], kinds: Mapping[str, str], given: Collection[str] = ()
 ) -> list[ComparisonRow]:
     """One row a published value that the run has a result for: deviation in percent and in the experiment's standard
-    deviations, NaN where it states none.
+    deviations, NaN where it states none. The result is that of the nominal size, by the factors of the row.
 
     ``kinds`` says of each quantity whether the simulated number was predicted, tuned on this row, or input. Quantities
     that the run was ``given`` as such have no deviation.
@@ -62,7 +63,9 @@ def compare_results(
     return found
 
 
-def _result_row(simulated: float, row: PublishedValue, kind: str) -> ComparisonRow:
+def _result_row(value: Value, row: PublishedValue, kind: str) -> ComparisonRow:
+    modelled, number = number_of(value), number_of(of_nominal_size(value, row.factors))
+    simulated = math.nan if number is None else number
     found: ComparisonRow = {
         "quantity": row.quantity,
         "simulated": simulated,
@@ -75,6 +78,9 @@ def _result_row(simulated: float, row: PublishedValue, kind: str) -> ComparisonR
     }
     if row.scaled:
         found["scaled"] = row.scaled
+    if row.factors:
+        found["modelled"] = math.nan if modelled is None else modelled
+        found["factors"] = list(row.factors)
     return found
 
 

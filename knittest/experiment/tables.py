@@ -1,7 +1,7 @@
 """Published results: tidy tables of means and standard deviations."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 from pathlib import Path
@@ -19,7 +19,8 @@ class PublishedValue:
 
     ``table`` is the citation that a reader is shown, ``file`` where the row stands, ``conditions`` are the sizes that
     rows of the same file state for its variant and direction, such as ``strip_width_mm``; ``scaled`` says for which
-    other size it stands.
+    other size it stands. Results of specimens that are modelled smaller or larger than that size are multiplied by
+    ``factors``, one a specimen.
     """
 
     quantity: str
@@ -31,6 +32,7 @@ class PublishedValue:
     conditions: Conditions = UNKNOWN
     file: str = ""
     scaled: str = ""
+    factors: tuple[float, ...] = ()
 
 
 def published(
@@ -91,6 +93,25 @@ def with_note(row: PublishedValue, note: str) -> PublishedValue:
     if not note:
         return row
     return replace(row, table=f"{row.table}, {note}", scaled=", ".join(filter(None, (row.scaled, note))))
+
+
+def with_factors(row: PublishedValue, factors: Sequence[float], what: str) -> PublishedValue:
+    """``row`` beside results that are multiplied by ``factors``, one a specimen; ``what`` says why in words, and the
+    row says it too. Without factors the row as it is.
+    """
+    if not factors:
+        return row
+    return with_note(replace(row, factors=tuple(factors)), factor_note(factors, what))
+
+
+def factor_note(factors: Sequence[float], what: str) -> str:
+    """Statement that simulated numbers are multiplied by ``factors``, and why.
+
+    >>> factor_note([1.025], "20 yarns modelled, 20.5 in the real strip")
+    'simulated x 1.025: 20 yarns modelled, 20.5 in the real strip'
+    """
+    different = sorted({f"{factor:.4g}" for factor in factors}, key=float, reverse=True)
+    return f"simulated x {' or '.join(different)}: {what}"
 
 
 def left_out(rows: Iterable[tuple[PublishedValue, str]]) -> list[str]:

@@ -71,12 +71,12 @@ def curve_picture(
     references: Sequence[Reference] = (),
     end_point: EndPoint | None = None,
     corridor: Corridor | None = None,
-    yarns: tuple[int, str] | None = None,
+    yarns: tuple[float, str, str] | None = None,
 ) -> None:
     """Draw the force-strain curve of one run, or of an ensemble with its mean and sd ``corridor``, to ``path`` (PNG).
 
-    ``specimens`` are ``History.curve`` mappings with ``strain_pct`` and ``force_n``; ``yarns`` (count along the
-    strip, name) adds a scale of force per yarn. Raises :class:`ResourceError`.
+    ``specimens`` are ``History.curve`` mappings with ``strain_pct`` and ``force_n``; ``yarns`` (count in the strip, how
+    many are modelled, name) adds a scale of force per yarn. Raises :class:`ResourceError`.
     """
     figure = new_figure(8.0, 6.0)
     axes = figure.add_axes((0.1, 0.25, 0.79 if yarns else 0.86, 0.69))
@@ -161,7 +161,7 @@ def _ensemble(axes: "Axes", specimens: Sequence[Mapping[str, Array]], corridor: 
         )  # fmt: skip
 
 
-def _force_per_yarn(axes: "Axes", count: int, name: str) -> None:
+def _force_per_yarn(axes: "Axes", count: float, counted: str, name: str) -> None:
     def shared(force: Any) -> Any:
         return force / count
 
@@ -169,5 +169,5 @@ def _force_per_yarn(axes: "Axes", count: int, name: str) -> None:
         return force * count
 
     right = axes.secondary_yaxis("right", functions=(shared, whole))
-    right.set_ylabel(f"force per {name} yarn [N] ({count} yarns)", color=GREY)
+    right.set_ylabel(f"force per {name} yarn [N] ({counted})", color=GREY)
     right.tick_params(colors=GREY)

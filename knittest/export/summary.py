@@ -1,12 +1,10 @@
 """summary.json: the one file other programs read; its keys are a contract."""
 
-import math
-import statistics
 from collections.abc import Mapping, Sequence
 
 from knittest.base.history import Cost, Quality
 from knittest.base.rest import of_all
-from knittest.base.result_rows import folded
+from knittest.base.result_rows import folded, spread_of
 from knittest.base.summary import ComparisonRow, CostBlock, Limit, Spread, Summary
 from knittest.config.gates import GATES
 from knittest.config.looser import Loosened, loosened
@@ -20,13 +18,7 @@ def ensemble_results(specimens: Sequence[Results]) -> dict[str, Spread]:
 
     Of a result that one of them lacks (nan) neither mean nor sd is known.
     """
-    spreads = {}
-    for key in specimens[0]:
-        values = [float(specimen[key]) for specimen in specimens]
-        known = all(math.isfinite(value) for value in values)
-        sd = (statistics.stdev(values) if known else math.nan) if len(values) > 1 else 0.0
-        spreads[key] = Spread(mean=statistics.fmean(values), sd=sd, values=values)
-    return spreads
+    return {key: spread_of([float(specimen[key]) for specimen in specimens]) for key in specimens[0]}
 
 
 def build_summary(

@@ -7,6 +7,7 @@ import numpy as np
 
 from knittest.base.history import Array, History, Quality
 from knittest.base.rest import Rest
+from knittest.base.rounding import rounded_down
 from knittest.config.gates import LEAST_ROWS, NEAR, SolverGate, gates_of
 from knittest.config.run import Run
 from knittest.laboratory.advice import advised
@@ -44,7 +45,7 @@ def assess(
         penetration_over_radius_mean=cost.penetration_mean,
         added_mass_pct=100.0 * prepared.model.added_mass,
         quasi_static=True,
-        failures=tuple(_short(run, history, rows, span)),
+        failures=tuple(_short(run, prepared, history, cost, span)),
         overlap_at_start=history.overlaps.largest,
         force_free_overlap_max=_force_free(history, rows),
         damping_over_work_max=damping,
@@ -115,16 +116,16 @@ def _force_free(history: History, rows: slice) -> float:
     return 0.01 * float(np.concatenate(lasting).max(initial=0.0))
 
 
-def _short(run: Run, history: History, rows: slice, span: Span) -> Iterator[str]:
+def _short(run: Run, prepared: Prepared, history: History, cost: SimulationCost, span: Span) -> Iterator[str]:
     """Reasons why a judgement is empty: no failure, too few rows, a first failure long before the peak."""
+    rows = span.rows(history)
     if span.to_failure and history.first_failure is None:
         yield "nothing failed up to rig.max_strain: the peak is not a strength"
     count = rows.stop - rows.start
     if count < LEAST_ROWS:
-        samples = int(np.ceil(1.5 * run.output.samples * LEAST_ROWS / count))
         yield (
             f"{count} rows of energies lie between start-up and the end of what is judged, {LEAST_ROWS} are needed: "
-            f"output.samples={samples} gives enough"
+            f"{_more_rows(run, prepared, history, cost, rows)} gives enough"
         )
     if span.to_failure and history.first_failure is not None:
         work, times = np.abs(history.energies["external_mj"]), history.energies["time_ms"]
@@ -135,6 +136,23 @@ def _short(run: Run, history: History, rows: slice, span: Span) -> Iterator[str]
                 f"the first failure comes at {100.0 * work[rows.stop - 1] / at_peak:.0f} % of the work at the largest "
                 f"force, and energies are judged up to it: {100.0 * BEFORE_FAILURE:g} % are needed"
             )
+
+
+def _more_rows(run: Run, prepared: Prepared, history: History, cost: SimulationCost, rows: slice) -> str:
+    """Setting that gives half as many rows again as are needed.
+
+    Rows are no closer than a chunk of steps: where that is too far, the test must take longer. While the rig starts up,
+    its way grows with the square of the time, and the time to a given way with the inverse root of the speed only.
+    """
+    times, duration = history.energies["time_ms"], prepared.duration
+    judged = times[rows.stop - 1] - (times[rows.start - 1] if rows.start else 0.0)
+    samples = int(np.ceil(1.5 * LEAST_ROWS * duration / judged))
+    most = duration / (prepared.model.chunk * cost.time_step)
+    if samples <= most:
+        return f"--set output.samples={samples}"
+    power = 2.0 if times[rows.stop - 1] <= run.solver.ramp_ms else 1.0
+    slower = f"--set solver.speed={rounded_down(run.solver.speed * (most / samples) ** power):g}"
+    return slower if samples <= run.output.samples else f"{slower} --set output.samples={samples}"
 
 
 def _judged(run: Run, quality: Quality, beyond: BeyondLaw, rest: Rest | None) -> Quality:

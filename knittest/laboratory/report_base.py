@@ -1,7 +1,8 @@
 """Parts that all reports share."""
 
+import math
 from abc import abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Generic, Protocol
@@ -10,9 +11,11 @@ import numpy as np
 
 from knittest.base.errors import InputError
 from knittest.base.history import Body, History, Specimen
+from knittest.base.result_rows import mean_factor
 from knittest.config.gates import SolverGate, gates_of
 from knittest.config.run import Run
 from knittest.config.sources import numbers_of
+from knittest.experiment.conditions import EXACT
 from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.forces import noted
 from knittest.experiment.tables import PublishedValue
@@ -109,6 +112,17 @@ class Report(Protocol[RunT]):
         """Reasons why some of ``rows`` are not among those that :meth:`scaled` returns: all are unless stated."""
         return []
 
+    def factors(self, run: RunT) -> tuple[float, ...]:
+        """Nominal size over that of the model, one a specimen, which multiplies results and curves before they are
+        compared. None where both sizes are the same, or no size matters: so unless stated.
+        """
+        return ()
+
+    def for_nominal_size(self, run: RunT, columns: Mapping[str, np.ndarray]) -> Columns:
+        """Columns of curve.csv with the force for the nominal size of the specimen."""
+        factor, forces = mean_factor(self.factors(run)), (self.axes.y, self.axes.mean, self.axes.sd)
+        return {name: factor * values if name in forces else values for name, values in columns.items()}
+
     @abstractmethod
     def matched(self, run: RunT, curve: ReferenceCurve) -> ReferenceCurve:
         """``curve`` of another specimen as the run's curve can be compared with it: of the same test, and of its size
@@ -146,6 +160,12 @@ class Report(Protocol[RunT]):
     @abstractmethod
     def pictures(self, run: RunT, specimens: list[Specimen], references: References, folder: Path) -> None:
         """Write the pictures."""
+
+
+def unless_one(factors: Iterable[float]) -> tuple[float, ...]:
+    """``factors``; none where all are 1 but for rounding."""
+    found = tuple(factors)
+    return () if all(math.isclose(factor, 1.0, rel_tol=EXACT) for factor in found) else found
 
 
 class NoSize(Generic[RunT]):

@@ -35,6 +35,14 @@ def yarns_across(run: Run, direction: Direction, specimen: int = 0) -> int:
     return max(ceil(exact) if up else floor(exact), 1)
 
 
+def carrying_width(run: Run, direction: Direction, specimen: int = 0) -> float:
+    """Width [mm] that carries the force of a strip: its own of shells, that of its whole yarns of yarns."""
+    assert isinstance(run.rig, StripRig)
+    if run.model.scale == "macro":
+        return run.rig.width_mm
+    return yarns_across(run, direction, specimen) / run.fabric.density_per_mm.of(direction)
+
+
 def pitch(run: Run, direction: Direction) -> float:
     """Distance of the yarns across a strip of ``direction`` [mm]: the period along it."""
     return run.fabric.course_spacing if direction == "warp" else run.fabric.wale_spacing

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from knittest.base.history import Array
-from knittest.base.result_rows import SIZED, unfolded
+from knittest.base.result_rows import SIZED, of_nominal_size, unfolded
 from knittest.experiment.conditions import EXACT
 from knittest.experiment.curves import FORCE, ReferenceCurve
 from knittest.export.curve_picture import EndPoint
@@ -57,6 +57,8 @@ def _chart(runs: Sequence[LoadedRun], labels: Sequence[str]) -> list[Block]:
     if uri is None:
         return [Text("There is no curve to draw.", "warn"), *blocks]
     sizes = "; the specimens differ in size" if differ else ""
+    if any(run.run is not None and report.factors(run.run) for run in runs):
+        sizes += "; forces of whole yarns are for the nominal size"
     means = "; a mean ends at the earliest peak of its specimens" if any(s.sd is not None for s in series) else ""
     caption = f"{axes.ylabel} over {axes.xlabel}{sizes}{means}{_origin([b.reference for b in beside])}"
     return [Picture(uri, f"{caption}; {', '.join(labels)}", caption), *blocks]
@@ -105,16 +107,20 @@ def _is_free(run: LoadedRun, axes: CurveAxes) -> bool:
 
 
 def _columns(run: LoadedRun, axes: CurveAxes, free: bool) -> tuple[CurveAxes, Columns]:
-    """Axes and columns of the curve, ``free`` of the specimen's size or as they are."""
-    if free and run.run is not None and run.report is not None:
+    """Axes and columns of the curve, ``free`` of the specimen's size or for its nominal one."""
+    if run.run is None or run.report is None:
+        return axes, run.curve
+    if free:
         return run.report.size_free(run.run, run.curve)
-    return axes, run.curve
+    return axes, run.report.for_nominal_size(run.run, run.curve)
 
 
 def _peaks(run: LoadedRun, axes: CurveAxes, *, free: bool) -> Array | None:
     """Largest force, ``free`` of the specimen's size or not, over its place of each specimen, (n, 2); None without."""
     results = unfolded(run.summary.plain()["results"])
     force = SIZED.get(PEAK, "") if free else PEAK
+    if not free and run.run is not None and run.report is not None and PEAK in results:
+        results[PEAK] = of_nominal_size(results[PEAK], run.report.factors(run.run))
     found = [value["values"] for name in (axes.peak, force) if isinstance(value := results.get(name), Mapping)]
     if len(found) < 2 or any(number is None for values in found for number in values):
         return None

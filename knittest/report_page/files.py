@@ -45,6 +45,8 @@ class ComparedRow(BaseModel):
     kind: str = ""
     source: str = ""
     scaled: str = ""
+    modelled: Number = None
+    factors: list[float] = []
     assumed: list[str] = []
     given: bool = False
 

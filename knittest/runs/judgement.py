@@ -60,7 +60,7 @@ def judge(run: Run, specimens: list[Specimen], references: References, forced: S
     if forced:
         quality = quality.warning(f"gone on with by --force, although {'; '.join(forced)}")
     results = [s.results for s in specimens]
-    means = {k: v["mean"] for k, v in ensemble_results(results).items()}
+    means = ensemble_results(results)
     kind_of = {row.quantity: row_kind(run, row.quantity) for row in references.rows}
     guessed = list(assumed_inputs(run))
     rows = compare_results(means, references.rows, kind_of, given_results(run))
@@ -69,7 +69,7 @@ def judge(run: Run, specimens: list[Specimen], references: References, forced: S
     refused, curves = quality.failures, list[dict[str, object]]()
     report = REPORTS[run.rig.kind]
     if not refused:
-        columns = report.curve(specimens)
+        columns = report.for_nominal_size(run, report.curve(specimens))
         curves = [compare_columns(columns, curve, report.axes.reach) for curve in references.curves]
     comparison: dict[str, object] = {"refused": list(refused), "rows": [] if refused else rows, "curves": curves}
     alone = {q: row_kind(run, q) for q in kinds()[run.rig.kind].published if q in means and q not in kind_of}

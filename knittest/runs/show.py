@@ -49,7 +49,7 @@ STYLES = {
     GIVEN: "yellow",
 }
 #: results that only summary.json shows
-_LEFT_OUT = ("force_per_yarn_n", "peak_force_n_per_mm")
+_LEFT_OUT = ("force_per_yarn_n", "peak_force_n_per_mm", "peak_time_error_pct")
 
 
 class Outcome(Protocol):

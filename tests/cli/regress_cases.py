@@ -4,6 +4,7 @@ import numpy as np
 
 from knittest.base.kinds import kinds
 from knittest.base.resources import data_dir
+from knittest.base.result_rows import mean_factor
 from knittest.experiment.tables import published
 from knittest.laboratory.registry import REPORTS
 from knittest.studies.trials.record import Record
@@ -42,10 +43,13 @@ class Pretending:
         if status != "completed":
             return Record(trial.key, status, f"{status} with a bell \a", seconds=1.0)
         run, kind = trial.run, trial.run.rig.kind
-        rows = published(
-            data_dir() / "pham2019", run.fabric.experiment_variant, run.direction, kinds()[kind].regression.rows
-        )
-        results = {row.quantity: self.factor * row.mean for row in REPORTS[kind].scaled(run, rows)}
+        rows = published(data_dir() / "pham2019", run.fabric.experiment_variant, run.direction, kinds()[kind].published)
+        wanted = kinds()[kind].regression.rows
+        results = {
+            row.quantity: self.factor * row.mean / mean_factor(row.factors)
+            for row in REPORTS[kind].scaled(run, rows)
+            if row.quantity in wanted
+        }
         results |= {name: self.factor * value for name, value in UNPUBLISHED.get(kind, {}).items()}
         results |= self.more.get(trial.label, {})
         axes = REPORTS[kind].axes

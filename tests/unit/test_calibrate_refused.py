@@ -128,7 +128,7 @@ def test_a_result_that_the_test_does_not_have_is_refused(tmp_path, monkeypatch):
         ("spacing: log", "mean: 5", "parameters.fabric.macro.bending_stiffness.warp.sd: missing"),
         ("spacing: log", "start: 1", "must be between low = 2 and high = 12"),
         ("quantity: overhang_mm", "quantity: peak_force", "c.yaml:8: quantity = peak_force: no row of variant 1 warp"),
-        ("quantity: overhang_mm", "quantity: bending_stiffness_mncm2", "states no scatter: give sd"),
+        ("quantity: overhang_mm", "quantity: bending_stiffness_eq2_n_mm_per_width", "states no scatter: give sd"),
         ("quantity: overhang_mm", "curve: none.csv", "c.yaml:8: curve: "),
         ("quantity: overhang_mm", "weight: 1", "expected quantity (a result) or curve (a CSV)"),
         ("quantity: overhang_mm", "quantity: overhang_mm, value: 3", "a value needs quantity and sd"),

@@ -65,14 +65,15 @@ def test_other_rows_of_the_experiment_have_their_kind(found):
     best = next(o for o in found["evaluations"] if o["values"] == [found["parameters"][0]["value"]])
     trial = FOLDER / "trials" / best["trials"]["bend"]
     trial.mkdir()
-    row = {"quantity": "bending_stiffness_mncm2", "experiment_mean": 500.0, "experiment_sd": 60.0, "deviation_sd": 0.5}
-    results = {"overhang_mm": 171.0, "bending_stiffness_mncm2": 530.0, "residual": 1e-9}
+    name = "bending_stiffness_eq2_n_mm_per_width"
+    row = {"quantity": name, "experiment_mean": 5.0, "experiment_sd": 0.6, "deviation_sd": 0.5}
+    results = {"overhang_mm": 171.0, name: 5.3, "residual": 1e-9}
     (trial / "summary.json").write_text(json.dumps({"results": results, "comparison": [row | {"kind": "predicted"}]}))
     (trial / "manifest.json").write_text(json.dumps({"version": "9.9", "status": "completed"}))
     assert run(["report", str(FOLDER)]) == 0
     page = page_of()
     rows = page.tables(page.section("targets"))["Other rows of the experiment that these tests gave there"][1:]
-    assert rows == [["B of the strip [mN cm2] test bend", "530", "500 ± 60", "+0.50 sd", "predicted"]]
+    assert rows == [["B by Eq. 2, per width [N mm] test bend", "5.30", "5.00 ± 0.60", "+0.50 sd", "predicted"]]
     assert [a.get("href") for a in page.section("points").iter("a")] == [f"trials/{trial.name}/"]
     assert ["knittest", "9.9"] in page.tables(page.section("repeat"))["Provenance of 1 run folders"]
 

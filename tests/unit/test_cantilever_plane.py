@@ -7,10 +7,11 @@ from typing import Any
 import pytest
 from report_sample import write_run
 
+from knittest.base.errors import InputError
 from knittest.base.interrupts import Interrupts
 from knittest.config.loading import resolve
 from knittest.laboratory.cantilever.corrections import after_drift, at_the_plane
-from knittest.laboratory.cantilever.test import strip_stiffness
+from knittest.laboratory.cantilever.test import given_overhang, stiffness_by_overhang
 from knittest.laboratory.numerical_error import mesh_factor
 from knittest.laboratory.registry import REPORTS
 from knittest.materials.heavy_elastica import chord_angle, overhang_ratio, stiffness_of
@@ -19,7 +20,7 @@ from knittest.studies import verify
 from knittest.studies.trials.record import Record
 
 STIFFNESS, WEIGHT = 5.0, 8e-6
-FOUND = {"overhang_mm": 171.0, "bending_stiffness_mncm2": 2500.0}
+FOUND = {"overhang_mm": 171.0, "bending_stiffness_eq2_n_mm_per_width": 5.0}
 
 
 def cantilever(*sets: str) -> Any:
@@ -65,8 +66,8 @@ def test_an_overhang_taken_within_the_tolerance_of_the_plane_is_not_exact(tmp_pa
     error = summary["numerical_error"]["overhang_mm"]
     assert error["error"] == pytest.approx(expected, rel=1e-6) and error["error"] > abs(mesh - 171.0)
     assert error["half_speed_pct"] == pytest.approx(100.0 * (half / own - 1.0))
-    stiffness = summary["numerical_error"]["bending_stiffness_mncm2"]["error"]
-    assert stiffness / 2500.0 == pytest.approx(3.0 * expected / 171.0, rel=0.01)
+    stiffness = summary["numerical_error"]["bending_stiffness_eq2_n_mm_per_width"]["error"]
+    assert stiffness / 5.0 == pytest.approx(3.0 * expected / 171.0, rel=0.01)
 
 
 def test_a_chord_off_the_plane_alone_leaves_an_error(tmp_path: Path, monkeypatch: Any) -> None:
@@ -91,20 +92,20 @@ def test_results_without_a_chord_stay_as_they_are() -> None:
 def test_eq_2_is_that_of_the_strip_at_any_plane(plane: float) -> None:
     """Eq. 2 holds at 41.5 deg alone: taken at 30 deg as it is, it is 0.6 of the stiffness."""
     run = cantilever("rig.mode=overhang", f"rig.plane_angle={plane}")
-    weight = run.fabric.area_mass_g_per_mm2 * run.rig.gravity_mm_per_ms2 * run.rig.width_mm
-    assert strip_stiffness(run, overhang_at(plane, 250.0, weight), plane) == pytest.approx(250.0, rel=1e-3)
+    weight = run.fabric.area_mass_g_per_mm2 * run.rig.gravity_mm_per_ms2
+    assert stiffness_by_overhang(run, overhang_at(plane, 5.0, weight), plane) == pytest.approx(5.0, rel=1e-3)
 
 
 @pytest.mark.parametrize("chord", [30.0, 41.5, 60.0])
 def test_eq_2_of_a_given_overhang_is_by_the_chord_that_was_found(chord: float) -> None:
     """The overhang is an input and the chord what the run finds: a strip twice as stiff gives twice the stiffness."""
     run = cantilever()
-    weight = run.fabric.area_mass_g_per_mm2 * run.rig.gravity_mm_per_ms2 * run.rig.width_mm
+    weight = run.fabric.area_mass_g_per_mm2 * run.rig.gravity_mm_per_ms2
     assert run.rig.mode == "angle"
-    assert strip_stiffness(run, overhang_at(chord, 250.0, weight), chord) == pytest.approx(250.0, rel=1e-3)
+    assert stiffness_by_overhang(run, overhang_at(chord, 5.0, weight), chord) == pytest.approx(5.0, rel=1e-3)
     given = 171.0
     stiff, soft = (weight * given**3 * stiffness_of(angle, 1.0, 1.0) for angle in (20.0, 45.0))
-    found = [strip_stiffness(run, given, angle) for angle in (20.0, 45.0)]
+    found = [stiffness_by_overhang(run, given, angle) for angle in (20.0, 45.0)]
     assert found == pytest.approx([stiff, soft], rel=1e-3) and stiff > 2.0 * soft
 
 
@@ -115,7 +116,7 @@ def test_the_error_of_yarns_holds_what_the_last_drift_would_change(tmp_path: Pat
     errors = error_of(tmp_path / "r", monkeypatch, mode, (41.5, 41.5, 41.5))["numerical_error"]
     ratio = overhang_ratio(41.5, 41.8)
     assert errors["chord_angle_deg"]["error"] == pytest.approx(0.3)
-    assert errors["bending_stiffness_mncm2"]["error"] == pytest.approx(2500.0 * (1.0 - ratio**3), rel=1e-6)
+    assert errors["bending_stiffness_eq2_n_mm_per_width"]["error"] == pytest.approx(5.0 * (1.0 - ratio**3), rel=1e-6)
     expected = 171.0 * (1.0 - ratio) if mode == "overhang" else 0.0
     assert errors["overhang_mm"]["error"] == pytest.approx(expected, abs=1e-9) and ratio < 1.0
     known = {"chord_angle_deg": 41.5, "overhang_mm": 171.0}
@@ -124,7 +125,7 @@ def test_the_error_of_yarns_holds_what_the_last_drift_would_change(tmp_path: Pat
 
 @pytest.mark.parametrize("chord", [0.5, 86.0, float("nan")])
 def test_a_chord_that_tells_no_stiffness_gives_none(chord: float) -> None:
-    assert math.isnan(strip_stiffness(cantilever(), 171.0, chord))
+    assert math.isnan(stiffness_by_overhang(cantilever(), 171.0, chord))
 
 
 def test_the_measured_overhang_is_compared_at_the_plane_of_the_run() -> None:
@@ -142,3 +143,12 @@ def _rows(plane: float, mode: str) -> Any:
     run = cantilever(f"rig.mode={mode}", f"rig.plane_angle={plane}")
     rows = published(data_dir() / "pham2019", "1", "warp", ("overhang_mm",))
     return REPORTS["cantilever"].scaled(run, rows)
+
+
+def test_the_overhang_of_a_message_is_that_of_the_model_of_the_run() -> None:
+    """B of shells is that of their card, of yarns that of a yarn times their density; both may be of two fabrics."""
+    for scale, stiffness in (("macro", 5.05), ("meso", 15.0 * 0.28)):
+        run = resolve(test="cantilever", scale=scale, variant="1", direction="warp", sets=["fabric.experiment=null"])
+        likely = 2.0 * (stiffness / (824.2e-6 * 9.81e-3)) ** (1.0 / 3.0)
+        with pytest.raises(InputError, match=rf"--set rig\.overhang={likely:.0f}$"):
+            given_overhang(run)

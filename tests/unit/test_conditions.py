@@ -10,14 +10,14 @@ from strip_reading import read_lab
 from knittest.base.errors import InputError
 from knittest.base.resources import data_dir
 from knittest.config.loading import resolve
-from knittest.experiment.compare import compare_columns
+from knittest.experiment.compare import compare_columns, compare_results
 from knittest.experiment.conditions import Conditions
 from knittest.experiment.curves import load_curve
 from knittest.experiment.forces import for_width, normalised, per_width
 from knittest.experiment.tables import published
 from knittest.laboratory.against import own_curves
 from knittest.laboratory.base import fabric_laminate, tension_curve
-from knittest.laboratory.cantilever.test import strip_stiffness
+from knittest.laboratory.cantilever.test import stiffness_by_overhang
 from knittest.laboratory.forming.yarn_forces import strengths
 from knittest.laboratory.registry import REPORTS
 from knittest.materials.trellis import crosshead_force
@@ -85,11 +85,15 @@ def test_widths_that_cannot_be_are_refused(tmp_path, rows, says):
         rows_of(tmp_path, "mine,warp,peak_force_n,6400,320,5,N,own\n" + rows, tensile())
 
 
-def test_yarns_that_do_not_fill_the_width_are_told(tmp_path):
+def test_the_force_of_whole_yarns_is_taken_to_the_width(tmp_path):
     """At 28 in 100 mm, 15 mm are 4.2 yarns, of which 4 are modelled; 50 mm are 14."""
     text = "mine,warp,peak_force_n,6400,320,5,N,own\nmine,,strip_width_mm,50,,,mm,own\n"
     (row,) = rows_of(tmp_path, text, tensile(15.0, scale="meso"))
-    assert row.table == "own, for 15 instead of 50 mm, by 4 whole yarns of 4.2" and row.mean == pytest.approx(1920.0)
+    factor = "simulated x 1.05: 4 yarns modelled, 4.2 in the real strip"
+    assert row.table == f"own, for 15 instead of 50 mm, {factor}" and row.mean == pytest.approx(1920.0)
+    (found,) = compare_results({"peak_force_n": 1900.0}, [row], {"peak_force_n": "predicted"})
+    assert found["simulated"] == pytest.approx(1900.0 * 4.2 / 4) and found["modelled"] == 1900.0
+    assert found["deviation_pct"] == pytest.approx(100.0 * (1900.0 * 1.05 / 1920.0 - 1.0))
     assert rows_of(tmp_path, text, tensile(50.0, scale="meso"))[0].table == "own"
     assert rows_of(tmp_path, text, tensile(15.0))[0].table == "own, for 15 instead of 50 mm"
 
@@ -236,15 +240,18 @@ def test_what_the_shells_were_made_of_is_an_input(tmp_path, monkeypatch):
     assert "of the same source" in own_curves(run, [corridor])[0].note
 
 
-def test_bending_stiffness_of_a_strip_grows_with_its_width():
+def test_bending_stiffness_is_compared_per_width():
+    """Table 3 has it for a strip of 50 mm: 2530 mN cm2 are 5.06 N mm, whatever the width of the run."""
+
     def run(width):
         return resolve(variant="1", scale="macro", test="cantilever", direction="warp", sets=[f"rig.width={width}"])
 
-    assert strip_stiffness(run(25.0), 171.0, 41.5) == pytest.approx(0.5 * strip_stiffness(run(50.0), 171.0, 41.5))
+    assert stiffness_by_overhang(run(25.0), 171.0, 41.5) == stiffness_by_overhang(run(50.0), 171.0, 41.5)
+    assert stiffness_by_overhang(run(25.0), 171.0, 41.5) == pytest.approx(5.0536, rel=1e-4)
     (row,) = published(data_dir() / "pham2019", "1", "warp", ("bending_stiffness_mncm2",))
-    half, _ = REPORTS["cantilever"].scaled(run(25.0), [row])  # and the one per width, which does not
-    assert (half.mean, half.table) == (1265.0, "Table 3, for 25 instead of 50 mm")
-    assert REPORTS["cantilever"].scaled(run(50.0), [row])[0] == row
+    rows = REPORTS["cantilever"].scaled(run(25.0), [row])
+    assert [r.quantity for r in rows] == ["bending_stiffness_eq2_n_mm_per_width", "bending_stiffness_n_mm_per_width"]
+    assert all(r.mean == pytest.approx(5.06) and r.unit == "N mm" for r in rows)
     with pytest.raises(InputError, match="unknown width"):
         REPORTS["cantilever"].scaled(run(50.0), [replace(row, conditions=Conditions())])
 

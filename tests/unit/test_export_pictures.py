@@ -122,7 +122,9 @@ def test_the_legend_says_what_a_reference_is(monkeypatch: pytest.MonkeyPatch, ki
     kept = saved(monkeypatch, curves)
     line = np.linspace(0, 1.6, 5)
     reference = curves.Reference(line, 3600 * line, kind, "lab.csv")
-    curves.curve_picture(Path("x.png"), [curve(5820.0)], title="t", references=[reference], yarns=(14, "warp"))
+    curves.curve_picture(
+        Path("x.png"), [curve(5820.0)], title="t", references=[reference], yarns=(14.0, "14 yarns", "warp")
+    )
     assert labels(kept[0]) == [says, "simulated", "simulated peak, 5820 N at 1.60 %"]
 
 

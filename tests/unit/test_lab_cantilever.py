@@ -18,7 +18,7 @@ from knittest.laboratory.cantilever.lab_files import (
     STANDARD_ANGLE,
     at_standard_angle,
 )
-from knittest.laboratory.cantilever.test import given_overhang, strip_stiffness
+from knittest.laboratory.cantilever.test import given_overhang, stiffness_by_overhang
 from knittest.materials.heavy_elastica import chord_angle
 from knittest.runs.judgement import references_of
 from knittest.runs.preflight.of_tests import test_counterparts as of_tests
@@ -145,9 +145,9 @@ def test_the_area_mass_of_the_overhangs_is_the_fabrics(tmp_path, monkeypatch):
     stiffness = found.fabric.macro.bending_stiffness_n_mm.warp
     assert chord_angle(overhang, mass * 9.81e-3, stiffness) == pytest.approx(STANDARD_ANGLE, abs=0.1)
     rows = {row.quantity: row for row in references_of(found, ()).rows}
-    own = strip_stiffness(found, overhang, STANDARD_ANGLE) * 10.0
-    assert rows["bending_stiffness_mncm2"].mean == pytest.approx(own, rel=0.01)
-    assert row_kind(found, "bending_stiffness_mncm2") == "input"
+    own = stiffness_by_overhang(found, overhang, STANDARD_ANGLE)
+    assert rows["bending_stiffness_eq2_n_mm_per_width"].mean == pytest.approx(own, rel=0.01)
+    assert row_kind(found, "bending_stiffness_eq2_n_mm_per_width") == "input"
 
 
 def test_overhangs_of_two_masses_are_not_one_fabric(tmp_path):
@@ -185,14 +185,15 @@ def test_check_shows_the_imported_mass_beside_another_one(tmp_path, monkeypatch)
         assert (row.verdict, row.found, row.stated) == (verdict, 700.0, stated) and "mine, 2 strips" in row.origin
 
 
-def test_the_stiffness_at_the_root_stands_beside_that_of_the_tests(tmp_path, monkeypatch):
+def test_both_stiffnesses_per_width_stand_beside_that_of_the_tests(tmp_path, monkeypatch):
     """Table 3 of Pham et al. (2019), V1 warp: 2530 mN cm2 of 50 mm are 5.06 N mm per width."""
     run = resolve(test="cantilever", variant="1", scale="macro", direction="warp", sets=["rig.width=20"])
     found = {row.quantity: row for row in references_of(run, ()).rows}
-    assert found["bending_stiffness_mncm2"].mean == pytest.approx(2530 * 20 / 50)
+    assert "bending_stiffness_mncm2" not in found
+    assert found["bending_stiffness_eq2_n_mm_per_width"].mean == pytest.approx(5.06)
     root = found["bending_stiffness_n_mm_per_width"]
     assert (root.mean, root.unit, root.scaled) == (pytest.approx(5.06), "N mm", "that of the strip over its width")
-    assert row_kind(run, root.quantity) == row_kind(run, "bending_stiffness_mncm2")
+    assert row_kind(run, root.quantity) == row_kind(run, "bending_stiffness_eq2_n_mm_per_width")
     out = tmp_path / "mine"
     strips = CANTILEVER.read(table(tmp_path, "overhang [mm]\n171\n165\n"), V1)
     CANTILEVER.write(strips, out, "warp", ["a.csv"])

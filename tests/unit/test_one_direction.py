@@ -134,7 +134,7 @@ def test_bending_of_the_untested_direction_is_that_of_the_other_and_assumed(mine
     )  # fmt: skip
     assert bending.weft.ref.startswith("as warp")
     assert "macro.bending_stiffness.weft" not in Path("configs/mine.yaml").read_text()  # not among the imported
-    assert row_kind(weft, "bending_stiffness_mncm2") == "assumed"
+    assert row_kind(weft, "bending_stiffness_eq2_n_mm_per_width") == "assumed"
     assert assumed_inputs(weft) == ("macro.bending_stiffness.weft",)
     with pytest.raises(InputError, match=r"no experiment with an overhang of the weft: .*--set rig\.overhang=166"):
         given_overhang(mine("cantilever", direction="weft"))

@@ -50,13 +50,17 @@ def test_a_row_passes_within_one_sd(peak, verdict):
     assert only([stored(peak)]).verdict == verdict
 
 
-def test_a_strip_says_by_how_many_whole_yarns_it_carries_its_force():
-    """50 mm of variant 2 hold 20.5 weft yarns: a run of 20 is 2.4 % short before anything else; ensembles alternate."""
-    one = stored(7332.0, variant="2")
-    assert only([one]).measured.scaled == "by 20 whole yarns of 20.5"
-    assert generate_validation._how(only([one])) == "paper, single, by 20 whole yarns of 20.5"
+def test_a_strip_of_whole_yarns_is_compared_by_the_yarns_of_the_real_one():
+    """50 mm of variant 2 hold 20.5 weft yarns, of which 20 are modelled; ensembles alternate with 21."""
+    row = only([stored(7332.0 * 20 / 20.5, error=20.0, variant="2")])
+    scaled = "simulated x 1.025: 20 yarns modelled, 20.5 in the real strip"
+    assert row.measured.scaled == scaled and generate_validation._how(row) == f"paper, single, {scaled}"
+    assert row.deviation == pytest.approx(0.0, abs=1e-12) and row.error == pytest.approx(20.5)
     assert generate_validation._how(only([stored()])) == "paper, single"
-    assert not only([stored(7332.0, variant="2", specimens=2)]).measured.scaled
+    run = stored(7332.0, variant="2", specimens=2)
+    peaks = {"mean": 7332.0, "sd": 253.0, "values": [7332.0 * 20 / 20.5, 7332.0 * 21 / 20.5]}
+    mean = only([replace(run, results=run.results | {"peak_force_n": peaks})])
+    assert (mean.value, mean.sd) == (pytest.approx(7332.0), pytest.approx(0.0, abs=1e-9))
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,8 @@ from knittest.materials.heavy_elastica import overhang_ratio
 
 #: chords [deg] between which the heavy elastica gives an overhang at another
 FLATTEST, STEEPEST = 1.0, 85.0
+#: bending stiffness per width [N mm] by Eq. 2, B = w (L / 2)^3
+EQ2 = "bending_stiffness_eq2_n_mm_per_width"
 
 
 class CantileverCorrections(Corrections[CantileverRun]):
@@ -31,7 +33,7 @@ def at_the_plane(run: CantileverRun, results: Numbers) -> Numbers:
     if run.rig.mode != "overhang" or angle is None or not FLATTEST <= angle <= STEEPEST:
         return found
     ratio = overhang_ratio(run.rig.plane_angle, angle)
-    for name, power in (("overhang_mm", 1), ("bending_stiffness_mncm2", 3)):
+    for name, power in (("overhang_mm", 1), (EQ2, 3)):
         value = found.get(name)
         found[name] = value if value is None else value * ratio**power
     return found
@@ -42,10 +44,10 @@ def after_drift(run: CantileverRun, results: Numbers) -> Numbers:
     open of a strip of yarns.
     """
     found = dict(results)
-    angle, drift, stiffness = (found.get(n) for n in ("chord_angle_deg", "drift_deg", "bending_stiffness_mncm2"))
+    angle, drift, stiffness = (found.get(n) for n in ("chord_angle_deg", "drift_deg", EQ2))
     if angle is None or drift is None:
         return at_the_plane(run, found)
     moved = found["chord_angle_deg"] = angle + abs(drift)
     if run.rig.mode == "angle" and stiffness is not None and FLATTEST <= angle <= moved <= STEEPEST:
-        found["bending_stiffness_mncm2"] = stiffness * overhang_ratio(angle, moved) ** 3
+        found[EQ2] = stiffness * overhang_ratio(angle, moved) ** 3
     return at_the_plane(run, found)

@@ -13,6 +13,7 @@ from knittest.experiment.tables import PublishedValue, for_width, with_note
 from knittest.export.line_picture import Level, Line, line_picture
 from knittest.laboratory.apparatus import block
 from knittest.laboratory.cantilever.config import CantileverRun
+from knittest.laboratory.cantilever.corrections import EQ2
 from knittest.laboratory.cantilever.side_picture import BOARD, DEEP, side_picture
 from knittest.laboratory.cantilever.test import MOMENT_TOLERANCE
 from knittest.laboratory.cantilever.yarns import BALANCED
@@ -27,8 +28,8 @@ from knittest.laboratory.report_base import (
 )
 from knittest.materials.heavy_elastica import STANDARD_ANGLE, overhang_ratio
 
-#: bending stiffness over the width of the strip [N mm]
-PER_WIDTH = "bending_stiffness_n_mm_per_width"
+#: bending stiffness per width [N mm], and that of a strip [mN cm2], which tables may have
+PER_WIDTH, OF_A_STRIP = "bending_stiffness_n_mm_per_width", "bending_stiffness_mncm2"
 
 
 def _residual(run: CantileverRun) -> str:
@@ -80,14 +81,16 @@ class CantileverReport(NoSize[CantileverRun], Report[CantileverRun]):
         ]
 
     def scaled(self, run: CantileverRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
-        """The bending stiffness of the tested strip for the width of the run, overhangs for its plane, and said so; the
-        one per width of a table that has only that of the strip.
+        """Overhangs for the plane of the run, and the bending stiffness per width, which a table may have as that of a
+        strip, beside both of the run: by Eq. 2, as the tested one, and at the root.
         """
-        width = run.rig.width_mm
-        if PER_WIDTH not in {row.quantity for row in rows}:
-            rows = [*rows, *(_per_width(row) for row in rows if row.quantity == "bending_stiffness_mncm2")]
-        rows = [for_width(row, width) if row.quantity == "bending_stiffness_mncm2" else row for row in rows]
-        return [_for_plane(row, run) if row.quantity == "overhang_mm" else row for row in rows]
+        per_width = {row.quantity: row for row in rows}.get(PER_WIDTH)
+        found = [_for_plane(row, run) for row in rows if row.quantity == "overhang_mm"]
+        for row in rows if per_width is None else [per_width]:
+            if row.quantity in (PER_WIDTH, OF_A_STRIP):
+                one = row if row is per_width else _per_width(row)
+                found += [replace(one, quantity=EQ2), one]
+        return found
 
     def reference_curve(self, run: CantileverRun) -> ReferenceCurve | None:
         """No curve is published."""

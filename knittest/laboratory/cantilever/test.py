@@ -17,7 +17,7 @@ from knittest.config.gates import HOURGLASS
 from knittest.experiment.tables import published
 from knittest.laboratory.base import Prepared, Test
 from knittest.laboratory.cantilever.config import CantileverRun
-from knittest.laboratory.cantilever.corrections import FLATTEST, STEEPEST
+from knittest.laboratory.cantilever.corrections import EQ2, FLATTEST, STEEPEST
 from knittest.laboratory.cantilever.mounting import Rest
 from knittest.laboratory.cantilever.shells import mount_shells, shells_to_rest
 from knittest.laboratory.cantilever.yarns import mount_yarns, yarns_to_rest
@@ -84,7 +84,7 @@ class Cantilever(Test[CantileverRun]):
         return {
             "chord_angle_deg": last["chord_angle_deg"],
             "overhang_mm": overhang,
-            "bending_stiffness_mncm2": strip_stiffness(run, overhang, last["chord_angle_deg"]) * 10.0,
+            EQ2: stiffness_by_overhang(run, overhang, last["chord_angle_deg"]),
             "bending_stiffness_n_mm_per_width": last["root_moment_nmm"]
             / last["root_curvature_per_mm"]
             / prepared.facts["width_mm"],
@@ -140,15 +140,27 @@ def given_overhang(run: CantileverRun) -> float:
         if rows:
             return rows[0].mean
     weight = fabric.area_mass_g_per_mm2 * run.rig.gravity_mm_per_ms2
-    likely = 2.0 * (fabric.macro.bending_stiffness_n_mm.of(run.rig.direction) / weight) ** (1.0 / 3.0)
+    likely = 2.0 * (_stiffness(run) / weight) ** (1.0 / 3.0)
+    of = "the yarns' bending stiffness without the loops" if _meso(run) else "fabric.macro.bending_stiffness"
     raise InputError(
         f"rig.overhang: missing, and the fabric names no experiment with an overhang of the {run.rig.direction}: set "
-        f"it in mm; by Eq. 2 the chord comes to {STANDARD_ANGLE:g} deg with --set rig.overhang={likely:.0f}"
+        f"it in mm; by Eq. 2 and {of} the chord comes to {'about ' if _meso(run) else ''}{STANDARD_ANGLE:g} deg with "
+        f"--set rig.overhang={likely:.0f}"
     )
 
 
-def strip_stiffness(run: CantileverRun, overhang: float, chord: float) -> float:
-    """B = w (L / 2)^3 of the strip [N mm^2] (Eq. 2): 1 N mm^2 is 10 mN cm^2.
+def _stiffness(run: CantileverRun) -> float:
+    """Bending stiffness per width [N mm] that the model of ``run`` is given: of shells that of their card, of yarns
+    that of a reinforcing yarn times their density.
+    """
+    fabric, direction = run.fabric, run.rig.direction
+    if _meso(run):
+        return float(fabric.reinforcing.bending_stiffness_n_mm2.of(direction) * fabric.density_per_mm.of(direction))
+    return float(fabric.macro.bending_stiffness_n_mm.of(direction))
+
+
+def stiffness_by_overhang(run: CantileverRun, overhang: float, chord: float) -> float:
+    """B = w (L / 2)^3 per width [N mm] (Eq. 2), with the weight per area w.
 
     Eq. 2 holds at 41.5 deg: an ``overhang`` [mm] that was looked for at another plane, or given and found at rest at
     another ``chord`` [deg], counts as it would be there; NaN for a chord that is hardly bent or hangs down.
@@ -157,7 +169,7 @@ def strip_stiffness(run: CantileverRun, overhang: float, chord: float) -> float:
     if not FLATTEST <= angle <= STEEPEST:
         return float("nan")
     overhang = overhang * overhang_ratio(STANDARD_ANGLE, angle)
-    weight = run.fabric.area_mass_g_per_mm2 * run.rig.gravity_mm_per_ms2 * run.rig.width_mm
+    weight = run.fabric.area_mass_g_per_mm2 * run.rig.gravity_mm_per_ms2
     return bending_stiffness(overhang, weight)
 
 

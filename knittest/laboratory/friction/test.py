@@ -14,7 +14,7 @@ from knittest.laboratory.friction.pressure import pressure_map, shares
 from knittest.laboratory.friction.rig import KINETIC_SHARE, FrictionTest, pull_axis
 from knittest.laboratory.judging import assess
 from knittest.laboratory.span import Span
-from knittest.laboratory.strips import cut, pitch, yarns_across
+from knittest.laboratory.strips import carrying_width, cut, pitch, yarns_across
 from knittest.models.macro import StripShape, build_strip, self_contact
 from knittest.models.meso import build_meso
 from knittest.solve.observer import SILENT, Observer
@@ -68,7 +68,8 @@ class Friction(Test[FrictionRun]):
         model = build_strip(run.fabric, fabric_laminate(run), rig.direction, shape, contact)
         half = 0.5 * run.fabric.thickness_mm
         test = FrictionTest(run, pull_axis(run), (-half, half), np.full(model.n_nodes, half))
-        return Prepared(model, test, facts={"area_mm2": rig.length_mm * rig.width_mm} | _faces(test.faces))
+        facts = {"width_mm": rig.width_mm, "area_mm2": rig.length_mm * rig.width_mm} | _faces(test.faces)
+        return Prepared(model, test, facts=facts)
 
     def _yarns(self, run: FrictionRun, specimen: int, observer: Observer) -> Prepared:
         start = clock.perf_counter()
@@ -80,7 +81,8 @@ class Friction(Test[FrictionRun]):
         z, radius = model.position()[:, 2], model.group.radius
         faces = (float((z - radius).min()), float((z + radius).max()))
         test = FrictionTest(run, pull_axis(run), faces, radius)
-        facts = {"yarns_across": float(across), "area_mm2": along * period * run.rig.width_mm} | _faces(faces)
+        width = carrying_width(run, direction, specimen)
+        facts = {"yarns_across": float(across), "width_mm": width, "area_mm2": along * period * width} | _faces(faces)
         return Prepared(model, test, clock.perf_counter() - start, piece.table, facts)
 
     def solve(self, prepared: Prepared, run: FrictionRun, observer: Observer) -> tuple[History, SimulationCost]:
@@ -101,7 +103,7 @@ class Friction(Test[FrictionRun]):
             "normal_force_error_pct": 100.0
             * float(np.abs(_smooth(curve["normal_force_n"][late]) / normal - 1.0).max()),
             "compression_mm": -float(curve["plate_travel_mm"][late].mean()),
-            **_pressures(run, history),
+            **_pressures(run, history, prepared.facts["width_mm"]),
             **_penetrations(history),
         }
 
@@ -144,12 +146,14 @@ def map_cell(run: FrictionRun) -> float:
     return run.fabric.wale_spacing / 3.0 if run.model.scale == "meso" else run.model.macro.element_size_mm
 
 
-def _pressures(run: FrictionRun, history: History) -> dict[str, float]:
-    """Mean pressure [MPa] on what lies between the plates, the largest one of a cell, and who carries it (yarns)."""
+def _pressures(run: FrictionRun, history: History, width: float) -> dict[str, float]:
+    """Mean pressure [MPa] on what lies between the plates, ``width`` [mm] of fabric, the largest one of a cell, and who
+    carries it (yarns).
+    """
     rig = run.rig
     covered = rig.plate_length_mm - (1.0 - 0.5 * KINETIC_SHARE) * rig.travel_mm
     found = {
-        "pressure_mean_mpa": rig.normal_force_n / (covered * rig.width_mm),
+        "pressure_mean_mpa": rig.normal_force_n / (covered * width),
         "pressure_peak_mpa": float(pressure_map(history, map_cell(run)).pressure.max()),
     }
     if run.model.scale == "meso":

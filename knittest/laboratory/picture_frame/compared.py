@@ -26,10 +26,11 @@ def other_cycles(run: PictureFrameRun, row: PublishedValue) -> str:
     return ""
 
 
-def for_cycles(run: PictureFrameRun, row: PublishedValue, side: float) -> PublishedValue:
-    """``row`` for a square of ``side`` [mm], with whose area its work grows; says so, and of how many cycles it is the
+def for_cycles(run: PictureFrameRun, row: PublishedValue) -> PublishedValue:
+    """``row`` for the square of ``run``, with whose area its work grows; says so, and of how many cycles it is the
     first where the run has another number.
     """
+    side = run.rig.side_mm
     count, own = row.conditions.cycles, row.conditions.fabric_side_mm
     notes = [f"the first of {count:g}"] if run.rig.cycles and count is not None and count != run.rig.cycles else []
     if row.quantity in (WORK, LOSS) and own is not None and not math.isclose(own, side, rel_tol=EXACT):

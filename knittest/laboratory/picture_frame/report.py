@@ -14,7 +14,7 @@ from knittest.experiment.conditions import EXACT
 from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.forces import normalised
 from knittest.experiment.simulated_studies import friction_curves
-from knittest.experiment.tables import PublishedValue, left_out, with_note
+from knittest.experiment.tables import PublishedValue, left_out, with_factors, with_note
 from knittest.export.faces_picture import PULLED, faces_picture
 from knittest.export.line_picture import Band, Line, Span, line_picture
 from knittest.laboratory.imported import imported_corridor
@@ -45,10 +45,13 @@ from knittest.laboratory.report_base import (
     same_test,
     scatter,
     title_of,
+    unless_one,
 )
 from knittest.laboratory.shear_angles import angle_table, crossing_angles
 from knittest.materials.trellis import NORMALISED, crosshead_of_normalised
 
+#: units of what grows with the square
+GROWING = ("N", "mJ")
 NORMALISED_LABEL = r"normalised shear force $F_s L_{frame} / L_{fabric}^2$ [N/mm]"
 
 
@@ -74,11 +77,17 @@ class PictureFrameReport(Report[PictureFrameRun]):
         """
         size, words = self.size(run)
         found = [_for_size(row, size, words) if row.quantity.startswith("shear_force") else row for row in rows]
-        return [
-            for_cycles(run, row, fabric_side(run)) if row.quantity in ROWS_OF_A_RUN else row
+        found = [
+            for_cycles(run, row) if row.quantity in ROWS_OF_A_RUN else row
             for row in found
             if not other_cycles(run, row)
         ]
+        what = f"{fabric_side(run):.4g} mm modelled, in whole pitches"
+        return [with_factors(row, self.factors(run), what) if row.unit in GROWING else row for row in found]
+
+    def factors(self, run: PictureFrameRun) -> tuple[float, ...]:
+        """Area of the square over that of the whole pitches in it, with which forces and work grow."""
+        return unless_one([(run.rig.side_mm / fabric_side(run)) ** 2] * run.variability.specimens)
 
     def apart(self, run: PictureFrameRun, rows: Sequence[PublishedValue]) -> list[str]:
         """Rows of cycles up to another angle, and of the last of another number of cycles."""
@@ -91,7 +100,7 @@ class PictureFrameReport(Report[PictureFrameRun]):
     def size(self, run: PictureFrameRun) -> tuple[float, str]:
         """L_fabric^2 / L_frame [mm], which the force at an angle grows with."""
         side = run.rig.frame_side or run.rig.side
-        return fabric_side(run) ** 2 / side, f"square of {run.rig.side:g} mm in a frame of {side:g} mm"
+        return run.rig.side**2 / side, f"square of {run.rig.side:g} mm in a frame of {side:g} mm"
 
     def size_free(self, run: PictureFrameRun, columns: Mapping[str, np.ndarray]) -> tuple[CurveAxes, Columns]:
         """The normalised force."""

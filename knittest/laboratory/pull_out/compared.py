@@ -1,11 +1,19 @@
 """Rows of a laboratory's pull-outs beside those of a run."""
 
-from knittest.experiment.conditions import Conditions
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from knittest.experiment.conditions import EXACT, Conditions
+from knittest.experiment.curves import ReferenceCurve
+from knittest.experiment.forces import noted
 from knittest.experiment.lab_conditions import SERIES
-from knittest.experiment.tables import PublishedValue, with_note
+from knittest.experiment.tables import PublishedValue, with_factors, with_note
 from knittest.laboratory.pull_out.config import PullOutRun
 from knittest.laboratory.pull_out.lab_files import AT_REST, EACH, EACH_AT_REST, EDGES, MEAN, PEAK, WORDS
 from knittest.laboratory.pull_out.sliding import SLIDES
+from knittest.laboratory.report_base import unless_one
 from knittest.laboratory.strips import pitch
 
 #: forces that grow with the embedded length
@@ -64,8 +72,35 @@ def _other_length(run: PullOutRun, row: PublishedValue) -> str:
     return f"mean over {count:g} pitches, in the run over {own}: --set rig.travel={way:.3g} makes them comparable"
 
 
+def length_factor(run: PullOutRun, tested: float, slid: float) -> float:
+    """Length [mm] still embedded in a test over that in ``run``, once the inlay has ``slid`` [mm]: crossings that still
+    hold, equal ones, are as many as pitches in it.
+    """
+    return (tested - slid) / (embedded(run) - slid)
+
+
+def for_whole_pitches(run: PullOutRun, curve: ReferenceCurve) -> ReferenceCurve:
+    """``curve`` for the embedded length of ``run``, by the crossings that still hold, up to the last pitch."""
+    tested = curve.conditions.embedded_length_mm or 0.0
+    if math.isclose(tested, embedded(run), rel_tol=EXACT):
+        return curve
+    slid = np.clip(curve.x, 0.0, min(tested, embedded(run)) - pitch(run, run.rig.direction))
+    factor = np.array([length_factor(run, tested, float(s)) for s in slid])
+    scaled = replace(curve, mean=curve.mean / factor, sd=None if curve.sd is None else curve.sd / factor)
+    return noted(scaled, f"for {embedded(run):.4g} mm embedded, in whole pitches, instead of {tested:g} mm")
+
+
 def for_length(run: PullOutRun, row: PublishedValue) -> PublishedValue:
-    """``row``; friction of a crossing says of how many it is, where the run has others."""
+    """``row``; friction of a crossing says of how many it is, where the run has others. Forces of the whole length are
+    compared with those of the run for the tested length, by :func:`length_factor`.
+    """
+    if row.quantity in WHOLE:
+        tested = row.conditions.embedded_length_mm or 0.0
+        slid = (row.conditions.slid_pitches or 0.0) * pitch(run, run.rig.direction) if row.quantity == MEAN else 0.0
+        factors = unless_one([length_factor(run, tested, 0.5 * slid)] * run.variability.specimens)
+        return with_factors(
+            row, factors, f"{embedded(run):.4g} mm embedded in whole pitches, {tested:g} mm in the test"
+        )
     if row.quantity not in (EACH, EACH_AT_REST) or not other_length(run, row.conditions):
         return row
     period = pitch(run, run.rig.direction)

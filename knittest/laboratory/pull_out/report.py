@@ -12,7 +12,7 @@ from knittest.experiment.tables import PublishedValue, left_out
 from knittest.export.faces_picture import faces_picture
 from knittest.export.line_picture import Line, line_picture
 from knittest.laboratory.pull_out.clamps import CLAMPS, clamps
-from knittest.laboratory.pull_out.compared import for_length, other_length, other_piece, other_pull
+from knittest.laboratory.pull_out.compared import for_length, for_whole_pitches, other_length, other_piece, other_pull
 from knittest.laboratory.pull_out.config import PullOutRun
 from knittest.laboratory.pull_out.lab_files import TAIL
 from knittest.laboratory.pull_out.test import UNBALANCED, PullOut
@@ -47,11 +47,13 @@ class PullOutReport(NoSize[PullOutRun], Report[PullOutRun]):
         return left_out((row, other_pull(run, row)) for row in rows)
 
     def matched(self, run: PullOutRun, curve: ReferenceCurve) -> ReferenceCurve:
-        """Curve as it is, over the way of the free end; raises :class:`InputError` for another piece."""
+        """Curve over the way of the free end, for the embedded length of the run in whole pitches; raises
+        :class:`InputError` for another piece.
+        """
         reason = other_piece(run, curve.conditions) or other_length(run, curve.conditions)
         if reason:
             raise InputError(f"{curve.file or curve.source}: {reason}")
-        return super().matched(run, curve)
+        return for_whole_pitches(run, super().matched(run, curve))
 
     def gates(self, run: PullOutRun) -> list[Gate]:
         """Standard gates, and the balance of the clamps."""

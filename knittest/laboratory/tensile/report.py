@@ -17,25 +17,26 @@ from knittest.experiment.curves import ReferenceCurve, load_curve
 from knittest.experiment.forces import for_width as strip_force
 from knittest.experiment.forces import noted
 from knittest.experiment.statistics import Corridor, corridor_on, mean_sd
-from knittest.experiment.tables import PublishedValue, for_width, with_note
+from knittest.experiment.tables import PublishedValue, factor_note, for_width, with_factors
 from knittest.export import curve_picture, strip_picture
 from knittest.laboratory.apparatus import STRIP_JAWS, strip_jaws
 from knittest.laboratory.report_base import (
     Columns,
     CurveAxes,
+    Gate,
     References,
     Report,
     draw_energies,
+    energy_gates,
     same_test,
     title_of,
+    unless_one,
 )
-from knittest.laboratory.strips import yarns_across
+from knittest.laboratory.strips import carrying_width, yarns_across
 from knittest.laboratory.tensile.config import TensileRun
-from knittest.laboratory.tensile.test import Tensile, carrying_width, pull_axis
+from knittest.laboratory.tensile.test import UNRESOLVED, Tensile, pull_axis
 from knittest.laboratory.tuned_data import marked
 
-#: share of the yarns by which whole ones may differ from those of the width without a word
-UNEVEN = 0.01
 #: points of a corridor
 POINTS = 400
 
@@ -48,10 +49,21 @@ class TensileReport(Report[TensileRun]):
     )
     placed_by = STRIP_JAWS
 
+    def gates(self, run: TensileRun) -> list[Gate]:
+        """Standard gates, and of shells how far the peak is resolved in time."""
+        own = [Gate("peak uncertain in time", "results", "peak_time_error_pct", UNRESOLVED)]
+        return energy_gates(run) + (own if run.model.scale == "macro" else [])
+
     def scaled(self, run: TensileRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
-        """Forces of the tested strip for the width of the run, and said so; of yarns also how many are whole."""
-        width, note = run.rig.width_mm, _whole_yarns(run)
-        return [with_note(for_width(row, width), note) if row.unit == "N" else row for row in rows]
+        """Forces of the tested strip for the width of the run, beside those of whole yarns for that width."""
+        width, factors = run.rig.width_mm, self.factors(run)
+        return [with_factors(for_width(row, width), factors, _yarns(run)) if row.unit == "N" else row for row in rows]
+
+    def factors(self, run: TensileRun) -> tuple[float, ...]:
+        """Yarns in a real strip of the width over the whole yarns of each specimen: width x density / yarns."""
+        return unless_one(
+            run.rig.width_mm / carrying_width(run, run.rig.direction, k) for k in range(run.variability.specimens)
+        )
 
     def size(self, run: TensileRun) -> tuple[float, str]:
         """Width [mm]."""
@@ -60,9 +72,9 @@ class TensileReport(Report[TensileRun]):
 
     def size_free(self, run: TensileRun, columns: Mapping[str, np.ndarray]) -> tuple[CurveAxes, Columns]:
         """Force per width, of yarns per that of whole ones."""
-        forces = (self.axes.y, self.axes.mean, self.axes.sd)
-        width = float(np.mean([carrying_width(run, k) for k in range(run.variability.specimens)]))
-        found = {name: values / width if name in forces else values for name, values in columns.items()}
+        forces, width = (self.axes.y, self.axes.mean, self.axes.sd), run.rig.width_mm
+        whole = self.for_nominal_size(run, columns)
+        found = {name: values / width if name in forces else values for name, values in whole.items()}
         return replace(self.axes, ylabel="force per width [N/mm]"), found
 
     def reference_curve(self, run: TensileRun) -> ReferenceCurve | None:
@@ -88,6 +100,8 @@ class TensileReport(Report[TensileRun]):
     def matched(self, run: TensileRun, curve: ReferenceCurve) -> ReferenceCurve:
         """Force [N] of the tested strip for the width of the run; strain is relative, another gauge length is said."""
         curve = strip_force(same_test(run, curve), run.rig.width_mm)
+        if factors := self.factors(run):
+            curve = noted(curve, factor_note(factors, _yarns(run)))
         gauge, own = curve.conditions.gauge_length_mm, run.rig.gauge_length_mm
         if gauge is None or math.isclose(gauge, own, rel_tol=EXACT):
             return curve
@@ -119,23 +133,30 @@ class TensileReport(Report[TensileRun]):
             force, strain = by_name["peak_force_n"], by_name["fracture_strain_pct"]
             end_point = curve_picture.EndPoint(strain.mean, strain.sd, force.mean, force.sd, force.table)
         shown = [curve_picture.Reference(c.x, c.mean, c.kind, c.source) for c in references.curves]
-        count = round(specimens[0].results["peak_force_n"] / specimens[0].results["force_per_yarn_n"])
+        whole = [_of_the_width(run, s, k) for k, s in enumerate(specimens)]
+        meso = run.model.scale == "meso"
         curve_picture.curve_picture(
-            path, [s.history.curve for s in specimens], title=title_of(run), references=shown, end_point=end_point,
-            corridor=_shown(specimens) if len(specimens) > 1 else None,
-            yarns=(count, run.rig.direction) if run.model.scale == "meso" else None,
+            path, [s.history.curve for s in whole], title=title_of(run), references=shown, end_point=end_point,
+            corridor=_shown(whole) if len(whole) > 1 else None,
+            yarns=(_in_the_width(run), _yarns(run), run.rig.direction) if meso else None,
         )  # fmt: skip
 
 
-def _whole_yarns(run: TensileRun) -> str:
-    """Number of yarns that carry the force, where it is off that of the width by more than :data:`UNEVEN`."""
-    if run.model.scale != "meso":
-        return ""
-    exact = run.rig.width_mm * run.fabric.density_per_mm.of(run.rig.direction)
-    counts = [yarns_across(run, run.rig.direction, k) for k in range(run.variability.specimens)]
-    if abs(float(np.mean(counts)) / exact - 1.0) <= UNEVEN:
-        return ""
-    return f"by {' or '.join(str(n) for n in sorted(set(counts)))} whole yarns of {exact:.4g}"
+def _of_the_width(run: TensileRun, specimen: Specimen, number: int) -> Specimen:
+    """``specimen`` with the force of the real strip's yarns, of the width of the run."""
+    history = specimen.history
+    force = history.curve["force_n"] * (run.rig.width_mm / carrying_width(run, run.rig.direction, number))
+    return replace(specimen, history=replace(history, curve=history.curve | {"force_n": force}))
+
+
+def _yarns(run: TensileRun) -> str:
+    """Numbers of yarns in the strips of yarns and in a real one of the same width."""
+    counts = {yarns_across(run, run.rig.direction, k) for k in range(run.variability.specimens)}
+    return f"{' or '.join(map(str, sorted(counts)))} yarns modelled, {_in_the_width(run):.4g} in the real strip"
+
+
+def _in_the_width(run: TensileRun) -> float:
+    return run.rig.width_mm * run.fabric.density_per_mm.of(run.rig.direction)
 
 
 def corridor(specimens: list[Specimen]) -> Corridor:

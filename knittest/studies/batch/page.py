@@ -167,14 +167,15 @@ def _result(row: "Series", name: str) -> Cell:
     value = _number(row[name])
     if value is None:
         return Cell("-")
-    form = LABELS[name][1]
+    form, compared = LABELS[name][1], _number(row.get(f"{name}_simulated"))
+    factor = 1.0 if compared is None or value == 0.0 else compared / value  # to the nominal size of the specimen
     sd, deviation = _number(row.get(f"{name}_sd")), _number(row.get(f"{name}_deviation_sd"))
     share, kind = _number(row.get(f"{name}_deviation_pct")), row.get(f"{name}_kind")
     off = [] if share is None else [f"{share:+.1f} %, {UNSCATTERED}"]
     notes = ["refused"] if row["status"] == "refused" else off if deviation is None else [f"{deviation:+.2f} sd"]
     notes += [kind] if isinstance(kind, str) and row["status"] == "completed" else []
-    text = form.format(value) + (f" ± {form.format(sd)}" if sd is not None else "")
-    return Cell(text, value, note=", ".join(notes))
+    text = form.format(factor * value) + (f" ± {form.format(factor * sd)}" if sd is not None else "")
+    return Cell(text, factor * value, note=", ".join(notes))
 
 
 def _number(value: object) -> float | None:

@@ -158,13 +158,19 @@ def _runs(axes: "Axes", group: _Group, field: str, result: str, scale: _Scale) -
     for status, face in (("completed", group.colour), ("refused", "none")):
         rows = group.rows[group.rows["status"] == status]
         axes.plot(
-            scale.places(rows[field]), rows[result].to_numpy(float), "o", color=group.colour, markerfacecolor=face,
-            markersize=4.5, alpha=0.75, zorder=4,
+            scale.places(rows[field]), _values(rows, result).to_numpy(float), "o", color=group.colour,
+            markerfacecolor=face, markersize=4.5, alpha=0.75, zorder=4,
         )  # fmt: skip
     done = group.rows[group.rows["status"] == "completed"]
     if not (scale.names or scale.drawn) and done[field].nunique() > 1:
-        medians = done.groupby(field)[result].median()
+        medians = _values(done, result).groupby(done[field]).median()
         axes.plot(medians.index.to_numpy(float), medians.to_numpy(float), "-", color=group.colour, linewidth=1.2)
+
+
+def _values(rows: "DataFrame", result: str) -> "Series":
+    """Numbers of ``result``, where they were compared those for the nominal size of the specimen."""
+    compared = f"{result}_simulated"
+    return rows[compared].fillna(rows[result]) if compared in rows else rows[result]
 
 
 def _experiment(axes: "Axes", group: _Group, result: str) -> None:

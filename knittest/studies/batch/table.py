@@ -65,7 +65,7 @@ def _line(row: Row, record: Record | None, swept: Sequence[str]) -> dict[str, Ce
     comparison: dict[str, object] = {
         f"{one['quantity']}_{name}": one.get(name)
         for one in (summary.get("comparison", []) if summary else [])
-        for name in ("experiment_mean", "experiment_sd", "deviation_sd", "deviation_pct", "kind")
+        for name in ("simulated", "experiment_mean", "experiment_sd", "deviation_sd", "deviation_pct", "kind")
     }
     return {
         "head": _head(row, record),

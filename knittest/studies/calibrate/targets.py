@@ -1,6 +1,6 @@
 """Targets of a calibration, and the distance of a finished trial from them in standard deviations."""
 
-from collections.abc import Sequence
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -8,7 +8,9 @@ import numpy as np
 
 from knittest.base.errors import InputError
 from knittest.base.history import Array
+from knittest.base.kinds import kinds
 from knittest.base.resources import data_dir
+from knittest.base.result_rows import number_of, of_nominal_size
 from knittest.config import calibration as file
 from knittest.config.run import Run
 from knittest.config.yaml_loader import Document
@@ -27,7 +29,10 @@ LEAST_SCATTER = 0.1
 
 @dataclass(frozen=True)
 class Number:
-    """A result ``quantity`` that must be ``mean``; deviations are over ``sd``; ``source`` is where these come from."""
+    """A result ``quantity`` that must be ``mean``; deviations are over ``sd``; ``source`` is where these come from.
+
+    Results of specimens of whole yarns are taken to their nominal size by ``factors``, one a specimen.
+    """
 
     test: str
     quantity: str
@@ -37,13 +42,15 @@ class Number:
     source: str
     label: str
     where: str
+    factors: tuple[float, ...] = ()
 
     def simulated(self, record: Record, folder: Path) -> float:
-        """The result in ``record``; raises :class:`InputError` where the test has none of that name."""
-        if self.quantity not in record.results:
-            known = ", ".join(record.results)
+        """The result in ``record`` for the nominal size; raises :class:`InputError` where the test has none."""
+        if self.quantity not in record.values:
+            known = ", ".join(record.values)
             raise InputError(f"{self.where}: quantity = {self.quantity}: the test has no such result (known: {known})")
-        return record.results[self.quantity]
+        found = number_of(of_nominal_size(record.values[self.quantity], self.factors))
+        return math.nan if found is None else found
 
     def deviations(self, record: Record, folder: Path) -> Array:
         """Deviation from the mean over sd (1,)."""
@@ -52,9 +59,10 @@ class Number:
 
 @dataclass(frozen=True)
 class Curve:
-    """A reference that the curve of a test must follow; ``sd`` (n,) belongs to the points ``x`` (n,), ``y`` (n,)."""
+    """A reference that the curve of ``run`` must follow; ``sd`` (n,) belongs to the points ``x`` (n,), ``y`` (n,)."""
 
     test: str
+    run: Run
     reference: ReferenceCurve
     x: Array
     y: Array
@@ -82,6 +90,7 @@ class Curve:
 
         table = pd.read_csv(folder / "curve.csv")
         columns = {str(name): table[name].to_numpy(float) for name in table}
+        columns = REPORTS[self.run.rig.kind].for_nominal_size(self.run, columns)
         x, y = (columns[name] for name in columns_of(columns, self.reference))
         forward = np.append(True, x[1:] > np.maximum.accumulate(x)[:-1])
         found = np.interp(self.x, x[forward], y[forward])
@@ -117,7 +126,7 @@ def _number(one: file.Target, run: Run, where: str) -> Number:
     label = " ".join(
         filter(None, (f"V{run.fabric.experiment_variant}", run.direction, ROW_NAMES.get(quantity, quantity)))
     )
-    return Number(one.test, quantity, row.mean, sd, one.weight, row.table, label, where)
+    return Number(one.test, quantity, row.mean, sd, one.weight, row.table, label, where, row.factors)
 
 
 def _row(quantity: str, run: Run, where: str) -> PublishedValue:
@@ -127,12 +136,12 @@ def _row(quantity: str, run: Run, where: str) -> PublishedValue:
         raise InputError(f"{where}: quantity = {quantity}: {fabric.name} names no experiment: give value and sd")
     folder = data_dir() / fabric.experiment
     try:
-        rows = published(folder, fabric.experiment_variant, run.direction, (quantity,))
+        rows = published(folder, fabric.experiment_variant, run.direction, kinds()[run.rig.kind].published)
     except InputError as error:
         raise InputError(f"{where}: quantity = {quantity}: {error}; give value and sd instead") from None
     report = REPORTS[run.rig.kind]
-    scaled: Sequence[PublishedValue] = report.scaled(run, rows)
-    if apart := report.apart(run, rows):
+    scaled = [row for row in report.scaled(run, rows) if row.quantity == quantity]
+    if apart := report.apart(run, [row for row in rows if row.quantity == quantity]):
         raise InputError(f"{where}: quantity = {quantity}: {'; '.join(apart)}; or give value and sd")
     if not scaled:
         wanted = f"variant {fabric.experiment_variant} {run.direction}".strip()
@@ -159,4 +168,4 @@ def _curve(one: file.Target, run: Run, folder: Path, where: str) -> Curve:
         raise InputError(f"{where}: curve = {one.curve}: its sd is 0 everywhere: give sd")
     y, sd = np.interp(x, reference.x, reference.mean), np.maximum(sd, LEAST_SCATTER * sd.max())
     label = f"{run.direction} curve {Path(str(one.curve)).name}".strip()
-    return Curve(one.test, reference, x, y, sd, one.weight, label, where)
+    return Curve(one.test, run, reference, x, y, sd, one.weight, label, where)

@@ -13,7 +13,7 @@ from knittest.config.run import Run
 from knittest.config.settings import Setting, parse_set
 from knittest.laboratory.cantilever.config import CantileverRun
 from knittest.laboratory.picture_frame.config import PictureFrameRun
-from knittest.laboratory.strips import yarns_across
+from knittest.laboratory.strips import carrying_width
 from knittest.laboratory.tensile.config import TensileRun
 
 #: where the yarns of a card are tested: in specimens, or in a cell without an edge
@@ -129,8 +129,7 @@ def on_shells(piece: Piece, yarns: Run, card: Path, settings: Sequence[Setting])
 def width(run: Run) -> float:
     """Width [mm] of a strip of whole yarns: their number times their distance."""
     assert isinstance(run.rig, StripRig)
-    direction = run.rig.direction
-    return yarns_across(run, direction) / run.fabric.density_per_mm.of(direction)
+    return carrying_width(run, run.rig.direction)
 
 
 def overhang(run: Run) -> float:

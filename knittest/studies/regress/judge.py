@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from knittest.base.errors import InputError
+from knittest.base.kinds import kinds
 from knittest.base.resources import data_dir
 from knittest.config.run import Run, Scale
 from knittest.experiment.compare import compare_results
@@ -52,11 +53,11 @@ def table3_rows(case: Case, run: Run, record: Record, limit_sd: float) -> Iterat
     fabric = run.fabric
     if fabric.experiment is None or fabric.experiment_variant is None:
         raise InputError(f"variant {case.variant}: the fabric names no experiment to be judged by")
-    raw = published(data_dir() / fabric.experiment, fabric.experiment_variant, run.direction, case.rows)
-    wanted = {row.quantity for row in raw}
-    values = [value for value in REPORTS[case.test].scaled(run, raw) if value.quantity in wanted]
+    names = kinds()[case.test].published
+    raw = published(data_dir() / fabric.experiment, fabric.experiment_variant, run.direction, names)
+    values = [value for value in REPORTS[case.test].scaled(run, raw) if value.quantity in case.rows]
     row_kinds = {value.quantity: row_kind(run, value.quantity) for value in values}
-    found = {row["quantity"]: row for row in compare_results(record.results, values, row_kinds)}
+    found = {row["quantity"]: row for row in compare_results(record.values, values, row_kinds)}
     for value in values:
         compared, kind = found.get(value.quantity), row_kinds[value.quantity]
         simulated = compared["simulated"] if compared else math.nan

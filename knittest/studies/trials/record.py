@@ -9,7 +9,7 @@ from typing import Any, Literal, Self
 
 from knittest.base.hiding import host_name
 from knittest.base.result_rows import number_of, unfolded
-from knittest.base.summary import CostBlock, Summary
+from knittest.base.summary import CostBlock, Summary, Value
 from knittest.export.manifest import now
 
 Status = Literal["completed", "refused", "failed", "invalid", "error", "timeout", "crashed", "blocked"]
@@ -49,11 +49,16 @@ class Record:
     ended: str = field(default_factory=now)
 
     @property
-    def results(self) -> dict[str, float]:
-        """Numbers of a completed trial, of an ensemble the means, NaN where JSON has none; empty for any other."""
+    def values(self) -> dict[str, Value]:
+        """Results of a completed trial; empty for any other."""
         if self.status != "completed" or self.summary is None:
             return {}
-        found = {name: number_of(value) for name, value in unfolded(self.summary["results"]).items()}
+        return unfolded(self.summary["results"])
+
+    @property
+    def results(self) -> dict[str, float]:
+        """Numbers of a completed trial, of an ensemble the means, NaN where JSON has none; empty for any other."""
+        found = {name: number_of(value) for name, value in self.values.items()}
         return {name: math.nan if value is None else value for name, value in found.items()}
 
     @property
