@@ -1,6 +1,7 @@
 """Folder of compiled kernels and relaxed cells, kept between runs where no other user can put anything."""
 
 import os
+import shutil
 import tempfile
 from contextlib import suppress
 from functools import cache
@@ -9,8 +10,11 @@ from pathlib import Path
 from knittest.base.errors import InputError
 from knittest.base.notes import tell
 from knittest.base.private import make_private, weakness
+from knittest.base.reading import size_on_disk
 
 VARIABLE = "KNITTEST_CACHE_DIR"
+#: folders in the cache: those that may be emptied
+FOLDERS = ("numba", "cells", "settled", "cards")
 
 
 def cache_root() -> Path | None:
@@ -39,6 +43,15 @@ def cache_folder(*names: str) -> Path | None:
         raise InputError(f"{VARIABLE}: {_refusal(problem)}")
     _say_once(f"{problem}: nothing is kept there; remove it, it is only a cache")
     return None
+
+
+def clear(root: Path) -> int:
+    """Remove the folders of the cache in ``root``, none of another's in it, and return their bytes."""
+    folders = [path for path in map(root.joinpath, FOLDERS) if path.is_dir() and not path.is_symlink()]
+    size = sum(map(size_on_disk, folders))
+    for folder in folders:
+        shutil.rmtree(folder)
+    return size
 
 
 @cache

@@ -17,7 +17,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, TypeVar
 
-from knittest.base.errors import InputError
+from knittest.base.errors import InputError, is_out_of_memory
 from knittest.base.regressed import Regression
 from knittest.base.resources import PACKAGE
 
@@ -190,6 +190,8 @@ def _object(path: str, where: str) -> Any:
     try:
         return getattr(importlib.import_module(module), name)
     except Exception as error:  # a package of somebody else may fail in any way
+        if is_out_of_memory(error):
+            raise
         raise InputError(f"{where}: cannot be loaded: {error}: repair or uninstall the package") from error
 
 

@@ -2,6 +2,7 @@
 
 import os
 import stat
+from contextlib import suppress
 from pathlib import Path
 
 from knittest.base.errors import InputError
@@ -37,3 +38,13 @@ def read_regular(path: Path, limit: int, remedy: str) -> bytes:
         size = f"{limit // 1_000_000} MB" if limit > 1_000_000 else f"{limit // 1000} kB"
         raise InputError(f"{path}: larger than {size}: {remedy}")
     return raw
+
+
+def size_on_disk(folder: Path) -> int:
+    """Bytes that ``folder`` takes on the disk; links in it are not followed, and what goes meanwhile counts nothing."""
+    size = 0
+    for place, _, names in os.walk(folder):
+        for name in names:
+            with suppress(OSError):
+                size += 512 * (Path(place) / name).lstat().st_blocks
+    return size

@@ -7,6 +7,8 @@ from typing import IO
 
 import numpy as np
 
+from knittest.base.errors import is_out_of_memory
+
 CHECKSUM = "sha256"
 
 
@@ -25,6 +27,8 @@ def unseal(content: bytes, name: str) -> dict[str, np.ndarray]:
         with np.load(io.BytesIO(content), allow_pickle=False) as archive:
             arrays = {key: archive[key] for key in archive.files}
     except Exception as error:  # zip, header and array parsers raise whatever the damaged bytes lead them to
+        if is_out_of_memory(error):
+            raise
         raise Damaged(f"{name} cannot be read ({type(error).__name__})") from error
     stated = arrays.pop(CHECKSUM, None)
     if stated is None or str(stated) != checksum(arrays):

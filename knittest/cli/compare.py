@@ -29,17 +29,19 @@ from knittest.cli.options import printing_asked, prints
 @click.option(
     "--out", type=click.Path(path_type=Path), help="Picture of both curves (PNG).  [default: compare.png in the run]"
 )
+@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout and nothing else there.")
 @prints
 def compare(
     run: Path,
     against: Path,
     out: Path | None,
     direction: str | None,
+    as_json: bool,
     formats: str | None,
     dpi: int | None,
     **sizes: float | None,
 ) -> int:
-    """Compare the curve of a run folder with a curve of your own; prints JSON, says it in a line, draws both.
+    """Compare the curve of a run folder with a curve of your own: print a table, draw both.
 
     The curve has a row of names and one of numbers a point, strain or shear angle rising; lines such as
     "# strip_width_mm: 100" and "# direction: weft" may stand above it, as data import writes them (corridor.csv). A
@@ -49,16 +51,16 @@ def compare(
 
     Example: knittest compare runs/tensile-.../warp --against mean.csv --width 50 --direction warp
     """
-    import json
     import sys
 
+    from knittest.base.layout import nearest, width_of
     from knittest.base.printing import printed
     from knittest.config.looser import loosened
     from knittest.experiment.compare import compare_columns
     from knittest.experiment.conditions import Conditions
     from knittest.laboratory.against import draw_against, identity_of, own_curves
     from knittest.laboratory.registry import REPORTS
-    from knittest.runs.show import curve_line, print_text
+    from knittest.runs.show import curve_line, curve_table, print_json, print_text
 
     given, columns, manifest = _run_of(run)
     (reference,) = own_curves(given, [against], Conditions(direction=direction or "", **sizes))  # type: ignore[arg-type]
@@ -68,9 +70,12 @@ def compare(
     with printed(printing_asked(formats, dpi)):
         draw_against(given, columns, reference, picture, identity_of(given, run, manifest))
     looser = [one.stated for one in loosened(given)]
-    click.echo(json.dumps(found | {"picture": str(picture), "looser_limits": looser}, indent=2))
     accepted = [f"limits of the run that --accept-limits let pass: {'; '.join(looser)}"] if looser else []
-    print_text([curve_line(found), *accepted], sys.stderr)
+    if as_json:
+        print_json(found | {"picture": str(picture), "looser_limits": looser})
+        print_text([curve_line(found), *accepted], sys.stderr)
+    else:
+        print_text([*curve_table(found, width_of(sys.stdout)), *accepted, f"picture: {nearest(picture)}"])
     return 0
 
 

@@ -4,11 +4,22 @@ import click
 
 
 @click.command()
-def doctor() -> None:
-    """Report versions, cores, threading layer and cache folder.
+@click.option("--clear-cache", is_flag=True, help="Empty the cache of compiled kernels and relaxed cells.")
+def doctor(clear_cache: bool) -> None:
+    """Report versions, cores, threading layer and cache folder; or empty the cache.
+
+    Compiled kernels and relaxed cells are made anew when they are needed, which takes minutes.
 
     Example: knittest doctor
+
+    Example: knittest doctor --clear-cache
     """
+    if clear_cache:
+        from knittest.base.cache import cache_root, clear
+
+        root = cache_root()
+        click.echo(f"{root}: {clear(root) / 1e6:.1f} MB removed" if root else "there is no cache folder")
+        return
     import os
     import sys
 

@@ -118,3 +118,22 @@ def tubes(run: Path, frame: int, sides: int, out: Path) -> None:
     write_tubes(out, surface, {"system": found.part.astype(float), **fields})
     click.echo(str(out))
     click.echo(f"{len(surface.triangles)} triangles at {found.time[frame]:.4g} ms", err=True)
+
+
+@export.command()
+@click.argument("folder", metavar="RUN", type=click.Path(path_type=Path, exists=True, file_okay=False))
+@click.option("--out", type=click.Path(path_type=Path), help="File to write.  [default: tables.xlsx in RUN]")
+def xlsx(folder: Path, out: Path | None) -> None:
+    """Write the tables of RUN as one workbook (xlsx), a sheet each, with a sheet of the results.
+
+    RUN is a run folder, that of both directions, that of a sweep or another study, or that of a data import. Needs
+    openpyxl: pip install 'knittest[xlsx]'.
+
+    Example: knittest export xlsx runs/tensile-...
+    """
+    from knittest.report_page.files import write_workbook
+
+    target = out or folder / "tables.xlsx"
+    sheets = write_workbook(folder, target)
+    click.echo(str(target))
+    click.echo(f"sheets: {', '.join(sheets)}", err=True)

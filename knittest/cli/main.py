@@ -15,7 +15,7 @@ from typing import Any
 import click
 
 from knittest import __version__
-from knittest.base.errors import InputError, KnittestError, ResourceError
+from knittest.base.errors import OUT_OF_MEMORY, InputError, KnittestError, ResourceError, is_out_of_memory
 from knittest.base.interrupts import INTERRUPTED, STOPPING, UntilSaved
 from knittest.base.kinds import kinds
 
@@ -31,13 +31,14 @@ COMMANDS = {
     "homogenise": ("knittest.cli.homogenise", "Make a material card of the shells from tests of yarns."),
     "compare": ("knittest.cli.compare", "Compare a finished run with a curve of your own."),
     "report": ("knittest.cli.report", "Write one HTML page on runs, alone or compared."),
+    "runs": ("knittest.cli.runs", "List run folders, or remove some."),
     "view": ("knittest.cli.view", "Write a page on which a run can be turned and played."),
     "animate": ("knittest.cli.animate", "Write a run as a film, MP4 or GIF."),
     "export": ("knittest.cli.export", "Write the tools of a forming run as STL."),
     "fabric": ("knittest.cli.fabric", "Show, export or relax the yarn geometry."),
     "data": ("knittest.cli.data", "Import and summarise a laboratory's CSV files."),
     "new": ("knittest.cli.new", "Write a commented fabric and rig to start from."),
-    "schema": ("knittest.cli.schema", "Print the JSON schema of a run."),
+    "schema": ("knittest.cli.schema", "Print the JSON schema of a run, or explain one field."),
     "warmup": ("knittest.cli.warmup", "Compile all kernels now."),
     "bench": ("knittest.cli.bench", "Measure throughput by kernel and the parts of a real run."),
     "doctor": ("knittest.cli.doctor", "Report versions, threads and cache."),
@@ -154,9 +155,9 @@ def run(arguments: list[str] | None = None, stops: UntilSaved | None = None) -> 
         return _say(f"error: {error}", error.exit_code)
     except BrokenPipeError:
         return _print_nowhere()
-    except MemoryError:
-        return _say("error: out of memory; use a smaller preset", ResourceError.exit_code)
     except Exception as error:
+        if is_out_of_memory(error):
+            return _say(f"error: {OUT_OF_MEMORY}", ResourceError.exit_code)
         if isinstance(error, OSError) and error.errno in NO_ROOM + NO_PATH:
             code = (InputError if error.errno in NO_PATH else ResourceError).exit_code
             if error.filename is None:

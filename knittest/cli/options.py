@@ -21,6 +21,8 @@ ACCEPT_LIMITS = click.option(
 )
 
 
+#: option of all commands that leave a page
+OPEN = click.option("--open", "open_page", is_flag=True, help="Open the page in a browser.")
 #: options of all commands that leave pictures
 PRINTS = (
     click.option("--format", "formats", metavar="LIST", help="Formats of pictures beside PNG: svg, pdf or svg,pdf."),
@@ -35,10 +37,14 @@ def prints(command: Command) -> Command:
     return command
 
 
-def printing_asked(formats: str | None, dpi: int | None, no_pictures: bool = False) -> "Printing":
+def printing_asked(
+    formats: str | None, dpi: int | None, no_pictures: bool = False, open_page: bool = False
+) -> "Printing":
     """Read both options; raises :class:`InputError`, also where no pictures are wanted."""
     from knittest.base.printing import printing_of
 
+    if no_pictures and open_page:
+        raise click.UsageError("--open: --no-pictures leaves no page to open")
     if no_pictures and (formats or dpi):
         raise click.UsageError("--format and --dpi are of pictures: leave out --no-pictures")
     return printing_of(formats, dpi)
@@ -86,6 +92,7 @@ def reports(command: Command) -> Command:
             click.option("--quiet", is_flag=True, help="No progress, no table."),
             click.option("--no-frames", is_flag=True, help="No VTU frames."),
             click.option("--no-pictures", is_flag=True, help="No pictures and no page."),
+            OPEN,
             *PRINTS,
             click.option(
                 "--against",

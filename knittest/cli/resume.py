@@ -20,6 +20,7 @@ def resume(
     no_frames: bool,
     no_pictures: bool,
     against: tuple[Path, ...],
+    open_page: bool,
     formats: str | None,
     dpi: int | None,
 ) -> int:
@@ -32,6 +33,6 @@ def resume(
     from knittest.runs.options import RunOptions
     from knittest.studies.command import resume_command
 
-    printing = printing_asked(formats, dpi, no_pictures)
-    options = RunOptions(None, threads, as_json, quiet, not no_frames, not no_pictures, against, printing)
+    printing = printing_asked(formats, dpi, no_pictures, open_page)
+    options = RunOptions(None, threads, as_json, quiet, not no_frames, not no_pictures, against, printing, open_page)
     return resume_command(run, options, force)

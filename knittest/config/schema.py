@@ -1,12 +1,40 @@
 """The JSON schema of a run: fields with unit, bounds, plausibility band, default and description."""
 
-from typing import Any
+import difflib
+import re
+from collections.abc import Iterator
+from types import UnionType
+from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
 
-from knittest.base.kinds import DEFAULT
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from knittest.base.errors import InputError
+from knittest.base.kinds import DEFAULT, kinds
+from knittest.config.base import PerDirection, Quantity, field_meta
+from knittest.config.leaves import leaves
+from knittest.config.presets import PRESETS, preset_settings
 from knittest.config.run import RUNS
 
 #: bounds as the models keep them -> their names in JSON schema (draft 2020-12); of a quantity they bind the bare number
 KEYWORDS = {"gt": "exclusiveMinimum", "ge": "minimum", "le": "maximum"}
+WORDS = {float: "number", int: "whole number", bool: "yes or no", str: "text", Any: "anything", Quantity: "quantity"}
+#: parts of a config that only one scale computes with
+OF_SCALE = {
+    "macro": ("fabric.macro", "model.macro"),
+    "meso": ("fabric.loop_length", "fabric.reinforcing", "fabric.knitting", "fabric.contact", "model.meso"),
+}
+
+
+class Described(NamedTuple):
+    """A field in words; the unit ``1`` is that of a bare number."""
+
+    path: str
+    kind: str
+    unit: str
+    default: str
+    bounds: str
+    text: str
 
 
 def run_schema(kind: str = DEFAULT) -> dict[str, Any]:
@@ -24,3 +52,160 @@ def _standard(node: object, names: bool = False) -> Any:
         key if names else KEYWORDS.get(key, key): _standard(item, names=not names and key in ("properties", "$defs"))
         for key, item in node.items()
     }
+
+
+def field_lines(name: str) -> list[str]:
+    """Lines on the field ``name`` of a run, or on the fields below it; raises :class:`InputError` with the nearest."""
+    found: dict[Described, list[str]] = {}
+    for kind, run in RUNS.items():
+        for field in fields_below(run):
+            found.setdefault(field, []).append(kind)
+    named = {field: tests for field, tests in found.items() if _matches(field.path, name)}
+    if named:
+        return [line for field, tests in named.items() for line in [*_explained(field, tests), ""]][:-1]
+    below = {field.path: field for field in found if field.path.startswith(f"{name}.")}
+    if below:
+        return [f"{path}{_unit(field)}: {field.text}" for path, field in below.items()]
+    paths = list(dict.fromkeys(field.path for field in found))
+    ends = [path for path in paths if path.endswith(f".{name}")]
+    close = ends or difflib.get_close_matches(name, paths, 5, 0.5)
+    hint = f"nearest: {', '.join(close[:5])}" if close else "see docs/reference-config.md"
+    raise InputError(f"{name}: no such field of a run; {hint}")
+
+
+def _matches(path: str, name: str) -> bool:
+    """Tell whether ``name`` is the field ``path``, in which NAME and [] stand for any, or a part of its quantity."""
+    pattern = re.escape(path).replace("NAME", r"[^.]+").replace(r"\[\]", r"(\[\d*\])?")
+    return re.fullmatch(rf"{pattern}(\.(value|sd|source|ref))?", name) is not None
+
+
+def _explained(field: Described, tests: list[str]) -> list[str]:
+    facts = {
+        "type": field.kind.replace("`", ""),
+        "default": field.default,
+        "bounds": field.bounds,
+        "tests": "all" if len(tests) == len(RUNS) else ", ".join(tests),
+        "scale": next((s for s, parts in OF_SCALE.items() if any(_is_in(field.path, p) for p in parts)), "both"),
+        "decides": "; ".join(_decided(field.path)),
+    } | {f"preset, {tested}": values for tested, values in _preset(field.path, tests)}
+    return [f"{field.path}{_unit(field)}", f"  {field.text}", *(f"  {n}: {v}" for n, v in facts.items() if v)]
+
+
+def _unit(field: Described) -> str:
+    return f" [{field.unit}]" if field.unit not in ("", "1") else ""
+
+
+def _is_in(path: str, part: str) -> bool:
+    return path == part or path.startswith(f"{part}.")
+
+
+def _decided(path: str) -> Iterator[str]:
+    """Tests, with their scale, whose results the field decides."""
+    for name, kind in kinds().items():
+        for scale, parts in kind.deciding.items():
+            named = (part.format(d=d) for part in parts for d in ("warp", "weft"))
+            known = [part if part.startswith("rig.") else f"fabric.{part}" for part in named]
+            if any(_is_in(whole, path) or _is_in(path, whole) for whole in known):
+                yield f"results of {name}, {scale}"
+
+
+def _preset(path: str, tests: list[str]) -> Iterator[tuple[str, str]]:
+    """Values that presets set, and for which tests."""
+    found: dict[str, list[str]] = {}
+    for test in tests:
+        for scale in kinds()[test].scales:
+            values = {p: dict(leaves(preset_settings(test, p, scale))).get(path) for p in PRESETS}  # type: ignore[arg-type]
+            if any(value is not None for value in values.values()) and path not in ("model.preset", "model.scale"):
+                told = ", ".join(f"{preset} {value:g}" for preset, value in values.items() if value is not None)
+                found.setdefault(told, []).append(f"{test} {scale}")
+    everywhere = len(found) == 1 and len(tests) == len(RUNS)
+    return (("all tests" if everywhere else ", ".join(names), told) for told, names in found.items())
+
+
+def fields_below(model: type[BaseModel], prefix: str = "") -> Iterator[Described]:
+    """Every field below ``model``, whose paths begin with ``prefix``."""
+    for name in model.model_fields:
+        yield from described(model, name, prefix)
+
+
+def described(model: type[BaseModel], name: str, prefix: str = "") -> Iterator[Described]:
+    """The field ``name`` of ``model``, or the fields below it."""
+    info, meta, path = model.model_fields[name], field_meta(model, name), prefix + name
+    inner = model_of(info.annotation)
+    if inner is PerDirection:
+        for part in PerDirection.model_fields:
+            yield _row(f"{path}.{part}", "quantity", info, meta)
+    elif inner is None or inner is Quantity:
+        yield _row(path, _type(info.annotation), info, meta)
+    if inner not in (None, Quantity, PerDirection):
+        yield from fields_below(inner, f"{path}{_between(info.annotation)}.")
+
+
+def _row(path: str, kind: str, info: FieldInfo, meta: dict[str, Any]) -> Described:
+    return Described(path, kind, meta.get("unit", ""), _default(info), _bounds(info, meta), info.description or "")
+
+
+def model_of(annotation: Any) -> type[BaseModel] | None:
+    """The model that a field holds, alone, optional, in a list or in a map."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    inner = get_args(annotation)[-1:] if get_origin(annotation) in (dict, list) else get_args(annotation)
+    return next((model for model in map(model_of, inner) if model is not None), None)
+
+
+def _between(annotation: Any) -> str:
+    origin = get_origin(annotation)
+    return ".NAME" if origin is dict else "[]" if origin is list else ""
+
+
+def _type(annotation: Any) -> str:
+    origin, inner = get_origin(annotation), get_args(annotation)
+    if origin is Annotated:
+        return _type(inner[0])
+    if origin is Literal:
+        return ", ".join(f"`{choice}`" for choice in inner)
+    if origin in (Union, UnionType):
+        return " or ".join(_type(one) for one in inner if one is not type(None))
+    if origin is list:
+        return f"list: {_type(inner[0])}"
+    if origin is dict:
+        return f"map: {_type(inner[1])}"
+    if origin is tuple:
+        return f"[{', '.join(map(_type, inner))}]"
+    return WORDS[annotation]
+
+
+def _default(info: FieldInfo) -> str:
+    if info.is_required():
+        return "required"
+    value = info.get_default(call_default_factory=True)
+    if value is None or value in ("", [], {}):
+        return "none"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"{value:g}" if isinstance(value, float) else _named(value)
+
+
+def _named(value: Any) -> str:
+    """A default that is no number: text, a list of it, or a quantity."""
+    if isinstance(value, Quantity):
+        return f"{value.value:g} ({value.source})"
+    return ", ".join(map(str, value)) if isinstance(value, list) else str(value)
+
+
+def _bounds(info: FieldInfo, meta: dict[str, Any]) -> str:
+    signs = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤"}
+    limits = {name: meta[name] for name in signs if name in meta}
+    words = []
+    for one in info.metadata:
+        limits |= {name: getattr(one, name) for name in signs if getattr(one, name, None) is not None}
+        if getattr(one, "multiple_of", None):
+            words.append(f"multiple of {one.multiple_of}")
+        if getattr(one, "pattern", None):
+            words.append(f"matches `{one.pattern}`")
+    found = [f"{sign} {limits[name]:.10g}" for name, sign in signs.items() if name in limits] + words
+    if "least" in meta:
+        found.append(f"plausible 0, or from {meta['least']:g}")
+    if "band" in meta:
+        found.append("plausible {:g} to {:g}".format(*meta["band"]))
+    return ", ".join(found)

@@ -139,6 +139,11 @@ class RunFolder:
         finally:
             self._lock.release()
 
+    def note(self, **facts: object) -> None:
+        """Add ``facts`` to the manifest, for a resume."""
+        self._manifest |= facts
+        self._write_manifest()
+
     @property
     def lock(self) -> int:
         """File descriptor of the lock: a process that inherits it holds the folder as long as it lives."""

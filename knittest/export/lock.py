@@ -84,6 +84,21 @@ class RunLock:
         self._handle = -1
 
 
+def is_locked(folder: Path) -> bool:
+    """Tell whether a process holds the lock of ``folder``."""
+    try:
+        handle = os.open(folder / LOCK_NAME, os.O_RDONLY | os.O_NOFOLLOW)
+    except OSError:
+        return False
+    try:
+        fcntl.flock(handle, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except OSError:
+        return True
+    finally:
+        os.close(handle)
+    return False
+
+
 def _describe(content: bytes) -> str | None:
     """``process 123 on host`` from the content of a lock; None when it is empty."""
     if not content.strip():

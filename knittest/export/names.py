@@ -15,6 +15,9 @@ CHECKPOINTS = "checkpoint-*.npz"
 #: files of every run besides
 OWN = ("manifest.json", "config.yaml", "log.jsonl", "frames.pvd", LOCK_NAME)
 
+#: patterns of what commands add to a finished run, and of what a run holds on its way
+ADDED = ("compare.*", "film.*", "report-*", "tables.xlsx", "verify", "frames", CHECKPOINTS, ".*.tmp*")
+
 
 def results_of_runs() -> tuple[str, ...]:
     """Names of the files that only a completed run of any test may show."""

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from knittest.base.atomic import replacing, resource_error
+from knittest.base.atomic import replacing
 from knittest.base.sealed import Damaged, seal, unseal
 
 __all__ = ["Damaged", "read_arrays", "write_arrays"]
@@ -22,5 +22,5 @@ def read_arrays(path: Path) -> dict[str, np.ndarray]:
     try:
         content = path.read_bytes()
     except OSError as error:
-        raise resource_error(path, error) from error
+        raise Damaged(f"{path.name} cannot be read ({error.strerror})") from error
     return unseal(content, path.name)

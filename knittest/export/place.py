@@ -4,12 +4,13 @@ import fnmatch
 import json
 import os
 import re
+import shutil
 from pathlib import Path
 
 from knittest.base.atomic import make_folder, resource_error
-from knittest.base.errors import InputError
-from knittest.export.lock import LOCK_NAME, RunLock
-from knittest.export.names import CHECKPOINTS, OWN, results_of_runs, tables_of_runs
+from knittest.base.errors import InputError, ResourceError
+from knittest.export.lock import LOCK_NAME, RunLock, is_locked
+from knittest.export.names import ADDED, CHECKPOINTS, OWN, incomplete, results_of_runs, tables_of_runs
 
 
 def fresh_folder(path: Path) -> Path:
@@ -68,6 +69,50 @@ def clear_dead_run(path: Path, lock: RunLock) -> None:
         raise resource_error(path, error) from error
 
 
+def remove_run(path: Path) -> None:
+    """Remove the run folder ``path`` and what plans it; links in it go, what they lead to stays.
+
+    Raises :class:`InputError` for a link, for what is no run folder and for one with files that knittest did not write,
+    :class:`ResourceError` while a process uses it. Then nothing is removed.
+    """
+    manifest = _manifest(path)
+    if path.is_symlink() or not {"status", "config_sha256"} <= manifest.keys():
+        raise InputError(f"{path}: not a run folder, not removed")
+    path = path.resolve()
+    if is_locked(path):
+        raise ResourceError(f"{path}: a process uses it: not removed")
+    lock = RunLock(path)
+    try:
+        if strange := sorted(file.name for file in path.iterdir() if not _is_of_run(file)):
+            raise InputError(
+                f"{path}: holds {strange[0]}, which is not a file of a run: not removed; move it to another place"
+            )
+        for file in sorted(path.iterdir(), key=lambda file: file.name == "manifest.json"):  # last: until then it is one
+            if file.is_dir() and not file.is_symlink():
+                shutil.rmtree(file)
+            else:
+                file.unlink()
+        path.rmdir()
+    except OSError as error:
+        raise resource_error(path, error) from error
+    finally:
+        lock.release()
+    plan = path.parent / f"config-{path.name}.yaml"
+    if plan.is_file():
+        plan.unlink()
+        if {file.name for file in path.parent.iterdir()} <= {"report.html"}:
+            shutil.rmtree(path.parent)
+
+
+def _is_of_run(file: Path) -> bool:
+    """Tell whether ``file`` of a run folder has the name of one that a command writes there."""
+    names = {*OWN, *results_of_runs(), *tables_of_runs(), *map(incomplete, tables_of_runs())}
+    if file.name == "frames" and not file.is_symlink():
+        return all(inner.suffix == ".vtu" for inner in file.iterdir())
+    printed = file.suffix in (".svg", ".pdf") and file.with_suffix(".png").name in names
+    return printed or file.name in names or any(fnmatch.fnmatch(file.name, pattern) for pattern in ADDED)
+
+
 def _completed(path: Path) -> bool:
     return _ended(path)[0] == "completed"
 
@@ -79,8 +124,14 @@ def of_bad_input(path: Path) -> bool:
 
 def _ended(path: Path) -> tuple[object, object]:
     """Status and exit code that the manifest in ``path`` states; nothing where there is none."""
+    manifest = _manifest(path)
+    return manifest.get("status"), manifest.get("exit_code")
+
+
+def _manifest(path: Path) -> dict[str, object]:
+    """The manifest in ``path``, empty where there is none."""
     try:
         manifest = json.loads((path / "manifest.json").read_text(encoding="utf-8"))
-        return manifest["status"], manifest.get("exit_code")
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
-        return None, None
+    except (OSError, ValueError):
+        return {}
+    return manifest if isinstance(manifest, dict) else {}

@@ -2,15 +2,19 @@
 
 import io
 import json
-from collections.abc import Mapping
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar, cast
 
 import numpy as np
 from pydantic import BaseModel, ValidationError
 
+from knittest.base.atomic import replacing
 from knittest.base.errors import InputError
 from knittest.base.reading import read_regular
+from knittest.base.result_rows import result_rows
 from knittest.base.summary import Summary as Written
 
 if TYPE_CHECKING:
@@ -20,6 +24,8 @@ MAX_JSON = 5_000_000
 MAX_TABLE = 50_000_000
 #: characters of a message that a page shows
 SHOWN = 600
+#: characters of the name of a sheet in a workbook, at most
+SHEET = 31
 
 Columns = dict[str, np.ndarray]
 Number = float | None
@@ -191,3 +197,53 @@ class Reader:
                 self.complain(f"{name}: {where}: {finding['msg']}")
             bad = {finding["loc"][0] for finding in error.errors()}
             return model.model_validate({key: value for key, value in data.items() if key not in bad})
+
+
+def write_workbook(folder: Path, target: Path) -> list[str]:
+    """Write the tables in ``folder``, and in the folders in it, to a workbook: a sheet each, and one of the results of
+    runs; returns their names. Raises :class:`InputError` without a table or without openpyxl.
+    """
+    try:
+        import openpyxl  # noqa: F401
+    except ImportError:
+        raise InputError("export xlsx: openpyxl is not installed: pip install 'knittest[xlsx]'") from None
+    import pandas as pd
+
+    if target.suffix != ".xlsx":
+        raise InputError(f"--out {target}: expected a file that ends with .xlsx")
+    results: list[str] = []
+    sheets = {"results": (results, found)} if not (found := pd.DataFrame(_results(folder))).empty else {}
+    for path in (*sorted(folder.glob("*.csv")), *sorted(folder.glob("*/*.csv"))):
+        lines = read_regular(path, MAX_TABLE, "a table has less").decode("utf-8", errors="replace").splitlines()
+        head = list(takewhile(lambda line: line.startswith("#"), lines))
+        name = _sheet_name(" ".join(path.relative_to(folder).with_suffix("").parts), sheets)
+        try:
+            sheets[name] = (head, pd.read_csv(io.StringIO("\n".join(lines[len(head) :]))))
+        except ValueError as error:
+            raise InputError(f"{path}: not a table: {error}") from None
+    if not sheets:
+        raise InputError(f"{folder}: holds no table (CSV)")
+    with replacing(target) as temporary, pd.ExcelWriter(temporary, engine="openpyxl") as writer:
+        for name, (head, table) in sheets.items():
+            table.to_excel(writer, sheet_name=name, index=False, startrow=len(head))
+            for k, line in enumerate(head):
+                writer.sheets[name].cell(row=k + 1, column=1, value=line)
+    return list(sheets)
+
+
+def _sheet_name(text: str, others: Iterable[str]) -> str:
+    """``text`` as a name that a sheet may have beside ``others``, which do not differ in capitals alone."""
+    text, known = re.sub(r"[\[\]:*?/\\]", "_", text), {other.lower() for other in others}
+    names = (text[-SHEET:], *(f"{text[: SHEET - 5]} {k}" for k in range(2, len(known) + 3)))
+    return next(name for name in names if name.lower() not in known)
+
+
+def _results(folder: Path) -> Iterator[dict[str, object]]:
+    """A row for each result of the run in ``folder``, or of the runs in it."""
+    for path in (*folder.glob("summary.json"), *sorted(folder.glob("*/summary.json"))):
+        summary = Reader(path.parent).model(path.name, Summary)
+        for row in result_rows(summary.plain(), refused=bool(summary.refused)):
+            yield {
+                "run": path.parent.name, "quantity": row.label, "simulated": row.value, "experiment": row.experiment,
+                "deviation": row.deviation, "kind": row.kind_told, "verdict": row.verdict,
+            }  # fmt: skip

@@ -13,7 +13,7 @@ from knittest.config.sources import numbers_of
 from knittest.report_page.blocks import Block, Cell, Page, Section, Table
 from knittest.report_page.comparison import by_test, differences, overview, print_pictures, shown_abreast, side_by_side
 from knittest.report_page.curves import curve
-from knittest.report_page.folders import find_runs
+from knittest.report_page.folders import command_folder, find_runs
 from knittest.report_page.gates import gates
 from knittest.report_page.loading import LoadedRun, load_run
 from knittest.report_page.parameters import parameters, shown
@@ -159,6 +159,12 @@ def _is_page(path: Path) -> bool:
         return False
 
 
+def page_of(run: Path) -> Path | None:
+    """The page on the run folder ``run``: that on all runs of its command, else its own; None without one."""
+    pages = (command_folder(run) / FILE, run / FILE)
+    return next((page for page in pages if page.is_file()), None)
+
+
 def write_page(path: Path, page: Page) -> Path:
     """Write ``page`` to the file ``path``; raises :class:`ResourceError`."""
     write_atomic(path, render(page))
@@ -170,4 +176,5 @@ def write_if_possible(folder: Path, write: Callable[[Path], object]) -> None:
     try:
         write(folder)
     except Exception as error:
-        print(f"knittest: {folder}: complete, but {FILE} could not be written: {error}", file=sys.stderr)
+        reason = error or type(error).__name__
+        print(f"knittest: {folder}: complete, but {FILE} could not be written: {reason}", file=sys.stderr)

@@ -88,7 +88,7 @@ class Checkpoints:
         """Before going on: remove what did not verify, what was half-written, and frames later than the states."""
         later = set(self.folder.glob("checkpoint-frame-*.npz")) - self._needed
         for path in [*self._damaged, *later, *self.folder.glob(".*.tmp*")]:
-            path.unlink(missing_ok=True)
+            remove(path)
 
     def newest(self, specimen: int) -> tuple[Identity, Snapshot] | None:
         """The newest checkpoint of ``specimen`` that verifies, with its identity; ``None`` if there is none."""
@@ -137,7 +137,7 @@ class Checkpoints:
         write_arrays(_path(self.folder, specimen, newest), self._labelled(snapshot.state, specimen))
         for number in numbers:
             if number <= newest - KEPT:
-                _path(self.folder, specimen, number).unlink(missing_ok=True)
+                remove(_path(self.folder, specimen, number))
 
     def write_failed(self, specimen: int, snapshot: Snapshot) -> None:
         """Write the state in which the numbers went wrong; the error that did it matters more than a full disk."""
@@ -149,7 +149,7 @@ class Checkpoints:
         write_arrays(_finished(self.folder, specimen), self._labelled(state, specimen))
         for name in (f"checkpoint-{specimen:04d}-*.npz", f"checkpoint-frame-{specimen:04d}-*.npz"):
             for path in self.folder.glob(name):
-                path.unlink(missing_ok=True)
+                remove(path)
 
     def _labelled(self, state: Mapping[str, np.ndarray], specimen: int) -> State:
         return {**state, "identity": np.array(json.dumps(self.identity)), "specimen": np.array(specimen)}
@@ -231,6 +231,14 @@ class SpecimenKeeper:
     def finish(self, state: State) -> None:
         """Keep the finished specimen."""
         self.store.write_finished(self.specimen, state)
+
+
+def remove(path: Path) -> None:
+    """Remove a file among the checkpoints; a folder in its place keeps what it holds, under another name."""
+    try:
+        path.unlink(missing_ok=True)
+    except IsADirectoryError:
+        path.rename(path.with_name(f"{path.stem}-not-a-file-{time.time_ns()}"))
 
 
 def _finished(folder: Path, specimen: int) -> Path:

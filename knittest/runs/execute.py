@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from knittest.base.errors import KnittestError, NumericalError, ResourceError
+from knittest.base.errors import KnittestError, NumericalError, ResourceError, reporting_memory
 from knittest.base.history import Quality, Specimen
 from knittest.base.interrupts import Interrupted, Interrupts
 from knittest.base.progress import Progress
@@ -54,6 +54,8 @@ def execute(
     """Run all specimens of ``run``, or those that are left, and write its folder; ``ahead`` runs what it can before."""
     references = references_of(run, options.against)
     with compiling_for(run), _opened(run, place, interrupts, progress) as opened:
+        if left_out := options.left_out:
+            opened.folder.note(left_out=left_out)
         with interrupts.heard():
             if ahead is not None:
                 ahead(run, opened, progress)
@@ -104,7 +106,7 @@ def _opened(run: Run, place: Place, interrupts: Interrupts, progress: Progress) 
     with interrupts.held(when=lambda: True):
         opened = place.open(run, interrupts)
         try:
-            with opened.folder, interrupts.deciding():
+            with opened.folder, interrupts.deciding(), reporting_memory():
                 yield opened
             interrupts.check()
         except (Interrupted, ResourceError) as error:

@@ -9,7 +9,7 @@ from knittest.base.printing import Printing
 @dataclass(frozen=True)
 class RunOptions:
     """Place and form of what a run reports: output folder, threads, JSON on stdout, silence, VTU frames, pictures with
-    the report page; curves to compare with; formats of the pictures.
+    the report page; curves to compare with; formats of the pictures; the page in a browser.
     """
 
     out: Path | None = None
@@ -20,3 +20,9 @@ class RunOptions:
     pictures: bool = True
     against: tuple[Path, ...] = ()
     printing: Printing = field(default_factory=Printing)
+    open_page: bool = False
+
+    @property
+    def left_out(self) -> list[str]:
+        """Files that are not wanted, as the manifest names them."""
+        return [name for name, wanted in (("frames", self.frames), ("pictures", self.pictures)) if not wanted]

@@ -29,10 +29,13 @@ from knittest.base.summary import Limit, Summary
 from knittest.base.unjudged import unjudged_note
 from knittest.config.looser import LOOSER
 from knittest.config.run import Run
-from knittest.experiment.compare import ERRORS
+from knittest.experiment.compare import ERRORS, UNITS
 from knittest.experiment.simulated_studies import shear_bands
 from knittest.export.jsonfile import json_text
 from knittest.laboratory.error_notes import error_notes
+from knittest.report_page.folders import HEADER as LISTED
+from knittest.report_page.folders import Listed
+from knittest.report_page.page import page_of
 
 HEADER = ("direction", "quantity", "simulated", "experiment", "deviation", "kind", "verdict")
 _NUMBERS = ("simulated", "experiment", "deviation")  # columns aligned to the right
@@ -48,6 +51,11 @@ STYLES = {
     UNSCATTERED: "yellow",
     GIVEN: "yellow",
 }
+#: part of the metrics of curves, and the place in it, that each of their errors is of
+COMPARED = {
+    "peak_error_pct": ("peak", 1), "fracture_strain_error_pct": ("peak", 0),
+    "static_error_pct": ("levels", 0), "kinetic_error_pct": ("levels", 1),
+}  # fmt: skip
 #: results that only summary.json shows
 _LEFT_OUT = ("force_per_yarn_n", "peak_force_n_per_mm", "peak_time_error_pct")
 
@@ -159,8 +167,46 @@ def curve_lines(outcome: Outcome) -> list[str]:
 
 def curve_line(metrics: Mapping[str, object]) -> str:
     """A comparison of curves: against what, how it was scaled, its errors, and the rating or why there is none."""
+    return f"{_reference(metrics)}: {_metrics(metrics)}"
+
+
+def curve_table(metrics: Mapping[str, Any], width: int | None = None) -> list[str]:
+    """The same as a table of both curves, within ``width``, below what it is against and above the rating."""
+    if not metrics["comparable"]:
+        return [curve_line(metrics)]
+    rows = [("quantity", "run", "reference", "error"), *_both(metrics), _rmse(metrics)]
+    lines = [line for row in table(rows, width, right=(1, 2, 3)) for line in row]
+    return [_reference(metrics), "", *lines, "", _rating(metrics)]
+
+
+def _both(metrics: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
+    """A row a quantity that both curves have: peaks, levels, or forces at angles."""
+    for key, (part, k) in COMPARED.items():
+        if metrics.get(key) is not None:
+            (name, one), (_, other) = (list(metrics[f"{who}_{part}"].items())[k] for who in ("simulated", "reference"))
+            yield f"{ERRORS[key]} [{UNITS.get(name, 'N')}]", f"{one:.4g}", f"{other:.4g}", f"{metrics[key]:+.1f} %"
+    for name, values in metrics.items():
+        for angle, found in values.items() if name.endswith("_at_deg") else ():
+            error = "-" if found["error_pct"] is None else f"{found['error_pct']:+.1f} %"
+            unit = UNITS.get(name.removesuffix("_at_deg"), "N")
+            yield f"force at {angle} deg [{unit}]", f"{found['simulated']:.4g}", f"{found['reference']:.4g}", error
+
+
+def _rmse(metrics: Mapping[str, Any]) -> tuple[str, ...]:
+    covered = next(name for name in metrics if name.startswith("range_"))
+    low, high = metrics[covered]
+    unit = UNITS.get(covered.removeprefix("range_"), "mm")
+    return f"rms error, {low:.4g} to {high:.4g} {unit}", "", "", f"{metrics['rmse_pct_of_peak']:.1f} % of peak"
+
+
+def _reference(metrics: Mapping[str, object]) -> str:
     note = f"; {metrics['note']}" if metrics.get("note") else ""
-    return f"against {metrics['judged_against']} ({metrics['reference_kind']}{note}): {_metrics(metrics)}"
+    return f"against {metrics['judged_against']} ({metrics['reference_kind']}{note})"
+
+
+def _rating(metrics: Mapping[str, Any]) -> str:
+    rating = metrics["rating"]
+    return f"rating {rating['overall']:.2f} ({rating['grade']})" if rating else f"no rating: {metrics['no_rating']}"
 
 
 def _metrics(metrics: Mapping[str, Any]) -> str:
@@ -173,9 +219,7 @@ def _metrics(metrics: Mapping[str, Any]) -> str:
     else:
         found = [f"{a['error_pct']:+.0f} % at {d} deg" for d, a in angles.items() if a["error_pct"] is not None]
     found.append(f"rmse {metrics['rmse_pct_of_peak']:.1f} % of its peak")
-    rating = metrics["rating"]
-    told = f"rating {rating['overall']:.2f} ({rating['grade']})" if rating else f"no rating: {metrics['no_rating']}"
-    return ", ".join([*found, told])
+    return ", ".join([*found, _rating(metrics)])
 
 
 def print_results(outcomes: Sequence[Outcome], stream: TextIO | None = None) -> None:
@@ -196,6 +240,26 @@ def print_refused(outcomes: Sequence[Outcome], stream: TextIO | None = None) -> 
                 line = f"knittest: {nearest(outcome.folder)}: comparison refused: {reasons}"
                 stream.write("\n".join(wrapped(line, width_of(stream))) + "\n")
         stream.flush()
+
+
+def open_page(page: Path) -> None:
+    """Open ``page`` in a browser, or say on standard error that there is none."""
+    import webbrowser
+
+    if not webbrowser.open(page.resolve().as_uri()):
+        print_text([f"knittest: no browser was found to open {nearest(page)}"], sys.stderr)
+
+
+def print_runs(runs: Sequence[Listed], folder: Path, stream: TextIO | None = None) -> None:
+    """Print a list of runs, whose paths are seen from ``folder``, with their number and size."""
+    stream = stream or sys.stdout
+    if runs:
+        rows = [LISTED, *(one.row(folder) for one in runs)]
+        keep = [k for k in range(len(LISTED)) if any(row[k] for row in rows[1:])]
+        lines = table([[row[k] for k in keep] for row in rows], width_of(stream), right=(keep.index(5),))
+        print_text((line for row in lines for line in row), stream)
+    size = sum(one.bytes for one in runs) / 1e6
+    print_text([f"{len(runs)} run{'s' * (len(runs) != 1)}, {size:.1f} MB"], stream)
 
 
 def print_json(payload: Mapping[str, object], stream: TextIO | None = None) -> None:
@@ -227,6 +291,8 @@ def _print(outcomes: Sequence[Outcome], stream: TextIO) -> None:
     lines = [*notes, *error_lines(outcomes), *(line for outcome in outcomes if (line := rest_told(outcome)))]
     lines += [line for outcome in outcomes for line in (*curve_lines(outcome), *quality_lines(outcome))]
     lines += [f"run folder: {nearest(outcome.folder)}" for outcome in outcomes]
+    pages = (page_of(outcome.folder) for outcome in outcomes)
+    lines += dict.fromkeys(f"page: {nearest(page)}" for page in pages if page)
     for told, styled in _tables([tuple(row[k] for k in shown) for row in [HEADER, *rows]], width):
         if stream.isatty() and VERDICT in shown:
             _print_coloured(told, styled, stream)

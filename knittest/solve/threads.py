@@ -1,18 +1,28 @@
-"""Threads of this process, as the user asked for them, on a layer that Numba can have."""
+"""Threads of this process, as the user asked for them, on a layer that Numba can have, and memory for its libraries."""
 
 import os
+import resource
 
-from knittest.base.errors import InputError
+from knittest.base.errors import InputError, ResourceError
 from knittest.base.reading import excerpt
 
 LAYERS = "omp, tbb, workqueue, default, safe, forksafe or threadsafe"
+#: address space [GB] below which libraries of compiled code abort, or wait for ever, and cannot be told not to
+LEAST_MEMORY = 1.0
 
 
 def use_threads(wanted: int | None) -> int:
     """Use ``wanted`` threads (default: all cores), one if the threading layer is too slow for small steps.
 
-    Returns how many; raises :class:`InputError` as :func:`check_layer` does.
+    Returns how many; raises :class:`InputError` as :func:`check_layer` does, :class:`ResourceError` where the memory
+    of this process is limited to less than its libraries need.
     """
+    limit = resource.getrlimit(resource.RLIMIT_AS)[0]
+    if limit != resource.RLIM_INFINITY and limit < LEAST_MEMORY * 1e9:
+        raise ResourceError(
+            f"the memory of this process is limited to {limit / 1e9:.2f} GB; libraries of a run need {LEAST_MEMORY:g} "
+            "GB: raise the limit (ulimit -v)"
+        )
     import numba
 
     from knittest.kernels.threading import best_threads

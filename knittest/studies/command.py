@@ -4,6 +4,7 @@ import shlex
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 
@@ -21,12 +22,13 @@ from knittest.export.names import run_name
 from knittest.export.place import fresh_folder, of_bad_input
 from knittest.kernels.threading import limited
 from knittest.laboratory.registry import TESTS
+from knittest.report_page.page import FILE, page_of, write_if_possible, write_reports
 from knittest.runs.checkpoints import PATTERN
 from knittest.runs.execute import EXIT_REFUSED, Outcome, execute
 from knittest.runs.judgement import references_of
 from knittest.runs.opening import NewFolder, Place, StoppedRun, manifest_of, tidy_completed
 from knittest.runs.options import RunOptions
-from knittest.runs.show import print_json, print_refused, print_results
+from knittest.runs.show import open_page, print_json, print_refused, print_results
 from knittest.solve.threads import use_threads
 from knittest.solve.warmup import compiling_for
 from knittest.studies.trials.beside import Beside
@@ -52,7 +54,9 @@ def run_all(runs: list[Run], options: RunOptions) -> list[Outcome]:
         return _run_jobs([(runs[0], NewFolder(options.out))], options, None)
     parent = options.out or fresh_folder(Path("runs") / run_name(runs[0], direction="both", at=datetime.now()))
     _write_plan(parent, runs)
-    return _run_jobs([(run, NewFolder(parent / run.direction)) for run in runs], options, parent)
+    outcomes = _run_jobs([(run, NewFolder(parent / run.direction)) for run in runs], options, parent)
+    _write_page(parent, options)
+    return outcomes
 
 
 def resume_command(folder: Path, options: RunOptions, force: bool = False) -> int:
@@ -72,6 +76,12 @@ def resume_all(folder: Path, options: RunOptions, force: bool = False) -> tuple[
     Raises :class:`InputError` when it is no run folder, no checkpoint verifies, or something changed, unless ``force``.
     """
     plans = _plans(folder)
+    left_out = {name for _, place in plans if (place / "manifest.json").exists() for name in _left_out(place)}
+    options = replace(
+        options,
+        frames=options.frames and "frames" not in left_out,
+        pictures=options.pictures and "pictures" not in left_out,
+    )
     use_threads(options.threads)
     jobs, codes = [], []
     for plan, place in plans:
@@ -80,7 +90,22 @@ def resume_all(folder: Path, options: RunOptions, force: bool = False) -> tuple[
             codes.append(left)
         else:
             jobs.append(left)
-    return (_run_jobs(jobs, options, folder) if jobs else []), codes
+    outcomes = _run_jobs(jobs, options, folder) if jobs else []
+    if len(plans) > 1 and (jobs or not (folder / FILE).exists()):
+        _write_page(folder, options)
+    return outcomes, codes
+
+
+def _write_page(parent: Path, options: RunOptions) -> None:
+    """Write the page on all runs in ``parent`` into it, unless no pictures are wanted."""
+    if options.pictures:
+        write_if_possible(parent, lambda folder: write_reports([folder], None))
+
+
+def _left_out(folder: Path) -> list[str]:
+    """Files that the run in ``folder`` was begun without."""
+    names = manifest_of(folder).get("left_out")
+    return [str(name) for name in names] if isinstance(names, list) else []
 
 
 def _plans(folder: Path) -> list[tuple[Path, Path]]:
@@ -161,13 +186,23 @@ def _run_jobs(jobs: Sequence[Job], options: RunOptions, parent: Path | None) -> 
 def _told(outcomes: Sequence[Outcome], options: RunOptions) -> int:
     """Print what was run, as a table or as JSON; returns the exit code."""
     if options.json:
-        summaries = [o.summary | {"folder": str(o.folder), "curves": list(o.curves)} for o in outcomes]
+        summaries = [
+            o.summary | {"folder": str(o.folder), "page": _text(page_of(o.folder)), "curves": list(o.curves)}
+            for o in outcomes
+        ]
         print_json(summaries[0] if len(summaries) == 1 else {"runs": summaries})
     elif not options.quiet:
         print_results(outcomes)
     if options.quiet:
         print_refused(outcomes)
+    pages = [page for outcome in outcomes if (page := page_of(outcome.folder))]
+    if options.open_page and pages:
+        open_page(pages[0])
     return EXIT_REFUSED if any(o.quality.failures for o in outcomes) else 0
+
+
+def _text(path: Path | None) -> str | None:
+    return None if path is None else str(path)
 
 
 def _beside(jobs: Sequence[Job], progress: Progress) -> tuple[dict[Path, tuple[Run, Place]], int]:

@@ -24,7 +24,8 @@ NAMES = (
     "knittest regress", "knittest speed-study", "knittest resume",
     "knittest check", "knittest check forming", "knittest compare",
     "knittest batch", "knittest calibrate", "knittest friction",
-    "knittest uncertainty", "knittest view RUN",
+    "knittest uncertainty", "knittest view RUN", "knittest export xlsx", "knittest runs NAME",
+    "knittest doctor --clear-cache",
 )  # fmt: skip
 
 #: in this order, in one folder
@@ -36,6 +37,9 @@ COMMANDS: dict[str, Do] = {
     "knittest schema": Do(),
     "knittest schema > knittest-run.schema.json": Do(given={" > knittest-run.schema.json": ""}),
     "knittest doctor": Do(),
+    "knittest schema rig.width": Do(),
+    "knittest runs": Do(),
+    "knittest runs --remove --failed --older-than 7d": Do(),
     "knittest warmup": Do(planned="compiles all kernels, which the runs below do as they need them"),
     "knittest bench": Do(planned="a minute of full load of all cores"),
     "knittest bench --against PATH": Do(planned="minutes; tests/unit/test_bench_against.py runs it on one small strip"),
@@ -152,6 +156,7 @@ COMMANDS: dict[str, Do] = {
     "knittest resume runs/tensile-...": Do(given=STRIPS),
     "knittest tensile --resume runs/tensile-...": Do(given=STRIPS),
     "knittest report runs/tensile-...": Do(given=STRIPS),
+    "knittest export xlsx runs/tensile-...": Do(given=STRIPS),
     "knittest report runs/tensile-... --format svg,pdf --dpi 300": Do(given=STRIPS),
     "knittest report runs/tensile-... runs/friction-...": Do(given=RUNS),
     "knittest report runs/tensile-... runs/friction-... --out comparison.html": Do(given=RUNS),

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -10,7 +11,7 @@ import pytest
 
 from knittest.base.errors import InputError, NumericalError, OutOfTolerance, ResourceError
 from knittest.cli import main as cli_main
-from knittest.cli.main import run, summaries
+from knittest.cli.main import cli, run, summaries
 from knittest.config.dumping import dump
 from knittest.config.loading import resolve
 
@@ -189,13 +190,22 @@ def test_compare_takes_a_plain_curve_and_names_the_runs_to_choose_from(tmp_path,
     assert f"choose one of {tmp_path / 'both' / 'warp'}, {tmp_path / 'both' / 'weft'}" in said
     warp = str(tmp_path / "both" / "warp")
     assert run(["compare", warp, "--against", str(plain)]) == 2 and "--width" in capsys.readouterr().err
-    assert run(["compare", warp, "--against", str(plain), "--width", "50"]) == 0
+    assert run(["compare", warp, "--against", str(plain), "--width", "50", "--json"]) == 0
     said = json.loads(capsys.readouterr().out)
     assert (said["peak_error_pct"], said["rmse_force_n"], said["rating"]) == (0.0, 0.0, None)
     assert "taken as measured" in said["note"] and "# direction: warp" in said["no_rating"]
     plain.write_text(f"# direction: warp\n{plain.read_text()}")
-    assert run(["compare", warp, "--against", str(plain), "--width", "50"]) == 0
+    assert run(["compare", warp, "--against", str(plain), "--width", "50", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["rating"]["grade"] == "excellent"
+    assert run(["compare", warp, "--against", str(plain), "--width", "50"]) == 0
+    said = capsys.readouterr().out.splitlines()
+    assert said[0].startswith("against mine.csv (measured; ")
+    assert [line.split() for line in said[2:5]] == [
+        ["quantity", "run", "reference", "error"],
+        ["peak", "force", "[N]", "5800", "5800", "+0.0", "%"],
+        ["strain", "at", "the", "peak", "[%]", "1.6", "1.6", "+0.0", "%"],
+    ]
+    assert said[5].split()[-4:] == ["0.0", "%", "of", "peak"] and said[7] == "rating 1.00 (excellent)"
 
 
 def test_data_import_prints_what_a_fabric_file_needs(tmp_path, monkeypatch, capsys):
@@ -236,3 +246,76 @@ def test_tensile_hands_runs_and_options_on(monkeypatch, tmp_path):
     )
     assert run(["tensile", *arguments, "--direction", "weft"]) == 3
     assert [r.rig.direction for r in handed["runs"]] == ["weft"]
+
+
+def test_schema_explains_a_field(capsys):
+    assert run(["schema", "fabric.reinforcing.crimp.warp"]) == 0
+    said = capsys.readouterr().out.splitlines()
+    assert said[0] == "fabric.reinforcing.crimp.warp [%]"
+    assert {"  bounds: ≥ 0, ≤ 5, plausible 0, or from 0.02", "  scale: meso", "  tests: all"} <= set(said)
+    assert "results of tensile, meso" in said[-1] and "macro" not in said[-1]
+    assert run(["schema", "rig.width"]) == 0
+    said = capsys.readouterr().out
+    assert "  default: 50\n" in said and "  tests: bias-extension\n" in said
+    assert "  preset, friction meso: quick 15, standard 25, paper 50" in said
+    assert run(["schema", "fabric.contact"]) == 0
+    assert "fabric.contact.normal_stiffness [N/mm]: penalty" in capsys.readouterr().out
+    assert run(["schema", "rig.widht"]) == 2 and "nearest: rig.width" in capsys.readouterr().err
+    assert run(["schema", "tangential_ratio"]) == 2
+    assert "nearest: fabric.contact.tangential_ratio" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_tab_completion(monkeypatch, capsys, shell):
+    def completed(instruction: str) -> str:
+        monkeypatch.setenv("_KNITTEST_COMPLETE", instruction)
+        with pytest.raises(SystemExit) as ended:
+            cli.main([], prog_name="knittest", standalone_mode=False)
+        assert ended.value.code == 0
+        return capsys.readouterr().out
+
+    assert f"_KNITTEST_COMPLETE={shell}_complete" in completed(f"{shell}_source")
+    for words, wanted in (("knittest ten", "tensile"), ("knittest schema solver.sp", "solver.speed")):
+        monkeypatch.setenv("COMP_WORDS", words)
+        monkeypatch.setenv("COMP_CWORD", words.split()[-1] if shell == "fish" else str(len(words.split()) - 1))
+        assert wanted in completed(f"{shell}_complete")
+
+
+def test_a_run_prints_its_page_and_opens_it(tmp_path, monkeypatch, capsys):
+    opened = []
+    monkeypatch.setattr("webbrowser.open", lambda address: opened.append(address) or True)
+    shells = ["tensile", "--variant", "1", "--scale", "macro", "--preset", "quick", "--no-frames"]
+    assert run([*shells, "--out", str(tmp_path / "both"), "--open"]) == 0
+    page = tmp_path / "both/report.html"
+    assert capsys.readouterr().out.count("page: ") == 1 and opened == [page.as_uri()]
+    text = page.read_text()
+    assert "tensile, pham2019-v1, macro, warp" in text and "tensile, pham2019-v1, macro, weft" in text
+    page.unlink()
+    assert run(["resume", str(tmp_path / "both")]) == 0 and page.is_file()
+    assert run([*shells, "--open", "--no-pictures"]) == 2
+
+
+def test_doctor_empties_the_cache_and_nothing_else(tmp_path, monkeypatch, capsys):
+    from knittest.base import cache
+
+    root = tmp_path / "cache"
+    monkeypatch.setenv("KNITTEST_CACHE_DIR", str(root))
+    for name in (*cache.FOLDERS, "mine"):
+        (root / name).mkdir(parents=True)
+        (root / name / "a.npz").write_bytes(b"0" * 500_000)
+    (tmp_path / "else").mkdir()
+    (root / "settled/a.npz").unlink()
+    (root / "settled").rmdir()
+    (root / "settled").symlink_to(tmp_path / "else")
+    root.chmod(0o700)
+    assert run(["doctor", "--clear-cache"]) == 0
+    assert "cache: 1.5 MB removed" in capsys.readouterr().out
+    assert sorted(path.name for path in root.iterdir()) == ["mine", "settled"] and (tmp_path / "else").is_dir()
+
+
+def test_all_folders_of_the_cache_can_be_emptied():
+    from knittest.base.cache import FOLDERS
+    from knittest.base.resources import PACKAGE
+
+    sources = [path.read_text(encoding="utf-8") for path in PACKAGE.rglob("*.py")]
+    assert {name for text in sources for name in re.findall(r'cache_folder\("(\w+)"', text)} <= {*FOLDERS}

@@ -7,7 +7,7 @@ import signal
 import pytest
 from restart_cases import MESO, OFTEN, finish, numbers, results, resumed_at, run, start, stop
 
-from knittest.base.errors import InputError, KnittestError, NumericalError, ResourceError
+from knittest.base.errors import OUT_OF_MEMORY, InputError, KnittestError, NumericalError, ResourceError
 from knittest.studies.trials.beside import raise_what_ended
 from knittest.studies.trials.record import Record
 
@@ -73,7 +73,7 @@ def test_a_refused_run_beside_has_a_result():
     "record",
     [
         Record("k", "crashed", "its process was killed by SIGKILL", earlier=("crashed: ", "crashed: ")),
-        Record("k", "blocked", "out of memory"),
+        Record("k", "blocked", OUT_OF_MEMORY),
     ],
 )
 def test_where_memory_may_have_been_short_it_says_what_takes_less(record):

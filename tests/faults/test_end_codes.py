@@ -222,3 +222,57 @@ def test_a_pool_leaves_no_file_open():
     assert all(stream.closed for stream in (*errors, *connections))
     assert [child.pid for child in pool.children] == [None, None]
     pool.close()
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        MemoryError("Unable to allocate 2.60 MiB"),
+        OSError(12, "Cannot allocate memory"),
+        ImportError("libXau.so: failed to map segment from shared object"),
+        RuntimeError("can't start new thread"),
+    ],
+)
+def test_short_memory_ends_a_run_with_4_and_its_manifest_says_so(tmp_path, monkeypatch, capsys, error):
+    def fail(*_, **__):
+        raise error
+
+    folder = tmp_path / "run"
+    monkeypatch.setattr("knittest.runs.execute.run_specimen", fail)
+    assert run(["tensile", *QUICK, "--out", str(folder)]) == 4
+    assert status(folder) == ("failed", 4)
+    assert "out of memory; free some memory" in capsys.readouterr().err
+    monkeypatch.setattr("knittest.cli.schema.schema.callback", fail)
+    assert run(["schema"]) == 4
+
+
+def test_a_memory_limit_below_the_need_of_the_libraries_is_refused_before_they_are_loaded(tmp_path):
+    """They would abort (exit code 134), exit with 1, or wait for ever."""
+    command = 'ulimit -v 600000; exec "$0" -m knittest.cli.main tensile --variant 1 --scale macro --out run'
+    found = subprocess.run(
+        ["bash", "-c", command, sys.executable], cwd=tmp_path, capture_output=True, text=True,
+        env=os.environ | {"PYTHONPATH": str(PACKAGE.parent)},
+    )  # fmt: skip
+    assert found.returncode == 4 and "limited to 0.61 GB; libraries of a run need 1 GB" in found.stderr
+    assert not (tmp_path / "run").exists()
+
+
+def test_resume_leaves_out_what_the_run_left_out(tmp_path, monkeypatch):
+    """Both directions, of which the second had not begun when the command was killed."""
+    seen = []
+    both = tmp_path / "both"
+    for direction in ("warp", "weft"):
+        folder = ended_run(both / direction, direction=direction)
+        (both / f"config-{direction}.yaml").write_text((folder / "config.yaml").read_text())
+    (both / "warp/manifest.json").write_text('{"status": "failed", "exit_code": 4, "left_out": ["pictures"]}')
+    for file in (both / "weft").iterdir():
+        file.unlink()
+    monkeypatch.setattr("knittest.studies.command._run_jobs", lambda jobs, options, parent: seen.append(options) or [])
+    assert run(["resume", str(both)]) == 0
+    assert [(options.pictures, options.frames) for options in seen] == [(False, True)]
+    assert not (both / "report.html").exists()
+
+
+def test_a_run_without_pictures_keeps_that_in_its_manifest(tmp_path):
+    assert run(["tensile", *QUICK, "--no-pictures", "--no-frames", "--out", str(tmp_path / "run")]) in (0, 3)
+    assert json.loads((tmp_path / "run/manifest.json").read_text())["left_out"] == ["frames", "pictures"]

@@ -180,7 +180,7 @@ def finished_run(folder: Path, strain, force) -> Path:
 def test_18_not_comparable_is_no_score(tmp_path, capsys, text, phrase):
     folder = finished_run(tmp_path / "run", np.linspace(0.0, 2.0, 50), np.linspace(0.0, 900.0, 50))
     curve = written(tmp_path / "curve.csv", "# kind: measured\n# strip_width_mm: 50\nstrain_pct,force_n\n" + text)
-    assert run(["compare", str(folder), "--against", str(curve)]) == 0
+    assert run(["compare", str(folder), "--against", str(curve), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert (found["comparable"], found["reason"]) == (False, phrase)
     assert "rating" not in found

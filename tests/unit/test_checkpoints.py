@@ -1,5 +1,7 @@
 """Checkpoints of several specimens in one folder: each has its own, and all are looked at."""
 
+import errno
+
 import numpy as np
 import pytest
 
@@ -79,3 +81,39 @@ def test_checkpoints_of_an_earlier_layout_are_not_passed_over(folder):
     (folder / "checkpoint-0007.npz").write_bytes(b"of version 0.2.0")
     with pytest.raises(InputError, match=r"checkpoint-0007\.npz was left by an earlier version"):
         Checkpoints(folder, {}, 1.0).find()
+
+
+@pytest.mark.parametrize("damage", ["folder", "input/output error"])
+def test_the_older_one_is_used_where_the_newest_cannot_be_read(folder, monkeypatch, damage):
+    newest, told = folder / "checkpoint-0001-0003.npz", []
+    if damage == "folder":
+        newest.unlink()
+        newest.mkdir()
+    else:
+        read = type(newest).read_bytes
+
+        def fail(path):
+            if path == newest:
+                raise OSError(errno.EIO, "Input/output error")
+            return read(path)
+
+        monkeypatch.setattr(type(newest), "read_bytes", fail)
+    store = Checkpoints(folder, {"version": "1"}, 1.0, tell=told.append)
+    store.find()
+    assert store.reached == 5.0 and "checkpoint-0001-0003.npz cannot be read" in told[0]
+    store.tidy()
+    assert not newest.exists() and (damage != "folder" or len(list(folder.glob("*-not-a-file-*"))) == 1)
+    monkeypatch.undo()
+    store.write(1, snapshot(7.0))
+    assert store.newest(1)[1].time == 7.0
+
+
+def test_short_memory_is_no_damage(folder, monkeypatch):
+    """What is only not read now must not be removed as damaged."""
+
+    def fail(*_, **__):
+        raise MemoryError
+
+    monkeypatch.setattr(np, "load", fail)
+    with pytest.raises(MemoryError):
+        Checkpoints(folder, {"version": "1"}, 1.0).find()

@@ -140,9 +140,12 @@ def test_compare_and_stats_fit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setenv("COLUMNS", str(WIDTH))
     monkeypatch.chdir(tmp_path)
     folder = write_run(tmp_path / "r")
-    result = CliRunner().invoke(cli, ["compare", str(folder), "--against", "pham2019/curves/tensile-v1-warp.csv"])
-    assert result.exit_code == 0
-    fits(result.stderr, "no rating: the model was given the reference, or returns what it was made of")
+    command = ["compare", str(folder), "--against", "pham2019/curves/tensile-v1-warp.csv"]
+    for more in ([], ["--json"]):
+        result = CliRunner().invoke(cli, [*command, *more])
+        assert result.exit_code == 0
+        told = result.stderr if more else result.stdout
+        fits(told, "no rating: the model was given the reference, or returns what it was made of")
     assert "no rating" in curve_line(json.loads(result.stdout))
     tests = {"tensile": ["warp-1.csv", "warp-2.csv"], "picture-frame": ["frame-1.csv", "frame-2.csv", "frame-3.csv"],
              "cantilever": ["cantilever-warp.csv"], "friction": ["friction-1.csv", "friction-2.csv"]}  # fmt: skip

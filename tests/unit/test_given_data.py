@@ -140,9 +140,9 @@ def test_a_strip_of_unknown_direction_is_not_rated(imported, capsys):
     own = load_curve(path)
     pd.DataFrame({"strain_pct": own.x, "force_n": 0.5 * own.mean}).to_csv(folder / "curve.csv", index=False)
     assert command(["compare", str(folder), "--against", str(path)]) == 0
-    assert "no rating: the file states no direction" in capsys.readouterr().err
+    assert "no rating: the file states no direction" in capsys.readouterr().out
     assert command(["compare", str(folder), "--against", str(path), "--direction", "warp"]) == 0
-    assert "rating 1.00 (excellent)" in capsys.readouterr().err
+    assert "rating 1.00 (excellent)" in capsys.readouterr().out
     assert command(["compare", str(folder), "--against", str(path), "--direction", "weft"]) == 2
 
 

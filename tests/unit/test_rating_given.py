@@ -115,7 +115,7 @@ def test_compare_scales_says_so_and_draws(strip, tmp_path):
     """A strip of 100 mm carries twice the force."""
     mine, picture = own_file(tmp_path / "mine.csv", 2.0, "# direction: warp\n"), tmp_path / "both.png"
     result = CliRunner().invoke(
-        cli, ["compare", str(strip), "--against", str(mine), "--width", "100", "--out", str(picture)]
+        cli, ["compare", str(strip), "--against", str(mine), "--width", "100", "--out", str(picture), "--json"]
     )
     assert result.exit_code == 0
     found = json.loads(result.stdout)
@@ -123,7 +123,7 @@ def test_compare_scales_says_so_and_draws(strip, tmp_path):
     assert "for 50 instead of 100 mm" in found["note"] and found["picture"] == str(picture)
     assert "peak +0.0 %" in result.stderr and "for 50 instead of 100 mm" in result.stderr
     assert picture.read_bytes().startswith(b"\x89PNG")
-    result = CliRunner().invoke(cli, ["compare", str(strip), "--against", str(mine), "--width", "50"])
+    result = CliRunner().invoke(cli, ["compare", str(strip), "--against", str(mine), "--width", "50", "--json"])
     assert json.loads(result.stdout)["peak_error_pct"] == pytest.approx(-50.0, abs=0.01)
     assert (strip / "compare.png").exists()
     assert json.loads(result.stdout)["looser_limits"] == []
@@ -136,7 +136,7 @@ def test_compare_names_the_limits_that_a_run_was_let_pass_by(strip, tmp_path):
     config["solver"] |= {"max_kinetic_ratio": 50.0}
     (folder / "config.yaml").write_text(yaml.safe_dump(config))
     mine = own_file(tmp_path / "mine.csv", 1.0, "# direction: warp\n# strip_width_mm: 50\n")
-    result = CliRunner().invoke(cli, ["compare", str(folder), "--against", str(mine)])
+    result = CliRunner().invoke(cli, ["compare", str(folder), "--against", str(mine), "--json"])
     said = "solver.max_kinetic_ratio = 50 %, looser than the preset's 5 %"
     assert json.loads(result.stdout)["looser_limits"] == [said]
     assert f"limits of the run that --accept-limits let pass: {said}" in result.stderr

@@ -8,7 +8,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from knittest.base.errors import InputError, KnittestError, NumericalError, ResourceError
+from knittest.base.errors import OUT_OF_MEMORY, InputError, KnittestError, NumericalError, ResourceError
 from knittest.base.notes import tell
 from knittest.base.progress import Progress
 from knittest.config.run import Run
@@ -18,7 +18,7 @@ from knittest.runs.options import RunOptions
 from knittest.studies.trials.child import GRACE, Child
 from knittest.studies.trials.record import Record, Status
 from knittest.studies.trials.trial import Trial
-from knittest.studies.trials.work import OUT_OF_MEMORY, SAID
+from knittest.studies.trials.work import SAID
 
 #: seconds between two looks at how far a run is, and those that a run may take, eleven days
 LOOK, FOREVER = 0.2, 1e6

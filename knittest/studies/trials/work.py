@@ -20,7 +20,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import TextIO
 
-from knittest.base.errors import InputError, NumericalError, ResourceError
+from knittest.base.errors import OUT_OF_MEMORY, InputError, NumericalError, ResourceError, is_out_of_memory
 from knittest.base.interrupts import Interrupted, Interrupts
 from knittest.base.progress import Progress
 from knittest.config.run import Run
@@ -33,7 +33,6 @@ from knittest.studies.trials.trial import Trial, code_digest
 Told = Callable[[str, object], None]
 #: event in the log: a line that was said on standard error
 SAID = "said"
-OUT_OF_MEMORY = "out of memory"
 #: seconds between two messages on how far a trial is
 BEAT = 0.5
 
@@ -161,7 +160,7 @@ def _warm(run: Run, told: Told) -> None:
 
 
 def _judged(error: Exception) -> tuple[Status, str]:
-    if isinstance(error, MemoryError):
+    if is_out_of_memory(error):
         return "blocked", OUT_OF_MEMORY
     statuses: dict[type, Status] = {NumericalError: "failed", InputError: "invalid", ResourceError: "blocked"}
     found = next((status for kind, status in statuses.items() if isinstance(error, kind)), None)
