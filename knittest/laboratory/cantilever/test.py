@@ -140,11 +140,19 @@ def given_overhang(run: CantileverRun) -> float:
         if rows:
             return rows[0].mean
     weight = fabric.area_mass_g_per_mm2 * run.rig.gravity_mm_per_ms2
-    likely = 2.0 * (fabric.macro.bending_stiffness_n_mm.of(run.rig.direction) / weight) ** (1.0 / 3.0)
+    likely = 2.0 * (_likely_stiffness(run) / weight) ** (1.0 / 3.0)
     raise InputError(
         f"rig.overhang: missing, and the fabric names no experiment with an overhang of the {run.rig.direction}: set "
         f"it in mm; by Eq. 2 the chord comes to {STANDARD_ANGLE:g} deg with --set rig.overhang={likely:.0f}"
     )
+
+
+def _likely_stiffness(run: CantileverRun) -> float:
+    """Bending stiffness per width [N mm] of what the run models: its shells, or its inlays side by side."""
+    fabric, direction = run.fabric, run.rig.direction
+    if not _meso(run) and fabric.macro.bending_stiffness is not None:
+        return fabric.macro.bending_stiffness_n_mm.of(direction)
+    return fabric.reinforcing.bending_stiffness_n_mm2.of(direction) * fabric.density_per_mm.of(direction)
 
 
 def strip_stiffness(run: CantileverRun, overhang: float, chord: float) -> float:
