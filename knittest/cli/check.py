@@ -39,12 +39,16 @@ def check(
     Sizes, masses, time step, steps, initial overlap; the time, by a hundred steps or more of the real model; and each
     number of the fabric beside its counterpart in the fabric's tests, in its curves, in its yarns and in the relaxed
     cell: agrees, differs or no counterpart. With --convergence the test is run twice. Of forming: depth and clearance
-    of the tools, and a picture of their section. TEST is tensile if not given.
+    of the tools, and a picture of their section. Where the material card of the shells is yet to be derived from the
+    yarns, how long that takes. TEST is tensile if not given.
 
     Example: knittest check tensile --variant 2 --scale meso --preset paper
     """
     chosen["sets"] = (*chosen["sets"], *own_settings(kinds()[test], chosen))
     runs = resolve_runs(test, direction, chosen)
     from knittest.runs.preflight.command import CheckOptions, check_command
+    from knittest.studies.homogenise.yarn_card import paths_to_run, with_cards
 
-    return check_command(runs, CheckOptions(threads, as_json, not no_time, convergence, out))
+    options = CheckOptions(threads, as_json, not no_time, convergence, out)
+    cells = paths_to_run(runs[0])
+    return check_command(runs if cells else with_cards(runs), options, cells)

@@ -75,8 +75,9 @@ def deck(test: str, direction: str | None, form: str, out: Path, **chosen: Any) 
     from knittest.export.abaqus_mesh import write_abaqus
     from knittest.runs.deck.write import write_deck
     from knittest.runs.specimen import prepare
+    from knittest.studies.homogenise.yarn_card import with_cards
 
-    runs = resolve_runs(test, direction, chosen)
+    runs = with_cards(resolve_runs(test, direction, chosen))
     make_folder(out)
     for run in runs:
         prepared, missing = prepare(run), []

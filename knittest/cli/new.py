@@ -25,7 +25,8 @@ def new(name: str, folder: Path | None, reinforcing: str | None, knitting: str |
 
     All numbers are those of the shipped variant 1 and marked assumed; with --from, curves, fracture strains and what
     else was imported are your own, with their sources. With --reinforcing and --knitting the numbers of the yarns are
-    derived from their data sheets.
+    derived from their data sheets. The material card of the shells is left out where it was not imported: a run at the
+    macro scale derives it from the yarns.
 
     Example: knittest new my-fabric --from data/my-fabric && knittest check tensile --variant my-fabric --scale macro
     """

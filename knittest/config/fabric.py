@@ -2,11 +2,12 @@
 
 import math
 from collections.abc import Mapping
+from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, ValidationError, ValidatorFunctionWrapHandler, WrapValidator, model_validator
 
-from knittest.config.base import BoundsError, PerDirection, Quantity, Strict, measure, number
+from knittest.config.base import BoundsError, PerDirection, Quantity, Source, Strict, measure, number
 from knittest.config.contact import YarnContact
 from knittest.config.inlay_section import InlaySection
 from knittest.config.kernel_units import Directed, Kernel
@@ -24,27 +25,67 @@ LOOP_LENGTH = 3.0
 THICKNESS = (0.5, 3.0)
 
 
-class MacroMaterial(Strict):
-    """Input curves and stiffnesses of the shell laminate."""
+def _or_absent(value: object, handler: ValidatorFunctionWrapHandler) -> Any:
+    return None if value is None else handler(value)
 
-    tension: dict[Direction, str] = Field(
-        description="CSV (strain_pct, force_n_per_mm; or force_n and a line # strip_width_mm: ...) per direction, in "
-        "./data or the shipped data"
+
+def _optional(description: str) -> Any:
+    return Field(None, description=description)
+
+
+#: only one of the scales reads it: a run there rejects a fabric without it, so that whoever reads it finds it
+Absent = WrapValidator(_or_absent)
+
+
+class TensionPoints(Strict):
+    """A tension curve of the shells that stands in the fabric file itself."""
+
+    points: list[Annotated[tuple[float, float], Field(strict=False)]] = Field(
+        description="strain [%] and force per width [N/mm] pairs, first (0, 0)"
     )
-    fracture_strain: PerDirection = measure("%", "element deletion strain", gt=0, band=(0.1, 50))
+    source: Source = Field(description="where the curve comes from: measured, derived, tuned, predicted, assumed, user")
+    ref: str = Field("", description="table, figure or reasoning behind the curve")
+
+    @model_validator(mode="after")
+    def _rises(self) -> Self:
+        if len(self.points) < 2 or self.points[0] != (0.0, 0.0):
+            raise BoundsError("expected at least two, the first [0, 0]", "points")
+        if any(b[0] <= a[0] for a, b in pairwise(self.points)):
+            raise BoundsError("strains must rise strictly", "points")
+        return self
+
+
+class MacroMaterial(Strict):
+    """Material card of the shells. What a fabric with yarns leaves out is derived from them when a run needs it."""
+
+    tension: Annotated[dict[Direction, str | TensionPoints], Absent] = _optional(
+        "tension curve per direction: a CSV (strain_pct, force_n_per_mm; or force_n and a line "
+        "# strip_width_mm: ...) in ./data or the shipped data, or points; none: derived from the yarns"
+    )
+    fracture_strain: Annotated[PerDirection, Absent] = number(
+        None, "%", "element deletion strain; goes with tension", gt=0, band=(0.1, 50)
+    )
     fracture_strain_fraction: ClassVar[Kernel[Directed]] = Kernel("fracture_strain")
-    bending_stiffness: PerDirection = measure("N mm", "bending stiffness per width", gt=0, band=(1e-3, 1e4))
+    bending_stiffness: Annotated[PerDirection, Absent] = number(
+        None, "N mm", "bending stiffness per width; none: derived from the yarns", gt=0, band=(1e-3, 1e4)
+    )
     bending_stiffness_n_mm: ClassVar[Kernel[Directed]] = Kernel("bending_stiffness")
     in_plane_bending: PerDirection | None = number(
         None, "N mm", "bending stiffness of the inlays in the plane, per width; none: forming derives it as EI of an "
         "inlay x inlays per width (rig.in_plane_bending), other tests leave it out", gt=0, band=(1e-6, 1e4),
     )  # fmt: skip
     in_plane_bending_n_mm: ClassVar[Kernel[Directed | None]] = Kernel("in_plane_bending")
-    shear: ShearLaw = Field(description="in-plane shear force over the shear angle")
-    compression_ratio: Quantity = measure("1", "compressive over largest tensile tangent", gt=0, le=1)
+    shear: Annotated[ShearLaw, Absent] = _optional(
+        "in-plane shear force over the shear angle; none: derived from the yarns"
+    )
+    compression_ratio: Quantity = number(
+        Quantity(value=0.01, source="assumed", ref="yarns buckle"),
+        "1", "compressive over largest tensile tangent", gt=0, le=1,
+    )  # fmt: skip
     poisson: Quantity = number(
         Quantity(value=0.0, source="assumed", ref="inlays of both directions slide on each other"),
-        "1", "contraction of the weft over the strain of the warp when the warp is pulled alone", gt=-1, le=2,
+        "1", "contraction of the weft over the strain of the warp when the warp is pulled alone; below -0.4 a "
+        "clamped strip no longer repeats its tension curve (6 % off at -0.9)", ge=-0.4, le=2,
     )  # fmt: skip
     self_friction: Quantity = number(
         Quantity(value=0.3, source="assumed", ref="as yarn on yarn; fabric on fabric is not published"),
@@ -53,21 +94,27 @@ class MacroMaterial(Strict):
 
     @model_validator(mode="after")
     def _both(self) -> Self:
-        if set(self.tension) != {"warp", "weft"}:
+        if self.tension is not None and set(self.tension) != {"warp", "weft"}:
             raise ValueError("tension needs a curve for warp and for weft")
+        if (self.tension is None) != (self.fracture_strain is None):
+            raise ValueError("tension and fracture_strain go together: give both, or none to derive both")
         return self
 
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """Parts of the card that are not stated."""
+        return tuple(name for name in CARD if getattr(self, name) is None)
 
-def _or_absent(value: object, handler: ValidatorFunctionWrapHandler) -> Any:
-    return None if value is None else handler(value)
+    @property
+    def curve_files(self) -> dict[str, str]:
+        """CSV files of the curves by their field, ``tension.warp`` for example."""
+        found = {f"tension.{d}": one for d, one in (self.tension or {}).items() if isinstance(one, str)}
+        return found if self.shear is None or self.shear.curve is None else found | {"shear": self.shear.curve}
 
 
-def _yarn_level(description: str) -> Any:
-    return Field(None, description=description)
+#: parts of the card of the shells that can be derived from yarns
+CARD = ("tension", "bending_stiffness", "shear")
 
-
-#: only the meso scale reads it: a run there refuses a fabric without it, so that whoever reads it finds it
-Absent = WrapValidator(_or_absent)
 #: what a fabric of the macro scale alone may leave out
 YARN_LEVEL = ("loop_length", "reinforcing", "knitting", "contact")
 
@@ -87,10 +134,13 @@ class Fabric(Strict):
     area_mass_g_per_mm2: ClassVar[Kernel[float]] = Kernel("area_mass")
     thickness: Quantity = measure("mm", "thickness of the fabric", gt=0, band=(0.1, 30))
     thickness_mm: ClassVar[Kernel[float]] = Kernel("thickness")
-    reinforcing: Annotated[ReinforcingYarn, Absent] = _yarn_level("warp and weft inlay yarn")
-    knitting: Annotated[KnittingYarn, Absent] = _yarn_level("yarn of the loops")
-    contact: Annotated[YarnContact, Absent] = _yarn_level("yarn-yarn contact")
-    macro: MacroMaterial = Field(description="shell material of the macro scale")
+    reinforcing: Annotated[ReinforcingYarn, Absent] = _optional("warp and weft inlay yarn")
+    knitting: Annotated[KnittingYarn, Absent] = _optional("yarn of the loops")
+    contact: Annotated[YarnContact, Absent] = _optional("yarn-yarn contact")
+    macro: MacroMaterial = Field(
+        default_factory=MacroMaterial,
+        description="material card of the shells, macro scale; what it leaves out is derived from the yarns",
+    )
     experiment: str | None = Field(None, description="folder of the measured results, in ./data or the shipped data")
     experiment_variant: str | None = Field(None, description="variant key in the experiment's tables")
     rigs: dict[TestName, dict[str, float | dict[str, float]]] = Field(

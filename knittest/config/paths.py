@@ -26,18 +26,20 @@ def settle_data_paths(run: Run, layers: Layers, folders: Sequence[Path]) -> Run:
     own = (here / "data").resolve()
     roots = [data_dir().resolve(), *(f.resolve() for f in folders), *([own] if own.is_relative_to(here) else []), here]
     fabric = run.fabric
-    tension: dict[str, str] = {}
-    for direction, text in fabric.macro.tension.items():
-        path: KeyPath = ("fabric", "macro", "tension", direction)
-        tension[direction] = _settled(text, path, layers, roots, needed=run.model.scale == "macro")
+    macro, needed = fabric.macro, run.model.scale == "macro"
+    if macro.tension is not None:
+        at: KeyPath = ("fabric", "macro", "tension")
+        tension = {
+            d: _settled(one, (*at, d), layers, roots, needed) if isinstance(one, str) else one
+            for d, one in macro.tension.items()
+        }
+        macro = macro.model_copy(update={"tension": tension})
     experiment = fabric.experiment
     if experiment is not None:
         experiment = _settled(experiment, ("fabric", "experiment"), layers, roots, needed=True, is_folder=True)
         _check_variant(str(fabric.experiment_variant), roots[0] / experiment, layers)
-    macro = fabric.macro.model_copy(update={"tension": tension})
-    if macro.shear.curve is not None:
-        path = ("fabric", "macro", "shear", "curve")
-        settled = _settled(macro.shear.curve, path, layers, roots, needed=run.model.scale == "macro")
+    if macro.shear is not None and macro.shear.curve is not None:
+        settled = _settled(macro.shear.curve, ("fabric", "macro", "shear", "curve"), layers, roots, needed)
         macro = macro.model_copy(update={"shear": macro.shear.model_copy(update={"curve": settled})})
     fabric = fabric.model_copy(update={"macro": macro, "experiment": experiment})
     return run.model_copy(update={"fabric": fabric, "rig": _settled_tools(run, layers, roots)})

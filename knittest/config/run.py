@@ -160,6 +160,12 @@ class Run(Strict):
         if missing and self.model.scale == "meso":
             needed = ", ".join(missing)
             raise BoundsError(f"the meso scale needs {needed}: give them, or use --scale macro", "fabric")
+        if missing and (unknown := self.fabric.macro.missing) and self.model.scale == "macro":
+            raise BoundsError(
+                f"the macro scale needs macro.{', macro.'.join(unknown)}: give them, or the yarns "
+                f"({', '.join(missing)}) from which they are derived",
+                "fabric",
+            )
         return self
 
     @model_validator(mode="after")

@@ -1,7 +1,7 @@
 """A fabric to start from: a shipped one whose numbers are all assumed, with yarns of data sheets and imported tests."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, Literal
 
@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from knittest.base.errors import InputError
 from knittest.base.kinds import DEFAULT
 from knittest.config.base import Quantity
-from knittest.config.fabric import YARN_LEVEL, Fabric, makes_mass, mass_and_thickness
+from knittest.config.fabric import CARD, YARN_LEVEL, Fabric, makes_mass, mass_and_thickness
 from knittest.config.layers import Layers
 from knittest.config.messages import input_error
 from knittest.config.paths import settle_data_paths
@@ -22,6 +22,8 @@ from knittest.config.yarn import KnittingYarn, ReinforcingYarn
 YarnSystem = Literal["reinforcing", "knitting"]
 #: part of a fabric file that an import writes
 FABRIC = "fabric.yaml"
+#: fields of the card of the shells that go with another one
+TOGETHER = {"tension": ("fracture_strain",)}
 #: fields of a shear law of which one excludes the others
 LAWS = ("stiffness", "curve", "points", "source", "ref", "definition")
 
@@ -45,7 +47,8 @@ def starting_text(
             update={name: Quantity.model_validate(made) for name, made in mass_and_thickness(start).items()}
         )
     if folder is None:
-        return fabric_template(start, like.name, own)
+        without = start.macro.model_copy(update=_absent(CARD))
+        return fabric_template(start.model_copy(update={"macro": without}), like.name, own)
     document = _part(folder)
     fabric = _laid_over(start, document)
     own += [
@@ -74,6 +77,11 @@ def _yarn(system: YarnSystem, text: str) -> ReinforcingYarn | KnittingYarn:
         raise input_error(error, layers, model) from None
 
 
+def _absent(parts: Iterable[str]) -> dict[str, None]:
+    """Fields of a card without ``parts``, which are then derived from yarns."""
+    return dict.fromkeys(name for part in parts for name in (part, *TOGETHER.get(part, ())))
+
+
 def _part(folder: Path) -> Document:
     if folder.is_dir() and not (folder / FABRIC).is_file():
         raise InputError(
@@ -89,7 +97,7 @@ def _part(folder: Path) -> Document:
 
 def _laid_over(start: Fabric, document: Document) -> Fabric:
     """``start`` with what ``document`` states, each number with its own source; without yarns that cannot make the area
-    mass it states.
+    mass it states, else without the parts of the card of the shells that it does not state.
     """
     layers = Layers()
     layers.lay(start.model_dump(mode="json"), lambda path: f"{start.name}, as started", ("fabric",))
@@ -102,6 +110,10 @@ def _laid_over(start: Fabric, document: Document) -> Fabric:
     mass = Layers(stated).get(("area_mass", "value"))
     if isinstance(mass, int | float) and not makes_mass(start, mass):
         layers.lay(dict.fromkeys(YARN_LEVEL), lambda path: f"{start.name}, as started", ("fabric",))
+    else:
+        own = Layers(stated).get(("macro",)) or {}
+        absent = _absent(part for part in CARD if not {part, *TOGETHER.get(part, ())} & set(own))
+        layers.lay(absent, lambda path: f"{start.name}, as started", ("fabric", "macro"))
     layers.lay(stated, lambda path: document.where(path[1:]), ("fabric",))
     try:
         run = RUNS[DEFAULT].model_validate({"fabric": layers.data["fabric"], "model": {"scale": "macro"}})

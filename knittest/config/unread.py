@@ -43,7 +43,8 @@ def unused_notes(run: Run) -> Iterator[str]:
     """Warnings of numbers that a choice beside them switches off, and of a mass and thickness given for yarns."""
     fabric = run.fabric
     if run.model.scale == "macro":
-        law = fabric.macro.shear
+        if (law := fabric.macro.shear) is None:
+            return
         off = {
             "stiffness": law.kind == "table" and law.stiffness, "curve": law.kind == "linear" and law.curve,
             "points": law.kind == "linear" and law.points,

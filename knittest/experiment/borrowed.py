@@ -18,11 +18,9 @@ _AS = re.compile(r"as (\S+)")
 
 def borrowed(fabric: Fabric) -> dict[str, str]:
     """Name of the other fabric by field, ``macro.tension.warp`` for example, for each curve that states one."""
-    macro = fabric.macro
-    curves = {f"macro.tension.{direction}": text for direction, text in macro.tension.items()}
-    if macro.shear.kind == "table" and macro.shear.curve is not None:
-        curves["macro.shear"] = macro.shear.curve
-    owners = {field: stated_fabric(data_dir() / text) for field, text in curves.items()}
+    linear = fabric.macro.shear is not None and fabric.macro.shear.kind == "linear"
+    curves = {name: text for name, text in fabric.macro.curve_files.items() if not (linear and name == "shear")}
+    owners = {f"macro.{name}": stated_fabric(data_dir() / text) for name, text in curves.items()}
     return {field: owner for field, owner in owners.items() if owner not in ("", fabric.name)}
 
 

@@ -52,7 +52,7 @@ def cell_of(run: Run, compute: Callable[[], None] | None = None) -> str | None:
 def data_files(run: Run) -> list[Path]:
     """Files that the numbers of ``run`` come from besides its config: curves, tables of its experiment, tools."""
     fabric, root = run.fabric, data_dir()
-    curves = [root / name for name in (*fabric.macro.tension.values(), fabric.macro.shear.curve) if name]
+    curves = [root / name for name in fabric.macro.curve_files.values()]
     tables = sorted((root / fabric.experiment).glob("*.csv")) if fabric.experiment else []
     tools = [root / stl.path for stl in stl_tools(run.rig).values()]
     return [path for path in (*curves, *tables, *tools) if path.is_file()]

@@ -11,7 +11,8 @@ from knittest.base.history import History, Quality
 from knittest.base.resources import data_dir
 from knittest.config.fabric import Direction, Fabric
 from knittest.config.run import Run
-from knittest.experiment.curves import ReferenceCurve, load_curve
+from knittest.experiment.compare import STRAIN
+from knittest.experiment.curves import FORCE_PER_WIDTH, ReferenceCurve, load_curve
 from knittest.experiment.forces import per_width
 from knittest.kernels.shell_state import Laminate
 from knittest.laboratory.curve_reach import cut_curves, refuse_blunders, refuse_too_strong
@@ -91,9 +92,14 @@ class Test(Protocol[RunT]):
 def fabric_laminate(run: Run) -> Laminate:
     """Laminate of the run's fabric with its tension curves.
 
-    Raises :class:`InputError` for mass scaling, which shells lack, for an assumed fracture strain that cuts a curve of
-    the fabric's own, and for a curve beyond the strength of fibres.
+    Raises :class:`InputError` for a card that is not complete, for mass scaling, which shells lack, for an assumed
+    fracture strain that cuts a curve of the fabric's own, and for a curve beyond the strength of fibres.
     """
+    if missing := run.fabric.macro.missing:
+        raise InputError(
+            f"fabric {run.fabric.name}: macro.{', macro.'.join(missing)} are missing: knittest homogenise --from cell "
+            "derives them from the yarns and writes a fabric file that has them"
+        )
     if run.solver.target_step is not None:
         raise InputError(
             f"solver.target_step = {run.solver.target_step:g} us: shells are not mass-scaled; leave it out"
@@ -120,7 +126,11 @@ def tension_curve(fabric: Fabric, direction: Direction) -> ReferenceCurve:
     Raises :class:`InputError` for a file of the other direction or another test, and for the force of a strip of
     unknown width.
     """
-    curve = load_curve(data_dir() / fabric.macro.tension[direction])
+    given = fabric.macro.tension[direction]
+    if not isinstance(given, str):
+        strain, force = (np.array(column) for column in zip(*given.points, strict=True))
+        return ReferenceCurve("input", strain, force, None, STRAIN, FORCE_PER_WIDTH, given.ref or given.source)
+    curve = load_curve(data_dir() / given)
     found, where = curve.conditions, f"fabric {fabric.name}, macro.tension.{direction}"
     if found.test not in ("", "tensile") or found.direction not in ("", direction):
         stated = f"{found.test or 'tensile'} {found.direction}".strip()

@@ -31,8 +31,7 @@ def given_as(run: Run, path: Path, curve: ReferenceCurve) -> str:
         return told
     if run.model.scale != "macro":
         return ""
-    macro = run.fabric.macro
-    files = [data_dir() / name for name in (*macro.tension.values(), macro.shear.curve) if name]
+    files = [data_dir() / name for name in run.fabric.macro.curve_files.values()]
     files = [file for file in files if file.is_file()]
     if path.resolve() in [file.resolve() for file in files]:
         return "the shells were given this file"

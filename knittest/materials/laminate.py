@@ -150,7 +150,7 @@ def _tension_points(
 ) -> tuple[Array, Array]:
     """Strain [-] and force per width [N/mm] from the origin to the fracture strain ``fail``."""
     strain, force = to_kernel(1.0, "%") * np.asarray(curve[0], float), np.asarray(curve[1], float)
-    where = f"fabric {fabric.name}, macro.tension.{direction} ({fabric.macro.tension[direction]})"
+    where = f"fabric {fabric.name}, {_named(fabric, direction)}"
     limit = f"macro.fracture_strain.{direction} = {100 * fail:g} %"
     if strain.shape != force.shape or strain.size < 2 or not np.isfinite(np.append(strain, force)).all():
         raise InputError(f"{where}: expected at least two rows of finite strain and force")
@@ -170,6 +170,11 @@ def _tension_points(
     return thin(strain, force, CURVE_TOLERANCE * force[-1])
 
 
+def _named(fabric: Fabric, direction: Direction) -> str:
+    given = fabric.macro.tension[direction]
+    return f"macro.tension.{direction} ({given if isinstance(given, str) else 'points'})"
+
+
 def _cut(strain: Array, force: Array, end: float) -> tuple[Array, Array]:
     """The curve up to the strain ``end``, or all of it when it ends before."""
     if strain[-1] <= end:
@@ -186,7 +191,7 @@ def _layer_offset(fabric: Fabric, bending: Array, tangents: list[Array]) -> floa
         worst = int(np.argmax(needed))
         d, soft = DIRECTIONS[worst], float(tangents[worst].min()) * to_kernel(1.0, "%")
         raise InputError(
-            f"fabric {fabric.name}, macro.tension.{d} ({fabric.macro.tension[d]}): smallest tangent {soft:.3g} N/mm "
+            f"fabric {fabric.name}, {_named(fabric, d)}: smallest tangent {soft:.3g} N/mm "
             f"per % of strain, too soft for macro.bending_stiffness.{d} = {bending[worst]:g} N mm; expected a curve "
             f"without a force-free start"
         )

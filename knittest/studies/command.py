@@ -31,6 +31,7 @@ from knittest.runs.options import RunOptions
 from knittest.runs.show import open_page, print_json, print_refused, print_results
 from knittest.solve.threads import use_threads
 from knittest.solve.warmup import compiling_for
+from knittest.studies.homogenise.yarn_card import with_cards
 from knittest.studies.trials.beside import Beside
 from knittest.studies.trials.ensemble import run_ahead
 from knittest.studies.verify import REPEATS, finished, unverified, verified
@@ -50,6 +51,7 @@ def run_all(runs: list[Run], options: RunOptions) -> list[Outcome]:
     for run in runs:  # before there is a folder that stands in the way of the corrected command
         references_of(run, options.against)
         TESTS[run.rig.kind].refuse(run)
+    runs = with_cards(runs, options.quiet)
     if len(runs) == 1:
         return _run_jobs([(runs[0], NewFolder(options.out))], options, None)
     parent = options.out or fresh_folder(Path("runs") / run_name(runs[0], direction="both", at=datetime.now()))

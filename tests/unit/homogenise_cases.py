@@ -5,6 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
+from knittest.config.fabric import CARD
+from knittest.config.loading import resolve
 from knittest.materials.heavy_elastica import chord_angle
 from knittest.studies.homogenise import command
 from knittest.studies.homogenise.command import HomogeniseOptions, homogenise_command
@@ -117,3 +119,11 @@ def homogenise(folder: Path, monkeypatch, pool, request: Request | None = None, 
 def outcome(folder: Path) -> dict:
     """homogenise.json."""
     return json.loads((folder / OUT / "homogenise.json").read_text())
+
+
+def with_shipped_card(run):
+    """``run`` with the parts of variant 1's material card that its fabric leaves out, in place of derived ones."""
+    fabric, shipped = run.fabric, resolve(variant="1").fabric.macro
+    names = [name for name in (*CARD, "fracture_strain") if getattr(fabric.macro, name) is None]
+    macro = fabric.macro.model_copy(update={name: getattr(shipped, name) for name in names})
+    return run.model_copy(update={"fabric": fabric.model_copy(update={"macro": macro})})

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from export_sample import cost, curve, energies, quality
+from homogenise_cases import with_shipped_card
 
 from knittest.base.kinds import kinds
 from knittest.base.resources import data_dir
@@ -54,7 +55,8 @@ def write_run(
     scale = "macro" if "macro" in kinds()[kind].scales else "meso"
     chosen = {"scale": scale, "variant": "1"} | ({"specimens": specimens} if specimens > 1 else {}) | chosen
     run = resolve(test=kind, direction=None if not kinds()[kind].directional else direction, **chosen)
-    files = [data_dir() / name for name in run.fabric.macro.tension.values()]
+    run = with_shipped_card(run)
+    files = [data_dir() / name for name in run.fabric.macro.curve_files.values() if "shear" not in name]
     rows = [{**RESULTS[kind], **(results or {})}]
     rows += [{name: value * (1.0 + 0.1 * k) for name, value in rows[0].items()} for k in range(1, specimens)]
     fabric = run.fabric

@@ -124,6 +124,22 @@ CASES = {
         "tensile", "rig.jaw_length=200", "rig={jaw_length: 60, gauge_length: 50}",
         "rig.jaw_length = 60: must be at most rig.gauge_length, 50 mm",
     ),
+    "jaw shorter than any": (
+        "tensile", "rig.jaw_length=1", "rig.jaw_length=0.01",
+        "rig.jaw_length = 0.01: implausible, expected 1 to 200 mm",
+    ),
+    "strips off their curve": (
+        "tensile", "fabric.macro.poisson=-0.4", "fabric.macro.poisson=-0.9",
+        "fabric.macro.poisson = -0.9: must be at least -0.4",
+    ),
+    "sticking yarns creep": (
+        "tensile", "fabric.contact.tangential_ratio=0.01", "fabric.contact.tangential_ratio=0.009",
+        "fabric.contact.tangential_ratio = 0.009: times normal_stiffness is 9 N/mm",
+    ),
+    "crossings too soft": (
+        "tensile", "fabric.contact.normal_stiffness=100", "fabric.contact.normal_stiffness=99",
+        "fabric.contact.normal_stiffness = 99: implausible, expected 100 to",
+    ),
     "nothing can fail": (
         "tensile", "rig.max_strain=1.61", "rig.max_strain=1.6",
         "rig.max_strain = 1.6: must exceed fabric.macro.fracture_strain.warp, 1.6 %, or nothing fails",

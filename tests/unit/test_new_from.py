@@ -7,6 +7,7 @@ import yaml
 
 from knittest.base.errors import InputError
 from knittest.base.history import Quality
+from knittest.base.resources import configs_dir
 from knittest.cli.main import run
 from knittest.config.loading import resolve
 from knittest.experiment.row_kind import quantities
@@ -25,6 +26,7 @@ macro:
     weft: {"value": 1.9, "sd": 0.2, "source": "measured", "ref": "4 strips, 100 mm wide"}
   bending_stiffness:
     warp: {"value": 4.5, "sd": 0.3, "source": "derived", "ref": "overhang"}
+  shear: {kind: linear, stiffness: {"value": 0.02, "source": "assumed", "ref": "mine"}}
 experiment: "mine"
 experiment_variant: "mine"
 """
@@ -66,8 +68,9 @@ def test_imported_numbers_keep_their_sources_and_all_others_are_assumed(imported
     assert (fabric.experiment, fabric.experiment_variant) == (str(imported), "mine")
     sources = [q.source for q in quantities(fabric)]
     assert sources.count("assumed") == len(sources) - 3
-    assert all(q.ref == "as pham2019-v1" and not q.chosen_by for q in quantities(fabric) if q.source == "assumed")
-    assert (fabric.macro.shear.source, fabric.macro.shear.ref) == ("assumed", "as pham2019-v1")
+    others = [q for q in quantities(fabric) if q.source == "assumed" and q != fabric.macro.shear.stiffness]
+    assert all(q.ref == "as pham2019-v1" and not q.chosen_by for q in others)
+    assert fabric.macro.bending_stiffness.weft.ref == "as pham2019-v1"
     text = Path("configs/mine.yaml").read_text()
     assert "#   macro.fracture_strain.warp\n" in text and "CF/PA 6.6" in fabric.reinforcing.description
     assert fabric.reinforcing.description.startswith("as pham2019-v1: ")
@@ -76,14 +79,31 @@ def test_imported_numbers_keep_their_sources_and_all_others_are_assumed(imported
 def test_without_an_import_nothing_is_measured_or_predicted(imported):
     assert run(["new", "mine"]) == 0
     data = yaml.safe_load(Path("configs/mine.yaml").read_text())
-    assert data["macro"]["shear"]["source"] == "assumed" and data["macro"]["tension"]["warp"].startswith("pham2019")
+    assert data["macro"]["shear"] is data["macro"]["tension"] is data["macro"]["fracture_strain"] is None
     assert {q.source for q in quantities(shells().fabric)} == {"assumed"}
+
+
+def test_what_was_not_imported_of_the_card_of_the_shells_is_left_out_unless_there_are_no_yarns(imported):
+    whole = (imported / "fabric.yaml").read_text()
+    part = "".join(line for line in whole.splitlines(keepends=True) if "shear" not in line)
+    (imported / "fabric.yaml").write_text(part)
+    assert run(["new", "mine", "--from", "data/mine"]) == 0
+    assert shells().fabric.macro.missing == ("shear",)
+    light = (
+        part + "area_mass: {value: 100, source: measured, ref: x}\nthickness: {value: 0.5, source: measured, ref: x}\n"
+    )
+    (imported / "fabric.yaml").write_text(light)
+    for path in Path("configs").iterdir():
+        path.unlink()
+    assert run(["new", "mine", "--from", "data/mine"]) == 0
+    assert shells().fabric.macro.shear.ref == "as pham2019-v1"
 
 
 def test_a_shear_law_of_its_own_replaces_the_other_whole(imported):
     (imported / "fabric.yaml").write_text(
         PART.replace(
-            "macro:", "macro:\n  shear: {kind: table, points: [[0, 0], [40, 0.2]], source: measured, ref: own}"
+            '{kind: linear, stiffness: {"value": 0.02, "source": "assumed", "ref": "mine"}}',
+            "{kind: table, points: [[0, 0], [40, 0.2]], source: measured, ref: own}",
         )
     )
     assert run(["new", "mine", "--from", "data/mine"]) == 0
@@ -174,9 +194,11 @@ def test_a_run_carries_the_warning(imported, monkeypatch):
 
 
 def test_a_curve_of_another_fabric_may_be_cut_by_its_assumed_strain(imported):
-    assert run(["new", "mine"]) == 0
-    path = Path("configs/mine.yaml")
-    path.write_text(path.read_text().replace("warp: {value: 1.6, sd: 0.3", "warp: {value: 1.4, sd: 0.3"))
+    text = (configs_dir() / "fabrics" / "pham2019-v1.yaml").read_text().replace("name: pham2019-v1", "name: mine")
+    Path("configs").mkdir()
+    Path("configs/mine.yaml").write_text(
+        text.replace("warp: {value: 1.6, sd: 0.3, source: measured", "warp: {value: 1.4, sd: 0.3, source: assumed")
+    )
     fabric_laminate(shells())
     assert len(cut_curve_warnings(shells())) == 1
 

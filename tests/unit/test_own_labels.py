@@ -6,8 +6,8 @@ import pytest
 from html_page import HtmlPage
 from report_sample import write_run
 
-from knittest.cli.main import run as command
 from knittest.config.loading import resolve
+from knittest.config.templates import fabric_template, taken_over
 from knittest.experiment.curves import ReferenceCurve
 from knittest.laboratory import strips
 from knittest.laboratory.registry import REPORTS
@@ -36,9 +36,11 @@ PAPER = ("Table 3", "Table 1", "Pham", "variant 1", "as published")
 
 @pytest.fixture
 def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The fabric ``mine`` as ``knittest new`` writes it, with an experiment and tension curves of its own."""
+    """The fabric ``mine`` with variant 1's numbers, assumed, an experiment and tension curves of its own."""
     monkeypatch.chdir(tmp_path)
-    assert command(["new", "mine"]) == 0
+    like = resolve(variant="1", parameters="as-measured").fabric
+    (tmp_path / "configs").mkdir()
+    (tmp_path / "configs/mine.yaml").write_text(fabric_template(taken_over(like, "mine"), like.name))
     (tmp_path / "data/mine").mkdir(parents=True)
     (tmp_path / "data/mine/results.csv").write_text(TABLE)
     (tmp_path / "data/mine-warp.csv").write_text(CURVE)

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from homogenise_cases import with_shipped_card
 from report_sample import write_run
 from test_lab_frame import frame_file
 from test_lab_friction import friction_file
@@ -62,7 +63,7 @@ def test_friction_and_forming_take_the_measured_coefficient(place):
     forming = mine("forming").rig
     assert (forming.static_coefficient, forming.kinetic_coefficient) == pytest.approx((0.23, 0.2), rel=1e-3)
     found = mine("friction", direction="warp")
-    TESTS["friction"].prepare(found)  # the strip fits the plates, and sticks out of them
+    TESTS["friction"].prepare(with_shipped_card(found))  # the strip fits the plates, and sticks out of them
     assert row_kind(found, "mu_paper") == "input" and assumed_inputs(found) == ()
     assert "#   rigs.friction\n#   rigs.forming\n" in Path("configs/mine.yaml").read_text()
 
@@ -99,13 +100,13 @@ def test_a_frame_is_that_of_the_import_and_ends_with_it(place):
     assert run(["new", "mine", "--from", "data/mine"]) == 0
     rig = mine("picture-frame").rig
     assert (rig.side, rig.frame_side, rig.max_angle) == (170.0, 200.0, 36.0)
-    TESTS["picture-frame"].prepare(mine("picture-frame"))
+    TESTS["picture-frame"].prepare(with_shipped_card(mine("picture-frame")))
     alone = mine("picture-frame", sets=["rig.side=100"]).rig  # a square of one's own has a frame of its own
     assert (alone.side, alone.frame_side, alone.max_angle) == (100.0, None, 36.0)
     yarns = mine("picture-frame", scale="meso", preset="quick").rig  # the preset's small square
     assert (yarns.side, yarns.frame_side, yarns.max_angle) == (50.0, None, 36.0)
     with pytest.raises(InputError, match=r"rig\.max_angle = 45 deg: .* ends at 36\.\d+ deg; --set rig\.max_angle=36 "):
-        TESTS["picture-frame"].prepare(mine("picture-frame", sets=["rig.max_angle=45"]))
+        TESTS["picture-frame"].prepare(with_shipped_card(mine("picture-frame", sets=["rig.max_angle=45"])))
 
 
 @pytest.mark.parametrize(

@@ -131,3 +131,10 @@ def test_the_estimate_is_that_of_the_run():
     assert found is not None and found.timed >= 100 and found.threads == 1 and found.step_s > 0.0
     assert found.steps == pytest.approx(run_specimen(run).cost.steps, rel=0.03)
     assert found.at_most > 2 * found.steps
+
+
+def test_steps_are_timed_however_many_a_run_has():
+    """A thousandth of the step: rows of the run itself would have a thousand times its steps."""
+    run = shells("solver.safety=1e-6")
+    found = timing.estimate(run, prepare(run))
+    assert found.at_most > 1e9 and found.timed < 1e5

@@ -4,7 +4,7 @@ import pytest
 
 from knittest.base.resources import configs_dir
 from knittest.config.loading import resolve
-from knittest.config.starting import starting_text
+from knittest.config.templates import fabric_template, taken_over
 from knittest.config.unread import unread_note
 from knittest.runs.preflight.model import model_facts
 from knittest.runs.specimen import prepare
@@ -62,8 +62,9 @@ def test_stiffness_in_the_plane_which_no_shipped_card_has_makes_no_own_card():
 
 
 def test_a_fabric_started_from_a_shipped_one_is_compared_with_it(tmp_path):
-    text = starting_text("mine", resolve(variant="1", parameters="as-measured").fabric)
-    assert "knittest homogenise" in text.partition("\nname:")[0]
+    like = resolve(variant="1", parameters="as-measured").fabric
+    text = fabric_template(taken_over(like, "mine"), like.name)
+    assert "derived from the yarns when a run needs them" in text.partition("\nname:")[0]
     path = tmp_path / "mine.yaml"
     path.write_text(text)
     own = {"variant": None, "fabric": path}

@@ -151,10 +151,11 @@ def given_overhang(run: CantileverRun) -> float:
 
 def _stiffness(run: CantileverRun) -> float:
     """Bending stiffness per width [N mm] that the model of ``run`` is given: of shells that of their card, of yarns
-    that of a reinforcing yarn times their density.
+    or without a card that of a reinforcing yarn times
+    their density.
     """
     fabric, direction = run.fabric, run.rig.direction
-    if _meso(run):
+    if _meso(run) or fabric.macro.bending_stiffness is None:
         return float(fabric.reinforcing.bending_stiffness_n_mm2.of(direction) * fabric.density_per_mm.of(direction))
     return float(fabric.macro.bending_stiffness_n_mm.of(direction))
 

@@ -9,7 +9,7 @@ shape would curl the strip; it lies flat without weight, as a couple at the free
 
 import time as clock
 from dataclasses import dataclass, replace
-from math import atan2, ceil, degrees
+from math import atan2, ceil, degrees, log
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,7 +33,9 @@ from knittest.solve.state import SimulationCost
 Array = NDArray[np.float64]
 
 #: steps in which yarns and loops settle at first, and between two turns of the sections; most turns
-SETTLE, BETWEEN, MOST_TURNS = 7500, 2500, 24
+SETTLE, BETWEEN, MOST_TURNS = 7500, 2500, 72
+#: turns after which yarns and loops get twice the steps to settle, and turns without a smaller residual that end it
+PATIENT, STALLED = 24, 24
 #: deflection that moments out of balance would add, over that of the weight, and error of the root's moment over that
 #: of the weight, at which the strip is at rest; the root settles last, and bends a few millimetres only
 BALANCED, ROOT_BALANCED = 0.005, 0.008
@@ -141,13 +143,17 @@ def yarns_to_rest(prepared: Prepared, run: CantileverRun, cost: SimulationCost, 
     _bend(prepared, overhang, per_length, stiffness)
     course = _Course(prepared, run, cost, curl)
     moments, before = course.settle(SETTLE), _angle(prepared, run)
+    residuals: list[float] = []
     for trial in range(MOST_TURNS + 1):
         course.judge(moments)
-        if course.done.converged or trial == MOST_TURNS:
+        residuals.append(course.done.residual)
+        observer.progress(_share(residuals), 0.0, 1e3 * course.dt, 0.0)
+        stalled = trial - int(np.argmin(residuals)) >= STALLED
+        if course.done.converged or stalled or trial == MOST_TURNS:
             break
         before = _angle(prepared, run)
         course.turn(moments, STIFFER * stiffness)
-        moments = course.settle(BETWEEN)
+        moments = course.settle(BETWEEN if trial < PATIENT else 2 * BETWEEN)
     now = model.position()
     weight, angle = mounting.moment(now), _angle(prepared, run)
     frames = (first, Frame(1.0, angle, weight, now, model.fields()))
@@ -155,6 +161,12 @@ def yarns_to_rest(prepared: Prepared, run: CantileverRun, cost: SimulationCost, 
         overhang, angle, course.carried(), weight, mounting.curvature(now), course.done, frames, course.done.converged,
         curl, angle - before,
     )  # fmt: skip
+
+
+def _share(residuals: list[float]) -> float:
+    """Share of the way from the first residual to that of rest, on a scale of logarithms."""
+    first, now = (max(residual / BALANCED, 1.0 + 1e-9) for residual in (residuals[0], min(residuals)))
+    return 1.0 - log(now) / log(first)
 
 
 def _bend(prepared: Prepared, overhang: float, weight: float, stiffness: float) -> None:

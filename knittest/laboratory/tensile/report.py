@@ -20,6 +20,7 @@ from knittest.experiment.statistics import Corridor, corridor_on, mean_sd
 from knittest.experiment.tables import PublishedValue, factor_note, for_width, with_factors
 from knittest.export import curve_picture, strip_picture
 from knittest.laboratory.apparatus import STRIP_JAWS, strip_jaws
+from knittest.laboratory.base import tension_curve
 from knittest.laboratory.report_base import (
     Columns,
     CurveAxes,
@@ -85,10 +86,13 @@ class TensileReport(Report[TensileRun]):
         owner = borrowed(run.fabric).get(f"macro.tension.{run.rig.direction}")
         if owner and run.model.scale == "meso":
             return None
-        path = data_dir() / run.fabric.macro.tension[run.rig.direction]
-        if not path.is_file():
+        text = run.fabric.macro.curve_files.get(f"tension.{run.rig.direction}")
+        if text is None and (run.model.scale == "meso" or run.fabric.macro.tension is None):
             return None
-        curve = load_curve(path)
+        path = data_dir() / (text or "")
+        if text is not None and not path.is_file():
+            return None
+        curve = tension_curve(run.fabric, run.rig.direction) if text is None else load_curve(path)
         if run.model.scale == "meso":
             told = curve if curve.kind in UNRATED else marked(run, path, curve, kinds()[run.rig.kind].published)
             return self.matched(run, told)

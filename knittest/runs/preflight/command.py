@@ -21,7 +21,7 @@ from knittest.runs.preflight.of_tests import test_counterparts
 from knittest.runs.preflight.of_yarns import derived_lines, derived_numbers, yarn_counterparts
 from knittest.runs.preflight.rigs import rig_lines, rigs_of
 from knittest.runs.preflight.speed import speed_study
-from knittest.runs.preflight.timing import estimate
+from knittest.runs.preflight.timing import estimate, rounded
 from knittest.runs.show import print_json, print_text
 from knittest.runs.specimen import prepare
 
@@ -37,11 +37,16 @@ class CheckOptions:
     folder: Path = Path("check")
 
 
-def check_command(runs: Sequence[Run], options: CheckOptions) -> int:
-    """Check the models of ``runs`` and their fabric; returns the exit code."""
+def check_command(runs: Sequence[Run], options: CheckOptions, cells: Sequence[Run] = ()) -> int:
+    """Check the models of ``runs`` and their fabric; returns the exit code.
+
+    ``cells`` are paths of a cell of yarns from which a run derives the material card of its shells first.
+    """
     numba.set_num_threads(best_threads(options.threads))
     passed, models = True, []
-    for run in runs:
+    card = _card(cells, options)
+    _say(card, options)
+    for run in runs if not cells else ():
         lines, found = _model(run, options)
         models.append(found)
         _say(lines, options)
@@ -60,12 +65,28 @@ def check_command(runs: Sequence[Run], options: CheckOptions) -> int:
             {
                 "models": models,
                 "derived": {name: q.model_dump() for name, q in derived_numbers(runs[0].fabric).items()},
+                "card": card,
                 "counterparts": [row.as_json() for row in rows],
                 "assumed_curves": borrowed(runs[0].fabric),
                 "rigs": rigs_of(runs[0].fabric),
             }
         )
     return 0 if passed else OutOfTolerance.exit_code
+
+
+def _card(cells: Sequence[Run], options: CheckOptions) -> list[str]:
+    """Lines on the material card that is to be derived before there is a model of shells to be checked."""
+    if not cells:
+        return []
+    name, parallel = cells[0].fabric.name, min(numba.get_num_threads(), len(cells))
+    lines = [
+        f"fabric {name} has no material card of the shells: a run at the macro scale first derives it from "
+        f"{len(cells)} paths of a cell of its yarns, {parallel} at a time, and keeps it in the cache"
+    ]
+    if options.timed:
+        times = [time.seconds for cell in cells if (time := estimate(cell, prepare(cell))) is not None]
+        lines.append(f"  time                   about {rounded(sum(times) / parallel)}, once")
+    return [*lines, "  model of the shells    can be checked when the card has been derived"]
 
 
 def taken_over(fabric: Fabric) -> list[str]:

@@ -42,10 +42,12 @@ def test_counterparts(fabric: Fabric) -> Iterator[Counterpart]:
         for row in found.values():
             yield of_quantity(field.replace("_", " "), field, unit, quantity, row.mean, _cited(row), SAME)
     for direction in DIRECTIONS:
-        yield _fracture_strain(fabric, direction)
-        yield _end_of_curve(fabric, direction)
-        yield _peak(fabric, direction)
-        yield _bending(fabric, direction)
+        if "tension" not in fabric.macro.missing:
+            yield _fracture_strain(fabric, direction)
+            yield _end_of_curve(fabric, direction)
+            yield _peak(fabric, direction)
+        if "bending_stiffness" not in fabric.macro.missing:
+            yield _bending(fabric, direction)
         for kind, record in kinds().items():
             yield from _of_rig(fabric, kind, record.measured, direction)
 
@@ -68,7 +70,8 @@ def _end_of_curve(fabric: Fabric, direction: Direction) -> Counterpart:
     except InputError as error:
         return of_quantity(name, field, "%", quantity, None, str(error))
     whose = "another fabric's curve" if reach.borrowed else "the curve"
-    origin = f"largest force of {whose} {nearest(fabric.macro.tension[direction])}"
+    file = fabric.macro.curve_files.get(f"tension.{direction}")
+    origin = f"largest force of {whose} {nearest(file) if file else 'in the file'}"
     return of_quantity(name, field, "%", quantity, reach.end, origin, MARGIN, (f"macro.tension.{direction}",))
 
 

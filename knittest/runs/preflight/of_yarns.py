@@ -63,7 +63,8 @@ def yarn_counterparts(fabric: Fabric) -> Iterator[Counterpart]:
     yield from _fibres(fabric)
     yield _stitch_density(fabric)
     for direction in DIRECTIONS:
-        yield from _bundle(fabric, direction)
+        if "tension" not in fabric.macro.missing:
+            yield from _bundle(fabric, direction)
         yield from _bending(fabric, direction)
     try:
         yield from cell_counterparts(fabric, relaxed_cell(fabric))
@@ -131,10 +132,13 @@ def _bundle(fabric: Fabric, direction: Direction) -> Iterator[Counterpart]:
 def _bending(fabric: Fabric, direction: Direction) -> Iterator[Counterpart]:
     """Bending out of the plane, and in it where the run has it."""
     yarns = fabric.density_per_mm.of(direction) * fabric.reinforcing.bending_stiffness_n_mm2.of(direction)
-    stated = {"bending stiffness": ("bending_stiffness", fabric.macro.bending_stiffness)}
-    if fabric.macro.in_plane_bending is not None:
-        stated["bending stiffness in the plane"] = ("in_plane_bending", fabric.macro.in_plane_bending)
+    stated = {
+        "bending stiffness": ("bending_stiffness", fabric.macro.bending_stiffness),
+        "bending stiffness in the plane": ("in_plane_bending", fabric.macro.in_plane_bending),
+    }
     for name, (field, quantity) in stated.items():
+        if quantity is None:
+            continue
         yield of_quantity(
             f"{direction} {name}", f"macro.{field}.{direction}", "N mm", quantity.of(direction), yarns,
             "yarns side by side: density x reinforcing.bending_stiffness", BENDING,

@@ -46,9 +46,9 @@ class Estimate:
         """Estimate as a sentence."""
         all_of = f", {self.specimens} specimens" if self.specimens > 1 else ""
         return (
-            f"about {_rounded(self.seconds)} for {self.steps} steps expected{all_of}, {self.threads} "
+            f"about {rounded(self.seconds)} for {self.steps} steps expected{all_of}, {self.threads} "
             f"thread{'s' * (self.threads > 1)}, by {self.timed} timed steps of {1e3 * self.step_s:.3g} ms; before them "
-            f"{_rounded(self.prepared_s)} (what was compiled and relaxed is kept), after them pictures and page"
+            f"{rounded(self.prepared_s)} (what was compiled and relaxed is kept), after them pictures and page"
         )
 
     def as_json(self) -> dict[str, object]:
@@ -119,16 +119,18 @@ def estimate(run: Run, prepared: Prepared, prepared_s: float = 0.0) -> Estimate 
     number of steps is not known beforehand.
 
     Compiles what the run needs, as the run itself would; ``prepared_s`` [s] is what its model took. The model has moved
-    afterwards.
+    afterwards. Rows are at most :data:`STEPS` long, so that timing ends however many steps the run has.
     """
     if isinstance(prepared.mount, Holder):
         return None
     threads = threads_for(len(prepared.model.mesh.cells))
     compiled_s = warm(run, threads=threads)
     rig = _Brief(prepared.rig)
+    rows = prepared.rig.duration / (run.solver.safety * prepared.model.critical_step * STEPS)
+    output = run.output.model_copy(update={"samples": max(run.output.samples, round(rows))})
     with limited(threads):
         start = clock.perf_counter()
-        simulate(prepared.model, rig, run.solver, run.output, _Stopwatch(rig.times))
+        simulate(prepared.model, rig, run.solver, output, _Stopwatch(rig.times))
     at_most = int(prepared.rig.duration / rig.step)
     steps = round(at_most * expected_share(run, prepared))
     return Estimate(
@@ -143,7 +145,7 @@ def expected_share(run: Run, prepared: Prepared) -> float:
     return float(kind.load("lasting")(run, prepared)) if kind.lasting else 1.0
 
 
-def _rounded(seconds: float) -> str:
+def rounded(seconds: float) -> str:
     """Two digits are more than an estimate knows."""
     if seconds < 90.0:
         return f"{seconds:.2g} s"

@@ -17,6 +17,7 @@ from knittest.config.sources import variant_path
 from knittest.config.sweep import Sweep, parse_sweep
 from knittest.config.yaml_loader import Document, KeyPath, dotted, shown
 from knittest.studies.batch.axes import Axis, axes_of
+from knittest.studies.homogenise.yarn_card import with_cards
 from knittest.studies.trials.trial import Trial, trial_of
 
 DIRECTION: KeyPath = ("rig", "direction")
@@ -102,6 +103,7 @@ class Plan:
                 test=case.test, fabric=case.fabric, config=case.config, sets=[*case.settings, *settings],
                 accept_limits=self.accept_limits,
             )  # fmt: skip
+            (run,) = with_cards([run])
         except InputError as error:
             return Row(number, values, case, None, str(error))
         what = [run.rig.kind, run.fabric.name, run.direction, *(_brief(*one) for one in values.items())]

@@ -62,10 +62,9 @@ def _fabric(outcome: Outcome, run: Run, folder: Path) -> dict[str, Any]:
             field = place(path)
             if field is not None and field.is_quantity:
                 _put(data, path[1:], _tuned(outcome, k, _at(here, path[1:])))
-    macro = data["macro"]
-    macro["tension"] = {d: kept_beside(text, folder, f"tension-{d}.csv") for d, text in macro["tension"].items()}
-    if macro["shear"].get("curve"):
-        macro["shear"]["curve"] = kept_beside(macro["shear"]["curve"], folder, "shear.csv")
+    for name, text in run.fabric.macro.curve_files.items():
+        part, _, direction = name.partition(".")
+        data["macro"][part][direction or "curve"] = kept_beside(text, folder, f"{name.replace('.', '-')}.csv")
     if data.get("experiment"):
         data["experiment"] = kept_beside(data["experiment"], folder, EXPERIMENT)
     return data

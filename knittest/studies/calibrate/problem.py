@@ -10,6 +10,7 @@ from knittest.config.run import Run
 from knittest.config.yaml_loader import Document, dotted
 from knittest.studies.calibrate.parameters import Parameter, parameters_of
 from knittest.studies.calibrate.targets import Number, Target, targets_of
+from knittest.studies.homogenise.yarn_card import with_cards
 from knittest.studies.trials.case import Case, existing, fabric_path, settings_of
 
 
@@ -26,7 +27,8 @@ class Problem:
     def run(self, case: Case, values: Sequence[float]) -> Run:
         """The run of ``case`` with ``values`` of the parameters."""
         pairs = zip(self.parameters, values, strict=True)
-        return case.run([setting for one, value in pairs for setting in one.settings(value, case.kind)])
+        run = case.run([setting for one, value in pairs for setting in one.settings(value, case.kind)])
+        return with_cards([run])[0]
 
     @property
     def method(self) -> file.Method:

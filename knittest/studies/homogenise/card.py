@@ -10,6 +10,7 @@ from knittest.base.atomic import write_atomic
 from knittest.config.dumping import dump_mapping
 from knittest.config.fabric import Direction
 from knittest.config.run import Run
+from knittest.config.shear import ELASTIC
 from knittest.experiment.curves import FORCE_PER_WIDTH
 from knittest.export.own_data import OWN, kept_beside
 from knittest.laboratory.cell.config import CellRun
@@ -92,6 +93,7 @@ def _fabric(card: Card, run: Run, folder: Path) -> dict[str, Any]:
     data["name"] = _name(run)
     data["title"] = f"{run.fabric.title}; shells homogenised from yarns".removeprefix("; ")
     macro = data["macro"]
+    friction = ELASTIC if run.fabric.macro.shear is None else run.fabric.macro.shear.friction_share
     macro["tension"] = {d: f"{OWN}/tension-{d}.csv" for d in DIRECTIONS}
     macro["fracture_strain"] = {
         d: _derived(float(card.tension[d][0][-1]), _story(card, "tensile", d)) for d in DIRECTIONS
@@ -99,7 +101,7 @@ def _fabric(card: Card, run: Run, folder: Path) -> dict[str, Any]:
     macro["bending_stiffness"] = {d: _derived(card.bending[d], _story(card, "cantilever", d)) for d in DIRECTIONS}
     macro["shear"] = {
         "kind": "table", "curve": f"{OWN}/shear.csv", "source": "derived", "ref": _story(card, "picture-frame"),
-        "friction_share": macro["shear"]["friction_share"],
+        "friction_share": friction.model_dump(mode="json", exclude_none=True),
     }  # fmt: skip
     if data.get("experiment"):
         data["experiment"] = kept_beside(data["experiment"], folder, "experiment")

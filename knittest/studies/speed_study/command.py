@@ -11,6 +11,7 @@ from knittest.config.loading import resolve
 from knittest.config.run import Run
 from knittest.laboratory.halving import LIMIT, Halving, halving
 from knittest.runs.show import print_text
+from knittest.studies.homogenise.yarn_card import with_cards
 from knittest.studies.speed_study.table import Row, csv_text, markdown, rows_of
 from knittest.studies.trials.pool import LocalPool
 from knittest.studies.trials.record import Record
@@ -63,10 +64,11 @@ def study_command(options: StudyOptions) -> int:
 
 
 def _run(options: StudyOptions, test: str, scale: str) -> Run:
-    return resolve(
+    run = resolve(
         test=test, variant=options.variant, fabric=options.fabric, scale=scale, preset=options.preset,
         direction=options.direction if kinds()[test].directional else None,
     )  # fmt: skip
+    return with_cards([run], options.quiet)[0]
 
 
 def _label(run: Run, study: Halving) -> str:

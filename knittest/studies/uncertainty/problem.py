@@ -15,6 +15,7 @@ from knittest.config.number_path import number_path
 from knittest.config.run import Run
 from knittest.config.settings import Setting
 from knittest.config.yaml_loader import Document, KeyPath, dotted
+from knittest.studies.homogenise.yarn_card import with_cards
 from knittest.studies.trials.case import Case, existing, fabric_path, settings_of
 from knittest.studies.trials.draws import quantiles, tried
 from knittest.studies.uncertainty.differences import check_differences
@@ -85,7 +86,7 @@ class Problem:
         :class:`InputError` where it is refused.
         """
         sooner = [] if end is None else [self.shorter.setting(end)]
-        return self.cases[fabric].run([*settings_at(self.parameters, values), *sooner])
+        return with_cards([self.cases[fabric].run([*settings_at(self.parameters, values), *sooner])])[0]
 
 
 def settings_at(parameters: Sequence[Parameter], values: Sequence[float]) -> list[Setting]:

@@ -1,0 +1,301 @@
+"""Material cards of shells that a fabric leaves out: derived from one cell of its yarns when a run needs them, and kept
+in the cache.
+"""
+
+import hashlib
+import json
+import tempfile
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+from pydantic import ValidationError
+
+from knittest.base.cache import cache_folder
+from knittest.base.errors import InputError, KnittestError, NumericalError, ResourceError
+from knittest.base.interrupts import Interrupts
+from knittest.base.kept import keep, kept
+from knittest.base.kinds import kinds
+from knittest.base.notes import tell
+from knittest.base.sealed import Damaged
+from knittest.config.doubtful import REJECTED
+from knittest.config.dumping import dump_mapping
+from knittest.config.fabric import CARD, Direction, Fabric
+from knittest.config.layers import Layers
+from knittest.config.leaves import leaves
+from knittest.config.messages import input_error
+from knittest.config.run import Run, Variability
+from knittest.fabric.variability import draw
+from knittest.studies.homogenise import measures
+from knittest.studies.homogenise.curves import Array, tension_curve
+from knittest.studies.homogenise.from_cell import cell_run
+from knittest.studies.homogenise.measures import Tested
+from knittest.studies.homogenise.plan import PIECES, Piece, Request
+from knittest.studies.trials.pool import LocalPool
+from knittest.studies.trials.record import Record
+from knittest.studies.trials.run_all import run_shown
+from knittest.studies.trials.runner import TRIALS
+from knittest.studies.trials.study import says_how_to_go_on
+from knittest.studies.trials.trial import code_digest, trial_of
+
+#: size of the cell, and time [s] that one path of it may take
+PRESET, TIME_LIMIT = "quick", 1800.0
+#: share of the speed, and largest safety of the time step, of the tries of a path that is rejected or fails
+TRIES = ((1.0, 1.0), (0.5, 0.6))
+#: paths that each part of a card is derived from
+PATHS: Mapping[str, Sequence[Piece]] = dict(zip(CARD, (PIECES[:2], PIECES[3:], PIECES[2:3]), strict=True))
+#: width [mm] of the strip whose yarns scatter: that of tensile tests
+STRIP = 50.0
+#: beginning of the reference of what was derived here; the digest of the yarns follows
+FORMULA = "derived from one cell of the yarns "
+#: fields of a fabric that its cell does not follow from
+OUTSIDE = {"name", "title", "macro", "experiment", "experiment_variant", "rigs"}
+DIGITS = 12
+
+
+class Numbers(NamedTuple):
+    """What one path says: force per width ``y`` [N/mm] over ``x``, strain [%] or angle [deg]; or a stiffness [N mm].
+
+    ``rejected`` says which quality check of the path failed.
+    """
+
+    x: Array
+    y: Array
+    rejected: str = ""
+
+
+def with_cards(runs: Sequence[Run], quiet: bool = False) -> list[Run]:
+    """``runs`` whose shells have a card: what is left out of it, or was derived from other yarns, is derived.
+
+    Raises :class:`NumericalError` where a path of the cell has no result, :class:`InputError` for a fabric that cannot
+    have a cell, and for a derived card that a run excludes.
+    """
+    found: dict[str, dict[Piece, Numbers]] = {}
+    completed = []
+    for run in runs:
+        parts = missing_parts(run)
+        if parts:
+            numbers = found.setdefault(_digest(run.fabric), {})
+            numbers |= _numbers(run.fabric, [p for p in _pieces(parts) if p not in numbers], quiet)
+            _refuse_rejected(run, parts, numbers)
+            run = _with_card(run, parts, numbers)
+        completed.append(run)
+    return completed
+
+
+def missing_parts(run: Run) -> tuple[str, ...]:
+    """Parts of the card that ``run`` needs and its fabric does not state, or that were derived from other yarns."""
+    macro = run.fabric.macro
+    if run.model.scale != "macro":
+        return ()
+    references = {
+        "tension": [one.ref for one in (macro.tension or {}).values() if not isinstance(one, str)],
+        "bending_stiffness": [] if macro.bending_stiffness is None else [macro.bending_stiffness.warp.ref],
+        "shear": [] if macro.shear is None else [macro.shear.ref],
+    }
+    own = FORMULA + _digest(run.fabric)
+    stale = [name for name, refs in references.items() if any(r.startswith(FORMULA) and own not in r for r in refs)]
+    return tuple(name for name in CARD if name in macro.missing or name in stale)
+
+
+def _refuse_rejected(run: Run, parts: Sequence[str], numbers: Mapping[Piece, Numbers]) -> None:
+    """Raise :class:`NumericalError` for a rejected path that says what decides the test of ``run``."""
+    decisive = kinds()[run.rig.kind].deciding.get("macro", ())
+    for part in (part for part in parts if any(field.startswith(f"macro.{part}") for field in decisive)):
+        for piece in PATHS[part]:
+            if rejected := numbers[piece].rejected:
+                raise NumericalError(_failure(run.fabric, piece, f"rejected: {rejected}"))
+
+
+def paths_to_run(run: Run) -> list[Run]:
+    """Runs of the cell that are to be made before ``run``; none where its card is stated or in the cache."""
+    pieces = [p for p in _pieces(missing_parts(run)) if _load(run.fabric, p) is None]
+    with tempfile.TemporaryDirectory() as folder:
+        return [cell_run(_request(run.fabric, Path(folder)), piece) for piece in pieces]
+
+
+def _pieces(parts: Iterable[str]) -> list[Piece]:
+    return [piece for part in parts for piece in PATHS[part]]
+
+
+def _numbers(fabric: Fabric, pieces: Sequence[Piece], quiet: bool) -> dict[Piece, Numbers]:
+    """What the paths ``pieces`` say: from the cache, or run and kept there."""
+    found = {piece: numbers for piece in pieces if (numbers := _load(fabric, piece)) is not None}
+    outcomes: dict[Piece, Numbers | Record] = {}
+    left = [piece for piece in pieces if piece not in found]
+    if not left:
+        return found
+    if not quiet:
+        tell(
+            f"fabric {fabric.name}: deriving the material card of its shells from {len(left)} paths of a cell of yarns"
+        )
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        says_how_to_go_on(),
+        Interrupts() as interrupts,
+        interrupts.deciding(),
+    ):
+        for speed, safety in TRIES:
+            for piece, outcome in _run(fabric, left, Path(folder), speed, safety, quiet).items():
+                outcomes[piece] = outcome
+                if not isinstance(outcome, Record):
+                    arrays = {name: np.asarray(value) for name, value in outcome._asdict().items()}
+                    keep(_path(fabric, piece), _key(fabric, piece), arrays)
+            left = [piece for piece in left if not _is_final(outcomes[piece])]
+            if not left:
+                break
+    for piece, outcome in outcomes.items():
+        if isinstance(outcome, Record):
+            raised: dict[str, type[KnittestError]] = {"invalid": InputError, "blocked": ResourceError}
+            text = _failure(fabric, piece, f"{outcome.status}: {outcome.reason}")
+            raise raised.get(outcome.status, NumericalError)(text)
+        found[piece] = outcome
+    return found
+
+
+def _is_final(outcome: Numbers | Record) -> bool:
+    """Tell whether another try would end as this one."""
+    return outcome.status != "failed" if isinstance(outcome, Record) else not outcome.rejected
+
+
+def _run(
+    fabric: Fabric, pieces: Sequence[Piece], folder: Path, speed: float, safety: float, quiet: bool
+) -> dict[Piece, Numbers | Record]:
+    """Run paths at a share of their ``speed``, with a time step of at most ``safety``; records of those without a
+    result.
+    """
+    runs = {}
+    for piece in pieces:
+        run = cell_run(_request(fabric, folder), piece)
+        sets = (f"solver.speed={speed * run.solver.speed!r}", f"solver.safety={min(safety, run.solver.safety)!r}")
+        runs[piece] = cell_run(_request(fabric, folder, sets), piece)
+    trials = {piece: trial_of(run, f"card, {piece.name}") for piece, run in runs.items()}
+    by_key = {trial.key: piece for piece, trial in trials.items()}
+    outcomes: dict[Piece, Numbers | Record] = {}
+
+    def note(record: Record) -> None:
+        piece = by_key[record.key]
+        outcomes[piece] = record
+        if record.status not in ("completed", "refused"):
+            return
+        results = replace(record, status="completed").results
+        tested = Tested(runs[piece], folder / TRIALS / record.key, results, record.key)
+        try:
+            outcomes[piece] = _measured(piece, tested)._replace(rejected=record.reason)
+        except NumericalError as error:
+            outcomes[piece] = replace(record, status="failed", reason=str(error))
+
+    pool = LocalPool(numba.get_num_threads(), 1)
+    run_shown(list(trials.values()), folder, pool, limit=TIME_LIMIT, quiet=quiet, check=note)
+    return outcomes
+
+
+def _measured(piece: Piece, tested: Tested) -> Numbers:
+    if piece.direction and piece.kind == "tensile":
+        measures.tension(tested)  # which raises where no yarn was torn
+        return Numbers(*tension_curve(*_of_scattered(tested.run.fabric, piece.direction, *measures.pulled(tested))))
+    if piece.kind == "cantilever":
+        return Numbers(np.zeros(0), np.array([measures.bending_stiffness(tested)]))
+    angle, force = measures.shear_law(tested)
+    return Numbers(angle, force) if angle[0] == 0.0 else Numbers(np.append(0.0, angle), np.append(0.0, force))
+
+
+def _of_scattered(fabric: Fabric, direction: Direction, strain: Array, force: Array) -> tuple[Array, Array]:
+    """Strain [%] and force [N/mm] of a strip of yarns whose strength and slack scatter, from those of yarns all alike,
+    which are torn at the last strain: a bundle (Daniels, 1945) of the yarns of a standard strip.
+    """
+    drawn = draw(fabric, Variability(), direction, round(STRIP * fabric.density_per_mm.of(direction)), 0)
+    if np.ptp(drawn.fracture_strain) == 0.0 and not drawn.slack.any():
+        return strain, force
+    longer = (1.0 + strain[-1] / 100.0) / (1.0 + fabric.reinforcing.fracture_strain_fraction)
+    slack = 100.0 * drawn.slack
+    breaks = 100.0 * (longer * (1.0 + drawn.fracture_strain) - 1.0) + slack
+    grid = np.union1d(strain, breaks[breaks < strain[-1]])
+    held = np.interp(grid[:, None] - slack, strain, force) * (grid[:, None] <= breaks)
+    return grid, held.mean(axis=1)
+
+
+def _failure(fabric: Fabric, piece: Piece, reason: str) -> str:
+    part = next(part for part, pieces in PATHS.items() if piece in pieces)
+    return (
+        f"fabric {fabric.name}: macro.{part} is left out and cannot be derived from the yarns: {piece.name} of a cell "
+        f"{reason}; give macro.{part} in the fabric file, or use --scale meso"
+    )
+
+
+def _with_card(run: Run, parts: Sequence[str], numbers: Mapping[Piece, Numbers]) -> Run:
+    """``run`` with ``parts`` of its card from the ``numbers`` of paths; raises :class:`InputError`."""
+    data: dict[str, Any] = run.model_dump(mode="json")
+    macro = data["fabric"]["macro"]
+    for part in parts:
+        macro |= _fields(part, _digest(run.fabric), numbers)
+    try:
+        return type(run).model_validate(data)
+    except ValidationError as error:
+        layers = Layers()
+        layers.lay(data, lambda path: "the card derived from the yarns")
+        raise input_error(error, layers) from None
+
+
+def _fields(part: str, digest: str, numbers: Mapping[Piece, Numbers]) -> dict[str, Any]:
+    """Fields of ``part`` of a card, marked as derived."""
+    made, ends = {}, {}
+    for piece in PATHS[part]:
+        x, y, rejected = numbers[piece]
+        ref = f"{FORMULA}{digest}, preset {PRESET}" + (f"{REJECTED}{rejected}" if rejected else "")
+        told = {"source": "derived", "ref": ref}
+        points = [[_short(a), _short(b)] for a, b in zip(x, y, strict=False)]
+        if part == "shear":
+            return {part: {"kind": "table", "points": points, **told}}
+        made[piece.direction] = {"points": points, **told} if part == "tension" else {"value": _short(y[-1]), **told}
+        ends[piece.direction] = {"value": _short(x[-1]), **told} if part == "tension" else {}
+    return {part: made, "fracture_strain": ends} if part == "tension" else {part: made}
+
+
+def _short(value: float) -> float:
+    return float(f"{value:.6g}")
+
+
+def _request(fabric: Fabric, folder: Path, sets: tuple[str, ...] = ()) -> Request:
+    """Request of a cell of ``fabric``, whose file is written to ``folder``."""
+    path = folder / "fabric.yaml"
+    data = _yarns(fabric) | {"name": fabric.name}
+    path.write_text(dump_mapping(data, ("fabric",)), encoding="utf-8")
+    return Request(fabric=path, preset=PRESET, sets=sets, source="cell")
+
+
+def _yarns(fabric: Fabric) -> dict[str, Any]:
+    """Fields of ``fabric`` that its cell follows from."""
+    return fabric.model_dump(mode="json", exclude=OUTSIDE, exclude_none=True)
+
+
+def _digest(fabric: Fabric) -> str:
+    """Digest of the numbers of the yarns of ``fabric``."""
+    numbers = sorted((name, str(value)) for name, value in leaves(_yarns(fabric)))
+    return hashlib.sha256(json.dumps(numbers).encode()).hexdigest()[:DIGITS]
+
+
+def _key(fabric: Fabric, piece: Piece) -> str:
+    """Digest of the yarns of ``fabric``, of the path, and of the sources that make numbers of them."""
+    digest = hashlib.sha256(f"{_digest(fabric)} {piece.name} {PRESET} {TRIES} {code_digest()}".encode())
+    for source in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(source.read_bytes())
+    return digest.hexdigest()[: 2 * DIGITS]
+
+
+def _path(fabric: Fabric, piece: Piece) -> Path | None:
+    folder = cache_folder("cards")
+    return None if folder is None else folder / f"{_key(fabric, piece)}.npz"
+
+
+def _load(fabric: Fabric, piece: Piece) -> Numbers | None:
+    path = _path(fabric, piece)
+    try:
+        arrays = kept(path, _key(fabric, piece))
+        return None if arrays is None else Numbers(arrays["x"], arrays["y"], str(arrays["rejected"]))
+    except (Damaged, KeyError) as error:
+        tell(f"{path}: {error}: this part of a card is not used; it is derived anew")
+        return None

@@ -1,0 +1,145 @@
+"""A fabric without a material card of its shells gets one from a cell of its yarns, once."""
+
+import numpy as np
+import pytest
+import yaml
+from homogenise_cases import BENDING, STRAIN, YARN_FORCE, Formulas, pull, shear
+
+from knittest.base.errors import InputError, NumericalError
+from knittest.cli.main import run as knittest
+from knittest.config.dumping import dump
+from knittest.config.loading import resolve
+from knittest.laboratory.base import fabric_laminate, tension_curves
+from knittest.studies.homogenise import yarn_card
+from knittest.studies.homogenise.yarn_card import missing_parts, paths_to_run, with_cards
+
+
+@pytest.fixture
+def pool(tmp_path, monkeypatch):
+    """A new fabric in an empty cache, whose paths are formulas; the pools that were made."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(yarn_card, "cache_folder", lambda *names: tmp_path)
+    made: list[Formulas] = []
+
+    def local(workers, threads):
+        made.append(Formulas())
+        return made[-1]
+
+    monkeypatch.setattr(yarn_card, "LocalPool", local)
+    assert knittest(["new", "mine"]) == 0
+    path = tmp_path / "configs" / "mine.yaml"  # of which the formulas are torn within the path
+    path.write_text(
+        path.read_text().replace("fracture_strain: {value: 1.0, sd: 0.15,", "fracture_strain: {value: 1.5,")
+    )
+    return made
+
+
+def shells(*sets: str, test: str = "tensile", **asked):
+    return resolve(variant="mine", scale="macro", preset="quick", test=test, sets=sets, **asked)
+
+
+def test_a_new_fabric_has_no_card_and_its_shells_get_that_of_its_yarns(pool):
+    run = shells(direction="warp")
+    assert run.fabric.macro.missing == missing_parts(run) == ("tension", "bending_stiffness", "shear")
+    assert [cell.rig.path for cell in paths_to_run(run)] == ["warp", "weft", "bending", "bending", "shear"]
+    (done,) = with_cards([run], quiet=True)
+    macro = done.fabric.macro
+    for direction, strain in STRAIN.items():
+        density = run.fabric.density_per_mm.of(direction)
+        curve = tension_curves(done.fabric)[direction]
+        assert curve.mean.max() == pytest.approx(density * YARN_FORCE, rel=1e-3)
+        assert macro.fracture_strain.of(direction).value == pytest.approx(strain, rel=1e-3)
+        assert macro.bending_stiffness.of(direction).value == BENDING[direction]
+        assert macro.tension[direction].source == macro.fracture_strain.of(direction).source == "derived"
+    assert macro.shear.source == macro.bending_stiffness.warp.source == "derived"
+    angle, force = np.array(macro.shear.points).T
+    assert force == pytest.approx(shear(angle), rel=0.05, abs=1e-4)
+    fabric_laminate(done)
+
+
+def test_yarns_of_scattered_strength_make_a_weaker_card(pool):
+    """A bundle whose strength scatters by 15 % breaks at some 0.73 of the mean strength (Daniels, 1945)."""
+    run = shells("fabric.reinforcing.fracture_strain={value: 1.5, sd: 0.225, source: user}", direction="warp")
+    (done,) = with_cards([run], quiet=True)
+    macro, last = done.fabric.macro, STRAIN["warp"]
+    peak = max(force for _, force in macro.tension["warp"].points)
+    assert 0.75 * last < macro.fracture_strain.warp.value < 0.95 * last
+    strong = run.fabric.warp_density_per_mm * YARN_FORCE
+    left = peak / (run.fabric.warp_density_per_mm * pull(macro.fracture_strain.warp.value, last))
+    assert 0.5 * strong < peak < 0.8 * strong and 0.75 < left < 1.0  # of the yarns that are not torn
+
+
+def test_a_card_is_derived_once_and_the_resolved_config_keeps_it(pool, tmp_path):
+    first, second = with_cards([shells(direction="warp"), shells(direction="weft")], quiet=True)
+    assert len(pool) == 1 and first.fabric == second.fabric
+    assert with_cards([shells(direction="warp")], quiet=True) == [first] and len(pool) == 1
+    assert paths_to_run(shells()) == []
+    (tmp_path / "run.yaml").write_text(dump(first))
+    again = resolve(config=tmp_path / "run.yaml")
+    assert again == first and missing_parts(again) == ()
+    changed = resolve(config=tmp_path / "run.yaml", sets=["fabric.knitting.youngs_modulus=50"])
+    assert missing_parts(changed) == ("tension", "bending_stiffness", "shear")
+    stated = resolve(config=tmp_path / "run.yaml", sets=["fabric.macro.bending_stiffness.warp=9"])
+    assert with_cards([stated]) == [stated]
+
+
+def test_what_is_stated_of_a_card_stays(pool):
+    law = "fabric.macro.shear={kind: linear, stiffness: 0.02}"
+    run = shells(law, direction="warp")
+    (done,) = with_cards([run], quiet=True)
+    assert done.fabric.macro.shear == run.fabric.macro.shear
+    assert len(pool[0].asked) == 4 and not any("picture-frame" in name for name in pool[0].asked)
+
+
+def test_a_path_is_tried_again_and_its_rejected_law_decides_no_test(pool, monkeypatch, capsys):
+    asked: list[Formulas] = []
+
+    def ends(trial) -> str:
+        return "refused" if trial.run.rig.path == "shear" else "completed"
+
+    def local(workers, threads):
+        asked.append(Formulas(ends))
+        return asked[-1]
+
+    monkeypatch.setattr(yarn_card, "LocalPool", local)
+    monkeypatch.setattr(
+        yarn_card, "_measured", lambda piece, tested: yarn_card.Numbers(*np.array([[0.0, 2.0], [0.0, 0.3]]))
+    )
+    (strip,) = with_cards([shells(direction="warp")], quiet=True)
+    assert [len(pool.asked) for pool in asked] == [5, 1]
+    assert "failed its quality checks: refused on purpose" in strip.fabric.macro.shear.ref
+    with pytest.raises(NumericalError, match=r"macro\.shear is left out and cannot be derived from the yarns"):
+        with_cards([shells(test="picture-frame")], quiet=True)
+    assert len(asked) == 2  # the cache knows it
+
+
+def test_a_path_that_fails_says_what_to_give(pool, monkeypatch):
+    monkeypatch.setattr(yarn_card, "LocalPool", lambda workers, threads: Formulas(lambda trial: "failed"))
+    with pytest.raises(NumericalError, match=r"tensile warp of a cell failed: failed on purpose; give macro\.tension"):
+        with_cards([shells(direction="warp")], quiet=True)
+
+
+def test_check_says_that_a_card_is_derived_first(pool, capsys):
+    assert knittest(["check", "tensile", "--variant", "mine", "--scale", "macro", "--no-time"]) == 0
+    assert "first derives it from 5 paths of a cell of its yarns" in capsys.readouterr().out
+    assert not pool
+    with_cards([shells()], quiet=True)
+    assert knittest(["check", "tensile", "--variant", "mine", "--scale", "macro", "--no-time"]) == 0
+    assert "first derives it" not in capsys.readouterr().out
+
+
+def test_a_fabric_that_states_neither_card_nor_yarns_is_rejected_for_shells(pool, tmp_path):
+    path = tmp_path / "configs" / "mine.yaml"
+    data = yaml.safe_load(path.read_text())
+    path.write_text(yaml.safe_dump(data | dict.fromkeys(("loop_length", "reinforcing", "knitting", "contact"))))
+    with pytest.raises(
+        InputError, match=r"the macro scale needs macro\.tension, macro\.bending_stiffness, macro\.shea"
+    ):
+        shells()
+
+
+def test_shells_of_a_fabric_without_a_card_break_with_its_yarns(pool, tmp_path, capsys):
+    arguments = ["--direction", "warp", "--scale", "macro", "--preset", "quick", "--no-frames", "--no-pictures"]
+    assert knittest(["tensile", "--variant", "mine", *arguments, "--out", "r", "--json"]) == 0
+    peak = yaml.safe_load(capsys.readouterr().out)["results"]["peak_force_n"]
+    assert peak == pytest.approx(50.0 * 0.28 * YARN_FORCE, rel=0.01)
