@@ -39,6 +39,8 @@ LEFT_FREE = 0.01
 #: time in which deeper overlap without force falls to 1 / e of itself [ms], and the most of it that is given force in
 #: one update, over the smaller radius
 RECOVERY, PORTION = 0.02, 0.02
+#: the same for a cell, whose contacts are looked at less often and which has little energy
+PORTION_OF_CELLS = 0.002
 
 
 def _empty(capacity: int, group: "YarnContactGroup") -> Contacts:
@@ -177,7 +179,13 @@ class ContactTracker:
         """
         group = self.group
         given, self.recovering, deepest = search.recover_overlaps(
-            self.contacts, self.count, group.radius, group.law, LEFT_FREE, min(time / RECOVERY, 1.0), PORTION
+            self.contacts,
+            self.count,
+            group.radius,
+            group.law,
+            LEFT_FREE,
+            min(time / RECOVERY, 1.0),
+            PORTION if group.images is None else PORTION_OF_CELLS,
         )
         return float(given), float(deepest)
 

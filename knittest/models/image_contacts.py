@@ -35,26 +35,58 @@ def share_states(contacts: Contacts, count: int, images: Images, master: Index) 
     if count < 2:
         return
     swapped, of, key = _crossings(contacts, count, images, master)
-    order = np.lexsort(key)
-    changes = np.zeros(count, np.bool_)
-    for column, most in zip(key, (MERGE, MERGE, *[0.0] * (len(key) - 2)), strict=True):
-        changes[1:] |= np.abs(np.diff(column[order])) > most
-    crossing = np.empty(count, np.int64)
-    crossing[order] = np.cumsum(changes)
+    crossing = _numbers(contacts, count, images, master, swapped, key)
     fresh = (contacts.force[:, :count] == 0.0).all(axis=0)
-    # of those that look back on no step one that inherited its depth goes before those that did not
+    # of those without force one that knows the overlap of the start goes before those that do not, and one that
+    # inherited its depth before those that begin at their gap
     depth = contacts.reach[:count] - np.linalg.norm(contacts.offset[:, :count], axis=0)
-    best = np.lexsort((np.arange(count), np.where(fresh, -depth, 0.0), fresh, crossing))
+    accepted = contacts.accepted[:count]
+    best = np.lexsort(
+        (np.arange(count), np.where(fresh, -depth, 0.0), np.where(fresh, -accepted, 0.0), fresh, crossing)
+    )
     source = best[np.unique(crossing[best], return_index=True)[1]][crossing]
     copies = np.flatnonzero(source != np.arange(count))
     _copy(contacts, source[copies], copies, swapped[source[copies]] != swapped[copies], of, images)
 
 
-def _crossings(contacts: Contacts, count: int, images: Images, master: Index) -> tuple[NDArray[np.bool_], Index, Array]:
+def _numbers(
+    contacts: Contacts, count: int, images: Images, master: Index, swapped: NDArray[np.bool_], key: Array
+) -> Index:
+    """Number of the crossing of every contact, (count,), from its ``key``.
+
+    A contact at the beginning of a piece is one at the end of the piece before it too: copies may be found on either.
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    begins = contacts.parameter[:, :count] < MERGE
+    rows, owner = [key], [np.arange(count)]
+    for before in ((1, 0), (0, 1), (1, 1)):
+        flipped, _, other = _crossings(contacts, count, images, master, before)
+        there = np.flatnonzero(begins[np.flatnonzero(before)].all(axis=0) & (flipped == swapped))
+        rows.append(other[:, there])
+        owner.append(there)
+    every, of = np.hstack(rows), np.concatenate(owner)
+    order = np.lexsort(every)
+    equal = np.ones(order.size - 1, np.bool_)
+    for column, most in zip(every, (MERGE, MERGE, *[0.0] * (len(every) - 2)), strict=True):
+        equal &= np.abs(np.diff(column[order])) <= most
+    first, second = of[order[:-1][equal]], of[order[1:][equal]]
+    graph = coo_array((np.ones(first.size), (first, second)), (count, count))
+    number: Index = connected_components(graph, directed=False)[1]
+    return number
+
+
+def _crossings(
+    contacts: Contacts, count: int, images: Images, master: Index, before: tuple[int, int] = (0, 0)
+) -> tuple[NDArray[np.bool_], Index, Array]:
     """Contacts whose pieces are the other way round than in their crossing, (count,), the image that its first yarn is
     in, and (7, count) what copies of one crossing have in common: both parameters, kind, images between, masters.
+
+    Sides with 1 in ``before`` are taken from the piece before their own.
     """
-    piece, every = contacts.piece[:, :count], np.arange(count)
+    back = np.array(before)[:, None]
+    piece, parameter, every = contacts.piece[:, :count] - back, contacts.parameter[:, :count] + back, np.arange(count)
     node = master[piece]
     apart = images.times[images.of[piece[1]]] - images.times[images.of[piece[0]]]
     backward = (apart[:, 0] < 0.0) | ((apart[:, 0] == 0.0) & (apart[:, 1] < 0.0))
@@ -62,7 +94,7 @@ def _crossings(contacts: Contacts, count: int, images: Images, master: Index) ->
     first = swapped.astype(np.int64)
     apart[swapped] *= -1.0
     line = LINES[first, contacts.line[:count].astype(np.int64)]
-    s, t = contacts.parameter[first, every], contacts.parameter[1 - first, every]
+    s, t = parameter[first, every], parameter[1 - first, every]
     key = np.array([t, s, line, apart[:, 0], apart[:, 1], node[1 - first, every], node[first, every]])
     return swapped, images.of[piece[first, every]], key
 
@@ -76,7 +108,8 @@ def _copy(
         row = getattr(contacts, name)
         row[copies] = row[source]
     side = np.where(swapped, [[1], [0]], [[0], [1]])
-    contacts.parameter[:, copies] = contacts.parameter[side, source]
+    theirs = contacts.parameter[side, source]
+    contacts.parameter[:, copies] = theirs + np.rint(contacts.parameter[:, copies] - theirs)  # on their own piece
     contacts.arm[copies] = np.where(swapped, 1.0 - contacts.arm[source], contacts.arm[source])
     for name in VECTORS:
         rows = getattr(contacts, name)

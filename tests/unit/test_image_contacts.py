@@ -125,3 +125,20 @@ def test_of_copies_found_anew_the_one_that_inherited_its_depth_goes_before() -> 
     contacts.reach[count - 1] = gap[-1] + 0.01
     share_states(contacts, count, cell.images, masters(cell.images))
     assert contacts.reach[:count] - gap == pytest.approx(np.full(count, 0.01))
+
+
+def test_a_copy_on_the_piece_before_is_one_of_the_same_crossing_and_keeps_the_overlap_of_the_start() -> None:
+    """One copy lies at the end of a piece, open, with an accepted overlap; one found now at the beginning of the next."""
+    cell = crossed(2.7).cell
+    cell.prepare()
+    contacts, count = cell.tracker.contacts, cell.tracker.count
+    assert count > 1
+    contacts.force[:], gap = 0.0, np.linalg.norm(contacts.offset[:, :count], axis=0)
+    contacts.parameter[0, :count] = 0.999
+    contacts.reach[:count], contacts.accepted[:count] = gap - 0.001, 0.02
+    contacts.piece[0, 1] += 1
+    contacts.parameter[0, 1], contacts.reach[1], contacts.accepted[1] = -0.001, gap[1], 0.0
+    share_states(contacts, count, cell.images, masters(cell.images))
+    assert contacts.accepted[:count] == pytest.approx(np.full(count, 0.02))
+    assert contacts.reach[:count] == pytest.approx(gap - 0.001)
+    assert contacts.parameter[0, :2] == pytest.approx([0.999, -0.001])
