@@ -128,7 +128,7 @@ def test_of_copies_found_anew_the_one_that_inherited_its_depth_goes_before() -> 
 
 
 def test_a_copy_on_the_piece_before_is_one_of_the_same_crossing_and_keeps_the_overlap_of_the_start() -> None:
-    """One copy lies at the end of a piece, open, with an accepted overlap; one found now at the beginning of the next."""
+    """One copy, open, with an accepted overlap, ends its piece; another was found now where the next one begins."""
     cell = crossed(2.7).cell
     cell.prepare()
     contacts, count = cell.tracker.contacts, cell.tracker.count
