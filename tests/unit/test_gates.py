@@ -24,7 +24,7 @@ from knittest.runs.judgement import _worst
 from knittest.solve.state import SimulationCost
 
 ROWS = 101
-PREPARED: Any = SimpleNamespace(model=SimpleNamespace(added_mass=0.0))
+PREPARED: Any = SimpleNamespace(model=SimpleNamespace(added_mass=0.0, chunk=20), duration=100.0)
 
 
 def run_of(test: str = "friction", *sets: str, **more: Any) -> Run:
@@ -47,7 +47,7 @@ def history(**columns: Any) -> History:
 
 
 def judged(found: History, run: Run | None = None, span: Span | None = None, **more: Any) -> Quality:
-    return assess(run or run_of(), PREPARED, found, SimulationCost(), span or Span(), **more)
+    return assess(run or run_of(), PREPARED, found, SimulationCost(time_step=1e-4), span or Span(), **more)
 
 
 def at(row: int, value: float) -> np.ndarray:

@@ -46,7 +46,7 @@ NAMED = {
     "solve/body.py": "friction is a coefficient here",
     **dict.fromkeys(
         ("studies/homogenise/card.py", "studies/homogenise/check.py", "studies/homogenise/picture.py",
-         "studies/homogenise/plan.py", "studies/homogenise/from_cell.py"),
+         "studies/homogenise/plan.py", "studies/homogenise/from_cell.py", "studies/homogenise/yarn_card.py"),
         "homogenising is pulling, shearing and bending, whatever other tests there are",
     ),
 }  # fmt: skip
@@ -106,7 +106,8 @@ def test_a_record_names_what_is_there(name):
     assert isinstance(TESTS[name].ends_at_failure, bool) and REPORTS[name].axes.x
     for part in ("presets", "laboratory", "advice", "size", "sheet"):
         assert not getattr(kind, part) or kind.load(part)
-    assert set(kind.published) | set(kind.sized) | set(kind.diagnostic) <= set(kind.labels)
+    assert set(kind.published) <= set(kind.labels) | set(kind.other_names)
+    assert set(kind.sized) | set(kind.diagnostic) <= set(kind.labels)
     assert set(kind.regression.buckled) | set(kind.regression.crests) <= set(kind.labels)
     fields_named = {*kind.sizes, *kind.hinges, *kind.measured, *kind.tied, *kind.tied.values()}
     assert fields_named <= set(rig.model_fields)

@@ -119,7 +119,7 @@ def test_runs_and_compare_take_the_curve_to_the_nominal_size(tmp_path: Path):
     assert found.summary["results"]["peak_force_n"] == 7195.0
     folder = write_run(tmp_path / "r", direction="weft", scale="meso", variant="2", sets=sets)
     pd.DataFrame(columns).to_csv(folder / "curve.csv", index=False)
-    told = CliRunner().invoke(cli, ["compare", str(folder), "--against", str(tmp_path / "c.csv")])
+    told = CliRunner().invoke(cli, ["compare", str(folder), "--against", str(tmp_path / "c.csv"), "--json"])
     assert told.exit_code == 0, told.output
     assert json.loads(told.stdout)["peak_error_pct"] == pytest.approx(0.0, abs=1e-3)
 
