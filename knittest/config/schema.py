@@ -135,7 +135,7 @@ def described(model: type[BaseModel], name: str, prefix: str = "") -> Iterator[D
     if inner is PerDirection:
         for part in PerDirection.model_fields:
             yield _row(f"{path}.{part}", "quantity", info, meta)
-    elif inner is None or inner is Quantity:
+    elif inner is None or inner is Quantity or _or_text(info.annotation):
         yield _row(path, _type(info.annotation), info, meta)
     if inner not in (None, Quantity, PerDirection):
         yield from fields_below(inner, f"{path}{_between(info.annotation)}.")
@@ -151,6 +151,14 @@ def model_of(annotation: Any) -> type[BaseModel] | None:
         return annotation
     inner = get_args(annotation)[-1:] if get_origin(annotation) in (dict, list) else get_args(annotation)
     return next((model for model in map(model_of, inner) if model is not None), None)
+
+
+def _or_text(annotation: Any) -> bool:
+    """Tell whether each entry of a map is a text or a model."""
+    inner = get_args(annotation)
+    if get_origin(annotation) is dict:
+        return str in get_args(inner[1])
+    return get_origin(annotation) is Annotated and _or_text(inner[0])
 
 
 def _between(annotation: Any) -> str:
@@ -172,7 +180,7 @@ def _type(annotation: Any) -> str:
         return f"map: {_type(inner[1])}"
     if origin is tuple:
         return f"[{', '.join(map(_type, inner))}]"
-    return WORDS[annotation]
+    return "fields below" if issubclass(annotation, BaseModel) and annotation not in WORDS else WORDS[annotation]
 
 
 def _default(info: FieldInfo) -> str:

@@ -46,7 +46,7 @@ def ledger(kind: str) -> tuple[History, np.ndarray]:
         run = SimpleNamespace(
             model=SimpleNamespace(mesh=SimpleNamespace(part_names=parts)), tally=tally, time=now, kinetic=0.4 * k,
             damping_loss=0.9 * k, energy_rows=rows, start_energy=np.zeros(len(parts) * (1 + len(mechanisms)) + 2),
-            recovered=0.3 * k,
+            recovered=0.3 * k, guided=0.0,
         )  # fmt: skip
         run.work, run.rubbed = (lambda run=run: Stepping.work(run)), (lambda run=run: Stepping.rubbed(run))
         rows.append(simulate._balance(run, stored))
@@ -147,7 +147,7 @@ def test_losses_at_tools_and_in_shear_are_booked_as_such():
     }  # fmt: skip
     share = type(shares)(shares.__code__, given, "shell_share")
     share(0, 0.0, model.nodes, model.shells, model.laminate, model.bends, tally, np.zeros(1))
-    assert tally.energy[0].tolist() == [0.0, 1.5, 0.25, 0.0, 0.0, 0.0, 1.5, 0.0]
+    assert tally.energy[0].tolist() == [0.0, 1.5, 0.25, 0.0, 0.0, 0.0, 1.5, 0.0, 0.0]
 
 
 def test_shares_of_a_difference_are_the_whole_and_miss_no_mechanism():
