@@ -46,7 +46,7 @@ def formula(trial, folder: Path, factor: float = 1.0) -> dict[str, float]:
         return {"chord_angle_deg": chord_angle(overhang(run), weight, factor * BENDING[run.direction])}
     if run.rig.kind == "tensile":
         last = STRAIN[run.direction]
-        number = round(width(run) * run.fabric.density_per_mm.of(run.direction))
+        number = width(run) * run.fabric.density_per_mm.of(run.direction)
         strain = np.linspace(0.0, 1.5 * last, 600)
         force = factor * number * np.where(strain <= last, pull(strain, last), 0.1 * YARN_FORCE)
         _write(folder, {"strain_pct": strain, "force_n": force})

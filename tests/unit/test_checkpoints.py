@@ -109,7 +109,7 @@ def test_the_older_one_is_used_where_the_newest_cannot_be_read(folder, monkeypat
 
 
 def test_short_memory_is_no_damage(folder, monkeypatch):
-    """What is only not read now must not be removed as damaged."""
+    """A file that cannot be read now must not be removed as damaged."""
 
     def fail(*_, **__):
         raise MemoryError

@@ -1,4 +1,4 @@
-"""Where yarns that are sheared press into each other with a tenth of the work, the test ends and says so."""
+"""A shear test ends where yarns press into each other with a tenth of the work, and says so."""
 
 from types import SimpleNamespace
 

@@ -1,4 +1,4 @@
-"""How far a peak is resolved in time, and settings that give enough rows of energies: closed forms."""
+"""Resolution of a peak in time, and settings that give enough rows of energies: closed forms."""
 
 from types import SimpleNamespace
 

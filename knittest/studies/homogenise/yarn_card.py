@@ -57,7 +57,7 @@ DIGITS = 12
 
 
 class Numbers(NamedTuple):
-    """What one path says: force per width ``y`` [N/mm] over ``x``, strain [%] or angle [deg]; or a stiffness [N mm].
+    """Result of one path: force per width ``y`` [N/mm] over ``x``, strain [%] or angle [deg]; or a stiffness [N mm].
 
     ``rejected`` says which quality check of the path failed.
     """
@@ -122,7 +122,7 @@ def _pieces(parts: Iterable[str]) -> list[Piece]:
 
 
 def _numbers(fabric: Fabric, pieces: Sequence[Piece], quiet: bool) -> dict[Piece, Numbers]:
-    """What the paths ``pieces`` say: from the cache, or run and kept there."""
+    """Results of the paths ``pieces``: from the cache, or run and kept there."""
     found = {piece: numbers for piece in pieces if (numbers := _load(fabric, piece)) is not None}
     outcomes: dict[Piece, Numbers | Record] = {}
     left = [piece for piece in pieces if piece not in found]
