@@ -73,8 +73,7 @@ def _numbers(
         equal &= np.abs(np.diff(column[order])) <= most
     first, second = of[order[:-1][equal]], of[order[1:][equal]]
     graph = coo_array((np.ones(first.size), (first, second)), (count, count))
-    number: Index = connected_components(graph, directed=False)[1]
-    return number
+    return np.asarray(connected_components(graph, directed=False)[1], np.int64)
 
 
 def _crossings(
