@@ -5,7 +5,7 @@ import pytest
 
 from knittest.config.loading import resolve
 from knittest.laboratory.picture_frame.test import PictureFrame
-from knittest.solve.observer import SILENT
+from knittest.solve.observer import SILENT, Observer
 
 
 @pytest.mark.parametrize("scale", ["meso", "macro"])
@@ -24,3 +24,24 @@ def test_a_fabric_moves_with_its_frame(scale):
     assert energies["time_ms"][0] > prepared.rig.mounted_at
     assert abs(energies["external_mj"][0]) < 1e-3 * energies["external_mj"][-1]
     assert np.abs(energies["damping_mj"]).max() < 0.05 * energies["external_mj"][-1]
+
+
+def test_a_run_resumed_in_its_mounting_gives_the_same_bits():
+    """From the last state without a sample: one kept at the end of the mounting would skip the rest."""
+    sets = ["rig.side=15", "output.samples=60", "rig.max_angle=0.5", "solver.ramp=0.2"]
+    run = resolve(variant="1", test="picture-frame", scale="meso", preset="quick", sets=sets)
+    test, kept = PictureFrame(), []
+
+    class Keeper(Observer):
+        def visit(self, take):
+            if not take().state["samples/time"].size:
+                kept.append(take())
+
+    class Resumer(Observer):
+        def resume_from(self):
+            return kept[-1]
+
+    whole, _ = test.solve(test.prepare(run), run, Keeper())
+    resumed, _ = test.solve(test.prepare(run), run, Resumer())
+    assert len(kept) > 10
+    assert whole.curve["shear_force_n"].tobytes() == resumed.curve["shear_force_n"].tobytes()
