@@ -24,9 +24,13 @@ class InputError(KnittestError):
 
 
 class NumericalError(KnittestError):
-    """The simulation cannot be trusted further: names the entity and the time."""
+    """The simulation cannot be trusted further: names the entity and the time.
+
+    ``partial`` is what was simulated until then, if anything was.
+    """
 
     exit_code = 3
+    partial: object = None
 
 
 class ResourceError(KnittestError):

@@ -15,7 +15,14 @@ from knittest.config.run import Run
 from knittest.export.jsonfile import json_text
 from knittest.export.lock import RunLock
 from knittest.export.manifest import ending, first_manifest, now, restarted_manifest
-from knittest.export.names import CHECKPOINTS, incomplete, results_of_runs, run_name, tables_of_runs
+from knittest.export.names import (
+    CHECKPOINTS,
+    files_of_incomplete_runs,
+    incomplete,
+    results_of_runs,
+    run_name,
+    tables_of_runs,
+)
 from knittest.export.place import chosen_folder, clear_dead_run, fresh_folder
 
 #: values of equal length by the name of their column
@@ -75,8 +82,8 @@ class RunFolder:
         """The folder of a run that did not complete, which goes on under ``lock``; ``notes`` go into its manifest."""
         folder = cls(path, lock, restarted_manifest(manifest, threads, notes))
         folder.notice = ""
-        for name in tables_of_runs():
-            (path / incomplete(name)).unlink(missing_ok=True)
+        for name in (*files_of_incomplete_runs(), *results_of_runs()):
+            (path / name).unlink(missing_ok=True)
         folder._write_manifest()
         folder.log("resumed", **notes)
         return folder
@@ -115,6 +122,12 @@ class RunFolder:
     def write_summary(self, summary: Summary) -> Path:
         """Write summary.json (see :func:`knittest.export.summary.build_summary`)."""
         return self.write_text("summary.json", json_text(summary))
+
+    def mark_incomplete(self, names: Iterable[str]) -> None:
+        """Rename those of the files ``names`` that are there, so that none looks like one of a completed run."""
+        for name in names:
+            with suppress(OSError):
+                (self.path / name).replace(self.path / incomplete(name))
 
     def log(self, event: str, **fields: object) -> None:
         """Append one line to log.jsonl: time, event and its fields."""
@@ -186,9 +199,7 @@ class RunFolder:
         for name in results_of_runs():
             with suppress(OSError):
                 (self.path / name).unlink(missing_ok=True)
-        for name in tables_of_runs():
-            with suppress(OSError):
-                (self.path / name).replace(self.path / incomplete(name))
+        self.mark_incomplete(tables_of_runs())
 
 
 def _notice(path: Path, lock: RunLock) -> str:

@@ -29,9 +29,15 @@ def tables_of_runs() -> tuple[str, ...]:
     return tuple(dict.fromkeys((*_TABLES, *listed("tables"))))
 
 
-def incomplete(table: str) -> str:
-    """Name of the ``table`` of a run that did not complete."""
-    return table.replace(".csv", ".incomplete.csv")
+def incomplete(name: str) -> str:
+    """Name of the file ``name``, a table or a picture, of a run that did not complete."""
+    stem, _, ending = name.rpartition(".")
+    return f"{stem}.incomplete.{ending}"
+
+
+def files_of_incomplete_runs() -> tuple[str, ...]:
+    """Names of the tables and pictures that a run left that did not complete."""
+    return tuple(incomplete(name) for name in (*tables_of_runs(), *listed("pictures")))
 
 
 def run_name(run: Run, *, direction: str | None = None, at: datetime | None = None) -> str:

@@ -10,7 +10,7 @@ from pathlib import Path
 from knittest.base.atomic import make_folder, resource_error
 from knittest.base.errors import InputError, ResourceError
 from knittest.export.lock import LOCK_NAME, RunLock, is_locked
-from knittest.export.names import ADDED, CHECKPOINTS, OWN, incomplete, results_of_runs, tables_of_runs
+from knittest.export.names import ADDED, CHECKPOINTS, OWN, files_of_incomplete_runs, results_of_runs, tables_of_runs
 
 
 def fresh_folder(path: Path) -> Path:
@@ -106,7 +106,7 @@ def remove_run(path: Path) -> None:
 
 def _is_of_run(file: Path) -> bool:
     """Tell whether ``file`` of a run folder has the name of one that a command writes there."""
-    names = {*OWN, *results_of_runs(), *tables_of_runs(), *map(incomplete, tables_of_runs())}
+    names = {*OWN, *results_of_runs(), *tables_of_runs(), *files_of_incomplete_runs()}
     if file.name == "frames" and not file.is_symlink():
         return all(inner.suffix == ".vtu" for inner in file.iterdir())
     printed = file.suffix in (".svg", ".pdf") and file.with_suffix(".png").name in names

@@ -44,10 +44,16 @@ def pictures(run: LoadedRun, curve_complete: bool, above: frozenset[str]) -> Sec
     beside = [name for name in names if name in above]
     names = [name for name in names if name not in above]
     blocks += [Text(f"Beside those of the other runs, above: {', '.join(beside)}.")] if beside else []
-    blocks += [picture(run.path / name, CAPTIONS.get(name, name)) for name in names[:MOST]]
+    blocks += [picture(run.path / name, _caption(name)) for name in names[:MOST]]
     if len(names) > MOST:
         blocks.append(Text(f"{len(names) - MOST} more pictures lie in the run folder."))
     return Section(f"run-{run.number}-pictures", "Pictures", blocks or [Text("This run left no pictures.")])
+
+
+def _caption(name: str) -> str:
+    """What the picture ``name`` shows; of a run that ended early up to its end."""
+    caption = CAPTIONS.get(name.replace(".incomplete.", "."), name)
+    return f"{caption}, when the run ended early" if ".incomplete." in name else caption
 
 
 def picture(path: Path, caption: str) -> Block:

@@ -14,6 +14,7 @@ from knittest.base.summary import Summary
 from knittest.config.run import Run
 from knittest.export.identity import cell_of
 from knittest.laboratory.registry import TESTS
+from knittest.laboratory.report_base import References
 from knittest.report_page.page import write_if_possible, write_report
 from knittest.runs.checkpoints import Checkpoints
 from knittest.runs.judgement import judge, references_of
@@ -22,7 +23,7 @@ from knittest.runs.options import RunOptions
 from knittest.runs.specimen import run_specimen
 from knittest.runs.specimen_store import specimen_of, specimen_state
 from knittest.runs.watcher import Log, Watcher
-from knittest.runs.writing import write_files
+from knittest.runs.writing import write_files, write_incomplete
 from knittest.solve.warmup import compiling_for
 
 EXIT_REFUSED = NumericalError.exit_code
@@ -53,13 +54,14 @@ def execute(
 ) -> Outcome:
     """Run all specimens of ``run``, or those that are left, and write its folder; ``ahead`` runs what it can before."""
     references = references_of(run, options.against)
-    with compiling_for(run), _opened(run, place, interrupts, progress) as opened:
+    with compiling_for(run), _with_page_of_failure(options), _opened(run, place, interrupts, progress) as opened:
         if left_out := options.left_out:
             opened.folder.note(left_out=left_out)
         with interrupts.heard():
-            if ahead is not None:
-                ahead(run, opened, progress)
-            specimens = [_specimen(run, k, opened, progress) for k in range(run.variability.specimens)]
+            with _keeping_partial(run, opened, references, options):
+                if ahead is not None:
+                    ahead(run, opened, progress)
+                specimens = [_specimen(run, k, opened, progress) for k in range(run.variability.specimens)]
             progress.done()
             judgement = judge(run, specimens, references, opened.folder.forced)
             write_files(run, specimens, references, judgement, opened.folder, options)
@@ -112,6 +114,39 @@ def _opened(run: Run, place: Place, interrupts: Interrupts, progress: Progress) 
         except (Interrupted, ResourceError) as error:
             error.folder = opened.folder.path
             raise
+
+
+@contextmanager
+def _keeping_partial(run: Run, opened: Opened, references: References, options: RunOptions) -> Iterator[None]:
+    """Write what there is of a run that a :class:`NumericalError` ends: specimens that are finished, else the part of
+    the one that is not.
+    """
+    try:
+        yield
+    except NumericalError as error:
+        partial, error.partial = error.partial, None
+        stored = [opened.checkpoints.finished(number) for number in range(run.variability.specimens)]
+        specimens = [specimen_of(state) for state in stored if state is not None]
+        if not specimens and isinstance(partial, Specimen):
+            specimens = [partial]
+        if specimens:
+            write_incomplete(run, specimens, references, str(error), opened.folder, options)
+            error.partial = opened.folder.path
+        raise
+
+
+@contextmanager
+def _with_page_of_failure(options: RunOptions) -> Iterator[None]:
+    """Write the page of a run that ended early, and say where its part lies."""
+    try:
+        yield
+    except NumericalError as error:
+        folder = error.partial
+        if isinstance(folder, Path):
+            if options.pictures:
+                write_if_possible(folder, write_report)
+            error.args = (f"{error}; the curve until then is in {folder}",)
+        raise
 
 
 def _specimen(run: Run, number: int, opened: Opened, progress: Progress) -> Specimen:

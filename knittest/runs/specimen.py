@@ -4,7 +4,9 @@ import time as clock
 from dataclasses import replace
 
 import numba
+import numpy as np
 
+from knittest.base.errors import NumericalError
 from knittest.base.history import Cost, History, Quality, Specimen
 from knittest.base.rest import rest_numbers
 from knittest.config.gates import limits_judged
@@ -21,6 +23,8 @@ from knittest.solve.warmup import warm
 
 #: fact of a specimen: draw-in of its loops [-]
 DRAWN = "draw_in"
+#: quality of a specimen whose simulation did not come to its end
+UNJUDGED = Quality(np.nan, np.nan, np.nan, np.nan, np.nan, False, ())
 #: elements below which a second thread costs more than it brings
 SERIAL_BELOW = 2000
 
@@ -39,7 +43,10 @@ def threads_for(elements: int) -> int:
 
 
 def run_specimen(run: Run, specimen: int = 0, observer: Observer = SILENT) -> Specimen:
-    """Build, compile, simulate and measure specimen number ``specimen``."""
+    """Build, compile, simulate and measure specimen number ``specimen``.
+
+    Raises :class:`NumericalError`, whose ``partial`` is the specimen up to then, without results.
+    """
     start, cpu = clock.perf_counter(), clock.process_time()
     test = TESTS[run.rig.kind]
     prepared = prepare(run, specimen, observer)
@@ -47,17 +54,22 @@ def run_specimen(run: Run, specimen: int = 0, observer: Observer = SILENT) -> Sp
     threads = threads_for(elements)
     compile_s = warm(run, observer, threads)
     observer.phase(f"running {run.rig.kind} {run.direction}".strip())
-    with limited(threads):
-        history, cost = test.solve(prepared, run, observer)
-    return Specimen(
-        history,
-        test.results(run, prepared, history),
-        _assessed(run, prepared, history, cost),
-        _cost(cost, elements, (clock.perf_counter() - start, clock.process_time() - cpu), compile_s, prepared, threads),
-        prepared.yarns,
-        prepared.facts,
-        _rest(run, prepared, history),
-    )
+
+    def made(history: History, cost: SimulationCost, results: dict[str, float], quality: Quality) -> Specimen:
+        spent = clock.perf_counter() - start, clock.process_time() - cpu
+        costs = _cost(cost, elements, spent, compile_s, prepared, threads)
+        rest = _rest(run, prepared, history)
+        return Specimen(history, results, quality, costs, prepared.yarns, prepared.facts, rest)
+
+    try:
+        with limited(threads):
+            history, cost = test.solve(prepared, run, observer)
+    except NumericalError as error:
+        if isinstance(error.partial, tuple):
+            history, cost = error.partial
+            error.partial = made(history, cost, {}, replace(UNJUDGED, failures=(str(error),)))
+        raise
+    return made(history, cost, test.results(run, prepared, history), _assessed(run, prepared, history, cost))
 
 
 def _rest(run: Run, prepared: Prepared, history: History) -> dict[str, float]:

@@ -1,6 +1,9 @@
 """Files of a run folder: tables, frames, pictures, comparison and summary."""
 
+from contextlib import suppress
+
 from knittest.base.history import Specimen
+from knittest.base.kinds import kinds
 from knittest.base.printing import printed
 from knittest.base.stamp import stamped
 from knittest.config.run import Run
@@ -13,6 +16,24 @@ from knittest.runs.judgement import Judgement
 from knittest.runs.options import RunOptions
 
 
+def write_incomplete(
+    run: Run, specimens: list[Specimen], references: References, reason: str, folder: RunFolder, options: RunOptions
+) -> None:
+    """Write what a run has that ended early for ``reason``: tables, frames, pictures; no results.
+
+    Pictures that need the end of the test are left out.
+    """
+    _write_tables(run, specimens, folder)
+    if options.frames:
+        _write_frames(run, specimens[0], folder)
+    if not options.pictures:
+        return
+    report, drawn = REPORTS[run.rig.kind], kinds()[run.rig.kind].pictures
+    with stamped(run_stamp(run, (f"incomplete: {reason}",))), suppress(Exception):
+        report.pictures(run, specimens, references, folder.path)
+    folder.mark_incomplete(drawn)
+
+
 def write_files(
     run: Run,
     specimens: list[Specimen],
@@ -22,19 +43,29 @@ def write_files(
     options: RunOptions,
 ) -> None:
     """Write everything of the run folder; pictures and frames show the first specimen."""
-    first, report = specimens[0], REPORTS[run.rig.kind]
-    folder.write_curve(report.curve(specimens))
-    folder.write_energies(first.history.energies)
-    if first.history.contacts:
-        folder.write_contacts(first.history.contacts)
-    if first.yarns:
-        folder.write_yarns(first.yarns)
+    report = REPORTS[run.rig.kind]
+    _write_tables(run, specimens, folder)
     for name, columns in report.tables(run, specimens).items():
         folder.write_table(name, columns)
     if options.frames:
-        vtu.write_frames(folder.path, first.history, report.bodies(run, first))
+        _write_frames(run, specimens[0], folder)
     if options.pictures:
         with stamped(run_stamp(run, judgement.summary["refused"])), printed(options.printing):
             report.pictures(run, specimens, references, folder.path)
     folder.write_comparison(judgement.comparison)
     folder.write_summary(judgement.summary)
+
+
+def _write_tables(run: Run, specimens: list[Specimen], folder: RunFolder) -> None:
+    """Write the tables that every test has."""
+    first = specimens[0]
+    folder.write_curve(REPORTS[run.rig.kind].curve(specimens))
+    folder.write_energies(first.history.energies)
+    if first.history.contacts:
+        folder.write_contacts(first.history.contacts)
+    if first.yarns:
+        folder.write_yarns(first.yarns)
+
+
+def _write_frames(run: Run, specimen: Specimen, folder: RunFolder) -> None:
+    vtu.write_frames(folder.path, specimen.history, REPORTS[run.rig.kind].bodies(run, specimen))

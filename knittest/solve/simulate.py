@@ -47,14 +47,16 @@ def simulate(
     """Run ``rig`` on ``model`` to its end, or from where ``observer`` says to go on.
 
     Raises :class:`NumericalError` when the state is no longer finite, blows up or is ill otherwise
-    (:mod:`knittest.solve.guards`).
+    (:mod:`knittest.solve.guards`); its ``partial`` holds the history until then.
     """
     with limited(get_num_threads()):
         run = _begin(model, rig, solver, observer)
         try:
             _run_rows(run, output, observer)
-        except NumericalError:
+        except NumericalError as error:
             observer.failed(run.snapshot)
+            if run.rows:
+                error.partial = _history(run), run.cost
             raise
     run.cost.threads = run.pace.usual
     return _history(run), run.cost

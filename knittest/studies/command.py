@@ -11,7 +11,7 @@ from pathlib import Path
 import numba
 
 from knittest.base.atomic import make_folder, write_atomic
-from knittest.base.errors import InputError, ResourceError
+from knittest.base.errors import InputError, NumericalError, ResourceError
 from knittest.base.interrupts import Interrupted, Interrupts
 from knittest.base.progress import Progress
 from knittest.config.dumping import dump
@@ -56,7 +56,11 @@ def run_all(runs: list[Run], options: RunOptions) -> list[Outcome]:
         return _run_jobs([(runs[0], NewFolder(options.out))], options, None)
     parent = options.out or fresh_folder(Path("runs") / run_name(runs[0], direction="both", at=datetime.now()))
     _write_plan(parent, runs)
-    outcomes = _run_jobs([(run, NewFolder(parent / run.direction)) for run in runs], options, parent)
+    try:
+        outcomes = _run_jobs([(run, NewFolder(parent / run.direction)) for run in runs], options, parent)
+    except NumericalError:
+        _write_page(parent, options)
+        raise
     _write_page(parent, options)
     return outcomes
 

@@ -1,0 +1,77 @@
+"""A run that a check of its numbers ends early keeps its curve, pictures and a page, all marked as incomplete."""
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from knittest.base.errors import NumericalError
+from knittest.cli.main import run as knittest
+from knittest.solve import simulate
+
+ROWS = 60
+COMMAND = ["tensile", "--variant", "1", "--scale", "macro", "--preset", "quick", "--direction", "warp", "--quiet"]
+
+
+@pytest.fixture
+def ended(tmp_path, monkeypatch, capfd):
+    """Folder of a run that ends at row :data:`ROWS`; then nothing ends it any more."""
+    with monkeypatch.context() as spoilt:
+
+        def stop(run):
+            if len(run.rows) == ROWS:
+                raise NumericalError("the energy balance is off by 12 %")
+
+        spoilt.setattr(simulate, "check_balance", stop)
+        code = knittest([*COMMAND, "--out", str(tmp_path / "r")])
+    assert code == NumericalError.exit_code
+    assert f"the curve until then is in {tmp_path / 'r'}" in capfd.readouterr().err
+    return tmp_path / "r"
+
+
+def test_it_keeps_its_curve_its_pictures_and_a_page(ended):
+    names = {path.name for path in ended.iterdir()}
+    kept = {"curve", "energies", "contacts"}
+    assert {f"{name}.incomplete.csv" for name in kept} <= names
+    assert {"curve.incomplete.png", "deformed.incomplete.png", "frames.pvd", "report.html"} <= names
+    assert not names & {"summary.json", "comparison.json", "curve.csv", "energies.csv", "curve.png", "deformed.png"}
+    manifest = json.loads((ended / "manifest.json").read_text())
+    assert (manifest["status"], manifest["exit_code"]) == ("failed", NumericalError.exit_code)
+    curve, energies = (pd.read_csv(ended / f"{name}.incomplete.csv") for name in ("curve", "energies"))
+    assert len(energies) == ROWS and np.all(np.diff(curve["strain_pct"]) > 0.0) and curve["force_n"].iloc[-1] > 0.0
+
+
+def test_its_page_shows_the_part_and_says_that_it_is_one(ended):
+    page = (ended / "report.html").read_text()
+    assert "This run failed: the energy balance is off by 12 %" in page
+    assert "not complete" in page and "deformed.incomplete.png" in page
+
+
+def test_it_goes_on_and_leaves_nothing_incomplete(ended):
+    assert knittest(["resume", str(ended), "--quiet"]) in (0, NumericalError.exit_code)
+    names = {path.name for path in ended.iterdir()}
+    assert {"summary.json", "curve.csv", "deformed.png", "report.html"} <= names
+    assert not [name for name in names if "incomplete" in name]
+
+
+def test_a_run_that_ends_before_its_first_row_keeps_nothing(tmp_path, monkeypatch):
+    def stop(run, work, released):
+        raise NumericalError("the motion blows up")
+
+    monkeypatch.setattr(simulate, "check_motion", stop)
+    assert knittest([*COMMAND, "--out", str(tmp_path / "r")]) == NumericalError.exit_code
+    assert {path.name for path in (tmp_path / "r").iterdir()} <= {"manifest.json", "config.yaml", "log.jsonl"} | {
+        path.name for path in (tmp_path / "r").glob("checkpoint-*")
+    }
+
+
+def test_both_directions_have_one_page_where_one_of_them_ends_early(tmp_path, monkeypatch):
+    def stop(run):
+        if len(run.rows) == ROWS:
+            raise NumericalError("the energy balance is off by 12 %")
+
+    monkeypatch.setattr(simulate, "check_balance", stop)
+    command = [part for part in COMMAND if part not in ("--direction", "warp")]
+    assert knittest([*command, "--out", str(tmp_path / "r")]) == NumericalError.exit_code
+    assert "the energy balance is off by 12 %" in (tmp_path / "r" / "report.html").read_text()
