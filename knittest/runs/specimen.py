@@ -53,7 +53,6 @@ def run_specimen(run: Run, specimen: int = 0, observer: Observer = SILENT) -> Sp
     elements = len(prepared.model.mesh.cells)
     threads = threads_for(elements)
     compile_s = warm(run, observer, threads)
-    observer.phase(f"running {run.rig.kind} {run.direction}".strip())
 
     def made(history: History, cost: SimulationCost, results: dict[str, float], quality: Quality) -> Specimen:
         spent = clock.perf_counter() - start, clock.process_time() - cpu

@@ -1,6 +1,7 @@
 """Watches a specimen for the user, who sees how far it is, and for its folder, which logs and keeps it."""
 
 from collections.abc import Callable
+from math import nan
 
 from knittest.base.history import Overlaps
 from knittest.base.progress import Progress
@@ -36,6 +37,10 @@ class Watcher(Observer):
     def progress(self, fraction: float, time_ms: float, step_us: float, kinetic_ratio: float) -> None:
         """Show it."""
         self._progress.update(fraction, time_ms, step_us, kinetic_ratio)
+
+    def settling(self, fraction: float) -> None:
+        """Show it."""
+        self._progress.update(fraction, nan, nan, nan)
 
     def resume_from(self) -> Snapshot | None:
         """Return the checkpoint that was found, and log it."""

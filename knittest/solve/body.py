@@ -204,7 +204,7 @@ class Body:
             )
         going = self.start()
         with limited(self.threads):
-            found = relax(self.model, going.drive, going.tally, self.dt, unloaded=self._unloaded, **options)
+            found = relax(self.model, going.drive, going.tally, self.dt, unloaded=self._unloaded, look=None, **options)
         self._read(found.last_chunk)
         if must_converge and not found.converged:
             raise NumericalError(

@@ -21,6 +21,9 @@ class Observer:
     def progress(self, fraction: float, time_ms: float, step_us: float, kinetic_ratio: float) -> None:
         """Hear the share done (0 to 1), simulated time [ms], time step [us] and kinetic energy over work [-]."""
 
+    def settling(self, fraction: float) -> None:
+        """Hear the share (0 to 1) done of what brings the specimen to rest, in which no time passes."""
+
     def resume_from(self) -> Snapshot | None:
         """Return the state to go on from; None to start."""
         return None

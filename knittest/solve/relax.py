@@ -4,6 +4,7 @@ Underwood (1983), Dynamic relaxation, in: Computational Methods for Transient An
 to rest with the nodes.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import ceil
 
@@ -17,6 +18,8 @@ from knittest.solve.damped import CHUNK, Chunk, DampedModel
 from knittest.solve.loose_tools import applied_to_tools
 
 Array = NDArray[np.float64]
+#: called with the steps done and the most that there may be
+Look = Callable[[int, float], None]
 
 #: time [ms] at which tables are read: their last value
 AT_THE_END = 1e12
@@ -57,18 +60,18 @@ class Relaxation:
         self.history.append((self.steps, self.residual, chunk.moved, chunk.frequency))
 
 
-def settle(model: ExplicitModel, drive: Drive, tally: Tally, dt: float) -> Relaxation:
+def settle(model: ExplicitModel, drive: Drive, tally: Tally, dt: float, look: Look | None = None) -> Relaxation:
     """Let a prestressed model come to rest under the first values of all tables; the tally is left empty.
 
     Loose yarns at cut edges may creep on: after :data:`SETTLING` steps (:data:`SETTLING_PRESSED` where yarns are to
     press each other from the start) the rest is left to the damping of the test.
     """
     most = SETTLING_PRESSED if model.pressed else SETTLING
-    found = relax(model, drive, tally, dt, SETTLED, most, at=0.0)
+    found = relax(model, drive, tally, dt, SETTLED, most, at=0.0, look=look)
     for _ in range(AGAIN):
         if model.press(0.0) <= PRESSED:
             break
-        found = relax(model, drive, tally, dt, SETTLED, most, at=0.0)
+        found = relax(model, drive, tally, dt, SETTLED, most, at=0.0, look=look)
     for sums in tally:
         sums[:] = 0.0
     return found
@@ -83,13 +86,15 @@ def relax(
     most_steps: float = 2e6,
     at: float = AT_THE_END,
     unloaded: Array | None = None,
+    look: Look | None = None,
 ) -> Relaxation:
     """Relax ``model`` under the values of all tables ``at`` a time [ms], the last by default; ``dt`` [ms] is stable.
 
     Converged when the residual is below ``tolerance`` and the move in a period of the slowest mode below ``tolerance``
     of the largest displacement so far from ``unloaded`` (n_nodes, 3), by default from where it begins; or when forces
     are no more than the rounding of positions gives (:data:`ROUNDING`) and nothing acts or the residual has come to its
-    least. Raises :class:`NumericalError` when the state is no longer finite.
+    least. ``look`` is called after every chunk of steps. Raises :class:`NumericalError` when the state is no longer
+    finite.
     """
     start = model.position() if unloaded is None else unloaded
     damped = DampedModel(model, drive, tally, dt, at)
@@ -102,6 +107,8 @@ def relax(
         chunk = damped.advance()
         outside, applied = _acting(model, drive, tally, chunk.steps, at, rounding.noise / tolerance)
         found.add(chunk, applied)
+        if look is not None:
+            look(found.steps, most_steps)
         reach = max(float(np.abs(model.position() - start).max()), 1e-6)
         found.converged = (
             bearing == 0 and found.steps > 4 * CHUNK and found.residual < tolerance and chunk.drift < tolerance * reach

@@ -1,6 +1,7 @@
 """Runs a rig on a model in chunks: contacts kept current, energies booked, guards, frames, progress, checkpoints."""
 
 import time as clock
+from collections.abc import Callable
 from dataclasses import replace
 from math import ceil
 
@@ -78,7 +79,8 @@ def _begin(model: ExplicitModel, rig: Rig, solver: Solver, observer: Observer) -
     if snapshot is None:
         residual = np.nan
         if model.prestressed:
-            residual = settle(model, run.drive, run.tally, dt).residual
+            observer.phase("coming to rest before the test")
+            residual = settle(model, run.drive, run.tally, dt, _rest_progress(observer)).residual
             run.start_energy = _elastic(_stored(run))
         run.rest = at_rest(model, residual)
         run.frames.append(_frame(run, {run.rig.coordinate: 0.0, run.rig.force: 0.0}))
@@ -95,6 +97,7 @@ def _begin(model: ExplicitModel, rig: Rig, solver: Solver, observer: Observer) -
 def _run_rows(run: Simulation, output: Output, observer: Observer) -> None:
     """Advance row by row to the end of the test, once the specimen is mounted."""
     _mount(run, observer)
+    observer.phase("running the test")
     row_steps = max(run.model.chunk, round(run.rig.duration / run.first_step / output.samples))
     # the first frame is the start; one row takes one frame at most
     even = np.linspace(0.0, 1.0, output.frames + 1)
@@ -128,12 +131,26 @@ def _mount(run: Simulation, observer: Observer) -> None:
         check_motion(run, run.work()[0], lambda: _released(run))
         if run.time < run.rig.mounted_at:  # a run resumed at its end would not come to rest
             observer.visit(run.snapshot)
-    relax(run.model, run.drive, run.tally, run.dt, MOUNTED, MOUNTING, at=run.rig.mounted_at)
+    relax(
+        run.model,
+        run.drive,
+        run.tally,
+        run.dt,
+        MOUNTED,
+        MOUNTING,
+        at=run.rig.mounted_at,
+        look=_rest_progress(observer),
+    )
     for sums in run.tally:
         sums[:] = 0.0
     run.kinetic, run.loss_rate, run.damping_loss = 0.0, 0.0, 0.0
     run.start_energy = _elastic(_stored(run))
     run.frames[:] = [_frame(run, {run.rig.coordinate: 0.0, run.rig.force: 0.0})]
+
+
+def _rest_progress(observer: Observer) -> Callable[[int, float], None]:
+    """Tell ``observer`` how many of the steps are done in which the specimen may come to rest."""
+    return lambda steps, most: observer.settling(steps / most)
 
 
 def _advance_row(run: Simulation, steps: int, observer: Observer) -> Stored:

@@ -59,6 +59,7 @@ class Cantilever(Test[CantileverRun]):
     def solve(self, prepared: Prepared, run: CantileverRun, observer: Observer) -> tuple[History, SimulationCost]:
         """Come to rest; in the laboratory's mode, at overhangs that lead to the angle of the plane."""
         cost, start = SimulationCost(), clock.perf_counter()
+        observer.phase("bending under its own weight until at rest")
         rests, longest = [_come_to_rest(prepared, run, cost, observer)], prepared
         while (
             run.rig.mode == "overhang" and abs(rests[-1].angle - run.rig.plane_angle) > ANGLE_TOLERANCE[run.model.scale]
@@ -72,8 +73,10 @@ class Cantilever(Test[CantileverRun]):
                     f"{run.rig.plane_angle:g} deg; expected a longer or a softer one"
                 )
             longest = _mount(run, longer)
-            rests.append(_come_to_rest(longest, run, cost))
-            observer.progress(len(rests) / MOST_TRIALS, 0.0, 1e3 * cost.time_step, 0.0)
+            observer.phase(
+                f"bending at an overhang of {longer:.0f} mm, trial {len(rests) + 1} of {MOST_TRIALS} at most"
+            )
+            rests.append(_come_to_rest(longest, run, cost, observer))
         cost.advance_s = clock.perf_counter() - start
         return _history(longest.model, rests), cost
 

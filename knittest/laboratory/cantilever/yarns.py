@@ -27,7 +27,7 @@ from knittest.models.meso import build_meso
 from knittest.models.natural_state import turned_about_x
 from knittest.models.readings import new_tally
 from knittest.solve.observer import SILENT, Observer
-from knittest.solve.relax import Relaxation, relax
+from knittest.solve.relax import Look, Relaxation, relax
 from knittest.solve.state import SimulationCost
 
 Array = NDArray[np.float64]
@@ -36,6 +36,8 @@ Array = NDArray[np.float64]
 SETTLE, BETWEEN, MOST_TURNS = 7500, 2500, 72
 #: turns after which yarns and loops get twice the steps to settle, and turns without a smaller residual that end it
 PATIENT, STALLED = 24, 24
+#: share of the way that progress gives to either of the first settlings
+FIRST = 0.15
 #: deflection that moments out of balance would add, over that of the weight, and error of the root's moment over that
 #: of the weight, at which the strip is at rest; the root settles last, and bends a few millimetres only
 BALANCED, ROOT_BALANCED = 0.005, 0.008
@@ -92,10 +94,10 @@ class _Course:
         self.last: list[tuple[int, float, float, float]] = []
         self.sections = Sections(mounting.flat, model.mass, self.prepared.facts["overhang_mm"])
 
-    def settle(self, steps: int) -> Array:
+    def settle(self, steps: int, look: Look | None = None) -> Array:
         """Relax; returns the moments that are out of balance [N mm], (n_sections,)."""
         model = self.prepared.model
-        found = relax(model, self.drive, self.tally, self.dt, self.run.rig.tolerance, steps)
+        found = relax(model, self.drive, self.tally, self.dt, self.run.rig.tolerance, steps, look=look)
         self.last = [(self.done.steps + row[0], *row[1:]) for row in found.history]
         self.done.steps, self.done.last_chunk = self.done.steps + found.steps, found.last_chunk
         self.cost.steps, self.cost.time_step = self.cost.steps + found.steps, self.dt
@@ -137,17 +139,17 @@ def yarns_to_rest(prepared: Prepared, run: CantileverRun, cost: SimulationCost, 
     fresh, first = model.state(), Frame(0.0, 0.0, 0.0, mounting.flat, model.fields())
     flat = _Course(prepared, run, cost, None)
     observer.overlaps(flat.overlaps)
-    curl = -float(flat.settle(SETTLE)[ENDS:-ENDS].mean())
+    curl = -float(flat.settle(SETTLE, _from(observer, 0.0))[ENDS:-ENDS].mean())
     model.restore(fresh)
     stiffness = run.fabric.reinforcing.bending_stiffness_n_mm2.of(run.rig.direction) * len(_tips(prepared, run))
     _bend(prepared, overhang, per_length, stiffness)
     course = _Course(prepared, run, cost, curl)
-    moments, before = course.settle(SETTLE), _angle(prepared, run)
+    moments, before = course.settle(SETTLE, _from(observer, FIRST)), _angle(prepared, run)
     residuals: list[float] = []
     for trial in range(MOST_TURNS + 1):
         course.judge(moments)
         residuals.append(course.done.residual)
-        observer.progress(_share(residuals), 0.0, 1e3 * course.dt, 0.0)
+        observer.settling(2.0 * FIRST + (1.0 - 2.0 * FIRST) * _share(residuals))
         stalled = trial - int(np.argmin(residuals)) >= STALLED
         if course.done.converged or stalled or trial == MOST_TURNS:
             break
@@ -161,6 +163,11 @@ def yarns_to_rest(prepared: Prepared, run: CantileverRun, cost: SimulationCost, 
         overhang, angle, course.carried(), weight, mounting.curvature(now), course.done, frames, course.done.converged,
         curl, angle - before,
     )  # fmt: skip
+
+
+def _from(observer: Observer, share: float) -> Look:
+    """Tell ``observer`` how far steps to settle are that begin at a ``share`` of the whole."""
+    return lambda steps, most: observer.settling(share + FIRST * steps / most)
 
 
 def _share(residuals: list[float]) -> float:

@@ -48,6 +48,10 @@ class Recorder(Observer):
         self.reached = fraction
         self.observer.progress(fraction, time_ms, step_us, kinetic_ratio)
 
+    def settling(self, fraction: float) -> None:
+        """See :class:`Observer`."""
+        self.observer.settling(fraction)
+
     def resume_from(self) -> Snapshot | None:
         """See :class:`Observer`."""
         return self.observer.resume_from()
