@@ -36,6 +36,10 @@ class FrictionRig(StripRig):
         gt=0, band=(0.1, 100),
     )  # fmt: skip
     pressure_cell_mm: ClassVar[Kernel[float | None]] = Kernel("pressure_cell")
+    membrane_share: float = number(
+        0.25, "1", "meso: share of the yarns' axial stiffness that is kept: they are far from their strength, and the "
+        "step grows", gt=0, le=1,
+    )  # fmt: skip
 
     @model_validator(mode="after")
     def _sticks_more_than_it_slips(self) -> Self:

@@ -49,6 +49,7 @@ KIND = TestKind(
     sizes=("width",),
     deciding={"macro": ("rig.kinetic_coefficient",), "meso": ("rig.kinetic_coefficient",)},
     fed=("macro", "meso"),
+    hinges={"membrane_share": -1},
     origin="knittest.laboratory.friction.origin:FrictionOrigin",
     studied=True,
     regression=Regression(

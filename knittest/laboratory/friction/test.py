@@ -77,7 +77,7 @@ class Friction(Test[FrictionRun]):
         across, along = yarns_across(run, direction, specimen), round(run.rig.length_mm / period)
         n_wales, n_courses = (across, along) if direction == "warp" else (along, across)
         piece = cut(run, n_wales, n_courses, specimen, observer)
-        model = build_meso(run, piece.paths, piece.draws)
+        model = build_meso(run, piece.paths, piece.draws, run.rig.membrane_share)
         z, radius = model.position()[:, 2], model.group.radius
         faces = (float((z - radius).min()), float((z + radius).max()))
         test = FrictionTest(run, pull_axis(run), faces, radius)
