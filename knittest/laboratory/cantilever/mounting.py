@@ -37,6 +37,8 @@ class Rest:
     drift: float = 0.0
     #: energy of the hourglass control of shells over the internal one [-]
     hourglass: float = 0.0
+    #: whether yarns got their friction on the way, without which they slipped on
+    rubs: bool = False
 
 
 class Mounting(Holder):

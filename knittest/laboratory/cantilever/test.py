@@ -35,6 +35,11 @@ ANGLE_TOLERANCE, MOST_TRIALS = {"macro": 0.05, "meso": 0.25}, 8
 MOMENT_TOLERANCE = 0.01
 #: largest move of the chord angle [deg] by the last turn of the sections of a strip of yarns
 DRIFT_TOLERANCE = 0.5
+#: what a strip says whose yarns slipped on for too long
+RUBS = (
+    "yarns: without friction the strip did not come to rest. So the yarns slip freely at first, and then rub on each "
+    "other with fabric.contact.friction_coefficient"
+)
 
 
 class Cantilever(Test[CantileverRun]):
@@ -111,6 +116,8 @@ class Cantilever(Test[CantileverRun]):
         kept, usual = prepared.facts.get("membrane_share", 0.0), run.rig.usual["membrane_share"]
         told = f"rig.membrane_share: {kept:g} is kept: the usual {usual:g} is less than bending needs here"
         warnings = (told,) if run.rig.membrane_share is None and kept > usual else ()
+        if last["rubs"]:
+            warnings += (RUBS,)
         quality = Quality(
             0.0, moment, 0.0, 0.0, 0.0, not failures, tuple(failures), warnings,
             hourglass_over_internal_max=last["hourglass_over_internal"],
@@ -206,6 +213,7 @@ def _history(model: ExplicitModel, rests: list[Rest]) -> History:
         "residual": [r.relaxation.residual for r in rests],
         "steps": [float(r.relaxation.steps) for r in rests],
         "converged": [float(r.converged) for r in rests],
+        "rubs": [float(r.rubs) for r in rests],
         "curl_nmm": [r.curl for r in rests],
         "drift_deg": [r.drift for r in rests],
         "hourglass_over_internal": [r.hourglass for r in rests],

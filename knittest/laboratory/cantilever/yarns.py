@@ -3,8 +3,10 @@
 A strip of yarns bends slowly and rattles fast: relaxed from its flat shape it takes a million steps. Here yarns and
 loops settle for a while, then the sections turn by the moments that are still missing (:mod:`.sections`), and so on
 until the moments of all sections balance. Yarns slip on each other without friction, as in a strip that was shaken:
-sticking ones would stiffen every turn, and the state would depend on the way to it. Loops that are not set in their
-shape would curl the strip; it lies flat without weight, as a couple at the free end sees to.
+sticking ones would stiffen every turn, and the state would depend on the way to it. In some fabrics loops slip on for
+very long and the moments never balance. There the yarns get the friction of the fabric after some turns, and the
+sections turn on. Loops that are not set in their shape would curl the strip; a couple at the free end keeps it flat
+without weight.
 """
 
 import time as clock
@@ -23,7 +25,7 @@ from knittest.laboratory.strips import cut, pitch, yarns_across
 from knittest.laboratory.weights import weights
 from knittest.materials.heavy_elastica import heavy_elastica
 from knittest.models.boundary import Boundary
-from knittest.models.meso import build_meso
+from knittest.models.meso import build_meso, yarn_contact
 from knittest.models.natural_state import turned_about_x
 from knittest.models.readings import new_tally
 from knittest.solve.observer import SILENT, Observer
@@ -34,8 +36,8 @@ Array = NDArray[np.float64]
 
 #: steps in which yarns and loops settle at first, and between two turns of the sections; most turns
 SETTLE, BETWEEN, MOST_TURNS = 7500, 2500, 72
-#: turns after which yarns and loops get twice the steps to settle, and turns without a smaller residual that end it
-PATIENT, STALLED = 24, 24
+#: turns after which yarns rub on each other, and turns without a smaller residual that end it
+RUBBING, STALLED = 16, 24
 #: share of the way that progress gives to either of the first settlings
 FIRST = 0.15
 #: deflection that moments out of balance would add, over that of the weight, and error of the root's moment over that
@@ -90,6 +92,7 @@ class _Course:
             boundary.gravity(mounting.weight)
             boundary.load(tips, "rx", -self.curl / len(tips))
         self.overlaps = model.prepare()
+        self.rubs = False
         self.drive, self.tally, self.done = boundary.drive(), new_tally(boundary), Relaxation()
         self.last: list[tuple[int, float, float, float]] = []
         self.sections = Sections(mounting.flat, model.mass, self.prepared.facts["overhang_mm"])
@@ -102,6 +105,13 @@ class _Course:
         self.done.steps, self.done.last_chunk = self.done.steps + found.steps, found.last_chunk
         self.cost.steps, self.cost.time_step = self.cost.steps + found.steps, self.dt
         return self.sections.moments(model.position(), model.nodes.force[:, : model.n_nodes].T)
+
+    def rub(self) -> None:
+        """Give the yarns the friction of the fabric; until now they slip freely."""
+        contact, model = yarn_contact(self.run), self.prepared.model
+        static = contact.friction if contact.static is None else contact.static
+        model.law = model.law._replace(static=static, kinetic=contact.friction)
+        self.rubs = True
 
     def judge(self, moments: Array) -> None:
         """Residual: the tip's deflection by all moments out of balance as if of one sign, over that by the weight.
@@ -150,18 +160,20 @@ def yarns_to_rest(prepared: Prepared, run: CantileverRun, cost: SimulationCost, 
         course.judge(moments)
         residuals.append(course.done.residual)
         observer.settling(2.0 * FIRST + (1.0 - 2.0 * FIRST) * _share(residuals))
-        stalled = trial - int(np.argmin(residuals)) >= STALLED
+        stalled = trial - max(int(np.argmin(residuals)), RUBBING) >= STALLED
         if course.done.converged or stalled or trial == MOST_TURNS:
             break
+        if trial == RUBBING:
+            course.rub()
         before = _angle(prepared, run)
         course.turn(moments, STIFFER * stiffness)
-        moments = course.settle(BETWEEN if trial < PATIENT else 2 * BETWEEN)
+        moments = course.settle(BETWEEN)
     now = model.position()
     weight, angle = mounting.moment(now), _angle(prepared, run)
     frames = (first, Frame(1.0, angle, weight, now, model.fields()))
     return Rest(
         overhang, angle, course.carried(), weight, mounting.curvature(now), course.done, frames, course.done.converged,
-        curl, angle - before,
+        curl, angle - before, rubs=course.rubs,
     )  # fmt: skip
 
 
