@@ -8,6 +8,7 @@ from knittest.base.history import Frame
 from knittest.config.loading import resolve
 from knittest.fabric.bias import cells_under, cut_on_the_bias, turned
 from knittest.fabric.strip import YarnPath
+from knittest.kernels.contact import spline_weights
 from knittest.laboratory.bias_extension.pin_jointed import BiasStrip
 from knittest.laboratory.bias_extension.test import BiasExtension
 from knittest.laboratory.bias_extension.yarns import YarnsOnTheBias
@@ -72,6 +73,20 @@ def frames(strip: BiasStrip, angle: float, slide: float = 0.0) -> tuple[YarnsOnT
     moved = np.column_stack([pin_jointed(start[:, :2], strip, angle), start[:, 2]])
     moved[of_warp, 1] += slide
     return yarns, *(Frame(0.0, 0.0, 0.0, position, {}) for position in (start, moved))
+
+
+def test_a_cut_yarn_ends_half_as_far_from_its_line_as_with_its_control_points_kept():
+    count = np.arange(81.0)
+    wave = np.stack([0.5 * count - 20.0, np.zeros(81), np.sin(0.5 * np.pi * count + 0.3)], axis=1)
+    (piece,) = cut_on_the_bias([YarnPath("weft", 0, wave)], 25.0, 25.0, {"weft": 4})
+    whole, end = turned(wave), np.array(spline_weights.py_func(1.5))
+    last = piece.first + len(piece.points) - 1
+    for ends, at, beside in ((piece.points[-3:], last, 1), (piece.points[2::-1], piece.first, -1)):
+        around = whole[[at - beside, at, at + beside]]
+        uncut = np.array(spline_weights.py_func(0.5)) @ around
+        kept = end @ whole[[at - 2 * beside, at - beside, at]]
+        assert np.linalg.norm(kept - uncut) > 0.1
+        assert np.linalg.norm(end @ ends - uncut) == pytest.approx(0.5 * np.linalg.norm(kept - uncut))
 
 
 def test_angles_at_crossings_are_those_of_the_zones():
