@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from knittest.config.loading import resolve
+from knittest.laboratory.cantilever import yarns
 from knittest.laboratory.picture_frame.test import material_scatter
 from knittest.materials.heavy_elastica import heavy_elastica
 from knittest.runs.specimen import prepare, run_specimen
@@ -35,6 +36,19 @@ def test_a_strip_of_yarns_bends_as_its_yarns_do(direction):
     assert found.results["chord_angle_deg"] == pytest.approx(41.5, abs=1.5)
     assert found.results["moment_error_pct"] < 1.0
     assert found.quality.failures == ()
+
+
+def test_yarns_that_slip_on_come_to_rest_with_their_friction(monkeypatch):
+    """The strip comes to rest by itself in some turns; friction from the first turn on keeps the angle to 4 %."""
+    sets = ("rig.overhang=90", "rig.width=8", "rig.gravity=30")
+    free = specimen("cantilever", *sets, direction="weft")
+    monkeypatch.setattr(yarns, "RUBBING", 0)
+    rubbing = specimen("cantilever", *sets, direction="weft")
+    assert rubbing.quality.failures == free.quality.failures == ()
+    assert rubbing.results["chord_angle_deg"] == pytest.approx(free.results["chord_angle_deg"], rel=0.04)
+    assert rubbing.results["chord_angle_deg"] != free.results["chord_angle_deg"]
+    assert any("without friction the strip did not come to rest" in told for told in rubbing.quality.warnings)
+    assert not free.quality.warnings
 
 
 @cache

@@ -116,7 +116,7 @@ class Cantilever(Test[CantileverRun]):
         kept, usual = prepared.facts.get("membrane_share", 0.0), run.rig.usual["membrane_share"]
         told = f"rig.membrane_share: {kept:g} is kept: the usual {usual:g} is less than bending needs here"
         warnings = (told,) if run.rig.membrane_share is None and kept > usual else ()
-        if last["rubs"]:
+        if last.get("rubs"):
             warnings += (RUBS,)
         quality = Quality(
             0.0, moment, 0.0, 0.0, 0.0, not failures, tuple(failures), warnings,
