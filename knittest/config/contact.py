@@ -10,6 +10,9 @@ from knittest.config.kernel_units import Kernel
 #: least sticking stiffness of a contact [N/mm]: the share of friction in the work of a sheared cell is 6 % less at it
 #: than at 100 N/mm, 21 % less at 3 N/mm and 57 % less at 1 N/mm (variant 1)
 LEAST_STICKING = 10.0
+#: least normal stiffness [N/mm], and what a contact has that states nothing: coefficient of friction and sticking
+#: stiffness over the normal one
+LEAST_STIFFNESS, FRICTION, TANGENTIAL = 100.0, 0.3, 0.1
 
 
 class Compaction(Strict):
@@ -71,7 +74,7 @@ class YarnContact(Strict):
         description="the same before a contact slips; none: equal",
         json_schema_extra={"unit": "1", "ge": 0, "le": 2},
     )
-    normal_stiffness: Quantity = measure("N/mm", "penalty stiffness of one crossing", gt=0, band=(100, 1e6))
+    normal_stiffness: Quantity = measure("N/mm", "penalty stiffness of one crossing", gt=0, band=(LEAST_STIFFNESS, 1e6))
     normal_stiffness_n_per_mm: ClassVar[Kernel[float]] = Kernel("normal_stiffness")
     tangential_ratio: Quantity = measure("1", "sticking stiffness over normal stiffness", gt=0, le=1)
     compaction: Compaction | None = Field(None, description="progressive normal force; none: linear")

@@ -8,13 +8,13 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import Field, ValidationError, ValidatorFunctionWrapHandler, WrapValidator, model_validator
 
 from knittest.config.base import BoundsError, PerDirection, Quantity, Source, Strict, measure, number
-from knittest.config.contact import YarnContact
+from knittest.config.contact import FRICTION, LEAST_STICKING, LEAST_STIFFNESS, TANGENTIAL, YarnContact
 from knittest.config.inlay_section import InlaySection
 from knittest.config.kernel_units import Directed, Kernel
 from knittest.config.kind_name import TestName
 from knittest.config.shear import ShearLaw
-from knittest.config.yarn import KnittingYarn, ReinforcingYarn
-from knittest.config.yarn_card import filled, is_filled
+from knittest.config.yarn import KnittingYarn, ReinforcingYarn, strength_of
+from knittest.config.yarn_card import filled, is_filled, number_of
 
 Direction = Literal["warp", "weft"]
 #: measured area mass over that of the yarns: beyond, densities, loop length or tex are another fabric's
@@ -136,7 +136,9 @@ class Fabric(Strict):
     thickness_mm: ClassVar[Kernel[float]] = Kernel("thickness")
     reinforcing: Annotated[ReinforcingYarn, Absent] = _optional("warp and weft inlay yarn")
     knitting: Annotated[KnittingYarn, Absent] = _optional("yarn of the loops")
-    contact: Annotated[YarnContact, Absent] = _optional("yarn-yarn contact")
+    contact: Annotated[YarnContact, Absent] = _optional(
+        "yarn-yarn contact; what it leaves out is derived from the yarn of the loops"
+    )
     macro: MacroMaterial = Field(
         default_factory=MacroMaterial,
         description="material card of the shells, macro scale; what it leaves out is derived from the yarns",
@@ -169,6 +171,24 @@ class Fabric(Strict):
             return data
         made = mass_and_thickness(cls.model_construct(reinforcing=inlay, knitting=loop, **numbers))
         return {**data, **{name: entry for name, entry in made.items() if name in needed}}
+
+    @model_validator(mode="before")
+    @classmethod
+    def _contact_follows_its_yarns(cls, data: object) -> Any:
+        """Contact between yarns follows from the yarn of the loops where it is not stated."""
+        if not isinstance(data, Mapping) or data.get("reinforcing") is None or data.get("knitting") is None:
+            return data
+        contact = data.get("contact") or {}
+        if isinstance(contact, YarnContact):
+            contact = contact.model_dump()
+        if not isinstance(contact, Mapping):
+            return data
+        try:
+            loop = KnittingYarn.model_validate(data["knitting"])
+        except ValidationError:  # the field itself says what is wrong
+            return data
+        stated = {name: entry for name, entry in contact.items() if not is_filled(entry)}
+        return {**data, "contact": {**contact_of(loop, stated), **stated}}
 
     @model_validator(mode="after")
     def _loop_spans_its_cell(self) -> Self:
@@ -259,6 +279,26 @@ def mass_and_thickness(fabric: Fabric) -> dict[str, dict[str, Any]]:
         "area_mass": filled(yarn_area_mass(fabric) or 0.0, "g/m2", "densities x linear densities, and a loop a cell"),
         "thickness": filled(2.0 * (inlay + loop), "mm", "two inlays and two loop yarns, as circles"),
     }
+
+
+def contact_of(loop: KnittingYarn, stated: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Entries of a contact between yarns that ``stated`` ones leave out.
+
+    A force as large as the breaking force of the loop yarn presses a contact in by its radius. So depths are similar
+    shares of the radius with thin and thick yarns, and contacts of weak loops do not shorten the time step.
+    """
+    force, radius = strength_of(loop), 0.5 * loop.beam_diameter.value
+    least = LEAST_STICKING / max(number_of(stated.get("tangential_ratio")) or TANGENTIAL, 1e-9)
+    stiffness = max(force / radius, LEAST_STIFFNESS, least)
+    return {
+        "friction_coefficient": filled(FRICTION, "", "usual between yarns", "assumed"),
+        "normal_stiffness": filled(
+            stiffness, "N/mm",
+            f"breaking force {force:.4g} N of the loop yarn / its radius {radius:.4g} mm, at least "
+            f"{max(LEAST_STIFFNESS, least):.4g} N/mm",
+        ),
+        "tangential_ratio": filled(TANGENTIAL, "", "sticking stiffness over normal stiffness", "assumed"),
+    }  # fmt: skip
 
 
 def _check_thickness(fabric: Fabric) -> None:

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from knittest.base.errors import InputError
 from knittest.base.kinds import DEFAULT
 from knittest.config.base import Quantity
-from knittest.config.fabric import CARD, YARN_LEVEL, Fabric, makes_mass, mass_and_thickness
+from knittest.config.fabric import CARD, YARN_LEVEL, Fabric, contact_of, makes_mass, mass_and_thickness
 from knittest.config.layers import Layers
 from knittest.config.messages import input_error
 from knittest.config.paths import settle_data_paths
@@ -45,6 +45,11 @@ def starting_text(
     if yarns:
         start = start.model_copy(
             update={name: Quantity.model_validate(made) for name, made in mass_and_thickness(start).items()}
+        )
+    if start.knitting is not None and start.contact is not None:
+        stiffness = Quantity.model_validate(contact_of(start.knitting, {})["normal_stiffness"])
+        start = start.model_copy(
+            update={"contact": start.contact.model_copy(update={"normal_stiffness": stiffness})}
         )
     if folder is None:
         without = start.macro.model_copy(update=_absent(CARD))

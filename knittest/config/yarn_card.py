@@ -126,7 +126,7 @@ def converted_card(card: object, model: type[BaseModel], usual: Mapping[str, tup
         if name in stated and _is_whole(stated.get(instead)):
             raise BoundsError(f"excludes {instead}: keep the one that was measured", name)
     for name in ("linear_density", *SETTINGS):
-        if (number := _number(stated.get(name))) is not None:
+        if (number := number_of(stated.get(name))) is not None:
             check_bounds(number, field_meta(model, name), name)
     directed = {name for name, info in model.model_fields.items() if info.annotation is PerDirection}
     found = {**_derived(stated), **{name: filled(value, "", why, "assumed") for name, (value, why) in usual.items()}}
@@ -141,14 +141,14 @@ def converted_card(card: object, model: type[BaseModel], usual: Mapping[str, tup
 
 def _derived(stated: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Numbers that follow from the fibre, the linear density and what else is stated."""
-    if (tex := _number(stated.get("linear_density"))) is None:
+    if (tex := number_of(stated.get("linear_density"))) is None:
         raise BoundsError("missing: mass per length of the yarn, in tex, such as 600 or 4 x 300 tex", "linear_density")
     blend = blend_of(stated["fibre"])
     found: dict[str, dict[str, Any]] = {}
     area = 1e-3 * tex / blend.density
-    diameter = _number(stated.get("beam_diameter"))
+    diameter = number_of(stated.get("beam_diameter"))
     if diameter is None or diameter <= 0.0:
-        packing = _number(stated.get("packing"))
+        packing = number_of(stated.get("packing"))
         if packing is None:
             packing = PACKING
             found["packing"] = filled(packing, "", "fibre area over the area of the circle", "assumed")
@@ -157,9 +157,9 @@ def _derived(stated: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
             diameter, "mm", f"sqrt(4 x {area:.4g} mm2 / (pi x packing {packing:g})), {tex:g} tex / {blend.density:.4g} "
             "g/cm3"
         )  # fmt: skip
-    turned = _cosine_squared(_number(stated.get("twist")) or 0.0, diameter)
+    turned = _cosine_squared(number_of(stated.get("twist")) or 0.0, diameter)
     by_twist = "" if turned == 1.0 else f" x cos^2 of the helix on the surface {turned:.4g}"
-    own = _number(stated.get("efficiency"))
+    own = number_of(stated.get("efficiency"))
     first, strain = blend.failure(own)
     carriers = blend.carriers(strain, own)
     share = sum(v for v, _ in carriers.parts)
@@ -177,7 +177,7 @@ def _derived(stated: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
             strain, "%", f"efficiency {strain / first.failure_strain:g} x {first.failure_strain:g} % of the filaments"
         )
     if not _is_whole(stated.get("bending_stiffness")):
-        found |= _bending(blend, area, diameter, _number(stated.get("bending_share")))
+        found |= _bending(blend, area, diameter, number_of(stated.get("bending_share")))
     found["torsion_ratio"] = filled(
         sum(v * f.modulus * f.torsion_ratio for v, f in blend.parts) / blend.modulus, "", "2 G / E of the fibres"
     )
@@ -242,7 +242,7 @@ def is_filled(entry: Any) -> bool:
     data = entry.model_dump() if isinstance(entry, Quantity) else entry
     if not isinstance(data, Mapping) or data.get("source") not in ("derived", "assumed"):
         return False
-    ref, value = str(data.get("ref", "")), _number(data)
+    ref, value = str(data.get("ref", "")), number_of(data)
     return ref.startswith(MARK) and value is not None and ref.rpartition(" = ")[2].split(" ")[0] == f"{value:.6g}"
 
 
@@ -251,7 +251,7 @@ def filled(value: float, unit: str, formula: str, source: str = "derived") -> di
     return {"value": value, "source": source, "ref": f"{MARK}{formula} = {value:.6g} {unit}".rstrip()}
 
 
-def _number(entry: Any) -> float | None:
+def number_of(entry: Any) -> float | None:
     """Number of an entry of a card, none where it is no number."""
     value = entry.get("value") if isinstance(entry, Mapping) else getattr(entry, "value", entry)
     return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None

@@ -297,8 +297,8 @@ def test_a_new_fabric_of_two_data_sheets_and_what_check_says_of_it(tmp_path, mon
     check = ["check", "tensile", "--variant", "mine", "--preset", "quick", "--no-time", "--set", "rig.width=20"]
     assert run(check) == 0
     said = capsys.readouterr().out
-    printed = PAGE[PAGE.index("derived from the fibres") :].split("```")[0].strip().splitlines()
-    assert all(line in said for line in printed) and len(printed) == 8
+    printed = PAGE[PAGE.index("derived from the yarns:") :].split("```")[0].strip().splitlines()
+    assert all(line in said for line in printed) and len(printed) == 9
     assert re.search(r"; \d taken over from pham2019-v1 on both sides, which confirms nothing", said)
     assert not re.search(r"assumed .* agrees .* bundle of the yarns", said)
     assert run([*check, "--json", "--set", f"{INLAY}youngs_modulus=60", "--set", f"{INLAY}beam_diameter=0.8"]) == 0

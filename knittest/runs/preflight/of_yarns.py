@@ -34,7 +34,7 @@ THICKNESS, MASS, CRIMP, LOOP = 0.05, 0.10, 0.10, 0.005
 
 
 def derived_numbers(fabric: Fabric) -> dict[str, Quantity]:
-    """Each number that was filled in by the fibre of a yarn card, by field."""
+    """Each number that was filled in by a yarn card, and for the contact by the yarn of the loops, by field."""
     found: dict[str, Quantity] = {}
     for system in ("reinforcing", "knitting"):
         yarn = getattr(fabric, system)
@@ -42,6 +42,9 @@ def derived_numbers(fabric: Fabric) -> dict[str, Quantity]:
             entry = getattr(yarn, name)
             parts = {f".{d}": entry.of(d) for d in DIRECTIONS} if isinstance(entry, PerDirection) else {"": entry}
             found |= {f"{system}.{name}{part}": number for part, number in parts.items() if is_filled(number)}
+    if fabric.contact is not None:
+        parts = {name: getattr(fabric.contact, name) for name in type(fabric.contact).model_fields}
+        found |= {f"contact.{name}": number for name, number in parts.items() if is_filled(number)}
     return found
 
 
@@ -50,7 +53,7 @@ def derived_lines(fabric: Fabric) -> list[str]:
     found = {field.removesuffix(".weft"): q for field, q in derived_numbers(fabric).items() if field[-5:] != ".warp"}
     lines = [f"  {field}: {q.ref.removeprefix(MARK)}" for field, q in found.items() if q.source == "derived"]
     assumed = ", ".join(f"{field} {q.value:g}" for field, q in found.items() if q.source == "assumed")
-    return ["derived from the fibres of the yarns:", *lines, f"  assumed: {assumed}"] if lines else []
+    return ["derived from the yarns:", *lines, f"  assumed: {assumed}"] if lines else []
 
 
 def yarn_counterparts(fabric: Fabric) -> Iterator[Counterpart]:

@@ -1,0 +1,71 @@
+"""Contact between yarns follows from the yarn of the loops where a fabric does not state it."""
+
+from typing import Any
+
+import pytest
+import yaml
+
+from knittest.base.errors import InputError
+from knittest.base.resources import configs_dir
+from knittest.config.fabric import Fabric
+from knittest.config.loading import resolve
+
+
+def document() -> dict[str, Any]:
+    """Variant 1 with cards of yarns."""
+    found: dict[str, Any] = yaml.safe_load((configs_dir() / "fabrics" / "pham2019-v1.yaml").read_text())
+    del found["parameter_sets"]
+    found["knitting"] = {"fibre": "polyester", "linear_density": 68}
+    return found
+
+
+def fabric(**contact: Any) -> Fabric:
+    return Fabric.model_validate(document() | {"contact": contact})
+
+
+def test_the_breaking_force_of_the_loops_presses_a_contact_in_by_their_radius() -> None:
+    made = fabric()
+    loop, stiffness = made.knitting, made.contact.normal_stiffness
+    force = 8.6e3 * 0.13 * 68e-3 / 1.38  # modulus x failure strain x area of the fibres
+    assert stiffness.value == pytest.approx(force / (0.5 * loop.beam_diameter.value), rel=1e-3)
+    assert stiffness.source == "derived" and "breaking force 55.09 N" in stiffness.ref
+    assert (made.contact.friction_coefficient.value, made.contact.tangential_ratio.value) == (0.3, 0.1)
+    assert made.contact.friction_coefficient.source == made.contact.tangential_ratio.source == "assumed"
+
+
+def test_a_fabric_without_the_word_contact_has_one() -> None:
+    without = document()
+    del without["contact"]
+    assert Fabric.model_validate(without).contact == fabric().contact
+
+
+def test_stated_numbers_stay() -> None:
+    stated = fabric(normal_stiffness=500, friction_coefficient=0.2)
+    assert (stated.contact.normal_stiffness.value, stated.contact.friction_coefficient.value) == (500.0, 0.2)
+    shipped = resolve(test="tensile", variant="1", scale="meso", preset="quick").fabric.contact
+    assert (shipped.normal_stiffness.value, shipped.normal_stiffness.source) == (1000.0, "assumed")
+
+
+def test_it_is_derived_again_when_the_yarn_changes() -> None:
+    again = fabric().model_dump() | {"knitting": {"fibre": "polyester", "linear_density": 136}}
+    # the force goes with the linear density, the radius with its square root
+    stiffness = Fabric.model_validate(again).contact.normal_stiffness.value
+    assert stiffness == pytest.approx(2.0**0.5 * fabric().contact.normal_stiffness.value)
+
+
+@pytest.mark.parametrize(("contact", "least"), [({}, 100.0), ({"tangential_ratio": 0.02}, 500.0)])
+def test_weak_loops_have_the_least_stiffness_that_rubs(contact: dict[str, float], least: float) -> None:
+    weak = document() | {"knitting": {"fibre": "acrylic", "linear_density": 20}, "contact": contact}
+    assert Fabric.model_validate(weak).contact.normal_stiffness.value == least
+
+
+def test_a_fabric_without_yarns_has_no_contact() -> None:
+    shells = document()
+    for name in ("loop_length", "reinforcing", "knitting", "contact"):
+        del shells[name]
+    assert Fabric.model_validate(shells).contact is None
+
+
+def test_what_is_no_contact_is_refused() -> None:
+    with pytest.raises((InputError, ValueError)):
+        Fabric.model_validate(document() | {"contact": 5})
