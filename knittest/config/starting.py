@@ -48,9 +48,7 @@ def starting_text(
         )
     if start.knitting is not None and start.contact is not None:
         stiffness = Quantity.model_validate(contact_of(start.knitting, {})["normal_stiffness"])
-        start = start.model_copy(
-            update={"contact": start.contact.model_copy(update={"normal_stiffness": stiffness})}
-        )
+        start = start.model_copy(update={"contact": start.contact.model_copy(update={"normal_stiffness": stiffness})})
     if folder is None:
         without = start.macro.model_copy(update=_absent(CARD))
         return fabric_template(start.model_copy(update={"macro": without}), like.name, own)

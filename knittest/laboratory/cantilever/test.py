@@ -115,11 +115,11 @@ class Cantilever(Test[CantileverRun]):
             failures.append(f"the root's moment is off that of the weight by {100.0 * moment:.1f} %")
         kept, usual = prepared.facts.get("membrane_share", 0.0), run.rig.usual["membrane_share"]
         told = f"rig.membrane_share: {kept:g} is kept: the usual {usual:g} is less than bending needs here"
-        warnings = (told,) if run.rig.membrane_share is None and kept > usual else ()
+        warnings = [told] if run.rig.membrane_share is None and kept > usual else []
         if last.get("rubs"):
-            warnings += (RUBS,)
+            warnings.append(RUBS)
         quality = Quality(
-            0.0, moment, 0.0, 0.0, 0.0, not failures, tuple(failures), warnings,
+            0.0, moment, 0.0, 0.0, 0.0, not failures, tuple(failures), tuple(warnings),
             hourglass_over_internal_max=last["hourglass_over_internal"],
         )  # fmt: skip
         return by_gate(run, quality, HOURGLASS) if HOURGLASS.applies(run) else quality

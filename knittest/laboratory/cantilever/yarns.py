@@ -28,6 +28,7 @@ from knittest.models.boundary import Boundary
 from knittest.models.meso import build_meso, yarn_contact
 from knittest.models.natural_state import turned_about_x
 from knittest.models.readings import new_tally
+from knittest.models.yarn_model import YarnModel
 from knittest.solve.observer import SILENT, Observer
 from knittest.solve.relax import Look, Relaxation, relax
 from knittest.solve.state import SimulationCost
@@ -109,6 +110,7 @@ class _Course:
     def rub(self) -> None:
         """Give the yarns the friction of the fabric; until now they slip freely."""
         contact, model = yarn_contact(self.run), self.prepared.model
+        assert isinstance(model, YarnModel)
         static = contact.friction if contact.static is None else contact.static
         model.law = model.law._replace(static=static, kinetic=contact.friction)
         self.rubs = True
