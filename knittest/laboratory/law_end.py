@@ -58,13 +58,35 @@ def beyond_law(run: Run, history: History, to_failure: bool) -> BeyondLaw:
     return max(found, key=lambda one: one.share, default=BeyondLaw(end=end))
 
 
+def ends_with_its_law(run: Run) -> tuple[Run, str]:
+    """``run`` of shells that ends where the law of its fabric does, and a sentence on it; as it is where it states its
+    end, or the law goes on.
+    """
+    field = kinds()[run.rig.kind].sheared_to.removeprefix("rig.")
+    if run.model.scale != "macro" or not field or field in run.rig.model_fields_set or run.fabric.macro.shear is None:
+        return run, ""
+    end, usual = last_angle(run.fabric, shear_curve(run)), getattr(run.rig, field)
+    if end >= usual:
+        return run, ""
+    rig = run.rig.model_copy(update={field: _ending_at(end)})
+    law = "the shear law that the yarns gave" if run.fabric.macro.shear.source == "derived" else "macro.shear"
+    return run.model_copy(update={"rig": rig}), (
+        f"rig.{field} = {_ending_at(end):g} deg, where {law} ends; usual are {usual:g} deg"
+    )
+
+
+def _ending_at(end: float) -> float:
+    """Largest angle [deg] to a tenth that a law up to ``end`` [deg] knows."""
+    return floor(10.0 * end) / 10.0
+
+
 def refuse_beyond_law(run: Run, largest: float) -> None:
     """Raise :class:`InputError` for shells of ``run`` that its rig shears to ``largest`` [deg], beyond their law."""
     end = last_angle(run.fabric, shear_curve(run))
     if largest > end:
         raise InputError(
             f"rig.max_angle = {largest:g} deg: the fabric's shear law (macro.shear) ends at {end:g} deg; "
-            f"--set rig.max_angle={floor(10.0 * end) / 10.0:g} ends the test there, or give a law that goes on"
+            f"--set rig.max_angle={_ending_at(end):g} ends the test there, or give a law that goes on"
         )
 
 

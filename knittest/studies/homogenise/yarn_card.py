@@ -29,6 +29,7 @@ from knittest.config.leaves import leaves
 from knittest.config.messages import input_error
 from knittest.config.run import Run, Variability
 from knittest.fabric.variability import draw
+from knittest.laboratory.law_end import ends_with_its_law
 from knittest.studies.homogenise import measures
 from knittest.studies.homogenise.curves import Array, tension_curve
 from knittest.studies.homogenise.from_cell import cell_run
@@ -70,6 +71,8 @@ class Numbers(NamedTuple):
 def with_cards(runs: Sequence[Run], quiet: bool = False) -> list[Run]:
     """``runs`` whose shells have a card: what is left out of it, or was derived from other yarns, is derived.
 
+    A run that does not state its largest shear angle ends where its law does.
+
     Raises :class:`NumericalError` where a path of the cell has no result, :class:`InputError` for a fabric that cannot
     have a cell, and for a derived card that a run excludes.
     """
@@ -82,6 +85,9 @@ def with_cards(runs: Sequence[Run], quiet: bool = False) -> list[Run]:
             numbers |= _numbers(run.fabric, [p for p in _pieces(parts) if p not in numbers], quiet)
             _refuse_rejected(run, parts, numbers)
             run = _with_card(run, parts, numbers)
+        run, said = ends_with_its_law(run)
+        if said and not quiet:
+            tell(f"{run.fabric.name}: {said}")
         completed.append(run)
     return completed
 
@@ -233,7 +239,7 @@ def _with_card(run: Run, parts: Sequence[str], numbers: Mapping[Piece, Numbers])
     for part in parts:
         macro |= _fields(part, _digest(run.fabric), numbers)
     try:
-        return type(run).model_validate(data)
+        return type(run).model_validate(data).model_copy(update={"rig": run.rig})  # which knows what was stated
     except ValidationError as error:
         layers = Layers()
         layers.lay(data, lambda path: "the card derived from the yarns")
