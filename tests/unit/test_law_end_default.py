@@ -27,7 +27,7 @@ def test_a_run_without_an_end_takes_that_of_its_law(test: str) -> None:
 def test_a_stated_end_stays_and_is_refused() -> None:
     stated = frame("rig.max_angle=45")
     assert ends_with_its_law(stated) == (stated, "")
-    with pytest.raises(InputError, match="--set rig.max_angle=33.3"):
+    with pytest.raises(InputError, match=r"--set rig\.max_angle=33\.3"):
         prepare(stated)
 
 
