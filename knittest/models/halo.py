@@ -32,7 +32,7 @@ def beyond(cell: Cell) -> str:
     from scipy.spatial import cKDTree
 
     images, own = cell.images, np.flatnonzero(cell.owned)
-    x, half = cell.nodes.position[:, own].T, float(cell.group.half_piece.max())
+    x, half = cell.nodes.position[:, own].T, float(cell.group.half_piece[own].max())
     most = np.abs(images.times).max(axis=0).astype(int) + 1
     held = set(zip(images.of[images.ghost].tolist(), images.master.tolist(), strict=True))
     number = {tuple(t): k for k, t in enumerate(images.times.astype(int).tolist())}
