@@ -110,7 +110,7 @@ COMMANDS: dict[str, Do] = {
     "knittest check tensile --variant 2 --scale meso --preset paper": Do("--preset quick"),
     "knittest check forming --variant 1 --blank-holder-force 100 --no-time": Do("--preset quick --out {out}"),
     "knittest friction --variant 1 --scale meso --direction warp": Do(
-        planned="3 CPU minutes; test_friction_meso.py runs one"
+        planned="half a CPU minute; test_friction_meso.py runs one"
     ),
     "knittest picture-frame --variant 1 --scale meso --preset standard --set rig.max_angle=50 --out runs/frame": Do(
         "--preset quick --set rig.side=20 --set rig.max_angle=20"
