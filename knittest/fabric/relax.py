@@ -63,6 +63,12 @@ def relax_cell(spec: CellSpec, finer: float = 1.0) -> Cell:
         return _relaxed(spec, finer)
     except Locked as locked:
         raise InputError(_too_short(spec, locked)) from None
+    except NumericalError as error:
+        raise NumericalError(
+            f"{error}: loops of {spec.loop_length:.4g} mm of a {spec.knit_diameter:.4g} mm yarn find no state of rest "
+            f"in cells of {spec.wale:.4g} x {spec.course:.4g} mm; expected thinner yarns, or a lower density of wales "
+            "or courses"
+        ) from None
 
 
 class Locked(Exception):
