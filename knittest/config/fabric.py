@@ -178,9 +178,8 @@ class Fabric(Strict):
         """Contact between yarns follows from the yarn of the loops where it is not stated."""
         if not isinstance(data, Mapping) or data.get("reinforcing") is None or data.get("knitting") is None:
             return data
-        contact = data.get("contact") or {}
-        if isinstance(contact, YarnContact):
-            contact = contact.model_dump()
+        contact = data.get("contact")
+        contact = {} if contact is None else contact.model_dump() if isinstance(contact, YarnContact) else contact
         if not isinstance(contact, Mapping):
             return data
         try:

@@ -56,7 +56,8 @@ def lay_own_rig(layers: Layers, kind: str, direction: object, stated: Collection
             f"{layers.where((*at, DIRECTIONS[0]))}: {dotted(at)}: numbers of warp and weft, but the test has no "
             "direction: expected one of each, such as their mean"
         )
-    kept = {*(layers.get(("rig",)) or {}), *stated}
+    laid = layers.get(("rig",)) or {}
+    kept = {*(name for name in kinds()[kind].sizes if name in laid), "kind", *stated}
     kept |= {field for field, other in kinds()[kind].tied.items() if other in kept}
     for key, path in own_fields(own, kind, direction).items():
         if key not in kept:

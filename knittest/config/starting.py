@@ -46,9 +46,11 @@ def starting_text(
         start = start.model_copy(
             update={name: Quantity.model_validate(made) for name, made in mass_and_thickness(start).items()}
         )
-    if start.knitting is not None and start.contact is not None:
-        stiffness = Quantity.model_validate(contact_of(start.knitting, {})["normal_stiffness"])
-        start = start.model_copy(update={"contact": start.contact.model_copy(update={"normal_stiffness": stiffness})})
+    if start.knitting is not None and start.contact is not None and _follows(like, yarns):
+        made = contact_of(start.knitting, start.contact.model_dump())["normal_stiffness"]
+        contact = start.contact.model_copy(update={"normal_stiffness": Quantity.model_validate(made)})
+        start = start.model_copy(update={"contact": contact})
+        own.append("contact.normal_stiffness is derived from the yarn of the loops.")
     if folder is None:
         without = start.macro.model_copy(update=_absent(CARD))
         return fabric_template(start.model_copy(update={"macro": without}), like.name, own)
@@ -61,6 +63,12 @@ def starting_text(
     if fabric.reinforcing is None:
         own.append(f"Yarns of {like.name} cannot make this area mass and are left out: --scale meso needs others.")
     return fabric_template(fabric, like.name, own)
+
+
+def _follows(like: Fabric, yarns: Mapping[YarnSystem, str] | None) -> bool:
+    """Tell whether the contact stiffness follows the yarn of the loops: that of ``like`` is another yarn's, or a guess."""
+    assert like.contact is not None
+    return "knitting" in (yarns or {}) or like.contact.normal_stiffness.source == "assumed"
 
 
 def _yarn(system: YarnSystem, text: str) -> ReinforcingYarn | KnittingYarn:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from math import ceil, floor
 
 import numpy as np
+from pydantic import ValidationError
 
 from knittest.base.errors import InputError
 from knittest.base.history import Array, Frame, History
@@ -40,7 +41,7 @@ class BeyondLaw:
     def advice(self, run: Run) -> str:
         """Change that would bring less of the fabric beyond."""
         if field := kinds()[run.rig.kind].sheared_to:
-            return f"{field}={self.end:.3g} ends where the law does; or give a law that goes on (macro.shear)"
+            return f"{field}={_ending_at(self.end):g} ends where the law does; or give a law that goes on (macro.shear)"
         return f"a law that goes on to {ceil(self.needed):d} deg would pass (fabric.macro.shear)"
 
 
@@ -68,10 +69,13 @@ def ends_with_its_law(run: Run) -> tuple[Run, str]:
     end, usual = last_angle(run.fabric, shear_curve(run)), getattr(run.rig, field)
     if end >= usual:
         return run, ""
-    rig = run.rig.model_copy(update={field: _ending_at(end)})
+    try:
+        rig = type(run.rig).model_validate(run.rig.model_dump(exclude_unset=True) | {field: _ending_at(end)})
+    except ValidationError:  # such as turns beyond the law: the test says what is wrong
+        return run, ""
     law = "the shear law that the yarns gave" if run.fabric.macro.shear.source == "derived" else "macro.shear"
     return run.model_copy(update={"rig": rig}), (
-        f"rig.{field} = {_ending_at(end):g} deg, where {law} ends; usual are {usual:g} deg"
+        f"rig.{field} = {_ending_at(end):g} deg, where {law} ends, instead of the usual {usual:g} deg"
     )
 
 

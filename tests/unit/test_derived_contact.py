@@ -4,11 +4,12 @@ from typing import Any
 
 import pytest
 import yaml
+from pydantic import ValidationError
 
-from knittest.base.errors import InputError
 from knittest.base.resources import configs_dir
 from knittest.config.fabric import Fabric
 from knittest.config.loading import resolve
+from knittest.config.starting import starting_text
 
 
 def document() -> dict[str, Any]:
@@ -66,6 +67,31 @@ def test_a_fabric_without_yarns_has_no_contact() -> None:
     assert Fabric.model_validate(shells).contact is None
 
 
-def test_what_is_no_contact_is_refused() -> None:
-    with pytest.raises((InputError, ValueError)):
-        Fabric.model_validate(document() | {"contact": 5})
+@pytest.mark.parametrize("contact", [5, False, 0, [], ""])
+def test_what_is_no_contact_is_refused(contact: object) -> None:
+    with pytest.raises(ValidationError):
+        Fabric.model_validate(document() | {"contact": contact})
+
+
+def started(*yarns: str, **contact: float) -> Fabric:
+    """A fabric that is started from variant 1 with a ``contact``, measured, and yarns of the loops."""
+    like = resolve(variant="1", parameters="as-measured").fabric
+    made = {name: {"value": value, "source": "measured"} for name, value in contact.items()}
+    own = Fabric.model_validate(like.model_dump() | {"contact": like.contact.model_dump() | made})
+    text = starting_text("mine", own, yarns=dict.fromkeys(["knitting"], yarns[0]) if yarns else None)
+    return Fabric.model_validate(yaml.safe_load(text))
+
+
+def test_a_new_fabric_follows_the_yarn_of_its_loops() -> None:
+    assert started().contact.normal_stiffness.source == "derived"
+    assert started("polyester 68 tex").contact.normal_stiffness.value == pytest.approx(340.73, rel=1e-4)
+
+
+def test_a_new_fabric_keeps_a_measured_stiffness_with_the_measured_yarn() -> None:
+    assert started(normal_stiffness=5000.0).contact.normal_stiffness.value == 5000.0
+    assert started("polyester 68 tex", normal_stiffness=5000.0).contact.normal_stiffness.source == "derived"
+
+
+def test_a_new_fabric_has_the_stiffness_that_its_run_has() -> None:
+    weak = started("polyester 34 tex", tangential_ratio=0.01).contact
+    assert weak.normal_stiffness.value == 1000.0 and "at least 1000 N/mm" in weak.normal_stiffness.ref

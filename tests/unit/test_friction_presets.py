@@ -1,8 +1,11 @@
 """A strip of yarns in the friction test is narrower than the paper's and under the same pressure."""
 
+from pathlib import Path
+
 import pytest
 
 from knittest.config.loading import resolve
+from knittest.config.starting import starting_text
 
 
 def force(*sets: str, scale: str = "meso", preset: str = "quick") -> float:
@@ -25,3 +28,13 @@ def test_a_stated_force_counts_at_any_width() -> None:
 
 def test_shells_are_as_wide_as_the_strip_of_the_paper() -> None:
     assert force(scale="macro") == 2000.0
+
+
+@pytest.mark.parametrize("scale", ["meso", "macro"])
+def test_the_force_of_the_fabrics_own_test_counts(scale: str, tmp_path: Path) -> None:
+    file = tmp_path / "mine.yaml"
+    start = starting_text("mine", resolve(variant="1", parameters="as-measured").fabric)
+    file.write_text(f"{start}rigs: {{friction: {{normal_force: 500, width: 40}}}}\n".replace("rigs: {}\n", "", 1))
+    rig = resolve(test="friction", fabric=file, scale=scale, preset="quick").rig
+    assert rig.normal_force == 500.0  # type: ignore[attr-defined]
+    assert rig.width == {"meso": 15.0, "macro": 40.0}[scale], "a size that the preset gives to yarns stays"  # type: ignore[attr-defined]

@@ -20,7 +20,7 @@ def frame(*sets: str, test: str = "picture-frame", **more: Any) -> Any:
 def test_a_run_without_an_end_takes_that_of_its_law(test: str) -> None:
     run, said = ends_with_its_law(frame(test=test))
     assert run.rig.max_angle == 33.3  # type: ignore[attr-defined]
-    assert said == "rig.max_angle = 33.3 deg, where macro.shear ends; usual are 45 deg"
+    assert said == "rig.max_angle = 33.3 deg, where macro.shear ends, instead of the usual 45 deg"
     prepare(run)
 
 
@@ -29,6 +29,19 @@ def test_a_stated_end_stays_and_is_refused() -> None:
     assert ends_with_its_law(stated) == (stated, "")
     with pytest.raises(InputError, match=r"--set rig\.max_angle=33\.3"):
         prepare(stated)
+
+
+def test_turns_beyond_the_law_are_refused() -> None:
+    run = frame("rig.turns=[40, 10]")
+    assert ends_with_its_law(run) == (run, "")
+    with pytest.raises(InputError, match=r"--set rig\.max_angle=33\.3"):
+        prepare(run)
+
+
+def test_a_law_of_no_angle_leaves_the_run_as_it_is() -> None:
+    points = "fabric.macro.shear.points=[[0, 0], [0.04, 0.01], [0.05, 0.03]]"
+    run = resolve(test="picture-frame", variant="1", scale="macro", preset="quick", sets=[SHORT[0], points])
+    assert ends_with_its_law(run) == (run, "")
 
 
 def test_a_law_that_goes_on_changes_nothing() -> None:

@@ -7,6 +7,7 @@ import json
 import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -87,9 +88,14 @@ def with_cards(runs: Sequence[Run], quiet: bool = False) -> list[Run]:
             run = _with_card(run, parts, numbers)
         run, said = ends_with_its_law(run)
         if said and not quiet:
-            tell(f"{run.fabric.name}: {said}")
+            _tell_once(f"{run.fabric.name}: {said}")
         completed.append(run)
     return completed
+
+
+@cache
+def _tell_once(text: str) -> None:
+    tell(text)
 
 
 def missing_parts(run: Run) -> tuple[str, ...]:
