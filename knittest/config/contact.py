@@ -1,8 +1,9 @@
 """Contact between the yarns of a fabric: penalty, friction, and the patches of their crossings."""
 
-from typing import ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, GetJsonSchemaHandler, model_validator
+from pydantic_core import CoreSchema
 
 from knittest.config.base import BoundsError, Quantity, Strict, measure
 from knittest.config.kernel_units import Kernel
@@ -66,19 +67,35 @@ class Patch(Strict):
 
 
 class YarnContact(Strict):
-    """Penalty contact between yarns with Coulomb friction."""
+    """Penalty contact between yarns with Coulomb friction.
 
-    friction_coefficient: Quantity = measure("1", "yarn-yarn Coulomb coefficient", ge=0, le=2)
+    A fabric with yarns may leave out the coefficient, the stiffness and the ratio: see ``contact_of`` of
+    :mod:`knittest.config.fabric`.
+    """
+
+    friction_coefficient: Quantity = measure("1", "yarn-yarn Coulomb coefficient; 0.3 where it is left out", ge=0, le=2)
     static_friction_coefficient: Quantity | None = Field(
         None,
         description="the same before a contact slips; none: equal",
         json_schema_extra={"unit": "1", "ge": 0, "le": 2},
     )
-    normal_stiffness: Quantity = measure("N/mm", "penalty stiffness of one crossing", gt=0, band=(LEAST_STIFFNESS, 1e6))
+    normal_stiffness: Quantity = measure(
+        "N/mm", "penalty stiffness of one crossing; left out: breaking force of the loop yarn over its radius",
+        gt=0, band=(LEAST_STIFFNESS, 1e6),
+    )  # fmt: skip
     normal_stiffness_n_per_mm: ClassVar[Kernel[float]] = Kernel("normal_stiffness")
-    tangential_ratio: Quantity = measure("1", "sticking stiffness over normal stiffness", gt=0, le=1)
+    tangential_ratio: Quantity = measure(
+        "1", "sticking stiffness over normal stiffness; 0.1 where it is left out", gt=0, le=1
+    )
     compaction: Compaction | None = Field(None, description="progressive normal force; none: linear")
     patch: Patch | None = Field(None, description="where crossings resist spin; none: they spin freely")
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """Nothing is required in a file: what is left out is derived."""
+        found = handler(core)
+        handler.resolve_ref_schema(found).pop("required", None)
+        return found
 
     @model_validator(mode="after")
     def _sticks(self) -> Self:

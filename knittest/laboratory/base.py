@@ -80,6 +80,10 @@ class Test(Protocol[RunT]):
     def solve(self, prepared: Prepared, run: RunT, observer: Observer) -> tuple[History, SimulationCost]:
         """Run it."""
 
+    def finish(self, run: RunT, prepared: Prepared, history: History) -> History:
+        """What is read of a ``history`` of this test, whole or ended early; by default all of it."""
+        return history
+
     @abstractmethod
     def results(self, run: RunT, prepared: Prepared, history: History) -> dict[str, float]:
         """Numbers of summary.json, with their unit in the name."""

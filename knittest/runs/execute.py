@@ -130,22 +130,26 @@ def _keeping_partial(run: Run, opened: Opened, references: References, options: 
         if not specimens and isinstance(partial, Specimen):
             specimens = [partial]
         if specimens:
-            write_incomplete(run, specimens, references, str(error), opened.folder, options)
-            error.partial = opened.folder.path
+            try:
+                write_incomplete(run, specimens, references, str(error), opened.folder, options)
+            except Exception as other:  # what ended the run is what the user is told
+                opened.folder.log("not kept", reason=str(other))
+            else:
+                error.partial = opened.folder.path
+                part = "the curve until then is" if specimens[0] is partial else "the finished specimens are"
+                error.args = (f"{error}; {part} in {opened.folder.path}",)
         raise
 
 
 @contextmanager
 def _with_page_of_failure(options: RunOptions) -> Iterator[None]:
-    """Write the page of a run that ended early, and say where its part lies."""
+    """Write the page of a run that ended early."""
     try:
         yield
     except NumericalError as error:
         folder = error.partial
-        if isinstance(folder, Path):
-            if options.pictures:
-                write_if_possible(folder, write_report)
-            error.args = (f"{error}; the curve until then is in {folder}",)
+        if isinstance(folder, Path) and options.pictures:
+            write_if_possible(folder, write_report)
         raise
 
 

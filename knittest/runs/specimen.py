@@ -1,6 +1,7 @@
 """One specimen of a test end to end: geometry, model, simulation, results, quality."""
 
 import time as clock
+from contextlib import suppress
 from dataclasses import replace
 
 import numba
@@ -45,7 +46,7 @@ def threads_for(elements: int) -> int:
 def run_specimen(run: Run, specimen: int = 0, observer: Observer = SILENT) -> Specimen:
     """Build, compile, simulate and measure specimen number ``specimen``.
 
-    Raises :class:`NumericalError`, whose ``partial`` is the specimen up to then, without results.
+    Raises :class:`NumericalError`, whose ``partial`` is the specimen up to then.
     """
     start, cpu = clock.perf_counter(), clock.process_time()
     test = TESTS[run.rig.kind]
@@ -66,7 +67,11 @@ def run_specimen(run: Run, specimen: int = 0, observer: Observer = SILENT) -> Sp
     except NumericalError as error:
         if isinstance(error.partial, tuple):
             history, cost = error.partial
-            error.partial = made(history, cost, {}, replace(UNJUDGED, failures=(str(error),)))
+            history = test.finish(run, prepared, history)
+            results: dict[str, float] = {}
+            with suppress(Exception):  # pictures read some; others need the end of the test
+                results = test.results(run, prepared, history)
+            error.partial = made(history, cost, results, replace(UNJUDGED, failures=(str(error),)))
         raise
     return made(history, cost, test.results(run, prepared, history), _assessed(run, prepared, history, cost))
 

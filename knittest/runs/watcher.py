@@ -6,7 +6,7 @@ from math import nan
 from knittest.base.history import Overlaps
 from knittest.base.progress import Progress
 from knittest.runs.checkpoints import SpecimenKeeper
-from knittest.solve.observer import Observer
+from knittest.solve.observer import TESTING, Observer
 from knittest.solve.state import Snapshot
 
 #: takes a line of a run's log: the name of an event, and its fields by keyword
@@ -24,7 +24,8 @@ class Watcher(Observer):
 
     def phase(self, text: str) -> None:
         """Show it."""
-        self._progress.phase(f"{self._label}: {text}", until_failure=self._until_failure)
+        until_failure = self._until_failure and text == TESTING
+        self._progress.phase(f"{self._label}: {text}", until_failure=until_failure)
 
     def overlaps(self, found: Overlaps) -> None:
         """Log which yarns overlap, if any do."""

@@ -1,7 +1,5 @@
 """Files of a run folder: tables, frames, pictures, comparison and summary."""
 
-from contextlib import suppress
-
 from knittest.base.history import Specimen
 from knittest.base.kinds import kinds
 from knittest.base.printing import printed
@@ -21,7 +19,7 @@ def write_incomplete(
 ) -> None:
     """Write what a run has that ended early for ``reason``: tables, frames, pictures; no results.
 
-    Pictures that need the end of the test are left out.
+    From the first picture on that needs the end of the test they are left out, and the log says so.
     """
     _write_tables(run, specimens, folder)
     if options.frames:
@@ -29,8 +27,11 @@ def write_incomplete(
     if not options.pictures:
         return
     report, drawn = REPORTS[run.rig.kind], kinds()[run.rig.kind].pictures
-    with stamped(run_stamp(run, (f"incomplete: {reason}",))), suppress(Exception):
-        report.pictures(run, specimens, references, folder.path)
+    try:
+        with stamped(run_stamp(run, (f"incomplete: {reason}",))), printed(options.printing):
+            report.pictures(run, specimens, references, folder.path)
+    except Exception as error:  # one that needs the end of the test
+        folder.log("pictures left out", reason=str(error))
     folder.mark_incomplete(drawn)
 
 

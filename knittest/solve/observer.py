@@ -5,6 +5,9 @@ from collections.abc import Callable
 from knittest.base.history import Overlaps
 from knittest.solve.state import Snapshot
 
+#: phase in which the rig moves
+TESTING = "running the test"
+
 
 class Observer:
     """Watches nothing and keeps nothing; one that does overrides what it wants to hear of.

@@ -19,7 +19,7 @@ from knittest.models.boundary import Boundary
 from knittest.models.explicit_model import ExplicitModel, Stored
 from knittest.models.readings import Readings, new_tally, take_readings
 from knittest.solve.guards import check_balance, check_entities, check_motion, fit_step
-from knittest.solve.observer import SILENT, Observer
+from knittest.solve.observer import SILENT, TESTING, Observer
 from knittest.solve.relax import relax, settle
 from knittest.solve.rig import Rig
 from knittest.solve.state import Kept, Simulation, SimulationCost
@@ -97,7 +97,7 @@ def _begin(model: ExplicitModel, rig: Rig, solver: Solver, observer: Observer) -
 def _run_rows(run: Simulation, output: Output, observer: Observer) -> None:
     """Advance row by row to the end of the test, once the specimen is mounted."""
     _mount(run, observer)
-    observer.phase("running the test")
+    observer.phase(TESTING)
     row_steps = max(run.model.chunk, round(run.rig.duration / run.first_step / output.samples))
     # the first frame is the start; one row takes one frame at most
     even = np.linspace(0.0, 1.0, output.frames + 1)

@@ -8,9 +8,15 @@ import pytest
 
 from knittest.base.errors import NumericalError
 from knittest.cli.main import run as knittest
+from knittest.laboratory.compaction import test as compaction
+from knittest.laboratory.pull_out import test as pull_out
+from knittest.runs import execute
 from knittest.solve import simulate
 
 ROWS = 60
+#: row at which a test ends early, and time [ms] from which on it counts
+ENDED = {"pull-out": 250, "compaction": 250, "cell": 60}
+REST = {"pull-out": pull_out.REST, "compaction": compaction.REST}
 COMMAND = ["tensile", "--variant", "1", "--scale", "macro", "--preset", "quick", "--direction", "warp", "--quiet"]
 
 
@@ -57,7 +63,8 @@ def test_it_goes_on_and_leaves_nothing_incomplete(ended):
 
 def test_a_run_that_ends_before_its_first_row_keeps_nothing(tmp_path, monkeypatch):
     def stop(run, work, released):
-        raise NumericalError("the motion blows up")
+        if len(run.model.mesh.cells) > 100:  # not in the warm-up
+            raise NumericalError("the motion blows up")
 
     monkeypatch.setattr(simulate, "check_motion", stop)
     assert knittest([*COMMAND, "--out", str(tmp_path / "r")]) == NumericalError.exit_code
@@ -75,3 +82,44 @@ def test_both_directions_have_one_page_where_one_of_them_ends_early(tmp_path, mo
     command = [part for part in COMMAND if part not in ("--direction", "warp")]
     assert knittest([*command, "--out", str(tmp_path / "r")]) == NumericalError.exit_code
     assert "the energy balance is off by 12 %" in (tmp_path / "r" / "report.html").read_text()
+
+
+@pytest.mark.parametrize(
+    ("command", "columns"),
+    [
+        (["pull-out", "--direction", "warp", "--set", "rig.width=18", "--set", "rig.length=12"], {"tail_travel_mm"}),
+        (["compaction", "--set", "rig.side=6"], {"thickness_mm"}),
+        (["cell", "--path", "shear"], {"conjugate_force"}),
+    ],
+    ids=lambda value: value[0] if isinstance(value, list) else "",
+)
+def test_a_part_has_the_columns_of_its_test_and_begins_where_that_does(tmp_path, monkeypatch, command, columns):
+    """The stage in which yarns come to rest is not part of the curve."""
+
+    def stop(run):
+        if len(run.rows) == ENDED[command[0]]:
+            raise NumericalError("the energy balance is off by 12 %")
+
+    monkeypatch.setattr(simulate, "check_balance", stop)
+    folder = tmp_path / "r"
+    options = ["--variant", "1", "--preset", "quick", "--quiet", "--no-pictures", "--out", str(folder)]
+    assert knittest([*command, *options]) == NumericalError.exit_code
+    curve = pd.read_csv(folder / "curve.incomplete.csv")
+    assert columns <= set(curve.columns) and len(curve) > 1
+    if command[0] != "cell":
+        assert curve["time_ms"].iloc[0] >= REST[command[0]]
+
+
+def test_a_disk_that_fails_leaves_the_reason_of_the_run(tmp_path, monkeypatch, capfd):
+    def stop(run):
+        if len(run.rows) == ROWS:
+            raise NumericalError("the energy balance is off by 12 %")
+
+    def full(*_):
+        raise OSError("no space left on device")
+
+    monkeypatch.setattr(simulate, "check_balance", stop)
+    monkeypatch.setattr(execute, "write_incomplete", full)
+    assert knittest([*COMMAND, "--out", str(tmp_path / "r")]) == NumericalError.exit_code
+    assert "the energy balance is off by 12 %" in capfd.readouterr().err
+    assert "no space left on device" in (tmp_path / "r" / "log.jsonl").read_text()

@@ -69,11 +69,14 @@ class BiasExtension(Test[BiasExtensionRun]):
         return Prepared(model, mount, clock.perf_counter() - start, found.piece.table, _facts(strip, whole))
 
     def solve(self, prepared: Prepared, run: BiasExtensionRun, observer: Observer) -> tuple[History, SimulationCost]:
-        """Pull to the largest angle; the normalised force hangs on that at all smaller angles."""
+        """Pull to the largest angle."""
         history, cost = simulate(prepared.model, prepared.rig, run.solver, run.output, observer)
-        curve, strip = history.curve, strip_of(run)
-        found = strip.normalised(curve["force_n"], np.deg2rad(curve[ANGLE]))
-        return replace(history, curve=curve | {NORMALISED: found}), cost
+        return self.finish(run, prepared, history), cost
+
+    def finish(self, run: BiasExtensionRun, prepared: Prepared, history: History) -> History:
+        """With the normalised force, which hangs on that at all smaller angles."""
+        found = strip_of(run).normalised(history.curve["force_n"], np.deg2rad(history.curve[ANGLE]))
+        return replace(history, curve=history.curve | {NORMALISED: found})
 
     def results(self, run: BiasExtensionRun, prepared: Prepared, history: History) -> dict[str, float]:
         """Force, normalised force and the middle's own angle at angles of pin-jointed yarns."""

@@ -3,10 +3,10 @@
 A strip of yarns bends slowly and rattles fast: relaxed from its flat shape it takes a million steps. Here yarns and
 loops settle for a while, then the sections turn by the moments that are still missing (:mod:`.sections`), and so on
 until the moments of all sections balance. Yarns slip on each other without friction, as in a strip that was shaken:
-sticking ones would stiffen every turn, and the state would depend on the way to it. In some fabrics loops slip on for
-very long and the moments never balance. There the yarns get the friction of the fabric after some turns, and the
-sections turn on. Loops that are not set in their shape would curl the strip; a couple at the free end keeps it flat
-without weight.
+sticking ones would stiffen every turn, and the state would depend on the way to it. In some fabrics loops keep
+slipping for very long, and the moments never balance. There the yarns get the coefficient of friction of the fabric
+after some turns, and the sections are turned further. Loops that are not set in their shape would curl the strip; a
+couple at the free end keeps it flat without weight.
 """
 
 import time as clock
@@ -113,7 +113,7 @@ class _Course:
         assert isinstance(model, YarnModel)
         static = contact.friction if contact.static is None else contact.static
         model.law = model.law._replace(static=static, kinetic=contact.friction)
-        self.rubs = True
+        self.rubs = contact.friction > 0.0
 
     def judge(self, moments: Array) -> None:
         """Residual: the tip's deflection by all moments out of balance as if of one sign, over that by the weight.

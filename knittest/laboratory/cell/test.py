@@ -65,8 +65,13 @@ class Cell(Test[CellRun]):
         if free and observer.resume_from() is None:
             _draw_in(model, free, run)
         history, cost = simulate(model, mount, run.solver, run.output, Recorder(run, mount, observer))
-        energies, contacts = split(model.record)
-        return replace(history, energies=history.energies | energies, contacts=history.contacts | contacts), cost
+        return self.finish(run, prepared, history), cost
+
+    def finish(self, run: CellRun, prepared: Prepared, history: History) -> History:
+        """Energies by mechanism and crossings beside those of all tests."""
+        assert isinstance(prepared.mount, CellTest)
+        energies, contacts = split(prepared.mount.model.record[: len(history.energies["time_ms"])])
+        return replace(history, energies=history.energies | energies, contacts=history.contacts | contacts)
 
     def results(self, run: CellRun, prepared: Prepared, history: History) -> dict[str, float]:
         """Mean stress of the path, the share of friction, thickness and the forces of crossings at its end."""

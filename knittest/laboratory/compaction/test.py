@@ -57,7 +57,11 @@ class Compaction(Test[CompactionRun]):
     def solve(self, prepared: Prepared, run: CompactionRun, observer: Observer) -> tuple[History, SimulationCost]:
         """Let the square come to rest, then close the plates until the pressure is reached."""
         history, cost = simulate(prepared.model, prepared.rig, run.solver, run.output, observer)
-        return after_rest(history, REST), cost
+        return self.finish(run, prepared, history), cost
+
+    def finish(self, run: CompactionRun, prepared: Prepared, history: History) -> History:
+        """What comes after the square is at rest."""
+        return after_rest(history, REST)
 
     def results(self, run: CompactionRun, prepared: Prepared, history: History) -> dict[str, float]:
         """Thickness at the pressures up to the largest, work, and the fitted law."""

@@ -14,6 +14,8 @@ def less_damping(run: FormingRun, share: float) -> Setting | str:
     damping, speed = run.solver.damping, run.solver.speed
     free_damping, free_speed = FREE_BLANK["damping"], FREE_BLANK["speed"]
     if run.rig.blank_holder_force == 0.0 and (damping > free_damping or speed > free_speed):
+        if run.model.scale == "meso":
+            return f"lower solver.damping, which is {damping:g}, and solver.speed, which is {speed:g}"
         return f"solver.damping={free_damping:g} with solver.speed={free_speed:g} passes on shells of quick"
     # a flange that is damped less swings more, so its loss falls about with the root of the damping
     why = "it goes with the root of the damping"

@@ -72,8 +72,11 @@ class PullOut(Test[PullOutRun]):
     def solve(self, prepared: Prepared, run: PullOutRun, observer: Observer) -> tuple[History, SimulationCost]:
         """Let the piece come to rest, then pull."""
         history, cost = simulate(prepared.model, prepared.rig, run.solver, run.output, observer)
-        history = after_rest(history, REST)
-        return with_tail(history, prepared.facts, AXIS[run.rig.direction]), cost
+        return self.finish(run, prepared, history), cost
+
+    def finish(self, run: PullOutRun, prepared: Prepared, history: History) -> History:
+        """The pull, with the way of the inlay's free end."""
+        return with_tail(after_rest(history, REST), prepared.facts, AXIS[run.rig.direction])
 
     def results(self, run: PullOutRun, prepared: Prepared, history: History) -> dict[str, float]:
         """Force at which the inlay lets go, largest, mean while it slides; friction and normal force of a crossing."""

@@ -16,6 +16,7 @@ from collections.abc import Callable
 from contextlib import redirect_stderr, suppress
 from dataclasses import dataclass
 from functools import partial
+from math import isnan
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import TextIO
@@ -111,7 +112,7 @@ class _Relay(Progress):
 
     def update(self, fraction: float, time_ms: float, step_us: float, kinetic_ratio: float) -> None:
         """See :meth:`Progress.update`."""
-        if clock.monotonic() - self._told_at >= BEAT:
+        if not isnan(time_ms) and clock.monotonic() - self._told_at >= BEAT:  # not while it comes to rest
             self._told_at = clock.monotonic()
             with suppress(OSError):  # the parent is gone: the signal that follows ends the run
                 self._told("at", fraction)
