@@ -66,7 +66,7 @@ def starting_text(
 
 
 def _follows(like: Fabric, yarns: Mapping[YarnSystem, str] | None) -> bool:
-    """Tell whether the contact stiffness follows the yarn of the loops: that of ``like`` is assumed or another yarn's."""
+    """Tell whether the contact stiffness follows the loop yarn: that of ``like`` is a guess or another yarn's."""
     assert like.contact is not None
     return "knitting" in (yarns or {}) or like.contact.normal_stiffness.source == "assumed"
 
