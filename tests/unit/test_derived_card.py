@@ -93,8 +93,11 @@ def test_what_is_stated_of_a_card_stays(pool):
 
 def test_a_path_is_tried_again_and_its_rejected_law_decides_no_test(pool, monkeypatch, capsys):
     asked: list[Formulas] = []
+    tried = []
 
     def ends(trial) -> str:
+        if trial.run.rig.path == "shear":
+            tried.append(trial.run)
         return "refused" if trial.run.rig.path == "shear" else "completed"
 
     def local(workers, threads):
@@ -106,11 +109,14 @@ def test_a_path_is_tried_again_and_its_rejected_law_decides_no_test(pool, monkey
         yarn_card, "_measured", lambda piece, tested: yarn_card.Numbers(*np.array([[0.0, 2.0], [0.0, 0.3]]))
     )
     (strip,) = with_cards([shells(direction="warp")], quiet=True)
-    assert [len(pool.asked) for pool in asked] == [5, 1]
+    assert [len(pool.asked) for pool in asked] == [5, 1, 1, 1]
+    assert [run.model.meso.elements_per_loop for run in tried] == [30, 30, 42, 42]
+    assert [run.solver.speed / tried[0].solver.speed for run in tried] == [1.0, 0.5, 1.0, 0.5]
+    assert [run.solver.safety for run in tried] == [0.9, 0.6, 0.9, 0.6]
     assert "failed its quality checks: refused on purpose" in strip.fabric.macro.shear.ref
     with pytest.raises(NumericalError, match=r"macro\.shear is left out and cannot be derived from the yarns"):
         with_cards([shells(test="picture-frame")], quiet=True)
-    assert len(asked) == 2  # the cache knows it
+    assert len(asked) == 4  # the cache knows it
 
 
 def test_a_path_that_fails_says_what_to_give(pool, monkeypatch):
