@@ -28,5 +28,5 @@ def settings(preset: str, scale: str, stated: Stated) -> dict[str, Any]:
     force = PRESSED * (given if isinstance(given, int | float) and given > 0.0 else width)
     return {
         "model": BEAMS, "rig": {"width": width, "normal_force": force},
-        "solver": {"speed": 4.0, "ramp": 1.5, "damping": 2.5},
+        "solver": {"speed": 4.0, "ramp": 1.5, "damping": 2.0},
     }  # fmt: skip

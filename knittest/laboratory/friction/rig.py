@@ -18,6 +18,8 @@ Array = NDArray[np.float64]
 
 #: time over which the normal force is applied and over which it then settles [ms]
 PRESS, SETTLE = 1.0, 0.5
+#: time at which the pull begins [ms]
+PRESSED = PRESS + SETTLE
 #: share of the travel, at its end, over which the kinetic level and the pressure are means
 KINETIC_SHARE = 0.5
 #: travel at a share of the speed, in which a strip of shells lets go: a faster strip swings when it does [mm]
@@ -110,7 +112,7 @@ def plate_centres(rig: FrictionRig, axis: int, position: Array, faces: tuple[flo
 def _pull(speed: float, ramp_time: float) -> Table:
     """Velocity of the plates [mm/ms] over time [ms]: at rest, creeping, at full speed, each after a smooth ramp."""
     slow, faster = ramp(ramp_time, -CREEP_SHARE * speed), ramp(ramp_time, -(1.0 - CREEP_SHARE) * speed)
-    start = PRESS + SETTLE
+    start = PRESSED
     creeping = start + 0.5 * ramp_time + CREEP / (CREEP_SHARE * speed)
     time = (0.0, *(start + t for t in slow.time), *(creeping + t for t in faster.time))
     return Table(time, (0.0, *slow.value, *(slow.value[-1] + v for v in faster.value)))

@@ -7,11 +7,12 @@ import numpy as np
 
 from knittest.base.errors import InputError
 from knittest.base.history import History, Quality
+from knittest.laboratory.after_rest import after_rest
 from knittest.laboratory.base import Prepared, Test, fabric_laminate
 from knittest.laboratory.friction.config import FrictionRun
 from knittest.laboratory.friction.lab_files import STICKS_OUT
 from knittest.laboratory.friction.pressure import pressure_map, shares
-from knittest.laboratory.friction.rig import KINETIC_SHARE, FrictionTest, pull_axis
+from knittest.laboratory.friction.rig import KINETIC_SHARE, PRESSED, FrictionTest, pull_axis
 from knittest.laboratory.judging import assess
 from knittest.laboratory.span import Span
 from knittest.laboratory.strips import carrying_width, cut, pitch, yarns_across
@@ -87,7 +88,12 @@ class Friction(Test[FrictionRun]):
 
     def solve(self, prepared: Prepared, run: FrictionRun, observer: Observer) -> tuple[History, SimulationCost]:
         """Press, settle, pull."""
-        return simulate(prepared.model, prepared.rig, run.solver, run.output, observer)
+        history, cost = simulate(prepared.model, prepared.rig, run.solver, run.output, observer)
+        return self.finish(run, prepared, history), cost
+
+    def finish(self, run: FrictionRun, prepared: Prepared, history: History) -> History:
+        """The pull: what pressing a thick strip takes and loses says nothing of it."""
+        return after_rest(history, PRESSED)
 
     def results(self, run: FrictionRun, prepared: Prepared, history: History) -> dict[str, float]:
         """Levels, the paper's coefficient of two faces and that of one, pressure, penetration against deformation."""
