@@ -97,8 +97,9 @@ def rest_line(numbers: Mapping[str, Value]) -> str:
     """Tension of the loops, their wrap, thickness and how far they are settled: what of it a terminal shows."""
     means = {name: _mean(value) for name, value in numbers.items()}
     tension, thickness, residual = (means[n] for n in ("loop_tension_n", "thickness_mm", "out_of_balance_pct"))
-    state = f"out of balance {residual:.2g} %" if math.isfinite(residual) else "not settled"
-    doubt = ": tension good to a tenth at best" if residual > CREEPING else ""
+    share = f"{residual:.0f}" if residual >= 10.0 else f"{residual:.2g}"
+    state = f"out of balance {share} %" if math.isfinite(residual) else "not settled"
+    doubt = " (yarns still creep: the tension may be off by a tenth or more)" if residual > CREEPING else ""
     wrap = f", wrap {means[WRAP]:.2g}" if math.isfinite(means.get(WRAP, math.nan)) else ""
     return f"loops {tension:.2g} N{wrap}, {thickness:.2f} mm thick, {state}{doubt}"
 

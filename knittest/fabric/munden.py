@@ -10,6 +10,10 @@ from knittest.base.rest import RELAXED
 from knittest.fabric.cell import CellSpec
 
 
+#: stitches an area times the square of the loop length of a relaxed plain knit [-], 19 to 21.6
+STITCHES = 20.0
+
+
 class Munden(NamedTuple):
     """Courses and wales a length, and stitches an area, times the loop length or its square [-]."""
 

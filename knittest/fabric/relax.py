@@ -11,6 +11,7 @@ from knittest.base.errors import InputError, NumericalError
 from knittest.config.fabric import Fabric
 from knittest.fabric.cell import Cell, CellSpec
 from knittest.fabric.cell_cache import load_cell, save_cell
+from knittest.fabric.munden import STITCHES
 from knittest.fabric.spline import polyline_length
 from knittest.fabric.start import start_curves, with_loop_length, yarn_arrays
 from knittest.fabric.topology import check_topology
@@ -66,8 +67,8 @@ def relax_cell(spec: CellSpec, finer: float = 1.0) -> Cell:
     except NumericalError as error:
         raise NumericalError(
             f"{error}: loops of {spec.loop_length:.4g} mm of a {spec.knit_diameter:.4g} mm yarn find no state of rest "
-            f"in cells of {spec.wale:.4g} x {spec.course:.4g} mm; expected thinner yarns, or a lower density of wales "
-            "or courses"
+            f"in cells of {spec.wale:.4g} x {spec.course:.4g} mm; expected another loop_length (relaxed plain knits have "
+            f"{(STITCHES * spec.wale * spec.course) ** 0.5:.3g} mm), warp_density or weft_density, or thinner yarns"
         ) from None
 
 

@@ -74,7 +74,7 @@ def test_yarns_that_still_creep_say_what_of_their_rest_is_not_to_be_read(share, 
     told = dict(rest_rows(numbers))["out of balance"]
     assert told.startswith(f"{100.0 * share:.2g} % of the contact forces")
     assert ("tension and crossings stated here may be off by a tenth" in told) == creeps
-    assert rest_line(numbers).endswith("%: tension good to a tenth at best") == creeps
+    assert rest_line(numbers).endswith("% (yarns still creep: the tension may be off by a tenth or more)") == creeps
 
 
 def test_what_was_not_settled_says_so_and_no_draw_in_is_none():

@@ -12,6 +12,7 @@ from knittest.config.run import Variability
 from knittest.config.yarn import packing_of, strength_of
 from knittest.config.yarn_card import MARK, is_filled
 from knittest.fabric.cell import Cell
+from knittest.fabric.munden import STITCHES
 from knittest.fabric.relax import relaxed_cell
 from knittest.fabric.spline import polyline_length
 from knittest.fabric.variability import bundle_peak, draw
@@ -27,8 +28,8 @@ STRENGTH, STRAIN = 0.25, 0.15
 BENDING = 0.3
 #: fibre area over the circle is usually 0.3 to 0.9; stiffness for the mass beside that of straight fibres [-]
 PACKING, STIFFNESS = 0.5, 0.25
-#: stitches per area times the square of the loop length of relaxed plain knits, 19 to 21.6; inlaid ones differ more [-]
-MUNDEN, DENSITY = 20.0, 0.35
+#: loop length beside that of a relaxed plain knit, from which inlaid ones differ more [-]
+DENSITY = 0.35
 #: relaxed cell: thickness and mass [-], unless the specimens scatter more; crimp and loop length [-]
 THICKNESS, MASS, CRIMP, LOOP = 0.05, 0.10, 0.10, 0.005
 
@@ -100,10 +101,10 @@ def _fibres(fabric: Fabric) -> Iterator[Counterpart]:
 
 def _stitch_density(fabric: Fabric) -> Counterpart:
     """Loop length beside that of a relaxed plain knit of these densities, l = sqrt(k / stitches per area)."""
-    found = float(np.sqrt(MUNDEN * fabric.wale_spacing * fabric.course_spacing))
+    found = float(np.sqrt(STITCHES * fabric.wale_spacing * fabric.course_spacing))
     return of_quantity(
         "loop length", "loop_length", "mm", fabric.loop_length, found,
-        f"densities: stitches per area x loop length squared = {MUNDEN:g} of plain knits (Munden, 1959)", DENSITY,
+        f"densities: stitches per area x loop length squared = {STITCHES:g} of plain knits (Munden, 1959)", DENSITY,
         ("warp_density", "weft_density"),
     )  # fmt: skip
 
