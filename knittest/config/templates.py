@@ -50,7 +50,7 @@ def fabric_template(fabric: Fabric, like: str, own: Sequence[str] = ()) -> str:
         "#     calibrated:",
         "#       reinforcing: {youngs_modulus: {value: 67.5, source: tuned, tuned_on: [warp max. tensile force]}}",
         "# Shells (--scale macro) read area_mass, thickness and the material card below macro:. Parts of the card that",
-        "# are null are derived from the yarns when a run needs them, which takes half a minute to three minutes, once.",
+        "# are null are derived from the yarns when a run needs them, which takes up to three minutes, once.",
         f"# knittest check {DEFAULT} --variant {name} compares these numbers with each other and with your tests.",
         "# To compare with tests of your own, see knittest data import --help and experiment: at the end.",
         "",

@@ -9,7 +9,6 @@ from typing import NamedTuple
 from knittest.base.rest import RELAXED
 from knittest.fabric.cell import CellSpec
 
-
 #: stitches an area times the square of the loop length of a relaxed plain knit [-], 19 to 21.6
 STITCHES = 20.0
 

@@ -120,7 +120,7 @@ def check_topology(cell: "Cell") -> None:
     code = knit_code(cell)
     if KNIT_CODE not in [code[k:] + code[:k] for k in range(len(code))]:
         raise NumericalError(
-            f"the knitting yarn is not interlaced as plain knit: {' '.join(code)}, expected {' '.join(KNIT_CODE)}"
+            f"the knitting yarn is not interlaced as plain knit: {' '.join(code) or 'without any crossing'}, expected {' '.join(KNIT_CODE)}"
         )
     pairs = [(SYSTEMS[c.over], SYSTEMS[c.under], c.image[1]) for c in crossings(cell)]
     if [p[:2] for p in pairs if set(p[:2]) == {"warp", "weft"}] != [("weft", "warp")]:
