@@ -68,7 +68,8 @@ def relax_cell(spec: CellSpec, finer: float = 1.0) -> Cell:
         raise NumericalError(
             f"{error}: loops of {spec.loop_length:.4g} mm of a {spec.knit_diameter:.4g} mm yarn find no state of rest "
             f"in cells of {spec.wale:.4g} x {spec.course:.4g} mm; expected another loop_length (relaxed plain knits "
-            f"have {(STITCHES * spec.wale * spec.course) ** 0.5:.3g} mm), warp_density or weft_density, or thinner yarns"
+            f"have {(STITCHES * spec.wale * spec.course) ** 0.5:.3g} mm), warp_density or weft_density, or thinner "
+            "yarns"
         ) from None
 
 

@@ -118,9 +118,10 @@ def check_topology(cell: "Cell") -> None:
     dips behind the weft of the course below, the weft lies in front of it, and the order of the layers holds.
     """
     code = knit_code(cell)
+    found = " ".join(code) or "without any crossing"
     if KNIT_CODE not in [code[k:] + code[:k] for k in range(len(code))]:
         raise NumericalError(
-            f"the knitting yarn is not interlaced as plain knit: {' '.join(code) or 'without any crossing'}, expected {' '.join(KNIT_CODE)}"
+            f"the knitting yarn is not interlaced as plain knit: {found}, expected {' '.join(KNIT_CODE)}"
         )
     pairs = [(SYSTEMS[c.over], SYSTEMS[c.under], c.image[1]) for c in crossings(cell)]
     if [p[:2] for p in pairs if set(p[:2]) == {"warp", "weft"}] != [("weft", "warp")]:

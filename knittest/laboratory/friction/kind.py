@@ -3,10 +3,9 @@
 from knittest.base.kinds import TestKind
 from knittest.base.regressed import STRIPS, Regressed, Regression
 
-#: strip of yarns for the quick level of the regression: a third of the plates, at three times the pressure, at half the
-#: speed, as contacts lose more there. Along the warp no course leaves the plates in the second half of 5 mm, where the
-#: normal force would be off by more than 1 %
-_SHORT = ("rig.length=60", "rig.plate_length=48", "rig.normal_force=640", "solver.speed=2")
+#: strip of yarns for the quick level of the regression: two thirds of the plates under the same pressure. On half of
+#: that the normal force is off by more than 1 % when a course leaves them
+_SHORT = ("rig.length=110", "rig.plate_length=96", "rig.normal_force=384")
 
 KIND = TestKind(
     name="friction",
@@ -56,8 +55,8 @@ KIND = TestKind(
     regression=Regression(
         rows=("mu_paper",),
         runs=(
-            Regressed(1, "quick", "meso", "quick", (("1", "warp"), ("2", "warp")), (*_SHORT, "rig.travel=5"), "48mm"),
-            Regressed(1, "quick", "meso", "quick", (("1", "weft"), ("2", "weft")), (*_SHORT, "rig.travel=6"), "48mm"),
+            Regressed(1, "quick", "meso", "quick", (("1", "warp"), ("2", "warp")), (*_SHORT, "rig.travel=5"), "96mm"),
+            Regressed(1, "quick", "meso", "quick", (("1", "weft"), ("2", "weft")), (*_SHORT, "rig.travel=6"), "96mm"),
             Regressed(6, "quick", "macro", "quick", STRIPS),
             Regressed(3, "full", "meso", "paper", (("1", "warp"),)),
             Regressed(7, "full", "macro", "paper", (("1", "warp"), ("2", "warp"))),
