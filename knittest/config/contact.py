@@ -92,7 +92,7 @@ class YarnContact(Strict):
 
     @classmethod
     def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        """Nothing is required in a file: what is left out is derived."""
+        """Schema without required fields: what a file leaves out is derived."""
         found = handler(core)
         handler.resolve_ref_schema(found).pop("required", None)
         return found

@@ -81,7 +81,7 @@ class Test(Protocol[RunT]):
         """Run it."""
 
     def finish(self, run: RunT, prepared: Prepared, history: History) -> History:
-        """What is read of a ``history`` of this test, whole or ended early; by default all of it."""
+        """Return what is read of a ``history`` of this test, whole or ended early; by default all of it."""
         return history
 
     @abstractmethod

@@ -51,7 +51,7 @@ def pictures(run: LoadedRun, curve_complete: bool, above: frozenset[str]) -> Sec
 
 
 def _caption(name: str) -> str:
-    """What the picture ``name`` shows; of a run that ended early up to its end."""
+    """Caption of the picture ``name``, which says whether the run ended early."""
     caption = CAPTIONS.get(name.replace(".incomplete.", "."), name)
     return f"{caption}, when the run ended early" if ".incomplete." in name else caption
 

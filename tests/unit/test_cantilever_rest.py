@@ -17,7 +17,7 @@ class Shares(Observer):
     def __init__(self) -> None:
         self.heard: list[float] = []
 
-    def progress(self, fraction: float, time_ms: float, step_us: float, kinetic_ratio: float) -> None:
+    def settling(self, fraction: float) -> None:
         """Hear a share."""
         self.heard.append(fraction)
 
@@ -25,14 +25,15 @@ class Shares(Observer):
 def at_rest(monkeypatch, residual) -> tuple[Relaxation, list[float], list[int]]:
     """Relaxation of a strip whose residual is that of each turn, progress, and steps between the turns."""
     asked: list[int] = []
+    rubbed: list[int] = []
 
     class Course:
-        dt, overlaps = 1e-3, None
+        dt, overlaps, rubs = 1e-3, None, False
 
         def __init__(self, *_) -> None:
             self.done = Relaxation()
 
-        def settle(self, steps: int) -> np.ndarray:
+        def settle(self, steps: int, look=None) -> np.ndarray:
             asked.append(steps)
             return np.zeros(9)
 
@@ -42,6 +43,9 @@ def at_rest(monkeypatch, residual) -> tuple[Relaxation, list[float], list[int]]:
 
         def turn(self, *_) -> None:
             pass
+
+        def rub(self) -> None:
+            rubbed.append(len(asked) - 2)
 
         def carried(self) -> float:
             return 1.0
@@ -59,21 +63,24 @@ def at_rest(monkeypatch, residual) -> tuple[Relaxation, list[float], list[int]]:
     prepared = SimpleNamespace(facts={"overhang_mm": 100.0, "width_mm": 25.0}, model=model)
     observer = Shares()
     found = yarns.yarns_to_rest(prepared, run, SimpleNamespace(), observer)
+    assert rubbed in ([], [yarns.RUBBING])
     return found.relaxation, observer.heard, asked[2:]
 
 
 def test_a_strip_that_comes_to_rest_late_gets_the_turns_it_needs(monkeypatch):
     found, shares, steps = at_rest(monkeypatch, lambda turn: 0.5 * 0.9**turn)
     assert found.converged and len(steps) == 44
-    assert steps[: yarns.PATIENT] == [yarns.BETWEEN] * yarns.PATIENT and set(steps[yarns.PATIENT :]) == {
-        2 * yarns.BETWEEN
-    }
-    assert shares[0] == 0.0 and shares == sorted(shares) and shares[-1] == pytest.approx(1.0, abs=0.02)
+    assert set(steps) == {yarns.BETWEEN}
+    assert (
+        shares[0] == pytest.approx(2.0 * yarns.FIRST)
+        and shares == sorted(shares)
+        and shares[-1] == pytest.approx(1.0, abs=0.02)
+    )
 
 
 def test_a_strip_that_no_turn_improves_is_given_up(monkeypatch):
     found, _, steps = at_rest(monkeypatch, lambda turn: 0.1 if turn < 5 else 0.02)
-    assert not found.converged and len(steps) == 5 + yarns.STALLED
+    assert not found.converged and len(steps) == yarns.RUBBING + yarns.STALLED
 
 
 def test_turns_are_bounded(monkeypatch):

@@ -1,4 +1,4 @@
-"""What brings a specimen to rest is shown while it goes on, apart from the test itself."""
+"""Progress of a specimen that comes to rest, apart from the test itself."""
 
 from knittest.config.loading import resolve
 from knittest.laboratory.registry import TESTS

@@ -74,7 +74,7 @@ class BiasExtension(Test[BiasExtensionRun]):
         return self.finish(run, prepared, history), cost
 
     def finish(self, run: BiasExtensionRun, prepared: Prepared, history: History) -> History:
-        """With the normalised force, which hangs on that at all smaller angles."""
+        """Add the normalised force, which hangs on that at all smaller angles."""
         found = strip_of(run).normalised(history.curve["force_n"], np.deg2rad(history.curve[ANGLE]))
         return replace(history, curve=history.curve | {NORMALISED: found})
 

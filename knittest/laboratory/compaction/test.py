@@ -60,7 +60,7 @@ class Compaction(Test[CompactionRun]):
         return self.finish(run, prepared, history), cost
 
     def finish(self, run: CompactionRun, prepared: Prepared, history: History) -> History:
-        """What comes after the square is at rest."""
+        """Leave out what comes before the square is at rest."""
         return after_rest(history, REST)
 
     def results(self, run: CompactionRun, prepared: Prepared, history: History) -> dict[str, float]:

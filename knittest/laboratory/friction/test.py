@@ -2,6 +2,7 @@
 
 import time as clock
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -92,8 +93,8 @@ class Friction(Test[FrictionRun]):
         return self.finish(run, prepared, history), cost
 
     def finish(self, run: FrictionRun, prepared: Prepared, history: History) -> History:
-        """The pull: what pressing a thick strip takes and loses says nothing of it."""
-        return after_rest(history, PRESSED)
+        """Energies from the pull on: what pressing a thick strip takes and loses says nothing of it."""
+        return replace(after_rest(history, PRESSED), curve=history.curve)
 
     def results(self, run: FrictionRun, prepared: Prepared, history: History) -> dict[str, float]:
         """Levels, the paper's coefficient of two faces and that of one, pressure, penetration against deformation."""
