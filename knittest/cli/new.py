@@ -23,8 +23,8 @@ import click
 def new(name: str, folder: Path | None, reinforcing: str | None, knitting: str | None) -> None:
     """Write configs/NAME.yaml, a commented fabric to edit, and configs/NAME-tensile.yaml, a rig.
 
-    All numbers are those of the shipped variant 1 and marked assumed, but the contact stiffness, which is derived from
-    the yarn of the loops. With --from, curves, fracture strains and what else was imported are your own, with their
+    All numbers are those of the shipped variant 1 and marked assumed. The contact stiffness is derived from the yarn of
+    the loops. With --from, curves, fracture strains and what else was imported are your own, with their
     sources. With --reinforcing and --knitting the numbers of the yarns are
     derived from their data sheets. The material card of the shells is left out where it was not imported: a run at the
     macro scale derives it from the yarns.

@@ -60,8 +60,9 @@ def beyond_law(run: Run, history: History, to_failure: bool) -> BeyondLaw:
 
 
 def ends_with_its_law(run: Run) -> tuple[Run, str]:
-    """``run`` of shells that ends where the law of its fabric does, and a sentence on it; as it is where it states its
-    end, or the law goes on.
+    """``run`` of shells, ended where the law of its fabric ends, and a sentence that says so.
+
+    Unchanged, with an empty sentence, where the run states its end or the law goes on.
     """
     field = kinds()[run.rig.kind].sheared_to.removeprefix("rig.")
     if run.model.scale != "macro" or not field or field in run.rig.model_fields_set or run.fabric.macro.shear is None:

@@ -6,6 +6,7 @@ import pytest
 
 from knittest.config.loading import resolve
 from knittest.config.starting import starting_text
+from knittest.runs.specimen import prepare
 
 
 def force(*sets: str, scale: str = "meso", preset: str = "quick") -> float:
@@ -38,3 +39,15 @@ def test_the_force_of_the_fabrics_own_test_counts(scale: str, tmp_path: Path) ->
     rig = resolve(test="friction", fabric=file, scale=scale, preset="quick").rig
     assert rig.normal_force == 500.0  # type: ignore[attr-defined]
     assert rig.width == {"meso": 15.0, "macro": 40.0}[scale], "a size that the preset gives to yarns stays"  # type: ignore[attr-defined]
+
+
+def test_a_quarter_of_the_axial_stiffness_takes_half_as_many_steps() -> None:
+    """Steps go with the root of the stiffness where that of the inlays decides."""
+    sets = ("rig.width=11", "rig.length=40", "rig.plate_length=18", "rig.travel=1")
+    usual, whole = (
+        prepare(
+            resolve(test="friction", variant="1", scale="meso", preset="quick", direction="warp", sets=[*sets, *more])
+        )
+        for more in ((), ("rig.membrane_share=1",))
+    )
+    assert usual.model.critical_step / whole.model.critical_step == pytest.approx(2.0, rel=0.02)

@@ -5,6 +5,7 @@ import pytest
 
 from knittest.config.loading import resolve
 from knittest.laboratory.friction.pressure import pressure_map
+from knittest.laboratory.friction.rig import PRESSED
 from knittest.laboratory.friction.test import map_cell
 from knittest.runs.specimen import run_specimen
 from knittest.solve.observer import Observer
@@ -52,6 +53,12 @@ def test_the_level_is_two_mu_normal_force_although_yarns_carry_it(pulled):
     assert specimen.results["pull_force_kinetic_n"] == pytest.approx(2.0 * 0.075 * FORCE, rel=0.01)
     assert specimen.results["normal_force_error_pct"] < 1.0
     assert specimen.quality.failures == ()
+
+
+def test_energies_count_from_the_pull_on_and_the_curve_has_the_pressing(pulled):
+    history = pulled[1].history
+    assert history.energies["time_ms"][0] >= PRESSED > history.curve["time_ms"][0]
+    assert abs(history.energies["external_mj"][0]) < 0.01 * history.energies["external_mj"][-1]
 
 
 def test_the_pressure_map_adds_up_to_the_normal_force(pulled):
