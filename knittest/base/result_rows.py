@@ -239,4 +239,8 @@ def _percent(simulated: float | None, mean: float | None, error: float | None, p
 
 
 def _number(value: float | None, form: str) -> str:
-    return form.format(value) if value is not None and math.isfinite(value) else "-"
+    """``value`` in the form of its quantity, or with two digits where that form leaves fewer of a small number."""
+    if value is None or not math.isfinite(value):
+        return "-"
+    text = form.format(value)
+    return f"{value:.2g}" if 0.0 < abs(value) < 1.0 and len(text.replace(".", "").lstrip("-0")) < 2 else text

@@ -40,6 +40,7 @@ class Prepared:
     """A model with its rig, or with a holder where nothing moves.
 
     ``yarns`` is the table of drawn yarns, ``facts`` numbers that results need, ``notes`` what the model leaves out.
+    ``may_slow`` says whether :meth:`Test.solve` may raise :class:`knittest.solve.state.TooFastError`.
     """
 
     model: ExplicitModel
@@ -48,6 +49,7 @@ class Prepared:
     yarns: dict[str, np.ndarray] = field(default_factory=dict)
     facts: dict[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    may_slow: bool = True
 
     @property
     def rig(self) -> Rig:

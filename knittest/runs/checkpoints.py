@@ -24,6 +24,8 @@ from knittest.solve.state import Snapshot
 
 PATTERN = "checkpoint-*.npz"
 KEPT = 2
+#: number in a checkpoint: share of the configured speed at which it was reached
+SLOWED = "slowed"
 
 
 class Checkpoints:
@@ -147,6 +149,10 @@ class Checkpoints:
     def write_finished(self, specimen: int, state: State) -> None:
         """Keep a finished specimen; its checkpoints and frames go."""
         write_arrays(_finished(self.folder, specimen), self._labelled(state, specimen))
+        self.drop(specimen)
+
+    def drop(self, specimen: int) -> None:
+        """Remove the checkpoints and frames of a specimen that is finished or begins again."""
         for name in (f"checkpoint-{specimen:04d}-*.npz", f"checkpoint-frame-{specimen:04d}-*.npz"):
             for path in self.folder.glob(name):
                 remove(path)
@@ -202,6 +208,7 @@ class SpecimenKeeper:
         self.store, self.specimen = store, specimen
         self.due = time.monotonic() + store.interval
         self._began = False
+        self._slowed = 1.0
 
     @contextmanager
     def holding(self) -> Iterator[Self]:
@@ -216,11 +223,24 @@ class SpecimenKeeper:
         newest = self.store.newest(self.specimen)
         return None if newest is None else newest[1]
 
+    def slowed(self) -> float:
+        """Share of the configured speed at which the newest checkpoint was reached; 1 if there is none."""
+        newest = self.store.newest(self.specimen)
+        self._slowed = 1.0 if newest is None else float(newest[1].state[SLOWED])
+        return self._slowed
+
+    def begins_again(self, share: float) -> None:
+        """Forget what was kept; what follows is run at ``share`` of the configured speed."""
+        self.store.drop(self.specimen)
+        self._slowed = share
+
     def visit(self, take: Callable[[], Snapshot]) -> None:
         """Write a checkpoint when it is due or a signal came; raise :class:`Interrupted` for the signal."""
         if not self.store.interrupts.asked and time.monotonic() < self.due:
             return
-        self.store.write(self.specimen, take())
+        snapshot = take()
+        snapshot.state[SLOWED] = np.array(self._slowed)
+        self.store.write(self.specimen, snapshot)
         self.store.interrupts.check()
         self.due = time.monotonic() + self.store.interval
 

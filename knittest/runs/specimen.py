@@ -3,6 +3,7 @@
 import time as clock
 from contextlib import suppress
 from dataclasses import replace
+from math import sqrt
 
 import numba
 import numpy as np
@@ -16,16 +17,19 @@ from knittest.fabric.cell import CellSpec
 from knittest.fabric.munden import Munden
 from knittest.kernels.threading import limited
 from knittest.laboratory.base import Prepared, cut_curve_warnings
+from knittest.laboratory.halving import at_speed
 from knittest.laboratory.registry import TESTS
 from knittest.solve.observer import SILENT, Observer
 from knittest.solve.settled_cell import too_coarse, with_draw_in
-from knittest.solve.state import SimulationCost
+from knittest.solve.state import SimulationCost, TooFastError
 from knittest.solve.warmup import warm
 
 #: fact of a specimen: draw-in of its loops [-]
 DRAWN = "draw_in"
 #: quality of a specimen whose simulation did not come to its end
 UNJUDGED = Quality(np.nan, np.nan, np.nan, np.nan, np.nan, False, ())
+#: share of its limit to which the kinetic energy is brought by a lower speed, and the lowest share of the speed
+AIM, SLOWEST = 0.5, 0.1
 #: elements below which a second thread costs more than it brings
 SERIAL_BELOW = 2000
 
@@ -46,11 +50,26 @@ def threads_for(elements: int) -> int:
 def run_specimen(run: Run, specimen: int = 0, observer: Observer = SILENT) -> Specimen:
     """Build, compile, simulate and measure specimen number ``specimen``.
 
-    Raises :class:`NumericalError`, whose ``partial`` is the specimen up to then.
+    A test that checks its speed begins again where the kinetic energy is above its limit. The share of that energy
+    goes with the square of the speed. Raises :class:`NumericalError`, whose ``partial`` is the specimen up to then.
     """
-    start, cpu = clock.perf_counter(), clock.process_time()
+    start = clock.perf_counter(), clock.process_time()
+    slowed = observer.slowed()
+    while True:
+        try:
+            return _run_at(run, slowed, specimen, observer, start)
+        except TooFastError as error:
+            slowed = max(slowed * sqrt(AIM / error.excess), SLOWEST)
+            observer.begins_again(slowed, slowed * run.solver.speed)
+
+
+def _run_at(configured: Run, slowed: float, specimen: int, observer: Observer, begun: tuple[float, float]) -> Specimen:
+    """:func:`run_specimen` at the share ``slowed`` of the configured speed; ``begun`` are the times of the clock and of
+    the processor [s] at the start. Raises :class:`TooFastError` if the speed may be lowered further.
+    """
+    run, (start, cpu) = at_speed(configured, slowed * configured.solver.speed), begun
     test = TESTS[run.rig.kind]
-    prepared = prepare(run, specimen, observer)
+    prepared = replace(prepare(run, specimen, observer), may_slow=slowed > SLOWEST)
     elements = len(prepared.model.mesh.cells)
     threads = threads_for(elements)
     compile_s = warm(run, observer, threads)
@@ -73,7 +92,13 @@ def run_specimen(run: Run, specimen: int = 0, observer: Observer = SILENT) -> Sp
                 results = test.results(run, prepared, history)
             error.partial = made(history, cost, results, replace(UNJUDGED, failures=(str(error),)))
         raise
-    return made(history, cost, test.results(run, prepared, history), _assessed(run, prepared, history, cost))
+    quality = _assessed(run, prepared, history, cost)
+    if slowed < 1.0:
+        quality = quality.warning(
+            f"run at {run.solver.speed:.3g} m/s: at solver.speed, which is {configured.solver.speed:g}, the kinetic "
+            "energy was above solver.max_kinetic_ratio"
+        )
+    return made(history, cost, test.results(run, prepared, history), quality)
 
 
 def _rest(run: Run, prepared: Prepared, history: History) -> dict[str, float]:

@@ -54,6 +54,16 @@ class Watcher(Observer):
         """Tell the user."""
         self._progress.say(f"{self._label}: goes on at {time_ms:.4g} ms, {100.0 * fraction:.0f} % of the test")
 
+    def slowed(self) -> float:
+        """Return that of the checkpoint that was found."""
+        return self._keeper.slowed()
+
+    def begins_again(self, share: float, speed: float) -> None:
+        """Tell the user, and forget what is kept."""
+        self._log("begins again", number=self._keeper.specimen, speed_m_per_s=speed)
+        self._progress.say(f"{self._label}: kinetic energy above its limit; begins again at {speed:.3g} m/s")
+        self._keeper.begins_again(share)
+
     def visit(self, take: Callable[[], Snapshot]) -> None:
         """Write a checkpoint when it is due; raise for a signal."""
         self._keeper.visit(take)

@@ -44,16 +44,18 @@ def simulate(
     solver: Solver,
     output: Output,
     observer: Observer = SILENT,
+    check_speed: Callable[[Simulation], None] = lambda run: None,
 ) -> tuple[History, SimulationCost]:
     """Run ``rig`` on ``model`` to its end, or from where ``observer`` says to go on.
 
-    Raises :class:`NumericalError` when the state is no longer finite, blows up or is ill otherwise
+    ``check_speed`` sees the simulation after each row and may raise :class:`TooFastError`. Raises
+    :class:`NumericalError` when the state is no longer finite, blows up or is ill otherwise
     (:mod:`knittest.solve.guards`); its ``partial`` holds the history until then.
     """
     with limited(get_num_threads()):
         run = _begin(model, rig, solver, observer)
         try:
-            _run_rows(run, output, observer)
+            _run_rows(run, output, observer, check_speed)
         except NumericalError as error:
             observer.failed(run.snapshot)
             if run.rows:
@@ -94,7 +96,7 @@ def _begin(model: ExplicitModel, rig: Rig, solver: Solver, observer: Observer) -
     return run
 
 
-def _run_rows(run: Simulation, output: Output, observer: Observer) -> None:
+def _run_rows(run: Simulation, output: Output, observer: Observer, check_speed: Callable[[Simulation], None]) -> None:
     """Advance row by row to the end of the test, once the specimen is mounted."""
     _mount(run, observer)
     observer.phase(TESTING)
@@ -104,6 +106,7 @@ def _run_rows(run: Simulation, output: Output, observer: Observer) -> None:
     marks = [*sorted({*even.tolist(), *run.rig.marks}), np.inf]
     while run.time < run.rig.duration or run.row_steps > 0:  # a row once begun is finished, also after a restart
         row = _record(run, _advance_row(run, row_steps, observer))
+        check_speed(run)
         fraction = run.time / run.rig.duration
         if fraction >= marks[len(run.frames)]:
             run.frames.append(_frame(run, row))

@@ -39,6 +39,14 @@ class SimulationCost:
     threads: int = 0
 
 
+class TooFastError(Exception):
+    """A simulation whose kinetic energy is ``excess`` times its limit; it may begin again at a lower speed."""
+
+    def __init__(self, excess: float) -> None:
+        super().__init__(f"the kinetic energy is {excess:.2f} times its limit")
+        self.excess = excess
+
+
 @dataclass(frozen=True)
 class Kept:
     """Parts of a frame of an earlier moment: time [ms], coordinate, force [N], positions of the nodes [mm]."""

@@ -15,7 +15,7 @@ from knittest.base.summary import NumericalError, RepeatBlock, Summary, Verifica
 from knittest.config.run import Run
 from knittest.export.jsonfile import json_text
 from knittest.export.provenance import cores
-from knittest.laboratory.halving import halving
+from knittest.laboratory.halving import as_run, halving
 from knittest.laboratory.numerical_error import CORRECTIONS, Numbers, Repeat, numerical_errors
 from knittest.laboratory.remeshing import remeshing
 from knittest.report_page.page import write_if_possible, write_report
@@ -78,11 +78,11 @@ def verified(outcome: Outcome, options: RunOptions, interrupts: Interrupts) -> O
     """
     if outcome.quality.failures:
         return outcome
-    repeats, notes = _repeats(outcome.run)
+    repeats, notes = _repeats(_as_run(outcome))
     try:
         records = _records(list(repeats.values()), outcome, options)
         interrupts.check()
-        if _too_coarse(repeats, notes, records) and (finer := _finer(outcome.run)):
+        if _too_coarse(repeats, notes, records) and (finer := _finer(_as_run(outcome))):
             told = records[repeats["mesh"].key]
             instead = f"{notes['mesh']['other_value']}: {told.status}: {told.reason}"
             repeats["mesh"], notes["mesh"] = finer[0], finer[1] | {"instead_of": instead}
@@ -96,6 +96,12 @@ def verified(outcome: Outcome, options: RunOptions, interrupts: Interrupts) -> O
     if options.pictures:
         write_if_possible(outcome.folder, write_report)
     return replace(outcome, summary=json.loads(json_text(summary)))
+
+
+def _as_run(outcome: Outcome) -> Run:
+    """Its run at the speed at which it was run."""
+    results: dict[str, float | None] = outcome.summary["results"]  # type: ignore[assignment]
+    return as_run(outcome.run, results)
 
 
 def first_alone(run: Run) -> Run:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from knittest.base.history import Frame, History, Mesh, Quality
 from knittest.fabric.bias import turned
 from knittest.laboratory.base import Prepared, Test, fabric_laminate
+from knittest.laboratory.halving import SPEED
 from knittest.laboratory.judging import assess, locking
 from knittest.laboratory.law_end import refuse_beyond_law
 from knittest.laboratory.needles import on_needles
@@ -27,7 +28,7 @@ from knittest.models.meso import build_meso
 from knittest.models.sheet import build_sheet
 from knittest.solve.observer import SILENT, Observer
 from knittest.solve.simulate import simulate
-from knittest.solve.state import SimulationCost
+from knittest.solve.state import Simulation, SimulationCost, TooFastError
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -91,8 +92,25 @@ class PictureFrame(Test[PictureFrameRun]):
         return Prepared(model, test, clock.perf_counter() - start, piece.table, facts)
 
     def solve(self, prepared: Prepared, run: PictureFrameRun, observer: Observer) -> tuple[History, SimulationCost]:
-        """Shear to the largest angle."""
-        return simulate(prepared.model, prepared.rig, run.solver, run.output, observer)
+        """Shear to the largest angle; raises :class:`TooFastError` where the kinetic energy is above its limit and
+        ``prepared.may_slow``.
+        """
+        rig, mass = prepared.rig, prepared.model.mass
+        assert isinstance(rig, PictureFrameTest)
+
+        def check_speed(state: Simulation) -> None:
+            if not prepared.may_slow or state.rows[-1]["frame_shear_angle_deg"] < ANGLES[0] - NEAR:
+                return
+            row = {name: np.array([value]) for name, value in state.energy_rows[-1].items()}
+            share = 100.0 * float(_swinging(rig, row, mass, state.frames[0].position)["kinetic_ratio"][0])
+            if share > run.solver.max_kinetic_ratio:
+                raise TooFastError(share / run.solver.max_kinetic_ratio)
+
+        history, cost = simulate(prepared.model, rig, run.solver, run.output, observer, check_speed)
+        excess = 100.0 * self.assess(run, prepared, history, cost).ke_over_ie_max / run.solver.max_kinetic_ratio
+        if prepared.may_slow and excess > 1.0:  # before the first angle, where the fabric does little work
+            raise TooFastError(excess)
+        return history, cost
 
     def results(self, run: PictureFrameRun, prepared: Prepared, history: History) -> dict[str, float]:
         """Force at the angles; where wrinkles begin, and what the fabric looks like at 40 deg if it gets there."""
@@ -103,17 +121,14 @@ class PictureFrame(Test[PictureFrameRun]):
         if history.curve["frame_shear_angle_deg"].max() >= MAPPED:
             found |= _mapped(history, run.rig.side_mm)
         found |= cycle_results(history.curve, history.energies, run.rig.cycles)
-        return found | {"wrinkle_onset_deg": onset}
+        return found | {"wrinkle_onset_deg": onset, SPEED: run.solver.speed}
 
     def assess(self, run: PictureFrameRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
         """Standard gates; the kinetic energy of evenly sheared fabric, whose inertia does no work, does not count."""
         rig, energies = prepared.rig, history.energies
         assert isinstance(rig, PictureFrameTest)
-        own = rig.carried(energies, prepared.model.mass, history.frames[0].position)
-        spent = energies["kinetic_mj"] / np.maximum(energies["kinetic_ratio"], 1e-30)
-        ratio = np.abs(energies["kinetic_mj"] - own) / np.maximum(spent, 1e-30)
-        work = energies["external_mj"] - own
-        history = replace(history, energies=energies | {"external_mj": work, "kinetic_ratio": ratio})
+        energies = _swinging(rig, energies, prepared.model.mass, history.frames[0].position)
+        history = replace(history, energies=energies)
         quality = assess(run, prepared, history, cost, self.span(history))
         return quality.warning(*locking(history, run.rig.max_angle))
 
@@ -122,6 +137,14 @@ class PictureFrame(Test[PictureFrameRun]):
         first = history.curve["frame_shear_angle_deg"] >= ANGLES[0] - NEAR
         times = history.curve["time_ms"]
         return Span(reported_from=float(times[np.argmax(first)]) if first.any() else np.inf)
+
+
+def _swinging(rig: PictureFrameTest, energies: dict[str, Array], mass: Array, start: Array) -> dict[str, Array]:
+    """``energies`` without the kinetic energy of evenly sheared fabric, whose inertia does no work."""
+    own = rig.carried(energies, mass, start)
+    spent = energies["kinetic_mj"] / np.maximum(energies["kinetic_ratio"], 1e-30)
+    ratio = np.abs(energies["kinetic_mj"] - own) / np.maximum(spent, 1e-30)
+    return energies | {"external_mj": energies["external_mj"] - own, "kinetic_ratio": ratio}
 
 
 def _facts(run: PictureFrameRun, fabric: Array) -> dict[str, float]:

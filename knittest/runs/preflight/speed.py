@@ -2,14 +2,15 @@
 
 from knittest.base.kinds import kinds
 from knittest.config.run import Run
-from knittest.laboratory.halving import changes, halving
+from knittest.laboratory.halving import as_run, changes, halving
 from knittest.runs.specimen import run_specimen
 
 
 def speed_study(run: Run) -> tuple[list[str], bool]:
     """All results of ``run`` and of its half speed; whether the first of them holds within its tolerance."""
-    study = halving(run)
-    fast, slow = (run_specimen(r).results for r in (study.run, study.half))
+    fast = run_specimen(run).results
+    study = halving(as_run(run, fast))
+    slow = run_specimen(study.half).results
     found = changes(fast, slow)
     heads = [f"{value:g} {study.unit}".removesuffix(" -") for value in (study.value, 0.5 * study.value)]
     lines = [f"  {study.setting:<34}{heads[0]:>14}{heads[1]:>14}    change"]

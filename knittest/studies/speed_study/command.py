@@ -9,12 +9,11 @@ from knittest.base.errors import NumericalError
 from knittest.base.kinds import kinds, names
 from knittest.config.loading import resolve
 from knittest.config.run import Run
-from knittest.laboratory.halving import LIMIT, Halving, halving
+from knittest.laboratory.halving import LIMIT, as_run, halving
 from knittest.runs.show import print_text
 from knittest.studies.homogenise.yarn_card import with_cards
 from knittest.studies.speed_study.table import Row, csv_text, markdown, rows_of
 from knittest.studies.trials.pool import LocalPool
-from knittest.studies.trials.record import Record
 from knittest.studies.trials.run_all import run_all
 from knittest.studies.trials.trial import Trial, trial_of
 
@@ -45,15 +44,13 @@ def study_command(options: StudyOptions) -> int:
 
     Raises :class:`NumericalError` when a run gave no result.
     """
-    studies = [halving(_run(options, test, scale)) for test in options.tests for scale in options.scales]
-    pairs = [tuple(trial_of(run, _label(run, study)) for run in (study.run, study.half)) for study in studies]
-    pool = LocalPool(options.workers, options.threads)
-    trials = [trial for pair in pairs for trial in pair]
-    records = run_all(trials, options.out, pool, limit=TIME_LIMIT, quiet=options.quiet)
+    runs = [_run(options, test, scale) for test in options.tests for scale in options.scales]
+    fast = _all_results([trial_of(run, _label(run)) for run in runs], options)
+    studies = [halving(as_run(run, results)) for run, results in zip(runs, fast, strict=True)]
+    half = [trial_of(s.half, f"{_label(s.half)}, {s.setting} halved") for s in studies]
     rows: list[Row] = []
-    for study, pair in zip(studies, pairs, strict=True):
-        fast, slow = (_results(records[trial.key], trial) for trial in pair)
-        rows += rows_of(study, fast, slow)
+    for study, *results in zip(studies, fast, _all_results(half, options), strict=True):
+        rows += rows_of(study, *results)
     lines = markdown(rows)
     write_atomic(options.out / CSV, csv_text(rows, options.variant or str(options.fabric)))
     write_atomic(options.out / MARKDOWN, "\n".join(lines) + "\n")
@@ -71,11 +68,16 @@ def _run(options: StudyOptions, test: str, scale: str) -> Run:
     return with_cards([run], options.quiet)[0]
 
 
-def _label(run: Run, study: Halving) -> str:
-    return f"{run.rig.kind} {run.model.scale}" + (f", {study.setting} halved" if run is study.half else "")
+def _label(run: Run) -> str:
+    return f"{run.rig.kind} {run.model.scale}"
 
 
-def _results(record: Record, trial: Trial) -> dict[str, float]:
-    if record.status != "completed":
-        raise NumericalError(f"{trial.label}: {record.status}: {record.reason}; no study without its result")
-    return record.results
+def _all_results(trials: list[Trial], options: StudyOptions) -> list[dict[str, float]]:
+    """Results of ``trials``, run where they are not finished in the folder; raises :class:`NumericalError`."""
+    pool = LocalPool(options.workers, options.threads)
+    records = run_all(trials, options.out, pool, limit=TIME_LIMIT, quiet=options.quiet)
+    for trial in trials:
+        record = records[trial.key]
+        if record.status != "completed":
+            raise NumericalError(f"{trial.label}: {record.status}: {record.reason}; no study without its result")
+    return [records[trial.key].results for trial in trials]
