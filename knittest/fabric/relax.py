@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
+from math import ceil, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +34,8 @@ PENETRATION, LENGTH_ERROR = 5e-3, 1e-3
 _held: dict[CellSpec, Cell] = {}
 #: a loop drawn this much longer than its yarn cannot be relaxed
 LOCKED = 0.05
+#: loops are tried longer by this factor up to the last one, then to within a share of the shortest that relaxes
+LONGER, LONGEST, SHORTEST = 1.06, 2.0, 0.01
 #: sections are tried smaller by these shares where the loop locks on them
 SMALLER = (0.97, 0.94, 0.9, 0.85, 0.8, 0.7)
 #: the list of pairs holds while nodes move by less than half of this [mm]
@@ -171,9 +174,32 @@ def _too_short(spec: CellSpec, locked: Locked) -> str:
     return (
         f"fabric.loop_length = {spec.loop_length:g} mm is too short for {spec.wale:.3f} x {spec.course:.3f} mm "
         f"spacing with {inlays} and {spec.knit_diameter:g} mm knitting yarn: "
-        f"the yarns lock (penetration {100.0 * locked.penetration:.1f} % of the radius); expected a longer loop "
-        f"or thinner yarns{_denser(spec)}"
+        f"the yarns lock (penetration {100.0 * locked.penetration:.1f} % of the radius); {_longer(spec)}{_denser(spec)}"
     )
+
+
+def _longer(spec: CellSpec) -> str:
+    """Advice on the length of the loop: the shortest that relaxes, tried."""
+    low, high = 1.0, LONGER
+    while high <= LONGEST and not _relaxes(spec, high):
+        low, high = high, LONGER * high
+    if high > LONGEST:
+        return (
+            f"so do loops of {LONGEST:g} times the length: expected thinner yarns (linear_density is in tex, a tenth of "
+            "dtex) or a smaller warp_density or weft_density"
+        )
+    while high / low > 1.0 + SHORTEST:
+        middle = sqrt(low * high)
+        low, high = (low, middle) if _relaxes(spec, middle) else (middle, high)
+    return f"expected a longer loop, {ceil(100.0 * high * spec.loop_length) / 100.0:g} mm would do, or thinner yarns"
+
+
+def _relaxes(spec: CellSpec, longer: float) -> bool:
+    """Tell whether the cell relaxes with a loop ``longer`` by that factor."""
+    with suppress(Locked, InputError, NumericalError):
+        _relaxed(replace(spec, loop_length=longer * spec.loop_length), 1.0)
+        return True
+    return False
 
 
 def _denser(spec: CellSpec) -> str:

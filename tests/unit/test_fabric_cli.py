@@ -1,7 +1,9 @@
 """``knittest fabric``: what it prints and writes, and that asking for help loads nothing heavy."""
 
+import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import meshio
@@ -13,6 +15,9 @@ from matplotlib.image import imread
 
 from knittest.base.errors import InputError
 from knittest.cli.fabric import fabric
+from knittest.config.loading import resolve
+from knittest.fabric.cell import CellSpec
+from knittest.fabric.relax import relax_cell
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -43,7 +48,20 @@ def test_relax_prints_the_cell_and_keeps_it() -> None:
 def test_a_loop_too_short_is_named() -> None:
     result = run("relax", "--variant", "1", "--set", "fabric.loop_length=13")
     assert isinstance(result.exception, InputError)
-    assert "fabric.loop_length = 13 mm is too short" in str(result.exception)
+    message = str(result.exception)
+    assert "fabric.loop_length = 13 mm is too short" in message
+    shortest = float(re.findall(r"a longer loop, ([\d.]+) mm would do", message)[0])
+    assert run("relax", "--variant", "1", "--set", f"fabric.loop_length={shortest}").exit_code == 0
+    locked = run("relax", "--variant", "1", "--set", f"fabric.loop_length={0.97 * shortest:.3f}")
+    assert "is too short" in str(locked.exception)
+
+
+def test_yarns_that_no_loop_fits() -> None:
+    """Inlays as thick as the wales and courses leave no room for any loop."""
+    run = resolve(variant="1", scale="meso", preset="quick", test="picture-frame")
+    spec = replace(CellSpec.of(run.fabric), diameter=5.5)
+    with pytest.raises(InputError, match="so do loops of 2 times the length: expected thinner"):
+        relax_cell(spec)
 
 
 def test_show_draws_all_yarn_systems(tmp_path: Path) -> None:
