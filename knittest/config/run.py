@@ -159,7 +159,8 @@ class Run(Strict):
         missing = [name for name in YARN_LEVEL if getattr(self.fabric, name) is None]
         if missing and self.model.scale == "meso":
             shells = "" if self.fabric.macro.missing else ", or use --scale macro"
-            raise BoundsError(f"the meso scale needs {', '.join(missing)}: expected in the fabric file{shells}", "fabric")
+            needed = ", ".join(missing)
+            raise BoundsError(f"the meso scale needs {needed}: expected in the fabric file{shells}", "fabric")
         if missing and (unknown := self.fabric.macro.missing) and self.model.scale == "macro":
             raise BoundsError(
                 f"the macro scale needs macro.{', macro.'.join(unknown)}: give them, or the yarns "

@@ -185,8 +185,8 @@ def _longer(spec: CellSpec) -> str:
         low, high = high, LONGER * high
     if high > LONGEST:
         return (
-            f"so do loops of {LONGEST:g} times the length: expected thinner yarns (linear_density is in tex, a tenth of "
-            "dtex) or a smaller warp_density or weft_density"
+            f"so do loops of {LONGEST:g} times the length: expected thinner yarns (linear_density is in tex, a tenth "
+            "of dtex) or a smaller warp_density or weft_density"
         )
     while high / low > 1.0 + SHORTEST:
         middle = sqrt(low * high)

@@ -23,7 +23,12 @@ class CantileverRig(StripRig):
         "overhang: the strip is advanced until its chord has the angle of the plane (the laboratory)",
     )
     overhang: float | None = number(
-        None, "mm", "overhang; none: the mean measured one of the fabric's experiment", gt=0, band=(5, 1000)
+        None,
+        "mm",
+        "overhang; none: the mean measured one of the fabric's experiment, or where there is none that of a chord of "
+        "41.5 deg by Eq. 2",
+        gt=0,
+        band=(5, 1000),
     )
     overhang_mm: ClassVar[Kernel[float | None]] = Kernel("overhang")
     plane_angle: float = number(41.5, "deg", "angle of the plane", gt=0, le=80)
