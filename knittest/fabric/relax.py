@@ -26,7 +26,7 @@ DRAW_IN = 0.01
 #: penalty [N/mm], force [N] and iterations of a step on the way
 PENALTY, ON_THE_WAY, BRIEF = 100.0, 0.05, 400
 #: penalties [N/mm] of the steps at the end, each to the force at rest [N]; the last ones only if still needed
-FIRM_PENALTIES = (100.0, 400.0, 800.0, 1600.0, 3200.0)
+FIRM_PENALTIES = (100.0, 400.0, 800.0, 1600.0, 3200.0, 6400.0, 12800.0, 25600.0)
 AT_REST, PATIENT = 2e-4, 60_000
 #: accepted penetration over radius and deviation of the loop length
 PENETRATION, LENGTH_ERROR = 5e-3, 1e-3
@@ -35,7 +35,7 @@ _held: dict[CellSpec, Cell] = {}
 #: a loop drawn this much longer than its yarn cannot be relaxed
 LOCKED = 0.05
 #: loops are tried longer by this factor up to the last one, then to within a share of the shortest that relaxes
-LONGER, LONGEST, SHORTEST = 1.06, 2.0, 0.01
+LONGER, LONGEST, SHORTEST = 1.03, 2.0, 0.01
 #: sections are tried smaller by these shares where the loop locks on them
 SMALLER = (0.97, 0.94, 0.9, 0.85, 0.8, 0.7)
 #: the list of pairs holds while nodes move by less than half of this [mm]
@@ -185,8 +185,8 @@ def _longer(spec: CellSpec) -> str:
         low, high = high, LONGER * high
     if high > LONGEST:
         return (
-            f"so do loops of {LONGEST:g} times the length: expected thinner yarns (linear_density is in tex, a tenth "
-            "of dtex) or a smaller warp_density or weft_density"
+            "no longer loop that was tried relaxes: expected thinner yarns (linear_density is in tex, a tenth of dtex) "
+            "or a smaller warp_density or weft_density"
         )
     while high / low > 1.0 + SHORTEST:
         middle = sqrt(low * high)
