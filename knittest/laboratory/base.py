@@ -69,6 +69,8 @@ class Test(Protocol[RunT]):
 
     #: whether a failure of the specimen ends it before the rig's motion does
     ends_at_failure: bool
+    #: whether it begins again at a lower speed where it moves too fast, and has that among its results
+    lowers_speed: bool = False
 
     def refuse(self, run: RunT) -> None:
         """Raise :class:`InputError` for a run that no specimen fits, as far as that is known before one is made."""

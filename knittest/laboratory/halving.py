@@ -9,8 +9,6 @@ from knittest.config.run import Run
 
 #: change of a result on halving the speed that says that it moves [-]
 LIMIT = 0.02
-#: result of a test that lowers its speed where the kinetic energy is above its limit: the speed it was run at
-SPEED = "crosshead_speed_m_per_s"
 
 
 @dataclass(frozen=True)
@@ -22,16 +20,6 @@ class Halving:
     setting: str
     value: float
     unit: str
-
-
-def at_speed(run: Run, speed: float) -> Run:
-    """``run`` with ``solver.speed`` [m/s] replaced."""
-    return run.model_copy(update={"solver": run.solver.model_copy(update={"speed": speed})})
-
-
-def as_run(run: Run, results: Mapping[str, float | None]) -> Run:
-    """``run`` at the speed of its ``results``, which is lower where the run lowered it itself."""
-    return at_speed(run, results.get(SPEED) or run.solver.speed)
 
 
 def halving(run: Run) -> Halving:

@@ -3,7 +3,6 @@
 import time as clock
 from contextlib import suppress
 from dataclasses import replace
-from math import sqrt
 
 import numba
 import numpy as np
@@ -17,7 +16,7 @@ from knittest.fabric.cell import CellSpec
 from knittest.fabric.munden import Munden
 from knittest.kernels.threading import limited
 from knittest.laboratory.base import Prepared, cut_curve_warnings
-from knittest.laboratory.halving import at_speed
+from knittest.laboratory.lowered_speed import at_speed, check_speed
 from knittest.laboratory.registry import TESTS
 from knittest.solve.observer import SILENT, Observer
 from knittest.solve.settled_cell import too_coarse, with_draw_in
@@ -28,8 +27,8 @@ from knittest.solve.warmup import warm
 DRAWN = "draw_in"
 #: quality of a specimen whose simulation did not come to its end
 UNJUDGED = Quality(np.nan, np.nan, np.nan, np.nan, np.nan, False, ())
-#: share of its limit to which the kinetic energy is brought by a lower speed, and the lowest share of the speed
-AIM, SLOWEST = 0.5, 0.1
+#: lowest share of the configured speed
+SLOWEST = 0.1
 #: elements below which a second thread costs more than it brings
 SERIAL_BELOW = 2000
 
@@ -50,8 +49,8 @@ def threads_for(elements: int) -> int:
 def run_specimen(run: Run, specimen: int = 0, observer: Observer = SILENT) -> Specimen:
     """Build, compile, simulate and measure specimen number ``specimen``.
 
-    A test that checks its speed begins again where the kinetic energy is above its limit. The share of that energy
-    goes with the square of the speed. Raises :class:`NumericalError`, whose ``partial`` is the specimen up to then.
+    A test that lowers its speed begins again where it moves too fast (:mod:`knittest.laboratory.lowered_speed`). Raises
+    :class:`NumericalError`, whose ``partial`` is the specimen up to then.
     """
     start = clock.perf_counter(), clock.process_time()
     slowed = observer.slowed()
@@ -59,7 +58,7 @@ def run_specimen(run: Run, specimen: int = 0, observer: Observer = SILENT) -> Sp
         try:
             return _run_at(run, slowed, specimen, observer, start)
         except TooFastError as error:
-            slowed = max(slowed * sqrt(AIM / error.excess), SLOWEST)
+            slowed = max(slowed * error.share, SLOWEST)
             observer.begins_again(slowed, slowed * run.solver.speed)
 
 
@@ -93,10 +92,12 @@ def _run_at(configured: Run, slowed: float, specimen: int, observer: Observer, b
             error.partial = made(history, cost, results, replace(UNJUDGED, failures=(str(error),)))
         raise
     quality = _assessed(run, prepared, history, cost)
+    if test.lowers_speed and prepared.may_slow:
+        check_speed(run, quality)
     if slowed < 1.0:
         quality = quality.warning(
             f"run at {run.solver.speed:.3g} m/s: at solver.speed, which is {configured.solver.speed:g}, the kinetic "
-            "energy was above solver.max_kinetic_ratio"
+            "energy or the damping of contacts was above its limit"
         )
     return made(history, cost, test.results(run, prepared, history), quality)
 

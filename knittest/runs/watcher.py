@@ -61,7 +61,7 @@ class Watcher(Observer):
     def begins_again(self, share: float, speed: float) -> None:
         """Tell the user, and forget what is kept."""
         self._log("begins again", number=self._keeper.specimen, speed_m_per_s=speed)
-        self._progress.say(f"{self._label}: kinetic energy above its limit; begins again at {speed:.3g} m/s")
+        self._progress.say(f"{self._label}: the test moves too fast; it begins again at {speed:.3g} m/s")
         self._keeper.begins_again(share)
 
     def visit(self, take: Callable[[], Snapshot]) -> None:

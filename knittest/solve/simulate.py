@@ -44,7 +44,7 @@ def simulate(
     solver: Solver,
     output: Output,
     observer: Observer = SILENT,
-    check_speed: Callable[[Simulation], None] = lambda run: None,
+    check_speed: Callable[[Simulation], None] | None = None,
 ) -> tuple[History, SimulationCost]:
     """Run ``rig`` on ``model`` to its end, or from where ``observer`` says to go on.
 
@@ -96,7 +96,9 @@ def _begin(model: ExplicitModel, rig: Rig, solver: Solver, observer: Observer) -
     return run
 
 
-def _run_rows(run: Simulation, output: Output, observer: Observer, check_speed: Callable[[Simulation], None]) -> None:
+def _run_rows(
+    run: Simulation, output: Output, observer: Observer, check_speed: Callable[[Simulation], None] | None
+) -> None:
     """Advance row by row to the end of the test, once the specimen is mounted."""
     _mount(run, observer)
     observer.phase(TESTING)
@@ -106,7 +108,8 @@ def _run_rows(run: Simulation, output: Output, observer: Observer, check_speed: 
     marks = [*sorted({*even.tolist(), *run.rig.marks}), np.inf]
     while run.time < run.rig.duration or run.row_steps > 0:  # a row once begun is finished, also after a restart
         row = _record(run, _advance_row(run, row_steps, observer))
-        check_speed(run)
+        if check_speed is not None:
+            check_speed(run)
         fraction = run.time / run.rig.duration
         if fraction >= marks[len(run.frames)]:
             run.frames.append(_frame(run, row))

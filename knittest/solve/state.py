@@ -40,11 +40,11 @@ class SimulationCost:
 
 
 class TooFastError(Exception):
-    """A simulation whose kinetic energy is ``excess`` times its limit; it may begin again at a lower speed."""
+    """A simulation that passes at a lower speed, ``share`` of the present one."""
 
-    def __init__(self, excess: float) -> None:
-        super().__init__(f"the kinetic energy is {excess:.2f} times its limit")
-        self.excess = excess
+    def __init__(self, share: float) -> None:
+        super().__init__(f"passes at {share:.2f} of the speed")
+        self.share = share
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,8 @@ from knittest.base.summary import NumericalError, RepeatBlock, Summary, Verifica
 from knittest.config.run import Run
 from knittest.export.jsonfile import json_text
 from knittest.export.provenance import cores
-from knittest.laboratory.halving import as_run, halving
+from knittest.laboratory.halving import halving
+from knittest.laboratory.lowered_speed import as_run
 from knittest.laboratory.numerical_error import CORRECTIONS, Numbers, Repeat, numerical_errors
 from knittest.laboratory.remeshing import remeshing
 from knittest.report_page.page import write_if_possible, write_report

@@ -8,7 +8,8 @@ import pytest
 from knittest.base.history import Specimen
 from knittest.config.loading import resolve
 from knittest.config.run import Run
-from knittest.laboratory.halving import SPEED, as_run, halving
+from knittest.laboratory.halving import halving
+from knittest.laboratory.lowered_speed import SPEED, as_run
 from knittest.runs.specimen import run_specimen
 from knittest.solve.observer import Observer
 from knittest.solve.state import Snapshot

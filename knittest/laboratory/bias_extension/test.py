@@ -18,6 +18,7 @@ from knittest.laboratory.bias_extension.yarns import jaw_length, yarns_on_the_bi
 from knittest.laboratory.bias_extension.zones import zone_table
 from knittest.laboratory.judging import assess
 from knittest.laboratory.law_end import refuse_beyond_law
+from knittest.laboratory.lowered_speed import SPEED, row_check
 from knittest.laboratory.span import Span
 from knittest.materials.trellis import ANGLE, NORMALISED
 from knittest.models.macro import self_contact
@@ -40,6 +41,7 @@ class BiasExtension(Test[BiasExtensionRun]):
     """See :class:`knittest.laboratory.base.Test`."""
 
     ends_at_failure = False
+    lowers_speed = True
 
     def prepare(self, run: BiasExtensionRun, specimen: int = 0, observer: Observer = SILENT) -> Prepared:
         """The strip between its clamps, along y."""
@@ -69,8 +71,9 @@ class BiasExtension(Test[BiasExtensionRun]):
         return Prepared(model, mount, clock.perf_counter() - start, found.piece.table, _facts(strip, whole))
 
     def solve(self, prepared: Prepared, run: BiasExtensionRun, observer: Observer) -> tuple[History, SimulationCost]:
-        """Pull to the largest angle."""
-        history, cost = simulate(prepared.model, prepared.rig, run.solver, run.output, observer)
+        """Pull to the largest angle; raises :class:`TooFastError` if ``prepared.may_slow``."""
+        check = row_check(run, ANGLE, ANGLES[0] - NEAR, lambda _, energies: energies) if prepared.may_slow else None
+        history, cost = simulate(prepared.model, prepared.rig, run.solver, run.output, observer, check)
         return self.finish(run, prepared, history), cost
 
     def finish(self, run: BiasExtensionRun, prepared: Prepared, history: History) -> History:
@@ -81,7 +84,7 @@ class BiasExtension(Test[BiasExtensionRun]):
     def results(self, run: BiasExtensionRun, prepared: Prepared, history: History) -> dict[str, float]:
         """Force, normalised force and the middle's own angle at angles of pin-jointed yarns."""
         most, table = run.rig.max_angle, zone_table(history, strip_of(run), material_of(run, history))
-        return forces_at(history, most) | middle_at(table, most)
+        return forces_at(history, most) | middle_at(table, most) | {SPEED: run.solver.speed}
 
     def assess(self, run: BiasExtensionRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
         """The gates of every run."""

@@ -78,7 +78,8 @@ class Cell(Test[CellRun]):
         curve, energies, contacts = history.curve, history.energies, history.contacts
         thickness = contacts["thickness_mm"]
         found = {"cell_thickness_at_rest_mm": float(thickness[0]), "cell_thickness_mm": float(thickness[-1])}
-        found["cell_friction_share"] = float(energies["friction_mj"][-1] / energies["external_mj"][-1])
+        friction, work = (float(energies[name][-1]) for name in ("friction_mj", "external_mj"))
+        found["cell_friction_share"] = friction / work if work > 0.0 else np.nan
         if run.rig.path == "shear":
             angle, force = curve["shear_angle_deg"], curve["conjugate_force"]
             for a in ANGLES:
@@ -97,7 +98,16 @@ class Cell(Test[CellRun]):
         return found
 
     def assess(self, run: CellRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
-        """The gates of every run, from the first degree on."""
+        """The gates of every run, from the first degree on.
+
+        A cell that curls by itself gives energy as it is bent flat. The kinetic energy is compared with the largest
+        work so far, whatever its sign.
+        """
+        if run.rig.path == "bending":
+            energies = history.energies
+            work = np.maximum.accumulate(np.abs(energies["external_mj"]))
+            ratio = energies["kinetic_mj"] / np.maximum(work, 1e-9)
+            history = replace(history, energies=energies | {"kinetic_ratio": ratio})
         quality = assess(run, prepared, history, cost, judged_span(run, history))
         return quality.warning(*locking(history, run.rig.last_angle)) if run.rig.path == "shear" else quality
 

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from knittest.base.history import Frame, History, Mesh, Quality
 from knittest.fabric.bias import turned
 from knittest.laboratory.base import Prepared, Test, fabric_laminate
-from knittest.laboratory.halving import SPEED
 from knittest.laboratory.judging import assess, locking
 from knittest.laboratory.law_end import refuse_beyond_law
+from knittest.laboratory.lowered_speed import SPEED, row_check
 from knittest.laboratory.needles import on_needles
 from knittest.laboratory.picture_frame.config import PictureFrameRun
 from knittest.laboratory.picture_frame.cycles import cycle_results
@@ -28,7 +28,7 @@ from knittest.models.meso import build_meso
 from knittest.models.sheet import build_sheet
 from knittest.solve.observer import SILENT, Observer
 from knittest.solve.simulate import simulate
-from knittest.solve.state import Simulation, SimulationCost, TooFastError
+from knittest.solve.state import Simulation, SimulationCost
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -49,6 +49,7 @@ class PictureFrame(Test[PictureFrameRun]):
     """See :class:`knittest.laboratory.base.Test`."""
 
     ends_at_failure = False
+    lowers_speed = True
 
     def prepare(self, run: PictureFrameRun, specimen: int = 0, observer: Observer = SILENT) -> Prepared:
         """The square, its diagonals along x and y."""
@@ -92,25 +93,15 @@ class PictureFrame(Test[PictureFrameRun]):
         return Prepared(model, test, clock.perf_counter() - start, piece.table, facts)
 
     def solve(self, prepared: Prepared, run: PictureFrameRun, observer: Observer) -> tuple[History, SimulationCost]:
-        """Shear to the largest angle; raises :class:`TooFastError` where the kinetic energy is above its limit and
-        ``prepared.may_slow``.
-        """
+        """Shear to the largest angle; raises :class:`TooFastError` if ``prepared.may_slow``."""
         rig, mass = prepared.rig, prepared.model.mass
         assert isinstance(rig, PictureFrameTest)
 
-        def check_speed(state: Simulation) -> None:
-            if not prepared.may_slow or state.rows[-1]["frame_shear_angle_deg"] < ANGLES[0] - NEAR:
-                return
-            row = {name: np.array([value]) for name, value in state.energy_rows[-1].items()}
-            share = 100.0 * float(_swinging(rig, row, mass, state.frames[0].position)["kinetic_ratio"][0])
-            if share > run.solver.max_kinetic_ratio:
-                raise TooFastError(share / run.solver.max_kinetic_ratio)
+        def counted(state: Simulation, energies: dict[str, Array]) -> dict[str, Array]:
+            return _swinging(rig, energies, mass, state.frames[0].position)
 
-        history, cost = simulate(prepared.model, rig, run.solver, run.output, observer, check_speed)
-        excess = 100.0 * self.assess(run, prepared, history, cost).ke_over_ie_max / run.solver.max_kinetic_ratio
-        if prepared.may_slow and excess > 1.0:  # before the first angle, where the fabric does little work
-            raise TooFastError(excess)
-        return history, cost
+        check = row_check(run, "frame_shear_angle_deg", ANGLES[0] - NEAR, counted) if prepared.may_slow else None
+        return simulate(prepared.model, rig, run.solver, run.output, observer, check)
 
     def results(self, run: PictureFrameRun, prepared: Prepared, history: History) -> dict[str, float]:
         """Force at the angles; where wrinkles begin, and what the fabric looks like at 40 deg if it gets there."""

@@ -2,7 +2,8 @@
 
 from knittest.base.kinds import kinds
 from knittest.config.run import Run
-from knittest.laboratory.halving import as_run, changes, halving
+from knittest.laboratory.halving import changes, halving
+from knittest.laboratory.lowered_speed import as_run
 from knittest.runs.specimen import run_specimen
 
 

@@ -9,7 +9,8 @@ from knittest.base.errors import NumericalError
 from knittest.base.kinds import kinds, names
 from knittest.config.loading import resolve
 from knittest.config.run import Run
-from knittest.laboratory.halving import LIMIT, as_run, halving
+from knittest.laboratory.halving import LIMIT, halving
+from knittest.laboratory.lowered_speed import as_run
 from knittest.runs.show import print_text
 from knittest.studies.homogenise.yarn_card import with_cards
 from knittest.studies.speed_study.table import Row, csv_text, markdown, rows_of
