@@ -1,6 +1,6 @@
 """Speed of a run that moves too fast: the test begins again, at the speed at which it passes.
 
-The share of the kinetic energy goes with the square of the speed, that of the damping of contacts with the speed.
+The share of the kinetic energy goes with the square of the speed, those of damping with the speed.
 """
 
 from collections.abc import Callable, Mapping
@@ -34,7 +34,7 @@ def as_run(run: Run, results: Mapping[str, float | None]) -> Run:
 
 def check_speed(run: Run, quality: Quality) -> None:
     """Raise :class:`TooFastError` where ``quality`` passes at a lower speed."""
-    _check(run, quality.ke_over_ie_max, quality.contact_damping_over_work_max)
+    _check(run, quality.ke_over_ie_max, quality.damping_over_work_max, quality.contact_damping_over_work_max)
 
 
 def row_check(
@@ -50,13 +50,16 @@ def row_check(
             return
         rows = state.energy_rows
         energies = counted(state, {name: np.array([row[name] for row in rows]) for name in rows[-1]})
-        _check(run, float(energies["kinetic_ratio"][-1]), float(losses(energies)[1][-1]))
+        damping, of_contacts, _ = losses(energies)
+        _check(run, float(energies["kinetic_ratio"][-1]), float(damping[-1]), float(of_contacts[-1]))
 
     return check
 
 
-def _check(run: Run, kinetic: float, damping: float) -> None:
-    """Raise :class:`TooFastError` where one of both shares [-] is above its limit."""
-    excess = 100.0 * kinetic / run.solver.max_kinetic_ratio, 100.0 * damping / run.solver.max_contact_damping
-    if max(excess) > 1.0:
-        raise TooFastError(min(1.0, sqrt(AIM / max(excess[0], AIM)), AIM / max(excess[1], AIM)))
+def _check(run: Run, kinetic: float, damping: float, of_contacts: float) -> None:
+    """Raise :class:`TooFastError` where one of the shares [-] is above its limit."""
+    limits = run.solver
+    excess = 100.0 * kinetic / limits.max_kinetic_ratio
+    linear = 100.0 * max(damping / limits.max_damping, of_contacts / limits.max_contact_damping)
+    if max(excess, linear) > 1.0:
+        raise TooFastError(min(1.0, sqrt(AIM / max(excess, AIM)), AIM / max(linear, AIM)))

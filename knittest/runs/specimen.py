@@ -16,7 +16,7 @@ from knittest.fabric.cell import CellSpec
 from knittest.fabric.munden import Munden
 from knittest.kernels.threading import limited
 from knittest.laboratory.base import Prepared, cut_curve_warnings
-from knittest.laboratory.lowered_speed import at_speed, check_speed
+from knittest.laboratory.lowered_speed import SPEED, at_speed, check_speed
 from knittest.laboratory.registry import TESTS
 from knittest.solve.observer import SILENT, Observer
 from knittest.solve.settled_cell import too_coarse, with_draw_in
@@ -97,9 +97,10 @@ def _run_at(configured: Run, slowed: float, specimen: int, observer: Observer, b
     if slowed < 1.0:
         quality = quality.warning(
             f"run at {run.solver.speed:.3g} m/s: at solver.speed, which is {configured.solver.speed:g}, the kinetic "
-            "energy or the damping of contacts was above its limit"
+            "energy or damping was above its limit"
         )
-    return made(history, cost, test.results(run, prepared, history), quality)
+    results = test.results(run, prepared, history) | ({SPEED: run.solver.speed} if test.lowers_speed else {})
+    return made(history, cost, results, quality)
 
 
 def _rest(run: Run, prepared: Prepared, history: History) -> dict[str, float]:

@@ -31,6 +31,14 @@ def test_moments_of_an_even_weight_are_those_of_a_beam():
     assert sections.moments(flat, force)[inner] - found[inner] == pytest.approx(0.2, abs=1e-12)
 
 
+def test_turns_are_limited():
+    sections = Sections(np.column_stack([np.zeros(50), np.linspace(0.0, 40.0, 50), np.zeros(50)]), np.ones(50), 40.0)
+    even = np.full(len(sections.arc), 0.01)  # 0.4 rad at the end
+    assert sections.limited(even, 0.5) == pytest.approx(even)
+    assert sections.limited(even, 0.2) == pytest.approx(0.5 * even)
+    assert sections.limited(-even, 0.2) == pytest.approx(-0.5 * even)
+
+
 def test_an_even_curvature_makes_an_arc():
     """Nodes at height h lie on the circle of radius 1 / k + h; turns are k s; what is held stays."""
     flat, curvature = strip(), 1e-2
@@ -55,6 +63,13 @@ def rest(**changes: str) -> dict[str, float]:
     found = run_specimen(run)
     assert found.quality.failures == ()
     return found.results
+
+
+def test_a_strip_stiffer_than_its_inlays_comes_to_the_same_rest(monkeypatch):
+    """Thick loops stiffen thin inlays: a quarter of the stiffness is assumed, until the first turns show it."""
+    first, of_inlays = rest()["chord_angle_deg"], yarn_cantilever._of_inlays
+    monkeypatch.setattr(yarn_cantilever, "_of_inlays", lambda *given: 0.25 * of_inlays(*given))
+    assert rest()["chord_angle_deg"] == pytest.approx(first, abs=0.3)
 
 
 def test_rest_is_the_same_whatever_the_way_to_it(monkeypatch):

@@ -18,7 +18,7 @@ from knittest.laboratory.bias_extension.yarns import jaw_length, yarns_on_the_bi
 from knittest.laboratory.bias_extension.zones import zone_table
 from knittest.laboratory.judging import assess
 from knittest.laboratory.law_end import refuse_beyond_law
-from knittest.laboratory.lowered_speed import SPEED, row_check
+from knittest.laboratory.lowered_speed import row_check
 from knittest.laboratory.span import Span
 from knittest.materials.trellis import ANGLE, NORMALISED
 from knittest.models.macro import self_contact
@@ -84,7 +84,7 @@ class BiasExtension(Test[BiasExtensionRun]):
     def results(self, run: BiasExtensionRun, prepared: Prepared, history: History) -> dict[str, float]:
         """Force, normalised force and the middle's own angle at angles of pin-jointed yarns."""
         most, table = run.rig.max_angle, zone_table(history, strip_of(run), material_of(run, history))
-        return forces_at(history, most) | middle_at(table, most) | {SPEED: run.solver.speed}
+        return forces_at(history, most) | middle_at(table, most)
 
     def assess(self, run: BiasExtensionRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
         """The gates of every run."""

@@ -49,13 +49,21 @@ class Sections:
         moments: Array = sums[0] - centre[:, 2] * sums[1] + centre[:, 1] * sums[2]
         return moments
 
+    def limited(self, curvature: Array, most: float) -> Array:
+        """``curvature`` [1/mm], (n_sections,), scaled down so that no section turns by more than ``most`` [rad]."""
+        largest = float(np.abs(self._turns(curvature)).max())
+        return curvature * min(1.0, most / max(largest, 1e-30))
+
+    def _turns(self, curvature: Array) -> Array:
+        """Turn [rad] of each section by the ``curvature`` [1/mm] up to it, (n_sections,)."""
+        return np.append(0.0, np.cumsum(0.5 * self.arc[1] * (curvature[1:] + curvature[:-1])))
+
     def turned(self, position: Array, curvature: Array) -> tuple[Array, Array]:
         """Positions (n, 3) [mm] and turns downwards (n,) [rad] of nodes after sections bent by ``curvature`` [1/mm].
 
         ``curvature`` (n_sections,); sections turn rigidly and keep their distances, the edge stays.
         """
-        step = self.arc[1]
-        turn = np.append(0.0, np.cumsum(0.5 * step * (curvature[1:] + curvature[:-1])))
+        turn = self._turns(curvature)
         before = self.centres(position)
         chords = _down(np.diff(before, axis=0), 0.5 * (turn[1:] + turn[:-1]))
         after = before[0] + np.vstack([np.zeros(3), np.cumsum(chords, axis=0)])

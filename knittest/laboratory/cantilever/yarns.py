@@ -48,6 +48,11 @@ BALANCED, ROOT_BALANCED = 0.005, 0.008
 ENDS = 3
 #: stiffness by which sections are turned over that of the yarns: too stiff takes more turns, too soft overshoots
 STIFFER = 1.6
+#: stiffness that a turn has shown, over that by which it was made, above which the next ones are made by the former:
+#: thick loops stiffen a strip of thin inlays
+OVERSHOT = 1.5
+#: largest turn [rad] of a section at once
+LARGEST_TURN = 0.3
 #: pitches held behind the edge
 HELD = 1
 
@@ -135,11 +140,11 @@ class _Course:
         mounting = _mounting(self.prepared)
         return mounting.root(self.tally.reaction, self.done.last_chunk) - (self.curl or 0.0)
 
-    def turn(self, moments: Array, stiffness: float) -> None:
-        """Bend the sections by what their moments are out of balance."""
+    def turn(self, curvature: Array) -> None:
+        """Bend the sections by a ``curvature`` [1/mm], (n_sections,)."""
         model = self.prepared.model
         n = model.n_nodes
-        position, turn = self.sections.turned(model.position(), moments / stiffness)
+        position, turn = self.sections.turned(model.position(), curvature)
         model.nodes.position[:, :n] = position.T
         model.nodes.rotation[:, :n] = turned_about_x(model.nodes.rotation[:, :n], -turn)
 
@@ -153,11 +158,11 @@ def yarns_to_rest(prepared: Prepared, run: CantileverRun, cost: SimulationCost, 
     observer.overlaps(flat.overlaps)
     curl = -float(flat.settle(SETTLE, _from(observer, 0.0))[ENDS:-ENDS].mean())
     model.restore(fresh)
-    stiffness = run.fabric.reinforcing.bending_stiffness_n_mm2.of(run.rig.direction) * len(_tips(prepared, run))
+    stiffness = _of_inlays(prepared, run)
     _bend(prepared, overhang, per_length, stiffness)
     course = _Course(prepared, run, cost, curl)
     moments, before = course.settle(SETTLE, _from(observer, FIRST)), _angle(prepared, run)
-    residuals: list[float] = []
+    turning, residuals = STIFFER * stiffness, list[float]()
     for trial in range(MOST_TURNS + 1):
         course.judge(moments)
         residuals.append(course.done.residual)
@@ -168,8 +173,12 @@ def yarns_to_rest(prepared: Prepared, run: CantileverRun, cost: SimulationCost, 
         if trial == RUBBING:
             course.rub()
         before = _angle(prepared, run)
-        course.turn(moments, STIFFER * stiffness)
+        missing, curvature = moments, course.sections.limited(moments / turning, LARGEST_TURN)
+        course.turn(curvature)
         moments = course.settle(BETWEEN)
+        found = float(curvature @ (missing - moments)) / max(float(curvature @ curvature), 1e-30)
+        if found > OVERSHOT * turning:
+            turning = STIFFER * found
     now = model.position()
     weight, angle = mounting.moment(now), _angle(prepared, run)
     frames = (first, Frame(1.0, angle, weight, now, model.fields()))
@@ -198,6 +207,11 @@ def _bend(prepared: Prepared, overhang: float, weight: float, stiffness: float) 
     nodes.position[1, :n] = reach + flat[:, 2] * np.sin(slope)
     nodes.position[2, :n] = -drop + flat[:, 2] * np.cos(slope)
     nodes.rotation[:, :n] = turned_about_x(nodes.rotation[:, :n], -slope)
+
+
+def _of_inlays(prepared: Prepared, run: CantileverRun) -> float:
+    """Bending stiffness [N mm2] of the inlays along the strip."""
+    return run.fabric.reinforcing.bending_stiffness_n_mm2.of(run.rig.direction) * len(_tips(prepared, run))
 
 
 def _mounting(prepared: Prepared) -> Mounting:

@@ -37,9 +37,11 @@ KIND = TestKind(
         "plate_penetration_um": ("deepest penetration of a plate [um]", "{:.2f}"),
         "element_deformation_um": ("largest deformation of an element [um]", "{:.1f}"),
         "penetration_over_deformation_pct": ("penetration over deformation [%]", "{:.1f}"),
+        "run_speed_m_per_s": ("speed at which it was run [m/s]", "{:.3g}"),
     },
     diagnostic=(
         "normal_force_error_pct", "plate_penetration_um", "element_deformation_um", "penetration_over_deformation_pct",
+        "run_speed_m_per_s",
     ),
     published=("pull_force_kinetic_n", "pull_force_static_n", "mu_paper", "mu_per_face"),
     measured={"static_coefficient": "mu_static_per_face", "kinetic_coefficient": "mu_per_face"},

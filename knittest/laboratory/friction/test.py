@@ -35,6 +35,7 @@ class Friction(Test[FrictionRun]):
     """See :class:`knittest.laboratory.base.Test`."""
 
     ends_at_failure = False
+    lowers_speed = True
 
     def refuse(self, run: FrictionRun) -> None:
         """Raise :class:`InputError` for plates that do not cover the strip, or from which it does not stick out."""

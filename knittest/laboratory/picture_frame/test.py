@@ -13,7 +13,7 @@ from knittest.fabric.bias import turned
 from knittest.laboratory.base import Prepared, Test, fabric_laminate
 from knittest.laboratory.judging import assess, locking
 from knittest.laboratory.law_end import refuse_beyond_law
-from knittest.laboratory.lowered_speed import SPEED, row_check
+from knittest.laboratory.lowered_speed import row_check
 from knittest.laboratory.needles import on_needles
 from knittest.laboratory.picture_frame.config import PictureFrameRun
 from knittest.laboratory.picture_frame.cycles import cycle_results
@@ -112,7 +112,7 @@ class PictureFrame(Test[PictureFrameRun]):
         if history.curve["frame_shear_angle_deg"].max() >= MAPPED:
             found |= _mapped(history, run.rig.side_mm)
         found |= cycle_results(history.curve, history.energies, run.rig.cycles)
-        return found | {"wrinkle_onset_deg": onset, SPEED: run.solver.speed}
+        return found | {"wrinkle_onset_deg": onset}
 
     def assess(self, run: PictureFrameRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
         """Standard gates; the kinetic energy of evenly sheared fabric, whose inertia does no work, does not count."""
