@@ -4,6 +4,8 @@ from knittest.base.kinds import kinds
 from knittest.config.fabric import Fabric
 from knittest.config.run import Run
 
+#: beginning of the reference of what was derived from a cell of the fabric's yarns; their digest follows
+FROM_YARNS = "derived from one cell of the yarns "
 #: fields that decide a row of the relaxed cell
 CELL: dict[str, tuple[str, ...]] = {
     "thickness_mm": (
@@ -29,6 +31,14 @@ def entry(fabric: Fabric, field: str) -> object:
     for part in field.split("."):
         value = value.get(part) if isinstance(value, dict) else getattr(value, part, None)
     return value
+
+
+def by_its_yarns(run: Run) -> Run:
+    """``run``, or where the card that decides it was derived from the fabric's yarns the same run of those."""
+    cards = [str(getattr(entry(run.fabric, field), "ref", "")) for field in deciding(run) if field.startswith("macro.")]
+    if run.model.scale == "meso" or not cards or not all(ref.startswith(FROM_YARNS) for ref in cards):
+        return run
+    return run.model_copy(update={"model": run.model.model_copy(update={"scale": "meso"})})
 
 
 def is_fed(run: Run) -> bool:

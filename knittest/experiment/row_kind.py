@@ -6,7 +6,7 @@ from pydantic import BaseModel
 
 from knittest.base.kinds import Joined
 from knittest.config.base import Quantity
-from knittest.config.deciding import CELL, deciding, is_fed
+from knittest.config.deciding import CELL, by_its_yarns, deciding, is_fed
 from knittest.config.fabric import YARN_LEVEL, Fabric
 from knittest.config.run import Run, Scale
 from knittest.experiment.origin import ORIGINS, RowKind, guessed
@@ -23,9 +23,10 @@ def row_kind(run: Run, quantity: str) -> RowKind:
     ``tuned``: a number of the fabric was fitted to the row, or chosen with it in view. ``input``: the model was given
     the row and returns it, as shells return their curves, and faces their friction. ``assumed``: what it was given, or
     every number that decides the row, is assumed or another fabric's. Bending follows from the overhang by Eq. 2: an
-    overhang that is found again is tuned, one that is given an input, whatever else is assumed.
+    overhang that is found again is tuned, one that is given an input, whatever else is assumed. Rows of shells whose
+    card was derived from the yarns are worth what their yarns are.
     """
-    origin = ORIGINS[run.rig.kind]
+    origin, run = ORIGINS[run.rig.kind], by_its_yarns(run)
     if quantity in origin.given(run):
         return "input"
     if _names_row(run.fabric, run.model.scale, run.direction, quantity):
@@ -43,7 +44,7 @@ def given_results(run: Run) -> tuple[str, ...]:
 
 def assumed_inputs(run: Run) -> tuple[str, ...]:
     """Fields that decide the compared rows of ``run`` and are assumed, or another fabric's, which is then named."""
-    return ORIGINS[run.rig.kind].assumed(run)
+    return ORIGINS[run.rig.kind].assumed(by_its_yarns(run))
 
 
 def cell_row_kind(fabric: Fabric, quantity: str) -> RowKind:

@@ -6,7 +6,7 @@ import pytest
 
 from knittest.base.result_rows import result_rows
 from knittest.config.base import Quantity
-from knittest.config.deciding import deciding
+from knittest.config.deciding import FROM_YARNS, deciding
 from knittest.config.loading import resolve
 from knittest.config.run import Run
 from knittest.experiment.borrowed import borrowed
@@ -253,3 +253,13 @@ def test_a_test_of_shear_names_patches_that_are_assumed_where_the_fabric_has_the
     }  # fmt: skip
     kinds_of_crossing = ("inlay_inlay", "inlay_loop", "loop_loop")
     assert named == {"calibrated": [], "gripping": [f"contact.patch.radius.{kind}" for kind in kinds_of_crossing]}
+
+
+@pytest.mark.parametrize(("ref", "kind"), [(f"{FROM_YARNS}0123, preset quick", "predicted"), ("another rig", "input")])
+def test_rows_of_a_card_that_was_derived_from_the_yarns_are_worth_what_these_are(ref, kind):
+    run = resolve(test="picture-frame", variant="1", scale="macro", sets=["fabric.experiment=null"])
+    shear = run.fabric.macro.shear.model_copy(update={"ref": ref, "source": "derived"})
+    run = with_fabric(run, macro=run.fabric.macro.model_copy(update={"shear": shear}))
+    yarns = resolve(test="picture-frame", variant="1", scale="meso", sets=["fabric.experiment=null"])
+    assert row_kind(run, "shear_force_n_at_deg.20") == kind
+    assert (assumed_inputs(run) == assumed_inputs(yarns)) == (kind == "predicted")

@@ -22,6 +22,7 @@ from knittest.base.kept import keep, kept
 from knittest.base.kinds import kinds
 from knittest.base.notes import tell
 from knittest.base.sealed import Damaged
+from knittest.config.deciding import FROM_YARNS
 from knittest.config.doubtful import REJECTED
 from knittest.config.dumping import dump_mapping
 from knittest.config.fabric import CARD, Direction, Fabric
@@ -55,8 +56,6 @@ FARTHER = 1.6
 PATHS: Mapping[str, Sequence[Piece]] = dict(zip(CARD, (PIECES[:2], PIECES[3:], PIECES[2:3]), strict=True))
 #: width [mm] of the strip whose yarns scatter: that of tensile tests
 STRIP = 50.0
-#: beginning of the reference of what was derived here; the digest of the yarns follows
-FORMULA = "derived from one cell of the yarns "
 #: fields of a fabric that its cell does not follow from
 OUTSIDE = {"name", "title", "macro", "experiment", "experiment_variant", "rigs"}
 DIGITS = 12
@@ -112,8 +111,8 @@ def missing_parts(run: Run) -> tuple[str, ...]:
         "bending_stiffness": [] if macro.bending_stiffness is None else [macro.bending_stiffness.warp.ref],
         "shear": [] if macro.shear is None else [macro.shear.ref],
     }
-    own = FORMULA + _digest(run.fabric)
-    stale = [name for name, refs in references.items() if any(r.startswith(FORMULA) and own not in r for r in refs)]
+    own = FROM_YARNS + _digest(run.fabric)
+    stale = [name for name, refs in references.items() if any(r.startswith(FROM_YARNS) and own not in r for r in refs)]
     return tuple(name for name in CARD if name in macro.missing or name in stale)
 
 
@@ -272,7 +271,7 @@ def _fields(part: str, digest: str, numbers: Mapping[Piece, Numbers]) -> dict[st
     made, ends = {}, {}
     for piece in PATHS[part]:
         x, y, rejected = numbers[piece]
-        ref = f"{FORMULA}{digest}, preset {PRESET}" + (f"{REJECTED}{rejected}" if rejected else "")
+        ref = f"{FROM_YARNS}{digest}, preset {PRESET}" + (f"{REJECTED}{rejected}" if rejected else "")
         told = {"source": "derived", "ref": ref}
         points = [[_short(a), _short(b)] for a, b in zip(x, y, strict=False)]
         if part == "shear":
