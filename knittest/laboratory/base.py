@@ -49,7 +49,7 @@ class Prepared:
     yarns: dict[str, np.ndarray] = field(default_factory=dict)
     facts: dict[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
-    may_slow: bool = True
+    may_slow: bool = False
 
     @property
     def rig(self) -> Rig:
@@ -69,7 +69,7 @@ class Test(Protocol[RunT]):
 
     #: whether a failure of the specimen ends it before the rig's motion does
     ends_at_failure: bool
-    #: whether it begins again at a lower speed where it moves too fast, and has that among its results
+    #: whether one of yarns begins again at a lower speed where it moves too fast, and has that among its results
     lowers_speed: bool = False
 
     def refuse(self, run: RunT) -> None:

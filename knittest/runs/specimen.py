@@ -68,7 +68,8 @@ def _run_at(configured: Run, slowed: float, specimen: int, observer: Observer, b
     """
     run, (start, cpu) = at_speed(configured, slowed * configured.solver.speed), begun
     test = TESTS[run.rig.kind]
-    prepared = replace(prepare(run, specimen, observer), may_slow=slowed > SLOWEST)
+    lowers = test.lowers_speed and run.model.scale == "meso"
+    prepared = replace(prepare(run, specimen, observer), may_slow=lowers and slowed > SLOWEST)
     elements = len(prepared.model.mesh.cells)
     threads = threads_for(elements)
     compile_s = warm(run, observer, threads)
@@ -92,14 +93,14 @@ def _run_at(configured: Run, slowed: float, specimen: int, observer: Observer, b
             error.partial = made(history, cost, results, replace(UNJUDGED, failures=(str(error),)))
         raise
     quality = _assessed(run, prepared, history, cost)
-    if test.lowers_speed and prepared.may_slow:
+    if prepared.may_slow:
         check_speed(run, quality)
     if slowed < 1.0:
         quality = quality.warning(
             f"run at {run.solver.speed:.3g} m/s: at solver.speed, which is {configured.solver.speed:g}, the kinetic "
             "energy or damping was above its limit"
         )
-    results = test.results(run, prepared, history) | ({SPEED: run.solver.speed} if test.lowers_speed else {})
+    results = test.results(run, prepared, history) | ({SPEED: run.solver.speed} if lowers else {})
     return made(history, cost, results, quality)
 
 

@@ -190,11 +190,11 @@ def test_duration(seconds: float, text: str) -> None:
 def test_what_ran_elsewhere_is_told_with_its_own_time(kind: type[io.StringIO]) -> None:
     stream, clock = kind(), Clock()
     with Progress(stream=stream, clock=clock) as progress:
-        progress.phase("weft: running beside")
+        progress.phase("weft: running in parallel")
         progress.say("warp: goes on at 5.2 ms, 64 % of the test")
         clock.now += 3.0
         progress.ended("weft, beside", 75.31)
-    assert "weft, beside: done in 75.3 s" in stream.getvalue() and "running beside: done" not in stream.getvalue()
+    assert "weft, beside: done in 75.3 s" in stream.getvalue() and "running in parallel: done" not in stream.getvalue()
     assert "warp: goes on at 5.2 ms, 64 % of the test" in stream.getvalue()
 
 

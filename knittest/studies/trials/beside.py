@@ -46,7 +46,7 @@ class Beside:
         if future.done():
             progress.done()
         else:
-            progress.phase(f"{name}: running beside", until_failure=TESTS[run.rig.kind].ends_at_failure)
+            progress.phase(f"{name}: running in parallel", until_failure=TESTS[run.rig.kind].ends_at_failure)
         while not future.done():
             wait_for([future], LOOK)
             progress.update(self._shares[folder], math.nan, math.nan, math.nan)
