@@ -30,6 +30,8 @@ FIRM_PENALTIES = (100.0, 400.0, 800.0, 1600.0, 3200.0, 6400.0, 12800.0, 25600.0)
 AT_REST, PATIENT = 2e-4, 60_000
 #: accepted penetration over radius and deviation of the loop length
 PENETRATION, LENGTH_ERROR = 5e-3, 1e-3
+#: force out of balance over that of the deepest contact which closest points may keep up that jump between segments
+JUMPING = 0.1
 #: what this process relaxed or read, so that a run and its manifest stand on the same cell
 _held: dict[CellSpec, Cell] = {}
 #: a loop drawn this much longer than its yarn cannot be relaxed
@@ -148,6 +150,9 @@ class _Relaxation:
             self.yarns = with_loop_length(self.yarns, self.yarns.total[0] / (1.0 + stretch))
         if self.deepest > PENETRATION or stretch > LENGTH_ERROR:
             raise Locked(self.deepest)
+        pressed = FIRM_PENALTIES[-1] * self.deepest * float(self.yarns.radius.min())
+        if self.residual < JUMPING * pressed:
+            return
         raise NumericalError(f"the loop does not come to rest: {self.residual:.2g} N are left, expected {AT_REST:g} N")
 
     def cell(self) -> Cell:

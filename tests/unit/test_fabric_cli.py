@@ -18,6 +18,7 @@ from knittest.cli.fabric import fabric
 from knittest.config.loading import resolve
 from knittest.fabric.cell import CellSpec
 from knittest.fabric.relax import relax_cell
+from knittest.fabric.spline import polyline_length
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -54,6 +55,17 @@ def test_a_loop_too_short_is_named() -> None:
     assert run("relax", "--variant", "1", "--set", f"fabric.loop_length={shortest}").exit_code == 0
     locked = run("relax", "--variant", "1", "--set", f"fabric.loop_length={0.97 * shortest:.3f}")
     assert "is too short" in str(locked.exception)
+
+
+#: stiff thick loops of aramid at narrow spacing: wales and courses, inlays and loops [mm]
+STIFF = CellSpec(1.9455, 2.0747, 9.7, 0.598, 0.4477, 0.006, 0.006, 28.88, 28.88, 4.141)
+
+
+@pytest.mark.parametrize("length", [9.7, 10.47])
+def test_stiff_loops_at_narrow_spacing_relax(length: float) -> None:
+    """The first one by penalties beyond 3200 N/mm, the second although closest points keep jumping."""
+    cell = relax_cell(replace(STIFF, loop_length=length))
+    assert cell.deepest < 5e-3 and polyline_length(cell.closed("knit")) == pytest.approx(length, rel=1e-3)
 
 
 def test_yarns_that_no_loop_fits() -> None:
