@@ -223,6 +223,10 @@ def _experiment(row: ComparisonRow, form: str, plus_minus: str) -> str:
     return _number(row["experiment_mean"], form) + scatter
 
 
+#: numbers up to which are rounding
+ROUNDING = 1e-6
+
+
 def verdict_of(deviation: float, error: float = 0.0) -> str:
     """Verdict: within or outside one sd of the experiment, wherever in its ``error`` (both in sd) it is."""
     if abs(deviation) + error <= 1.0:
@@ -243,4 +247,5 @@ def _number(value: float | None, form: str) -> str:
     if value is None or not math.isfinite(value):
         return "-"
     text = form.format(value)
-    return f"{value:.2g}" if 0.0 < abs(value) < 1.0 and len(text.replace(".", "").lstrip("-0")) < 2 else text
+    few = len(text.replace(".", "").lstrip("+-0")) < 2
+    return f"{value:{'+' if '+' in form else ''}.2g}" if few and ROUNDING < abs(value) < 1.0 else text

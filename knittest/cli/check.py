@@ -45,10 +45,11 @@ def check(
     Example: knittest check tensile --variant 2 --scale meso --preset paper
     """
     chosen["sets"] = (*chosen["sets"], *own_settings(kinds()[test], chosen))
-    runs = resolve_runs(test, direction, chosen)
+    from knittest.laboratory.registry import completed
     from knittest.runs.preflight.command import CheckOptions, check_command
     from knittest.studies.homogenise.yarn_card import paths_to_run, with_cards
 
+    runs = completed(resolve_runs(test, direction, chosen))
     options = CheckOptions(threads, as_json, not no_time, convergence, out)
     cells = paths_to_run(runs[0])
     return check_command(runs if cells else with_cards(runs), options, cells)

@@ -1,7 +1,7 @@
 """Numbers that decide the results of a test; others are needed, but move them little."""
 
 from knittest.base.kinds import kinds
-from knittest.config.fabric import Fabric
+from knittest.config.fabric import CARD, Fabric
 from knittest.config.run import Run
 
 #: beginning of the reference of what was derived from a cell of the fabric's yarns; their digest follows
@@ -33,9 +33,15 @@ def entry(fabric: Fabric, field: str) -> object:
     return value
 
 
+def in_card(field: str) -> bool:
+    """Tell whether ``field`` is of a part of the card that is derived from yarns."""
+    return any(field.startswith(f"macro.{part}") for part in CARD)
+
+
 def by_its_yarns(run: Run) -> Run:
     """``run``, or where the card that decides it was derived from the fabric's yarns the same run of those."""
-    cards = [str(getattr(entry(run.fabric, field), "ref", "")) for field in deciding(run) if field.startswith("macro.")]
+    fields = [field for field in deciding(run) if in_card(field)]
+    cards = [str(getattr(entry(run.fabric, field), "ref", "")) for field in fields]
     if run.model.scale == "meso" or not cards or not all(ref.startswith(FROM_YARNS) for ref in cards):
         return run
     return run.model_copy(update={"model": run.model.model_copy(update={"scale": "meso"})})

@@ -6,7 +6,7 @@ from pydantic import BaseModel
 
 from knittest.base.kinds import Joined
 from knittest.config.base import Quantity
-from knittest.config.deciding import CELL, by_its_yarns, deciding, is_fed
+from knittest.config.deciding import CELL, by_its_yarns, deciding, in_card, is_fed
 from knittest.config.fabric import YARN_LEVEL, Fabric
 from knittest.config.run import Run, Scale
 from knittest.experiment.origin import ORIGINS, RowKind, guessed
@@ -44,7 +44,10 @@ def given_results(run: Run) -> tuple[str, ...]:
 
 def assumed_inputs(run: Run) -> tuple[str, ...]:
     """Fields that decide the compared rows of ``run`` and are assumed, or another fabric's, which is then named."""
-    return ORIGINS[run.rig.kind].assumed(by_its_yarns(run))
+    found, yarns = ORIGINS[run.rig.kind].assumed(run), by_its_yarns(run)
+    if yarns is run:
+        return found
+    return (*ORIGINS[run.rig.kind].assumed(yarns), *(name for name in found if not in_card(name)))
 
 
 def cell_row_kind(fabric: Fabric, quantity: str) -> RowKind:

@@ -37,7 +37,7 @@ _held: dict[CellSpec, Cell] = {}
 #: a loop drawn this much longer than its yarn cannot be relaxed
 LOCKED = 0.05
 #: loops are tried longer by this factor up to the last one, then to within a share of the shortest that relaxes
-LONGER, LONGEST, SHORTEST = 1.03, 2.0, 0.01
+LONGER, LONGEST, SHORTEST = 1.04, 1.7, 0.01
 #: sections are tried smaller by these shares where the loop locks on them
 SMALLER = (0.97, 0.94, 0.9, 0.85, 0.8, 0.7)
 #: the list of pairs holds while nodes move by less than half of this [mm]
@@ -150,6 +150,8 @@ class _Relaxation:
             self.yarns = with_loop_length(self.yarns, self.yarns.total[0] / (1.0 + stretch))
         if self.deepest > PENETRATION or stretch > LENGTH_ERROR:
             raise Locked(self.deepest)
+        if stretch < -LENGTH_ERROR:
+            raise NumericalError(f"the loop is {-100.0 * stretch:.1f} % too short")
         pressed = FIRM_PENALTIES[-1] * self.deepest * float(self.yarns.radius.min())
         if self.residual < JUMPING * pressed:
             return
@@ -190,13 +192,13 @@ def _longer(spec: CellSpec) -> str:
         low, high = high, LONGER * high
     if high > LONGEST:
         return (
-            "no longer loop that was tried relaxes: expected thinner yarns (linear_density is in tex, a tenth of dtex) "
+            "no longer loop that was tried relaxes: expected thinner yarns (linear_density is in tex: 1 tex = 10 dtex) "
             "or a smaller warp_density or weft_density"
         )
     while high / low > 1.0 + SHORTEST:
         middle = sqrt(low * high)
         low, high = (low, middle) if _relaxes(spec, middle) else (middle, high)
-    return f"expected a longer loop, {ceil(100.0 * high * spec.loop_length) / 100.0:g} mm would do, or thinner yarns"
+    return f"expected a longer loop, such as {ceil(100.0 * high * spec.loop_length) / 100.0:g} mm, or thinner yarns"
 
 
 def _relaxes(spec: CellSpec, longer: float) -> bool:

@@ -40,7 +40,8 @@ class Prepared:
     """A model with its rig, or with a holder where nothing moves.
 
     ``yarns`` is the table of drawn yarns, ``facts`` numbers that results need, ``notes`` what the model leaves out.
-    ``may_slow`` says whether :meth:`Test.solve` may raise :class:`knittest.solve.state.TooFastError`.
+    ``restarts`` are the shares of energies by which the test may restart at a lower speed
+    (:mod:`knittest.laboratory.lowered_speed`).
     """
 
     model: ExplicitModel
@@ -49,7 +50,7 @@ class Prepared:
     yarns: dict[str, np.ndarray] = field(default_factory=dict)
     facts: dict[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
-    may_slow: bool = False
+    restarts: tuple[str, ...] = ()
 
     @property
     def rig(self) -> Rig:
@@ -69,8 +70,12 @@ class Test(Protocol[RunT]):
 
     #: whether a failure of the specimen ends it before the rig's motion does
     ends_at_failure: bool
-    #: whether one of yarns begins again at a lower speed where it moves too fast, and has that among its results
+    #: whether a test of yarns restarts at a lower speed where it moves too fast; its results then have the speed
     lowers_speed: bool = False
+
+    def completed(self, run: RunT) -> tuple[Run, str]:
+        """``run`` with an estimate of what it leaves open, and a sentence that says so; as it is, and none."""
+        return run, ""
 
     def refuse(self, run: RunT) -> None:
         """Raise :class:`InputError` for a run that no specimen fits, as far as that is known before one is made."""

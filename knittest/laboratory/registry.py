@@ -1,12 +1,14 @@
 """Tests and their reports by the name of the rig, of all installed packages."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from inspect import isfunction
 from types import MethodType
 from typing import Any
 
 from knittest.base.errors import InputError
 from knittest.base.kinds import Parts, TestKind
+from knittest.base.notes import tell
+from knittest.config.run import Run
 from knittest.laboratory.base import Test
 from knittest.laboratory.report_base import Report
 
@@ -39,3 +41,12 @@ def _made(kind: TestKind, part: str, protocol: type) -> Any:
 # each takes runs of its own kind, which only their name tells
 TESTS: Mapping[str, Test[Any]] = Parts(lambda kind: _made(kind, "test", Test))
 REPORTS: Mapping[str, Report[Any]] = Parts(lambda kind: _made(kind, "report", Report))
+
+
+def completed(runs: Sequence[Run], quiet: bool = False) -> list[Run]:
+    """``runs`` with an estimate of what they leave open, which is told unless ``quiet``."""
+    found = [TESTS[run.rig.kind].completed(run) for run in runs]
+    for _, said in found:
+        if said and not quiet:
+            tell(said)
+    return [run for run, _ in found]

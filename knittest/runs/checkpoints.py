@@ -25,7 +25,7 @@ from knittest.solve.state import Snapshot
 PATTERN = "checkpoint-*.npz"
 KEPT = 2
 #: number in a checkpoint: share of the configured speed at which it was reached
-SLOWED = "slowed"
+SPEED_SHARE = "speed_share"
 
 
 class Checkpoints:
@@ -152,7 +152,7 @@ class Checkpoints:
         self.drop(specimen)
 
     def drop(self, specimen: int) -> None:
-        """Remove the checkpoints and frames of a specimen that is finished or begins again."""
+        """Remove the checkpoints and frames of a specimen that is finished or restarts."""
         for name in (f"checkpoint-{specimen:04d}-*.npz", f"checkpoint-frame-{specimen:04d}-*.npz"):
             for path in self.folder.glob(name):
                 remove(path)
@@ -208,7 +208,7 @@ class SpecimenKeeper:
         self.store, self.specimen = store, specimen
         self.due = time.monotonic() + store.interval
         self._began = False
-        self._slowed = 1.0
+        self._speed_share = 1.0
 
     @contextmanager
     def holding(self) -> Iterator[Self]:
@@ -223,23 +223,23 @@ class SpecimenKeeper:
         newest = self.store.newest(self.specimen)
         return None if newest is None else newest[1]
 
-    def slowed(self) -> float:
+    def speed_share(self) -> float:
         """Share of the configured speed at which the newest checkpoint was reached; 1 if there is none."""
         newest = self.store.newest(self.specimen)
-        self._slowed = 1.0 if newest is None else float(newest[1].state[SLOWED])
-        return self._slowed
+        self._speed_share = 1.0 if newest is None else float(newest[1].state.get(SPEED_SHARE, 1.0))
+        return self._speed_share
 
-    def begins_again(self, share: float) -> None:
-        """Forget what was kept; what follows is run at ``share`` of the configured speed."""
+    def restarts(self, share: float) -> None:
+        """Discard the checkpoints; what follows is run at ``share`` of the configured speed."""
         self.store.drop(self.specimen)
-        self._slowed = share
+        self._speed_share, self._began = share, False
 
     def visit(self, take: Callable[[], Snapshot]) -> None:
         """Write a checkpoint when it is due or a signal came; raise :class:`Interrupted` for the signal."""
         if not self.store.interrupts.asked and time.monotonic() < self.due:
             return
         snapshot = take()
-        snapshot.state[SLOWED] = np.array(self._slowed)
+        snapshot.state[SPEED_SHARE] = np.array(self._speed_share)
         self.store.write(self.specimen, snapshot)
         self.store.interrupts.check()
         self.due = time.monotonic() + self.store.interval

@@ -2,7 +2,7 @@
 
 import time as clock
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numba
 import numpy as np
@@ -16,7 +16,7 @@ from knittest.fabric.cell import CellSpec
 from knittest.fabric.munden import Munden
 from knittest.kernels.threading import limited
 from knittest.laboratory.base import Prepared, cut_curve_warnings
-from knittest.laboratory.lowered_speed import SPEED, at_speed, check_speed
+from knittest.laboratory.lowered_speed import KINETIC, LIMITS, SPEED, at_speed, check_speed
 from knittest.laboratory.registry import TESTS
 from knittest.solve.observer import SILENT, Observer
 from knittest.solve.settled_cell import too_coarse, with_draw_in
@@ -49,27 +49,45 @@ def threads_for(elements: int) -> int:
 def run_specimen(run: Run, specimen: int = 0, observer: Observer = SILENT) -> Specimen:
     """Build, compile, simulate and measure specimen number ``specimen``.
 
-    A test that lowers its speed begins again where it moves too fast (:mod:`knittest.laboratory.lowered_speed`). Raises
+    A test that lowers its speed restarts where it is too high (:mod:`knittest.laboratory.lowered_speed`). Raises
     :class:`NumericalError`, whose ``partial`` is the specimen up to then.
     """
     start = clock.perf_counter(), clock.process_time()
-    slowed = observer.slowed()
+    lowered = Lowered(observer.speed_share())
     while True:
         try:
-            return _run_at(run, slowed, specimen, observer, start)
+            return _run_at(run, lowered, specimen, observer, start)
         except TooFastError as error:
-            slowed = max(slowed * error.share, SLOWEST)
-            observer.begins_again(slowed, slowed * run.solver.speed)
+            lowered = Lowered(max(lowered.share * error.share, SLOWEST), error.reason)
+            observer.restarts(lowered.share, f"{error.reason}; restart at {lowered.share * run.solver.speed:.3g} m/s")
 
 
-def _run_at(configured: Run, slowed: float, specimen: int, observer: Observer, begun: tuple[float, float]) -> Specimen:
-    """:func:`run_specimen` at the share ``slowed`` of the configured speed; ``begun`` are the times of the clock and of
-    the processor [s] at the start. Raises :class:`TooFastError` if the speed may be lowered further.
+@dataclass(frozen=True)
+class Lowered:
+    """Share of the configured speed at which a specimen is run, and the ``reason`` where it is below 1."""
+
+    share: float
+    reason: str = ""
+
+    @property
+    def restarts(self) -> tuple[str, ...]:
+        """Shares of energies by which the speed may be lowered further."""
+        if self.share <= SLOWEST:
+            return ()
+        return tuple(LIMITS) if self.share == 1.0 else (KINETIC,)
+
+
+def _run_at(
+    configured: Run, lowered: Lowered, specimen: int, observer: Observer, begun: tuple[float, float]
+) -> Specimen:
+    """:func:`run_specimen` at the speed of ``lowered``; ``begun`` are the times of the clock and of the processor [s]
+    at the start. Raises :class:`TooFastError` if the speed may be lowered further.
     """
-    run, (start, cpu) = at_speed(configured, slowed * configured.solver.speed), begun
+    run, (start, cpu) = at_speed(configured, lowered.share * configured.solver.speed), begun
     test = TESTS[run.rig.kind]
     lowers = test.lowers_speed and run.model.scale == "meso"
-    prepared = replace(prepare(run, specimen, observer), may_slow=lowers and slowed > SLOWEST)
+    speed = {SPEED: run.solver.speed} if lowers else {}
+    prepared = replace(prepare(run, specimen, observer), restarts=lowered.restarts if lowers else ())
     elements = len(prepared.model.mesh.cells)
     threads = threads_for(elements)
     compile_s = warm(run, observer, threads)
@@ -87,20 +105,19 @@ def _run_at(configured: Run, slowed: float, specimen: int, observer: Observer, b
         if isinstance(error.partial, tuple):
             history, cost = error.partial
             history = test.finish(run, prepared, history)
-            results: dict[str, float] = {}
+            results: dict[str, float] = dict(speed)
             with suppress(Exception):  # pictures read some; others need the end of the test
-                results = test.results(run, prepared, history)
+                results = test.results(run, prepared, history) | speed
             error.partial = made(history, cost, results, replace(UNJUDGED, failures=(str(error),)))
         raise
     quality = _assessed(run, prepared, history, cost)
-    if prepared.may_slow:
-        check_speed(run, quality)
-    if slowed < 1.0:
+    check_speed(run, prepared.restarts, quality)
+    if lowered.share < 1.0:
+        why = lowered.reason or "a share of the energies exceeded its limit"
         quality = quality.warning(
-            f"run at {run.solver.speed:.3g} m/s: at solver.speed, which is {configured.solver.speed:g}, the kinetic "
-            "energy or damping was above its limit"
+            f"run at {run.solver.speed:.3g} m/s instead of {configured.solver.speed:g} m/s (solver.speed): {why}"
         )
-    results = test.results(run, prepared, history) | ({SPEED: run.solver.speed} if lowers else {})
+    results = test.results(run, prepared, history) | speed
     return made(history, cost, results, quality)
 
 

@@ -54,15 +54,15 @@ class Watcher(Observer):
         """Tell the user."""
         self._progress.say(f"{self._label}: goes on at {time_ms:.4g} ms, {100.0 * fraction:.0f} % of the test")
 
-    def slowed(self) -> float:
-        """Return that of the checkpoint that was found."""
-        return self._keeper.slowed()
+    def speed_share(self) -> float:
+        """Return that of the newest checkpoint."""
+        return self._keeper.speed_share()
 
-    def begins_again(self, share: float, speed: float) -> None:
-        """Tell the user, and forget what is kept."""
-        self._log("begins again", number=self._keeper.specimen, speed_m_per_s=speed)
-        self._progress.say(f"{self._label}: the test moves too fast; it begins again at {speed:.3g} m/s")
-        self._keeper.begins_again(share)
+    def restarts(self, share: float, reason: str) -> None:
+        """Tell the user, and discard the checkpoints."""
+        self._log("restart", number=self._keeper.specimen, share=share, reason=reason)
+        self._progress.say(f"{self._label}: {reason}")
+        self._keeper.restarts(share)
 
     def visit(self, take: Callable[[], Snapshot]) -> None:
         """Write a checkpoint when it is due; raise for a signal."""

@@ -34,12 +34,12 @@ class Observer:
     def resumed(self, fraction: float, time_ms: float) -> None:
         """Hear where it goes on: share of the test (0 to 1), simulated time [ms]."""
 
-    def slowed(self) -> float:
-        """Return the share of ``solver.speed`` at which the test goes on; 1 if it is to start."""
+    def speed_share(self) -> float:
+        """Return the share of ``solver.speed`` of the state to resume from; 1 if there is none."""
         return 1.0
 
-    def begins_again(self, share: float, speed: float) -> None:
-        """Hear that the test begins again at ``share`` of ``solver.speed``, ``speed`` [m/s], and forget its state."""
+    def restarts(self, share: float, reason: str) -> None:
+        """Hear that the test restarts at ``share`` of ``solver.speed`` and why, and discard its state."""
 
     def visit(self, take: Callable[[], Snapshot]) -> None:
         """See the state after a chunk of steps, taken if wanted; may raise to stop the simulation."""

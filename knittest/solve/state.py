@@ -40,11 +40,11 @@ class SimulationCost:
 
 
 class TooFastError(Exception):
-    """A simulation that passes at a lower speed, ``share`` of the present one."""
+    """The speed of a simulation is too high; ``share`` of it meets the limits that are named in the ``reason``."""
 
-    def __init__(self, share: float) -> None:
-        super().__init__(f"passes at {share:.2f} of the speed")
-        self.share = share
+    def __init__(self, share: float, reason: str) -> None:
+        super().__init__(reason)
+        self.share, self.reason = share, reason
 
 
 @dataclass(frozen=True)

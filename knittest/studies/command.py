@@ -21,7 +21,7 @@ from knittest.export.identity import cell_of
 from knittest.export.names import run_name
 from knittest.export.place import fresh_folder, of_bad_input
 from knittest.kernels.threading import limited
-from knittest.laboratory.registry import TESTS
+from knittest.laboratory.registry import TESTS, completed
 from knittest.report_page.page import FILE, page_of, write_if_possible, write_reports
 from knittest.runs.checkpoints import PATTERN
 from knittest.runs.execute import EXIT_REFUSED, Outcome, execute
@@ -48,6 +48,7 @@ def run_command(runs: list[Run], options: RunOptions) -> int:
 def run_all(runs: list[Run], options: RunOptions) -> list[Outcome]:
     """Run every direction into its own folder, those of several below one."""
     use_threads(options.threads)
+    runs = completed(runs, options.quiet)
     for run in runs:  # before there is a folder that stands in the way of the corrected command
         references_of(run, options.against)
         TESTS[run.rig.kind].refuse(run)

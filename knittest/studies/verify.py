@@ -16,7 +16,7 @@ from knittest.config.run import Run
 from knittest.export.jsonfile import json_text
 from knittest.export.provenance import cores
 from knittest.laboratory.halving import halving
-from knittest.laboratory.lowered_speed import as_run
+from knittest.laboratory.lowered_speed import at_result_speed, kept_speed
 from knittest.laboratory.numerical_error import CORRECTIONS, Numbers, Repeat, numerical_errors
 from knittest.laboratory.remeshing import remeshing
 from knittest.report_page.page import write_if_possible, write_report
@@ -79,11 +79,11 @@ def verified(outcome: Outcome, options: RunOptions, interrupts: Interrupts) -> O
     """
     if outcome.quality.failures:
         return outcome
-    repeats, notes = _repeats(_as_run(outcome))
+    repeats, notes = _repeats(_at_result_speed(outcome))
     try:
         records = _records(list(repeats.values()), outcome, options)
         interrupts.check()
-        if _too_coarse(repeats, notes, records) and (finer := _finer(_as_run(outcome))):
+        if _too_coarse(repeats, notes, records) and (finer := _finer(_at_result_speed(outcome))):
             told = records[repeats["mesh"].key]
             instead = f"{notes['mesh']['other_value']}: {told.status}: {told.reason}"
             repeats["mesh"], notes["mesh"] = finer[0], finer[1] | {"instead_of": instead}
@@ -99,10 +99,15 @@ def verified(outcome: Outcome, options: RunOptions, interrupts: Interrupts) -> O
     return replace(outcome, summary=json.loads(json_text(summary)))
 
 
-def _as_run(outcome: Outcome) -> Run:
-    """Its run at the speed at which it was run."""
-    results: dict[str, float | None] = outcome.summary["results"]  # type: ignore[assignment]
-    return as_run(outcome.run, results)
+def _at_result_speed(outcome: Outcome) -> Run:
+    """Its run at the speed of the first specimen."""
+    return at_result_speed(outcome.run, _first(outcome))
+
+
+def _first(outcome: Outcome) -> dict[str, float | None]:
+    """Results of its first specimen."""
+    results = unfolded(outcome.summary["results"])
+    return {k: v["values"][0] if isinstance(v, Mapping) else v for k, v in results.items()}
 
 
 def first_alone(run: Run) -> Run:
@@ -167,9 +172,7 @@ def _judged(
     outcome: Outcome, trials: Mapping[str, Trial], notes: Mapping[str, RepeatBlock], records: Mapping[str, Record]
 ) -> Summary:
     """Summary of ``outcome`` with the blocks ``numerical_error`` and ``verification``."""
-    values = {
-        k: v["values"][0] if isinstance(v, Mapping) else v for k, v in unfolded(outcome.summary["results"]).items()
-    }
+    values = _first(outcome)
     told: dict[str, RepeatBlock] = {name: {**note} for name, note in notes.items()}
     repeats = {name: Repeat({}, note.get("reason", "")) for name, note in notes.items()}
     for name, trial in trials.items():
@@ -181,7 +184,9 @@ def _judged(
         }  # fmt: skip
         at = f"{told[name]['setting']} {told[name]['other_value']}"
         reason = "" if record.status == "completed" else f"{at}: {record.status}: {record.reason}"
-        repeats[name] = Repeat(record.results, reason)
+        if not reason and not kept_speed(trial.run, record.results):
+            reason = f"{at}: restarted at a lower speed"
+        repeats[name] = Repeat({} if reason else record.results, reason)
     errors = _errors(outcome.run, values, repeats, told["mesh"])
     repeated: Verification = {"specimen": 1, "half_speed": told["half_speed"], "mesh": told["mesh"]}
     return {**outcome.summary, "numerical_error": errors, "verification": repeated}

@@ -119,14 +119,14 @@ def test_short_memory_is_no_damage(folder, monkeypatch):
         Checkpoints(folder, {"version": "1"}, 1.0).find()
 
 
-def test_a_specimen_that_begins_again_forgets_its_frames_and_keeps_its_speed(tmp_path):
+def test_a_specimen_that_restarts_forgets_its_frames_and_keeps_its_speed(tmp_path):
     store = Checkpoints(tmp_path, {"version": "1"}, 1e-9)
     keeper = store.keeping(0)
     with keeper as first:
         first.visit(lambda: snapshot(3.0, frames=2))
-        assert SpecimenKeeper(store, 0).slowed() == 1.0
-        first.begins_again(0.25)
+        assert SpecimenKeeper(store, 0).speed_share() == 1.0
+        first.restarts(0.25)
         assert not list(tmp_path.glob("checkpoint-*"))
         first.visit(lambda: snapshot(1.0))
-    assert SpecimenKeeper(store, 0).slowed() == 0.25
+    assert SpecimenKeeper(store, 0).speed_share() == 0.25
     assert SpecimenKeeper(store, 0).resume_from().time == 1.0

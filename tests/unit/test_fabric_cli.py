@@ -51,7 +51,7 @@ def test_a_loop_too_short_is_named() -> None:
     assert isinstance(result.exception, InputError)
     message = str(result.exception)
     assert "fabric.loop_length = 13 mm is too short" in message
-    shortest = float(re.findall(r"a longer loop, ([\d.]+) mm would do", message)[0])
+    shortest = float(re.findall(r"a longer loop, such as ([\d.]+) mm", message)[0])
     assert run("relax", "--variant", "1", "--set", f"fabric.loop_length={shortest}").exit_code == 0
     locked = run("relax", "--variant", "1", "--set", f"fabric.loop_length={0.97 * shortest:.3f}")
     assert "is too short" in str(locked.exception)

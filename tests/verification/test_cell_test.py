@@ -6,7 +6,7 @@ from scipy.integrate import cumulative_trapezoid
 
 from knittest.base.errors import InputError
 from knittest.config.loading import resolve
-from knittest.laboratory.cell.test import Cell, judged_span
+from knittest.laboratory.cell.test import Cell, judged_span, secant
 from knittest.solve.observer import SILENT
 
 
@@ -66,12 +66,18 @@ def test_a_bent_cell_passes_its_gates_and_its_stiffness_holds() -> None:
     history, cost = test.solve(prepared, run, SILENT)
     assert not test.assess(run, prepared, history, cost).failures
     found = test.results(run, prepared, history)["cell_bending_stiffness_n_mm"]
-    # that of the straight yarns alone, 15.0 N mm2 on 28 in 100 mm, give or take the loops
+    # that of the straight yarns alone, 15.0 N mm2 on 28 in 100 mm; loops add a tenth
     own = run.fabric.reinforcing.bending_stiffness_n_mm2.of("warp") * run.fabric.density_per_mm.of("warp")
-    assert own == pytest.approx(found, rel=0.05)
+    assert own < found < 1.12 * own
     late = history.curve["curvature_per_mm"] > 0.02
-    secants = history.curve["moment_n"][late] / history.curve["curvature_per_mm"][late]
+    secants = (history.curve["moment_n"][late] - history.curve["moment_n"][0]) / history.curve["curvature_per_mm"][late]
     assert secants.mean() == pytest.approx(found, rel=0.01) and np.abs(secants / found - 1.0).max() < 0.06
+
+
+def test_the_curl_of_the_free_fabric_is_no_stiffness() -> None:
+    curvature = np.linspace(0.0, 0.05, 60)
+    assert secant(curvature, 4.0 * curvature) == pytest.approx(4.0)
+    assert secant(curvature, 4.0 * curvature - 0.3) == pytest.approx(4.0)
 
 
 def test_yarns_that_would_break_on_the_way_end_the_path_with_a_number() -> None:

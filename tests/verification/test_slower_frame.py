@@ -9,7 +9,7 @@ from knittest.base.history import Specimen
 from knittest.config.loading import resolve
 from knittest.config.run import Run
 from knittest.laboratory.halving import halving
-from knittest.laboratory.lowered_speed import SPEED, as_run
+from knittest.laboratory.lowered_speed import SPEED, at_result_speed
 from knittest.runs.specimen import run_specimen
 from knittest.solve.observer import Observer
 from knittest.solve.state import Snapshot
@@ -28,12 +28,12 @@ class Keeper(Observer):
         self.until, self.share, self.kept = until, 1.0, None
         self.begun: list[float] = []
 
-    def slowed(self) -> float:
+    def speed_share(self) -> float:
         return self.share
 
-    def begins_again(self, share: float, speed: float) -> None:
+    def restarts(self, share: float, reason: str) -> None:
         self.share, self.kept = share, None
-        self.begun.append(speed)
+        self.begun.append(share)
 
     def resume_from(self) -> Snapshot | None:
         return self.kept
@@ -84,7 +84,7 @@ def test_it_goes_on_to_the_same_bits(whole: Specimen) -> None:
 
 
 def test_the_speed_that_is_halved_is_the_lower_one(whole: Specimen) -> None:
-    assert halving(as_run(small_frame(), whole.results)).half.solver.speed == 0.5 * whole.results[SPEED]
+    assert halving(at_result_speed(small_frame(), whole.results)).half.solver.speed == 0.5 * whole.results[SPEED]
 
 
 def test_the_speed_has_a_lower_bound() -> None:

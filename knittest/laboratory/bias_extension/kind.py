@@ -39,7 +39,7 @@ KIND = TestKind(
         "crossing_slip_mm_at_deg.20": ("slip of 95 % where yarns cross, at 20 deg [mm]", "{:.3f}"),
         "crossing_slip_mm_at_deg.30": ("slip of 95 % where yarns cross, at 30 deg [mm]", "{:.3f}"),
         "crossing_slip_mm_at_deg.40": ("slip of 95 % where yarns cross, at 40 deg [mm]", "{:.3f}"),
-        "run_speed_m_per_s": ("speed at which it was run [m/s]", "{:.3g}"),
+        "run_speed_m_per_s": ("test speed [m/s]", "{:.3g}"),
     },
     sized={f"bias_force_n_at_deg.{a}": f"bias_normalised_force_n_per_mm_at_deg.{a}" for a in _ANGLES},
     published=tuple(f"bias_normalised_force_n_per_mm_at_deg.{a}" for a in _ANGLES),

@@ -71,8 +71,8 @@ class BiasExtension(Test[BiasExtensionRun]):
         return Prepared(model, mount, clock.perf_counter() - start, found.piece.table, _facts(strip, whole))
 
     def solve(self, prepared: Prepared, run: BiasExtensionRun, observer: Observer) -> tuple[History, SimulationCost]:
-        """Pull to the largest angle; raises :class:`TooFastError` if ``prepared.may_slow``."""
-        check = row_check(run, ANGLE, ANGLES[0] - NEAR, lambda _, energies: energies) if prepared.may_slow else None
+        """Pull to the largest angle; raises :class:`TooFastError` by ``prepared.restarts``."""
+        check = row_check(run, prepared.restarts, ANGLE, ANGLES[0] - NEAR)
         history, cost = simulate(prepared.model, prepared.rig, run.solver, run.output, observer, check)
         return self.finish(run, prepared, history), cost
 

@@ -25,8 +25,8 @@ class CantileverRig(StripRig):
     overhang: float | None = number(
         None,
         "mm",
-        "overhang; none: the mean measured one of the fabric's experiment, or where there is none that of a chord of "
-        "41.5 deg by Eq. 2",
+        "overhang; none: the mean measured one of the fabric's experiment, or an estimate by Eq. 2 for a chord angle "
+        "of 41.5 deg",
         gt=0,
         band=(5, 1000),
     )

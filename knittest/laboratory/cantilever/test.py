@@ -47,13 +47,24 @@ class Cantilever(Test[CantileverRun]):
 
     ends_at_failure = False
 
+    def completed(self, run: CantileverRun) -> tuple[CantileverRun, str]:
+        """``run`` with an estimated overhang, in whole mm, where none is given or measured."""
+        try:
+            given_overhang(run)
+        except InputError:
+            overhang = round(_estimated_overhang(run))
+            rig = run.rig.model_copy(update={"overhang": float(overhang)})
+            said = f"rig.overhang is not given and was not measured: {_estimated_by(run)} gives {overhang} mm"
+            return run.model_copy(update={"rig": rig}), f"{run.rig.direction}: {said}"
+        return run, ""
+
     def refuse(self, run: CantileverRun) -> None:
-        """Raise :class:`InputError` for an overhang longer than the strip."""
+        """Raise :class:`InputError` for an overhang that is neither given nor measured, or longer than the strip."""
         overhang = given_overhang(run)
         if overhang >= run.rig.length:
             raise InputError(
                 f"rig.overhang = {overhang:g} mm: longer than the strip, expected less than rig.length = "
-                f"{run.rig.length:g} mm: set one of them"
+                f"{run.rig.length:g} mm; --set rig.length={round(1.2 * overhang)} holds it"
             )
 
     def prepare(self, run: CantileverRun, specimen: int = 0, observer: Observer = SILENT) -> Prepared:
@@ -118,8 +129,6 @@ class Cantilever(Test[CantileverRun]):
         warnings = [told] if run.rig.membrane_share is None and kept > usual else []
         if last.get("rubs"):
             warnings.append(RUBS)
-        if chosen := _chosen(run):
-            warnings.append(chosen)
         quality = Quality(
             0.0, moment, 0.0, 0.0, 0.0, not failures, tuple(failures), tuple(warnings),
             hourglass_over_internal_max=last["hourglass_over_internal"],
@@ -142,38 +151,30 @@ def _come_to_rest(prepared: Prepared, run: CantileverRun, cost: SimulationCost, 
 
 
 def given_overhang(run: CantileverRun) -> float:
-    """Overhang of the run, else the mean measured one, else :func:`_likely_overhang` [mm]."""
+    """Overhang of the run, else the mean measured one [mm]; raises :class:`InputError` where there is neither."""
     if run.rig.overhang_mm is not None:
         return run.rig.overhang_mm
-    measured = _measured_overhang(run)
-    return _likely_overhang(run) if measured is None else measured
-
-
-def _measured_overhang(run: CantileverRun) -> float | None:
-    """Mean overhang [mm] of the experiment along the run's direction."""
     fabric = run.fabric
-    if fabric.experiment is None or fabric.experiment_variant is None:
-        return None
-    folder = data_dir() / fabric.experiment
-    rows = published(folder, fabric.experiment_variant, run.rig.direction, ("overhang_mm",))
-    return rows[0].mean if rows else None
-
-
-def _likely_overhang(run: CantileverRun) -> float:
-    """Overhang [mm], a whole number, at which Eq. 2 and the stiffness of the model give the standard angle."""
-    weight = run.fabric.area_mass_g_per_mm2 * run.rig.gravity_mm_per_ms2
-    return max(float(round(2.0 * (_stiffness(run) / weight) ** (1.0 / 3.0))), 5.0)
-
-
-def _chosen(run: CantileverRun) -> str:
-    """Say which overhang was chosen, and by what; empty where it is given or measured."""
-    if run.rig.overhang_mm is not None or _measured_overhang(run) is not None:
-        return ""
-    of = "the bending stiffness of the yarns along the strip" if _meso(run) else "fabric.macro.bending_stiffness"
-    return (
-        f"rig.overhang is not given and was not measured: {given_overhang(run):g} mm was taken, at which Eq. 2 and "
-        f"{of} give a chord of {STANDARD_ANGLE:g} deg"
+    if fabric.experiment is not None and fabric.experiment_variant is not None:
+        folder = data_dir() / fabric.experiment
+        rows = published(folder, fabric.experiment_variant, run.rig.direction, ("overhang_mm",))
+        if rows:
+            return rows[0].mean
+    raise InputError(
+        f"rig.overhang: missing, and the fabric names no experiment with an overhang of the {run.rig.direction}: set "
+        f"it in mm; {_estimated_by(run)} gives --set rig.overhang={_estimated_overhang(run):.0f}"
     )
+
+
+def _estimated_overhang(run: CantileverRun) -> float:
+    """Overhang [mm] of a chord angle of 41.5 deg by Eq. 2 and the bending stiffness that the model is given."""
+    weight = run.fabric.area_mass_g_per_mm2 * run.rig.gravity_mm_per_ms2
+    return float(2.0 * (_stiffness(run) / weight) ** (1.0 / 3.0))
+
+
+def _estimated_by(run: CantileverRun) -> str:
+    of = "the bending stiffness of the inlays" if _meso(run) else "fabric.macro.bending_stiffness"
+    return f"Eq. 2 with {of} and a chord angle of {STANDARD_ANGLE:g} deg"
 
 
 def _stiffness(run: CantileverRun) -> float:

@@ -176,9 +176,8 @@ def yarns_to_rest(prepared: Prepared, run: CantileverRun, cost: SimulationCost, 
         missing, curvature = moments, course.sections.limited(moments / turning, LARGEST_TURN)
         course.turn(curvature)
         moments = course.settle(BETWEEN)
-        found = float(curvature @ (missing - moments)) / max(float(curvature @ curvature), 1e-30)
-        if found > OVERSHOT * turning:
-            turning = STIFFER * found
+        if trial != RUBBING:
+            turning = _turning(turning, STIFFER * stiffness, curvature, missing - moments)
     now = model.position()
     weight, angle = mounting.moment(now), _angle(prepared, run)
     frames = (first, Frame(1.0, angle, weight, now, model.fields()))
@@ -207,6 +206,16 @@ def _bend(prepared: Prepared, overhang: float, weight: float, stiffness: float) 
     nodes.position[1, :n] = reach + flat[:, 2] * np.sin(slope)
     nodes.position[2, :n] = -drop + flat[:, 2] * np.cos(slope)
     nodes.rotation[:, :n] = turned_about_x(nodes.rotation[:, :n], -slope)
+
+
+def _turning(present: float, usual: float, curvature: Array, changes: Array) -> float:
+    """Stiffness [N mm2] for the next turn: ``present``, or the one by which the moments have changed [N mm] with the
+    ``curvature`` [1/mm] of the last turn, where they changed too much; never less than the ``usual`` one.
+    """
+    shown = float(curvature @ changes) / max(float(curvature @ curvature), 1e-30)
+    if shown > OVERSHOT * present or present > usual:
+        return max(STIFFER * shown, usual)
+    return present
 
 
 def _of_inlays(prepared: Prepared, run: CantileverRun) -> float:

@@ -30,6 +30,7 @@ class Cell(Test[CellRun]):
     """See :class:`knittest.laboratory.base.Test`."""
 
     ends_at_failure = False
+    lowers_speed = True
 
     def refuse(self, run: CellRun) -> None:
         """Raise :class:`InputError` for a strain at which even straight yarns are torn."""
@@ -122,9 +123,11 @@ def judged_span(run: CellRun, history: History) -> Span:
 
 
 def secant(x: Array, y: Array) -> float:
-    """Slope of the line from the origin that is nearest to the second half of a curve (least squares)."""
+    """Slope of the line through the first row that is nearest to the second half of a curve (least squares); the moment
+    of a flat cell, which is the curl of the free fabric, does not change it.
+    """
     end = x >= 0.5 * x[-1]
-    return float(x[end] @ y[end]) / float(x[end] @ x[end])
+    return float(x[end] @ (y[end] - y[0])) / float(x[end] @ x[end])
 
 
 def curl(curvature: Array, moment: Array) -> float:

@@ -37,7 +37,7 @@ KIND = TestKind(
         "plate_penetration_um": ("deepest penetration of a plate [um]", "{:.2f}"),
         "element_deformation_um": ("largest deformation of an element [um]", "{:.1f}"),
         "penetration_over_deformation_pct": ("penetration over deformation [%]", "{:.1f}"),
-        "run_speed_m_per_s": ("speed at which it was run [m/s]", "{:.3g}"),
+        "run_speed_m_per_s": ("test speed [m/s]", "{:.3g}"),
     },
     diagnostic=(
         "normal_force_error_pct", "plate_penetration_um", "element_deformation_um", "penetration_over_deformation_pct",

@@ -44,7 +44,7 @@ KIND = TestKind(
         "cycle_friction_share_pct": ("friction in the loss of the first cycle [%]", "{:.1f}"),
         "cycle_residual_angle_deg": ("angle at which the force is gone on the way back [deg]", "{:.2f}"),
         "last_cycle_loss_share_pct": ("loss of the last cycle, of its loading [%]", "{:.1f}"),
-        "run_speed_m_per_s": ("speed at which it was run [m/s]", "{:.3g}"),
+        "run_speed_m_per_s": ("test speed [m/s]", "{:.3g}"),
         "wrinkle_onset_deg": ("wrinkle onset [deg]", "{:.1f}"),
         "wrinkle_amplitude_mm_at_40deg": ("wrinkle amplitude at 40 deg [mm]", "{:.2f}"),
         "wrinkle_count_at_40deg": ("wrinkles at 40 deg", "{:.0f}"),

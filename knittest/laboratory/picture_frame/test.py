@@ -93,14 +93,14 @@ class PictureFrame(Test[PictureFrameRun]):
         return Prepared(model, test, clock.perf_counter() - start, piece.table, facts)
 
     def solve(self, prepared: Prepared, run: PictureFrameRun, observer: Observer) -> tuple[History, SimulationCost]:
-        """Shear to the largest angle; raises :class:`TooFastError` if ``prepared.may_slow``."""
+        """Shear to the largest angle; raises :class:`TooFastError` by ``prepared.restarts``."""
         rig, mass = prepared.rig, prepared.model.mass
         assert isinstance(rig, PictureFrameTest)
 
-        def counted(state: Simulation, energies: dict[str, Array]) -> dict[str, Array]:
-            return _swinging(rig, energies, mass, state.frames[0].position)
+        def judged(state: Simulation, energies: dict[str, Array]) -> dict[str, Array]:
+            return _without_rigid_motion(rig, energies, mass, state.frames[0].position)
 
-        check = row_check(run, "frame_shear_angle_deg", ANGLES[0] - NEAR, counted) if prepared.may_slow else None
+        check = row_check(run, prepared.restarts, "frame_shear_angle_deg", ANGLES[0] - NEAR, judged)
         return simulate(prepared.model, rig, run.solver, run.output, observer, check)
 
     def results(self, run: PictureFrameRun, prepared: Prepared, history: History) -> dict[str, float]:
@@ -118,7 +118,7 @@ class PictureFrame(Test[PictureFrameRun]):
         """Standard gates; the kinetic energy of evenly sheared fabric, whose inertia does no work, does not count."""
         rig, energies = prepared.rig, history.energies
         assert isinstance(rig, PictureFrameTest)
-        energies = _swinging(rig, energies, prepared.model.mass, history.frames[0].position)
+        energies = _without_rigid_motion(rig, energies, prepared.model.mass, history.frames[0].position)
         history = replace(history, energies=energies)
         quality = assess(run, prepared, history, cost, self.span(history))
         return quality.warning(*locking(history, run.rig.max_angle))
@@ -130,7 +130,9 @@ class PictureFrame(Test[PictureFrameRun]):
         return Span(reported_from=float(times[np.argmax(first)]) if first.any() else np.inf)
 
 
-def _swinging(rig: PictureFrameTest, energies: dict[str, Array], mass: Array, start: Array) -> dict[str, Array]:
+def _without_rigid_motion(
+    rig: PictureFrameTest, energies: dict[str, Array], mass: Array, start: Array
+) -> dict[str, Array]:
     """``energies`` without the kinetic energy of evenly sheared fabric, whose inertia does no work."""
     own = rig.carried(energies, mass, start)
     spent = energies["kinetic_mj"] / np.maximum(energies["kinetic_ratio"], 1e-30)

@@ -27,6 +27,10 @@ class Tested:
     key: str
 
 
+class NotTornError(NumericalError):
+    """A path ended before any yarn was torn."""
+
+
 def pulled(test: Tested) -> tuple[Array, Array]:
     """Strain [%] and force per width [N/mm] up to the largest force, (n,)."""
     if isinstance(test.run, CellRun):
@@ -36,10 +40,10 @@ def pulled(test: Tested) -> tuple[Array, Array]:
 
 
 def tension(test: Tested) -> tuple[Array, Array]:
-    """The tension curve that shells take; raises :class:`NumericalError` where none of a cell's yarns was torn."""
+    """The tension curve that shells take; raises :class:`NotTornError` where none of a cell's yarns was torn."""
     run = test.run
     if isinstance(run, CellRun) and "cell_fracture_strain_pct" not in test.results:
-        raise NumericalError(
+        raise NotTornError(
             f"path {run.rig.path}: no yarn was torn up to rig.max_strain = {run.rig.max_strain:g} %: the tension curve "
             "has no end"
         )

@@ -50,8 +50,9 @@ PRESET, TIME_LIMIT = "quick", 1800.0
 #: share of the speed, largest safety of the time step and factor on the beams in a loop, of the tries of a path that is
 #: rejected or fails: hooks of thin loops are coarse with the usual beams
 TRIES = ((1.0, 1.0, 1.0), (0.5, 0.6, 1.0), (1.0, 1.0, 1.4), (0.5, 0.6, 1.4))
-#: factor on the largest strain of a path that is tried again: thick loops make thin inlays wave more than their crimp
-FARTHER = 1.6
+#: factor on the largest strain of a path that tore no yarn, and the largest strain [%]: thick loops make thin inlays
+#: wave more than their crimp
+FARTHER, FARTHEST = 1.6, 50.0
 #: paths that each part of a card is derived from
 PATHS: Mapping[str, Sequence[Piece]] = dict(zip(CARD, (PIECES[:2], PIECES[3:], PIECES[2:3]), strict=True))
 #: width [mm] of the strip whose yarns scatter: that of tensile tests
@@ -153,15 +154,17 @@ def _numbers(fabric: Fabric, pieces: Sequence[Piece], quiet: bool) -> dict[Piece
         Interrupts() as interrupts,
         interrupts.deciding(),
     ):
+        farther = dict.fromkeys(left, 1.0)
         for tried in TRIES:
             if outcomes and not quiet:
                 speed, safety, finer = tried
                 names = ", ".join(piece.name for piece in left)
                 tell(
-                    f"fabric {fabric.name}: again, as the checks rejected it: {names}, with {speed:g} of the speed, a "
-                    f"safety of the step of {safety:g} at most and {finer:g} times the beams in a loop"
+                    f"fabric {fabric.name}: no result that passes yet of {names}: again with {speed:g} of the speed, a "
+                    f"safety of the step of {safety:g} at most, {finer:g} times the beams in a loop and, where no yarn "
+                    "was torn, a larger strain"
                 )
-            for piece, outcome in _run(fabric, left, Path(folder), tried, quiet).items():
+            for piece, outcome in _run(fabric, left, Path(folder), tried, farther, quiet).items():
                 outcomes[piece] = outcome
                 if not isinstance(outcome, Record):
                     arrays = {name: np.asarray(value) for name, value in outcome._asdict().items()}
@@ -184,9 +187,17 @@ def _is_final(outcome: Numbers | Record) -> bool:
 
 
 def _run(
-    fabric: Fabric, pieces: Sequence[Piece], folder: Path, tried: tuple[float, float, float], quiet: bool
+    fabric: Fabric,
+    pieces: Sequence[Piece],
+    folder: Path,
+    tried: tuple[float, float, float],
+    farther: dict[Piece, float],
+    quiet: bool,
 ) -> dict[Piece, Numbers | Record]:
-    """Run paths as one of :data:`TRIES` says; records of those without a result."""
+    """Run paths as one of :data:`TRIES` says; records of those without a result.
+
+    ``farther`` has the factor on the largest strain of each path. It grows where no yarn was torn.
+    """
     (speed, safety, finer), runs = tried, {}
     for piece in pieces:
         run = cell_run(_request(fabric, folder), piece)
@@ -194,9 +205,9 @@ def _run(
             f"solver.speed={speed * run.solver.speed!r}", f"solver.safety={min(safety, run.solver.safety)!r}",
             f"model.meso.elements_per_loop={2 * round(0.5 * finer * run.model.meso.elements_per_loop)}",
         ]  # fmt: skip
-        if tried != TRIES[0] and piece.kind == "tensile":
+        if farther[piece] > 1.0:
             assert isinstance(run, CellRun)
-            sets.append(f"rig.max_strain={FARTHER * run.rig.max_strain!r}")
+            sets.append(f"rig.max_strain={min(farther[piece] * run.rig.max_strain, FARTHEST)!r}")
         runs[piece] = cell_run(_request(fabric, folder, tuple(sets)), piece)
     trials = {piece: trial_of(run, f"card, {piece.name}") for piece, run in runs.items()}
     by_key = {trial.key: piece for piece, trial in trials.items()}
@@ -213,6 +224,7 @@ def _run(
             outcomes[piece] = _measured(piece, tested)._replace(rejected=record.reason)
         except NumericalError as error:
             outcomes[piece] = replace(record, status="failed", reason=str(error))
+            farther[piece] *= FARTHER if isinstance(error, measures.NotTornError) else 1.0
 
     pool = LocalPool(numba.get_num_threads(), 1)
     run_shown(list(trials.values()), folder, pool, limit=TIME_LIMIT, quiet=quiet, check=note)

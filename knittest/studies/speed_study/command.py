@@ -10,7 +10,7 @@ from knittest.base.kinds import kinds, names
 from knittest.config.loading import resolve
 from knittest.config.run import Run
 from knittest.laboratory.halving import LIMIT, halving
-from knittest.laboratory.lowered_speed import as_run
+from knittest.laboratory.lowered_speed import at_result_speed, kept_speed
 from knittest.runs.show import print_text
 from knittest.studies.homogenise.yarn_card import with_cards
 from knittest.studies.speed_study.table import Row, csv_text, markdown, rows_of
@@ -47,10 +47,14 @@ def study_command(options: StudyOptions) -> int:
     """
     runs = [_run(options, test, scale) for test in options.tests for scale in options.scales]
     fast = _all_results([trial_of(run, _label(run)) for run in runs], options)
-    studies = [halving(as_run(run, results)) for run, results in zip(runs, fast, strict=True)]
+    studies = [halving(at_result_speed(run, results)) for run, results in zip(runs, fast, strict=True)]
     half = [trial_of(s.half, f"{_label(s.half)}, {s.setting} halved") for s in studies]
     rows: list[Row] = []
-    for study, *results in zip(studies, fast, _all_results(half, options), strict=True):
+    slow = _all_results(half, options)
+    for trial, found in zip(half, slow, strict=True):
+        if not kept_speed(trial.run, found):
+            raise NumericalError(f"{trial.label}: restarted at a lower speed; no study without its result")
+    for study, *results in zip(studies, fast, slow, strict=True):
         rows += rows_of(study, *results)
     lines = markdown(rows)
     write_atomic(options.out / CSV, csv_text(rows, options.variant or str(options.fabric)))
