@@ -119,6 +119,23 @@ def test_a_path_is_tried_again_and_its_rejected_law_decides_no_test(pool, monkey
     assert len(asked) == 4  # the cache knows it
 
 
+def test_a_path_that_tears_no_yarn_goes_farther(pool, monkeypatch, tmp_path):
+    """Inlays that wave more than their crimp are torn later: the path grows until they are, to 50 % at most."""
+    path = tmp_path / "configs" / "mine.yaml"
+    path.write_text(path.read_text().replace("fracture_strain: {value: 1.5,", "fracture_strain: {value: 0.7,"))
+    ends = []
+
+    def note(trial) -> str:
+        if trial.run.rig.path == "warp":
+            ends.append(trial.run.rig.max_strain)
+        return "completed"
+
+    monkeypatch.setattr(yarn_card, "LocalPool", lambda workers, threads: Formulas(note))
+    with_cards([shells(direction="warp")], quiet=True)
+    assert len(ends) > 1 and ends[-1] >= STRAIN["warp"] > ends[-2]
+    assert ends == pytest.approx([ends[0] * 1.6**k for k in range(len(ends))])
+
+
 def test_a_path_that_fails_says_what_to_give(pool, monkeypatch):
     monkeypatch.setattr(yarn_card, "LocalPool", lambda workers, threads: Formulas(lambda trial: "failed"))
     with pytest.raises(NumericalError, match=r"tensile warp of a cell failed: failed on purpose; give macro\.tension"):

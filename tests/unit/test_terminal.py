@@ -17,6 +17,7 @@ from knittest.base.displays import Status, duration, fitted
 from knittest.base.history import Quality
 from knittest.base.layout import table
 from knittest.base.progress import Progress
+from knittest.base.result_rows import _number
 from knittest.config.loading import resolve
 from knittest.config.run import Run
 from knittest.laboratory.registry import TESTS
@@ -373,3 +374,14 @@ def test_a_closed_standard_output_ends_in_silence() -> None:
     process.stdout.close()
     assert process.wait(60) == 0 and process.stderr.read() == b"end\n"
     process.stderr.close()
+
+
+@pytest.mark.parametrize(
+    ("value", "form", "text"),
+    [
+        (0.0178, "{:.2f}", "0.018"), (0.21, "{:.2f}", "0.21"), (0.2, "{:.2f}", "0.20"), (1.0, "{:.0f}", "1"),
+        (0.00004, "{:+.4f}", "+4e-05"), (-0.003, "{:.2f}", "-0.003"), (3e-17, "{:.2f}", "0.00"), (0.0, "{:.1f}", "0.0"),
+    ],
+)  # fmt: skip
+def test_small_numbers_keep_two_digits(value: float, form: str, text: str) -> None:
+    assert _number(value, form) == text

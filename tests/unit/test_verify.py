@@ -16,6 +16,7 @@ from knittest.base.interrupts import Interrupts
 from knittest.base.result_rows import UNRESOLVED, result_rows, verdict_of
 from knittest.config.loading import resolve
 from knittest.laboratory.error_notes import NOT_ESTIMATED, UNFINISHED, error_notes
+from knittest.laboratory.lowered_speed import SPEED
 from knittest.report_page.page import write_report
 from knittest.runs.options import RunOptions
 from knittest.runs.show import error_lines, results_table
@@ -134,6 +135,24 @@ def test_of_an_ensemble_the_first_specimen_is_repeated(tmp_path: Path, monkeypat
     row = result_rows(outcome.summary, refused=False)[0]
     assert row.simulated.endswith("numerical ± 956") and "(n 3)" in row.simulated
     assert "numerical error: that of the first specimen" in error_lines([outcome])
+
+
+def test_what_is_repeated_has_the_speed_of_the_first_specimen(tmp_path: Path, monkeypatch: Any) -> None:
+    write_run(tmp_path / "r", specimens=3, preset="quick", **VERIFY)
+    results = json.loads((tmp_path / "r" / "summary.json").read_text())["results"]
+    results[SPEED] = {"mean": 0.4, "sd": 0.1, "values": [0.3, 0.4, 0.5]}
+    edit_json(tmp_path / "r" / "summary.json", results=results)
+    asked = repeats(monkeypatch, 1.0, 1.1)
+    run = resolve(config=tmp_path / "r" / "config.yaml")
+    verified(finished(run, tmp_path / "r"), RunOptions(quiet=True), Interrupts())
+    assert [t.run.solver.speed for t in asked] == [0.15, 0.3]
+
+
+def test_a_repeat_that_lowered_its_speed_is_none(tmp_path: Path, monkeypatch: Any) -> None:
+    monkeypatch.setattr(verify, "kept_speed", lambda run, results: run.solver.speed > 0.3)
+    outcome = verified_run(tmp_path / "r", monkeypatch, 1.0, 1.1)
+    peak = outcome.summary["numerical_error"]["peak_force_n"]
+    assert peak["error"] is None and peak["reason"] == "solver.speed 0.25 m/s: restarted at a lower speed"
 
 
 @pytest.mark.parametrize(
