@@ -100,12 +100,12 @@ def verified(outcome: Outcome, options: RunOptions, interrupts: Interrupts) -> O
 
 
 def _at_result_speed(outcome: Outcome) -> Run:
-    """Its run at the speed of the first specimen."""
+    """Run of ``outcome`` at the speed of its first specimen."""
     return at_result_speed(outcome.run, _first(outcome))
 
 
 def _first(outcome: Outcome) -> dict[str, float | None]:
-    """Results of its first specimen."""
+    """Results of the first specimen of ``outcome``."""
     results = unfolded(outcome.summary["results"])
     return {k: v["values"][0] if isinstance(v, Mapping) else v for k, v in results.items()}
 

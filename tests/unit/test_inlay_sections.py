@@ -76,13 +76,13 @@ def test_a_cell_of_ellipses_has_its_thickness_and_conserves_the_loop():
 def test_sections_that_lock_are_refused_with_the_packing_that_would_do(monkeypatch):
     """Tried smaller until one relaxes; with less patience, for here no force need come to rest."""
     monkeypatch.setattr(relax, "PATIENT", 3000)
-    fabric = with_sections(ratio=(1.5, 1.5), packing=(0.6, 0.6))
+    fabric = with_sections(ratio=(1.5, 1.5), packing=(0.5, 0.5))
     with pytest.raises(
-        InputError, match=r"1.58 x 1.05 mm warp .*the yarns lock .*packing (1.\d+) times as large"
+        InputError, match=r"1.73 x 1.15 mm warp .*the yarns lock .*packing (1.\d+) times as large"
     ) as error:
         relaxed_cell(fabric)
     factor = float(str(error.value).split("section.packing ")[1].split()[0])
-    assert relaxed_cell(with_sections(ratio=(1.5, 1.5), packing=(0.6 * factor, 0.6 * factor)))
+    assert relaxed_cell(with_sections(ratio=(1.5, 1.5), packing=(0.5 * factor, 0.5 * factor)))
 
 
 def test_a_model_of_yarns_has_the_sections_of_its_inlays():
