@@ -70,7 +70,7 @@ class Test(Protocol[RunT]):
 
     #: whether a failure of the specimen ends it before the rig's motion does
     ends_at_failure: bool
-    #: whether a test of yarns restarts at a lower speed where a share of its energies exceeds its limit; the speed is a result
+    #: whether a test of yarns restarts at a lower speed where a share of its energies exceeds its limit
     lowers_speed: bool = False
 
     def completed(self, run: RunT) -> tuple[Run, str]:
