@@ -7,6 +7,7 @@ from pathlib import Path
 
 from knittest.base.kinds import kinds
 from knittest.config.run import Run, Scale
+from knittest.laboratory.lowered_speed import SPEED, kept_speed
 from knittest.studies.regress.baseline import Entry
 from knittest.studies.regress.cases import Case
 from knittest.studies.regress.change import Change, of_crests, of_new, of_number
@@ -70,6 +71,8 @@ def drift_of(case: Case, run: Run, record: Record, folder: Path, entry: Entry | 
         return Drift(case, None, problem=MISSING)
     problem = curve_problem(run, entry.curve)
     changes = list(_changes(case, record, entry))
+    if not kept_speed(run, record.results):
+        changes.append(of_number(SPEED, run.solver.speed, record.results[SPEED], 0.0))
     if entry.curve is not None and not problem:
         changes += curve_changes(run, folder, entry.curve, limits_for(case, entry).curve)
     return Drift(case, entry, tuple(changes), problem)

@@ -11,6 +11,7 @@ from knittest.config.run import Run
 from knittest.experiment.compare import STRAIN
 from knittest.export.manifest import now
 from knittest.export.provenance import cpu_model, git_commit
+from knittest.laboratory.lowered_speed import SPEED
 from knittest.laboratory.registry import REPORTS
 from knittest.studies.regress.baseline import Curve, Entry
 from knittest.studies.trials.record import Record
@@ -24,8 +25,9 @@ EXACTNESS = ("_error_pct", "residual", "drift_deg")
 
 
 def numbers_of(record: Record) -> dict[str, float]:
-    """Results that have a value and that the baseline keeps."""
-    return {k: v for k, v in record.results.items() if np.isfinite(v) and not k.endswith(EXACTNESS)}
+    """Results that have a value and that the baseline keeps; the speed is that of the run."""
+    left = (*EXACTNESS, SPEED)
+    return {k: v for k, v in record.results.items() if np.isfinite(v) and not k.endswith(left)}
 
 
 def entry_of(run: Run, record: Record, folder: Path) -> Entry:
