@@ -90,6 +90,7 @@ def reports(command: Command) -> Command:
             ),
             click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout and nothing else there."),
             click.option("--quiet", is_flag=True, help="No progress, no table."),
+            click.option("--details", is_flag=True, help="All notes below the table."),
             click.option("--no-frames", is_flag=True, help="No VTU frames."),
             click.option("--no-pictures", is_flag=True, help="No pictures and no page."),
             OPEN,

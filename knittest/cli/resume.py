@@ -17,6 +17,7 @@ def resume(
     threads: int | None,
     as_json: bool,
     quiet: bool,
+    details: bool,
     no_frames: bool,
     no_pictures: bool,
     against: tuple[Path, ...],
@@ -34,5 +35,7 @@ def resume(
     from knittest.studies.command import resume_command
 
     printing = printing_asked(formats, dpi, no_pictures, open_page)
-    options = RunOptions(None, threads, as_json, quiet, not no_frames, not no_pictures, against, printing, open_page)
+    options = RunOptions(
+        None, threads, as_json, quiet, not no_frames, not no_pictures, against, printing, open_page, details
+    )
     return resume_command(run, options, force)

@@ -40,7 +40,7 @@ def test_command(kind: TestKind) -> click.Command:
         from knittest.runs.options import RunOptions
 
         chosen["sets"] = (*chosen["sets"], *own_settings(kind, chosen))
-        reported = {name: chosen.pop(name) for name in ("threads", "quiet", "against", "open_page")}
+        reported = {name: chosen.pop(name) for name in ("threads", "quiet", "details", "against", "open_page")}
         asked = (chosen.pop("formats"), chosen.pop("dpi"), chosen["no_pictures"], reported["open_page"])
         printing = printing_asked(*asked)
         frames, pictures = (not chosen.pop(f"no_{what}") for what in ("frames", "pictures"))

@@ -9,7 +9,7 @@ from knittest.base.printing import Printing
 @dataclass(frozen=True)
 class RunOptions:
     """Place and form of what a run reports: output folder, threads, JSON on stdout, silence, VTU frames, pictures with
-    the report page; curves to compare with; formats of the pictures; the page in a browser.
+    the report page; curves to compare with; formats of the pictures; the page in a browser; all notes below the table.
     """
 
     out: Path | None = None
@@ -21,6 +21,7 @@ class RunOptions:
     against: tuple[Path, ...] = ()
     printing: Printing = field(default_factory=Printing)
     open_page: bool = False
+    details: bool = False
 
     @property
     def left_out(self) -> list[str]:

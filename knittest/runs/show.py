@@ -3,7 +3,7 @@
 import math
 import os
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Protocol, TextIO
@@ -56,6 +56,8 @@ COMPARED = {
     "peak_error_pct": ("peak", 1), "fracture_strain_error_pct": ("peak", 0),
     "static_error_pct": ("levels", 0), "kinetic_error_pct": ("levels", 1),
 }  # fmt: skip
+#: most warnings below the table, and the words of those that ask for nothing
+MOST_WARNINGS, PASSED_NEAR = 3, "is more than half of its limit"
 #: results that only summary.json shows
 _LEFT_OUT = ("force_per_yarn_n", "peak_force_n_per_mm", "peak_time_error_pct")
 
@@ -148,8 +150,13 @@ def rest_told(outcome: Outcome) -> str:
 
 
 def error_lines(outcomes: Sequence[Outcome]) -> list[str]:
-    """Lines on how the numerical errors were found, each once, with the name of the run where there are several."""
-    told = [(_name(outcome), line) for outcome in outcomes for line in error_notes(outcome.summary)]
+    """Lines on how the numerical errors were found."""
+    return _each_once(outcomes, lambda outcome: error_notes(outcome.summary))
+
+
+def _each_once(outcomes: Sequence[Outcome], of: Callable[[Outcome], Iterable[str]]) -> list[str]:
+    """Lines ``of`` each outcome, those that all have once, others with the name of the run where there are several."""
+    told = [(_name(outcome), line) for outcome in outcomes for line in of(outcome)]
     common = {line for _, line in told if sum(line == other for _, other in told) == len(outcomes)}
     lines = [line if len(outcomes) == 1 or line in common else f"{name}: {line}" for name, line in told]
     return list(dict.fromkeys(lines))
@@ -222,11 +229,13 @@ def _metrics(metrics: Mapping[str, Any]) -> str:
     return ", ".join([*found, _rating(metrics)])
 
 
-def print_results(outcomes: Sequence[Outcome], stream: TextIO | None = None) -> None:
-    """Print table, notes, gates and run folders on ``stream`` (standard output); a closed pipe is harmless."""
+def print_results(outcomes: Sequence[Outcome], stream: TextIO | None = None, details: bool = True) -> None:
+    """Print table, checks, run folder and report on ``stream`` (standard output), and all notes if ``details`` are
+    wanted; a closed pipe is harmless.
+    """
     stream = stream or sys.stdout
     with _pipe_may_close(stream):
-        _print(outcomes, stream)
+        _print(outcomes, stream, details)
         stream.flush()
 
 
@@ -281,8 +290,41 @@ def print_text(lines: Iterable[str], stream: TextIO | None = None) -> None:
         stream.flush()
 
 
-def _print(outcomes: Sequence[Outcome], stream: TextIO) -> None:
+def _print(outcomes: Sequence[Outcome], stream: TextIO, details: bool) -> None:
     rows, width = results_table(outcomes, "±" if _can_encode("±", stream) else "+-"), width_of(stream)
+    shown = _saying(rows)
+    lines = _detailed(outcomes, rows) if details else _brief(outcomes)
+    for told, styled in _tables([tuple(row[k] for k in shown) for row in [HEADER, *rows]], width):
+        if stream.isatty() and VERDICT in shown:
+            _print_coloured(told, styled, stream)
+        else:
+            stream.write("\n".join(line for row in told for line in row) + "\n")
+    stream.write("\n".join(["", *(part for line in lines for part in wrapped(line, width))]) + "\n")
+
+
+def _brief(outcomes: Sequence[Outcome]) -> list[str]:
+    """The checks, at most :data:`MOST_WARNINGS` warnings that ask for something, the folder and the report."""
+    lines = [line for outcome in outcomes for line in curve_lines(outcome)]
+    failed = [outcome for outcome in outcomes if outcome.quality.failures]
+    if not failed:
+        lines.append("quality checks: passed; --details shows their numbers, assumptions and notes")
+    for outcome in failed:
+        lines.append(f"quality checks, {_name(outcome)}: FAILED, comparison refused")
+        lines += [f"  {reason}" for reason in outcome.quality.failures]
+    lines += [f"  {_looser(limit)}" for outcome in outcomes for limit in outcome.summary.get("limits", [])]
+    warnings = _each_once(outcomes, lambda outcome: [w for w in outcome.quality.warnings if PASSED_NEAR not in w])
+    lines += [f"warning: {text}" for text in warnings[:MOST_WARNINGS]]
+    left = len(warnings) - MOST_WARNINGS
+    if left > 0:
+        lines.append(f"{left} more warning{'s' * (left > 1)}: --details or the report")
+    folders = [outcome.folder for outcome in outcomes]
+    lines.append(f"run folder: {nearest(folders[0] if len(folders) == 1 else folders[0].parent)}")
+    pages = (page_of(folder) for folder in folders)
+    return [*lines, *dict.fromkeys(f"report: {nearest(page)}" for page in pages if page)]
+
+
+def _detailed(outcomes: Sequence[Outcome], rows: Sequence[tuple[str, ...]]) -> list[str]:
+    """All that is known of the rows: kinds, assumptions, numerical errors, state of rest, checks, folders, report."""
     kinds, shown = {row[HEADER.index("kind")] for row in rows}, _saying(rows)
     notes = [text for kind, text in KINDS.items() if kind in kinds] + ([] if VERDICT in shown else [NOTHING])
     notes += [OF_MEANS] if any(_of_means(outcome) for outcome in outcomes) else []
@@ -292,13 +334,8 @@ def _print(outcomes: Sequence[Outcome], stream: TextIO) -> None:
     lines += [line for outcome in outcomes for line in (*curve_lines(outcome), *quality_lines(outcome))]
     lines += [f"run folder: {nearest(outcome.folder)}" for outcome in outcomes]
     pages = (page_of(outcome.folder) for outcome in outcomes)
-    lines += dict.fromkeys(f"page: {nearest(page)}" for page in pages if page)
-    for told, styled in _tables([tuple(row[k] for k in shown) for row in [HEADER, *rows]], width):
-        if stream.isatty() and VERDICT in shown:
-            _print_coloured(told, styled, stream)
-        else:
-            stream.write("\n".join(line for row in told for line in row) + "\n")
-    stream.write("\n".join(["", *(part for line in lines for part in wrapped(line, width))]) + "\n")
+    lines += dict.fromkeys(f"report: {nearest(page)}" for page in pages if page)
+    return lines
 
 
 def _saying(rows: Sequence[tuple[str, ...]]) -> list[int]:

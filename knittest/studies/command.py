@@ -199,7 +199,7 @@ def _told(outcomes: Sequence[Outcome], options: RunOptions) -> int:
         ]
         print_json(summaries[0] if len(summaries) == 1 else {"runs": summaries})
     elif not options.quiet:
-        print_results(outcomes)
+        print_results(outcomes, details=options.details)
     if options.quiet:
         print_refused(outcomes)
     pages = [page for outcome in outcomes if (page := page_of(outcome.folder))]

@@ -287,7 +287,7 @@ def test_a_run_prints_its_page_and_opens_it(tmp_path, monkeypatch, capsys):
     shells = ["tensile", "--variant", "1", "--scale", "macro", "--preset", "quick", "--no-frames"]
     assert run([*shells, "--out", str(tmp_path / "both"), "--open"]) == 0
     page = tmp_path / "both/report.html"
-    assert capsys.readouterr().out.count("page: ") == 1 and opened == [page.as_uri()]
+    assert capsys.readouterr().out.count("report: ") == 1 and opened == [page.as_uri()]
     text = page.read_text()
     assert "tensile, pham2019-v1, macro, warp" in text and "tensile, pham2019-v1, macro, weft" in text
     page.unlink()

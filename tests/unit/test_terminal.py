@@ -254,6 +254,27 @@ def test_state_of_rest_of_yarns_is_one_line_under_the_table() -> None:
     assert len(line) <= 80
 
 
+def test_the_brief_output_has_checks_few_warnings_folder_and_no_more() -> None:
+    near = "overlap of yarns at the start 6 % is more than half of its limit 10 %"
+    gates = Quality(0.0, 0.0, 0.0, 0.0, 0.0, True, (), (near, "a", "b", "c", "d"))
+    out = io.StringIO()
+    print_results([weft(gates), weft(gates)], out, details=False)
+    table, _, below = out.getvalue().partition("\n\n")
+    assert len(table.splitlines()) == 5
+    assert below.splitlines() == [
+        "quality checks: passed; --details shows their numbers, assumptions and notes", "warning: a", "warning: b",
+        "warning: c", "1 more warning: --details or the report", f"run folder: {weft().folder.parent}",
+    ]  # fmt: skip
+
+
+def test_the_brief_output_has_every_reason_of_a_refusal() -> None:
+    out = io.StringIO()
+    print_results([weft(quality(("kinetic energy 9 %", "added mass 6 %")))], out, details=False)
+    assert out.getvalue().partition("\n\n")[2].splitlines()[:3] == [
+        "quality checks, weft: FAILED, comparison refused", "  kinetic energy 9 %", "  added mass 6 %",
+    ]  # fmt: skip
+
+
 def test_an_ensemble_shows_mean_and_sd() -> None:
     spread = {"mean": 7345.6, "sd": 401.2, "values": [7000.0, 7345.6, 7700.0]}
     table = results_table([weft(results={"peak_force_n": spread})], plus_minus="+-")
