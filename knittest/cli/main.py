@@ -19,30 +19,44 @@ from knittest.base.errors import OUT_OF_MEMORY, InputError, KnittestError, Resou
 from knittest.base.interrupts import INTERRUPTED, STOPPING, UntilSaved
 from knittest.base.kinds import kinds
 
-#: name of a command that is no test: module that holds it under the same name, and what ``--help`` says of it
-COMMANDS = {
-    "resume": ("knittest.cli.resume", "Go on with a run that was stopped, to the same result."),
-    "check": ("knittest.cli.check", "Show what a run would do; --convergence repeats it at half the speed."),
-    "speed-study": ("knittest.cli.speed_study", "Every test at its speed and at half of it, as a table."),
-    "batch": ("knittest.cli.batch", "Run a sweep over any fields, on this machine or a cluster."),
-    "regress": ("knittest.cli.regress", "Judge Table 3 row by row, and drift against a stored baseline; for CI."),
-    "calibrate": ("knittest.cli.calibrate", "Find parameters from measured results."),
-    "uncertainty": ("knittest.cli.uncertainty", "Bands and sensitivity indices from priors of what is assumed."),
-    "homogenise": ("knittest.cli.homogenise", "Make a material card of the shells from tests of yarns."),
-    "compare": ("knittest.cli.compare", "Compare a finished run with a curve of your own."),
-    "report": ("knittest.cli.report", "Write one HTML page on runs, alone or compared."),
-    "runs": ("knittest.cli.runs", "List run folders, or remove some."),
-    "view": ("knittest.cli.view", "Write a page on which a run can be turned and played."),
-    "animate": ("knittest.cli.animate", "Write a run as a film, MP4 or GIF."),
-    "export": ("knittest.cli.export", "Write the tools of a forming run as STL."),
-    "fabric": ("knittest.cli.fabric", "Show, export or relax the yarn geometry."),
-    "data": ("knittest.cli.data", "Import and summarise a laboratory's CSV files."),
-    "new": ("knittest.cli.new", "Write a commented fabric and rig to start from."),
-    "schema": ("knittest.cli.schema", "Print the JSON schema of a run, or explain one field."),
-    "warmup": ("knittest.cli.warmup", "Compile all kernels now."),
-    "bench": ("knittest.cli.bench", "Measure throughput by kernel and the parts of a real run."),
-    "doctor": ("knittest.cli.doctor", "Report versions, threads and cache."),
+#: heading of ``--help`` for tests, which commands that begin one follow
+TESTS = "Tests"
+#: commands that are no test by the heading of ``--help``: name, module that holds it under the same name, what it does
+HEADINGS = {
+    TESTS: {
+        "check": ("knittest.cli.check", "Show size, time and consistency of a run before it starts."),
+        "resume": ("knittest.cli.resume", "Continue a run that was stopped."),
+    },
+    "Fabrics and data": {
+        "new": ("knittest.cli.new", "Write a commented fabric and rig to start from."),
+        "fabric": ("knittest.cli.fabric", "Show, export or relax the yarn geometry."),
+        "data": ("knittest.cli.data", "Import and summarise files of testing machines."),
+        "schema": ("knittest.cli.schema", "Explain a field, or print the JSON schema of a run."),
+    },
+    "Studies": {
+        "batch": ("knittest.cli.batch", "Run a sweep over any fields, on this machine or a cluster."),
+        "calibrate": ("knittest.cli.calibrate", "Fit parameters to measured results."),
+        "uncertainty": ("knittest.cli.uncertainty", "Bands and sensitivity indices from assumed ranges."),
+        "homogenise": ("knittest.cli.homogenise", "Derive the material card of shells from tests of yarns."),
+        "speed-study": ("knittest.cli.speed_study", "Repeat every test at half its speed."),
+        "regress": ("knittest.cli.regress", "Compare Table 3 and a stored baseline, for CI."),
+    },
+    "Results": {
+        "runs": ("knittest.cli.runs", "List run folders, or remove some."),
+        "report": ("knittest.cli.report", "Write one HTML page on runs, alone or compared."),
+        "compare": ("knittest.cli.compare", "Compare a finished run with a curve of your own."),
+        "view": ("knittest.cli.view", "Write a page on which a run can be turned and played."),
+        "animate": ("knittest.cli.animate", "Write a run as a film, MP4 or GIF."),
+        "export": ("knittest.cli.export", "Write decks, workbooks, yarns and tools of a run."),
+    },
+    "Setup": {
+        "doctor": ("knittest.cli.doctor", "Report versions, threads and cache."),
+        "warmup": ("knittest.cli.warmup", "Compile all kernels now."),
+        "bench": ("knittest.cli.bench", "Measure the speed of the kernels."),
+    },
 }
+#: the same by name
+COMMANDS = {name: told for commands in HEADINGS.values() for name, told in commands.items()}
 #: full disk, quota, read-only place, missing permission: the machine's trouble, not the program's
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES)
 #: a path that no file can have
@@ -71,9 +85,12 @@ class LazyGroup(click.Group):
             return _print_nowhere()
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """List the commands without importing them."""
-        with formatter.section("Commands"):
-            formatter.write_dl(list(summaries().items()))
+        """List the commands by their headings, without importing them."""
+        told = summaries()
+        for heading, commands in HEADINGS.items():
+            tests = [name for name in told if name not in COMMANDS] if heading == TESTS else []
+            with formatter.section(heading):
+                formatter.write_dl([(name, told[name]) for name in [*tests, *commands]], col_spacing=2)
 
 
 def summaries() -> dict[str, str]:
