@@ -13,10 +13,9 @@ import matplotlib.pyplot as plt
 import pandas as pd
 import yaml
 
-from knittest.base.printing import Printing, printed
+from knittest.base.figure import Printing, Stamp, printed, stamped
 from knittest.base.result_rows import LABELS, unfolded
-from knittest.base.stamp import Stamp, stamped
-from knittest.export.fields_picture import PlanField, fields_picture
+from knittest.export.field_pictures import PlanField, fields_picture
 
 DOCS = Path(__file__).parent.parent / "docs"
 FORCE = "rig.blank_holder_force"

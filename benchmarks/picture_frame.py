@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from knittest.base.figure import BLUE, GREEN, GREY, ORANGE, RED, dress, new_figure, save
-from knittest.base.resources import data_dir
+from knittest.base.files import data_dir
 from knittest.cli.main import run
 from knittest.experiment.curves import load_curve
 

@@ -23,12 +23,11 @@ from pathlib import Path
 
 from knittest.config.loading import resolve
 from knittest.config.run import Run
-from knittest.models.boundary import Boundary
-from knittest.models.readings import new_tally
+from knittest.models.boundary import Boundary, new_tally
 from knittest.models.yarn_model import YarnModel
 from knittest.runs.specimen import prepare
-from knittest.solve.stepping import Stepping
-from knittest.solve.warmup import warm
+from knittest.solve.compiling import warm
+from knittest.solve.state import Stepping
 
 BEAMS = (10_000, 30_000, 100_000, 300_000, 1_000_000)
 #: sides of the shells [mm] of a blank of 330 mm

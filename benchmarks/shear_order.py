@@ -19,8 +19,8 @@ import yaml
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from docs.lost import causes
 from docs.validation_order import FILE
-from knittest.base.resources import data_dir
-from knittest.experiment.simulated_studies import FOLDER, SHEAR_BANDS
+from knittest.base.files import data_dir
+from knittest.experiment.tables import FOLDER, SHEAR_BANDS
 
 #: shear angles [deg] at which the energies of the cells are read
 ANGLES = (10.0, 20.0, 30.0)

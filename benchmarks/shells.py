@@ -8,11 +8,9 @@ import numba
 import numpy as np
 from numba import njit, prange
 
-from knittest.kernels.options import PARALLEL, PARTITIONS
-from knittest.kernels.shell_arrays import build_shells
 from knittest.kernels.shell_blocks import gather_shells, shell_forces
-from knittest.kernels.shell_scratch import SCRATCH
-from knittest.kernels.shell_state import BLOCK, Laminate
+from knittest.kernels.shell_state import BLOCK, SCRATCH, Laminate, build_shells
+from knittest.kernels.vec import PARALLEL, PARTITIONS
 from knittest.models.explicit_model import make_nodes
 
 SIZES = ((40, 40), (250, 110))

@@ -9,8 +9,8 @@ import sys
 from pathlib import Path
 
 from knittest.cli.main import run
-from knittest.experiment.simulated_studies import FOLDER, SPEED
-from knittest.studies.speed_study.command import CSV, MARKDOWN
+from knittest.experiment.tables import FOLDER, SPEED
+from knittest.studies.speed_study import CSV, MARKDOWN
 
 ROOT = Path(__file__).parents[1]
 BEGIN, END = "<!-- begin: benchmarks/speed_study.py -->", "<!-- end -->"

@@ -18,16 +18,13 @@ from knittest.base.result_rows import LABELS, unfolded
 from knittest.cli.main import run
 from knittest.config.loading import resolve
 from knittest.laboratory.base import Prepared, shear_curve
-from knittest.laboratory.bias_extension.material import material_of
-from knittest.laboratory.bias_extension.mesh import bias_mesh
-from knittest.laboratory.bias_extension.pin_jointed import BiasStrip
-from knittest.laboratory.bias_extension.rig import BiasExtensionTest
-from knittest.laboratory.bias_extension.test import WARP, BiasExtension, ends_of
-from knittest.laboratory.bias_extension.zones import zone_table
+from knittest.laboratory.bias_extension.strip import BiasStrip, bias_mesh
+from knittest.laboratory.bias_extension.test import WARP, BiasExtension, BiasExtensionTest, ends_of
+from knittest.laboratory.bias_extension.zones import material_of, zone_table
 from knittest.materials.shear import shear_table
-from knittest.models.sheet import build_sheet
+from knittest.models.macro import build_sheet
 from knittest.pose import linear_laminate
-from knittest.solve.observer import SILENT
+from knittest.solve.state import SILENT
 
 ANGLES = np.array([10.0, 20.0, 30.0, 40.0])
 #: strip of the table over the stiffness of fibres [mm], and its shear force by angle [N/mm]

@@ -12,7 +12,7 @@ import pandas as pd
 from knittest import __version__
 from knittest.cli.main import run
 from knittest.config.loading import resolve
-from knittest.experiment.simulated_studies import ANGLE, FOLDER, FORCE, YARN_FRICTION
+from knittest.experiment.tables import ANGLE, FOLDER, FORCE, YARN_FRICTION
 from knittest.laboratory.picture_frame.shear_law import START
 
 ROOT = Path(__file__).parents[1]

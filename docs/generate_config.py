@@ -5,7 +5,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from knittest.config import calibration, sweep, uncertainty
+from knittest.config import studies
 from knittest.config.base import Quantity
 from knittest.config.presets import PRESETS, default_scale, preset_settings
 from knittest.config.run import RUNS, Run
@@ -40,11 +40,11 @@ def config_reference() -> str:
     parts += ["## `fabric`", _fields(described(Run, "fabric"))]
     for title, names in [*groups, ("Parameter set", alone)]:
         parts += [f"## {title}", _fields(row for name, model in names for row in described(model, name))]
-    parts += ["## Sweep file", "Of `knittest batch`; see [batch.md](batch.md).", _fields(fields_below(sweep.Sweep))]
+    parts += ["## Sweep file", "Of `knittest batch`; see [batch.md](batch.md).", _fields(fields_below(studies.Sweep))]
     parts += ["## Calibration file", "Of `knittest calibrate`; see [calibrate.md](calibrate.md)."]
-    parts += [_fields(fields_below(calibration.Calibration))]
+    parts += [_fields(fields_below(studies.Calibration))]
     parts += ["## File of uncertainty", "Of `knittest uncertainty`; see [uncertainty.md](uncertainty.md)."]
-    parts += [_fields(fields_below(uncertainty.Uncertainty))]
+    parts += [_fields(fields_below(studies.Uncertainty))]
     return "\n\n".join(filter(None, parts)) + "\n"
 
 

@@ -20,8 +20,8 @@ from typing import Any
 
 from docs.stored_runs import differences, inputs_of, lines_of, packed, unpacked
 from knittest.config.loading import resolve
-from knittest.export.manifest import now
-from knittest.export.provenance import git_commit
+from knittest.export.identity import git_commit
+from knittest.export.summary import now
 from knittest.studies.regress import baseline
 from knittest.studies.regress.cases import Case, cases_of
 from knittest.studies.regress.drift import change_of

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from knittest.config.fabric import Fabric
 from knittest.config.loading import resolve
-from knittest.export.manifest import now
-from knittest.export.provenance import git_commit
+from knittest.export.identity import git_commit
+from knittest.export.summary import now
 from knittest.fabric.cell import Cell, CellSpec
 from knittest.laboratory.numerical_error import mesh_factor
 

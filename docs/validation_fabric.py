@@ -6,10 +6,10 @@ import numpy as np
 
 from docs.stored_cells import StoredCell, fabric_of
 from docs.validation_rows import LIMIT_SD, density, measured
-from knittest.base.resources import data_dir
+from knittest.base.files import data_dir
 from knittest.config.loading import resolve
 from knittest.experiment.curves import load_curve
-from knittest.experiment.row_kind import cell_row_kind
+from knittest.experiment.origin import cell_row_kind
 from knittest.experiment.tables import PublishedValue
 
 CELL_HEAD = (

@@ -7,8 +7,8 @@ from typing import Any
 
 from docs.generate_config import table
 from docs.validation_sections import sections_part
-from knittest.studies.uncertainty.told import index_text, points_text, ranked, share_text, short
-from knittest.studies.uncertainty.written import Uncertainty, VariableRow
+from knittest.studies.uncertainty.outcome import Uncertainty, VariableRow
+from knittest.studies.uncertainty.page import index_text, points_text, ranked, share_text, short
 
 FILE = Path(__file__).parent / "shear-order.json"
 #: parameters named of a ratio

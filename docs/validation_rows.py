@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from docs.stored_runs import StoredRun
-from knittest.base.resources import data_dir
+from knittest.base.files import data_dir
 from knittest.base.result_rows import mean_factor, of_nominal_size
-from knittest.experiment.row_kind import ROW_NAMES, RowKind, quantities, row_kind
+from knittest.experiment.origin import ROW_NAMES, RowKind, quantities, row_kind
 from knittest.experiment.tables import PublishedValue, published
-from knittest.laboratory.registry import REPORTS
+from knittest.laboratory.report_base import REPORTS
 
 #: deviation [sd of the experiment] that a predicted or tuned row may have, and share that an input may be off
 LIMIT_SD, LIMIT_INPUT = 1.0, 0.01

@@ -11,7 +11,7 @@ from docs.stored_runs import StoredRun, load
 from docs.validation_fabric import ANGLES as LAW_ANGLES
 from docs.validation_fabric import law
 from docs.validation_rows import Row, measured, rows_of
-from knittest.base.resources import configs_dir
+from knittest.base.files import configs_dir
 from knittest.config.yaml_loader import load_yaml
 
 FILE = Path(__file__).parent / "runs-gripping.json"

@@ -22,19 +22,16 @@ without an edge.
 """
 
 from knittest.kernels.shell_state import Laminate
-from knittest.materials.patch import Patch
-from knittest.materials.yarn_section import Section
-from knittest.models.boundary import ALL, Boundary
-from knittest.models.chain_layout import Chain
+from knittest.materials.yarn_section import Patch, Section
+from knittest.models.boundary import ALL, Boundary, Readings
+from knittest.models.chains import Chain
 from knittest.models.crossings import Crossings
 from knittest.models.from_stiffness import linear_laminate, round_section, section, strip_section
 from knittest.models.periodic import PeriodicChain
-from knittest.models.readings import Readings
 from knittest.models.sheet_tracker import SheetContact
 from knittest.models.surface import read_surface, surface
-from knittest.models.table import Table, constant, ramp
-from knittest.models.tool import Tool, cylinder, plane, plate, sampled
-from knittest.models.yarn_contact import YarnContact
+from knittest.models.tool import Table, Tool, constant, cylinder, plane, plate, ramp, sampled
+from knittest.models.yarn_health import YarnContact
 from knittest.solve.body import Body
 from knittest.solve.periodic_body import PeriodicBody
 from knittest.solve.relax import Relaxation

@@ -94,7 +94,7 @@ class Run:
 
     def plot(self, ax: "Axes | None" = None) -> "Axes":
         """Draw the curve on ``ax``, else on axes of its own; the labels of the axes have the units."""
-        from knittest.laboratory.registry import REPORTS
+        from knittest.laboratory.report_base import REPORTS
 
         axes = REPORTS[self.summary["rig"]].axes
         curve = self.curve

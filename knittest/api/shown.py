@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 
-from knittest.base.notebook import in_notebook
+from knittest.base.progress import in_notebook
 
 STYLE = "width: 100%; height: 36em; border: 0"
 

@@ -7,12 +7,11 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from knittest.api.fabric import Fabric, FabricLike
-from knittest.api.settings import Sets, settings_of
+from knittest.api.fabric import Fabric, FabricLike, Sets, settings_of
 from knittest.base.errors import InputError, RefusedWarning
 from knittest.base.kinds import DEFAULT
 from knittest.config.settings import Setting
-from knittest.studies.trials.study import Studied
+from knittest.studies.trials.runner import Studied
 
 if TYPE_CHECKING:
     from pandas import DataFrame

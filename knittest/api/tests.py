@@ -8,14 +8,13 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, TypedDict
 
-from knittest.api.fabric import Fabric, FabricLike
+from knittest.api.fabric import Fabric, FabricLike, Sets, plain, settings_of
 from knittest.api.run import Run, Runs, load
-from knittest.api.settings import Sets, plain, settings_of
 from knittest.base.errors import InputError, RefusedWarning
 from knittest.base.kinds import TestKind, kinds
 from knittest.config.fields import all_paths, nearest
+from knittest.config.loading import planned_runs
 from knittest.config.messages import unknown
-from knittest.config.planned import planned_runs
 from knittest.config.settings import Setting
 from knittest.runs.options import RunOptions
 
@@ -149,7 +148,7 @@ def _options(given: dict[str, Any]) -> RunOptions:
 
 def test_function(kind: TestKind) -> Callable[..., Run | Runs]:
     """The test of ``kind`` as a function, with the units of its curve and of its own arguments in its docstring."""
-    from knittest.laboratory.registry import REPORTS
+    from knittest.laboratory.report_base import REPORTS
 
     def function(fabric: FabricLike | None = None, **options: Any) -> Run | Runs:
         return run_test(kind.name, fabric, **options)

@@ -1,16 +1,86 @@
-"""Folder of compiled kernels and relaxed cells, kept between runs where no other user can put anything."""
+"""Cache folders that no other user can write to, and arrays kept in them with a checksum."""
 
+import hashlib
+import io
 import os
 import shutil
+import stat
 import tempfile
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
+from typing import IO
 
-from knittest.base.errors import InputError
-from knittest.base.notes import tell
-from knittest.base.private import make_private, weakness
-from knittest.base.reading import size_on_disk
+import numpy as np
+
+from knittest.base.errors import InputError, is_out_of_memory
+from knittest.base.files import size_on_disk
+from knittest.base.progress import tell
+
+# Folders that nobody but their owner can put files into: what is loaded from them is run.
+
+OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
+#: links on the way to a folder, as most systems allow
+MOST_LINKS = 40
+
+
+def weakness(folder: Path) -> str:
+    """Reason why another user could put files into ``folder`` or exchange it; empty when none could.
+
+    The folder is this user's and nobody else writes to it; each folder on the way to it, links followed, is this
+    user's or the system's and closed to others, or sticky as that for temporary files is. Raises ``OSError``.
+    """
+    trusted = {0, os.geteuid(), os.lstat("/").st_uid}
+    way = [(place, place.lstat()) for place in _way(folder)]
+    for place, state in way:
+        if state.st_uid not in trusted:
+            return f"{place} belongs to user {state.st_uid}"
+        if _open_to_others(state) and not state.st_mode & stat.S_ISVTX:
+            return f"{place} can be written by others (mode {stat.S_IMODE(state.st_mode):o})"
+    place, state = way[-1]
+    if state.st_uid != os.geteuid():
+        return f"{place} belongs to user {state.st_uid}"
+    if _open_to_others(state):
+        return f"{place} can be written by others (mode {stat.S_IMODE(state.st_mode):o})"
+    return ""
+
+
+def _open_to_others(state: os.stat_result) -> bool:
+    """Tell whether it is a folder in which another user can make files; the mode of a link says nothing."""
+    return stat.S_ISDIR(state.st_mode) and bool(state.st_mode & OTHERS_WRITE)
+
+
+def make_private(folder: Path) -> None:
+    """Make ``folder`` and what is missing of the way to it, closed to all others; raises ``OSError``."""
+    missing = [folder]
+    while not os.path.lexists(missing[-1].parent):
+        missing.append(missing[-1].parent)
+    for path in reversed(missing):
+        path.mkdir(mode=0o700, exist_ok=True)
+
+
+def _way(folder: Path) -> Iterator[Path]:
+    """Every folder and link from the root to ``folder``, which may be a link itself; raises ``OSError``."""
+    place, links = Path("/"), 0
+    yield place
+    left = [*reversed(folder.absolute().parts[1:])]
+    while left:
+        name = left.pop()
+        if name == "..":
+            place = place.parent
+            continue
+        yield place / name
+        if not (place / name).is_symlink():
+            place = place / name
+            continue
+        links += 1
+        if links > MOST_LINKS:
+            raise OSError(f"{folder}: too many links")
+        target = (place / name).readlink()
+        left.extend(reversed(target.parts[1:] if target.is_absolute() else target.parts))
+        place = Path("/") if target.is_absolute() else place
+
 
 VARIABLE = "KNITTEST_CACHE_DIR"
 #: folders in the cache: those that may be emptied
@@ -103,3 +173,76 @@ def _can_write(folder: Path) -> bool:
 @cache
 def _say_once(text: str) -> None:
     tell(text)
+
+
+CHECKSUM = "sha256"
+
+
+class Damaged(Exception):
+    """The file is not what was written; the message says what is wrong with it."""
+
+
+def seal(stream: IO[bytes], arrays: Mapping[str, np.ndarray]) -> None:
+    """Write ``arrays`` with their checksum to ``stream``."""
+    np.savez(stream, allow_pickle=False, **arrays, **{CHECKSUM: np.array(checksum(arrays))})
+
+
+def unseal(content: bytes, name: str) -> dict[str, np.ndarray]:
+    """The arrays in ``content`` of the file ``name``; raises :class:`Damaged` unless :func:`seal` wrote exactly it."""
+    try:
+        with np.load(io.BytesIO(content), allow_pickle=False) as archive:
+            arrays = {key: archive[key] for key in archive.files}
+    except Exception as error:  # zip, header and array parsers raise whatever the damaged bytes lead them to
+        if is_out_of_memory(error):
+            raise
+        raise Damaged(f"{name} cannot be read ({type(error).__name__})") from error
+    stated = arrays.pop(CHECKSUM, None)
+    if stated is None or str(stated) != checksum(arrays):
+        raise Damaged(f"the checksum of {name} is wrong")
+    return arrays
+
+
+def checksum(arrays: Mapping[str, np.ndarray]) -> str:
+    """SHA-256 of names, types, shapes and bytes of ``arrays``."""
+    digest = hashlib.sha256()
+    for name in sorted(arrays):
+        array = np.ascontiguousarray(arrays[name])
+        digest.update(f"{name} {array.dtype.str} {arrays[name].shape} ".encode())
+        digest.update(array.reshape(-1).view(np.uint8).data)
+    return digest.hexdigest()
+
+
+KEY = "key"
+
+
+def kept(path: Path | None, key: str) -> dict[str, np.ndarray] | None:
+    """The arrays that :func:`keep` wrote to ``path``; None if there are none.
+
+    Raises :class:`Damaged` for a file that is not what was written, or that belongs to another ``key``.
+    """
+    if path is None:
+        return None
+    try:
+        content = path.read_bytes()
+    except OSError:
+        return None
+    arrays = unseal(content, path.name)
+    if str(arrays.pop(KEY, "")) != key:
+        raise Damaged(f"{path.name} is the cell of other inputs")
+    return arrays
+
+
+def keep(path: Path | None, key: str, arrays: Mapping[str, np.ndarray]) -> None:
+    """Write ``arrays`` whole or not at all; if the disk refuses, they are only computed again."""
+    if path is None:
+        return
+    temporary: Path | None = None
+    try:
+        with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".tmp", delete=False) as stream:
+            temporary = Path(stream.name)
+            seal(stream, {KEY: np.array(key), **arrays})
+        temporary.replace(path)
+    except OSError:
+        if temporary is not None:
+            with suppress(OSError):
+                temporary.unlink()

@@ -1,4 +1,4 @@
-"""Tests of the laboratory as packages offer them: one record a test, found by entry points.
+"""Records of the laboratory's tests, one a test, found by entry points, with its share in the regression.
 
 A record names what is heavy (models of its config, the test, its report) as ``module:name`` and holds what is light:
 reading it imports no numpy, so that ``knittest --help`` is quick, and no room below the laboratory imports the
@@ -18,8 +18,49 @@ from types import MappingProxyType
 from typing import Any, TypeVar
 
 from knittest.base.errors import InputError, is_out_of_memory
-from knittest.base.regressed import Regression
-from knittest.base.resources import PACKAGE
+from knittest.base.files import PACKAGE
+
+
+@dataclass(frozen=True)
+class Regressed:
+    """Runs of a regression: of ``specimens``, (variant, direction or None), with ``sets`` that ``label`` stands for,
+    of the ``parameters`` of the fabric, None for its default set. What ``enlarges`` rounding has its scatter stored.
+
+    Runs start by ``rank``, expensive ones first, so that no worker is left alone with one at the end.
+    """
+
+    rank: int
+    level: str
+    scale: str
+    preset: str
+    specimens: tuple[tuple[str, str | None], ...]
+    sets: tuple[str, ...] = ()
+    label: str | None = None
+    parameters: str | None = None
+    enlarges: bool = False
+
+
+@dataclass(frozen=True)
+class Regression:
+    """A test in ``knittest regress``.
+
+    ``rows`` of Table 3 that it gives, ``sets`` of all its runs, ``runs``; ``drift`` is the change that a number, a
+    curve and a number that is nothing but buckles, one of ``buckled``, may have, by scale, where it is not everyone's
+    and the scatter by rounding is not stored. ``crests`` count them, and change by whole ones.
+    """
+
+    rows: tuple[str, ...] = ()
+    sets: tuple[str, ...] = ()
+    runs: tuple[Regressed, ...] = ()
+    drift: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
+    buckled: tuple[str, ...] = ()
+    crests: tuple[str, ...] = ()
+
+
+#: all specimens of a test that is made along warp and weft, and of one that is not
+STRIPS = (("1", "warp"), ("1", "weft"), ("2", "warp"), ("2", "weft"))
+SHEETS = (("1", None), ("2", None))
+
 
 #: group of the entry points; the name of one is that of its test, its value where the record is
 GROUP = "knittest.tests"
@@ -64,7 +105,7 @@ class TestKind:
     study: str = ""
     #: field of a run that ends the test at a shear angle [deg]
     sheared_to: str = ""
-    #: ``module:name`` of how a run is ended sooner (:class:`knittest.laboratory.ending.Ending`), None where it is not
+    #: ``module:name`` of how a run is ended sooner (:class:`knittest.laboratory.records.Ending`), None where it is not
     ending: str = ""
     #: where its deck for another solver says its force; none is written of a test without
     deck_force: str = ""

@@ -1,4 +1,6 @@
-"""Results beside the experiment as a person reads them: labels, digits, deviation, kind and verdict."""
+"""Results beside the experiment as a person reads them: labels, digits, deviation, kind, verdict; the error of a mean
+of few specimens.
+"""
 
 import math
 import statistics
@@ -7,8 +9,29 @@ from dataclasses import dataclass
 from typing import cast
 
 from knittest.base.kinds import Joined
-from knittest.base.sampling import mean_error
 from knittest.base.summary import ComparisonRow, Spread, Summary, Value
+
+#: probability that the mean of all specimens there could be lies within the error
+CONFIDENCE = 0.95
+
+
+def mean_error(value: Value) -> float:
+    """Half of the interval of Student's t that holds the mean of all specimens there could be, by those of ``value``.
+
+    0 of a single number, which is no mean; of specimens that lack a value not known (nan).
+
+    >>> round(mean_error({"mean": 3.0, "sd": 2.0**0.5, "values": [2.0, 4.0]}), 2)
+    12.71
+    """
+    if not isinstance(value, Mapping):
+        return 0.0
+    from scipy.special import stdtrit  # heavy
+
+    count, sd = len(value["values"]), value["sd"]
+    if sd is None or count < 2:
+        return math.nan
+    return float(stdtrit(count - 1, 0.5 * (1.0 + CONFIDENCE))) * sd / math.sqrt(count)
+
 
 #: label and format of a result
 LABELS: Mapping[str, tuple[str, str]] = Joined("labels")

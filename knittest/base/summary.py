@@ -112,8 +112,8 @@ class Summary(TypedDict):
     """summary.json of a run; ``results`` are folded (:func:`knittest.base.result_rows.folded`).
 
     ``kinds`` are those of results without a reference, ``assumed`` the inputs that decide the results; older runs have
-    neither. ``rest`` is the state that a test of yarns started from (:mod:`knittest.base.rest`), folded too;
-    ``unjudged`` are peaks that the gates do not reach (:mod:`knittest.base.unjudged`).
+    neither. ``rest`` is the state that a test of yarns started from (:mod:`knittest.base.history`), folded too;
+    ``unjudged`` are peaks that the gates do not reach (:mod:`knittest.base.history`).
     """
 
     rig: str

@@ -1,10 +1,11 @@
-"""Units, the only table of them: of fields and files to kernel units, and to one another.
+"""Units, the only table of them, for fields, files and kernels; numbers rounded to the safe side.
 
 Kernel units are mm, ms, g, N, MPa (1 N = 1 g*mm/ms^2; energy N*mm = mJ). Multiply a user value by its factor.
 """
 
 import math
 from decimal import Decimal
+from math import floor, log10
 
 #: quantity -> unit -> factor to kernel units
 UNITS: dict[str, dict[str, float]] = {
@@ -113,3 +114,9 @@ def plainly(text: str) -> str:
     'um/mm2'
     """
     return text.translate(_PLAIN)
+
+
+def rounded_down(value: float) -> float:
+    """``value`` above 0 with two digits, never more than it is."""
+    place = 10.0 ** (floor(log10(value)) - 1)
+    return float(f"{floor(value / place * (1.0 + 1e-12)) * place:.3g}")

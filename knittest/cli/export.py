@@ -29,11 +29,10 @@ def stl(out: Path, **chosen: Any) -> None:
 
     Example: knittest export stl --variant 1 --set rig.stamp.t.bar_length=140 --set rig.blank_holder_force=100
     """
-    from knittest.base.stamp import Stamp, stamped
-    from knittest.laboratory.forming.tool_check import measured_tools, stroke_of
-    from knittest.laboratory.forming.tool_files import write_tools
-    from knittest.laboratory.forming.tools_picture import tools_picture
-    from knittest.laboratory.run_stamp import size_of
+    from knittest.base.figure import Stamp, stamped
+    from knittest.laboratory.forming.pictures import tools_picture
+    from knittest.laboratory.forming.tool_check import measured_tools, stroke_of, write_tools
+    from knittest.laboratory.report_base import size_of
 
     (run,) = resolve_runs("forming", None, chosen)
     rig, thickness = run.rig, run.fabric.thickness_mm
@@ -71,8 +70,8 @@ def deck(test: str, direction: str | None, form: str, out: Path, **chosen: Any) 
 
     Example: knittest export deck tensile --variant 1 --scale macro --direction warp
     """
-    from knittest.base.atomic import make_folder
-    from knittest.export.abaqus_mesh import write_abaqus
+    from knittest.base.files import make_folder
+    from knittest.export.meshes import write_abaqus
     from knittest.runs.deck.write import write_deck
     from knittest.runs.specimen import prepare
     from knittest.studies.homogenise.yarn_card import with_cards
@@ -105,7 +104,7 @@ def tubes(run: Path, frame: int, sides: int, out: Path) -> None:
     Example: knittest export tubes runs/tensile-.../warp --out broken.vtp
     """
     from knittest.base.errors import InputError
-    from knittest.export.tube_surface import tube_surface, write_tubes
+    from knittest.export.meshes import tube_surface, write_tubes
     from knittest.report_page.moving.recording import read_recording
 
     found = read_recording(run)

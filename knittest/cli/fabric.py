@@ -39,8 +39,7 @@ def relax(**which: Any) -> None:
 
     Example: knittest fabric relax --variant 1
     """
-    from knittest.fabric.cell_cache import cell_path
-    from knittest.fabric.munden import Munden
+    from knittest.fabric.cell import Munden, cell_path
 
     run, cell, seconds = _relaxed(**which)
     chosen = run.fabric
@@ -73,8 +72,8 @@ def show(out: Path, **which: Any) -> None:
 
     Example: knittest fabric show --variant 2 --out variant2.png
     """
-    from knittest.base.stamp import Stamp, stamped
-    from knittest.export.cell_picture import cell_picture
+    from knittest.base.figure import Stamp, stamped
+    from knittest.export.yarn_pictures import cell_picture
 
     run, cell, _ = _relaxed(**which)
     chosen = run.fabric
@@ -95,7 +94,7 @@ def export(file: Path, wales: int, courses: int, **which: Any) -> None:
 
     Example: knittest fabric export --variant 1 loops.vtu --wales 8
     """
-    from knittest.export.centre_lines import export_centre_lines
+    from knittest.export.meshes import export_centre_lines
 
     _, cell, _ = _relaxed(**which)
     export_centre_lines(file, cell, wales, courses)
@@ -106,11 +105,9 @@ def _settled(run: "Run") -> list[tuple[str, str]]:
     """State of rest of the cell by the contact law of runs, where the fabric states one."""
     if not run.fabric.knitting.settled:
         return []
-    from knittest.base.rest import rest_numbers, rest_rows
-    from knittest.fabric.cell import CellSpec
-    from knittest.fabric.munden import Munden
-    from knittest.solve.curl import cell_curl
-    from knittest.solve.settled_cell import settled_cell, with_draw_in
+    from knittest.base.history import rest_numbers, rest_rows
+    from knittest.fabric.cell import CellSpec, Munden
+    from knittest.solve.settled_cell import cell_curl, settled_cell, with_draw_in
 
     click.echo("settling the cell", err=True)
     found = settled_cell(run)

@@ -24,35 +24,35 @@ TESTS = "Tests"
 #: commands that are no test by the heading of ``--help``: name, module that holds it under the same name, what it does
 HEADINGS = {
     TESTS: {
-        "check": ("knittest.cli.check", "Show size, time and consistency of a run before it starts."),
-        "resume": ("knittest.cli.resume", "Continue a run that was stopped."),
+        "check": ("knittest.cli.testing", "Show size, time and consistency of a run before it starts."),
+        "resume": ("knittest.cli.testing", "Continue a run that was stopped."),
     },
     "Fabrics and data": {
-        "new": ("knittest.cli.new", "Write a commented fabric and rig to start from."),
+        "new": ("knittest.cli.system", "Write a commented fabric and rig to start from."),
         "fabric": ("knittest.cli.fabric", "Show, export or relax the yarn geometry."),
         "data": ("knittest.cli.data", "Import and summarise files of testing machines."),
-        "schema": ("knittest.cli.schema", "Explain a field, or print the JSON schema of a run."),
+        "schema": ("knittest.cli.system", "Explain a field, or print the JSON schema of a run."),
     },
     "Studies": {
-        "batch": ("knittest.cli.batch", "Run a sweep over any fields, on this machine or a cluster."),
-        "calibrate": ("knittest.cli.calibrate", "Fit parameters to measured results."),
-        "uncertainty": ("knittest.cli.uncertainty", "Bands and sensitivity indices from assumed ranges."),
-        "homogenise": ("knittest.cli.homogenise", "Derive the material card of shells from tests of yarns."),
-        "speed-study": ("knittest.cli.speed_study", "Repeat every test at half its speed."),
-        "regress": ("knittest.cli.regress", "Compare Table 3 and a stored baseline, for CI."),
+        "batch": ("knittest.cli.studies", "Run a sweep over any fields, on this machine or a cluster."),
+        "calibrate": ("knittest.cli.studies", "Fit parameters to measured results."),
+        "uncertainty": ("knittest.cli.studies", "Bands and sensitivity indices from assumed ranges."),
+        "homogenise": ("knittest.cli.studies", "Derive the material card of shells from tests of yarns."),
+        "speed-study": ("knittest.cli.studies", "Repeat every test at half its speed."),
+        "regress": ("knittest.cli.studies", "Compare Table 3 and a stored baseline, for CI."),
     },
     "Results": {
-        "runs": ("knittest.cli.runs", "List run folders, or remove some."),
-        "report": ("knittest.cli.report", "Write one HTML page on runs, alone or compared."),
-        "compare": ("knittest.cli.compare", "Compare a finished run with a curve of your own."),
-        "view": ("knittest.cli.view", "Write a page on which a run can be turned and played."),
-        "animate": ("knittest.cli.animate", "Write a run as a film, MP4 or GIF."),
+        "runs": ("knittest.cli.pages", "List run folders, or remove some."),
+        "report": ("knittest.cli.pages", "Write one HTML page on runs, alone or compared."),
+        "compare": ("knittest.cli.pages", "Compare a finished run with a curve of your own."),
+        "view": ("knittest.cli.pages", "Write a page on which a run can be turned and played."),
+        "animate": ("knittest.cli.pages", "Write a run as a film, MP4 or GIF."),
         "export": ("knittest.cli.export", "Write decks, workbooks, yarns and tools of a run."),
     },
     "Setup": {
-        "doctor": ("knittest.cli.doctor", "Report versions, threads and cache."),
-        "warmup": ("knittest.cli.warmup", "Compile all kernels now."),
-        "bench": ("knittest.cli.bench", "Measure the speed of the kernels."),
+        "doctor": ("knittest.cli.system", "Report versions, threads and cache."),
+        "warmup": ("knittest.cli.system", "Compile all kernels now."),
+        "bench": ("knittest.cli.system", "Measure the speed of the kernels."),
     },
 }
 #: the same by name
@@ -189,7 +189,7 @@ def run(arguments: list[str] | None = None, stops: UntilSaved | None = None) -> 
 
 def _place(error: OSError) -> str:
     """Place of the error; one without a file is of what the command prints."""
-    from knittest.base.reading import excerpt
+    from knittest.base.files import excerpt
 
     return "standard output cannot be written" if error.filename is None else excerpt(os.fsdecode(error.filename))
 

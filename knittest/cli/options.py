@@ -9,7 +9,7 @@ import click
 from knittest.base.kinds import TestKind, kinds
 
 if TYPE_CHECKING:
-    from knittest.base.printing import Printing
+    from knittest.base.figure import Printing
 
 Command = TypeVar("Command", bound=Callable[..., object])
 
@@ -41,7 +41,7 @@ def printing_asked(
     formats: str | None, dpi: int | None, no_pictures: bool = False, open_page: bool = False
 ) -> "Printing":
     """Read both options; raises :class:`InputError`, also where no pictures are wanted."""
-    from knittest.base.printing import printing_of
+    from knittest.base.figure import printing_of
 
     if no_pictures and open_page:
         raise click.UsageError("--open: --no-pictures leaves no page to open")
@@ -134,7 +134,7 @@ def own_settings(kind: TestKind, chosen: dict[str, Any]) -> tuple[str, ...]:
 
 def resolve_runs(test: str, direction: str | None, chosen: dict[str, Any]) -> list[Any]:
     """The runs of ``test`` that the options describe, one a direction; both unless one is asked for."""
-    from knittest.config.planned import planned_runs
+    from knittest.config.loading import planned_runs
 
     if not any(chosen.get(name) for name in ("variant", "fabric", "config")):
         raise click.UsageError("which fabric? Give --variant 1, --variant 2 or --fabric FILE")

@@ -1,9 +1,12 @@
-"""The base of all config models: strict fields with a unit, hard bounds and a plausibility band."""
+"""The base of all config models: strict fields with a unit, hard bounds and a plausibility band, and their numbers in
+kernel units.
+"""
 
-from typing import Any, Literal, Self
+from typing import Annotated, Any, Generic, Literal, NamedTuple, Self, TypeVar, overload
 
 from pydantic import (
     BaseModel,
+    BeforeValidator,
     ConfigDict,
     Field,
     GetJsonSchemaHandler,
@@ -11,10 +14,136 @@ from pydantic import (
     field_validator,
     model_validator,
 )
-from pydantic_core import CoreSchema
+from pydantic_core import CoreSchema, PydanticCustomError
 
-from knittest.config.kernel_units import check_names, field_meta
-from knittest.config.unit_slips import likely_unit
+from knittest.base.kinds import kinds
+from knittest.base.units import plainly, ratio, suffix, to_kernel
+
+T = TypeVar("T", bound="float | Directed | None")
+
+
+class Directed(NamedTuple):
+    """One number for each direction."""
+
+    warp: float
+    weft: float
+
+    def of(self, direction: str) -> float:
+        """Return that of ``direction``; raise ``KeyError`` where it is neither warp nor weft."""
+        return self._asdict()[direction]
+
+
+class Kernel(Generic[T]):
+    """Number of ``field`` in kernel units: ``gauge_length_mm: ClassVar[Kernel[float]] = Kernel("gauge_length")``.
+
+    Stands beside its field in the class of a config, of which it is no field itself. ``T`` says what the field holds:
+    one number, one for each direction, and whether there may be none.
+    """
+
+    def __init__(self, field: str) -> None:
+        self.field = field
+
+    @overload
+    def __get__(self, instance: None, owner: type[BaseModel]) -> Self: ...
+    @overload
+    def __get__(self, instance: BaseModel, owner: type[BaseModel]) -> T: ...
+    def __get__(self, instance: BaseModel | None, owner: type[BaseModel]) -> Any:
+        if instance is None:
+            return self
+        return _converted(getattr(instance, self.field), field_meta(owner, self.field)["unit"])
+
+
+def check_names(model: type[BaseModel]) -> None:
+    """Raise ``TypeError`` where an attribute of ``model`` in kernel units has no field, or another name than its unit.
+
+    ``gauge_length`` in mm is ``gauge_length_mm``: who reads the name knows the unit.
+    """
+    for name, attribute in vars(model).items():
+        if not isinstance(attribute, Kernel):
+            continue
+        unit = field_meta(model, attribute.field).get("unit") if attribute.field in model.model_fields else None
+        expected = f"{attribute.field}_{suffix(unit)}" if unit else "a field with a unit"
+        if name != expected:
+            raise TypeError(f"{model.__name__}.{name}: expected {expected}, of {attribute.field} in {unit}")
+
+
+def field_meta(model: type[BaseModel], name: str) -> dict[str, Any]:
+    """Unit, bounds and plausibility band of a field; empty for fields without."""
+    extra = model.model_fields[name].json_schema_extra
+    return dict(extra) if isinstance(extra, dict) else {}
+
+
+def _converted(value: Any, unit: str) -> float | Directed | None:
+    """Number, quantity or quantities of both directions in kernel units; None stays None."""
+    if value is None or isinstance(value, int | float):
+        return None if value is None else to_kernel(float(value), unit)
+    if hasattr(value, "warp"):
+        return Directed(to_kernel(value.warp.value, unit), to_kernel(value.weft.value, unit))
+    return to_kernel(value.value, unit)
+
+
+def _known(value: object) -> object:
+    """``value``; a finding as that of a literal, for what is none of the names."""
+    if not isinstance(value, str) or value not in kinds():
+        expected = " or ".join(repr(name) for name in kinds())
+        raise PydanticCustomError("literal_error", "Input should be {expected}", {"expected": expected})
+    return value
+
+
+class _Names:
+    """Lists the names in the JSON schema."""
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        return {"enum": list(kinds()), "type": "string"}
+
+
+TestName = Annotated[str, BeforeValidator(_known), _Names]
+
+
+#: field unit -> other units it is often given in; the commonest first
+ALTERNATIVES: dict[str, tuple[str, ...]] = {
+    "GPa": ("MPa", "Pa"),
+    "mm": ("m", "cm", "um"),
+    "mm2": ("um2", "cm2", "m2"),
+    "%": ("a fraction",),
+    "tex": ("dtex", "kg/m", "g/m"),
+    "g/m2": ("kg/m2", "g/cm2"),
+    "yarn/100 mm": ("yarns/cm", "yarns/mm", "yarns/m", "yarns/dm"),
+    "N mm": ("N m", "N cm", "mN cm"),
+    "N mm2": ("N m2", "N cm2", "mN cm2"),
+    "N/mm": ("N/m", "kN/mm"),
+    "m/s": ("mm/s", "mm/min", "cm/s", "m/min", "km/h"),
+    "N": ("kN", "daN", "cN", "mN"),
+    "ms": ("us", "s"),
+    "us": ("s", "ns"),
+    "1": ("%",),
+    "kg": ("g", "t"),
+    "s": ("ms", "min", "h"),
+}
+
+
+def likely_unit(number: float, unit: str, band: tuple[float, float]) -> str:
+    """Name the unit in which ``number`` would fall into ``band`` (given in ``unit``), or say nothing ("")."""
+    low, high = band
+    read = [(name, number * ratio(name, unit)) for name in ALTERNATIVES.get(unit, ())]
+    guesses = [f"{name}: {value:.6g} {unit}" for name, value in read if low <= value <= high]
+    return f" (it looks like {' or '.join(guesses[:2])})" if guesses else ""
+
+
+def in_field_unit(number: float, written: str, unit: str) -> str | None:
+    """``number``, given in the unit ``written``, in the ``unit`` of its field; ``None`` for a unit not known there."""
+    names = {_plain(name): name for name in (*ALTERNATIVES.get(unit, ()), unit)}
+    name = names.get(_plain(written))
+    if name is None:
+        return None
+    return f"{number if name == unit else number * ratio(name, unit):.6g}"
+
+
+def _plain(unit: str) -> str:
+    """A unit without blanks, with plain letters and the yarn in the singular."""
+    return plainly(unit).replace(" ", "").replace("yarns/", "yarn/")
+
 
 Source = Literal["measured", "derived", "tuned", "predicted", "assumed", "user"]
 

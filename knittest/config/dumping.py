@@ -8,8 +8,7 @@ from knittest import __version__
 from knittest.base.kinds import DEFAULT
 from knittest.config.fields import place
 from knittest.config.run import Run
-from knittest.config.scalars import CORE_SCHEMA
-from knittest.config.yaml_loader import KeyPath, parse_document
+from knittest.config.yaml_loader import CORE_SCHEMA, KeyPath, parse_document
 
 LINE_WIDTH = 10_000  # no folding: a value stays in the line of its key
 

@@ -7,12 +7,27 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, ValidationError, ValidatorFunctionWrapHandler, WrapValidator, model_validator
 
-from knittest.config.base import BoundsError, PerDirection, Quantity, Source, Strict, measure, number
-from knittest.config.contact import FRICTION, LEAST_STICKING, LEAST_STIFFNESS, TANGENTIAL, YarnContact
-from knittest.config.inlay_section import InlaySection
-from knittest.config.kernel_units import Directed, Kernel
-from knittest.config.kind_name import TestName
-from knittest.config.shear import ShearLaw
+from knittest.config.base import (
+    BoundsError,
+    Directed,
+    Kernel,
+    PerDirection,
+    Quantity,
+    Source,
+    Strict,
+    TestName,
+    measure,
+    number,
+)
+from knittest.config.laws import (
+    FRICTION,
+    LEAST_STICKING,
+    LEAST_STIFFNESS,
+    TANGENTIAL,
+    InlaySection,
+    ShearLaw,
+    YarnContact,
+)
 from knittest.config.yarn import KnittingYarn, ReinforcingYarn, strength_of
 from knittest.config.yarn_card import filled, is_filled, number_of
 

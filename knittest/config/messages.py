@@ -1,17 +1,16 @@
-"""Turns what pydantic found into one message: file:line, field, value, what was expected, the nearest valid name."""
+"""Messages on config files: file:line, field, value, what was expected, the nearest valid name."""
 
 import re
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
 from knittest.base.errors import InputError
-from knittest.config.base import BoundsError
+from knittest.config.base import BoundsError, in_field_unit
 from knittest.config.fields import Place, all_paths, nearest, place
-from knittest.config.layers import Layers
-from knittest.config.unit_slips import in_field_unit
-from knittest.config.yaml_loader import KeyPath, describe, dotted, shown
+from knittest.config.settings import Layers
+from knittest.config.yaml_loader import Document, KeyPath, describe, dotted, shown
 
 MOST_SHOWN = 20
 _DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?$")
@@ -123,3 +122,37 @@ def _choice_expected(expected: str, value: object) -> str:
     return f"expected {', '.join(names[:-1])} or {names[-1]}".replace("expected  or", "expected") + (
         f' (did you mean "{close}"?)' if close else ""
     )
+
+
+Parsed = TypeVar("Parsed", bound=BaseModel)
+
+
+def parse_as(model: type[Parsed], document: Document) -> Parsed:
+    """The ``model`` in ``document``; raises :class:`InputError` with every finding, each with file and line."""
+    try:
+        return model.model_validate(document.data)
+    except ValidationError as error:
+        layers = Layers(origin={(): document.where(())})
+        for key, value in document.data.items():
+            layers.lay(value, document.where, (key,))
+        raise input_error(error, layers, model) from None
+
+
+def number_path(name: str, where: str, kinds: Sequence[str]) -> KeyPath:
+    """The key path of ``name``, a number of the fabric or the rig of one of ``kinds``; raises :class:`InputError`."""
+    path: KeyPath = tuple(name.split("."))
+    if path[0] not in ("fabric", "rig"):
+        raise InputError(f"{where}: {name}: expected a field of the fabric or the rig, such as {_example(name, kinds)}")
+    field = next((f for f in (place(path, kind) for kind in kinds) if f is not None), None)
+    if field is None:
+        known = sorted({p for kind in kinds for p in all_paths(kind) if p.split(".")[0] == path[0]})
+        raise InputError(f"{where}: {name}: {unknown(name, known) if known else 'unknown field'}")
+    if field.model is not None and not field.is_quantity:
+        raise InputError(f"{where}: {name}: expected a number, this is a group of {', '.join(field.names)}")
+    return path
+
+
+def _example(name: str, kinds: Sequence[str]) -> str:
+    last = name.split(".")[-1]
+    known = (p for kind in kinds for p in all_paths(kind) if p.split(".")[0] in ("fabric", "rig"))
+    return next((p for p in known if p.split(".")[-1] == last), "fabric.macro.bending_stiffness.warp")

@@ -5,9 +5,8 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 from pydantic import Field
 
-from knittest.config.base import BoundsError, Strict, number
+from knittest.config.base import BoundsError, Kernel, Strict, number
 from knittest.config.fabric import Direction
-from knittest.config.kernel_units import Kernel
 
 
 class Rig(Strict):

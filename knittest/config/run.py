@@ -6,9 +6,8 @@ from typing import Any, ClassVar, Literal, Self
 from pydantic import Field, model_validator
 
 from knittest.base.kinds import Parts, kinds
-from knittest.config.base import BoundsError, Strict, number
+from knittest.config.base import BoundsError, Kernel, Strict, number
 from knittest.config.fabric import YARN_LEVEL, Fabric
-from knittest.config.kernel_units import Kernel
 from knittest.config.rigs import Rig
 
 Scale = Literal["macro", "meso"]

@@ -12,9 +12,9 @@ from pydantic.fields import FieldInfo
 from knittest.base.errors import InputError
 from knittest.base.kinds import DEFAULT, kinds
 from knittest.config.base import PerDirection, Quantity, field_meta
-from knittest.config.leaves import leaves
 from knittest.config.presets import PRESETS, preset_settings
 from knittest.config.run import RUNS
+from knittest.config.settings import leaves
 
 #: bounds as the models keep them -> their names in JSON schema (draft 2020-12); of a quantity they bind the bare number
 KEYWORDS = {"gt": "exclusiveMinimum", "ge": "minimum", "le": "maximum"}

@@ -1,12 +1,82 @@
-"""Single settings from the command line: options and ``--set key.path=value``."""
+"""Settings of a run: options and ``--set key.path=value``, layers that remember their origin, numbers by dotted
+path.
+"""
 
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 from knittest.base.errors import InputError
 from knittest.config.fields import place
-from knittest.config.layers import Layers
 from knittest.config.yaml_loader import KeyPath, parse_value, shown
+
+Where = Callable[[KeyPath], str]
+
+
+@dataclass
+class Layers:
+    """Merged ``data`` and the ``origin`` (``file:line`` or option) of every key path in it."""
+
+    data: dict[str, Any] = field(default_factory=dict)
+    origin: dict[KeyPath, str] = field(default_factory=dict)
+
+    def lay(self, value: object, where: Where, at: KeyPath = ()) -> None:
+        """Lay ``value`` over what is at ``at``: mappings merge, all else replaces; ``where`` tells a path's origin."""
+        old = self.get(at)
+        if isinstance(value, dict) and isinstance(old, dict) and not (_is_quantity(value) and _is_quantity(old)):
+            if at:
+                self.origin.setdefault(at, where(at))
+            for key, inner in value.items():
+                self.lay(inner, where, (*at, key))
+        else:
+            self._replace(value, where, at)
+
+    def get(self, path: KeyPath) -> Any:
+        """Value at ``path``, ``None`` where there is none."""
+        found: Any = self.data
+        for part in path:
+            if isinstance(found, dict):
+                found = found.get(part)
+            elif isinstance(found, list | tuple) and isinstance(part, int) and part < len(found):
+                found = found[part]
+            else:
+                return None
+        return found
+
+    def where(self, path: KeyPath) -> str | None:
+        """Origin of ``path`` or of its nearest ancestor; ``None`` for a default."""
+        while path and path not in self.origin:
+            path = path[:-1]
+        return self.origin.get(path)
+
+    def _replace(self, value: object, where: Where, at: KeyPath) -> None:
+        for path in [p for p in self.origin if p[: len(at)] == at]:
+            del self.origin[path]
+        holder: Any = self.data
+        for depth, part in enumerate(at[:-1], 1):
+            if not isinstance(holder.get(part), dict):
+                holder[part] = {}
+                self.origin[at[:depth]] = where(at)
+            holder = holder[part]
+        holder[at[-1]] = _copied(value)
+        self._note(value, where, at)
+
+    def _note(self, value: object, where: Where, at: KeyPath) -> None:
+        self.origin[at] = where(at)
+        inner = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+        for key, item in inner:
+            self._note(item, where, (*at, key))
+
+
+def _is_quantity(value: dict[str, Any]) -> bool:
+    """A stated quantity replaces another as a whole: its scatter and source must not outlive its value."""
+    return "value" in value
+
+
+def _copied(value: object) -> Any:
+    if isinstance(value, dict):
+        return {key: _copied(item) for key, item in value.items()}
+    return [_copied(item) for item in value] if isinstance(value, list) else value
 
 
 @dataclass(frozen=True)
@@ -63,3 +133,18 @@ def _users_own(old: object) -> dict[str, Any]:
         return {}
     ref = f"given by the user; the fabric's own is {old.get('value')} ({old.get('source')})"
     return {"source": "user", "ref": ref, "tuned_on": [], "chosen_by": []}
+
+
+#: what no run computes with
+TOLD = ("source", "ref", "tuned_on", "chosen_by")
+
+
+def leaves(value: Mapping[str, object], prefix: str = "") -> Iterator[tuple[str, object]]:
+    """Path and value of each number or word below ``value``; that of a quantity has the path of the quantity."""
+    for name, inner in value.items():
+        if name in TOLD:
+            continue
+        if isinstance(inner, Mapping):
+            yield from leaves(inner, f"{prefix}{name}.")
+        else:
+            yield (prefix.removesuffix(".") if name == "value" else f"{prefix}{name}"), inner

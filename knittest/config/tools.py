@@ -9,8 +9,7 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from knittest.config.base import BoundsError, Strict, number
-from knittest.config.kernel_units import Kernel
+from knittest.config.base import BoundsError, Kernel, Strict, number
 
 #: narrowest flat bottom of a T [mm]
 FLAT = 1.0

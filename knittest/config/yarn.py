@@ -11,11 +11,9 @@ from typing import Any, ClassVar, Literal, Self
 from pydantic import Field, GetJsonSchemaHandler, model_validator
 from pydantic_core import CoreSchema
 
-from knittest.config.base import BoundsError, PerDirection, Quantity, Strict, measure, number
-from knittest.config.inlay_section import InlaySection
-from knittest.config.kernel_units import Directed, Kernel
+from knittest.config.base import BoundsError, Directed, Kernel, PerDirection, Quantity, Strict, measure, number
+from knittest.config.laws import InlaySection, YarnLaw
 from knittest.config.yarn_card import SETTINGS, Blend, blend_of, converted_card
-from knittest.config.yarn_law import YarnLaw
 
 #: steepest tangent of a yarn's law over its modulus: beyond, stresses are in another unit
 LAW_STEEPNESS = (0.1, 10.0)

@@ -13,8 +13,7 @@ from typing import Any, NamedTuple
 import yaml
 from pydantic import BaseModel
 
-from knittest.config.base import BoundsError, PerDirection, Quantity, check_bounds
-from knittest.config.kernel_units import field_meta
+from knittest.config.base import BoundsError, PerDirection, Quantity, check_bounds, field_meta
 
 #: the reference of a derived number begins with this, and ends with the number and its unit
 MARK = "yarn card: "

@@ -1,5 +1,6 @@
-"""Reference curves: CSV files whose header says what kind of curve they hold."""
+"""Reference curves from CSV files, and forces of strips and frames as what does not depend on the size."""
 
+import math
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal, get_args
@@ -8,16 +9,53 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
-from knittest.base.reading import read_regular
-from knittest.base.resources import data_dir
-from knittest.experiment.conditions import SIZES, UNKNOWN, Conditions, agreed, conditions_of
+from knittest.base.files import data_dir, read_regular
+from knittest.experiment.conditions import EXACT, SIZES, UNKNOWN, Conditions, agreed, conditions_of
 from knittest.experiment.lab_conditions import GAUGE, WIDTH, Said, said_by
+from knittest.experiment.lab_rows import read_rows
 from knittest.experiment.lab_strips import read_strips
 from knittest.experiment.lab_table import Given
-from knittest.experiment.shear_csv import read_shear
-from knittest.materials.trellis import ANGLE
+from knittest.experiment.lab_units import decimal_mark, read_number
+from knittest.materials.trellis import ANGLE, NORMALISED, normalised_force
 
 Array = NDArray[np.float64]
+
+#: angle [deg] below which a simulated frame's force is that of its start: at half its speed it halves there, the rest
+#: stays
+START = 5.0
+#: names of the column of the force
+FORCES = ("force_n", NORMALISED)
+
+
+def read_shear(path: Path) -> tuple[Array, Array, str] | None:
+    """Shear angle [deg], force and the force's name, None if no column is named ``shear_angle_deg``.
+
+    Any delimiter and decimal mark. Raises :class:`InputError` with the row for text, gaps and angles that do not rise.
+    """
+    rows = read_rows(path)
+    head = next((k for k, (_, cells) in enumerate(rows) if ANGLE in cells), None)
+    if head is None:
+        return None
+    line, names = rows[head]
+    force = next((name for name in FORCES if name in names), None)
+    if force is None:
+        raise InputError(f"{path}:{line}: beside {ANGLE}: expected one of the columns {', '.join(FORCES)}")
+    body = rows[head + 1 :]
+    mark = decimal_mark(path, [cell for _, cells in body for cell in cells])
+    columns = names.index(ANGLE), names.index(force)
+    values = np.array(
+        [[read_number(path, n, cells[c] if c < len(cells) else "", mark) for c in columns] for n, cells in body]
+    )
+    if len(values) < 3:
+        raise InputError(f"{path}: {len(values)} points; at least three are needed")
+    falls = np.flatnonzero(np.diff(values[:, 0]) <= 0.0)
+    if len(falls):
+        raise InputError(
+            f"{path}:{body[falls[0] + 1][0]}: {ANGLE} must rise from row to row: give the first loading alone"
+        )
+    return values[:, 0], values[:, 1], force
+
+
 Kind = Literal["measured", "digitised", "reconstructed", "simulated", "input", "tuned"]
 Notes = dict[str, tuple[str, str]]
 MAX_BYTES = 10_000_000
@@ -172,3 +210,70 @@ def _row(path: Path, number: int, line: str, columns: int) -> list[float]:
     if len(cells) != columns or len(values) != columns or not np.isfinite(values).all():
         raise InputError(f"{path}:{number}: {line!r}: expected {columns} finite numbers")
     return values
+
+
+# Forces of strips and frames of any size as what does not depend on the size, and for the size of a run.
+#
+# A strip carries its force over its width: F / b [N/mm]. A frame is judged by the normalised shear force F_s L_frame /
+# L_fabric^2 [N/mm] of :mod:`knittest.materials.trellis`.
+
+
+def per_width(curve: ReferenceCurve) -> ReferenceCurve:
+    """A tensile ``curve`` as force per width [N/mm]; raises :class:`InputError` where its strip has no width."""
+    if curve.y_name == FORCE_PER_WIDTH:
+        return curve
+    if curve.y_name != FORCE:
+        raise InputError(f"{curve.file}: {curve.y_name}; expected {FORCE_PER_WIDTH}, or {FORCE} of a strip")
+    width = curve.conditions.strip_width_mm
+    if width is None:
+        raise InputError(
+            f"{curve.file}: {FORCE} of a strip of unknown width: expected a line '# strip_width_mm: ...' in its header "
+            f"(knittest data import --width writes it; knittest compare has --width), or a column {FORCE_PER_WIDTH}"
+        )
+    return _divided(curve, width, FORCE_PER_WIDTH)
+
+
+def for_width(curve: ReferenceCurve, width: float) -> ReferenceCurve:
+    """A tensile ``curve`` as force [N] of a strip of ``width`` [mm], and in its note of which width it was.
+
+    Raises as :func:`per_width` does.
+    """
+    own = curve.conditions.strip_width_mm
+    scaled = _divided(per_width(curve), 1.0 / width, FORCE)
+    if own is None:
+        return noted(scaled, f"given per width, for {width:g} mm")
+    return scaled if math.isclose(own, width, rel_tol=EXACT) else noted(scaled, f"for {width:g} instead of {own:g} mm")
+
+
+def normalised(curve: ReferenceCurve) -> ReferenceCurve:
+    """A frame's ``curve`` as normalised shear force [N/mm]; raises :class:`InputError` for a force [N] of a frame or
+    fabric of unknown side.
+    """
+    if curve.y_name == NORMALISED:
+        return curve
+    fabric, frame = curve.conditions.fabric_side_mm, curve.conditions.frame_side_mm
+    if curve.y_name != FORCE or fabric is None or frame is None:
+        sides = {"fabric_side_mm": fabric, "frame_side_mm": frame}
+        missing = " and ".join(f"'# {name}: ...'" for name, side in sides.items() if side is None)
+        raise InputError(
+            f"{curve.file or curve.source}: {curve.y_name} of a frame: expected a column {NORMALISED}, or {FORCE} of "
+            f"the crosshead and in the header {missing or 'both sides'} (options --fabric-side, --frame-side)"
+        )
+    angle = np.deg2rad(curve.x)
+    force = normalised_force(curve.mean, angle, fabric, frame)
+    sd = None if curve.sd is None else normalised_force(curve.sd, angle, fabric, frame)
+    note = f"normalised by its own sides, fabric {fabric:g} mm in a frame of {frame:g} mm"
+    return noted(replace(curve, mean=force, sd=sd, y_name=NORMALISED), note)
+
+
+def noted(curve: ReferenceCurve, note: str) -> ReferenceCurve:
+    """``curve`` with ``note`` added to its own."""
+    return replace(curve, note="; ".join(filter(None, (curve.note, note))))
+
+
+def _divided(curve: ReferenceCurve, size: float, name: str) -> ReferenceCurve:
+    peak = curve.stated_peak
+    return replace(
+        curve, mean=curve.mean / size, sd=None if curve.sd is None else curve.sd / size, y_name=name,
+        stated_peak=None if peak is None else (peak[0], peak[1] / size),
+    )  # fmt: skip

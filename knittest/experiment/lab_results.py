@@ -11,10 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from knittest.base.atomic import write_atomic
 from knittest.base.errors import InputError, ResourceError
+from knittest.base.files import COLUMNS, write_atomic
 from knittest.base.kinds import DEFAULT, kinds, names
-from knittest.base.tidy_tables import COLUMNS
 from knittest.config.starting import FABRIC
 from knittest.experiment.lab_conditions import Condition
 from knittest.experiment.statistics import Array, Corridor, mean_sd

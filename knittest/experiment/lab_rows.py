@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from knittest.base.errors import InputError
-from knittest.base.reading import read_regular
+from knittest.base.files import read_regular
 from knittest.config.yaml_loader import shown
 from knittest.experiment import lab_units
 from knittest.experiment.lab_units import NUMBER

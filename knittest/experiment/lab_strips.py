@@ -9,7 +9,7 @@ import numpy as np
 
 from knittest.base.errors import InputError
 from knittest.config.fabric import MacroMaterial
-from knittest.experiment import lab_checks as checks
+from knittest.experiment import lab_shear as checks
 from knittest.experiment.lab_conditions import EXTENSOMETER, GAUGE, STANDARD, WIDTH, Condition, common, same, within
 from knittest.experiment.lab_recording import Recording, reader
 from knittest.experiment.lab_results import Curves

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from knittest.base.atomic import write_atomic
 from knittest.base.errors import InputError
+from knittest.base.files import write_atomic
 from knittest.base.kinds import DEFAULT, Parts, kinds
 from knittest.config.fabric import Fabric, MacroMaterial
 from knittest.config.starting import FABRIC

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from knittest.base.resources import data_dir
+from knittest.base.files import data_dir
 from knittest.experiment.tables import published
 
 AXIAL = 59.3e3 * 0.784  # EA of a yarn [N]

@@ -8,22 +8,24 @@ from typing import Any, Self
 
 from numpy.typing import ArrayLike
 
-from knittest.base.atomic import resource_error, write_atomic
 from knittest.base.errors import KnittestError
+from knittest.base.files import resource_error, write_atomic
 from knittest.base.summary import Status, Summary
 from knittest.config.run import Run
-from knittest.export.jsonfile import json_text
-from knittest.export.lock import RunLock
-from knittest.export.manifest import ending, first_manifest, now, restarted_manifest
-from knittest.export.names import (
+from knittest.export.files import json_text
+from knittest.export.lock import (
     CHECKPOINTS,
+    RunLock,
+    chosen_folder,
+    clear_dead_run,
     files_of_incomplete_runs,
+    fresh_folder,
     incomplete,
     results_of_runs,
     run_name,
     tables_of_runs,
 )
-from knittest.export.place import chosen_folder, clear_dead_run, fresh_folder
+from knittest.export.summary import ending, first_manifest, now, restarted_manifest
 
 #: values of equal length by the name of their column
 Columns = Mapping[str, ArrayLike]

@@ -1,16 +1,24 @@
-"""The periodic cell of the fabric: what determines it, and its relaxed centre-lines."""
+"""The periodic cell of the fabric: what determines it, its relaxed centre-lines, its file in the cache, and Munden's
+constants to hold it against.
+"""
 
+import hashlib
+import json
 import math
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from knittest.base.cache import Damaged, cache_folder, checksum, keep, kept
+from knittest.base.history import RELAXED
+from knittest.base.progress import tell
 from knittest.config.fabric import Fabric
-from knittest.fabric.spline import polyline_length
+from knittest.fabric.loop import polyline_length
 
 Array = NDArray[np.float64]
-
 SYSTEMS = ("knit", "warp", "weft")
 
 
@@ -126,3 +134,97 @@ class Cell:
     def crimp(self, system: str) -> float:
         """Extra length of a relaxed warp or weft over its period [-]."""
         return polyline_length(self.closed(system)) / float(np.linalg.norm(self.periods[system])) - 1.0
+
+
+# Relaxed cells on disk, keyed by their inputs and by the sources that relaxed them, with a checksum inside.
+
+#: what shapes a cell, beside its inputs
+SOURCES = (
+    "fabric/loop.py",
+    "fabric/relax.py",
+    "fabric/topology.py",
+    "kernels/relaxation.py",
+    "kernels/section.py",
+)
+NUMBERS = ("deepest", "worst", "residual", "iterations")
+DIGITS = 24
+
+
+def cell_path(spec: CellSpec) -> Path | None:
+    """File of the cell of ``spec``; None where nothing is cached."""
+    folder = cache_folder("cells")
+    return None if folder is None else folder / f"{_key(spec)}.npz"
+
+
+def load_cell(spec: CellSpec) -> Cell | None:
+    """The cached cell; None if there is none or it is not what was kept, which a line on stderr says."""
+    path = cell_path(spec)
+    try:
+        arrays = kept(path, _key(spec))
+        return None if arrays is None else _cell(spec, arrays)
+    except (Damaged, KeyError, TypeError, ValueError) as error:
+        tell(f"{path}: {error}: this cached cell is not used; it is relaxed anew")
+        return None
+
+
+def save_cell(cell: Cell) -> None:
+    """Write ``cell`` whole or not at all; if the disk refuses, the next run only relaxes again."""
+    keep(cell_path(cell.spec), _key(cell.spec), _arrays(cell))
+
+
+def cell_digest(cell: Cell) -> str:
+    """Digest of the centre-lines of ``cell`` and of what it was relaxed from."""
+    return checksum({"key": np.array(_key(cell.spec)), **_arrays(cell)})
+
+
+def _cell(spec: CellSpec, arrays: dict[str, np.ndarray]) -> Cell:
+    """Raises :class:`Damaged` for arrays that no cell has."""
+    curves = [np.asarray(arrays[s], dtype=np.float64) for s in SYSTEMS]
+    if any(c.ndim != 2 or c.shape[1] != 3 or len(c) < 4 or not np.isfinite(c).all() for c in curves):
+        raise Damaged("no centre-lines of three systems")
+    knit, warp, weft = curves
+    deepest, worst, residual, iterations = (float(arrays[name]) for name in NUMBERS)
+    return Cell(spec, knit, warp, weft, deepest, worst, residual, int(iterations))
+
+
+def _arrays(cell: Cell) -> dict[str, Any]:
+    return {name: np.asarray(getattr(cell, name)) for name in (*SYSTEMS, *NUMBERS)}
+
+
+def _key(spec: CellSpec) -> str:
+    """Digest of the inputs of a cell and of the sources that relax it."""
+    package = Path(__file__).parent.parent
+    digest = hashlib.sha256(json.dumps(asdict(spec), sort_keys=True).encode())
+    for name in SOURCES:
+        digest.update((package / name).read_bytes())
+    return digest.hexdigest()[:DIGITS]
+
+
+# Constants of a plain knit by Munden (1959), J. Text. Inst. 50, T448: densities times the length of a loop.
+#
+# The knit relaxes towards values that hold for any yarn and length; beside them it is seen whether that of a fabric
+# with inlays is stretched.
+
+#: stitches an area times the square of the loop length of a relaxed plain knit [-], 19 to 21.6
+STITCHES = 20.0
+
+
+class Munden(NamedTuple):
+    """Courses and wales a length, and stitches an area, times the loop length or its square [-]."""
+
+    courses: float
+    wales: float
+    stitches: float
+
+    @classmethod
+    def of(cls, spec: CellSpec, draw_in: float = 0.0) -> "Munden":
+        """Constants of a cell whose loops are shorter by ``draw_in`` [-] than its loop length."""
+        length = (1.0 - draw_in) * spec.loop_length
+        courses, wales = length / spec.course, length / spec.wale
+        return cls(courses, wales, courses * wales)
+
+    def __str__(self) -> str:
+        (low, high), (least, most) = RELAXED.values()
+        return (
+            f"{self.courses:.2f}, {self.stitches:.1f} (relaxed plain knits {low:g} to {high:g}, {least:g} to {most:g})"
+        )

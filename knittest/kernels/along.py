@@ -1,4 +1,4 @@
-"""Yarns that lie along others that they bend round: which of their pieces do.
+"""Pieces of yarns that lie along others that they bend round, and the transfer of contacts to the next search.
 
 Bent about the axis of another, a yarn is as near to it all along: closest points run or split, and one contact would
 let it sink in beside. Such pieces are marked with the yarns they lie along, and pressed one by one at their middles.
@@ -11,10 +11,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from knittest.kernels.contact import BESIDE, FIRST_ALONG, POINT, SECOND_ALONG, bend_of, tangent_of
-from knittest.kernels.options import KERNEL, PART, U
-from knittest.kernels.rows import at3, rows3
 from knittest.kernels.state import Array, Index
-from knittest.kernels.vec import add, dot
+from knittest.kernels.vec import KERNEL, PART, U, add, at3, dot, rows3
 
 #: determinant of the second derivatives of half the squared distance, over both tangents squared, below which yarns at
 #: a point wrap each other where one bends by more than 1 - BENDS over the distance; marks go on while a yarn bends by
@@ -151,3 +149,81 @@ def flag_other_kinds(contacts, count, pieces, moved):
         i, j = contacts.piece[0, c], contacts.piece[1, c]
         if is_other_kind(contacts.line[c], i, j, pieces):
             moved[i] = moved[j] = True
+
+
+# Contacts that go on: which of the last search a found one inherits from, each by one heir at most.
+#
+# ``lists`` are the contacts by their first piece: number of the first one of each, and of the one that follows each.
+
+#: distance along both yarns [elements] within which a found crossing is the tracked one
+SAME = 0.9
+#: the same along a yarn that is held there: at the middles of pieces, and where one begins or its yarn ends
+HELD = 0.25
+
+
+@njit(**PART)
+def push(contacts, c, lists):
+    """Put contact ``c`` into the ``lists``."""
+    head, following = lists
+    following[c] = head[contacts.piece[0, c]]
+    head[contacts.piece[0, c]] = c
+
+
+@njit(**PART)
+def tracked(contacts, lists, chain, place, near):
+    """Number of the contact of the kind within ``near`` elements of ``place``, pieces i, j at s, t and kind, or -1."""
+    head, following = lists
+    i, j, s, t, line = place
+    near_first = HELD if line == FIRST_ALONG else near
+    near_second = HELD if line == SECOND_ALONG else near
+    for first in range(max(i - 1, 0), min(i + 2, chain.size)):
+        c = head[first]
+        while c >= 0:
+            if (
+                contacts.line[c] == line
+                and chain[contacts.piece[0, c]] == chain[i]
+                and chain[contacts.piece[1, c]] == chain[j]
+                and abs(contacts.piece[0, c] + contacts.parameter[0, c] - i - s) < near_first
+                and abs(contacts.piece[1, c] + contacts.parameter[1, c] - j - t) < near_second
+            ):
+                return c
+            c = following[c]
+    return -1
+
+
+@njit(**PART)
+def _of_another_kind(contacts, lists, chain, taken, place):
+    """Number of the contact of another kind at ``place`` whose piece is the one that the one or the other holds, or -1.
+
+    Between a point and one beside both pieces are to be the same. None that is ``taken``.
+    """
+    head, following = lists
+    i, j, s, t, line = place
+    for first in range(max(i - 1, 0), min(i + 2, chain.size)):
+        c = head[first]
+        while c >= 0:
+            was = contacts.line[c]
+            holds_second = (was if line == POINT else line) == SECOND_ALONG
+            near_first = abs(contacts.piece[0, c] + contacts.parameter[0, c] - i - s) < SAME
+            near_second = abs(contacts.piece[1, c] + contacts.parameter[1, c] - j - t) < SAME
+            own_first, own_second = contacts.piece[0, c] == i, contacts.piece[1, c] == j
+            held = near_first and own_second if holds_second else own_first and near_second
+            if was + line == POINT + BESIDE:
+                held = own_first and own_second
+            one_pair = chain[first] == chain[i] and chain[contacts.piece[1, c]] == chain[j]
+            if was != line and held and one_pair and not taken[c]:
+                return c
+            c = following[c]
+    return -1
+
+
+@njit(**PART)
+def predecessor(contacts, lists, chain, taken, place):
+    """Number of the contact that the one found at ``place`` goes on from, which is ``taken`` then, or -1."""
+    c = tracked(contacts, lists, chain, place, SAME)
+    if c < 0 or taken[c]:
+        c = _of_another_kind(contacts, lists, chain, taken, place)
+    if c < 0 or taken[c]:
+        return -1
+    taken[c] = True
+    return c

@@ -8,14 +8,6 @@ import numpy as np
 from numba import njit
 
 from knittest.kernels.contact import (
-    closest_step,
-    contact_force,
-    elastic_force,
-    slope_at,
-    spline_weights,
-)
-from knittest.kernels.contact_gather import fetch, gather_first, gather_second, walk
-from knittest.kernels.contact_scratch import (
     BLOCK,
     DAMPED,
     EX,
@@ -62,15 +54,19 @@ from knittest.kernels.contact_scratch import (
     WAS_UX,
     S,
     T,
+    closest_step,
+    contact_force,
+    elastic_force,
+    slope_at,
+    spline_weights,
     write,
     write3,
 )
+from knittest.kernels.contact_gather import fetch, gather_first, gather_second, walk
 from knittest.kernels.flatten import squeeze
-from knittest.kernels.options import INLINE, KERNEL, ONE, U
-from knittest.kernels.rows import at3, load3, rows3, store3
-from knittest.kernels.spin_blocks import give_way
+from knittest.kernels.spin import give_way
 from knittest.kernels.state import ContactLaw
-from knittest.kernels.vec import add, combine, cross, scale, sub
+from knittest.kernels.vec import INLINE, KERNEL, ONE, U, add, at3, combine, cross, load3, rows3, scale, store3, sub
 
 #: closest-point steps a time step: a contact that lags behind the closest points makes energy out of friction
 NEWTON_STEPS = 2

@@ -7,8 +7,7 @@ from math import sqrt
 
 from numba import njit
 
-from knittest.kernels.contact import bend_of, spline_weights, tangent_of
-from knittest.kernels.contact_scratch import (
+from knittest.kernels.contact import (
     EX,
     GX,
     LANES,
@@ -31,14 +30,15 @@ from knittest.kernels.contact_scratch import (
     WAS_UX,
     S,
     T,
+    bend_of,
     read,
     read3,
+    spline_weights,
+    tangent_of,
 )
 from knittest.kernels.flatten import swelling
-from knittest.kernels.options import INLINE, ONE, PART, U
-from knittest.kernels.rows import at3, load3, put3, rows3, store3
 from knittest.kernels.section_blocks import carry_over, section_at
-from knittest.kernels.vec import add, combine, dot, scale, sub
+from knittest.kernels.vec import INLINE, ONE, PART, U, add, at3, combine, dot, load3, put3, rows3, scale, store3, sub
 
 
 @njit(**INLINE)

@@ -10,27 +10,23 @@ are none, and their branches are cut before they are compiled.
 import numpy as np
 from numba import njit, prange
 
-from knittest.kernels import beam_blocks, contact_scratch, in_plane_blocks, shell_scratch, tool_blocks
-from knittest.kernels.beam_blocks import advance_beams, advance_free
-from knittest.kernels.claims import claim, in_turn
+from knittest.kernels import beam, contact, in_plane_blocks, shell_state, tool_contact
+from knittest.kernels.beam import advance_beams, advance_free
 from knittest.kernels.contact_blocks import contact_forces, scatter_contacts
 from knittest.kernels.flatten import flatten, follow_sections
 from knittest.kernels.in_plane_blocks import bend_forces, gather_bends
-from knittest.kernels.loads import apply_loads, book_loads
-from knittest.kernels.motion import impose_motions
-from knittest.kernels.options import KERNEL, PARALLEL, PART, PARTITIONS, U
+from knittest.kernels.loads import apply_loads, book_loads, impose_motions
 from knittest.kernels.periodic import follow, pull_lattice
-from knittest.kernels.rows import rows3
 from knittest.kernels.section_blocks import turn_sections
 from knittest.kernels.sheet_contact import scatter_sheet, sheet_forces
 from knittest.kernels.shell_blocks import gather_shells, shell_forces
 from knittest.kernels.shell_state import BLOCK
-from knittest.kernels.tables import read_tables
-from knittest.kernels.tool_blocks import forget_rooms, touch_tools
-from knittest.kernels.tool_contact import move_tools
+from knittest.kernels.threading import claim, in_turn
+from knittest.kernels.tool_contact import forget_rooms, move_tools, touch_tools
+from knittest.kernels.vec import KERNEL, PARALLEL, PART, PARTITIONS, U, read_tables, rows3
 
 #: work space of one thread, in floats
-SCRATCH = max(m.SCRATCH for m in (beam_blocks, contact_scratch, shell_scratch, in_plane_blocks, tool_blocks))
+SCRATCH = max(m.SCRATCH for m in (beam, contact, shell_state, in_plane_blocks, tool_contact))
 
 
 @njit(**KERNEL)
@@ -217,7 +213,8 @@ def advance_fabric(
 ):  # fmt: skip
     """Advance a model of shells; arguments as in :func:`advance_yarns`.
 
-    ``count`` of the ``contacts`` of ``sheet`` with itself are in use, by ``law`` (:mod:`knittest.kernels.sheet_state`).
+    ``count`` of the ``contacts`` of ``sheet`` with itself are in use, by ``law``
+    (:mod:`knittest.kernels.sheet_surface`).
     """
     if tools is not None:
         forget_rooms(touch)

@@ -12,10 +12,8 @@ from math import sqrt
 from numba import njit
 
 from knittest.kernels.contact import spline_weights
-from knittest.kernels.options import INLINE, ONE, PART
-from knittest.kernels.rows import rows3
 from knittest.kernels.section_blocks import section_at, turn_sections
-from knittest.kernels.vec import dot
+from knittest.kernels.vec import INLINE, ONE, PART, dot, rows3
 
 #: rows of the shapes of nodes: half height [mm], its last change, pull of the contacts on it [N], force that drove it;
 #: free half height, a b [mm^2], C [N], length [mm], drag over the step [N/mm], exponent m

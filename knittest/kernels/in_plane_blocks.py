@@ -7,11 +7,8 @@ forces on its members, and every node collects its own in a fixed order: the bit
 import numpy as np
 from numba import njit
 
-from knittest.kernels.in_plane import bending_energy, bending_gradients
-from knittest.kernels.in_plane_state import BLOCK, OWN_EACH, SAME, WEIGHTS
-from knittest.kernels.options import ALLOCATING, INLINE, PART, U
-from knittest.kernels.rows import load3, rows3, store3
-from knittest.kernels.vec import add, scale
+from knittest.kernels.in_plane import BLOCK, OWN_EACH, SAME, WEIGHTS, bending_energy, bending_gradients
+from knittest.kernels.vec import ALLOCATING, INLINE, PART, U, add, load3, rows3, scale, store3
 
 LANES = np.uintp(BLOCK)
 ROW2, ROW3 = np.uintp(2 * BLOCK), np.uintp(3 * BLOCK)

@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from knittest.kernels.options import INLINE
+from knittest.kernels.vec import INLINE
 
 Array = NDArray[np.float64]
 

@@ -11,10 +11,20 @@ from numba import njit, prange
 
 from knittest.kernels.along import held_kind
 from knittest.kernels.contact import BESIDE, FIRST_ALONG, FIRST_END, LAST_END, POINT, SECOND_ALONG, closest_step
-from knittest.kernels.grid import ROWS, place_of, row_near
-from knittest.kernels.options import ALLOCATING, INLINE, KERNEL, PARALLEL, PART, PARTITIONS
-from knittest.kernels.rows import rows3, rows4
 from knittest.kernels.state import Index
+from knittest.kernels.vec import (
+    ALLOCATING,
+    GRID_ROWS,
+    INLINE,
+    KERNEL,
+    PARALLEL,
+    PART,
+    PARTITIONS,
+    place_of,
+    row_near,
+    rows3,
+    rows4,
+)
 
 #: pieces within this angle of parallel (14 degrees) are line contacts, unless they bend apart: sin^2
 PARALLEL_SIN2 = 0.06
@@ -311,7 +321,7 @@ def _pairs_of(first, last, position, pieces, alive, moved, cells, by_cell, skin,
         place = place_of(cell_of[q], shape)
         ends = reach_of(q, alive, pieces)
         xq, yq, zq, reach = x[q], y[q], z[q], radius[q] + half_piece[q] * stretch_of(ends) + skin
-        for row in range(ROWS):
+        for row in range(GRID_ROWS):
             start, stop = row_near(place, shape, row)
             for k in range(head[start], head[stop]):
                 dx, dy, dz, near = px[k] - xq, py[k] - yq, pz[k] - zq, extent[k] + reach

@@ -18,20 +18,8 @@ from numba import njit
 from knittest.kernels.beam import axial_strain, flat_moment, mean_frame, section_force, section_moment
 from knittest.kernels.contact import spline_weights
 from knittest.kernels.laws import hinge_force
-from knittest.kernels.options import KERNEL, PART
-from knittest.kernels.periodic_state import (
-    ARC,
-    COSINE,
-    CURVATURE,
-    LATTICE,
-    SHIFT,
-    SHIFT_RATE,
-    SINE,
-    TURN,
-    TURN_RATE,
-)
-from knittest.kernels.rows import at3, rows3, rows4
-from knittest.kernels.vec import add, combine, cross, dot, scale, sub
+from knittest.kernels.state import ARC, COSINE, CURVATURE, LATTICE, SHIFT, SHIFT_RATE, SINE, TURN, TURN_RATE
+from knittest.kernels.vec import KERNEL, PART, add, at3, combine, cross, dot, rows3, rows4, scale, sub
 
 #: turn [rad] below which series stand for quotients
 SMALL = 1e-2

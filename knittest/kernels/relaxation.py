@@ -12,9 +12,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from knittest.kernels.options import ALLOCATING, INLINE, KERNEL, PART
-from knittest.kernels.section_touch import segment_closest, touch
-from knittest.kernels.vec import add, combine, dot, scale, sub
+from knittest.kernels.section import segment_closest, touch
+from knittest.kernels.vec import ALLOCATING, INLINE, KERNEL, PART, add, combine, dot, scale, sub
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -9,13 +9,11 @@ from math import isnan, nan, sqrt
 import numpy as np
 from numba import njit
 
-from knittest.kernels.along import is_other_kind
+from knittest.kernels.along import SAME, is_other_kind, predecessor, push, tracked
 from knittest.kernels.contact import FIRST_ALONG, FIRST_END, LAST_END, POINT, SECOND_ALONG, penalty, tangent_of
-from knittest.kernels.heirs import SAME, predecessor, push, tracked
-from knittest.kernels.options import ALLOCATING, KERNEL, PART, U
 from knittest.kernels.pair_search import converged, reach_of
-from knittest.kernels.rows import put3, rows3
 from knittest.kernels.section_blocks import ARM, OTHER, SHIFT, TOUCH
+from knittest.kernels.vec import ALLOCATING, KERNEL, PART, U, put3, rows3
 
 #: share of the way that calls for a search from which on pieces are looked at along with it
 SOON = 0.5

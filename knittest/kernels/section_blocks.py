@@ -11,13 +11,41 @@ from math import sqrt
 from numba import njit
 
 from knittest.kernels.along import look_at
-from knittest.kernels.contact import FIRST_END, LAST_END, POINT, SECOND_ALONG, closest_step, spline_weights
-from knittest.kernels.contact_scratch import GX, LANES, R0, R3, R6, REACH
-from knittest.kernels.options import INLINE, KERNEL, ONE, PART, U
+from knittest.kernels.contact import (
+    FIRST_END,
+    GX,
+    LANES,
+    LAST_END,
+    POINT,
+    R0,
+    R3,
+    R6,
+    REACH,
+    SECOND_ALONG,
+    closest_step,
+    spline_weights,
+)
 from knittest.kernels.pair_search import PARALLEL_SIN2, piece
-from knittest.kernels.rows import at3, load3, rows3, rows4, store3
 from knittest.kernels.section import osculating, support, turned_normal
-from knittest.kernels.vec import add, combine, cross, dot, rotate, scale, sub
+from knittest.kernels.vec import (
+    INLINE,
+    KERNEL,
+    ONE,
+    PART,
+    U,
+    add,
+    at3,
+    combine,
+    cross,
+    dot,
+    load3,
+    rotate,
+    rows3,
+    rows4,
+    scale,
+    store3,
+    sub,
+)
 
 #: steps that place a new contact of ellipses
 PLACING = 12

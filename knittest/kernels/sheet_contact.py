@@ -11,8 +11,6 @@ from math import sqrt
 import numpy as np
 from numba import njit
 
-from knittest.kernels.options import ALLOCATING, INLINE, KERNEL, PART
-from knittest.kernels.rows import rows3
 from knittest.kernels.sheet_surface import (
     blend,
     facing,
@@ -26,7 +24,7 @@ from knittest.kernels.sheet_surface import (
 )
 from knittest.kernels.shell_state import ALIVE, state_index
 from knittest.kernels.tool_contact import touch_force
-from knittest.kernels.vec import add, combine, cross, dot, scale, sub
+from knittest.kernels.vec import ALLOCATING, INLINE, KERNEL, PART, add, combine, cross, dot, rows3, scale, sub
 
 #: Newton steps a time step after the place on the surface
 ROUNDS = 2

@@ -9,13 +9,22 @@ from math import sqrt
 import numpy as np
 from numba import njit
 
-from knittest.kernels.grid import ROWS, place_of, row_near
-from knittest.kernels.options import ALLOCATING, KERNEL, PART
-from knittest.kernels.rows import rows3
 from knittest.kernels.sheet_contact import clamped
 from knittest.kernels.sheet_surface import facing, limits, node_normals, node_values, separation, surface
 from knittest.kernels.shell_state import ALIVE, state_index
-from knittest.kernels.vec import combine, cross, dot, sub
+from knittest.kernels.vec import (
+    ALLOCATING,
+    GRID_ROWS,
+    KERNEL,
+    PART,
+    combine,
+    cross,
+    dot,
+    place_of,
+    row_near,
+    rows3,
+    sub,
+)
 
 #: Newton steps that place a new contact from the middle of a shell, and the largest move in one
 ROUNDS, LARGEST_STEP = 6, 0.3
@@ -48,7 +57,7 @@ def mark_cells(moved, conn, cell_of, shape, shell_moved, active):
         shell_moved[e] = moved[conn[e, 0]] or moved[conn[e, 1]] or moved[conn[e, 2]] or moved[conn[e, 3]]
         if shell_moved[e]:
             place = place_of(cell_of[e], shape)
-            for row in range(ROWS):
+            for row in range(GRID_ROWS):
                 start, stop = row_near(place, shape, row)
                 active[start:stop] = True
 
@@ -164,7 +173,7 @@ def find_sheet_contacts(
         if not looked:
             continue
         point = (x[i], y[i], z[i])
-        for row in range(ROWS):
+        for row in range(GRID_ROWS):
             start, stop = row_near((a, b, d), shape, row)
             for k in range(head[start], head[stop]):
                 e = order[k]

@@ -18,8 +18,7 @@ from math import sqrt
 
 from numba import njit
 
-from knittest.kernels.options import INLINE
-from knittest.kernels.vec import add, combine, cross, dot, scale, sub
+from knittest.kernels.vec import INLINE, add, combine, cross, dot, scale, sub
 
 HALF_PI = 1.5707963267948966
 #: floor of cos^2(shear angle), where the fibres of a crushed or dead element fall on each other

@@ -4,7 +4,6 @@ import numpy as np
 from numba import njit
 
 from knittest.kernels.laws import hinge_energy, hinge_force, odd_hinge_energy, odd_hinge_force, slider_force
-from knittest.kernels.options import ALLOCATING, KERNEL, PART
 from knittest.kernels.shell import (
     arcsine,
     drill,
@@ -29,7 +28,7 @@ from knittest.kernels.shell_state import (
     state_index,
     warp_of,
 )
-from knittest.kernels.vec import dot, rotate
+from knittest.kernels.vec import ALLOCATING, KERNEL, PART, dot, rotate
 
 
 @njit(**PART)

@@ -5,8 +5,8 @@ from math import sqrt
 import numpy as np
 from numba import njit
 
-from knittest.kernels.drive_state import CYLINDER, GRID, PLANE, PLATE, SWEPT
-from knittest.kernels.options import INLINE, KERNEL, PART, U
+from knittest.kernels.state import CYLINDER, GRID, PLANE, PLATE, SWEPT
+from knittest.kernels.vec import INLINE, KERNEL, PART, U
 
 #: distance [mm] returned where a sampled shape knows nothing
 FAR = 1e9

@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit, prange
 
-from knittest.kernels.options import INLINE, PARALLEL, PART
+from knittest.kernels.vec import INLINE, PARALLEL, PART
 
 #: without fast math: the two triangles at an edge must judge it by the same bits
 EXACT = {key: value for key, value in INLINE.items() if key != "fastmath"}

@@ -1,10 +1,17 @@
-"""Part of a test after its specimen has come to rest in the rig: what rest costs is none of the test's."""
+"""Part of a test after its specimen has come to rest in the rig, and its restart at a lower speed."""
 
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from math import sqrt
 
 import numpy as np
 
-from knittest.base.history import Array, History
+from knittest.base.history import Array, History, Quality
+from knittest.config.run import Run
+from knittest.laboratory.judging import losses
+from knittest.solve.state import Simulation, TooFastError
+
+# Part of a test after its specimen has come to rest in the rig: what rest costs is none of the test's.
 
 #: columns of the energies that are no sum over the time
 MOMENTARY = ("time_ms", "kinetic_mj", "kinetic_ratio", "energy_error")
@@ -43,3 +50,79 @@ def _ratios(energies: dict[str, Array]) -> dict[str, Array]:
         "kinetic_ratio": energies["kinetic_mj"] / np.maximum(taken, LEAST),
         "energy_error": np.abs(energies["balance_error_mj"]) / np.maximum(largest, LEAST),
     }
+
+
+# Restart of a test at a lower speed, where a share of its energies that goes with the speed exceeds its limit.
+#
+# The kinetic energy goes with the square of the speed, damping roughly with the speed. The damping of contacts falls
+# little where beams are coarse, so that damping lowers the speed once only.
+
+#: result of a test that lowers its speed: the speed of the test
+SPEED = "run_speed_m_per_s"
+#: part of its limit to which a lower speed brings a share that exceeds it
+AIM = 0.5
+#: shares of energies that go with the speed, and the limit of each; the first one goes with its square
+KINETIC, DAMPING, CONTACTS = "kinetic energy", "damping", "damping of contacts"
+LIMITS = {KINETIC: "max_kinetic_ratio", DAMPING: "max_damping", CONTACTS: "max_contact_damping"}
+
+
+def at_speed(run: Run, speed: float) -> Run:
+    """``run`` with ``solver.speed`` [m/s] replaced."""
+    return run.model_copy(update={"solver": run.solver.model_copy(update={"speed": speed})})
+
+
+def at_result_speed(run: Run, results: Mapping[str, float | None]) -> Run:
+    """``run`` at the speed of its ``results``, which is lower where the test restarted."""
+    return at_speed(run, results.get(SPEED) or run.solver.speed)
+
+
+def kept_speed(run: Run, results: Mapping[str, float | None]) -> bool:
+    """Tell whether the test of ``run``, which has the ``results``, did not restart at a lower speed."""
+    return (results.get(SPEED) or run.solver.speed) == run.solver.speed
+
+
+def check_speed(run: Run, restarts: tuple[str, ...], quality: Quality) -> None:
+    """Raise :class:`TooFastError` where ``quality`` fails by shares among ``restarts``, and by nothing else."""
+    shares = {
+        KINETIC: quality.ke_over_ie_max, DAMPING: quality.damping_over_work_max,
+        CONTACTS: quality.contact_damping_over_work_max,
+    }  # fmt: skip
+    above = [name for name, share in shares.items() if 100.0 * share > getattr(run.solver, LIMITS[name])]
+    if len(quality.failures) <= len(above):
+        _check(run, restarts, shares)
+
+
+def row_check(
+    run: Run,
+    restarts: tuple[str, ...],
+    column: str,
+    least: float,
+    judged: Callable[[Simulation, dict[str, Array]], dict[str, Array]] = lambda state, energies: energies,
+) -> Callable[[Simulation], None]:
+    """Check of the newest row, as :func:`check_speed`, once ``column`` of the curve has come to ``least``.
+
+    ``judged`` gives the energies that are judged, of all that there are.
+    """
+
+    def check(state: Simulation) -> None:
+        if not restarts or state.rows[-1][column] < least:
+            return
+        rows = state.energy_rows
+        energies = judged(state, {name: np.array([row[name] for row in rows]) for name in rows[-1]})
+        damping, of_contacts, _ = losses(energies)
+        shares = {KINETIC: energies["kinetic_ratio"][-1], DAMPING: damping[-1], CONTACTS: of_contacts[-1]}
+        _check(run, restarts, {name: float(share) for name, share in shares.items()})
+
+    return check
+
+
+def _check(run: Run, restarts: tuple[str, ...], shares: Mapping[str, float]) -> None:
+    """Raise :class:`TooFastError` where one of ``shares`` [-] among ``restarts`` exceeds its limit."""
+    lower, texts = 1.0, []
+    for name in restarts:
+        share, limit = 100.0 * shares[name], float(getattr(run.solver, LIMITS[name]))
+        if share > limit:
+            lower = min(lower, sqrt(AIM * limit / share) if name == KINETIC else AIM * limit / share)
+            texts.append(f"{name} {share:.1f} % of the work exceeds the limit of {limit:g} %")
+    if texts:
+        raise TooFastError(lower, " and ".join(texts))

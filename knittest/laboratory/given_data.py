@@ -1,19 +1,24 @@
-"""Tells whether the shells of a run were given the data of a curve that is to be compared with them."""
+"""Curves beside that of a run: given to its model, tuned on, imported, or a user's own."""
 
-from collections.abc import Iterable, Iterator
+import textwrap
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from knittest.base.errors import InputError
-from knittest.base.resources import data_dir
+from knittest.base.figure import stamped
+from knittest.base.files import data_dir
+from knittest.base.kinds import kinds
 from knittest.config.run import Run
-from knittest.experiment.compare import LEFT_OUT, STRAIN
-from knittest.experiment.curves import ReferenceCurve, load_curve
-from knittest.experiment.forces import normalised, per_width
-from knittest.experiment.lab_results import SHEAR, TENSION
-from knittest.experiment.origin import ORIGINS
+from knittest.experiment.compare import LEFT_OUT, STRAIN, column_of, columns_of
+from knittest.experiment.conditions import UNKNOWN, Conditions
+from knittest.experiment.curves import ReferenceCurve, load_curve, located, normalised, noted, per_width
+from knittest.experiment.lab_results import SHEAR, TENSION, folder_name
+from knittest.experiment.origin import ORIGINS, is_curve, tuning_labels
+from knittest.export.line_picture import Band, Line, line_picture
+from knittest.laboratory.report_base import REPORTS, run_stamp, title_of
 from knittest.materials.trellis import CONJUGATE, NORMALISED, to_conjugate
 
 #: rms difference of two curves, over the largest force, below which they are the same data: that of rounding and of
@@ -86,3 +91,111 @@ def _size_free(curve: ReferenceCurve) -> ReferenceCurve:
 def _end(curve: ReferenceCurve) -> float:
     """Strain [%] at the largest force of a strip, last angle [deg] of a frame."""
     return float(curve.x[int(np.argmax(curve.mean))] if curve.x_name == STRAIN else curve.x[-1])
+
+
+def marked(run: Run, path: Path, curve: ReferenceCurve, quantities: Sequence[str]) -> ReferenceCurve:
+    """``curve`` in ``path``, as it was read, as an input or as tuned on where ``run`` was; else as it is.
+
+    ``quantities`` are the results of the test that are compared with its tables.
+    """
+    if given := given_as(run, path, curve):
+        return noted(replace(curve, kind="input"), given)
+    tuned = tuned_as(run, path, curve, quantities)
+    return noted(replace(curve, kind="tuned"), tuned) if tuned else curve
+
+
+def tuned_as(run: Run, path: Path, curve: ReferenceCurve, quantities: Sequence[str]) -> str:
+    """Reason to call ``curve`` tuned: what numbers of ``run`` were tuned on, or chosen by; empty if nothing is known.
+
+    Rows of tables are in the curves of the fabric's own experiment. A curve is recorded by the name of its file alone,
+    so that each one of that direction may be it.
+    """
+    scale, fabric = run.model.scale, run.fabric
+    labels = dict.fromkeys(
+        label for quantity in quantities for label in tuning_labels(fabric, scale, run.direction, quantity)
+    )
+    of_curves = [label for label in labels if is_curve(label, run.direction)]
+    found = of_curves or (list(labels) if labels and _is_own(run, path, curve) else [])
+    return f"numbers of the model were tuned on, or chosen by, {', '.join(found)}" if found else ""
+
+
+def _is_own(run: Run, path: Path, curve: ReferenceCurve) -> bool:
+    """Tell whether ``curve`` is of the experiment of the run's fabric: a file of it, of its source, or of its data."""
+    if run.fabric.experiment is None:
+        return False
+    folder = data_dir() / run.fabric.experiment
+    if path.resolve().is_relative_to(folder.resolve()):
+        return True
+    return any(
+        same_data(curve, one) or (curve.source != path.name and curve.source == one.source)
+        for one in readable(_files(folder / folder_name(run.rig.kind, run.direction)))
+    )
+
+
+def _files(folder: Path) -> Iterator[Path]:
+    yield folder / "corridor.csv"
+    yield from sorted(folder.glob(SPECIMENS))
+
+
+def imported_corridor(run: Run, quantities: Sequence[str]) -> ReferenceCurve | None:
+    """Corridor of the test and direction of ``run`` in the fabric's experiment; an input where the run
+    was given it, tuned where it was tuned on it.
+
+    ``None`` where nothing was imported. ``quantities`` as :func:`~knittest.laboratory.given_data.marked` has them.
+    """
+    if run.fabric.experiment is None:
+        return None
+    path = data_dir() / run.fabric.experiment / folder_name(run.rig.kind, run.direction) / "corridor.csv"
+    if not path.is_file():
+        return None
+    return marked(run, path, load_curve(path), quantities)
+
+
+#: characters of a line in the legend
+LEGEND = 105
+
+
+def own_curves(run: Run, paths: Sequence[Path], given: Conditions = UNKNOWN) -> list[ReferenceCurve]:
+    """Curves in ``paths`` for the size of ``run``; data that its shells were given are an input.
+
+    ``given`` are conditions that the files may leave open. Raises :class:`InputError` for a curve of another test,
+    direction or quantity, or of a specimen whose size is not known.
+    """
+    return [_own_curve(run, located(path), given) for path in paths]
+
+
+def _own_curve(run: Run, path: Path, given: Conditions) -> ReferenceCurve:
+    report = REPORTS[run.rig.kind]
+    names = (report.axes.x, report.axes.y, *report.axes.others)
+    curve = load_curve(path, given)
+    column_of(names, curve.x_name, curve)
+    curve = report.matched(run, marked(run, path, curve, kinds()[run.rig.kind].published))
+    columns_of(names, curve)
+    return curve
+
+
+def draw_against(run: Run, columns: Mapping[str, np.ndarray], curve: ReferenceCurve, path: Path, identity: str) -> None:
+    """Draw the curve of ``run`` in ``columns`` and the reference to ``path`` (PNG), ``identity`` below the title."""
+    x, y = columns_of(columns, curve)
+    axes = REPORTS[run.rig.kind].axes
+    labels = [f"simulated, {identity}", f"{curve.source} ({curve.kind})"]
+    labels[1] += f": {curve.note}" if curve.note else ""
+    simulated, reference = (textwrap.fill(label, LEGEND) for label in labels)
+    lines = [Line(columns[x], columns[y], simulated), Line(curve.x, curve.mean, reference, "--")]
+    bands = []
+    if curve.sd is not None:
+        bands.append(Band(curve.x, curve.mean - curve.sd, curve.mean + curve.sd, f"{curve.kind}, ± sd"))
+    if y == axes.mean and axes.sd in columns:
+        spread = columns[axes.sd]
+        bands.append(Band(columns[x], columns[y] - spread, columns[y] + spread, "simulated, ± sd"))
+    with stamped(run_stamp(run, ())):  # a run that was refused is compared with nothing
+        line_picture(
+            path, lines, title=title_of(run), xlabel=axes.xlabel, ylabel=axes.labels.get(y, axes.ylabel), bands=bands,
+        )  # fmt: skip
+
+
+def identity_of(run: Run, folder: Path, manifest: Mapping[str, object]) -> str:
+    """Preset, size, folder and date of a run, as a picture states them."""
+    _, size = REPORTS[run.rig.kind].size(run)
+    started = str(manifest.get("started") or "")[:10]
+    return ", ".join(filter(None, (f"preset {run.model.preset}", size, folder.resolve().name, started)))

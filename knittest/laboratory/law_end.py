@@ -12,7 +12,7 @@ from knittest.base.history import Array, Frame, History
 from knittest.base.kinds import kinds
 from knittest.config.run import Run
 from knittest.laboratory.base import shear_curve
-from knittest.laboratory.shear_angles import shell_angles
+from knittest.laboratory.strips import shell_angles
 from knittest.materials.shear import last_angle
 
 #: angle [deg] beyond the end of the law from which on it counts: a frame that ends there scatters about it

@@ -1,28 +1,33 @@
-"""Parts that all reports share."""
+"""Parts that all reports share, tests and reports by the name of the rig, and the stamp below the pictures of a run."""
 
 import math
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from inspect import isfunction
 from pathlib import Path
-from typing import Generic, Protocol
+from types import MethodType
+from typing import Any, Generic, Protocol
 
 import numpy as np
 
 from knittest.base.errors import InputError
+from knittest.base.figure import Stamp
 from knittest.base.history import Body, History, Specimen
+from knittest.base.kinds import Parts, TestKind, kinds
+from knittest.base.progress import tell
 from knittest.base.result_rows import mean_factor
-from knittest.config.gates import SolverGate, gates_of
+from knittest.config.gates import SolverGate, deciding, gates_of, loosened
 from knittest.config.run import Run
 from knittest.config.sources import numbers_of
 from knittest.experiment.conditions import EXACT
-from knittest.experiment.curves import ReferenceCurve
-from knittest.experiment.forces import noted
+from knittest.experiment.curves import ReferenceCurve, noted
+from knittest.experiment.origin import assumed_friction, borrowed
 from knittest.experiment.tables import PublishedValue
-from knittest.export import energy_picture
+from knittest.export import line_picture
 from knittest.export.line_picture import Band, Level
-from knittest.laboratory.base import RunT
-from knittest.laboratory.span import Span
+from knittest.laboratory.base import RunT, Test
+from knittest.laboratory.judging import Span
 
 Columns = dict[str, np.ndarray]
 
@@ -218,8 +223,79 @@ def scatter(curves: Sequence[ReferenceCurve]) -> list[Band]:
 def draw_energies(run: Run, specimens: list[Specimen], folder: Path, span: Callable[[History], Span]) -> None:
     """energies.png of the first specimen, with the limits of the gates and the ``span`` of the run that is judged."""
     history = specimens[0].history
-    energy_picture.energy_picture(
+    line_picture.energy_picture(
         folder / "energies.png", history, title=title_of(run),
         kinetic_limit=0.01 * run.solver.max_kinetic_ratio, energy_limit=0.01 * run.solver.max_energy_error,
         rows=span(history).rows(history),
     )  # fmt: skip
+
+
+def _made(kind: TestKind, part: str, protocol: type) -> Any:
+    """Instance of ``part`` of ``kind``, with what its ``protocol`` does by default where the instance does not say.
+
+    Raises :class:`InputError` where a part of the protocol without a default is missing.
+    """
+    maker, made = kind.load(part), None
+    missing = {*getattr(maker, "__abstractmethods__", ())}  # of one that inherits the protocol, which cannot be made
+    if not missing:
+        made = maker()
+        stated = protocol.__annotations__.keys() - vars(protocol).keys()
+        wanted = {*getattr(protocol, "__abstractmethods__", ()), *stated}
+        missing = {name for name in wanted if not hasattr(made, name)}
+    if missing:
+        lacking = ", ".join(sorted(missing))
+        raise InputError(f"test {kind.name}: {getattr(kind, part)} lacks {lacking}: see {protocol.__name__}")
+    for name, default in vars(protocol).items():  # of one that does not inherit the protocol
+        if name.startswith("_") or hasattr(made, name):
+            continue
+        if isfunction(default):
+            setattr(made, name, MethodType(default, made))
+        elif name in protocol.__annotations__:
+            setattr(made, name, default)
+    return made
+
+
+# each takes runs of its own kind, which only their name tells
+TESTS: Mapping[str, Test[Any]] = Parts(lambda kind: _made(kind, "test", Test))
+REPORTS: Mapping[str, Report[Any]] = Parts(lambda kind: _made(kind, "report", Report))
+
+
+def completed(runs: Sequence[Run], quiet: bool = False) -> list[Run]:
+    """``runs`` with an estimate of what they leave open, which is told unless ``quiet``."""
+    found = [TESTS[run.rig.kind].completed(run) for run in runs]
+    for _, said in found:
+        if said and not quiet:
+            tell(said)
+    return [run for run, _ in found]
+
+
+SCALES = {"macro": "shells (macro)", "meso": "yarns (meso)"}
+
+
+def run_stamp(run: Run, failures: Sequence[str]) -> Stamp:
+    """Stamp of the pictures of ``run``, whose gates refused it for ``failures`` or passed."""
+    test = " ".join(filter(None, (run.rig.kind, run.direction)))
+    many = f"{run.variability.specimens} specimens" if run.variability.specimens > 1 else ""
+    seed = f"seed {run.variability.seed}"
+    facts = (
+        run.fabric.name, f"parameters {numbers_of(run.parameters)}", test, SCALES[run.model.scale],
+        f"preset {run.model.preset}", *size_of(run), many, seed,
+    )  # fmt: skip
+    verdict = f"comparison refused: {'; '.join(failures)}" if failures else "gates passed"
+    accepted = [one.stated for one in loosened(run)]
+    looser = f", with accepted limits: {'; '.join(accepted)}" if accepted and run.accept_limits else ""
+    return Stamp(facts, f"{verdict}{looser}{_taken_over(run)}", bad=bool(failures or looser))
+
+
+def size_of(run: Run) -> tuple[str, ...]:
+    """Size of the specimen and the forces on it, in words; nothing of a test that does not state it."""
+    kind = kinds()[run.rig.kind]
+    return tuple(kind.load("size")(run)) if kind.size else ()
+
+
+def _taken_over(run: Run) -> str:
+    """Curves of another fabric that decide the test, and friction that was not measured for it."""
+    owners = borrowed(run.fabric)
+    found = [f"{field} of {owners[field]}" for field in deciding(run) if field in owners]
+    found += assumed_friction(run)
+    return f"; assumed: {', '.join(found)}" if found else ""

@@ -1,17 +1,23 @@
-"""Strips of yarns, cut along warp or weft, with the scatter of their yarns."""
+"""Specimens of yarns in a rig: strips with scatter, needles, weights, shear angles, and rigid parts that frames
+show.
+"""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from math import ceil, floor
 
 import numpy as np
+from numpy.typing import NDArray
 
-from knittest.config.fabric import Direction
+from knittest.base.history import Array, Body, Frame, History, Mesh, Specimen
+from knittest.config.fabric import Direction, Fabric
 from knittest.config.rigs import StripRig
 from knittest.config.run import Run
 from knittest.fabric.relax import relaxed_cell
 from knittest.fabric.strip import YarnPath, strip, wave_elements, wave_scale
-from knittest.fabric.variability import YarnDraws, draw
-from knittest.solve.observer import SILENT, Observer
+from knittest.fabric.topology import YarnDraws, draw
+from knittest.models.explicit_model import ExplicitModel
+from knittest.solve.state import SILENT, Observer
 
 AXIS = {"warp": 1, "weft": 0}
 
@@ -104,3 +110,145 @@ def _yarn_table(draws: dict[str, YarnDraws]) -> dict[str, np.ndarray]:
             [loop if s == "knit" else np.ones_like(draws[s].slack) for s in systems]
         )
     return table
+
+
+def on_needles(beyond: NDArray[np.float64], chain: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Nodes that hang on needles, about which the yarns may turn: the ends of each ``chain`` (n,) and the crests of
+    those loops that no further course holds, ``beyond`` (n,) [mm] the sides across the wales.
+    """
+    change = chain[1:] != chain[:-1]
+    ends = np.append(True, change) | np.append(change, True)
+    crest = np.append(False, (beyond[1:-1] >= beyond[:-2]) & (beyond[1:-1] > beyond[2:]))
+    return np.flatnonzero(ends | (np.append(crest, False) & (beyond > 0.0)))
+
+
+def weights(fabric: Fabric, gravity: float, model: ExplicitModel, area: float) -> Array:
+    """Weight of each node [N] under ``gravity`` [mm/ms^2]: the measured area mass on ``area`` [mm^2], spread as the
+    model's mass.
+    """
+    given = fabric.area_mass_g_per_mm2 * area
+    return model.mass * (given / model.mass.sum()) * gravity
+
+
+#: depth of a jaw that holds no more of the specimen, over the width that it holds, and what it stands out beyond the
+#: specimen over its depth
+DEPTH, AROUND = 0.06, 0.35
+#: facts of a strip between two jaws: where their faces are at the start, along the strip
+STRIP_JAWS = ("fixed_jaw_mm", "moving_jaw_mm")
+
+
+def block(name: str, section: Array, sides: tuple[float, float], offset: Array, *, along: int = 1) -> Body:
+    """A block with the convex ``section`` (k, 2) [mm] in the plane of axis ``along`` (0: x, 1: y) and z, between
+    ``sides`` [mm] of the other axis, moved by ``offset`` (n_frames, 3) [mm].
+    """
+    k = len(section)
+    points = np.zeros((2 * k, 3))
+    points[:, along], points[:, 2] = np.tile(section, (2, 1)).T
+    points[:, 1 - along] = np.repeat(sides, k)
+    first = np.arange(1, k - 1)
+    lid = np.column_stack([np.zeros_like(first), first, first + 1])
+    here, there = np.arange(k), np.roll(np.arange(k), -1)
+    around = np.vstack([np.column_stack([here, there, k + there]), np.column_stack([here, k + there, k + here])])
+    return Body(name, points, np.vstack([lid, lid + k, around]), offset)
+
+
+def plate_block(name: str, centre: Array, lengths: Array, offset: Array) -> Body:
+    """A plate of ``lengths`` (3,) about ``centre`` (3,) [mm], moved by ``offset`` (n_frames, 3) [mm]."""
+    low, high = centre - 0.5 * lengths, centre + 0.5 * lengths
+    section = np.array([[low[1], low[2]], [high[1], low[2]], [high[1], high[2]], [low[1], high[2]]])
+    return block(name, section, (float(low[0]), float(high[0])), offset)
+
+
+def jaw(
+    name: str, history: History, axis: int, face: tuple[float, float], offset: Array, *, aside: float = AROUND
+) -> Body:
+    """A jaw on all of the specimen beyond its ``face``: where that is along ``axis`` (0: x, 1: y) [mm], and which way
+    (-1 or 1) it holds the specimen from there on; moved by ``offset`` (n_frames, 3) [mm]. It stands out ``aside`` of
+    the specimen by this share of its depth.
+    """
+    place, way = face
+    first, radius = history.frames[0].position, float(history.mesh.radius.max())
+    low, high = first.min(axis=0) - radius, first.max(axis=0) + radius
+    held = way * ((high if way > 0.0 else low)[axis] - place)
+    depth = max(float(held), DEPTH * float((high - low)[1 - axis]))
+    out = depth * np.insert([aside, AROUND], axis, 0.0)
+    low, high = low - out, high + out
+    low[axis], high[axis] = sorted((place, place + way * depth))
+    return plate_block(name, 0.5 * (low + high), high - low, offset)
+
+
+def strip_jaws(specimen: Specimen, axis: int) -> list[Body]:
+    """The fixed and the moving jaw of a strip that is pulled along ``axis`` (0: x, 1: y)."""
+    history = specimen.history
+    still = np.zeros((len(history.frames), 3))
+    moved = still.copy()
+    moved[:, axis] = at_frames(history, "displacement_mm")
+    fixed, moving = (specimen.facts[name] for name in STRIP_JAWS)
+    return [
+        jaw("fixed jaw", history, axis, (fixed, -1.0), still),
+        jaw("moving jaw", history, axis, (moving, 1.0), moved),
+    ]
+
+
+def at_frames(history: History, column: str) -> Array:
+    """Values of a ``column`` of the curve at the times of the frames, (n_frames,), by the line between its rows."""
+    times = [frame.time for frame in history.frames]
+    return np.asarray(np.interp(times, history.curve["time_ms"], history.curve[column]))
+
+
+#: share of the material between the bounds of the scatter [%]
+BOUNDS = (5.0, 95.0)
+
+
+@dataclass(frozen=True)
+class AngleScatter:
+    """Mean, standard deviation and bounds of the middle 90 % of a field of shear angles [deg]."""
+
+    mean: float
+    sd: float
+    low: float
+    high: float
+
+
+def angle_scatter(angle: Array) -> AngleScatter:
+    """Scatter of shear angles ``angle`` [rad], (n,), one for each equal piece of the material (shell or crossing)."""
+    degrees = np.rad2deg(angle)
+    low, high = np.percentile(degrees, BOUNDS)
+    return AngleScatter(float(degrees.mean()), float(degrees.std()), float(low), float(high))
+
+
+def shell_angles(frame: Frame) -> Array:
+    """Shear angle [rad] of each shell of a picture frame, positive where the frame's is; (n_el,).
+
+    Warp and weft lie at +-45 deg to the pulled diagonal, which closes the angle between warp and minus weft.
+    """
+    return -frame.fields["shear_angle"]
+
+
+def crossing_angles(mesh: Mesh, frame: Frame) -> tuple[Array, Array]:
+    """Shear angle [rad] at each crossing of warp and weft, (n,), and its place [mm], (n, 2); signed as the frame's.
+
+    Directions are those of the pieces of both yarns, one pitch long, that cross there.
+    """
+    warp, weft = (pieces(mesh, frame, s) for s in ("warp", "weft"))
+    across = weft[0].transpose(1, 0, 2)
+    cosine = np.sum(warp[0] * across, axis=2)
+    cosine /= np.linalg.norm(warp[0], axis=2) * np.linalg.norm(across, axis=2)
+    return np.arcsin(cosine).ravel(), warp[1][..., :2].reshape(-1, 2)
+
+
+def pieces(mesh: Mesh, frame: Frame, system: str) -> tuple[Array, Array]:
+    """Direction and middle of each pitch of all yarns of a system, both (n_yarns, n_pitches, 3) [mm]."""
+    parts = {s: np.unique(mesh.yarn[mesh.part == mesh.part_names.index(s)]) for s in ("warp", "weft")}
+    pitches = len(parts["weft" if system == "warp" else "warp"])
+    cells = np.array([mesh.cells[mesh.yarn == yarn] for yarn in parts[system]])
+    node = np.concatenate([cells[..., 0], cells[:, -1:, 1]], axis=1)
+    ends = frame.position[node[:, :: (node.shape[1] - 1) // pitches]]
+    return ends[:, 1:] - ends[:, :-1], 0.5 * (ends[:, 1:] + ends[:, :-1])
+
+
+def angle_table(rows: Iterable[tuple[float, AngleScatter]]) -> dict[str, Array]:
+    """Columns of shear-angle.csv from the frame's angles [deg] and the scatter of the material's."""
+    values = np.array([(frame, s.mean, s.sd, s.low, s.high) for frame, s in rows]).reshape(-1, 5)
+    names = ("frame_shear_angle_deg", "mean_deg", "sd_deg", "percentile_5_deg", "percentile_95_deg")
+    return dict(zip(names, values.T, strict=True))

@@ -1,15 +1,17 @@
-"""Collects what acts on a model from outside - motions, loads, rigid tools - and sorts it for the kernel."""
+"""Motions, loads and rigid tools that act on a model from outside, sorted for the kernel, and sums of their
+reactions.
+"""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from knittest.base.errors import InputError
-from knittest.kernels.drive_state import ABOUT, ALONG, Drive, Motions, Tables, ToolContactState
-from knittest.kernels.options import PARTITIONS
-from knittest.kernels.tool_blocks import n_blocks
-from knittest.kernels.tool_contact import FREE, HELD
+from knittest.kernels.state import ABOUT, ALONG, Drive, Loads, Motions, Tables, Tally, ToolContactState
+from knittest.kernels.tool_contact import FREE, HELD, n_blocks
+from knittest.kernels.vec import PARTITIONS
 from knittest.models.explicit_model import ExplicitModel
 from knittest.models.inputs import (
     above,
@@ -21,12 +23,23 @@ from knittest.models.inputs import (
     once_each,
     orthonormal,
 )
-from knittest.models.load_runs import in_runs
-from knittest.models.table import Table, constant
-from knittest.models.tool import Tool, tool_arrays
+from knittest.models.tool import Table, Tool, constant, tool_arrays
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+
+
+def in_runs(start: Index, node: Index, dof: Index, table: Index, guides: Index, value: Array) -> Loads:
+    """Runs of loads (n,) that are sorted by partition, dof, table and node; ``start`` (PARTITIONS + 1,) of the
+    partitions; no table both loads and ``guides``.
+    """
+    begins = np.ones(len(node), np.bool_)
+    begins[1:] = (np.diff(node) != 1) | (np.diff(dof) != 0) | (np.diff(table) != 0)
+    begins[start[start < len(node)]] = True
+    at = np.flatnonzero(begins)
+    length = np.diff(np.append(at, len(node)))
+    return Loads(np.searchsorted(at, start), node[at], length, at, dof[at], table[at], guides[at], value)
+
 
 #: degrees of freedom by name
 DOFS = {"x": 0, "y": 1, "z": 2, "rx": 3, "ry": 4, "rz": 5}
@@ -272,3 +285,38 @@ def _one_each(values: ArrayLike, name: str, node: Index) -> Array:
     if array.shape not in ((), (1,), node.shape):
         raise InputError(f"{name}: {array.shape} numbers for {len(node)} nodes; expected one, or one a node")
     return array
+
+
+def new_tally(boundary: Boundary) -> Tally:
+    """Empty accumulators for ``boundary``."""
+    n_tools, groups = len(boundary.tools), (PARTITIONS, max(boundary.groups, 1))
+    return Tally(
+        np.zeros(groups), np.zeros((PARTITIONS, 9)), np.zeros((PARTITIONS, n_tools, 3)), np.zeros((n_tools, 3)),
+        np.zeros(groups), np.zeros(1),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Readings:
+    """Means over a few steps: ``reaction`` (n_groups,) [N or N mm], conjugate to the tables, ``tool_force`` on each
+    tool [N], (n_tools, 3), and the tools' ``tool_position`` [mm], (n_tools, 3), at their end.
+    """
+
+    reaction: Array
+    tool_force: Array
+    tool_position: Array
+
+    @classmethod
+    def of(cls, row: Array, n_tools: int) -> "Readings":
+        """Readings from the flat form that :func:`take_readings` gives."""
+        tools = row[len(row) - 6 * n_tools :].reshape(2, n_tools, 3)
+        return cls(row[: len(row) - 6 * n_tools], tools[0], tools[1])
+
+
+def take_readings(tally: Tally, drive: Drive, steps: int) -> Array:
+    """Flat means over ``steps`` of what ``tally`` has summed, which is reset."""
+    row = np.concatenate(
+        [tally.reaction.sum(axis=0) / steps, tally.tool_sum.ravel() / steps, drive.tools.position.ravel()]
+    )
+    tally.reaction[:], tally.tool_sum[:], tally.support[:] = 0.0, 0.0, 0.0
+    return row

@@ -11,13 +11,12 @@ from knittest.base.errors import InputError, NumericalError
 from knittest.base.history import OVERLAP_COUNTS, Overlaps
 from knittest.kernels import search
 from knittest.kernels.along import MOST, Pieces, flag_other_kinds, mark_found, mark_tracked
-from knittest.kernels.options import PARTITIONS
 from knittest.kernels.pair_search import Cells, find_pairs
-from knittest.kernels.periodic_state import Images
 from knittest.kernels.section_blocks import COLUMNS, mark_ellipses, place_ellipses, turn_sections
-from knittest.kernels.state import ContactLaw, Contacts, Nodes
+from knittest.kernels.state import ContactLaw, Contacts, Images, Nodes
+from knittest.kernels.vec import PARTITIONS
+from knittest.models.explicit_model import State, arrays_of, entry, put_back
 from knittest.models.image_contacts import masters, share_states
-from knittest.models.snapshot import State, arrays_of, entry, put_back
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -7,20 +7,28 @@ import numpy as np
 from numba import get_num_threads
 
 from knittest.base.history import Overlaps
-from knittest.kernels.drive_state import Drive
 from knittest.kernels.explicit import advance_fabric, advance_fabric_alone
-from knittest.kernels.health import smallest_shell
+from knittest.kernels.in_plane import Bends
 from knittest.kernels.in_plane_blocks import bend_energy
-from knittest.kernels.in_plane_state import Bends
+from knittest.kernels.monitor import smallest_shell
 from knittest.kernels.sheet_contact import sheet_statistics
-from knittest.kernels.sheet_state import NO_LAW, NO_MESH, empty_contacts
+from knittest.kernels.sheet_surface import NO_LAW, NO_MESH, empty_contacts
 from knittest.kernels.shell_output import shell_energies, shell_fields, shell_moments
 from knittest.kernels.shell_state import BLOCK, CORNER_ROWS, Laminate, Shells
-from knittest.kernels.state import Tally
-from knittest.models.explicit_model import Array, ExplicitModel, Index, Stored
-from knittest.models.in_plane_bound import bend_bound, bend_bound_now
+from knittest.kernels.state import Drive, Tally
+from knittest.models.explicit_model import (
+    Array,
+    ExplicitModel,
+    Index,
+    State,
+    Stored,
+    arrays_of,
+    prefixed,
+    put_back,
+    under,
+)
+from knittest.models.in_plane import bend_bound, bend_bound_now
 from knittest.models.sheet_tracker import SheetTracker
-from knittest.models.snapshot import State, arrays_of, prefixed, put_back, under
 
 #: arrays of the shells that a run changes
 CHANGING = ("state", "corner", "fail_time")
@@ -142,7 +150,7 @@ class FabricModel(ExplicitModel):
         """Step [ms] that the bending of yarns in the plane of the shells bears now, and the node that limits it.
 
         Shear that closes the angle of crumpled yarns stiffens their bending without limit. Less distortion leaves the
-        bound behind the time step valid (:mod:`knittest.models.shell_step` says how far).
+        bound behind the time step valid (:mod:`knittest.models.in_plane` says how far).
         """
         if not self.bends.alive.size:
             return super().stable_step()

@@ -3,9 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.kernels.periodic_state import TURN, Images
 from knittest.kernels.search import MERGE
-from knittest.kernels.state import Contacts
+from knittest.kernels.state import TURN, Contacts, Images
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -1,4 +1,5 @@
-"""Bent yarns that are not set in their shape: the rotations and element tangents that carry their curvature.
+"""Natural state of yarns: curvature that is not set in them, elliptic sections that flatten, contacts where yarns bend
+round ellipses.
 
 A beam's curvature is the rotation from one end node to the other, so a yarn that was straight before it was bent starts
 with nodes turned along its bend; a yarn fully set in its shape starts with none turned.
@@ -6,6 +7,12 @@ with nodes turned along its bend; a yarn fully set in its shape starts with none
 
 import numpy as np
 from numpy.typing import NDArray
+
+from knittest.base.errors import InputError
+from knittest.kernels.contact import BESIDE, FIRST_ALONG, SECOND_ALONG
+from knittest.kernels.flatten import DRAG, EXPONENT, FREE, HIGH, LENGTH, PRODUCT, ROWS, STIFF
+from knittest.kernels.state import Beams, Contacts
+from knittest.models.contact_tracker import ContactTracker
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -96,3 +103,124 @@ def turned_about_x(rotation: Array, angle: Array) -> Array:
     w, x, y, z = rotation
     c, s = np.cos(0.5 * angle), np.sin(0.5 * angle)
     return np.array([c * w - s * x, c * x + s * w, c * y - s * z, c * z + s * y])
+
+
+#: share of the way to balance that a half height goes in a step, at most, and stiffnesses of contacts that it feels
+RATE, PRESSED = 0.5, 1.5
+#: tangent of the law, over that of a section at rest whose exponent is 1, for which drag is made
+STEEPEST = 4.0
+
+
+def shapes_at_rest(high: Array, wide: Array, stiff: Array, exponent: Array, length: Array, contact: float) -> Array:
+    """Rows of :mod:`knittest.kernels.flatten` of nodes of half height ``high`` and half width ``wide`` [mm], (ROWS, n).
+
+    ``stiff`` lateral modulus [MPa], 0 where a section is rigid, ``exponent`` of its law, ``length`` [mm] of the yarn at
+    each node, all (n,); ``contact`` [N/mm] the stiffest that presses a node. Empty where all are rigid.
+    """
+    if not (stiff > 0.0).any():
+        return np.zeros((ROWS, 0))
+    shape = np.zeros((ROWS, high.size))
+    shape[HIGH] = shape[FREE] = high
+    shape[PRODUCT], shape[STIFF] = high * wide, 4.0 * high * wide * stiff
+    shape[LENGTH], shape[EXPONENT] = length, exponent
+    within = shape[STIFF] * (STEEPEST * length / high**2 + 4.0 / np.maximum(length, 1e-12))
+    widest = np.maximum(wide / high, 1.0)  # a contact at the side moves by more than the half height
+    shape[DRAG] = (PRESSED * contact * widest**2 + within) / RATE
+    return shape
+
+
+def shape_energy(shape: Array, beams: Beams, alive: Array, owned: Array | None) -> float:
+    """Energy [mJ] of the sections in ``shape`` (ROWS, n); only nodes ``owned`` (n,) count, all if None."""
+    if not shape.size:
+        return 0.0
+    y = shape[HIGH] / shape[FREE]
+    z = np.minimum(y, 1.0 / y)
+    cubic = -np.log(z) - 3.0 * (1.0 - z) + 1.5 * (1.0 - z**2) - (1.0 - z**3) / 3.0
+    stored = np.where(shape[EXPONENT] == 1.0, z - 1.0 - np.log(z), cubic)
+    bent = np.zeros(y.size)
+    n = y.size - 1
+    between = alive[:n] * beams.inv_length[:n] * np.diff(shape[HIGH]) ** 2
+    bent[:-1] = 0.5 * between
+    counts = np.ones(y.size) if owned is None else owned
+    return float(np.sum(counts * shape[STIFF] * (shape[LENGTH] * stored + bent)))
+
+
+# Contacts of elliptic sections at yarns that bend as the ellipse does: there one nearest place becomes two.
+#
+# Yarns that are pressed piece by piece touch in both; what is left are those that bend along the section of such a
+# yarn.
+
+#: curvature of a yarn times the distance to the centre of the ellipse's curvature, at which the nearest place turns
+#: into two, beside it
+CONFORMS = 1.0
+#: the same of the sections that are advised
+ADVISED = 0.8
+#: kind of contact that holds the first yarn, and the second
+HOLDS = (FIRST_ALONG, SECOND_ALONG)
+#: share of the sum of contact forces that such contacts may carry
+MOST = 0.05
+
+
+def conformity(tracker: ContactTracker, position: Array) -> Array:
+    """Curvature of the yarns times their distance [-] of the tracked contacts, (count,): the larger of both yarns, of
+    those whose place on them is free.
+
+    ``position`` (3, n_nodes) [mm]. The distance is that to the circle that osculates the section of the other.
+    """
+    contacts, n = tracker.contacts, tracker.count
+    found = np.zeros((2, n))
+    for side, sign in ((0, -1.0), (1, 1.0)):
+        i, s = contacts.piece[side, :n], contacts.parameter[side, :n]
+        bend = position[:, i - 1] - 2.0 * position[:, i] + position[:, i + 1]
+        tangent = position[:, i] - position[:, i - 1] + s * bend
+        along = sign * np.sum(_to_curvature(contacts, side, n) * bend, axis=0) / np.sum(tangent * tangent, axis=0)
+        found[side] = np.where(contacts.line[:n] != HOLDS[side], along, 0.0)
+    largest: Array = found.max(axis=0)
+    return largest
+
+
+def _to_curvature(contacts: Contacts, side: int, n: int) -> Array:
+    """Offset (3, n) [mm] of the centre-line on one ``side`` and the centre of curvature of the other's section."""
+    offset: Array = contacts.offset[:, :n]
+    return offset + (contacts.shift if side == 0 else contacts.other)[:, :n] if contacts.touch.size else offset
+
+
+def refuse_conforming(tracker: ContactTracker, position: Array) -> None:
+    """Raise :class:`InputError` for the reason that :func:`conforming` gives."""
+    if reason := conforming(tracker, position):
+        raise InputError(reason)
+
+
+def conforming(tracker: ContactTracker, position: Array) -> str:
+    """Say which sections lie along yarns that bend around them, with the ratio that would do; empty if none does."""
+    contacts, n = tracker.contacts, tracker.count
+    if not contacts.touch.size or not n:
+        return ""
+    force = np.linalg.norm(contacts.force[:, :n], axis=0)
+    elliptic = (contacts.touch[:n] > 0.0) & (contacts.line[:n] != BESIDE)
+    along = np.where(elliptic & (force > 0.0), conformity(tracker, position), 0.0)
+    if force[along > CONFORMS].sum() <= MOST * force.sum():
+        return ""
+    worst = int(np.argmax(np.where(along > CONFORMS, force, 0.0)))
+    first, second = (int(i) for i in contacts.piece[:, worst])
+    ratio, most = _ratio_that_does(contacts, worst, first, second, float(along[worst]))
+    less = f"at most about {most:.2f}" if most >= 1.0 else "1, and a packing higher"
+    return (
+        f"fabric.reinforcing.section.width_to_height: {tracker.name_of(first)} and {tracker.name_of(second)} bend "
+        f"along each other's section of {ratio:.3g} times its height and would touch in two places, which contacts do "
+        f"not follow; expected {less}"
+    )
+
+
+def _ratio_that_does(contacts: Contacts, c: int, first: int, second: int, along: float) -> tuple[float, float]:
+    """Width over height [-] of the flatter section of contact ``c``, and the one that conforms by less.
+
+    Lying flat an ellipse has the radius of curvature sqrt(area / pi) ratio^(3/2).
+    """
+    touch, arm = float(contacts.touch[c]), float(contacts.arm[c])
+    flat = [float(contacts.square[i] / (contacts.square[i] + contacts.excess[i])) ** 0.5 for i in (first, second)]
+    side = int(flat[1] > flat[0])
+    radius = touch * (arm if side == 0 else 1.0 - arm)
+    away = float(np.linalg.norm(_to_curvature(contacts, 1 - side, c + 1)[:, c]))
+    less = radius - away * (1.0 - ADVISED / along)
+    return flat[side], flat[side] * (max(less, 0.0) / radius) ** (2.0 / 3.0)

@@ -9,16 +9,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from knittest.base.errors import InputError
 from knittest.kernels.flatten import STIFF
-from knittest.kernels.options import PARTITIONS
-from knittest.kernels.periodic_state import LATTICE, MAP, Images
-from knittest.kernels.state import Partitions
-from knittest.models.chain_layout import Chain
-from knittest.models.chain_step import MassScaling
-from knittest.models.chains import build_chains
+from knittest.kernels.state import LATTICE, MAP, Images, Partitions
+from knittest.kernels.vec import PARTITIONS
+from knittest.models.chains import Chain, MassScaling, build_chains
 from knittest.models.contact_tracker import CONTACT_SKIN
 from knittest.models.inputs import finite
 from knittest.models.periodic_model import PeriodicModel
-from knittest.models.yarn_contact import YarnContact
+from knittest.models.yarn_health import YarnContact
 from knittest.models.yarn_model import YarnModel
 
 Array = NDArray[np.float64]

@@ -1,17 +1,19 @@
-"""Faults that make a model of yarns unusable: a collapsed beam, one whose sections turn against its axis, a yarn that
-passes another; and the time step that its contacts bear.
+"""Contact between the chains of a model, and faults that make it unusable: a collapsed beam, one whose sections turn
+against its axis, a yarn that passes another.
 """
 
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.kernels import health
-from knittest.kernels.contact import BESIDE
+from knittest.kernels import monitor
+from knittest.kernels.contact import BESIDE, penalty
 from knittest.kernels.state import Beams, ContactLaw, Nodes, Partitions
-from knittest.models.conforming import refuse_conforming
+from knittest.materials.yarn_section import EVEN, Patch
 from knittest.models.contact_tracker import LEAST_STEPS, ContactTracker, YarnContactGroup
+from knittest.models.natural_state import refuse_conforming
 
 Array = NDArray[np.float64]
 
@@ -70,13 +72,13 @@ class YarnHealth:
         search of contacts at time step ``dt`` [ms]; empty if there is none.
         """
         model = self.model
-        if health.count_short_beams(model.nodes.position, model.beams.alive, model.beams.inv_length, SHORTEST):
+        if monitor.count_short_beams(model.nodes.position, model.beams.alive, model.beams.inv_length, SHORTEST):
             return self._collapsed()
         return self._turning() or ((self._pierced() or self._too_fast(dt)) if model.contact else "")
 
     def _turning(self) -> str:
         model = self.model
-        i, ratio = health.least_stable_beam(model.nodes, model.parts, model.beams)
+        i, ratio = monitor.least_stable_beam(model.nodes, model.parts, model.beams)
         if ratio <= 1.0:
             return ""
         chord = model.nodes.position[:, i + 1] - model.nodes.position[:, i]
@@ -109,7 +111,7 @@ class YarnHealth:
 
     def _pierced(self) -> str:
         contacts, count = self.model.tracker.contacts, self.model.tracker.count
-        if not health.count_pierced(contacts.offset, contacts.reach, contacts.line, count, NEAREST):
+        if not monitor.count_pierced(contacts.offset, contacts.reach, contacts.line, count, NEAREST):
             return ""
         share = np.linalg.norm(contacts.offset[:, :count], axis=0) / contacts.reach[:count]
         c = int(np.argmin(np.where(contacts.line[:count] != BESIDE, share, np.inf)))
@@ -119,7 +121,7 @@ class YarnHealth:
     def stable_step(self) -> tuple[float, str]:
         """Critical step [ms] of the node that its contacts load most, and its name; infinite where none touches."""
         model = self.model
-        i, bound = health.stiffest_node(
+        i, bound = monitor.stiffest_node(
             model.tracker.contacts, model.tracker.count, model.law, self.axial, self.shear, model.nodes, self.load,
         )  # fmt: skip
         if i < 0 or bound <= 0.0:
@@ -136,3 +138,62 @@ def _stiffness(parts: Partitions, beams: Beams) -> tuple[Array, Array]:
             living = np.where(beams.alive[start:stop] > 0.0, beams.inv_length[start:stop], 0.0)
             axial[start:stop], shear[start:stop] = tangent[section] * living, beams.stiffness[section, 1] * living
     return axial, shear
+
+
+#: share of critical damping of a touching pair of nodes
+CONTACT_DAMPING = 0.1
+#: penetration over the smallest radius beyond which compaction stiffens no more; such runs are refused anyway
+COMPACTION_ENDS = 0.5
+
+
+@dataclass(frozen=True)
+class YarnContact:
+    """Contact between all chains: penalty and sticking stiffness [N/mm], Coulomb coefficient while slipping, share of
+    critical damping of a touching pair of nodes, Coulomb coefficient before it slips (none: the same).
+
+    ``compaction`` (exponent 1, 2 or 3, depth [mm]) makes the force normal d (1 + (d / depth)^exponent). ``patch`` makes
+    crossings resist spin, ``Patch.disc(R)`` up to 2/3 friction N R; slip and spin share one limit. None: free spin.
+    Yarns that overlap at the start are free of force there, or ``pressed``: they press each other by all of it, and
+    come to rest. The ``cut`` first and last pieces of yarns do not press those of others: what holds cut ends side by
+    side leaves them no room.
+    """
+
+    normal: float
+    tangential: float
+    friction: float
+    damping: float = CONTACT_DAMPING
+    static: float | None = None
+    compaction: tuple[int, float] | None = None
+    patch: Patch | None = None
+    pressed: bool = False
+    cut: int = 0
+
+    def law(self, radius: float, viscous: float, torsional: float = 0.0) -> ContactLaw:
+        """Contact law of yarns whose smallest radius is ``radius`` [mm], with ``viscous`` [N ms/mm] and ``torsional``
+        stiffness [N mm/rad].
+        """
+        coefficients = [0.0, 0.0, 0.0]
+        if self.compaction is not None:
+            exponent, depth = self.compaction
+            coefficients[exponent - 1] = depth**-exponent
+        static = self.friction if self.static is None else self.static
+        linear, square, cubic = coefficients
+        cap = COMPACTION_ENDS * radius
+        softening = 0.0 if self.patch is None else float(self.patch.exponent)
+        return ContactLaw(
+            self.normal, self.tangential, static, self.friction, viscous, linear, square, cubic, cap, torsional,
+            softening,
+        )  # fmt: skip
+
+    def stiffest(self, radius: float) -> float:
+        """Largest stiffness [N/mm] between yarns of ``radius`` [mm]."""
+        law = self.law(radius, 0.0)
+        return float(penalty.py_func(law.cap, law.normal, law.linear, law.square, law.cubic, law.cap)[1])
+
+    def torsional(self, bearable: float) -> float:
+        """Stiffness against spin [N mm/rad], at most ``bearable``: that of a disc of sticking springs as wide as the
+        smallest patch; 0 where nothing resists.
+        """
+        if self.patch is None:
+            return 0.0
+        return min(0.5 * self.tangential * (self.patch.least / EVEN) ** 2, bearable)

@@ -9,15 +9,22 @@ from numpy.typing import NDArray
 from knittest.base.history import Overlaps
 from knittest.kernels import monitor
 from knittest.kernels.contact import spline_weights
-from knittest.kernels.drive_state import Drive
 from knittest.kernels.explicit import advance_yarns, advance_yarns_alone
-from knittest.kernels.periodic_state import Images
-from knittest.kernels.state import Beams, ContactLaw, Tally
+from knittest.kernels.state import Beams, ContactLaw, Drive, Images, Tally
 from knittest.models.contact_tracker import ContactTracker, YarnContactGroup
-from knittest.models.explicit_model import Array, ExplicitModel, Index, Stored
-from knittest.models.flattening import shape_energy
-from knittest.models.resultants import beam_resultants
-from knittest.models.snapshot import State, arrays_of, prefixed, put_back, under
+from knittest.models.explicit_model import (
+    Array,
+    ExplicitModel,
+    Index,
+    State,
+    Stored,
+    arrays_of,
+    prefixed,
+    put_back,
+    under,
+)
+from knittest.models.from_stiffness import beam_resultants
+from knittest.models.natural_state import shape_energy
 from knittest.models.yarn_health import YarnHealth
 
 NO_CONTACT = ContactLaw(0.0, 0.0, 0.0, 0.0, 0.0)

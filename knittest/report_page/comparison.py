@@ -9,10 +9,9 @@ from knittest.base.figure import save
 from knittest.base.result_rows import SIZED, ResultRow
 from knittest.report_page.blocks import Block, Cell, Gallery, Picture, Section, Table, Text, Tone
 from knittest.report_page.curves import overlay, overlay_figure, sizes_differ
-from knittest.report_page.fields import fields, fields_of
 from knittest.report_page.loading import LoadedRun
 from knittest.report_page.parameters import leaves, shown, shown_quantity, sourced, unit_of
-from knittest.report_page.pictures import CAPTIONS, picture
+from knittest.report_page.pictures import CAPTIONS, fields, fields_of, picture
 from knittest.report_page.results import rows_of
 
 #: columns of runs that fit a sheet of paper
@@ -63,7 +62,7 @@ def differences(runs: Sequence[LoadedRun]) -> Section:
 
 def print_pictures(runs: Sequence[LoadedRun], page: Path) -> list[Path]:
     """Write the curves, and the fields, of the runs of each test beside ``page``; returns their files, of which those
-    in other formats lie beside (:mod:`knittest.base.printing`). Raises :class:`ResourceError`.
+    in other formats lie beside (:mod:`knittest.base.figure`). Raises :class:`ResourceError`.
     """
     written = []
     for rig, group in by_test(runs):

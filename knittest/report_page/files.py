@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, TypeVar, cast
 import numpy as np
 from pydantic import BaseModel, ValidationError
 
-from knittest.base.atomic import replacing
 from knittest.base.errors import InputError
-from knittest.base.reading import read_regular
+from knittest.base.files import read_regular, replacing
 from knittest.base.result_rows import result_rows
 from knittest.base.summary import Summary as Written
 

@@ -7,7 +7,7 @@ from datetime import datetime
 from pathlib import Path
 
 from knittest.base.errors import InputError
-from knittest.base.reading import size_on_disk
+from knittest.base.files import size_on_disk
 from knittest.base.result_rows import result_rows
 from knittest.config.yaml_loader import parse_document
 from knittest.export.lock import is_locked

@@ -10,8 +10,7 @@ from knittest.config.loading import resolve
 from knittest.config.run import Run
 from knittest.config.yaml_loader import parse_document
 from knittest.experiment.curves import ReferenceCurve
-from knittest.laboratory.registry import REPORTS
-from knittest.laboratory.report_base import Report
+from knittest.laboratory.report_base import REPORTS, Report
 from knittest.report_page.files import Columns, Comparison, Manifest, Reader, Summary
 
 MAX_CONFIG = 1_000_000

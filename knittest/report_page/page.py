@@ -1,4 +1,6 @@
-"""Puts pages together and writes them: one run, several runs, or sections of another command."""
+"""Pages put together and written: one run, several runs, sections of another command, and the recipe to repeat a
+run.
+"""
 
 import json
 import sys
@@ -6,21 +8,86 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from knittest import __version__
-from knittest.base.atomic import write_atomic
 from knittest.base.errors import InputError
-from knittest.base.printing import Printing, printed
+from knittest.base.figure import Printing, printed
+from knittest.base.files import write_atomic
+from knittest.config.run import Run
 from knittest.config.sources import numbers_of
-from knittest.report_page.blocks import Block, Cell, Page, Section, Table
+from knittest.export.identity import data_files, sha256_files, sha256_text
+from knittest.report_page.blocks import Block, Cell, Code, Page, Section, Table, Text
 from knittest.report_page.comparison import by_test, differences, overview, print_pictures, shown_abreast, side_by_side
 from knittest.report_page.curves import curve
 from knittest.report_page.folders import command_folder, find_runs
 from knittest.report_page.gates import gates
 from knittest.report_page.loading import LoadedRun, load_run
 from knittest.report_page.parameters import parameters, shown
-from knittest.report_page.pictures import pictures
-from knittest.report_page.repeat import repeat
+from knittest.report_page.pictures import data_uri, pictures
 from knittest.report_page.results import ending, results
 from knittest.report_page.studies import studies
+
+
+def repeat(run: LoadedRun) -> Section:
+    """Commands and the resolved config, provenance, and whether the files still are what the run read."""
+    blocks: list[Block] = []
+    if run.config_text and run.run is not None:
+        threads = f" --threads {run.manifest.threads}" if run.manifest.threads else ""
+        version = f" of knittest {run.manifest.version}" if run.manifest.version else ""
+        caption = f"Command{version}; config.yaml is the one below"
+        blocks.append(Code(f"knittest {run.rig} --config config.yaml{threads}", caption))
+    if run.config_text:
+        uri = data_uri(run.config_text.encode("utf-8"), "text/yaml;charset=utf-8")
+        blocks.append(Code(run.config_text, "The resolved config", ("config.yaml", uri)))
+    rows = _provenance(run)
+    if rows:
+        blocks.append(Table("Provenance", (), rows))
+    blocks += [Text(text, "warn") for text in _changed(run)]
+    for note in run.manifest.resumed:
+        forced = note.get("forced")
+        by_force = f"; by force, although {'; '.join(map(str, forced))}" if isinstance(forced, list) else ""
+        text = f"Resumed on {note.get('time')} at {note.get('at_ms')} ms{by_force}."
+        blocks.append(Text(text, "warn" if forced else ""))
+    return Section(f"run-{run.number}-repeat", "How to repeat it", blocks or [Text("Nothing is known of it.", "warn")])
+
+
+def _provenance(run: LoadedRun) -> list[tuple[Cell, ...]]:
+    manifest = run.manifest
+    facts = {
+        "run folder": run.path,
+        "status": f"{manifest.status}, exit code {manifest.exit_code}" if manifest.status else None,
+        "started": manifest.started,
+        "ended": manifest.ended,
+        "knittest": manifest.version,
+        "commit": manifest.git_commit,
+        "seed": manifest.seed,
+        "processor": manifest.cpu,
+        "threads": manifest.threads,
+        "config.yaml, SHA-256": manifest.config_sha256,
+        **{f"{name}, SHA-256": digest for name, digest in manifest.data_sha256.items()},
+        **manifest.libraries,
+    }
+    return [(Cell(name), Cell(str(value))) for name, value in facts.items() if value not in (None, "")]
+
+
+def _changed(run: LoadedRun) -> list[str]:
+    """Inputs that are no longer as the run read them."""
+    found, manifest = [], run.manifest
+    known = {manifest.config_sha256, *(str(note.get("config_sha256")) for note in manifest.resumed)}
+    if manifest.config_sha256 and run.config_text and sha256_text(run.config_text) not in known:
+        found.append("config.yaml was changed after the run: it does not match the hash in manifest.json.")
+    now = _data_hashes(run.run) if run.run else {}
+    for name, digest in manifest.data_sha256.items():
+        if name in now and now[name] != digest:
+            found.append(f"{name} was changed after the run: curves to compare with may not be those the run used.")
+    return found
+
+
+def _data_hashes(run: Run) -> dict[str, str]:
+    """Hashes of the files that the run would read now."""
+    try:
+        return sha256_files(data_files(run))
+    except InputError:
+        return {}
+
 
 #: name of the page in the folder it is about
 FILE = "report.html"
@@ -109,7 +176,7 @@ def render(page: Page) -> str:
     """HTML of ``page``; everything in it is escaped."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
-    from knittest.report_page.wording import parts, without_forbidden
+    from knittest.report_page.blocks import parts, without_forbidden
 
     loader = PackageLoader("knittest.report_page")
     environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True)

@@ -5,12 +5,12 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from knittest.base.errors import InputError
+from knittest.base.files import data_dir
 from knittest.base.layout import nearest
-from knittest.base.resources import data_dir
 from knittest.config.fields import place
 from knittest.config.sources import numbers_of
-from knittest.experiment.borrowed import borrowed
 from knittest.experiment.curves import load_curve
+from knittest.experiment.origin import borrowed
 from knittest.report_page.blocks import Block, Cell, Section, Table, Text
 from knittest.report_page.loading import LoadedRun
 

@@ -1,12 +1,16 @@
-"""Outcome of a run: its end, results beside the experiment, and the metrics of its curve."""
+"""Outcome of a run: its end, results beside the experiment, the metrics of its curve, the numerical error of each
+result.
+"""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from knittest.base.rest import rest_rows
+from knittest.base.history import rest_rows, unjudged_note
 from knittest.base.result_rows import (
     FEW,
     KINDS,
+    LABELS,
     NO_REFERENCE,
     NOTHING,
     OF_MEANS,
@@ -14,15 +18,46 @@ from knittest.base.result_rows import (
     UNSCATTERED,
     ResultRow,
     assumed_inputs,
+    error_text,
     result_rows,
     unfolded,
 )
-from knittest.base.unjudged import unjudged_note
 from knittest.experiment.compare import ERRORS, UNRATED
+from knittest.laboratory.numerical_error import error_notes
 from knittest.report_page.blocks import Block, Cell, Section, Table, Text, Tone
-from knittest.report_page.errors import error_blocks
-from knittest.report_page.files import ComparedRow
+from knittest.report_page.files import ComparedRow, Number
 from knittest.report_page.loading import LoadedRun
+
+ERROR_HEADER = ("quantity", "at half the speed", "on the other mesh", "numerical error")
+
+
+def error_blocks(run: LoadedRun) -> list[Block]:
+    """Table of the changes and errors, or that there are none, then how they were found; of a refused run nothing."""
+    summary = run.summary
+    notes = error_notes(summary.plain(), asked=run.setting("output", "verify") is True)
+    texts = [Text(note[0].upper() + note[1:] + ".") for note in notes]
+    if not summary.numerical_error or summary.refused:
+        return list(texts)
+    rows = []
+    for quantity, found in summary.numerical_error.items():
+        label, form = LABELS.get(quantity, (quantity.replace("_", " "), "{:.4g}"))
+        mesh = found.get("finer_mesh_pct", found.get("coarser_mesh_pct"))
+        error = _error_number(found.get("error"))
+        told = Cell("not available", note=str(found.get("reason") or ""), tone="warn")
+        told = told if error is None else Cell(f"± {error_text(error, form)}", error)
+        rows.append((Cell(label), _change(found.get("half_speed_pct")), _change(mesh), told))
+    caption = "Numerical error: index of Roache with a safety factor of 3, from half the speed and another mesh"
+    return [Table(caption, ERROR_HEADER, rows, (1, 2, 3)), *texts]
+
+
+def _change(percent: Number | str) -> Cell:
+    value = _error_number(percent)
+    return Cell("-") if value is None else Cell(f"{value:+.2f} %", value)
+
+
+def _error_number(value: Number | str) -> float | None:
+    return float(value) if isinstance(value, int | float) and math.isfinite(value) else None
+
 
 _VERDICTS: dict[str, Tone] = {
     "within 1 sd": "good", "outside 1 sd": "bad", "refused": "bad", "not comparable": "warn", UNRESOLVED: "warn",

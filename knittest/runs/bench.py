@@ -6,17 +6,16 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from knittest.base.host import processor_ticks, taken_share
+from knittest.base.machine import processor_ticks, taken_share
 from knittest.config.run import Run
 from knittest.kernels.explicit import SCRATCH
-from knittest.kernels.options import PARTITIONS
 from knittest.kernels.threading import best_threads
-from knittest.models.boundary import Boundary
-from knittest.models.readings import new_tally
+from knittest.kernels.vec import PARTITIONS
+from knittest.models.boundary import Boundary, new_tally
 from knittest.models.yarn_model import YarnModel
 from knittest.runs.specimen import prepare
+from knittest.solve.compiling import warm
 from knittest.solve.simulate import simulate
-from knittest.solve.warmup import warm
 
 STEPS, REPEATS = 50, 5
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from knittest.base.errors import InputError, NumericalError
-from knittest.base.resources import PACKAGE
+from knittest.base.files import PACKAGE
 
 #: the runs by name: both models, loops and inlays, bending shells
 CASES = {

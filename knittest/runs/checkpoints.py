@@ -1,4 +1,5 @@
-"""Checkpoints of a run folder, those of each specimen by themselves, so that several processes may keep theirs in it.
+"""Checkpoints and finished specimens of a run folder, those of each specimen by themselves, so that several processes
+may keep theirs in it.
 
 ``checkpoint-0002-0007.npz`` state 7 of specimen 2, of which the newest two are kept; ``checkpoint-frame-0002-0003.npz``
 its frame 3, written once, and its ``-copy.npz``, because every later checkpoint needs it;
@@ -10,17 +11,19 @@ import re
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from dataclasses import asdict
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
 from knittest.base.errors import InputError, ResourceError
+from knittest.base.history import Cost, History, Mesh, Overlaps, Quality, Specimen
 from knittest.base.interrupts import Interrupts
+from knittest.export.files import Damaged, read_arrays, write_arrays
 from knittest.export.identity import Identity
-from knittest.export.npz import Damaged, read_arrays, write_arrays
-from knittest.models.snapshot import State
-from knittest.solve.state import Snapshot
+from knittest.models.explicit_model import State, arrays_of, entry, prefixed, under
+from knittest.solve.state import Snapshot, frame_of, frame_state
 
 PATTERN = "checkpoint-*.npz"
 KEPT = 2
@@ -202,7 +205,7 @@ class Checkpoints:
 
 
 class SpecimenKeeper:
-    """Keeps the simulation of one specimen, as a :class:`knittest.solve.observer.Observer` asks it to."""
+    """Keeps the simulation of one specimen, as a :class:`knittest.solve.state.Observer` asks it to."""
 
     def __init__(self, store: Checkpoints, specimen: int) -> None:
         self.store, self.specimen = store, specimen
@@ -273,3 +276,55 @@ def _frames(folder: Path, specimen: int, frame: int) -> tuple[Path, Path]:
     """File of a frame, and its copy."""
     name = f"checkpoint-frame-{specimen:04d}-{frame:04d}"
     return folder / f"{name}.npz", folder / f"{name}-copy.npz"
+
+
+MESH_ARRAYS = ("cells", "part", "yarn", "radius")
+
+
+def specimen_state(specimen: Specimen, frames: bool) -> State:
+    """``specimen`` as arrays; ``frames`` only where they will be shown."""
+    history, mesh = specimen.history, specimen.history.mesh
+    n_frames = len(history.frames) if frames else 0
+    plain = {
+        "kind": mesh.kind,
+        "part_names": mesh.part_names,
+        "first_failure": history.first_failure,
+        "overlaps": asdict(history.overlaps),
+        "n_frames": n_frames,
+        "peak": history.peak if frames else None,
+        "results": specimen.results,
+        "quality": asdict(specimen.quality),
+        "cost": asdict(specimen.cost),
+        "facts": specimen.facts,
+        "rest": specimen.rest,
+    }
+    state = {"plain": np.array(json.dumps(plain, default=_plain))} | arrays_of("mesh", mesh, MESH_ARRAYS)
+    state |= prefixed("curve", history.curve) | prefixed("energies", history.energies)
+    state |= prefixed("yarns", specimen.yarns) | prefixed("contacts", history.contacts)
+    state |= arrays_of("history", history, ("tool_force",))
+    for k in range(n_frames):
+        state |= prefixed(f"frame-{k:04d}", frame_state(history.frames[k]))
+    return state
+
+
+def specimen_of(state: State) -> Specimen:
+    """Specimen that :func:`specimen_state` was made of."""
+    plain = json.loads(str(entry(state, "plain")))
+    arrays = {name: entry(state, f"mesh/{name}") for name in MESH_ARRAYS}
+    mesh = Mesh(plain["kind"], part_names=tuple(plain["part_names"]), **arrays)
+    frames = [frame_of(under(state, f"frame-{k:04d}")) for k in range(plain["n_frames"])]
+    overlaps = Overlaps(**(plain["overlaps"] | {"worst": tuple(plain["overlaps"]["worst"])}))
+    history = History(
+        mesh, under(state, "curve"), under(state, "energies"), frames, plain["first_failure"],
+        under(state, "contacts"), entry(state, "history/tool_force"), overlaps, plain.get("peak"),
+    )  # fmt: skip
+    lists = {name: tuple(plain["quality"][name]) for name in ("failures", "warnings")}
+    quality = Quality(**(plain["quality"] | lists))
+    return Specimen(
+        history, plain["results"], quality, Cost(**plain["cost"]), under(state, "yarns"), plain["facts"], plain["rest"]
+    )
+
+
+def _plain(value: Any) -> Any:
+    """A numpy number as Python's."""
+    return value.item()

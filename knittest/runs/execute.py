@@ -13,18 +13,14 @@ from knittest.base.progress import Progress
 from knittest.base.summary import Summary
 from knittest.config.run import Run
 from knittest.export.identity import cell_of
-from knittest.laboratory.registry import TESTS
-from knittest.laboratory.report_base import References
+from knittest.laboratory.report_base import TESTS, References
 from knittest.report_page.page import write_if_possible, write_report
-from knittest.runs.checkpoints import Checkpoints
-from knittest.runs.judgement import judge, references_of
+from knittest.runs.checkpoints import Checkpoints, specimen_of, specimen_state
 from knittest.runs.opening import Opened, Place, joined
 from knittest.runs.options import RunOptions
-from knittest.runs.specimen import run_specimen
-from knittest.runs.specimen_store import specimen_of, specimen_state
-from knittest.runs.watcher import Log, Watcher
-from knittest.runs.writing import write_files, write_incomplete
-from knittest.solve.warmup import compiling_for
+from knittest.runs.specimen import Log, Watcher, run_specimen
+from knittest.runs.writing import judge, references_of, write_files, write_incomplete
+from knittest.solve.compiling import compiling_for
 
 EXIT_REFUSED = NumericalError.exit_code
 

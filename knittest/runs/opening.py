@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 from knittest.base.errors import InputError
 from knittest.base.interrupts import Interrupts
-from knittest.base.notes import tell
+from knittest.base.progress import tell
 from knittest.config.dumping import dump
 from knittest.config.run import Run
 from knittest.export.folder import RunFolder

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from knittest.base.printing import Printing
+from knittest.base.figure import Printing
 
 
 @dataclass(frozen=True)

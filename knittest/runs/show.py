@@ -8,10 +8,9 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Protocol, TextIO
 
-from knittest.base.history import Quality
+from knittest.base.history import Quality, rest_line, unjudged_note
 from knittest.base.kinds import kinds
 from knittest.base.layout import nearest, table, width_of, wrapped
-from knittest.base.rest import rest_line
 from knittest.base.result_rows import (
     FEW,
     GIVEN,
@@ -26,13 +25,12 @@ from knittest.base.result_rows import (
     unfolded,
 )
 from knittest.base.summary import Limit, Summary
-from knittest.base.unjudged import unjudged_note
-from knittest.config.looser import LOOSER
+from knittest.config.gates import LOOSER
 from knittest.config.run import Run
 from knittest.experiment.compare import ERRORS, UNITS
-from knittest.experiment.simulated_studies import shear_bands
-from knittest.export.jsonfile import json_text
-from knittest.laboratory.error_notes import error_notes
+from knittest.experiment.tables import shear_bands
+from knittest.export.files import json_text
+from knittest.laboratory.numerical_error import error_notes
 from knittest.report_page.folders import HEADER as LISTED
 from knittest.report_page.folders import Listed
 from knittest.report_page.page import page_of

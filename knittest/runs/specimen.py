@@ -1,27 +1,30 @@
-"""One specimen of a test end to end: geometry, model, simulation, results, quality."""
+"""One specimen of a test end to end: geometry, model, simulation, results, quality, and its progress, log and
+checkpoints.
+"""
 
 import time as clock
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from math import nan
 
 import numba
 import numpy as np
 
 from knittest.base.errors import NumericalError
-from knittest.base.history import Cost, History, Quality, Specimen
-from knittest.base.rest import rest_numbers
+from knittest.base.history import Cost, History, Overlaps, Quality, Specimen, rest_numbers
+from knittest.base.progress import Progress
 from knittest.config.gates import limits_judged
 from knittest.config.run import Run
-from knittest.fabric.cell import CellSpec
-from knittest.fabric.munden import Munden
+from knittest.fabric.cell import CellSpec, Munden
 from knittest.kernels.threading import limited
+from knittest.laboratory.after_rest import KINETIC, LIMITS, SPEED, at_speed, check_speed
 from knittest.laboratory.base import Prepared, cut_curve_warnings
-from knittest.laboratory.lowered_speed import KINETIC, LIMITS, SPEED, at_speed, check_speed
-from knittest.laboratory.registry import TESTS
-from knittest.solve.observer import SILENT, Observer
+from knittest.laboratory.report_base import TESTS
+from knittest.runs.checkpoints import SpecimenKeeper
+from knittest.solve.compiling import warm
 from knittest.solve.settled_cell import too_coarse, with_draw_in
-from knittest.solve.state import SimulationCost, TooFastError
-from knittest.solve.warmup import warm
+from knittest.solve.state import SILENT, TESTING, Observer, SimulationCost, Snapshot, TooFastError
 
 #: fact of a specimen: draw-in of its loops [-]
 DRAWN = "draw_in"
@@ -49,7 +52,7 @@ def threads_for(elements: int) -> int:
 def run_specimen(run: Run, specimen: int = 0, observer: Observer = SILENT) -> Specimen:
     """Build, compile, simulate and measure specimen number ``specimen``.
 
-    A test that lowers its speed restarts where it is too high (:mod:`knittest.laboratory.lowered_speed`). Raises
+    A test that lowers its speed restarts where it is too high (:mod:`knittest.laboratory.after_rest`). Raises
     :class:`NumericalError`, whose ``partial`` is the specimen up to then.
     """
     start = clock.perf_counter(), clock.process_time()
@@ -154,3 +157,67 @@ def _cost(
     speed = cost.steps * elements / max(cost.advance_s, 1e-9)
     used = cost.threads or threads
     return Cost(*spent, compile_s, prepared.geometry_s, cost.steps, elements, speed, used, 1e3 * cost.time_step)
+
+
+#: takes a line of a run's log: the name of an event, and its fields by keyword
+Log = Callable[..., None]
+
+
+class Watcher(Observer):
+    """See :class:`Observer`; ``label`` is what phases are shown under, ``until_failure`` whether a failure of the
+    specimen ends its test, ``log`` takes lines of the run's log.
+    """
+
+    def __init__(self, label: str, until_failure: bool, progress: Progress, log: Log, keeper: SpecimenKeeper) -> None:
+        self._label, self._until_failure = label, until_failure
+        self._progress, self._log, self._keeper = progress, log, keeper
+
+    def phase(self, text: str) -> None:
+        """Show it."""
+        until_failure = self._until_failure and text == TESTING
+        self._progress.phase(f"{self._label}: {text}", until_failure=until_failure)
+
+    def overlaps(self, found: Overlaps) -> None:
+        """Log which yarns overlap, if any do."""
+        if found.largest > 0.0:
+            self._log(
+                "overlap", number=self._keeper.specimen, contacts=found.count,
+                largest_pct=round(100.0 * found.largest, 3), worst=found.worst,
+            )  # fmt: skip
+
+    def progress(self, fraction: float, time_ms: float, step_us: float, kinetic_ratio: float) -> None:
+        """Show it."""
+        self._progress.update(fraction, time_ms, step_us, kinetic_ratio)
+
+    def settling(self, fraction: float) -> None:
+        """Show it."""
+        self._progress.update(fraction, nan, nan, nan)
+
+    def resume_from(self) -> Snapshot | None:
+        """Return the checkpoint that was found, and log it."""
+        found = self._keeper.resume_from()
+        if found is not None:
+            self._log("goes on", number=self._keeper.specimen, at_ms=found.time)
+        return found
+
+    def resumed(self, fraction: float, time_ms: float) -> None:
+        """Tell the user."""
+        self._progress.say(f"{self._label}: goes on at {time_ms:.4g} ms, {100.0 * fraction:.0f} % of the test")
+
+    def speed_share(self) -> float:
+        """Return that of the newest checkpoint."""
+        return self._keeper.speed_share()
+
+    def restarts(self, share: float, reason: str) -> None:
+        """Tell the user, and discard the checkpoints."""
+        self._log("restart", number=self._keeper.specimen, share=share, reason=reason)
+        self._progress.say(f"{self._label}: {reason}")
+        self._keeper.restarts(share)
+
+    def visit(self, take: Callable[[], Snapshot]) -> None:
+        """Write a checkpoint when it is due; raise for a signal."""
+        self._keeper.visit(take)
+
+    def failed(self, take: Callable[[], Snapshot]) -> None:
+        """Write the state as it is."""
+        self._keeper.failed(take)

@@ -1,17 +1,114 @@
-"""Files of a run folder: tables, frames, pictures, comparison and summary."""
+"""Files of a run folder: tables, frames, pictures, summary, and the comparison of its specimens with the experiment."""
 
-from knittest.base.history import Specimen
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+
+import numpy as np
+
+from knittest.base.figure import printed, stamped
+from knittest.base.files import data_dir
+from knittest.base.history import Cost, Quality, Specimen, peaks_beyond
 from knittest.base.kinds import kinds
-from knittest.base.printing import printed
-from knittest.base.stamp import stamped
+from knittest.base.summary import Summary, Unjudged
+from knittest.config.doubtful import doubts
 from knittest.config.run import Run
-from knittest.export import vtu
+from knittest.experiment.compare import compare_columns, compare_results
+from knittest.experiment.origin import assumed_inputs, given_results, row_kind
+from knittest.experiment.tables import published
+from knittest.export import meshes
 from knittest.export.folder import RunFolder
-from knittest.laboratory.registry import REPORTS
-from knittest.laboratory.report_base import References
-from knittest.laboratory.run_stamp import run_stamp
-from knittest.runs.judgement import Judgement
+from knittest.export.summary import build_summary, ensemble_results
+from knittest.laboratory.given_data import own_curves
+from knittest.laboratory.report_base import REPORTS, CurveAxes, References, run_stamp
 from knittest.runs.options import RunOptions
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """summary.json and comparison.json of a run, and the quality of its worst specimen.
+
+    ``own``: metrics of the user's curves, none where the comparison is refused.
+    """
+
+    summary: Summary
+    comparison: dict[str, object]
+    quality: Quality
+    own: Sequence[dict[str, object]] = ()
+
+
+def references_of(run: Run, against: Sequence[Path]) -> References:
+    """References of ``run``: published rows, the reference curve, curves of the user's."""
+    return replace(_references(run), own=own_curves(run, against))
+
+
+def _references(run: Run) -> References:
+    """Published rows and the reference curve of the fabric's experiment, if it names one."""
+    fabric = run.fabric
+    if fabric.experiment is None or fabric.experiment_variant is None:
+        return References()
+    quantities = kinds()[run.rig.kind].published
+    report = REPORTS[run.rig.kind]
+    rows = published(data_dir() / fabric.experiment, fabric.experiment_variant, run.direction, quantities)
+    return References(report.scaled(run, rows), report.reference_curve(run), apart=report.apart(run, rows))
+
+
+def judge(run: Run, specimens: list[Specimen], references: References, forced: Sequence[str] = ()) -> Judgement:
+    """Compare the mean of ``specimens`` with ``references``, unless a gate of one of them refuses it; the quality warns
+    of changes under which they were gone on with, ``forced``.
+    """
+    quality, cost = _worst([s.quality for s in specimens]), _total([s.cost for s in specimens])
+    quality = quality.warning(*references.apart, *doubts(run))
+    if forced:
+        quality = quality.warning(f"gone on with by --force, although {'; '.join(forced)}")
+    results = [s.results for s in specimens]
+    means = ensemble_results(results)
+    kind_of = {row.quantity: row_kind(run, row.quantity) for row in references.rows}
+    guessed = list(assumed_inputs(run))
+    rows = compare_results(means, references.rows, kind_of, given_results(run))
+    for row in rows:
+        row["assumed"] = guessed
+    refused, curves = quality.failures, list[dict[str, object]]()
+    report = REPORTS[run.rig.kind]
+    if not refused:
+        columns = report.for_nominal_size(run, report.curve(specimens))
+        curves = [compare_columns(columns, curve, report.axes.reach) for curve in references.curves]
+    comparison: dict[str, object] = {"refused": list(refused), "rows": [] if refused else rows, "curves": curves}
+    alone = {q: row_kind(run, q) for q in kinds()[run.rig.kind].published if q in means and q not in kind_of}
+    summary = build_summary(run, results, quality, cost, rows, alone, guessed, [s.rest for s in specimens])
+    if beyond := _peaks_beyond(report.axes, specimens):
+        summary["unjudged"] = beyond
+    return Judgement(summary, comparison, quality, curves[len(curves) - len(references.own) :])
+
+
+def _peaks_beyond(axes: CurveAxes, specimens: list[Specimen]) -> Unjudged | None:
+    """Peaks beyond the first failure, of a test whose gates judge up to it."""
+    if not axes.peak:
+        return None
+    return peaks_beyond([s.history for s in specimens], axes.x, [s.results[axes.peak] for s in specimens])
+
+
+def _worst(qualities: list[Quality]) -> Quality:
+    """The largest of every measure, and all distinct failures and warnings."""
+    measures = [one.name for one in fields(Quality) if one.type is float]
+    # numpy's maximum keeps what is not a number
+    worst = {name: float(np.max([getattr(q, name) for q in qualities])) for name in measures}
+    return Quality(
+        **worst,
+        quasi_static=all(q.quasi_static for q in qualities),
+        failures=tuple(dict.fromkeys(f for q in qualities for f in q.failures)),
+        warnings=tuple(dict.fromkeys(w for q in qualities for w in q.warnings)),
+    )
+
+
+def _total(costs: list[Cost]) -> Cost:
+    """Sums of times and steps over the specimens."""
+    seconds = sum(c.steps * c.elements / c.element_steps_per_s for c in costs)
+    return replace(
+        costs[0],
+        **{n: sum(getattr(c, n) for c in costs) for n in ("wall_s", "cpu_s", "compile_s", "geometry_s", "steps")},
+        element_steps_per_s=sum(c.steps * c.elements for c in costs) / max(seconds, 1e-9),
+    )
 
 
 def write_incomplete(
@@ -69,4 +166,4 @@ def _write_tables(run: Run, specimens: list[Specimen], folder: RunFolder) -> Non
 
 
 def _write_frames(run: Run, specimen: Specimen, folder: RunFolder) -> None:
-    vtu.write_frames(folder.path, specimen.history, REPORTS[run.rig.kind].bodies(run, specimen))
+    meshes.write_frames(folder.path, specimen.history, REPORTS[run.rig.kind].bodies(run, specimen))

@@ -7,25 +7,22 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from knittest.base.errors import InputError, NumericalError
-from knittest.kernels.shell_arrays import set_strength
-from knittest.kernels.shell_state import Laminate
+from knittest.kernels.shell_state import Laminate, set_strength
 from knittest.kernels.threading import best_threads, limited
 from knittest.kernels.tool_contact import tool_energies
-from knittest.models.boundary import Boundary
-from knittest.models.chain_layout import Chain
-from knittest.models.chains import build_chains
+from knittest.models.boundary import Boundary, Readings, new_tally, take_readings
+from knittest.models.chains import Chain, build_chains
 from knittest.models.explicit_model import ExplicitModel
 from knittest.models.fabric_model import FabricModel
 from knittest.models.inputs import above, across_shells, chain_fields, chain_points, finite, quadrilaterals
+from knittest.models.macro import build_sheet
 from knittest.models.natural_state import of_one_sign, turned_further
-from knittest.models.readings import Readings, new_tally, take_readings
-from knittest.models.sheet import build_sheet
 from knittest.models.sheet_tracker import SheetContact
-from knittest.models.yarn_contact import YarnContact
+from knittest.models.yarn_health import YarnContact
 from knittest.models.yarn_model import YarnModel
 from knittest.solve.pace import Pace
 from knittest.solve.relax import Relaxation, relax
-from knittest.solve.stepping import Stepping
+from knittest.solve.state import Stepping
 
 Array = NDArray[np.float64]
 

@@ -1,4 +1,5 @@
-"""Processes that compile the kernels into the cache, so that every run, also a resumed one, loads the same code.
+"""Kernels that a run needs, compiled into the cache by processes of their own, so that every run loads the same
+code.
 
 A process that compiles a kernel links other copies of its helpers than one that loads it from the cache, and its
 results differ in the last bits. So the process of a run never compiles, and which of those here compiles what is fixed.
@@ -10,14 +11,17 @@ import os
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+import time as clock
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 
 from knittest.base.cache import VARIABLE, cache_root
+from knittest.config.run import Run
 from knittest.kernels import CODE_FOLDER
-from knittest.solve.exercise import Exercise
-from knittest.solve.kernel_sets import THREADS, is_for
+from knittest.solve.exercise import ALL, THREADS, Exercise, is_for, kernels_of
+from knittest.solve.state import SILENT, Observer
+from knittest.solve.threads import check_layer
 
 Compiler = subprocess.Popen[bytes]
 
@@ -142,3 +146,57 @@ def _marker(kernels: str) -> Path | None:
     key = repr((numba.__version__, binding.llvm_version_info, sys.version_info[:2], *host))
     name = f"{kernels}-{hashlib.sha256(key.encode()).hexdigest()[:16]}.complete"
     return None if CODE_FOLDER is None else CODE_FOLDER / name
+
+
+_warm: set[str] = set()
+
+
+def lacking(run: Run, threads: int = 1) -> tuple[str, ...]:
+    """Names of the kernels that ``run`` needs and the cache has not."""
+    return tuple(k for k in kernels_of(run, threads) if k not in _warm and not compiled_before(k))
+
+
+@contextmanager
+def compiling_for(run: Run) -> Iterator[None]:
+    """Let another process compile meanwhile what ``run`` needs of one thread, if anything, for :func:`warm` to load."""
+    missing = () if CODE_FOLDER is None else lacking(run)
+    with compiling(*missing) if missing else nullcontext():
+        yield
+
+
+def warm(run: Run, observer: Observer = SILENT, threads: int = 1) -> float:
+    """Compile, or load from the cache, what ``run`` needs on ``threads``; returns the seconds (0 the second time)."""
+    wanted = [k for k in kernels_of(run, threads) if k not in _warm]
+    if not wanted:
+        return 0.0
+    check_layer()
+    start = clock.perf_counter()
+    if not compiled(run, observer.phase, threads):
+        observer.phase(f"loading the {run.model.scale} kernels")
+    for kernels in wanted:
+        Exercise(kernels).whole()
+        _warm.add(kernels)
+    return clock.perf_counter() - start
+
+
+def compiled(run: Run, phase: Callable[[str], None], threads: int = 1) -> bool:
+    """Compile what the cache lacks of what ``run`` needs on ``threads``, if anything, as a ``phase``; tell whether."""
+    missing, kept = lacking(run, threads), CODE_FOLDER is not None
+    if not missing:
+        return False
+    once = "once per installation" if kept else "nothing is cached"
+    phase(f"compiling the {run.model.scale} kernels ({once})")
+    if kept:
+        with compiling(*missing):
+            pass
+    return True
+
+
+def compile_all() -> float:
+    """Compile what the cache lacks of all kernels, the two scales side by side; returns the seconds it took."""
+    check_layer()
+    start = clock.perf_counter()
+    if CODE_FOLDER is not None:
+        with compiling(*ALL["meso"]), compiling(*ALL["macro"]):
+            pass
+    return clock.perf_counter() - start

@@ -1,35 +1,74 @@
-"""Tiny models of shipped fabrics that call every kernel of a run, at once or by stages that compile side by side."""
+"""Tiny models of shipped fabrics that call every kernel of a run, and the names of the kernels that runs need."""
 
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
+from knittest.base.kinds import kinds
 from knittest.config.run import Output, Run, Scale
 from knittest.fabric.strip import YarnPath
-from knittest.fabric.variability import YarnDraws
-from knittest.kernels.beam_blocks import advance_beams
-from knittest.kernels.drive_state import Drive
+from knittest.fabric.topology import YarnDraws
+from knittest.kernels.beam import advance_beams
 from knittest.kernels.explicit import SCRATCH, contact_share, outside, shell_share
-from knittest.kernels.options import PARTITIONS
-from knittest.kernels.state import Array, Tally
+from knittest.kernels.state import Array, Drive, Tally
 from knittest.kernels.threading import limited
 from knittest.kernels.tool_contact import tool_energies
+from knittest.kernels.vec import PARTITIONS
 from knittest.materials.laminate import laminate
 from knittest.materials.yarn_section import SYSTEMS, sections
-from knittest.models.boundary import Boundary
+from knittest.models.boundary import Boundary, Readings, new_tally
 from knittest.models.explicit_model import ExplicitModel
 from knittest.models.fabric_model import FabricModel
 from knittest.models.macro import StripShape, build_strip, self_contact
 from knittest.models.meso import UPRIGHT, build_meso, yarn_contact
 from knittest.models.periodic import PeriodicChain, build_periodic
 from knittest.models.periodic_model import NUMBERS, PeriodicModel
-from knittest.models.readings import Readings, new_tally
-from knittest.models.table import constant, ramp
-from knittest.models.tool import plane
+from knittest.models.tool import constant, plane, ramp
 from knittest.models.yarn_model import YarnModel
-from knittest.solve.kernel_sets import CONTACT, OVAL, PERIODIC, SPIN, THREADS, TOOLS, is_for
 from knittest.solve.simulate import simulate
+
+#: self-contact of shells, rigid tools, crossings that resist spin, elliptic sections, a periodic cell, several threads
+CONTACT, TOOLS, SPIN, OVAL, PERIODIC, THREADS = "contact", "tools", "spin", "oval", "periodic", "threads"
+#: what ``knittest warmup`` compiles, by scale; the first run whose crossings resist spin or whose sections are elliptic
+#: compiles what it needs
+ALL = {
+    "meso": ("meso", "meso-tools", "meso-periodic", "meso-threads", "meso-tools-threads"),
+    "macro": ("macro", "macro-tools", "macro-contact-tools", "macro-threads", "macro-tools-threads"),
+}
+
+
+def kernels_of(run: Run, threads: int = 1) -> tuple[str, ...]:
+    """Kernels that ``run`` needs on ``threads``, those of a cell that its fabric settles in first."""
+    needed = _needed(run)
+    names = [_name(run, needed)]
+    if run.model.scale == "meso" and run.fabric.knitting.settled and PERIODIC not in needed:
+        names.insert(0, _name(run, [n for n in needed if n != TOOLS] + [PERIODIC]))
+    if threads > 1:
+        names.append(_name(run, [*needed, THREADS]))
+    return tuple(names)
+
+
+def _needed(run: Run) -> list[str]:
+    kind, meso, contact = kinds()[run.rig.kind], run.model.scale == "meso", run.fabric.contact
+    wanted = {
+        CONTACT: not meso and run.model.macro.self_contact,
+        TOOLS: kind.tools,
+        SPIN: meso and contact is not None and contact.patch is not None,
+        OVAL: meso and run.fabric.reinforcing.section is not None,
+        PERIODIC: kind.periodic,
+    }
+    return [name for name, so in wanted.items() if so]
+
+
+def _name(run: Run, needed: list[str]) -> str:
+    return "-".join([run.model.scale, *needed])
+
+
+def is_for(kernels: str, what: str) -> bool:
+    """Tell whether ``kernels`` are compiled for one of :data:`CONTACT` to :data:`THREADS`."""
+    return what in kernels.split("-")
+
 
 #: inlays of elliptic sections
 ELLIPSES = [

@@ -12,11 +12,11 @@ from knittest.models.crossings import Crossings, crossings, surfaces
 from knittest.models.inputs import finite
 from knittest.models.periodic import PeriodicChain, build_periodic
 from knittest.models.periodic_model import NUMBERS, PeriodicModel
-from knittest.models.table import Table, constant
-from knittest.models.yarn_contact import YarnContact
+from knittest.models.tool import Table, constant
+from knittest.models.yarn_health import YarnContact
 from knittest.solve.body import Body
 from knittest.solve.relax import Relaxation, relax
-from knittest.solve.stepping import Stepping
+from knittest.solve.state import Stepping
 
 Array = NDArray[np.float64]
 

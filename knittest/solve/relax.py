@@ -11,11 +11,9 @@ from math import ceil
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.kernels.drive_state import Drive
-from knittest.kernels.state import Tally
+from knittest.kernels.state import Drive, Tally
 from knittest.models.explicit_model import ExplicitModel
-from knittest.solve.damped import CHUNK, Chunk, DampedModel
-from knittest.solve.loose_tools import applied_to_tools
+from knittest.solve.damped import CHUNK, Chunk, DampedModel, applied_to_tools
 
 Array = NDArray[np.float64]
 #: called with the steps done and the most that there may be

@@ -1,24 +1,85 @@
-"""The cell of a fabric at rest by the contact law of the run: loops under tension, crossings that press.
+"""The relaxed cell of a fabric under the contact law of the run: loops under tension, locking, curl; cached on disk.
 
 Without edges it settles within a second, so what a draw-in means for any specimen is found here: the tension of the
 loops, and whether they lock.
 """
 
+import hashlib
+import json
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import cache
+from pathlib import Path
+from typing import Any
 
+import numpy as np
+from numpy.typing import ArrayLike
+
+from knittest.base.cache import Damaged, cache_folder, keep, kept
 from knittest.base.errors import InputError
-from knittest.base.rest import Rest
+from knittest.base.history import Rest
+from knittest.base.progress import tell
 from knittest.config.base import Quantity
 from knittest.config.run import Run
 from knittest.fabric.relax import relaxed_cell
-from knittest.models.at_rest import at_rest
-from knittest.models.conforming import conforming
-from knittest.models.crossings import Crossings
-from knittest.models.meso_cell import build_meso_cell
+from knittest.models.crossings import Crossings, at_rest
+from knittest.models.meso import build_meso_cell, lattice_of
+from knittest.models.natural_state import conforming
+from knittest.models.tool import Table, ramp
 from knittest.solve.periodic_body import PeriodicBody
-from knittest.solve.settled_cache import remembered
+
+# Settled cells on disk, keyed by all that enters them: the fabric, the mesh, the step, and every source that shapes or
+# moves yarns.
+
+#: rooms whose sources decide how a cell comes to rest
+ROOMS = ("base", "config", "fabric", "kernels", "materials", "models", "solve")
+DIGITS = 24
+
+Numbers = dict[str, Any]
+
+
+def remembered(run: Run, what: Numbers, compute: Callable[[], Numbers]) -> Numbers:
+    """Plain numbers of the settled cell of ``run`` under the conditions ``what``: those kept, or computed and kept."""
+    key = settled_key(run, what)
+    folder = cache_folder("settled")
+    path = None if folder is None else folder / f"{key}.npz"
+    try:
+        arrays = kept(path, key)
+        if arrays is not None:
+            found: Numbers = json.loads(str(arrays["numbers"]))
+            return found
+    except (Damaged, KeyError, ValueError) as error:
+        tell(f"{path}: {error}: this settled cell is not used; it is settled anew")
+    numbers = compute()
+    text = json.dumps(numbers)
+    keep(path, key, {"numbers": np.array(text)})
+    again: Numbers = json.loads(text)
+    return again
+
+
+def settled_key(run: Run, what: Numbers) -> str:
+    """Digest of the fabric, mesh and step of ``run``, of ``what``, and of the sources."""
+    entering = {
+        "fabric": run.fabric.model_dump(mode="json"),
+        "meso": run.model.meso.model_dump(mode="json"),
+        "solver": run.solver.model_dump(mode="json", include={"safety", "target_step", "max_added_mass"}),
+        "what": what,
+    }
+    digest = hashlib.sha256(json.dumps(entering, sort_keys=True).encode())
+    digest.update(_sources().encode())
+    return digest.hexdigest()[:DIGITS]
+
+
+@cache
+def _sources() -> str:
+    """Digest of all sources in :data:`ROOMS`, as this process found them first."""
+    package = Path(__file__).parent.parent
+    digest = hashlib.sha256()
+    for room in ROOMS:
+        for source in sorted((package / room).glob("*.py")):
+            digest.update(f"{room}/{source.name}".encode() + source.read_bytes())
+    return digest.hexdigest()
+
 
 #: forces out of balance over those of contacts at rest, most steps to it, and above which yarns have not found a rest
 AT_REST, PATIENT, RESTLESS = 0.01, 20_000, 0.05
@@ -198,3 +259,76 @@ def _largest(run: Run, at: Callable[[float], SettledCell], locked: float) -> flo
         middle = 0.5 * (low + locked)
         low, locked = (low, middle) if _locks(run, at(middle)) else (middle, locked)
     return low
+
+
+# Curl of fabric that nothing keeps flat: moment of the flat cell over its bending stiffness.
+#
+# Loops that are not fully set, or under tension on one side of the inlays, press towards one face. A cell held flat
+# bears the moment M per length; let go it bends by kappa until M + D kappa = 0, with the bending stiffness D of the
+# same cell. Each direction is taken by itself, the other one flat: a piece cannot curl both ways at once.
+
+#: curvature [1/mm] to which the stiffness is the secant, and time to there [ms]
+PROBE, WAY = 0.01, 10.0
+#: forces out of balance over those of contacts at rest, and most steps to it
+CURL_AT_REST, CURL_PATIENT = 2e-3, 10_000
+
+
+@dataclass(frozen=True)
+class Curl:
+    """Moment per length [N] that keeps a cell flat, and its bending stiffness per length [N mm]."""
+
+    moment: float
+    stiffness: float
+
+    @property
+    def curvature(self) -> float:
+        """Curvature [1/mm] of the free fabric, positive where it is hollow towards its face (+z)."""
+        return -self.moment / self.stiffness
+
+
+def curl_of(cell: Callable[[], PeriodicBody], along: ArrayLike) -> Curl:
+    """Curl along ``along`` (3,) of the ``cell``, a new one a call: at rest flat, and bent by :data:`PROBE`.
+
+    It is bent the way it curls: crossings that stick resist the other way more.
+    """
+    held = cell()
+    held.settle(CURL_AT_REST, CURL_PATIENT)
+    body = cell()
+    body.bend(_there(-PROBE if held.bending_moment() > 0.0 else PROBE), along)
+    body.settle(CURL_AT_REST, CURL_PATIENT)
+    flat = body.bending_moment()
+    body.advance(WAY)
+    body.settle(CURL_AT_REST, CURL_PATIENT)
+    return Curl(flat, (body.bending_moment() - flat) / body.cell.curvature)
+
+
+def cell_curl(run: Run, axial_share: float = 1.0) -> dict[str, Curl]:
+    """Curl of the cell of ``run``, at the draw-in that its fabric states, along its courses (weft) and wales (warp).
+
+    Bent inlays lie about the surface that keeps its length: their tension bears no moment.
+    """
+    found = remembered(
+        run, {"curl": [PROBE, WAY, CURL_AT_REST, CURL_PATIENT], "axial_share": axial_share},
+        lambda: {system: asdict(_curl_along(run, system, axial_share)) for system in ("weft", "warp")},
+    )  # fmt: skip
+    return {system: Curl(**numbers) for system, numbers in found.items()}
+
+
+def _curl_along(run: Run, system: str, axial_share: float) -> Curl:
+    """Curl of the cell in which the inlays ``system`` bend."""
+    cell = relaxed_cell(run.fabric)
+
+    def new() -> PeriodicBody:
+        model = build_meso_cell(run, cell, 1, 1, axial_share=axial_share, about=system)
+        model.bend_along(along)
+        return PeriodicBody(model, run.solver.safety, threads=1)
+
+    along = lattice_of(cell, 1, 1)[0 if system == "weft" else 1]
+    return curl_of(new, along)
+
+
+def _there(curvature: float) -> Table:
+    """Rate [1/(mm ms)] that bends by ``curvature`` within :data:`WAY`, from rest to rest."""
+    up = ramp(0.25 * WAY, curvature / (0.75 * WAY))
+    down = tuple(WAY - t for t in reversed(up.time))
+    return Table((*up.time, *down), (*up.value, *reversed(up.value)))

@@ -14,15 +14,12 @@ from knittest.base.history import Frame, History
 from knittest.config.run import Output, Solver
 from knittest.kernels.threading import limited
 from knittest.kernels.tool_contact import tool_energies
-from knittest.models.at_rest import at_rest
-from knittest.models.boundary import Boundary
+from knittest.models.boundary import Boundary, Readings, new_tally, take_readings
+from knittest.models.crossings import at_rest
 from knittest.models.explicit_model import ExplicitModel, Stored
-from knittest.models.readings import Readings, new_tally, take_readings
 from knittest.solve.guards import check_balance, check_entities, check_motion, fit_step
-from knittest.solve.observer import SILENT, TESTING, Observer
 from knittest.solve.relax import relax, settle
-from knittest.solve.rig import Rig
-from knittest.solve.state import Kept, Simulation, SimulationCost
+from knittest.solve.state import SILENT, TESTING, Kept, Observer, Rig, Simulation, SimulationCost
 
 Array = NDArray[np.float64]
 

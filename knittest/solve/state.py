@@ -1,20 +1,116 @@
-"""State of a simulation between two chunks, and the same as arrays for a checkpoint."""
+"""State of a simulation between two chunks of steps, the steps themselves, and the interfaces of rigs and observers."""
 
 import json
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
+from typing import Protocol
 
 import numpy as np
+from numba import get_num_threads
 from numpy.typing import NDArray
 
-from knittest.base.history import Frame, Overlaps
-from knittest.base.rest import Rest
+from knittest.base.history import Frame, Overlaps, Rest
 from knittest.config.run import Solver
-from knittest.kernels.state import Tally
-from knittest.models.snapshot import State, arrays_of, columns, entry, prefixed, put_back, rows_of, under
-from knittest.solve.rig import Rig
-from knittest.solve.stepping import Stepping
+from knittest.kernels import monitor
+from knittest.kernels.explicit import SCRATCH
+from knittest.kernels.state import Drive, Tally
+from knittest.kernels.vec import PARTITIONS
+from knittest.models.boundary import Boundary, Readings
+from knittest.models.explicit_model import (
+    ExplicitModel,
+    State,
+    arrays_of,
+    columns,
+    entry,
+    prefixed,
+    put_back,
+    rows_of,
+    under,
+)
+from knittest.solve.pace import Pace
 
 Array = NDArray[np.float64]
+
+
+class Rig(Protocol):
+    """Boundary motion, stop rule and channels of a virtual test."""
+
+    duration: float  # longest time [ms]
+    coordinate: str  # column of the curve that says how far the test has come
+    force: str  # column of the force whose peak is kept
+    mounted_at: float  # time [ms] until which the specimen is mounted; it comes to rest then, and energies start
+    locks: bool  # ends where yarns lock, see :data:`knittest.solve.simulate.LOCKED`
+    averaged_from: float  # time [ms] from which the tools' forces on the nodes are averaged
+    marks: tuple[float, ...]  # shares of the duration at which frames are wanted besides even ones
+
+    def constrain(self, boundary: Boundary) -> None:
+        """Say what holds, moves and loads ``boundary.model``."""
+
+    def ring_time(self, wave_speed: float) -> float:
+        """Time [ms] a wave of ``wave_speed`` [mm/ms] needs along the specimen."""
+
+    def channels(self, time: float, readings: Readings) -> dict[str, float]:
+        """Curve columns at ``time`` [ms] from the means of the last steps."""
+
+    def finished(self, force: float, peak: float, broken: bool) -> bool:
+        """Tell whether the test is over, with the force and its peak [N] and whether anything has failed."""
+
+
+def _scratch() -> Array:
+    return np.zeros((PARTITIONS, SCRATCH))
+
+
+@dataclass
+class Stepping:
+    """A model on its way under ``drive``, in steps of ``dt`` [ms]; ``tally`` sums up what acts on it.
+
+    ``kinetic``: kinetic energy [mJ] after the last steps; ``loss_rate``: energy that damping takes in one step [mJ];
+    ``damping_loss``: what it has taken so far [mJ], by the trapezoidal rule over every call of :meth:`step`.
+    """
+
+    model: ExplicitModel
+    drive: Drive
+    tally: Tally
+    dt: float
+    time: float = 0.0
+    kinetic: float = 0.0
+    loss_rate: float = 0.0
+    damping_loss: float = 0.0
+    scratch: Array = field(default_factory=_scratch, repr=False)
+    pace: Pace = field(default_factory=lambda: Pace(get_num_threads()), repr=False)
+
+    def step(self, steps: int) -> None:
+        """Advance by ``steps`` time steps and book what damping took."""
+        self.pace.advance(self._advance, steps)
+        self.time += steps * self.dt
+        kinetic, loss = monitor.kinetic_energy(self.model.nodes, self.model.mass, self.model.inertia, self.dt)
+        self.damping_loss += 0.5 * (self.loss_rate + loss) * steps
+        self.kinetic, self.loss_rate = kinetic, loss
+
+    def _advance(self, steps: int) -> None:
+        self.model.advance(steps, self.time, self.dt, self.drive, self.tally, self.scratch)
+
+    def work(self) -> tuple[float, float, float, float]:
+        """Work from outside, losses of friction, energy of eroded elements, losses of contact damping [mJ]."""
+        external, friction, eroded, damped = self.tally.energy[:, :4].sum(axis=0).tolist()
+        return external, friction, eroded, damped
+
+    def rubbed(self) -> dict[str, float]:
+        """Parts of the losses of friction [mJ]: against spin at crossings of yarns, at tools, in the shear of shells;
+        the rest is that of sliding contacts.
+        """
+        return dict(zip(("spin", "tools", "shear"), self.tally.energy[:, 4:7].sum(axis=0).tolist(), strict=True))
+
+    @property
+    def guided(self) -> float:
+        """Energy [mJ] that damping relative to guides has given back (:meth:`Boundary.guide`)."""
+        return float(self.tally.energy[:, 8].sum())
+
+    @property
+    def recovered(self) -> float:
+        """Energy [mJ] that contacts found late were given (:meth:`ContactTracker.recover`)."""
+        return float(self.tally.energy[:, 7].sum())
+
 
 #: arrays of tools and their contacts that change
 MOVING, TOUCHING = ("position", "velocity"), ("spring", "slipping", "pressure")
@@ -167,3 +263,50 @@ def frame_of(state: State) -> Frame:
     """Frame that :func:`frame_state` was made of."""
     time, coordinate, force = (float(entry(state, f"frame/{name}", ())) for name in FRAME)
     return Frame(time, coordinate, force, entry(state, "frame/position"), under(state, "field"))
+
+
+#: phase in which the rig moves
+TESTING = "running the test"
+
+
+class Observer:
+    """Watches nothing and keeps nothing; one that does overrides what it wants to hear of.
+
+    A simulation calls it and goes on as it is told; what is observed never changes the numbers.
+    """
+
+    def phase(self, text: str) -> None:
+        """Hear what begins that takes time, ``compiling kernels``."""
+
+    def overlaps(self, found: Overlaps) -> None:
+        """Hear which yarns overlap before anything moves."""
+
+    def progress(self, fraction: float, time_ms: float, step_us: float, kinetic_ratio: float) -> None:
+        """Hear the share done (0 to 1), simulated time [ms], time step [us] and kinetic energy over work [-]."""
+
+    def settling(self, fraction: float) -> None:
+        """Hear the share (0 to 1) done of what brings the specimen to rest, in which no time passes."""
+
+    def resume_from(self) -> Snapshot | None:
+        """Return the state to go on from; None to start."""
+        return None
+
+    def resumed(self, fraction: float, time_ms: float) -> None:
+        """Hear where it goes on: share of the test (0 to 1), simulated time [ms]."""
+
+    def speed_share(self) -> float:
+        """Return the share of ``solver.speed`` of the state to resume from; 1 if there is none."""
+        return 1.0
+
+    def restarts(self, share: float, reason: str) -> None:
+        """Hear that the test restarts at ``share`` of ``solver.speed`` and why, and discard its state."""
+
+    def visit(self, take: Callable[[], Snapshot]) -> None:
+        """See the state after a chunk of steps, taken if wanted; may raise to stop the simulation."""
+
+    def failed(self, take: Callable[[], Snapshot]) -> None:
+        """See the state in which the numbers have gone wrong."""
+
+
+#: watches nothing
+SILENT = Observer()

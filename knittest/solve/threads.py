@@ -4,7 +4,7 @@ import os
 import resource
 
 from knittest.base.errors import InputError, ResourceError
-from knittest.base.reading import excerpt
+from knittest.base.files import excerpt
 
 LAYERS = "omp, tbb, workqueue, default, safe, forksafe or threadsafe"
 #: address space [GB] below which libraries of compiled code abort, or wait for ever, and cannot be told not to

@@ -10,30 +10,28 @@ from pathlib import Path
 
 import numba
 
-from knittest.base.atomic import make_folder, write_atomic
 from knittest.base.errors import InputError, NumericalError, ResourceError
+from knittest.base.files import make_folder, write_atomic
 from knittest.base.interrupts import Interrupted, Interrupts
 from knittest.base.progress import Progress
 from knittest.config.dumping import dump
 from knittest.config.loading import resolve
 from knittest.config.run import Run
 from knittest.export.identity import cell_of
-from knittest.export.names import run_name
-from knittest.export.place import fresh_folder, of_bad_input
+from knittest.export.lock import fresh_folder, of_bad_input, run_name
 from knittest.kernels.threading import limited
-from knittest.laboratory.registry import TESTS, completed
+from knittest.laboratory.report_base import TESTS, completed
 from knittest.report_page.page import FILE, page_of, write_if_possible, write_reports
 from knittest.runs.checkpoints import PATTERN
 from knittest.runs.execute import EXIT_REFUSED, Outcome, execute
-from knittest.runs.judgement import references_of
 from knittest.runs.opening import NewFolder, Place, StoppedRun, manifest_of, tidy_completed
 from knittest.runs.options import RunOptions
 from knittest.runs.show import open_page, print_json, print_refused, print_results
+from knittest.runs.writing import references_of
+from knittest.solve.compiling import compiling_for
 from knittest.solve.threads import use_threads
-from knittest.solve.warmup import compiling_for
 from knittest.studies.homogenise.yarn_card import with_cards
-from knittest.studies.trials.beside import Beside
-from knittest.studies.trials.ensemble import run_ahead
+from knittest.studies.trials.beside import Beside, run_ahead
 from knittest.studies.verify import REPEATS, finished, unverified, verified
 
 #: a run, and where it is to lie, or the folder where it is completed and only to be verified

@@ -6,28 +6,24 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from knittest.base.atomic import write_atomic
 from knittest.base.errors import InputError, ResourceError
+from knittest.base.files import write_atomic
 from knittest.base.history import Quality
 from knittest.base.interrupts import Interrupted, Interrupts
 from knittest.base.result_rows import unfolded
 from knittest.base.summary import NumericalError, RepeatBlock, Summary, Verification
 from knittest.config.run import Run
-from knittest.export.jsonfile import json_text
-from knittest.export.provenance import cores
+from knittest.export.files import json_text
+from knittest.export.identity import cores
+from knittest.laboratory.after_rest import at_result_speed, kept_speed
 from knittest.laboratory.halving import halving
-from knittest.laboratory.lowered_speed import at_result_speed, kept_speed
-from knittest.laboratory.numerical_error import CORRECTIONS, Numbers, Repeat, numerical_errors
-from knittest.laboratory.remeshing import remeshing
+from knittest.laboratory.numerical_error import CORRECTIONS, Numbers, Repeat, numerical_errors, remeshing
 from knittest.report_page.page import write_if_possible, write_report
 from knittest.runs.execute import Outcome
 from knittest.runs.options import RunOptions
-from knittest.studies.trials.ledger import PATTERN
 from knittest.studies.trials.pool import LocalPool
-from knittest.studies.trials.record import SETTLED, Record
-from knittest.studies.trials.run_all import run_shown
-from knittest.studies.trials.runner import TRIALS
-from knittest.studies.trials.trial import Trial, trial_of
+from knittest.studies.trials.runner import TRIALS, run_shown
+from knittest.studies.trials.trial import PATTERN, SETTLED, Record, Trial, trial_of
 
 #: folder of the repeats in that of the run
 FOLDER = "verify"

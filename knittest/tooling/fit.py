@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.tooling.height_map import CELLS, PROUD, touching
+from knittest.tooling.from_stl import CELLS, PROUD, touching
 from knittest.tooling.toolset import RigidTool, ToolSet
 
 Array = NDArray[np.float64]

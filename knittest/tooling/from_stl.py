@@ -1,21 +1,90 @@
-"""Tools from a user's STL files: read, checked, mended, put on the fabric and sampled."""
+"""Forming tools from a user's STL files: read, checked, repaired, placed on the fabric, sampled as height maps."""
 
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import map_coordinates
+from scipy.ndimage import binary_dilation, label, map_coordinates
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from knittest.base.errors import InputError
-from knittest.base.resources import data_dir
+from knittest.base.files import data_dir
 from knittest.config.tools import StlTool
-from knittest.models.surface import surface
+from knittest.export.shading import View, nearest
+from knittest.models.surface import TriangleMesh, surface
 from knittest.models.tool import Tool
-from knittest.models.triangle_mesh import TriangleMesh
-from knittest.tooling.mending import mended
 
+Index = NDArray[np.int64]
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+def mended(mesh: TriangleMesh, away: float, height: float) -> tuple[TriangleMesh, list[str]]:
+    """Closed body that ``mesh`` bounds, its triangles turning left seen from outside, and notes on what was changed.
+
+    Triangles are turned until neighbours agree. An open surface is taken for the skin of a body that goes on along z by
+    ``height`` [mm], upwards (``away`` = 1) or downwards (-1), away from the fabric: a copy of the skin closes it there.
+    Raises :class:`InputError` for a surface that is none.
+    """
+    notes = []
+    disagreeing = _disagreeing(mesh)
+    if disagreeing.any():
+        mesh = mesh.turned(disagreeing)
+        notes.append(f"{disagreeing.sum()} triangles faced another way than their neighbours: turned")
+    skin = len(mesh.borders()) > 0
+    outward = away * -float(mesh.normals[:, 2].sum()) if skin else mesh.volume
+    if skin and abs(outward) < 1e-6 * float(np.linalg.norm(mesh.normals, axis=1).sum()):
+        raise InputError("an open surface that stands upright: which side of it is the body cannot be told")
+    if outward < 0.0:
+        mesh = mesh.turned()
+        notes.append("inverted, its triangles faced into the body: turned")
+    if skin:
+        mesh = _thickened(mesh, away * height)
+        way = "upwards" if away > 0.0 else "downwards"
+        notes.append(f"an open surface: taken for the skin of a body that goes on {height:.4g} mm {way}")
+    return mesh, notes
+
+
+def _thickened(skin: TriangleMesh, shift: float) -> TriangleMesh:
+    """Body between ``skin`` and a copy of it moved along z by ``shift`` [mm]."""
+    corners, by = skin.corners, np.array([0.0, 0.0, shift])
+    begin, end = np.moveaxis(skin.points[skin.borders()], 1, 0)
+    sides = [np.stack([end, begin, begin + by], axis=1), np.stack([end, begin + by, end + by], axis=1)]
+    return TriangleMesh.joined([corners, corners[:, ::-1] + by, *sides])
+
+
+def _disagreeing(mesh: TriangleMesh) -> NDArray[np.bool_]:
+    """Triangles (m,) to turn so that all neighbours agree, the fewer of each connected part.
+
+    Every triangle is two nodes of a graph, as it is and turned. Neighbours that agree join like with like, others like
+    with unlike; then a choice for one triangle is one component, and a part both of whose choices are one has one side
+    only (a Moebius strip).
+    """
+    count, (a, b, differ) = len(mesh.triangles), _neighbours(mesh)
+    rows, columns = np.concatenate([a, a + count]), np.concatenate([b + count * differ, b + count * ~differ])
+    graph = coo_array((np.ones(len(rows)), (rows, columns)), shape=(2 * count, 2 * count))
+    _, label = connected_components(graph, directed=False)
+    kept, turned = label[:count], label[count:]
+    if (kept == turned).any():
+        raise InputError("a surface with one side only")
+    votes = np.bincount(kept, minlength=label.max() + 1)
+    return (votes[turned] > votes[kept]) | ((votes[turned] == votes[kept]) & (turned < kept))
+
+
+def _neighbours(mesh: TriangleMesh) -> tuple[Index, Index, NDArray[np.bool_]]:
+    """Pairs of triangles at an edge, (n,) each, and whether both run along it the same way, which they must not."""
+    edges = mesh.edges
+    owner = np.tile(np.arange(len(mesh.triangles)), 3)
+    low, high = edges.min(axis=1), edges.max(axis=1)
+    order = np.lexsort((high, low))
+    same = (low[order][1:] == low[order][:-1]) & (high[order][1:] == high[order][:-1])
+    if (crowded := int((same[1:] & same[:-1]).sum())) > 0:
+        raise InputError(f"more than two triangles meet at {crowded} edges: expected the surface of one body")
+    first, second = order[:-1][same], order[1:][same]
+    return owner[first], owner[second], edges[first, 0] == edges[second, 0]
+
 
 #: extent of a tool over that of the blank outside of which it is taken for a slip of unit
 SMALLEST, LARGEST = 0.05, 20.0
@@ -80,3 +149,77 @@ def _check_extent(path: Path, mesh: TriangleMesh, place: Placement) -> None:
             f"{path}: {extent:.3g} mm across on a blank of {blank:g} mm; another unit? scale: 10 for centimetres, "
             f"25.4 for inches, 1000 for metres, 0.001 for micrometres"
         )
+
+
+#: cells along the longer side of the blank
+CELLS = 200
+#: share of the area of a tool that may stand higher than its face
+PROUD = 0.1
+#: fall, as a share of the largest one looked at, below which a surface counts as flat
+FLAT = 0.02
+#: slope of a triangle out of the upright, as a cosine, from which on it is seen
+EDGE_ON = 1e-6
+
+
+@dataclass(frozen=True)
+class HeightMap:
+    """Height [mm] of a body over a grid in plan with cells of ``cell`` [mm], row 0 at the lowest y; -inf beside it.
+
+    Seen from below, heights are counted downwards: ``height`` is -z of the lowest surface.
+    """
+
+    height: Array
+    cell: float
+
+    @classmethod
+    def of(
+        cls, body: TriangleMesh, blank: tuple[float, float], *, below: bool = False, cells: int = CELLS
+    ) -> "HeightMap":
+        """Map of a closed ``body`` within a ``blank`` (lengths along x and y [mm]), from above or ``below``."""
+        x, y = 0.5 * blank[0], 0.5 * blank[1]
+        cell = max(blank) / cells
+        up = -1.0 if below else 1.0
+        seen = up * body.normals[:, 2] > EDGE_ON * np.linalg.norm(body.normals, axis=1)
+        corners = body.corners[seen] * np.array([1.0, 1.0, up])
+        return cls(nearest(corners, View(-x, x, -y, y, cell))[0], cell)
+
+    @property
+    def there(self) -> Mask:
+        """Cells that the body covers."""
+        return np.isfinite(self.height)
+
+    @property
+    def face(self) -> float:
+        """Height [mm] that a tenth of the covered area reaches; -inf for a body that covers nothing."""
+        heights = self.height[self.there]
+        return float(np.quantile(heights, 1.0 - PROUD)) if heights.size else -np.inf
+
+    def rim(self) -> Array:
+        """Height [mm] that the body reaches on two opposite sides of each cell, along x or y; the face at most."""
+        both = [
+            np.minimum(np.maximum.accumulate(h, axis), np.flip(np.maximum.accumulate(np.flip(h, axis), axis), axis))
+            for h, axis in ((self.height, 0), (self.height, 1))
+        ]
+        return np.minimum(np.maximum(*both), self.face)
+
+    def edge_width(self, fall: float, face: float, opening: Mask | None = None) -> float:
+        """Mean width in plan [mm] in which the surface falls from ``face`` by ``fall`` [mm]: 0 for a sharp edge.
+
+        ``opening``: cells within the opening round which the edge runs; default: all edges. 0 without an edge.
+        """
+        low = self.height < face - fall
+        if opening is not None:
+            low = touching(low, opening)
+        border = low & binary_dilation(~low)
+        if not border.any():
+            return 0.0
+        near = binary_dilation(low, iterations=int(np.ceil(2.0 * fall / self.cell)))
+        slope = near & (self.height < face - FLAT * fall) & (self.height >= face - fall)
+        return self.cell * float(np.count_nonzero(slope)) / float(np.count_nonzero(border))
+
+
+def touching(region: Mask, seed: Mask) -> Mask:
+    """The connected parts of a ``region`` that hold a cell of ``seed``."""
+    part, _ = label(region)
+    found: Mask = region & np.isin(part, np.unique(part[seed & region]))
+    return found

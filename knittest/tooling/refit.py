@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from knittest.base.errors import InputError
 from knittest.config.tools import StlTool
 from knittest.tooling.fit import Stroke, filled_share, measure_fit
-from knittest.tooling.height_map import CELLS
+from knittest.tooling.from_stl import CELLS
 from knittest.tooling.toolset import RigidTool, ToolSet
 
 Degrees = tuple[float, float, float]

@@ -9,17 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
-from knittest.base.resources import data_dir
+from knittest.base.files import data_dir
 from knittest.config.base import BoundsError
 from knittest.config.tools import FLAT, Die, Holder, Opening, Stamp, StlTool, check_fit, opening_offset
-from knittest.models.surface import distances, read_stl
+from knittest.models.surface import TriangleMesh, distances, read_stl
 from knittest.models.tool import Tool
-from knittest.models.triangle_mesh import TriangleMesh
-from knittest.tooling.from_stl import Placement, sampled_distance, stl_body, stl_tool
-from knittest.tooling.height_map import CELLS, HeightMap
-from knittest.tooling.outline import rectangle
-from knittest.tooling.shapes import stamp_edge, stamp_outline
-from knittest.tooling.swept import SweptEdge
+from knittest.tooling.from_stl import CELLS, HeightMap, Placement, sampled_distance, stl_body, stl_tool
+from knittest.tooling.outline import SweptEdge, rectangle, stamp_edge, stamp_outline
 
 Array = NDArray[np.float64]
 

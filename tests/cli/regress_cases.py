@@ -2,12 +2,12 @@
 
 import numpy as np
 
+from knittest.base.files import data_dir
 from knittest.base.kinds import kinds
-from knittest.base.resources import data_dir
 from knittest.base.result_rows import mean_factor
 from knittest.experiment.tables import published
-from knittest.laboratory.registry import REPORTS
-from knittest.studies.trials.record import Record
+from knittest.laboratory.report_base import REPORTS
+from knittest.studies.trials.trial import Record
 
 ELEMENTS, CPU_S, STEPS, ADDED = 100, 36.0, 5000, 12.5
 UNPUBLISHED = {

@@ -11,13 +11,12 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from knittest.base.resources import PACKAGE
+from knittest.base.files import PACKAGE
 from knittest.cli.main import run
 from knittest.studies.batch import command
 from knittest.studies.batch.command import BatchOptions, batch_command
 from knittest.studies.trials import live
-from knittest.studies.trials.record import Record
-from knittest.studies.trials.trial import trial_of
+from knittest.studies.trials.trial import Record, trial_of
 
 BASE = "base: {variant: 1, scale: macro, preset: quick, direction: warp"
 FAST = BASE + ", set: {solver.speed: 4}}\n"
@@ -166,7 +165,7 @@ def test_very_many_runs_are_refused_at_once_without_yes(sweep, capsys):
 
 def test_a_scheduler_out_of_reach_leaves_nothing(sweep, capsys, monkeypatch):
     pytest.importorskip("distributed")
-    monkeypatch.setattr("knittest.studies.trials.dask_pool.CONNECT_LIMIT", 1)
+    monkeypatch.setattr("knittest.studies.trials.pool.CONNECT_LIMIT", 1)
     sweep(FAST)
     assert run(["batch", "s.yaml", "--dask", "tcp://127.0.0.1:1"]) == 2
     assert "--dask tcp://127.0.0.1:1: no scheduler answers" in capsys.readouterr().err

@@ -6,9 +6,9 @@ import subprocess
 import pandas as pd
 import pytest
 
-from knittest.base.resources import PACKAGE
+from knittest.base.files import PACKAGE
 from knittest.cli.main import run
-from knittest.studies.batch import slurm
+from knittest.studies.batch import command
 
 SWEEP = """base: {variant: 1, scale: macro, preset: quick, direction: warp}
 grid: {rig.width: [25, 30]}
@@ -35,7 +35,7 @@ def test_a_share_of_the_script_runs(sweep, capsys):
 
 
 def test_time_is_that_of_the_longest_share(tmp_path):
-    text = slurm.write_script(tmp_path / "s.yaml", tmp_path, 3, 10, 1800.0, (2, 4)).read_text()
+    text = command.write_script(tmp_path / "s.yaml", tmp_path, 3, 10, 1800.0, (2, 4)).read_text()
     assert "--time=1:05:00" in text and "--cpus-per-task=8" in text  # four runs, two at a time
     assert "--workers 2 --threads 4" in text and "${SLURM_ARRAY_TASK_ID}/3" in text
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from knittest.base.resources import PACKAGE, configs_dir
+from knittest.base.files import PACKAGE, configs_dir
 from knittest.cli.main import run
 
 EXAMPLES = configs_dir() / "calibrations"

@@ -315,7 +315,7 @@ def test_doctor_empties_the_cache_and_nothing_else(tmp_path, monkeypatch, capsys
 
 def test_all_folders_of_the_cache_can_be_emptied():
     from knittest.base.cache import FOLDERS
-    from knittest.base.resources import PACKAGE
+    from knittest.base.files import PACKAGE
 
     sources = [path.read_text(encoding="utf-8") for path in PACKAGE.rglob("*.py")]
     assert {name for text in sources for name in re.findall(r'cache_folder\("(\w+)"', text)} <= {*FOLDERS}

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from knittest.base.resources import data_dir
+from knittest.base.files import data_dir
 from knittest.cli.main import run
 
 ROWS = "Weg;Kraft\nmm;N\n0,0;0,0\n1,5;2000,5\n3,0;6400,0\n"

@@ -12,11 +12,10 @@ from documented_table import COMMANDS, NAMES, SETUP
 import knittest.runs.bench
 import knittest.runs.bench_against
 import knittest.runs.preflight.command
-import knittest.solve.warmup
+import knittest.solve.compiling
 import knittest.studies.command
-import knittest.studies.trials.dask_pool
 import knittest.studies.trials.pool
-from knittest.base.resources import data_dir
+from knittest.base.files import data_dir
 from knittest.cli.main import run, summaries
 
 
@@ -72,11 +71,11 @@ def test_documented_command(place, monkeypatch, text: str, do: Do):
             found = json.loads(Path(arguments[arguments.index("--out") + 1], "comparison.json").read_text())
             assert len(found["curves"]) >= arguments.count("--against")
         return
-    for pool in (knittest.studies.trials.pool.LocalPool, knittest.studies.trials.dask_pool.DaskPool):
+    for pool in (knittest.studies.trials.pool.LocalPool, knittest.studies.trials.pool.DaskPool):
         monkeypatch.setattr(pool, "__init__", _begins)
     for module, name in (
         (knittest.studies.command, "execute"), (knittest.runs.preflight.command, "prepare"),
-        (knittest.runs.bench, "kernel_lines"), (knittest.solve.warmup, "warm"),
+        (knittest.runs.bench, "kernel_lines"), (knittest.solve.compiling, "warm"),
         (knittest.runs.bench_against, "paired_lines"),
     ):  # fmt: skip
         monkeypatch.setattr(module, name, _begins)

@@ -13,10 +13,9 @@ from knittest.base.kinds import kinds
 from knittest.cli.main import run
 from knittest.studies.regress import baseline, cases, command
 from knittest.studies.regress.cases import Case, cases_of, chosen_cases
-from knittest.studies.regress.cost import table4_rows, total
-from knittest.studies.regress.judge import table3_rows
-from knittest.studies.regress.rounding import RUNS
-from knittest.studies.trials.record import Record
+from knittest.studies.regress.drift import RUNS
+from knittest.studies.regress.judge import table3_rows, table4_rows, total
+from knittest.studies.trials.trial import Record
 
 TENSILE = "tensile-macro-v1-warp-quick"
 FORMING, YARNS = "forming-macro-v1-quick-100n", "picture-frame-meso-v1-quick-20mm"

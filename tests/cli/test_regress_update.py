@@ -10,7 +10,7 @@ from regress_cases import Pretending
 from knittest.cli.main import run
 from knittest.studies.regress import cases, command
 from knittest.studies.regress.cases import Case
-from knittest.studies.regress.rounding import RUNS
+from knittest.studies.regress.drift import RUNS
 
 FRAME = Case("picture-frame", "macro", "1", None, "quick", enlarges=True)
 TENSILE = Case("tensile", "macro", "1", "warp", "quick")

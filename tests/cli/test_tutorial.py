@@ -11,7 +11,7 @@ import pytest
 import yaml
 from html_page import HtmlPage
 
-from knittest.base.resources import data_dir
+from knittest.base.files import data_dir
 from knittest.cli.main import run
 
 ROOT = Path(__file__).parents[2]

@@ -5,7 +5,7 @@ import json
 
 import pytest
 
-from knittest.base.resources import configs_dir
+from knittest.base.files import configs_dir
 from knittest.cli.main import run
 from knittest.config.yaml_loader import load_yaml
 from knittest.studies.uncertainty.problem import problem_of

@@ -9,8 +9,8 @@ import pytest
 
 from knittest.base.errors import InputError
 from knittest.cli.main import run
+from knittest.config.laws import YarnLaw
 from knittest.config.loading import resolve
-from knittest.config.yarn_law import YarnLaw
 from knittest.laboratory.cantilever.shells import mount_shells
 from knittest.materials.yarn_section import section
 from knittest.solve.threads import check_layer

@@ -9,7 +9,7 @@ from restart_cases import MESO, OFTEN, finish, numbers, results, resumed_at, run
 
 from knittest.base.errors import OUT_OF_MEMORY, InputError, KnittestError, NumericalError, ResourceError
 from knittest.studies.trials.beside import raise_what_ended
-from knittest.studies.trials.record import Record
+from knittest.studies.trials.trial import Record
 
 BOTH = [word for word in MESO if word not in ("--direction", "warp")]
 

@@ -13,9 +13,9 @@ from restart_cases import resumed_at
 from trial_cases import SLOW, meanwhile, process_in, trial
 
 from knittest.base.errors import InputError, ResourceError
-from knittest.base.resources import PACKAGE
-from knittest.studies.trials import dask_pool
-from knittest.studies.trials.dask_pool import DaskPool
+from knittest.base.files import PACKAGE
+from knittest.studies.trials import pool
+from knittest.studies.trials.pool import DaskPool
 from knittest.studies.trials.runner import TrialRunner
 
 pytest.importorskip("distributed")
@@ -81,7 +81,7 @@ def test_two_workers_share_the_trials_and_a_lost_one_loses_none(tmp_path, cluste
 
 
 def test_an_unreachable_scheduler_is_bad_input(monkeypatch):
-    monkeypatch.setattr(dask_pool, "CONNECT_LIMIT", 2)
+    monkeypatch.setattr(pool, "CONNECT_LIMIT", 2)
     began = time.monotonic()
     with pytest.raises(InputError, match=r"--dask tcp://127.0.0.1:\d+: no scheduler answers"):
         DaskPool(f"tcp://127.0.0.1:{free_port()}")
@@ -91,7 +91,7 @@ def test_an_unreachable_scheduler_is_bad_input(monkeypatch):
 
 
 def test_a_server_that_is_no_scheduler_is_bad_input(monkeypatch):
-    monkeypatch.setattr(dask_pool, "CONNECT_LIMIT", 2)
+    monkeypatch.setattr(pool, "CONNECT_LIMIT", 2)
     with socket.create_server(("127.0.0.1", 0)) as silent, pytest.raises(InputError, match="no scheduler answers"):
         DaskPool(f"tcp://127.0.0.1:{silent.getsockname()[1]}")
 
@@ -117,7 +117,7 @@ def test_a_lost_scheduler_ends_the_batch_and_keeps_what_is_finished(tmp_path, cl
 
 
 def test_a_worker_with_other_code_is_refused(tmp_path, cluster, monkeypatch):
-    monkeypatch.setattr(dask_pool, "code_digest", lambda: "other")
+    monkeypatch.setattr(pool, "code_digest", lambda: "other")
     refused = pytest.raises(InputError, match="has another version of knittest")
     with refused, TrialRunner(tmp_path, DaskPool(cluster[0]), limit=60.0) as runner:
         list(runner.run([trial(20.0)]))

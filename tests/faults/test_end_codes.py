@@ -13,7 +13,7 @@ import pytest
 from restart_cases import MACRO
 from trial_cases import gone
 
-from knittest.base.resources import PACKAGE
+from knittest.base.files import PACKAGE
 from knittest.cli.main import run
 from knittest.config.dumping import dump
 from knittest.config.loading import resolve
@@ -242,7 +242,7 @@ def test_short_memory_ends_a_run_with_4_and_its_manifest_says_so(tmp_path, monke
     assert run(["tensile", *QUICK, "--out", str(folder)]) == 4
     assert status(folder) == ("failed", 4)
     assert "out of memory; free some memory" in capsys.readouterr().err
-    monkeypatch.setattr("knittest.cli.schema.schema.callback", fail)
+    monkeypatch.setattr("knittest.cli.system.schema.callback", fail)
     assert run(["schema"]) == 4
 
 

@@ -13,7 +13,7 @@ from restart_cases import MESO, OFTEN, finish, results, run, start
 from trial_cases import gone
 
 from knittest.cli.main import run as main
-from knittest.export.npz import read_arrays, write_arrays
+from knittest.export.files import read_arrays, write_arrays
 
 #: specimens that take some seconds each
 THREE = ("tensile", *MESO, *OFTEN, "--set", "solver.speed=0.1", "--specimens", "3")

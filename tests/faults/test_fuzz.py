@@ -21,7 +21,7 @@ from hypothesis import strategies as st
 from strip_reading import read_lab
 
 from knittest.base.errors import InputError
-from knittest.base.resources import configs_dir, data_dir
+from knittest.base.files import configs_dir, data_dir
 from knittest.config.loading import resolve
 from knittest.config.yaml_loader import load_yaml
 from knittest.experiment import lab_rows

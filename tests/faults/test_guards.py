@@ -12,13 +12,13 @@ from restart_cases import MACRO
 from knittest.base.errors import NumericalError
 from knittest.cli.main import run as knittest
 from knittest.config.loading import resolve
-from knittest.export.npz import read_arrays
+from knittest.export.files import read_arrays
 from knittest.models import contact_tracker
 from knittest.runs.specimen import prepare, run_specimen
 from knittest.solve import guards
 from knittest.solve.guards import check_motion
-from knittest.solve.observer import Observer
 from knittest.solve.simulate import simulate
+from knittest.solve.state import Observer
 
 MESO = [
     "rig.width=10", "rig.gauge_length=10", "solver.ramp=0.1", "output.frames=1",

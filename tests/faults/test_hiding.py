@@ -10,13 +10,13 @@ import yaml
 from calibration_cases import Pretending, calibrate
 
 from knittest.base.errors import KnittestError, ResourceError
-from knittest.base.hiding import host_name, without_passwords
+from knittest.base.machine import host_name, without_passwords
 from knittest.config.loading import resolve
 from knittest.export.lock import RunLock
-from knittest.export.manifest import first_manifest, restarted_manifest
+from knittest.export.summary import first_manifest, restarted_manifest
 from knittest.studies.calibrate import command
-from knittest.studies.calibrate.optuna_storage import open_storage, readable, without_password_of_storage
-from knittest.studies.trials.record import Record
+from knittest.studies.calibrate.optuna_search import open_storage, readable, without_password_of_storage
+from knittest.studies.trials.trial import Record
 
 WORD = "ge:h/eim"
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from knittest.base.resources import configs_dir
+from knittest.base.files import configs_dir
 from knittest.cli.main import run
 from knittest.config.dumping import dump
 from knittest.config.loading import resolve

@@ -10,10 +10,9 @@ from pathlib import Path
 import pytest
 
 from knittest.base import cache
-from knittest.base.cache import VARIABLE, cache_folder, cache_root
+from knittest.base.cache import VARIABLE, cache_folder, cache_root, make_private, weakness
 from knittest.base.errors import InputError
-from knittest.base.private import make_private, weakness
-from knittest.base.resources import PACKAGE
+from knittest.base.files import PACKAGE
 from knittest.cli.main import run
 
 OTHER = 12345

@@ -13,7 +13,7 @@ from restart_cases import CASES, MACRO, MESO, OFTEN, checkpoint, finish, numbers
 
 from knittest.base.errors import ResourceError
 from knittest.base.interrupts import Interrupted, Interrupts
-from knittest.export.npz import Damaged, read_arrays, write_arrays
+from knittest.export.files import Damaged, read_arrays, write_arrays
 from knittest.runs.checkpoints import Checkpoints
 from knittest.solve.state import Snapshot
 

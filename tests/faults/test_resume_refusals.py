@@ -79,7 +79,7 @@ def change_config(folder, patch):
 CHANGES = {
     "solver.damping was 0.5, is 0.6": change_config,
     "version was ": lambda folder, patch: patch.setattr("knittest.__version__", "9.9"),
-    "cpu was ": lambda folder, patch: patch.setattr("knittest.export.provenance.cpu_model", lambda: "another"),
+    "cpu was ": lambda folder, patch: patch.setattr("knittest.export.identity.cpu_model", lambda: "another"),
     "cell was not there, is another": lambda folder, patch: patch.setattr(
         "knittest.export.identity.cell_of", lambda run: "another"
     ),
@@ -128,7 +128,7 @@ def test_no_checkpoint_that_verifies(stopped, capsys):
 
 
 def test_another_models_checkpoint(stopped, capsys):
-    from knittest.export.npz import read_arrays, write_arrays
+    from knittest.export.files import read_arrays, write_arrays
 
     newest = checkpoint(stopped, numbers(stopped)[-1])
     state = read_arrays(newest)

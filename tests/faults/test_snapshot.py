@@ -6,8 +6,8 @@ from fabric_cases import ellipses
 
 from knittest.config.loading import resolve
 from knittest.runs.specimen import prepare
-from knittest.solve.observer import Observer
 from knittest.solve.simulate import simulate
+from knittest.solve.state import Observer
 
 SETS = {
     "macro": ["solver.speed=1", "output.frames=3", "output.samples=40"],

@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from knittest.base.resources import PACKAGE
+from knittest.base.files import PACKAGE
 
 sys.path.insert(0, str(PACKAGE.parent / "benchmarks"))
 import soak

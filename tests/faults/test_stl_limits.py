@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 
 from knittest.base.errors import InputError
-from knittest.base.reading import EXCERPT, excerpt
+from knittest.base.files import EXCERPT, excerpt
 from knittest.config.loading import resolve
 from knittest.laboratory.forming.tool_check import fitting_tools
 from knittest.models import surface
-from knittest.models.surface import MOST_TRIANGLES, read_stl
-from knittest.models.triangle_mesh import TriangleMesh
+from knittest.models.surface import MOST_TRIANGLES, TriangleMesh, read_stl
 
 CORNERS = np.array([[[-150.0, -100.0, 0.0], [150.0, -100.0, 0.0], [0.0, 160.0, 0.0]]])
 

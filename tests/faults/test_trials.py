@@ -14,10 +14,9 @@ from knittest.runs.options import RunOptions
 from knittest.studies.trials import child as child_module
 from knittest.studies.trials import pool as pool_module
 from knittest.studies.trials import work
-from knittest.studies.trials.ledger import Ledger, read_ledgers
 from knittest.studies.trials.pool import LocalPool
-from knittest.studies.trials.record import Record
 from knittest.studies.trials.runner import TrialRunner
+from knittest.studies.trials.trial import Ledger, Record, read_ledgers
 
 QUIET = RunOptions(quiet=True, frames=False, pictures=False)
 

@@ -3,7 +3,7 @@
 import pytest
 
 from knittest.base.errors import InputError
-from knittest.base.resources import configs_dir
+from knittest.base.files import configs_dir
 from knittest.config.loading import resolve
 
 V1 = (configs_dir() / "fabrics" / "pham2019-v1.yaml").read_text(encoding="utf-8")

@@ -7,7 +7,7 @@ import numpy as np
 
 from knittest.studies.calibrate import command
 from knittest.studies.calibrate.command import CalibrateOptions, calibrate_command
-from knittest.studies.trials.record import Record
+from knittest.studies.trials.trial import Record
 
 BEND = """
 base: {variant: 1, scale: macro, preset: quick}

@@ -2,7 +2,7 @@
 
 from collections import defaultdict
 
-from knittest.config.planned import planned_runs
+from knittest.config.loading import planned_runs
 from knittest.runs.deck.write import deck_of
 from knittest.runs.specimen import prepare
 

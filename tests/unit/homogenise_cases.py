@@ -11,7 +11,7 @@ from knittest.materials.heavy_elastica import chord_angle
 from knittest.studies.homogenise import command
 from knittest.studies.homogenise.command import HomogeniseOptions, homogenise_command
 from knittest.studies.homogenise.plan import Request, overhang, width
-from knittest.studies.trials.record import Record
+from knittest.studies.trials.trial import Record
 
 OUT = Path("h")
 #: what a yarn of a strip carries at its fracture strain [%], and the bending stiffness of the strip [N mm]

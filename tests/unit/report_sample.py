@@ -8,16 +8,15 @@ import numpy as np
 from export_sample import cost, curve, energies, quality
 from homogenise_cases import with_shipped_card
 
+from knittest.base.files import data_dir
 from knittest.base.kinds import kinds
-from knittest.base.resources import data_dir
 from knittest.config.dumping import dump
 from knittest.config.loading import resolve
 from knittest.experiment.compare import compare_results
-from knittest.experiment.row_kind import assumed_inputs, row_kind
+from knittest.experiment.origin import assumed_inputs, row_kind
 from knittest.experiment.tables import published
-from knittest.export.curve_picture import curve_picture
 from knittest.export.folder import RunFolder
-from knittest.export.line_picture import Line, line_picture
+from knittest.export.line_picture import Line, curve_picture, line_picture
 from knittest.export.summary import build_summary
 
 RESULTS = {

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from export_sample import beam_history, shell_history
 
-from knittest.export.abaqus_mesh import write_abaqus
+from knittest.export.meshes import write_abaqus
 
 
 @pytest.mark.parametrize(("make", "kind", "shape"), [(beam_history, "B31", "line"), (shell_history, "S4R", "quad")])

@@ -5,14 +5,14 @@ from pathlib import Path
 import pytest
 
 from knittest.base.errors import InputError
-from knittest.base.resources import configs_dir
-from knittest.config.looser import loosened
+from knittest.base.files import configs_dir
+from knittest.config.gates import loosened
 from knittest.config.yaml_loader import load_yaml
+from knittest.studies.batch.page import results_table
 from knittest.studies.batch.plan import plan_of
-from knittest.studies.batch.table import results_table
 from knittest.studies.calibrate.problem import problem_of
 from knittest.studies.homogenise.plan import PIECES, Request, yarn_run
-from knittest.studies.trials.record import Record, looser_note
+from knittest.studies.trials.trial import Record, looser_note
 
 SWEEP = """
 base: {test: [tensile], variant: ["1"], direction: [warp], scale: [macro], preset: [quick]}

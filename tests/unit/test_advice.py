@@ -5,11 +5,11 @@ import re
 import numpy as np
 import pytest
 
-from knittest.base.rounding import rounded_down
+from knittest.base.units import rounded_down
 from knittest.config.loading import resolve
 from knittest.config.run import Run
-from knittest.laboratory.advice import AIM, advised
-from knittest.models.chain_step import longest_step
+from knittest.laboratory.judging import AIM, advised
+from knittest.models.chains import longest_step
 
 
 def run_of(test: str = "tensile", *sets: str, scale: str = "macro") -> Run:

@@ -4,9 +4,18 @@ import numpy as np
 import pytest
 from plain import plain
 
-from knittest.kernels.along import MOST, SPREAD, Pieces, flag_other_kinds, held_kind, mark_found, mark_tracked
+from knittest.kernels.along import (
+    MOST,
+    SPREAD,
+    Pieces,
+    flag_other_kinds,
+    held_kind,
+    mark_found,
+    mark_tracked,
+    predecessor,
+    push,
+)
 from knittest.kernels.contact import BESIDE, FIRST_ALONG, POINT, SECOND_ALONG, closest_step
-from knittest.kernels.heirs import predecessor, push
 from knittest.kernels.pair_search import _closest
 from knittest.kernels.search import _is_looked_for
 from knittest.kernels.state import Contacts

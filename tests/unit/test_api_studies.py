@@ -6,7 +6,7 @@ import pytest
 
 import knittest
 from knittest.errors import InputError, RefusedWarning
-from knittest.studies.trials.study import Studied
+from knittest.studies.trials.runner import Studied
 
 RUNS = {
     "batch": "knittest.studies.batch.command.run_batch",

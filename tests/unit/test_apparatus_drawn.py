@@ -10,13 +10,12 @@ from export_sample import beam_history
 from knittest.base.figure import new_figure
 from knittest.config.loading import resolve
 from knittest.export.line_picture import Line, Span, line_picture
-from knittest.export.strip_picture import _cut, _scale
-from knittest.laboratory.cantilever.side_picture import side_picture
-from knittest.laboratory.forming.plan_picture import _cut as cut_of_plan
-from knittest.laboratory.friction.pressure_picture import pressure_picture
+from knittest.export.yarn_pictures import _cut, _scale
+from knittest.laboratory.cantilever.report import side_picture
+from knittest.laboratory.forming.pictures import _cut as cut_of_plan
+from knittest.laboratory.friction.report import pressure_picture
 from knittest.laboratory.friction.rig import pull_axis
-from knittest.laboratory.picture_frame.frame_drawing import FrameShape, draw_frame
-from knittest.laboratory.picture_frame.map_picture import _levels
+from knittest.laboratory.picture_frame.pictures import FrameShape, _levels, draw_frame
 from knittest.laboratory.picture_frame.rig import PictureFrameTest, starting
 from knittest.materials.trellis import crosshead
 
@@ -79,7 +78,7 @@ def test_a_bar_in_plan_is_cut_but_for_rounding():
 
 def test_a_cantilever_lies_on_its_board_up_to_the_edge(tmp_path, monkeypatch):
     kept = []
-    monkeypatch.setattr("knittest.laboratory.cantilever.side_picture.save", lambda figure, path: kept.append(figure))
+    monkeypatch.setattr("knittest.laboratory.cantilever.report.save", lambda figure, path: kept.append(figure))
     along, height = np.array([-10.0, 0.0, 50.0, 90.0]), np.array([0.0, 0.0, -15.0, -70.0])
     segments = np.array([[0, 1], [1, 2], [2, 3]])
     side_picture(
@@ -97,7 +96,7 @@ def test_a_cantilever_lies_on_its_board_up_to_the_edge(tmp_path, monkeypatch):
 @pytest.mark.parametrize(("along", "across"), [("y", 0.25), ("x", 0.075)])
 def test_maps_of_pressure_fill_their_sheet_to_scale_along_the_pull(tmp_path, monkeypatch, along, across):
     kept = []
-    monkeypatch.setattr("knittest.laboratory.friction.pressure_picture.save", lambda figure, path: kept.append(figure))
+    monkeypatch.setattr("knittest.laboratory.friction.report.save", lambda figure, path: kept.append(figure))
     long, short = np.linspace(0.0, 200.0, 21), np.linspace(0.0, 200.0 * across, 6)
     x, y = (short, long) if along == "y" else (long, short)
     pressure = {face: np.ones((len(x) - 1, len(y) - 1)) for face in ("back", "face")}

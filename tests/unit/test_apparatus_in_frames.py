@@ -11,9 +11,9 @@ import pytest
 from knittest.base.history import Body, Frame, History
 from knittest.config.loading import resolve
 from knittest.config.run import Run
-from knittest.export.vtu import write_frames
+from knittest.export.meshes import write_frames
 from knittest.laboratory.base import Prepared
-from knittest.laboratory.registry import REPORTS
+from knittest.laboratory.report_base import REPORTS
 from knittest.models.boundary import Boundary
 from knittest.report_page.moving.recording import Recording, read_recording
 from knittest.runs.specimen import prepare, run_specimen

@@ -6,10 +6,10 @@ import pytest
 
 from docs.lost import cause, causes
 from docs.validation_order import lost_text, verdict
-from knittest.experiment.simulated_studies import shear_bands
+from knittest.experiment.tables import shear_bands
 from knittest.report_page.studies import studies
 from knittest.runs.show import band_line
-from knittest.studies.uncertainty.written import VariableRow
+from knittest.studies.uncertainty.outcome import VariableRow
 
 FABRICS = ("pham2019-v1", "pham2019-v2")
 

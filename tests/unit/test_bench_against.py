@@ -8,7 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 from knittest.base.errors import InputError
-from knittest.cli.bench import bench
+from knittest.cli.system import bench
 from knittest.runs import bench_against
 from knittest.runs.bench_against import difference, paired_lines
 

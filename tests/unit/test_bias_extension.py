@@ -8,8 +8,7 @@ from pydantic import ValidationError
 
 from knittest.base.errors import InputError
 from knittest.laboratory.bias_extension.config import BiasExtensionRig
-from knittest.laboratory.bias_extension.mesh import bias_mesh, diamonds
-from knittest.laboratory.bias_extension.pin_jointed import BiasStrip
+from knittest.laboratory.bias_extension.strip import BiasStrip, bias_mesh, diamonds
 from knittest.laboratory.bias_extension.zones import HALF, MIDDLE, RIGID, is_read, zones
 
 STRIPS = [BiasStrip(200.0, 100.0), BiasStrip(310.0, 100.0)]

@@ -1,7 +1,7 @@
 """Worth of the rows of bias extension and biaxial tests: predicted from a frame's law, assumed, or given."""
 
 from knittest.config.loading import resolve
-from knittest.experiment.row_kind import assumed_inputs, row_kind
+from knittest.experiment.origin import assumed_inputs, row_kind
 
 FORCE, NORMALISED = "biaxial_force_n_per_mm", "bias_normalised_force_n_per_mm_at_deg.30"
 

@@ -6,12 +6,10 @@ from test_bias_extension import pin_jointed
 
 from knittest.base.history import Frame
 from knittest.config.loading import resolve
-from knittest.fabric.bias import cells_under, cut_on_the_bias, turned
-from knittest.fabric.strip import YarnPath
+from knittest.fabric.strip import YarnPath, cells_under, cut_on_the_bias, turned
 from knittest.kernels.contact import spline_weights
-from knittest.laboratory.bias_extension.pin_jointed import BiasStrip
+from knittest.laboratory.bias_extension.strip import BiasStrip, YarnsOnTheBias
 from knittest.laboratory.bias_extension.test import BiasExtension
-from knittest.laboratory.bias_extension.yarns import YarnsOnTheBias
 from knittest.laboratory.bias_extension.zones import HALF, MIDDLE, RIGID, zones
 from knittest.laboratory.strips import YarnStrip
 

@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 from calibration_cases import BEND, TWO, WARP, WEFT, Pretending, calibrate, outcome, overhang, values
 
+from knittest.base.files import configs_dir
 from knittest.base.interrupts import Interrupted
-from knittest.base.resources import configs_dir
 from knittest.config.loading import resolve
 from knittest.config.yaml_loader import load_yaml
-from knittest.studies.calibrate.judge import judgement
-from knittest.studies.calibrate.parameters import Parameter
-from knittest.studies.calibrate.problem import problem_of
+from knittest.studies.calibrate.outcome import judgement
+from knittest.studies.calibrate.problem import Parameter, problem_of
 
 RESULT = Path("runs/calibrate-c")
 

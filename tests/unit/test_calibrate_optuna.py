@@ -12,7 +12,7 @@ from calibration_cases import TWO, WARP, WEFT, Pretending, calibrate, outcome, v
 from knittest.base.errors import InputError, ResourceError
 from knittest.base.interrupts import Interrupted
 from knittest.cli.main import run as knittest
-from knittest.studies.calibrate import command, optuna_storage
+from knittest.studies.calibrate import command, optuna_search
 from knittest.studies.calibrate.command import CalibrateOptions, calibrate_command
 
 optuna = pytest.importorskip("optuna")
@@ -122,7 +122,7 @@ def test_a_missing_driver_is_named(monkeypatch):
     with pytest.raises(
         InputError, match=r"psycopg2://me:\*\*\*@h/n: the driver of this database is not installed: .*psycopg2"
     ):
-        optuna_storage.open_storage("postgresql+psycopg2://me:secret@h/n", "--storage")
+        optuna_search.open_storage("postgresql+psycopg2://me:secret@h/n", "--storage")
 
 
 def test_a_server_that_is_not_there_is_told_without_its_password(monkeypatch):
@@ -133,7 +133,7 @@ def test_a_server_that_is_not_there_is_told_without_its_password(monkeypatch):
     driver.paramstyle, driver.__version__ = "pyformat", "2.9.9"
     monkeypatch.setitem(sys.modules, "psycopg2", driver)
     with pytest.raises(ResourceError, match=f"no answer from 127.0.0.1:{port}: .*refused") as caught:
-        optuna_storage.open_storage(f"postgresql+psycopg2://me:secret@127.0.0.1:{port}/n", "--storage")
+        optuna_search.open_storage(f"postgresql+psycopg2://me:secret@127.0.0.1:{port}/n", "--storage")
     assert "secret" not in str(caught.value)
 
 
@@ -159,7 +159,7 @@ def test_where_it_does_not_belong_or_is_missing(tmp_path, monkeypatch):
     with pytest.raises(InputError, match="--storage: only method = optuna has a database, this is least-squares"):
         calibrate_command(tmp_path / "c.yaml", CalibrateOptions(storage="sqlite://"))
     found = importlib.util.find_spec
-    monkeypatch.setattr(optuna_storage, "find_spec", lambda name: None if name == "optuna" else found(name))
+    monkeypatch.setattr(optuna_search, "find_spec", lambda name: None if name == "optuna" else found(name))
     with pytest.raises(InputError, match=r"Optuna is not installed here: pip install 'knittest\[calibrate\]'"):
         calibrate(OPTUNA, tmp_path, monkeypatch, Pretending())
     assert not RESULT.exists()

@@ -13,11 +13,11 @@ from knittest.config.loading import resolve
 from knittest.laboratory.cantilever.corrections import after_drift, at_the_plane
 from knittest.laboratory.cantilever.test import given_overhang, stiffness_by_overhang
 from knittest.laboratory.numerical_error import mesh_factor
-from knittest.laboratory.registry import REPORTS, TESTS
+from knittest.laboratory.report_base import REPORTS, TESTS
 from knittest.materials.heavy_elastica import chord_angle, overhang_ratio, stiffness_of
 from knittest.runs.options import RunOptions
 from knittest.studies import verify
-from knittest.studies.trials.record import Record
+from knittest.studies.trials.trial import Record
 
 STIFFNESS, WEIGHT = 5.0, 8e-6
 FOUND = {"overhang_mm": 171.0, "bending_stiffness_eq2_n_mm_per_width": 5.0}
@@ -137,7 +137,7 @@ def test_the_measured_overhang_is_compared_at_the_plane_of_the_run() -> None:
 
 
 def _rows(plane: float, mode: str) -> Any:
-    from knittest.base.resources import data_dir
+    from knittest.base.files import data_dir
     from knittest.experiment.tables import published
 
     run = cantilever(f"rig.mode={mode}", f"rig.plane_angle={plane}")

@@ -7,8 +7,8 @@ import pytest
 
 from knittest.config.loading import resolve
 from knittest.laboratory.cantilever import yarns
-from knittest.solve.observer import Observer
 from knittest.solve.relax import Relaxation
+from knittest.solve.state import Observer
 
 
 class Shares(Observer):

@@ -8,14 +8,14 @@ import pytest
 from knittest.base.errors import InputError
 from knittest.config.loading import resolve
 from knittest.fabric.relax import relaxed_cell
-from knittest.laboratory.cell import record
+from knittest.laboratory.cell import test
+from knittest.laboratory.cell.config import read_steps
 from knittest.laboratory.cell.path import KNOTS, path_of, timed
-from knittest.laboratory.cell.record import torn as said_of_torn
-from knittest.laboratory.cell.steps import read_steps
 from knittest.laboratory.cell.test import Cell, curl, secant
+from knittest.laboratory.cell.test import torn as said_of_torn
 from knittest.models.crossings import parts_of_nodes
-from knittest.models.meso_cell import build_meso_cell
-from knittest.solve.observer import SILENT
+from knittest.models.meso import build_meso_cell
+from knittest.solve.state import SILENT
 
 REFERENCE = np.array([[4.0, 0.0, 0.0], [0.0, 3.0, 0.0]])
 GOOD = "fraction,f_xx,f_xy,f_yx,f_yy\n0,1,0,0,1\n0.5,1,0.2,0.1,1\n1,1.1,0,0,1\n"
@@ -122,13 +122,13 @@ def test_free_fabric_curls_to_where_it_has_no_moment():
 @pytest.mark.parametrize(("torn", "strain"), [("ends", 0.9), ("ends", 1.1), ("refused", 1.1)])
 def test_a_path_ends_where_a_yarn_comes_to_its_fracture_strain_if_it_may(torn, strain, monkeypatch):
     run = run_of("rig.path=warp", f"rig.torn={torn}", "rig.max_strain=1.5")
-    monkeypatch.setattr(record, "row_of", lambda model: {})
+    monkeypatch.setattr(test, "row_of", lambda model: {})
     fracture = run.fabric.reinforcing.fracture_strain_fraction
     mesh = SimpleNamespace(part_names=("warp", "weft", "knit"), part=np.array([0, 1, 2]))
     fields = {"axial_strain": np.array([strain * fracture, 0.0, 0.0])}
     model = SimpleNamespace(record=[], fields=lambda: fields, mesh=mesh)
     mount = SimpleNamespace(model=model, torn=False, share=lambda time: 0.5, ends_at=np.inf)
-    watch = record.Recorder(run, mount, SILENT)
+    watch = test.Recorder(run, mount, SILENT)
     if torn == "refused":
         # the first row: 0.9 of half the path's 1.5 %, over 1.1
         with pytest.raises(InputError, match=r"tears the warp yarns.* rig\.max_strain=0\.61 would do"):

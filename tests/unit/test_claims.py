@@ -3,8 +3,8 @@
 import numpy as np
 from numba import njit, prange
 
-from knittest.kernels.claims import claim, in_turn
-from knittest.kernels.options import PARALLEL, PARTITIONS
+from knittest.kernels.threading import claim, in_turn
+from knittest.kernels.vec import PARALLEL, PARTITIONS
 
 
 @njit(**{**PARALLEL, "cache": False})

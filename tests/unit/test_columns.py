@@ -11,12 +11,12 @@ from click.testing import CliRunner
 from report_sample import edit_json, write_run
 
 from knittest.base import layout
+from knittest.base.files import data_dir
 from knittest.base.layout import nearest, table, wrapped
-from knittest.base.resources import data_dir
 from knittest.base.result_rows import LABELS, UNRESOLVED
 from knittest.cli.main import cli
 from knittest.config.loading import resolve
-from knittest.runs.preflight.counterpart import Counterpart, table_cells
+from knittest.runs.preflight.of_tests import Counterpart, table_cells
 from knittest.runs.show import _NUMBERS, HEADER, curve_line, print_results
 from knittest.studies.verify import finished
 

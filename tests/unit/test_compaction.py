@@ -10,8 +10,17 @@ from knittest.base.history import Frame, History, Mesh
 from knittest.config.loading import resolve
 from knittest.laboratory.after_rest import after_rest
 from knittest.laboratory.compaction.report import CompactionReport
-from knittest.laboratory.compaction.rig import CREEP, GAP, MOST, REST, CompactionTest, plate_stiffness, touching_radius
-from knittest.laboratory.compaction.test import sunk, uneven
+from knittest.laboratory.compaction.test import (
+    CREEP,
+    GAP,
+    MOST,
+    REST,
+    CompactionTest,
+    plate_stiffness,
+    sunk,
+    touching_radius,
+    uneven,
+)
 from knittest.laboratory.compaction.van_wyk import fit, loading, thickness_at, work
 
 

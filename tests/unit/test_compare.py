@@ -3,9 +3,17 @@
 import numpy as np
 import pytest
 
-from knittest.experiment.compare import compare_curves, compare_results
+from knittest.experiment.compare import (
+    best_shift,
+    compare_curves,
+    compare_results,
+    corridor_score,
+    grade,
+    magnitude_score,
+    rate,
+    slope_score,
+)
 from knittest.experiment.curves import ReferenceCurve
-from knittest.experiment.rating import best_shift, corridor_score, grade, magnitude_score, rate, slope_score
 from knittest.experiment.tables import PublishedValue
 
 X = np.linspace(0.0, 1.6, 201)

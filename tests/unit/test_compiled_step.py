@@ -11,16 +11,8 @@ from test_plain_contact import SMOOTH, Crossing
 from test_tool_room import Fall
 
 from knittest import pose
-from knittest.kernels import (
-    beam_blocks,
-    contact_blocks,
-    contact_scratch,
-    explicit,
-    periodic,
-    shell_blocks,
-    tool_blocks,
-)
-from knittest.kernels.options import ALLOCATING, KERNEL
+from knittest.kernels import beam, contact, contact_blocks, explicit, periodic, shell_blocks, tool_contact
+from knittest.kernels.vec import ALLOCATING, KERNEL
 
 COUNTS, SCATTER = re.compile("NRT_|atomicrmw"), "masked.scatter"
 W = np.zeros(explicit.SCRATCH)
@@ -32,7 +24,7 @@ PLACE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 
 
 def _beams():
     chain = Chain()
-    return beam_blocks.advance_beams, (0, 4, 0, 0.0, 1e-3, chain.nodes, chain.beams, W)
+    return beam.advance_beams, (0, 4, 0, 0.0, 1e-3, chain.nodes, chain.beams, W)
 
 
 def _contacts():
@@ -62,7 +54,7 @@ def _scatter():
 
 def _tools():
     fall = Fall()
-    return tool_blocks.touch_tools, (0, 0, 5, 1e-3, fall.nodes, fall.tools, fall.touch, fall.tally, W)
+    return tool_contact.touch_tools, (0, 0, 5, 1e-3, fall.nodes, fall.tools, fall.touch, fall.tally, W)
 
 
 def _clear():
@@ -125,7 +117,7 @@ def test_a_sweep_counts_no_references_and_scatters_no_stores(case):
     assert SCATTER not in code
 
 
-@pytest.mark.parametrize("scratch", [beam_blocks, contact_scratch, tool_blocks], ids=lambda m: m.__name__)
+@pytest.mark.parametrize("scratch", [beam, contact, tool_contact], ids=lambda m: m.__name__)
 def test_rows_of_a_scratch_spread_over_the_sets_of_the_first_level_cache(scratch):
     """Of 64 sets of 8 lines: a column of the scratch must not put more lines into one than others leave room for."""
     stride = int(scratch.STRIDE)

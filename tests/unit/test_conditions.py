@@ -8,18 +8,17 @@ import pytest
 from strip_reading import read_lab
 
 from knittest.base.errors import InputError
-from knittest.base.resources import data_dir
+from knittest.base.files import data_dir
 from knittest.config.loading import resolve
 from knittest.experiment.compare import compare_columns, compare_results
 from knittest.experiment.conditions import Conditions
-from knittest.experiment.curves import load_curve
-from knittest.experiment.forces import for_width, normalised, per_width
+from knittest.experiment.curves import for_width, load_curve, normalised, per_width
 from knittest.experiment.tables import published
-from knittest.laboratory.against import own_curves
 from knittest.laboratory.base import fabric_laminate, tension_curve
 from knittest.laboratory.cantilever.test import stiffness_by_overhang
-from knittest.laboratory.forming.yarn_forces import strengths
-from knittest.laboratory.registry import REPORTS
+from knittest.laboratory.forming.formed import strengths
+from knittest.laboratory.given_data import own_curves
+from knittest.laboratory.report_base import REPORTS
 from knittest.materials.trellis import crosshead_force
 
 HEAD = "variant,direction,quantity,mean,sd,n,unit,table\n"

@@ -7,7 +7,7 @@ from bounds_cases import Bounded, bounded_fields
 from pydantic import ValidationError
 
 from knittest.base.errors import InputError
-from knittest.config.parsing import parse_as
+from knittest.config.messages import parse_as
 from knittest.config.yaml_loader import Document, shown
 
 TABLE = Path(__file__).with_name("config-bounds.txt")

@@ -8,12 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from knittest.base.errors import InputError
-from knittest.base.resources import configs_dir
+from knittest.base.files import configs_dir
 from knittest.config.dumping import dump, dump_mapping
 from knittest.config.loading import resolve
 from knittest.config.run import Run, Solver
 from knittest.config.schema import run_schema
-from knittest.config.templates import fabric_template, rig_template, taken_over
+from knittest.config.starting import fabric_template, rig_template, taken_over
 from knittest.config.yaml_loader import parse_document
 from knittest.laboratory.tensile.config import TensileRig
 

@@ -4,7 +4,7 @@ import pandas as pd
 import pytest
 
 from knittest.base.errors import InputError
-from knittest.base.resources import data_dir
+from knittest.base.files import data_dir
 from knittest.config.base import Quantity
 from knittest.config.loading import resolve
 from knittest.laboratory.base import shear_curve

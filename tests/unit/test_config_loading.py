@@ -3,11 +3,11 @@
 import pytest
 
 from knittest.base.errors import InputError
-from knittest.base.resources import configs_dir
-from knittest.config.layers import Layers
+from knittest.base.files import configs_dir
 from knittest.config.loading import planned_directions, resolve
 from knittest.config.presets import PRESETS
-from knittest.laboratory.tensile.presets import GAUGE
+from knittest.config.settings import Layers
+from knittest.laboratory.tensile.config import GAUGE
 
 
 @pytest.fixture

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from plain import plain
 
+from knittest.kernels.contact import SCRATCH
 from knittest.kernels.contact_blocks import contact_forces
-from knittest.kernels.contact_scratch import SCRATCH
 from knittest.kernels.state import ContactLaw, Contacts, Nodes
 
 REACH, STIFFNESS, DEPTH = 0.75, 200.0, 0.02

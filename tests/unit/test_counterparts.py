@@ -8,10 +8,10 @@ import pytest
 from knittest.cli.main import run
 from knittest.config.base import Quantity
 from knittest.config.loading import resolve
-from knittest.config.templates import taken_over
+from knittest.config.starting import taken_over
 from knittest.fabric.relax import relaxed_cell
 from knittest.runs.preflight.command import counterparts
-from knittest.runs.preflight.counterpart import Counterpart, summary_line, table_cells, table_lines
+from knittest.runs.preflight.of_tests import Counterpart, summary_line, table_cells, table_lines
 from knittest.runs.preflight.of_tests import test_counterparts as of_tests
 from knittest.runs.preflight.of_yarns import cell_counterparts, cell_mass
 

@@ -8,11 +8,10 @@ import pytest
 
 from knittest.base.errors import InputError
 from knittest.kernels.laws import hinge_force
-from knittest.kernels.shell_arrays import build_shells
-from knittest.materials.coupling import coupled
-from knittest.materials.laminate import laminate, softened
-from knittest.models import shell_step
-from knittest.models.shell_step import highest_stiffness
+from knittest.kernels.shell_state import build_shells
+from knittest.materials.laminate import coupled, laminate, softened
+from knittest.models import in_plane
+from knittest.models.in_plane import highest_stiffness
 from knittest.pose import linear_laminate
 
 sys.path.append(str(Path(__file__).parents[1] / "verification"))
@@ -91,7 +90,7 @@ def test_a_softened_laminate_is_coupled_by_its_share():
 @pytest.mark.parametrize("coupling", [15.0, -30.0])
 def test_two_uncoupled_stiffnesses_bound_two_coupled_ones(coupling):
     """The rest of the bound is never negative, and nothing in one direction."""
-    bound = np.diag(shell_step._with_coupling([100.0, 40.0], coupling))
+    bound = np.diag(in_plane._with_coupling([100.0, 40.0], coupling))
     rest = np.linalg.eigvalsh(bound - np.array([[100.0, coupling], [coupling, 40.0]]))
     assert rest[0] == pytest.approx(0.0, abs=1e-9)
     assert rest[1] > 0.0

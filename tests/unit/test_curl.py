@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from knittest.pose import PeriodicBody, PeriodicChain, round_section
-from knittest.solve.curl import PROBE, WAY, Curl, _there, curl_of
+from knittest.solve.settled_cell import PROBE, WAY, Curl, _there, curl_of
 
 DIAMETER, ARM, DRAWN, PITCH = 0.1, 0.5, 0.002, 2.0
 SECTION = round_section(modulus=2e3, diameter=DIAMETER, density=1.5e-3)

@@ -5,8 +5,8 @@ import pytest
 
 from knittest.base.errors import InputError
 from knittest.config.loading import resolve
-from knittest.laboratory.picture_frame.cycles import cycle_results, cycles_of
 from knittest.laboratory.picture_frame.rig import PictureFrameTest
+from knittest.laboratory.picture_frame.test import cycle_results, cycles_of
 
 
 def loops(share: float, count: int, most: float = 20.0) -> dict[str, np.ndarray]:

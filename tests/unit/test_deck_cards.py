@@ -6,8 +6,8 @@ from deck_reader import cards_of, cells, curves_of
 
 from knittest.base.errors import InputError
 from knittest.export.keywords import KeywordFile, number
-from knittest.models.table import Table, ramp
-from knittest.runs.deck.motions import add_curve
+from knittest.models.tool import Table, ramp
+from knittest.runs.deck.sheet import add_curve
 from knittest.runs.deck.yarns import cable_law
 
 

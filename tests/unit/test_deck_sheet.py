@@ -5,7 +5,7 @@ import pytest
 from deck_reader import BEAM, SHELL, cards_of, cells, curves_of, deck_text
 
 from knittest.base.errors import InputError
-from knittest.runs.deck.gaps import not_expressed
+from knittest.runs.deck.write import not_expressed
 
 
 @pytest.fixture(scope="module")

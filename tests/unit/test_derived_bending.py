@@ -3,12 +3,11 @@
 import pytest
 
 from knittest.config.base import Quantity
-from knittest.config.derived_bending import follows_yarns
+from knittest.config.doubtful import follows_yarns, unread_note
 from knittest.config.dumping import dump
 from knittest.config.loading import resolve
 from knittest.config.starting import starting_text
-from knittest.config.unread import unread_note
-from knittest.experiment.row_kind import assumed_inputs
+from knittest.experiment.origin import assumed_inputs
 
 EI = "fabric.reinforcing.bending_stiffness.warp=30"
 

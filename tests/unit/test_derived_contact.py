@@ -6,7 +6,7 @@ import pytest
 import yaml
 from pydantic import ValidationError
 
-from knittest.base.resources import configs_dir
+from knittest.base.files import configs_dir
 from knittest.config.fabric import Fabric
 from knittest.config.loading import resolve
 from knittest.config.starting import starting_text

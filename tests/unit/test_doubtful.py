@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from export_sample import cost, quality, strip
 
+from knittest.base.files import configs_dir
 from knittest.base.history import History, Specimen
-from knittest.base.resources import configs_dir
 from knittest.config.doubtful import doubts
 from knittest.config.loading import resolve
-from knittest.runs.judgement import judge, references_of
 from knittest.runs.preflight.model import model_facts
 from knittest.runs.specimen import prepare
+from knittest.runs.writing import judge, references_of
 
 SLACK = "fabric.reinforcing.slack."
 

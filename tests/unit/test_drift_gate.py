@@ -10,12 +10,11 @@ import pytest
 from docs import provenance
 from knittest.base.errors import InputError
 from knittest.studies.regress import cases
-from knittest.studies.regress.baseline import Curve, Entry, load
+from knittest.studies.regress.baseline import Curve, Entry, entry_of, load
 from knittest.studies.regress.cases import Case
 from knittest.studies.regress.drift import Drift, drift_of
 from knittest.studies.regress.outcome import Outcome
-from knittest.studies.regress.recorded import entry_of
-from knittest.studies.trials.record import Record
+from knittest.studies.trials.trial import Record
 
 FRAME = Case("picture-frame", "macro", "1", None, "quick", enlarges=True)
 RUN = FRAME.trial().run

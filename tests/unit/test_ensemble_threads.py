@@ -9,9 +9,9 @@ from knittest.base.errors import NumericalError
 from knittest.base.progress import Progress
 from knittest.config.loading import resolve
 from knittest.runs.execute import naming
-from knittest.studies.trials import ensemble
-from knittest.studies.trials.ensemble import rounds
-from knittest.studies.trials.record import Record
+from knittest.studies.trials import beside
+from knittest.studies.trials.beside import rounds
+from knittest.studies.trials.trial import Record
 from knittest.studies.trials.work import _Heard
 
 YARNS = {"test": "tensile", "variant": "2", "direction": "warp", "preset": "quick"}
@@ -82,16 +82,16 @@ def asked(monkeypatch):
         def close(self):
             found["closed"] += 1
 
-    monkeypatch.setattr(ensemble, "LocalPool", Pool)
-    monkeypatch.setattr(ensemble, "compiled", lambda *_: False)
+    monkeypatch.setattr(beside, "LocalPool", Pool)
+    monkeypatch.setattr(beside, "compiled", lambda *_: False)
     return found
 
 
 def run_ahead(path, threads, monkeypatch, *, scale="meso", specimens=4, kept=()):
-    monkeypatch.setattr(ensemble.numba, "get_num_threads", lambda: threads)
+    monkeypatch.setattr(beside.numba, "get_num_threads", lambda: threads)
     folder, shown = Folder(path), Shown()
     opened = Stub(folder=folder, checkpoints=Stub(is_finished=lambda number: number in kept))
-    ensemble.run_ahead(resolve(scale=scale, specimens=specimens, **YARNS), opened, shown)
+    beside.run_ahead(resolve(scale=scale, specimens=specimens, **YARNS), opened, shown)
     return folder, shown
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from knittest.base.errors import InputError
-from knittest.base.resources import data_dir
+from knittest.base.files import data_dir
 from knittest.experiment.curves import load_curve
 from knittest.experiment.reconstruct import CASES, curve, text
 from knittest.experiment.statistics import Specimen, mean_curve, tension_curve

@@ -15,13 +15,13 @@ import numpy as np
 import pytest
 from export_sample import cost, curve, quality
 
-from knittest.base import atomic
+from knittest.base import files
 from knittest.base.errors import InputError, NumericalError, OutOfTolerance, ResourceError
 from knittest.config.loading import resolve
 from knittest.config.run import Run
 from knittest.export import lock
 from knittest.export.folder import RunFolder
-from knittest.export.names import run_name, slug
+from knittest.export.lock import run_name, slug
 from knittest.export.summary import build_summary, ensemble_results
 from knittest.laboratory.tensile.config import TensileRun
 
@@ -286,13 +286,13 @@ def test_full_disk_leaves_the_old_file(tmp_path: Path, monkeypatch: pytest.Monke
         raise OSError(errno.ENOSPC, "No space left on device")
 
     path = tmp_path / "manifest.json"
-    atomic.write_atomic(path, "old")
+    files.write_atomic(path, "old")
     with monkeypatch.context() as broken:
         broken.setattr(
             *{"write": (Path, "write_bytes"), "fsync": (os, "fsync"), "replace": (Path, "replace")}[call], full
         )
         with pytest.raises(ResourceError):
-            atomic.write_atomic(path, "new")
+            files.write_atomic(path, "new")
     assert path.read_text() == "old" and list(tmp_path.iterdir()) == [path]
 
 

@@ -7,9 +7,9 @@ import pytest
 from export_sample import beam_history, curve, shell_history
 
 from knittest.base.history import judged_rows
-from knittest.export import curve_picture as curves
-from knittest.export import energy_picture, strip_picture
-from knittest.export.tubes import View, render_tubes
+from knittest.export import line_picture, yarn_pictures
+from knittest.export import line_picture as curves
+from knittest.export.shading import View, render_tubes
 
 VIEW = View(-2.0, 2.0, -1.0, 1.0, 0.01)
 RED, BLUE = [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]
@@ -43,7 +43,7 @@ def test_many_chunks_draw_what_one_does(monkeypatch: pytest.MonkeyPatch) -> None
     start = generator.uniform(-2, 2, (40, 3))
     end, radius, colour = start + generator.uniform(-0.4, 0.4, (40, 3)), np.full(40, 0.1), generator.random((40, 3))
     whole = render_tubes(start, end, radius, colour, VIEW)
-    monkeypatch.setattr("knittest.export.tubes._CHUNK_PIXELS", 1)
+    monkeypatch.setattr("knittest.export.shading._CHUNK_PIXELS", 1)
     np.testing.assert_array_equal(render_tubes(start, end, radius, colour, VIEW), whole)
 
 
@@ -60,22 +60,22 @@ def saved(monkeypatch: pytest.MonkeyPatch, module) -> list:
 
 
 def test_broken_yarns_leave_gaps_and_crosses(monkeypatch: pytest.MonkeyPatch) -> None:
-    kept = saved(monkeypatch, strip_picture)
+    kept = saved(monkeypatch, yarn_pictures)
     history = beam_history()
-    strip_picture.strip_picture(Path("x.png"), history, direction="warp", title="t")
+    yarn_pictures.strip_picture(Path("x.png"), history, direction="warp", title="t")
     left, right, *windows = kept[0].axes[:4]
     assert len(windows) == 2
     assert len(left.lines[0].get_xdata()) == 0 and len(right.lines[0].get_xdata()) == 4
     history.frames[2].fields["alive"][:] = 1.0
-    strip_picture.strip_picture(Path("x.png"), history, direction="warp", title="t")
+    yarn_pictures.strip_picture(Path("x.png"), history, direction="warp", title="t")
     broken, whole = (figure.axes[1].images[0].get_array()[..., 3].sum() for figure in kept)
     assert broken < whole
     assert "broken" in right.get_title() and "unbroken" in kept[1].axes[1].get_title()
 
 
 def test_the_aspect_is_true(monkeypatch: pytest.MonkeyPatch) -> None:
-    kept = saved(monkeypatch, strip_picture)
-    strip_picture.strip_picture(Path("x.png"), beam_history(), direction="warp", title="t")
+    kept = saved(monkeypatch, yarn_pictures)
+    yarn_pictures.strip_picture(Path("x.png"), beam_history(), direction="warp", title="t")
     for axes in kept[0].axes[:4]:
         box = axes.get_window_extent()
         wide, tall = np.ptp(axes.get_xlim()) / box.width, np.ptp(axes.get_ylim()) / box.height
@@ -83,8 +83,8 @@ def test_the_aspect_is_true(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_deleted_shells_are_not_drawn_and_the_strip_stands(monkeypatch: pytest.MonkeyPatch) -> None:
-    kept = saved(monkeypatch, strip_picture)
-    strip_picture.strip_picture(Path("x.png"), shell_history(), direction="warp", title="t")
+    kept = saved(monkeypatch, yarn_pictures)
+    yarn_pictures.strip_picture(Path("x.png"), shell_history(), direction="warp", title="t")
     left, right = kept[0].axes[:2]
     assert len(left.collections[0].get_paths()) == 40 and len(right.collections[0].get_paths()) == 36
     assert np.ptp(left.get_ylim()) > np.ptp(left.get_xlim())  # pulled along x, drawn upright
@@ -92,11 +92,11 @@ def test_deleted_shells_are_not_drawn_and_the_strip_stands(monkeypatch: pytest.M
 
 @pytest.mark.parametrize(("kind", "along"), [("beams", 1), ("shells", 0)])
 def test_the_pull_is_upright_though_the_strip_is_wider_than_long(monkeypatch: pytest.MonkeyPatch, kind, along) -> None:
-    kept = saved(monkeypatch, strip_picture)
+    kept = saved(monkeypatch, yarn_pictures)
     history = beam_history(wales=9, courses=3) if kind == "beams" else shell_history(columns=10, rows=3)
     start = history.frames[0].position
     assert np.ptp(start[:, 1 - along]) > 1.5 * np.ptp(start[:, along])
-    strip_picture.strip_picture(Path("x.png"), history, direction="warp", title="t")
+    yarn_pictures.strip_picture(Path("x.png"), history, direction="warp", title="t")
     strip = kept[0].axes[0]
     assert np.ptp(strip.get_xlim()) > 1.2 * np.ptp(strip.get_ylim())
     for axes in kept[0].axes:
@@ -153,9 +153,9 @@ def test_an_ensemble_shows_specimens_corridor_and_its_spread(monkeypatch: pytest
 
 
 def test_limits_and_first_failure_are_marked(monkeypatch: pytest.MonkeyPatch) -> None:
-    kept = saved(monkeypatch, energy_picture)
+    kept = saved(monkeypatch, line_picture)
     history = beam_history()
-    energy_picture.energy_picture(Path("x.png"), history, kinetic_limit=0.05, energy_limit=0.02, title="t")
+    line_picture.energy_picture(Path("x.png"), history, kinetic_limit=0.05, energy_limit=0.02, title="t")
     upper, lower = kept[0].axes
     said = [text.get_text() for axes in (upper, lower) for text in axes.get_legend().get_texts()]
     assert {"first failure", "its limit, 5 %", "its limit, 2 %", "internal, knit", "external work"} <= set(said)
@@ -165,9 +165,9 @@ def test_limits_and_first_failure_are_marked(monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_shaded_is_what_is_not_judged_and_nothing_lies_over_it_or_is_cut(monkeypatch: pytest.MonkeyPatch) -> None:
-    kept = saved(monkeypatch, energy_picture)
+    kept = saved(monkeypatch, line_picture)
     history = shell_history()
-    energy_picture.energy_picture(Path("x.png"), history, kinetic_limit=0.05, energy_limit=0.02, title="t")
+    line_picture.energy_picture(Path("x.png"), history, kinetic_limit=0.05, energy_limit=0.02, title="t")
     figure, time = kept[0], history.energies["time_ms"]
     figure.canvas.draw()
     for axes in figure.axes:
@@ -185,6 +185,6 @@ def test_files_are_pictures_and_no_window_system_is_touched(tmp_path: Path, monk
 
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delitem(sys.modules, "matplotlib.pyplot", raising=False)
-    strip_picture.strip_picture(tmp_path / "deformed.png", beam_history(), direction="warp", title="t")
+    yarn_pictures.strip_picture(tmp_path / "deformed.png", beam_history(), direction="warp", title="t")
     assert (tmp_path / "deformed.png").read_bytes().startswith(b"\x89PNG")
     assert "matplotlib.pyplot" not in sys.modules

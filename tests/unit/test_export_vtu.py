@@ -10,7 +10,7 @@ import pytest
 from export_sample import beam_history, shell_history
 
 from knittest.base.errors import ResourceError
-from knittest.export.vtu import write_frames
+from knittest.export.meshes import write_frames
 
 
 @pytest.mark.parametrize(("history", "cell"), [(beam_history(), "line"), (shell_history(), "quad")])

@@ -11,10 +11,9 @@ from fabric_cases import relaxed, spec
 from knittest.base.interrupts import Interrupts
 from knittest.config.loading import resolve
 from knittest.export.identity import cell_of, changes, identity_of
-from knittest.export.manifest import first_manifest
+from knittest.export.summary import first_manifest
 from knittest.fabric import relax
-from knittest.fabric.cell import Cell
-from knittest.fabric.cell_cache import cell_digest, cell_path, load_cell, save_cell
+from knittest.fabric.cell import Cell, cell_digest, cell_path, load_cell, save_cell
 from knittest.runs.execute import _opened
 from knittest.runs.opening import NewFolder
 from knittest.studies.command import _beside

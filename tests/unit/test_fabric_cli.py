@@ -17,8 +17,8 @@ from knittest.base.errors import InputError
 from knittest.cli.fabric import fabric
 from knittest.config.loading import resolve
 from knittest.fabric.cell import CellSpec
+from knittest.fabric.loop import polyline_length
 from knittest.fabric.relax import relax_cell
-from knittest.fabric.spline import polyline_length
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -5,7 +5,7 @@ import pytest
 from fabric_cases import relaxed
 from scipy.spatial import cKDTree
 
-from knittest.fabric.spline import arc_at, control_points, points_on, polyline_length, spline_points
+from knittest.fabric.loop import arc_at, control_points, points_on, polyline_length, spline_points
 
 PERIOD = np.array([3.0, 0.0, 0.0])
 

@@ -6,7 +6,7 @@ from fabric_cases import relaxed
 from scipy.spatial import cKDTree
 
 from knittest.fabric.cell import Cell
-from knittest.fabric.spline import polyline_length, spline_points
+from knittest.fabric.loop import polyline_length, spline_points
 from knittest.fabric.strip import YarnPath, centre_lines, strip, wave_elements, wave_scale
 
 WALES, COURSES = 4, 3

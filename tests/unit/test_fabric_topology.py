@@ -8,7 +8,7 @@ from fabric_cases import relaxed
 
 from knittest.base.errors import NumericalError
 from knittest.fabric.cell import Cell
-from knittest.fabric.spline import points_on
+from knittest.fabric.loop import points_on
 from knittest.fabric.topology import KNIT_CODE, check_topology, crossings, knit_code
 
 

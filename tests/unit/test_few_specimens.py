@@ -4,8 +4,7 @@ import math
 
 import pytest
 
-from knittest.base.result_rows import FEW, UNRESOLVED, result_rows
-from knittest.base.sampling import mean_error
+from knittest.base.result_rows import FEW, UNRESOLVED, mean_error, result_rows
 
 
 def spread(mean: float, sd: float, count: int) -> dict:

@@ -11,12 +11,11 @@ from report_sample import write_run
 
 from knittest.base.errors import InputError
 from knittest.cli.main import run as command
-from knittest.export.slant import LOOKS, sight
-from knittest.export.vtu import write_frames
+from knittest.export.meshes import write_frames
+from knittest.export.shading import LOOKS, sight
 from knittest.report_page.loading import load_run
 from knittest.report_page.moving.film import Filmed, animate, films
-from knittest.report_page.moving.recording import read_recording
-from knittest.report_page.moving.scales import scales_of
+from knittest.report_page.moving.recording import read_recording, scales_of
 from knittest.report_page.moving.stage import Stage
 
 SHORT = ["--seconds", "0.2", "--fps", "5", "--width", "320"]

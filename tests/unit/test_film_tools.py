@@ -11,15 +11,12 @@ from test_tools_in_frames import DIE, STAMP
 
 from knittest.base.history import Body
 from knittest.cli.main import run as command
-from knittest.export.raster import nearest
-from knittest.export.tubes import View
-from knittest.export.vtu import write_frames
+from knittest.export.meshes import write_frames
+from knittest.export.shading import View, nearest
 from knittest.report_page.loading import load_run
-from knittest.report_page.moving.encoding import COLOURS, palette
-from knittest.report_page.moving.recording import read_recording
-from knittest.report_page.moving.scales import scales_of
+from knittest.report_page.moving.film import COLOURS, palette
+from knittest.report_page.moving.recording import ToolLayers, read_recording, scales_of
 from knittest.report_page.moving.stage import Stage
-from knittest.report_page.moving.tool_layers import ToolLayers
 
 VIEW = View(0.0, 40.0, 0.0, 30.0, 0.5)
 

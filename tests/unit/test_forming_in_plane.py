@@ -11,7 +11,7 @@ from knittest.base.history import Quality
 from knittest.config.loading import resolve
 from knittest.kernels.in_plane_blocks import SCRATCH, bend_energy, bend_forces, gather_bends
 from knittest.laboratory.forming import test as forming
-from knittest.laboratory.forming.free_yarns import free_yarns
+from knittest.laboratory.forming.rig import free_yarns
 from knittest.runs.preflight.command import counterparts
 from knittest.runs.preflight.model import model_facts, model_lines
 

@@ -12,15 +12,13 @@ from knittest.base.errors import InputError
 from knittest.base.history import History, Overlaps, Quality, judged_rows
 from knittest.base.kinds import kinds
 from knittest.config.dumping import dump
-from knittest.config.gates import gates_of, limits_judged
+from knittest.config.gates import gates_of, limits_judged, loosened
 from knittest.config.loading import resolve
-from knittest.config.looser import loosened
 from knittest.config.run import Run
-from knittest.laboratory.judging import assess, losses
+from knittest.laboratory.judging import Span, assess, losses
 from knittest.laboratory.law_end import MARGIN, shell_areas, worst_of
-from knittest.laboratory.span import Span
 from knittest.report_page.gates import _largest_force
-from knittest.runs.judgement import _worst
+from knittest.runs.writing import _worst
 from knittest.solve.state import SimulationCost
 
 ROWS = 101
@@ -181,7 +179,7 @@ def test_rows_from_the_first_number_that_is_reported() -> None:
 
 
 def test_the_span_of_the_frame_begins_at_its_first_angle() -> None:
-    from knittest.laboratory.registry import TESTS
+    from knittest.laboratory.report_base import TESTS
 
     span = TESTS["picture-frame"].span(history())
     assert not span.to_failure and span.reported_from == pytest.approx(22.0)  # 9.5 deg are passed at 21.1 ms

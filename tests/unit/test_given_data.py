@@ -13,13 +13,12 @@ from knittest.cli.main import run as command
 from knittest.config.loading import resolve
 from knittest.experiment.compare import compare_columns
 from knittest.experiment.conditions import Conditions
-from knittest.experiment.curves import load_curve
-from knittest.experiment.forces import per_width
+from knittest.experiment.curves import load_curve, per_width
 from knittest.experiment.statistics import Specimen
-from knittest.laboratory.against import own_curves
+from knittest.laboratory.given_data import own_curves
 from knittest.laboratory.picture_frame.lab_files import LAB as FRAME_LAB
 from knittest.laboratory.picture_frame.lab_files import Frame
-from knittest.laboratory.registry import REPORTS
+from knittest.laboratory.report_base import REPORTS
 from knittest.laboratory.tensile.lab_files import LAB as TENSILE
 
 SHARE = np.linspace(0.0, 1.0, 60)

@@ -13,7 +13,7 @@ from knittest.config.loading import resolve
 from knittest.experiment.curves import load_curve
 from knittest.laboratory.base import fabric_laminate
 from knittest.materials.heavy_elastica import chord_angle, stiffness_of
-from knittest.studies.homogenise.curves import LEAST_TANGENT, tension_curve
+from knittest.studies.homogenise.card import LEAST_TANGENT, tension_curve
 from knittest.studies.homogenise.plan import PIECES, Request, yarn_run
 
 #: yarns of variant 2 in 100 mm

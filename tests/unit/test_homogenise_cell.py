@@ -9,8 +9,7 @@ from homogenise_cases import BENDING, OUT, STRAIN, YARN_FORCE, Formulas, homogen
 from knittest.cli.main import run as knittest
 from knittest.config.loading import resolve
 from knittest.experiment.curves import load_curve
-from knittest.studies.homogenise.from_cell import cell_run, cell_shell_run
-from knittest.studies.homogenise.plan import PIECES, Request, width
+from knittest.studies.homogenise.plan import PIECES, Request, cell_run, cell_shell_run, width
 
 CELL = Request(variant="2", preset="quick", source="cell")
 DENSITY = {"warp": 28.0, "weft": 41.0}

@@ -2,7 +2,7 @@
 
 import pytest
 
-from knittest.base.host import processor_ticks, taken_share
+from knittest.base.machine import processor_ticks, taken_share
 
 
 def test_steal_is_the_eighth_field_and_guests_are_not_counted_twice(tmp_path):

@@ -6,11 +6,11 @@ import pytest
 from knittest.config.loading import resolve
 from knittest.fabric.relax import relaxed_cell
 from knittest.kernels import periodic
-from knittest.kernels.periodic_state import CURVATURE
+from knittest.kernels.state import CURVATURE
 from knittest.models.image_contacts import masters, share_states
-from knittest.models.meso_cell import build_meso_cell
+from knittest.models.meso import build_meso_cell
 from knittest.models.periodic import _near
-from knittest.models.table import constant
+from knittest.models.tool import constant
 from knittest.pose import ALL, PeriodicBody, PeriodicChain, YarnContact, round_section
 
 SECTION = round_section(modulus=2e3, diameter=0.5, density=1.5e-3)

@@ -5,8 +5,7 @@ import pytest
 
 from knittest.config.loading import resolve
 from knittest.config.starting import starting_text
-from knittest.models.halo import beyond
-from knittest.models.periodic_model import PeriodicModel
+from knittest.models.periodic_model import PeriodicModel, beyond
 from knittest.runs.specimen import prepare
 
 THIN = ("fabric.warp_density=38", "fabric.weft_density=58.4", "fabric.loop_length=8.83")

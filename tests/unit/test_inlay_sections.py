@@ -12,11 +12,10 @@ from knittest.fabric import relax
 from knittest.fabric.cell import CellSpec
 from knittest.fabric.relax import relaxed_cell
 from knittest.fabric.strip import strip
-from knittest.fabric.variability import draw
+from knittest.fabric.topology import draw
 from knittest.kernels.flatten import HIGH, LENGTH, PRODUCT, STIFF
 from knittest.models.boundary import Boundary
-from knittest.models.meso import build_meso
-from knittest.models.meso_cell import build_meso_cell
+from knittest.models.meso import build_meso, build_meso_cell
 from knittest.models.tool import plane
 from knittest.runs.deck.yarns import add_yarns
 

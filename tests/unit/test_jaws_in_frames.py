@@ -11,12 +11,12 @@ from test_apparatus_in_frames import resolved
 
 from knittest.base.history import Body, Frame, History
 from knittest.config.run import Run
-from knittest.export.vtu import write_frames
-from knittest.laboratory.registry import REPORTS
+from knittest.export.meshes import write_frames
+from knittest.laboratory.report_base import REPORTS
 from knittest.models.boundary import Boundary
 from knittest.report_page.moving.recording import Recording, read_recording
+from knittest.runs.checkpoints import specimen_of, specimen_state
 from knittest.runs.specimen import prepare, run_specimen
-from knittest.runs.specimen_store import specimen_of, specimen_state
 
 MOMENTS, ROWS = 7, 601
 SIZES = {

@@ -11,7 +11,7 @@ import pytest
 from numba.core.dispatcher import Dispatcher
 
 from knittest import kernels
-from knittest.kernels.tool_blocks import _speed
+from knittest.kernels.tool_contact import _speed
 
 #: they change last bits from one linking to the next, or hide NaN and Inf
 ANEW, HIDES = {"reassoc", "arcp", "afn", "fast"}, {"nnan", "ninf", "fast"}
@@ -99,10 +99,10 @@ def test_python_calls_no_kernel_that_only_kernels_can_call(folder):
         ("call(in_turn)", {"in_turn"}),
         ("in_turn.py_func(0, 0, 1)", set()),
         ("plain(in_turn)(0, 0, 1)", set()),
-        ("claims.in_turn(0, 0, 1)", {"in_turn"}),
-        ("claims.in_turn.py_func(0, 0, 1)", set()),
+        ("threading.in_turn(0, 0, 1)", {"in_turn"}),
+        ("threading.in_turn.py_func(0, 0, 1)", set()),
     ],
 )
 def test_a_call_is_seen(line, called):
-    head = "from knittest.kernels.claims import in_turn\nfrom knittest.kernels import claims\n"
+    head = "from knittest.kernels.threading import in_turn\nfrom knittest.kernels import threading\n"
     assert called_without_wrapper(head + line) == called

@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 
 from knittest import pose
+from knittest.base.files import PACKAGE
 from knittest.base.kinds import kinds
-from knittest.base.resources import PACKAGE
 from knittest.config.loading import resolve
 from knittest.config.run import Run
 from knittest.kernels.state import ContactLaw
-from knittest.solve.exercise import ELLIPSES
-from knittest.solve.kernel_sets import ALL, kernels_of
+from knittest.solve.exercise import ALL, ELLIPSES, kernels_of
 
 PATCH = [f"fabric.contact.patch.radius.{kind}=0.2" for kind in ("inlay_inlay", "inlay_loop", "loop_loop")]
 

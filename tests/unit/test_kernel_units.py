@@ -9,9 +9,8 @@ import pytest
 from pydantic import BaseModel
 
 from knittest.base.kinds import kinds
-from knittest.config import fabric, rigs, run, shear, tools, yarn
-from knittest.config.base import PerDirection, Quantity, Strict, field_meta, number
-from knittest.config.kernel_units import Directed, Kernel
+from knittest.config import fabric, laws, rigs, run, tools, yarn
+from knittest.config.base import Directed, Kernel, PerDirection, Quantity, Strict, field_meta, number
 from knittest.config.loading import resolve
 
 #: kernel units are mm, ms, g, N, MPa, rad: of one unit of the user, written out
@@ -43,7 +42,7 @@ IN_KERNEL = {
 def attributes() -> Iterator[tuple[type[Strict], str, Kernel]]:
     """Every attribute in kernel units of the models of a run."""
     of_tests = [importlib.import_module(kind.run.partition(":")[0]) for kind in kinds().values()]
-    for module in (fabric, rigs, run, shear, tools, yarn, *of_tests):
+    for module in (fabric, rigs, run, laws, tools, yarn, *of_tests):
         for model in vars(module).values():
             if isinstance(model, type) and issubclass(model, Strict) and model.__module__ == module.__name__:
                 yield from ((model, name, found) for name, found in vars(model).items() if isinstance(found, Kernel))

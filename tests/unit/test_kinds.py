@@ -14,10 +14,10 @@ from knittest.base.kinds import Joined, Parts, kinds, names
 from knittest.cli.main import cli
 from knittest.config.base import Strict
 from knittest.config.run import Run, rig_model
-from knittest.export.names import results_of_runs, tables_of_runs
+from knittest.export.lock import results_of_runs, tables_of_runs
 from knittest.laboratory.base import Test
-from knittest.laboratory.registry import REPORTS, TESTS, _made
-from knittest.solve.observer import SILENT
+from knittest.laboratory.report_base import REPORTS, TESTS, _made
+from knittest.solve.state import SILENT
 
 PACKAGE = Path(module.__file__).parents[1]
 #: lists of tests that are the subject of their file, with the reason
@@ -29,24 +29,24 @@ ALLOWED = {
 #: files outside the folder of a test that name it, with the reason
 NAMED = {
     "base/kinds.py": "the test that a command means unless it names one",
-    "cli/bench.py": "its subject is a given model of yarns, of which the largest is a frame",
+    "cli/system.py": "its subject is a given model of yarns, of which the largest is a frame",
     "cli/export.py": "its subject are the tools of forming",
     "experiment/lab_conditions.py": "quantities of files and tables, each within the bounds of a field of a rig",
     "laboratory/base.py": "curves of tension are measured by tensile tests, and say so",
-    "export/energy_picture.py": "friction is an energy here",
+    "export/line_picture.py": "friction is an energy here",
     "export/identity.py": "the cell is the relaxed one that yarns are cut from",
     "cli/fabric.py": "the cell is the relaxed one that yarns are cut from",
     **dict.fromkeys(
-        (f"laboratory/cell/{name}.py" for name in ("config", "path", "presets", "report", "rig", "test")),
+        (f"laboratory/cell/{name}.py" for name in ("config", "path", "report", "test")),
         "biaxial and compaction are paths of a cell too",
     ),
     **dict.fromkeys(
-        ("cli/homogenise.py", "studies/homogenise/command.py"), "a card may come from paths of a cell instead of tests"
+        ("cli/studies.py", "studies/homogenise/command.py"), "a card may come from paths of a cell instead of tests"
     ),
     "solve/body.py": "friction is a coefficient here",
     **dict.fromkeys(
-        ("studies/homogenise/card.py", "studies/homogenise/check.py", "studies/homogenise/picture.py",
-         "studies/homogenise/plan.py", "studies/homogenise/from_cell.py", "studies/homogenise/yarn_card.py"),
+        ("studies/homogenise/card.py", "studies/homogenise/check.py", "studies/homogenise/plan.py",
+         "studies/homogenise/yarn_card.py"),
         "homogenising is pulling, shearing and bending, whatever other tests there are",
     ),
 }  # fmt: skip

@@ -12,11 +12,11 @@ from knittest.experiment.curves import load_curve
 from knittest.experiment.lab_table import Given
 from knittest.experiment.lab_tests import LAB_TESTS, looks_like, read_files
 from knittest.experiment.tables import published
-from knittest.laboratory.against import own_curves
 from knittest.laboratory.bias_extension.lab_files import LAB
-from knittest.laboratory.bias_extension.pin_jointed import BiasStrip
 from knittest.laboratory.bias_extension.report import normalised
-from knittest.laboratory.registry import REPORTS
+from knittest.laboratory.bias_extension.strip import BiasStrip
+from knittest.laboratory.given_data import own_curves
+from knittest.laboratory.report_base import REPORTS
 
 STIFFNESS = 0.1  # S = STIFFNESS gamma [N/mm]
 

@@ -11,7 +11,7 @@ from knittest.cli.main import run
 from knittest.config.fabric import YARN_LEVEL
 from knittest.config.loading import resolve
 from knittest.experiment.lab_table import Given
-from knittest.experiment.row_kind import row_kind
+from knittest.experiment.origin import row_kind
 from knittest.experiment.tables import published
 from knittest.laboratory.cantilever.lab_files import LAB as CANTILEVER
 from knittest.laboratory.cantilever.lab_files import (
@@ -20,8 +20,8 @@ from knittest.laboratory.cantilever.lab_files import (
 )
 from knittest.laboratory.cantilever.test import given_overhang, stiffness_by_overhang
 from knittest.materials.heavy_elastica import chord_angle
-from knittest.runs.judgement import references_of
 from knittest.runs.preflight.of_tests import test_counterparts as of_tests
+from knittest.runs.writing import references_of
 
 V1 = Given(sizes={"area_mass_g_m2": 824.2, "strip_width_mm": 50.0})
 

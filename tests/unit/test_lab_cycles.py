@@ -12,7 +12,7 @@ from knittest.experiment.lab_table import Given
 from knittest.experiment.tables import published
 from knittest.laboratory.picture_frame.lab_files import LAB as FRAME_LAB
 from knittest.laboratory.picture_frame.lab_files import ROWS_OF_A_RUN, gone_at
-from knittest.laboratory.registry import REPORTS
+from knittest.laboratory.report_base import REPORTS
 from knittest.materials.trellis import crosshead, crosshead_force
 
 FRAME, FABRIC, STIFFNESS = 200.0, 160.0, 0.1

@@ -16,7 +16,7 @@ from knittest.experiment.lab_table import Given
 from knittest.experiment.tables import published
 from knittest.laboratory.picture_frame.lab_files import LAB as FRAME_LAB
 from knittest.laboratory.picture_frame.lab_files import shear_law
-from knittest.laboratory.registry import REPORTS
+from knittest.laboratory.report_base import REPORTS
 from knittest.materials.trellis import DEFINITIONS, crosshead, crosshead_force
 
 FRAME, FABRIC = 200.0, 160.0

@@ -15,8 +15,8 @@ from knittest.laboratory.friction.lab_files import (
     KINETIC_SHARE,
 )
 from knittest.laboratory.friction.lab_files import LAB as FRICTION
-from knittest.laboratory.registry import REPORTS
-from knittest.runs.judgement import references_of
+from knittest.laboratory.report_base import REPORTS
+from knittest.runs.writing import references_of
 
 HEAD = "Normalkraft;2,0;kN\nPlattenlänge;150;mm\nPlattenbreite;50;mm\n"
 

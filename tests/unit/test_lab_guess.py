@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from knittest.base.resources import data_dir
+from knittest.base.files import data_dir
 from knittest.cli.main import run
 from knittest.experiment.lab_tests import looks_like
 

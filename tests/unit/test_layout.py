@@ -6,7 +6,7 @@ import tomllib
 from graphlib import TopologicalSorter
 from pathlib import Path
 
-from knittest.fabric.cell_cache import SOURCES
+from knittest.fabric.cell import SOURCES
 from knittest.studies.trials.trial import AROUND
 
 ROOT = Path(__file__).parents[2]

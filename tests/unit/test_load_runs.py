@@ -5,14 +5,11 @@ import pytest
 
 from knittest.config.loading import resolve
 from knittest.kernels.loads import apply_loads, book_loads
-from knittest.kernels.options import PARTITIONS
-from knittest.kernels.tables import read_tables
+from knittest.kernels.vec import PARTITIONS, read_tables
 from knittest.laboratory.base import fabric_laminate
-from knittest.models.boundary import Boundary
-from knittest.models.macro import rectangle
-from knittest.models.readings import new_tally
-from knittest.models.sheet import build_sheet
-from knittest.models.table import constant
+from knittest.models.boundary import Boundary, new_tally
+from knittest.models.macro import build_sheet, rectangle
+from knittest.models.tool import constant
 
 
 def test_loads_in_runs_are_the_loads_given():

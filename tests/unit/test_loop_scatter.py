@@ -7,11 +7,11 @@ from knittest.base.errors import InputError
 from knittest.config.loading import resolve
 from knittest.config.run import Run
 from knittest.fabric.relax import relaxed_cell
-from knittest.fabric.variability import draw
+from knittest.fabric.topology import draw
 from knittest.laboratory.base import Prepared
 from knittest.laboratory.strips import cut
 from knittest.models.meso import build_meso
-from knittest.runs.deck.gaps import not_expressed
+from knittest.runs.deck.write import not_expressed
 
 SCATTERED = "fabric.knitting.loop_scatter=courses"
 

@@ -9,7 +9,7 @@ import pytest
 from knittest.base.history import Quality
 from knittest.config.loading import resolve
 from knittest.config.run import Run
-from knittest.laboratory.lowered_speed import (
+from knittest.laboratory.after_rest import (
     CONTACTS,
     DAMPING,
     KINETIC,

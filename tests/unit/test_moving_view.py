@@ -17,12 +17,26 @@ from report_sample import write_run
 from knittest.base.errors import InputError
 from knittest.base.history import Frame, History, Mesh
 from knittest.cli.main import run as command
-from knittest.export.vtu import write_frames
-from knittest.report_page.moving.colours import diverging, lab, sequential
-from knittest.report_page.moving.packing import STEPS, Packer, packed_recording, unpacked, whole_positions
-from knittest.report_page.moving.page import MODULES, THREE, view
-from knittest.report_page.moving.recording import Recording, read_recording
-from knittest.report_page.moving.scales import scale_of, scales_of
+from knittest.export.meshes import write_frames
+from knittest.report_page.moving.page import (
+    MODULES,
+    STEPS,
+    THREE,
+    Packer,
+    packed_recording,
+    unpacked,
+    view,
+    whole_positions,
+)
+from knittest.report_page.moving.recording import (
+    Recording,
+    diverging,
+    lab,
+    read_recording,
+    scale_of,
+    scales_of,
+    sequential,
+)
 
 MODULE = Path(MODULES["decode"])
 GL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")

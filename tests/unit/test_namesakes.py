@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from knittest.base.errors import InputError
-from knittest.base.resources import configs_dir, data_dir
+from knittest.base.files import configs_dir, data_dir
 from knittest.config.dumping import dump
 from knittest.config.loading import resolve
 

@@ -6,13 +6,12 @@ import pytest
 import yaml
 
 from knittest.base.errors import InputError
+from knittest.base.files import configs_dir
 from knittest.base.history import Quality
-from knittest.base.resources import configs_dir
 from knittest.cli.main import run
 from knittest.config.loading import resolve
-from knittest.experiment.row_kind import quantities
-from knittest.laboratory.base import cut_curve_warnings, fabric_laminate, tension_curves
-from knittest.laboratory.curve_reach import reaches
+from knittest.experiment.origin import quantities
+from knittest.laboratory.base import cut_curve_warnings, fabric_laminate, reaches, tension_curves
 from knittest.runs import specimen
 
 STRAIN = {"warp": 2.31, "weft": 1.9}

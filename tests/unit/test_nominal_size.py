@@ -14,8 +14,8 @@ from click.testing import CliRunner
 from export_sample import cost, quality, strip
 from report_sample import write_run
 
+from knittest.base.files import data_dir
 from knittest.base.history import History, Specimen
-from knittest.base.resources import data_dir
 from knittest.base.result_rows import result_rows
 from knittest.cli.main import cli
 from knittest.config.loading import resolve
@@ -23,14 +23,14 @@ from knittest.experiment.compare import compare_columns, compare_results
 from knittest.experiment.conditions import Conditions
 from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.tables import published
-from knittest.laboratory.against import own_curves
-from knittest.laboratory.pull_out.compared import embedded, for_length, for_whole_pitches, length_factor
-from knittest.laboratory.registry import REPORTS
-from knittest.runs.judgement import judge, references_of
+from knittest.laboratory.given_data import own_curves
+from knittest.laboratory.pull_out.report import embedded, for_length, for_whole_pitches, length_factor
+from knittest.laboratory.report_base import REPORTS
+from knittest.runs.writing import judge, references_of
 from knittest.studies.batch.page import _result
 from knittest.studies.batch.picture import _values
 from knittest.studies.calibrate.targets import Number
-from knittest.studies.trials.record import Record
+from knittest.studies.trials.trial import Record
 
 FACTOR = 20.5 / 20
 ENSEMBLE = "simulated x 1.025 or 0.9762: 20 or 21 yarns modelled, 20.5 in the real strip"

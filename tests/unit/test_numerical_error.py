@@ -11,8 +11,7 @@ from knittest.config.loading import resolve
 from knittest.config.presets import PRESETS
 from knittest.config.run import RUNS
 from knittest.laboratory.halving import diagnostic
-from knittest.laboratory.numerical_error import Repeat, mesh_factor, numerical_errors
-from knittest.laboratory.remeshing import SHELLS, YARNS, remeshing, sides
+from knittest.laboratory.numerical_error import SHELLS, YARNS, Repeat, mesh_factor, numerical_errors, remeshing, sides
 
 EXACT, INERTIA, COARSENESS = 100.0, 2.0, 0.5
 

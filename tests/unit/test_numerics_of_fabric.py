@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from knittest.config.loading import resolve
-from knittest.laboratory.bias_extension.rig import FASTEST, BiasExtensionTest
-from knittest.laboratory.bias_extension.test import strip_of
+from knittest.laboratory.bias_extension.test import FASTEST, BiasExtensionTest, strip_of
 
 THIN = "fabric.reinforcing.beam_diameter=0.4"
 

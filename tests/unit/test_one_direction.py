@@ -16,17 +16,16 @@ from knittest.base.result_rows import result_rows
 from knittest.cli.main import run
 from knittest.config.loading import resolve
 from knittest.experiment.lab_table import Given
-from knittest.experiment.row_kind import assumed_inputs, row_kind
+from knittest.experiment.origin import assumed_inputs, row_kind
 from knittest.laboratory.cantilever.lab_files import LAB as CANTILEVER
 from knittest.laboratory.cantilever.test import given_overhang
 from knittest.laboratory.friction.lab_files import LAB as FRICTION
-from knittest.laboratory.registry import completed
-from knittest.laboratory.run_stamp import run_stamp
+from knittest.laboratory.report_base import completed, run_stamp
 from knittest.report_page.loading import load_run
 from knittest.report_page.results import results as results_of
-from knittest.runs.judgement import judge, references_of
+from knittest.runs.preflight.model import rig_lines
 from knittest.runs.preflight.of_tests import test_counterparts as of_tests
-from knittest.runs.preflight.rigs import rig_lines
+from knittest.runs.writing import judge, references_of
 
 OUT = Path("data/mine")
 TAKEN = "rig.static_coefficient and rig.kinetic_coefficient (as weft, the only direction tested)"

@@ -7,14 +7,12 @@ from html_page import HtmlPage
 from report_sample import write_run
 
 from knittest.config.loading import resolve
-from knittest.config.templates import fabric_template, taken_over
+from knittest.config.starting import fabric_template, taken_over
 from knittest.experiment.curves import ReferenceCurve
 from knittest.laboratory import strips
-from knittest.laboratory.registry import REPORTS
-from knittest.laboratory.report_base import title_of
-from knittest.laboratory.run_stamp import run_stamp
+from knittest.laboratory.report_base import REPORTS, run_stamp, title_of
 from knittest.report_page.page import write_report, write_reports
-from knittest.solve.observer import Observer
+from knittest.solve.state import Observer
 
 TABLE = """variant,direction,quantity,mean,sd,n,unit,table
 mine,,strip_width_mm,100,,,mm,strips of mine

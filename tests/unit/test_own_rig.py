@@ -15,17 +15,16 @@ from knittest.cli.main import run
 from knittest.config.dumping import dump
 from knittest.config.loading import resolve
 from knittest.experiment.lab_table import Given
-from knittest.experiment.row_kind import assumed_inputs, row_kind
-from knittest.laboratory.against import own_curves
+from knittest.experiment.origin import assumed_inputs, row_kind
 from knittest.laboratory.friction.lab_files import LAB as FRICTION
+from knittest.laboratory.given_data import own_curves
 from knittest.laboratory.picture_frame.lab_files import LAB as FRAME_LAB
 from knittest.laboratory.picture_frame.report import NORMALISED_LABEL
-from knittest.laboratory.registry import TESTS
-from knittest.laboratory.report_base import scatter
+from knittest.laboratory.report_base import TESTS, scatter
 from knittest.materials.trellis import NORMALISED, crosshead_force
 from knittest.report_page.curves import curve as page_curve
 from knittest.report_page.loading import load_run
-from knittest.runs.judgement import references_of
+from knittest.runs.writing import references_of
 
 OUT = Path("data/mine")
 

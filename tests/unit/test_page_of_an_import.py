@@ -20,7 +20,7 @@ from knittest.report_page.folders import find_runs
 from knittest.report_page.loading import load_run
 from knittest.report_page.parameters import parameters
 from knittest.report_page.results import results
-from knittest.runs.judgement import references_of
+from knittest.runs.writing import references_of
 
 OUT = Path("data/mine")
 

@@ -6,7 +6,7 @@ from scipy.integrate import dblquad, quad
 
 from knittest.base.errors import InputError
 from knittest.config.loading import resolve
-from knittest.materials.patch import EVEN, Patch, fabric_patch, lever_share, patch_radius
+from knittest.materials.yarn_section import EVEN, Patch, fabric_patch, lever_share, patch_radius
 from knittest.models.meso import yarn_contact
 from knittest.pose import Body, Chain, YarnContact, section
 

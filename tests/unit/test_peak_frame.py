@@ -5,8 +5,8 @@ import pytest
 
 from knittest.base.history import History
 from knittest.config.loading import resolve
+from knittest.runs.checkpoints import specimen_of, specimen_state
 from knittest.runs.specimen import prepare
-from knittest.runs.specimen_store import specimen_of, specimen_state
 from knittest.solve.simulate import is_new_peak, simulate
 
 #: shells that tear at once, and yarns that break one by one

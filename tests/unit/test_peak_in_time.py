@@ -7,7 +7,7 @@ import pytest
 
 from knittest.config.loading import resolve
 from knittest.laboratory.judging import _more_rows
-from knittest.laboratory.tensile.peak import unresolved_peak
+from knittest.laboratory.tensile.test import unresolved_peak
 
 
 @pytest.mark.parametrize(("passage", "share"), [(0.0, 1.5 * 0.01), (0.02, 1.5 * 0.01), (0.1, 0.05)])

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from plain import plain
 
-from knittest.kernels import beam_blocks
-from knittest.kernels.beam_blocks import AX, AY, AZ, BX, BY, BZ, FX, FY, FZ, SCRATCH, advance_beams, beam_energy
+from knittest.kernels import beam
+from knittest.kernels.beam import AX, AY, AZ, BX, BY, BZ, FX, FY, FZ, SCRATCH, advance_beams, beam_energy
 from knittest.kernels.state import Beams, Nodes
 
 N = 4  # nodes of the chain
@@ -59,9 +59,9 @@ class Chain:
     def forces(self) -> tuple[np.ndarray, np.ndarray]:
         """Force [N] and moment [N mm] on each node, (N, 3)."""
         w = np.zeros(SCRATCH)
-        plain(beam_blocks._more_hinges)(0, N, self.nodes, self.beams, 0, w)
-        assert plain(beam_blocks._forces)(0, N, self.nodes, self.beams, 0, w) == 0.0
-        plain(beam_blocks._flat_moments)(0, N, self.nodes, self.beams, self.beams.excess[0], w)
+        plain(beam._more_hinges)(0, N, self.nodes, self.beams, 0, w)
+        assert plain(beam._forces)(0, N, self.nodes, self.beams, 0, w) == 0.0
+        plain(beam._flat_moments)(0, N, self.nodes, self.beams, self.beams.excess[0], w)
         k = np.arange(N)
         force = [w[int(row) + k + 1] - w[int(row) + k] for row in (FX, FY, FZ)]
         moment = [

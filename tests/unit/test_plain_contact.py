@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from plain import plain
 
-from knittest.kernels.contact import contact_force, penalty
+from knittest.kernels.contact import SCRATCH, contact_force, penalty
 from knittest.kernels.contact_blocks import contact_forces, scatter_contacts
 from knittest.kernels.contact_gather import walk
-from knittest.kernels.contact_scratch import SCRATCH
 from knittest.kernels.state import ContactLaw, Contacts, Nodes
 
 REACH, DT = 1.0, 1e-4

@@ -10,12 +10,11 @@ from scipy.optimize import minimize
 
 from knittest.base.errors import InputError
 from knittest.kernels.along import MOST, Pieces, mark_found
-from knittest.kernels.contact import penalty
+from knittest.kernels.contact import SCRATCH, penalty
 from knittest.kernels.contact_blocks import contact_forces, scatter_contacts
-from knittest.kernels.contact_scratch import SCRATCH
 from knittest.kernels.section_blocks import COLUMNS, mark_ellipses, place_ellipses, turn_sections
 from knittest.kernels.state import ContactLaw, Contacts, Nodes
-from knittest.models.conforming import conformity, refuse_conforming
+from knittest.models.natural_state import conformity, refuse_conforming
 
 DT = 1e-4
 SMOOTH = ContactLaw(200.0, 0.0, 0.0, 0.0, 0.0, 0.5, 0.2, 0.1, 0.3)

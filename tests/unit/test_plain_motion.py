@@ -5,10 +5,9 @@ import pytest
 from plain import plain
 
 from knittest.kernels.beam import quaternion_step
-from knittest.kernels.drive_state import ABOUT, ALONG, Motions, Tables
-from knittest.kernels.motion import impose_motions
-from knittest.kernels.options import PARTITIONS
-from knittest.kernels.state import Nodes, Tally
+from knittest.kernels.loads import impose_motions
+from knittest.kernels.state import ABOUT, ALONG, Motions, Nodes, Tables, Tally
+from knittest.kernels.vec import PARTITIONS
 
 AXIS, DT, RATE = np.array([2.0, -1.0, 2.0]) / 3.0, 0.01, 0.7
 FREE = np.array([0.3, 0.5, -0.2])

@@ -7,17 +7,16 @@ import pytest
 from plain import plain
 
 from knittest.base.errors import InputError
-from knittest.kernels import contact_blocks, contact_scratch, monitor, periodic
-from knittest.kernels.periodic_state import CURVATURE, LATTICE
-from knittest.kernels.tables import read_tables
-from knittest.models.boundary import Boundary
+from knittest.kernels import contact as contact_scratch
+from knittest.kernels import contact_blocks, monitor, periodic
+from knittest.kernels.state import CURVATURE, LATTICE
+from knittest.kernels.vec import read_tables
+from knittest.models.boundary import Boundary, new_tally
 from knittest.models.crossings import crossings
-from knittest.models.halo import beyond
 from knittest.models.natural_state import turned_further
 from knittest.models.periodic import build_periodic
-from knittest.models.periodic_model import PeriodicModel
-from knittest.models.readings import new_tally
-from knittest.models.table import constant
+from knittest.models.periodic_model import PeriodicModel, beyond
+from knittest.models.tool import constant
 from knittest.pose import PeriodicBody, PeriodicChain, YarnContact, round_section
 
 SECTION = round_section(modulus=2e3, diameter=0.5, density=1.5e-3)

@@ -5,8 +5,8 @@ import pytest
 from plain import plain
 from scipy.spatial.transform import Rotation
 
+from knittest.kernels.along import predecessor
 from knittest.kernels.contact import BESIDE, POINT
-from knittest.kernels.heirs import predecessor
 from knittest.kernels.pair_search import crossing
 from knittest.kernels.search import _add_contact
 from knittest.kernels.state import Contacts

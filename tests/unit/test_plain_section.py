@@ -7,8 +7,7 @@ import pytest
 from plain import plain
 from scipy.optimize import minimize
 
-from knittest.kernels.section import rounding, support
-from knittest.kernels.section_touch import touch
+from knittest.kernels.section import rounding, support, touch
 
 UP = np.array([0.0, 0.0, 1.0])
 WIDE, NARROW, ROUND = (1.05, 0.4), (0.9, 0.46), (0.25, 0.25)

@@ -6,8 +6,8 @@ from plain import plain
 from test_plain_contact import DT, REACH, SMOOTH, Crossing
 
 from knittest.kernels.along import MOST, Pieces
+from knittest.kernels.contact import SCRATCH
 from knittest.kernels.contact_blocks import contact_forces
-from knittest.kernels.contact_scratch import SCRATCH
 from knittest.kernels.monitor import contact_statistics
 from knittest.kernels.search import find_contacts
 from knittest.kernels.spin import lever_of, shares_left

@@ -8,11 +8,9 @@ from matplotlib.image import imread
 from report_sample import write_run
 
 from knittest.base.errors import InputError
-from knittest.base.figure import MANY, new_figure, save, vector
-from knittest.base.printing import Printing, printed, printing_of
-from knittest.base.stamp import Stamp, stamped
+from knittest.base.figure import MANY, Printing, Stamp, new_figure, printed, printing_of, save, stamped, vector
 from knittest.cli.main import run
-from knittest.export.fields_picture import PlanField, fields_figure, on_grid, symmetric
+from knittest.export.field_pictures import PlanField, fields_figure, on_grid, symmetric
 from knittest.report_page.page import write_reports
 
 
@@ -137,7 +135,7 @@ def test_a_picture_of_fields_that_cannot_be_carried_costs_the_page_nothing_else(
     def fails(png: bytes) -> str:
         raise OSError("encoder error")
 
-    monkeypatch.setattr("knittest.report_page.fields.light", fails)
+    monkeypatch.setattr("knittest.report_page.pictures.light", fails)
     runs = [write_run(tmp_path / name, "forming") for name in ("a", "b")]
     for k, folder in enumerate(runs):
         rows = "\n".join(f"{x},{y},{x + k}" for x in range(12) for y in range(12))

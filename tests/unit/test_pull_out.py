@@ -9,10 +9,8 @@ from knittest.base.errors import InputError
 from knittest.base.history import Frame, History, Mesh
 from knittest.config.loading import resolve
 from knittest.fabric.strip import YarnPath
-from knittest.laboratory.pull_out.piece import nodes_of
-from knittest.laboratory.pull_out.rig import REST, PullOutTest
 from knittest.laboratory.pull_out.sliding import SLIDES, sliding
-from knittest.laboratory.pull_out.test import PullOut, clamp_difference, with_tail
+from knittest.laboratory.pull_out.test import REST, PullOut, PullOutTest, clamp_difference, nodes_of, with_tail
 
 
 def quick(*sets: str, direction: str = "weft"):

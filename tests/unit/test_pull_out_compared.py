@@ -10,16 +10,16 @@ from pull_out_files import CROSSINGS, FRICTION, LENGTH, PITCH, export, pull
 
 from knittest.base.errors import InputError
 from knittest.base.history import History, Specimen
-from knittest.config.calibration import parse_calibration
 from knittest.config.loading import resolve
+from knittest.config.studies import parse_calibration
 from knittest.config.yaml_loader import load_yaml
 from knittest.experiment.compare import compare_columns
 from knittest.experiment.conditions import UNKNOWN
 from knittest.experiment.curves import load_curve
 from knittest.experiment.tables import published
 from knittest.laboratory.pull_out.lab_files import LAB, UNITS
-from knittest.laboratory.registry import REPORTS
-from knittest.runs.judgement import judge, references_of
+from knittest.laboratory.report_base import REPORTS
+from knittest.runs.writing import judge, references_of
 from knittest.studies.calibrate.targets import targets_of
 
 

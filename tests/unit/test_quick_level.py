@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from knittest.base.kinds import kinds
-from knittest.base.regressed import Regression
+from knittest.base.kinds import Regression, kinds
 from knittest.config.loading import resolve
 from knittest.config.sources import NUMBERED
 from knittest.studies.regress.cases import Case, cases_of

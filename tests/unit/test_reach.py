@@ -8,10 +8,9 @@ from knittest.base.kinds import kinds
 from knittest.config.loading import resolve
 from knittest.experiment.compare import compare_columns, compare_curves
 from knittest.experiment.curves import ReferenceCurve
-from knittest.laboratory.base import fabric_laminate
-from knittest.laboratory.curve_reach import refuse_too_strong
+from knittest.laboratory.base import fabric_laminate, refuse_too_strong
 from knittest.laboratory.friction.test import Friction
-from knittest.laboratory.registry import REPORTS
+from knittest.laboratory.report_base import REPORTS
 from knittest.report_page.blocks import Table
 from knittest.report_page.results import _metrics as page_metrics
 from knittest.runs.show import curve_line

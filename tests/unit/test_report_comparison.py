@@ -12,7 +12,7 @@ from report_sample import RESULTS, write_run
 from knittest.base.errors import InputError
 from knittest.cli.main import run as command
 from knittest.config.loading import resolve
-from knittest.laboratory.registry import REPORTS
+from knittest.laboratory.report_base import REPORTS
 from knittest.report_page import folders
 from knittest.report_page.page import write_reports
 

@@ -18,7 +18,7 @@ from report_sample import METRICS, RESULTS, RIGS, curves, edit_json, write_run
 
 from knittest.base.errors import InputError
 from knittest.config.yaml_loader import load_yaml
-from knittest.laboratory.registry import REPORTS
+from knittest.laboratory.report_base import REPORTS
 from knittest.report_page.page import write_report, write_reports
 from knittest.report_page.pictures import light
 

@@ -7,8 +7,8 @@ import pytest
 from html_page import HtmlPage
 from report_sample import write_run
 
-from knittest.experiment import simulated_studies
-from knittest.experiment.simulated_studies import friction_curves
+from knittest.experiment import tables
+from knittest.experiment.tables import friction_curves
 from knittest.materials.trellis import crosshead_of_normalised, normalised_force
 from knittest.report_page.page import write_report
 
@@ -29,7 +29,7 @@ def shipped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     head = "variant,friction_coefficient,frame_shear_angle_deg,normalised_shear_force_n_per_mm"
     (folder / "yarn-friction.csv").write_text("\n".join([head, *rows]) + "\n")
     (folder / "shear-bands.csv").write_text("fabric,shear_angle_deg,p5,p50,p95,count,points\nmine,10,1,2,3,30,32\n")
-    monkeypatch.setattr(simulated_studies, "data_dir", lambda: folder.parent)
+    monkeypatch.setattr(tables, "data_dir", lambda: folder.parent)
 
 
 def test_the_change_at_half_speed_is_shown_and_what_moves_is_marked(tmp_path: Path, shipped: None) -> None:

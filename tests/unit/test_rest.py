@@ -6,13 +6,11 @@ import math
 import numpy as np
 import pytest
 
-from knittest.base.rest import Rest, of_all, rest_line, rest_numbers, rest_rows
+from knittest.base.history import Rest, of_all, rest_line, rest_numbers, rest_rows
 from knittest.config.loading import resolve
-from knittest.fabric.cell import CellSpec
-from knittest.fabric.munden import Munden
-from knittest.models.at_rest import at_rest
-from knittest.models.chain_layout import Chain
-from knittest.models.chains import build_chains
+from knittest.fabric.cell import CellSpec, Munden
+from knittest.models.chains import Chain, build_chains
+from knittest.models.crossings import at_rest
 from knittest.models.yarn_model import YarnModel
 from knittest.pose import YarnContact, round_section
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from knittest.laboratory.forming.rim_waves import WINDOW, rim_waves
+from knittest.laboratory.forming.formed import WINDOW, rim_waves
 
 SIDE = 100.0
 

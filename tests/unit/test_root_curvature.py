@@ -5,8 +5,7 @@ import pytest
 
 from knittest.config.loading import resolve
 from knittest.laboratory.base import Prepared
-from knittest.laboratory.cantilever.mounting import Mounting
-from knittest.laboratory.cantilever.shells import mount_shells, root_curvature
+from knittest.laboratory.cantilever.shells import Mounting, mount_shells, root_curvature
 from knittest.materials.heavy_elastica import heavy_elastica
 
 OVERHANG, WEIGHT = 171.0, 4.6e-4

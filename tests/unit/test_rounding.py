@@ -5,12 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from knittest.laboratory.lowered_speed import SPEED
+from knittest.laboratory.after_rest import SPEED
 from knittest.studies.regress.baseline import Curve, Entry
 from knittest.studies.regress.cases import Case
-from knittest.studies.regress.drift import drift_of
-from knittest.studies.regress.rounding import RUNS, otherwise_rounded, pooled
-from knittest.studies.trials.record import Record
+from knittest.studies.regress.drift import RUNS, drift_of, otherwise_rounded, pooled
+from knittest.studies.trials.trial import Record
 
 FRAME = Case("picture-frame", "macro", "1", None, "quick", enlarges=True)
 COUNT = "wrinkle_count_at_40deg"

@@ -6,12 +6,18 @@ import pytest
 
 from knittest.base.result_rows import result_rows
 from knittest.config.base import Quantity
-from knittest.config.deciding import FROM_YARNS, deciding
+from knittest.config.gates import FROM_YARNS, deciding
 from knittest.config.loading import resolve
 from knittest.config.run import Run
-from knittest.experiment.borrowed import borrowed
 from knittest.experiment.compare import compare_results
-from knittest.experiment.row_kind import assumed_inputs, cell_assumed_inputs, cell_row_kind, given_results, row_kind
+from knittest.experiment.origin import (
+    assumed_inputs,
+    borrowed,
+    cell_assumed_inputs,
+    cell_row_kind,
+    given_results,
+    row_kind,
+)
 from knittest.experiment.tables import PublishedValue
 from knittest.runs.preflight.command import taken_over
 

@@ -6,9 +6,9 @@ import pytest
 
 from knittest.cli.main import run as command
 from knittest.config.loading import resolve
-from knittest.laboratory.tensile.failure import failure_strain
-from knittest.runs.preflight import timing
-from knittest.runs.preflight.timing import Estimate, expected_share
+from knittest.laboratory.tensile.test import failure_strain
+from knittest.runs.preflight import model
+from knittest.runs.preflight.model import Estimate, expected_share
 from knittest.runs.specimen import SERIAL_BELOW, prepare, threads_for
 
 
@@ -71,15 +71,15 @@ class Ticking:
         return broken
 
 
-def timed(monkeypatch, seconds: float, broken_at: int = 10**9) -> timing._Brief:
+def timed(monkeypatch, seconds: float, broken_at: int = 10**9) -> model._Brief:
     """Estimate when each sample takes ``seconds`` of wall time and the specimen fails at sample ``broken_at``."""
     now = [0.0]
-    monkeypatch.setattr(timing, "clock", SimpleNamespace(perf_counter=lambda: now[0]))
-    brief = timing._Brief(Ticking())
+    monkeypatch.setattr(model, "clock", SimpleNamespace(perf_counter=lambda: now[0]))
+    brief = model._Brief(Ticking())
     brief.step = 0.5
     for k in range(1, 1000):
         now[0] += seconds
-        timing._Stopwatch(brief.times).progress(0.0, 20.0 * k, 0.0, 0.0)
+        model._Stopwatch(brief.times).progress(0.0, 20.0 * k, 0.0, 0.0)
         if brief.finished(0.0, 0.0, k >= broken_at):
             return brief
     raise AssertionError("never over")
@@ -127,7 +127,7 @@ def test_the_estimate_is_that_of_the_run():
     from knittest.runs.specimen import run_specimen
 
     run = shells()
-    found = timing.estimate(run, prepare(run))
+    found = model.estimate(run, prepare(run))
     assert found is not None and found.timed >= 100 and found.threads == 1 and found.step_s > 0.0
     assert found.steps == pytest.approx(run_specimen(run).cost.steps, rel=0.03)
     assert found.at_most > 2 * found.steps
@@ -136,5 +136,5 @@ def test_the_estimate_is_that_of_the_run():
 def test_steps_are_timed_however_many_a_run_has():
     """A thousandth of the step: rows of the run itself would have a thousand times its steps."""
     run = shells("solver.safety=1e-6")
-    found = timing.estimate(run, prepare(run))
+    found = model.estimate(run, prepare(run))
     assert found.at_most > 1e9 and found.timed < 1e5

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from plain import plain
 
-from knittest.kernels.along import MOST, Pieces
+from knittest.kernels.along import MOST, Pieces, push, tracked
 from knittest.kernels.contact import BESIDE, FIRST_ALONG, FIRST_END, LAST_END, POINT, SECOND_ALONG, closest_step
-from knittest.kernels.heirs import push, tracked
 from knittest.kernels.pair_search import BESIDE_HELD, _beside_held, _first_place, _held_place, _second_point, reach_of
 from knittest.kernels.search import _share_depth
 from knittest.kernels.state import Contacts

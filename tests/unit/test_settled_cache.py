@@ -5,7 +5,7 @@ import pytest
 from knittest.base.cache import cache_folder
 from knittest.config.loading import resolve
 from knittest.config.run import Run
-from knittest.solve.settled_cache import remembered, settled_key
+from knittest.solve.settled_cell import remembered, settled_key
 
 WHAT = {"draw_in": 0.01, "axial_share": 0.05}
 

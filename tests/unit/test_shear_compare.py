@@ -14,9 +14,9 @@ from knittest.cli.main import cli
 from knittest.config.loading import resolve
 from knittest.experiment.compare import columns_of, compare_columns
 from knittest.experiment.curves import ReferenceCurve, find_curve, load_curve
-from knittest.laboratory.against import own_curves
+from knittest.laboratory.given_data import own_curves
 from knittest.laboratory.picture_frame.test import first_loading, frame_at
-from knittest.laboratory.shear_angles import angle_scatter, angle_table
+from knittest.laboratory.strips import angle_scatter, angle_table
 from knittest.materials.trellis import NORMALISED
 
 ANGLE = np.linspace(0.0, 45.0, 451)

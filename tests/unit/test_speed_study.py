@@ -8,13 +8,12 @@ import pytest
 
 from knittest.base.errors import NumericalError
 from knittest.config.loading import resolve
-from knittest.experiment import simulated_studies
-from knittest.experiment.simulated_studies import speed_rows
+from knittest.experiment import tables
+from knittest.experiment.tables import speed_rows
 from knittest.laboratory.halving import change, halving
-from knittest.studies.speed_study import command
-from knittest.studies.speed_study.command import CSV, MARKDOWN, StudyOptions, study_command
-from knittest.studies.speed_study.table import csv_text, markdown, rows_of
-from knittest.studies.trials.record import Record
+from knittest.studies import speed_study
+from knittest.studies.speed_study import CSV, MARKDOWN, StudyOptions, csv_text, markdown, rows_of, study_command
+from knittest.studies.trials.trial import Record
 
 RESULTS = {"pull_force_kinetic_n": 300.0, "mu_paper": 0.15, "wrinkle_onset_deg": math.nan, "residual": 1e-5}
 
@@ -56,7 +55,7 @@ def test_the_table_marks_what_moves_and_reads_back(tmp_path: Path, monkeypatch: 
     assert lines[4].endswith("| - | - | - |")
     (tmp_path / "simulated").mkdir()
     (tmp_path / "simulated" / CSV).write_text(csv_text(rows, "1"))
-    monkeypatch.setattr(simulated_studies, "data_dir", lambda: tmp_path)
+    monkeypatch.setattr(tables, "data_dir", lambda: tmp_path)
     force, share, onset = speed_rows("friction", "macro", "pham2019-v1")
     assert (force.variant, force.preset, force.setting, force.result, force.half) == (
         "1", "quick", "solver.speed", 300.0, 290.0,
@@ -79,7 +78,7 @@ def records(status: Any) -> Any:
 def test_the_command_writes_both_tables(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(command, "run_all", records("completed"))
+    monkeypatch.setattr(speed_study, "run_all", records("completed"))
     assert study_command(StudyOptions(tmp_path, variant="1", tests=("friction",))) == 0
     assert (tmp_path / CSV).read_text().count("pull_force_kinetic_n") == 2
     assert (tmp_path / MARKDOWN).read_text().count("**-3.0 %**") == 2
@@ -87,6 +86,6 @@ def test_the_command_writes_both_tables(
 
 
 def test_no_table_without_all_results(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(command, "run_all", records("failed"))
+    monkeypatch.setattr(speed_study, "run_all", records("failed"))
     with pytest.raises(NumericalError, match="friction macro: failed: why"):
         study_command(StudyOptions(tmp_path, variant="1", tests=("friction",), scales=("macro",)))

@@ -7,10 +7,9 @@ import pytest
 from matplotlib.image import imread
 
 from knittest import __version__
-from knittest.base.figure import DPI, new_figure, save
-from knittest.base.stamp import BAD, FACTS, LETTER, MARGIN, Stamp, lines_of, stamped
+from knittest.base.figure import BAD, DPI, FACTS, LETTER, MARGIN, Stamp, lines_of, new_figure, save, stamped
 from knittest.config.loading import resolve
-from knittest.laboratory.run_stamp import run_stamp, size_of
+from knittest.laboratory.report_base import run_stamp, size_of
 
 SIZES = {
     "tensile": (["rig.width=40", "rig.gauge_length=120"], ["40 mm wide", "120 mm between"]),

@@ -12,17 +12,17 @@ from test_tool_room import Fall
 from benchmarks.forming_energies import ROWS, STAMP, shares, spent
 from knittest.base.history import History, Mesh
 from knittest.kernels import explicit, monitor
-from knittest.kernels.beam_blocks import beam_energies
-from knittest.kernels.options import PARTITIONS
+from knittest.kernels.beam import beam_energies
 from knittest.kernels.shell_output import shell_energies
 from knittest.kernels.state import Partitions, Tally
-from knittest.laboratory.forming.stamp_work import LABELS, MECHANISMS, stamp_work
+from knittest.kernels.vec import PARTITIONS
+from knittest.laboratory.forming.formed import LABELS, MECHANISMS, stamp_work
 from knittest.models import fabric_model, yarn_model
 from knittest.models.explicit_model import Stored
 from knittest.models.from_stiffness import linear_laminate
-from knittest.models.sheet import build_sheet
+from knittest.models.macro import build_sheet
 from knittest.solve import simulate
-from knittest.solve.stepping import Stepping
+from knittest.solve.state import Stepping
 
 PARTS = {"beams": ("warp", "weft", "knit"), "shells": ("fabric",)}
 KNOWN = {"beams": yarn_model.MECHANISMS, "shells": fabric_model.MECHANISMS}

@@ -7,11 +7,11 @@ import pytest
 from scipy import stats
 
 from knittest.base.errors import InputError
-from knittest.base.resources import PACKAGE, configs_dir
-from knittest.config.sweep import Distribution, Sample
+from knittest.base.files import PACKAGE, configs_dir
+from knittest.config.studies import Distribution, Sample
 from knittest.config.yaml_loader import load_yaml, parse_document
 from knittest.studies.batch.plan import Swept, plan_of
-from knittest.studies.trials.draws import drawn
+from knittest.studies.trials.case import drawn
 
 BASE = "base: {variant: 1, scale: macro, preset: quick, direction: warp}\n"
 

@@ -16,7 +16,7 @@ from knittest.studies.batch import command
 from knittest.studies.batch.command import BatchOptions, batch_command
 from knittest.studies.batch.picture import _experiment, _Group, _scale, shown_results
 from knittest.studies.batch.plan import Swept
-from knittest.studies.trials.record import Record
+from knittest.studies.trials.trial import Record
 
 SWEEP = """
 base: {variant: 1, scale: macro, preset: quick, direction: warp}

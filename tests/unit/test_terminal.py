@@ -13,14 +13,13 @@ from typing import Any
 import pytest
 from export_sample import quality
 
-from knittest.base.displays import Status, duration, fitted
 from knittest.base.history import Quality
 from knittest.base.layout import table
-from knittest.base.progress import Progress
+from knittest.base.progress import Progress, Status, duration, fitted
 from knittest.base.result_rows import _number
 from knittest.config.loading import resolve
 from knittest.config.run import Run
-from knittest.laboratory.registry import TESTS
+from knittest.laboratory.report_base import TESTS
 from knittest.runs.show import (
     HEADER,
     print_json,
@@ -29,7 +28,7 @@ from knittest.runs.show import (
     quality_lines,
     results_table,
 )
-from knittest.runs.watcher import Watcher
+from knittest.runs.specimen import Watcher
 
 COMPILING = "compiling kernels (once, about 20 s)"
 

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from plain import plain
 
-from knittest.kernels.drive_state import ToolContactState, Tools
-from knittest.kernels.options import PARTITIONS
-from knittest.kernels.state import Nodes, Tally
-from knittest.kernels.tool_blocks import BLOCK, SCRATCH, block_of, n_blocks, touch_tools
+from knittest.kernels.state import Nodes, Tally, ToolContactState, Tools
+from knittest.kernels.tool_contact import BLOCK, SCRATCH, block_of, n_blocks, touch_tools
+from knittest.kernels.vec import PARTITIONS
 from knittest.models.tool import plane, tool_arrays
 
 N, DT, RADIUS = 5, 1e-2, 0.4

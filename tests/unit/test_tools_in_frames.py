@@ -15,10 +15,9 @@ from test_moving_view import GL, parts
 
 from knittest.base.errors import InputError
 from knittest.base.history import Body, Frame
-from knittest.export.vtu import write_frames
-from knittest.laboratory.forming.moved_tools import moved_tools
-from knittest.report_page.moving.packing import unpacked
-from knittest.report_page.moving.page import view
+from knittest.export.meshes import write_frames
+from knittest.laboratory.forming.tool_check import moved_tools
+from knittest.report_page.moving.page import unpacked, view
 from knittest.report_page.moving.recording import read_recording
 
 TETRAHEDRON = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from knittest.base.errors import InputError
-from knittest.export.tube_surface import tube_surface, write_tubes
+from knittest.export.meshes import tube_surface, write_tubes
 
 SIDES = 16
 ARC = np.linspace(0.0, np.pi, 41)

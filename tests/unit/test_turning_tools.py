@@ -14,15 +14,13 @@ from test_moving_view import GL, parts
 from knittest.base.errors import InputError
 from knittest.base.figure import RED
 from knittest.base.history import Body
-from knittest.export import raster
-from knittest.export.tubes import View
-from knittest.export.vtu import write_frames
+from knittest.export import shading
+from knittest.export.meshes import write_frames
+from knittest.export.shading import View
 from knittest.report_page.loading import load_run
 from knittest.report_page.moving.page import view
-from knittest.report_page.moving.recording import read_recording
-from knittest.report_page.moving.scales import scales_of
+from knittest.report_page.moving.recording import ToolLayers, read_recording, scales_of
 from knittest.report_page.moving.stage import CLOCK, DPI, Stage
-from knittest.report_page.moving.tool_layers import ToolLayers
 
 QUARTER = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 #: a strip from 5 to 35 mm along x and 3 mm wide, at rest, turned to the left by a quarter, then sheared
@@ -87,9 +85,9 @@ def test_a_film_draws_it_where_it_is_at_each_moment() -> None:
 def test_large_triangles_are_drawn_in_pieces_as_if_whole(monkeypatch: pytest.MonkeyPatch) -> None:
     seen, rng = View(0.0, 60.0, 0.0, 50.0, 0.25), np.random.default_rng(4)
     corners = rng.uniform(-10.0, 70.0, (6, 3, 3))
-    height, light = raster.nearest(corners, seen)
-    monkeypatch.setattr(raster, "_WHOLE", np.inf)
-    whole, lit = raster.nearest(corners, seen)
+    height, light = shading.nearest(corners, seen)
+    monkeypatch.setattr(shading, "_WHOLE", np.inf)
+    whole, lit = shading.nearest(corners, seen)
     assert np.isfinite(whole).mean() > 0.2
     np.testing.assert_array_equal(np.isfinite(height), np.isfinite(whole))
     np.testing.assert_allclose(height, whole, atol=1e-9)

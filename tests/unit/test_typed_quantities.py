@@ -7,20 +7,19 @@ from pathlib import Path
 import pytest
 
 from knittest.laboratory.base import Test
-from knittest.laboratory.registry import REPORTS, TESTS
-from knittest.laboratory.report_base import Report
+from knittest.laboratory.report_base import REPORTS, TESTS, Report
 
 ROOT = Path(__file__).parents[2]
 CODE = """
 from typing import assert_type
 from knittest.base.history import History
-from knittest.config.kernel_units import Directed
+from knittest.config.base import Directed
 from knittest.laboratory.friction.config import FrictionRun
 from knittest.laboratory.tensile.config import TensileRun
 from knittest.laboratory.base import Prepared, Test
-from knittest.laboratory.registry import REPORTS, TESTS
+from knittest.laboratory.report_base import REPORTS, TESTS
 from knittest.runs.execute import Outcome
-from knittest.studies.trials.record import Record
+from knittest.studies.trials.trial import Record
 
 def numbers(run: TensileRun) -> None:
     assert_type(run.rig.gauge_length_mm, float)

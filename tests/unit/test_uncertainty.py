@@ -11,8 +11,8 @@ from scipy.stats import qmc
 from uncertainty_cases import STUDY, ishigami, outcome, shearing, study, values, variable
 
 from knittest.base.errors import InputError
-from knittest.studies.uncertainty.design import design
 from knittest.studies.uncertainty.indices import indices, share, spread, varies
+from knittest.studies.uncertainty.problem import design
 
 RESULT = Path("runs/uncertainty-u")
 FRICTION, DEGREE = "fabric.contact.friction_coefficient", "fabric.knitting.degree_of_set"
@@ -278,7 +278,7 @@ def test_an_interruption_keeps_what_ran_and_says_what_is_left(tmp_path, monkeypa
 
 
 def test_priors_are_drawn_by_their_distribution():
-    from knittest.config.uncertainty import Prior
+    from knittest.config.studies import Prior
     from knittest.studies.uncertainty.problem import Parameter
 
     told = {"reason": "a reason of some length"}

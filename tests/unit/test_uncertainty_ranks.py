@@ -8,8 +8,8 @@ from calibration_cases import Pretending
 from html_page import HtmlPage
 from uncertainty_cases import STUDY, outcome, shearing, study, values, variable
 
-from knittest.studies.uncertainty.design import design
-from knittest.studies.uncertainty.ranks import no_regression, rank_regression
+from knittest.studies.uncertainty.indices import no_regression, rank_regression
+from knittest.studies.uncertainty.problem import design
 
 RESULT = Path("runs/uncertainty-u")
 FRICTION, DEGREE = "fabric.contact.friction_coefficient", "fabric.knitting.degree_of_set"

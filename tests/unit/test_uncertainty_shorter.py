@@ -11,9 +11,9 @@ from uncertainty_cases import STUDY, outcome, study, values, variable
 from knittest.base.errors import InputError
 from knittest.config.yaml_loader import parse_document
 from knittest.studies.uncertainty.command import UncertaintyOptions, uncertainty_command
+from knittest.studies.uncertainty.outcome import Uncertainty
+from knittest.studies.uncertainty.page import report_lines
 from knittest.studies.uncertainty.problem import problem_of
-from knittest.studies.uncertainty.told import report_lines
-from knittest.studies.uncertainty.written import Uncertainty
 
 RESULT = Path("runs/uncertainty-u")
 FRICTION = "fabric.contact.friction_coefficient"

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from knittest.base.units import FACTOR, UNITS, from_kernel, ratio, ratios, to_kernel
-from knittest.config.unit_slips import ALTERNATIVES, in_field_unit
+from knittest.config.base import ALTERNATIVES, in_field_unit
 from knittest.experiment import lab_units
 
 #: one of each quantity in SI, and in kernel units (mm, ms, g, N, MPa)

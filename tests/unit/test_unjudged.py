@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from report_sample import write_run
 
-from knittest.base.history import History, Mesh
-from knittest.base.unjudged import peaks_beyond, unjudged_note
-from knittest.laboratory.registry import REPORTS
+from knittest.base.history import History, Mesh, peaks_beyond, unjudged_note
+from knittest.laboratory.report_base import REPORTS
 from knittest.report_page.loading import load_run
 from knittest.report_page.results import results
 

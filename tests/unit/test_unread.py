@@ -2,10 +2,10 @@
 
 import pytest
 
-from knittest.base.resources import configs_dir
+from knittest.base.files import configs_dir
+from knittest.config.doubtful import unread_note
 from knittest.config.loading import resolve
-from knittest.config.templates import fabric_template, taken_over
-from knittest.config.unread import unread_note
+from knittest.config.starting import fabric_template, taken_over
 from knittest.runs.preflight.model import model_facts
 from knittest.runs.specimen import prepare
 

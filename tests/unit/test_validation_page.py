@@ -19,7 +19,7 @@ from knittest.config.fabric import yarn_area_mass
 from knittest.config.loading import resolve
 from knittest.fabric import relax
 from knittest.fabric.cell import CellSpec
-from knittest.fabric.start import start_curves
+from knittest.fabric.relax import start_curves
 
 OPTIONS = {
     "test": "tensile", "variant": "1", "scale": "meso", "preset": "paper", "direction": "weft",

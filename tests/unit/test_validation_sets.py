@@ -7,10 +7,10 @@ import pytest
 from docs import stored_runs, validation_sets
 from docs.stored_runs import StoredRun, inputs_of
 from docs.validation_sets import bending_lines, law_lines, moved, pairs, shear_lines, tension_lines
-from knittest.base.resources import data_dir
+from knittest.base.files import data_dir
 from knittest.config.loading import resolve
 from knittest.laboratory.picture_frame.shear_law import hangs_on
-from knittest.materials.patch import patch_radius
+from knittest.materials.yarn_section import patch_radius
 
 QUALITY, COST = {"ke_over_ie_max": 0.02, "energy_error_max": 0.001}, {"elements": 1, "steps": 1, "cpu_s": 5.0}
 

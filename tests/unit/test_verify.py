@@ -15,14 +15,13 @@ from knittest.base.errors import InputError, ResourceError
 from knittest.base.interrupts import Interrupts
 from knittest.base.result_rows import UNRESOLVED, result_rows, verdict_of
 from knittest.config.loading import resolve
-from knittest.laboratory.error_notes import NOT_ESTIMATED, UNFINISHED, error_notes
-from knittest.laboratory.lowered_speed import SPEED
+from knittest.laboratory.after_rest import SPEED
+from knittest.laboratory.numerical_error import NOT_ESTIMATED, UNFINISHED, error_notes
 from knittest.report_page.page import write_report
 from knittest.runs.options import RunOptions
 from knittest.runs.show import error_lines, results_table
 from knittest.studies import command, verify
-from knittest.studies.trials.record import Record
-from knittest.studies.trials.trial import trial_of
+from knittest.studies.trials.trial import Record, trial_of
 from knittest.studies.verify import finished, first_alone, unverified, verified
 
 VERIFY = {"sets": ["output.verify=true"]}

@@ -10,7 +10,7 @@ from knittest.config.loading import resolve
 from knittest.kernels import explicit
 from knittest.runs.preflight.model import model_facts, model_lines
 from knittest.runs.specimen import prepare
-from knittest.solve import compiling, exercise, warmup
+from knittest.solve import compiling, exercise
 
 
 @pytest.fixture
@@ -18,15 +18,15 @@ def said(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
     """Messages on warming the macro kernels on so many threads, and what is compiled, without compiling anything."""
     compiled: list[str] = []
     monkeypatch.setattr(compiling, "CODE_FOLDER", tmp_path)
-    monkeypatch.setattr(warmup, "CODE_FOLDER", tmp_path)
-    monkeypatch.setattr(warmup, "Exercise", lambda _: SimpleNamespace(whole=lambda: None))
-    monkeypatch.setattr(warmup, "compiling", lambda *kernels: nullcontext(compiled.extend(kernels)))
+    monkeypatch.setattr(compiling, "CODE_FOLDER", tmp_path)
+    monkeypatch.setattr(compiling, "Exercise", lambda _: SimpleNamespace(whole=lambda: None))
+    monkeypatch.setattr(compiling, "compiling", lambda *kernels: nullcontext(compiled.extend(kernels)))
 
     def say(threads: int = 1) -> tuple[str, list[str]]:
-        monkeypatch.setattr(warmup, "_warm", set())
+        monkeypatch.setattr(compiling, "_warm", set())
         compiled.clear()
         phases: list[str] = []
-        warmup.warm(resolve(variant="1", scale="macro"), SimpleNamespace(phase=phases.append), threads)
+        compiling.warm(resolve(variant="1", scale="macro"), SimpleNamespace(phase=phases.append), threads)
         return phases[0], list(compiled)
 
     return say
@@ -65,14 +65,14 @@ def test_a_process_compiles_while_the_run_prepares_and_is_ended_with_it(said, mo
         yield
         under_way.clear()
 
-    monkeypatch.setattr(warmup, "compiling", process)
-    monkeypatch.setattr(warmup, "_warm", set())
+    monkeypatch.setattr(compiling, "compiling", process)
+    monkeypatch.setattr(compiling, "_warm", set())
     run = resolve(variant="1", scale="meso")
-    with warmup.compiling_for(run):
+    with compiling.compiling_for(run):
         assert under_way == ["meso"]
     assert under_way == []
     _complete("meso")
-    with warmup.compiling_for(run):
+    with compiling.compiling_for(run):
         assert under_way == []
 
 
@@ -82,10 +82,10 @@ def test_preflight_says_where_the_area_mass_comes_from() -> None:
 
 
 def test_nothing_is_cached_without_a_folder(said, monkeypatch: pytest.MonkeyPatch) -> None:
-    for module in (warmup, compiling):
+    for module in (compiling, compiling):
         monkeypatch.setattr(module, "CODE_FOLDER", None)
     assert said() == ("compiling the macro kernels (nothing is cached)", [])
-    with warmup.compiling_for(resolve(variant="1", scale="macro")):
+    with compiling.compiling_for(resolve(variant="1", scale="macro")):
         pass
     assert said()[1] == []
 

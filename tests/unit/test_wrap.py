@@ -10,13 +10,10 @@ import pytest
 from test_gates import PREPARED, ROWS, history, judged, run_of
 
 from knittest.base.errors import NumericalError
-from knittest.base.rest import UNIQUE, Rest, of_all, rest_line, rest_numbers, rest_rows
-from knittest.laboratory.judging import assess
-from knittest.laboratory.span import Span
-from knittest.models.at_rest import at_rest
-from knittest.models.chain_layout import Chain
-from knittest.models.chains import build_chains
-from knittest.models.wrap import Curve, least_wrap, wrap
+from knittest.base.history import UNIQUE, Rest, of_all, rest_line, rest_numbers, rest_rows
+from knittest.laboratory.judging import Span, assess
+from knittest.models.chains import Chain, build_chains
+from knittest.models.crossings import Curve, at_rest, least_wrap, wrap
 from knittest.pose import YarnContact, round_section
 from knittest.solve.guards import check_balance
 from knittest.solve.state import SimulationCost

@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from knittest.base.errors import InputError
-from knittest.base.resources import configs_dir
+from knittest.base.files import configs_dir
 from knittest.cli.main import run
 from knittest.config.dumping import dump
 from knittest.config.loading import resolve

@@ -5,8 +5,7 @@ import numpy as np
 from knittest.config.fabric import Fabric
 from knittest.kernels.shell_blocks import gather_shells, shell_forces
 from knittest.kernels.shell_output import shell_energies
-from knittest.kernels.shell_scratch import SCRATCH
-from knittest.kernels.shell_state import BLOCK, Laminate, Shells
+from knittest.kernels.shell_state import BLOCK, SCRATCH, Laminate, Shells
 from knittest.kernels.state import Nodes
 from knittest.models.explicit_model import make_nodes
 

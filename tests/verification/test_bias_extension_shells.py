@@ -6,18 +6,15 @@ from shell_cases import Solid
 from test_bias_extension import pin_jointed
 
 from knittest.config.loading import resolve
-from knittest.kernels.shell_arrays import build_shells
 from knittest.kernels.shell_output import shell_energies
+from knittest.kernels.shell_state import build_shells
 from knittest.laboratory.base import Prepared
-from knittest.laboratory.bias_extension.material import material_of
-from knittest.laboratory.bias_extension.mesh import bias_mesh
-from knittest.laboratory.bias_extension.pin_jointed import BiasStrip
-from knittest.laboratory.bias_extension.rig import BiasExtensionTest
-from knittest.laboratory.bias_extension.test import WARP, BiasExtension, ends_of
-from knittest.laboratory.bias_extension.zones import zone_table
-from knittest.models.sheet import build_sheet
+from knittest.laboratory.bias_extension.strip import BiasStrip, bias_mesh
+from knittest.laboratory.bias_extension.test import WARP, BiasExtension, BiasExtensionTest, ends_of
+from knittest.laboratory.bias_extension.zones import material_of, zone_table
+from knittest.models.macro import build_sheet
 from knittest.pose import linear_laminate
-from knittest.solve.observer import SILENT
+from knittest.solve.state import SILENT
 
 SHEAR = 0.1  # S = SHEAR gamma [N/mm]
 STRIP = BiasStrip(200.0, 100.0)

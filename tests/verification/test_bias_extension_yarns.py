@@ -3,11 +3,10 @@
 import numpy as np
 
 from knittest.config.loading import resolve
-from knittest.laboratory.bias_extension.material import material_of
-from knittest.laboratory.bias_extension.pin_jointed import strip_of
+from knittest.laboratory.bias_extension.strip import strip_of
 from knittest.laboratory.bias_extension.test import BiasExtension
-from knittest.laboratory.bias_extension.zones import zone_table
-from knittest.solve.observer import SILENT
+from knittest.laboratory.bias_extension.zones import material_of, zone_table
+from knittest.solve.state import SILENT
 
 
 def test_a_knit_on_the_bias_is_sheared_less_than_pin_jointed_yarns_would_be():

@@ -5,9 +5,8 @@ import pytest
 
 from knittest.config.loading import resolve
 from knittest.laboratory.base import fabric_laminate, tension_curve
-from knittest.laboratory.biaxial.rig import across
-from knittest.laboratory.biaxial.test import Biaxial, before_break
-from knittest.solve.observer import SILENT
+from knittest.laboratory.biaxial.test import Biaxial, across, before_break
+from knittest.solve.state import SILENT
 
 TEST = Biaxial()
 

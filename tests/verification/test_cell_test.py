@@ -7,7 +7,7 @@ from scipy.integrate import cumulative_trapezoid
 from knittest.base.errors import InputError
 from knittest.config.loading import resolve
 from knittest.laboratory.cell.test import Cell, judged_span, secant
-from knittest.solve.observer import SILENT
+from knittest.solve.state import SILENT
 
 
 def test_a_sheared_cell_reports_work_mechanisms_and_crossings() -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from knittest.config.loading import resolve
-from knittest.models.snapshot import State
+from knittest.models.explicit_model import State
 from knittest.pose import ALL, Body, Chain, Patch, Table, YarnContact, ramp, section
 from knittest.runs.specimen import run_specimen
 

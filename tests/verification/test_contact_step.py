@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from knittest.kernels.contact import spline_weights
-from knittest.kernels.health import stiffest_node
-from knittest.models import chain_step
-from knittest.models.chains import build_chains
-from knittest.models.yarn_step import nodal_loads
+from knittest.kernels.monitor import stiffest_node
+from knittest.models import chains
+from knittest.models.chains import build_chains, nodal_loads
 from knittest.pose import Body, Chain, Patch, Section, YarnContact, section
 
 #: beams so soft that the contact alone sets the step
@@ -68,7 +67,7 @@ def test_with_damping_too_and_the_guard_agrees(parameter):
 def test_ends_do_not_govern_the_step():
     """They are made as heavy as their load asks: 45/16 k on 45/32 of the mass of a node within, whose load is 2 k."""
     free = build_chains([crossing(0.5)[0]], ("yarn",), CONTACT)
-    inner = 4.0 * free.mass[4] / (chain_step.CONTACT_STEP_SHARE * CONTACT.normal)
+    inner = 4.0 * free.mass[4] / (chains.CONTACT_STEP_SHARE * CONTACT.normal)
     assert free.critical_step**2 == pytest.approx(inner, rel=0.02)
     assert free.mass[0] == free.mass[-1] == pytest.approx(45.0 / 32.0 * free.mass[4], rel=0.02)
     assert free.added_mass == pytest.approx(2 * (45.0 / 32.0 - 0.5) / 8.0, rel=0.03)
@@ -161,7 +160,7 @@ def test_resistance_to_spin_takes_a_share_of_the_step():
     free, tough = (
         build_chains(crossing(0.5), ("yarn",), c) for c in (CONTACT, replace(CONTACT, patch=Patch.disc(9.0)))
     )
-    assert (free.critical_step / tough.critical_step) ** 2 == pytest.approx(1.0 + chain_step.SPIN_STEP_SHARE, rel=1e-6)
+    assert (free.critical_step / tough.critical_step) ** 2 == pytest.approx(1.0 + chains.SPIN_STEP_SHARE, rel=1e-6)
     inertia = float(tough.inertia.min())
     assert tough.law.torsional * free.critical_step**2 / inertia == pytest.approx(0.1, rel=0.3)
     small = build_chains(crossing(0.5), ("yarn",), replace(CONTACT, patch=Patch.disc(0.01)))

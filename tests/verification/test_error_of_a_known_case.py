@@ -2,8 +2,7 @@
 
 from knittest.config.loading import resolve
 from knittest.laboratory.halving import halving
-from knittest.laboratory.numerical_error import Repeat, numerical_errors
-from knittest.laboratory.remeshing import remeshing
+from knittest.laboratory.numerical_error import Repeat, numerical_errors, remeshing
 from knittest.materials.heavy_elastica import chord_angle
 from knittest.runs.specimen import run_specimen
 

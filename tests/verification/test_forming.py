@@ -10,13 +10,12 @@ from knittest.base.errors import InputError
 from knittest.base.history import Frame
 from knittest.config.loading import resolve
 from knittest.laboratory.base import fabric_laminate
-from knittest.laboratory.forming.draw_in import draw_in
-from knittest.laboratory.forming.formed import formed
+from knittest.laboratory.forming.formed import draw_in, formed
 from knittest.laboratory.forming.report import FormingReport
 from knittest.laboratory.forming.test import _wrinkles, dragged, shear_field
 from knittest.laboratory.forming.tool_check import tools_of
 from knittest.materials.laminate import softened_at_most
-from knittest.models.shell_step import _largest_tangent
+from knittest.models.in_plane import _largest_tangent
 from knittest.runs.specimen import prepare, run_specimen
 
 RADIUS = 40.0

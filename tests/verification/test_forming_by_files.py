@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from knittest.config.loading import resolve
-from knittest.laboratory.forming.tool_check import tools_of
-from knittest.laboratory.forming.tool_files import write_tools
-from knittest.models.triangle_mesh import TriangleMesh
+from knittest.laboratory.forming.tool_check import tools_of, write_tools
+from knittest.models.surface import TriangleMesh
 from knittest.runs.specimen import run_specimen
 
 SMALL = [

@@ -10,10 +10,10 @@ from pydantic import ValidationError
 from knittest.base.errors import InputError
 from knittest.config.tools import Die, DomeStamp, Holder, Stamp, TStamp
 from knittest.kernels.tool_shapes import least_distances, tool_distance
-from knittest.laboratory.forming.tools_picture import tools_picture
+from knittest.laboratory.forming.pictures import tools_picture
 from knittest.models.tool import Tool, tool_arrays
 from knittest.tooling.fit import Stroke, measure_fit
-from knittest.tooling.shapes import stamp_outline
+from knittest.tooling.outline import stamp_outline
 from knittest.tooling.toolset import ToolSet, build_tools
 
 DEPTH, THICKNESS = 40.0, 2.6

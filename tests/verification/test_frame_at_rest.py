@@ -5,7 +5,7 @@ import pytest
 
 from knittest.config.loading import resolve
 from knittest.laboratory.picture_frame.test import PictureFrame
-from knittest.solve.observer import SILENT, Observer
+from knittest.solve.state import SILENT, Observer
 
 
 @pytest.mark.parametrize("scale", ["meso", "macro"])

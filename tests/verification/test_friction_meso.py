@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 
 from knittest.config.loading import resolve
-from knittest.laboratory.friction.pressure import pressure_map
-from knittest.laboratory.friction.rig import PRESSED
+from knittest.laboratory.friction.rig import PRESSED, pressure_map
 from knittest.laboratory.friction.test import map_cell
 from knittest.runs.specimen import run_specimen
-from knittest.solve.observer import Observer
+from knittest.solve.state import Observer
 
 #: a small piece under a twentieth of the force: the fall of the plate is 5 % of all work (0.1 % with the strip of the
 #: paper), and its drag takes 28 % of the work up to the first rows that are judged, before anything is pulled

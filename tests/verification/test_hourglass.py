@@ -5,11 +5,10 @@ import pytest
 from shell_cases import X, linear_laminate
 from test_plain_shell import PlainSolid
 
-from knittest.kernels.shell_arrays import build_shells
-from knittest.kernels.shell_state import ALONG_A, ALONG_B, LEAN_A, LEAN_B
+from knittest.kernels.shell_state import ALONG_A, ALONG_B, LEAN_A, LEAN_B, build_shells
 from knittest.materials.laminate import HOURGLASS_SHEAR, hourglass_of_shear
 from knittest.models import from_stiffness
-from knittest.models.shell_step import element_rows, highest_stiffness
+from knittest.models.in_plane import element_rows, highest_stiffness
 
 SQUARE = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
 ONE = np.array([[0, 1, 2, 3]])

@@ -6,17 +6,15 @@ import pytest
 from knittest.base.history import History
 from knittest.config.loading import resolve
 from knittest.laboratory.after_rest import after_rest
-from knittest.laboratory.compaction.rig import REST as PRESSED_FROM
-from knittest.laboratory.compaction.rig import CompactionTest
-from knittest.laboratory.pull_out.rig import REST, PullOutTest
+from knittest.laboratory.compaction.test import REST as PRESSED_FROM
+from knittest.laboratory.compaction.test import CompactionTest
 from knittest.laboratory.pull_out.sliding import sliding
-from knittest.laboratory.pull_out.test import with_tail
+from knittest.laboratory.pull_out.test import REST, PullOutTest, with_tail
 from knittest.models.boundary import TOOL_STIFFNESS, Boundary
-from knittest.models.chain_layout import Chain
-from knittest.models.chains import build_chains
+from knittest.models.chains import Chain, build_chains
 from knittest.models.from_stiffness import round_section
-from knittest.models.table import Table
-from knittest.models.yarn_contact import YarnContact
+from knittest.models.tool import Table
+from knittest.models.yarn_health import YarnContact
 from knittest.solve.simulate import simulate
 
 RADIUS, MU, SQUEEZE, PITCH = 0.4, 0.3, 0.5, 4.0

@@ -6,13 +6,12 @@ from plain import plain
 from scipy.spatial.transform import Rotation
 from shell_cases import Solid, grid, linear_laminate, quaternion
 
+from knittest.kernels.in_plane import OWN_EACH
 from knittest.kernels.in_plane_blocks import SCRATCH, bend_energy, bend_forces, gather_bends
-from knittest.kernels.in_plane_state import OWN_EACH
-from knittest.kernels.shell_arrays import build_shells
 from knittest.kernels.shell_blocks import gather_shells, shell_forces
+from knittest.kernels.shell_state import build_shells
 from knittest.models.explicit_model import make_nodes
-from knittest.models.in_plane import build_bends
-from knittest.models.in_plane_bound import bend_bound, bend_bound_now
+from knittest.models.in_plane import bend_bound, bend_bound_now, build_bends
 
 STIFFNESS = np.array([4.2, 3.5])  # N mm
 #: warp along the squares, at 45 degrees to them and at 29

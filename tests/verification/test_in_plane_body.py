@@ -9,7 +9,7 @@ from shell_cases import fabric, grid, per_width, toe_curve
 from knittest.base.errors import InputError
 from knittest.materials.laminate import laminate, softened_at_most
 from knittest.models.fabric_model import FabricModel
-from knittest.models.sheet import build_sheet
+from knittest.models.macro import build_sheet
 from knittest.pose import ALL, Body, linear_laminate, ramp
 
 POINTS, CELLS = grid(12, 4, 24.0, 8.0)

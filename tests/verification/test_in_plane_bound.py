@@ -8,12 +8,9 @@ import pytest
 from plain import plain
 from shell_cases import grid
 
-from knittest.kernels.in_plane import curvature
-from knittest.kernels.in_plane_bound import add_bounds
-from knittest.kernels.in_plane_state import BLOCK, WEIGHTS
-from knittest.kernels.shell_arrays import build_shells
-from knittest.models.in_plane import build_bends
-from knittest.models.in_plane_bound import bend_bound, bend_bound_now
+from knittest.kernels.in_plane import BLOCK, WEIGHTS, add_bounds, curvature
+from knittest.kernels.shell_state import build_shells
+from knittest.models.in_plane import bend_bound, bend_bound_now, build_bends
 
 
 def vectors(weight: np.ndarray, place: np.ndarray, family: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from knittest.base.errors import InputError
 from knittest.config.loading import resolve
 from knittest.fabric.relax import relaxed_cell
-from knittest.models.meso_cell import build_meso_cell
+from knittest.models.meso import build_meso_cell
 from knittest.models.periodic_model import PeriodicModel
 from knittest.pose import PeriodicBody, PeriodicChain, Table, round_section
 

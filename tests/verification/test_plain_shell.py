@@ -8,9 +8,9 @@ from shell_cases import Solid, X, descents, linear_laminate, product, quaternion
 from test_shell_gradient import curved_laminate
 
 from knittest.kernels.shell import drill
-from knittest.kernels.shell_arrays import build_shells
 from knittest.kernels.shell_blocks import gather_shells, shell_forces
 from knittest.kernels.shell_output import shell_energies
+from knittest.kernels.shell_state import build_shells
 
 POINTS = np.array([[0.0, 0, 0], [4, 0.5, 0.3], [8.5, 0, 0], [0.3, 3.6, 0.2], [4.4, 4, -0.2], [8, 4.4, 0.4]])
 CONN = np.array([[0, 1, 4, 3], [1, 2, 5, 4]])

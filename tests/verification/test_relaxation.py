@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from knittest.base.errors import InputError
-from knittest.fabric import start
+from knittest.fabric import relax as start
 from knittest.fabric.cell import CellSpec
-from knittest.fabric.relax import relax_cell
-from knittest.fabric.start import start_curves, yarn_arrays
+from knittest.fabric.relax import relax_cell, start_curves, yarn_arrays
 from knittest.kernels.relaxation import Yarns, contact_forces, periodic_pairs, relax, yarn_forces
 
 V1 = CellSpec(100 / 28, 100 / 28, 14.4, 0.75, 0.5, 0.0, 0.0, 18.1, 12.4, 0.05)

@@ -16,7 +16,7 @@ from knittest.config.run import Run
 from knittest.laboratory.cell.test import Cell
 from knittest.materials.yarn_section import MOST_SHEAR, SHEAR_MARGIN, Section, largest_strain, sections
 from knittest.pose import ALL, Body, Chain, constant, linear_laminate, section
-from knittest.solve.observer import SILENT
+from knittest.solve.state import SILENT
 
 HARDENING = "law={kind: table, points: [[0, 0], [4, 40], [12, 680], [20, 1320]]}"
 AREA = 0.25

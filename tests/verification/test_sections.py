@@ -5,7 +5,7 @@ import pytest
 
 from knittest.config.loading import resolve
 from knittest.laboratory.cantilever import yarns as yarn_cantilever
-from knittest.laboratory.cantilever.sections import Sections
+from knittest.laboratory.cantilever.shells import Sections
 from knittest.runs.specimen import run_specimen
 
 LENGTH = 160.0

@@ -1,9 +1,9 @@
 """Progress of a specimen that comes to rest, apart from the test itself."""
 
 from knittest.config.loading import resolve
-from knittest.laboratory.registry import TESTS
+from knittest.laboratory.report_base import TESTS
 from knittest.runs.specimen import prepare, run_specimen
-from knittest.solve.observer import Observer
+from knittest.solve.state import Observer
 
 
 class Seen(Observer):

@@ -10,7 +10,7 @@ from test_shell_shear import SIDE, TABULATED, table, trellis
 from knittest.base.errors import InputError
 from knittest.config.loading import resolve
 from knittest.experiment.curves import ReferenceCurve
-from knittest.kernels.shell_arrays import build_shells
+from knittest.kernels.shell_state import build_shells
 from knittest.materials.shear import shear_table
 from knittest.materials.trellis import crosshead_force, normalised_force, to_conjugate
 from knittest.runs.specimen import prepare, run_specimen

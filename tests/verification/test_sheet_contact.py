@@ -8,7 +8,7 @@ from shell_cases import grid
 
 from knittest.base.errors import InputError
 from knittest.kernels.shell_state import ALIVE, state_index
-from knittest.models.sheet_topology import edge_neighbours, near_shells
+from knittest.models.sheet_tracker import edge_neighbours, near_shells
 from knittest.pose import Body, SheetContact
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from shell_cases import Solid, X, Y, grid, linear_laminate, solve
 
-from knittest.kernels.shell_arrays import build_shells
+from knittest.kernels.shell_state import build_shells
 
 LENGTH, WIDTH = 100.0, 10.0
 #: D of the linear laminate in warp and weft [N mm]

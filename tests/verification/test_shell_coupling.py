@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from shell_cases import Solid, Y, grid, solve
 
-from knittest.kernels.shell_arrays import build_shells
+from knittest.kernels.shell_state import build_shells
 from knittest.pose import Body, linear_laminate
 
 NU = 0.3

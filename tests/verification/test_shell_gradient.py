@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 from shell_cases import PATCH, PATCH_CONN, Solid, X, descents, linear_laminate, product, quaternion, wavy
 
-from knittest.kernels.in_plane_state import no_bends
-from knittest.kernels.shell_arrays import build_shells
+from knittest.kernels.in_plane import no_bends
 from knittest.kernels.shell_blocks import gather_shells, shell_forces
 from knittest.kernels.shell_output import shell_energies
-from knittest.kernels.shell_scratch import SCRATCH
-from knittest.models.sheet import lump
+from knittest.kernels.shell_state import SCRATCH, build_shells
+from knittest.models.macro import lump
 
 
 def curved_laminate():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from shell_cases import CURVES, Solid, X, fabric, grid, per_width, solve
 
-from knittest.kernels.shell_arrays import build_shells
+from knittest.kernels.shell_state import build_shells
 from knittest.materials.laminate import laminate
 
 LENGTH, WIDTH, LOAD = 100.0, 10.0, 3e-6

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from shell_cases import PATCH, PATCH_CONN, Solid, X, grid, linear_laminate, solve
 
-from knittest.kernels.shell_arrays import build_shells
 from knittest.kernels.shell_output import shell_fields
+from knittest.kernels.shell_state import build_shells
 
 INNER = np.arange(4, 8)
 

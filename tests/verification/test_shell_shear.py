@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from shell_cases import Solid, X, grid, linear_laminate
 
-from knittest.kernels.shell_arrays import build_shells
+from knittest.kernels.shell_state import build_shells
 
 SIDE = 200.0
 

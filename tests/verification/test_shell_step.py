@@ -5,8 +5,8 @@ import pytest
 from shell_cases import Solid, linear_laminate, product, quaternion
 
 from knittest.kernels.shell_state import Laminate
-from knittest.models.sheet import build_sheet
-from knittest.models.shell_step import KINK
+from knittest.models.in_plane import KINK
+from knittest.models.macro import build_sheet
 
 SIDE, AREA_MASS, THICKNESS = 2.0, 824.2e-6, 2.22
 SQUARE = SIDE * np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])

@@ -5,7 +5,7 @@ import pytest
 from scipy.linalg import eigh
 from shell_cases import Solid, grid, linear_laminate
 
-from knittest.models.sheet import build_sheet
+from knittest.models.macro import build_sheet
 
 LENGTH, WIDTH, AREA_MASS, THICKNESS = 100.0, 10.0, 1e-3, 1.0
 CARD = linear_laminate(100.0, 100.0, layer_offset=0.5, outer=np.array([10.0, 10.0]), transverse=np.array([25.0, 25.0]))

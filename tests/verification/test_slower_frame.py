@@ -8,11 +8,10 @@ import pytest
 from knittest.base.history import Specimen
 from knittest.config.loading import resolve
 from knittest.config.run import Run
+from knittest.laboratory.after_rest import SPEED, at_result_speed
 from knittest.laboratory.halving import halving
-from knittest.laboratory.lowered_speed import SPEED, at_result_speed
 from knittest.runs.specimen import run_specimen
-from knittest.solve.observer import Observer
-from knittest.solve.state import Snapshot
+from knittest.solve.state import Observer, Snapshot
 
 FAST, LIMIT = 2.5, 0.3
 

@@ -7,7 +7,7 @@ from yarn_cases import card
 from knittest.config.loading import resolve
 from knittest.fabric.relax import relaxed_cell
 from knittest.fabric.strip import strip
-from knittest.fabric.variability import YarnDraws
+from knittest.fabric.topology import YarnDraws
 from knittest.kernels.monitor import axial_state
 from knittest.models.meso import build_meso
 from knittest.models.yarn_model import YarnModel

@@ -10,9 +10,8 @@ import pytest
 
 from knittest.base.errors import InputError
 from knittest.config.tools import Die, Holder, Stamp, StlTool
-from knittest.laboratory.forming.tool_files import write_tools
-from knittest.models.surface import surface
-from knittest.models.triangle_mesh import TriangleMesh
+from knittest.laboratory.forming.tool_check import write_tools
+from knittest.models.surface import TriangleMesh, surface
 from knittest.tooling.fit import Stroke, measure_fit
 from knittest.tooling.toolset import ToolSet, build_tools
 

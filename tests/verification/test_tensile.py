@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from knittest.base.resources import data_dir
+from knittest.base.files import data_dir
 from knittest.config.loading import resolve
-from knittest.experiment.curves import load_curve
-from knittest.experiment.forces import for_width
-from knittest.fabric.variability import bundle_peak, draw
+from knittest.experiment.curves import for_width, load_curve
+from knittest.fabric.topology import bundle_peak, draw
 from knittest.laboratory.strips import yarns_across
 from knittest.materials.yarn_section import sections
 from knittest.models.boundary import Boundary

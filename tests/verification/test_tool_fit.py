@@ -14,13 +14,13 @@ from knittest.base.errors import InputError
 from knittest.cli.main import run as knittest
 from knittest.config.loading import resolve
 from knittest.config.tools import Die, DomeStamp, Holder, Stamp, StlTool, TStamp
+from knittest.laboratory.forming.pictures import tools_picture
 from knittest.laboratory.forming.tool_check import fitting_tools, measured_tools
-from knittest.laboratory.forming.tools_picture import tools_picture
-from knittest.models.triangle_mesh import TriangleMesh
+from knittest.models.surface import TriangleMesh
 from knittest.runs.specimen import prepare
-from knittest.tooling import swept
+from knittest.tooling import outline
 from knittest.tooling.fit import Stroke, measure_fit
-from knittest.tooling.height_map import HeightMap
+from knittest.tooling.from_stl import HeightMap
 from knittest.tooling.refit import axis_rotations, fitting_change
 from knittest.tooling.toolset import PLATE, ToolSet, build_tools
 
@@ -41,7 +41,7 @@ def by_dimensions(stamp: Stamp, stroke: Stroke = STROKE, die: Die = DIE, holder:
 def meshes() -> Meshes:
     """The small T with triangles of 5 mm along its outline, so that it is looked at fast."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(swept, "LONGEST", 5.0)
+        patch.setattr(outline, "LONGEST", 5.0)
         return {name: tool.solid for name, tool in by_dimensions(Stamp(t=T)).by_name.items()}
 
 

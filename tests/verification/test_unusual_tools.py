@@ -8,9 +8,9 @@ import pytest
 from matplotlib.path import Path as Polygon
 
 from knittest.config.tools import Die, Holder, Stamp, StlTool
-from knittest.models.triangle_mesh import TriangleMesh
+from knittest.models.surface import TriangleMesh
 from knittest.tooling.fit import Fit, Stroke, measure_fit
-from knittest.tooling.solids import cap, wall
+from knittest.tooling.outline import cap, wall
 from knittest.tooling.toolset import build_tools
 
 STROKE = Stroke(15.0, 2.2, (120.0, 120.0))

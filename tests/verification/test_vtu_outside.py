@@ -7,8 +7,7 @@ import pytest
 from export_sample import beam_history, shell_history
 
 from knittest.base.history import Frame, History
-from knittest.export.tube_surface import tube_surface, write_tubes
-from knittest.export.vtu import write_frames
+from knittest.export.meshes import tube_surface, write_frames, write_tubes
 
 io = pytest.importorskip("vtkmodules.vtkIOXML", reason="needs vtk, from the extra viz")
 xml = pytest.importorskip("vtkmodules.vtkIOXMLParser", reason="needs vtk, from the extra viz")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from yarn_cases import card, yarns
 
-from knittest.fabric.variability import YarnDraws, bundle_peak
+from knittest.fabric.topology import YarnDraws, bundle_peak
 from knittest.kernels.monitor import axial_state
 
 

@@ -5,7 +5,7 @@ import numpy as np
 from knittest.config.loading import resolve
 from knittest.config.run import Run
 from knittest.fabric.strip import YarnPath
-from knittest.fabric.variability import YarnDraws
+from knittest.fabric.topology import YarnDraws
 from knittest.kernels.state import Tally
 from knittest.models.meso import build_meso
 from knittest.models.yarn_model import YarnModel

@@ -1,11 +1,12 @@
-"""Config of the bias extension test."""
+"""Config of the bias extension test: fields, presets and the size that is shown."""
 
-from typing import ClassVar, Literal, Self
+from math import sqrt
+from typing import Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from knittest.config.base import BoundsError, number
-from knittest.config.kernel_units import Kernel
+from knittest.base.kinds import Stated
+from knittest.config.base import BoundsError, Kernel, number
 from knittest.config.rigs import Rig
 from knittest.config.run import Run
 
@@ -43,3 +44,34 @@ class BiasExtensionRun(Run):
     """A bias extension test."""
 
     rig: BiasExtensionRig = Field(default_factory=BiasExtensionRig)
+
+
+#: width of a strip of yarns [mm]; it is twice as long
+WIDTH = {"quick": 30.0, "standard": 50.0, "paper": 80.0}
+
+
+def settings(preset: str, scale: str, stated: Stated) -> dict[str, Any]:
+    """Settings of ``preset`` at ``scale``.
+
+    Slow enough that the force of the start, which the normalisation carries on to twice, four and eight times its
+    angle, is small against that of the law. Yarns start at the speed that the softest loops bear and get faster
+    (:mod:`knittest.laboratory.bias_extension.test`).
+    """
+    model = {"meso": {"elements_per_loop": 30, "elements_per_wave": 4}}
+    if scale == "macro":
+        return {"model": model, "solver": {"speed": 0.2, "ramp": 20.0, "damping": 0.005}}
+    width = WIDTH[preset]
+    solver = {"speed": 0.1, "ramp": 5.0, "damping": 0.01, "safety": 0.7}
+    return {"model": model, "rig": {"width": width, "gauge_length": 2.0 * width}, "solver": solver}
+
+
+def stated(run: BiasExtensionRun) -> tuple[str, ...]:
+    """Size of the strip, in words."""
+    rig = run.rig
+    return (f"strip on the bias {rig.width:g} mm wide, {rig.gauge_length:g} mm between the clamps",)
+
+
+def sheet(run: BiasExtensionRun) -> tuple[float, float]:
+    """Length and width [mm] over those of a diamond of four shells, in shells: they are counted by diamonds."""
+    diamond = 2.0 * sqrt(2.0)
+    return run.rig.gauge_length / diamond, run.rig.width / diamond

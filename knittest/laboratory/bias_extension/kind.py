@@ -1,8 +1,7 @@
 """Record of the bias extension test."""
 
-from knittest.base.kinds import TestKind
-from knittest.base.regressed import SHEETS, Regressed, Regression
-from knittest.laboratory.deciding_fields import CROSSINGS, LOOPS
+from knittest.base.kinds import SHEETS, Regressed, Regression, TestKind
+from knittest.laboratory.records import CROSSINGS, LOOPS
 
 #: shear angles at which forces are compared [deg]
 _ANGLES = (10, 20, 30, 40)
@@ -20,8 +19,8 @@ KIND = TestKind(
     run="knittest.laboratory.bias_extension.config:BiasExtensionRun",
     test="knittest.laboratory.bias_extension.test:BiasExtension",
     report="knittest.laboratory.bias_extension.report:BiasExtensionReport",
-    size="knittest.laboratory.bias_extension.size:stated",
-    sheet="knittest.laboratory.bias_extension.size:sheet",
+    size="knittest.laboratory.bias_extension.config:stated",
+    sheet="knittest.laboratory.bias_extension.config:sheet",
     labels={
         "bias_force_n_at_deg.10": ("force on the bias at 10 deg [N]", "{:.2f}"),
         "bias_force_n_at_deg.20": ("force on the bias at 20 deg [N]", "{:.2f}"),
@@ -46,7 +45,7 @@ KIND = TestKind(
     diagnostic=("run_speed_m_per_s",),
     pictures=("curve.png", "energies.png", "zones.png", "deformed.png"),
     tables=("zones.csv",),
-    presets="knittest.laboratory.bias_extension.presets:settings",
+    presets="knittest.laboratory.bias_extension.config:settings",
     sizes=("gauge_length", "width"),
     deciding={
         "macro": ("macro.shear",),

@@ -12,7 +12,7 @@ from knittest.experiment.lab_recording import Array, Recording, reader
 from knittest.experiment.lab_results import Results
 from knittest.experiment.lab_shear import Sheared, Tested, reached, shear_curve, shear_curves, shear_forces, shear_rows
 from knittest.experiment.lab_tests import LabTest
-from knittest.laboratory.bias_extension.pin_jointed import BiasStrip
+from knittest.laboratory.bias_extension.strip import BiasStrip
 
 NAME = "bias-extension"
 

@@ -9,21 +9,16 @@ import numpy as np
 from knittest.base.errors import InputError
 from knittest.base.history import Body, Specimen
 from knittest.base.kinds import kinds
-from knittest.experiment.curves import FORCE, ReferenceCurve
-from knittest.experiment.forces import normalised as of_frame
-from knittest.experiment.forces import noted
+from knittest.experiment.curves import FORCE, ReferenceCurve, noted
+from knittest.experiment.curves import normalised as of_frame
 from knittest.experiment.tables import PublishedValue
-from knittest.export.faces_picture import PULLED, faces_picture
 from knittest.export.line_picture import Line, line_picture
-from knittest.laboratory.apparatus import STRIP_JAWS, strip_jaws
+from knittest.export.yarn_pictures import PULLED, faces_picture
 from knittest.laboratory.bias_extension.config import BiasExtensionRun
-from knittest.laboratory.bias_extension.law import pin_jointed_force
-from knittest.laboratory.bias_extension.material import material_of
-from knittest.laboratory.bias_extension.pin_jointed import BiasStrip, strip_of
+from knittest.laboratory.bias_extension.strip import BiasStrip, pin_jointed_force, strip_of
 from knittest.laboratory.bias_extension.test import BiasExtension
-from knittest.laboratory.bias_extension.zone_picture import zone_picture
-from knittest.laboratory.bias_extension.zones import zone_table
-from knittest.laboratory.imported import imported_corridor
+from knittest.laboratory.bias_extension.zones import material_of, zone_picture, zone_table
+from knittest.laboratory.given_data import imported_corridor
 from knittest.laboratory.report_base import (
     Columns,
     CurveAxes,
@@ -34,6 +29,7 @@ from knittest.laboratory.report_base import (
     scatter,
     title_of,
 )
+from knittest.laboratory.strips import STRIP_JAWS, strip_jaws
 from knittest.materials.trellis import ANGLE, NORMALISED
 
 NORMALISED_LABEL = "normalised shear force [N/mm]"

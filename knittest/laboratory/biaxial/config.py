@@ -1,12 +1,12 @@
-"""Config of the biaxial test."""
+"""Config of the biaxial test: fields, presets and the size that is shown."""
 
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import Field
 
-from knittest.config.base import number
+from knittest.base.kinds import Stated
+from knittest.config.base import Kernel, number
 from knittest.config.fabric import Direction
-from knittest.config.kernel_units import Kernel
 from knittest.config.rigs import Rig
 from knittest.config.run import Run
 
@@ -36,3 +36,25 @@ class BiaxialRun(Run):
     """A biaxial test."""
 
     rig: BiaxialRig = Field(default_factory=BiaxialRig)
+
+
+#: side of a square of yarns [mm]
+SIDE = {"quick": 30.0, "standard": 50.0, "paper": 100.0}
+
+
+def settings(preset: str, scale: str, stated: Stated) -> dict[str, Any]:
+    """Settings of ``preset`` at ``scale``; of shells those of the tensile test: the input comes back."""
+    if scale == "macro":
+        return {"solver": {"speed": 0.5, "safety": 0.55}}
+    return {"rig": {"side": SIDE[preset]}}
+
+
+def stated(run: BiaxialRun) -> tuple[str, ...]:
+    """Size of the square and the ratio of its strains, in words."""
+    rig = run.rig
+    return (f"square of {rig.side:g} mm, the other strain {rig.ratio:g} times that of the {rig.direction}",)
+
+
+def sheet(run: BiaxialRun) -> tuple[float, float]:
+    """Length and width [mm] of the sheet of shells."""
+    return run.rig.side, run.rig.side

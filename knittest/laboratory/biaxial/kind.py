@@ -1,8 +1,7 @@
 """Record of the biaxial test."""
 
-from knittest.base.kinds import TestKind
-from knittest.base.regressed import STRIPS, Regressed, Regression
-from knittest.laboratory.deciding_fields import PULLED
+from knittest.base.kinds import STRIPS, Regressed, Regression, TestKind
+from knittest.laboratory.records import PULLED
 
 KIND = TestKind(
     name="biaxial",
@@ -15,8 +14,8 @@ KIND = TestKind(
     run="knittest.laboratory.biaxial.config:BiaxialRun",
     test="knittest.laboratory.biaxial.test:Biaxial",
     report="knittest.laboratory.biaxial.report:BiaxialReport",
-    size="knittest.laboratory.biaxial.size:stated",
-    sheet="knittest.laboratory.biaxial.size:sheet",
+    size="knittest.laboratory.biaxial.config:stated",
+    sheet="knittest.laboratory.biaxial.config:sheet",
     shortcuts={"ratio": ("rig.ratio", "Strain of the other system over that of the direction.")},
     labels={
         "biaxial_force_n_per_mm": ("largest force per width [N/mm]", "{:.1f}"),
@@ -26,7 +25,7 @@ KIND = TestKind(
     },
     published=("biaxial_force_n_per_mm", "biaxial_strain_pct"),
     pictures=("curve.png", "energies.png", "deformed.png"),
-    presets="knittest.laboratory.biaxial.presets:settings",
+    presets="knittest.laboratory.biaxial.config:settings",
     sizes=("side",),
     deciding={
         "macro": ("macro.tension.{d}", "macro.fracture_strain.{d}", "macro.poisson"),

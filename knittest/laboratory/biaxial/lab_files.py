@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from knittest.base.errors import InputError
-from knittest.experiment.lab_checks import digests
 from knittest.experiment.lab_conditions import GAUGE, RATIO, WIDTH, common
 from knittest.experiment.lab_recording import Recording
 from knittest.experiment.lab_results import Results
+from knittest.experiment.lab_shear import digests
 from knittest.experiment.lab_strips import one_series, read_strip, strip_curves, strip_reader
 from knittest.experiment.lab_tests import LabTest
 from knittest.experiment.statistics import Specimen, peaks

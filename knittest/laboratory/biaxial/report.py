@@ -1,4 +1,4 @@
-"""Report of the biaxial test: force per width over strain, both ways, and the square at its largest force."""
+"""Report of the biaxial test: force per width over strain, both ways, the square at its largest force, the rails."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -7,20 +7,17 @@ from pathlib import Path
 import numpy as np
 
 from knittest.base.errors import InputError
-from knittest.base.history import Body, Specimen
+from knittest.base.history import Body, History, Specimen
 from knittest.base.kinds import kinds
 from knittest.experiment.conditions import Conditions
-from knittest.experiment.curves import FORCE_PER_WIDTH, ReferenceCurve
-from knittest.experiment.forces import per_width
+from knittest.experiment.curves import FORCE_PER_WIDTH, ReferenceCurve, per_width
 from knittest.experiment.tables import PublishedValue
-from knittest.export import strip_picture
+from knittest.export import yarn_pictures
 from knittest.export.line_picture import Line, line_picture
 from knittest.laboratory.base import tension_curve
 from knittest.laboratory.biaxial.config import BiaxialRun
-from knittest.laboratory.biaxial.rails import rails
-from knittest.laboratory.biaxial.rig import across
-from knittest.laboratory.biaxial.test import SIDES, Biaxial
-from knittest.laboratory.imported import imported_corridor
+from knittest.laboratory.biaxial.test import SIDES, Biaxial, across
+from knittest.laboratory.given_data import imported_corridor
 from knittest.laboratory.report_base import (
     Columns,
     CurveAxes,
@@ -31,7 +28,24 @@ from knittest.laboratory.report_base import (
     scatter,
     title_of,
 )
-from knittest.laboratory.strips import AXIS
+from knittest.laboratory.strips import AXIS, at_frames, jaw
+
+NAMES = (("left rail", "right rail"), ("lower rail", "upper rail"))
+
+
+def rails(history: History, axis: int, sides: tuple[float, float]) -> list[Body]:
+    """Rails along a rectangle of ``sides`` (along x, along y) [mm] about the origin, which move apart at the strains of
+    the curve: its own along ``axis`` (0: x, 1: y), that of the other system across it.
+    """
+    own, cross = (0.01 * at_frames(history, column) for column in ("strain_pct", "cross_strain_pct"))
+    found = []
+    for normal, (side, strain) in enumerate(zip(sides, (own, cross) if axis == 0 else (cross, own), strict=True)):
+        for name, way in zip(NAMES[normal], (-1.0, 1.0), strict=True):
+            offset = np.zeros((len(history.frames), 3))
+            offset[:, normal] = 0.5 * way * side * strain
+            found.append(jaw(name, history, normal, (0.5 * way * side, way), offset, aside=0.0))
+    return found
+
 
 #: difference of two ratios of strains that does not matter
 SAME_RATIO = 0.02
@@ -77,7 +91,7 @@ class BiaxialReport(Report[BiaxialRun]):
         """curve.png, energies.png, deformed.png."""
         self._curve_picture(run, specimens, references, folder / "curve.png")
         draw_energies(run, specimens, folder, Biaxial().span)
-        strip_picture.strip_picture(
+        yarn_pictures.strip_picture(
             folder / "deformed.png", specimens[0].history, direction=run.rig.direction, title=title_of(run)
         )
 

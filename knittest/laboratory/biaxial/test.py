@@ -1,4 +1,4 @@
-"""Biaxial test: a square of fabric pulled along warp and weft at once."""
+"""Biaxial test: a square of fabric is pulled along warp and weft at once, at a constant ratio of the strains."""
 
 import time as clock
 from dataclasses import replace
@@ -7,21 +7,82 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.history import History, Quality
+from knittest.config.fabric import Direction
 from knittest.laboratory.base import Prepared, Test, fabric_laminate
 from knittest.laboratory.biaxial.config import BiaxialRun
-from knittest.laboratory.biaxial.rig import BiaxialTest
-from knittest.laboratory.judging import assess
-from knittest.laboratory.needles import on_needles
-from knittest.laboratory.span import Span
-from knittest.laboratory.strips import AXIS, cut
-from knittest.models.macro import ALONG, rectangle, self_contact, strengths
+from knittest.laboratory.judging import Span, assess
+from knittest.laboratory.strips import AXIS, cut, on_needles
+from knittest.models.boundary import ALL, Boundary, Readings
+from knittest.models.macro import ALONG, build_sheet, rectangle, self_contact, strengths
 from knittest.models.meso import build_meso
-from knittest.models.sheet import build_sheet
-from knittest.solve.observer import SILENT, Observer
+from knittest.models.tool import ramp
 from knittest.solve.simulate import simulate
-from knittest.solve.state import SimulationCost
+from knittest.solve.state import SILENT, Observer, SimulationCost
 
 Array = NDArray[np.float64]
+
+# Biaxial test: sides that move apart both ways at a constant ratio of the strains.
+#
+# The needles slide along the sides, so that every held point moves as the fabric would if it were strained evenly: x (1
+# + e_x), y (1 + e_y). What they do along one axis is then the force per width times the area: N L_x L_y de.
+
+
+class BiaxialTest:
+    """Strains the points ``held`` along ``axis`` (0: x, 1: y) and across it; ``size`` (2,) is the rectangle's [mm]."""
+
+    coordinate, force = "strain_pct", "force_n"
+    marks: tuple[float, ...] = ()
+    mounted_at, averaged_from, locks = 0.0, np.inf, False
+
+    def __init__(self, run: BiaxialRun, held: NDArray[np.int64], axis: int, size: NDArray[np.float64]) -> None:
+        rig, most = run.rig, max(1.0, run.rig.ratio)
+        self.held, self.axis, self.size, self.ratio = held, axis, size, rig.ratio
+        self.stop_ratio = rig.stop_force_ratio
+        self.ends_at_break = run.model.scale == "macro" and _other_first(run)
+        rate = run.solver.speed_mm_per_ms / float(size[axis])  # of the system that is strained more
+        self.strain, self.cross = (ramp(run.solver.ramp_ms, share * rate / most) for share in (1.0, rig.ratio))
+        self.duration = 0.5 * run.solver.ramp_ms + rig.max_strain_fraction / rate
+
+    def constrain(self, boundary: Boundary) -> None:
+        """Move the needles with their sides; the yarns may turn on them."""
+        position = boundary.model.position()[self.held]
+        for axis, strain in ((self.axis, self.strain), (1 - self.axis, self.cross)):
+            boundary.move(self.held, ALL[axis], strain, position[:, axis])
+        boundary.move(self.held, "z")
+
+    def ring_time(self, wave_speed: float) -> float:
+        """Time [ms] a wave needs along a side."""
+        return float(self.size.max()) / wave_speed
+
+    def channels(self, time: float, readings: Readings) -> dict[str, float]:
+        """Strain and force of the direction, [N] and per width, and of the other system."""
+        strain, area = self.strain.integral(time), float(np.prod(self.size))
+        own, other = (float(r) / area for r in readings.reaction[:2])
+        return {
+            "strain_pct": 100.0 * strain,
+            "cross_strain_pct": 100.0 * self.ratio * strain,
+            "force_n": own * float(self.size[1 - self.axis]),
+            "force_n_per_mm": own,
+            "cross_force_n_per_mm": other,
+        }
+
+    def finished(self, force: float, peak: float, broken: bool) -> bool:
+        """Over when something has failed and the force of the direction has fallen to a share of its peak, or the
+        shells have failed across it.
+        """
+        return broken and (self.ends_at_break or force < self.stop_ratio * peak)
+
+
+def across(direction: Direction) -> Direction:
+    """The other yarn system."""
+    return "weft" if direction == "warp" else "warp"
+
+
+def _other_first(run: BiaxialRun) -> bool:
+    """Tell whether shells fail across the direction before they do along it."""
+    fracture, direction = run.fabric.macro.fracture_strain, run.rig.direction
+    return run.rig.ratio * fracture.of(direction).value > fracture.of(across(direction)).value
+
 
 #: facts of the square: its sides along x and y
 SIDES = ("weft_side_mm", "warp_side_mm")

@@ -1,13 +1,14 @@
-"""Config of the cantilever test."""
+"""Config of the cantilever test: fields, presets and the origin of its results."""
 
 from typing import ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from knittest.config.base import BoundsError, number
-from knittest.config.kernel_units import Kernel
+from knittest.base.kinds import Stated
+from knittest.config.base import BoundsError, Kernel, number
 from knittest.config.rigs import StripRig
 from knittest.config.run import Run
+from knittest.experiment.origin import Origin, RowKind
 
 
 class CantileverRig(StripRig):
@@ -55,3 +56,25 @@ class CantileverRun(Run):
     """A cantilever test."""
 
     rig: CantileverRig = Field(default_factory=CantileverRig)
+
+
+#: width of a strip of yarns [mm]; with four yarns one that sticks out keeps the strip from its rest
+WIDTH = {"quick": 25.0, "standard": 25.0, "paper": 50.0}
+
+
+def settings(preset: str, scale: str, stated: Stated) -> dict[str, object]:
+    """Settings of ``preset`` at ``scale``."""
+    found: dict[str, object] = {"model": {"meso": {"elements_per_loop": 24, "elements_per_wave": 4}}}
+    return found if scale == "macro" else found | {"rig": {"width": WIDTH[preset]}}
+
+
+class CantileverOrigin(Origin[CantileverRun]):
+    """See :class:`knittest.experiment.origin.Origin`."""
+
+    def given(self, run: CantileverRun) -> tuple[str, ...]:
+        """The overhang, where the chord angle is looked for."""
+        return ("overhang_mm",) if run.rig.mode == "angle" else ()
+
+    def fed(self, run: CantileverRun) -> RowKind:
+        """An overhang that is found again is tuned: bending follows from it by Eq. 2."""
+        return "tuned" if run.rig.mode == "overhang" else "input"

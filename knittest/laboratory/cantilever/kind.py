@@ -1,7 +1,6 @@
 """Record of the cantilever."""
 
-from knittest.base.kinds import TestKind
-from knittest.base.regressed import STRIPS, Regressed, Regression
+from knittest.base.kinds import STRIPS, Regressed, Regression, TestKind
 
 KIND = TestKind(
     name="cantilever",
@@ -14,8 +13,8 @@ KIND = TestKind(
     run="knittest.laboratory.cantilever.config:CantileverRun",
     test="knittest.laboratory.cantilever.test:Cantilever",
     report="knittest.laboratory.cantilever.report:CantileverReport",
-    size="knittest.laboratory.cantilever.size:stated",
-    sheet="knittest.laboratory.cantilever.size:sheet",
+    size="knittest.laboratory.cantilever.test:stated",
+    sheet="knittest.laboratory.cantilever.test:sheet",
     corrections="knittest.laboratory.cantilever.corrections:CantileverCorrections",
     labels={
         "chord_angle_deg": ("chord angle [deg]", "{:.2f}"),
@@ -43,14 +42,14 @@ KIND = TestKind(
     },
     pictures=("curve.png", "deformed.png"),
     scale="macro",  # bending is an input of both, which the shells are faster to confirm
-    presets="knittest.laboratory.cantilever.presets:settings",
+    presets="knittest.laboratory.cantilever.config:settings",
     sizes=("width",),
     deciding={
         "macro": ("macro.bending_stiffness.{d}", "area_mass"),
         "meso": ("reinforcing.bending_stiffness.{d}", "area_mass"),
     },
     fed=("macro", "meso"),
-    origin="knittest.laboratory.cantilever.origin:CantileverOrigin",
+    origin="knittest.laboratory.cantilever.config:CantileverOrigin",
     hinges={"tolerance": 1, "membrane_share": -1},
     # at rest: the residual of shells; of yarns, whose balance at rest is fixed, the step
     halved={"macro": ("rig.tolerance", "-"), "meso": ("solver.safety", "-")},

@@ -11,10 +11,10 @@ from knittest.base.errors import InputError
 from knittest.base.units import to_kernel
 from knittest.config.fabric import MacroMaterial
 from knittest.experiment import lab_results as results
-from knittest.experiment.lab_checks import digest, refuse_apart
 from knittest.experiment.lab_conditions import AREA_MASS, PLANE_ANGLE, WIDTH, common, within
 from knittest.experiment.lab_recording import Origin, Recording, recordings
 from knittest.experiment.lab_results import Results, Tests, counted, of_directions, quantity
+from knittest.experiment.lab_shear import digest, refuse_apart
 from knittest.experiment.lab_table import Given
 from knittest.experiment.lab_tests import LabTest
 from knittest.laboratory.cantilever.config import CantileverRig

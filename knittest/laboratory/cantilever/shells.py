@@ -1,25 +1,165 @@
-"""Shells of a cantilever: flat at the start, at rest by dynamic relaxation."""
+"""Bent strip of a cantilever: shells at rest by dynamic relaxation, moments of its sections, its support and loads."""
 
+from dataclasses import dataclass
 from math import atan2, degrees
 
 import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.history import Frame
-from knittest.laboratory.base import Prepared, fabric_laminate
+from knittest.laboratory.base import Holder, Prepared, fabric_laminate
 from knittest.laboratory.cantilever.config import CantileverRun
-from knittest.laboratory.cantilever.mounting import EDGE, NEAR, TERMS, Mounting, Rest
-from knittest.laboratory.weights import weights
+from knittest.laboratory.strips import weights
 from knittest.materials.laminate import enough_for_bending, softened
-from knittest.models.boundary import Boundary
+from knittest.models.boundary import Boundary, new_tally
 from knittest.models.explicit_model import ExplicitModel
 from knittest.models.macro import build_rectangle
-from knittest.models.readings import new_tally
-from knittest.solve.observer import Observer
-from knittest.solve.relax import relax
-from knittest.solve.state import SimulationCost
+from knittest.solve.relax import Relaxation, relax
+from knittest.solve.state import Observer, SimulationCost
 
 Array = NDArray[np.float64]
+
+# Sections of a bent strip: the moment that is out of balance at each, and turns that balance it.
+#
+# A strip of yarns bends a thousand times more slowly than its loops settle, so relaxation alone would take a million
+# steps. Cantilevers are statically determinate: forces that are out of balance give the missing moment of every
+# section, and the missing moment over an assumed stiffness its missing curvature. Relaxing the yarns for a while and
+# turning the sections by that in turns is a two-grid method, whose result does not depend on the assumed stiffness.
+
+#: distance of sections [mm], about that of yarns
+SPACING = 4.0
+
+
+class Sections:
+    """Sections across a strip along y that is held behind its edge at 0.
+
+    ``flat`` (n, 3) [mm] the nodes when it lay flat, their ``mass`` (n,) [g] and the ``overhang`` [mm].
+    """
+
+    def __init__(self, flat: Array, mass: Array, overhang: float) -> None:
+        self.arc = np.linspace(0.0, overhang, max(round(overhang / SPACING), 8) + 1)
+        self._of, self._mass = flat[:, 1], mass
+        self._order = np.argsort(self._of, kind="stable")
+        self._sorted = self._of[self._order]
+        #: nodes that belong to a section: within a distance of it on either side
+        step = self.arc[1]
+        self._near = [np.flatnonzero(np.abs(self._of - s) < step) for s in self.arc]
+
+    def centres(self, position: Array) -> Array:
+        """Centres of mass of the sections (n_sections, 3) [mm]; the first lies at the edge."""
+        found = np.array([np.average(position[near], axis=0, weights=self._mass[near]) for near in self._near])
+        found[0, 1] = 0.0
+        return found
+
+    def moments(self, position: Array, force: Array) -> Array:
+        """Moment [N mm] that ``force`` (n, 3) [N] on the nodes beyond each section has about it; downwards is positive.
+
+        (n_sections,); nodes at an edge belong to the piece before it.
+        """
+        y, z = position[self._order, 1], position[self._order, 2]
+        fy, fz = force[self._order, 1], force[self._order, 2]
+        beyond = np.searchsorted(self._sorted, np.maximum(self.arc, 1e-6), side="right")
+        sums = [np.append(np.cumsum(v[::-1])[::-1], 0.0)[beyond] for v in (z * fy - y * fz, fy, fz)]
+        centre = self.centres(position)
+        moments: Array = sums[0] - centre[:, 2] * sums[1] + centre[:, 1] * sums[2]
+        return moments
+
+    def limited(self, curvature: Array, most: float) -> Array:
+        """``curvature`` [1/mm], (n_sections,), scaled down so that no section turns by more than ``most`` [rad]."""
+        largest = float(np.abs(self._turns(curvature)).max())
+        return curvature * min(1.0, most / max(largest, 1e-30))
+
+    def _turns(self, curvature: Array) -> Array:
+        """Turn [rad] of each section by the ``curvature`` [1/mm] up to it, (n_sections,)."""
+        return np.append(0.0, np.cumsum(0.5 * self.arc[1] * (curvature[1:] + curvature[:-1])))
+
+    def turned(self, position: Array, curvature: Array) -> tuple[Array, Array]:
+        """Positions (n, 3) [mm] and turns downwards (n,) [rad] of nodes after sections bent by ``curvature`` [1/mm].
+
+        ``curvature`` (n_sections,); sections turn rigidly and keep their distances, the edge stays.
+        """
+        turn = self._turns(curvature)
+        before = self.centres(position)
+        chords = _down(np.diff(before, axis=0), 0.5 * (turn[1:] + turn[:-1]))
+        after = before[0] + np.vstack([np.zeros(3), np.cumsum(chords, axis=0)])
+        of = np.interp(self._of, self.arc, turn)
+        old, new = (np.column_stack([np.interp(self._of, self.arc, c) for c in line.T]) for line in (before, after))
+        free = self._of > 0.0
+        moved = np.where(free[:, None], new + _down(position - old, of), position)
+        return moved, np.where(free, of, 0.0)
+
+
+def _down(vector: Array, angle: Array) -> Array:
+    """``vector`` (n, 3) turned from y towards -z by ``angle`` (n,) [rad]."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.column_stack([vector[:, 0], c * vector[:, 1] + s * vector[:, 2], c * vector[:, 2] - s * vector[:, 1]])
+
+
+#: nodes up to here [mm] are held
+EDGE = 1e-6
+#: share of the overhang from which the curvature of the root is read, and the terms that it is read by
+NEAR, TERMS = 0.25, 3
+
+
+@dataclass
+class Rest:
+    """A strip at rest: chord angle [deg], moment of the root about the edge (without that of the curl) and that of the
+    weight [N mm], curvature at the root [1/mm], and how it came to rest.
+    """
+
+    overhang: float
+    angle: float
+    root_moment: float
+    weight_moment: float
+    curvature: float
+    relaxation: Relaxation
+    frames: tuple[Frame, Frame]
+    converged: bool
+    #: moment [N mm] that holds the strip flat when it weighs nothing, and how far the angle still moved [deg]
+    curl: float = 0.0
+    drift: float = 0.0
+    #: energy of the hourglass control of shells over the internal one [-]
+    hourglass: float = 0.0
+    #: whether yarns got their friction on the way, without which they slipped on
+    rubs: bool = False
+
+
+class Mounting(Holder):
+    """A strip along y, held behind its edge at 0; ``flat`` positions [mm], (n, 3), and ``weight`` [N] of its nodes."""
+
+    def __init__(self, flat: Array, weight: Array) -> None:
+        self.flat, self.weight = flat, weight
+
+    def constrain(self, boundary: Boundary) -> None:
+        """Hold the root; the groups of reactions add up to its moment about the edge (scales are lever arms)."""
+        along, height = self.flat[:, 1], self.flat[:, 2]
+        held = np.flatnonzero(along <= EDGE)
+        boundary.move(held, "z", scale=along[held])
+        boundary.move(held, "y", scale=-height[held])
+        boundary.move(held, ["rx"])
+        boundary.move(held, ["x", "ry", "rz"])
+
+    def moment(self, now: Array) -> float:
+        """Moment of the weight about the edge [N mm] at positions ``now`` (n, 3)."""
+        free = self.flat[:, 1] > EDGE
+        return float(np.sum(self.weight[free] * now[free, 1]))
+
+    def root(self, reaction: Array, steps: int) -> float:
+        """Moment of the strip at the edge [N mm] from reactions (PARTITIONS, n_groups) summed over ``steps``.
+
+        The reactions also bear what is held behind the edge.
+        """
+        held = self.flat[:, 1] <= EDGE
+        return float(reaction[:, :3].sum()) / steps - float(self.weight[held] @ self.flat[held, 1])
+
+    def curvature(self, now: Array) -> float:
+        """Curvature at the edge [1/mm] of the mean deflection, by terms of the elastica from as many rows at least."""
+        along, drop = self.flat[:, 1], self.flat[:, 2] - now[:, 2]
+        rows = np.unique(np.round(along[along > EDGE], 6))
+        near = (along > EDGE) & ((along < NEAR * along.max()) | (along < rows[:TERMS][-1] + EDGE))
+        s = along[near]
+        basis = np.column_stack([0.5 * s**2, s**3, s**4])
+        return float(np.linalg.lstsq(basis, drop[near], rcond=None)[0][0])
 
 
 def mount_shells(run: CantileverRun, overhang: float) -> Prepared:

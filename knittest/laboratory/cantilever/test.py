@@ -11,21 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
+from knittest.base.files import data_dir
 from knittest.base.history import History, Quality
-from knittest.base.resources import data_dir
 from knittest.config.gates import HOURGLASS
 from knittest.experiment.tables import published
 from knittest.laboratory.base import Prepared, Test
 from knittest.laboratory.cantilever.config import CantileverRun
 from knittest.laboratory.cantilever.corrections import EQ2, FLATTEST, STEEPEST
-from knittest.laboratory.cantilever.mounting import Rest
-from knittest.laboratory.cantilever.shells import mount_shells, shells_to_rest
+from knittest.laboratory.cantilever.shells import Rest, mount_shells, shells_to_rest
 from knittest.laboratory.cantilever.yarns import mount_yarns, yarns_to_rest
 from knittest.laboratory.judging import by_gate
 from knittest.materials.heavy_elastica import STANDARD_ANGLE, bending_stiffness, overhang_ratio
 from knittest.models.explicit_model import ExplicitModel
-from knittest.solve.observer import SILENT, Observer
-from knittest.solve.state import SimulationCost
+from knittest.solve.state import SILENT, Observer, SimulationCost
 
 Array = NDArray[np.float64]
 
@@ -237,3 +235,13 @@ def _history(model: ExplicitModel, rests: list[Rest]) -> History:
         "hourglass_over_internal": [r.hourglass for r in rests],
     }
     return History(model.mesh, curve, {k: np.array(v) for k, v in trials.items()}, list(rests[-1].frames))
+
+
+def stated(run: CantileverRun) -> tuple[str, ...]:
+    """Size of the strip and what acts on it, in words."""
+    return (f"strip {run.rig.width:g} mm wide",)
+
+
+def sheet(run: CantileverRun) -> tuple[float, float]:
+    """Length and width [mm] of the sheet of shells."""
+    return given_overhang(run), run.rig.width

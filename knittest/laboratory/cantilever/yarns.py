@@ -19,19 +19,15 @@ from numpy.typing import NDArray
 from knittest.base.history import Frame
 from knittest.laboratory.base import Prepared
 from knittest.laboratory.cantilever.config import CantileverRun
-from knittest.laboratory.cantilever.mounting import Mounting, Rest
-from knittest.laboratory.cantilever.sections import Sections
-from knittest.laboratory.strips import cut, pitch, yarns_across
-from knittest.laboratory.weights import weights
+from knittest.laboratory.cantilever.shells import Mounting, Rest, Sections
+from knittest.laboratory.strips import cut, pitch, weights, yarns_across
 from knittest.materials.heavy_elastica import heavy_elastica
-from knittest.models.boundary import Boundary
+from knittest.models.boundary import Boundary, new_tally
 from knittest.models.meso import build_meso, yarn_contact
 from knittest.models.natural_state import turned_about_x
-from knittest.models.readings import new_tally
 from knittest.models.yarn_model import YarnModel
-from knittest.solve.observer import SILENT, Observer
 from knittest.solve.relax import Look, Relaxation, relax
-from knittest.solve.state import SimulationCost
+from knittest.solve.state import SILENT, Observer, SimulationCost
 
 Array = NDArray[np.float64]
 

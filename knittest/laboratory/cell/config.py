@@ -1,17 +1,85 @@
-"""Config of the cell test."""
+"""Config of the cell test: fields, presets, the size that is shown, paths of the mean deformation from CSV files."""
 
+import csv
 from collections.abc import Mapping
+from math import isfinite
+from pathlib import Path
 from typing import Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from knittest.config.base import BoundsError, number
-from knittest.config.kernel_units import Kernel
+from knittest.base.errors import InputError
+from knittest.base.kinds import Stated
+from knittest.config.base import BoundsError, Kernel, number
 from knittest.config.rigs import Rig
 from knittest.config.run import Run
-from knittest.laboratory.cell.steps import read_steps
 
-Path = Literal["shear", "warp", "weft", "biaxial", "bending", "compaction", "steps"]
+#: repeats either way
+REPEATS = {"quick": 1, "standard": 2, "paper": 2}
+#: speed [m/s] of 100 mm of fabric, and start [ms]: at half of it forces stay within 0.5 %
+SPEED = {"shear": 2.4, "warp": 0.4, "weft": 0.4, "biaxial": 0.4, "bending": 0.25, "compaction": 1.5}
+FROM_A_FILE, START = 2.4, 4.0
+#: nodes of a larger cell follow later: these go slower by its repeats
+SLOWER = ("shear",)
+#: paths that pull no yarn: a wave of four beams, as in frames
+FINE = ("warp", "weft", "biaxial")
+
+
+def settings(preset: str, scale: str, stated: Stated) -> dict[str, Any]:
+    """Settings of ``preset`` for the path that is stated: it takes 10 to 60 ms."""
+    path = str(stated("path") or "shear")
+    model = {} if path in FINE or path not in SPEED else {"meso": {"elements_per_wave": 4}}
+    slower = path in SLOWER or path not in SPEED
+    speed = SPEED.get(path, FROM_A_FILE) / (REPEATS[preset] if slower else 1)
+    return {
+        "rig": {"wales": REPEATS[preset], "courses": REPEATS[preset]},
+        "model": model,
+        "solver": {"speed": speed, "ramp": START, "damping": 0.01, "safety": 0.9},
+    }
+
+
+HEADER = ["fraction", "f_xx", "f_xy", "f_yx", "f_yy"]
+Row = tuple[float, float, float, float, float]
+
+
+def read_steps(name: str) -> list[Row]:
+    """Rows of the share of the time and the components of the mean gradient in file ``name``.
+
+    Raises :class:`InputError` naming the line of what is wrong.
+    """
+    try:
+        lines = list(csv.reader(Path(name).read_text(encoding="utf-8").splitlines()))
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"rig.path = {name}: cannot be read as text: {error}") from None
+    numbered = [(k, [v.strip() for v in line]) for k, line in enumerate(lines, 1) if any(v.strip() for v in line)]
+    if not numbered or numbered[0][1] != HEADER:
+        raise InputError(f"{name}, line 1: expected the header {','.join(HEADER)}")
+    rows: list[Row] = []
+    for at, line in numbered[1:]:
+        rows.append(_row(f"{name}, line {at}", line, rows))
+    if len(rows) < 2 or rows[-1][0] != 1.0:
+        raise InputError(f"{name}: {len(rows)} rows; expected the start and more, the last of fraction 1")
+    return rows
+
+
+def _row(where: str, line: list[str], before: list[Row]) -> Row:
+    try:
+        values = [float(v) for v in line]
+    except ValueError:
+        raise InputError(f"{where}: {','.join(line)}: expected numbers") from None
+    if len(values) != len(HEADER) or not all(isfinite(v) for v in values):
+        raise InputError(f"{where}: {','.join(line)}: expected {len(HEADER)} finite numbers, {','.join(HEADER)}")
+    fraction, xx, xy, yx, yy = values
+    if not before and (fraction, xx, xy, yx, yy) != (0.0, 1.0, 0.0, 0.0, 1.0):
+        raise InputError(f"{where}: the path begins with the fabric as it is: expected 0,1,0,0,1")
+    if before and not before[-1][0] < fraction <= 1.0:
+        raise InputError(f"{where}: fraction = {fraction:g}: expected more than {before[-1][0]:g}, and at most 1")
+    if not xx * yy - xy * yx > 0.0:
+        raise InputError(f"{where}: the gradient has the determinant {xx * yy - xy * yx:g}: expected more than 0")
+    return fraction, xx, xy, yx, yy
+
+
+PathName = Literal["shear", "warp", "weft", "biaxial", "bending", "compaction", "steps"]
 #: axial stiffness is what these pull at: they keep all of it
 STRETCHING = ("warp", "weft", "biaxial", "steps")
 
@@ -20,7 +88,7 @@ class CellRig(Rig):
     """Cell: some loops of the fabric without an edge, whose images follow the mean deformation."""
 
     kind: Literal["cell"] = "cell"
-    path: Path = Field(
+    path: PathName = Field(
         "shear",
         description="mean deformation: shear as a trellis; warp, weft, biaxial: stretched; bending; compaction between "
         "plates; or steps, a CSV file of which may stand here",
@@ -105,3 +173,8 @@ class CellRun(Run):
     """A cell test."""
 
     rig: CellRig = Field(default_factory=CellRig)
+
+
+def stated(run: CellRun) -> tuple[str, ...]:
+    """Repeats and path, in words."""
+    return (f"{run.rig.wales} x {run.rig.courses} repeats without an edge, path {run.rig.path}",)

@@ -1,8 +1,7 @@
 """Record of the cell test."""
 
-from knittest.base.kinds import TestKind
-from knittest.base.regressed import SHEETS, Regressed, Regression
-from knittest.laboratory.deciding_fields import CROSSINGS, LOOPS
+from knittest.base.kinds import SHEETS, Regressed, Regression, TestKind
+from knittest.laboratory.records import CROSSINGS, LOOPS
 
 KIND = TestKind(
     name="cell",
@@ -18,8 +17,8 @@ KIND = TestKind(
     run="knittest.laboratory.cell.config:CellRun",
     test="knittest.laboratory.cell.test:Cell",
     report="knittest.laboratory.cell.report:CellReport",
-    size="knittest.laboratory.cell.size:stated",
-    ending="knittest.laboratory.cell.ends:ending",
+    size="knittest.laboratory.cell.config:stated",
+    ending="knittest.laboratory.cell.path:ending",
     texts={"path": ("rig.path", "shear, warp, weft, biaxial, bending, compaction, or a CSV file of steps.")},
     labels={
         "cell_shear_n_per_mm_at_deg.1": ("shear force at 1 deg [N/mm]", "{:.5f}"),
@@ -42,7 +41,7 @@ KIND = TestKind(
     diagnostic=("run_speed_m_per_s",),
     pictures=("curve.png", "energies.png", "deformed.png"),
     scales=("meso",),
-    presets="knittest.laboratory.cell.presets:settings",
+    presets="knittest.laboratory.cell.config:settings",
     sizes=("wales", "courses"),
     deciding={"meso": ("warp_density", "weft_density", *LOOPS, *CROSSINGS)},
     hinges={"membrane_share": -1},

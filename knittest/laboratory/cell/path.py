@@ -1,4 +1,4 @@
-"""Paths of a cell: its lattice as a function of how far the path has come."""
+"""Paths of a cell: its lattice as a function of how far the path has come, and where a path of shear ends."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.laboratory.cell.config import CellRig, CellRun
+from knittest.laboratory.records import Ending
 from knittest.models.periodic_model import NUMBERS
-from knittest.models.table import Table, ramp
+from knittest.models.tool import Table, ramp
 
 Array = NDArray[np.float64]
 
@@ -112,3 +113,12 @@ def timed(run: CellRun, path: CellPath) -> tuple[CellPath, Table]:
     way = path.end if path.name != "path_pct" else longest
     progress = ramp(run.solver.ramp_ms, rate / way)
     return replace(path, duration=0.5 * run.solver.ramp_ms + way / rate), progress
+
+
+#: shear angles at which results are read [deg], and half the range over which they are averaged
+ANGLES, NEAR = (1.0, 10.0, 20.0, 30.0, 40.0), 0.5
+
+
+def ending(run: CellRun) -> Ending | None:
+    """End of the path of ``run``; None where all that is read of it is read at its end."""
+    return Ending("rig.end_angle", run.rig.last_angle, NEAR) if run.rig.path == "shear" else None

@@ -5,8 +5,8 @@ from pathlib import Path
 
 from knittest.base.history import Specimen
 from knittest.experiment.curves import ReferenceCurve
-from knittest.export.faces_picture import faces_picture
 from knittest.export.line_picture import Line, line_picture
+from knittest.export.yarn_pictures import faces_picture
 from knittest.laboratory.cell.config import CellRun
 from knittest.laboratory.cell.test import judged_span
 from knittest.laboratory.report_base import CurveAxes, NoSize, References, Report, draw_energies, title_of

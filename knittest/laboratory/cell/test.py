@@ -1,29 +1,208 @@
-"""Cell test: one periodic cell of yarns under a given mean deformation."""
+"""Cell test: one periodic cell of yarns under a given mean deformation, its motion, and what is recorded of it."""
 
 import time as clock
+from collections.abc import Callable
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
 
 from knittest.base.errors import InputError, NumericalError
-from knittest.base.history import Array, History, Quality
-from knittest.base.rounding import rounded_down
+from knittest.base.history import Array, History, Overlaps, Quality
+from knittest.base.units import rounded_down
 from knittest.fabric.relax import relaxed_cell
 from knittest.laboratory.base import Prepared, Test
-from knittest.laboratory.cell.config import CellRun
-from knittest.laboratory.cell.ends import ANGLES, NEAR
-from knittest.laboratory.cell.path import path_of
-from knittest.laboratory.cell.record import Recorder, split
-from knittest.laboratory.cell.rig import CellTest
-from knittest.laboratory.judging import assess, locking
-from knittest.laboratory.span import Span
-from knittest.models.meso_cell import build_meso_cell, lattice_of
-from knittest.models.periodic_model import PeriodicModel
-from knittest.solve.curl import Curl
-from knittest.solve.observer import SILENT, Observer
+from knittest.laboratory.cell.config import STRETCHING, CellRun
+from knittest.laboratory.cell.path import ANGLES, NEAR, CellPath, path_of, timed
+from knittest.laboratory.judging import Span, assess, locking
+from knittest.models.boundary import Boundary, Readings
+from knittest.models.crossings import Crossings, crossings, surfaces
+from knittest.models.meso import build_meso_cell, lattice_of
+from knittest.models.periodic_model import NUMBERS, PeriodicModel
+from knittest.models.tool import Table, constant, plane
 from knittest.solve.periodic_body import PeriodicBody
+from knittest.solve.settled_cell import Curl
 from knittest.solve.simulate import simulate
-from knittest.solve.state import SimulationCost
+from knittest.solve.state import SILENT, Observer, SimulationCost, Snapshot
+
+#: gap between the plates and the yarns at the start [mm]
+GAP = 0.002
+#: way of the plates over the thickness after which no fabric is left
+MOST_CLOSED = 0.9
+
+
+class CellTest:
+    """Drives the lattice of ``model`` along its path; between plates until they press hard enough."""
+
+    coordinate, force = "path_pct", "conjugate_force"
+    marks: tuple[float, ...] = ()
+    mounted_at, averaged_from = 0.0, np.inf
+    #: whether a yarn has come to its fracture strain
+    torn = False
+    #: whether the run has come to where it ends on the way of its path
+    arrived = False
+
+    def __init__(self, run: CellRun, model: PeriodicModel) -> None:
+        self.model, self.pressed = model, run.rig.path == "compaction"
+        self.own = np.flatnonzero(model.owned)
+        low, high = surfaces(model, self.own)
+        self.thickness = high - low + 2.0 * GAP
+        self.path, self.progress = self._plan(run, model)
+        self.duration, self.most = self.path.duration, 1e-3 * run.rig.max_pressure
+        self.bent, self.locks = run.rig.about, run.rig.path == "shear"
+        self.ends_at = np.inf if run.rig.end_angle is None else run.rig.end_angle / run.rig.max_angle
+
+    def _plan(self, run: CellRun, model: PeriodicModel) -> tuple[CellPath, Table]:
+        path = path_of(run, model.reference)
+        if self.pressed:
+            path = CellPath(path.name, MOST_CLOSED * self.thickness, 1.0, path.at)
+        return timed(run, path)
+
+    def constrain(self, boundary: Boundary) -> None:
+        """Move, free or hold all numbers of the lattice; put the plates where the yarns are."""
+        model = cast(PeriodicModel, boundary.model)
+        model.images.group[:] = -1  # it was let come to rest by others
+        if self.bent:
+            model.bend_along(model.reference[1 if self.bent == "warp" else 0])
+        rates = {} if self.pressed else self.path.rates(self.progress)
+        for name in NUMBERS:
+            if name in self.path.free:
+                model.free(boundary, name)
+            else:
+                model.drive(boundary, name, rates.get(name, constant(0.0)))
+        if self.pressed:
+            boundary.radius[self.own] = model.group.radius[self.own]
+            z, radius = model.nodes.position[2, self.own], model.group.radius[self.own]
+            boundary.add_tool(plane((0.0, 0.0, float((z - radius).min()) - GAP), (0.0, 0.0, 1.0)))
+            boundary.add_tool(plane((0.0, 0.0, float((z + radius).max()) + GAP), (0.0, 0.0, -1.0)))
+            speed = Table(self.progress.time, tuple(-self.path.end * v for v in self.progress.value))
+            boundary.move_tool(1, "z", speed)
+
+    def ring_time(self, wave_speed: float) -> float:
+        """Time [ms] a wave needs along the cell."""
+        return float(np.linalg.norm(self.model.reference, axis=1).max()) / wave_speed
+
+    def channels(self, time: float, readings: Readings) -> dict[str, float]:
+        """Share of the path, its coordinate, the force conjugate to that over the area, nominal mean stresses."""
+        s = self.share(time)
+        pull, area = readings.reaction[self.model.images.group], self.model.area
+        nominal = pull[:6].reshape(2, 3).T @ self.model.reference / area
+        pressure = 0.5 * float(readings.tool_force[1, 2] - readings.tool_force[0, 2]) / area if self.pressed else 0.0
+        return {
+            "path_pct": 100.0 * s,
+            self.path.name: self.path.shown * self.path.end * s,
+            "conjugate_force": pressure if self.pressed else self.path.conjugate(pull, s) / area,
+            "weft_n_per_mm": float(nominal[0, 0]),
+            "warp_n_per_mm": float(nominal[1, 1]),
+            "shear_xy_n_per_mm": float(nominal[0, 1]),
+            "shear_yx_n_per_mm": float(nominal[1, 0]),
+            "moment_n": float(pull[6]) / area,
+            "pressure_kpa": 1e3 * pressure,
+        }
+
+    def share(self, time: float) -> float:
+        """Share of the path at ``time`` [ms]."""
+        return min(self.progress.integral(time), 1.0)
+
+    def finished(self, force: float, peak: float, broken: bool) -> bool:
+        """Over when the plates press hard enough, a yarn is torn, or the run has come to its own end."""
+        return self.torn or self.arrived or (self.pressed and force >= self.most)
+
+
+#: share of the strain at fracture that a path is said to go to
+BELOW = 0.9
+NONE = Crossings(0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+class Recorder(Observer):
+    """Records a row of the model in ``mount`` at every sample, and tells ``observer`` all that it hears."""
+
+    def __init__(self, run: CellRun, mount: CellTest, observer: Observer) -> None:
+        self.run, self.mount, self.model, self.observer = run, mount, mount.model, observer
+        fabric = run.fabric
+        fracture = dict.fromkeys(("warp", "weft"), fabric.reinforcing.fracture_strain_fraction)
+        self.fracture = fracture | {"knit": fabric.knitting.fracture_strain_fraction}
+        self.reached = 0.0
+
+    def phase(self, text: str) -> None:
+        """See :class:`Observer`."""
+        self.observer.phase(text)
+
+    def overlaps(self, found: Overlaps) -> None:
+        """See :class:`Observer`."""
+        self.observer.overlaps(found)
+
+    def progress(self, fraction: float, time_ms: float, step_us: float, kinetic_ratio: float) -> None:
+        """Keep a row, and see whether the run ends here; where yarns would be torn end the path, or raise
+        :class:`InputError` as the run says.
+        """
+        self.model.record.append(row_of(self.model))
+        self.mount.arrived = self.mount.share(time_ms) >= self.mount.ends_at
+        if self.run.rig.path in STRETCHING:
+            self._look_for_torn(fraction)
+        self.reached = fraction
+        self.observer.progress(fraction, time_ms, step_us, kinetic_ratio)
+
+    def settling(self, fraction: float) -> None:
+        """See :class:`Observer`."""
+        self.observer.settling(fraction)
+
+    def resume_from(self) -> Snapshot | None:
+        """See :class:`Observer`."""
+        return self.observer.resume_from()
+
+    def visit(self, take: Callable[[], Snapshot]) -> None:
+        """See :class:`Observer`."""
+        self.observer.visit(take)
+
+    def failed(self, take: Callable[[], Snapshot]) -> None:
+        """See :class:`Observer`."""
+        self.observer.failed(take)
+
+    def _look_for_torn(self, fraction: float) -> None:
+        strain, names = self.model.fields()["axial_strain"], self.model.mesh.part_names
+        for k, name in enumerate(names):
+            of = self.model.mesh.part == k
+            if of.any() and (largest := float(strain[of].max())) > self.fracture[name]:
+                self.mount.torn = True
+                if self.run.rig.torn == "ends":
+                    return
+                # yarns grow stiffer: a path of this share of the present one strains them by less than to fracture
+                would_do = max(self.reached, BELOW * fraction * self.fracture[name] / largest)
+                raise InputError(torn(self.run, name, self.fracture[name], would_do))
+
+
+def torn(run: CellRun, system: str, fracture: float, share: float) -> str:
+    """Say that the path tears ``system``, and what would do: ``share`` of it."""
+    rig = run.rig
+    if rig.path == "steps":
+        remedy = f"end the steps at {100.0 * share:.0f} % of their way"
+    else:
+        remedy = f"rig.max_strain={rounded_down(share * rig.max_strain):g} would do"
+    return f"rig.path = {rig.path}: it tears the {system} yarns, which break at {100.0 * fracture:.2f} %; {remedy}"
+
+
+def row_of(model: PeriodicModel) -> dict[str, float]:
+    """Elastic energies [mJ] by system and mechanism, crossings by kind, and thickness [mm]."""
+    names, energies = model.mesh.part_names, model.beam_energies()
+    row = {f"{m}_{part}_mj": float(v[k]) for m, v in energies.items() for k, part in enumerate(names)}
+    found = crossings(model)
+    for k, one in enumerate(names):
+        for other in names[k:]:
+            of, label = found.get(f"{one}-{other}", NONE), f"{one}_{other}"
+            row |= {
+                f"{label}_contacts": of.count, f"{label}_normal_force_n": of.normal_force,
+                f"{label}_largest_force_n": of.largest_force, f"{label}_angle_deg": of.angle,
+            }  # fmt: skip
+    low, high = surfaces(model, np.flatnonzero(model.owned))
+    return row | {"thickness_mm": high - low}
+
+
+def split(record: list[dict[str, float]]) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Columns of the energies, and of the contacts, in ``record``."""
+    columns = {name: np.array([row[name] for row in record]) for name in record[0]}
+    energies = {name: values for name, values in columns.items() if name.endswith("_mj")}
+    return energies, {name: values for name, values in columns.items() if name not in energies}
 
 
 class Cell(Test[CellRun]):

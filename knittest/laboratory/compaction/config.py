@@ -1,11 +1,11 @@
-"""Config of the compaction test."""
+"""Config of the compaction test: fields, presets and the size that is shown."""
 
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import Field
 
-from knittest.config.base import number
-from knittest.config.kernel_units import Kernel
+from knittest.base.kinds import Stated
+from knittest.config.base import Kernel, number
 from knittest.config.rigs import Rig
 from knittest.config.run import Run
 
@@ -33,3 +33,19 @@ class CompactionRun(Run):
     """A compaction test."""
 
     rig: CompactionRig = Field(default_factory=CompactionRig)
+
+
+#: side of the plates [mm]
+SIDE = {"quick": 15.0, "standard": 25.0, "paper": 50.0}
+
+
+def settings(preset: str, scale: str, stated: Stated) -> dict[str, Any]:
+    """Settings of ``preset``: slow enough for a pressure of 0.1 kPa, which inertia would exceed."""
+    model = {"meso": {"elements_per_loop": 30, "elements_per_wave": 4}}
+    solver = {"speed": 0.04, "damping": 0.3, "safety": 0.7, "ramp": 2.0}
+    return {"model": model, "rig": {"side": SIDE[preset]}, "solver": solver}
+
+
+def stated(run: CompactionRun) -> tuple[str, ...]:
+    """Size of the plates and the pressure that ends the test, in words."""
+    return f"plates of {run.rig.side:g} mm", f"pressed with {run.rig.max_pressure:g} kPa"

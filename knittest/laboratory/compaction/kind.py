@@ -1,7 +1,6 @@
 """Record of the compaction test."""
 
-from knittest.base.kinds import TestKind
-from knittest.base.regressed import SHEETS, Regressed, Regression
+from knittest.base.kinds import SHEETS, Regressed, Regression, TestKind
 
 KIND = TestKind(
     name="compaction",
@@ -16,7 +15,7 @@ KIND = TestKind(
     run="knittest.laboratory.compaction.config:CompactionRun",
     test="knittest.laboratory.compaction.test:Compaction",
     report="knittest.laboratory.compaction.report:CompactionReport",
-    size="knittest.laboratory.compaction.size:stated",
+    size="knittest.laboratory.compaction.config:stated",
     labels={
         "thickness_mm_at_kpa.1": ("thickness at 1 kPa [mm]", "{:.3f}"),
         "thickness_mm_at_kpa.10": ("thickness at 10 kPa [mm]", "{:.3f}"),
@@ -33,7 +32,7 @@ KIND = TestKind(
     published=tuple(f"thickness_mm_at_kpa.{p}" for p in (1, 10, 100, 1000)),
     pictures=("curve.png", "energies.png", "deformed.png"),
     scales=("meso",),
-    presets="knittest.laboratory.compaction.presets:settings",
+    presets="knittest.laboratory.compaction.config:settings",
     laboratory="knittest.laboratory.compaction.lab_files:LAB",
     sizes=("side",),
     deciding={

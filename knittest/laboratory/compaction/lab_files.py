@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from knittest.base.errors import InputError
-from knittest.experiment.lab_checks import digests, first_loading, refuse_apart
 from knittest.experiment.lab_conditions import PLATE_AREA, PLATE_DIAMETER
 from knittest.experiment.lab_recording import Origin, Recording, reader
 from knittest.experiment.lab_results import Curves, Results
+from knittest.experiment.lab_shear import digests, first_loading, refuse_apart
 from knittest.experiment.lab_tests import LabTest
 from knittest.experiment.statistics import Array, Corridor
 from knittest.laboratory.compaction.van_wyk import PRESSURES, thickness_at

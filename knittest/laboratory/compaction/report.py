@@ -6,12 +6,17 @@ import numpy as np
 
 from knittest.base.history import Body, Specimen
 from knittest.experiment.curves import ReferenceCurve
-from knittest.export.faces_picture import faces_picture
 from knittest.export.line_picture import Band, Level, Line, line_picture
-from knittest.laboratory.apparatus import at_frames, plate_block
+from knittest.export.yarn_pictures import faces_picture
 from knittest.laboratory.compaction.config import CompactionRun
-from knittest.laboratory.compaction.rig import plate_centres, plate_lengths
-from knittest.laboratory.compaction.test import SUNK_TOLERANCE, UNEVEN_TOLERANCE, Compaction, pressed_size
+from knittest.laboratory.compaction.test import (
+    SUNK_TOLERANCE,
+    UNEVEN_TOLERANCE,
+    Compaction,
+    plate_centres,
+    plate_lengths,
+    pressed_size,
+)
 from knittest.laboratory.compaction.van_wyk import PRESSURES, fit, loading
 from knittest.laboratory.report_base import (
     Columns,
@@ -24,6 +29,7 @@ from knittest.laboratory.report_base import (
     energy_gates,
     title_of,
 )
+from knittest.laboratory.strips import at_frames, plate_block
 
 
 class CompactionReport(NoSize[CompactionRun], Report[CompactionRun]):

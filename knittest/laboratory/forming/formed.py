@@ -1,11 +1,16 @@
-"""Source of the results of forming: the mid-surface of the blank over its tools."""
+"""Results of forming: mid-surface, rim waves, work of the stamp, draw-in, largest force of every yarn."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.history import Frame, History, Mesh
+from knittest.config.fabric import Direction
+from knittest.config.run import Run
+from knittest.laboratory.base import tension_curve
+from knittest.materials.yarn_section import sections
 from knittest.tooling.toolset import ToolSet
 
 Array = NDArray[np.float64]
@@ -65,3 +70,249 @@ def formed(history: History, frame: Frame, tools: ToolSet, thickness: float, tra
     height = np.where(on_die, die - half - offset, np.inf)
     height = np.where(on_stamp & (stamp < die), stamp - half + offset, height)
     return Formed(start, now, np.where(np.isfinite(height), height, np.nan), on_die & ~(on_stamp & (stamp < die)))
+
+
+#: heights are means over this length of the rim [mm]: single yarn ends stand off by themselves
+WINDOW = 8.0
+
+
+@dataclass(frozen=True)
+class RimWaves:
+    """``height`` (n,) [mm] of the rim over the paraboloid that fits it best; ``count`` of crests whose prominence is
+    above a limit; ``largest`` [mm] height of one of them over the higher of the troughs on either side of it, up to the
+    next of them, or the whole range where none counts.
+    """
+
+    height: Array
+    largest: float
+    count: int
+
+
+def rim_waves(start: Array, rise: Array, least: float) -> RimWaves:
+    """Waves of the rim of a flat blank at ``start`` (n, 2) [mm], in order round it, risen by ``rise`` (n,) [mm].
+
+    Crests count from a prominence of ``least`` [mm].
+    """
+    from scipy.signal import find_peaks
+
+    size = np.abs(start).max()
+    x, y = start.T / size
+    surface = np.column_stack([np.ones_like(x), x, y, x * x, x * y, y * y])
+    over = rise - surface @ np.linalg.lstsq(surface, rise, rcond=None)[0]
+    height = _mean(start, over)
+    # the rim is closed: begin and end in its deepest trough
+    low = int(np.argmin(height))
+    profile = np.append(np.roll(height, -low), height[low])
+    crests = find_peaks(profile, prominence=least)[0]
+    if not len(crests):
+        return RimWaves(height, float(np.ptp(profile)), 0)
+    troughs = np.minimum.reduceat(profile, np.append(0, crests))
+    over = profile[crests] - np.maximum(troughs[:-1], troughs[1:])
+    return RimWaves(height, float(over.max()), len(crests))
+
+
+def _mean(start: Array, value: Array) -> Array:
+    """Mean of ``value`` (n,) over :data:`WINDOW` along the closed rim."""
+    steps = np.linalg.norm(np.diff(start, axis=0, append=start[:1]), axis=1)
+    way, length = np.append(0.0, np.cumsum(steps[:-1])), float(steps.sum())
+    apart = np.abs(way[:, None] - way)
+    near = np.minimum(apart, length - apart) <= 0.5 * WINDOW
+    mean: Array = near @ value / near.sum(axis=1)
+    return mean
+
+
+Table = dict[str, Array]
+
+#: mechanisms with the columns of the energies that they sum up: those after "less" are taken off
+MECHANISMS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "stretching": (("stretching_warp_mj", "stretching_weft_mj", "stretching_fabric_mj"), ()),
+    "bending": (("bending_warp_mj", "bending_weft_mj", "bending_fabric_mj"), ()),
+    "in_plane_bending": (("in_plane_bending_fabric_mj",), ()),
+    "torsion": (("torsion_warp_mj", "torsion_weft_mj"), ()),
+    "loop_stretching": (("stretching_knit_mj",), ()),
+    "loop_bending": (("bending_knit_mj",), ()),
+    "loop_torsion": (("torsion_knit_mj",), ()),
+    "shear": (("shear_fabric_mj",), ()),
+    "fabric_contact": (("contact_mj",), ("contact_tools_mj", "contact_recovery_mj")),
+    "fabric_friction": (("friction_mj",), ("friction_tools_mj",)),
+    "tool_contact": (("contact_tools_mj",), ()),
+    "tool_friction": (("friction_tools_mj",), ()),
+    "hourglass": (("hourglass_mj",), ()),
+    "damping": (("damping_mj", "contact_damping_mj"), ()),
+    "kinetic": (("kinetic_mj",), ()),
+    "torn": (("eroded_mj",), ()),
+    "balance_error": (("balance_error_mj",), ()),
+}
+#: what a legend says of them
+LABELS = {
+    "stretching": "stretching of inlays",
+    "bending": "bending of inlays",
+    "in_plane_bending": "bending of inlays in the plane",
+    "torsion": "torsion of inlays",
+    "loop_stretching": "stretching of loops",
+    "loop_bending": "bending of loops",
+    "loop_torsion": "torsion of loops",
+    "shear": "shear",
+    "fabric_contact": "contact of the fabric with itself",
+    "fabric_friction": "friction in the fabric",
+    "tool_contact": "contact with tools",
+    "tool_friction": "friction at tools",
+    "hourglass": "hourglass control",
+    "damping": "damping",
+    "kinetic": "kinetic",
+    "torn": "torn elements",
+    "balance_error": "error of the balance",
+}
+
+
+def stamp_work(history: History) -> Table:
+    """Table over the rows of the energies: travel [mm], work of the stamp and of holder and weight, and energy or loss
+    of each of :data:`MECHANISMS` that the model has [mJ], which together are both works.
+
+    The bending of yarns is that in the plane too, which shells have apart.
+    """
+    curve, energies = history.curve, history.energies
+    travel, force = curve["stamp_travel_mm"], curve["stamp_force_n"]
+    steps = np.diff(travel, prepend=0.0)
+    before = np.append(force[:1], force[:-1])
+    work = np.interp(energies["time_ms"], curve["time_ms"], np.cumsum(0.5 * (before + force) * steps))
+    found = {
+        "stamp_travel_mm": np.interp(energies["time_ms"], curve["time_ms"], travel),
+        "stamp_mj": work,
+        "holder_and_weight_mj": energies["external_mj"] - work,
+    }
+    for name, (plus, less) in MECHANISMS.items():
+        columns = [energies[column] for column in plus if column in energies]
+        if columns:
+            taken = sum((energies[column] for column in less), np.zeros_like(work))
+            found[f"{name}_mj"] = np.sum(columns, axis=0) - taken
+    return found
+
+
+#: a node of a sheet belongs to an edge that it is as near to [mm]
+EDGE = 1e-6
+#: share of a side about its middle over which the draw-in of the side is a mean
+MIDDLE = 0.1
+#: sides by the yarns that end there, with the axis across them and the direction outwards
+SIDES = {"weft_low": (0, -1.0), "warp_low": (1, -1.0), "weft_high": (0, 1.0), "warp_high": (1, 1.0)}
+
+
+@dataclass(frozen=True)
+class DrawIn:
+    """Points along the edges of the blank: ``start`` and ``now`` (n, 2) [mm], ``side`` (n,) as an index of
+    :data:`SIDES`, ``drawn`` (n,), the way inwards, normal to the side, and ``rise`` (n,) upwards [mm].
+    """
+
+    start: Array
+    now: Array
+    side: Index
+    drawn: Array
+    rise: Array
+
+    def middle(self, side: str) -> float:
+        """Mean draw-in of the middle of a side [mm]."""
+        here = self.side == list(SIDES).index(side)
+        along = self.start[here, 1 - SIDES[side][0]]
+        near = np.abs(along) <= max(MIDDLE * np.abs(along).max(), np.abs(along).min())
+        return float(self.drawn[here][near].mean())
+
+    def table(self) -> dict[str, Array]:
+        """Columns of draw-in.csv."""
+        return {
+            "side": np.array(list(SIDES))[self.side],
+            "start_x_mm": self.start[:, 0],
+            "start_y_mm": self.start[:, 1],
+            "x_mm": self.now[:, 0],
+            "y_mm": self.now[:, 1],
+            "draw_in_mm": self.drawn,
+        }
+
+
+def draw_in(mesh: Mesh, first: Frame, last: Frame) -> DrawIn:
+    """The four edges, round the blank, between two frames."""
+    rows = []
+    for k, (name, (axis, sign)) in enumerate(SIDES.items()):
+        edge = _edge(mesh, first.position, name)
+        order = edge[np.argsort(first.position[edge, 1 - axis] * (1.0 if k in (1, 2) else -1.0))]
+        start, now = first.position[order], last.position[order]
+        drawn, rise = sign * (start[:, axis] - now[:, axis]), now[:, 2] - start[:, 2]
+        rows.append((start[:, :2], now[:, :2], np.full(len(order), k), drawn, rise))
+    return DrawIn(*(np.concatenate(column) for column in zip(*rows, strict=True)))
+
+
+def _edge(mesh: Mesh, position: Array, side: str) -> Index:
+    """Nodes of a side: the outermost of a sheet; the ends of the yarns that are cut there."""
+    axis, sign = SIDES[side]
+    if mesh.kind == "shells":
+        out = sign * position[:, axis]
+        return np.flatnonzero(out > out.max() - EDGE)
+    system = mesh.part == mesh.part_names.index(side.split("_")[0])
+    cells = [mesh.cells[mesh.yarn == yarn] for yarn in np.unique(mesh.yarn[system])]
+    ends = np.array([(yarn[0, 0], yarn[-1, 1]) for yarn in cells])
+    return np.asarray(np.take_along_axis(ends, np.argmax(sign * position[ends, axis], axis=1)[:, None], axis=1)[:, 0])
+
+
+DIRECTIONS: tuple[Direction, Direction] = ("warp", "weft")
+
+
+def strengths(run: Run) -> dict[str, float]:
+    """Force [N] at which a mean yarn of warp, weft and knit breaks: that of its law, or of the fabric's curve."""
+    if run.model.scale == "macro":
+        curves = {d: tension_curve(run.fabric, d) for d in DIRECTIONS}
+        return {d: float(c.mean.max()) / run.fabric.density_per_mm.of(d) for d, c in curves.items()}
+    cards = sections(run.fabric)
+    breaks = (run.fabric.reinforcing, run.fabric.reinforcing, run.fabric.knitting)
+    strain = [yarn.fracture_strain_fraction for yarn in breaks]
+    return {
+        name: float((card.hinge_slope * np.maximum(e - card.hinge_strain, 0.0)).sum())
+        for name, card, e in zip(("warp", "weft", "knit"), cards, strain, strict=True)
+    }
+
+
+def yarn_forces(run: Run, mesh: Mesh, frames: Sequence[Frame]) -> Table:
+    """One row a yarn, the most loaded first: its system and number, largest tension [N] in any of ``frames``, over its
+    strength, and where: the place in that frame [mm] and the travel of the stamp [mm].
+    """
+    yarns = _of_shells(run, mesh, frames[0]) if mesh.kind == "shells" else _of_beams(mesh)
+    strength = strengths(run)
+    forces = {s: np.array([_force(run, mesh, frame, s) for frame in frames]) for s in {y[0] for y in yarns}}
+    rows = []
+    for system, number, cells in yarns:
+        force = forces[system][:, cells]
+        when, where = np.unravel_index(int(np.argmax(force)), force.shape)
+        place = frames[int(when)].position[mesh.cells[cells[where]]].mean(axis=0)
+        most = float(force.max())
+        rows.append((system, number, most, 100.0 * most / strength[system], *place, frames[int(when)].coordinate))
+    rows.sort(key=lambda row: -row[3])
+    names = ("system", "yarn", "force_n", "utilisation_pct", "x_mm", "y_mm", "z_mm", "stamp_travel_mm")
+    return {name: np.array(column) for name, column in zip(names, zip(*rows, strict=True), strict=True)}
+
+
+def _force(run: Run, mesh: Mesh, frame: Frame, system: str) -> Array:
+    """Tension of a yarn of ``system`` in each element [N]."""
+    if mesh.kind == "beams":
+        return frame.fields["axial_force"]
+    force: Array = frame.fields[f"force_{system}"] / run.fabric.density_per_mm.of(system)
+    return force
+
+
+def _of_beams(mesh: Mesh) -> list[tuple[str, int, NDArray[np.int64]]]:
+    found = []
+    for part, name in enumerate(mesh.part_names):
+        numbers = np.unique(mesh.yarn[mesh.part == part])
+        found += [(name, k + 1, np.flatnonzero(mesh.yarn == yarn)) for k, yarn in enumerate(numbers)]
+    return found
+
+
+def _of_shells(run: Run, mesh: Mesh, first: Frame) -> list[tuple[str, int, NDArray[np.int64]]]:
+    """The shells that each yarn runs through."""
+    centre = first.position[mesh.cells].mean(axis=1)
+    found = []
+    for axis, system in ((0, "warp"), (1, "weft")):
+        low, high = first.position[:, axis].min(), first.position[:, axis].max()
+        columns = np.unique(np.round(centre[:, axis], 6))
+        count = max(round((high - low) * run.fabric.density_per_mm.of(system)), 1)
+        places = low + (np.arange(count) + 0.5) * (high - low) / count
+        nearest = columns[np.abs(columns - places[:, None]).argmin(axis=1)]
+        found += [(system, k + 1, np.flatnonzero(np.abs(centre[:, axis] - x) < 1e-5)) for k, x in enumerate(nearest)]
+    return found

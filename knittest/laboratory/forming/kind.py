@@ -1,8 +1,7 @@
 """Record of the forming test."""
 
-from knittest.base.kinds import TestKind
-from knittest.base.regressed import SHEETS, Regressed, Regression
-from knittest.laboratory.deciding_fields import CROSSINGS, LOOPS
+from knittest.base.kinds import SHEETS, Regressed, Regression, TestKind
+from knittest.laboratory.records import CROSSINGS, LOOPS
 
 #: blanks for the quick level of the regression: of shells without a holder, and of yarns, which need one
 _FREE = (
@@ -31,8 +30,8 @@ KIND = TestKind(
     report="knittest.laboratory.forming.report:FormingReport",
     deck_force="rcforc, contacts with the stamp, along z",
     checked="knittest.laboratory.forming.tool_check:check_tools",
-    size="knittest.laboratory.forming.size:stated",
-    sheet="knittest.laboratory.forming.size:sheet",
+    size="knittest.laboratory.forming.config:stated",
+    sheet="knittest.laboratory.forming.config:sheet",
     labels={
         "stamp_force_max_n": ("stamp force, largest [N]", "{:.1f}"),
         "max_shear_angle_deg": ("shear angle, largest [deg]", "{:.1f}"),
@@ -62,7 +61,7 @@ KIND = TestKind(
     ),
     tables=("draw-in.csv", "yarn-forces.csv", "shear-field.csv", "height-field.csv", "stamp-work.csv"),
     scale="macro",  # a whole blank is a matter of minutes for shells
-    presets="knittest.laboratory.forming.presets:settings",
+    presets="knittest.laboratory.forming.config:settings",
     sizes=("blank_length", "blank_width", "depth"),
     deciding={
         "macro": (
@@ -75,9 +74,9 @@ KIND = TestKind(
             "reinforcing.bending_stiffness.warp", "reinforcing.bending_stiffness.weft",
         ),
     },
-    origin="knittest.laboratory.forming.origin:FormingOrigin",
+    origin="knittest.laboratory.forming.config:FormingOrigin",
     gates=("drag_over_weight",),
-    advice="knittest.laboratory.forming.advice:ADVICE",
+    advice="knittest.laboratory.forming.rig:ADVICE",
     hinges={"membrane_share": -1},
     # where no scatter is stored: an unevenness changed by 2e-9 of itself moves numbers by 1.7 %, the curve by 0.8 % and
     # the buckles by 3.9 %

@@ -10,15 +10,10 @@ from knittest.base.history import Array, Body, Frame, History, Specimen
 from knittest.experiment.curves import ReferenceCurve
 from knittest.export.line_picture import Level, Line, line_picture
 from knittest.laboratory.forming.config import FormingRun
-from knittest.laboratory.forming.draw_in import DrawIn, draw_in
-from knittest.laboratory.forming.formed import Formed
-from knittest.laboratory.forming.moved_tools import moved_tools
-from knittest.laboratory.forming.plan_picture import Field, Outlines, outline_picture, plan_picture
-from knittest.laboratory.forming.stamp_work import LABELS, stamp_work
+from knittest.laboratory.forming.formed import LABELS, DrawIn, Formed, draw_in, stamp_work, yarn_forces
+from knittest.laboratory.forming.pictures import Field, Outlines, outline_picture, plan_picture, tilted_picture
 from knittest.laboratory.forming.test import WRINKLED, Forming, allowed_depth, drawn, shear_field
-from knittest.laboratory.forming.tilted_picture import tilted_picture
-from knittest.laboratory.forming.tool_check import tools_of
-from knittest.laboratory.forming.yarn_forces import yarn_forces
+from knittest.laboratory.forming.tool_check import moved_tools, tools_of
 from knittest.laboratory.report_base import (
     Columns,
     CurveAxes,

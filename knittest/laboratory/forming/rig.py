@@ -1,18 +1,23 @@
-"""Forming: a stamp draws a blank into a die; a blank holder, if there is one, is pressed on the blank by a force.
+"""Forming: a stamp forms a blank in a die; a blank holder, if there is one, is pressed on the blank by a force. Notes
+on the blank and advice where the test fails.
 
 The holder is loaded first; then the stamp moves down at constant speed between a smooth start and a smooth stop, and
 rests for as long as its start takes.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
+from knittest.base.history import Frame, Mesh
+from knittest.base.units import rounded_down
 from knittest.kernels.tool_contact import FREE
-from knittest.laboratory.forming.config import FormingRun
-from knittest.models.boundary import Boundary
-from knittest.models.readings import Readings
-from knittest.models.table import Table, ramp
-from knittest.models.tool import Tool, plane
+from knittest.laboratory.forming.config import FREE_BLANK, FormingRun
+from knittest.laboratory.judging import Setting, finer_shells
+from knittest.laboratory.strips import pieces
+from knittest.models.boundary import Boundary, Readings
+from knittest.models.tool import Table, Tool, plane, ramp
 from knittest.tooling.toolset import ToolSet
 
 Array = NDArray[np.float64]
@@ -103,3 +108,64 @@ def _stroke(begin: float, speed: float, rise: float, depth: float) -> tuple[Tabl
     stop = begin + rise + depth / speed
     time = (*(begin + t for t in up.time), *(stop - rise + t for t in up.time))
     return Table(time, (*up.value, *up.value[::-1])), stop
+
+
+def free_yarns(run: FormingRun) -> tuple[str, ...]:
+    """A note on shells of ``run`` whose inlays do not bend in the plane; none on others, and none on yarns."""
+    if run.model.scale == "meso" or run.fabric.macro.in_plane_bending is not None:
+        return ()
+    return (
+        "inlays do not bend in the plane of the shells: a compressed flange folds into bands of shear one element "
+        f"wide, and forces fall with the element size; {in_plane_bending(run)}",
+    )
+
+
+def in_plane_bending(run: FormingRun) -> str:
+    """Settings of ``run`` that make the inlays bend in the plane: the switch, or numbers that cannot be derived."""
+    if run.fabric.reinforcing is None:
+        return (
+            "the fabric describes no inlays to derive the stiffness from: give fabric.macro.in_plane_bending.warp and "
+            ".weft [N mm], EI of an inlay x inlays per width"
+        )
+    return "use --set rig.in_plane_bending=true"
+
+
+def above(mesh: Mesh, frame: Frame) -> Array:
+    """Distance [mm] of the warp above the weft along their common normal at every crossing, (n_warp, n_weft)."""
+    (warp, at_warp), (weft, at_weft) = (pieces(mesh, frame, system) for system in ("warp", "weft"))
+    across, at = weft.transpose(1, 0, 2), at_weft.transpose(1, 0, 2)
+    normal = np.cross(across, warp)
+    height: Array = np.sum((at_warp - at) * normal, axis=2) / np.linalg.norm(normal, axis=2)
+    return height
+
+
+def out_of_order(mesh: Mesh, first: Frame, last: Frame) -> int:
+    """Crossings whose warp has come to lie on the other side of the weft between two frames."""
+    return int(np.count_nonzero(above(mesh, first) * above(mesh, last) < 0.0))
+
+
+def less_damping(run: FormingRun, share: float) -> Setting | str:
+    """Damping, with the speed of a free blank, at which its loss comes down to ``share`` of itself."""
+    damping, speed = run.solver.damping, run.solver.speed
+    free_damping, free_speed = FREE_BLANK["damping"], FREE_BLANK["speed"]
+    if run.rig.blank_holder_force == 0.0 and (damping > free_damping or speed > free_speed):
+        if run.model.scale == "meso":
+            return f"lower solver.damping, which is {damping:g}, and solver.speed, which is {speed:g}"
+        return f"solver.damping={free_damping:g} with solver.speed={free_speed:g} passes on shells of quick"
+    # a flange that is damped less swings more, so its loss falls about with the root of the damping
+    why = "it goes with the root of the damping"
+    return Setting(why, "solver.damping", damping, rounded_down(damping * share**2), "try {}")
+
+
+def held_in_the_plane(run: FormingRun, share: float) -> Setting | str:
+    """Inlays that bend in the plane: without, finer shells only fold into finer bands, at more hourglass energy."""
+    if run.fabric.macro.in_plane_bending is not None:
+        return finer_shells(run, share)
+    return f"shells whose inlays do not bend in the plane fold into bands, the finer the more: {in_plane_bending(run)}"
+
+
+ADVICE: dict[str, Callable[[FormingRun, float], Setting | str]] = {
+    "damping_over_work_max": less_damping,
+    "drag_over_weight": less_damping,
+    "hourglass_over_internal_max": held_in_the_plane,
+}

@@ -10,27 +10,17 @@ from knittest.base.errors import InputError
 from knittest.base.history import Frame, History, Mesh, Quality
 from knittest.laboratory.base import Prepared, Test, fabric_laminate
 from knittest.laboratory.forming.config import FormingRig, FormingRun
-from knittest.laboratory.forming.draw_in import draw_in
-from knittest.laboratory.forming.formed import Formed, formed
-from knittest.laboratory.forming.free_yarns import free_yarns
-from knittest.laboratory.forming.layer_order import out_of_order
-from knittest.laboratory.forming.rig import FormingTest
-from knittest.laboratory.forming.rim_waves import rim_waves
+from knittest.laboratory.forming.formed import DIRECTIONS, Formed, draw_in, formed, rim_waves, yarn_forces
+from knittest.laboratory.forming.rig import FormingTest, free_yarns, out_of_order
 from knittest.laboratory.forming.tool_check import fitting_tools, tools_of
-from knittest.laboratory.forming.yarn_forces import DIRECTIONS, yarn_forces
-from knittest.laboratory.judging import assess
-from knittest.laboratory.shear_angles import crossing_angles, shell_angles
-from knittest.laboratory.span import Span
-from knittest.laboratory.strips import cut
-from knittest.laboratory.weights import weights
+from knittest.laboratory.judging import Span, assess
+from knittest.laboratory.strips import crossing_angles, cut, shell_angles, weights
 from knittest.materials.laminate import softened_at_most
-from knittest.models.macro import rectangle, self_contact
+from knittest.models.macro import build_sheet, rectangle, self_contact
 from knittest.models.meso import build_meso
-from knittest.models.sheet import build_sheet
-from knittest.solve.observer import SILENT, Observer
 from knittest.solve.simulate import simulate
-from knittest.solve.state import SimulationCost
-from knittest.tooling.shapes import stamp_outline
+from knittest.solve.state import SILENT, Observer, SimulationCost
+from knittest.tooling.outline import stamp_outline
 
 Array = NDArray[np.float64]
 

@@ -1,12 +1,17 @@
-"""Checks whether the tools of a forming run fit each other: before a run, and for ``knittest check``."""
+"""Tools of a forming run: their STL files, whether they fit each other, and where they are in each frame."""
 
 from dataclasses import dataclass
 from math import ceil
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from knittest.base.errors import InputError
+from knittest.base.files import replacing, resource_error
+from knittest.base.history import Body, History
 from knittest.laboratory.forming.config import FormingRun
+from knittest.laboratory.strips import at_frames
 from knittest.tooling.fit import Fit, Stroke, measure_fit, plan_problems
 from knittest.tooling.refit import fitting_change
 from knittest.tooling.toolset import ToolSet, build_tools
@@ -116,10 +121,10 @@ def check_tools(run: FormingRun, folder: Path) -> tuple[list[str], dict[str, Any
 
     Raises :class:`InputError` for tools that do not fit, after they are drawn.
     """
-    from knittest.base.atomic import make_folder
-    from knittest.base.stamp import Stamp, stamped
-    from knittest.laboratory.forming.tools_picture import tools_picture
-    from knittest.laboratory.run_stamp import size_of
+    from knittest.base.figure import Stamp, stamped
+    from knittest.base.files import make_folder
+    from knittest.laboratory.forming.pictures import tools_picture
+    from knittest.laboratory.report_base import size_of
 
     thickness = run.fabric.thickness_mm
     found = measured_tools(run, thickness)
@@ -133,3 +138,41 @@ def check_tools(run: FormingRun, folder: Path) -> tuple[list[str], dict[str, Any
     except InputError as error:
         raise InputError(f"{error} Section: {path}") from None
     return [*found.lines, f"section: {path}"], {**found.as_json(), "picture": str(path)}
+
+
+def write_tools(tools: ToolSet, folder: Path) -> list[Path]:
+    """Write stamp.stl, die.stl and, if there is one, holder.stl (binary, mm) to ``folder``, each where it starts.
+
+    Made if it is not there. Raises :class:`ResourceError`.
+    """
+    import meshio
+
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise resource_error(folder, error) from error
+    paths = []
+    for name, tool in tools.by_name.items():
+        mesh = meshio.Mesh(tool.solid.points, [("triangle", tool.solid.triangles)])
+        paths.append(folder / f"{name}.stl")
+        with replacing(paths[-1]) as temporary:
+            meshio.write(temporary, mesh, file_format="stl", binary=True)
+    return paths
+
+
+#: column of the curve with the travel of a tool [mm], and which way along z it counts; the die stays
+TRAVEL = {"stamp": ("stamp_travel_mm", -1.0), "holder": ("holder_travel_mm", 1.0)}
+
+
+def moved_tools(tools: ToolSet, history: History) -> list[Body]:
+    """Meshes of ``tools``, moved by their travel at the times of the frames, between rows of the curve by the line
+    through them.
+    """
+    found = []
+    for name, tool in tools.by_name.items():
+        offset = np.zeros((len(history.frames), 3))
+        if name in TRAVEL:
+            column, way = TRAVEL[name]
+            offset[:, 2] = way * at_frames(history, column)
+        found.append(Body(name, tool.solid.points, tool.solid.triangles, offset))
+    return found

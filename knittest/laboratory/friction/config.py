@@ -1,13 +1,17 @@
-"""Config of the friction test."""
+"""Config of the friction test: fields, presets, the size that is shown, and the origin of its results."""
 
-from typing import ClassVar, Literal, Self
+from pathlib import Path
+from typing import Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from knittest.config.base import number
-from knittest.config.kernel_units import Kernel
+from knittest.base.files import data_dir
+from knittest.base.kinds import Stated
+from knittest.config.base import Kernel, number
+from knittest.config.loading import own_fields
 from knittest.config.rigs import StripRig, check_friction_order
 from knittest.config.run import Run
+from knittest.experiment.origin import Origin, assumed_friction
 
 
 class FrictionRig(StripRig):
@@ -51,3 +55,65 @@ class FrictionRun(Run):
     """A friction test."""
 
     rig: FrictionRig = Field(default_factory=FrictionRig)
+
+
+#: width of a strip of yarns [mm], and normal force over its width [N/mm]: that of the paper, 2000 N on 50 mm
+WIDTH, PRESSED = {"quick": 15.0, "standard": 25.0, "paper": 50.0}, 40.0
+BEAMS = {"meso": {"elements_per_loop": 22, "elements_per_wave": 6}}
+
+
+def settings(preset: str, scale: str, stated: Stated) -> dict[str, Any]:
+    """Settings of ``preset`` at ``scale``.
+
+    What slides must not be held back by damping: m c v is a force; the test is seen from the clamp, where the strip
+    hardly moves. Penalties grow with the inverse square of the step: plates want them stiff. What slides of yarns is
+    the loops' crowns, and 22 and 6 are the 26,000 beams of the paper's strip; with 30 and 8 the pull force changes by
+    0.6 %, the compression by 4 %. A narrow strip of yarns is under the pressure of the paper's.
+
+    Speed, ramp and ``rig.membrane_share`` of yarns against half the speed, a third of the ramp and the whole axial
+    stiffness, at 2000 N, quick, both directions of variants 1 and 2: kinetic force within 0.15 %, static force -0.6 to
+    +1.3 %, compression +0.6 to +4 % (0.007 mm), in 0.25 to 0.33 of the processor time.
+    """
+    if scale == "macro":
+        return {"model": BEAMS, "solver": {"speed": 1.0, "ramp": 0.5, "damping": 1.0, "safety": 0.55}}
+    width = WIDTH[preset]
+    given = stated("width")
+    force = PRESSED * (given if isinstance(given, int | float) and given > 0.0 else width)
+    return {
+        "model": BEAMS, "rig": {"width": width, "normal_force": force},
+        "solver": {"speed": 4.0, "ramp": 1.5, "damping": 2.0},
+    }  # fmt: skip
+
+
+def stated(run: FrictionRun) -> tuple[str, ...]:
+    """Size of the strip and what acts on it, in words."""
+    rig = run.rig
+    plate = f"plates {rig.plate_length:g} x {rig.plate_width:g} mm"
+    return f"strip {rig.length:g} x {rig.width:g} mm", plate, f"pressed by {rig.normal_force:g} N"
+
+
+def sheet(run: FrictionRun) -> tuple[float, float]:
+    """Length and width [mm] of the sheet of shells."""
+    return run.rig.length, run.rig.width
+
+
+class FrictionOrigin(Origin[FrictionRun]):
+    """See :class:`knittest.experiment.origin.Origin`."""
+
+    def assumed(self, run: FrictionRun) -> tuple[str, ...]:
+        """Coefficients of the other direction, or of the paper's fabrics."""
+        return assumed_friction(run)
+
+    def gave(self, run: FrictionRun, path: Path) -> str:
+        """The coefficients, of the fabric's own friction tests, which its file gives to the rig."""
+        own = run.fabric.experiment
+        if own is None or not _is_own(run):
+            return ""
+        of_its_own = path.resolve().is_relative_to((data_dir() / own).resolve())
+        return "its coefficients were given to the run" if of_its_own else ""
+
+
+def _is_own(run: FrictionRun) -> bool:
+    """Tell whether the fabric gives the rig of ``run``, in its direction, a coefficient."""
+    kind = run.rig.kind
+    return "kinetic_coefficient" in own_fields(run.fabric.rigs.get(kind, {}), kind, run.rig.direction)

@@ -1,7 +1,6 @@
 """Record of the friction test."""
 
-from knittest.base.kinds import TestKind
-from knittest.base.regressed import STRIPS, Regressed, Regression
+from knittest.base.kinds import STRIPS, Regressed, Regression, TestKind
 
 #: strip of yarns for the quick level of the regression: two thirds of the plates under the same pressure. On half of
 #: that the normal force is off by more than 1 % when a course leaves them
@@ -19,8 +18,8 @@ KIND = TestKind(
     run="knittest.laboratory.friction.config:FrictionRun",
     test="knittest.laboratory.friction.test:Friction",
     report="knittest.laboratory.friction.report:FrictionReport",
-    size="knittest.laboratory.friction.size:stated",
-    sheet="knittest.laboratory.friction.size:sheet",
+    size="knittest.laboratory.friction.config:stated",
+    sheet="knittest.laboratory.friction.config:sheet",
     labels={
         "pull_force_kinetic_n": ("pull force, kinetic [N]", "{:.1f}"),
         "pull_force_static_n": ("pull force, largest [N]", "{:.1f}"),
@@ -47,12 +46,12 @@ KIND = TestKind(
     measured={"static_coefficient": "mu_static_per_face", "kinetic_coefficient": "mu_per_face"},
     pictures=("curve.png", "energies.png", "pressure.png"),
     tables=("pressure.csv",),
-    presets="knittest.laboratory.friction.presets:settings",
+    presets="knittest.laboratory.friction.config:settings",
     sizes=("width",),
     deciding={"macro": ("rig.kinetic_coefficient",), "meso": ("rig.kinetic_coefficient",)},
     fed=("macro", "meso"),
     hinges={"membrane_share": -1},
-    origin="knittest.laboratory.friction.origin:FrictionOrigin",
+    origin="knittest.laboratory.friction.config:FrictionOrigin",
     studied=True,
     regression=Regression(
         rows=("mu_paper",),

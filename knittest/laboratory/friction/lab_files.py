@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from knittest.base.errors import InputError
-from knittest.experiment import lab_checks as checks
+from knittest.experiment import lab_shear as checks
 from knittest.experiment.lab_conditions import NORMAL_FORCE, PLATE_LENGTH, PLATE_WIDTH, common
 from knittest.experiment.lab_recording import Origin, Recording, reader
 from knittest.experiment.lab_results import Curves, Results

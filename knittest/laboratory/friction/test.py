@@ -12,16 +12,13 @@ from knittest.laboratory.after_rest import after_rest
 from knittest.laboratory.base import Prepared, Test, fabric_laminate
 from knittest.laboratory.friction.config import FrictionRun
 from knittest.laboratory.friction.lab_files import STICKS_OUT
-from knittest.laboratory.friction.pressure import pressure_map, shares
-from knittest.laboratory.friction.rig import KINETIC_SHARE, PRESSED, FrictionTest, pull_axis
-from knittest.laboratory.judging import assess
-from knittest.laboratory.span import Span
+from knittest.laboratory.friction.rig import KINETIC_SHARE, PRESSED, FrictionTest, pressure_map, pull_axis, shares
+from knittest.laboratory.judging import Span, assess
 from knittest.laboratory.strips import carrying_width, cut, pitch, yarns_across
 from knittest.models.macro import StripShape, build_strip, self_contact
 from knittest.models.meso import build_meso
-from knittest.solve.observer import SILENT, Observer
 from knittest.solve.simulate import simulate
-from knittest.solve.state import SimulationCost
+from knittest.solve.state import SILENT, Observer, SimulationCost
 
 #: largest deviation of the normal force while the strip is pulled
 FORCE_TOLERANCE = 0.01

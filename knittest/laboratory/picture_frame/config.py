@@ -1,14 +1,15 @@
-"""Config of the picture frame test."""
+"""Config of the picture frame test: fields, presets, the size that is shown, and the origin of its results."""
 
 from itertools import pairwise
-from typing import ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from knittest.config.base import BoundsError, number
-from knittest.config.kernel_units import Kernel
+from knittest.base.kinds import Stated
+from knittest.config.base import BoundsError, Kernel, number
 from knittest.config.rigs import Rig
 from knittest.config.run import Run
+from knittest.experiment.origin import Origin, RowKind
 
 
 class PictureFrameRig(Rig):
@@ -75,3 +76,44 @@ class PictureFrameRun(Run):
     """A picture frame test."""
 
     rig: PictureFrameRig = Field(default_factory=PictureFrameRig)
+
+
+#: side of a square of yarns [mm]
+SIDE = {"quick": 50.0, "standard": 100.0, "paper": 200.0}
+
+
+def settings(preset: str, scale: str, stated: Stated) -> dict[str, Any]:
+    """Settings of ``preset`` at ``scale``; shear waves cross a large square later.
+
+    A frame that goes through cycles is driven at a sixth of the speed, of shells at a fifth, with ramps as much longer:
+    energies are judged from a small angle on, by which little work is done.
+    """
+    slower = {"macro": 5.0, "meso": 6.0}[scale] if stated("cycles") else 1.0
+    model = {"meso": {"elements_per_loop": 30, "elements_per_wave": 4}}
+    if scale == "macro":
+        return {"model": model, "solver": {"speed": 0.5 / slower, "ramp": 5.0 * slower, "damping": 0.002}}
+    side = SIDE[preset]
+    solver = {"speed": 3.0 / slower, "damping": 0.05, "safety": 0.7, "ramp": max(2.0, side / 50.0) * slower}
+    return {"model": model, "rig": {"side": side}, "solver": solver}
+
+
+def stated(run: PictureFrameRun) -> tuple[str, ...]:
+    """Size of the square and what acts on it, in words."""
+    rig = run.rig
+    return (f"square of {rig.side:g} mm in a frame of {rig.frame_side or rig.side:g} mm",)
+
+
+def sheet(run: PictureFrameRun) -> tuple[float, float]:
+    """Length and width [mm] of the sheet of shells."""
+    return run.rig.side, run.rig.side
+
+
+class PictureFrameOrigin(Origin[PictureFrameRun]):
+    """See :class:`knittest.experiment.origin.Origin`."""
+
+    def fed(self, run: PictureFrameRun) -> RowKind:
+        """Kind of the shear law that the shells return."""
+        law = run.fabric.macro.shear
+        if law.source in ("predicted", "tuned"):
+            return "predicted" if law.source == "predicted" else "tuned"
+        return "input"

@@ -1,8 +1,7 @@
 """Record of the picture frame test."""
 
-from knittest.base.kinds import TestKind
-from knittest.base.regressed import SHEETS, Regressed, Regression
-from knittest.laboratory.deciding_fields import CROSSINGS, LOOPS
+from knittest.base.kinds import SHEETS, Regressed, Regression, TestKind
+from knittest.laboratory.records import CROSSINGS, LOOPS
 
 #: shear angles at which forces are compared [deg]
 _ANGLES = (10, 20, 30, 40)
@@ -23,10 +22,10 @@ KIND = TestKind(
     test="knittest.laboratory.picture_frame.test:PictureFrame",
     report="knittest.laboratory.picture_frame.report:PictureFrameReport",
     deck_force="bndout: sum of force times velocity over all nodes that move, over the crosshead's velocity",
-    size="knittest.laboratory.picture_frame.size:stated",
-    sheet="knittest.laboratory.picture_frame.size:sheet",
+    size="knittest.laboratory.picture_frame.config:stated",
+    sheet="knittest.laboratory.picture_frame.config:sheet",
     sheared_to="rig.max_angle",
-    study="knittest.laboratory.picture_frame.yarn_friction:study",
+    study="knittest.laboratory.picture_frame.report:study",
     labels={
         "shear_force_n_at_deg.10": ("shear force at 10 deg [N]", "{:.2f}"),
         "shear_force_n_at_deg.20": ("shear force at 20 deg [N]", "{:.2f}"),
@@ -58,7 +57,7 @@ KIND = TestKind(
     diagnostic=("run_speed_m_per_s",),
     pictures=("curve.png", "energies.png", "wrinkles.png", "shear-angle.png", "deformed.png"),
     tables=("shear-angle.csv",),
-    presets="knittest.laboratory.picture_frame.presets:settings",
+    presets="knittest.laboratory.picture_frame.config:settings",
     sizes=("side",),
     tied={"frame_side": "side"},
     deciding={
@@ -66,7 +65,7 @@ KIND = TestKind(
         "meso": ("warp_density", "weft_density", *LOOPS, *CROSSINGS),
     },
     fed=("macro",),
-    origin="knittest.laboratory.picture_frame.origin:PictureFrameOrigin",
+    origin="knittest.laboratory.picture_frame.config:PictureFrameOrigin",
     hinges={"membrane_share": -1},
     studied=True,
     # where no scatter is stored: a slack changed by 2e-9 of itself moves a frame of yarns by 0.5 %, its curve by 1 and

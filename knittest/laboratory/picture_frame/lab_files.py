@@ -19,7 +19,7 @@ from knittest.experiment.lab_recording import Recording, reader
 from knittest.experiment.lab_results import SHEAR, Results, Tests, counted, table_lines
 from knittest.experiment.lab_tests import LabTest
 from knittest.experiment.statistics import Array, Corridor
-from knittest.laboratory.picture_frame.cycles import Cycle, cycles_of
+from knittest.laboratory.picture_frame.test import Cycle, cycles_of
 from knittest.materials import trellis
 from knittest.materials.trellis import ANGLE, CONJUGATE, NORMALISED
 

@@ -1,4 +1,6 @@
-"""Report of the picture frame: force over shear angle, and the map of the wrinkles."""
+"""Report of the picture frame: force over shear angle, the map of the wrinkles, a laboratory's cycles, yarn
+friction.
+"""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -11,21 +13,15 @@ from knittest.base.errors import InputError
 from knittest.base.history import Body, Specimen
 from knittest.base.kinds import kinds
 from knittest.experiment.conditions import EXACT
-from knittest.experiment.curves import ReferenceCurve
-from knittest.experiment.forces import normalised
-from knittest.experiment.simulated_studies import friction_curves
-from knittest.experiment.tables import PublishedValue, left_out, with_factors, with_note
-from knittest.export.faces_picture import PULLED, faces_picture
+from knittest.experiment.curves import ReferenceCurve, normalised
+from knittest.experiment.tables import PublishedValue, friction_curves, left_out, with_factors, with_note
 from knittest.export.line_picture import Band, Line, Span, line_picture
-from knittest.laboratory.imported import imported_corridor
-from knittest.laboratory.picture_frame.bars import bars
-from knittest.laboratory.picture_frame.compared import for_cycles, other_cycles
+from knittest.export.yarn_pictures import PULLED, faces_picture
+from knittest.laboratory.given_data import imported_corridor
 from knittest.laboratory.picture_frame.config import PictureFrameRun
-from knittest.laboratory.picture_frame.frame_drawing import FrameShape
-from knittest.laboratory.picture_frame.lab_files import ROWS_OF_A_RUN
-from knittest.laboratory.picture_frame.map_picture import height_picture
-from knittest.laboratory.picture_frame.rig import starting
-from knittest.laboratory.picture_frame.shear_picture import shear_picture
+from knittest.laboratory.picture_frame.lab_files import LAST, LOSS, ROWS_OF_A_RUN, SAME_TURN, WORK
+from knittest.laboratory.picture_frame.pictures import FrameShape, height_picture, shear_picture
+from knittest.laboratory.picture_frame.rig import bars, starting
 from knittest.laboratory.picture_frame.test import (
     FRAME_SIDES,
     MAPPED,
@@ -34,8 +30,9 @@ from knittest.laboratory.picture_frame.test import (
     frame_at,
     material_angles,
     material_scatter,
+    measure_wrinkles,
 )
-from knittest.laboratory.picture_frame.wrinkles import measure_wrinkles
+from knittest.laboratory.records import Study
 from knittest.laboratory.report_base import (
     Columns,
     CurveAxes,
@@ -47,8 +44,40 @@ from knittest.laboratory.report_base import (
     title_of,
     unless_one,
 )
-from knittest.laboratory.shear_angles import angle_table, crossing_angles
+from knittest.laboratory.strips import angle_table, crossing_angles
 from knittest.materials.trellis import NORMALISED, crosshead_of_normalised
+
+
+def other_cycles(run: PictureFrameRun, row: PublishedValue) -> str:
+    """Reason why ``row`` is of other cycles than those of ``run``; empty if it is not, or where either has none."""
+    rig, count, turn = run.rig, row.conditions.cycles, row.conditions.cycle_angle_deg
+    if row.quantity not in ROWS_OF_A_RUN or not rig.cycles:
+        return ""
+    if count is None or turn is None:
+        return "cycles of an unknown number and angle: expected rows cycles and cycle_angle_deg of the same variant"
+    if not math.isclose(turn, rig.max_angle, rel_tol=SAME_TURN):
+        return (
+            f"cycles up to {turn:.4g} deg, the run's go to {rig.max_angle:g}: --set rig.max_angle={turn:.4g} makes "
+            "them comparable"
+        )
+    if row.quantity == LAST and 1 < rig.cycles != count:
+        return f"the last of {count:g} cycles, the run has {rig.cycles}: --set rig.cycles={count:g} makes it comparable"
+    return ""
+
+
+def for_cycles(run: PictureFrameRun, row: PublishedValue) -> PublishedValue:
+    """``row`` for the square of ``run``, with whose area its work grows; says so, and of how many cycles it is the
+    first where the run has another number.
+    """
+    side = run.rig.side_mm
+    count, own = row.conditions.cycles, row.conditions.fabric_side_mm
+    notes = [f"the first of {count:g}"] if run.rig.cycles and count is not None and count != run.rig.cycles else []
+    if row.quantity in (WORK, LOSS) and own is not None and not math.isclose(own, side, rel_tol=EXACT):
+        factor = (side / own) ** 2
+        row = replace(row, mean=row.mean * factor, sd=row.sd * factor)
+        notes.append(f"for a square of {side:.4g} instead of {own:g} mm")
+    return with_note(row, ", ".join(notes))
+
 
 #: units of what grows with the square
 GROWING = ("N", "mJ")
@@ -204,3 +233,32 @@ def _range(curves: list[ReferenceCurve]) -> list[Band]:
     x = np.linspace(low, high, 200)
     values = np.array([np.interp(x, c.x, c.mean) for c in curves])
     return [Band(x, values.min(axis=0), values.max(axis=0), f"range of the {len(curves)} references")]
+
+
+#: shear angles of the table [deg]
+ANGLES = (10.0, 20.0, 30.0, 40.0)
+
+
+def study(run: PictureFrameRun, results: Mapping[str, object]) -> Study | None:
+    """The shipped sweep, scaled to the frame of ``run``, and what ``run`` itself found; none of shells."""
+    curves = friction_curves(run.fabric.name) if run.model.scale == "meso" else []
+    if not curves:
+        return None
+    used, sides = run.fabric.contact.friction_coefficient, (fabric_side(run), run.rig.frame_side or run.rig.side)
+    rows: list[tuple[str, tuple[float, ...]]] = []
+    for curve in curves:
+        force = np.interp(ANGLES, curve.angle, curve.force, right=np.nan)
+        newton = crosshead_of_normalised(force, np.deg2rad(ANGLES), *sides)
+        rows.append((f"sweep, {curve.coefficient:g}", tuple(float(f) for f in newton)))
+    own = results.get("shear_force_n_at_deg")
+    if isinstance(own, dict):
+        values = (own.get(f"{angle:g}") for angle in ANGLES)
+        numbers = tuple(v if isinstance(v, float) else np.nan for v in values)
+        rows.append((f"this run, {used.value:g} ({used.source})", numbers))
+    return Study(
+        "Force of the crosshead [N] by yarn-yarn friction: a shipped sweep, scaled to the size of this frame",
+        ("yarn-yarn friction coefficient", *(f"{angle:g} deg" for angle in ANGLES)),
+        tuple(rows),
+        "The coefficient is not published. The sweep was simulated on squares of 50 mm with the set calibrated; "
+        "knittest batch repeats it.",
+    )

@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.base.atomic import make_folder, replacing
 from knittest.base.errors import InputError
+from knittest.base.files import make_folder, replacing
 from knittest.config.base import Quantity
 from knittest.config.fabric import Fabric
 from knittest.config.loading import resolve
-from knittest.experiment.shear_csv import START
+from knittest.experiment.curves import START
 from knittest.laboratory.picture_frame.config import PictureFrameRun
 from knittest.materials.trellis import ANGLE, to_conjugate
 

@@ -1,37 +1,161 @@
-"""Picture frame: a square of fabric on needles along four hinged sides."""
+"""Picture frame: a square of fabric on needles along four hinged sides, its wrinkles and its cycles."""
 
 import time as clock
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from math import sqrt
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import LinearNDInterpolator
 
 from knittest.base.history import Frame, History, Mesh, Quality
-from knittest.fabric.bias import turned
+from knittest.fabric.strip import turned
+from knittest.laboratory.after_rest import row_check
 from knittest.laboratory.base import Prepared, Test, fabric_laminate
-from knittest.laboratory.judging import assess, locking
+from knittest.laboratory.judging import Span, assess, locking
 from knittest.laboratory.law_end import refuse_beyond_law
-from knittest.laboratory.lowered_speed import row_check
-from knittest.laboratory.needles import on_needles
 from knittest.laboratory.picture_frame.config import PictureFrameRun
-from knittest.laboratory.picture_frame.cycles import cycle_results
 from knittest.laboratory.picture_frame.rig import ANGLES, PictureFrameTest
-from knittest.laboratory.picture_frame.wrinkles import measure_wrinkles
-from knittest.laboratory.shear_angles import AngleScatter, angle_scatter, crossing_angles, shell_angles
-from knittest.laboratory.span import Span
-from knittest.laboratory.strips import cut
+from knittest.laboratory.strips import AngleScatter, angle_scatter, crossing_angles, cut, on_needles, shell_angles
 from knittest.materials.trellis import NORMALISED
-from knittest.models.macro import self_contact
+from knittest.models.macro import build_sheet, self_contact
 from knittest.models.meso import build_meso
-from knittest.models.sheet import build_sheet
-from knittest.solve.observer import SILENT, Observer
 from knittest.solve.simulate import simulate
-from knittest.solve.state import Simulation, SimulationCost
+from knittest.solve.state import SILENT, Observer, Simulation, SimulationCost
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+
+#: cells of the height map along a side
+CELLS = 100
+#: share of the side left out at every edge, where the needles hold the fabric
+MARGIN = 0.05
+#: share of the amplitude that a crest must rise above the trough before it to count
+PROMINENCE = 0.5
+
+
+@dataclass(frozen=True)
+class Wrinkles:
+    """Height map [mm] over x, y [mm] of a frame; ``amplitude`` is half its range [mm], ``count`` its crests along the
+    diagonal that is compressed.
+    """
+
+    x: Array
+    y: Array
+    height: Array
+    amplitude: float
+    count: int
+
+
+def measure_wrinkles(frame: Frame, history: History, side: float) -> Wrinkles:
+    """Wrinkles of ``frame``; of yarns the mean over both reinforcing systems, which form the mid-surface."""
+    start, points, values = _surface(frame, history)
+    inside = np.abs(_square(start)).max(axis=1) < (0.5 - MARGIN) * side
+    height = LinearNDInterpolator(points[:, :2], values)
+    span = np.abs(points[inside, :2]).max(axis=0)
+    x, y = np.meshgrid(np.linspace(-span[0], span[0], CELLS), np.linspace(-span[1], span[1], CELLS))
+    mapped = height(x, y)
+    # only what lies in the sheared square, less its margin
+    shape = (np.abs(x) / max(span[0], 1e-9) + np.abs(y) / max(span[1], 1e-9)) <= 1.0
+    mapped = np.where(shape, mapped, np.nan)
+    amplitude = 0.5 * float(np.nanmax(mapped) - np.nanmin(mapped))
+    profile = height(np.linspace(-span[0], span[0], 4 * CELLS), np.zeros(4 * CELLS))
+    return Wrinkles(x, y, mapped, amplitude, _crests(profile[np.isfinite(profile)], amplitude))
+
+
+def _surface(frame: Frame, history: History) -> tuple[Array, Array, Array]:
+    """Start and present positions of the points of the mid-surface, and their height."""
+    mesh, first = history.mesh, history.frames[0].position
+    if mesh.kind == "shells":
+        return first, frame.position, frame.position[:, 2] - 0.0
+    names = list(mesh.part_names)
+    nodes = np.unique(mesh.cells[np.isin(mesh.part, [names.index("warp"), names.index("weft")])])
+    rise = frame.position[nodes, 2] - first[nodes, 2]
+    return first[nodes], frame.position[nodes], rise
+
+
+def _square(points: Array) -> Array:
+    """Coordinates along the sides of the square whose diagonals lie along x and y."""
+    return np.column_stack([points[:, 0] + points[:, 1], points[:, 1] - points[:, 0]]) / np.sqrt(2.0)
+
+
+def _crests(profile: Array, amplitude: float) -> int:
+    """Crests of a height profile that stand out by a share of the amplitude."""
+    from scipy.signal import find_peaks
+
+    if not amplitude > 0.0:
+        return 0
+    return len(
+        find_peaks(np.concatenate([[profile.min()], profile, [profile.min()]]), prominence=PROMINENCE * amplitude)[0]
+    )
+
+
+# Cycles of a picture frame: work of loading, what a cycle takes, and what is left where the force is gone.
+#
+# Of shells whose shear law S = s gamma has a share f of friction behind a spring as stiff as the law, a first cycle to
+# gamma takes f s gamma^2 (1 - f) / (1 + f) per area, 2 f (1 - f) / (1 + f) of the work of loading.
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """Work of loading and loss (area of the loop) [mJ], share of the loss in the work [%], angle on the way back at
+    which the force is gone [deg], nan where it stays, and time of its start and end [ms].
+    """
+
+    work: float
+    loss: float
+    share: float
+    residual: float
+    begin: float
+    end: float
+
+
+def cycles_of(curve: Mapping[str, Array], count: int) -> list[Cycle]:
+    """The ``count`` cycles of ``curve``, each from a smallest angle to the next; those that were not finished are not
+    there.
+    """
+    angle, force, way = (curve[name] for name in ("frame_shear_angle_deg", "shear_force_n", "displacement_mm"))
+    if not len(angle) or not count:
+        return []
+    half = 0.5 * float(angle.max())
+    up = np.flatnonzero((angle[1:] > half) & (angle[:-1] <= half))
+    down = np.flatnonzero((angle[1:] <= half) & (angle[:-1] > half))
+    ends = [int(d + np.argmin(angle[d : (up[k + 1] if k + 1 < len(up) else len(angle))])) for k, d in enumerate(down)]
+    found = []
+    for k, end in enumerate(ends[:count]):
+        start = ends[k - 1] if k else 0
+        top = start + int(np.argmax(angle[start : end + 1]))
+        work = float(np.trapezoid(force[start : top + 1], way[start : top + 1]))
+        loss = float(np.trapezoid(force[start : end + 1], way[start : end + 1]))
+        gone = np.flatnonzero(force[top : end + 1] <= 0.0)
+        residual = float(angle[top + gone[0]]) if len(gone) else float("nan")
+        time = curve["time_ms"]
+        share = 100.0 * loss / work if work > 0.0 else float("nan")
+        found.append(Cycle(work, loss, share, residual, float(time[start]), float(time[end])))
+    return found
+
+
+def cycle_results(curve: Mapping[str, Array], energies: Mapping[str, Array], count: int) -> dict[str, float]:
+    """Numbers of the first and, where there are more, of the last cycle; friction's share [%] in the loss of the first,
+    by the energies.
+    """
+    if not count:
+        return {}
+    found = cycles_of(curve, count)
+    if len(found) < count:
+        return {"cycle_work_mj": float("nan"), "cycle_loss_mj": float("nan"), "cycle_loss_share_pct": float("nan")}
+    first, last = found[0], found[-1]
+    rubbed = np.interp([first.begin, first.end], energies["time_ms"], energies["friction_mj"])
+    results = {
+        "cycle_work_mj": first.work,
+        "cycle_loss_mj": first.loss,
+        "cycle_loss_share_pct": first.share,
+        "cycle_friction_share_pct": 100.0 * float(rubbed[1] - rubbed[0]) / first.loss if first.loss else float("nan"),
+        "cycle_residual_angle_deg": first.residual,
+    }
+    return results | ({"last_cycle_loss_share_pct": last.share} if count > 1 else {})
+
 
 #: facts of the frame: its sides along weft and warp, from hinge to hinge
 FRAME_SIDES = ("frame_weft_mm", "frame_warp_mm")

@@ -1,11 +1,11 @@
-"""Config of the pull-out test."""
+"""Config of the pull-out test: fields, presets and the size that is shown."""
 
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import Field
 
-from knittest.config.base import number
-from knittest.config.kernel_units import Kernel
+from knittest.base.kinds import Stated
+from knittest.config.base import Kernel, number
 from knittest.config.rigs import StripRig
 from knittest.config.run import Run
 
@@ -36,3 +36,22 @@ class PullOutRun(Run):
     """A pull-out test."""
 
     rig: PullOutRig = Field(default_factory=PullOutRig)
+
+
+#: width and length of the piece, way of the clamp [mm]
+SIZES = {"quick": (18.0, 22.0, 8.0), "standard": (25.0, 30.0, 10.0), "paper": (50.0, 60.0, 20.0)}
+
+
+def settings(preset: str, scale: str, stated: Stated) -> dict[str, Any]:
+    """Settings of ``preset``; eight beams a wave, since the inlay's own wave is bent as it slides."""
+    model = {"meso": {"elements_per_loop": 24, "elements_per_wave": 8}}
+    solver = {"speed": 0.14, "damping": 0.05, "safety": 0.7, "ramp": 2.0}
+    rig = dict(zip(("width", "length", "travel"), SIZES[preset], strict=True))
+    return {"model": model, "rig": rig, "solver": solver}
+
+
+def stated(run: PullOutRun) -> tuple[str, ...]:
+    """Size of the piece, where it is clamped and how far the inlay is pulled, in words."""
+    rig = run.rig
+    where = "both sides" if rig.clamped == "sides" else "its far end"
+    return f"piece {rig.length:g} x {rig.width:g} mm", f"clamped at {where}", f"inlay pulled by {rig.travel:g} mm"

@@ -1,8 +1,7 @@
 """Record of the pull-out test."""
 
-from knittest.base.kinds import TestKind
-from knittest.base.regressed import STRIPS, Regressed, Regression
-from knittest.laboratory.deciding_fields import LOOPS
+from knittest.base.kinds import STRIPS, Regressed, Regression, TestKind
+from knittest.laboratory.records import LOOPS
 
 KIND = TestKind(
     name="pull-out",
@@ -15,7 +14,7 @@ KIND = TestKind(
     run="knittest.laboratory.pull_out.config:PullOutRun",
     test="knittest.laboratory.pull_out.test:PullOut",
     report="knittest.laboratory.pull_out.report:PullOutReport",
-    size="knittest.laboratory.pull_out.size:stated",
+    size="knittest.laboratory.pull_out.config:stated",
     labels={
         "pull_out_at_rest_n": ("force at which the inlay lets go [N]", "{:.3f}"),
         "pull_out_peak_n": ("largest force of the inlay [N]", "{:.3f}"),
@@ -34,7 +33,7 @@ KIND = TestKind(
     ),
     pictures=("curve.png", "energies.png", "deformed.png"),
     scales=("meso",),
-    presets="knittest.laboratory.pull_out.presets:settings",
+    presets="knittest.laboratory.pull_out.config:settings",
     sizes=("width", "length", "travel"),
     # by their powers in the forces: docs/identify.md, where crimp and the inlays' own stiffness have hardly any
     deciding={

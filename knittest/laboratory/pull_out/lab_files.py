@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from knittest.base.errors import InputError
-from knittest.experiment import lab_checks as checks
+from knittest.experiment import lab_shear as checks
 from knittest.experiment.lab_conditions import CLAMPED_EDGES, CROSSING_DENSITY, EMBEDDED, SLID_PITCHES, common
 from knittest.experiment.lab_recording import Origin, Recording, reader
 from knittest.experiment.lab_results import Curves, Results

@@ -1,25 +1,121 @@
-"""Pull-out test: one inlay out of a piece of fabric of yarns."""
+"""Pull-out test: the end of one inlay is drawn out of a piece of fabric of yarns that clamps hold."""
 
 import time as clock
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
-from knittest.base.history import History, Quality
+from knittest.base.history import Body, History, Quality
+from knittest.fabric.strip import YarnPath
 from knittest.laboratory.after_rest import after_rest
 from knittest.laboratory.base import Prepared, Test
-from knittest.laboratory.judging import assess
+from knittest.laboratory.judging import Span, assess
 from knittest.laboratory.pull_out.config import PullOutRun
-from knittest.laboratory.pull_out.piece import nodes_of
-from knittest.laboratory.pull_out.rig import REST, PullOutTest
 from knittest.laboratory.pull_out.sliding import LEFT, sliding
-from knittest.laboratory.span import Span
-from knittest.laboratory.strips import AXIS, cut, pitch, yarns_across
-from knittest.models.meso import build_meso
-from knittest.solve.observer import SILENT, Observer
+from knittest.laboratory.strips import AXIS, at_frames, cut, jaw, pitch, plate_block, yarns_across
+from knittest.models.boundary import Boundary, Readings
+from knittest.models.meso import build_meso, chain_order
+from knittest.models.tool import Table, ramp
 from knittest.solve.simulate import simulate
-from knittest.solve.state import SimulationCost
+from knittest.solve.state import SILENT, Observer, SimulationCost
+
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Nodes:
+    """Nodes of the pulled inlay in the order of the model: its clamped end, its free ``tail``; those of the piece
+    ``held``, and how wide [mm] the edge is that its clamps hold.
+    """
+
+    pulled: Index
+    tail: int
+    held: Index
+    edge: float
+
+
+def nodes_of(run: PullOutRun, paths: list[YarnPath], size: tuple[float, float]) -> Nodes:
+    """Nodes of ``paths``, numbered as in the model, in a piece of ``size`` (along x, y) [mm]."""
+    direction = run.rig.direction
+    axis = AXIS[direction]
+    ordered = sorted(paths, key=chain_order)
+    start = np.concatenate([[0], np.cumsum([len(p.points) for p in ordered])])
+    own = middle([p.index for p in ordered if p.system == direction])
+    chain = next(k for k, p in enumerate(ordered) if (p.system, p.index) == (direction, own))
+    points = np.concatenate([p.points for p in ordered])
+    along, across = points[:, axis], points[:, 1 - axis]
+    if run.rig.clamped == "sides":
+        edge = pitch(run, "weft" if direction == "warp" else "warp")
+        gripped = (across <= edge) | (across >= size[1 - axis] - edge)
+    else:
+        edge = pitch(run, direction)
+        gripped = along <= edge
+    gripped[start[chain] : start[chain + 1]] = False
+    ends = int(start[chain]), int(start[chain + 1]) - 1
+    tail, top = sorted(ends, key=lambda node: float(along[node]))
+    return Nodes(np.array([top], np.int64), tail, np.flatnonzero(gripped), edge)
+
+
+def middle(indices: list[int]) -> int:
+    """Index of the middle yarn."""
+    return sorted(indices)[len(indices) // 2]
+
+
+# Pull-out: the end of one inlay is drawn out of the fabric along it, all other yarns are held by clamps.
+#
+# The inlay comes to rest with the fabric first. It moves slowly: its inertia is small against a friction of some
+# hundredths of a newton a crossing.
+
+#: time in which the piece comes to rest before the pull [ms]
+REST = 5.0
+#: way of the clamp [mm] in which the inlay lets go, and frames in it: they say where its free end is
+LETS_GO, FRAMES = 1.0, 16
+
+
+class PullOutTest:
+    """Pulls the nodes ``pulled`` along ``axis`` while those ``held`` stay; ``length`` [mm] of the inlay is embedded."""
+
+    coordinate, force = "displacement_mm", "pull_force_n"
+    mounted_at, averaged_from, locks = 0.0, np.inf, False
+
+    def __init__(self, run: PullOutRun, axis: int, pulled: Index, held: Index, length: float) -> None:
+        self.axis, self.pulled, self.held, self.length = axis, pulled, held, length
+        speed = ramp(run.solver.ramp_ms, run.solver.speed_mm_per_ms)
+        self.speed = Table((0.0, *(REST + t for t in speed.time)), (0.0, *speed.value))
+        end = self.speed.time[-1]
+        rest = run.rig.travel_mm - self.speed.integral(end)
+        self.duration = end + max(rest, 0.0) / run.solver.speed_mm_per_ms
+        ways = np.linspace(0.0, min(LETS_GO, run.rig.travel_mm), FRAMES + 1)
+        times = np.linspace(0.0, self.duration, 2000)
+        moved = np.array([self.speed.integral(t) for t in times])
+        self.marks = tuple(float(t) / self.duration for t in np.interp(ways, moved[moved > 0.0], times[moved > 0.0]))
+
+    def constrain(self, boundary: Boundary) -> None:
+        """Grip the inlay's end and the piece."""
+        along = "xyz"[self.axis]
+        boundary.grip(self.pulled, along, self.speed)
+        boundary.grip(self.held, along)
+
+    def ring_time(self, wave_speed: float) -> float:
+        """Time [ms] a wave needs along the inlay."""
+        return self.length / wave_speed
+
+    def channels(self, time: float, readings: Readings) -> dict[str, float]:
+        """Way of the clamp, its force, and that of the piece's clamp."""
+        pulled, held = readings.reaction[:2]
+        return {
+            "displacement_mm": self.speed.integral(time),
+            "pull_force_n": float(pulled),
+            "clamp_force_n": -float(held),
+        }
+
+    def finished(self, force: float, peak: float, broken: bool) -> bool:
+        """Only the travel ends the test."""
+        return False
+
 
 #: yarns across the piece, of which clamps hold two and one is pulled
 LEAST_YARNS = 5
@@ -132,3 +228,33 @@ def clamp_difference(history: History) -> float:
     late = curve["displacement_mm"] >= 0.5 * curve["displacement_mm"].max()
     pull, held = (float(curve[name][late].mean()) for name in ("pull_force_n", "clamp_force_n"))
     return 100.0 * abs(held - pull) / max(abs(pull), 1e-12)
+
+
+#: facts of the piece: node that is pulled, width of it across the inlay, and of the edges that are clamped
+CLAMPS = ("pulled_node", "piece_width_mm", "clamped_edge_mm")
+
+
+def clamps(history: History, facts: Mapping[str, float], axis: int, sides: bool) -> list[Body]:
+    """Clamps on both sides of the piece, or on its far end, and on the end of the inlay, which is pulled along ``axis``
+    (0: x, 1: y).
+    """
+    still = np.zeros((len(history.frames), 3))
+    edge, far = facts["clamped_edge_mm"], facts["piece_width_mm"] - facts["clamped_edge_mm"]
+    if sides:
+        held = [
+            jaw("first side clamp", history, 1 - axis, (edge, -1.0), still, aside=0.0),
+            jaw("second side clamp", history, 1 - axis, (far, 1.0), still, aside=0.0),
+        ]
+    else:
+        held = [jaw("far clamp", history, axis, (edge, -1.0), still)]
+    return [*held, _on_the_inlay(history, facts, axis)]
+
+
+def _on_the_inlay(history: History, facts: Mapping[str, float], axis: int) -> Body:
+    """A cube as wide as a clamped edge, which the inlay ends at."""
+    wide = facts["clamped_edge_mm"]
+    centre = history.frames[0].position[int(facts["pulled_node"])].copy()
+    centre[axis] += 0.5 * wide
+    offset = np.zeros((len(history.frames), 3))
+    offset[:, axis] = at_frames(history, "displacement_mm")
+    return plate_block("inlay clamp", centre, np.full(3, wide), offset)

@@ -1,11 +1,11 @@
-"""Config of the tensile test."""
+"""Config of the tensile test: fields, presets and the size that is shown."""
 
-from typing import ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from knittest.config.base import BoundsError, number
-from knittest.config.kernel_units import Kernel
+from knittest.base.kinds import Stated
+from knittest.config.base import BoundsError, Kernel, number
 from knittest.config.rigs import StripRig
 from knittest.config.run import Run
 
@@ -52,3 +52,29 @@ def _check_extension(run: TensileRun) -> None:
         quantity, name = run.fabric.reinforcing.fracture_strain, "fabric.reinforcing.fracture_strain"
     if run.rig.max_strain <= quantity.value:
         raise BoundsError(f"must exceed {name}, {quantity.value:g} %, or nothing fails", "rig.max_strain")
+
+
+#: clamp distance of yarns [mm]; paper has that of the paper, which a shell model is cheap enough to keep
+GAUGE = {"quick": 50.0, "standard": 100.0, "paper": 200.0}
+
+
+def settings(preset: str, scale: str, stated: Stated) -> dict[str, Any]:
+    """Settings of ``preset`` at ``scale``.
+
+    A tension curve is an input of the shells and must come back within 1 %, which takes calm, and a shell breaks at its
+    largest strain: central differences swell the waves of an element by 1 / sqrt(1 - (omega dt / 2)^2).
+    """
+    if scale == "macro":
+        return {"solver": {"speed": 0.5, "safety": 0.55}}
+    return {"rig": {"gauge_length": GAUGE[preset]}}
+
+
+def stated(run: TensileRun) -> tuple[str, ...]:
+    """Size of the strip and what acts on it, in words."""
+    rig = run.rig
+    return (f"strip {rig.width:g} mm wide, {rig.gauge_length:g} mm between the clamps",)
+
+
+def sheet(run: TensileRun) -> tuple[float, float]:
+    """Length and width [mm] of the sheet of shells."""
+    return run.rig.gauge_length, run.rig.width

@@ -1,8 +1,7 @@
 """Record of the tensile test."""
 
-from knittest.base.kinds import TestKind
-from knittest.base.regressed import STRIPS, Regressed, Regression
-from knittest.laboratory.deciding_fields import PULLED
+from knittest.base.kinds import STRIPS, Regressed, Regression, TestKind
+from knittest.laboratory.records import PULLED
 
 KIND = TestKind(
     name="tensile",
@@ -16,9 +15,9 @@ KIND = TestKind(
     test="knittest.laboratory.tensile.test:Tensile",
     report="knittest.laboratory.tensile.report:TensileReport",
     deck_force="bndout (the set that moves) and spcforc (the set held in all six), along the strip",
-    size="knittest.laboratory.tensile.size:stated",
-    sheet="knittest.laboratory.tensile.size:sheet",
-    lasting="knittest.laboratory.tensile.failure:expected_share",
+    size="knittest.laboratory.tensile.config:stated",
+    sheet="knittest.laboratory.tensile.config:sheet",
+    lasting="knittest.laboratory.tensile.test:expected_share",
     labels={
         "peak_force_n": ("peak force [N]", "{:.0f}"),
         "fracture_strain_pct": ("fracture strain [%]", "{:.2f}"),
@@ -31,7 +30,7 @@ KIND = TestKind(
     published=("peak_force_n", "fracture_strain_pct"),
     row_names={"peak_force_n": "max. tensile force", "fracture_strain_pct": "fracture strain"},
     pictures=("curve.png", "energies.png", "deformed.png"),
-    presets="knittest.laboratory.tensile.presets:settings",
+    presets="knittest.laboratory.tensile.config:settings",
     sizes=("gauge_length", "width"),
     deciding={"macro": ("macro.tension.{d}", "macro.fracture_strain.{d}"), "meso": ("{d}_density", *PULLED)},
     fed=("macro",),

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from knittest.experiment.lab_checks import digests
 from knittest.experiment.lab_conditions import GAUGE, WIDTH
 from knittest.experiment.lab_results import TENSION, Results, Tests, counted, of_directions, quantity, table_lines
+from knittest.experiment.lab_shear import digests
 from knittest.experiment.lab_strips import one_series, plausible_strips, read_strips, strip_curves
 from knittest.experiment.lab_tests import LabTest
 from knittest.experiment.statistics import Specimen, mean_sd, peaks, tension_curve

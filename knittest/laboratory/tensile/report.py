@@ -7,20 +7,19 @@ from pathlib import Path
 
 import numpy as np
 
+from knittest.base.files import data_dir
 from knittest.base.history import Body, Specimen
 from knittest.base.kinds import kinds
-from knittest.base.resources import data_dir
-from knittest.experiment.borrowed import borrowed
 from knittest.experiment.compare import UNRATED
 from knittest.experiment.conditions import EXACT
-from knittest.experiment.curves import ReferenceCurve, load_curve
-from knittest.experiment.forces import for_width as strip_force
-from knittest.experiment.forces import noted
+from knittest.experiment.curves import ReferenceCurve, load_curve, noted
+from knittest.experiment.curves import for_width as strip_force
+from knittest.experiment.origin import borrowed
 from knittest.experiment.statistics import Corridor, corridor_on, mean_sd
 from knittest.experiment.tables import PublishedValue, factor_note, for_width, with_factors
-from knittest.export import curve_picture, strip_picture
-from knittest.laboratory.apparatus import STRIP_JAWS, strip_jaws
+from knittest.export import line_picture, yarn_pictures
 from knittest.laboratory.base import tension_curve
+from knittest.laboratory.given_data import marked
 from knittest.laboratory.report_base import (
     Columns,
     CurveAxes,
@@ -33,10 +32,9 @@ from knittest.laboratory.report_base import (
     title_of,
     unless_one,
 )
-from knittest.laboratory.strips import carrying_width, yarns_across
+from knittest.laboratory.strips import STRIP_JAWS, carrying_width, strip_jaws, yarns_across
 from knittest.laboratory.tensile.config import TensileRun
 from knittest.laboratory.tensile.test import UNRESOLVED, Tensile, pull_axis
-from knittest.laboratory.tuned_data import marked
 
 #: points of a corridor
 POINTS = 400
@@ -126,7 +124,7 @@ class TensileReport(Report[TensileRun]):
         """curve.png, energies.png, deformed.png."""
         self._curve_picture(run, specimens, references, folder / "curve.png")
         draw_energies(run, specimens, folder, Tensile().span)
-        strip_picture.strip_picture(
+        yarn_pictures.strip_picture(
             folder / "deformed.png", specimens[0].history, direction=run.rig.direction, title=title_of(run)
         )
 
@@ -135,11 +133,11 @@ class TensileReport(Report[TensileRun]):
         end_point = None
         if {"peak_force_n", "fracture_strain_pct"} <= set(by_name):
             force, strain = by_name["peak_force_n"], by_name["fracture_strain_pct"]
-            end_point = curve_picture.EndPoint(strain.mean, strain.sd, force.mean, force.sd, force.table)
-        shown = [curve_picture.Reference(c.x, c.mean, c.kind, c.source) for c in references.curves]
+            end_point = line_picture.EndPoint(strain.mean, strain.sd, force.mean, force.sd, force.table)
+        shown = [line_picture.Reference(c.x, c.mean, c.kind, c.source) for c in references.curves]
         whole = [_of_the_width(run, s, k) for k, s in enumerate(specimens)]
         meso = run.model.scale == "meso"
-        curve_picture.curve_picture(
+        line_picture.curve_picture(
             path, [s.history.curve for s in whole], title=title_of(run), references=shown, end_point=end_point,
             corridor=_shown(whole) if len(whole) > 1 else None,
             yarns=(_in_the_width(run), _yarns(run), run.rig.direction) if meso else None,
@@ -169,11 +167,11 @@ def corridor(specimens: list[Specimen]) -> Corridor:
     return corridor_on(np.linspace(0.0, min(x[-1] for x, _ in curves), POINTS), curves)
 
 
-def _shown(specimens: list[Specimen]) -> curve_picture.Corridor:
+def _shown(specimens: list[Specimen]) -> line_picture.Corridor:
     """Corridor with the mean and sd of the peaks, for the picture."""
     found, ends = corridor(specimens), np.array([[v[-1] for v in _to_peak(s)] for s in specimens])
-    peak = curve_picture.EndPoint(*mean_sd(ends[:, 0]), *mean_sd(ends[:, 1]))
-    return curve_picture.Corridor(found.strain, found.mean, found.sd, peak)
+    peak = line_picture.EndPoint(*mean_sd(ends[:, 0]), *mean_sd(ends[:, 1]))
+    return line_picture.Corridor(found.strain, found.mean, found.sd, peak)
 
 
 def _to_peak(specimen: Specimen) -> tuple[np.ndarray, np.ndarray]:

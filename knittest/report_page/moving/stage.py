@@ -8,14 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.figure import RED, new_figure
-from knittest.export.raster import nearest
-from knittest.export.slant import shaded, sight
-from knittest.export.tubes import View, drawn_tubes
+from knittest.export.shading import View, drawn_tubes, nearest, shaded, sight
 from knittest.report_page.loading import LoadedRun
 from knittest.report_page.moving.page import notices, timed
-from knittest.report_page.moving.recording import Array, Recording
-from knittest.report_page.moving.scales import Scale
-from knittest.report_page.moving.tool_layers import ToolLayers
+from knittest.report_page.moving.recording import Array, Recording, Scale, ToolLayers
 
 Image = NDArray[np.uint8]
 

@@ -1,9 +1,12 @@
-"""Sheet of a deck: fully integrated shells of three layers, each with two families of fibres.
+"""Parts of a deck: the sheet, rigid tools of forming, motions and loads, contact.
 
 *MAT_REINFORCED_THERMOPLASTIC (249) has what the laboratory's shells have: fibres along warp and weft that turn with
 the fabric, a curve of stress over strain for each, and one of shear over the angle between them. Its layers lie where
 the laminate's do (*INTEGRATION_SHELL), so that tension and bending stay apart.
 """
+
+from collections.abc import Iterable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +14,15 @@ from numpy.typing import NDArray
 from knittest.base.errors import InputError
 from knittest.export.keywords import KeywordFile
 from knittest.kernels.shell_state import BLOCK, FIBRE_X, STATE_ROWS, Laminate
+from knittest.kernels.state import ALONG, Drive
+from knittest.kernels.tool_contact import FREE, HELD
+from knittest.laboratory.forming.rig import FormingTest
+from knittest.models.boundary import Boundary
+from knittest.models.explicit_model import ExplicitModel
 from knittest.models.fabric_model import FabricModel
+from knittest.models.surface import TriangleMesh
+from knittest.models.tool import Table, Tool
+from knittest.models.yarn_health import CONTACT_DAMPING
 
 Array = NDArray[np.float64]
 
@@ -121,3 +132,228 @@ def _materials(deck: KeywordFile, model: FabricModel, thick: float, density: flo
         deck.card("idf3 alph3 ef3 lcef3 g23_3 g31_3", 0, 0.0, 0.0, 0, 0.0, 0.0)
         deck.card("postv ihis", 0, 0.0)
     return numbers
+
+
+#: degrees of freedom of the target by those of the kernel
+DOF = (1, 2, 3, 5, 6, 7)
+AXES = ("x", "y", "z", "rx", "ry", "rz")
+#: what a curve goes on beyond the end of the run, and how far a knot is moved off the one before, over its duration
+SPARE, NUDGE = 0.01, 1e-9
+VELOCITY = 0
+
+
+def add_curve(deck: KeywordFile, title: str, table: Table, end: float) -> int:
+    """Add ``table`` from 0 to beyond ``end`` [ms], where the target would let it fall to 0; returns its number."""
+    time, value = np.array(table.time, float), np.array(table.value, float)
+    last = end * (1.0 + SPARE)
+    inside = (time > 0.0) & (time < last)
+    ends = np.interp([0.0, last], time, value)
+    time, value = np.concatenate([[0.0], time[inside], [last]]), np.concatenate([ends[:1], value[inside], ends[1:]])
+    same = np.append(False, (np.diff(time) == 0.0) & (np.diff(value) == 0.0))
+    time, value = time[~same], value[~same]
+    time = time + NUDGE * end * np.cumsum(np.append(False, np.diff(time) == 0.0))
+    return deck.curve(title, time, value)
+
+
+def add_node_set(deck: KeywordFile, title: str, nodes: Iterable[int]) -> int:
+    """Add a set of ``nodes`` as the model numbers them; returns its number."""
+    number = deck.number_for("node set")
+    deck.keyword("SET_NODE_LIST_TITLE", title)
+    deck.card("sid da1 da2 da3 da4 solver", number, 0.0, 0.0, 0.0, 0.0, "MECH")
+    deck.numbers(int(n) + 1 for n in nodes)
+    return number
+
+
+def add_motions(deck: KeywordFile, model: ExplicitModel, drive: Drive, tables: list[Table], end: float) -> None:
+    """Add all that ``drive`` holds, moves and loads; ``model`` is clamped by it already, ``end`` [ms] that of the test.
+
+    Raises :class:`InputError` for motions along axes of their own.
+    """
+    node, dof, table = (np.asarray(a) for a in (drive.motions.node, drive.motions.dof, drive.motions.table))
+    scale = drive.motions.scale
+    if (dof >= ALONG).any():
+        raise InputError("deck: motions along axes of their own are not written; expected x, y and z")
+    still = (scale == 0.0) | np.array([not any(t.value) for t in tables])[table]
+    held = np.zeros((model.n_nodes, 6), bool)
+    held[model.mass == 0.0] = True  # gripped: what does not move is held
+    held[node[~still], dof[~still]] = False
+    held[node[still], dof[still]] = True
+    _add_held(deck, held)
+    curves: dict[int, int] = {}
+    for number, axis in sorted({(int(t), int(d)) for t, d in zip(table[~still], dof[~still], strict=True)}):
+        of = ~still & (table == number) & (dof == axis)
+        if number not in curves:
+            curves[number] = add_curve(deck, f"velocity {number} [mm/ms] over time [ms]", tables[number], end)
+        _add_moved(deck, node[of], scale[of], axis, curves[number])
+    _add_loads(deck, drive, tables, end)
+
+
+def _add_held(deck: KeywordFile, held: NDArray[np.bool_]) -> None:
+    for flags in np.unique(held[held.any(axis=1)], axis=0):
+        names = ", ".join(name for name, flag in zip(AXES, flags, strict=True) if flag)
+        nodes = add_node_set(deck, f"held in {names}", np.flatnonzero((held == flags).all(axis=1)))
+        deck.keyword("BOUNDARY_SPC_SET")
+        deck.card("nsid cid dofx dofy dofz dofrx dofry dofrz", nodes, 0, *(int(f) for f in flags))
+
+
+def _add_moved(deck: KeywordFile, node: Array, scale: Array, axis: int, curve: int) -> None:
+    """One set where all move alike, else a row a node with its share of the curve."""
+    if np.all(scale == scale[0]):
+        rows = [(add_node_set(deck, f"moved along {AXES[axis]}", node), DOF[axis], VELOCITY, curve, float(scale[0]))]
+        deck.keyword("BOUNDARY_PRESCRIBED_MOTION_SET")
+    else:
+        rows = [(int(n) + 1, DOF[axis], VELOCITY, curve, float(s)) for n, s in zip(node, scale, strict=True)]
+        deck.keyword("BOUNDARY_PRESCRIBED_MOTION_NODE")
+    deck.rows("id dof vad lcid sf", rows)
+
+
+def _add_loads(deck: KeywordFile, drive: Drive, tables: list[Table], end: float) -> None:
+    loads, rows = drive.loads, []
+    curves: dict[int, int] = {}
+    for first, length, at, dof, table in zip(loads.node, loads.length, loads.at, loads.dof, loads.table, strict=True):
+        if int(table) not in curves:
+            curves[int(table)] = add_curve(deck, "load over its size", tables[int(table)], end)
+        curve, values = curves[int(table)], loads.value[at : at + length]
+        rows += [
+            (int(first) + k + 1, DOF[int(dof)], curve, float(value))
+            for k, value in enumerate(values)
+            if value != 0.0  # the target reads a factor of 0 as its default, 1
+        ]
+    if rows:
+        deck.keyword("LOAD_NODE_POINT")
+        deck.rows("nid dof lcid sf", rows)
+
+
+#: thickness of the tools' shells, by which a free one has its mass [mm], and that which contact sees [mm]
+THICK, SEEN = 1.0, 0.01
+#: steel, which stands for rigid tools: density [g/mm3], modulus [MPa], Poisson's ratio
+STEEL, MODULUS, POISSON = 7.85e-3, 210e3, 0.3
+#: a floor is wider than the blank by this factor
+WIDER = 1.5
+#: fixed degrees of freedom of *MAT_RIGID: x and y, or all three
+ALONG_Z, FIXED = 4, 7
+DOF_Z = 3
+
+
+def surfaces(rig: FormingTest, position: Array) -> dict[str, TriangleMesh]:
+    """The tools of ``rig`` by name, in the order in which its boundary numbers them, the floor last; ``position``
+    (n, 3) [mm] is the blank's.
+    """
+    found = {name: tool.solid for name, tool in rig.tools.by_name.items()}
+    if rig.floor is not None:
+        (x0, y0), (x1, y1) = WIDER * position[:, :2].min(axis=0), WIDER * position[:, :2].max(axis=0)
+        corners = np.array([[x, y, rig.floor] for x, y in ((x0, y0), (x1, y0), (x1, y1), (x0, y1))])
+        found["floor"] = TriangleMesh(corners, np.array([[0, 1, 2], [0, 2, 3]]))
+    return found
+
+
+def add_tools(deck: KeywordFile, rig: FormingTest, boundary: Boundary, end: float, first_element: int) -> list[int]:
+    """Add the tools with nodes and elements after those of the fabric, their motions and loads; returns their parts."""
+    deck.given["element"] = first_element - 1
+    section = deck.number_for("section")
+    deck.keyword("SECTION_SHELL_TITLE", "tools")
+    deck.card("secid elform shrf nip propt qr/irid icomp setyp", section, 2, 1.0, 2, 0, 0, 0, 1)
+    deck.card("t1 t2 t3 t4 nloc marea idof edgset", THICK, THICK, THICK, THICK, 0, 0, 0, 0)
+    parts = []
+    named = surfaces(rig, boundary.model.position())
+    for (name, surface), tool in zip(named.items(), boundary.tools, strict=True):
+        parts.append(_add_tool(deck, name, surface, tool, section))
+        _add_motion(deck, name, parts[-1], tool, boundary, end)
+    return parts
+
+
+def _add_tool(deck: KeywordFile, name: str, surface: TriangleMesh, tool: Tool, section: int) -> int:
+    part, card = deck.number_for("part"), deck.number_for("material")
+    free, area = tool.motion[2] != HELD, float(np.linalg.norm(surface.normals, axis=1).sum())
+    density = tool.mass / (area * THICK) if tool.motion[2] == FREE else STEEL
+    deck.keyword("MAT_RIGID_TITLE", name)
+    deck.card("mid ro e pr n couple m alias", card, density, MODULUS, POISSON, 0.0, 0.0, 0.0, None)
+    deck.card("cmo con1 con2", 1.0, ALONG_Z if free else FIXED, FIXED)
+    deck.card("lco_or_a1 a2 a3 v1 v2 v3", 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    deck.keyword("PART", name)
+    deck.card("pid secid mid eosid hgid grav adpopt tmid", part, section, card, 0, 0, 0, 0, 0)
+    first = deck.given["node"] + 1
+    deck.given["node"] += len(surface.points)
+    deck.keyword("NODE")
+    rows = ((first + k, *point, 0, 0) for k, point in enumerate(surface.points.tolist()))
+    deck.rows("nid:8 x:16 y:16 z:16 tc:8 rc:8", rows)
+    element = deck.given["element"] + 1
+    deck.given["element"] += len(surface.triangles)
+    deck.keyword("ELEMENT_SHELL")
+    corners = (surface.triangles + first).tolist()
+    deck.rows(
+        "eid:8 pid:8 n1:8 n2:8 n3:8 n4:8", ((element + k, part, a, b, c, c) for k, (a, b, c) in enumerate(corners))
+    )
+    return part
+
+
+def _add_motion(deck: KeywordFile, name: str, part: int, tool: Tool, boundary: Boundary, end: float) -> None:
+    motion, load = tool.motion[2], tool.load[2]
+    if motion >= 0:
+        curve = add_curve(deck, f"velocity of the {name} [mm/ms] over time [ms]", boundary.tables[motion], end)
+        deck.keyword("BOUNDARY_PRESCRIBED_MOTION_RIGID")
+        deck.card("pid dof vad lcid sf", part, DOF_Z, VELOCITY, curve, 1.0)
+    if load >= 0:
+        curve = add_curve(deck, f"force on the {name} [N] over time [ms]", boundary.tables[load], end)
+        deck.keyword("LOAD_RIGID_BODY")
+        deck.card("pid dof lcid sf", part, DOF_Z, curve, 1.0)
+
+
+#: kinds of surface in *CONTACT: a set of parts, a part
+PART_SET, PART = 2, 3
+#: stiffness by the masses of the nodes and the step, as the laboratory's contact with tools has it
+SOFT = 1
+#: overlaps at the start are free of force and tracked
+IGNORE = 1
+#: decay [ms/mm] by which a static coefficient above the kinetic one is gone at 0.01 mm/ms
+DECAY = 500.0
+
+
+@dataclass(frozen=True)
+class Rubbing:
+    """Coulomb coefficients before and while it slips, and viscous damping over critical [-]."""
+
+    static: float
+    kinetic: float
+    damping: float = CONTACT_DAMPING
+
+
+def add_part_set(deck: KeywordFile, title: str, parts: list[int]) -> int:
+    """Add a set of ``parts``; returns its number."""
+    number = deck.number_for("part set")
+    deck.keyword("SET_PART_LIST_TITLE", title)
+    deck.card("sid da1 da2 da3 da4 solver", number, 0.0, 0.0, 0.0, 0.0, "MECH")
+    deck.numbers(parts)
+    return number
+
+
+def add_within(deck: KeywordFile, kind: str, title: str, parts: int, law: Rubbing, pressed: bool = False) -> None:
+    """Add contact of ``kind`` of a set of ``parts`` with itself; what is ``pressed`` at the start pushes apart."""
+    _add(deck, kind, title, (parts, 0, PART_SET, 0), law, (None, None), 0 if pressed else IGNORE)
+
+
+def add_with_tool(
+    deck: KeywordFile, kind: str, title: str, part: int, tool: int, law: Rubbing, thickness: float
+) -> None:
+    """Add contact of ``kind`` of a ``part`` of ``thickness`` [mm] with the part of a ``tool``."""
+    _add(deck, kind, title, (part, tool, PART, PART), law, (thickness, SEEN), IGNORE)
+
+
+def _add(
+    deck: KeywordFile,
+    kind: str,
+    title: str,
+    surfaces: tuple[int, int, int, int],
+    law: Rubbing,
+    thickness: tuple[float | None, float | None],
+    ignore: int,
+) -> None:
+    deck.keyword(f"CONTACT_{kind}_ID")
+    deck.card("cid heading:70", deck.number_for("contact"), title.replace(",", ";")[:70])
+    deck.card("surfa surfb surfatyp surfbtyp saboxid sbboxid sapr sbpr", *surfaces, 0, 0, 1, 1)
+    decay = DECAY if law.static > law.kinetic else 0.0
+    deck.card("fs fd dc vc vdc penchk bt dt", law.static, law.kinetic, decay, 0.0, 100.0 * law.damping, 0, 0.0, 1e20)
+    deck.card("sfsa sfsb sast sbst sfsat sfsbt fsf vsf", 1.0, 1.0, *thickness, 1.0, 1.0, 1.0, 1.0)
+    deck.card("soft sofscl lcidab maxpar sbopt depth bsort frcfrq", SOFT, 0.1, 0, 1.025, 2, 2, 0, 1)
+    deck.card("penmax thkopt shlthk snlog isym i2d3d sldthk sldstf", 0.0, 0, 0, 0, 0, 0, 0.0, 0.0)
+    deck.card("igap ignore dprfac dtstif edgek unused flangl cid_rcf", 1, ignore, 0.0, 0.0, 0.0, None, 0.0, 0)

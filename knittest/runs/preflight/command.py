@@ -13,15 +13,20 @@ from knittest.base.kinds import kinds
 from knittest.base.layout import width_of
 from knittest.config.fabric import Fabric
 from knittest.config.run import Run
-from knittest.experiment.borrowed import borrowed
+from knittest.experiment.origin import borrowed
 from knittest.kernels.threading import best_threads
-from knittest.runs.preflight.counterpart import Counterpart, summary_line, table_lines, with_owner
-from knittest.runs.preflight.model import ModelFacts, model_facts, model_lines
-from knittest.runs.preflight.of_tests import test_counterparts
+from knittest.runs.preflight.model import (
+    ModelFacts,
+    estimate,
+    model_facts,
+    model_lines,
+    rig_lines,
+    rigs_of,
+    rounded,
+    speed_study,
+)
+from knittest.runs.preflight.of_tests import Counterpart, summary_line, table_lines, test_counterparts, with_owner
 from knittest.runs.preflight.of_yarns import derived_lines, derived_numbers, yarn_counterparts
-from knittest.runs.preflight.rigs import rig_lines, rigs_of
-from knittest.runs.preflight.speed import speed_study
-from knittest.runs.preflight.timing import estimate, rounded
 from knittest.runs.show import print_json, print_text
 from knittest.runs.specimen import prepare
 

@@ -6,19 +6,17 @@ import numpy as np
 
 from knittest.base.errors import KnittestError
 from knittest.config.base import PerDirection, Quantity
-from knittest.config.deciding import CELL
 from knittest.config.fabric import YARN_LEVEL, Direction, Fabric
+from knittest.config.gates import CELL
 from knittest.config.run import Variability
 from knittest.config.yarn import packing_of, strength_of
 from knittest.config.yarn_card import MARK, is_filled
-from knittest.fabric.cell import Cell
-from knittest.fabric.munden import STITCHES
+from knittest.fabric.cell import STITCHES, Cell
+from knittest.fabric.loop import polyline_length
 from knittest.fabric.relax import relaxed_cell
-from knittest.fabric.spline import polyline_length
-from knittest.fabric.variability import bundle_peak, draw
+from knittest.fabric.topology import bundle_peak, draw
 from knittest.materials.yarn_section import sections
-from knittest.runs.preflight.counterpart import Counterpart, of_quantity
-from knittest.runs.preflight.of_tests import DIRECTIONS, largest_force
+from knittest.runs.preflight.of_tests import DIRECTIONS, Counterpart, largest_force, of_quantity
 
 #: yarns of the bundle whose strength is compared
 BUNDLE = 200

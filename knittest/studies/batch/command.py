@@ -1,7 +1,9 @@
-"""Command ``knittest batch``: plan, run what is left, write table and picture."""
+"""Command ``knittest batch``: plan, run what is left, write table and picture; or a job array of Slurm."""
 
 import fcntl
+import math
 import shlex
+import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
@@ -9,32 +11,76 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from knittest.base.atomic import resource_error
 from knittest.base.errors import InputError, NumericalError
+from knittest.base.figure import Stamp, stamped
+from knittest.base.files import resource_error, write_atomic
 from knittest.base.interrupts import Interrupts
-from knittest.base.stamp import Stamp, stamped
 from knittest.config.yaml_loader import load_yaml
-from knittest.export.names import slug
+from knittest.export.lock import slug
 from knittest.report_page.page import FILE, write_if_possible
 from knittest.runs.options import RunOptions
-from knittest.studies.batch.page import SWEEP, write_sweep_page
+from knittest.studies.batch.page import SWEEP, check_parquet, results_table, write_sweep_page, write_table
 from knittest.studies.batch.picture import CHOICES, overview_picture
 from knittest.studies.batch.plan import Plan, Row, plan_of
-from knittest.studies.batch.slurm import write_script
-from knittest.studies.batch.table import check_parquet, results_table, write_table
-from knittest.studies.trials.ledger import read_ledgers
 from knittest.studies.trials.pool import LocalPool, Pool
-from knittest.studies.trials.record import MEANING, Record
-from knittest.studies.trials.run_all import run_shown
-from knittest.studies.trials.runner import LEDGER
-from knittest.studies.trials.study import Studied, says_how_to_go_on, study_folder
-from knittest.studies.trials.trial import Trial
-
-#: more runs than this are asked for
-MANY = 10_000
+from knittest.studies.trials.runner import LEDGER, Studied, run_shown, says_how_to_go_on, study_folder
+from knittest.studies.trials.trial import MEANING, Record, Trial, read_ledgers
 
 if TYPE_CHECKING:
     from pandas import DataFrame
+
+
+SCRIPT = "batch.slurm"
+#: seconds beside the runs of a share: start, kernels, table
+UPKEEP = 300.0
+#: seconds before the end of the time at which Slurm asks the runs to save themselves
+WARNED = 120
+TEMPLATE = """#!/bin/bash
+#SBATCH --job-name={name}
+#SBATCH --array=1-{shares}
+#SBATCH --nodes=1
+#SBATCH --ntasks=1
+#SBATCH --cpus-per-task={cores}
+#SBATCH --time={time}
+#SBATCH --signal=B:TERM@{warned}
+#SBATCH --output={log}
+# {runs} runs in {shares} shares, {limit:g} s a run at most. Submit it again to go on: finished runs are not repeated.
+set -eu
+cd {here}
+exec {command} --shard "${{SLURM_ARRAY_TASK_ID}}/{shares}"
+"""
+
+
+def write_script(sweep: Path, folder: Path, shares: int, runs: int, limit: float, each: tuple[int, int]) -> Path:
+    """Write the script for ``shares`` of ``runs`` of at most ``limit`` seconds into ``folder``; returns its path.
+
+    ``each``: processes of a share, and threads of each of them. Raises :class:`InputError` for more shares than runs.
+    """
+    if shares > runs:
+        raise InputError(f"--slurm {shares}: more shares than the {runs} runs of {sweep}; expected at most {runs}")
+    workers, threads = each
+    command = [
+        str(Path(sys.executable).with_name("knittest")), "batch", str(sweep.resolve()), "--out", str(folder.resolve()),
+        "--workers", str(workers), "--threads", str(threads), "--quiet", "--yes",
+    ]  # fmt: skip
+    text = TEMPLATE.format(
+        name=folder.name, shares=shares, runs=runs, limit=limit, cores=workers * threads, warned=WARNED,
+        time=_clock(math.ceil(math.ceil(runs / shares) / workers) * limit + UPKEEP),
+        log=folder.resolve() / "slurm-%a.log", here=shlex.quote(str(Path.cwd())), command=shlex.join(command),
+    )  # fmt: skip
+    path = folder / SCRIPT
+    write_atomic(path, text)
+    return path
+
+
+def _clock(seconds: float) -> str:
+    """``seconds`` as hours:minutes:seconds."""
+    whole = math.ceil(seconds)
+    return f"{whole // 3600}:{whole // 60 % 60:02d}:{whole % 60:02d}"
+
+
+#: more runs than this are asked for
+MANY = 10_000
 
 
 @dataclass(frozen=True)
@@ -122,7 +168,7 @@ def _stamp(part: "DataFrame") -> Stamp:
 def _pool(options: BatchOptions) -> Pool:
     if options.dask is None:
         return LocalPool(options.workers, options.threads)
-    from knittest.studies.trials.dask_pool import DaskPool
+    from knittest.studies.trials.pool import DaskPool
 
     return DaskPool(options.dask, options.threads)
 

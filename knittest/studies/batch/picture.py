@@ -13,7 +13,7 @@ from knittest.base.history import Array
 from knittest.base.result_rows import LABELS, SIZED
 from knittest.config.fields import place
 from knittest.studies.batch.plan import Swept
-from knittest.studies.trials.record import OPEN
+from knittest.studies.trials.trial import OPEN
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -59,7 +59,7 @@ class _Scale:
 
 
 def overview_picture(path: Path, table: "DataFrame", fields: Sequence[Swept], title: str) -> None:
-    """Draw the runs of one test, ``table`` of :func:`knittest.studies.batch.table.results_table`, to ``path`` (PNG).
+    """Draw the runs of one test, ``table`` of :func:`knittest.studies.batch.page.results_table`, to ``path`` (PNG).
 
     ``fields`` are the swept columns. Filled: completed; hollow: refused by a quality gate; cross: no result. Lines
     join medians over listed values. Raises :class:`ResourceError`.

@@ -9,38 +9,49 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from knittest.base.atomic import write_atomic
 from knittest.base.errors import InputError, NumericalError
+from knittest.base.files import write_atomic
 from knittest.base.interrupts import Interrupts
 from knittest.config.run import RUNS
 from knittest.config.yaml_loader import load_yaml
-from knittest.export.jsonfile import json_ready
-from knittest.export.names import slug
+from knittest.export.files import json_ready
+from knittest.export.lock import slug
 from knittest.report_page.page import FILE, write_if_possible
 from knittest.runs.options import RunOptions
-from knittest.studies.calibrate.evaluate import Evaluation, Evaluator, Exhausted, TrialEvaluator
-from knittest.studies.calibrate.files import FABRIC, rig_file, write_configs
-from knittest.studies.calibrate.fit import best_of, fit, search_and_fit
-from knittest.studies.calibrate.judge import Judgement, judge
-from knittest.studies.calibrate.optuna_search import search_with_optuna
-from knittest.studies.calibrate.optuna_storage import (
+from knittest.studies.calibrate.fit import best_of, find_root, fit, search_and_fit
+from knittest.studies.calibrate.optuna_search import (
     DATABASE,
     check_installed,
     open_storage,
     open_study,
+    search_with_optuna,
     shown_url,
     without_password_of_storage,
 )
-from knittest.studies.calibrate.outcome import Outcome, as_data, report_lines
-from knittest.studies.calibrate.page import CALIBRATION, COPY, PICTURE, write_calibration_page
+from knittest.studies.calibrate.outcome import Judgement, Outcome, as_data, judge, report_lines
+from knittest.studies.calibrate.page import (
+    CALIBRATION,
+    COPY,
+    FABRIC,
+    PICTURE,
+    rig_file,
+    write_calibration_page,
+    write_configs,
+)
 from knittest.studies.calibrate.picture import convergence_picture
-from knittest.studies.calibrate.problem import Problem, described, problem_of
-from knittest.studies.calibrate.root import find_root
+from knittest.studies.calibrate.problem import (
+    Evaluation,
+    Evaluator,
+    Exhausted,
+    Problem,
+    TrialEvaluator,
+    described,
+    problem_of,
+)
 from knittest.studies.calibrate.targets import Number
 from knittest.studies.trials.live import Overview
 from knittest.studies.trials.pool import LocalPool, Pool
-from knittest.studies.trials.runner import TrialRunner
-from knittest.studies.trials.study import Studied, says_how_to_go_on, study_folder
+from knittest.studies.trials.runner import Studied, TrialRunner, says_how_to_go_on, study_folder
 
 if TYPE_CHECKING:
     from optuna.storages import RDBStorage

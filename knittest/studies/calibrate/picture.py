@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knittest.base.figure import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY, dress, new_figure, save
+from knittest.base.figure import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY, Stamp, dress, new_figure, save, stamped
 from knittest.base.result_rows import LABELS
-from knittest.base.stamp import Stamp, stamped
-from knittest.laboratory.run_stamp import size_of
+from knittest.laboratory.report_base import size_of
 from knittest.studies.calibrate.outcome import Outcome, largest_deviations
 from knittest.studies.calibrate.targets import Number
 

@@ -1,17 +1,103 @@
-"""Problem of a calibration file: its parameters, tests and targets."""
+"""Problem of a calibration: its parameters, tests and targets, and its points, each run and judged by the targets."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Protocol
 
-from knittest.base.errors import InputError
-from knittest.config import calibration as file
+import numpy as np
+
+from knittest.base.errors import InputError, KnittestError, ResourceError
+from knittest.base.history import Array
+from knittest.config import studies as file
+from knittest.config.base import Quantity
+from knittest.config.fields import place
+from knittest.config.messages import number_path
 from knittest.config.run import Run
-from knittest.config.yaml_loader import Document, dotted
-from knittest.studies.calibrate.parameters import Parameter, parameters_of
+from knittest.config.settings import Setting
+from knittest.config.yaml_loader import Document, KeyPath, dotted
 from knittest.studies.calibrate.targets import Number, Target, targets_of
 from knittest.studies.homogenise.yarn_card import with_cards
-from knittest.studies.trials.case import Case, existing, fabric_path, settings_of
+from knittest.studies.trials.case import Case, existing, fabric_path, settings_of, tried
+from knittest.studies.trials.runner import TrialRunner
+from knittest.studies.trials.trial import Record, Trial, trial_of
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number between ``low`` and ``high``, the same at all ``paths`` of a run; ``prior`` is its mean and sd."""
+
+    paths: tuple[KeyPath, ...]
+    unit: str
+    low: float
+    high: float
+    start: float
+    log: bool
+    prior: tuple[float, float] | None
+    where: str
+
+    @property
+    def name(self) -> str:
+        """Dotted path of the first field."""
+        return dotted(self.paths[0])
+
+    def value(self, position: float) -> float:
+        """The value at ``position``, 0 at ``low`` and 1 at ``high``."""
+        p = min(max(float(position), 0.0), 1.0)
+        found = self.low * (self.high / self.low) ** p if self.log else self.low + p * (self.high - self.low)
+        return tried(found, self.low, self.high)
+
+    def position(self, value: float) -> float:
+        """The inverse of :meth:`value`."""
+        if self.log:
+            return float(np.log(value / self.low) / np.log(self.high / self.low))
+        return (value - self.low) / (self.high - self.low)
+
+    def settings(self, value: float, kind: str) -> list[Setting]:
+        """``value`` at those paths that a test of ``kind`` has."""
+        return [Setting(path, value, self.where) for path in self.paths if place(path, kind) is not None]
+
+
+def parameters_of(calibration: file.Calibration, document: Document, runs: Sequence[Run]) -> list[Parameter]:
+    """All parameters, checked against the schema and against ``runs``, one a test with the fabric as it is.
+
+    Raises :class:`InputError` with file and line for a field that no run has, that is no number, or is given twice.
+    """
+    kinds = [run.rig.kind for run in runs]
+    found, said = [], dict[KeyPath, str]()
+    for name, one in calibration.parameters.items():
+        where = document.where(("parameters", name))
+        names = [name, *one.also]
+        paths = tuple(number_path(n, where, kinds) for n in names)
+        for path in paths:
+            if path in said:
+                raise InputError(f"{where}: {dotted(path)}: given twice, first at {said[path]}: give it once")
+            said[path] = where
+        prior = None if one.mean is None or one.sd is None else (one.mean, one.sd)
+        first = place(paths[0], next(kind for kind in kinds if place(paths[0], kind)))
+        log = one.spacing == "log"
+        start = _start(one, current(paths[0], runs))
+        found.append(Parameter(paths, first.unit if first else "", one.low, one.high, start, log, prior, where))
+    return found
+
+
+def _start(one: file.Parameter, here: Quantity | float | None) -> float:
+    for value in (one.start, one.mean, here.value if isinstance(here, Quantity) else here):
+        if value is not None and one.low <= value <= one.high:
+            return value
+    return float(np.sqrt(one.low * one.high)) if one.spacing == "log" else 0.5 * (one.low + one.high)
+
+
+def current(path: KeyPath, runs: Sequence[Run]) -> Quantity | float | None:
+    """Number at ``path`` in the first run that has it; ``None`` for anything but a number."""
+    for run in runs:
+        if place(path, run.rig.kind) is None:
+            continue
+        value: object = run
+        for part in path:
+            value = getattr(value, str(part), None)
+        return value if isinstance(value, Quantity | int | float) else None
+    return None
 
 
 @dataclass(frozen=True)
@@ -92,3 +178,120 @@ def described(values: Sequence[float], parameters: Sequence[Parameter]) -> str:
     """``strain.warp=1.75 ...``: a point in a line."""
     pairs = zip(parameters, values, strict=True)
     return ", ".join(f"{'.'.join(dotted(p.paths[0]).split('.')[-2:])}={value:.5g}" for p, value in pairs)
+
+
+Point = tuple[float, ...]
+
+
+class Exhausted(KnittestError):
+    """The most runs that were allowed are used up."""
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """Outcome of the tests at ``values``; ``reason`` says why there is no number, and is empty where there is one.
+
+    ``simulated`` is that of each target and ``deviations`` (m,) are over sd, a number one, a curve several;
+    ``weights`` (m,). ``records`` are by test.
+    """
+
+    number: int
+    values: Point
+    records: dict[str, Record]
+    simulated: tuple[float, ...] = ()
+    deviations: Array | None = None
+    weights: Array | None = None
+    reason: str = ""
+
+    @property
+    def good(self) -> bool:
+        """Tell whether there are numbers."""
+        return self.deviations is not None
+
+    @property
+    def residuals(self) -> Array:
+        """Weighted deviations (m,)."""
+        if self.deviations is None or self.weights is None:
+            raise ValueError(f"no numbers at {self.values}: {self.reason}")
+        residuals: Array = np.sqrt(self.weights) * self.deviations
+        return residuals
+
+
+class Evaluator(Protocol):
+    """Interface that the searches ask for evaluations."""
+
+    problem: Problem
+    history: list[Evaluation]
+
+    def many(self, points: Sequence[Point]) -> list[Evaluation]:
+        """Evaluations of ``points``, all at once; each point is evaluated once in a calibration."""
+
+
+class TrialEvaluator:
+    """Runs the tests of ``problem`` as trials of ``runner``; ``tell`` hears of every point that is done, ``ended``
+    of every trial.
+
+    Raises :class:`Exhausted` instead of going over the runs allowed, :class:`ResourceError` when the machine has no
+    room for a trial, :class:`InputError` for a target that no test has.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        runner: TrialRunner,
+        tell: Callable[[Evaluation], None],
+        ended: Callable[[Trial, Record], None],
+    ) -> None:
+        self.problem, self.history = problem, list[Evaluation]()
+        self._runner, self._tell, self._ended = runner, tell, ended
+        self._known: dict[Point, Evaluation] = {}
+        self._asked: set[str] = set()
+        self._records: dict[str, Record] = {}
+
+    def many(self, points: Sequence[Point]) -> list[Evaluation]:
+        """See :meth:`Evaluator.many`."""
+        new = [point for point in dict.fromkeys(points) if point not in self._known]
+        trials = {point: self._trials(point) for point in new}
+        self._run([t for found in trials.values() if isinstance(found, dict) for t in found.values()])
+        for point in new:
+            evaluation = self._judged(point, trials[point])
+            self._known[point] = evaluation
+            self.history.append(evaluation)
+            self._tell(evaluation)
+        return [self._known[point] for point in points]
+
+    def _trials(self, point: Point) -> dict[str, Trial] | str:
+        """The trials at ``point`` by test, or why the input is refused there."""
+        label = described(point, self.problem.parameters)
+        try:
+            return {c.name: trial_of(self.problem.run(c, point), f"{c.name}: {label}") for c in self.problem.cases}
+        except InputError as error:
+            return f"invalid: {error}"
+
+    def _run(self, trials: Sequence[Trial]) -> None:
+        wanted = {trial.key: trial for trial in trials if trial.key not in self._asked}
+        most = self.problem.calibration.max_runs
+        if len(self._asked) + len(wanted) > most:
+            raise Exhausted(f"max_runs = {most} runs were not enough")
+        self._asked |= wanted.keys()
+        for record in self._runner.run(list(wanted.values())):
+            self._records[record.key] = record
+            self._ended(wanted[record.key], record)
+            if record.status == "blocked":
+                raise ResourceError(f"{record.reason}; what is finished is kept, run the same command again to go on")
+
+    def _judged(self, point: Point, trials: dict[str, Trial] | str) -> Evaluation:
+        number = len(self.history) + 1
+        if isinstance(trials, str):
+            return Evaluation(number, point, {}, reason=trials)
+        records = {name: self._records[trial.key] for name, trial in trials.items()}
+        lost = [f"{name} {r.status}: {r.reason}" for name, r in records.items() if r.status != "completed"]
+        if lost:
+            return Evaluation(number, point, records, reason="; ".join(lost))
+        simulated, deviations, weights = [], [], []
+        for target in self.problem.targets:
+            record, folder = records[target.test], self._runner.place(trials[target.test])
+            simulated.append(target.simulated(record, folder))
+            deviations.append(target.deviations(record, folder))
+            weights.append(np.full(len(deviations[-1]), target.weight))
+        return Evaluation(number, point, records, tuple(simulated), np.concatenate(deviations), np.concatenate(weights))

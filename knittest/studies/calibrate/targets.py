@@ -7,19 +7,19 @@ from pathlib import Path
 import numpy as np
 
 from knittest.base.errors import InputError
+from knittest.base.files import data_dir
 from knittest.base.history import Array
 from knittest.base.kinds import kinds
-from knittest.base.resources import data_dir
 from knittest.base.result_rows import number_of, of_nominal_size
-from knittest.config import calibration as file
+from knittest.config import studies as file
 from knittest.config.run import Run
 from knittest.config.yaml_loader import Document
 from knittest.experiment.compare import columns_of
 from knittest.experiment.curves import ReferenceCurve, find_curve
-from knittest.experiment.row_kind import ROW_NAMES
+from knittest.experiment.origin import ROW_NAMES
 from knittest.experiment.tables import PublishedValue, published
-from knittest.laboratory.registry import REPORTS
-from knittest.studies.trials.record import Record
+from knittest.laboratory.report_base import REPORTS
+from knittest.studies.trials.trial import Record
 
 #: points of a curve that are compared, evenly spaced over its range
 CURVE_POINTS = 21

@@ -1,25 +1,133 @@
-"""The material card: what tests of yarns say of tension, shear and bending, and the fabric file that holds it."""
+"""The material card: tension, shear and bending as tests of yarns give them, and the fabric file that holds it."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
-from knittest.base.atomic import write_atomic
+from knittest.base.errors import NumericalError
+from knittest.base.files import write_atomic
 from knittest.config.dumping import dump_mapping
 from knittest.config.fabric import Direction
+from knittest.config.laws import ELASTIC
 from knittest.config.run import Run
-from knittest.config.shear import ELASTIC
-from knittest.experiment.curves import FORCE_PER_WIDTH
-from knittest.export.own_data import OWN, kept_beside
+from knittest.experiment.curves import FORCE_PER_WIDTH, START
+from knittest.export.lock import DATA_FOLDER, kept_beside
+from knittest.laboratory.cantilever.config import CantileverRun
 from knittest.laboratory.cell.config import CellRun
+from knittest.laboratory.picture_frame.shear_law import FRAME_ANGLE, NORMALISED, homogenised_law
 from knittest.laboratory.tensile.config import TensileRun
+from knittest.materials.heavy_elastica import stiffness_of
 from knittest.materials.trellis import ANGLE
-from knittest.studies.homogenise import measures
-from knittest.studies.homogenise.curves import Array
-from knittest.studies.homogenise.measures import Tested
-from knittest.studies.homogenise.plan import PIECES, Piece, width
+from knittest.studies.homogenise.plan import PIECES, Piece, overhang, width
+
+Array = NDArray[np.float64]
+
+#: points of a tension curve between the origin and the largest force
+POINTS = 40
+#: smallest tangent of a tension curve, as a share of its secant: shells need one, and yarns that break leave none
+LEAST_TANGENT = 0.01
+#: fewest rows of a run's curve up to the largest force
+FEWEST_ROWS = 2 * POINTS
+
+
+def read_columns(folder: Path, x: str, y: str) -> tuple[Array, Array]:
+    """Columns ``x`` and ``y`` of curve.csv in the run ``folder``, first loading alone: up to the largest x."""
+    import pandas as pd
+
+    table = pd.read_csv(folder / "curve.csv", comment="#")
+    along, force = table[x].to_numpy(float), table[y].to_numpy(float)
+    first = np.append(True, along[1:] > np.maximum.accumulate(along)[:-1])
+    return along[first], force[first]
+
+
+def to_peak(strain: Array, force: Array) -> tuple[Array, Array]:
+    """The curve up to its largest force."""
+    end = int(np.argmax(force)) + 1
+    return strain[:end], force[:end]
+
+
+def tension_curve(strain: Array, force: Array) -> tuple[Array, Array]:
+    """Strain [%] and force [N] from the origin to the largest force, from those of a strip, (n,).
+
+    Means over equal steps of strain, and the least change of them that lets the tangent nowhere fall below
+    :data:`LEAST_TANGENT` (isotonic regression); the end point is that of the run. Raises :class:`NumericalError` for
+    too few rows.
+    """
+    from scipy.optimize import isotonic_regression
+
+    strain, force = to_peak(strain, force)
+    if len(strain) < FEWEST_ROWS:
+        raise NumericalError(f"{len(strain)} rows up to the largest force; expected at least {FEWEST_ROWS}")
+    last, peak = float(strain[-1]), float(force[-1])
+    step = np.minimum((POINTS * strain / last).astype(int), POINTS - 1)
+    inner = [k for k in range(1, POINTS) if np.any(step == k)]
+    along = np.array([strain[step == k].mean() for k in inner])
+    mean = np.array([force[step == k].mean() for k in inner])
+    least = LEAST_TANGENT * peak / last
+    rising = isotonic_regression(mean - least * along).x + least * along
+    rising = np.clip(rising, least * along, peak - least * (last - along))
+    return np.concatenate([[0.0], along, [last]]), np.concatenate([[0.0], rising, [peak]])
+
+
+@dataclass(frozen=True)
+class Tested:
+    """A finished test: its run, its folder, its results and its key."""
+
+    run: Run
+    folder: Path
+    results: Mapping[str, float]
+    key: str
+
+
+class NotTornError(NumericalError):
+    """A path ended before any yarn was torn."""
+
+
+def pulled(test: Tested) -> tuple[Array, Array]:
+    """Strain [%] and force per width [N/mm] up to the largest force, (n,)."""
+    if isinstance(test.run, CellRun):
+        return to_peak(*read_columns(test.folder, "strain_pct", f"{test.run.rig.path}_n_per_mm"))
+    strain, force = to_peak(*read_columns(test.folder, "strain_pct", "force_n"))
+    return strain, force / width(test.run)
+
+
+def tension_of(test: Tested) -> tuple[Array, Array]:
+    """The tension curve that shells take; raises :class:`NotTornError` where none of a cell's yarns was torn."""
+    run = test.run
+    if isinstance(run, CellRun) and "cell_fracture_strain_pct" not in test.results:
+        raise NotTornError(
+            f"path {run.rig.path}: no yarn was torn up to rig.max_strain = {run.rig.max_strain:g} %: the tension curve "
+            "has no end"
+        )
+    return tension_curve(*pulled(test))
+
+
+def normalised(test: Tested) -> tuple[Array, Array]:
+    """Shear angle [deg] and normalised force [N/mm], (n,)."""
+    if not isinstance(test.run, CellRun):
+        return read_columns(test.folder, FRAME_ANGLE, NORMALISED)
+    angle, force = read_columns(test.folder, "shear_angle_deg", "conjugate_force")
+    return angle, force / np.cos(np.deg2rad(angle))
+
+
+def shear_law(test: Tested) -> tuple[Array, Array]:
+    """The shear law that shells take: of a frame beyond its start-up, of a cell, which has none, from 0 on."""
+    return homogenised_law(*normalised(test), 0.0 if isinstance(test.run, CellRun) else START)
+
+
+def bending_stiffness(test: Tested) -> float:
+    """Bending stiffness per width [N mm]: of a strip that of the heavy elastica of the same chord angle."""
+    run = test.run
+    if isinstance(run, CellRun):
+        return test.results["cell_bending_stiffness_n_mm"]
+    assert isinstance(run, CantileverRun)
+    weight = run.fabric.area_mass_g_per_mm2 * run.rig.gravity_mm_per_ms2
+    return stiffness_of(test.results["chord_angle_deg"], overhang(run), weight)
+
 
 FABRIC = "fabric.yaml"
 #: characters of a fabric's name, and what is added to it
@@ -46,17 +154,17 @@ def card_of(tests: dict[Piece, Tested]) -> Card:
     shear: tuple[Array, Array] = (np.zeros(1), np.zeros(1))
     for piece, test in tests.items():
         if piece.kind == "picture-frame":
-            shear = measures.shear_law(test)
+            shear = shear_law(test)
         elif piece.direction and piece.kind == "tensile":
-            tension[piece.direction] = measures.tension(test)
+            tension[piece.direction] = tension_of(test)
         elif piece.direction:
-            bending[piece.direction] = measures.bending_stiffness(test)
+            bending[piece.direction] = bending_stiffness(test)
     return Card(tension, shear, bending, tests)
 
 
 def write_card(card: Card, folder: Path, command: str) -> Path:
     """Write the fabric file and its curves to ``folder``; returns its path. Raises :class:`ResourceError`."""
-    data = folder / OWN
+    data = folder / DATA_FOLDER
     data.mkdir(exist_ok=True)
     run = next(iter(card.tests.values())).run
     kind = f"# kind: simulated\n# fabric: {_name(run)}\n"
@@ -94,13 +202,13 @@ def _fabric(card: Card, run: Run, folder: Path) -> dict[str, Any]:
     data["title"] = f"{run.fabric.title}; shells homogenised from yarns".removeprefix("; ")
     macro = data["macro"]
     friction = ELASTIC if run.fabric.macro.shear is None else run.fabric.macro.shear.friction_share
-    macro["tension"] = {d: f"{OWN}/tension-{d}.csv" for d in DIRECTIONS}
+    macro["tension"] = {d: f"{DATA_FOLDER}/tension-{d}.csv" for d in DIRECTIONS}
     macro["fracture_strain"] = {
         d: _derived(float(card.tension[d][0][-1]), _story(card, "tensile", d)) for d in DIRECTIONS
     }
     macro["bending_stiffness"] = {d: _derived(card.bending[d], _story(card, "cantilever", d)) for d in DIRECTIONS}
     macro["shear"] = {
-        "kind": "table", "curve": f"{OWN}/shear.csv", "source": "derived", "ref": _story(card, "picture-frame"),
+        "kind": "table", "curve": f"{DATA_FOLDER}/shear.csv", "source": "derived", "ref": _story(card, "picture-frame"),
         "friction_share": friction.model_dump(mode="json", exclude_none=True),
     }  # fmt: skip
     if data.get("experiment"):

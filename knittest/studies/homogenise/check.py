@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from knittest.laboratory.cell.config import CellRun
-from knittest.studies.homogenise.curves import Array
-from knittest.studies.homogenise.measures import Tested, bending_stiffness, normalised, pulled
+from knittest.studies.homogenise.card import Array, Tested, bending_stiffness, normalised, pulled
 from knittest.studies.homogenise.plan import Piece, width
 
 #: largest deviation [%] at which shells reproduce the yarns

@@ -15,35 +15,27 @@ import numba
 import numpy as np
 from pydantic import ValidationError
 
-from knittest.base.cache import cache_folder
+from knittest.base.cache import Damaged, cache_folder, keep, kept
 from knittest.base.errors import InputError, KnittestError, NumericalError, ResourceError
 from knittest.base.interrupts import Interrupts
-from knittest.base.kept import keep, kept
 from knittest.base.kinds import kinds
-from knittest.base.notes import tell
-from knittest.base.sealed import Damaged
-from knittest.config.deciding import FROM_YARNS
+from knittest.base.progress import tell
 from knittest.config.doubtful import REJECTED
 from knittest.config.dumping import dump_mapping
 from knittest.config.fabric import CARD, Direction, Fabric
-from knittest.config.layers import Layers
-from knittest.config.leaves import leaves
+from knittest.config.gates import FROM_YARNS
 from knittest.config.messages import input_error
 from knittest.config.run import Run, Variability
-from knittest.fabric.variability import draw
+from knittest.config.settings import Layers, leaves
+from knittest.fabric.topology import draw
 from knittest.laboratory.cell.config import CellRun
 from knittest.laboratory.law_end import ends_with_its_law
-from knittest.studies.homogenise import measures
-from knittest.studies.homogenise.curves import Array, tension_curve
-from knittest.studies.homogenise.from_cell import cell_run
-from knittest.studies.homogenise.measures import Tested
-from knittest.studies.homogenise.plan import PIECES, Piece, Request
+from knittest.studies.homogenise import card
+from knittest.studies.homogenise.card import Array, Tested, tension_curve
+from knittest.studies.homogenise.plan import PIECES, Piece, Request, cell_run
 from knittest.studies.trials.pool import LocalPool
-from knittest.studies.trials.record import Record
-from knittest.studies.trials.run_all import run_shown
-from knittest.studies.trials.runner import TRIALS
-from knittest.studies.trials.study import says_how_to_go_on
-from knittest.studies.trials.trial import code_digest, trial_of
+from knittest.studies.trials.runner import TRIALS, run_shown, says_how_to_go_on
+from knittest.studies.trials.trial import Record, code_digest, trial_of
 
 #: size of the cell, and time [s] that one path of it may take
 PRESET, TIME_LIMIT = "quick", 1800.0
@@ -224,7 +216,7 @@ def _run(
             outcomes[piece] = _measured(piece, tested)._replace(rejected=record.reason)
         except NumericalError as error:
             outcomes[piece] = replace(record, status="failed", reason=str(error))
-            farther[piece] *= FARTHER if isinstance(error, measures.NotTornError) else 1.0
+            farther[piece] *= FARTHER if isinstance(error, card.NotTornError) else 1.0
 
     pool = LocalPool(numba.get_num_threads(), 1)
     run_shown(list(trials.values()), folder, pool, limit=TIME_LIMIT, quiet=quiet, check=note)
@@ -233,11 +225,11 @@ def _run(
 
 def _measured(piece: Piece, tested: Tested) -> Numbers:
     if piece.direction and piece.kind == "tensile":
-        measures.tension(tested)  # which raises where no yarn was torn
-        return Numbers(*tension_curve(*_of_scattered(tested.run.fabric, piece.direction, *measures.pulled(tested))))
+        card.tension_of(tested)  # which raises where no yarn was torn
+        return Numbers(*tension_curve(*_of_scattered(tested.run.fabric, piece.direction, *card.pulled(tested))))
     if piece.kind == "cantilever":
-        return Numbers(np.zeros(0), np.array([measures.bending_stiffness(tested)]))
-    angle, force = measures.shear_law(tested)
+        return Numbers(np.zeros(0), np.array([card.bending_stiffness(tested)]))
+    angle, force = card.shear_law(tested)
     return Numbers(angle, force) if angle[0] == 0.0 else Numbers(np.append(0.0, angle), np.append(0.0, force))
 
 

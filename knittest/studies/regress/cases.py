@@ -7,13 +7,12 @@ from math import nan
 from typing import Literal, cast
 
 from knittest.base.errors import InputError
+from knittest.base.files import data_dir
 from knittest.base.kinds import kinds
-from knittest.base.resources import data_dir
 from knittest.config.loading import resolve
 from knittest.config.run import Preset, Run, Scale
 from knittest.experiment.tables import published
-from knittest.export.identity import ARITHMETIC
-from knittest.export.provenance import cpu_model, library_versions, sha256_text
+from knittest.export.identity import ARITHMETIC, cpu_model, library_versions, sha256_text
 from knittest.studies.trials.trial import KEY_DIGITS, Trial, trial_of
 
 Level = Literal["quick", "full"]

@@ -7,25 +7,19 @@ from itertools import chain
 from pathlib import Path
 from typing import Literal
 
-from knittest.base.atomic import resource_error, write_atomic
 from knittest.base.errors import InputError
-from knittest.export.jsonfile import json_text
+from knittest.base.files import resource_error, write_atomic
+from knittest.export.files import json_text
 from knittest.runs.show import print_json, print_text
 from knittest.studies.regress import baseline as stored
 from knittest.studies.regress.cases import LIMITS, Case, Level, Table, all_names, chosen_cases
-from knittest.studies.regress.cost import table4_rows
-from knittest.studies.regress.drift import Drift, drift_of
-from knittest.studies.regress.judge import table3_rows
-from knittest.studies.regress.junit import write_junit
-from knittest.studies.regress.outcome import Outcome
-from knittest.studies.regress.rounding import otherwise_rounded
-from knittest.studies.regress.show import lines_of
+from knittest.studies.regress.drift import Drift, drift_of, otherwise_rounded
+from knittest.studies.regress.judge import table3_rows, table4_rows
+from knittest.studies.regress.outcome import Outcome, lines_of, write_junit
 from knittest.studies.regress.update import Update, update_of
 from knittest.studies.trials.pool import LocalPool
-from knittest.studies.trials.record import Record
-from knittest.studies.trials.run_all import run_all
-from knittest.studies.trials.runner import LEDGER
-from knittest.studies.trials.trial import Trial
+from knittest.studies.trials.runner import LEDGER, run_all
+from knittest.studies.trials.trial import Record, Trial
 
 RESULT = "regress.json"
 #: processes for Table 4, unless told

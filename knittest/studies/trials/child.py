@@ -16,11 +16,10 @@ from pathlib import Path
 from typing import IO, Any
 
 from knittest.base.errors import ResourceError
-from knittest.base.resources import PACKAGE
+from knittest.base.files import PACKAGE
 from knittest.config.run import Run
 from knittest.runs.options import RunOptions
-from knittest.studies.trials.record import Record
-from knittest.studies.trials.trial import Trial, code_digest
+from knittest.studies.trials.trial import Record, Trial, code_digest
 from knittest.studies.trials.work import SAID, Task
 
 #: hears the share of a trial that is done, None while kernels are compiled

@@ -7,12 +7,9 @@ from collections import Counter
 from types import TracebackType
 from typing import Protocol, Self, TextIO
 
-from knittest.base.displays import duration, write_line
-from knittest.base.notebook import CellText, in_notebook
-from knittest.base.progress import OnDisplay
+from knittest.base.progress import CellText, OnDisplay, duration, in_notebook, write_line
 from knittest.base.result_rows import LABELS
-from knittest.studies.trials.record import Record
-from knittest.studies.trials.trial import Trial
+from knittest.studies.trials.trial import Record, Trial
 
 REFRESH_S, SHOWN = 0.2, 12
 STYLES = {"completed": "green", "refused": "yellow"}

@@ -1,17 +1,26 @@
-"""Pool of processes of this machine, in which trials run."""
+"""Pools in which trials run: processes of this machine, or workers of a Dask cluster that see the same folder."""
 
+import asyncio
+import logging
 import queue
+import socket
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed, wait
 from functools import partial
 from pathlib import Path
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
-from knittest.export.provenance import cores
+from knittest.base.errors import InputError, KnittestError, ResourceError
+from knittest.export.identity import cores
 from knittest.runs.options import RunOptions
 from knittest.studies.trials.child import GRACE, Child, Note
-from knittest.studies.trials.record import Record
-from knittest.studies.trials.trial import Trial
+from knittest.studies.trials.trial import Record, Trial, code_digest
+
+if TYPE_CHECKING:
+    from distributed import Client
+    from distributed import Future as DaskFuture
+
 
 #: hears how much of a trial is done (0 to 1), or None while its kernels are compiled; from any thread
 Watch = Callable[[Trial, float | None], None]
@@ -87,3 +96,113 @@ class LocalPool:
         self._watchers.shutdown()
         for child in self.children:
             child.close()
+
+
+CONNECT_LIMIT = 10  # s
+_own = threading.local()
+
+
+class DaskPool:
+    """The cluster whose scheduler is at ``address``; every thread of its workers runs one trial at a time.
+
+    Raises :class:`InputError` when Dask is not installed or no scheduler answers.
+    """
+
+    def __init__(self, address: str, threads: int | None = None) -> None:
+        self._address, self._threads = address, threads or 1
+        self._client = _connected(address)
+        self._futures: dict[DaskFuture, Trial] = {}
+
+    def run(
+        self, trials: Sequence[Trial], place: Place, limit: float, options: RunOptions, watch: Watch
+    ) -> Iterator[Record]:
+        """See :meth:`Pool.run`; a trial whose worker is lost goes to another one.
+
+        Raises :class:`InputError` when a worker has other code or does not see the folder, :class:`ResourceError` when
+        the scheduler is lost.
+        """
+        from distributed import as_completed
+
+        for trial in trials:
+            task = self._client.submit(
+                _run, trial, place(trial).resolve(), limit, options, self._threads, code_digest(), pure=False
+            )
+            self._futures[task] = trial
+        with self._client.as_current():
+            completed = as_completed(list(self._futures), raise_errors=False)
+        try:
+            for future in completed:
+                yield self._record(future)
+        except KnittestError:
+            raise
+        except Exception as error:
+            raise self._lost(error) from error
+
+    def close(self) -> None:
+        """See :meth:`Pool.close`; trials that run on the cluster go on to their end, and are found in their folders."""
+        try:
+            self._client.cancel(list(self._futures), force=True)
+            self._client.close(CONNECT_LIMIT)
+        except Exception as error:  # of a cluster that is gone: nothing is left to be closed
+            logging.getLogger(__name__).debug("closing the client: %s", error)
+
+    def _record(self, future: "DaskFuture") -> Record:
+        from distributed import KilledWorker
+
+        trial = self._futures.pop(future)
+        if future.cancelled():
+            raise self._lost("its tasks are cancelled")
+        error = future.exception()
+        if error is None:
+            record: Record = future.result()
+            return record
+        if isinstance(error, KilledWorker):
+            return Record(trial.key, "crashed", "the workers that ran it were lost one after the other")
+        if isinstance(error, KnittestError):
+            raise error
+        raise ResourceError(f"--dask {self._address}: a worker failed: {type(error).__name__}: {error}")
+
+    def _lost(self, why: object) -> ResourceError:
+        return ResourceError(
+            f"--dask {self._address}: the scheduler is lost ({why}); what is finished is kept, run the same command "
+            "again to go on"
+        )
+
+
+def _connected(address: str) -> "Client":
+    try:
+        from distributed import Client
+    except ImportError:
+        raise InputError("--dask: Dask is not installed here: pip install 'knittest[distributed]'") from None
+    for name in [n for n in logging.root.manager.loggerDict if n.partition(".")[0] == "distributed"]:
+        logging.getLogger(name).setLevel(logging.CRITICAL)  # what they have to say is in the exceptions
+    try:
+        asyncio.run(_reach(address))
+        return Client(address, timeout=CONNECT_LIMIT, set_as_default=False)
+    except (OSError, ValueError) as error:
+        why = str(error) or "it does not shake hands"
+        raise InputError(f"--dask {address}: no scheduler answers: {why}; start one with: dask scheduler") from None
+
+
+async def _reach(address: str) -> None:
+    """Shake hands with the scheduler: a ``Client`` would wait without end for a server of another kind."""
+    from distributed.comm import connect
+    from distributed.security import Security
+
+    comm = await asyncio.wait_for(
+        connect(address, timeout=CONNECT_LIMIT, **Security().get_connection_args("client")), CONNECT_LIMIT + 1.0
+    )
+    comm.abort()
+
+
+def _run(trial: Trial, folder: Path, limit: float, options: RunOptions, threads: int, code: str) -> Record:
+    """On a worker: run ``trial`` in the process of this thread."""
+    here = f"the Dask worker on {socket.gethostname()}"
+    if code_digest() != code:
+        raise InputError(f"{here} has another version of knittest: install the same one on all")
+    if not folder.parent.is_dir():
+        raise InputError(f"{here} does not see {folder.parent}: choose a folder that all share with --out")
+    if getattr(_own, "child", None) is None:
+        _own.child = Child(threads)
+    child: Child = _own.child
+    return child.run(trial, folder, limit, options)

@@ -27,8 +27,7 @@ from knittest.base.progress import Progress
 from knittest.config.run import Run
 from knittest.runs.options import RunOptions
 from knittest.solve.threads import use_threads
-from knittest.studies.trials.record import Record, Status, record_of
-from knittest.studies.trials.trial import Trial, code_digest
+from knittest.studies.trials.trial import Record, Status, Trial, code_digest, record_of
 
 #: sends a message, its kind and its value, to the parent
 Told = Callable[[str, object], None]
@@ -73,7 +72,7 @@ def serve(connection: Connection) -> None:
 def perform(task: Task, told: Told) -> Record:
     """Run the trial of ``task`` here; whatever goes wrong with it is in the record. Only a signal comes through."""
     from knittest.runs.execute import execute, execute_specimen
-    from knittest.studies.trials.opening import TrialFolder
+    from knittest.studies.trials.trial import TrialFolder
 
     start = clock.perf_counter()
     key = task.trial.key
@@ -153,7 +152,7 @@ def _listen(connection: Connection, tasks: "queue.SimpleQueue[Task | Run]") -> N
 
 def _warm(run: Run, told: Told) -> None:
     """Load the kernels that ``run`` needs, or compile them and say so."""
-    from knittest.solve.warmup import lacking, warm
+    from knittest.solve.compiling import lacking, warm
 
     if lacking(run):
         told("at", None)

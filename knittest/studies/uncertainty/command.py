@@ -7,28 +7,23 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from knittest.base.atomic import write_atomic
 from knittest.base.errors import InputError, NumericalError
+from knittest.base.files import write_atomic
 from knittest.base.interrupts import Interrupts
-from knittest.config.uncertainty import Uncertainty as Study
-from knittest.config.uncertainty import parse_uncertainty
+from knittest.config.studies import Uncertainty as Study
+from knittest.config.studies import parse_uncertainty
 from knittest.config.yaml_loader import Document, load_yaml
-from knittest.export.jsonfile import json_text
-from knittest.export.names import slug
+from knittest.export.files import json_text
+from knittest.export.lock import slug
 from knittest.report_page.page import FILE, write_if_possible
-from knittest.studies.trials.ledger import read_ledgers
 from knittest.studies.trials.pool import LocalPool
-from knittest.studies.trials.record import Record
-from knittest.studies.trials.run_all import run_shown
-from knittest.studies.trials.study import Studied, says_how_to_go_on, study_folder
-from knittest.studies.uncertainty.outcome import outcome_of
-from knittest.studies.uncertainty.page import COPY, RESULT, write_uncertainty_page
+from knittest.studies.trials.runner import Studied, run_shown, says_how_to_go_on, study_folder
+from knittest.studies.trials.trial import Record, read_ledgers
+from knittest.studies.uncertainty.outcome import Uncertainty, outcome_of
+from knittest.studies.uncertainty.page import COPY, RESULT, TABLE, report_lines, write_table, write_uncertainty_page
 from knittest.studies.uncertainty.picture import pictures
 from knittest.studies.uncertainty.problem import Problem, problem_of
 from knittest.studies.uncertainty.runs import Planned, check_first, gone_on, numbers_of, planned
-from knittest.studies.uncertainty.table import TABLE, write_table
-from knittest.studies.uncertainty.told import report_lines
-from knittest.studies.uncertainty.written import Uncertainty
 
 #: fields that may change between two calls in one folder: runs to the full end are the same, and which of the shorter
 #: ones count is found anew from all that are there

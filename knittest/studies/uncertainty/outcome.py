@@ -1,23 +1,233 @@
-"""Outcome of a study: bands, indices and shares from the numbers that its runs gave, and what they did not give."""
+"""Outcome of a study, as uncertainty.json holds it: bands, indices, shares, and runs that did not give every number."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel
 
 import knittest
 from knittest.base.history import Array
-from knittest.export.manifest import now
-from knittest.studies.trials.record import OPEN, Record, looser_note
-from knittest.studies.trials.trial import code_digest
-from knittest.studies.uncertainty.indices import LEAST_ROWS, indices, share, spread, varies
-from knittest.studies.uncertainty.lost import lost_row, lost_warnings, shorter_rows
+from knittest.export.summary import now
+from knittest.report_page.files import Number
+from knittest.studies.trials.trial import OPEN, Record, code_digest, looser_note
+from knittest.studies.uncertainty.indices import (
+    LEAST_ROWS,
+    indices,
+    no_regression,
+    rank_regression,
+    share,
+    spread,
+    varies,
+)
 from knittest.studies.uncertainty.problem import Parameter, Problem
-from knittest.studies.uncertainty.ranks import no_regression, rank_regression
-from knittest.studies.uncertainty.runs import Planned, ended_sooner, values_of
+from knittest.studies.uncertainty.runs import Attempt, Planned, ended_sooner, missing, values_of
 from knittest.studies.uncertainty.variables import Numbers, Stated, Variable
-from knittest.studies.uncertainty.written import Index, ParameterRow, StatementRow, Uncertainty, VariableRow
+
+
+class ParameterRow(BaseModel):
+    """A parameter and its prior."""
+
+    fields: list[str]
+    unit: str = ""
+    kind: str = ""
+    low: Number = None
+    high: Number = None
+    mean: Number = None
+    sd: Number = None
+    reason: str = ""
+
+
+class Index(BaseModel):
+    """Indices of a variable to one parameter, with their 95 % intervals.
+
+    Of a sample there is no total, and ``first`` is the coefficient of the regression of ranks, -1 to 1.
+    """
+
+    parameter: str
+    first: Number = None
+    first_interval: list[Number] = []
+    total: Number = None
+    total_interval: list[Number] = []
+
+
+class VariableRow(BaseModel):
+    """A quantity of a fabric or a ratio at one place: ``count`` of ``points`` of the prior gave a number, ``shortened``
+    of these by runs to a shorter end.
+
+    ``band`` is its 5, 50 and 95 % points, each with its interval in ``band_low`` and ``band_high``; empty where too
+    few ran. ``indices`` is empty where ``no_indices`` says why; ``explained`` is what share of the variance of the
+    ranks their regression explains, where it is one.
+    """
+
+    name: str
+    quantity: str = ""
+    who: str = ""
+    ratio: bool = False
+    at: Number = None
+    axis: str = ""
+    unit: str = ""
+    log: bool = False
+    count: int = 0
+    points: int = 0
+    shortened: int = 0
+    band: list[Number] = []
+    band_low: list[Number] = []
+    band_high: list[Number] = []
+    indices: list[Index] = []
+    explained: Number = None
+    no_indices: str = ""
+
+
+class StatementRow(BaseModel):
+    """An inequality and the share of the prior that it holds for, of the ``count`` points with all numbers.
+
+    ``failing`` points lack a number and fail at a place that they have. ``possible`` is between which shares it lies,
+    whatever the numbers that are missing would have been.
+    """
+
+    name: str
+    text: str = ""
+    holds: int = 0
+    count: int = 0
+    points: int = 0
+    failing: int = 0
+    share: Number = None
+    interval: list[Number] = []
+    possible: list[Number] = []
+
+
+class Tried(BaseModel):
+    """A run to a shorter end."""
+
+    end: float
+    status: str
+    reason: str = ""
+    trial: str = ""
+
+
+class Lost(BaseModel):
+    """A run that did not give every number, and where in the prior it was.
+
+    ``counts_to`` is where the run ends that counts in its place, the last one ``tried``; None where none does.
+    """
+
+    point: int
+    fabric: str
+    status: str
+    reason: str = ""
+    values: dict[str, Number] = {}
+    trial: str = ""
+    counts_to: Number = None
+    tried: list[Tried] = []
+
+
+class ShorterRow(BaseModel):
+    """Runs to the shorter ``end``."""
+
+    end: float
+    runs_by_status: dict[str, int] = {}
+
+
+class Uncertainty(BaseModel):
+    """uncertainty.json; the priors of the parameters are independent of each other."""
+
+    uncertainty: str = ""
+    status: str = ""
+    test: str = ""
+    setup: list[str] = []
+    fabrics: dict[str, str] = {}
+    differences: dict[str, list[object]] = {}
+    design: str = "saltelli"
+    samples: int = 0
+    seed: int = 0
+    points: int = 0
+    runs: int = 0
+    runs_by_status: dict[str, int] = {}
+    lost_share: Number = None
+    shorter_field: str = ""
+    shorter_unit: str = ""
+    shorter: list[ShorterRow] = []
+    warnings: list[str] = []
+    parameters: list[ParameterRow] = []
+    variables: list[VariableRow] = []
+    statements: list[StatementRow] = []
+    lost: list[Lost] = []
+    version: str = ""
+    code: str = ""
+    written: str = ""
+
+
+def lost_row(one: Planned, problem: Problem, records: Mapping[str, Record], numbers: Numbers) -> Lost | None:
+    """The run as one that did not give every number; None for one that did."""
+    (status, reason), gone = one.full.ended(records), missing(one, numbers)
+    if status == "completed" and not gone:
+        return None
+    values = {p.name: value for p, value in zip(problem.parameters, one.values, strict=True)}
+    return Lost(
+        point=one.part * problem.study.samples + one.row + 1, fabric=one.fabric, status=status,
+        reason=reason or f"no number of {', '.join(gone)}", values=values, trial=_key(one.full),
+        counts_to=one.last.end if one.last.ended(records)[0] == "completed" else None,
+        tried=[_tried(again, end, records) for again, end in _again(one, problem)],
+    )  # fmt: skip
+
+
+def _again(one: Planned, problem: Problem) -> Iterator[tuple[Attempt, float]]:
+    """Attempts to shorter ends, with the ends."""
+    return zip(one.attempts[1:], problem.shorter.values, strict=False)
+
+
+def _tried(one: Attempt, end: float, records: Mapping[str, Record]) -> Tried:
+    status, reason = one.ended(records)
+    return Tried(end=end, status=status, reason=reason, trial=_key(one))
+
+
+def _key(one: Attempt) -> str:
+    return one.trial.key if one.trial else ""
+
+
+def shorter_rows(problem: Problem, runs: Sequence[Planned], records: Mapping[str, Record]) -> list[ShorterRow]:
+    """Runs to each shorter end by status; the ones completed are those that count."""
+    found = {end: Counter[str]() for end in problem.shorter.values}
+    for one in runs:
+        for again, end in _again(one, problem):
+            found[end][again.ended(records)[0]] += 1
+    return [ShorterRow(end=end, runs_by_status=dict(counts)) for end, counts in found.items()]
+
+
+def lost_warnings(lost: Sequence[Lost], runs: int, variables: Sequence[VariableRow], unit: str) -> list[str]:
+    """Lines on how many runs are lost or end sooner, at ends in ``unit``, and on bands that are not of the same points;
+    none where nothing is lost.
+    """
+    if not lost:
+        return []
+    share = f"{len(lost)} of {runs} runs ({100.0 * len(lost) / runs:.1f} %)"
+    ends = Counter(one.counts_to for one in lost if one.counts_to is not None)
+    if ends:
+        told = ", ".join(f"{ends[end]} to {end:g} {unit}".strip() for end in sorted(ends, reverse=True))
+        share += f" did not pass to their full end; {ends.total()} of these count to a shorter one ({told}), the others"
+    found = [f"{share} have no result that counts: bands and shares are of the part of the prior that ran"]
+    if uneven := _uneven(variables, lambda one: one.at):
+        found.append(
+            f"bands of {', '.join(uneven)} are not of the same points for all fabrics: compare by ratios and "
+            "statements, which are of points that both have"
+        )
+    if uneven := _uneven(variables, lambda one: one.who):
+        found.append(
+            f"bands of {', '.join(uneven)} are not of the same points at all places: those of few points are of the "
+            "part of the prior that came so far"
+        )
+    return found
+
+
+def _uneven(variables: Sequence[VariableRow], alike: Callable[[VariableRow], object]) -> list[str]:
+    """Quantities whose variables that are ``alike`` are of different numbers of points."""
+    counts: dict[tuple[str, object], set[int]] = {}
+    for one in variables:
+        counts.setdefault((one.quantity, alike(one)), set()).add(one.count)
+    return list(dict.fromkeys(name for (name, _), numbers in counts.items() if len(numbers) > 1))
+
 
 #: half the width of the interval of an index from which it is called uncertain
 WIDE = 0.2

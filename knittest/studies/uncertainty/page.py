@@ -1,17 +1,139 @@
-"""The page of a study of uncertainty, from what it left in its folder."""
+"""Results of a study of uncertainty: its page, results.csv, and the text on the terminal."""
 
-from collections.abc import Sequence
+import io
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from knittest.base.files import write_atomic
 from knittest.report_page.blocks import Block, Cell, Code, Page, Section, Table, Text
 from knittest.report_page.files import Number, Reader
 from knittest.report_page.page import target_file, write_page
 from knittest.report_page.pictures import picture
-from knittest.report_page.trials import Column, file_to_save, link, problems, provenance, wide
-from knittest.studies.trials.record import OPEN
+from knittest.report_page.studies import Column, file_to_save, link, problems, provenance, wide
 from knittest.studies.trials.runner import TRIALS
-from knittest.studies.uncertainty.told import index_text, points_text, share_text, short, shorter_texts
-from knittest.studies.uncertainty.written import Lost, ParameterRow, Uncertainty, VariableRow
+from knittest.studies.trials.trial import OPEN, Record
+from knittest.studies.uncertainty.outcome import Index, Lost, ParameterRow, StatementRow, Uncertainty, VariableRow
+from knittest.studies.uncertainty.problem import Problem, matrix_name
+from knittest.studies.uncertainty.runs import Planned, points
+from knittest.studies.uncertainty.variables import Numbers
+
+TABLE = "results.csv"
+
+
+def write_table(
+    problem: Problem, runs: Sequence[Planned], records: Mapping[str, Record], numbers: Numbers, folder: Path
+) -> None:
+    """Point, its place in the design, values of the parameters, every variable; of each run to the full end status and
+    reason, and of the one that counts, which may end sooner, the end and the folder.
+
+    Raises :class:`ResourceError`.
+    """
+    import pandas as pd
+
+    names = [one.name for one in problem.parameters]
+    columns = {variable.name: variable.values(numbers) for variable in problem.variables}
+    lines = []
+    for number, fabrics in enumerate(points(runs), 1):
+        first = fabrics[0]
+        line: dict[str, object] = {"point": number, "part": matrix_name(first.part, names), "row": first.row + 1}
+        line |= dict(zip(names, first.values, strict=True))
+        line |= {name: float(values[first.part, first.row]) for name, values in columns.items()}
+        lines.append(line | {name: value for one in fabrics for name, value in _ended(problem, one, records).items()})
+    text = io.StringIO()
+    pd.DataFrame(lines).to_csv(text, index=False, float_format="%.10g")
+    write_atomic(folder / TABLE, text.getvalue())
+
+
+def _ended(problem: Problem, one: Planned, records: Mapping[str, Record]) -> dict[str, object]:
+    """Columns on the run ``one``; the folder is that of the full one where none counts."""
+    status, reason = one.full.ended(records)
+    found: dict[str, object] = {f"{one.fabric} status": status, f"{one.fabric} reason": reason}
+    counts = one.last.ended(records)[0] == "completed"
+    if problem.shorter.values:
+        end = "full" if one.last.end is None else f"{one.last.end:g}"
+        found[f"{one.fabric} counts to"] = end if counts else ""
+    trial = one.last.trial if counts else one.full.trial
+    return found | {f"{one.fabric} folder": f"{TRIALS}/{trial.key}" if trial else ""}
+
+
+#: parameters named of a variable on the terminal
+NAMED = 3
+
+
+def report_lines(found: Uncertainty) -> list[str]:
+    """Lines that the command prints at its end."""
+    states = ", ".join(f"{count} {status}" for status, count in found.runs_by_status.items())
+    lines = [f"{found.status}: {found.runs} runs ({states}) at {found.points} points"]
+    lines += [f"  lost ones again, {told}" for told in shorter_texts(found)]
+    lines.append("5, 50, 95 %:")
+    for one in found.variables:
+        band = band_text(one) if one.band else f"none: {one.count} of {one.points} points have a number"
+        lines.append(f"  {one.name}: {band}")
+        lines.append(f"    {_hangs_on(one)}" if one.indices else f"    no indices: {one.no_indices}")
+    lines += [f"{one.name} ({one.text}): {share_text(one)}" for one in found.statements]
+    return [*lines, *(f"warning: {text}" for text in found.warnings)]
+
+
+def shorter_texts(found: Uncertainty) -> list[str]:
+    """``to 21 deg: 40 (30 completed, 10 refused)`` for each shorter end that runs were tried again to."""
+    unit = f" {found.shorter_unit}" if found.shorter_unit not in ("", "1") else ""
+    return [
+        f"to {one.end:g}{unit}: {sum(one.runs_by_status.values())} "
+        f"({', '.join(f'{count} {status}' for status, count in one.runs_by_status.items())})"
+        for one in found.shorter
+        if one.runs_by_status
+    ]
+
+
+def ranked(one: VariableRow) -> list[Index]:
+    """Indices of a variable, the largest of first order first: what is to be measured first."""
+    return sorted(one.indices, key=lambda index: -abs(index.first or 0.0))
+
+
+def _hangs_on(one: VariableRow) -> str:
+    first = [f"{short(i.parameter)} {index_text(i.first, i.first_interval)}" for i in ranked(one)[:NAMED]]
+    name = "first order" if one.explained is None else f"rank regression (R2 {one.explained:.2f})"
+    return f"{name}: {'; '.join(first)}"
+
+
+def short(parameter: str) -> str:
+    """Last two parts of a dotted path."""
+    return ".".join(parameter.split(".")[-2:])
+
+
+def band_text(one: VariableRow) -> str:
+    """``0.35 to 1.2, median 0.7 N``, and how many points of the prior it is of where some have no number."""
+    low, middle, high = ("-" if value is None else f"{value:.4g}" for value in one.band)
+    unit = f" {one.unit}" if one.unit not in ("", "1") else ""
+    some = f" ({points_text(one)} points)" if one.count < one.points or one.shortened else ""
+    return f"{low} to {high}, median {middle}{unit}{some}"
+
+
+def points_text(one: VariableRow) -> str:
+    """``93 of 128``, and how many of these are of runs that ended sooner."""
+    return f"{one.count} of {one.points}" + (f", {one.shortened} shortened" if one.shortened else "")
+
+
+def index_text(value: Number, interval: Sequence[Number]) -> str:
+    """An index with its interval."""
+    ends = [end for end in interval if end is not None]
+    return "-" if value is None else f"{value:.2f}" + (f" ({ends[0]:.2f} to {ends[1]:.2f})" if len(ends) == 2 else "")
+
+
+def share_text(one: StatementRow) -> str:
+    """Share of the prior, its interval, and between which shares it lies whatever the lost runs would have given."""
+    if one.share is None:
+        return f"no share: none of {one.points} points has a number"
+    ends = [100.0 * end for end in one.interval if end is not None]
+    text = f"{100.0 * one.share:.0f} % of the prior"
+    text += f" (95 % interval {ends[0]:.0f} to {ends[1]:.0f} %)" if len(ends) == 2 else ""
+    if one.count < one.points:
+        least, most = (100.0 * (end or 0.0) for end in one.possible)
+        lost = one.points - one.count
+        text += f", of {one.count} of {one.points} points; {least:.0f} to {most:.0f} %, whatever the other {lost} give"
+        text += f", {one.failing} of which fail where they have numbers" if one.failing else ""
+    return text
+
 
 RESULT, COPY = "uncertainty.json", "uncertainty.yaml"
 #: what the indices say

@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knittest.base.figure import BLUE, GREEN, GREY, ORANGE, PINK, SKY, dress, new_figure, save
+from knittest.base.figure import BLUE, GREEN, GREY, ORANGE, PINK, SKY, Stamp, dress, new_figure, save, stamped
 from knittest.base.history import Array
-from knittest.base.stamp import Stamp, stamped
-from knittest.studies.uncertainty.told import short
-from knittest.studies.uncertainty.written import Uncertainty, VariableRow
+from knittest.studies.uncertainty.outcome import Uncertainty, VariableRow
+from knittest.studies.uncertainty.page import short
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -1,26 +1,123 @@
-"""Problem of a study of uncertainty: fabrics, parameters with their priors, and the variables asked for."""
+"""Problem of a study of uncertainty: fabrics, parameters with priors, variables, points of the design, shorter ends."""
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
 from knittest.base.errors import InputError
 from knittest.base.history import Array
-from knittest.config import uncertainty as file
+from knittest.base.kinds import kinds
+from knittest.config import studies as file
+from knittest.config.base import field_meta
 from knittest.config.fields import place
-from knittest.config.number_path import number_path
+from knittest.config.messages import number_path
 from knittest.config.run import Run
-from knittest.config.settings import Setting
-from knittest.config.yaml_loader import Document, KeyPath, dotted
+from knittest.config.settings import Setting, leaves
+from knittest.config.studies import Uncertainty
+from knittest.config.yaml_loader import Document, KeyPath, dotted, shown
+from knittest.laboratory.records import Ending
 from knittest.studies.homogenise.yarn_card import with_cards
-from knittest.studies.trials.case import Case, existing, fabric_path, settings_of
-from knittest.studies.trials.draws import quantiles, tried
-from knittest.studies.uncertainty.differences import check_differences
-from knittest.studies.uncertainty.shorter import Shorter, shorter_of
+from knittest.studies.trials.case import Case, existing, fabric_path, quantiles, settings_of, tried
 from knittest.studies.uncertainty.variables import Stated, Variable, statements_of, variables_of
+
+#: what names things: no run computes with it
+_NAMES = ("fabric.name", "fabric.title", "fabric.experiment", "fabric.rigs", "output.")
+
+
+def check_differences(runs: Mapping[str, Run], study: Uncertainty, document: Document) -> dict[str, list[object]]:
+    """Values, in the order of ``runs``, of every field in which they differ.
+
+    Raises :class:`InputError` for one that is not below a path of ``differ``.
+    """
+    found = differences(list(runs.values()))
+    allowed = [tuple(name.split(".")) for name in study.differ]
+    more = [name for name in found if not any(tuple(name.split("."))[: len(one)] == one for one in allowed)]
+    if more:
+        name = more[0]
+        values = ", ".join(f"{fabric} {shown(value, 30)}" for fabric, value in zip(runs, found[name], strict=True))
+        others = f"; so do {', '.join(more[1:])}" if more[1:] else ""
+        raise InputError(
+            f"{document.where(('fabrics',))}: the fabrics differ in {name} ({values}){others}: "
+            "set it in base.set, make it a parameter, or name it in differ"
+        )
+    return found
+
+
+def differences(runs: Sequence[Run]) -> dict[str, list[object]]:
+    """Values of each field, by dotted path, in which ``runs`` differ; of runs of yarns without the shells' card."""
+    flat = [dict(leaves(run.model_dump(mode="json"))) for run in runs]
+    unread = (*_NAMES, "fabric.macro.") if runs[0].model.scale == "meso" else _NAMES
+    names = dict.fromkeys(name for one in flat for name in one if not name.startswith(unread))
+    values = {name: [one.get(name) for one in flat] for name in names}
+    return {name: found for name, found in values.items() if any(value != found[0] for value in found)}
+
+
+@dataclass(frozen=True)
+class Shorter:
+    """Falling ``values`` of the ``field`` that ends the test, in ``unit``, if any; ``where`` the file has them."""
+
+    field: str = ""
+    values: tuple[float, ...] = ()
+    unit: str = ""
+    where: str = ""
+
+    def setting(self, end: float) -> Setting:
+        """Setting that lets a run end at ``end``."""
+        return Setting(tuple(self.field.split(".")), end, self.where)
+
+
+def ending_of(run: Run) -> Ending | None:
+    """End of the motion of ``run``, None where its test has none that could be sooner."""
+    kind = kinds()[run.rig.kind]
+    found: Ending | None = kind.load("ending")(run) if kind.ending else None
+    return found
+
+
+def shorter_of(study: Uncertainty, document: Document, middle: Mapping[str, Run], drawn: Sequence[KeyPath]) -> Shorter:
+    """Shorter ends of ``study``, whose fabrics run as ``middle`` at the medians of the fields ``drawn``.
+
+    Raises :class:`InputError` for another field than the one that ends the test, one that is drawn, and for values
+    that do not fall from the full end, cut the mean about a place, or give nothing that is asked for.
+    """
+    if not study.shorter:
+        return Shorter()
+    ((name, values),) = study.shorter.items()
+    where = f"{document.where(('shorter', name))}: shorter.{name}"
+    kind = next(iter(middle.values())).rig.kind
+    path = number_path(name, document.where(("shorter", name)), [kind])
+    if path in drawn:
+        raise InputError(f"{where}: is one of the parameters: its draws are ends already, leave it out of one")
+    told = ", ".join(f"{value:g}" for value in values)
+    for fabric, run in middle.items():
+        ending = ending_of(run)
+        if ending is None or ending.field != name:
+            said = f"expected {ending.field}" if ending else "it reads nothing before its end; leave shorter out"
+            raise InputError(f"{where}: does not end this test ({kind}) sooner: {said}")
+        _check_values(values, ending, study, f"{where} = [{told}]", fabric)
+    unit = str(field_meta(type(run.rig), str(path[-1])).get("unit", ""))
+    return Shorter(name, tuple(values), unit, document.where(("shorter", name)))
+
+
+def _check_values(values: Sequence[float], ending: Ending, study: Uncertainty, said: str, fabric: str) -> None:
+    for before, end in pairwise([ending.now, *values]):
+        if end >= before:
+            what = f"the full end of {fabric}" if before == ending.now else "the value before it"
+            raise InputError(f"{said}: {end:g} must be below {what}, {before:g}: each try ends sooner than the last")
+    places = sorted({at for one in study.quantities.values() for at in one.at})
+    for end in values:
+        cut = [at for at in places if end - ending.near < at <= end]
+        if cut:
+            raise InputError(
+                f"{said}: {end:g} ends within the mean about {cut[0]:g}, which reaches {ending.near:g} beyond it: "
+                f"expected {cut[0] + ending.near:g} or more, such as {cut[0] + 2.0 * ending.near:g}"
+            )
+        if not any(at <= end for at in places) and not any(one.any_end for one in study.quantities.values()):
+            first = f"the first place is {places[0]:g}" if places else "no quantity has places (at), nor any_end: true"
+            raise InputError(f"{said}: {end:g} gives nothing that is asked for: {first}")
 
 
 @dataclass(frozen=True)
@@ -170,3 +267,31 @@ def _middle(cases: Mapping[str, Case], parameters: Sequence[Parameter]) -> dict[
         return {name: case.run(settings) for name, case in cases.items()}
     except InputError as error:
         raise InputError(f"{error} (at the medians of all priors: they do not fit each other)") from None
+
+
+# Points of a design: two samples A and B of the prior, and by Saltelli et al. (2010) A with one column of B each.
+#
+# Saltelli, A., et al.: Variance based sensitivity analysis of model output. Computer Physics Communications 181 (2010),
+# 259-270.
+
+
+def design(parameters: int, samples: int, seed: int) -> Array:
+    """Points (parameters + 2, samples, parameters) in the unit cube: A, B, then A with column i of B, i = 0, 1, ...
+
+    The first two parts are a design of their own, for bands and regression. A and B are the halves of one scrambled
+    Sobol sequence of twice the dimensions. With more samples the first points stay the same.
+    """
+    from scipy.stats import qmc
+
+    dice = np.random.default_rng(seed)
+    both = np.asarray(qmc.Sobol(2 * parameters, scramble=True, seed=dice).random(samples))
+    a, b = both[:, :parameters], both[:, parameters:]
+    mixed = np.repeat(a[None], parameters, axis=0)
+    for i in range(parameters):
+        mixed[i, :, i] = b[:, i]
+    return np.concatenate([a[None], b[None], mixed])
+
+
+def matrix_name(number: int, names: list[str]) -> str:
+    """Name of the part ``number`` of the design: A, B, or the parameter that A has from B."""
+    return ("A", "B")[number] if number < 2 else f"A, {names[number - 2]} of B"

@@ -10,10 +10,8 @@ from knittest.base.errors import InputError
 from knittest.base.history import Array
 from knittest.base.kinds import kinds
 from knittest.config.messages import unknown
-from knittest.studies.trials.record import OPEN, Record
-from knittest.studies.trials.trial import Trial, trial_of
-from knittest.studies.uncertainty.design import design, matrix_name
-from knittest.studies.uncertainty.problem import Problem
+from knittest.studies.trials.trial import OPEN, Record, Trial, trial_of
+from knittest.studies.uncertainty.problem import Problem, design, matrix_name
 from knittest.studies.uncertainty.variables import results_of
 
 #: ends of a run after which a shorter one may pass: loops that lock do so before it begins, and a run that hung or died

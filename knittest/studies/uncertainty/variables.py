@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
 from knittest.base.history import Array
-from knittest.config import uncertainty as file
+from knittest.config import studies as file
 from knittest.config.messages import unknown
 from knittest.config.yaml_loader import Document, shown
 

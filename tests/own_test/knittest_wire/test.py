@@ -8,15 +8,12 @@ from knittest.base.errors import InputError
 from knittest.base.history import History, Quality
 from knittest.laboratory.base import Prepared
 from knittest.laboratory.judging import Span, assess
-from knittest.models.boundary import ALL, Boundary
-from knittest.models.chain_layout import Chain
-from knittest.models.chains import build_chains
+from knittest.models.boundary import ALL, Boundary, Readings
+from knittest.models.chains import Chain, build_chains
 from knittest.models.from_stiffness import section
-from knittest.models.readings import Readings
-from knittest.models.table import ramp
-from knittest.solve.observer import SILENT, Observer
+from knittest.models.tool import ramp
 from knittest.solve.simulate import simulate
-from knittest.solve.state import SimulationCost
+from knittest.solve.state import SILENT, Observer, SimulationCost
 from knittest_wire.config import WireRun
 
 RADIUS, LINEAR_DENSITY = 0.5, 1e-3  # mm, g/mm

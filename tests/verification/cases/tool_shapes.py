@@ -8,10 +8,9 @@ from cases.series import order
 from cases.shell_static import sheet
 from shell_cases import grid
 
-from knittest.kernels.tool_blocks import SCRATCH, touch_tools
-from knittest.kernels.tool_contact import tool_energies
+from knittest.kernels.tool_contact import SCRATCH, tool_energies, touch_tools
 from knittest.kernels.tool_shapes import tool_distance
-from knittest.models.readings import new_tally
+from knittest.models.boundary import new_tally
 from knittest.pose import Body, Tool, plane, plate, sampled
 
 RADIUS = 3.0

@@ -1,4 +1,4 @@
-// Numbers of a run: what knittest/report_page/moving/packing.py packed.
+// Numbers of a run: what knittest/report_page/moving/page.py packed.
 
 /** Bytes of base64 text in zlib's format, inflated by the browser. */
 export async function inflated(text) {

@@ -1,0 +1,172 @@
+"""Files that knittest reads and writes: whole files or none, files that users name, tidy tables, shipped data."""
+
+import csv
+import errno
+import os
+import stat
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from knittest.base.errors import InputError, ResourceError
+
+#: most characters of a file's content in a message
+EXCERPT = 100
+
+
+def excerpt(text: str) -> str:
+    """The first line of ``text``, printable and cut to :data:`EXCERPT` characters, for a message on a file."""
+    line = next(iter(text.splitlines()), "")
+    plain = "".join(c if c.isprintable() else "?" for c in line)
+    return plain if len(plain) <= EXCERPT else plain[: EXCERPT - 3] + "..."
+
+
+def read_regular(path: Path, limit: int, remedy: str) -> bytes:
+    """Bytes of a regular file of at most ``limit`` bytes; ``remedy`` ends the message of a larger one.
+
+    Raises :class:`InputError`, at once even for a pipe without a writer or an endless device.
+    """
+    try:
+        # non-blocking, so that opening a pipe without a writer returns
+        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+        with open(handle, "rb") as stream:  # noqa: PTH123 - a descriptor
+            if not stat.S_ISREG(os.fstat(handle).st_mode):
+                raise InputError(f"{path}: not a regular file")
+            raw = stream.read(limit + 1)
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file") from None
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    if len(raw) > limit:
+        size = f"{limit // 1_000_000} MB" if limit > 1_000_000 else f"{limit // 1000} kB"
+        raise InputError(f"{path}: larger than {size}: {remedy}")
+    return raw
+
+
+def size_on_disk(folder: Path) -> int:
+    """Bytes that ``folder`` takes on the disk; links in it are not followed, and what goes meanwhile counts nothing."""
+    size = 0
+    for place, _, names in os.walk(folder):
+        for name in names:
+            with suppress(OSError):
+                size += 512 * (Path(place) / name).lstat().st_blocks
+    return size
+
+
+_HINTS = {
+    errno.ENOSPC: "the disk is full; free some space or choose another folder with --out",
+    errno.EDQUOT: "the disk quota is used up; free some space or choose another folder with --out",
+    errno.EROFS: "the file system is read-only; choose another folder with --out",
+    errno.EACCES: "no permission to write there; choose another folder with --out",
+    errno.EPERM: "no permission to write there; choose another folder with --out",
+}
+
+#: what a folder may be called, so that the files in it have names that every file system takes
+DEEPEST, LONGEST, LONGEST_NAME = 100, 3500, 200
+
+
+def resource_error(path: Path, error: OSError) -> ResourceError:
+    """Say in one line which file could not be written, why, and what to do."""
+    hint = _HINTS.get(error.errno or 0, error.strerror or str(error))
+    return ResourceError(f"{path}: cannot write: {hint}")
+
+
+def make_folder(path: Path) -> None:
+    """Make ``path`` and the folders it lies in; raises :class:`InputError` for a name that no file system takes,
+    :class:`ResourceError` where it cannot be written.
+    """
+    if len(path.parts) > DEEPEST or len(os.fsencode(path.absolute())) > LONGEST:
+        raise InputError(
+            f"{excerpt(str(path))}: {len(path.parts)} folders deep, {len(os.fsencode(path))} bytes long; expected at "
+            f"most {DEEPEST} and {LONGEST}: choose a shorter path"
+        )
+    if longest := next((name for name in path.parts if len(os.fsencode(name)) > LONGEST_NAME), ""):
+        raise InputError(
+            f"{excerpt(longest)}: a name of {len(os.fsencode(longest))} bytes; expected at most {LONGEST_NAME}: choose "
+            "a shorter one"
+        )
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise resource_error(path, error) from error
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Give a temporary file in the folder of ``path``; on success it is synced and takes the place of ``path``.
+
+    After any error the old ``path`` stands and the temporary file is gone; raises :class:`ResourceError` for the
+    errors of the operating system.
+    """
+    temporary = path.with_name(f".{path.stem}.{os.getpid()}.tmp{path.suffix}")
+    try:
+        yield temporary
+        with temporary.open("rb+") as stream:
+            os.fsync(stream.fileno())
+        temporary.replace(path)
+        _sync_folder(path.parent)
+    except OSError as error:
+        raise resource_error(path, error) from error
+    finally:
+        with suppress(OSError):
+            temporary.unlink(missing_ok=True)
+
+
+def write_atomic(path: Path, data: bytes | str) -> None:
+    """Write ``data`` (text as UTF-8) to ``path`` by way of :func:`replacing`."""
+    with replacing(path) as temporary:
+        temporary.write_bytes(data.encode() if isinstance(data, str) else data)
+
+
+def _sync_folder(folder: Path) -> None:
+    """Make the renaming itself durable; some file systems cannot sync a folder, which loses nothing already there."""
+    with suppress(OSError):
+        handle = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
+
+
+COLUMNS = ["variant", "direction", "quantity", "mean", "sd", "n", "unit", "table"]
+
+
+def variants(folder: Path) -> list[str]:
+    """Variants that the tables of ``folder`` have rows of; raises as :func:`tidy_rows` does."""
+    return sorted({row["variant"] for _, _, row in tidy_rows(folder)})
+
+
+def tidy_rows(folder: Path) -> Iterator[tuple[Path, int, dict[str, str]]]:
+    """File, line and cells of every row in all tables of ``folder``.
+
+    Raises :class:`InputError` for a folder without tables and for a wrong header.
+    """
+    files = sorted(folder.glob("*.csv"))
+    if not files:
+        raise InputError(f"{folder}: no tables of an experiment (*.csv) here; knittest data import writes some")
+    for path in files:
+        with path.open(encoding="utf-8", newline="") as stream:
+            reader = csv.DictReader(stream)
+            if reader.fieldnames != COLUMNS:
+                raise InputError(f"{path}:1: no table of an experiment: expected the columns {','.join(COLUMNS)}")
+            for row in reader:
+                yield path, reader.line_num, row
+
+
+#: folder of the package
+PACKAGE = Path(__file__).resolve().parent.parent
+
+
+def configs_dir() -> Path:
+    """Folder of the shipped configs (``fabrics/``, ``rigs/``)."""
+    return _shipped("configs")
+
+
+def data_dir() -> Path:
+    """Folder of the shipped experimental data, to which data paths in a config are relative."""
+    return _shipped("data")
+
+
+def _shipped(name: str) -> Path:
+    in_wheel = PACKAGE / "shipped" / name
+    return in_wheel if in_wheel.is_dir() else PACKAGE.parent / name

@@ -1,0 +1,45 @@
+"""Machine of a run: processor time that its host takes, and names and passwords that files must not hold."""
+
+import os
+import re
+import socket
+from pathlib import Path
+
+STAT = Path("/proc/stat")
+
+
+def processor_ticks(stat: Path = STAT) -> tuple[int, int] | None:
+    """Ticks that a host has taken from all processors since the start, and all ticks; None where no system tells.
+
+    Fields of ``/proc/stat`` (proc(5)): user, nice, system, idle, iowait, irq, softirq, steal; guests are in user.
+    """
+    try:
+        name, *fields = stat.read_text().split("\n", 1)[0].split()
+        ticks = [int(field) for field in fields[:8]]
+    except (OSError, ValueError):
+        return None
+    return (ticks[7], sum(ticks)) if name == "cpu" and len(ticks) == 8 else None
+
+
+def taken_share(before: tuple[int, int] | None, after: tuple[int, int] | None) -> float | None:
+    """Share of the processors' time that the host took between two looks; None where it is not known."""
+    if before is None or after is None or after[1] <= before[1]:
+        return None
+    return (after[0] - before[0]) / (after[1] - before[1])
+
+
+HIDDEN = "***"
+HOST_VARIABLE = "KNITTEST_HOST"
+# as SQLAlchemy reads them: a user without colon or slash, a password up to the @
+_PASSWORD = re.compile(r"(://[^:/\s@]*:)[^@\s]*@")
+_IN_QUERY = re.compile(r"([?&][^=&\s]*(?:pass|pwd|secret|token|key)[^=&\s]*=)[^&\s'\"]*", re.IGNORECASE)
+
+
+def without_passwords(text: str) -> str:
+    """``text`` with :data:`HIDDEN` for the password of every URL in it, also of one in its query."""
+    return _IN_QUERY.sub(rf"\g<1>{HIDDEN}", _PASSWORD.sub(rf"\g<1>{HIDDEN}@", text))
+
+
+def host_name() -> str:
+    """Name of this machine in files: its own, or what ``KNITTEST_HOST`` says in its place, which may be nothing."""
+    return os.environ.get(HOST_VARIABLE, socket.gethostname())

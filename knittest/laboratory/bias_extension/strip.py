@@ -1,0 +1,295 @@
+"""Strip on the bias: kinematics of pin-jointed yarns, its force by the fabric's shear law, its mesh, its yarns."""
+
+from dataclasses import dataclass, replace
+from math import sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from knittest.base.errors import InputError
+from knittest.base.history import Frame
+from knittest.config.fabric import Fabric
+from knittest.config.run import MesoModel, Run
+from knittest.fabric.strip import CutPath, cells_under, cut_on_the_bias
+from knittest.laboratory.base import shear_curve
+from knittest.laboratory.bias_extension.config import BiasExtensionRun
+from knittest.laboratory.strips import YarnStrip, cut
+from knittest.materials.shear import shear_table
+from knittest.materials.trellis import crosshead, frame_angle
+from knittest.models.meso import chain_order
+from knittest.solve.state import SILENT, Observer
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+# Pin-jointed kinematics of the bias extension test: yarns that keep their length and are hinged where they cross.
+#
+# A strip of length H between the clamps and width W, H >= 2 W, its yarns at +-45 deg to the pull, has three zones. Next
+# to the clamps both yarns of a crossing are held: nothing is sheared. In the middle neither is: the shear angle is
+# gamma over an area of W (2 H - 3 W) / 2. Between them one is, and the angle is gamma / 2 over an area of W^2. The
+# middle is a frame with the diagonal L0 = H - W (Lebrun et al. 2003), so that
+#
+#     gamma = 90 deg - 2 acos((L0 + d) / (sqrt(2) L0)),    dd/dgamma = L0 (cos gamma/2 - sin gamma/2) / 2.
+#
+# With S, the shear force conjugate to the angle (:mod:`knittest.materials.trellis`), the power F dd is that of both
+# zones:
+#
+#     F L0 (cos gamma/2 - sin gamma/2) = W (2 H - 3 W) S(gamma) + W^2 S(gamma/2).
+#
+# Solved for S(gamma) = F_sh(gamma) cos gamma this is the normalised shear force F_sh of Cao et al. (2008), Composites
+# Part A 39, 1037-1053, and of Launay et al. (2008), Compos. Sci. Technol. 68, 506-515. Lengths in mm, forces in N.
+
+#: length over width from which on the middle is a zone of its own
+SLENDER = 2.0
+
+
+@dataclass(frozen=True)
+class BiasStrip:
+    """Length between the clamps and width [mm] of a strip at least twice as long as wide."""
+
+    length: float
+    width: float
+
+    def __post_init__(self) -> None:
+        if not self.length >= SLENDER * self.width * (1.0 - 1e-9):
+            raise InputError(
+                f"a strip {self.length:g} mm long and {self.width:g} mm wide: expected at least {SLENDER:g} times its "
+                f"width between the clamps, {SLENDER * self.width:g} mm: in shorter ones yarns run from clamp to clamp"
+            )
+
+    @property
+    def middle(self) -> float:
+        """L0 = H - W [mm]: diagonal of the frame that the middle is."""
+        return self.length - self.width
+
+    @property
+    def areas(self) -> tuple[float, float]:
+        """Area [mm2] that is sheared by gamma, and that is sheared by gamma / 2."""
+        return 0.5 * self.width * (2.0 * self.length - 3.0 * self.width), self.width**2
+
+    def angle(self, travel: float) -> float:
+        """Shear angle [rad] of the middle at a travel [mm] of the clamp.
+
+        >>> round(np.rad2deg(BiasStrip(200.0, 100.0).angle(22.474)).item(), 2)
+        30.0
+        """
+        return frame_angle(travel, self.middle / sqrt(2.0))
+
+    def travel(self, angle: float) -> float:
+        """Travel [mm] of the clamp at a shear angle [rad]."""
+        return crosshead(angle, self.middle / sqrt(2.0))
+
+    @property
+    def longest(self) -> float:
+        """Travel [mm] at which the yarns of the middle lie side by side."""
+        return (sqrt(2.0) - 1.0) * self.middle
+
+    def force(self, shear: Array, half: Array, angle: Array) -> Array:
+        """Force of the clamp [N] of S(gamma) ``shear`` and S(gamma / 2) ``half`` [N/mm] at ``angle`` [rad], (n,).
+
+        >>> angle = np.deg2rad([20.0])  # S = 0.1 N/mm times the angle
+        >>> BiasStrip(200.0, 100.0).force(0.1 * angle, 0.05 * angle, angle).round(2)
+        array([6.45])
+        """
+        whole, partly = self.areas
+        force: Array = 2.0 * (shear * whole + 0.5 * half * partly) / (self.middle * _lever(angle))
+        return force
+
+    def conjugate(self, force: Array, angle: Array) -> Array:
+        """S [N/mm] of the clamp's force [N] at ``angle`` [rad], rising, (n,) each.
+
+        S(gamma) hangs on S(gamma / 2), which lies between two angles before it on straight lines: a triangular system.
+        From 0 to the first angle the force counts as that at the first.
+        """
+        from scipy.sparse import csr_array
+        from scipy.sparse.linalg import spsolve_triangular
+
+        grid, pull = (np.append(0.0, angle), np.append(force[0], force)) if angle[0] > 0.0 else (angle, force)
+        whole, partly = self.areas
+        n = len(grid)
+        after = np.searchsorted(grid, 0.5 * grid, side="right").clip(1, n - 1)
+        share = (0.5 * grid - grid[after - 1]) / (grid[after] - grid[after - 1])
+        rows = np.arange(n)
+        system = csr_array(
+            (
+                np.concatenate([np.full(n, whole), 0.5 * partly * (1.0 - share), 0.5 * partly * share]),
+                (np.tile(rows, 3), np.concatenate([rows, after - 1, after])),
+            ),
+            shape=(n, n),
+        )
+        found: Array = spsolve_triangular(system, 0.5 * pull * self.middle * _lever(grid))
+        return found[n - len(angle) :]
+
+    def normalised(self, force: Array, angle: Array) -> Array:
+        """Normalised shear force F_sh = S / cos gamma [N/mm] of the clamp's force [N] at ``angle`` [rad], (n,) each."""
+        found: Array = self.conjugate(force, angle) / np.cos(angle)
+        return found
+
+
+def strip_of(run: BiasExtensionRun) -> BiasStrip:
+    """Strip of a run."""
+    return BiasStrip(run.rig.gauge_length_mm, run.rig.width_mm)
+
+
+def _lever(angle: Array) -> Array:
+    """2 / L0 dd/dgamma: cos gamma/2 - sin gamma/2."""
+    lever: Array = np.cos(0.5 * angle) - np.sin(0.5 * angle)
+    return lever
+
+
+def pin_jointed_force(run: Run, strip: BiasStrip, angle: Array) -> Array:
+    """Force [N] at shear angles of the middle [rad], (n,)."""
+    table = shear_table(run.fabric, shear_curve(run))
+
+    def shear(at: Array) -> Array:
+        found: Array = np.maximum(at[:, None] - table.knee, 0.0) @ table.slope
+        return found
+
+    return strip.force(shear(angle), shear(0.5 * angle), angle)
+
+
+# Shells of a strip on the bias: squares whose sides lie along the yarns, three kites in each triangle at an edge.
+#
+# So the lines between the zones of the test are sides of shells, and pin-jointed yarns strain none of them.
+
+#: corners of a diamond and of the triangles at the four edges about its place, in half diagonals
+_SOUTH, _EAST, _NORTH, _WEST = (0, -1), (1, 0), (0, 1), (-1, 0)
+
+
+def diamonds(length: float, width: float, size: float) -> tuple[int, int]:
+    """Number of diamonds along and across; each is divided into four shells of about ``size`` [mm]."""
+    diagonal = 2.0 * sqrt(2.0) * size
+    across = max(round(width / diagonal), 2)
+    return max(round(length * across / width), 2), across
+
+
+def bias_mesh(length: float, width: float, size: float) -> tuple[Array, Index]:
+    """Nodes (n, 3) [mm] of a strip about the origin, its length along y, and shells of about ``size`` (n_el, 4)."""
+    along, across = diamonds(length, width, size)
+    quads: list[list[tuple[float, float]]] = []
+    for j in range(2 * along + 1):
+        for i in range(1 - j % 2, 2 * across + 1, 2):
+            quads += _shells(i, j, 2 * across, 2 * along)
+    corners = np.array(quads)
+    places, conn = np.unique(np.round(corners.reshape(-1, 2) * 12.0).astype(np.int64), axis=0, return_inverse=True)
+    position = np.zeros((len(places), 3))
+    position[:, 0] = width * (places[:, 0] / (24.0 * across) - 0.5)
+    position[:, 1] = length * (places[:, 1] / (24.0 * along) - 0.5)
+    return position, conn.reshape(-1, 4).astype(np.int64)
+
+
+def _shells(i: int, j: int, right: int, top: int) -> list[list[tuple[float, float]]]:
+    """Quadrilaterals of the diamond about (i, j), or of the half of it that lies in the strip."""
+    corners = [(i + x, j + y) for x, y in (_SOUTH, _EAST, _NORTH, _WEST)]
+    inside = [c for c in corners if 0 <= c[0] <= right and 0 <= c[1] <= top]
+    if len(inside) < 3:
+        return []
+    if len(inside) == 3:  # in the order of a turn to the left
+        first = next(k for k, c in enumerate(corners) if c not in inside)
+        inside = [corners[(first + k) % 4] for k in (1, 2, 3)]
+    centre = (sum(c[0] for c in inside) / len(inside), sum(c[1] for c in inside) / len(inside))
+    found = []
+    for k, corner in enumerate(inside):
+        before, after = inside[k - 1], inside[(k + 1) % len(inside)]
+        found.append([_between(before, corner), corner, _between(corner, after), centre])
+    return found
+
+
+def _between(one: tuple[float, float], other: tuple[float, float]) -> tuple[float, float]:
+    return 0.5 * (one[0] + other[0]), 0.5 * (one[1] + other[1])
+
+
+#: length of strip inside each jaw over the diagonal of a cell: enough to grip every yarn
+JAW_CELLS = 1.0
+#: elements of the shortest piece of warp or weft that stays in the strip
+SHORTEST = 4
+
+
+@dataclass(frozen=True)
+class Crossings:
+    """Nodes at the start of the pitch of warp and of weft about each crossing, at it, and at the end, (n, 3) each."""
+
+    warp: Index
+    weft: Index
+
+    def angles(self, frame: Frame) -> Array:
+        """Shear angle [rad] at each crossing, (n,), positive where the pull shears."""
+        one, other = (frame.position[nodes[:, 2]] - frame.position[nodes[:, 0]] for nodes in (self.warp, self.weft))
+        cosine = np.sum(one * other, axis=1) / np.linalg.norm(one, axis=1) / np.linalg.norm(other, axis=1)
+        angle: Array = np.arcsin(cosine)
+        return angle
+
+    def places(self, frame: Frame) -> Array:
+        """Place of each crossing, (n, 2) [mm]."""
+        place: Array = 0.5 * (_at(frame, self.warp) + _at(frame, self.weft))
+        return place
+
+    def slip(self, start: Frame, frame: Frame) -> Array:
+        """Way [mm] in the plane that the yarns of each crossing have moved against each other since ``start``, (n,)."""
+        apart = [_at(one, self.warp) - _at(one, self.weft) for one in (start, frame)]
+        way: Array = np.linalg.norm(apart[1] - apart[0], axis=1)
+        return way
+
+
+def _at(frame: Frame, nodes: Index) -> Array:
+    """Place of a yarn at each crossing, (n, 2) [mm]."""
+    place: Array = frame.position[nodes[:, 1], :2]
+    return place
+
+
+@dataclass(frozen=True)
+class YarnsOnTheBias:
+    """Pieces of yarn in the strip and its jaws, in the order of the model's chains, cut from ``piece`` of
+    ``n_wales`` by ``n_courses`` cells.
+    """
+
+    piece: YarnStrip
+    paths: list[CutPath]
+    n_wales: int
+    n_courses: int
+
+    def crossings(self) -> Crossings:
+        """Crossings of whole pitches of warp and weft in the strip."""
+        pitches = {"warp": self.n_courses, "weft": self.n_wales}
+        found: dict[str, dict[tuple[int, int], tuple[int, int, int]]] = {system: {} for system in pitches}
+        start = 0
+        for path in self.paths:
+            if path.system in pitches:
+                number = pitches[path.system]
+                step = (len(path.uncut.points) - 1) // number
+                own = range(path.first, path.first + len(path.points))
+                for k in range(number):
+                    if k * step in own and (k + 1) * step in own:
+                        place = (path.index, k) if path.system == "warp" else (k, path.index)
+                        here = start + k * step - path.first
+                        found[path.system][place] = (here, here + step // 2, here + step)  # an even number of beams
+            start += len(path.points)
+        both = sorted(found["warp"].keys() & found["weft"].keys())
+        warp, weft = (np.array([found[s][place] for place in both], np.int64).reshape(-1, 3) for s in pitches)
+        return Crossings(warp, weft)
+
+
+def jaw_length(fabric: Fabric) -> float:
+    """Length of strip inside each jaw [mm]."""
+    return JAW_CELLS * sqrt(2.0) * max(fabric.wale_spacing, fabric.course_spacing)
+
+
+def yarns_on_the_bias(
+    run: BiasExtensionRun, strip: BiasStrip, specimen: int = 0, observer: Observer = SILENT
+) -> YarnsOnTheBias:
+    """Yarns of the strip, about the origin."""
+    fabric, end = run.fabric, 0.5 * strip.length
+    length = strip.length + 2.0 * jaw_length(fabric)
+    pitches = fabric.wale_spacing, fabric.course_spacing
+    n_wales, n_courses = cells_under(length, strip.width, pitches)
+    piece = cut(run, n_wales, n_courses, specimen, observer)
+    middle = 0.5 * np.array([n_wales * pitches[0], n_courses * pitches[1], 0.0])
+    paths = [replace(path, points=path.points - middle) for path in piece.paths]
+    found = cut_on_the_bias(paths, length, strip.width, _least(run.model.meso))
+    free = [path for path in found if np.abs(path.points[:, 1]).min() < end]  # the rest lies in a jaw
+    return YarnsOnTheBias(piece, sorted(free, key=chain_order), n_wales, n_courses)
+
+
+def _least(mesh: MesoModel) -> dict[str, int]:
+    """Elements of the shortest piece by system: of the loops one, which the rows beside it hold."""
+    return {"warp": SHORTEST, "weft": SHORTEST, "knit": mesh.elements_per_loop}

@@ -1,0 +1,163 @@
+"""Command ``knittest speed-study``: every rig at its speed and at half of it, as rows, CSV and Markdown."""
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from knittest import __version__
+from knittest.base.errors import NumericalError
+from knittest.base.files import write_atomic
+from knittest.base.kinds import kinds, names
+from knittest.base.result_rows import LABELS
+from knittest.config.loading import resolve
+from knittest.config.run import Run
+from knittest.laboratory.after_rest import at_result_speed, kept_speed
+from knittest.laboratory.halving import LIMIT, Halving, change, diagnostic, halving
+from knittest.runs.show import print_text
+from knittest.studies.homogenise.yarn_card import with_cards
+from knittest.studies.trials.pool import LocalPool
+from knittest.studies.trials.runner import run_all
+from knittest.studies.trials.trial import Trial, trial_of
+
+COLUMNS = (
+    "test", "scale", "variant", "direction", "preset", "setting", "unit", "value", "quantity", "result", "result_half",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Row:
+    """One result at ``study``'s setting and at half of it, NaN where a run gave none."""
+
+    study: Halving
+    quantity: str
+    result: float
+    half: float
+
+    @property
+    def change(self) -> float:
+        """Share by which the result at half the setting differs."""
+        return change(self.result, self.half)
+
+    @property
+    def within(self) -> bool | None:
+        """Tell whether it holds within :data:`LIMIT`; None where there is nothing to compare."""
+        return None if math.isnan(self.change) else abs(self.change) < LIMIT
+
+
+def rows_of(study: Halving, fast: Mapping[str, float], slow: Mapping[str, float]) -> Iterator[Row]:
+    """One row a result that a user would report."""
+    for quantity, result in fast.items():
+        if quantity not in diagnostic():
+            yield Row(study, quantity, _number(result), _number(slow.get(quantity)))
+
+
+def csv_text(rows: Iterable[Row], variant: str) -> str:
+    """The table as CSV, with what it is in its head."""
+    lines = [
+        "# kind: simulated",
+        f"# source: knittest speed-study, variant {variant}, version {__version__}; the halved setting in its unit",
+        ",".join(COLUMNS),
+    ]
+    for row in rows:
+        run = row.study.run
+        cells = (
+            run.rig.kind, run.model.scale, variant, run.direction, run.model.preset, row.study.setting, row.study.unit,
+            f"{row.study.value:g}", row.quantity, f"{row.result:.6g}", f"{row.half:.6g}",
+        )  # fmt: skip
+        lines.append(",".join(cells))
+    return "\n".join(lines) + "\n"
+
+
+def markdown(rows: Sequence[Row]) -> list[str]:
+    """Lines of the table; a change above :data:`LIMIT` is in bold."""
+    lines = ["| test | scale | halved | result | as set | at half | change |", "|---|---|---|---|---|---|---|"]
+    for row in rows:
+        study = row.study
+        unit = "" if study.unit == "-" else f" {study.unit}"
+        halved = f"{study.setting} {study.value:g}{unit}"
+        label, form = LABELS.get(row.quantity, (row.quantity.replace("_", " "), "{:.4g}"))
+        result, half = (form.format(v) if math.isfinite(v) else "-" for v in (row.result, row.half))
+        said = "-" if row.within is None else f"{100.0 * row.change:+.2f} %" if row.within else _bold(row.change)
+        lines.append(
+            f"| {study.run.rig.kind} | {study.run.model.scale} | {halved} | {label} | {result} | {half} | {said} |"
+        )
+    return lines
+
+
+def _bold(share: float) -> str:
+    return f"**{100.0 * share:+.1f} %**" if math.isfinite(share) else "**from 0**"
+
+
+def _number(value: float | None) -> float:
+    return math.nan if value is None else float(value)
+
+
+CSV, MARKDOWN = "speed-study.csv", "speed-study.md"
+#: wall seconds that one run may take
+TIME_LIMIT = 14400.0
+SCALES = ("macro", "meso")
+
+
+@dataclass(frozen=True)
+class StudyOptions:
+    """Tests to run and their folder; ``tests`` are any, by default those of a study, ``scales`` of :data:`SCALES`."""
+
+    out: Path
+    variant: str | None = None
+    fabric: Path | None = None
+    tests: Sequence[str] = field(default_factory=lambda: names("studied"))
+    scales: Sequence[str] = SCALES
+    direction: str = "warp"
+    preset: str = "quick"
+    workers: int | None = None
+    threads: int | None = None
+    quiet: bool = False
+
+
+def study_command(options: StudyOptions) -> int:
+    """Run what is not finished in the folder, write CSV and Markdown there, print; returns the exit code.
+
+    Raises :class:`NumericalError` when a run gave no result.
+    """
+    runs = [_run(options, test, scale) for test in options.tests for scale in options.scales]
+    fast = _all_results([trial_of(run, _label(run)) for run in runs], options)
+    studies = [halving(at_result_speed(run, results)) for run, results in zip(runs, fast, strict=True)]
+    half = [trial_of(s.half, f"{_label(s.half)}, {s.setting} halved") for s in studies]
+    rows: list[Row] = []
+    slow = _all_results(half, options)
+    for trial, found in zip(half, slow, strict=True):
+        if not kept_speed(trial.run, found):
+            raise NumericalError(f"{trial.label}: restarted at a lower speed; no study without its result")
+    for study, *results in zip(studies, fast, slow, strict=True):
+        rows += rows_of(study, *results)
+    lines = markdown(rows)
+    write_atomic(options.out / CSV, csv_text(rows, options.variant or str(options.fabric)))
+    write_atomic(options.out / MARKDOWN, "\n".join(lines) + "\n")
+    if not options.quiet:
+        moved = [row for row in rows if row.within is False]
+        print_text([*lines, f"{len(rows)} results, {len(moved)} of them move by {100.0 * LIMIT:g} % or more"])
+    return 0
+
+
+def _run(options: StudyOptions, test: str, scale: str) -> Run:
+    run = resolve(
+        test=test, variant=options.variant, fabric=options.fabric, scale=scale, preset=options.preset,
+        direction=options.direction if kinds()[test].directional else None,
+    )  # fmt: skip
+    return with_cards([run], options.quiet)[0]
+
+
+def _label(run: Run) -> str:
+    return f"{run.rig.kind} {run.model.scale}"
+
+
+def _all_results(trials: list[Trial], options: StudyOptions) -> list[dict[str, float]]:
+    """Results of ``trials``, run where they are not finished in the folder; raises :class:`NumericalError`."""
+    pool = LocalPool(options.workers, options.threads)
+    records = run_all(trials, options.out, pool, limit=TIME_LIMIT, quiet=options.quiet)
+    for trial in trials:
+        record = records[trial.key]
+        if record.status != "completed":
+            raise NumericalError(f"{trial.label}: {record.status}: {record.reason}; no study without its result")
+    return [records[trial.key].results for trial in trials]

@@ -1,1 +1,0 @@
-"""``knittest speed-study``: every rig at its speed and at half of it, as a table."""
