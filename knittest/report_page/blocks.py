@@ -79,12 +79,16 @@ Block = Table | Text | Picture | Gallery | Code
 
 @dataclass(frozen=True)
 class Section:
-    """A part of a page under a heading of ``level`` 2 or 3; ``anchor`` is unique on the page."""
+    """A part of a page under a heading of ``level`` 2 or 3; ``anchor`` is unique on the page.
+
+    A ``folded`` one shows its heading only, until a reader opens it.
+    """
 
     anchor: str
     title: str
     blocks: Sequence[Block] = field(default_factory=tuple)
     level: int = 3
+    folded: bool = False
 
 
 @dataclass(frozen=True)

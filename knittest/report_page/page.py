@@ -5,6 +5,7 @@ run.
 import json
 import sys
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from knittest import __version__
@@ -165,11 +166,16 @@ def comparison_page(runs: Sequence[LoadedRun], notes: Sequence[str]) -> Page:
 
 
 def run_sections(run: LoadedRun, above: frozenset[str] = frozenset()) -> list[Section]:
-    """All sections on one run, without the pictures shown ``above``; the first stands over the others."""
+    """All sections on one run, without the pictures shown ``above``; the first stands over the others.
+
+    The answer comes first: how the run ended, its results, curve and pictures. What they rest on is folded.
+    """
     shown_curve, complete = curve(run)
-    head = Section(f"run-{run.number}", f"Run {run.number}: {run.title}", [*ending(run), _facts(run)], level=2)
-    rest = [parameters(run), pictures(run, complete, above), repeat(run)]
-    return [head, results(run), shown_curve, gates(run), *studies(run), *rest]
+    head = Section(f"run-{run.number}", f"Run {run.number}: {run.title}", ending(run), level=2)
+    described = parameters(run)
+    described = replace(described, blocks=[_facts(run), *described.blocks])
+    rest = [gates(run), *studies(run), described, repeat(run)]
+    return [head, results(run), shown_curve, pictures(run, complete, above), *(replace(s, folded=True) for s in rest)]
 
 
 def render(page: Page) -> str:
@@ -203,7 +209,7 @@ def _facts(run: LoadedRun) -> Block:
 
 
 def _raised(section: Section) -> Section:
-    return Section(section.anchor, section.title, section.blocks, level=2)
+    return replace(section, level=2)
 
 
 def target_file(paths: list[Path], out: Path | None) -> Path:

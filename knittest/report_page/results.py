@@ -85,6 +85,8 @@ def ending(run: LoadedRun) -> list[Block]:
         blocks.append(Text(f"This run {_verb(manifest.status)}: {reason}{on}. There are no results.", "bad"))
     if run.summary.refused:
         blocks.append(Text("Comparison refused: " + "; ".join(run.summary.refused), "bad"))
+    elif manifest.status == "completed":
+        blocks.append(Text("The run passed all quality checks.", "good"))
     blocks += [Text(f"Warning: {reason}", "warn") for reason in run.summary.warnings]
     if run.problems:
         blocks.append(Text("Missing or not readable: " + "; ".join(run.problems), "warn"))
