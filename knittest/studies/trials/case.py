@@ -125,7 +125,7 @@ def quantiles(distribution: Distribution, unit: Array) -> Array:
         ends = [-np.inf if low is None else (low - mean) / sd, np.inf if high is None else (high - mean) / sd]
         return np.asarray(truncnorm.ppf(unit, *ends, loc=mean, scale=sd))
     if low is None or high is None:
-        raise ValueError(f"a {distribution.kind} distribution has both ends")  # config.sweep has seen to it
+        raise ValueError(f"a {distribution.kind} distribution has both ends")  # config.studies has seen to it
     if distribution.kind == "log-uniform":
         return np.exp(np.log(low) + unit * np.log(high / low))
     return low + unit * (high - low)

@@ -139,7 +139,7 @@ class Parameter:
         """Smallest and largest value of the prior."""
         low, high = self.prior.low, self.prior.high
         if low is None or high is None:
-            raise ValueError(f"{self.name}: a prior has both ends")  # config.uncertainty has seen to it
+            raise ValueError(f"{self.name}: a prior has both ends")  # config.studies has seen to it
         return low, high
 
     @property
