@@ -11,8 +11,6 @@ from knittest.config.run import Run
 from knittest.laboratory.judging import losses
 from knittest.solve.state import Simulation, TooFastError
 
-# Part of a test after its specimen has come to rest in the rig: what rest costs is none of the test's.
-
 #: columns of the energies that are no sum over the time
 MOMENTARY = ("time_ms", "kinetic_mj", "kinetic_ratio", "energy_error")
 #: least work [mJ] in a ratio
@@ -101,15 +99,18 @@ def row_check(
 ) -> Callable[[Simulation], None]:
     """Check of the newest row, as :func:`check_speed`, once ``column`` of the curve has come to ``least``.
 
-    ``judged`` gives the energies that are judged, of all that there are.
+    ``judged`` gives the energies that are judged, of all that a row has. What it takes from the work of the newest row
+    it takes from the largest one too.
     """
 
     def check(state: Simulation) -> None:
         if not restarts or state.rows[-1][column] < least:
             return
-        rows = state.energy_rows
-        energies = judged(state, {name: np.array([row[name] for row in rows]) for name in rows[-1]})
-        damping, of_contacts, _ = losses(energies)
+        row = {name: np.array([value]) for name, value in state.energy_rows[-1].items()}
+        energies = judged(state, row)
+        left_out = float(row["external_mj"][0] - energies["external_mj"][0])
+        work = max(abs(one["external_mj"] - left_out) for one in state.energy_rows)
+        damping, of_contacts, _ = losses(energies | {"external_mj": np.array([work])})
         shares = {KINETIC: energies["kinetic_ratio"][-1], DAMPING: damping[-1], CONTACTS: of_contacts[-1]}
         _check(run, restarts, {name: float(share) for name, share in shares.items()})
 
