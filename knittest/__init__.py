@@ -11,7 +11,7 @@ A test in Python, with what is heavy imported when it is first used:
 import importlib
 from typing import Any
 
-__version__ = "0.2.0"
+__version__ = "0.3.0"
 
 #: name that is loaded when it is first used: module that holds it
 _PUBLIC = {
