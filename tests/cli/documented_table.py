@@ -24,7 +24,8 @@ NAMES = (
     "knittest regress", "knittest speed-study", "knittest resume",
     "knittest check", "knittest check forming", "knittest compare",
     "knittest batch", "knittest calibrate", "knittest friction",
-    "knittest uncertainty", "knittest view RUN", "knittest export xlsx", "knittest runs NAME",
+    "knittest uncertainty", "knittest homogenise", "knittest export", "knittest view", "knittest view RUN",
+    "knittest runs NAME",
     "knittest doctor --clear-cache",
 )  # fmt: skip
 
