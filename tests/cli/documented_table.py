@@ -24,7 +24,8 @@ NAMES = (
     "knittest regress", "knittest speed-study", "knittest resume",
     "knittest check", "knittest check forming", "knittest compare",
     "knittest batch", "knittest calibrate", "knittest friction",
-    "knittest uncertainty", "knittest view RUN", "knittest export xlsx", "knittest runs NAME",
+    "knittest uncertainty", "knittest homogenise", "knittest export", "knittest view", "knittest view RUN",
+    "knittest runs NAME",
     "knittest doctor --clear-cache",
 )  # fmt: skip
 
@@ -166,7 +167,7 @@ COMMANDS: dict[str, Do] = {
         given={"SWEEP/trials/KEY SWEEP/trials/KEY": "runs/shells/warp runs/shells/weft"}
     ),
     # studies of many runs: planned to the first
-    "knittest batch configs/sweeps/speed-window.yaml --workers 2": Do(planned="CPU hours"),
+    "knittest batch configs/sweeps/speed-window.yaml --workers 2": Do(planned="half a minute, 42 runs"),
     "knittest batch configs/sweeps/blank-holder.yaml --workers 2": Do(planned="5 CPU minutes"),
     "knittest batch configs/sweeps/yarn-friction.yaml": Do(planned="10 CPU minutes"),
     "knittest picture-frame --variant 1 --set rig.cycles=1 --set rig.max_angle=20": Do(
