@@ -23,14 +23,9 @@ SETUP = (
 NAMES = (
     "knittest regress", "knittest speed-study", "knittest resume",
     "knittest check", "knittest check forming", "knittest compare",
-<<<<<<< HEAD
-    "knittest batch", "knittest calibrate", "knittest friction",
+    "knittest batch", "knittest calibrate",
     "knittest uncertainty", "knittest homogenise", "knittest export", "knittest view", "knittest view RUN",
     "knittest runs NAME",
-=======
-    "knittest batch", "knittest calibrate",
-    "knittest uncertainty", "knittest view RUN", "knittest export xlsx", "knittest runs NAME",
->>>>>>> h/docsa
     "knittest doctor --clear-cache",
 )  # fmt: skip
 
