@@ -31,15 +31,15 @@ def column(folder: Path) -> tuple[str, dict[str, str]]:
     scale = config["model"]["scale"]
     name = f"{scale}, {config['model']['preset']}, {force:g} N"
     if scale == "macro" and config["fabric"]["macro"]["in_plane_bending"] is None:
-        name += ", without bending in the plane"
+        name += ", without in-plane bending"
     quality, cost = summary["quality"], summary["cost"]
     rows = {LABELS[k][0]: LABELS[k][1].format(v) for k, v in unfolded(summary["results"]).items() if k in LABELS}
     rows |= {
         "kinetic energy over work [%]": f"{100.0 * quality['ke_over_ie_max']:.1f}",
         "energy error [%]": f"{100.0 * quality['energy_error_max']:.3f}",
-        "quality gates": "refused" if comparison["refused"] else "passed",
+        "quality checks": "rejected" if comparison["refused"] else "passed",
         "elements": f"{cost['elements']}",
-        "time of the run, of its processors [s]": f"{cost['wall_s']:.0f}, {cost['cpu_s']:.0f}",
+        "wall-clock time, CPU time [s]": f"{cost['wall_s']:.0f}, {cost['cpu_s']:.0f}",
     }
     return name, rows
 
@@ -86,7 +86,7 @@ def fields(folders: list[Path]) -> None:
 def window(sweep: Path) -> None:
     """Table and picture of results over the force on the holder."""
     found = pd.read_csv(sweep / "results.csv").sort_values(FORCE)
-    header = ["force on the holder [N]", *(f"{force:g}" for force in found[FORCE])]
+    header = ["holder force [N]", *(f"{force:g}" for force in found[FORCE])]
     put("window", table(header, [[LABELS[k][0], *(LABELS[k][1].format(v) for v in found[k])] for k in WINDOW]))
     figure, axes = plt.subplots(1, 3, figsize=(11.0, 3.6))
     for panel, name in zip(axes, WINDOW[:3], strict=True):

@@ -62,19 +62,19 @@ def column(folder: Path) -> tuple[str, dict[str, str]]:
     results = unfolded(summary["results"])
     rows = {
         "stamp force, largest [N]": f"{results['stamp_force_max_n']:.1f}",
-        "same, means of the last three quarters of the stroke [N]": ", ".join(
+        "same, mean of the second, third and last quarter of the stroke [N]": ", ".join(
             f"{force[(done > low) & (done <= high)].mean():.1f}" for low, high in PARTS
         ),
-        "width of a band of shear in the rim [mm]": f"{band_width(rim, size):.1f}",
-        "difference of neighbouring shells there, mean [deg]": f"{difference(rim):.1f}",
+        "width of a shear band in the rim [mm]": f"{band_width(rim, size):.1f}",
+        "shear difference of neighbouring elements there, mean [deg]": f"{difference(rim):.1f}",
     }
     rows |= {LABELS[k][0]: LABELS[k][1].format(results[k]) for k in RESULTS}
     rows |= {
-        "hourglass energy over internal, largest [%]": f"{100.0 * quality['hourglass_over_internal_max']:.1f}",
+        "hourglass over internal energy, largest [%]": f"{100.0 * quality['hourglass_over_internal_max']:.1f}",
         "kinetic energy over work [%]": f"{100.0 * quality['ke_over_ie_max']:.1f}",
         "energy error [%]": f"{100.0 * quality['energy_error_max']:.3f}",
-        "quality gates": "refused" if json.loads((folder / "comparison.json").read_text())["refused"] else "passed",
-        "processor time [s]": f"{cost['cpu_s']:.0f}",
+        "quality checks": "rejected" if json.loads((folder / "comparison.json").read_text())["refused"] else "passed",
+        "CPU time [s]": f"{cost['cpu_s']:.0f}",
     }
     return f"{size:g} mm, {'on' if given else 'off'}", rows
 

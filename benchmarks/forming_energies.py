@@ -18,8 +18,8 @@ from benchmarks.forming import put, table
 #: mechanisms of stamp-work.csv that are one row on both scales
 ROWS: dict[str, tuple[str, ...]] = {
     "stretching of inlays": ("stretching",),
-    "bending of inlays, out of the plane and in it": ("bending", "in_plane_bending"),
-    "shear: law of shells; loops, torsion, contact and friction of yarns": (
+    "bending of inlays, out of plane and in plane": ("bending", "in_plane_bending"),
+    "shear: law (macro); loops, torsion, contact and friction (meso)": (
         "shear", "loop_stretching", "loop_bending", "loop_torsion", "torsion", "fabric_contact", "fabric_friction",
     ),
     "friction at tools": ("tool_friction",),
@@ -27,9 +27,9 @@ ROWS: dict[str, tuple[str, ...]] = {
     "hourglass control": ("hourglass",),
     "damping": ("damping",),
     "kinetic energy": ("kinetic",),
-    "torn elements, error of the balance": ("torn", "balance_error"),
+    "broken elements, energy error": ("torn", "balance_error"),
 }  # fmt: skip
-OUTSIDE, STAMP = "holder and weight lifted", "work of the stamp"
+OUTSIDE, STAMP = "lifting of holder and weight", "work of the stamp"
 #: settings that runs of one table share
 EQUAL = (
     ("solver", "speed"), ("solver", "ramp"), ("solver", "damping"), ("rig", "depth"), ("rig", "blank_holder_force"),
@@ -65,9 +65,8 @@ def heading(folder: Path) -> str:
     """Name of a run that tells it from the others."""
     config = yaml.safe_load((folder / "config.yaml").read_text())
     if config["model"]["scale"] == "meso":
-        return "yarns"
-    bent = "that bend" if config["fabric"]["macro"]["in_plane_bending"] else "that do not bend"
-    return f"shells {bent} in the plane"
+        return "meso"
+    return "macro with in-plane bending" if config["fabric"]["macro"]["in_plane_bending"] else "macro without"
 
 
 def main(mark: str, folders: list[Path]) -> None:

@@ -15,19 +15,19 @@ DOCS = Path(__file__).parents[1] / "docs"
 BEGIN, END = "<!-- begin: benchmarks/friction.py -->", "<!-- end -->"
 #: options of every run by the name of its folder
 CASES = {
-    "shells": ["--scale", "macro", "--preset", "paper"],
-    "shells, half speed": ["--scale", "macro", "--preset", "paper", "--set", "solver.speed=0.5"],
-    "shells, static 0.12": ["--scale", "macro", "--preset", "paper", "--set", "rig.static_coefficient=0.12"],
-    "yarns, 15 mm": ["--scale", "meso", "--preset", "quick"],
-    "yarns, 15 mm, half speed": ["--scale", "meso", "--preset", "quick", "--set", "solver.speed=2"],
-    "yarns, 50 mm": ["--scale", "meso", "--preset", "paper"],
+    "macro": ["--scale", "macro", "--preset", "paper"],
+    "macro, half speed": ["--scale", "macro", "--preset", "paper", "--set", "solver.speed=0.5"],
+    "macro, static 0.12": ["--scale", "macro", "--preset", "paper", "--set", "rig.static_coefficient=0.12"],
+    "meso, 15 mm": ["--scale", "meso", "--preset", "quick"],
+    "meso, 15 mm, half speed": ["--scale", "meso", "--preset", "quick", "--set", "solver.speed=2"],
+    "meso, 50 mm": ["--scale", "meso", "--preset", "paper"],
 }
 COLUMNS = (
     ("pull_force_static_n", "largest [N]", "{:.1f}"),
     ("pull_force_kinetic_n", "kinetic [N]", "{:.1f}"),
     ("mu_paper", "F_R/F_N", "{:.4f}"),
     ("mu_per_face", "F_R/(2 F_N)", "{:.4f}"),
-    ("normal_force_error_pct", "F_N off [%]", "{:.2f}"),
+    ("normal_force_error_pct", "F_N error [%]", "{:.2f}"),
     ("compression_mm", "compression [mm]", "{:.3f}"),
     ("pressure_mean_mpa", "mean pressure [MPa]", "{:.2f}"),
     ("plate_penetration_um", "penetration [um]", "{:.2f}"),
@@ -49,7 +49,7 @@ def table(found: dict[str, dict]) -> list[str]:
     rows = [*head, "|---" * (len(COLUMNS) + 3) + "|"]
     for case, s in found.items():
         cells = [form.format(s["results"][key]) for key, _, form in COLUMNS]
-        refused = " (refused)" if s["refused"] else ""
+        refused = " (rejected)" if s["refused"] else ""
         cost = s["cost"]
         rows.append(f"| {case}{refused} | {' | '.join(cells)} | {cost['elements']} | {cost['cpu_s']:.0f} |")
     return rows
@@ -61,8 +61,8 @@ def main(folder: Path) -> None:
     page = DOCS / "friction.md"
     before, rest = page.read_text().split(BEGIN)
     page.write_text("\n".join([before + BEGIN, *table(found), END]) + rest.split(END)[1])
-    shutil.copy(found["shells, static 0.12"]["folder"] / "curve.png", DOCS / "friction-curve.png")
-    shutil.copy(found["yarns, 50 mm"]["folder"] / "pressure.png", DOCS / "friction-pressure.png")
+    shutil.copy(found["macro, static 0.12"]["folder"] / "curve.png", DOCS / "friction-curve.png")
+    shutil.copy(found["meso, 50 mm"]["folder"] / "pressure.png", DOCS / "friction-pressure.png")
 
 
 if __name__ == "__main__":

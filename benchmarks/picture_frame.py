@@ -74,8 +74,8 @@ def loop(folder: Path) -> str:
     booked = float(np.interp(curve["time_ms"][back], energies["time_ms"], energies["friction_mj"]))
     error = 100.0 * float(energies["energy_error"].iloc[len(energies) // 20 :].max())
     return (
-        f"Cycle 0 - 30 - 0°: loading takes {up:.1f} mJ, the loop {work:.1f} mJ; friction booked by the shells "
-        f"{booked:.1f} mJ; energy error {error:.2f} % at most."
+        f"Cycle 0 - 30 - 0°: work of loading {up:.1f} mJ; hysteresis loss {work:.1f} mJ; friction in the shell "
+        f"elements {booked:.1f} mJ; energy error at most {error:.2f} %."
     )
 
 

@@ -67,13 +67,16 @@ PARAMETERS = (
         {f"{CONTACT}.patch.radius.{pair}.value": 1.0 for pair in ("inlay_inlay", "inlay_loop", "loop_loop")},
     ),
     Parameter("crimp", {f"{INLAYS}.crimp.{d}.value": 1.0 for d in ("warp", "weft")}),
-    Parameter("draw-in, from 1 %", {f"{LOOPS}.draw_in": 1.0}, start=1.0),
+    Parameter("loop shortening, from 1 %", {f"{LOOPS}.draw_in": 1.0}, start=1.0),
 )
 TESTS = {
     "pull-out": Tested(
         {"direction": "weft"},
         {"rig.travel": 4.2},
-        {"pull_out_at_rest_n": "lets go [N]", "pull_out_peak_n": "largest [N]", "pull_out_sliding_n": "slides [N]"},
+        {
+            "pull_out_at_rest_n": "force at rest [N]", "pull_out_peak_n": "largest force [N]",
+            "pull_out_sliding_n": "sliding force [N]",
+        },
     ),
     "compaction": Tested(
         {},
@@ -88,7 +91,7 @@ TESTS = {
         {"rig.side": 20, "rig.max_angle": 15, "rig.cycles": 1},
         {
             "cycle_work_mj": "shear [mJ]", "cycle_loss_mj": "loss [mJ]",
-            "cycle_residual_angle_deg": "force gone at [deg]",
+            "cycle_residual_angle_deg": "angle at zero force [deg]",
         },
     ),
 }  # fmt: skip
@@ -123,7 +126,8 @@ def sweeps_of(test: str) -> Iterator[tuple[str, list[dict[str, float]]]]:
     changes += [(one, factor) for one in own for factor in FACTORS]
     yield test, [values | one.changed(values, factor) for one, factor in changes]
     for one in (one for one in PARAMETERS if one.start is not None):
-        yield f"{test}-{one.name.partition(',')[0]}", [one.changed(values, factor) for factor in FACTORS]
+        field = next(iter(one.powers)).rpartition(".")[2].replace("_", "-")
+        yield f"{test}-{field}", [one.changed(values, factor) for factor in FACTORS]
 
 
 def measured(folder: Path, test: str) -> pd.DataFrame:
@@ -177,7 +181,7 @@ def main(folder: Path, tests: list[str]) -> None:
             slopes, noise = sensitivities(found, result)
             columns[name] = [f"{found[result].iloc[0]:.3g}", *map(str, slopes), f"{noise:.3f}"]
         notes.append(f"{test}: {len(found)} runs, {found['cpu_s'].sum() / 60.0:.1f} CPU minutes; {_refused(found)}.")
-    rows = zip(["as it is", *(one.name for one in PARAMETERS), "by rounding, sd"], *columns.values(), strict=True)
+    rows = zip(["result", *(one.name for one in PARAMETERS), "sd by rounding"], *columns.values(), strict=True)
     text = "\n\n".join([table(["", *columns], [list(row) for row in rows]), "\n".join(f"- {note}" for note in notes)])
     print(text)
     if not tests:
@@ -188,9 +192,10 @@ def _refused(found: pd.DataFrame) -> str:
     """Words for the runs that gates refused or that have no result, and why."""
     lost = found[found["status"] != "completed"]
     if lost.empty:
-        return "none was refused"
+        return "none was rejected"
+    words = lost["status"].replace("refused", "rejected")
     reasons = [f"{_name(row)} {status} ({str(reason).partition(', ')[0]})" for row, status, reason in
-               zip(lost.index, lost["status"], lost["reason"], strict=True)]  # fmt: skip
+               zip(lost.index, words, lost["reason"], strict=True)]  # fmt: skip
     return "; ".join(reasons)
 
 
@@ -198,7 +203,7 @@ def _name(row: int) -> str:
     """Words for the run in ``row``."""
     number = row - 1 - len(ROUNDING)
     if number < 0:
-        return "as it is"
+        return "unchanged"
     return f"{PARAMETERS[number // 2].name}, times {FACTORS[number % 2]:g}"
 
 

@@ -118,13 +118,13 @@ def yarns(folder: Path) -> None:
         middle = np.interp(ANGLES, zones["shear_angle_deg"], zones["middle_mean_deg"])
         given = (
             ("force [N]", "{:.2f}", "bias_force_n_at_deg"),
-            ("normalised [N/mm]", "{:.4f}", "bias_normalised_force_n_per_mm_at_deg"),
-            ("middle really sheared by [deg]", "{:.1f}", "middle_shear_angle_deg_at_deg"),
-            ("slip of 95 % [mm]", "{:.2f}", "crossing_slip_mm_at_deg"),
+            ("normalised force [N/mm]", "{:.4f}", "bias_normalised_force_n_per_mm_at_deg"),
+            ("real angle of the middle [deg]", "{:.1f}", "middle_shear_angle_deg_at_deg"),
+            ("slip, 95th percentile [mm]", "{:.2f}", "crossing_slip_mm_at_deg"),
         )
         for label, shape, key in given:
             rows.append([f"{of}: {label}", *(shape.format(results[key][f"{a:g}"]) for a in ANGLES)])
-        rows.append([f"{of}: law at the middle's angle [N/mm]", *(f"{v:.4f}" for v in law(out, middle))])
+        rows.append([f"{of}: law at the real angle [N/mm]", *(f"{v:.4f}" for v in law(out, middle))])
     rows.append(["law at the angle of pin-jointed yarns [N/mm]", *(f"{v:.4f}" for v in law(out, ANGLES))])
     put("yarns", table(["angle of pin-jointed yarns", *(f"{a:g}°" for a in ANGLES)], rows), "bias-extension.md")
 
@@ -139,8 +139,7 @@ def changes(folder: Path, names: tuple[str, str], page: str) -> None:
             mesh = next((one[k] for k in ("coarser_mesh_pct", "finer_mesh_pct") if one.get(k) is not None), None)
             shown = ["-" if v is None else f"{v:+.1f} %" for v in (one.get("half_speed_pct"), mesh)]
             error = f"± {one['error']:.2g}" if one.get("error") is not None else one.get("reason", "-")
-            scale = "yarns" if found["scale"] == "meso" else "shells"
-            label = f"{scale}, {LABELS[key][0] if key in LABELS else key}"
+            label = f"{found['scale']}, {LABELS[key][0] if key in LABELS else key}"
             rows.append([label, f"{results[key]:.3g}", error, *shown])
     header = ["result", "value", "error", "at half the speed", "on the other mesh"]
     put("verify", table(header, by_angle(rows)), page)

@@ -55,7 +55,7 @@ def rows(folder: Path) -> list[str]:
         forces = [summary["results"]["shear_force_n_at_deg"][a] for a in ANGLES]
         cells = " | ".join(f"{f:.2f}" for f in forces)
         friction, error = given.fabric.contact.friction_coefficient, summary["quality"]["energy_error_max"]
-        refused = " (refused)" if summary["refused"] else ""
+        refused = " (rejected)" if summary["refused"] else ""
         key = (given.fabric.experiment_variant, friction.value)
         found.append((key, f"| V{key[0]} | {key[1]:g}{refused} | {cells} | {100.0 * error:.3f} % |"))
     return lines + [line for _, line in sorted(found)]
