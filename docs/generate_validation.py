@@ -20,64 +20,67 @@ TESTS = (
 INTRO = f"""
 # Validation
 
-The model beside the experiment: Tables 2 and 3 and Eq. 3 of Pham et al. (2019), mean and standard deviation of the
-specimens. What fails stands here too. `python -m docs.generate` writes this page from stored runs; nothing is
-typed, and a test fails when a run was given other numbers than its command gives now.
+This page compares the model with the experiment: Tables 2 and 3 and Eq. 3 of Pham et al. (2019), mean and standard
+deviation (sd) of the specimens. It lists failures too. `python -m docs.generate` writes it from stored runs; a test
+fails if the command of a stored run now has other inputs.
 
-Every row is judged by a rule that was set before: a row that is `predicted`, or `tuned` on the experiment, passes
-within {LIMIT_SD:g} standard deviation of the experiment; an `input`, which the model was given and returns, within
-{100.0 * LIMIT_INPUT:g} %. That is a wide rule: the mean of 9 to 16 strips is known three to four times better. A
-number is `tuned` also where a parameter was chosen with it in view. Only end points are measured: no shape of a
-curve is validated.
+The rules were set before the comparison. A row passes up to this deviation:
 
-*±* is the numerical error ([--verify](reference-cli.md): half the speed and another mesh) of the row itself, or,
-where it says so, the share found at a smaller preset; where it says "not estimated", nothing is known of it
-([what has none](#what-has-no-numerical-error)). "within
-± open" marks a verdict that it could turn. *Copy* is
-the trivial predictor: another measured row of the same yarns, variant 1 warp (for that row itself: weft), a force
-in proportion to the yarns' density. A model that is further off than the copy adds nothing to that row.
+- `predicted` and `tuned`: {LIMIT_SD:g} sd of the experiment. This is wide: the mean of 9 to 16 strips is known three
+  to four times better. A row is also `tuned` if a parameter was chosen with it in view.
+- `input` (given to the model, which returns it): {100.0 * LIMIT_INPUT:g} %.
+
+Only single values are measured, so no curve shape is validated.
+
+- *±* is the numerical error ([--verify](reference-cli.md): half the speed, another mesh). "found at" names the preset
+  whose relative error was used; "not estimated" means [unknown](#what-has-no-numerical-error). With "within ± open"
+  the error could change the verdict.
+- *baseline* is a prediction without a model: another measured row of the same yarns (V1 warp; for V1 warp itself V1
+  weft), forces scaled by yarn density. A model that is further off adds nothing.
 """.strip()
 SINGLE = """
-**Single** runs give the yarns quantiles of their scatter, and the calibration was done on them; **ensembles** draw
-eight specimens of `standard`, their mean and, in brackets, their standard deviation; the mean is known to a third of
-that. Both are judged. A strip of yarns has whole ones only: where they are not those of its width, the run says so, and
-its force is off by that too (an ensemble alternates).
+- **Single**: the yarns have the quantiles of their distributions. The set was calibrated on single runs.
+- **Mean of 8**: an ensemble of eight random specimens of `standard`, with its sd in brackets. The mean is known to a
+  third of this sd.
+- The model has whole yarns. If the real strip has a fraction of a yarn, the force is scaled as *run* states.
 """.strip()
 BENT = """
-The overhang at which a strip meets the plane. Bending stiffness was derived from it by Eq. 2, of yarns' warps then
-tuned on it: it verifies the bending model. It stands when the chord is within 0.05 deg (shells) or 0.25 deg (yarns:
-0.35 % of the overhang) of the plane, and the measured one is tried first; so read 0.0 % as less than that.
+The row is the overhang at which the chord reaches the plane of the tester. The bending stiffness was derived from the
+measured overhang by Eq. 2, and that of the meso warp was tuned on it. So agreement verifies the bending model only.
+The search tries the measured overhang first and accepts a chord within 0.05 deg (macro) or 0.25 deg (meso: 0.35 % of
+the overhang). So 0.0 % means less than this tolerance.
 """.strip()
 CELL = """
-Mass: lengths of the yarns of the relaxed cell times their linear densities, as `knittest check` counts it. Thickness:
-the outermost surfaces of that cell; the one of variant 1 was used to choose the crimp and the knitting yarn's diameter,
-which variant 2 took over. ± is that of the yarns' nodes: the same cell with half as many again, by the same rule as
---verify; at rest there is no speed.
+- Mass: yarn lengths of the relaxed cell times linear densities, as in `knittest check`. Baseline: mass of the other
+  variant, scaled by the length of inlays.
+- Thickness: between the outermost yarn surfaces of that cell. The thickness of variant 1 was used to choose the crimp
+  and the knitting yarn diameter, also for variant 2. Baseline: the other variant.
+- ±: from the same cell with half as many nodes again, by the rule of `--verify` (without speed).
 """.strip()
 SHEAR = """
-The paper shears both variants and says in words that variant 2 needs clearly less force; it prints none. The rule:
-variant 2 below variant 1 at every angle. Frames of yarns of 100 mm, friction 0.3 (assumed), work-conjugate force
-over the area (`data/pham2019/curves/shear-v1-simulated.csv`, `shear-v2-simulated.csv`). The copy is the same force
-for both.
+The paper prints no shear force, but states that variant 2 needs clearly less than variant 1. The rule: variant 2 below
+variant 1 at every angle. The forces are those of meso frames of 100 mm with friction 0.3 (assumed), work-conjugate and
+per area (`data/pham2019/curves/shear-v1-simulated.csv`, `shear-v2-simulated.csv`). The baseline is the same force for
+both.
 """.strip()
 
 UNKNOWN = """
-Nothing is known of the numerical error of these numbers. A verdict on them is that of the number as it is.
+The numerical error of these values was not estimated; their verdicts ignore it.
 """.strip()
 
 
 def validation_page() -> str:
     """The whole page."""
     runs = stored_runs.load()
-    parts = [INTRO, "## Summary", _summary(runs), "## Tension of yarns", SINGLE, *_tension(runs)]
-    parts += ["## Tension of shells", _plain(rows_of(runs, "tensile", "macro"))]
+    parts = [INTRO, "## Summary", _summary(runs), "## Tensile test, meso", SINGLE, *_tension(runs)]
+    parts += ["## Tensile test, macro", _plain(rows_of(runs, "tensile", "macro"))]
     bent = [*rows_of(runs, "cantilever", "macro"), *rows_of(runs, "cantilever", "meso")]
     parts += ["## Bending", BENT, _plain(bent)]
     parts += ["## Friction", _plain([*rows_of(runs, "friction", "macro"), *rows_of(runs, "friction", "meso")])]
-    parts += ["## Mass and thickness of the yarns' model", CELL, table(*_cells())]
-    parts += ["## Shear: variant 2 below variant 1", SHEAR, table(*shear_rows()), *order_section()]
+    parts += ["## Mass and thickness of the meso model", CELL, table(*_cells())]
+    parts += ["## Shear: order of the variants", SHEAR, table(*shear_rows()), *order_section()]
     parts += sets_section()
-    parts += ["## What has no numerical error", UNKNOWN, _unknown(runs)]
+    parts += ['<a id="what-has-no-numerical-error"></a>', "## Values without numerical error", UNKNOWN, _unknown(runs)]
     parts += ["## Runs behind this page", table(*_runs(runs))]
     return "\n\n".join(parts) + "\n"
 
@@ -98,7 +101,7 @@ def _summary(runs: Sequence[StoredRun]) -> str:
     ]
     lines += _against_copies(rows)
     failed = sorted(set(_failures(rows)))
-    return "\n".join([*lines, "- What fails: " + ("; ".join(failed) if failed else "nothing") + "."])
+    return "\n".join([*lines, f"- Failed: {len(failed)}.", *(f"    - {one}" for one in failed)])
 
 
 def _unknown(runs: Sequence[StoredRun]) -> str:
@@ -110,16 +113,15 @@ def _unknown(runs: Sequence[StoredRun]) -> str:
         if not open_rows:
             continue
         costs = sorted(row.run.cost["cpu_s"] for row in open_rows)
-        of = "yarns" if scale == "meso" else "shells"
         took = " to ".join(dict.fromkeys((f"{costs[0]:.0f}", f"{costs[-1]:.0f}")))
         lines.append(
-            f"- {test} of {of}: {len(open_rows)} of {len(rows)} rows. `--verify` runs each again twice, once at half "
-            f"the speed or step and once on another mesh; the runs themselves took {took} s of processor time."
+            f"- {test}, {scale}: {len(open_rows)} of {len(rows)} rows. `--verify` would repeat each run twice, at half "
+            f"the speed or step and on another mesh. The runs took {took} s of CPU time."
         )
     lines.append(
-        "- force of variant 2 over that of variant 1 in shear: all angles. The stored law of each variant is one frame "
-        "of yarns, run once; `knittest picture-frame --scale meso --verify` gives the ± of a frame, and that of the "
-        "ratio is the sum of both shares."
+        "- force of variant 2 over that of variant 1 in shear: all angles. Each law is from one run of a meso frame. "
+        "`knittest picture-frame --scale meso --verify` gives the ± of a frame; that of the ratio is the sum of both "
+        "relative errors."
     )
     return "\n".join(lines)
 
@@ -133,8 +135,8 @@ def _against_copies(rows: Sequence[Row]) -> Iterator[str]:
             and (row.run.options["preset"], row.run.specimens) == chosen and not fitted(row)
         ]  # fmt: skip
         yield (
-            f"- Of the {len(judged)} tensile rows that no number of the calibrated yarns was fitted to, the model "
-            f"({name}) is nearer to the experiment than the copy in {sum(own < copy for own, copy in judged)}."
+            f"- Tensile rows that no parameter of `calibrated` was fitted to, {name}: the model is nearer to the "
+            f"experiment than the baseline in {sum(own < copy for own, copy in judged)} of {len(judged)}."
         )
 
 
@@ -160,7 +162,7 @@ def _tension(runs: Sequence[StoredRun]) -> Iterator[str]:
         ("calibrated", "Parameters `calibrated`:"),
         (
             "as-measured",
-            "Parameters `as-measured`, nothing fitted to a strip (the load area was chosen with the forces in view):",
+            "Parameters `as-measured`: nothing was fitted to strips; the fibre area was chosen with forces in view.",
         ),
     ):
         chosen = [row for row in rows if row.run.options["parameters"] == parameters]
@@ -179,7 +181,7 @@ def _tensile_table(rows: Sequence[Row]) -> tuple[Sequence[str], list[list[str]]]
         "simulated ±",
         "deviation",
         "in sd",
-        "copy",
+        "baseline",
         "its deviation",
         "kind",
         "verdict",

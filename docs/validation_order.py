@@ -14,34 +14,43 @@ FILE = Path(__file__).parent / "shear-order.json"
 #: parameters named of a ratio
 NAMED = 3
 INTRO = """
-### What the order hangs on
+<a id="what-the-order-hangs-on"></a>
 
-Nobody measured the stiffness in bending and torsion, set, tension and friction of these yarns, nor how far
-crossings flatten. Each has a prior with its reason in `configs/uncertainty/shear-order.yaml`; both variants
-take the same draw, so that they differ in loop length, densities and what follows from them alone. {runs}
-cells of yarns at {points} points (`knittest uncertainty configs/uncertainty/shear-order.yaml`,
-[uncertainty.md](uncertainty.md)), sections circles ([others](#with-sections-as-measured)). The rule is the same:
-variant 2 below variant 1 at every angle. Median, in brackets 5 and 95 %, and points that ran{shorter}:
+### What the order depends on
+
+Bending and torsional stiffness, set, tension and friction of these yarns and the flattening of crossings were not
+measured. `configs/uncertainty/shear-order.yaml` states a prior for each, with its reason. Both variants get the same
+random values, so they differ only in loop length, densities and what follows from them. {runs} cells at {points}
+points were run (`knittest uncertainty configs/uncertainty/shear-order.yaml`, [uncertainty.md](uncertainty.md)), with
+circular sections ([others](#with-sections-as-measured)). The rule is the same: variant 2 below variant 1 at every
+angle.
+
+Median, 5 to 95 % in brackets, and number of points{shorter}. "Within the band open": the band reaches to both sides of
+1.
 """.strip()
 MEANING = """
-So the order hangs on the tension of the loops, on how thick yarns are, at 30 deg on how loops resist torsion, and at
-40 deg on friction. Nobody measured the first and the last two, and sections of yarns are not those of circles. A
-draw-in multiplies the normal forces of variant 1, whose loops are near locking, and with them its friction; variant 2
-has room, and hardly feels it. Over the prior variant 2 is mostly the softer one up to 30 deg, and the stiffer one at
-40 deg, the more so the thicker its inlays are. Without a draw-in it is the stiffer one, and the paper's order fails.
-No draw-in is shipped as calibrated on this order: until it is measured the order is open, and what the shipped
-parameters give, above, stays contradicted. Cells that are lost are of soft loops under much draw-in ([one by
-one](uncertainty.md#what-the-shipped-file-loses)).
+**Meaning.** The order depends on loop tension and on yarn thickness, at 30 deg also on the torsional stiffness of the
+loops, at 40 deg on friction. Loop tension, torsion and friction were not measured, and real sections are no circles.
+Loop shortening multiplies the normal forces of variant 1, whose loops are nearly locked, and with them its friction.
+It hardly changes variant 2. Over the prior variant 2 is mostly softer up to 30 deg, but stiffer at 40 deg, above all
+with thick inlays. Without loop shortening it is stiffer, against the paper. No shipped set has a loop shortening
+calibrated on this order. Until it is measured the order is open, and the shipped parameters contradict the paper. The
+rejected cells have soft loops and much loop shortening ([details](uncertainty.md#what-the-shipped-file-loses)).
 """.strip()
+#: of shares and coefficients
+SHARES = "Share of the prior in which an order holds at all angles:"
+RANKS = "Largest coefficients of a regression of ranks, with 95 % intervals:"
 #: of a study with shorter ends
-SHORTER = ' ("shortened": of cells that were lost on their way and passed every gate to {ends} deg)'
+SHORTER = ' ("shortened": of cells that passed all checks to {ends} deg, but not to the end)'
 LOST = """
-Without a result to the full end (a cell may have several causes): {lost}. Bands and coefficients at an angle are of the
-points that came so far, of ratios where both variants did; shares are of the points that came to all angles.
+Cells without a result at the last angle, by cause (a cell may have several): {lost}.
+
+Bands and coefficients at an angle use the points that reached it, for ratios in both variants. Shares use the points
+that reached all angles.
 """.strip()
 CELLS = """
-Cells at the medians of all priors, without and with a draw-in of the loops; energy taken up from rest [mJ a cell] and
-sum of the normal forces of all crossings:
+Energy [mJ per cell] since the initial state, and sum of the normal forces of all crossings, at the medians of all
+priors without and with loop shortening:
 """.strip()
 
 
@@ -56,8 +65,10 @@ def order_section() -> list[str]:
         INTRO.format(runs=found.runs, points=found.points, shorter=SHORTER.format(ends=ends) if ends else ""),
         table(*_bands(found.variables)),
         "![Shear stress of both variants, their ratio and thickness over the prior](shear-order.png)",
+        SHARES,
         "\n".join(f"- {one.text}: {share_text(one)}." for one in found.statements),
         LOST.format(lost=lost),
+        RANKS,
         "\n".join(_hangs_on(one) for one in ratios),
         CELLS,
         table(*_cells(stored["cells"])),
@@ -111,7 +122,7 @@ def _hangs_on(one: VariableRow) -> str:
     if not one.indices or one.explained is None:
         return f"- {one.name} deg: no regression, {one.no_indices}"
     named = "; ".join(f"{short(i.parameter)} {index_text(i.first, i.first_interval)}" for i in ranked(one)[:NAMED])
-    return f"- {one.name} deg, regression of ranks, R2 {one.explained:.2f}: {named}"
+    return f"- {one.name} deg, R2 {one.explained:.2f}: {named}"
 
 
 def _cells(cells: Sequence[dict[str, Any]]) -> tuple[Sequence[str], list[list[str]]]:
@@ -127,5 +138,5 @@ def _cells(cells: Sequence[dict[str, Any]]) -> tuple[Sequence[str], list[list[st
         for cell in cells
         for row in cell["rows"]
     ]
-    head = ("variant", "draw-in [%]", "angle [deg]", *names[:-1], "of it by spin", "normal forces [N]")
+    head = ("variant", "loop shortening [%]", "angle [deg]", *names[:-1], "of it spin", "normal forces [N]")
     return head, rows

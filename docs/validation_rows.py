@@ -68,7 +68,7 @@ class Row:
     def verdict(self) -> str:
         """Say whether it keeps to the limit of its kind, and whether its numerical error leaves that open."""
         if self.run.refused:
-            return "**refused**"
+            return "**rejected**"
         if self.kind == "assumed":
             return "not judged"
         if self.kind == "input":

@@ -27,29 +27,32 @@ SHOWN = ("bending", "torsion", "stretching", "contact", "friction")
 INTRO = """
 ### With sections as measured
 
-The measured thicknesses want inlays {first:.2f} mm (variant 1) and {second:.2f} mm high (2). All fibres of 1200 tex
-at {density} g/cm³ then make ellipses, as wide as their packing says, which nobody measured. Beside them stand
-circles of these heights and ellipses {narrow} times as wide as high, both of fewer fibres than the yarns have.
-Cells of `quick`, parameters `calibrated`, energies judged from 12 % of the path on, loops free of force unless a
-draw-in is stated; cells with ellipses also to 21 deg alone; the same rule. "Beams" are those of a loop and of a
-wave. V2/V1, and in brackets with the inlays of variant 1 in both, so that nothing but loop length, densities and
-sections differs (measured thickness 2.22 ± 0.08; 2.63 ± 0.15 mm):
+The measured thicknesses (2.22 ± 0.08 and 2.63 ± 0.15 mm) require inlays {first:.2f} mm (variant 1) and {second:.2f} mm
+(variant 2) high. Sections of these heights, 1200 tex, {density} g/cm³:
+
+- Ellipses with all fibres. Their width follows from the packing, which was not measured.
+- Circles, and ellipses {narrow} times as wide as high. Both hold fewer fibres than the yarns.
+
+Cells of `quick`, parameters `calibrated`, checks from 12 % of the path. Loops carry no force unless a loop shortening
+is stated. Cells with ellipses were also run to 21 deg only. *Elements* are those of a loop and of a crimp wave. The
+table has V2/V1, and in brackets V2/V1 with the inlays of variant 1 in both, so that only loop length, densities and
+sections differ. The rule is the same.
 """.strip()
 ENERGIES = """
-On the finest mesh on which both variants count, energy taken up from rest [mJ a cell] and sum of the normal forces of
-all crossings, V1; V2:
+Energy [mJ per cell] since the initial state, and sum of the normal forces of all crossings (V1; V2), on the finest
+mesh on which both variants passed the checks:
 """.strip()
 MEANING = """
-So sections of the measured heights do not bring variant 2 below variant 1 as long as loops are free of force. Circles
-of these heights give both fabrics their measured thickness; V2/V1 goes from {circle10:.2f} to {round10:.2f} at 10 deg
-and from {circle30:.2f} to {round30:.2f} at 30 deg, where the loops of variant 2 jam on its higher inlays. Ellipses of
-these heights that hold all fibres (packing 0.9) give the thickness too, and {free10:.2f} at 10 and {free20:.2f} at 20
-deg. With a draw-in of 0.5 % it is {half10:.2f} and {half20:.2f}, with 1 % {one10:.2f} and {one20:.2f}: so with such
-sections, too, the order hangs on the tension of the loops, and 0.5 % is enough. Beyond 20 deg loops snap over the
-ellipses: the cells of the finer mesh are refused there, for overlap that carries no force. Flatter sections (packing
-0.75 and 0.6) snap or jam before.
+**Meaning.** While loops carry no force, sections of the measured heights do not bring variant 2 below variant 1.
+Circles of these heights give both fabrics their measured thickness. With them V2/V1 changes from {circle10:.2f} to
+{round10:.2f} at 10 deg and from {circle30:.2f} to {round30:.2f} at 30 deg, where the loops of variant 2 jam on its
+higher inlays. Ellipses with all fibres (packing 0.9) also give the thickness. With them V2/V1 is {free10:.2f} at 10
+and {free20:.2f} at 20 deg; a loop shortening of 0.5 % gives {half10:.2f} and {half20:.2f}, one of 1 % {one10:.2f} and
+{one20:.2f}. So the order depends on loop tension here too, and 0.5 % is enough. Beyond 20 deg loops snap over the
+ellipses; on the finer mesh these cells are rejected for overlap without force. Flatter sections (packing 0.75 and 0.6)
+snap or jam earlier.
 """.strip()
-HEAD = ("sections, V1; V2 [mm]", "draw-in [%]", "beams", "thickness, V1; V2 [mm]")
+HEAD = ("sections, V1; V2 [mm]", "loop shortening [%]", "elements", "thickness, V1; V2 [mm]")
 Found = Mapping[tuple[str, tuple[str, ...]], StoredRun]
 
 
@@ -85,7 +88,7 @@ def _row(first: Case, second: Case, found: Found) -> list[str]:
     thick = "; ".join(f"{run.results['cell_thickness_at_rest_mm']:.2f}" if run.results else "-" for run in runs)
     lost = "; ".join(f"V{run.options['variant']}: {cause(run.refused[0])}" for run in runs if run.refused)
     if lost:
-        return [*named, thick, *["-"] * len(ANGLES), f"refused ({lost})"]
+        return [*named, thick, *["-"] * len(ANGLES), f"rejected ({lost})"]
     reached = [angle for angle in ANGLES if first.end is None or float(angle) < first.end]
     ratios = [_ratio(runs[1], runs[0], angle) for angle in reached]
     alike = equal(second)

@@ -84,7 +84,7 @@ def test_shells_return_their_input_within_a_percent():
 
 
 def test_a_refused_run_is_no_row_that_passes():
-    assert only([replace(stored(), refused=["kinetic energy"])]).verdict == "**refused**"
+    assert only([replace(stored(), refused=["kinetic energy"])]).verdict == "**rejected**"
 
 
 def test_what_was_chosen_by_the_forces_is_never_predicted():
@@ -215,11 +215,11 @@ def test_a_finer_cell_has_more_nodes():
 
 
 def test_what_has_no_error_is_listed_with_what_it_would_take():
-    told = validation_page().split("## What has no numerical error")[1].split("##")[0]
+    told = validation_page().split("## Values without numerical error")[1].split("##")[0]
     open_rows = [r for r in rows_of(stored_runs.load(), "cantilever", "meso") if not math.isfinite(r.error)]
     assert "of variant 2 over that of variant 1 in shear" in told and "mass" not in told
-    assert (f"- cantilever of yarns: {len(open_rows)} of " in told) == bool(open_rows)
-    assert "tensile" not in told and "of shells" not in told
+    assert (f"- cantilever, meso: {len(open_rows)} of " in told) == bool(open_rows)
+    assert "tensile" not in told and "macro" not in told
 
 
 @pytest.mark.parametrize(("second", "verdict"), [(0.99, "passed"), (1.01, "**FAILED**")])
@@ -270,8 +270,8 @@ def test_a_refused_row_and_a_failed_one_stand_in_the_summary(monkeypatch):
     runs = [stored(4000.0), replace(stored(direction="warp"), refused=["kinetic energy"])]
     monkeypatch.setattr(stored_runs, "load", lambda: runs)
     page = validation_page()
-    summary = page.split("## Tension of yarns")[0]
+    summary = page.split("## Tensile test, meso")[0]
     assert "tensile meso V1 weft peak_force_n (calibrated, paper, single) -30.4 %" in summary
     assert "tensile meso V1 warp fracture_strain_pct (calibrated, paper, single) +0.0 %" in summary
     assert "`tuned`: 1 of 4 rows pass" in summary  # the thickness of variant 1 alone
-    assert "is nearer to the experiment than the copy in 0" in summary
+    assert "is nearer to the experiment than the baseline in 0 of" in summary
