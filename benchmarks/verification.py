@@ -22,17 +22,16 @@ from cases.row import Row  # noqa: E402
 
 HEAD = """# Verification
 
-Closed forms and published benchmarks beside what the solver gives. The tests assert these rows; `python
-benchmarks/verification.py` runs the cases (`tests/verification/cases`, posed by `knittest.pose`) and writes this page.
-The docstring of each case has its closed form. What the models get wrong is in [limits.md](limits.md).
+This page compares the solver with closed-form solutions and published benchmarks. `python benchmarks/verification.py`
+runs the cases and writes it; the tests assert its rows. Each case is a script in `tests/verification/cases`, whose
+docstring has the closed form. Known errors of the models are in [limits.md](limits.md).
 
-- *error*: result over reference less 1, or the result itself where the reference is zero; on several meshes, in their
-  order.
-- *order*: order of convergence over the last two of the meshes named (elements, or time steps).
-- A case, source or mesh left out is the one above.
+- *error*: result over reference minus 1; the result itself if the reference is zero. Several meshes: in their order.
+- *order*: order of convergence over the last two of the meshes or time steps (dt) named.
+- An empty case, source or mesh is that of the row above.
 
-`benchmarks/breaks.py` breaks the physics on purpose and prints what each test then says;
-`tests/verification/NOTICED.md` has the errors of shells and tools with broken physics.
+`benchmarks/breaks.py` breaks the physics on purpose and prints which tests notice.
+`tests/verification/NOTICED.md` has these errors for shells and tools.
 
 ![Convergence: error against mesh width and against time step](verification.png)
 """

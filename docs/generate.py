@@ -22,8 +22,8 @@ OPTION_HEADER = ("option", "value", "default", "what")
 CLI_INTRO = """
 # Commands
 
-`knittest COMMAND --help` says the same. Exit codes are those of [reliability.md](reliability.md). All take `-h` and
-`--help`; `knittest --version` states the version.
+This page lists all commands and options, as `knittest COMMAND --help` (or `-h`) prints them. Exit codes are in
+[reliability.md](reliability.md). `knittest --version` prints the version.
 """.strip()
 
 

@@ -16,15 +16,16 @@ FIELD_HEADER = ("field", "type", "unit", "default", "bounds", "what")
 CONFIG_INTRO = """
 # Configuration
 
-Every field of a run, as `--set FIELD=VALUE`, a YAML file of `--config` or `--fabric`, a [sweep](batch.md), a
-[calibration](calibrate.md) or a [study of uncertainty](uncertainty.md) names it; `knittest schema` prints the same for
-editors. A value outside its bounds is refused. So is one that is not plausible, which mostly is in another unit than
-the one stated here. What is required in a group that may be left out is required where the group is given. `NAME`
-stands for a name or field of your choice, `[]` for each entry of a list.
+This page lists all fields of a run. Use these names in `--set FIELD=VALUE`, in YAML files for `--config` and
+`--fabric`, and in files of [sweeps](batch.md), [calibrations](calibrate.md) and [uncertainty studies](uncertainty.md).
+`knittest schema` prints them for editors.
+
+A value outside its bounds is an error. So is an implausible value, which mostly has a wrong unit. A required field of
+an optional group is required only if the group is given. `NAME` stands for a name of your choice, `[]` for each entry
+of a list.
 """.strip()
 QUANTITIES = """
-A **quantity** is a bare number, which then counts as given by the user, or a map of these fields; bounds hold for
-its `value`:
+A **quantity** is a number (its source is then `user`) or a map of these fields. Bounds apply to `value`.
 """.strip()
 
 
