@@ -95,7 +95,7 @@ def stiffness(_: Path) -> None:
             f"1e{np.log10(ratio):.0f}", *forces, ", ".join(f"{middle:.1f}°" for _, middle, _ in found),
             ", ".join(f"{held:.1f}" for *_, held in found) + " %",
         ])  # fmt: skip
-    header = ["E / shear", "10°, 20°, 30°, shells of 10 mm", "5 mm", "middle, 10 and 5 mm", "hourglass energy"]
+    header = ["E / shear", "10°, 20°, 30°, elements of 10 mm", "5 mm", "middle, 10 and 5 mm", "hourglass energy"]
     put("stiffness", table(header, rows), "bias-extension.md")
 
 
