@@ -23,7 +23,7 @@ SETUP = (
 NAMES = (
     "knittest regress", "knittest speed-study", "knittest resume",
     "knittest check", "knittest check forming", "knittest compare",
-    "knittest batch", "knittest calibrate", "knittest friction",
+    "knittest batch", "knittest calibrate",
     "knittest uncertainty", "knittest homogenise", "knittest export", "knittest view", "knittest view RUN",
     "knittest runs NAME",
     "knittest doctor --clear-cache",
@@ -67,9 +67,6 @@ COMMANDS: dict[str, Do] = {
         "--preset quick --set rig.max_angle=12 --set rig.width=40 --set rig.gauge_length=80 --set solver.speed=0.07 "
         "--no-frames --out {out}"
     ),
-    "knittest bias-extension --variant cao2008-weave --scale macro --set rig.width=115 --set rig.gauge_length=230 "
-    "--against cao2008/curves/uml.csv --against cao2008/curves/ut.csv "
-    "--against cao2008/curves/kul1.csv": Do(planned="as the one before, but for its size and curves"),
     "knittest biaxial --variant 1 --scale macro --direction warp --ratio 0.5": Do(SHELLS),
     "knittest cell --variant 1 --path shear": Do("--preset quick --set rig.max_angle=10 --no-frames --out {out}"),
     "knittest cell --variant 1 --path steps.csv": Do(planned="tests/unit/test_cell_path.py reads such a file"),
