@@ -10,15 +10,14 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array
 from knittest.base.cache import Damaged, cache_folder, checksum, keep, kept
 from knittest.base.history import RELAXED
 from knittest.base.progress import tell
 from knittest.config.fabric import Fabric
 from knittest.fabric.loop import polyline_length
 
-Array = NDArray[np.float64]
 SYSTEMS = ("knit", "warp", "weft")
 
 

@@ -10,11 +10,9 @@ constraint set, be as short as the loops measured in variant 1 (14.78 against 14
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array
 from knittest.base.errors import InputError
-
-Array = NDArray[np.float64]
 
 # Periodic centre-lines: length, and the control points of the quadratic B-spline that follows one.
 #

@@ -9,8 +9,8 @@ from math import ceil, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array
 from knittest.base.errors import InputError, NumericalError
 from knittest.config.fabric import Fabric
 from knittest.fabric.cell import STITCHES, SYSTEMS, Cell, CellSpec, load_cell, save_cell
@@ -20,7 +20,6 @@ from knittest.fabric.topology import check_topology
 if TYPE_CHECKING:
     from knittest.kernels.relaxation import Yarns
 
-Array = NDArray[np.float64]
 
 #: nodes in one loop and in one wave while relaxing
 LOOP_NODES, WAVE_NODES = 64, 16

@@ -11,12 +11,11 @@ from dataclasses import dataclass, replace
 from math import ceil, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array
 from knittest.fabric.cell import Cell
 from knittest.fabric.loop import arc_at, control_points, points_on, polyline_length
 
-Array = NDArray[np.float64]
 Place = Callable[[Array, Array, int, float], Array]
 
 

@@ -6,12 +6,10 @@ let it sink in beside. Such pieces are marked with the yarns they lie along, and
 
 from typing import NamedTuple
 
-import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array, Flags, Index
 from knittest.kernels.contact import BESIDE, FIRST_ALONG, POINT, SECOND_ALONG, bend_of, tangent_of
-from knittest.kernels.state import Array, Index
 from knittest.kernels.vec import KERNEL, PART, U, add, at3, dot, rows3
 
 #: determinant of the second derivatives of half the squared distance, over both tangents squared, below which yarns at
@@ -37,7 +35,7 @@ class Pieces(NamedTuple):
     half_piece: Array
     exclude: Index
     chain: Index
-    cut: NDArray[np.bool_]
+    cut: Flags
     master: Index
     along: Index
     ends: bool = True

@@ -2,11 +2,9 @@
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array
 from knittest.kernels.vec import INLINE
-
-Array = NDArray[np.float64]
 
 
 def hinge_table(strain: Array, force: Array) -> tuple[Array, Array]:

@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
+from knittest.base.arrays import Index
 from knittest.kernels.along import held_kind
 from knittest.kernels.contact import BESIDE, FIRST_ALONG, FIRST_END, LAST_END, POINT, SECOND_ALONG, closest_step
-from knittest.kernels.state import Index
 from knittest.kernels.vec import (
     ALLOCATING,
     GRID_ROWS,

@@ -14,11 +14,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from knittest.base.arrays import Array, Index
 from knittest.kernels.shell_state import ALIVE, BLOCK, CORNER_ROWS, state_index
 from knittest.kernels.vec import INLINE, KERNEL, PART, add, combine, cross, dot, rows3, scale, sub
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 class SheetMesh(NamedTuple):

@@ -10,16 +10,14 @@ from collections.abc import Mapping
 from math import ceil, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array
 from knittest.base.errors import InputError
 from knittest.base.units import to_kernel
 from knittest.config.fabric import Direction, Fabric
 from knittest.kernels.laws import hinge_table
 from knittest.kernels.shell_state import Laminate
 from knittest.materials.shear import ShearCurve, shear_table, thin
-
-Array = NDArray[np.float64]
 
 # Poisson coupling of a laminate's two directions, which leaves what strips of it do as it was.
 

@@ -3,14 +3,12 @@
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array
 from knittest.base.errors import InputError
 from knittest.config.fabric import Fabric
 from knittest.kernels.laws import hinge_table
 from knittest.materials.trellis import ANGLE, DEFINITIONS, Definition, to_conjugate
-
-Array = NDArray[np.float64]
 
 
 def thin(x: Array, y: Array, tolerance: float) -> tuple[Array, Array]:

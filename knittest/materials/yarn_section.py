@@ -6,15 +6,13 @@ from dataclasses import dataclass, replace
 from math import gamma, pi, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array
 from knittest.base.errors import InputError
 from knittest.base.units import to_kernel
 from knittest.config.fabric import Fabric
 from knittest.config.laws import LateralCompaction, YarnLaw
 from knittest.config.yarn import ReinforcingYarn, Yarn
-
-Array = NDArray[np.float64]
 
 #: Poisson-like ratio that links the shear modulus of a section to its axial modulus (assumed, isotropic value)
 POISSON = 0.3

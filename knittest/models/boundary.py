@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from knittest.base.arrays import Array, Index
 from knittest.base.errors import InputError
 from knittest.kernels.state import ABOUT, ALONG, Drive, Loads, Motions, Tables, Tally, ToolContactState
 from knittest.kernels.tool_contact import FREE, HELD, n_blocks
@@ -24,9 +25,6 @@ from knittest.models.inputs import (
     orthonormal,
 )
 from knittest.models.tool import Table, Tool, constant, tool_arrays
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 def in_runs(start: Index, node: Index, dof: Index, table: Index, guides: Index, value: Array) -> Loads:

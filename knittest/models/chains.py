@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 from math import sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array, Flags, Index
 from knittest.base.errors import InputError
 from knittest.base.history import Mesh
 from knittest.base.units import rounded_down
@@ -20,10 +20,6 @@ from knittest.models.inputs import across_chain
 from knittest.models.natural_state import natural_normal, natural_state, shapes_at_rest
 from knittest.models.yarn_health import YarnContact
 from knittest.models.yarn_model import YarnModel
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -189,9 +185,7 @@ def _shapes(lay: Layout, contact: YarnContact | None) -> Array:
 # (:func:`knittest.kernels.beam.rotary_inertia_factor`).
 
 
-def nodal_loads(
-    chord: Array, joined: NDArray[np.bool_], axial: Array, shear: Array, touch: Array, stick: Array
-) -> Array:
+def nodal_loads(chord: Array, joined: Flags, axial: Array, shear: Array, touch: Array, stick: Array) -> Array:
     """Largest eigenvalue of B_i [N/mm], (n_nodes,); omega^2 <= load / mass.
 
     Element i, if ``joined``, joins nodes i and i + 1 along ``chord`` (n_nodes, 3) with stiffnesses EA / L ``axial`` and

@@ -5,8 +5,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array, Flags, Index
 from knittest.base.errors import InputError, NumericalError
 from knittest.base.history import OVERLAP_COUNTS, Overlaps
 from knittest.kernels import search
@@ -17,9 +17,6 @@ from knittest.kernels.state import ContactLaw, Contacts, Images, Nodes
 from knittest.kernels.vec import PARTITIONS
 from knittest.models.explicit_model import State, arrays_of, entry, put_back
 from knittest.models.image_contacts import masters, share_states
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 #: what contacts hold of the nodes, not of themselves, of that what changes where sections flatten, and the rest
 OF_NODES = ("upright", "turned", "square", "excess", "shape")
@@ -87,9 +84,9 @@ class YarnContactGroup:
     radius: Array
     half_piece: Array
     exclude: Index
-    is_piece: NDArray[np.bool_]
+    is_piece: Flags
     chain: Index
-    cut: NDArray[np.bool_]
+    cut: Flags
     node_cut: Index
     law: ContactLaw
     part: Index
@@ -101,7 +98,7 @@ class YarnContactGroup:
     excess: Array
     shape: Array
     owned: Array | None = None
-    near: NDArray[np.bool_] | None = None
+    near: Flags | None = None
     images: Images | None = None
     pressed: bool = False
 
@@ -196,7 +193,7 @@ class ContactTracker:
         found: Array = np.maximum(hidden, 0.0) / self.group.radius[self.contacts.piece[:, :n]].min(axis=0)
         return found
 
-    def at_ends(self) -> NDArray[np.bool_]:
+    def at_ends(self) -> Flags:
         """Tell which contacts in use, (count,), are with a piece near the end of its yarn."""
         first, second = self.contacts.piece[:, : self.count]
         return self.group.cut[first] | self.group.cut[second]
@@ -302,8 +299,8 @@ class ContactTracker:
         self.searches += 1
 
     def _find_pairs(
-        self, position: Array, pieces: Pieces, moved: NDArray[np.bool_], cells: Cells
-    ) -> tuple[tuple[Index, Array, Index], NDArray[np.bool_]]:
+        self, position: Array, pieces: Pieces, moved: Flags, cells: Cells
+    ) -> tuple[tuple[Index, Array, Index], Flags]:
         """Pairs, found again until what lies along others is known; returns also what was looked at.
 
         Pieces that came to lie along others, or do no longer, are looked at as if they had moved.
@@ -324,9 +321,7 @@ class ContactTracker:
             if not marked:
                 return pairs, moved
 
-    def _near_pairs(
-        self, position: Array, pieces: Pieces, moved: NDArray[np.bool_], cells: Cells
-    ) -> tuple[Index, Array, Index]:
+    def _near_pairs(self, position: Array, pieces: Pieces, moved: Flags, cells: Cells) -> tuple[Index, Array, Index]:
         """Pairs, their places and how many there are, by share; room for them grows when it overflows."""
         found = np.zeros(PARTITIONS, np.int64)
         while True:

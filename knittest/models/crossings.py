@@ -6,16 +6,13 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array, Flags, Index
 from knittest.base.history import Rest
 from knittest.kernels.contact import FIRST_ALONG, POINT, SECOND_ALONG, spline_weights
 from knittest.kernels.monitor import axial_state
 from knittest.models.explicit_model import ExplicitModel
 from knittest.models.yarn_model import YarnModel
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -33,7 +30,7 @@ class Crossings:
     angle: float
 
 
-def crossings(model: YarnModel, among: NDArray[np.bool_] | None = None) -> dict[str, Crossings]:
+def crossings(model: YarnModel, among: Flags | None = None) -> dict[str, Crossings]:
     """Crossings of ``model`` that touch, by the names of both parts, such as ``warp-weft``; each by its share.
 
     Of the nodes ``among`` (n_nodes,) a contact has one at least; without them all count.
@@ -171,7 +168,7 @@ def wrap(first: Curve, second: Curve) -> Array:
     return found
 
 
-def least_wrap(model: YarnModel, part: str, among: NDArray[np.bool_]) -> float:
+def least_wrap(model: YarnModel, part: str, among: Flags) -> float:
     """Least :func:`wrap` of yarns of one ``part`` where they cross each other, touching or about to (by the skin of the
     search); nan where none do.
 

@@ -8,15 +8,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array, Index
 from knittest.base.errors import InputError
 from knittest.base.history import Mesh, Overlaps
 from knittest.kernels.state import Drive, Nodes, Partitions, Tally
 from knittest.kernels.vec import PARTITIONS
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 State = dict[str, np.ndarray]
 
 

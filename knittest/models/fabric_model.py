@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 from numba import get_num_threads
 
+from knittest.base.arrays import Array, Index
 from knittest.base.history import Overlaps
 from knittest.kernels.explicit import advance_fabric, advance_fabric_alone
 from knittest.kernels.in_plane import Bends
@@ -17,9 +18,7 @@ from knittest.kernels.shell_output import shell_energies, shell_fields, shell_mo
 from knittest.kernels.shell_state import BLOCK, CORNER_ROWS, Laminate, Shells
 from knittest.kernels.state import Drive, Tally
 from knittest.models.explicit_model import (
-    Array,
     ExplicitModel,
-    Index,
     State,
     Stored,
     arrays_of,

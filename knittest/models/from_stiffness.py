@@ -5,8 +5,9 @@ carry.
 from math import pi, tanh
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from knittest.base.arrays import Array, Index
 from knittest.base.errors import InputError
 from knittest.kernels.beam import axial_strain, flat_moment, mean_frame, section_force, section_moment
 from knittest.kernels.laws import hinge_table
@@ -15,9 +16,6 @@ from knittest.kernels.state import Beams, Nodes
 from knittest.materials.laminate import DRILLING, coupled, hourglass_of_shear
 from knittest.materials.yarn_section import POISSON, Section, stable_shear
 from knittest.models.inputs import above, finite, one_an_element, tension_law
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 def section(

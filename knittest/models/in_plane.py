@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from knittest.base.arrays import Array, Flags, Index
 from knittest.kernels.in_plane import BLOCK, NOWHERE, OWN_EACH, SAME, WEIGHTS, Bends, add_bounds, no_bends
 from knittest.kernels.shell_state import (
     ALONG_A,
@@ -35,9 +36,6 @@ from knittest.kernels.shell_state import (
 )
 from knittest.kernels.shell_state import BLOCK as SHELL_BLOCK
 from knittest.kernels.vec import PARTITIONS
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 # Bounds of the squared frequency that the fibres' bending in the plane adds: at rest, and in any state.
 #
@@ -203,7 +201,7 @@ class Stencils(NamedTuple):
     node: Index
     member: Index
     weight: Array
-    told: NDArray[np.bool_]
+    told: Flags
 
 
 def build_bends(points: Array, cells: Index, shells: Shells, stiffness: Array) -> Bends:
@@ -225,9 +223,7 @@ def _incidence(cells: Index, n: int) -> sparse.csr_matrix:
     return sparse.csr_matrix((np.ones(4 * n_el), (cells.ravel(), np.repeat(np.arange(n_el), 4))), (n, n_el))
 
 
-def _frames(
-    points: Array, cells: Index, shells: Shells, around: sparse.csr_matrix
-) -> tuple[Array, Array, NDArray[np.bool_]]:
+def _frames(points: Array, cells: Index, shells: Shells, around: sparse.csr_matrix) -> tuple[Array, Array, Flags]:
     """Warp, weft (n, 2, 3), area (n,) [mm^2] of each node, and whether the shells round it are of one direction."""
     row = element_rows(shells, len(cells))
     corners = points[cells]
@@ -250,7 +246,7 @@ def _unit(v: Array) -> Array:
     return np.divide(v, length, out=np.zeros_like(v), where=length > 0.0)
 
 
-def _rings(around: sparse.csr_matrix, whole: NDArray[np.bool_]) -> list[tuple[Index, Index]]:
+def _rings(around: sparse.csr_matrix, whole: Flags) -> list[tuple[Index, Index]]:
     """Nodes (k,) with the nodes of all shells round them (k, m), in groups of equal m."""
     ring = sparse.csr_matrix(around @ around.T)
     ring.sort_indices()
@@ -278,7 +274,7 @@ def _stencils(points: Array, nodes: Index, member: Index, frame: Array, area: Ar
     return Stencils(nodes, member, weight * per_size[:, None], np.column_stack([told, other_told]))
 
 
-def _derivative(s: Array, t: Array, order: int) -> tuple[Array, NDArray[np.bool_]]:
+def _derivative(s: Array, t: Array, order: int) -> tuple[Array, Flags]:
     """Weights (k, m) of members at ``s`` along and ``t`` across a yarn for a derivative along it; whether they exist.
 
     First derivatives are exact for linear, second ones for quadratic fields. Members on the line of the yarn are tried
@@ -291,7 +287,7 @@ def _derivative(s: Array, t: Array, order: int) -> tuple[Array, NDArray[np.bool_
     return weight, told
 
 
-def _least(s: Array, t: Array, trust: Array, order: int) -> tuple[Array, NDArray[np.bool_]]:
+def _least(s: Array, t: Array, trust: Array, order: int) -> tuple[Array, Flags]:
     """Weights of least sum of (w / trust)^2 that give the derivative of ``order`` exactly; whether there are any."""
     one = np.ones_like(s)
     powers = [one, s] if order == 1 else [one, s, 0.5 * s**2]
@@ -377,7 +373,7 @@ def _spread(weight: Array) -> tuple[Array, NDArray[np.int8]]:
     return weight, spread.astype(np.int8)
 
 
-def _entries(members: Index, alive: NDArray[np.bool_], n_nodes: int) -> tuple[Index, Index]:
+def _entries(members: Index, alive: Flags, n_nodes: int) -> tuple[Index, Index]:
     """For each node, where in ``force`` its entries are, in the order of the stencils (compressed rows)."""
     row, lane = np.nonzero(alive)
     node = members[row, lane]

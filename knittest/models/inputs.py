@@ -3,12 +3,10 @@
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from knittest.base.arrays import Array, Flags, Index
 from knittest.base.errors import InputError
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 #: deviation of products of unit vectors from 1 and 0 that is taken for rounding
 ROUNDED = 1e-9
@@ -111,7 +109,7 @@ def orthonormal(axes: ArrayLike) -> Array:
     return rows
 
 
-def independent(node: Index, turns: NDArray[np.bool_], axis: Array, local: NDArray[np.bool_]) -> None:
+def independent(node: Index, turns: Flags, axis: Array, local: Flags) -> None:
     """Raises :class:`InputError` where motions of one node, of which one is ``local``, are not at right angles.
 
     Of each motion (n,): its ``node``, whether it ``turns``, its unit ``axis`` (n, 3). Motions are imposed one after
@@ -134,7 +132,7 @@ def independent(node: Index, turns: NDArray[np.bool_], axis: Array, local: NDArr
             )
 
 
-def once_each(node: Index, dof: Index, still: NDArray[np.bool_], group: Index, names: Sequence[str]) -> None:
+def once_each(node: Index, dof: Index, still: Flags, group: Index, names: Sequence[str]) -> None:
     """Raises :class:`InputError` where two motions prescribe one degree of freedom and are not both ``still``.
 
     Of each motion (n,): ``node``, ``dof`` among ``names``, ``group`` that it was numbered by; sorted by node and dof.

@@ -3,8 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from knittest.base.arrays import Array, Index
 from knittest.base.history import Mesh
 from knittest.config.fabric import Direction, Fabric
 from knittest.config.run import MacroModel
@@ -14,9 +15,6 @@ from knittest.models.explicit_model import make_nodes, make_partitions
 from knittest.models.fabric_model import FabricModel
 from knittest.models.in_plane import bend_bound, build_bends, highest_stiffness, rotary_inertia
 from knittest.models.sheet_tracker import SheetContact, SheetTracker
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 def build_sheet(

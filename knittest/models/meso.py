@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array, Flags
 from knittest.config.run import Run
 from knittest.fabric.cell import Cell
 from knittest.fabric.strip import YarnPath, strip, wave_elements, wave_scale
@@ -16,8 +16,6 @@ from knittest.models.periodic import SLIDE, PeriodicChain, build_periodic
 from knittest.models.periodic_model import PeriodicModel
 from knittest.models.yarn_health import YarnContact
 from knittest.models.yarn_model import YarnModel
-
-Array = NDArray[np.float64]
 
 #: pieces at the end of yarns that do not press each other: jaws hold them side by side, nearer than they are wide
 CUT = 2
@@ -109,7 +107,7 @@ def _draw_in(run: Run, path: YarnPath, rows: int, loop: Array | None) -> Array:
     return np.where(_held(run, path, rows), drawn, 0.0)
 
 
-def _held(run: Run, path: YarnPath, rows: int) -> NDArray[np.bool_]:
+def _held(run: Run, path: YarnPath, rows: int) -> Flags:
     """Elements of loops that other loops hold on all sides."""
     held = np.full(len(path.points) - 1, path.system == "knit" and path.index not in (0, rows - 1))
     loop = run.model.meso.elements_per_loop

@@ -6,16 +6,13 @@ with nodes turned along its bend; a yarn fully set in its shape starts with none
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array, Index
 from knittest.base.errors import InputError
 from knittest.kernels.contact import BESIDE, FIRST_ALONG, SECOND_ALONG
 from knittest.kernels.flatten import DRAG, EXPONENT, FREE, HIGH, LENGTH, PRODUCT, ROWS, STIFF
 from knittest.kernels.state import Beams, Contacts
 from knittest.models.contact_tracker import ContactTracker
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 def natural_state(start: Index, chord: Array, degree_of_set: Array) -> tuple[Array, Array]:

@@ -5,8 +5,9 @@ from dataclasses import dataclass, fields, replace
 from math import ceil
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from knittest.base.arrays import Array, Flags, Index
 from knittest.base.errors import InputError
 from knittest.kernels.flatten import STIFF
 from knittest.kernels.state import LATTICE, MAP, Images, Partitions
@@ -17,9 +18,6 @@ from knittest.models.inputs import finite
 from knittest.models.periodic_model import PeriodicModel
 from knittest.models.yarn_health import YarnContact
 from knittest.models.yarn_model import YarnModel
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 #: images of a chain's own nodes that its beams and contacts need, at either end
 ENDS = 3
@@ -146,7 +144,7 @@ def _long(chain: PeriodicChain, piece: _Piece, vectors: Array) -> Chain:
     )  # fmt: skip
 
 
-def _masters(chains: Sequence[PeriodicChain], pieces: list[_Piece]) -> tuple[NDArray[np.bool_], Index, Index]:
+def _masters(chains: Sequence[PeriodicChain], pieces: list[_Piece]) -> tuple[Flags, Index, Index]:
     """Tell of every node whether it is the cell's own, the node that it follows, and its image (n, 2)."""
     start, first_own = 0, {}
     for piece in pieces:
@@ -164,9 +162,7 @@ def _masters(chains: Sequence[PeriodicChain], pieces: list[_Piece]) -> tuple[NDA
     return np.concatenate(own), np.concatenate(master), np.concatenate(times)
 
 
-def _periodic(
-    flat: YarnModel, vectors: Array, own: NDArray[np.bool_], master: Index, times: Index, added: float
-) -> PeriodicModel:
+def _periodic(flat: YarnModel, vectors: Array, own: Flags, master: Index, times: Index, added: float) -> PeriodicModel:
     """``flat`` with the nodes that are not ``own`` as images of their masters."""
     given = {f.name: getattr(flat, f.name) for f in fields(flat) if f.init}
     ghost, element = np.flatnonzero(~own), flat.element_node
@@ -185,7 +181,7 @@ def _periodic(
     return PeriodicModel(**given, reference=vectors)
 
 
-def _near(own: NDArray[np.bool_], off: int) -> NDArray[np.bool_]:
+def _near(own: Flags, off: int) -> Flags:
     """Pieces, (n_nodes,), with a node that is ``own``, or ``off`` pieces from one at most."""
     return np.any([np.roll(own, k) for k in range(-1 - off, 2 + off)], axis=0)
 
@@ -197,7 +193,7 @@ def _section_of(parts: Partitions, n: int) -> Index:
     return section
 
 
-def _own_spans(parts: Partitions, own: NDArray[np.bool_], section: Index) -> Partitions:
+def _own_spans(parts: Partitions, own: Flags, section: Index) -> Partitions:
     """``parts`` with spans of the cell's nodes alone, each after the one image whose beam ends in it."""
     edge = np.flatnonzero(np.diff(np.concatenate([[0], own.astype(np.int64), [0]])))
     spans: list[list[int]] = []

@@ -4,18 +4,16 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array, Flags, Index
 from knittest.base.errors import InputError
 from knittest.kernels.state import CURVATURE, Drive, Images, Nodes
 from knittest.models.boundary import Boundary
 from knittest.models.contact_tracker import CONTACT_SKIN, YarnContactGroup
-from knittest.models.explicit_model import Index, State, arrays_of, columns, prefixed, put_back, rows_of, under
+from knittest.models.explicit_model import State, arrays_of, columns, prefixed, put_back, rows_of, under
 from knittest.models.image_contacts import masters
 from knittest.models.tool import Table
 from knittest.models.yarn_model import YarnModel
-
-Array = NDArray[np.float64]
 
 
 class Cell(Protocol):
@@ -117,7 +115,7 @@ class PeriodicModel(YarnModel):
         """See :meth:`YarnModel.masters`."""
         return masters(self.images)
 
-    def typical(self) -> NDArray[np.bool_]:
+    def typical(self) -> Flags:
         """See :meth:`YarnModel.typical`; all nodes of the cell."""
         return self.owned > 0.0
 

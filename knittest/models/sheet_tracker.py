@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from knittest.base.arrays import Array, Index
 from knittest.base.errors import InputError, NumericalError
 from knittest.base.history import OVERLAP_COUNTS, Overlaps
 from knittest.kernels import search, sheet_search
@@ -14,9 +15,6 @@ from knittest.kernels.sheet_surface import SheetContacts, SheetLaw, SheetMesh, e
 from knittest.kernels.shell_state import Shells
 from knittest.kernels.state import Nodes, Partitions
 from knittest.models.explicit_model import State, arrays_of, entry, put_back
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 def edge_neighbours(cells: Index) -> NDArray[np.int32]:

@@ -8,13 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
+from knittest.base.arrays import Array, Flags, Index
 from knittest.base.errors import InputError
 from knittest.base.files import excerpt, read_regular
 from knittest.kernels.triangle_distance import crossings, far_distance, inherit, near_distance
 from knittest.models.tool import Tool, sampled
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 #: most points that a surface is spread to
 MOST_POINTS = 2_000_000
@@ -95,7 +93,7 @@ class TriangleMesh:
         found: Index = edges[~np.isin(forth, back) | (times[number] > 1)]
         return found
 
-    def turned(self, which: NDArray[np.bool_] | None = None) -> "TriangleMesh":
+    def turned(self, which: Flags | None = None) -> "TriangleMesh":
         """Mesh with all triangles, or those of ``which`` (m,), turned inside out."""
         turn = np.ones(len(self.triangles), bool) if which is None else which
         return TriangleMesh(self.points, np.where(turn[:, None], self.triangles[:, ::-1], self.triangles))

@@ -6,16 +6,14 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array
 from knittest.kernels import monitor
 from knittest.kernels.contact import BESIDE, penalty
 from knittest.kernels.state import Beams, ContactLaw, Nodes, Partitions
 from knittest.materials.yarn_section import EVEN, Patch
 from knittest.models.contact_tracker import LEAST_STEPS, ContactTracker, YarnContactGroup
 from knittest.models.natural_state import refuse_conforming
-
-Array = NDArray[np.float64]
 
 #: length over rest length below which a beam has collapsed
 SHORTEST = 0.1

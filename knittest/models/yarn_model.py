@@ -4,8 +4,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numba import get_num_threads
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array, Flags, Index
 from knittest.base.history import Overlaps
 from knittest.kernels import monitor
 from knittest.kernels.contact import spline_weights
@@ -13,9 +13,7 @@ from knittest.kernels.explicit import advance_yarns, advance_yarns_alone
 from knittest.kernels.state import Beams, ContactLaw, Drive, Images, Tally
 from knittest.models.contact_tracker import ContactTracker, YarnContactGroup
 from knittest.models.explicit_model import (
-    Array,
     ExplicitModel,
-    Index,
     State,
     Stored,
     arrays_of,
@@ -134,11 +132,11 @@ class YarnModel(ExplicitModel):
         """Node that every node is, or in a periodic cell is an image of, (n_nodes,)."""
         return np.arange(self.n_nodes)
 
-    def typical(self) -> NDArray[np.bool_]:
+    def typical(self) -> Flags:
         """Nodes (n_nodes,) that stand for the fabric: those in the middle third of the piece in each direction."""
         place = self.nodes.position[:2, : self.n_nodes]
         low, high = place.min(axis=1, keepdims=True), place.max(axis=1, keepdims=True)
-        found: NDArray[np.bool_] = (np.abs(place - 0.5 * (low + high)) <= (high - low) / 6.0).all(axis=0)
+        found: Flags = (np.abs(place - 0.5 * (low + high)) <= (high - low) / 6.0).all(axis=0)
         return found
 
     def failed(self) -> Index:

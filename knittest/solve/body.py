@@ -4,8 +4,9 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from knittest.base.arrays import Array, Index
 from knittest.base.errors import InputError, NumericalError
 from knittest.kernels.shell_state import Laminate, set_strength
 from knittest.kernels.threading import best_threads, limited
@@ -23,8 +24,6 @@ from knittest.models.yarn_model import YarnModel
 from knittest.solve.pace import Pace
 from knittest.solve.relax import Relaxation, relax
 from knittest.solve.state import Stepping
-
-Array = NDArray[np.float64]
 
 #: steps between looks at displacement and damping loss
 CHUNK = 20
@@ -244,7 +243,7 @@ class Body:
         """
         return self.model.resultants()
 
-    def contact_forces(self) -> tuple[Array, Array, NDArray[np.int64]]:
+    def contact_forces(self) -> tuple[Array, Array, Index]:
         """Places [mm] and forces [N] where yarns touch, (n, 3) each; forces on the first of their chains (n, 2)."""
         return self.model.contact_forces()
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import get_num_threads
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array
 from knittest.base.errors import NumericalError
 from knittest.kernels.explicit import SCRATCH
 from knittest.kernels.state import ALONG, Drive, Tally
@@ -18,8 +18,6 @@ from knittest.kernels.tool_contact import FREE
 from knittest.kernels.vec import PARTITIONS
 from knittest.models.explicit_model import ExplicitModel
 from knittest.solve.pace import Pace
-
-Array = NDArray[np.float64]
 
 
 class LooseTools:

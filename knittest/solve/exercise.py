@@ -5,13 +5,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from knittest.base.arrays import Array
 from knittest.base.kinds import kinds
 from knittest.config.run import Output, Run, Scale
 from knittest.fabric.strip import YarnPath
 from knittest.fabric.topology import YarnDraws
 from knittest.kernels.beam import advance_beams
 from knittest.kernels.explicit import SCRATCH, contact_share, outside, shell_share
-from knittest.kernels.state import Array, Drive, Tally
+from knittest.kernels.state import Drive, Tally
 from knittest.kernels.threading import limited
 from knittest.kernels.tool_contact import tool_energies
 from knittest.kernels.vec import PARTITIONS

@@ -4,8 +4,9 @@ from collections.abc import Sequence
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from knittest.base.arrays import Array
 from knittest.base.errors import InputError
 from knittest.kernels.threading import limited
 from knittest.models.crossings import Crossings, crossings, surfaces
@@ -17,8 +18,6 @@ from knittest.models.yarn_health import YarnContact
 from knittest.solve.body import Body
 from knittest.solve.relax import Relaxation, relax
 from knittest.solve.state import Stepping
-
-Array = NDArray[np.float64]
 
 #: relaxations of a cell with a free lattice until both it and the cell are at rest, at most
 ROUNDS = 20

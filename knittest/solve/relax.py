@@ -9,13 +9,12 @@ from dataclasses import dataclass, field
 from math import ceil
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array
 from knittest.kernels.state import Drive, Tally
 from knittest.models.explicit_model import ExplicitModel
 from knittest.solve.damped import CHUNK, Chunk, DampedModel, applied_to_tools
 
-Array = NDArray[np.float64]
 #: called with the steps done and the most that there may be
 Look = Callable[[int, float], None]
 

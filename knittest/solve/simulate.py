@@ -7,8 +7,8 @@ from math import ceil
 
 import numpy as np
 from numba import get_num_threads
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array
 from knittest.base.errors import NumericalError
 from knittest.base.history import Frame, History
 from knittest.config.run import Output, Solver
@@ -20,8 +20,6 @@ from knittest.models.explicit_model import ExplicitModel, Stored
 from knittest.solve.guards import check_balance, check_entities, check_motion, fit_step
 from knittest.solve.relax import relax, settle
 from knittest.solve.state import SILENT, TESTING, Kept, Observer, Rig, Simulation, SimulationCost
-
-Array = NDArray[np.float64]
 
 #: share by which the force must have grown for a new frame of the peak
 NEAR_PEAK = 0.001

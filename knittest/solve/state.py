@@ -7,8 +7,8 @@ from typing import Protocol
 
 import numpy as np
 from numba import get_num_threads
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array
 from knittest.base.history import Frame, Overlaps, Rest
 from knittest.config.run import Solver
 from knittest.kernels import monitor
@@ -28,8 +28,6 @@ from knittest.models.explicit_model import (
     under,
 )
 from knittest.solve.pace import Pace
-
-Array = NDArray[np.float64]
 
 
 class Rig(Protocol):
