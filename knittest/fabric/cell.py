@@ -138,13 +138,7 @@ class Cell:
 # Relaxed cells on disk, keyed by their inputs and by the sources that relaxed them, with a checksum inside.
 
 #: what shapes a cell, beside its inputs
-SOURCES = (
-    "fabric/loop.py",
-    "fabric/relax.py",
-    "fabric/topology.py",
-    "kernels/relaxation.py",
-    "kernels/section.py",
-)
+SOURCES = ("fabric/loop.py", "fabric/relax.py", "fabric/topology.py", "kernels/relaxation.py", "kernels/section.py")
 NUMBERS = ("deepest", "worst", "residual", "iterations")
 DIGITS = 24
 
@@ -162,7 +156,7 @@ def load_cell(spec: CellSpec) -> Cell | None:
         arrays = kept(path, _key(spec))
         return None if arrays is None else _cell(spec, arrays)
     except (Damaged, KeyError, TypeError, ValueError) as error:
-        tell(f"{path}: {error}: this cached cell is not used; it is relaxed anew")
+        tell(f"{path}: {error}; the cached cell is relaxed again")
         return None
 
 
@@ -180,7 +174,7 @@ def _cell(spec: CellSpec, arrays: dict[str, np.ndarray]) -> Cell:
     """Raises :class:`Damaged` for arrays that no cell has."""
     curves = [np.asarray(arrays[s], dtype=np.float64) for s in SYSTEMS]
     if any(c.ndim != 2 or c.shape[1] != 3 or len(c) < 4 or not np.isfinite(c).all() for c in curves):
-        raise Damaged("no centre-lines of three systems")
+        raise Damaged("no centre-lines of three yarn systems")
     knit, warp, weft = curves
     deepest, worst, residual, iterations = (float(arrays[name]) for name in NUMBERS)
     return Cell(spec, knit, warp, weft, deepest, worst, residual, int(iterations))

@@ -32,7 +32,7 @@ def arc_at(curve: Array, period: Array, axis: int, plane: float) -> float:
     Of several crossings it takes the one nearest to the middle of the period; images of the plane are excluded.
     """
     line = np.vstack([curve - period, curve, curve + period, curve[:1] + 2.0 * period])
-    arc = _arc(line)
+    arc = arc_length(line)
     side = line[:, axis] - plane
     before = np.flatnonzero((side[:-1] < 0.0) != (side[1:] < 0.0))
     share = side[before] / (side[before] - side[before + 1])
@@ -49,7 +49,7 @@ def points_on(curve: Array, period: Array, n: int, start: float = 0.0) -> Array:
     from scipy.interpolate import CubicSpline
 
     closed = np.vstack([curve, curve[:1] + period])
-    arc = _arc(closed)
+    arc = arc_length(closed)
     smooth = CubicSpline(arc, closed - arc[:, None] / arc[-1] * period, bc_type="periodic")
     at = start + arc[-1] * np.arange(n) / n
     return np.asarray(smooth(at) + at[:, None] / arc[-1] * period)
@@ -76,7 +76,7 @@ def spline_points(control: Array, per_piece: int) -> Array:
     return points.reshape(-1, 3)
 
 
-def _arc(line: Array) -> Array:
+def arc_length(line: Array) -> Array:
     """Arc length [mm], (n,), at the points of a polyline (n, 3)."""
     return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
 

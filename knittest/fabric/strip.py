@@ -141,8 +141,7 @@ class CutPath(YarnPath):
 def turned(points: Array) -> Array:
     """``points`` (n, 3) turned by 45 deg about z: the weft, along x, comes to lie on y = x, the warp on y = -x."""
     c = sqrt(0.5)
-    found: Array = points @ np.array([[c, c, 0.0], [-c, c, 0.0], [0.0, 0.0, 1.0]])
-    return found
+    return points @ np.array([[c, c, 0.0], [-c, c, 0.0], [0.0, 0.0, 1.0]])
 
 
 def cells_under(length: float, width: float, pitches: tuple[float, float]) -> tuple[int, int]:
@@ -189,5 +188,4 @@ def _end(points: Array) -> Array:
     ninth of that difference mends the end and displaces the middle of the element. Half of it leaves the smallest
     deviation.
     """
-    end: Array = points[2] + np.diff(points, 3, axis=0)[0] / 18.0
-    return end
+    return points[2] + np.diff(points, 3, axis=0)[0] / 18.0

@@ -121,7 +121,7 @@ def check_topology(cell: "Cell") -> None:
     dips behind the weft of the course below, the weft lies in front of it, and the order of the layers holds.
     """
     code = knit_code(cell)
-    found = " ".join(code) or "without any crossing"
+    found = " ".join(code) or "no crossings"
     if KNIT_CODE not in [code[k:] + code[:k] for k in range(len(code))]:
         raise NumericalError(
             f"the knitting yarn is not interlaced as plain knit: {found}, expected {' '.join(KNIT_CODE)}"

@@ -15,6 +15,14 @@ def hinge_table(strain: Array, force: Array) -> tuple[Array, Array]:
     return strain[:-1].copy(), np.diff(np.diff(force) / np.diff(strain), prepend=0.0)
 
 
+def hinge_tables(tables: list[tuple[Array, Array]]) -> tuple[Array, Array]:
+    """Knees and slopes of several tables, (n_tables, n_hinges) each, filled up with hinges of no slope."""
+    knees, slopes = np.zeros((2, len(tables), max(len(knee) for knee, _ in tables)))
+    for i, (knee, slope) in enumerate(tables):
+        knees[i, : len(knee)], slopes[i, : len(slope)] = knee, slope
+    return knees, slopes
+
+
 @njit(**INLINE)
 def hinge_force(strain, knee, slope):
     """One hinge, slope max(strain - knee, 0), in the unit of ``slope`` (N for beams, N/mm or MPa for shells)."""

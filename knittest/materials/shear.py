@@ -113,7 +113,7 @@ def _envelope(fabric: Fabric, curve: ShearCurve | None) -> tuple[Array, Array]:
             )
         definition = DEFINITIONS[curve.y_name]
         if law.definition not in ("conjugate", definition):
-            raise InputError(f"{where}: its column says {definition}, macro.shear.definition {law.definition}")
+            raise InputError(f"{where}: its column is {definition}, but macro.shear.definition is {law.definition}")
         degrees, force = curve.x, curve.mean
     if degrees[0] > 0.0:
         degrees, force = np.append(0.0, degrees), np.append(0.0, force)

@@ -60,11 +60,8 @@ def _room(capacity: int) -> tuple[Index, Array]:
 def _used(contacts: Contacts, count: int) -> Contacts:
     """Views of the columns in use."""
     columns = {name: getattr(contacts, name)[..., :count] for name in Contacts._fields}
-    columns |= {name: getattr(contacts, name) for name in OF_NODES} | {
-        "half": contacts.half[: 2 * count],
-        "half_start": contacts.half_start,
-    }
-    return Contacts(**columns)
+    whole = {name: getattr(contacts, name) for name in (*OF_NODES, "half_start")}
+    return Contacts(**columns | whole | {"half": contacts.half[: 2 * count]})
 
 
 @dataclass
@@ -129,15 +126,12 @@ class ContactTracker:
         self._find_contacts()
         c, n = self.contacts, self.count
         gap = np.linalg.norm(c.offset[:, :n], axis=0)
-        radius = self.group.radius[c.piece[:, :n]]
-        touch = radius.sum(axis=0)
-        if c.touch.size:
-            touch = np.where(c.touch[:n] > 0.0, c.touch[:n], touch)
-        share = (touch - gap) / radius.min(axis=0)
+        touch = self.touch()
+        share = (touch - gap) / self.group.radius[c.piece[:, :n]].min(axis=0)
         worst = np.argsort(-share, kind="stable")[:LISTED]
         if n and share[worst[0]] > MAX_OVERLAP:
             raise InputError(
-                f"yarns overlap at the start by more than {100 * MAX_OVERLAP:g} % of a radius; worst first: "
+                f"initial yarn overlap exceeds {100 * MAX_OVERLAP:g} % of the yarn radius; worst pairs: "
                 + "; ".join(self._describe(int(k), float(share[k])) for k in worst if share[k] > MAX_OVERLAP)
             )
         c.accepted[:n] = np.maximum(touch - c.reach[:n], 0.0)
@@ -147,11 +141,9 @@ class ContactTracker:
 
     def touch(self) -> Array:
         """Sum of radii, or extents of ellipses [mm], of the contacts in use, (count,): their reach if not cut."""
-        found: Array = self.group.radius[self.contacts.piece[:, : self.count]].sum(axis=0)
-        if self.contacts.touch.size:
-            extents = self.contacts.touch[: self.count]
-            found = np.where(extents > 0.0, extents, found)
-        return found
+        radii = self.group.radius[self.contacts.piece[:, : self.count]].sum(axis=0)
+        extents = self.contacts.touch[: self.count]
+        return np.where(extents > 0.0, extents, radii) if extents.size else radii
 
     def press(self, most: float) -> float:
         """Let up to ``most`` [mm] more of overlaps that are free of force carry it; returns the deepest left [mm]."""
@@ -190,11 +182,10 @@ class ContactTracker:
         n = self.count
         gap = np.linalg.norm(self.contacts.offset[:, :n], axis=0)
         hidden = self.touch() - np.maximum(self.contacts.reach[:n], gap)
-        found: Array = np.maximum(hidden, 0.0) / self.group.radius[self.contacts.piece[:, :n]].min(axis=0)
-        return found
+        return np.maximum(hidden, 0.0) / self.group.radius[self.contacts.piece[:, :n]].min(axis=0)
 
     def at_ends(self) -> Flags:
-        """Tell which contacts in use, (count,), are with a piece near the end of its yarn."""
+        """Flags of the contacts in use, (count,), with a piece near the end of its yarn."""
         first, second = self.contacts.piece[:, : self.count]
         return self.group.cut[first] | self.group.cut[second]
 

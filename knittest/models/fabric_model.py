@@ -17,15 +17,7 @@ from knittest.kernels.sheet_surface import NO_LAW, NO_MESH, empty_contacts
 from knittest.kernels.shell_output import shell_energies, shell_fields, shell_moments
 from knittest.kernels.shell_state import BLOCK, CORNER_ROWS, Laminate, Shells
 from knittest.kernels.state import Drive, Tally
-from knittest.models.explicit_model import (
-    ExplicitModel,
-    State,
-    Stored,
-    arrays_of,
-    prefixed,
-    put_back,
-    under,
-)
+from knittest.models.explicit_model import ExplicitModel, State, Stored, arrays_of, prefixed, put_back, under
 from knittest.models.in_plane import bend_bound, bend_bound_now
 from knittest.models.sheet_tracker import SheetTracker
 
@@ -41,7 +33,7 @@ MECHANISMS = ("stretching", "bending", "shear", "in_plane_bending")
 SMALLEST = 0.05
 #: shear angle [deg] at which it is shear that took the area, which no smaller step brings back
 SHEARED = 60.0
-SOFT = "what holds it there is the end of its shear law: give one that goes on and rises (fabric.macro.shear)"
+SOFT = "the shear law does not rise enough at such angles; extend fabric.macro.shear by larger angles and forces"
 
 
 @dataclass
@@ -141,8 +133,8 @@ class FabricModel(ExplicitModel):
         )  # fmt: skip
         if ratio < SMALLEST:
             angle = float(np.rad2deg(np.abs(self.fields()["shear_angle"][shell])))
-            told = f"shell {shell} has collapsed to {100.0 * ratio:.1f} % of its area"
-            return f"{told}, sheared by {angle:.0f} deg; {SOFT}" if angle > SHEARED else told
+            fault = f"shell {shell} has collapsed to {100.0 * ratio:.1f} % of its area"
+            return f"{fault}, sheared by {angle:.0f} deg; {SOFT}" if angle > SHEARED else fault
         return self.tracker.diagnose() if self.tracker else ""
 
     def stable_step(self) -> tuple[float, str]:
@@ -155,8 +147,10 @@ class FabricModel(ExplicitModel):
             return super().stable_step()
         now, node = bend_bound_now(self.bends, self.nodes.position, self.mass)
         stiffest = (2.0 / self.critical_step) ** 2 - self.bending_at_rest + now
-        where = f"crumpled yarns at node {node} of {self.name_of(node)}, whose angle shear has closed,"
-        return 2.0 / stiffest**0.5, where
+        return (
+            2.0 / stiffest**0.5,
+            f"in-plane bending of sheared yarns at node {node} of {self.name_of(node)}",
+        )
 
     def state(self) -> State:
         """See :meth:`ExplicitModel.state`; adds living shells, corner forces and contacts."""

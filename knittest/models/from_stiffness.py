@@ -38,7 +38,7 @@ def section(
     ``torsion`` must be given. It touches others as a round one does.
     """
     if across is not None and (torsion is None or not across > 0.0):
-        raise InputError("section: expected EI across above 0, and torsion, which does not follow from two EI")
+        raise InputError("section: across must be above 0 and needs torsion, which does not follow from two EI")
     above(axial, "EA of a section [N]")
     above(linear_density, "linear_density of a section [g/mm]")
     for name, value in (("EI", bending), ("radius", radius), ("GJ", torsion or 0.0), ("GA", shear or 0.0)):
@@ -158,7 +158,7 @@ def _checked(
         least = float((2.0 * np.sqrt(bend / stretch)).max())
         raise InputError(
             f"bending {bending} N mm is too much for membrane {membrane} N/mm at thickness {thickness:g} mm: the "
-            f"middle layer would be negative; a thickness above {least:.4g} mm would do"
+            f"middle layer would be negative; expected a thickness above {least:.4g} mm"
         )
     return stretch, bend
 

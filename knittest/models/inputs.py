@@ -18,15 +18,11 @@ def finite(values: ArrayLike, name: str, shape: tuple[int, ...] | None = None) -
     """``values`` as numbers; raises :class:`InputError` for text, NaN, infinity and, where it is given, another
     ``shape`` (-1: any length).
     """
-    try:
-        array = np.asarray(values, float)
-    except (TypeError, ValueError):
-        raise InputError(f"{name}: expected numbers, got {_short(values)}") from None
-    fits = shape is None or (
+    array = _numbers(values, name)
+    if shape is not None and not (
         len(shape) == array.ndim and all(want in (-1, have) for want, have in zip(shape, array.shape, strict=True))
-    )
-    if not fits:
-        wanted = ", ".join("n" if length < 0 else str(length) for length in shape or ())
+    ):
+        wanted = ", ".join("n" if length < 0 else str(length) for length in shape)
         raise InputError(f"{name}: expected the shape ({wanted}), got {array.shape}")
     bad = np.argwhere(~np.isfinite(array))
     if len(bad) and not array.ndim:
@@ -35,6 +31,13 @@ def finite(values: ArrayLike, name: str, shape: tuple[int, ...] | None = None) -
         at = ", ".join(str(k) for k in bad[0])
         raise InputError(f"{name}: not finite at [{at}]: {array[tuple(bad[0])]:g}; {len(bad)} such numbers")
     return array
+
+
+def _numbers(values: ArrayLike, name: str) -> Array:
+    try:
+        return np.asarray(values, float)
+    except (TypeError, ValueError):
+        raise InputError(f"{name}: expected numbers, got {_short(values)}") from None
 
 
 def above(value: float, name: str, least: float = 0.0, *, equal: bool = False) -> float:
@@ -50,16 +53,13 @@ def direction(vector: ArrayLike, name: str) -> Array:
     array = finite(vector, name, (3,))
     size = float(np.linalg.norm(array))
     if size == 0.0:
-        raise InputError(f"{name}: a vector without length has no direction")
+        raise InputError(f"{name}: expected a vector of nonzero length")
     return np.asarray(array / size)
 
 
 def one_an_element(values: ArrayLike, name: str, count: int) -> Array:
     """``values`` (count,) or one for all, (count,); raises :class:`InputError` for others and NaN; infinity may be."""
-    try:
-        array = np.asarray(values, float)
-    except (TypeError, ValueError):
-        raise InputError(f"{name}: expected numbers, got {_short(values)}") from None
+    array = _numbers(values, name)
     if array.shape not in ((), (count,)):
         raise InputError(f"{name}: expected one number or one of each of {count} elements, got {array.shape}")
     if np.isnan(array).any():
@@ -71,9 +71,9 @@ def tension_law(strain: ArrayLike, force: ArrayLike) -> tuple[Array, Array]:
     """Table of a section's law; raises :class:`InputError` unless it rises from (0, 0)."""
     e, f = finite(strain, "strain of a law", (-1,)), finite(force, "force of a law", (-1,))
     if len(e) != len(f) or len(e) < 2 or e[0] != 0.0 or f[0] != 0.0:
-        raise InputError("law: expected strains and forces, as many of each and two at least, from (0, 0) on")
+        raise InputError("law: expected at least two strains and as many forces, starting at (0, 0)")
     if (np.diff(e) <= 0.0).any() or (np.diff(f) < 0.0).any() or f[1] <= 0.0:
-        raise InputError("law: expected strains that rise and forces that do not fall, the second above 0")
+        raise InputError("law: expected rising strains and forces that do not fall, the second above 0")
     return e, f
 
 
@@ -141,8 +141,8 @@ def once_each(node: Index, dof: Index, still: Flags, group: Index, names: Sequen
     for first in np.flatnonzero(twice)[:1]:
         one, other = sorted((int(group[first]), int(group[first + 1])))
         raise InputError(
-            f"{names[dof[first]]} of node {node[first]} is prescribed by motion {one} and again by motion {other}, as "
-            "move numbered them; the later would win: give each degree of freedom one motion"
+            f"{names[dof[first]]} of node {node[first]} is prescribed twice, by motions {one} and {other} (numbers "
+            "returned by move); give each degree of freedom one motion"
         )
 
 
@@ -150,10 +150,7 @@ def in_elements(loaded: Index, cells: Index) -> None:
     """Raises :class:`InputError` for ``loaded`` nodes that no element of ``cells`` has: the load would be lost."""
     stray = np.setdiff1d(loaded, cells)
     if stray.size:
-        raise InputError(
-            f"load: no element has node {stray[0]}, so nothing would bear it ({stray.size} in all): load nodes "
-            "of elements"
-        )
+        raise InputError(f"load: node {stray[0]} belongs to no element ({stray.size} such nodes); load other nodes")
 
 
 def chain_points(points: ArrayLike, number: int) -> Array:
@@ -163,7 +160,7 @@ def chain_points(points: ArrayLike, number: int) -> Array:
         raise InputError(f"points of chain {number}: {len(array)} given; a chain needs at least two")
     same = np.flatnonzero(np.linalg.norm(np.diff(array, axis=0), axis=1) == 0.0)
     if same.size:
-        raise InputError(f"points of chain {number}: points {same[0]} and {same[0] + 1} lie in one place")
+        raise InputError(f"points of chain {number}: points {same[0]} and {same[0] + 1} coincide")
     return array
 
 
@@ -178,10 +175,10 @@ def chain_fields(
         raise InputError(f"slack {of}: expected finite strains")
     share = one_an_element(degree_of_set, f"degree_of_set {of}", count)
     if ((share < 0.0) | (share > 1.0)).any():
-        raise InputError(f"degree_of_set {of}: expected a share from 0 to 1")
+        raise InputError(f"degree_of_set {of}: expected 0 to 1")
     share = one_an_element(draw_in, f"draw_in {of}", count)
     if ((share < 0.0) | (share >= 1.0)).any():
-        raise InputError(f"draw_in {of}: expected a share from 0 to below 1")
+        raise InputError(f"draw_in {of}: expected 0 to below 1")
 
 
 def across_shells(warp: ArrayLike, points: Array, cells: Index) -> Array:
@@ -195,7 +192,7 @@ def across_shells(warp: ArrayLike, points: Array, cells: Index) -> Array:
     along = np.linalg.norm(np.cross(rows, normal), axis=1) / np.linalg.norm(normal, axis=1)
     bad = np.flatnonzero(along <= FLAT * np.maximum(np.linalg.norm(rows, axis=1), 1e-300))
     if bad.size:
-        raise InputError(f"warp: without length, or across cell {bad[0]}; expected a direction in its plane")
+        raise InputError(f"warp: zero, or normal to cell {bad[0]}; expected a direction in the plane of the cell")
     return array
 
 

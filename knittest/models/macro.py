@@ -49,13 +49,7 @@ def build_sheet(
 
 
 def lump(
-    laminate: Laminate,
-    position: Array,
-    conn: Index,
-    shells: Shells,
-    area_mass: float,
-    thickness: float,
-    bends: Bends,
+    laminate: Laminate, position: Array, conn: Index, shells: Shells, area_mass: float, thickness: float, bends: Bends
 ) -> tuple[Array, Array, float]:
     """Nodal mass [g] and rotary inertia [g mm^2] from the area mass, and the critical step [ms].
 
@@ -120,14 +114,8 @@ def build_rectangle(
 ) -> FabricModel:
     """Strip of ``direction`` yarns along y with node rows at ``y`` [mm]; all shells are equally strong."""
     position, conn = rectangle(y, width, element_size)
-    return build_sheet(
-        position,
-        conn,
-        laminate,
-        fabric.area_mass_g_per_mm2,
-        fabric.thickness_mm,
-        ALONG if direction == "warp" else ACROSS,
-    )
+    along = ALONG if direction == "warp" else ACROSS
+    return build_sheet(position, conn, laminate, fabric.area_mass_g_per_mm2, fabric.thickness_mm, along)
 
 
 def rectangle(y: Array, width: float, element_size: float) -> tuple[Array, Index]:

@@ -33,7 +33,7 @@ def edge_neighbours(cells: Index) -> NDArray[np.int32]:
     one, other = order[first[count == 2]], order[first[count == 2] + 1]
     if (wrong := start[one] == start[other]).any():
         a, b = one[np.argmax(wrong)] // 4, other[np.argmax(wrong)] // 4
-        raise InputError(f"shells {a} and {b} turn in opposite senses: expected the corners of all in one sense")
+        raise InputError(f"shells {a} and {b} have opposite orientation; order the corners of all shells in one sense")
     found = np.full(cells.size, -1)
     found[one], found[other] = other, one
     return np.ascontiguousarray(found.reshape(cells.shape).astype(np.int32))
@@ -130,7 +130,7 @@ class SheetTracker:
         named = {int(k): self._describe(int(k), float(share[k])) for k in worst if share[k] > OVERLAP_COUNTS}
         if len(share) and share[worst[0]] > MAX_OVERLAP:
             raise InputError(
-                f"sheets overlap at the start by more than {100 * MAX_OVERLAP:g} % of half the thickness; worst first: "
+                f"initial overlap of shells exceeds {100 * MAX_OVERLAP:g} % of half the thickness; worst pairs: "
                 + "; ".join(text for k, text in named.items() if share[k] > MAX_OVERLAP)
             )
         return Overlaps(int((share > OVERLAP_COUNTS).sum()), float(share.max(initial=0.0)), tuple(named.values()))
@@ -169,7 +169,7 @@ class SheetTracker:
         """Names a node that has gone through a shell; empty if none has."""
         c = self.contacts
         through = np.flatnonzero((c.owners[: self.count] != 0) & (c.gap[: self.count] < 0.0))
-        return f"node {c.node[through[0]]} has gone through shell {c.shell[through[0]]}" if len(through) else ""
+        return f"node {c.node[through[0]]} has passed through shell {c.shell[through[0]]}" if len(through) else ""
 
     def state(self) -> State:
         """Contacts in use, where every node was last looked at, and the speed that sets the next look."""
@@ -188,9 +188,7 @@ class SheetTracker:
 
     def _used(self) -> SheetContacts:
         """Views of the columns in use."""
-        return SheetContacts(
-            **{name: getattr(self.contacts, name)[..., : self.count] for name in SheetContacts._fields}
-        )
+        return SheetContacts(*(column[..., : self.count] for column in self.contacts))  # type: ignore[arg-type]
 
     def _find_contacts(self) -> None:
         """Search where nodes moved and renew the list; it grows when it overflows."""

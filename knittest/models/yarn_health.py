@@ -3,17 +3,20 @@ against its axis, a yarn that passes another.
 """
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from knittest.base.arrays import Array
 from knittest.kernels import monitor
 from knittest.kernels.contact import BESIDE, penalty
-from knittest.kernels.state import Beams, ContactLaw, Nodes, Partitions
+from knittest.kernels.state import Beams, ContactLaw, Partitions
 from knittest.materials.yarn_section import EVEN, Patch
-from knittest.models.contact_tracker import LEAST_STEPS, ContactTracker, YarnContactGroup
+from knittest.models.contact_tracker import LEAST_STEPS
 from knittest.models.natural_state import refuse_conforming
+
+if TYPE_CHECKING:
+    from knittest.models.yarn_model import YarnModel
 
 #: length over rest length below which a beam has collapsed
 SHORTEST = 0.1
@@ -21,32 +24,10 @@ SHORTEST = 0.1
 NEAREST = 0.1
 
 
-class Yarns(Protocol):
-    """The parts of a model of yarns that are looked at."""
-
-    nodes: Nodes
-    parts: Partitions
-    beams: Beams
-    group: YarnContactGroup
-    tracker: ContactTracker
-    law: ContactLaw
-    contact: bool
-
-    @property
-    def n_nodes(self) -> int:
-        """Number of nodes."""
-
-    def position(self) -> Array:
-        """Positions [mm], (n_nodes, 3)."""
-
-    def name_of(self, node: int) -> str:
-        """System and number of the yarn that owns ``node``."""
-
-
 class YarnHealth:
     """Looks at one model; the arrays that kernels renew are asked for each time."""
 
-    def __init__(self, model: Yarns) -> None:
+    def __init__(self, model: "YarnModel") -> None:
         self.model = model
         self.axial, self.shear = _stiffness(model.parts, model.beams)
         self.load = np.zeros((model.n_nodes, 6))
@@ -85,9 +66,8 @@ class YarnHealth:
         tension, limit = ratio * shear * stretch, shear * stretch
         return (
             f"the tension of {model.name_of(i)} (node {i}), {tension:.4g} N at {100 * (stretch - 1):.3g} % strain, "
-            f"exceeds GA (1 + e) = {limit:.4g} N: its sections turn against its axis, and its strain is no longer "
-            f"measured; give it a shear stiffness GA of at least {ratio * shear:.4g} N, or in a test a larger "
-            "rig.membrane_share"
+            f"exceeds GA (1 + e) = {limit:.4g} N: its sections are unstable in shear; use a shear stiffness GA of "
+            f"at least {ratio * shear:.4g} N, or in a test a larger rig.membrane_share"
         )
 
     def _collapsed(self) -> str:
@@ -103,8 +83,8 @@ class YarnHealth:
             return ""
         i = int(np.argmax(np.sum(self.model.nodes.velocity[:, : self.model.n_nodes] ** 2, axis=0)))
         return (
-            f"node {i} of {self.model.name_of(i)} moves {step:.3g} mm in one step: contacts could be passed by "
-            f"(limit {self.farthest:.3g} mm)"
+            f"node {i} of {self.model.name_of(i)} moves {step:.3g} mm in one step, which exceeds the limit of "
+            f"{self.farthest:.3g} mm: contacts could be missed"
         )
 
     def _pierced(self) -> str:
@@ -170,17 +150,15 @@ class YarnContact:
         """Contact law of yarns whose smallest radius is ``radius`` [mm], with ``viscous`` [N ms/mm] and ``torsional``
         stiffness [N mm/rad].
         """
-        coefficients = [0.0, 0.0, 0.0]
+        stiffening = [0.0, 0.0, 0.0]
         if self.compaction is not None:
             exponent, depth = self.compaction
-            coefficients[exponent - 1] = depth**-exponent
+            stiffening[exponent - 1] = depth**-exponent
         static = self.friction if self.static is None else self.static
-        linear, square, cubic = coefficients
-        cap = COMPACTION_ENDS * radius
         softening = 0.0 if self.patch is None else float(self.patch.exponent)
         return ContactLaw(
-            self.normal, self.tangential, static, self.friction, viscous, linear, square, cubic, cap, torsional,
-            softening,
+            self.normal, self.tangential, static, self.friction, viscous, stiffening[0], stiffening[1], stiffening[2],
+            COMPACTION_ENDS * radius, torsional, softening,
         )  # fmt: skip
 
     def stiffest(self, radius: float) -> float:

@@ -10,17 +10,9 @@ from knittest.base.history import Overlaps
 from knittest.kernels import monitor
 from knittest.kernels.contact import spline_weights
 from knittest.kernels.explicit import advance_yarns, advance_yarns_alone
-from knittest.kernels.state import Beams, ContactLaw, Drive, Images, Tally
+from knittest.kernels.state import Beams, ContactLaw, Drive, Images, Partitions, Tally
 from knittest.models.contact_tracker import ContactTracker, YarnContactGroup
-from knittest.models.explicit_model import (
-    ExplicitModel,
-    State,
-    Stored,
-    arrays_of,
-    prefixed,
-    put_back,
-    under,
-)
+from knittest.models.explicit_model import ExplicitModel, State, Stored, arrays_of, prefixed, put_back, under
 from knittest.models.from_stiffness import beam_resultants
 from knittest.models.natural_state import shape_energy
 from knittest.models.yarn_health import YarnHealth
@@ -30,6 +22,14 @@ NO_CONTACT = ContactLaw(0.0, 0.0, 0.0, 0.0, 0.0)
 CHANGING = ("alive", "fail_time")
 #: mechanisms by which beams store energy; that of transverse shear, which bending needs, is with bending
 MECHANISMS = ("stretching", "bending", "torsion")
+
+
+def section_of_nodes(parts: Partitions, n: int) -> Index:
+    """Beam section of each of ``n`` nodes."""
+    section = np.zeros(n, np.int64)
+    for first, stop, number in parts.span:
+        section[first:stop] = number
+    return section
 
 
 @dataclass
@@ -133,11 +133,10 @@ class YarnModel(ExplicitModel):
         return np.arange(self.n_nodes)
 
     def typical(self) -> Flags:
-        """Nodes (n_nodes,) that stand for the fabric: those in the middle third of the piece in each direction."""
+        """Flags (n_nodes,) of the nodes in the middle third of the piece in each direction, away from its edges."""
         place = self.nodes.position[:2, : self.n_nodes]
         low, high = place.min(axis=1, keepdims=True), place.max(axis=1, keepdims=True)
-        found: Flags = (np.abs(place - 0.5 * (low + high)) <= (high - low) / 6.0).all(axis=0)
-        return found
+        return (np.abs(place - 0.5 * (low + high)) <= (high - low) / 6.0).all(axis=0)
 
     def failed(self) -> Index:
         """Broken beams by yarn system."""
@@ -155,10 +154,7 @@ class YarnModel(ExplicitModel):
 
     def resultants(self) -> dict[str, Array]:
         """See :meth:`ExplicitModel.resultants` and :func:`beam_resultants`."""
-        section = np.zeros(self.n_nodes, np.int64)
-        for first, stop, number in self.parts.span:
-            section[first:stop] = number
-        element = self.element_node
+        element, section = self.element_node, section_of_nodes(self.parts, self.n_nodes)
         return self.fields() | beam_resultants(self.nodes, self.beams, element, section[element])
 
     def contact_forces(self) -> tuple[Array, Array, Index]:

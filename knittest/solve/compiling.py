@@ -48,7 +48,8 @@ def compiling(*kernels: str) -> Iterator[None]:
         yield
         compiler.wait()
     finally:
-        _end(compiler)
+        compiler.kill()
+        compiler.communicate()
 
 
 def fill_cache(*kernels: str) -> None:
@@ -84,7 +85,8 @@ def _second_process(kernels: str) -> Iterator[Compiler | None]:
         yield second
     finally:
         if second is not None:
-            _end(second)
+            second.kill()
+            second.communicate()
 
 
 def compile_beside(kernels: str) -> None:
@@ -105,11 +107,6 @@ def _process(call: str) -> Compiler | None:
         return subprocess.Popen(command, env=environment, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL)
     except OSError:
         return None
-
-
-def _end(process: Compiler) -> None:
-    process.kill()
-    process.communicate()
 
 
 def end_with_parent() -> None:
@@ -184,7 +181,7 @@ def compiled(run: Run, phase: Callable[[str], None], threads: int = 1) -> bool:
     missing, kept = lacking(run, threads), CODE_FOLDER is not None
     if not missing:
         return False
-    once = "once per installation" if kept else "nothing is cached"
+    once = "once per installation" if kept else "no cache"
     phase(f"compiling the {run.model.scale} kernels ({once})")
     if kept:
         with compiling(*missing):

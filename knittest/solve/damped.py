@@ -58,13 +58,6 @@ class LooseTools:
         return np.hstack([free, np.zeros_like(free)])
 
 
-def applied_to_tools(drive: Drive, last: Array) -> float:
-    """Sum of the forces [N] on free tools by the ``last`` values of the tables."""
-    tools = drive.tools
-    acts = (tools.motion == FREE) & (tools.load >= 0)
-    return float(np.abs(last[tools.load[acts]]).sum())
-
-
 #: steps between estimates of the slowest frequency
 CHUNK = 50
 #: lowest circular frequency a step that damping follows down to
@@ -99,7 +92,12 @@ class DampedModel:
 
     def __init__(self, model: ExplicitModel, drive: Drive, tally: Tally, dt: float, at: float) -> None:
         self.model, self.drive, self.tally, self.dt, self.at = model, drive, tally, dt, at
-        self.free, self.arm = _free(model, drive), _gyration(model)
+        self.free = np.repeat(np.column_stack([model.mass > 0.0, model.inertia > 0.0]).astype(float), 3, axis=1)
+        fixed = drive.motions.dof < ALONG  # along axes of one's own all stay free: forces hold the reaction
+        self.free[drive.motions.node[fixed], drive.motions.dof[fixed]] = 0.0
+        turning = (model.mass > 0.0) & (model.inertia > 0.0)
+        arm = np.sqrt(np.where(turning, model.inertia, 1.0) / np.where(turning, model.mass, 1.0))
+        self.arm = np.repeat(np.column_stack([np.ones(model.n_nodes), arm]), 3, axis=1)
         self.frequency, self.steps = 0.05, 0
         self._scratch, self._pace = np.zeros((PARTITIONS, SCRATCH)), Pace(get_num_threads())
         model.halt()
@@ -155,27 +153,9 @@ def _refuse_runaway(model: ExplicitModel, steps: int) -> None:
     if wrong.any():
         bad = int(np.argmax(wrong))
         raise NumericalError(
-            f"dynamic relaxation is no longer finite after {steps} steps, first at node {bad} of "
+            f"dynamic relaxation diverged after {steps} steps, first at node {bad} of "
             f"{model.name_of(bad)}; reduce solver.safety"
         )
-
-
-def _free(model: ExplicitModel, drive: Drive) -> Array:
-    """1 for degrees of freedom that may move, else 0, (n_nodes, 6).
-
-    Along axes of one's own all are 1: forces hold the reaction.
-    """
-    free = np.repeat(np.column_stack([model.mass > 0.0, model.inertia > 0.0]).astype(float), 3, axis=1)
-    fixed = drive.motions.dof < ALONG
-    free[drive.motions.node[fixed], drive.motions.dof[fixed]] = 0.0
-    return free
-
-
-def _gyration(model: ExplicitModel) -> Array:
-    """Radius of gyration [mm] of the turns of each node, 1 for its translations, (n_nodes, 6)."""
-    turning = (model.mass > 0.0) & (model.inertia > 0.0)
-    arm = np.sqrt(np.where(turning, model.inertia, 1.0) / np.where(turning, model.mass, 1.0))
-    return np.repeat(np.column_stack([np.ones(model.n_nodes), arm]), 3, axis=1)
 
 
 def _turn(before: Array, after: Array) -> Array:

@@ -1,7 +1,6 @@
 """Tiny models of shipped fabrics that call every kernel of a run, and the names of the kernels that runs need."""
 
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
@@ -83,15 +82,6 @@ ELLIPSES = [
 CROSSINGS = ("inlay_inlay", "inlay_loop", "loop_loop")
 
 
-class _Moved(NamedTuple):
-    """Step size, drive, tally and work space of the tiny model."""
-
-    dt: float
-    drive: Drive
-    tally: Tally
-    scratch: Array
-
-
 class Exercise:
     """A tiny model of ``kernels``, to be used once as a whole or by the stages of its compilation."""
 
@@ -111,7 +101,7 @@ class Exercise:
 
     def elements(self) -> None:
         """Call what evaluates contacts, or shells."""
-        model, (dt, _, tally, scratch) = self.model, self._moved
+        model, (dt, _, tally, scratch) = self.model, self._started
         if isinstance(model, YarnModel):
             contacts, alive = model.tracker.contacts, model.beams.alive
             oval = True if model.group.excess.size else None
@@ -121,7 +111,7 @@ class Exercise:
 
     def nodes(self) -> None:
         """Call what beams, tools and loads do to nodes."""
-        model, (dt, drive, tally, scratch) = self.model, self._moved
+        model, (dt, drive, tally, scratch) = self.model, self._started
         if isinstance(model, YarnModel):
             advance_beams(0, 0, 0, 0.0, dt, model.nodes, model.beams, scratch[0])
         actions = model.acting(drive)
@@ -129,7 +119,7 @@ class Exercise:
 
     def between(self) -> None:
         """Call what a run does between steps: search, energies, fields, guards."""
-        model, (dt, drive, _, _) = self.model, self._moved
+        model, (dt, drive, _, _) = self.model, self._started
         model.prepare()
         tool_energies(model.nodes, drive.tools, drive.touch, model.n_nodes)
         model.stored()
@@ -139,16 +129,17 @@ class Exercise:
 
     def step(self) -> None:
         """Call the whole step, which links what the others compiled."""
-        dt, drive, tally, scratch = self._moved
+        dt, drive, tally, scratch = self._started
         with limited(self.threads):
             self.model.step(0, 0.0, dt, drive, tally, scratch)
 
     @cached_property
-    def _moved(self) -> _Moved:
+    def _started(self) -> tuple[float, Drive, Tally, Array]:
+        """Step size, drive, tally and work space of the tiny model."""
         dt = self.run.solver.safety * self.model.critical_step
         boundary = Boundary(self.model, dt)
         self.rig.constrain(boundary)
-        return _Moved(dt, boundary.drive(), new_tally(boundary), np.zeros((PARTITIONS, SCRATCH)))
+        return dt, boundary.drive(), new_tally(boundary), np.zeros((PARTITIONS, SCRATCH))
 
 
 def _run_of(kernels: str) -> Run:

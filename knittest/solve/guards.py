@@ -27,18 +27,19 @@ def check_motion(run: Simulation, work: float, released: Callable[[], float]) ->
     # a sum sees any number in it that is not finite; the search for contacts would read beyond its cells
     if not (isfinite(run.kinetic) and isfinite(run.model.nodes.position.sum())):
         raise NumericalError(
-            f"the state is not finite at {run.time:.5f} ms, first at {_first_bad(run)}; reduce solver.safety or speed"
+            f"the state is not finite at {run.time:.5f} ms, first at {_first_bad(run)}; reduce solver.safety or "
+            "solver.speed"
         )
     limit = BLOW_UP * abs(work) + BLOW_UP_START * run.kinetic_scale
     if run.kinetic > limit and run.kinetic > limit + BLOW_UP * max(released(), 0.0):
         raise NumericalError(
-            f"the motion blows up at {run.time:.5f} ms: {run.kinetic:.3g} mJ of kinetic energy from {work:.3g} mJ of "
-            f"work, most of it at {_fastest(run)}; reduce solver.safety or solver.speed"
+            f"the solution diverges at {run.time:.5f} ms: kinetic energy {run.kinetic:.3g} mJ, work {work:.3g} mJ, "
+            f"fastest at {_fastest(run)}; reduce solver.safety or solver.speed"
         )
 
 
 def check_entities(run: Simulation) -> None:
-    """Raise :class:`NumericalError` if the model complains of one of its entities."""
+    """Raise :class:`NumericalError` if an element, a node or a contact of the model is invalid."""
     if fault := run.model.diagnose(run.dt):
         what, _, remedy = fault.partition("; ")  # the model's own, else what helps most
         raise NumericalError(f"{what} at {run.time:.5f} ms; {remedy or 'reduce solver.safety or solver.speed'}")
@@ -52,8 +53,8 @@ def fit_step(run: Simulation) -> None:
     share = MARGIN * longest / run.dt
     if share * run.step_share < LEAST_SHARE:
         raise NumericalError(
-            f"{where} bring the critical time step to {1e3 * longest:.3g} us at {run.time:.5f} ms; the run continued "
-            f"with smaller steps down to {1e3 * run.dt:.3g} us from {1e3 * run.first_step:.3g} us at the start"
+            f"{where} limit the critical time step to {1e3 * longest:.3g} us at {run.time:.5f} ms; the run had already "
+            f"reduced its step from {1e3 * run.first_step:.3g} us to {1e3 * run.dt:.3g} us"
         )
     run.shorten(share)
     run.cost.time_step = run.dt
@@ -65,12 +66,13 @@ def check_balance(run: Simulation) -> None:
     if abs(newest["external_mj"]) <= START_UP_WORK * run.kinetic_scale or run.model.failed().any():
         return
     made = newest["balance_error_mj"] < 0.0
-    if newest["energy_error"] > (STOP_ENERGY_GAIN if made else STOP_ENERGY_ERROR):
-        what = "energy is made from nothing" if made else "energy is lost"
+    limit = STOP_ENERGY_GAIN if made else STOP_ENERGY_ERROR
+    if newest["energy_error"] > limit:
+        what = "energy is created" if made else "energy is lost"
         remedy = (run.rest.advice if run.rest else "") or "reduce solver.safety or solver.speed"
         raise NumericalError(
-            f"the energy balance is off by {100.0 * newest['energy_error']:.0f} % at {run.time:.4f} ms, before "
-            f"anything failed ({what}); {remedy}"
+            f"the energy balance error of {100.0 * newest['energy_error']:.0f} % at {run.time:.4f} ms, before any "
+            f"failure, exceeds {100.0 * limit:g} % ({what}); {remedy}"
         )
 
 

@@ -43,7 +43,7 @@ class PeriodicBody(Body):
     ) -> "PeriodicBody":
         """Cell of ``chains`` that repeats by the vectors ``lattice`` (2, 3) [mm]; see :func:`build_periodic`."""
         if not chains:
-            raise InputError("chains: none given")
+            raise InputError("chains: expected at least one")
         return cls(build_periodic(chains, lattice, part_names, contact, halo=halo), **options)
 
     @property
@@ -107,8 +107,8 @@ class PeriodicBody(Body):
         moving = [name for name, table in zip(NUMBERS, tables, strict=True) if table.value[-1] != 0.0]
         if moving:
             raise InputError(
-                f"relax: the table of {moving[0]} of the lattice ends at a speed that is not 0: there is no state of "
-                "rest; advance to the place first, or end the table with 0"
+                f"relax: the table of {moving[0]} of the lattice ends at a nonzero speed, so there is no equilibrium; "
+                "advance to the final position first, or end the table with 0"
             )
         return super().relax(must_converge, **options)
 
@@ -124,15 +124,13 @@ class PeriodicBody(Body):
 
         Its columns are the forces on lines across x, y (and z: none).
         """
-        found: Array = self._pulls()[:6].reshape(2, 3).T @ self.cell.reference / self.cell.area
-        return found
+        return self._pulls()[:6].reshape(2, 3).T @ self.cell.reference / self.cell.area
 
     def stress(self) -> Array:
         """Mean Cauchy stress (3, 3) [N/mm] over the last chunk of steps: force per length now."""
         vectors = self.cell.lattice
         area = float(np.linalg.norm(np.cross(*vectors)))
-        found: Array = self._pulls()[:6].reshape(2, 3).T @ vectors / area
-        return found
+        return self._pulls()[:6].reshape(2, 3).T @ vectors / area
 
     def bending_moment(self) -> float:
         """Mean moment [N] over the last chunk of steps: per length across it, of the fabric about its middle z = 0."""
@@ -141,7 +139,7 @@ class PeriodicBody(Body):
     def _pulls(self) -> Array:
         """Mean derivatives of the energy by the numbers of the lattice."""
         if not self._row.size:
-            raise InputError("stress: nothing has been advanced yet")
+            raise InputError("stress: no step has been made yet")
         return self._support[self.cell.images.group]
 
     def energies_by_mechanism(self) -> dict[str, dict[str, float]]:

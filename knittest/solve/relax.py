@@ -12,8 +12,9 @@ import numpy as np
 
 from knittest.base.arrays import Array
 from knittest.kernels.state import Drive, Tally
+from knittest.kernels.tool_contact import FREE
 from knittest.models.explicit_model import ExplicitModel
-from knittest.solve.damped import CHUNK, Chunk, DampedModel, applied_to_tools
+from knittest.solve.damped import CHUNK, Chunk, DampedModel
 
 #: called with the steps done and the most that there may be
 Look = Callable[[int, float], None]
@@ -95,7 +96,10 @@ def relax(
     """
     start = model.position() if unloaded is None else unloaded
     damped = DampedModel(model, drive, tally, dt, at)
-    found, rounding = Relaxation(), _Rounding(_noise(damped, start, dt))
+    # forces that rounding causes: of positions about the start and of quaternions, whose size is 1
+    arm, size = damped.free * damped.arm, float(np.abs(start).max())
+    noise = ROUNDING * float((model.mass @ arm) @ np.repeat([size, 1.0], 3)) / dt**2
+    found, rounding = Relaxation(), _Rounding(noise)
     bearing = ceil(model.press(0.0) / PRESSED)
     while found.steps < most_steps and not found.converged:
         if bearing > 0:
@@ -137,12 +141,6 @@ class _Rounding:
         return bool(stalled) or (quiet and not acts)
 
 
-def _noise(damped: DampedModel, start: Array, dt: float) -> float:
-    """Sum of forces [N] that rounding causes: of positions [mm] about ``start`` and of quaternions, whose size is 1."""
-    arm, size = damped.free * damped.arm, float(np.abs(start).max())
-    return ROUNDING * float((damped.model.mass @ arm) @ np.repeat([size, 1.0], 3)) / dt**2
-
-
 def _acting(
     model: ExplicitModel, drive: Drive, tally: Tally, steps: int, at: float, least: float
 ) -> tuple[float, float]:
@@ -162,12 +160,8 @@ def _acting(
 
 def _applied(drive: Drive) -> float:
     """Sum of all forces applied to nodes and free tools at the end of the tables [N]."""
-    loads, last = drive.loads, _last(drive)
+    tables, loads, tools = drive.tables, drive.loads, drive.tools
+    last = tables.value[np.arange(len(tables.knots)), tables.knots - 1]
     factor = np.where((loads.dof < 3) & (loads.guides == 0), last[loads.table], 0.0)
-    return float(np.abs(loads.value * np.repeat(factor, loads.length)).sum()) + applied_to_tools(drive, last)
-
-
-def _last(drive: Drive) -> Array:
-    """Last value of every table, (n_tables,)."""
-    tables = drive.tables
-    return tables.value[np.arange(len(tables.knots)), tables.knots - 1]
+    on_tools = last[tools.load[(tools.motion == FREE) & (tools.load >= 0)]]
+    return float(np.abs(loads.value * np.repeat(factor, loads.length)).sum()) + float(np.abs(on_tools).sum())

@@ -46,15 +46,12 @@ def remembered(run: Run, what: Numbers, compute: Callable[[], Numbers]) -> Numbe
     try:
         arrays = kept(path, key)
         if arrays is not None:
-            found: Numbers = json.loads(str(arrays["numbers"]))
-            return found
+            return json.loads(str(arrays["numbers"]))
     except (Damaged, KeyError, ValueError) as error:
-        tell(f"{path}: {error}: this settled cell is not used; it is settled anew")
-    numbers = compute()
-    text = json.dumps(numbers)
+        tell(f"{path}: {error}; the cached relaxed cell is computed again")
+    text = json.dumps(compute())
     keep(path, key, {"numbers": np.array(text)})
-    again: Numbers = json.loads(text)
-    return again
+    return json.loads(text)
 
 
 def settled_key(run: Run, what: Numbers) -> str:
@@ -144,7 +141,7 @@ def _as_stated(run: Run, at: Callable[[float], SettledCell]) -> SettledCell:
     if not at(draw_in).conforming and (why := _locks(run, at(draw_in))):
         least = 100.0 * _largest(run, at, draw_in)
         raise InputError(
-            f"fabric.knitting.draw_in = {100.0 * draw_in:g} %: the loops lock, {why}; expected at most {least:.3g} %"
+            f"fabric.knitting.draw_in = {100.0 * draw_in:g} %: the loops lock: {why}; expected at most {least:.3g} %"
         )
     return at(draw_in)
 
@@ -158,7 +155,7 @@ def with_draw_in(run: Run, axial_share: float = 1.0) -> Run:
         return run
     if not run.model.meso.contact:
         raise InputError(
-            "model.meso.contact = false: loops under fabric.knitting.draw_in or tension need crossings that hold them"
+            "model.meso.contact = false: fabric.knitting.draw_in and tension need yarn contact; set it to true"
         )
     return _drawn_in(run, settled_cell(run, axial_share).draw_in)
 
@@ -182,8 +179,8 @@ def too_coarse(run: Run, axial_share: float = 1.0) -> str:
         return ""
     loop, wave = next(mesh for mesh in MESHES if abs(pressing(mesh) / fine - 1.0) <= COARSE)
     return (
-        f"contact forces of the settled cell are {own / fine:.2g} times those on a fine mesh, {1.0 - COARSE:g} to "
-        f"{1.0 + COARSE:g} are allowed: model.meso.elements_per_loop={loop} with elements_per_wave={wave} would pass"
+        f"contact forces of the relaxed cell are {own / fine:.2g} times those on a fine mesh (allowed {1.0 - COARSE:g} "
+        f"to {1.0 + COARSE:g}); set model.meso.elements_per_loop={loop} and elements_per_wave={wave}"
     )
 
 
@@ -201,9 +198,9 @@ def _settle_at(run: Run, draw_in: float, axial_share: float) -> SettledCell:
     found = body.settle(AT_REST, PATIENT)
     rest = at_rest(model, found.residual)
     assert rest is not None
-    told = conforming(model.tracker, model.nodes.position)
+    fault = conforming(model.tracker, model.nodes.position)
     depth = float(model.stored().penetration.max(initial=0.0))
-    return SettledCell(draw_in, rest, found.steps, body.crossings(), told, depth)
+    return SettledCell(draw_in, rest, found.steps, body.crossings(), fault, depth)
 
 
 def _settles(run: Run) -> bool:
@@ -229,15 +226,15 @@ def _at_tension(run: Run, at: Callable[[float], SettledCell], wanted: float) -> 
     slack = at(0.0)
     if wanted < slack.tension:
         raise InputError(
-            f"fabric.knitting.tension = {wanted:g} N: loops of their measured length are under {slack.tension:.3g} N; "
-            f"expected at least {slack.tension:.3g} N"
+            f"fabric.knitting.tension = {wanted:g} N: loops of their measured length already carry "
+            f"{slack.tension:.3g} N; expected at least {slack.tension:.3g} N"
         )
     locks = _locks(run, at(LARGEST))
     most = _largest(run, at, LARGEST) if locks else LARGEST
     if wanted > at(most).tension:
-        why = "the loops lock before" if locks else "the loops would be drawn in further than is looked at"
+        why = "the loops lock at a loop shortening of" if locks else "the loop shortening would exceed"
         raise InputError(
-            f"fabric.knitting.tension = {wanted:g} N: {why}, {100.0 * most:.3g} %; expected at most "
+            f"fabric.knitting.tension = {wanted:g} N: {why} {100.0 * most:.3g} %; expected at most "
             f"{at(most).tension:.3g} N"
         )
     return at(float(brentq(lambda p: at(p).tension - wanted, 0.0, most, xtol=1e-7, rtol=MET)))
@@ -246,9 +243,11 @@ def _at_tension(run: Run, at: Callable[[float], SettledCell], wanted: float) -> 
 def _locks(run: Run, found: SettledCell) -> str:
     """Reason to call the loops locked: nothing comes to rest, or yarns sink in as no run may; empty if neither."""
     if found.residual > RESTLESS:
-        return f"nothing comes to rest (forces out of balance {100.0 * found.residual:.0f} % of those of contacts)"
+        imbalance = f"residual contact-force imbalance {100.0 * found.residual:.0f} %"
+        return f"no equilibrium is found ({imbalance}, limit {100.0 * RESTLESS:g} %)"
     if 100.0 * found.depth > run.solver.max_penetration:
-        return f"yarns sink into each other by {100.0 * found.depth:.0f} % of a radius"
+        limit = run.solver.max_penetration
+        return f"yarns penetrate each other by {100.0 * found.depth:.0f} % of the yarn radius (limit {limit:g} %)"
     return ""
 
 

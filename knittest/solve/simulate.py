@@ -76,7 +76,7 @@ def _begin(model: ExplicitModel, rig: Rig, solver: Solver, observer: Observer) -
     if snapshot is None:
         residual = np.nan
         if model.prestressed:
-            observer.phase("coming to rest before the test")
+            observer.phase("relaxing the specimen before the test")
             residual = settle(model, run.drive, run.tally, dt, _rest_progress(observer)).residual
             run.start_energy = _elastic(_stored(run))
         run.rest = at_rest(model, residual)
@@ -133,14 +133,7 @@ def _mount(run: Simulation, observer: Observer) -> None:
         if run.time < run.rig.mounted_at:  # a run resumed at its end would not come to rest
             observer.visit(run.snapshot)
     relax(
-        run.model,
-        run.drive,
-        run.tally,
-        run.dt,
-        MOUNTED,
-        MOUNTING,
-        at=run.rig.mounted_at,
-        look=_rest_progress(observer),
+        run.model, run.drive, run.tally, run.dt, MOUNTED, MOUNTING, at=run.rig.mounted_at, look=_rest_progress(observer)
     )
     for sums in run.tally:
         sums[:] = 0.0

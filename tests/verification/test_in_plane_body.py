@@ -91,7 +91,7 @@ def test_yarns_that_shear_made_too_stiff_for_the_step_are_named():
     model.nodes.position[:, : model.n_nodes] = sheared.T
     step, where = model.stable_step()
     assert step < 0.9 * model.critical_step
-    assert re.match(r"crumpled yarns at node \d+ of shell \d+", where)
+    assert re.match(r"in-plane bending of sheared yarns at node \d+ of shell \d+", where)
     model.bends.alive[:] = 0.0
     assert model.stable_step()[0] > model.critical_step
 

@@ -70,7 +70,7 @@ def test_a_cell_whose_sections_hold_all_fibres_comes_to_rest():
 
 
 def test_a_specimen_of_loops_that_lock_is_not_made():
-    with pytest.raises(InputError, match=r"draw_in = 10 %: the loops lock, yarns sink .*; expected at most"):
+    with pytest.raises(InputError, match=r"draw_in = 10 %: the loops lock: yarns penetrate .*; expected at most"):
         prepare(run_of(f"{LOOPS}draw_in=10", "rig.side=22", "solver.max_penetration=5"))
 
 
