@@ -137,7 +137,7 @@ class Cell:
 
 # Relaxed cells on disk, keyed by their inputs and by the sources that relaxed them, with a checksum inside.
 
-#: what shapes a cell, beside its inputs
+#: sources that decide the shape of a cell besides its inputs
 SOURCES = ("fabric/loop.py", "fabric/relax.py", "fabric/topology.py", "kernels/relaxation.py", "kernels/section.py")
 NUMBERS = ("deepest", "worst", "residual", "iterations")
 DIGITS = 24
@@ -150,7 +150,7 @@ def cell_path(spec: CellSpec) -> Path | None:
 
 
 def load_cell(spec: CellSpec) -> Cell | None:
-    """The cached cell; None if there is none or it is not what was kept, which a line on stderr says."""
+    """Cached cell; None if there is none, or with a line on stderr if it is damaged."""
     path = cell_path(spec)
     try:
         arrays = kept(path, _key(spec))
@@ -171,7 +171,7 @@ def cell_digest(cell: Cell) -> str:
 
 
 def _cell(spec: CellSpec, arrays: dict[str, np.ndarray]) -> Cell:
-    """Raises :class:`Damaged` for arrays that no cell has."""
+    """Cell from its ``arrays``; raises :class:`Damaged` for invalid ones."""
     curves = [np.asarray(arrays[s], dtype=np.float64) for s in SYSTEMS]
     if any(c.ndim != 2 or c.shape[1] != 3 or len(c) < 4 or not np.isfinite(c).all() for c in curves):
         raise Damaged("no centre-lines of three yarn systems")

@@ -97,7 +97,7 @@ def yarn_arrays(spec: CellSpec, curves: list[Array]) -> "Yarns":
 
 
 def with_loop_length(yarns: "Yarns", total: float) -> "Yarns":
-    """The same yarns with rest length ``total`` [mm] of the loop."""
+    """Yarns with the rest length ``total`` [mm] of the loop."""
     factor = np.array([total / yarns.total[0], 1.0, 1.0])
     return yarns._replace(arc=yarns.arc * factor[yarns.chain], length=yarns.length * factor, total=yarns.total * factor)
 
@@ -122,7 +122,7 @@ AT_REST, PATIENT = 2e-4, 60_000
 PENETRATION, LENGTH_ERROR = 5e-3, 1e-3
 #: force out of balance over that of the deepest contact which closest points may keep up that jump between segments
 JUMPING = 0.1
-#: what this process relaxed or read, so that a run and its manifest stand on the same cell
+#: cells that this process relaxed or read, so that a run and its manifest use the same cell
 _held: dict[CellSpec, Cell] = {}
 #: a loop drawn this much longer than its yarn cannot be relaxed
 LOCKED = 0.05
@@ -261,7 +261,6 @@ class _Relaxation:
 
 
 def _too_short(spec: CellSpec, locked: Locked) -> str:
-    """Message on a loop that locks, with what would do."""
     inlays = f"{spec.diameter:g} mm warp and weft"
     if spec.warp is not None and spec.weft is not None:
         sizes = {"warp": spec.warp, "weft": spec.weft}
@@ -290,7 +289,6 @@ def _longer(spec: CellSpec) -> str:
 
 
 def _relaxes(spec: CellSpec, longer: float) -> bool:
-    """Whether the cell relaxes with a loop ``longer`` by that factor."""
     with suppress(Locked, InputError, NumericalError):
         _relaxed(replace(spec, loop_length=longer * spec.loop_length), 1.0)
         return True

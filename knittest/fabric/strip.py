@@ -91,7 +91,7 @@ def strip(
 
 
 def centre_lines(cell: Cell, n_wales: int, n_courses: int, finer: int = 1) -> list[YarnPath]:
-    """The same yarns with points on their centre-lines instead of control points, ``finer`` times those relaxed."""
+    """Yarns with points on their centre-lines instead of control points, ``finer`` times those relaxed."""
     across, along = cell.periods["weft"], cell.periods["warp"]
     paths = []
     for system, periods, copies, step in (

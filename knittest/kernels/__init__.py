@@ -19,9 +19,9 @@ def _source_digest() -> str:
     return digest.hexdigest()[:16]
 
 
-#: of the kernel sources that this process loaded; those on disk may change
+#: digest of the kernel sources that this process loaded; the files may change later
 SOURCE_DIGEST = _source_digest()
-#: where their machine code is kept; None where nothing is
+#: folder of their machine code; None without a cache
 CODE_FOLDER = cache_folder("numba", SOURCE_DIGEST)
 
 #: rounds a thread spins at a barrier before it sleeps, unless the user's environment says otherwise: long enough to

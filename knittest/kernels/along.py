@@ -43,7 +43,7 @@ class Pieces(NamedTuple):
 
 @njit(**PART)
 def _lies(i, j, pieces):
-    """Tell whether piece ``i`` lies along the yarn of piece ``j``, or a copy of either does."""
+    """Return whether piece ``i`` lies along the yarn of piece ``j``, or a copy of either does."""
     row, yarn = pieces.along[pieces.master[i]], pieces.chain[pieces.master[j]]
     return row[0] == yarn or row[1] == yarn or row[2] == yarn or row[3] == yarn
 
@@ -64,7 +64,7 @@ def held_kind(i, j, pieces):
 
 @njit(**PART)
 def is_other_kind(line, i, j, pieces):
-    """Tell whether a contact of the kind ``line`` of pieces ``i`` and ``j`` is one of another kind by their marks."""
+    """Return whether a contact of the kind ``line`` of pieces ``i`` and ``j`` is one of another kind by their marks."""
     held = held_kind(i, j, pieces)
     return held != line and (held != POINT or line >= FIRST_ALONG)
 

@@ -76,7 +76,7 @@ def _chord(x, yarns, i):
 
 @njit(**PART)
 def _excluded(yarns, i, j, a, b):
-    """Tell whether segments i and j (image a, b) are neighbours along one yarn."""
+    """Return whether segments i and j (image a, b) are neighbours along one yarn."""
     c = yarns.chain[i]
     if c != yarns.chain[j]:
         return False

@@ -169,7 +169,7 @@ def limits(e, mesh, shells):
 
 @njit(**INLINE)
 def is_free(e, edge, mesh, shells):
-    """Tell whether no living shell goes on beyond an edge of shell ``e``."""
+    """Return whether no living shell goes on beyond an edge of shell ``e``."""
     other = mesh.neighbour[e, edge]
     return other < 0 or shells.state[state_index(np.int64(other) // 4) + ALIVE] == 0.0
 

@@ -149,7 +149,7 @@ def crossings(corners, origin, spacing, steps):
 
 @njit(**EXACT)
 def _left(a, b, x, y):
-    """Tell whether (x, y) is on the left of the line from ``a`` to ``b`` seen from above; the reverse from b to a."""
+    """Return whether (x, y) is on the left of the line from ``a`` to ``b`` seen from above; the reverse from b to a."""
     turned = b[0] < a[0] or (b[0] == a[0] and b[1] < a[1])
     if turned:
         a, b = b, a

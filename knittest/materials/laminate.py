@@ -64,7 +64,7 @@ def _of_strips(stiffness: Array, poisson: float, name: str, what: str) -> tuple[
 
 
 def _check(card: Laminate, poisson: float, name: str) -> None:
-    """Refuses a tangent so soft that the coupling outweighs it, and a middle layer that would push under a pull."""
+    """Raise :class:`InputError` for a tangent softer than the coupling, and a middle layer that pushes under a pull."""
     middle = np.minimum(np.cumsum(card.slope, axis=1).min(axis=1), card.compression)
     softest = middle + 2.0 * card.outer
     if card.coupling_membrane**2 >= softest[0] * softest[1]:
@@ -92,9 +92,9 @@ SHEAR_SHARE = 1.0 / 3.0
 TRANSVERSE = 5.0
 #: hourglass control as a share of the fully integrated bilinear element (size after Belytschko et al., 1984)
 HOURGLASS = 0.05
-#: the same where fibres lean against the sides, over what shear stores in that element. Nets kink along yarns, through
-#: shells, which makes coarse ones too soft (shear angle of 10 shells a width 5 % at 1, 2 % at 4) and the control too
-#: stiff (2 % at 10)
+#: hourglass control where fibres lean against the sides, over what shear stores in that element. Nets kink along
+#: yarns, through shells, which makes coarse ones too soft (shear angle of 10 shells a width 5 % at 1, 2 % at 4) and the
+#: control too stiff (2 % at 10)
 HOURGLASS_SHEAR = 6.0
 #: stiffness of turns about the normal over that of shear: more locks coarse curved meshes (a hemisphere of 8 x 8 by a
 #: third at 0.1), less lets corners spin (1 % of a Scordelis-Lo roof of 16 x 16 at 0.001)

@@ -28,8 +28,9 @@ from knittest.models.tool import Table, Tool, constant, tool_arrays
 
 
 def in_runs(start: Index, node: Index, dof: Index, table: Index, guides: Index, value: Array) -> Loads:
-    """Runs of loads (n,) that are sorted by partition, dof, table and node; ``start`` (PARTITIONS + 1,) of the
-    partitions; no table both loads and ``guides``.
+    """Loads (n,), sorted by partition, dof, table and node, in runs of neighbouring nodes.
+
+    ``start`` (PARTITIONS + 1,) first load of each partition. A table either loads or ``guides``.
     """
     begins = np.ones(len(node), np.bool_)
     begins[1:] = (np.diff(node) != 1) | (np.diff(dof) != 0) | (np.diff(table) != 0)
@@ -224,7 +225,7 @@ class Boundary:
         return self.tools[number]
 
     def drive(self) -> Drive:
-        """All of it in the form of the kernel."""
+        """Tables, motions, loads and tools as the kernel takes them."""
         self._driven = True
         knots = np.array([len(t.time) for t in self.tables])
         time, value = np.zeros((2, len(self.tables), knots.max()))

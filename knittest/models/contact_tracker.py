@@ -1,4 +1,4 @@
-"""Keeps the list of yarn contacts current as the yarns move."""
+"""List of the yarn contacts, renewed as the yarns move."""
 
 import time as clock
 from collections.abc import Callable
@@ -18,7 +18,7 @@ from knittest.kernels.vec import PARTITIONS
 from knittest.models.explicit_model import State, arrays_of, entry, put_back
 from knittest.models.image_contacts import masters, share_states
 
-#: what contacts hold of the nodes, not of themselves, of that what changes where sections flatten, and the rest
+#: fields of :class:`Contacts` that belong to nodes, those of them that change where sections flatten, all others
 OF_NODES = ("upright", "turned", "square", "excess", "shape")
 SHAPES = ("square", "excess", "shape")
 OF_CONTACTS = tuple(name for name in Contacts._fields if name not in OF_NODES)
@@ -26,7 +26,7 @@ OF_CONTACTS = tuple(name for name in Contacts._fields if name not in OF_NODES)
 CONTACT_SKIN = 0.1
 #: fewest steps between two looks at the contacts, however fast yarns recoil
 LEAST_STEPS = 5
-#: overlap at the start, over the smaller radius, above which the geometry is refused
+#: overlap at the start, over the smaller radius, above which the geometry is rejected
 MAX_OVERLAP = 0.20
 #: overlapping pairs that are named
 LISTED = 5
@@ -35,7 +35,7 @@ LEFT_FREE = 0.01
 #: time in which deeper overlap without force falls to 1 / e of itself [ms], and the most of it that is given force in
 #: one update, over the smaller radius
 RECOVERY, PORTION = 0.02, 0.02
-#: the same for a cell, whose contacts are looked at less often and which has little energy
+#: largest portion in a periodic cell, whose contacts are updated less often and which has little energy
 PORTION_OF_CELLS = 0.002
 
 
@@ -58,7 +58,6 @@ def _room(capacity: int) -> tuple[Index, Array]:
 
 
 def _used(contacts: Contacts, count: int) -> Contacts:
-    """Views of the columns in use."""
     columns = {name: getattr(contacts, name)[..., :count] for name in Contacts._fields}
     whole = {name: getattr(contacts, name) for name in (*OF_NODES, "half_start")}
     return Contacts(**columns | whole | {"half": contacts.half[: 2 * count]})

@@ -23,9 +23,9 @@ from knittest.models.sheet_tracker import SheetTracker
 
 #: arrays of the shells that a run changes
 CHANGING = ("state", "corner", "fail_time")
-#: the same of their fibres' bending in the plane
+#: arrays of their fibres' bending in the plane that a run changes
 BENDING = ("alive", "broken")
-#: contact arguments of the kernel for sheets that do not see each other
+#: contact arguments of the kernel for sheets without contact
 BLIND = (NO_MESH, empty_contacts(0), 0, NO_LAW)
 #: mechanisms by which shells store energy: twisting and transverse shear are with bending
 MECHANISMS = ("stretching", "bending", "shear", "in_plane_bending")
@@ -55,7 +55,7 @@ class FabricModel(ExplicitModel):
         return self.tracker.settle() if self.tracker else Overlaps()
 
     def safe_steps(self, dt: float, most: int, speed: float = 0.0) -> int:
-        """Only contacts need attention between samples."""
+        """See :meth:`SheetTracker.safe_steps`."""
         return self.tracker.safe_steps(dt, most, speed) if self.tracker else most
 
     def advance(self, steps: int, time: float, dt: float, drive: Drive, tally: Tally, scratch: Array) -> None:
@@ -127,7 +127,7 @@ class FabricModel(ExplicitModel):
         return self.invalid_state(dt)
 
     def invalid_state(self, dt: float) -> str:
-        """Names a shell without area, or a node that went through a shell; empty if there is none."""
+        """Name a shell without area, or a node that passed through a shell; empty if there is none."""
         shell, ratio = smallest_shell(
             self.nodes.position, self.shells.conn, self.shells.fail_time, self.shells.state
         )  # fmt: skip

@@ -6,7 +6,7 @@ from knittest.base.arrays import Array, Flags, Index
 from knittest.kernels.search import MERGE
 from knittest.kernels.state import TURN, Contacts, Images
 
-#: what a contact remembers: numbers, and vectors that point from piece j to piece i
+#: state of a contact: numbers, and vectors that point from piece j to piece i
 NUMBERS = ("slipping", "reach", "twist", "couple", "accepted")
 VECTORS = ("spring", "offset", "force")
 #: numbers of the kinds of contacts, and of those the other way round: yarns side by side hold the parameter of piece i,

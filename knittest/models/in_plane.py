@@ -139,7 +139,7 @@ def _with_coupling(stiffness: list[float], coupling: float) -> list[float]:
 
 
 def element_rows(shells: Shells, n_el: int) -> Callable[[np.integer], Array]:
-    """Looks up an element constant (n_el,) by its row."""
+    """Function that returns an element constant (n_el,) by its row."""
     blocks = shells.state.reshape(-1, STATE_ROWS, SHELL_BLOCK)
     return lambda start: blocks[:, int(start) // SHELL_BLOCK].ravel()[:n_el]
 
@@ -185,11 +185,11 @@ LARGEST = 12.0
 NEAR = 0.1
 #: difference of weights, over the largest, that is rounding
 ALIKE = 1e-9
-#: the same, that is the unevenness of a sheet which a block of stencils does without: a slope of 0.05, as of heights of
+#: difference that counts as unevenness of the sheet and is averaged over a block: a slope of 0.05, as of heights of
 #: 0.05 mm on shells of 2 mm, shortens sides by 1e-3
 UNEVEN = 2e-3
-#: least cosine of the angle between the direction of a shell and the mean round a node, beyond which it is a seam, and
-#: the same of normals, beyond which the sheet is folded
+#: least cosine of the angle between a shell and the mean round a node: below, directions jump at a seam, or normals
+#: at a fold
 SEAM, FOLD = 0.94, 0.7
 
 

@@ -1,4 +1,4 @@
-"""Refuses points, cells, nodes and tables that no model can be made of, each with one message."""
+"""Checks of the points, cells, nodes and tables of a model."""
 
 from collections.abc import Iterable, Sequence
 
@@ -110,7 +110,7 @@ def orthonormal(axes: ArrayLike) -> Array:
 
 
 def independent(node: Index, turns: Flags, axis: Array, local: Flags) -> None:
-    """Raises :class:`InputError` where motions of one node, of which one is ``local``, are not at right angles.
+    """Raise :class:`InputError` where motions of one node, of which one is ``local``, are not at right angles.
 
     Of each motion (n,): its ``node``, whether it ``turns``, its unit ``axis`` (n, 3). Motions are imposed one after
     the other: a later one would undo an earlier one in part.
@@ -133,7 +133,7 @@ def independent(node: Index, turns: Flags, axis: Array, local: Flags) -> None:
 
 
 def once_each(node: Index, dof: Index, still: Flags, group: Index, names: Sequence[str]) -> None:
-    """Raises :class:`InputError` where two motions prescribe one degree of freedom and are not both ``still``.
+    """Raise :class:`InputError` where two motions prescribe one degree of freedom and are not both ``still``.
 
     Of each motion (n,): ``node``, ``dof`` among ``names``, ``group`` that it was numbered by; sorted by node and dof.
     """
@@ -147,7 +147,7 @@ def once_each(node: Index, dof: Index, still: Flags, group: Index, names: Sequen
 
 
 def in_elements(loaded: Index, cells: Index) -> None:
-    """Raises :class:`InputError` for ``loaded`` nodes that no element of ``cells`` has: the load would be lost."""
+    """Raise :class:`InputError` for ``loaded`` nodes that belong to no element of ``cells``."""
     stray = np.setdiff1d(loaded, cells)
     if stray.size:
         raise InputError(f"load: node {stray[0]} belongs to no element ({stray.size} such nodes); load other nodes")
@@ -167,7 +167,7 @@ def chain_points(points: ArrayLike, number: int) -> Array:
 def chain_fields(
     fail_strain: ArrayLike, slack: ArrayLike, degree_of_set: ArrayLike, draw_in: ArrayLike, count: int, number: int
 ) -> None:
-    """Refuses what the ``count`` elements of chain ``number`` cannot have."""
+    """Check the fields of the ``count`` elements of chain ``number``; raises :class:`InputError`."""
     of = f"of chain {number}"
     if (one_an_element(fail_strain, f"fail_strain {of}", count) <= 0.0).any():
         raise InputError(f"fail_strain {of}: expected more than 0")

@@ -145,7 +145,7 @@ def shape_energy(shape: Array, beams: Beams, alive: Array, owned: Array | None) 
 #: curvature of a yarn times the distance to the centre of the ellipse's curvature, at which the nearest place turns
 #: into two, beside it
 CONFORMS = 1.0
-#: the same of the sections that are advised
+#: curvature times distance of the ratio that is advised
 ADVISED = 0.8
 #: kind of contact that holds the first yarn, and the second
 HOLDS = (FIRST_ALONG, SECOND_ALONG)

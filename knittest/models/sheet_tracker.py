@@ -74,7 +74,7 @@ NEIGHBOURS = 1.6
 SKIN = 0.5
 #: fewest steps between two looks at the contacts
 LEAST_STEPS = 5
-#: overlap at the start, over half the thickness, above which the geometry is refused; pairs that are named
+#: overlap at the start, over half the thickness, above which the geometry is rejected; number of pairs in the message
 MAX_OVERLAP, LISTED = 0.20, 5
 
 
@@ -166,7 +166,7 @@ class SheetTracker:
         return float(np.linalg.norm(self.contacts.force[:, : self.count], axis=0)[touching].sum())
 
     def diagnose(self) -> str:
-        """Names a node that has gone through a shell; empty if none has."""
+        """Name a node that has passed through a shell; empty if none has."""
         c = self.contacts
         through = np.flatnonzero((c.owners[: self.count] != 0) & (c.gap[: self.count] < 0.0))
         return f"node {c.node[through[0]]} has passed through shell {c.shell[through[0]]}" if len(through) else ""
@@ -187,7 +187,6 @@ class SheetTracker:
         self.speed = float(entry(state, "speed", ()))
 
     def _used(self) -> SheetContacts:
-        """Views of the columns in use."""
         return SheetContacts(*(column[..., : self.count] for column in self.contacts))  # type: ignore[arg-type]
 
     def _find_contacts(self) -> None:

@@ -25,7 +25,7 @@ NEAREST = 0.1
 
 
 class YarnHealth:
-    """Looks at one model; the arrays that kernels renew are asked for each time."""
+    """Checks of one model, whose arrays the kernels may replace between two checks."""
 
     def __init__(self, model: "YarnModel") -> None:
         self.model = model

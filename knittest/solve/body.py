@@ -211,13 +211,11 @@ class Body:
         return found
 
     def _check_state(self) -> None:
-        """Raise :class:`NumericalError` for a state that no result can be read from."""
         if fault := self.model.invalid_state(self.dt):
             what, _, remedy = fault.partition("; ")
             raise NumericalError(f"{what} at {self.time:.5g} ms; {remedy or 'reduce safety or the speed of motion'}")
 
     def _read(self, steps: int) -> None:
-        """Take the means of the last ``steps``."""
         going = self.start()
         self._support = going.tally.support.sum(axis=0) / steps
         self._row = take_readings(going.tally, going.drive, steps)

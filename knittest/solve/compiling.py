@@ -25,12 +25,12 @@ from knittest.solve.threads import check_layer
 
 Compiler = subprocess.Popen[bytes]
 
-#: what the second process says when it has compiled what a step needs of it
+#: message of the second process when its part of the step is compiled
 LINKED = b"linked"
 
 
 def compiled_before(kernels: str) -> bool:
-    """Tell whether the cache on disk holds all of ``kernels`` for this processor and these versions."""
+    """Return whether the cache on disk holds all of ``kernels`` for this processor and these versions."""
     marker = _marker(kernels)
     return marker is not None and marker.is_file()
 
@@ -135,7 +135,7 @@ def _alone(kernels: str) -> Iterator[None]:
 
 
 def _marker(kernels: str) -> Path | None:
-    """Named after all that makes Numba compile anew, in the folder of the sources loaded; None where there is none."""
+    """File whose name holds all that makes Numba compile again; None without a cache."""
     import numba
     from llvmlite import binding
 
@@ -149,7 +149,7 @@ _warm: set[str] = set()
 
 
 def lacking(run: Run, threads: int = 1) -> tuple[str, ...]:
-    """Names of the kernels that ``run`` needs and the cache has not."""
+    """Kernels that ``run`` needs and the cache lacks."""
     return tuple(k for k in kernels_of(run, threads) if k not in _warm and not compiled_before(k))
 
 

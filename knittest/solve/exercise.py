@@ -30,8 +30,8 @@ from knittest.solve.simulate import simulate
 
 #: self-contact of shells, rigid tools, crossings that resist spin, elliptic sections, a periodic cell, several threads
 CONTACT, TOOLS, SPIN, OVAL, PERIODIC, THREADS = "contact", "tools", "spin", "oval", "periodic", "threads"
-#: what ``knittest warmup`` compiles, by scale; the first run whose crossings resist spin or whose sections are elliptic
-#: compiles what it needs
+#: kernels that ``knittest warmup`` compiles, by scale; the first run with spin friction or elliptic sections compiles
+#: its own
 ALL = {
     "meso": ("meso", "meso-tools", "meso-periodic", "meso-threads", "meso-tools-threads"),
     "macro": ("macro", "macro-tools", "macro-contact-tools", "macro-threads", "macro-tools-threads"),
@@ -66,7 +66,7 @@ def _name(run: Run, needed: list[str]) -> str:
 
 
 def is_for(kernels: str, what: str) -> bool:
-    """Tell whether ``kernels`` are compiled for one of :data:`CONTACT` to :data:`THREADS`."""
+    """Return whether ``kernels`` are compiled for one of :data:`CONTACT` to :data:`THREADS`."""
     return what in kernels.split("-")
 
 

@@ -1,4 +1,4 @@
-"""Stops a run whose numbers have gone wrong, within one chunk, naming what and when."""
+"""Checks that stop a run within one chunk, and name the fault and its time."""
 
 from collections.abc import Callable
 from math import isfinite
@@ -9,12 +9,12 @@ from knittest.base.errors import NumericalError
 from knittest.solve.state import Simulation
 
 #: kinetic energy over the work done, plus the second times the energy of the specimen at clamp speed, above which the
-#: state blows up: a specimen that tears turns at most all of the work into motion
+#: solution diverges: a specimen that tears turns at most all of the work into motion
 BLOW_UP, BLOW_UP_START = 2.0, 20.0
-#: share of the longest stable step that a run goes on with, and the least step over that of the start
+#: share of the longest stable step with which a run continues, and the least step over that of the start
 MARGIN, LEAST_SHARE = 0.9, 0.1
 #: energy error over work before any failure that stops a run, and the error that stops it when energy is made from
-#: nothing; judged once the work is this many times the kinetic energy of the specimen at clamp speed
+#: nothing; evaluated once the work is this many times the kinetic energy of the specimen at clamp speed
 STOP_ENERGY_ERROR, STOP_ENERGY_GAIN, START_UP_WORK = 0.10, 0.05, 20.0
 
 
@@ -77,7 +77,6 @@ def check_balance(run: Simulation) -> None:
 
 
 def _first_bad(run: Simulation) -> str:
-    """The first entity whose state is not finite."""
     n = run.model.n_nodes
     state = np.vstack([run.model.nodes.position[:, :n], run.model.nodes.velocity[:, :n], run.model.nodes.spin[:, :n]])
     bad = np.flatnonzero(~np.isfinite(state).all(axis=0))

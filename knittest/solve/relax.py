@@ -28,7 +28,7 @@ ROUNDING = 4.0 * float(np.finfo(float).eps)
 STALLED, LOST = (2000, 20000), 0.01
 #: residual and most steps of a prestressed model that comes to rest before its test
 SETTLED, SETTLING = 0.01, 4000
-#: the same where yarns press each other from the start, and overlap [mm] that comes to bear there in a chunk
+#: most steps where yarns press each other from the start, and overlap [mm] that starts to bear in each chunk
 SETTLING_PRESSED, PRESSED = 8000, 1e-3
 #: times that overlap is made to bear again which closest points hid while the yarns came to rest
 AGAIN = 2
@@ -52,7 +52,7 @@ class Relaxation:
     history: list[tuple[int, float, float, float]] = field(default_factory=list)
 
     def add(self, chunk: Chunk, applied: float) -> None:
-        """Add a chunk, whose forces out of balance are judged by those that are ``applied`` [N]."""
+        """Add a chunk; its residual is over the forces ``applied`` [N]."""
         self.steps, self.last_chunk = self.steps + chunk.steps, chunk.steps
         self.residual = float(chunk.force / max(applied, 1e-12))
         self.history.append((self.steps, self.residual, chunk.moved, chunk.frequency))
@@ -121,10 +121,10 @@ def relax(
 
 @dataclass
 class _Rounding:
-    """Tells when ``noise`` [N], an upper bound of what rounding makes, is all that is out of balance.
+    """Detects when only ``noise`` [N], an upper bound of rounding, is out of balance.
 
     Where something acts the forces fall far below the bound before they are rounding: a plate under a light load was
-    called at rest at a residual of 2 to 23 %, with 3 to 35 % of its sag missing.
+    accepted at a residual of 2 to 23 %, with 3 to 35 % of its sag missing.
     """
 
     noise: float
@@ -132,7 +132,7 @@ class _Rounding:
     since: int = 0
 
     def alone(self, found: Relaxation, force: float, acts: bool) -> bool:
-        """Tell it from the sum of ``force`` [N] out of balance, the course so far and whether anything ``acts``."""
+        """Return whether it is, by the sum of ``force`` [N] out of balance, the history and whether a load ``acts``."""
         quiet = force < self.noise
         if quiet and found.residual < 0.9 * self.best:
             self.best, self.since = found.residual, found.steps

@@ -208,13 +208,11 @@ def _settles(run: Run) -> bool:
 
 
 def _on_mesh(run: Run, mesh: tuple[int, int]) -> Run:
-    """``run`` on a mesh of other numbers of beams in a loop and in a wave."""
     meso = run.model.meso.model_copy(update={"elements_per_loop": mesh[0], "elements_per_wave": mesh[1]})
     return run.model_copy(update={"model": run.model.model_copy(update={"meso": meso})})
 
 
 def _drawn_in(run: Run, draw_in: float) -> Run:
-    """``run`` whose loops are drawn in by ``draw_in`` [-]."""
     drawn = Quantity(value=100.0 * draw_in, source="derived", ref="the settled cell")
     knitting = run.fabric.knitting.model_copy(update={"draw_in": drawn, "tension": None})
     return run.model_copy(update={"fabric": run.fabric.model_copy(update={"knitting": knitting})})

@@ -1,4 +1,4 @@
-"""Runs a rig on a model in chunks: contacts kept current, energies booked, guards, frames, progress, checkpoints."""
+"""Simulation of a test in chunks of steps: contacts, energies, checks, frames, progress, checkpoints."""
 
 import time as clock
 from collections.abc import Callable
@@ -41,7 +41,7 @@ def simulate(
     observer: Observer = SILENT,
     check_speed: Callable[[Simulation], None] | None = None,
 ) -> tuple[History, SimulationCost]:
-    """Run ``rig`` on ``model`` to its end, or from where ``observer`` says to go on.
+    """Run ``rig`` on ``model`` to its end, or from the state that ``observer`` resumes from.
 
     ``check_speed`` sees the simulation after each row and may raise :class:`TooFastError`. Raises
     :class:`NumericalError` when the state is no longer finite, blows up or is ill otherwise
@@ -61,7 +61,7 @@ def simulate(
 
 
 def _begin(model: ExplicitModel, rig: Rig, solver: Solver, observer: Observer) -> Simulation:
-    """The state at the start, or the one to go on from."""
+    """State at the start, or the state to resume from."""
     dt = solver.safety * model.critical_step  # as in Simulation.first_step
     boundary = Boundary(model, dt)
     rig.constrain(boundary)
@@ -143,7 +143,7 @@ def _mount(run: Simulation, observer: Observer) -> None:
 
 
 def _rest_progress(observer: Observer) -> Callable[[int, float], None]:
-    """Tell ``observer`` how many of the steps are done in which the specimen may come to rest."""
+    """Callback that reports the share of the relaxation steps to ``observer``."""
     return lambda steps, most: observer.settling(steps / most)
 
 
@@ -181,7 +181,6 @@ def _released(run: Simulation) -> float:
 
 
 def _advance_chunk(run: Simulation, steps: int) -> None:
-    """Advance, book damping and reactions, check the state."""
     start = clock.perf_counter()
     run.step(steps)
     run.cost.steps += steps
@@ -215,7 +214,7 @@ def _keep_peak(run: Simulation) -> None:
 
 
 def is_locked(energies: list[dict[str, float]]) -> bool:
-    """Tell whether yarns have locked: they press into each other with more than :data:`LOCKED` of the work.
+    """Return whether yarns have locked: they press into each other with more than :data:`LOCKED` of the work.
 
     The penalty then bears what compaction of the yarns would, which rigid sections do not have.
     """
@@ -224,7 +223,7 @@ def is_locked(energies: list[dict[str, float]]) -> bool:
 
 
 def is_new_peak(force: float, kept: float) -> bool:
-    """Tell whether a state at ``force`` is worth a frame where the last one shows ``kept`` [N]."""
+    """Return whether a state at ``force`` is worth a frame where the last one shows ``kept`` [N]."""
     return force > 0.0 and force > (1.0 + NEAR_PEAK) * kept
 
 

@@ -42,7 +42,7 @@ class Rig(Protocol):
     marks: tuple[float, ...]  # shares of the duration at which frames are wanted besides even ones
 
     def constrain(self, boundary: Boundary) -> None:
-        """Say what holds, moves and loads ``boundary.model``."""
+        """Add supports, motions, loads and tools to ``boundary``."""
 
     def ring_time(self, wave_speed: float) -> float:
         """Time [ms] a wave of ``wave_speed`` [mm/ms] needs along the specimen."""
@@ -51,7 +51,7 @@ class Rig(Protocol):
         """Curve columns at ``time`` [ms] from the means of the last steps."""
 
     def finished(self, force: float, peak: float, broken: bool) -> bool:
-        """Tell whether the test is over, with the force and its peak [N] and whether anything has failed."""
+        """Return whether the test is over, with the force and its peak [N] and whether anything has failed."""
 
 
 def _scratch() -> Array:
@@ -194,7 +194,7 @@ class Simulation(Stepping):
         return self.solver.safety * self.model.critical_step
 
     def shorten(self, share: float) -> None:
-        """Go on with ``share`` of the present time step."""
+        """Continue with ``share`` of the present time step."""
         self.step_share *= share
         self.dt = self.first_step * self.step_share
         self.loss_rate *= share
@@ -268,43 +268,42 @@ TESTING = "running the test"
 
 
 class Observer:
-    """Watches nothing and keeps nothing; one that does overrides what it wants to hear of.
+    """Observer of a simulation that does nothing; subclasses override the events that they need.
 
-    A simulation calls it and goes on as it is told; what is observed never changes the numbers.
+    What is observed never changes the numbers.
     """
 
     def phase(self, text: str) -> None:
-        """Hear what begins that takes time, ``compiling kernels``."""
+        """Receive the name of a phase that begins, such as ``compiling kernels``."""
 
     def overlaps(self, found: Overlaps) -> None:
-        """Hear which yarns overlap before anything moves."""
+        """Receive the yarns that overlap at the start."""
 
     def progress(self, fraction: float, time_ms: float, step_us: float, kinetic_ratio: float) -> None:
-        """Hear the share done (0 to 1), simulated time [ms], time step [us] and kinetic energy over work [-]."""
+        """Receive the share done (0 to 1), simulated time [ms], time step [us] and kinetic energy over work [-]."""
 
     def settling(self, fraction: float) -> None:
-        """Hear the share (0 to 1) done of what brings the specimen to rest, in which no time passes."""
+        """Receive the share (0 to 1) done of the relaxation before the test."""
 
     def resume_from(self) -> Snapshot | None:
-        """Return the state to go on from; None to start."""
+        """Return the state to resume from; None to start."""
         return None
 
     def resumed(self, fraction: float, time_ms: float) -> None:
-        """Hear where it goes on: share of the test (0 to 1), simulated time [ms]."""
+        """Receive where it resumes: share of the test (0 to 1), simulated time [ms]."""
 
     def speed_share(self) -> float:
         """Return the share of ``solver.speed`` of the state to resume from; 1 if there is none."""
         return 1.0
 
     def restarts(self, share: float, reason: str) -> None:
-        """Hear that the test restarts at ``share`` of ``solver.speed`` and why, and discard its state."""
+        """Receive the ``share`` of ``solver.speed`` at which the test restarts, and the reason; discard its state."""
 
     def visit(self, take: Callable[[], Snapshot]) -> None:
-        """See the state after a chunk of steps, taken if wanted; may raise to stop the simulation."""
+        """Receive the state after a chunk of steps, by calling ``take``; may raise to stop the simulation."""
 
     def failed(self, take: Callable[[], Snapshot]) -> None:
-        """See the state in which the numbers have gone wrong."""
+        """Receive the state in which a check has failed."""
 
 
-#: watches nothing
 SILENT = Observer()
