@@ -1,10 +1,12 @@
 """Bending of yarns in the plane of the shells, in plain Python: gradients, closed forms, cuts, bound of the step."""
 
+import itertools
+
 import numpy as np
 import pytest
 from plain import plain
 from scipy.spatial.transform import Rotation
-from shell_cases import Solid, grid, linear_laminate, quaternion
+from shell_cases import Solid, grid, linear_laminate
 
 from knittest.kernels.in_plane import OWN_EACH
 from knittest.kernels.in_plane_blocks import SCRATCH, bend_energy, bend_forces, gather_bends
@@ -68,14 +70,13 @@ def test_forces_are_the_gradient_of_the_energy(warp):
     weave = Weave(*grid(4, 3, 8.0, 6.0), warp)
     crumpled(weave)
     force, h = weave.forces(), 1e-5
-    for i in range(0, weave.n, 3):
-        for axis in range(3):
-            found = []
-            for step in (h, -h):
-                weave.nodes.position[axis, i] += step
-                found.append(weave.energy())
-                weave.nodes.position[axis, i] -= step
-            assert -(found[0] - found[1]) / (2.0 * h) == pytest.approx(force[i, axis], abs=1e-7 * np.abs(force).max())
+    for i, axis in itertools.product(range(0, weave.n, 3), range(3)):
+        found = []
+        for step in (h, -h):
+            weave.nodes.position[axis, i] += step
+            found.append(weave.energy())
+            weave.nodes.position[axis, i] -= step
+        assert -(found[0] - found[1]) / (2.0 * h) == pytest.approx(force[i, axis], abs=1e-7 * np.abs(force).max())
 
 
 @pytest.mark.parametrize("warp", DIRECTIONS.values(), ids=DIRECTIONS)
@@ -86,12 +87,8 @@ def test_forces_balance_and_turn_with_the_sheet(warp):
     force, energy = weave.forces(), weave.energy()
     assert np.abs(force.sum(axis=0)).max() < 1e-12 * np.abs(force).sum()
     assert np.abs(np.cross(place, force).sum(axis=0)).max() < 1e-11 * np.abs(force).sum()
-    (w, *axis), shift = quaternion(np.array([[0.9, 1.2, 2.0]]))[0], np.array([3.0, -2.0, 1.0])
-
-    def turned(v: np.ndarray) -> np.ndarray:
-        return v + 2.0 * w * np.cross(axis, v) + 2.0 * np.cross(axis, np.cross(axis, v))
-
-    weave.place(turned(place) + shift)
+    turned = Rotation.from_rotvec([0.9, 1.2, 2.0]).apply
+    weave.place(turned(place) + np.array([3.0, -2.0, 1.0]))
     assert weave.energy() == pytest.approx(energy, rel=1e-11)
     assert weave.forces() == pytest.approx(turned(force), abs=1e-11 * np.abs(force).max())
 
