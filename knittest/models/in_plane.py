@@ -122,9 +122,11 @@ def highest_stiffness(
     translation = _largest_row_sum(patterns, [*stiffness, control]) + 8.0 * shape * laminate.hourglass_transverse
     # warp turned against weft: gradients of both, which add where the fibres lean and an element is no rectangle
     lean = np.abs(row(ALPHA_A) * row(ALPHA_B) + row(BETA_A) * row(BETA_B))
+    stick = laminate.shear_stick if laminate.shear_friction > 0.0 else 0.0
+    shear_tangent = (1.0 - laminate.shear_friction) * float(np.cumsum(laminate.shear_slope).max()) + stick
     for i, (alpha, beta) in enumerate(patterns[:2]):
         gradient2 = 2.0 * (alpha**2 + beta**2)
-        translation += area * (gradient2 + 2.0 * lean) * _shear_tangent(laminate)
+        translation += area * (gradient2 + 2.0 * lean) * shear_tangent
         bending = bent[i] + 2.0 * laminate.twist
         rotation += area * (gradient2 * bending + 0.5 * laminate.transverse[i] * (alpha**2 * x31 + beta**2 * x42))
         # a turn is that of the fibres less that of the corner: its square is at most twice the sum of both squares
@@ -153,12 +155,6 @@ def _largest_row_sum(patterns: Sequence[tuple[Array, Array]], stiffness: Sequenc
             total = total + 2.0 * np.sqrt(k * other) * np.abs(p[0] * q[0] + p[1] * q[1])
         sums.append(total)
     return np.max(sums, axis=0)
-
-
-def _shear_tangent(laminate: Laminate) -> float:
-    """Largest tangent of the shear force, friction that sticks included [N/mm]."""
-    stick = laminate.shear_stick if laminate.shear_friction > 0.0 else 0.0
-    return (1.0 - laminate.shear_friction) * float(np.cumsum(laminate.shear_slope).max()) + stick
 
 
 def _largest_tangent(laminate: Laminate, direction: int) -> float:

@@ -41,7 +41,7 @@ def build_meso(
             _fail_strain(len(path.points), draws[path.system], path.index) / axial_share,
             float(draws[path.system].slack[path.index]),
             stretch(run, path.uncut),
-            _degree_of_set(run, path, rows),
+            np.where(_held(run, path, rows), run.fabric.knitting.degree_of_set.value, 1.0),
             UPRIGHT,
             draw_in=_draw_in(run, path, rows, draws[path.system].loop),
         )
@@ -90,11 +90,6 @@ def stretch(run: Run, path: YarnPath) -> float:
     polygon = float(np.linalg.norm(np.diff(path.points, axis=0), axis=1).sum())
     loops = (len(path.points) - 1) / run.model.meso.elements_per_loop
     return loops * run.fabric.loop_length_mm / polygon
-
-
-def _degree_of_set(run: Run, path: YarnPath, rows: int) -> Array:
-    """Set of each element; loops at the cut edges, which nothing holds, are taken as set."""
-    return np.where(_held(run, path, rows), run.fabric.knitting.degree_of_set.value, 1.0)
 
 
 def _draw_in(run: Run, path: YarnPath, rows: int, loop: Array | None) -> Array:

@@ -217,15 +217,11 @@ def _samples(corners: Array, origin: Array, spacing: float, shape: Array) -> Arr
     inside = np.cumsum(steps, axis=2, dtype=np.int8) > 0
     distance: Array = np.sqrt(square, out=square)
     np.negative(distance, out=distance, where=inside)
-    if any(_jumps(distance, axis).max() > 1.5 * spacing for axis in range(3)):
+    # where the sign changes from sample to sample, a true distance changes by at most a spacing
+    jumps = (np.abs(np.diff(distance, axis=axis)) * np.diff(inside, axis=axis) for axis in range(3))
+    if any(jump.max() > 1.5 * spacing for jump in jumps):
         raise InputError("surface: intersects itself, so its inside is not defined")
     return distance
-
-
-def _jumps(distance: Array, axis: int) -> Array:
-    """Change of the distance from sample to sample where its sign changes: at most a spacing of a true one."""
-    inside = distance < 0.0
-    return np.abs(np.diff(distance, axis=axis)) * np.diff(inside, axis=axis)
 
 
 def _fill_far(corners: Array, origin: Array, spacing: float, square: Array, nearest: NDArray[np.int32]) -> None:

@@ -32,9 +32,11 @@ def check_motion(run: Simulation, work: float, released: Callable[[], float]) ->
         )
     limit = BLOW_UP * abs(work) + BLOW_UP_START * run.kinetic_scale
     if run.kinetic > limit and run.kinetic > limit + BLOW_UP * max(released(), 0.0):
+        velocity = run.model.nodes.velocity[:, : run.model.n_nodes]
+        fastest = int(np.argmax(np.sum(velocity**2, axis=0) * run.model.mass))
         raise NumericalError(
             f"the solution diverges at {run.time:.5f} ms: kinetic energy {run.kinetic:.3g} mJ, work {work:.3g} mJ, "
-            f"fastest at {_fastest(run)}; reduce solver.safety or solver.speed"
+            f"fastest at node {fastest} of {run.model.name_of(fastest)}; reduce solver.safety or solver.speed"
         )
 
 
@@ -81,9 +83,3 @@ def _first_bad(run: Simulation) -> str:
     state = np.vstack([run.model.nodes.position[:, :n], run.model.nodes.velocity[:, :n], run.model.nodes.spin[:, :n]])
     bad = np.flatnonzero(~np.isfinite(state).all(axis=0))
     return f"node {bad[0]} of {run.model.name_of(int(bad[0]))}" if len(bad) else "a force"
-
-
-def _fastest(run: Simulation) -> str:
-    n = run.model.n_nodes
-    i = int(np.argmax(np.sum(run.model.nodes.velocity[:, :n] ** 2, axis=0) * run.model.mass))
-    return f"node {i} of {run.model.name_of(i)}"

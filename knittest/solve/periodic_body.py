@@ -142,11 +142,6 @@ class PeriodicBody(Body):
             raise InputError("stress: no step has been made yet")
         return self._support[self.cell.images.group]
 
-    def energies_by_mechanism(self) -> dict[str, dict[str, float]]:
-        """Elastic energies [mJ] of the beams by part and by stretching, bending (with transverse shear), torsion."""
-        names, found = self.cell.mesh.part_names, self.cell.beam_energies()
-        return {part: {name: float(v[k]) for name, v in found.items()} for k, part in enumerate(names)}
-
     def crossings(self) -> dict[str, Crossings]:
         """Contacts that touch, by the parts of their yarns; see :class:`Crossings`."""
         return crossings(self.cell)
