@@ -195,7 +195,7 @@ def _key(spec: CellSpec) -> str:
 
 # Constants of a plain knit by Munden (1959), J. Text. Inst. 50, T448: densities times the length of a loop.
 #
-# The knit relaxes towards values that hold for any yarn and length; beside them it is seen whether that of a fabric
+# The knit relaxes towards values that hold for any yarn and length; with them it is seen whether that of a fabric
 # with inlays is stretched.
 
 #: stitches an area times the square of the loop length of a relaxed plain knit [-], 19 to 21.6

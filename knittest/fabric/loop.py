@@ -68,14 +68,6 @@ def control_points(curve: Array, period: Array, n: int, start: float = 0.0) -> A
     return np.asarray(solved + straight)
 
 
-def spline_points(control: Array, per_piece: int) -> Array:
-    """Points [mm], ((n - 2) * per_piece, 3), on the B-spline of a chain of ``control`` points (n, 3)."""
-    s = (np.arange(per_piece) / per_piece)[None, :, None]
-    before, here, after = control[:-2, None], control[1:-1, None], control[2:, None]
-    points = 0.5 * (before + here) + s * (here - before) + 0.5 * s**2 * (before - 2.0 * here + after)
-    return points.reshape(-1, 3)
-
-
 def arc_length(line: Array) -> Array:
     """Arc length [mm], (n,), at the points of a polyline (n, 3)."""
     return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])

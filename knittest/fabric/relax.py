@@ -120,7 +120,7 @@ FIRM_PENALTIES = (100.0, 400.0, 800.0, 1600.0, 3200.0, 6400.0, 12800.0, 25600.0)
 AT_REST, PATIENT = 2e-4, 60_000
 #: accepted penetration over radius and deviation of the loop length
 PENETRATION, LENGTH_ERROR = 5e-3, 1e-3
-#: force out of balance over that of the deepest contact which closest points may keep up that jump between segments
+#: residual force over that of the deepest contact which closest points may keep up that jump between segments
 JUMPING = 0.1
 #: cells that this process relaxed or read, so that a run and its manifest use the same cell
 _held: dict[CellSpec, Cell] = {}
@@ -153,7 +153,7 @@ def relax_cell(spec: CellSpec, finer: float = 1.0) -> Cell:
     """Relax the start shapes of ``spec``, of ``finer`` times as many nodes, and check their interlacing.
 
     Raises :class:`InputError` when the loop is too short for its yarns or too long for its cell,
-    :class:`NumericalError` when it does not come to rest or yarns passed through each other.
+    :class:`NumericalError` when it does not relax or yarns passed through each other.
     """
     try:
         return _relaxed(spec, finer)

@@ -98,7 +98,7 @@ def hinges(law: YarnLaw, modulus: float) -> tuple[Array, Array]:
         return toe * np.arange(TOE_SEGMENTS + 1) / TOE_SEGMENTS, np.diff(tangent, prepend=0.0)
     strain = to_kernel(1.0, "%") * np.array([p[0] for p in law.points])
     stress = np.array([p[1] for p in law.points])
-    with np.errstate(over="ignore", invalid="ignore"):  # refused where it is used
+    with np.errstate(over="ignore", invalid="ignore"):  # rejected where it is used
         return strain[:-1], np.diff(np.diff(stress) / np.diff(strain), prepend=0.0)
 
 

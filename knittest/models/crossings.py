@@ -46,7 +46,9 @@ def crossings(model: YarnModel, among: Flags | None = None) -> dict[str, Crossin
     force, offset = contacts.force[:, touching], contacts.offset[:, touching]
     normal = np.sum(force * offset, axis=0) / np.linalg.norm(offset, axis=0)
     friction = np.sqrt(np.maximum(np.sum(force**2, axis=0) - normal**2, 0.0))
-    angle = np.rad2deg(_angles(model, touching))
+    first, second = (_curve(model, side, touching).along for side in (0, 1))
+    along = np.abs(np.sum(first * second, axis=0))
+    angle = np.rad2deg(np.arctan2(np.linalg.norm(np.cross(first, second, axis=0), axis=0), along))
     names, part = model.mesh.part_names, parts_of_nodes(model)[contacts.piece[:, touching]]
     kind = part.min(axis=0) * len(names) + part.max(axis=0)
     found = {}
@@ -83,13 +85,6 @@ def parts_of_nodes(model: YarnModel) -> Index:
     of_chain = np.zeros(int(model.group.chain.max()) + 1, np.int64)
     of_chain[model.mesh.yarn] = model.mesh.part
     return of_chain[model.group.chain[model.masters()]]
-
-
-def _angles(model: YarnModel, touching: Index) -> Array:
-    """Angles [rad] between the yarns of the contacts ``touching``."""
-    first, second = (_curve(model, side, touching).along for side in (0, 1))
-    along = np.abs(np.sum(first * second, axis=0))
-    return np.arctan2(np.linalg.norm(np.cross(first, second, axis=0), axis=0), along)
 
 
 def surfaces(model: YarnModel, nodes: Index) -> tuple[float, float]:
@@ -175,7 +170,7 @@ LOOPS = "knit"
 
 
 def at_rest(model: ExplicitModel, residual: float = np.nan) -> Rest | None:
-    """State of ``model``, out of balance by ``residual`` [-], where it is ``typical``; None of shells.
+    """State of ``model`` with its force ``residual`` [-], where it is ``typical``; None of shells.
 
     The edge of a specimen, where loops that nothing holds have shed their tension, does not count.
     """

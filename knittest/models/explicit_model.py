@@ -105,7 +105,7 @@ class ExplicitModel(ABC):
     added_mass: float
     wave_speed: float
 
-    #: whether the model starts with stresses that must come to rest
+    #: whether the model starts with stresses that must relax first
     prestressed = False
     #: whether yarns that overlap at the start shall press each other by all of it
     pressed = False

@@ -4,8 +4,8 @@ shells.
 At every node through which a yarn goes on, weights of the nodes of the shells round it give both fibres and their
 second derivatives along themselves. Where nodes lie on the line of the yarn, on meshes along the yarns and on squares
 at 45 degrees to them, these alone bear weight: second differences. Elsewhere all nodes do, by the least weights, mostly
-beside the line, that are exact for quadratic displacements. Where the mesh does not tell them, at free edges that the
-yarns leave, nothing bends; nor at seams where directions jump and edges where the sheet is folded.
+beside the line, that are exact for quadratic displacements. Where the mesh does not determine them, at free edges that
+the yarns leave, nothing bends; nor at seams where directions jump and edges where the sheet is folded.
 """
 
 from collections.abc import Callable, Sequence
@@ -175,7 +175,7 @@ ON_LINE = 0.02
 #: largest error of a stencil's derivatives of linear and quadratic fields, in sizes of shells
 EXACT = 1e-6
 #: largest sum of the sizes of a stencil's weights, in sizes of shells (4 for a second difference): more come from a
-#: mesh that does not tell the derivative but for its own unevenness
+#: mesh that determines the derivative by its own unevenness only
 LARGEST = 12.0
 #: how much less a node off the line bears: weights are least in the sum of w^2 (NEAR + distance^2)^2
 NEAR = 0.1
@@ -191,13 +191,13 @@ SEAM, FOLD = 0.94, 0.7
 
 class Stencils(NamedTuple):
     """Stencils of equal size: ``node`` (n,), ``member`` (n, m) nodes, ``weight`` (n, 4, m) as in :class:`Bends`, and
-    whether a second derivative of warp and weft is there, ``told`` (n, 2).
+    whether a second derivative of warp and weft is ``known`` (n, 2).
     """
 
     node: Index
     member: Index
     weight: Array
-    told: Flags
+    known: Flags
 
 
 def build_bends(points: Array, cells: Index, shells: Shells, stiffness: Array) -> Bends:
@@ -207,16 +207,11 @@ def build_bends(points: Array, cells: Index, shells: Shells, stiffness: Array) -
     """
     if stiffness.max() <= 0.0:
         return no_bends()
-    around = _incidence(cells, len(points))
+    corner = (cells.ravel(), np.repeat(np.arange(len(cells)), 4))
+    around = sparse.csr_matrix((np.ones(cells.size), corner), (len(points), len(cells)))  # 1 where a node is a corner
     frame, area, whole = _frames(points, cells, shells, around)
     stencils = [_stencils(points, nodes, member, frame, area) for nodes, member in _rings(around, whole)]
     return _in_blocks(points, [s for group in stencils for s in _by_size(group)], around, area, stiffness)
-
-
-def _incidence(cells: Index, n: int) -> sparse.csr_matrix:
-    """Nodes by shells (n, n_el), 1 where a node is a corner."""
-    n_el = len(cells)
-    return sparse.csr_matrix((np.ones(4 * n_el), (cells.ravel(), np.repeat(np.arange(n_el), 4))), (n, n_el))
 
 
 def _frames(points: Array, cells: Index, shells: Shells, around: sparse.csr_matrix) -> tuple[Array, Array, Flags]:
@@ -260,14 +255,14 @@ def _stencils(points: Array, nodes: Index, member: Index, frame: Array, area: Ar
     size = np.sqrt(area[nodes])
     offset = points[member] - points[nodes][:, None]
     s, t = (np.einsum("kmi,ki->km", offset, frame[nodes, i]) / size[:, None] for i in range(2))
-    warp, a_told = _derivative(s, t, 1)
-    weft, b_told = _derivative(t, s, 1)
-    warp_s, told = _derivative(s, t, 2)
-    weft_t, other_told = _derivative(t, s, 2)
-    told, other_told = told & a_told & b_told, other_told & a_told & b_told
+    warp, a_known = _derivative(s, t, 1)
+    weft, b_known = _derivative(t, s, 1)
+    warp_s, known = _derivative(s, t, 2)
+    weft_t, also = _derivative(t, s, 2)
+    known, also = known & a_known & b_known, also & a_known & b_known
     per_size = 1.0 / size[:, None]
-    weight = np.stack([warp, weft, warp_s * told[:, None] * per_size, weft_t * other_told[:, None] * per_size], axis=1)
-    return Stencils(nodes, member, weight * per_size[:, None], np.column_stack([told, other_told]))
+    weight = np.stack([warp, weft, warp_s * known[:, None] * per_size, weft_t * also[:, None] * per_size], axis=1)
+    return Stencils(nodes, member, weight * per_size[:, None], np.column_stack([known, also]))
 
 
 def _derivative(s: Array, t: Array, order: int) -> tuple[Array, Flags]:
@@ -276,11 +271,11 @@ def _derivative(s: Array, t: Array, order: int) -> tuple[Array, Flags]:
     First derivatives are exact for linear, second ones for quadratic fields. Members on the line of the yarn are tried
     alone first, as if it went through them.
     """
-    weight, told = _least(s, np.zeros_like(t), (np.abs(t) < ON_LINE).astype(float), order)
-    rest = ~told
+    weight, known = _least(s, np.zeros_like(t), (np.abs(t) < ON_LINE).astype(float), order)
+    rest = ~known
     if rest.any():
-        weight[rest], told[rest] = _least(s[rest], t[rest], 1.0 / (NEAR + t[rest] ** 2), order)
-    return weight, told
+        weight[rest], known[rest] = _least(s[rest], t[rest], 1.0 / (NEAR + t[rest] ** 2), order)
+    return weight, known
 
 
 def _least(s: Array, t: Array, trust: Array, order: int) -> tuple[Array, Flags]:
@@ -300,13 +295,13 @@ def _by_size(group: Stencils) -> list[Stencils]:
     """The stencils of a group with any second derivative, without members of no weight, by their size."""
     counts = (np.abs(group.weight).max(axis=1) > 0.0).sum(axis=1)
     found = []
-    for m in np.unique(counts[group.told.any(axis=1)]):
-        pick = np.flatnonzero((counts == m) & group.told.any(axis=1))
+    for m in np.unique(counts[group.known.any(axis=1)]):
+        pick = np.flatnonzero((counts == m) & group.known.any(axis=1))
         weight = group.weight[pick]
         order = np.argsort(np.abs(weight).max(axis=1) == 0.0, axis=1, kind="stable")[:, :m]
         member = np.take_along_axis(group.member[pick], order, axis=1)
         weight = np.take_along_axis(weight, order[:, None], axis=2)
-        found.append(Stencils(group.node[pick], member, weight, group.told[pick]))
+        found.append(Stencils(group.node[pick], member, weight, group.known[pick]))
     return found
 
 
@@ -314,7 +309,7 @@ def _in_blocks(
     points: Array, groups: list[Stencils], around: sparse.csr_matrix, area: Array, stiffness: Array
 ) -> Bends:
     """Arrays of the kernel: each group fills blocks of its own, in the order of its nodes."""
-    member, weight, centre, told, first = [], [], [], [], [0]
+    member, weight, centre, known, first = [], [], [], [], [0]
     for group in groups:
         for start in range(0, len(group.node), BLOCK):
             lane = np.minimum(np.arange(start, start + BLOCK), len(group.node) - 1)
@@ -322,12 +317,12 @@ def _in_blocks(
             member.append(group.member[lane].T)
             weight.append(group.weight[lane].transpose(2, 1, 0))
             centre.append(np.where(real, group.node[lane], -1))
-            told.append(group.told[lane] & real[:, None])
+            known.append(group.known[lane] & real[:, None])
             first.append(first[-1] + group.member.shape[1])
     if not member:
         return no_bends()
     members, (weights, spread) = np.concatenate(member), _spread(np.concatenate([_evened(w) for w in weight]))
-    node, real = np.concatenate(centre), np.concatenate(told)
+    node, real = np.concatenate(centre), np.concatenate(known)
     rows = np.repeat(np.arange(len(member)), np.diff(first))
     alive = node.reshape(-1, BLOCK)[rows] >= 0
     node_start, node_entry = _entries(members, alive, len(points))

@@ -96,12 +96,9 @@ def _heights(vectors: Array) -> Array:
 def _reach(chains: Sequence[PeriodicChain], vectors: Array, shrink: float, slide: float) -> float:
     """Distance [mm] from nodes of the cell at the start within which pieces may come to touch theirs."""
     radius = max(chain.section.wide for chain in chains)
-    longest = max(float(np.linalg.norm(np.diff(_closed(c, vectors), axis=0), axis=1).max()) for c in chains)
+    elements = (np.diff(c.points, axis=0, append=c.points[:1] + vectors[c.along]) for c in chains)
+    longest = max(float(np.linalg.norm(of, axis=1).max()) for of in elements)
     return (2.0 * radius + CONTACT_SKIN + longest) / shrink + slide * radius
-
-
-def _closed(chain: PeriodicChain, vectors: Array) -> Array:
-    return np.vstack([chain.points, chain.points[:1] + vectors[chain.along]])
 
 
 def _pieces(chains: Sequence[PeriodicChain], vectors: Array, reach: float) -> list[_Piece]:
@@ -169,7 +166,8 @@ def _periodic(flat: YarnModel, vectors: Array, own: Flags, master: Index, times:
     ghost, element = np.flatnonzero(~own), flat.element_node
     kept = own[element]
     n = flat.n_nodes
-    near = _near(own, OFF if flat.group.excess.size else 0)
+    off = OFF if flat.group.excess.size else 0
+    near = np.any([np.roll(own, k) for k in range(-1 - off, 2 + off)], axis=0)
     mesh, section = flat.mesh, section_of_nodes(flat.parts, n)
     given["mesh"] = replace(mesh, **{name: getattr(mesh, name)[kept] for name in ("cells", "part", "yarn", "radius")})
     images = _images(flat, vectors, ghost, master, times, element[kept], section)
@@ -180,11 +178,6 @@ def _periodic(flat: YarnModel, vectors: Array, own: Flags, master: Index, times:
         array[ghost] = 0.0
     given |= {"added_mass": added, "element_node": element[kept], "parts": _own_spans(flat.parts, own, section)}
     return PeriodicModel(**given, reference=vectors)
-
-
-def _near(own: Flags, off: int) -> Flags:
-    """Pieces, (n_nodes,), with a node that is ``own``, or ``off`` pieces from one at most."""
-    return np.any([np.roll(own, k) for k in range(-1 - off, 2 + off)], axis=0)
 
 
 def _own_spans(parts: Partitions, own: Flags, section: Index) -> Partitions:

@@ -62,7 +62,7 @@ def near_shells(points: Array, cells: Index, distance: float) -> tuple[Index, ND
 
 #: penalty of a node over m / dt^2, dt the step. A node between two sheets, as node and corner on both faces, gets eight
 #: times it, below the 4 (1 - 0.9^2) = 0.76 that a step of 0.9 leaves; at a quarter of that the energy that an impact
-#: loses within its first and last step stays below a percent, and sheets still sink in by micrometres only. Where it
+#: loses within its first and last step stays below a percent, and sheets still penetrate by micrometres only. Where it
 #: sticks on both faces, arms and damping may bring the quarter to one and a half: not counted, as friction bounds it
 STIFFNESS = 0.0243
 #: share of critical damping of a touching node

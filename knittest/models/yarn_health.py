@@ -120,7 +120,7 @@ def _stiffness(parts: Partitions, beams: Beams) -> tuple[Array, Array]:
 
 #: share of critical damping of a touching pair of nodes
 CONTACT_DAMPING = 0.1
-#: penetration over the smallest radius beyond which compaction stiffens no more; such runs are refused anyway
+#: penetration over the smallest radius beyond which compaction stiffens no more; such runs fail their checks
 COMPACTION_ENDS = 0.5
 
 
@@ -132,7 +132,7 @@ class YarnContact:
     ``compaction`` (exponent 1, 2 or 3, depth [mm]) makes the force normal d (1 + (d / depth)^exponent). ``patch`` makes
     crossings resist spin, ``Patch.disc(R)`` up to 2/3 friction N R; slip and spin share one limit. None: free spin.
     Yarns that overlap at the start are free of force there, or ``pressed``: they press each other by all of it, and
-    come to rest. The ``cut`` first and last pieces of yarns do not press those of others: what holds cut ends side by
+    relax. The ``cut`` first and last pieces of yarns do not press those of others: what holds cut ends side by
     side leaves them no room.
     """
 

@@ -177,7 +177,7 @@ def warm(run: Run, observer: Observer = SILENT, threads: int = 1) -> float:
 
 
 def compiled(run: Run, phase: Callable[[str], None], threads: int = 1) -> bool:
-    """Compile what the cache lacks of what ``run`` needs on ``threads``, if anything, as a ``phase``; tell whether."""
+    """Compile as a ``phase`` what the cache lacks of what ``run`` needs on ``threads``; returns whether it had to."""
     missing, kept = lacking(run, threads), CODE_FOLDER is not None
     if not missing:
         return False

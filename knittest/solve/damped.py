@@ -68,7 +68,7 @@ TOO_FAST = 1e5
 
 @dataclass(frozen=True)
 class Chunk:
-    """Steps of a chunk: the sum of the ``force`` [N] out of balance at its end, the largest move [mm] in it, and the
+    """Steps of a chunk: the residual ``force`` [N] at its end, the largest move [mm] in it, and the
     circular frequency a step of the slowest mode.
     """
 

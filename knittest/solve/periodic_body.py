@@ -78,9 +78,9 @@ class PeriodicBody(Body):
         return super().start()
 
     def settle(self, tolerance: float = 1e-2, most_steps: int = 100_000) -> Relaxation:
-        """Let the cell come to rest where it is, its free lattice too: mean stress and forces on nodes vanish.
+        """Relax the cell where it is, its free lattice too: mean stress and forces on nodes vanish.
 
-        Converged when the forces out of balance, and those on the free lattice, are below ``tolerance`` of the sum of
+        Converged when the residual forces, and those on the free lattice, are below ``tolerance`` of the sum of
         contact forces. Tables are taken at their first values, which should be 0.
         """
         going, images = self.start(), self.cell.images

@@ -26,7 +26,7 @@ ROUNDING = 4.0 * float(np.finfo(float).eps)
 #: fewest and most steps, else a period of the slowest mode, in which the residual no longer falls by a tenth, and
 #: residual up to which such a state is one of rest
 STALLED, LOST = (2000, 20000), 0.01
-#: residual and most steps of a prestressed model that comes to rest before its test
+#: residual and most steps of the relaxation of a prestressed model before its test
 SETTLED, SETTLING = 0.01, 4000
 #: most steps where yarns press each other from the start, and overlap [mm] that starts to bear in each chunk
 SETTLING_PRESSED, PRESSED = 8000, 1e-3
@@ -59,7 +59,7 @@ class Relaxation:
 
 
 def settle(model: ExplicitModel, drive: Drive, tally: Tally, dt: float, look: Look | None = None) -> Relaxation:
-    """Let a prestressed model come to rest under the first values of all tables; the tally is left empty.
+    """Relax a prestressed model under the first values of all tables; the tally is left empty.
 
     Loose yarns at cut edges may creep on: after :data:`SETTLING` steps (:data:`SETTLING_PRESSED` where yarns are to
     press each other from the start) the rest is left to the damping of the test.
@@ -121,7 +121,7 @@ def relax(
 
 @dataclass
 class _Rounding:
-    """Detects when only ``noise`` [N], an upper bound of rounding, is out of balance.
+    """Detects when the residual is only ``noise`` [N], an upper bound of rounding.
 
     Where something acts the forces fall far below the bound before they are rounding: a plate under a light load was
     accepted at a residual of 2 to 23 %, with 3 to 35 % of its sag missing.
@@ -132,7 +132,7 @@ class _Rounding:
     since: int = 0
 
     def alone(self, found: Relaxation, force: float, acts: bool) -> bool:
-        """Return whether it is, by the sum of ``force`` [N] out of balance, the history and whether a load ``acts``."""
+        """Return whether it is, by the residual ``force`` [N], the history and whether a load ``acts``."""
         quiet = force < self.noise
         if quiet and found.residual < 0.9 * self.best:
             self.best, self.since = found.residual, found.steps
@@ -144,10 +144,10 @@ class _Rounding:
 def _acting(
     model: ExplicitModel, drive: Drive, tally: Tally, steps: int, at: float, least: float
 ) -> tuple[float, float]:
-    """Force [N] that acts from outside, and what the forces out of balance are compared with: contacts where the model
+    """Force [N] that acts from outside, and the one that residual forces are compared with: contacts where the model
     settles, loads, or without them reactions in ``steps``, the largest force inside, and at ``least`` a force [N].
 
-    A body that is released has reactions that vanish with the forces out of balance. What is left inside it is then
+    A body that is released has reactions that vanish with the residual forces. What is left inside it is then
     the scale, of yarns that hold each other; and of a body that nothing is left in, rounding.
     """
     if at <= 0.0:

@@ -31,7 +31,7 @@ from knittest.solve.periodic_body import PeriodicBody
 # Settled cells on disk, keyed by all that enters them: the fabric, the mesh, the step, and every source that shapes or
 # moves yarns.
 
-#: rooms whose sources decide how a cell comes to rest
+#: rooms whose sources decide how a cell relaxes
 ROOMS = ("base", "config", "fabric", "kernels", "materials", "models", "solve")
 DIGITS = 24
 
@@ -78,7 +78,7 @@ def _sources() -> str:
     return digest.hexdigest()
 
 
-#: forces out of balance over those of contacts at rest, most steps to it, and above which yarns have not found a rest
+#: residual forces over those of contacts in equilibrium, most steps to it, and the residual that is none
 AT_REST, PATIENT, RESTLESS = 0.01, 20_000, 0.05
 #: largest draw-in [-] that is looked at, and what it is found to; a tension is met to this share
 LARGEST, NEAR, MET = 0.1, 5e-4, 1e-3
@@ -89,8 +89,7 @@ MESHES, COARSE = ((30, 8), (48, 12), (64, 16)), 0.2
 @dataclass(frozen=True)
 class SettledCell:
     """A cell at ``rest`` whose loops are drawn in by ``draw_in`` [-]: steps to there, its crossings by kind, why
-    contacts could not follow its sections (empty where they do), and how deep yarns sink into each other over a radius
-    [-], their ``depth``.
+    contacts could not follow its sections (empty where they do), and the ``depth`` of penetration over a radius [-].
     """
 
     draw_in: float
@@ -107,7 +106,7 @@ class SettledCell:
 
     @property
     def residual(self) -> float:
-        """Forces out of balance over those of contacts [-]."""
+        """Residual forces over those of contacts [-]."""
         return self.rest.residual
 
     @property
@@ -239,7 +238,7 @@ def _at_tension(run: Run, at: Callable[[float], SettledCell], wanted: float) -> 
 
 
 def _locks(run: Run, found: SettledCell) -> str:
-    """Reason to call the loops locked: nothing comes to rest, or yarns sink in as no run may; empty if neither."""
+    """Reason to call the loops locked: no equilibrium, or a penetration that no run may have; empty if neither."""
     if found.residual > RESTLESS:
         imbalance = f"residual contact-force imbalance {100.0 * found.residual:.0f} %"
         return f"no equilibrium is found ({imbalance}, limit {100.0 * RESTLESS:g} %)"
@@ -266,7 +265,7 @@ def _largest(run: Run, at: Callable[[float], SettledCell], locked: float) -> flo
 
 #: curvature [1/mm] to which the stiffness is the secant, and time to there [ms]
 PROBE, WAY = 0.01, 10.0
-#: forces out of balance over those of contacts at rest, and most steps to it
+#: residual forces over those of contacts in equilibrium, and most steps to it
 CURL_AT_REST, CURL_PATIENT = 2e-3, 10_000
 
 

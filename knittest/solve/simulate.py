@@ -117,7 +117,7 @@ def _run_rows(
 
 
 def _mount(run: Simulation, observer: Observer) -> None:
-    """Mount the specimen and let it come to rest; energies count from there on.
+    """Mount the specimen and relax it; energies count from there on.
 
     Slack that a frame takes up makes yarns buckle, which takes longer than the motion of the frame. Without the rest
     they would swing through the test.
@@ -130,7 +130,7 @@ def _mount(run: Simulation, observer: Observer) -> None:
         run.step(steps)
         run.cost.steps += steps
         check_motion(run, run.work()[0], lambda: _released(run))
-        if run.time < run.rig.mounted_at:  # a run resumed at its end would not come to rest
+        if run.time < run.rig.mounted_at:  # a run resumed at its end would not relax
             observer.visit(run.snapshot)
     relax(
         run.model, run.drive, run.tally, run.dt, MOUNTED, MOUNTING, at=run.rig.mounted_at, look=_rest_progress(observer)

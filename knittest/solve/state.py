@@ -36,7 +36,7 @@ class Rig(Protocol):
     duration: float  # longest time [ms]
     coordinate: str  # column of the curve that says how far the test has come
     force: str  # column of the force whose peak is kept
-    mounted_at: float  # time [ms] until which the specimen is mounted; it comes to rest then, and energies start
+    mounted_at: float  # time [ms] until which the specimen is mounted; it relaxes then, and energies start
     locks: bool  # ends where yarns lock, see :data:`knittest.solve.simulate.LOCKED`
     averaged_from: float  # time [ms] from which the tools' forces on the nodes are averaged
     marks: tuple[float, ...]  # shares of the duration at which frames are wanted besides even ones
@@ -52,10 +52,6 @@ class Rig(Protocol):
 
     def finished(self, force: float, peak: float, broken: bool) -> bool:
         """Return whether the test is over, with the force and its peak [N] and whether anything has failed."""
-
-
-def _scratch() -> Array:
-    return np.zeros((PARTITIONS, SCRATCH))
 
 
 @dataclass
@@ -74,7 +70,7 @@ class Stepping:
     kinetic: float = 0.0
     loss_rate: float = 0.0
     damping_loss: float = 0.0
-    scratch: Array = field(default_factory=_scratch, repr=False)
+    scratch: Array = field(default_factory=lambda: np.zeros((PARTITIONS, SCRATCH)), repr=False)
     pace: Pace = field(default_factory=lambda: Pace(get_num_threads()), repr=False)
 
     def step(self, steps: int) -> None:

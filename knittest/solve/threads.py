@@ -7,7 +7,7 @@ from knittest.base.errors import InputError, ResourceError
 from knittest.base.files import excerpt
 
 LAYERS = "omp, tbb, workqueue, default, safe, forksafe or threadsafe"
-#: address space [GB] below which libraries of compiled code abort, or wait for ever, and cannot be told not to
+#: address space [GB] below which libraries of compiled code abort, or wait for ever, whatever their settings
 LEAST_MEMORY = 1.0
 
 
